@@ -1,0 +1,19 @@
+# Warnings, optimisation and sanitizers of one of our own targets.
+function(estancia_defaults target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+                                           -Woverloaded-virtual -fopenmp-simd)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+    target_compile_options(${target} PRIVATE -Wno-restrict)  # false positives on std::string, GCC bug 105651
+  endif()
+  if(ESTANCIA_WARNINGS_AS_ERRORS)
+    target_compile_options(${target} PRIVATE -Werror)
+  endif()
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O3>)
+  if(ESTANCIA_SANITIZE)
+    # Function multiversioning resolves before the sanitizers start, so it is off here (core/simd.hpp).
+    target_compile_definitions(${target} PRIVATE ESTANCIA_NO_MULTIVERSION)
+    target_compile_options(${target} PRIVATE -fsanitize=address,undefined -fno-sanitize-recover=undefined
+                                             -fno-omit-frame-pointer -g1)
+    target_link_options(${target} PUBLIC -fsanitize=address,undefined)
+  endif()
+endfunction()

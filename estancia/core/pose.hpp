@@ -1,0 +1,37 @@
+// Where a camera stood.
+#pragma once
+
+#include <array>
+#include <cmath>
+
+namespace estancia {
+
+/// T_map_camera: the camera's optical frame (x right, y down, z forward; REP-103) seen from the map. Metres.
+/// Data sets that give a robot's planar pose (x, y, θ) become a camera that looks along θ in a z-up map.
+struct Pose {
+  double x = 0, y = 0, z = 0;                 ///< position in the map [m]
+  double qx = 0, qy = 0, qz = 0, qw = 1;      ///< unit quaternion, rotation map ← camera
+
+  /// A level camera at (x, y, 0) that looks along `theta` (radians, counter-clockwise from the map's x axis).
+  static Pose planar(double x, double y, double theta) {
+    // R = Rz(theta) · R_body_optical, with R_body_optical = (qx, qy, qz, qw) = (-½, ½, -½, ½)
+    const double c = 0.5 * std::cos(theta / 2), s = 0.5 * std::sin(theta / 2);
+    return {x, y, 0, -c - s, c - s, -c + s, c + s};
+  }
+
+  /// The viewing direction (the optical z axis) as a unit vector in the map.
+  std::array<double, 3> forward() const {
+    return {2 * (qx * qz + qw * qy), 2 * (qy * qz - qw * qx), 1 - 2 * (qx * qx + qy * qy)};
+  }
+
+  bool isFinite() const {
+    return std::isfinite(x) && std::isfinite(y) && std::isfinite(z) && std::isfinite(qx) && std::isfinite(qy) &&
+           std::isfinite(qz) && std::isfinite(qw);
+  }
+};
+
+inline double distanceBetween(const Pose& a, const Pose& b) {
+  return std::hypot(a.x - b.x, a.y - b.y, a.z - b.z);
+}
+
+}  // namespace estancia

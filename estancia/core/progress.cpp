@@ -1,0 +1,104 @@
+#include "estancia/core/progress.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+
+namespace estancia {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+volatile std::sig_atomic_t stopRequested = 0;
+
+void requestStop(int signal) {
+  stopRequested = 1;
+  std::signal(signal, SIG_DFL);
+}
+
+std::string clockText(double seconds) {
+  const auto s = static_cast<long>(seconds + 0.5);
+  return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60)
+                  : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+class StderrProgress final : public Progress {
+ public:
+  ~StderrProgress() override { end(); }
+
+  void begin(const std::string& what, std::size_t total, std::size_t done) override {
+    end();
+    what_ = what;
+    total_ = total;
+    done_ = first_ = done;
+    start_ = lastShown_ = Clock::now();
+    active_ = true;
+    if (terminal_) show();
+  }
+
+  void advance(std::size_t count) override {
+    done_ += count;
+    const auto pause = terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(5000);
+    if (Clock::now() - lastShown_ >= pause) show();
+  }
+
+  void end() override {
+    if (!active_) return;
+    show();
+    if (terminal_) std::fputc('\n', stderr);
+    active_ = false;
+  }
+
+ private:
+  void show() {
+    lastShown_ = Clock::now();
+    const double seconds = std::chrono::duration<double>(lastShown_ - start_).count();
+    const double rate = seconds > 0 ? static_cast<double>(done_ - first_) / seconds : 0;
+    std::string line = what_;
+    if (total_ > 0) {
+      const double share = static_cast<double>(std::min(done_, total_)) / static_cast<double>(total_);
+      if (terminal_) {
+        constexpr int width = 28;
+        line += " ";
+        for (int i = 0; i < width; ++i) line += i < static_cast<int>(share * width) ? "█" : "░";
+      }
+      line += fmt::format(" {:3.0f} % {}/{}", share * 100, done_, total_);
+    } else {
+      line += fmt::format(" {}", done_);
+    }
+    line += fmt::format(", {:.1f}/s", rate);
+    if (done_ >= total_ && total_ > 0)
+      line += fmt::format(", took {}", clockText(seconds));
+    else if (total_ > 0 && rate > 0)
+      line += fmt::format(", {} left", clockText(static_cast<double>(total_ - done_) / rate));
+    if (terminal_)
+      std::fprintf(stderr, "\r\033[K%s", line.c_str());
+    else
+      std::fprintf(stderr, "%s\n", line.c_str());
+    std::fflush(stderr);
+  }
+
+  bool terminal_ = isatty(STDERR_FILENO) == 1;
+  bool active_ = false;
+  std::string what_;
+  std::size_t total_ = 0, done_ = 0, first_ = 0;
+  Clock::time_point start_, lastShown_;
+};
+
+}  // namespace
+
+std::unique_ptr<Progress> makeStderrProgress() { return std::make_unique<StderrProgress>(); }
+
+void catchInterrupts() {
+  std::signal(SIGINT, requestStop);
+  std::signal(SIGTERM, requestStop);
+}
+
+bool interrupted() { return stopRequested != 0; }
+
+}  // namespace estancia

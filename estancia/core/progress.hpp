@@ -1,0 +1,29 @@
+// Progress of long work, and asking it to stop.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+
+namespace estancia {
+
+/// Told how far a long piece of work is. The default does nothing, so a library call stays silent.
+class Progress {
+ public:
+  virtual ~Progress() = default;
+  /// `total` = 0 when the amount is not known.
+  virtual void begin(const std::string& /*what*/, std::size_t /*total*/, std::size_t /*done*/ = 0) {}
+  virtual void advance(std::size_t /*count*/ = 1) {}
+  virtual void end() {}
+};
+
+/// A bar with rate and time left when stderr is a terminal; otherwise a plain line every few seconds.
+std::unique_ptr<Progress> makeStderrProgress();
+
+/// Makes Ctrl-C (SIGINT) and SIGTERM set a flag instead of killing the process; the second one kills.
+void catchInterrupts();
+
+/// True once the user asked to stop. Long loops ask between frames.
+bool interrupted();
+
+}  // namespace estancia

@@ -1,0 +1,54 @@
+#include "estancia/core/vocabulary.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <utility>
+
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+
+Vocabulary::Vocabulary(std::vector<std::string> labels) : labels_(std::move(labels)) {
+  if (labels_.empty()) throw Error("a vocabulary needs at least one label");
+  std::string all;
+  for (std::size_t i = 0; i < labels_.size(); ++i) {
+    if (labels_[i].empty()) throw Error(fmt::format("label {} of the vocabulary is empty", i + 1));
+    all += labels_[i];
+    all += '\n';
+  }
+  digest_ = sha256(all);
+}
+
+Vocabulary Vocabulary::fromFile(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file) throw Error(fmt::format("cannot read the label file {}", path.string()));
+  std::vector<std::string> labels;
+  std::string line;
+  while (std::getline(file, line)) {
+    const auto end = line.find_last_not_of(" \t\r");
+    labels.push_back(end == std::string::npos ? "" : line.substr(0, end + 1));
+  }
+  while (!labels.empty() && labels.back().empty()) labels.pop_back();
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    if (labels[i].empty())
+      throw Error(fmt::format("{}:{}: empty label; give every output of the model a name", path.string(), i + 1));
+  if (labels.empty())
+    throw Error(fmt::format("{}: no labels in it; write one label a line, in the order of the model's outputs",
+                            path.string()));
+  return Vocabulary(std::move(labels));
+}
+
+void requireSameVocabulary(const Vocabulary& expected, const Vocabulary& actual, const std::string& context) {
+  if (expected == actual) return;
+  std::size_t i = 0;
+  while (i < expected.size() && i < actual.size() && expected[i] == actual[i]) ++i;
+  const auto labelAt = [i](const Vocabulary& v) { return i < v.size() ? v[i] : std::string("(none)"); };
+  throw Error(
+      fmt::format("{}: the vocabularies differ ({} labels against {}; label {} is \"{}\" against \"{}\"); "
+                  "use the model that the map was made with",
+                  context, expected.size(), actual.size(), i + 1, labelAt(expected), labelAt(actual)));
+}
+
+}  // namespace estancia

@@ -1,0 +1,81 @@
+#include "support/support.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+namespace estancia::test {
+namespace fs = std::filesystem;
+namespace {
+
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return result + "'";
+}
+
+fs::path environmentOr(const char* variable, const fs::path& otherwise) {
+  const char* value = std::getenv(variable);
+  return value != nullptr && *value != '\0' ? fs::path(value) : otherwise;
+}
+
+fs::path home() { return environmentOr("HOME", "/"); }
+
+std::optional<fs::path> existing(const fs::path& path) {
+  if (fs::exists(path)) return path;
+  if (std::getenv("CI") != nullptr) ADD_FAILURE() << path << " is missing, and CI may not skip real-data tests";
+  return std::nullopt;
+}
+
+}  // namespace
+
+ScratchFolder::ScratchFolder() {
+  std::string pattern = (fs::temp_directory_path() / "estancia-test-XXXXXX").string();
+  if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("cannot make a scratch folder");
+  path_ = pattern;
+}
+
+ScratchFolder::~ScratchFolder() {
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+}
+
+void writeFile(const fs::path& path, const std::string& bytes) {
+  fs::create_directories(path.parent_path());
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+std::string readFile(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream all;
+  all << file.rdbuf();
+  return all.str();
+}
+
+CommandResult run(const std::vector<std::string>& arguments) {
+  const ScratchFolder scratch;
+  std::string line = quoted(ESTANCIA_COMMAND);
+  for (const auto& argument : arguments) line += " " + quoted(argument);
+  line += " >" + quoted(scratch / "out") + " 2>" + quoted(scratch / "err") + " </dev/null";
+  const int status = std::system(line.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), readFile(scratch / "out"),
+          readFile(scratch / "err")};
+}
+
+std::optional<fs::path> findData(const std::string& set) {
+  return existing(environmentOr("ESTANCIA_DATA", home() / ".cache/estancia/data") / set);
+}
+
+std::optional<fs::path> findFetched(const std::string& what) {
+  return existing(environmentOr("ESTANCIA_HOME", home() / ".local/share/estancia") / what);
+}
+
+std::optional<fs::path> findTestModels() {
+  return existing(environmentOr("ESTANCIA_TEST_MODELS", fs::path(ESTANCIA_SOURCE_DIR) / "../shared/models"));
+}
+
+}  // namespace estancia::test
