@@ -22,10 +22,11 @@ void requireProbabilities(DescriptorView descriptor, std::size_t labels, const s
   for (std::size_t i = 0; i < labels; ++i) {
     const float p = descriptor[i];
     if (!std::isfinite(p))
-      throw Error(fmt::format("{} gave {} for label {}; check its preprocessing (mean, scale)", source, p, i));
+      throw Error(
+          fmt::format("{} gave {} for label {}; check its preprocessing (mean, scale)", source, p, i));
     if (p < -slack || p > 1 + slack)
-      throw Error(fmt::format("{} gave {} for label {}, which is no probability; does the model need softmax?",
-                              source, p, i));
+      throw Error(fmt::format(
+          "{} gave {} for label {}, which is no probability; does the model need softmax?", source, p, i));
   }
 }
 

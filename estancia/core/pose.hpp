@@ -9,8 +9,8 @@ namespace estancia {
 /// T_map_camera: the camera's optical frame (x right, y down, z forward; REP-103) seen from the map. Metres.
 /// Data sets that give a robot's planar pose (x, y, θ) become a camera that looks along θ in a z-up map.
 struct Pose {
-  double x = 0, y = 0, z = 0;                 ///< position in the map [m]
-  double qx = 0, qy = 0, qz = 0, qw = 1;      ///< unit quaternion, rotation map ← camera
+  double x = 0, y = 0, z = 0;             ///< position in the map [m]
+  double qx = 0, qy = 0, qz = 0, qw = 1;  ///< unit quaternion, rotation map ← camera
 
   /// A level camera at (x, y, 0) that looks along `theta` (radians, counter-clockwise from the map's x axis).
   static Pose planar(double x, double y, double theta) {
@@ -25,8 +25,8 @@ struct Pose {
   }
 
   bool isFinite() const {
-    return std::isfinite(x) && std::isfinite(y) && std::isfinite(z) && std::isfinite(qx) && std::isfinite(qy) &&
-           std::isfinite(qz) && std::isfinite(qw);
+    return std::isfinite(x) && std::isfinite(y) && std::isfinite(z) && std::isfinite(qx) &&
+           std::isfinite(qy) && std::isfinite(qz) && std::isfinite(qw);
   }
 };
 

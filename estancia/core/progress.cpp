@@ -92,13 +92,17 @@ class StderrProgress final : public Progress {
 
 }  // namespace
 
-std::unique_ptr<Progress> makeStderrProgress() { return std::make_unique<StderrProgress>(); }
+std::unique_ptr<Progress> makeStderrProgress() {
+  return std::make_unique<StderrProgress>();
+}
 
 void catchInterrupts() {
   std::signal(SIGINT, requestStop);
   std::signal(SIGTERM, requestStop);
 }
 
-bool interrupted() { return stopRequested != 0; }
+bool interrupted() {
+  return stopRequested != 0;
+}
 
 }  // namespace estancia

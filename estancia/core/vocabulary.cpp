@@ -33,10 +33,11 @@ Vocabulary Vocabulary::fromFile(const std::filesystem::path& path) {
   while (!labels.empty() && labels.back().empty()) labels.pop_back();
   for (std::size_t i = 0; i < labels.size(); ++i)
     if (labels[i].empty())
-      throw Error(fmt::format("{}:{}: empty label; give every output of the model a name", path.string(), i + 1));
+      throw Error(
+          fmt::format("{}:{}: empty label; give every output of the model a name", path.string(), i + 1));
   if (labels.empty())
-    throw Error(fmt::format("{}: no labels in it; write one label a line, in the order of the model's outputs",
-                            path.string()));
+    throw Error(fmt::format(
+        "{}: no labels in it; write one label a line, in the order of the model's outputs", path.string()));
   return Vocabulary(std::move(labels));
 }
 

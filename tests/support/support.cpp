@@ -23,11 +23,14 @@ fs::path environmentOr(const char* variable, const fs::path& otherwise) {
   return value != nullptr && *value != '\0' ? fs::path(value) : otherwise;
 }
 
-fs::path home() { return environmentOr("HOME", "/"); }
+fs::path home() {
+  return environmentOr("HOME", "/");
+}
 
 std::optional<fs::path> existing(const fs::path& path) {
   if (fs::exists(path)) return path;
-  if (std::getenv("CI") != nullptr) ADD_FAILURE() << path << " is missing, and CI may not skip real-data tests";
+  if (std::getenv("CI") != nullptr)
+    ADD_FAILURE() << path << " is missing, and CI may not skip real-data tests";
   return std::nullopt;
 }
 

@@ -40,7 +40,8 @@ std::optional<std::filesystem::path> findData(const std::string& set);
 /// The folder of the fetched models and panoramas ($ESTANCIA_HOME, else ~/.local/share/estancia), same rule.
 std::optional<std::filesystem::path> findFetched(const std::string& what);
 
-/// The folder with the test networks beside the project (../shared/models or $ESTANCIA_TEST_MODELS), same rule.
+/// The folder with the test networks beside the project (../shared/models or $ESTANCIA_TEST_MODELS), same
+/// rule.
 std::optional<std::filesystem::path> findTestModels();
 
 }  // namespace estancia::test

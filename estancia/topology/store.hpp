@@ -1,0 +1,86 @@
+// The map file: one SQLite file `*.estancia`, written while the robot drives.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/core/descriptor.hpp"
+#include "estancia/topology/map.hpp"
+
+namespace estancia {
+
+/// A map on disk. Everything written since the last commit() is lost together when the process dies, never in
+/// part. One writer at a time; readers may look at the last commit meanwhile (WAL).
+class MapStore {
+ public:
+  enum class Access { read, write };
+
+  /// What never changes in the life of a map.
+  struct Identity {
+    Vocabulary vocabulary;
+    std::string model;     ///< Labeler::identity()
+    std::string settings;  ///< the mapper's settings as JSON
+  };
+
+  /// Makes a new file; it exists on disk from the first commit() on. Throws Error when `path` exists already,
+  /// its folder is missing, read-only or full.
+  static MapStore create(const std::filesystem::path& path, const Identity& identity);
+
+  /// Throws Error, each with its own sentence: no such file, another program's file, a newer format, damaged
+  /// or cut off, being written by another process (Access::write).
+  static MapStore open(const std::filesystem::path& path, Access access);
+
+  MapStore(MapStore&&) noexcept;
+  MapStore& operator=(MapStore&&) noexcept;
+  ~MapStore();  ///< drops what was not committed
+
+  const Identity& identity() const;
+
+  // ---- writing
+  /// Frames come in order: `index` is the number of frames so far.
+  void addFrame(std::size_t index, const MappedFrame& frame, DescriptorView descriptor);
+  /// A small JPEG of a frame, for reports.
+  void putPicture(std::size_t frame, const std::vector<unsigned char>& jpeg);
+  /// Inserts or replaces; `state` is the mapper's own memory of the node.
+  void putNode(const Node& node, const std::string& state);
+  void putTransition(const Transition& transition);
+  /// Sets the frame's node, too.
+  void putDecision(const Decision& decision);
+  /// Moves all frames of merge.absorbed to merge.kept and removes the absorbed node.
+  void addMerge(const Merge& merge);
+  /// Forgets all nodes, transitions, decisions and merges (not frames): a new mapping of the same frames
+  /// follows.
+  void clearMap();
+  /// Forgets all transitions: their new list follows (after a merge).
+  void clearTransitions();
+  /// Named blobs of the mapper's memory, replaced.
+  void putState(const std::string& key, const std::string& bytes);
+  void commit();
+
+  // ---- reading
+  std::size_t frameCount() const;
+  TopologicalMap load() const;
+  std::optional<std::string> findState(const std::string& key) const;
+  /// (node id, state) in order of id.
+  std::vector<std::pair<int, std::string>> nodeStates() const;
+  /// Throws Error when there is no such frame.
+  LexicalDescriptor descriptor(std::size_t frame) const;
+  /// All descriptors from `first` on, in order; stops early when `visit` returns false.
+  void forEachDescriptor(std::size_t first,
+                         const std::function<bool(std::size_t, DescriptorView)>& visit) const;
+  /// Frames with a picture, and the picture (empty when there is none).
+  std::vector<std::size_t> pictureFrames() const;
+  std::vector<unsigned char> picture(std::size_t frame) const;
+
+ private:
+  struct Impl;
+  explicit MapStore(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace estancia
