@@ -3,7 +3,8 @@ function(estancia_defaults target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
                                            -Woverloaded-virtual -fopenmp-simd)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-    target_compile_options(${target} PRIVATE -Wno-restrict)  # false positives on std::string, GCC bug 105651
+    target_compile_options(${target} PRIVATE -Wno-restrict -Wno-stringop-overflow)
+    # false positives inside std::string and fmt (GCC bug 105651)
   endif()
   if(ESTANCIA_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
