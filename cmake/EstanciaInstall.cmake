@@ -1,14 +1,22 @@
-# make install, and find_package(estancia) → estancia::estancia
-install(TARGETS estancia EXPORT estanciaTargets
-        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(TARGETS estancia_command RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/estancia DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-        FILES_MATCHING PATTERN "*.hpp")
-install(EXPORT estanciaTargets NAMESPACE estancia:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/estancia)
+# cmake --install, and find_package(estancia) → estancia::estancia (tests/find_package proves it)
+set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/estancia)
+get_target_property(library_type estancia TYPE)
+if(library_type STREQUAL "STATIC_LIBRARY")
+  set(ESTANCIA_IS_STATIC TRUE)
+else()
+  set(ESTANCIA_IS_STATIC FALSE)
+endif()
+
+# An installed command finds the shared library beside it, wherever the prefix is moved to.
+file(RELATIVE_PATH bin_to_lib ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+set_target_properties(estancia_command PROPERTIES INSTALL_RPATH $ORIGIN/${bin_to_lib})
+
+install(TARGETS estancia EXPORT estanciaTargets FILE_SET HEADERS)
+install(TARGETS estancia_command)
+install(EXPORT estanciaTargets NAMESPACE estancia:: DESTINATION ${package_folder})
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/estanciaConfig.cmake.in
-                              ${PROJECT_BINARY_DIR}/estanciaConfig.cmake
-                              INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/estancia)
+                              ${PROJECT_BINARY_DIR}/estanciaConfig.cmake INSTALL_DESTINATION ${package_folder})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/estanciaConfigVersion.cmake
                                  COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/estanciaConfig.cmake ${PROJECT_BINARY_DIR}/estanciaConfigVersion.cmake
-        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/estancia)
+        DESTINATION ${package_folder})
