@@ -1,4 +1,5 @@
-// One binary that is quick on any x86-64: hot loops are compiled once per instruction set and chosen at start.
+// One binary that is quick on any x86-64: hot loops are compiled once per instruction set and chosen at
+// start.
 #pragma once
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(ESTANCIA_NO_MULTIVERSION)
