@@ -1,0 +1,110 @@
+// LexToMap: online topological mapping from lexical descriptors (thesis Algorithm 4.1).
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "estancia/core/descriptor.hpp"
+#include "estancia/topology/map.hpp"
+#include "estancia/topology/node_bank.hpp"
+#include "estancia/topology/thresholds.hpp"
+
+namespace estancia {
+
+struct MapperOptions {
+  std::string distance = "standardized-clr";  ///< see baseDistances(); the default is what measurement says
+  std::optional<double> tauJoin;              ///< τ1; found by the run itself unless given
+  std::optional<double> tauRevisit;           ///< τ2; follows from τ_join unless given
+  bool nearerThanCurrent =
+      true;  ///< move only to a node nearer than the current one (the original program does)
+  std::size_t blurImages =
+      0;  ///< k: the first and last k images of a stay weigh i/k, they blur a node; 0: off
+  std::size_t settleFrames =
+      600;  ///< the run's first frames, decided again whenever the scales have been found anew
+  ThresholdOptions thresholds;
+
+  /// The thesis' own choices (4.5.3 and its program): rooted Eq. 4.5, τ1 = 0.15, τ2 = 0.015, no merging.
+  static MapperOptions thesis();
+
+  std::string toJson() const;
+  /// Throws Error on unknown or malformed settings.
+  static MapperOptions fromJson(const std::string& text);
+};
+
+/// Builds the map one descriptor at a time. Deterministic; memory grows with the nodes, not with the frames,
+/// as long as the caller takes the news.
+///
+/// Standardized distances and automatic thresholds need to know the run. They are found again at frames 10,
+/// 13, 17, … (each time the run has grown by a quarter). While the run is young (settleFrames), Algorithm 4.1
+/// is then repeated on all frames so far, so that the first minute is mapped by the same scales as the rest.
+class Mapper {
+ public:
+  Mapper(std::size_t labels, MapperOptions options);
+
+  /// Maps the next frame.
+  void add(DescriptorView probabilities);
+  /// The run is over (for now): a young run is decided once more with all it has told.
+  void finish();
+
+  std::size_t frames() const { return scale_.frames(); }
+  const NodeBank& bank() const { return bank_; }
+  const Thresholds& thresholds() const { return thresholds_; }
+  int currentNode() const;
+  std::vector<Transition> transitions() const;
+
+  /// What happened since the last call, for the map file.
+  struct News {
+    bool restarted = false;  ///< forget all decisions before: they have been made again
+    std::vector<std::variant<Decision, Merge>> events;
+    std::set<int> changedNodes;
+  };
+  News takeNews();
+
+  /// The mapper's own memory, for --continue; nodes are saved apart by nodeState().
+  std::string state() const;
+  std::string nodeState(std::size_t slot) const;
+  /// Restores a saved mapper. `descriptor(i)` gives frame i's stored descriptor.
+  static Mapper restore(std::size_t labels, MapperOptions options, const std::string& state,
+                        const std::vector<std::pair<int, std::string>>& nodes,
+                        const std::function<LexicalDescriptor(std::size_t)>& descriptor);
+
+ private:
+  struct Image {  ///< one frame on its way into a node
+    std::vector<float> words, embedded;
+  };
+  Image makeImage(DescriptorView probabilities) const;
+  bool isAutomatic() const;
+  void rescale();
+  void repeatYoungRun();
+  void place(std::size_t frame, const Image& image);
+  void join(std::size_t slot, const Image& image);
+  std::size_t split();
+  void leave();
+  void drive(int from, int to, std::size_t frame);
+  void mergeTwins(std::size_t frame);
+
+  std::size_t labels_;
+  MapperOptions options_;
+  Distance distance_;
+  RunScale scale_;
+  NodeBank bank_;
+  Thresholds thresholds_;
+  std::size_t nextRescale_;
+  std::size_t current_ = 0;  ///< slot of the current node
+  int nextId_ = 0;
+  std::size_t stay_ = 0;      ///< images since the robot entered the current node
+  std::deque<Image> recent_;  ///< the last blurImages images of this stay
+  std::map<std::pair<int, int>, Transition> transitions_;
+  std::vector<std::vector<float>> young_;  ///< descriptors of the first settleFrames frames
+  News news_;
+};
+
+}  // namespace estancia

@@ -1,0 +1,146 @@
+#include "estancia/topology/node_bank.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+void scaleToUnit(std::span<float> vector) {
+  const float norm = std::sqrt(dot(vector, vector));
+  if (norm > 0)
+    for (float& v : vector) v /= norm;
+}
+
+}  // namespace
+
+NodeBank::NodeBank(Distance distance, std::size_t labels)
+    : distance_(std::move(distance)),
+      labels_(labels),
+      byDotProduct_(!distance_.sigmaWeighted && (distance_.comparison == Comparison::cosine ||
+                                                 distance_.comparison == Comparison::euclidean)),
+      sketch_(labels) {}
+
+NodeMemory NodeBank::makeNode(int id) const {
+  NodeMemory node{id, 0, 0, Moments(labels_, true), std::nullopt};
+  if (distance_.embedding != Embedding::identity) node.embedded = Moments(labels_, distance_.sigmaWeighted);
+  return node;
+}
+
+std::size_t NodeBank::add(NodeMemory node) {
+  const std::size_t slot = nodes_.size();
+  nodes_.push_back(std::move(node));
+  rows_.resize(nodes_.size() * labels_);
+  if (distance_.sigmaWeighted) weights_.resize(rows_.size());
+  squaredNorms_.resize(nodes_.size());
+  refresh(slot);
+  return slot;
+}
+
+void NodeBank::remove(std::size_t slot) {
+  const std::size_t last = nodes_.size() - 1;
+  if (slot != last) {
+    nodes_[slot] = std::move(nodes_[last]);
+    squaredNorms_[slot] = squaredNorms_[last];
+    for (std::vector<float>* matrix : {&rows_, &weights_})
+      if (!matrix->empty())
+        std::copy_n(matrix->begin() + static_cast<std::ptrdiff_t>(last * labels_), labels_,
+                    matrix->begin() + static_cast<std::ptrdiff_t>(slot * labels_));
+  }
+  nodes_.pop_back();
+  rows_.resize(nodes_.size() * labels_);
+  if (distance_.sigmaWeighted) weights_.resize(rows_.size());
+  squaredNorms_.pop_back();
+  if (byDotProduct_) sketch_.remove(slot);
+}
+
+std::size_t NodeBank::slotOf(int id) const {
+  const auto found =
+      std::find_if(nodes_.begin(), nodes_.end(), [id](const NodeMemory& node) { return node.id == id; });
+  if (found == nodes_.end()) throw Error(fmt::format("the mapper has lost node {}; the map is damaged", id));
+  return static_cast<std::size_t>(found - nodes_.begin());
+}
+
+std::span<const float> NodeBank::weights(std::size_t slot) const {
+  if (!distance_.sigmaWeighted) return {};
+  return {weights_.data() + slot * labels_, labels_};
+}
+
+void NodeBank::setStandardization(Standardization standardization) {
+  standardization_ = std::move(standardization);
+  for (std::size_t slot = 0; slot < nodes_.size(); ++slot) refresh(slot);
+}
+
+std::vector<float> NodeBank::makeQuery(std::span<const float> embedded) const {
+  std::vector<float> query(embedded.begin(), embedded.end());
+  if (!standardization_.scale.empty())
+    for (std::size_t i = 0; i < labels_; ++i)
+      query[i] = (query[i] - standardization_.centre[i]) / standardization_.scale[i];
+  if (distance_.comparison == Comparison::cosine) scaleToUnit(query);
+  return query;
+}
+
+void NodeBank::refresh(std::size_t slot) {
+  const NodeMemory& node = nodes_[slot];
+  const std::vector<float> vector = makeQuery(node.compared().mean());
+  std::copy(vector.begin(), vector.end(), rows_.begin() + static_cast<std::ptrdiff_t>(slot * labels_));
+  squaredNorms_[slot] = dot(vector, vector);
+  if (byDotProduct_) sketch_.set(slot, vector);
+  if (!distance_.sigmaWeighted) return;
+  const std::span<const float> variance = node.compared().variance();
+  float* weight = weights_.data() + slot * labels_;
+  for (std::size_t i = 0; i < labels_; ++i) {
+    // A probability's σ is at most ½, so 1 − 2σ lies in [0, 1] (thesis 4.3.2); log-ratios have no such bound.
+    if (distance_.embedding != Embedding::centredLogRatio) {
+      weight[i] = std::max(0.0F, 1 - 2 * std::sqrt(variance[i]));
+    } else {
+      const float scale = standardization_.scale.empty() ? 1.0F : standardization_.scale[i];
+      weight[i] = 1 / (1 + variance[i] / (scale * scale));
+    }
+  }
+}
+
+double NodeBank::distance(std::size_t slot, std::span<const float> query) const {
+  if (byDotProduct_ && distance_.comparison == Comparison::cosine)  // both are unit vectors
+    return std::clamp(1.0 - dot(row(slot), query), 0.0, 2.0);
+  return compare(distance_.comparison, row(slot), query, weights(slot));
+}
+
+std::optional<NodeBank::Nearest> NodeBank::nearest(std::span<const float> query, std::size_t except,
+                                                   std::uint64_t minFrames) const {
+  const auto allowed = [&](std::size_t slot) { return slot != except && nodes_[slot].frames >= minFrames; };
+  std::optional<Nearest> best;
+  const auto consider = [&](std::size_t slot) {
+    const double d = distance(slot, query);
+    if (!best || d < best->distance || (d == best->distance && slot < best->slot)) best = Nearest{slot, d};
+  };
+  if (!byDotProduct_) {
+    for (std::size_t slot = 0; slot < nodes_.size(); ++slot)
+      if (allowed(slot)) consider(slot);
+    return best;
+  }
+  std::vector<float> lower(nodes_.size());
+  sketch_.upperBounds(query, lower);
+  const double queryNorm = dot(query, query);
+  std::size_t first = nodes_.size();
+  for (std::size_t slot = 0; slot < nodes_.size(); ++slot) {
+    lower[slot] = distance_.comparison == Comparison::cosine
+                      ? 1 - lower[slot]
+                      : std::sqrt(static_cast<float>(std::max(
+                            0.0, squaredNorms_[slot] + queryNorm - 2.0 * lower[slot] - 1e-5 * queryNorm)));
+    if (allowed(slot) && (first == nodes_.size() || lower[slot] < lower[first])) first = slot;
+  }
+  if (first == nodes_.size()) return std::nullopt;
+  consider(first);
+  for (std::size_t slot = 0; slot < nodes_.size(); ++slot)
+    if (slot != first && lower[slot] <= best->distance && allowed(slot)) consider(slot);
+  return best;
+}
+
+}  // namespace estancia

@@ -1,0 +1,88 @@
+// All nodes of a growing map, laid out so that "which node is nearest?" is quick.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "estancia/stats/distance.hpp"
+#include "estancia/topology/moments.hpp"
+#include "estancia/topology/sketch.hpp"
+
+namespace estancia {
+
+/// The mapper's memory of one node. Constant size.
+struct NodeMemory {
+  int id = 0;
+  std::uint64_t frames = 0;
+  std::uint64_t nextMergeCheck = 0;  ///< look for a twin when the node holds this many frames
+  Moments words;                     ///< of the probabilities: what people see (Eq. 4.2)
+  std::optional<Moments>
+      embedded;  ///< of the embedded descriptors: what is compared; absent when that is the same
+
+  const Moments& compared() const { return embedded ? *embedded : words; }
+};
+
+/// How a run's own labels are centred and scaled before they are compared; both empty: not at all.
+struct Standardization {
+  std::vector<float> centre;
+  std::vector<float> scale;  ///< > 0
+};
+
+/// Owns the nodes. Distances are exact whatever the shortcut (a test compares with a plain scan).
+class NodeBank {
+ public:
+  NodeBank(Distance distance, std::size_t labels);
+
+  NodeMemory makeNode(int id) const;
+  /// Returns its slot. Slots are positions 0 … size()−1 and change when a node is removed.
+  std::size_t add(NodeMemory node);
+  void remove(std::size_t slot);
+  std::size_t size() const { return nodes_.size(); }
+  const NodeMemory& operator[](std::size_t slot) const { return nodes_[slot]; }
+  /// Throws Error when there is no such node.
+  std::size_t slotOf(int id) const;
+
+  /// Changes a node through `change(NodeMemory&)` and brings the search up to date.
+  template <class Change>
+  void update(std::size_t slot, Change change) {
+    change(nodes_[slot]);
+    refresh(slot);
+  }
+
+  /// New scales; O(nodes · labels).
+  void setStandardization(Standardization standardization);
+  const Standardization& standardization() const { return standardization_; }
+
+  /// An embedded descriptor made ready for distance() and nearest().
+  std::vector<float> makeQuery(std::span<const float> embedded) const;
+
+  double distance(std::size_t slot, std::span<const float> query) const;
+
+  struct Nearest {
+    std::size_t slot;
+    double distance;
+  };
+  /// The nearest node but `except` among those with at least `minFrames` frames; the lower slot wins a tie.
+  std::optional<Nearest> nearest(std::span<const float> query, std::size_t except,
+                                 std::uint64_t minFrames = 1) const;
+
+ private:
+  std::span<const float> row(std::size_t slot) const { return {rows_.data() + slot * labels_, labels_}; }
+  std::span<const float> weights(std::size_t slot) const;
+  void refresh(std::size_t slot);
+
+  Distance distance_;
+  std::size_t labels_;
+  bool byDotProduct_;  ///< the distance grows as the dot product falls: the sketch can rule nodes out
+  Standardization standardization_;
+  std::vector<NodeMemory> nodes_;
+  std::vector<float> rows_;     ///< the compared vectors, size()×labels
+  std::vector<float> weights_;  ///< of σ-weighted distances, size()×labels
+  std::vector<double> squaredNorms_;
+  Sketch sketch_;
+};
+
+}  // namespace estancia
