@@ -9,8 +9,8 @@
 
 namespace estancia {
 
-/// Anything that gives an image's labels with probabilities (thesis 1.6): a CNN, several, a service, a person.
-/// Labelling has two steps so that a stream can prepare the next image while this one is inferred.
+/// Anything that gives an image's labels with probabilities (thesis 1.6): a CNN, several, a service, a
+/// person. Labelling has two steps so that a stream can prepare the next image while this one is inferred.
 class Labeler {
  public:
   virtual ~Labeler() = default;
