@@ -109,7 +109,7 @@ fs::path modelHome() {
 
 fs::path getModelFolder(const std::string& model) {
   const bool isPath = model.find('/') != std::string::npos || model == "." || model == "..";
-  if (!isPath && !model.empty() && isModelFolder(modelHome() / model)) return modelHome() / model;
+  if (!isPath && !model.empty() && fs::is_directory(modelHome() / model)) return modelHome() / model;
   if (isModelFolder(model)) return model;
   if (isPath) throw Error(fmt::format("{} is no model: it holds no model.toml", model));
   std::vector<std::string> known;

@@ -35,9 +35,9 @@ class QuietOpencv {
 std::string reasonOf(const cv::Exception& e) {
   const std::string text = e.what();
   std::smatch match;
-  if (std::regex_search(text, match, std::regex(R"(Node \[(\w+)@)")) ||            // ONNX
-      std::regex_search(text, match, std::regex(R"~(of type "(\w+)")~")) ||          // Caffe, and layers without code
-      std::regex_search(text, match, std::regex(R"(Unknown layer type (\w+))")))   // TensorFlow
+  if (std::regex_search(text, match, std::regex(R"(Node \[(\w+)@)")) ||      // ONNX
+      std::regex_search(text, match, std::regex(R"~(of type "(\w+)")~")) ||  // Caffe, and layers without code
+      std::regex_search(text, match, std::regex(R"(Unknown layer type (\w+))")))  // TensorFlow
     return fmt::format("OpenCV cannot run its operator {}", match[1].str());
   std::string line = e.err.empty() ? text : e.err;
   std::replace(line.begin(), line.end(), '\n', ' ');
