@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
+#include "estancia/label/tflite_reader.hpp"
 #include "estancia/label/tflite_to_onnx.hpp"
 
 namespace estancia {

@@ -2,10 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <opencv2/core/cvdef.h>
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <set>
 
@@ -215,7 +213,6 @@ class Reader {
       fail("has no inputs for " + op.where);
     for (const int index : *stored->inputs())
       op.inputs.push_back(index == -1 ? -1 : checkedIndex(index, graph, op.where));
-    if (op.inputs[0] < 0) fail("has no first input for " + op.where);
     if (stored->outputs() == nullptr || stored->outputs()->size() != 1)
       fail("has no single output for " + op.where);
     op.output = checkedIndex(stored->outputs()->Get(0), graph, op.where);
@@ -250,12 +247,15 @@ class Reader {
     const auto requireInputs = [&](std::size_t least, std::size_t most) {
       if (op.inputs.size() < least || op.inputs.size() > most)
         fail(fmt::format("gives {} inputs to {}", op.inputs.size(), op.where));
+      for (std::size_t i = 0; i < least; ++i)
+        if (op.inputs[i] < 0) fail("leaves out an input of " + op.where);
     };
     const auto require = [&](const auto* options) {
       if (options == nullptr) fail("has no options for " + op.where);
       return options;
     };
     const auto window = [&](const auto* options) {
+      require(options);
       if (options->padding() != format::Padding::SAME && options->padding() != format::Padding::VALID)
         fail("has an unknown padding in " + op.where);
       op.samePadding = options->padding() == format::Padding::SAME;
@@ -263,27 +263,21 @@ class Reader {
       op.strideY = positive(options->stride_h(), op, "stride");
       op.activation = activationOf(options->activation(), op);
     };
+    const auto convolution = [&](const auto* options) {
+      requireInputs(2, 3);
+      window(options);
+      op.dilationX = positive(options->dilation_w(), op, "dilation");
+      op.dilationY = positive(options->dilation_h(), op, "dilation");
+    };
     switch (op.kind) {
-      case Kind::conv: {
-        requireInputs(2, 3);
-        const auto* options = require(stored->options_as_Conv2D());
-        window(options);
-        op.dilationX = positive(options->dilation_w(), op, "dilation");
-        op.dilationY = positive(options->dilation_h(), op, "dilation");
-        break;
-      }
-      case Kind::depthwiseConv: {
-        requireInputs(2, 3);
-        const auto* options = require(stored->options_as_DepthwiseConv2D());
-        window(options);
-        op.dilationX = positive(options->dilation_w(), op, "dilation");
-        op.dilationY = positive(options->dilation_h(), op, "dilation");
-        break;
-      }
+      case Kind::conv:
+        return convolution(stored->options_as_Conv2D());
+      case Kind::depthwiseConv:
+        return convolution(stored->options_as_DepthwiseConv2D());
       case Kind::averagePool:
       case Kind::maxPool: {
         requireInputs(1, 1);
-        const auto* options = require(stored->options_as_Pool2D());
+        const auto* options = stored->options_as_Pool2D();
         window(options);
         op.filterX = positive(options->filter_w(), op, "filter");
         op.filterY = positive(options->filter_h(), op, "filter");
@@ -302,6 +296,7 @@ class Reader {
         break;
       }
       case Kind::concatenation: {
+        requireInputs(op.inputs.size(), op.inputs.size());
         const auto* options = require(stored->options_as_Concatenation());
         const int rank = static_cast<int>(graph.tensors[static_cast<std::size_t>(op.output)].shape.size());
         op.axis = options->axis() < 0 ? options->axis() + rank : options->axis();
@@ -372,97 +367,10 @@ class Reader {
   const format::Model* model_ = nullptr;
 };
 
-template <class Stored>
-Stored loadElement(const Tensor& tensor, std::size_t i) {
-  Stored value;
-  std::memcpy(&value, tensor.bytes.data() + i * sizeof(Stored), sizeof(Stored));
-  return value;
-}
-
-/// Calls use(i, value) for each stored element.
-template <class Stored, class Use>
-void forEachElement(const Tensor& tensor, Use use) {
-  const std::size_t count = tensor.bytes.size() / sizeof(Stored);
-  for (std::size_t i = 0; i < count; ++i) use(i, loadElement<Stored>(tensor, i));
-}
-
 }  // namespace
-
-std::size_t Tensor::elements() const {
-  std::size_t count = 1;
-  for (const int size : shape) count *= static_cast<std::size_t>(size);
-  return count;
-}
-
-float Tensor::lowest() const {
-  if (scale.size() != 1 || (type != ElementType::uint8 && type != ElementType::int8))
-    return -std::numeric_limits<float>::infinity();
-  return scale[0] * static_cast<float>((type == ElementType::uint8 ? 0 : -128) - zeroPoint[0]);
-}
-
-float Tensor::highest() const {
-  if (scale.size() != 1 || (type != ElementType::uint8 && type != ElementType::int8))
-    return std::numeric_limits<float>::infinity();
-  return scale[0] * static_cast<float>((type == ElementType::uint8 ? 255 : 127) - zeroPoint[0]);
-}
 
 Graph readGraph(std::span<const std::uint8_t> file, const std::string& source) {
   return Reader(file, source).read();
-}
-
-std::vector<float> realValues(const Tensor& tensor, const std::string& source) {
-  if (!tensor.constant) throw Error(fmt::format("{} computes {}, which must be stored", source, tensor.name));
-  if (tensor.type == ElementType::float32) {
-    std::vector<float> values(tensor.elements());
-    std::memcpy(values.data(), tensor.bytes.data(), tensor.bytes.size());
-    return values;
-  }
-  if (tensor.type != ElementType::float16 && tensor.scale.empty())
-    throw Error(fmt::format("{} stores {} as integers without a scale", source, tensor.name));
-
-  std::size_t inner = 1;  // elements that share one index of the axis
-  for (std::size_t d = static_cast<std::size_t>(tensor.axis) + 1; d < tensor.shape.size(); ++d)
-    inner *= static_cast<std::size_t>(tensor.shape[d]);
-  std::vector<float> values(tensor.elements());
-  const auto dequantise = [&](std::size_t i, auto stored) {
-    const std::size_t channel = tensor.scale.size() == 1 ? 0 : i / inner % tensor.scale.size();
-    const double difference = static_cast<double>(stored) - static_cast<double>(tensor.zeroPoint[channel]);
-    values[i] = static_cast<float>(tensor.scale[channel] * difference);
-  };
-  switch (tensor.type) {
-    case ElementType::uint8:
-      forEachElement<std::uint8_t>(tensor, dequantise);
-      break;
-    case ElementType::int8:
-      forEachElement<std::int8_t>(tensor, dequantise);
-      break;
-    case ElementType::int32:
-      forEachElement<std::int32_t>(tensor, dequantise);
-      break;
-    case ElementType::int64:
-      forEachElement<std::int64_t>(tensor, dequantise);
-      break;
-    case ElementType::float16:
-      forEachElement<cv::float16_t>(
-          tensor, [&](std::size_t i, cv::float16_t v) { values[i] = static_cast<float>(v); });
-      break;
-    case ElementType::float32:
-    case ElementType::other:
-      throw Error(fmt::format("{} stores {} in an unsupported type", source, tensor.name));
-  }
-  return values;
-}
-
-std::vector<std::int64_t> integerValues(const Tensor& tensor, const std::string& source) {
-  std::vector<std::int64_t> values(tensor.constant ? tensor.elements() : 0);
-  const auto copy = [&](std::size_t i, auto stored) { values[i] = stored; };
-  if (tensor.constant && tensor.type == ElementType::int32)
-    forEachElement<std::int32_t>(tensor, copy);
-  else if (tensor.constant && tensor.type == ElementType::int64)
-    forEachElement<std::int64_t>(tensor, copy);
-  else
-    throw Error(fmt::format("{} has no stored integers in {}", source, tensor.name));
-  return values;
 }
 
 }  // namespace estancia::tflite

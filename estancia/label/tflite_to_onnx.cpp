@@ -202,22 +202,34 @@ class Writer {
     }
   }
 
-  /// The operator's activation and the range of its 8-bit output, after the node that wrote newName("_raw").
-  void writeClamp() {
-    float low = output().lowest(), high = output().highest();
-    if (op_->activation == Activation::relu || op_->activation == Activation::relu6)
-      low = std::max(low, 0.0F);
-    if (op_->activation == Activation::relu6) high = std::min(high, 6.0F);
-    if (op_->activation == Activation::reluN1To1) low = std::max(low, -1.0F), high = std::min(high, 1.0F);
-    if (std::isinf(low) && std::isinf(high)) return setOutput(newName("_raw"));
-    if (low == 0 && std::isinf(high)) {
-      addNode("Relu", {newName("_raw")}, newName());
-    } else {
-      auto* node = addNode("Clip", {newName("_raw")}, newName());
-      if (!std::isinf(low)) setFloat(node, "min", low);
-      if (!std::isinf(high)) setFloat(node, "max", high);
+  /// The operator's activation, after the node that wrote newName("_raw"): the one that the file names, or
+  /// the one that it leaves to the range of an 8-bit output.
+  void writeActivation() {
+    Activation activation = op_->activation;
+    if (output().lowest() == 0 && activation != Activation::relu6) {
+      const float step = output().highest() / 255;
+      activation = std::abs(output().highest() - 6) < step ? Activation::relu6 : Activation::relu;
+    }
+    switch (activation) {
+      case Activation::none:
+        return setOutput(newName("_raw"));
+      case Activation::relu:
+        addNode("Relu", {newName("_raw")}, newName());
+        break;
+      case Activation::relu6:
+        addClip(0, 6);
+        break;
+      case Activation::reluN1To1:
+        addClip(-1, 1);
+        break;
     }
     setOutput(newName());
+  }
+
+  void addClip(float low, float high) {
+    auto* node = addNode("Clip", {newName("_raw")}, newName());
+    setFloat(node, "min", low);
+    setFloat(node, "max", high);
   }
 
   void writeWindow(onnx::NodeProto* node, const Shape& in, std::int64_t channels, int filterY, int filterX) {
@@ -248,7 +260,7 @@ class Writer {
     setInt(node, "group", depthwise ? in[1] : 1);
     setInts(node, "dilations", {op_->dilationY, op_->dilationX});
     writeWindow(node, in, filters, weights.shape[1], weights.shape[2]);
-    writeClamp();
+    writeActivation();
   }
 
   std::string writeBias(std::int64_t size) {
@@ -263,34 +275,33 @@ class Writer {
     const Shape in = imageShape();
     auto* node = addNode(type, {inputName()}, newName("_raw"));
     writeWindow(node, in, in[1], op_->filterY, op_->filterX);
-    finishWithoutRange();
+    finishKeepingRange();
   }
 
   /// Pools and concatenations write what they read: only a fused activation can change it.
-  void finishWithoutRange() {
+  void finishKeepingRange() {
     if (op_->activation == Activation::none)
       setOutput(newName("_raw"));
     else
-      writeClamp();
+      writeActivation();
   }
 
   void writeAdd() {
     if (shapeOf(input(0)) != shapeOf(input(1))) failHere("adds tensors of different shapes");
     requireShape(shapeOf(input()));
     addNode("Add", {inputName(0), inputName(1)}, newName("_raw"));
-    writeClamp();
+    writeActivation();
   }
 
   void writeConcatenation() {
     Shape joined = shapeOf(input());
+    if (joined.size() != output().shape.size()) failHere("joins tensors of different shapes");
     // N×H×W×C → N×C×H×W moves the axes, too
     const std::size_t axis =
         joined.size() == 4 ? std::array<std::size_t, 4>{0, 2, 3, 1}[index(op_->axis)] : index(op_->axis);
-    if (axis >= joined.size()) failHere("joins along an axis that its inputs lack");
     std::vector<std::string> names;
     joined[axis] = 0;
     for (std::size_t i = 0; i < op_->inputs.size(); ++i) {
-      if (op_->inputs[i] < 0) failHere("lacks an input");
       Shape part = shapeOf(input(i));
       if (part.size() != joined.size()) failHere("joins tensors of different shapes");
       joined[axis] += part[axis];
@@ -300,7 +311,7 @@ class Writer {
     }
     requireShape(joined);
     setInt(addNode("Concat", names, newName("_raw")), "axis", static_cast<std::int64_t>(axis));
-    finishWithoutRange();
+    finishKeepingRange();
   }
 
   /// The input as one row of numbers in the file's own order.
@@ -321,7 +332,7 @@ class Writer {
     const std::string stored =
         addFloats(newName("_weights"), {weights.shape[0], weights.shape[1]}, realValues(weights, source_));
     setInt(addNode("Gemm", {flat, stored, writeBias(weights.shape[0])}, newName("_raw")), "transB", 1);
-    writeClamp();
+    writeActivation();
   }
 
   void writeMean() {
