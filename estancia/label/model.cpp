@@ -1,0 +1,197 @@
+#include "estancia/label/model.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <opencv2/core.hpp>
+#include <set>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+#include "estancia/label/opencv_engine.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+struct Registry {
+  std::mutex mutex;
+  std::map<std::string, LabelerFactory> types{{"opencv", &openWithOpencv}};
+};
+
+Registry& registry() {
+  static Registry instance;
+  return instance;
+}
+
+std::string environment(const char* variable) {
+  const char* value = std::getenv(variable);
+  return value == nullptr ? "" : value;
+}
+
+bool isModelFolder(const fs::path& folder) {
+  return fs::is_regular_file(folder / "model.toml");
+}
+
+double millisecondsOf(const std::function<void()>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+ModelCheck check(const ModelSpec& spec) {
+  const auto labeler = loadModel(spec);  // labels a grey image, too
+  const auto& pre = spec.preprocessing;
+  cv::Mat noise(pre.height, pre.width, CV_8UC3);
+  cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
+  const cv::Mat prepared = labeler->prepare(noise);
+
+  LexicalDescriptor words;
+  std::vector<double> times;
+  for (int i = 0; i < 7; ++i) times.push_back(millisecondsOf([&] { words = labeler->infer(prepared); }));
+  std::nth_element(times.begin(), times.begin() + 3, times.end());
+
+  const auto best = std::max_element(words.begin(), words.end());
+  ModelCheck result{spec, labeler->identity(), words.size(), spec.sha256.size(), times[3], "", *best};
+  result.best = labeler->vocabulary()[static_cast<std::size_t>(best - words.begin())];
+  return result;
+}
+
+/// A folder that disappears again unless it is kept.
+class PartialFolder {
+ public:
+  explicit PartialFolder(fs::path path) : path_(std::move(path)) {
+    fs::remove_all(path_);
+    fs::create_directories(path_);
+  }
+  ~PartialFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  PartialFolder(const PartialFolder&) = delete;
+  PartialFolder& operator=(const PartialFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+void copyModel(const ModelSpec& spec, const fs::path& target) {
+  std::set<fs::path> files{"model.toml", spec.file, spec.labels};
+  if (!spec.config.empty()) files.insert(spec.config);
+  for (const auto& [file, digest] : spec.sha256) files.insert(file);
+  for (const auto& file : files) {
+    fs::create_directories((target / file).parent_path());
+    fs::copy_file(modelFile(spec, file), target / file);
+  }
+}
+
+/// Puts `fresh` in the place of `target` with renames only.
+void swapIn(const fs::path& fresh, const fs::path& target) {
+  if (!fs::exists(target)) return fs::rename(fresh, target);
+  const PartialFolder old(fresh.string() + ".old");
+  fs::rename(target, old.path() / "model");
+  fs::rename(fresh, target);
+}
+
+}  // namespace
+
+fs::path modelHome() {
+  const std::string home = environment("ESTANCIA_HOME");
+  return (home.empty() ? fs::path(environment("HOME")) / ".local/share/estancia" : fs::path(home)) / "models";
+}
+
+fs::path getModelFolder(const std::string& model) {
+  const bool isPath = model.find('/') != std::string::npos || model == "." || model == "..";
+  if (!isPath && !model.empty() && fs::is_directory(modelHome() / model)) return modelHome() / model;
+  if (isModelFolder(model)) return model;
+  if (isPath) throw Error(fmt::format("{} is no model: it holds no model.toml", model));
+  std::vector<std::string> known;
+  for (const auto& installed : installedModels()) known.push_back(installed.folder.filename().string());
+  if (known.empty())
+    throw Error(fmt::format(
+        "no model \"{}\", nor any other, in {}; run script/bootstrap, or `estancia models add FOLDER`", model,
+        modelHome().string()));
+  throw Error(fmt::format("unknown model \"{}\"; known are {}", model, fmt::join(known, ", ")));
+}
+
+std::unique_ptr<Labeler> loadModel(const std::string& model) {
+  return loadModel(readModelSpec(getModelFolder(model)));
+}
+
+std::unique_ptr<Labeler> loadModel(const ModelSpec& spec) {
+  LabelerFactory open;
+  {
+    const std::lock_guard lock(registry().mutex);
+    if (const auto found = registry().types.find(spec.type); found != registry().types.end())
+      open = found->second;
+  }
+  if (!open)
+    throw Error(fmt::format("model {}: unknown type \"{}\"; known are {}", spec.name, spec.type,
+                            fmt::join(labelerTypes(), ", ")));
+  return open(spec);
+}
+
+void registerLabelerType(const std::string& type, LabelerFactory open) {
+  const std::lock_guard lock(registry().mutex);
+  registry().types[type] = std::move(open);
+}
+
+std::vector<std::string> labelerTypes() {
+  const std::lock_guard lock(registry().mutex);
+  std::vector<std::string> names;
+  for (const auto& [name, open] : registry().types) names.push_back(name);
+  return names;
+}
+
+std::vector<InstalledModel> installedModels() {
+  std::vector<InstalledModel> models;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(modelHome(), none)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with('.') || !entry.is_directory()) continue;
+    InstalledModel model{entry.path(), std::nullopt, ""};
+    try {
+      model.spec = readModelSpec(entry.path());
+    } catch (const Error& e) {
+      model.problem = e.what();
+    }
+    models.push_back(std::move(model));
+  }
+  std::sort(models.begin(), models.end(), [](auto& a, auto& b) { return a.folder < b.folder; });
+  return models;
+}
+
+ModelCheck checkModel(const std::string& model) {
+  return check(readModelSpec(getModelFolder(model)));
+}
+
+ModelCheck addModel(const fs::path& folder, bool replace) {
+  if (fs::is_regular_file(folder))
+    throw Error(fmt::format(
+        "{} is a file; put it into a folder with a label file and a model.toml that says how to use it",
+        folder.string()));
+  const ModelSpec spec = readModelSpec(folder);
+  const fs::path target = modelHome() / spec.name;
+  if (fs::exists(target) && !replace)
+    throw Error(fmt::format("there is a model {} already in {}; use --replace, or another name in model.toml",
+                            spec.name, modelHome().string()));
+  try {
+    const PartialFolder fresh(modelHome() / fmt::format(".{}.{}", spec.name, getpid()));
+    copyModel(spec, fresh.path());
+    ModelCheck result = check(readModelSpec(fresh.path()));
+    swapIn(fresh.path(), target);
+    result.spec.folder = target;
+    return result;
+  } catch (const fs::filesystem_error& e) {
+    throw Error(fmt::format("cannot write the model into {}: {}", modelHome().string(), e.code().message()));
+  }
+}
+
+}  // namespace estancia

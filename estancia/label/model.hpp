@@ -1,0 +1,66 @@
+// The models a user has: found by name, opened, added, checked.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/label/labeler.hpp"
+#include "estancia/label/model_spec.hpp"
+
+namespace estancia {
+
+/// What is used when the user names no model.
+inline const std::string defaultModel = "inception-v3";
+
+/// Where models live, one folder each: $ESTANCIA_HOME/models, else ~/.local/share/estancia/models.
+std::filesystem::path modelHome();
+
+/// The folder of a model: `model` is a name in modelHome(), or a folder with a model.toml anywhere.
+/// Throws Error listing the known names.
+std::filesystem::path getModelFolder(const std::string& model);
+
+/// Opens a model by name or folder with the engine that its `type` names.
+/// Throws Error when it is unknown, or wrong in any way (see readModelSpec() and the engine).
+std::unique_ptr<Labeler> loadModel(const std::string& model = defaultModel);
+std::unique_ptr<Labeler> loadModel(const ModelSpec& spec);
+
+/// Engines by the name that model.toml gives as `type`. Known from the start: "opencv".
+using LabelerFactory = std::function<std::unique_ptr<Labeler>(const ModelSpec&)>;
+void registerLabelerType(const std::string& type, LabelerFactory open);
+std::vector<std::string> labelerTypes();
+
+/// A folder of the model home: its spec, or why that cannot be read.
+struct InstalledModel {
+  std::filesystem::path folder;
+  std::optional<ModelSpec> spec;
+  std::string problem;
+};
+
+/// Everything in modelHome(), by name; empty when there is no home yet.
+std::vector<InstalledModel> installedModels();
+
+/// What checkModel() found out about a model that works.
+struct ModelCheck {
+  ModelSpec spec;
+  std::string identity;
+  std::size_t labels = 0;
+  std::size_t digests = 0;          ///< files whose SHA-256 was compared with model.toml
+  double millisecondsPerImage = 0;  ///< median of inference alone, on this machine now
+  std::string best;  ///< the first label of the test image (noise), to see that it is no constant
+  double bestProbability = 0;
+};
+
+/// Opens the model, labels a grey and a noisy image and takes the time. Throws Error saying what is wrong
+/// with it.
+ModelCheck checkModel(const std::string& model);
+
+/// Copies the model in `folder` (the files that its model.toml names) into modelHome() under its name, after
+/// checking it. Throws Error when it does not work, or when the name is taken and `replace` is false. Nothing
+/// stays behind then.
+ModelCheck addModel(const std::filesystem::path& folder, bool replace = false);
+
+}  // namespace estancia

@@ -1,0 +1,18 @@
+// Networks run by OpenCV's dnn module, on the CPU.
+#pragma once
+
+#include <memory>
+
+#include "estancia/label/labeler.hpp"
+#include "estancia/label/model_spec.hpp"
+
+namespace estancia {
+
+/// Opens the network of `spec` (ONNX, TensorFlow Lite, Caffe, TensorFlow) and labels one grey image with it,
+/// so that what does not fit shows at once. Uses as many threads as OpenCV has (cv::setNumThreads): another
+/// number changes no more than the last bits (10⁻⁶), the same number nothing. Throws Error on missing or
+/// damaged files, wrong digests, unsupported operators (named), an input of another size, and outputs that
+/// are not as many as labels, not finite or not probabilities.
+std::unique_ptr<Labeler> openWithOpencv(const ModelSpec& spec);
+
+}  // namespace estancia
