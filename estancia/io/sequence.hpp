@@ -6,6 +6,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "estancia/core/frame.hpp"
@@ -26,11 +27,12 @@ class Sequence {
   virtual const Frame& frame(std::size_t i) const = 0;
 
   /// The picture: BGR, 8 bits, 3 channels, never empty (grey and 16-bit sources are converted).
-  /// Throws Error when this one frame cannot be read; later frames may still be fine. Safe to call from several
-  /// threads; videos are quickest when read in order.
+  /// Throws Error when this one frame cannot be read; later frames may still be fine. Safe to call from
+  /// several threads; videos are quickest when read in order.
   virtual cv::Mat image(std::size_t i) const = 0;
 
-  /// Sentences about what the reader found odd in the whole sequence (unordered or missing stamps, poses with NaN …).
+  /// Sentences about what the reader found odd in the whole sequence (unordered or missing stamps, poses with
+  /// NaN …).
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  protected:
@@ -39,22 +41,28 @@ class Sequence {
 
 /// How to open a sequence. The defaults find the format by themselves.
 struct SequenceOptions {
-  std::string type = "auto";           ///< one of sequenceTypes(), or "auto"
-  std::filesystem::path poses;         ///< optional TUM trajectory (`t x y z qx qy qz qw`), matched by time stamp or order
-  std::filesystem::path rooms;         ///< optional CSV `image,room`
-  double maxPoseGap = 0.05;            ///< a pose further away in time than this belongs to no frame [s]
+  /// One of sequenceTypes(), or "auto".
+  std::string type = "auto";
+  /// A trajectory (TUM `t x y z qx qy qz qw` or KITTI), matched by time stamp or order; "" takes `poses.txt`
+  /// in the folder when it is there.
+  std::filesystem::path poses;
+  /// A CSV `image,room`; "" takes `rooms.csv` in the folder when it is there.
+  std::filesystem::path rooms;
+  /// A pose further away in time than this belongs to no frame [s].
+  double maxPoseGap = 0.05;
 
-  // panorama tour: perspective views of every place
-  int views = 12;                      ///< views per place, evenly turned
-  double fieldOfView = 80;             ///< horizontal [degrees]
-  double turn = 0;                     ///< added to every heading [degrees]: another tour of the same places
-  double exposure = 0;                 ///< change of exposure [EV]: another light
-  int rounds = 1;                      ///< how often the tour visits all places
+  // The panorama tour: perspective views of every place (320×240 pixels).
+  int views = 12;           ///< views per place, evenly turned
+  double fieldOfView = 80;  ///< horizontal [degrees]
+  double turn = 0;          ///< added to every heading [degrees]: another tour of the same places
+  double exposure = 0;      ///< change of exposure [EV]: another light
+  int rounds = 1;           ///< how often the tour visits all places; later rounds look between the headings
 };
 
 /// Opens `path` (a folder, a video file, a folder of panoramas …).
 /// Throws Error when there is nothing to read, the format is not recognised, or a side file is wrong.
-std::unique_ptr<Sequence> openSequence(const std::filesystem::path& path, const SequenceOptions& options = {});
+std::unique_ptr<Sequence> openSequence(const std::filesystem::path& path,
+                                       const SequenceOptions& options = {});
 
 /// The known values of SequenceOptions::type, each with one line of explanation.
 std::vector<std::pair<std::string, std::string>> sequenceTypes();
