@@ -57,10 +57,9 @@ std::vector<fs::path> filesIn(const fs::path& folder, const std::vector<std::str
     throw Error(fmt::format("cannot read the folder {}: {}", printable(folder.string()), error.message()));
   std::vector<fs::path> found;
   for (; entries != fs::directory_iterator(); entries.increment(error)) {
-    const std::string name = lowerCase(entries->path().filename().string());
-    const auto ends = [&name](const std::string& suffix) { return name.ends_with(suffix); };
     std::error_code unreadable;  // a dangling or circular link is no file
-    if (name.starts_with('.') || std::ranges::none_of(suffixes, ends)) continue;
+    if (entries->path().filename().native().starts_with('.') || !hasSuffix(entries->path(), suffixes))
+      continue;
     if (entries->is_regular_file(unreadable)) found.push_back(entries->path());
   }
   if (error)
@@ -69,6 +68,11 @@ std::vector<fs::path> filesIn(const fs::path& folder, const std::vector<std::str
     return naturalLess(a.filename().native(), b.filename().native());
   });
   return found;
+}
+
+bool hasSuffix(const fs::path& file, const std::vector<std::string>& suffixes) {
+  const std::string name = lowerCase(file.filename().string());
+  return std::ranges::any_of(suffixes, [&name](const std::string& suffix) { return name.ends_with(suffix); });
 }
 
 const std::vector<std::string>& imageSuffixes() {

@@ -15,6 +15,9 @@ namespace estancia::io {
 std::vector<std::filesystem::path> filesIn(const std::filesystem::path& folder,
                                            const std::vector<std::string>& suffixes);
 
+/// Whether the file's name, in lower case, ends with one of `suffixes`.
+bool hasSuffix(const std::filesystem::path& file, const std::vector<std::string>& suffixes);
+
 /// Suffixes of the pictures that the readers take, lower case, with the dot.
 const std::vector<std::string>& imageSuffixes();
 

@@ -35,25 +35,40 @@ std::string placeName(const fs::path& file) {
   return printable((file.extension() == ".js" ? file.stem() : file).stem().string());
 }
 
-/// What a level pinhole camera sees that looks along `heading` [degrees, counter-clockwise].
-cv::Mat perspective(const cv::Mat& panorama, double heading, double focal) {
-  cv::Mat columns(kView, CV_32F), rows(kView, CV_32F);
-  for (int v = 0; v < kView.height; ++v) {
-    for (int u = 0; u < kView.width; ++u) {
-      const double x = (u + 0.5 - kView.width / 2.0) / focal;   // to the right
-      const double y = (v + 0.5 - kView.height / 2.0) / focal;  // down
-      const double azimuth = heading / 180 * kPi - std::atan(x);
-      const double depression = std::atan(y / std::hypot(x, 1.0));
-      const double turns =
-          0.5 - azimuth / (2 * kPi);  // 0 … 1 from the left edge of the panorama to the right
-      columns.at<float>(v, u) = static_cast<float>((turns - std::floor(turns)) * panorama.cols - 0.5);
-      rows.at<float>(v, u) = static_cast<float>((0.5 + depression / kPi) * panorama.rows - 0.5);
+/// A level pinhole camera: where each of its pixels looks, as shares of a panorama's width and height.
+class Camera {
+ public:
+  explicit Camera(double fieldOfView)
+      : focal_(kView.width / 2.0 / std::tan(fieldOfView / 360 * kPi)),
+        right_(kView, CV_32F),
+        down_(kView, CV_32F) {
+    for (int v = 0; v < kView.height; ++v) {
+      for (int u = 0; u < kView.width; ++u) {
+        const double x = (u + 0.5 - kView.width / 2.0) / focal_;
+        const double y = (v + 0.5 - kView.height / 2.0) / focal_;
+        right_.at<float>(v, u) = static_cast<float>(std::atan(x) / (2 * kPi));
+        down_.at<float>(v, u) = static_cast<float>(0.5 + std::atan(y / std::hypot(x, 1.0)) / kPi);
+      }
     }
   }
-  cv::Mat view;
-  cv::remap(panorama, view, columns, rows, cv::INTER_CUBIC, cv::BORDER_WRAP);
-  return view;
-}
+
+  /// A panorama that is wider than this holds more detail than the view can show [pixels].
+  int usefulWidth() const { return static_cast<int>(2 * kPi * focal_); }
+
+  /// What the camera sees when it looks along `heading` [degrees in [0, 360), counter-clockwise].
+  cv::Mat look(const cv::Mat& panorama, double heading) const {
+    const double ahead = heading <= 180 ? 0.5 - heading / 360 : 1.5 - heading / 360;  // share of the width
+    cv::Mat columns, rows, view;
+    right_.convertTo(columns, CV_32F, panorama.cols, ahead * panorama.cols - 0.5);
+    down_.convertTo(rows, CV_32F, panorama.rows, -0.5);
+    cv::remap(panorama, view, columns, rows, cv::INTER_CUBIC, cv::BORDER_WRAP);
+    return view;
+  }
+
+ private:
+  double focal_;  // [pixels]
+  cv::Mat right_, down_;
+};
 
 class PanoramaTour final : public ListedSequence {
  public:
@@ -74,13 +89,13 @@ class PanoramaTour final : public ListedSequence {
   std::vector<fs::path> files_;
   std::vector<View> views_;
   double exposure_;
-  double focal_;  // [pixels]
+  Camera camera_;
   mutable std::mutex mutex_;
   mutable std::vector<Developed> recent_;  // newest last; a tour goes place by place, so a few are enough
 };
 
 PanoramaTour::PanoramaTour(const fs::path& folder, const SequenceOptions& options)
-    : ListedSequence(nameOf(folder)), exposure_(options.exposure) {
+    : ListedSequence(nameOf(folder)), exposure_(options.exposure), camera_(options.fieldOfView) {
   if (options.views < 1 || options.views > 360)
     throw Error(fmt::format("views = {}: a panorama gives 1 to 360 views", options.views));
   if (!(options.fieldOfView >= 10 && options.fieldOfView <= 150))
@@ -91,7 +106,6 @@ PanoramaTour::PanoramaTour(const fs::path& folder, const SequenceOptions& option
     throw Error(fmt::format("exposure = {}: choose −20 to 20 EV", options.exposure));
   if (!std::isfinite(options.turn))
     throw Error(fmt::format("turn = {}: not a number of degrees", options.turn));
-  focal_ = kView.width / 2.0 / std::tan(options.fieldOfView / 360 * kPi);
 
   files_ = filesIn(folder, panoramaSuffixes());
   if (files_.empty()) files_ = filesIn(folder, imageSuffixes());
@@ -132,7 +146,7 @@ cv::Mat PanoramaTour::developed(std::size_t place) const {
   }
   // Outside the lock: other threads may render their places meanwhile.
   cv::Mat panorama = readPanorama(files_[place]);
-  const int width = static_cast<int>(2 * kPi * focal_);  // more detail than the view shows would only alias
+  const int width = camera_.usefulWidth();
   if (panorama.cols > width)
     cv::resize(panorama, panorama, {width, std::max(1, width / 2)}, 0, 0, cv::INTER_AREA);
   cv::Mat picture = develop(panorama, exposure_);
@@ -143,7 +157,7 @@ cv::Mat PanoramaTour::developed(std::size_t place) const {
 }
 
 cv::Mat PanoramaTour::image(std::size_t i) const {
-  return perspective(developed(views_.at(i).place), views_[i].heading, focal_);
+  return camera_.look(developed(views_.at(i).place), views_[i].heading);
 }
 
 }  // namespace

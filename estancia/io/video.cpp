@@ -122,6 +122,8 @@ bool isVideo(const fs::path& path) {
 }
 
 Opened openVideo(const fs::path& path, const SequenceOptions&) {
+  if (hasSuffix(path, imageSuffixes()))
+    throw Error(fmt::format("{}: a single picture; open its folder", printable(path.string())));
   return std::make_unique<Video>(path);
 }
 
