@@ -6,6 +6,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "estancia/core/frame.hpp"
@@ -40,18 +41,22 @@ class Sequence {
 
 /// How to open a sequence. The defaults find the format by themselves.
 struct SequenceOptions {
-  std::string type = "auto";  ///< one of sequenceTypes(), or "auto"
-  std::filesystem::path
-      poses;  ///< optional TUM trajectory (`t x y z qx qy qz qw`), matched by time stamp or order
-  std::filesystem::path rooms;  ///< optional CSV `image,room`
-  double maxPoseGap = 0.05;     ///< a pose further away in time than this belongs to no frame [s]
+  /// One of sequenceTypes(), or "auto".
+  std::string type = "auto";
+  /// A trajectory (TUM `t x y z qx qy qz qw` or KITTI), matched by time stamp or order; "" takes `poses.txt`
+  /// in the folder when it is there.
+  std::filesystem::path poses;
+  /// A CSV `image,room`; "" takes `rooms.csv` in the folder when it is there.
+  std::filesystem::path rooms;
+  /// A pose further away in time than this belongs to no frame [s].
+  double maxPoseGap = 0.05;
 
-  // panorama tour: perspective views of every place
+  // The panorama tour: perspective views of every place (320×240 pixels).
   int views = 12;           ///< views per place, evenly turned
   double fieldOfView = 80;  ///< horizontal [degrees]
   double turn = 0;          ///< added to every heading [degrees]: another tour of the same places
   double exposure = 0;      ///< change of exposure [EV]: another light
-  int rounds = 1;           ///< how often the tour visits all places
+  int rounds = 1;           ///< how often the tour visits all places; later rounds look between the headings
 };
 
 /// Opens `path` (a folder, a video file, a folder of panoramas …).

@@ -1,0 +1,59 @@
+#include "estancia/io/csv.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
+
+namespace estancia::io {
+namespace {
+
+std::string trimmed(const std::string& text) {
+  const auto begin = text.find_first_not_of(" \t");
+  return begin == std::string::npos ? "" : text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
+}
+
+}  // namespace
+
+std::vector<CsvRow> readCsv(const std::filesystem::path& file) {
+  const std::vector<std::string> lines = readLines(file);
+  std::vector<CsvRow> rows;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    CsvRow row{i + 1, {}};
+    std::string cell;
+    bool quoted = false, inside = false;  // this cell began with a quote; we are between its quotes
+    const auto finish = [&] {
+      row.cells.push_back(quoted ? cell : trimmed(cell));
+      cell.clear();
+      quoted = false;
+    };
+    for (std::size_t k = 0;; ++k) {
+      if (k == lines[i].size()) {
+        if (!inside) break;
+        if (++i == lines.size())
+          throw Error(fmt::format("{}:{}: a quote is never closed", printable(file.string()), row.line));
+        cell += '\n';
+        k = static_cast<std::size_t>(-1);  // on with the next line
+        continue;
+      }
+      const char c = lines[i][k];
+      if (inside && c == '"' && k + 1 < lines[i].size() && lines[i][k + 1] == '"')
+        cell += lines[i][++k];
+      else if (inside)
+        c == '"' ? void(inside = false) : void(cell += c);
+      else if (c == ',')
+        finish();
+      else if (c == '"' && !quoted && trimmed(cell).empty())
+        inside = quoted = (cell.clear(), true);
+      else if (!quoted)
+        cell += c;  // behind a closing quote only blanks make sense: dropped
+    }
+    finish();
+    if (row.cells.size() > 1 || !row.cells[0].empty()) rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace estancia::io

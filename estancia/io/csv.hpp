@@ -1,0 +1,20 @@
+// Comma-separated values as RFC 4180 has them: quoted cells may hold commas, doubled quotes and line ends.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace estancia::io {
+
+struct CsvRow {
+  std::size_t line;  ///< where it starts in the file, from 1
+  std::vector<std::string> cells;
+};
+
+/// All rows but empty ones; blanks around unquoted cells are dropped. Throws Error naming the line of an open
+/// quote.
+std::vector<CsvRow> readCsv(const std::filesystem::path& file);
+
+}  // namespace estancia::io

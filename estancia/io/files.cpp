@@ -1,0 +1,174 @@
+#include "estancia/io/files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+bool isDigit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+/// A-Z only: file names are bytes, not text in the user's locale.
+std::string lowerCase(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
+}
+
+/// Position of the first digit that is no leading zero.
+std::size_t skipZeros(std::string_view text, std::size_t i) {
+  while (i < text.size() && text[i] == '0') ++i;
+  return i;
+}
+
+/// Bytes of the valid UTF-8 character that `text` starts with (RFC 3629), 0 when it is broken or a control
+/// character.
+std::size_t utf8Length(std::string_view text) {
+  const auto byte = [text](std::size_t i) {
+    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
+  };
+  const unsigned first = byte(0);
+  if (first < 0x80) return first < 0x20 || first == 0x7F ? 0 : 1;
+  const std::size_t length = first >= 0xC2 && first < 0xE0   ? 2
+                             : first >= 0xE0 && first < 0xF0 ? 3
+                             : first >= 0xF0 && first < 0xF5 ? 4
+                                                             : 0;
+  for (std::size_t i = 1; i < length; ++i)
+    if ((byte(i) & 0xC0U) != 0x80U) return 0;
+  const bool overlong = (first == 0xE0 && byte(1) < 0xA0) || (first == 0xF0 && byte(1) < 0x90);
+  const bool surrogate = first == 0xED && byte(1) >= 0xA0;
+  return overlong || surrogate || (first == 0xF4 && byte(1) >= 0x90) ? 0 : length;
+}
+
+}  // namespace
+
+std::vector<fs::path> filesIn(const fs::path& folder, const std::vector<std::string>& suffixes) {
+  std::error_code error;
+  fs::directory_iterator entries(folder, error);
+  if (error)
+    throw Error(fmt::format("cannot read the folder {}: {}", printable(folder.string()), error.message()));
+  std::vector<fs::path> found;
+  for (; entries != fs::directory_iterator(); entries.increment(error)) {
+    std::error_code unreadable;  // a dangling or circular link is no file
+    if (entries->path().filename().native().starts_with('.') || !hasSuffix(entries->path(), suffixes))
+      continue;
+    if (entries->is_regular_file(unreadable)) found.push_back(entries->path());
+  }
+  if (error)
+    throw Error(fmt::format("cannot read the folder {}: {}", printable(folder.string()), error.message()));
+  std::ranges::sort(found, [](const fs::path& a, const fs::path& b) {
+    return naturalLess(a.filename().native(), b.filename().native());
+  });
+  return found;
+}
+
+bool hasSuffix(const fs::path& file, const std::vector<std::string>& suffixes) {
+  const std::string name = lowerCase(file.filename().string());
+  return std::ranges::any_of(suffixes, [&name](const std::string& suffix) { return name.ends_with(suffix); });
+}
+
+const std::vector<std::string>& imageSuffixes() {
+  static const std::vector<std::string> suffixes = {".jpg",  ".jpeg", ".png", ".bmp", ".tif",
+                                                    ".tiff", ".webp", ".pgm", ".ppm"};
+  return suffixes;
+}
+
+bool naturalLess(std::string_view a, std::string_view b) {
+  std::size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (isDigit(a[i]) && isDigit(b[j])) {
+      i = skipZeros(a, i);
+      j = skipZeros(b, j);
+      std::size_t m = i, n = j;
+      while (m < a.size() && isDigit(a[m])) ++m;
+      while (n < b.size() && isDigit(b[n])) ++n;
+      if (m - i != n - j) return m - i < n - j;
+      const int order = a.substr(i, m - i).compare(b.substr(j, n - j));
+      if (order != 0) return order < 0;
+      i = m;
+      j = n;
+    } else {
+      if (a[i] != b[j]) return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[j]);
+      ++i;
+      ++j;
+    }
+  }
+  if ((i < a.size()) != (j < b.size())) return i >= a.size();
+  return a < b;  // "01" and "1" are equal numbers: any fixed order will do
+}
+
+std::string readBytes(const fs::path& file, std::size_t limit) {
+  std::error_code error;
+  // A pipe or a device would block or never end.
+  if (!fs::is_regular_file(file, error)) throw Error(fmt::format("{}: not a file", printable(file.string())));
+  const auto size = fs::file_size(file, error);
+  if (error || size > limit)
+    throw Error(fmt::format("{}: {} bytes are more than the {} that are read", printable(file.string()), size,
+                            limit));
+  std::ifstream stream(file, std::ios::binary);
+  std::string bytes(size, '\0');
+  if (!stream.read(bytes.data(), static_cast<std::streamsize>(size)))
+    throw Error(fmt::format("{}: cannot be read; check its permissions", printable(file.string())));
+  return bytes;
+}
+
+std::vector<std::string> readLines(const fs::path& file) {
+  constexpr std::size_t limit = std::size_t{1} << 30;
+  std::string_view text;
+  const std::string bytes = readBytes(file, limit);
+  text = bytes;
+  if (text.find('\0') != std::string_view::npos)
+    throw Error(fmt::format("{}: not a text file (it holds NUL bytes)", printable(file.string())));
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  std::vector<std::string> lines;
+  while (!text.empty()) {
+    const auto end = text.find('\n');
+    std::string_view line = text.substr(0, end);
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    lines.emplace_back(line);
+    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  }
+  return lines;
+}
+
+std::vector<std::string_view> wordsOf(std::string_view line) {
+  std::vector<std::string_view> words;
+  std::size_t i = 0;
+  while ((i = line.find_first_not_of(" \t", i)) != std::string_view::npos) {
+    const auto end = std::min(line.find_first_of(" \t", i), line.size());
+    words.push_back(line.substr(i, end - i));
+    i = end;
+  }
+  return words;
+}
+
+std::optional<double> toNumber(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+std::string printable(std::string_view name) {
+  std::string result;
+  for (std::size_t i = 0; i < name.size();) {
+    const std::size_t length = utf8Length(name.substr(i));
+    if (length == 0)
+      result += fmt::format("\\x{:02X}", static_cast<unsigned char>(name[i]));
+    else
+      result += name.substr(i, length);
+    i += std::max<std::size_t>(length, 1);
+  }
+  return result;
+}
+
+}  // namespace estancia::io

@@ -1,0 +1,44 @@
+// Small shared tools of the readers: folders, lines of text, numbers.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace estancia::io {
+
+/// The regular files directly inside `folder` (symbolic links followed) whose lower-case name ends with one
+/// of `suffixes` and does not start with a dot, in natural order. Throws Error when the folder cannot be
+/// read.
+std::vector<std::filesystem::path> filesIn(const std::filesystem::path& folder,
+                                           const std::vector<std::string>& suffixes);
+
+/// Whether the file's name, in lower case, ends with one of `suffixes`.
+bool hasSuffix(const std::filesystem::path& file, const std::vector<std::string>& suffixes);
+
+/// Suffixes of the pictures that the readers take, lower case, with the dot.
+const std::vector<std::string>& imageSuffixes();
+
+/// Natural order of names: runs of digits compare as numbers, so "img9" comes before "img10".
+bool naturalLess(std::string_view a, std::string_view b);
+
+/// The bytes of a regular file of at most `limit` bytes. Throws Error.
+std::string readBytes(const std::filesystem::path& file, std::size_t limit);
+
+/// Lines of a text file without CR and a leading byte order mark. Throws Error, also when it is not text (NUL
+/// bytes).
+std::vector<std::string> readLines(const std::filesystem::path& file);
+
+/// The words of a line: runs without blanks and tabs.
+std::vector<std::string_view> wordsOf(std::string_view line);
+
+/// The whole of `text` as a number ("nan" and "inf" included), or nothing.
+std::optional<double> toNumber(std::string_view text);
+
+/// A name for people: control characters (a newline in a file name …) shown as \xNN, everything else as it
+/// is.
+std::string printable(std::string_view name);
+
+}  // namespace estancia::io

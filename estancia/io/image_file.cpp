@@ -1,0 +1,91 @@
+#include "estancia/io/image_file.hpp"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/image_header.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kMostBytes = std::size_t{1} << 29;
+
+// OpenCV reads OpenEXR only when this is set before its first picture of any kind. A user's own choice is
+// kept.
+[[maybe_unused]] const int openExrEnabled = setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);
+
+cv::Mat decode(std::string& bytes, const fs::path& file) {
+  cv::Mat picture;
+  try {
+    const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U, bytes.data());
+    picture = cv::imdecode(buffer, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH);
+  } catch (const cv::Exception&) {  // said below
+  }
+  if (picture.empty())
+    throw Error(
+        fmt::format("{}: the picture cannot be decoded, it is damaged or of a rare kind; copy or convert it",
+                    printable(file.string())));
+  return picture;
+}
+
+/// The bytes behind `export default 'data:…;base64,…'`.
+std::string decodeDataUri(const std::string& text, const fs::path& file) {
+  constexpr std::string_view mark = ";base64,";
+  const auto start = text.find(mark);
+  const auto begin = start + mark.size();
+  const auto end = start == std::string::npos ? start : text.find_first_of("'\"`", begin);
+  if (end == std::string::npos || end == begin || (end - begin) % 4 != 0)
+    throw Error(fmt::format("{}: no complete data URI in it (data:…;base64,…)", printable(file.string())));
+  std::string bytes((end - begin) / 4 * 3, '\0');
+  const int length = EVP_DecodeBlock(reinterpret_cast<unsigned char*>(bytes.data()),
+                                     reinterpret_cast<const unsigned char*>(text.data() + begin),
+                                     static_cast<int>(end - begin));
+  if (length < 0) throw Error(fmt::format("{}: its base64 text is damaged", printable(file.string())));
+  bytes.resize(static_cast<std::size_t>(length));  // padding "=" decodes to zeros, which the decoders ignore
+  return bytes;
+}
+
+}  // namespace
+
+cv::Mat readImage(const fs::path& file) {
+  std::string bytes = readBytes(file, kMostBytes);
+  if (inspectImage(bytes, printable(file.string())).isRadiance())
+    throw Error(fmt::format("{}: radiance, not a picture; open its folder as type \"panorama\"",
+                            printable(file.string())));
+  return toBgr8(decode(bytes, file));
+}
+
+cv::Mat readPanorama(const fs::path& file) {
+  std::string bytes = readBytes(file, kMostBytes);
+  if (file.extension() == ".js") bytes = decodeDataUri(bytes, file);
+  const ImageHeader header = inspectImage(bytes, printable(file.string()));
+  const double ratio = static_cast<double>(header.width) / static_cast<double>(header.height);
+  if (std::abs(ratio - 2) > 0.02)
+    throw Error(
+        fmt::format("{}: {} × {} pixels are no equirectangular panorama, which is twice as wide as high",
+                    printable(file.string()), header.width, header.height));
+  cv::Mat panorama = decode(bytes, file);
+  return header.isRadiance() ? panorama : toBgr8(std::move(panorama));
+}
+
+cv::Mat toBgr8(cv::Mat picture) {
+  if (picture.depth() == CV_16U) picture.convertTo(picture, CV_8U, 1 / 257.0);
+  if (picture.depth() != CV_8U) {
+    picture.convertTo(picture, CV_32F);
+    cv::patchNaNs(picture, 0);
+    picture.convertTo(picture, CV_8U, 255);
+  }
+  if (picture.channels() == 1) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
+  if (picture.channels() == 4) cv::cvtColor(picture, picture, cv::COLOR_BGRA2BGR);
+  return picture;
+}
+
+}  // namespace estancia::io

@@ -1,0 +1,55 @@
+// A plain folder of pictures, in the natural order of their names.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/formats.hpp"
+#include "estancia/io/image_file.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+/// A name like TUM's "1305031102.175304.png" is a time stamp: digits, a point, three digits or more.
+std::optional<double> timestampOf(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  const auto point = stem.find('.');
+  const bool plain = stem.find_first_not_of("0123456789.") == std::string::npos;
+  if (!plain || point == 0 || point == std::string::npos || stem.size() - point < 4) return std::nullopt;
+  return toNumber(stem);
+}
+
+}  // namespace
+
+void ImageFiles::add(Frame frame, fs::path file) {
+  frames_.push_back(std::move(frame));
+  files_.push_back(std::move(file));
+}
+
+cv::Mat ImageFiles::image(std::size_t i) const {
+  return readImage(files_.at(i));
+}
+
+bool isImageFolder(const fs::path& path) {
+  return fs::is_directory(path) && !filesIn(path, imageSuffixes()).empty();
+}
+
+Opened openImageFolder(const fs::path& path, const SequenceOptions&) {
+  const auto files = filesIn(path, imageSuffixes());
+  if (files.empty())
+    throw Error(fmt::format("{}: no images in this folder (jpg, png, bmp, tif, webp, pgm, ppm)",
+                            printable(path.string())));
+  const bool timed = std::ranges::all_of(files, [](const fs::path& f) { return timestampOf(f).has_value(); });
+  auto sequence = std::make_unique<ImageFiles>(nameOf(path));
+  for (const auto& file : files) {
+    Frame frame;
+    frame.name = printable(file.filename().string());
+    if (timed) frame.timestamp = timestampOf(file);
+    sequence->add(std::move(frame), file);
+  }
+  return sequence;
+}
+
+}  // namespace estancia::io

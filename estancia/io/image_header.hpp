@@ -1,0 +1,23 @@
+// What a picture file says of itself, checked before a decoder allocates or guesses anything.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace estancia::io {
+
+struct ImageHeader {
+  std::string format;  ///< "JPEG", "PNG", "BMP", "TIFF", "WebP", "PNM", "OpenEXR", "Radiance"
+  std::uint64_t width = 0, height = 0;
+
+  bool isRadiance() const { return format == "OpenEXR" || format == "Radiance"; }
+};
+
+/// Recognises the format by content, never by name, and reads the declared size. Throws Error, naming `file`,
+/// when the bytes are no picture, declare no pixels or more than 2^26 (67 million), or end before the picture
+/// does: decoders fill the rest of a truncated JPEG or TIFF with grey and say nothing. Damage inside complete
+/// data is left to the decoders (PNG has checksums, JPEG has none).
+ImageHeader inspectImage(std::string_view bytes, const std::string& file);
+
+}  // namespace estancia::io

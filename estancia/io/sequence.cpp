@@ -1,0 +1,153 @@
+#include "estancia/io/sequence.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/formats.hpp"
+#include "estancia/io/side_files.hpp"
+#include "estancia/io/trajectory.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+struct Format {
+  const char* type;
+  const char* explanation;
+  bool (*recognises)(const fs::path& path);
+  io::Opened (*open)(const fs::path& path, const SequenceOptions& options);
+};
+
+/// In the order in which they are asked: the plain folder of images takes what no data set claims.
+constexpr Format kFormats[] = {
+    {"video", "a video file that OpenCV opens", io::isVideo, io::openVideo},
+    {"tum", "TUM RGB-D: rgb.txt, groundtruth.txt", io::isTumRgbd, io::openTumRgbd},
+    {"sevenscenes", "7-Scenes: frame-000000.color.png with .pose.txt, or frames/ and poses.csv",
+     io::isSevenScenes, io::openSevenScenes},
+    {"panorama", "views out of equirectangular panoramas: .exr, .hdr, .exr.js (.jpg, .png only by this type)",
+     io::isPanoramas, io::openPanoramas},
+    {"idol2", "KTH-IDOL2: t<time>_r<room>_x<x>_y<y>_a<theta>.png", io::isIdol2, io::openIdol2},
+    {"folder", "a folder of images, in the natural order of their names", io::isImageFolder,
+     io::openImageFolder},
+};
+
+std::string typeNames() {
+  std::string names = "auto";
+  for (const Format& format : kFormats) names += fmt::format(", {}", format.type);
+  return names;
+}
+
+const Format& formatOf(const fs::path& path, const std::string& type) {
+  for (const Format& format : kFormats)
+    if (type == format.type || (type == "auto" && format.recognises(path))) return format;
+  if (type != "auto")
+    throw Error(fmt::format("unknown type of sequence \"{}\"; known are {}", type, typeNames()));
+  throw Error(
+      fmt::format("{}: no images in this folder (jpg, png, bmp, tif, webp, pgm, ppm) and no known data set",
+                  io::printable(path.string())));
+}
+
+/// What the user named must fit. What merely lies in the folder under a usual name is used if it fits.
+void attachSideFiles(io::ListedSequence& sequence, const fs::path& path, const SequenceOptions& options) {
+  const auto beside = [&](const char* name) {
+    const fs::path file = path / name;
+    return fs::is_regular_file(file) ? file : fs::path();
+  };
+  const auto attach = [&](const fs::path& named, const fs::path& found, const auto& attachFile) {
+    if (!named.empty()) return attachFile(named);
+    if (found.empty()) return;
+    try {
+      attachFile(found);
+    } catch (const Error& error) {
+      sequence.warn(fmt::format("{} is left aside: {}", found.filename().string(), error.what()));
+    }
+  };
+  attach(options.poses, beside("poses.txt"), [&](const fs::path& file) {
+    io::attachPoses(sequence, readTrajectory(file), file, options.maxPoseGap);
+  });
+  attach(options.rooms, beside("rooms.csv"), [&](const fs::path& file) { io::attachRooms(sequence, file); });
+}
+
+void requireUniqueNames(io::ListedSequence& sequence) {
+  std::unordered_map<std::string, std::size_t> uses;
+  std::size_t repeated = 0;
+  for (Frame& frame : sequence.frames()) {
+    const std::string name = frame.name;
+    while (++uses[frame.name] > 1) frame.name = fmt::format("{} ({})", name, uses[frame.name]);
+    if (frame.name != name) ++repeated;
+  }
+  if (repeated > 0)
+    sequence.warn(fmt::format("{} frames are listed more than once; a number tells them apart", repeated));
+}
+
+void warnOfOddTimes(io::ListedSequence& sequence) {
+  std::size_t odd = 0, missing = 0;
+  std::string first;
+  std::optional<double> latest;
+  for (const Frame& frame : sequence.frames()) {
+    if (!frame.timestamp) {
+      ++missing;
+      continue;
+    }
+    if (latest && *frame.timestamp <= *latest && odd++ == 0) first = frame.name;
+    latest = std::max(latest.value_or(*frame.timestamp), *frame.timestamp);
+  }
+  if (odd > 0)
+    sequence.warn(
+        fmt::format("{} of {} frames have a time stamp not later than those before (first: {}); the order of "
+                    "the list is kept",
+                    odd, sequence.size(), first));
+  if (missing > 0 && missing < sequence.size())
+    sequence.warn(fmt::format("{} of {} frames have no time stamp", missing, sequence.size()));
+}
+
+}  // namespace
+
+namespace io {
+
+std::string nameOf(const fs::path& path) {
+  const fs::path whole = fs::absolute(path).lexically_normal();
+  return printable((whole.has_filename() ? whole : whole.parent_path()).filename().string());
+}
+
+}  // namespace io
+
+std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptions& options) {
+  const std::string name = io::printable(path.string());
+  if (!(options.maxPoseGap >= 0))
+    throw Error(fmt::format("maxPoseGap = {}: give the seconds that may lie between a frame and its pose",
+                            options.maxPoseGap));
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found)
+    throw Error(fmt::format("{}: there is no such file or folder", name));
+  if (error) throw Error(fmt::format("{}: cannot be read ({})", name, error.message()));
+  if (!fs::is_regular_file(status) && !fs::is_directory(status))
+    throw Error(fmt::format("{}: neither a file nor a folder", name));
+
+  io::Opened sequence;
+  try {
+    sequence = formatOf(path, options.type).open(path, options);
+    attachSideFiles(*sequence, path, options);
+  } catch (const fs::filesystem_error& e) {
+    throw Error(fmt::format("{}: cannot be read ({})", name, e.code().message()));
+  }
+  requireUniqueNames(*sequence);
+  warnOfOddTimes(*sequence);
+  if (sequence->size() == 1)
+    sequence->warn("there is only one image; a map of places needs a drive through several");
+  return sequence;
+}
+
+std::vector<std::pair<std::string, std::string>> sequenceTypes() {
+  std::vector<std::pair<std::string, std::string>> types;
+  for (const Format& format : kFormats) types.emplace_back(format.type, format.explanation);
+  return types;
+}
+
+}  // namespace estancia

@@ -1,0 +1,105 @@
+// Microsoft 7-Scenes: frame-XXXXXX.color.png with frame-XXXXXX.pose.txt (4×4, camera → world, metres), or the
+// pictures in `frames/` and all poses in `poses.csv` (`frame,T00,…,T23`). The data set has no time stamps.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <string>
+#include <unordered_map>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/csv.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/formats.hpp"
+#include "estancia/io/trajectory.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+std::vector<fs::path> colorImages(const fs::path& path) {
+  auto files = filesIn(path, {".color.png", ".color.jpg"});
+  std::erase_if(files, [](const fs::path& f) { return !f.filename().string().starts_with("frame-"); });
+  return files;
+}
+
+/// "frame-000123.color.png" → 123; nothing when there is no such number.
+std::optional<double> numberOf(const fs::path& file) {
+  const std::string name = file.filename().string();
+  const auto begin = std::string_view("frame-").size();
+  return toNumber(std::string_view(name).substr(begin, name.find('.') - begin));
+}
+
+/// Lost tracking is written as NaN, sometimes in spellings that are no number anywhere else (-1.#IND).
+double valueOf(std::string_view text) {
+  return toNumber(text).value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+std::optional<Pose> poseOfFile(const fs::path& file) {
+  std::array<double, 12> matrix{};
+  std::size_t count = 0;
+  for (const auto& line : readLines(file))
+    for (const auto word : wordsOf(line))
+      if (count++ < matrix.size()) matrix[count - 1] = valueOf(word);
+  if (count != 16)
+    throw Error(
+        fmt::format("{}: {} numbers; a pose has 16 (4×4, camera to world)", printable(file.string()), count));
+  return poseOfMatrix(matrix);
+}
+
+std::unordered_map<double, std::optional<Pose>> posesOfTable(const fs::path& file) {
+  std::unordered_map<double, std::optional<Pose>> poses;
+  for (const CsvRow& row : readCsv(file)) {
+    std::array<double, 12> matrix{};
+    if (row.cells.size() != matrix.size() + 1)
+      throw Error(fmt::format("{}:{}: {} cells; a line is `frame,T00,T01,…,T23`", printable(file.string()),
+                              row.line, row.cells.size()));
+    const auto number = toNumber(row.cells[0]);
+    if (!number && poses.empty()) continue;  // the header
+    if (!number) throw Error(fmt::format("{}:{}: no frame number", printable(file.string()), row.line));
+    std::ranges::transform(row.cells.begin() + 1, row.cells.end(), matrix.begin(), valueOf);
+    poses[*number] = poseOfMatrix(matrix);
+  }
+  return poses;
+}
+
+}  // namespace
+
+bool isSevenScenes(const fs::path& path) {
+  if (!fs::is_directory(path)) return false;
+  return !colorImages(path).empty() ||
+         (fs::is_directory(path / "frames") && !colorImages(path / "frames").empty());
+}
+
+Opened openSevenScenes(const fs::path& path, const SequenceOptions&) {
+  auto files = colorImages(path);
+  if (files.empty() && fs::is_directory(path / "frames")) files = colorImages(path / "frames");
+  if (files.empty())
+    throw Error(fmt::format("{}: no images named as 7-Scenes has them (frame-000000.color.png)",
+                            printable(path.string())));
+  std::unordered_map<double, std::optional<Pose>> table;
+  if (fs::exists(path / "poses.csv")) table = posesOfTable(path / "poses.csv");
+
+  auto sequence = std::make_unique<ImageFiles>(nameOf(path));
+  std::size_t without = 0;
+  std::string first;
+  for (const auto& file : files) {
+    Frame frame;
+    frame.name = printable(file.filename().string());
+    const std::string name = file.filename().string();
+    const fs::path poseFile = file.parent_path() / (name.substr(0, name.find('.')) + ".pose.txt");
+    if (const auto number = numberOf(file); number && table.contains(*number))
+      frame.pose = table[*number];
+    else if (fs::exists(poseFile))
+      frame.pose = poseOfFile(poseFile);
+    if (!frame.pose && without++ == 0) first = frame.name;
+    sequence->add(std::move(frame), file);
+  }
+  if (without > 0)
+    sequence->warn(fmt::format("{} of {} frames have no pose: it is missing, NaN or no rotation (first: {})",
+                               without, files.size(), first));
+  return sequence;
+}
+
+}  // namespace estancia::io

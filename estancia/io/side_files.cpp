@@ -1,0 +1,127 @@
+#include "estancia/io/side_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <string>
+#include <unordered_map>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/csv.hpp"
+#include "estancia/io/files.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+/// Points that have a time stamp, sorted by it. Points without a pose stay in: a frame whose own pose is
+/// unusable must not take a neighbour's.
+std::vector<TrajectoryPoint> sortedByTime(const Trajectory& trajectory) {
+  std::vector<TrajectoryPoint> points;
+  for (const auto& point : trajectory.points)
+    if (point.timestamp) points.push_back(point);
+  std::ranges::stable_sort(points, {}, [](const TrajectoryPoint& p) { return *p.timestamp; });
+  return points;
+}
+
+/// Nothing when no point is within `maxGap` of `time`.
+const TrajectoryPoint* nearest(const std::vector<TrajectoryPoint>& points, double time, double maxGap) {
+  const auto gap = [time](const TrajectoryPoint& p) { return std::abs(*p.timestamp - time); };
+  auto best =
+      std::ranges::lower_bound(points, time, {}, [](const TrajectoryPoint& p) { return *p.timestamp; });
+  if (best == points.end() || (best != points.begin() && gap(*std::prev(best)) < gap(*best))) {
+    if (best == points.begin()) return nullptr;
+    --best;
+  }
+  return gap(*best) <= maxGap ? &*best : nullptr;
+}
+
+constexpr std::size_t kAmbiguous = static_cast<std::size_t>(-1);
+
+std::string lastComponent(const std::string& name) {
+  return name.substr(name.rfind('/') + 1);
+}
+
+std::string lowerCase(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+}  // namespace
+
+void attachPoses(ListedSequence& sequence, const Trajectory& trajectory, const fs::path& file,
+                 double maxGap) {
+  const std::string name = printable(file.string());
+  for (const auto& warning : trajectory.warnings) sequence.warn(warning);
+  auto& frames = sequence.frames();
+  const std::vector<TrajectoryPoint> points = sortedByTime(trajectory);
+  const bool timed =
+      !points.empty() && std::ranges::all_of(frames, [](const Frame& f) { return f.timestamp.has_value(); });
+
+  std::vector<const TrajectoryPoint*> matches(frames.size(), nullptr);
+  if (timed)
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      matches[i] = nearest(points, *frames[i].timestamp, maxGap);
+  std::size_t unmatched = static_cast<std::size_t>(std::ranges::count(matches, nullptr));
+  if (unmatched == frames.size()) {
+    if (trajectory.points.size() != frames.size())
+      throw Error(
+          fmt::format("{}: its {} poses fit the {} frames of {} neither by time (at most {} s apart) nor by "
+                      "number; give the trajectory of these frames",
+                      name, trajectory.points.size(), frames.size(), sequence.name(), maxGap));
+    if (timed)
+      sequence.warn(fmt::format("{}: no time stamp fits a frame; its poses are matched by order", name));
+    for (std::size_t i = 0; i < frames.size(); ++i) matches[i] = &trajectory.points[i];
+    unmatched = 0;
+  }
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    frames[i].pose = matches[i] ? matches[i]->pose : std::nullopt;
+  if (unmatched > 0)
+    sequence.warn(
+        fmt::format("{}: {} of {} frames have no pose within {} s", name, unmatched, frames.size(), maxGap));
+}
+
+void attachRooms(ListedSequence& sequence, const fs::path& file) {
+  const std::string name = printable(file.string());
+  auto& frames = sequence.frames();
+  std::unordered_map<std::string, std::size_t> byName, byLastComponent;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    byName.emplace(frames[i].name, i);
+    const auto [entry, isNew] = byLastComponent.emplace(lastComponent(frames[i].name), i);
+    if (!isNew) entry->second = kAmbiguous;
+  }
+  const auto find = [&](const std::string& image) {
+    if (const auto exact = byName.find(image); exact != byName.end()) return exact->second;
+    const auto last = byLastComponent.find(lastComponent(image));
+    return last == byLastComponent.end() ? kAmbiguous : last->second;
+  };
+  std::unordered_map<std::size_t, std::string> rooms;
+  std::size_t unknown = 0, rowCount = 0;
+  std::string firstUnknown;
+  const auto rows = readCsv(file);
+  for (const CsvRow& row : rows) {
+    if (row.cells.size() != 2)
+      throw Error(fmt::format("{}:{}: {} cells; a line is `image,room`", name, row.line, row.cells.size()));
+    const std::string image = printable(row.cells[0]);
+    const std::size_t found = find(image);
+    if (found == kAmbiguous) {
+      if (&row == &rows.front() && lowerCase(row.cells[1]) == "room") continue;  // the header
+      if (unknown++ == 0) firstUnknown = image;
+    } else {
+      const auto [entry, isNew] = rooms.emplace(found, row.cells[1]);
+      if (!isNew && entry->second != row.cells[1])
+        throw Error(fmt::format("{}:{}: {} is in \"{}\" here and in \"{}\" above; keep one of them", name,
+                                row.line, image, row.cells[1], entry->second));
+    }
+    ++rowCount;
+  }
+  for (const auto& [i, room] : rooms) frames[i].room = room;
+  if (unknown > 0)
+    sequence.warn(fmt::format("{}: {} of {} lines name images that are not there (first: {})", name, unknown,
+                              rowCount, firstUnknown));
+}
+
+}  // namespace estancia::io

@@ -1,0 +1,147 @@
+#include "estancia/io/trajectory.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t kTum = 8, kKitti = 12;
+
+/// Counts lines with the same oddity and remembers the first.
+struct Oddity {
+  std::size_t count = 0, firstLine = 0;
+  void add(std::size_t line) {
+    if (count++ == 0) firstLine = line;
+  }
+};
+
+std::optional<Pose> poseOfTum(const std::vector<double>& n) {
+  Pose pose{n[1], n[2], n[3], n[4], n[5], n[6], n[7]};
+  const double norm = std::hypot(std::hypot(pose.qx, pose.qy), std::hypot(pose.qz, pose.qw));
+  if (!pose.isFinite() || !(norm > 1e-6) || !std::isfinite(norm)) return std::nullopt;
+  for (double* q : {&pose.qx, &pose.qy, &pose.qz, &pose.qw}) *q /= norm;
+  return pose;
+}
+
+}  // namespace
+
+Trajectory readTrajectory(const fs::path& file) {
+  const std::string name = io::printable(file.string());
+  const std::vector<std::string> lines = io::readLines(file);
+  Trajectory trajectory;
+  Oddity unusable, unordered, doubled;
+  double latest = -std::numeric_limits<double>::infinity();
+  std::size_t columns = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    std::string_view line = lines[i];
+    const auto words = io::wordsOf(line.substr(0, line.find('#')));
+    if (words.empty()) continue;
+    if (columns == 0) columns = words.size() == kKitti ? kKitti : kTum;
+    std::vector<double> numbers;
+    for (const auto word : words)
+      if (const auto number = io::toNumber(word)) numbers.push_back(*number);
+    if (words.size() != columns || numbers.size() != columns)
+      throw Error(
+          fmt::format("{}:{}: {} of {} values are numbers; a pose is `t x y z qx qy qz qw` (TUM) or the 12 "
+                      "numbers of a 3×4 matrix (KITTI), on every line the same",
+                      name, i + 1, numbers.size(), words.size()));
+    TrajectoryPoint point;
+    if (columns == kTum) {
+      point.pose = poseOfTum(numbers);
+      if (std::isfinite(numbers[0])) {
+        point.timestamp = numbers[0];
+        if (numbers[0] == latest) doubled.add(i + 1);
+        if (numbers[0] < latest) unordered.add(i + 1);
+        latest = std::max(latest, numbers[0]);
+      }
+    } else {
+      std::array<double, 12> matrix{};
+      std::copy(numbers.begin(), numbers.end(), matrix.begin());
+      point.pose = poseOfMatrix(matrix);
+    }
+    if (!point.pose || (columns == kTum && !point.timestamp)) unusable.add(i + 1);
+    trajectory.points.push_back(point);
+  }
+  if (trajectory.points.empty()) throw Error(fmt::format("{}: no poses in it", name));
+  const auto warn = [&](const Oddity& oddity, const char* what) {
+    if (oddity.count > 0)
+      trajectory.warnings.push_back(fmt::format("{}: {} of {} poses {} (first: line {})", name, oddity.count,
+                                                trajectory.points.size(), what, oddity.firstLine));
+  };
+  warn(unusable, "are not used, because they hold NaN or no rotation");
+  warn(doubled, "repeat the time stamp before them");
+  warn(unordered, "are older than one before them; they are sorted by time");
+  return trajectory;
+}
+
+void writeTrajectory(const fs::path& file, const std::vector<TrajectoryPoint>& points) {
+  std::string text = "# timestamp x y z qx qy qz qw\n";
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const auto& [timestamp, pose] = points[i];
+    if (!timestamp || !std::isfinite(*timestamp) || !pose || !pose->isFinite())
+      throw Error(
+          fmt::format("{}: point {} has no time stamp or pose, which TUM files cannot hold; leave it out",
+                      io::printable(file.string()), i + 1));
+    text += fmt::format("{} {} {} {} {} {} {} {}\n", *timestamp, pose->x, pose->y, pose->z, pose->qx,
+                        pose->qy, pose->qz, pose->qw);
+  }
+  fs::path beside = file;
+  beside += ".part";
+  std::ofstream stream(beside, std::ios::binary);
+  stream << text;
+  stream.close();
+  std::error_code error;
+  if (stream) fs::rename(beside, file, error);
+  if (!stream || error) {
+    std::error_code ignored;
+    fs::remove(beside, ignored);
+    throw Error(fmt::format("cannot write {}; check that its folder exists, is writable and has room",
+                            io::printable(file.string())));
+  }
+}
+
+std::optional<Pose> poseOfMatrix(const std::array<double, 12>& matrix) {
+  constexpr double tolerance = 0.01;
+  if (!std::ranges::all_of(matrix, [](double v) { return std::isfinite(v); })) return std::nullopt;
+  const auto r = [&matrix](int row, int column) {
+    return matrix[static_cast<std::size_t>(4 * row + column)];
+  };
+  for (int a = 0; a < 3; ++a) {
+    for (int b = a; b < 3; ++b) {
+      const double dot = r(0, a) * r(0, b) + r(1, a) * r(1, b) + r(2, a) * r(2, b);
+      if (!(std::abs(dot - (a == b ? 1 : 0)) <= tolerance)) return std::nullopt;
+    }
+  }
+  const double determinant = r(0, 0) * (r(1, 1) * r(2, 2) - r(1, 2) * r(2, 1)) -
+                             r(0, 1) * (r(1, 0) * r(2, 2) - r(1, 2) * r(2, 0)) +
+                             r(0, 2) * (r(1, 0) * r(2, 1) - r(1, 1) * r(2, 0));
+  if (determinant < 0) return std::nullopt;
+  // Shepperd 1978: divide by the largest of the four, which is never near 0.
+  const double trace = r(0, 0) + r(1, 1) + r(2, 2);
+  const std::array<double, 4> squares = {1 + 2 * r(0, 0) - trace, 1 + 2 * r(1, 1) - trace,
+                                         1 + 2 * r(2, 2) - trace, 1 + trace};
+  const auto largest = std::ranges::max_element(squares) - squares.begin();
+  std::array<double, 4> q{};  // x y z w
+  if (largest == 3) {
+    q = {r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1), squares[3]};
+  } else {
+    const int i = static_cast<int>(largest), j = (i + 1) % 3, k = (i + 2) % 3;
+    q[static_cast<std::size_t>(i)] = squares[static_cast<std::size_t>(i)];
+    q[static_cast<std::size_t>(j)] = r(j, i) + r(i, j);
+    q[static_cast<std::size_t>(k)] = r(k, i) + r(i, k);
+    q[3] = r(k, j) - r(j, k);
+  }
+  const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  return Pose{matrix[3], matrix[7], matrix[11], q[0] / norm, q[1] / norm, q[2] / norm, q[3] / norm};
+}
+
+}  // namespace estancia

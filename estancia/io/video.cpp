@@ -1,0 +1,130 @@
+// A video file, whatever OpenCV opens. Frame rates are taken as constant: a frame's time is its number over
+// the rate that the container declares, and absent when it declares none.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <mutex>
+#include <opencv2/videoio.hpp>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/formats.hpp"
+#include "estancia/io/image_file.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr double kMostPixels = 1 << 26;
+constexpr std::size_t kShortHop = 50;  // frames that are sooner read over than sought
+
+class Video final : public ListedSequence {
+ public:
+  explicit Video(const fs::path& file);
+  cv::Mat image(std::size_t i) const override;
+
+ private:
+  void reopen() const;
+  bool moveTo(std::size_t i) const;
+  std::size_t count() const;
+
+  fs::path file_;
+  mutable std::mutex mutex_;  // guards what follows: a decoder has one position
+  mutable cv::VideoCapture capture_;
+  mutable std::size_t next_ = 0;  // the frame that the next read gives
+};
+
+Video::Video(const fs::path& file) : ListedSequence(nameOf(file)), file_(file) {
+  reopen();
+  const double pixels = capture_.get(cv::CAP_PROP_FRAME_WIDTH) * capture_.get(cv::CAP_PROP_FRAME_HEIGHT);
+  if (!(pixels <= kMostPixels))
+    throw Error(fmt::format("{}: declares {:.0f} million pixels a frame; make it smaller",
+                            printable(file.string()), pixels / 1e6));
+  const double rate = capture_.get(cv::CAP_PROP_FPS);
+  const bool rateIsSane = rate > 0 && rate <= 10'000;
+  const std::size_t frames = count();
+  if (frames == 0)
+    throw Error(
+        fmt::format("{}: not a single frame can be decoded; is it a whole video?", printable(file.string())));
+  for (std::size_t i = 0; i < frames; ++i) {
+    Frame frame;
+    frame.name = fmt::format("frame {:06}", i);
+    if (rateIsSane) frame.timestamp = static_cast<double>(i) / rate;
+    frames_.push_back(std::move(frame));
+  }
+  if (!rateIsSane) warn("the video declares no frame rate, so its frames have no time stamps");
+}
+
+void Video::reopen() const {
+  next_ = 0;
+  bool opened = false;
+  try {
+    opened = capture_.open(file_.string());
+  } catch (const cv::Exception&) {  // said below
+  }
+  if (!opened)
+    throw Error(fmt::format("{}: not a video that OpenCV can open; convert it, for example to MP4",
+                            printable(file_.string())));
+}
+
+/// Seeks, and trusts only a decoder that says that it got there; otherwise reads from the start.
+bool Video::moveTo(std::size_t i) const {
+  if (i < next_ || i - next_ > kShortHop) {
+    const auto target = static_cast<double>(i);
+    const bool sought = capture_.set(cv::CAP_PROP_POS_FRAMES, target);
+    if (sought && capture_.get(cv::CAP_PROP_POS_FRAMES) == target)
+      next_ = i;
+    else
+      reopen();
+  }
+  for (; next_ < i; ++next_)
+    if (!capture_.grab()) return false;
+  return true;
+}
+
+/// Containers may declare any number of frames. It is believed when the last one is there and none follows;
+/// otherwise the video is run through once.
+std::size_t Video::count() const {
+  const double declared = capture_.get(cv::CAP_PROP_FRAME_COUNT);
+  if (declared >= 1 && declared < 1e9) {
+    const double last = declared - 1;
+    capture_.set(cv::CAP_PROP_POS_FRAMES, last);
+    const bool right = capture_.get(cv::CAP_PROP_POS_FRAMES) == last && capture_.grab() && !capture_.grab();
+    reopen();
+    if (right) return static_cast<std::size_t>(declared);
+  }
+  std::size_t frames = 0;
+  while (capture_.grab()) ++frames;
+  reopen();
+  return frames;
+}
+
+cv::Mat Video::image(std::size_t i) const {
+  const std::lock_guard lock(mutex_);
+  cv::Mat picture;
+  try {
+    if (moveTo(i)) {
+      ++next_;  // also when decoding fails: the decoder has moved on
+      capture_.read(picture);
+    }
+  } catch (const cv::Exception&) {  // said below
+    picture.release();
+  }
+  if (picture.empty())
+    throw Error(fmt::format("{}: {} cannot be decoded", printable(file_.string()), frames_.at(i).name));
+  return toBgr8(picture.clone());  // the capture reuses its buffer
+}
+
+}  // namespace
+
+bool isVideo(const fs::path& path) {
+  return fs::is_regular_file(path);
+}
+
+Opened openVideo(const fs::path& path, const SequenceOptions&) {
+  if (hasSuffix(path, imageSuffixes()))
+    throw Error(fmt::format("{}: a single picture; open its folder", printable(path.string())));
+  return std::make_unique<Video>(path);
+}
+
+}  // namespace estancia::io

@@ -1,0 +1,68 @@
+// A mapping run with its map file: what the mapper decides reaches the disk once a second.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "estancia/core/descriptor.hpp"
+#include "estancia/core/frame.hpp"
+#include "estancia/topology/mapper.hpp"
+#include "estancia/topology/store.hpp"
+
+namespace estancia {
+
+/// Maps frames into a file. After a crash the file holds everything up to the last second and resume() goes on from
+/// there, with the very map that an unbroken run would have made.
+class MappingSession {
+ public:
+  /// A small JPEG of the frame being added; called only for frames whose picture is kept.
+  using Picture = std::function<std::vector<unsigned char>()>;
+
+  /// The file appears with the first second of frames. Throws Error as MapStore::create() does.
+  static MappingSession create(const std::filesystem::path& path, const Vocabulary& vocabulary,
+                               const std::string& model, const MapperOptions& options);
+
+  /// Goes on with a map. Throws Error as MapStore::open() does, and when `vocabulary` or `model` is not the map's.
+  static MappingSession resume(const std::filesystem::path& path, const Vocabulary& vocabulary,
+                               const std::string& model);
+
+  std::size_t frames() const { return mapper_.frames(); }
+  /// Name of a frame that is already mapped: to check that a sequence is the map's own.
+  const std::string& nameOf(std::size_t frame) const { return names_.at(frame); }
+  const Mapper& mapper() const { return mapper_; }
+
+  void add(const Frame& frame, DescriptorView descriptor, const Picture& picture = {});
+  /// Writes everything, with the last word on a young run. More frames may follow.
+  void finish();
+
+ private:
+  MappingSession(MapStore store, Mapper mapper, std::vector<std::string> names);
+  void write();
+
+  MapStore store_;
+  Mapper mapper_;
+  std::vector<std::string> names_;
+  std::chrono::steady_clock::time_point lastWritten_ = std::chrono::steady_clock::now();
+};
+
+/// What localisation needs of a map file. Compares with at most `mostImages` stored images.
+class MapReader {
+ public:
+  explicit MapReader(const std::filesystem::path& path);
+  const TopologicalMap& map() const { return map_; }
+  const MapStore& store() const { return store_; }
+  const Mapper& mapper() const { return mapper_; }
+  /// Every stride-th stored descriptor, so that there are at most `mostImages`.
+  DescriptorMatrix descriptors(std::size_t mostImages, std::size_t& stride) const;
+
+ private:
+  MapStore store_;
+  TopologicalMap map_;
+  Mapper mapper_;
+};
+
+}  // namespace estancia

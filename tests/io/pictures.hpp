@@ -1,0 +1,43 @@
+// Pictures and errors for the tests of io.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <vector>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia::test {
+
+/// The bytes of `picture` as a file with the suffix `suffix` (".png").
+inline std::string encoded(const std::string& suffix, const cv::Mat& picture,
+                           const std::vector<int>& options = {}) {
+  std::vector<uchar> bytes;
+  cv::imencode(suffix, picture, bytes, options);
+  return {bytes.begin(), bytes.end()};
+}
+
+/// A picture with detail in it, so that its compressed data is long enough to be cut.
+inline cv::Mat texture(int width, int height, int type = CV_8UC3) {
+  cv::Mat picture(height, width, type);
+  cv::RNG(7).fill(picture, cv::RNG::UNIFORM, 0, picture.depth() == CV_16U ? 65536 : 256);
+  return picture;
+}
+
+inline cv::Mat plain(int width, int height, const cv::Scalar& bgr) {
+  return {height, width, CV_8UC3, bgr};
+}
+
+/// What `action` says when it fails; "" when it does not throw an estancia::Error.
+template <typename Action>
+std::string errorOf(const Action& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace estancia::test

@@ -1,0 +1,191 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgproc.hpp>
+
+#include "estancia/io/image_file.hpp"
+#include "estancia/io/image_header.hpp"
+#include "io/pictures.hpp"
+#include "support/support.hpp"
+
+namespace estancia::io {
+namespace {
+
+using test::encoded;
+using test::errorOf;
+using test::texture;
+using ::testing::HasSubstr;
+
+class ImageFile : public ::testing::Test {
+ protected:
+  cv::Mat read(const std::string& name, const std::string& bytes) {
+    test::writeFile(folder_ / name, bytes);
+    return readImage(folder_ / name);
+  }
+  std::string errorOfReading(const std::string& name, const std::string& bytes) {
+    return errorOf([&] { read(name, bytes); });
+  }
+  test::ScratchFolder folder_;
+};
+
+void expectPixel(const cv::Mat& picture, int row, int column, const cv::Vec3b& bgr, int tolerance = 0) {
+  ASSERT_EQ(picture.type(), CV_8UC3);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(picture.at<cv::Vec3b>(row, column)[c], bgr[c], tolerance);
+}
+
+TEST_F(ImageFile, GivesBgrOfEightBitsWhateverIsInside) {
+  const cv::Mat grey(4, 6, CV_8U, cv::Scalar(90)), colour = test::plain(6, 4, {10, 20, 30});
+  expectPixel(read("grey.png", encoded(".png", grey)), 0, 0, {90, 90, 90});
+  expectPixel(read("grey.jpg", encoded(".jpg", grey)), 0, 0, {90, 90, 90}, 2);
+  expectPixel(read("colour.bmp", encoded(".bmp", colour)), 3, 5, {10, 20, 30});
+  expectPixel(read("colour.webp", encoded(".webp", colour)), 3, 5, {10, 20, 30}, 3);
+  expectPixel(read("colour.ppm", encoded(".ppm", colour)), 3, 5, {10, 20, 30});
+  expectPixel(read("grey.pgm", encoded(".pgm", grey)), 3, 5, {90, 90, 90});
+  expectPixel(read("colour.tiff", encoded(".tiff", colour)), 3, 5, {10, 20, 30});
+}
+
+TEST_F(ImageFile, ScalesSixteenBitsDropsAlphaAndTakesFloatAsZeroToOne) {
+  const cv::Mat deep(4, 6, CV_16UC3, cv::Scalar(257 * 10, 257 * 20, 65535));
+  expectPixel(read("deep.png", encoded(".png", deep)), 1, 1, {10, 20, 255});
+  expectPixel(read("deep.tif", encoded(".tif", deep)), 1, 1, {10, 20, 255});
+  expectPixel(read("grey.png", encoded(".png", cv::Mat(4, 6, CV_16U, cv::Scalar(257 * 77)))), 1, 1,
+              {77, 77, 77});
+  expectPixel(read("grey.pgm", encoded(".pgm", cv::Mat(4, 6, CV_16U, cv::Scalar(257 * 77)))), 1, 1,
+              {77, 77, 77});
+  expectPixel(read("alpha.png", encoded(".png", cv::Mat(4, 6, CV_8UC4, cv::Scalar(10, 20, 30, 0)))), 1, 1,
+              {10, 20, 30});
+  cv::Mat light(4, 6, CV_32FC3, cv::Scalar(0.2, 0.4, 7));
+  light.at<cv::Vec3f>(0, 0)[0] = std::numeric_limits<float>::quiet_NaN();
+  const cv::Mat picture = read("float.tif", encoded(".tif", light, {cv::IMWRITE_TIFF_COMPRESSION, 1}));
+  expectPixel(picture, 1, 1, {51, 102, 255});
+  expectPixel(picture, 0, 0, {0, 102, 255});
+}
+
+TEST_F(ImageFile, ConvertsCmykJpeg) {
+  const std::string hex =  // 8×8 pixels of pure red in Adobe's inverted CMYK, made with ImageMagick
+      "ffd8ffee000e41646f626500640000000002ffdb00430006040506050406060506070706080a100a0a09090a140e0f0c"
+      "1017141818171416161a1d251f1a1b231c1616202c20232627292a29191f2d302d283025282928ffdb0043010707070a"
+      "080a130a0a13281a161a2828282828282828282828282828282828282828282828282828282828282828282828282828"
+      "282828282828282828282828ffc00014080008000804012200021101031101042200ffc4001600010101000000000000"
+      "00000000000000000708ffc40014100100000000000000000000000000000000ffc40015010101000000000000000000"
+      "00000000000608ffc40014110100000000000000000000000000000000ffda000e040100021103110400003f00a20062"
+      "9b5aa407ffd9";
+  std::string bytes;
+  for (std::size_t i = 0; i < hex.size(); i += 2)
+    bytes += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
+  expectPixel(read("cmyk.jpg", bytes), 4, 4, {0, 0, 255}, 12);
+}
+
+TEST_F(ImageFile, TurnsByTheExifOrientation) {
+  cv::Mat wide = test::plain(16, 8, {0, 0, 0});
+  wide.colRange(0, 8).setTo(cv::Scalar(255, 255, 255));  // white on the left
+  std::string jpeg = encoded(".jpg", wide);
+  using namespace std::string_literals;
+  const std::string tiff =
+      "MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"s;  // orientation 6
+  jpeg.insert(2, "\xFF\xE1\0\x22"s + "Exif\0\0"s + tiff);
+  const cv::Mat upright = read("turned.jpg", jpeg);  // "the picture's left is the top": turn clockwise
+  ASSERT_EQ(upright.size(), cv::Size(8, 16));
+  expectPixel(upright, 2, 4, {255, 255, 255}, 5);
+  expectPixel(upright, 13, 4, {0, 0, 0}, 5);
+}
+
+TEST_F(ImageFile, NamesWhatIsWrongWithAFile) {
+  EXPECT_THAT(errorOfReading("a.jpg", ""), HasSubstr("a.jpg: the file is empty"));
+  EXPECT_THAT(errorOfReading("b.jpg", "Dear reader, this is text."), HasSubstr("b.jpg: not a picture"));
+  EXPECT_THAT(errorOfReading("c.jpg", "\xFF\xD8\xFF"), HasSubstr("cut off"));
+  EXPECT_THAT(errorOf([&] { readImage(folder_ / "none.jpg"); }), HasSubstr("none.jpg: not a file"));
+  EXPECT_THAT(errorOfReading("new\nline.jpg", "text"), HasSubstr("new\\x0Aline.jpg: not a picture"));
+}
+
+TEST_F(ImageFile, NoticesACutAnywhere) {
+  const cv::Mat picture = texture(40, 30);
+  const std::vector<std::pair<std::string, std::string>> whole = {
+      {".jpg", encoded(".jpg", picture)},
+      {".jpg", encoded(".jpg", picture, {cv::IMWRITE_JPEG_PROGRESSIVE, 1})},
+      {".png", encoded(".png", picture)},
+      {".bmp", encoded(".bmp", picture)},
+      {".webp", encoded(".webp", picture)},
+      {".tif", encoded(".tif", picture, {cv::IMWRITE_TIFF_COMPRESSION, 1})},
+      {".tif", encoded(".tif", picture)},
+      {".ppm", encoded(".ppm", picture)},
+      {".pgm", encoded(".pgm", texture(40, 30, CV_16U))}};
+  for (const auto& [suffix, bytes] : whole) {
+    ASSERT_EQ(errorOfReading("whole" + suffix, bytes), "") << suffix;
+    for (const double share : {0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99}) {
+      const auto cut = static_cast<std::size_t>(share * static_cast<double>(bytes.size()));
+      EXPECT_NE(errorOfReading("cut" + suffix, bytes.substr(0, cut)), "") << suffix << " cut at " << share;
+      // A crash of the file system leaves the length and loses the content.
+      if (suffix == ".jpg" || suffix == ".png") {
+        EXPECT_NE(
+            errorOfReading("lost" + suffix, bytes.substr(0, cut) + std::string(bytes.size() - cut, '\0')), "")
+            << suffix << " lost from " << share;
+      }
+    }
+    EXPECT_NE(errorOfReading("cut" + suffix, bytes.substr(0, bytes.size() - 1)), "")
+        << suffix << " without its end";
+  }
+}
+
+TEST_F(ImageFile, NoticesADamagedPng) {
+  std::string bytes = encoded(".png", texture(40, 30));
+  bytes[bytes.size() / 2] = static_cast<char>(~bytes[bytes.size() / 2]);
+  EXPECT_THAT(errorOfReading("damaged.png", bytes), HasSubstr("cannot be decoded"));
+}
+
+TEST_F(ImageFile, SurvivesAnyFlippedByte) {
+  cv::RNG random(3);
+  for (const char* suffix : {".jpg", ".png", ".bmp", ".webp", ".tif", ".ppm"}) {
+    const std::string whole = encoded(suffix, texture(12, 9));
+    for (int trial = 0; trial < 200; ++trial) {
+      std::string bytes = whole;
+      bytes[static_cast<std::size_t>(random.uniform(0, std::min<int>(static_cast<int>(bytes.size()), 120)))] =
+          static_cast<char>(random.uniform(0, 256));
+      const std::string name = std::string("flipped") + suffix;
+      try {
+        const cv::Mat picture = read(name, bytes);
+        EXPECT_EQ(picture.type(), CV_8UC3);
+        EXPECT_FALSE(picture.empty());
+      } catch (const Error&) {  // refused: fine
+      }
+    }
+  }
+}
+
+TEST_F(ImageFile, RefusesHugeDeclaredSizesBeforeAllocating) {
+  using namespace std::string_literals;
+  std::string png = encoded(".png", texture(4, 4)), jpeg = encoded(".jpg", texture(4, 4)),
+              bmp = encoded(".bmp", texture(4, 4)), tiff = encoded(".tif", texture(4, 4));
+  png.replace(16, 8, "\0\0\x75\x30\0\0\x75\x30"s);  // 30,000 × 30,000
+  EXPECT_THAT(errorOfReading("huge.png", png), HasSubstr("declares 30000 × 30000 pixels"));
+  jpeg.replace(jpeg.find("\xFF\xC0") + 5, 4, "\xEA\x60\xEA\x60");
+  EXPECT_THAT(errorOfReading("huge.jpg", jpeg), HasSubstr("declares 60000 × 60000 pixels"));
+  bmp.replace(18, 8, "\xFF\xFF\xFF\x7F\xFF\xFF\xFF\x7F");
+  EXPECT_THAT(errorOfReading("huge.bmp", bmp), HasSubstr("declares 2147483647 × 2147483647 pixels"));
+  EXPECT_THAT(errorOfReading("huge.ppm", "P6\n900000 900000\n255\nabc"),
+              HasSubstr("declares 900000 × 900000"));
+  const auto width = tiff.find("\x00\x01\x03\x00\x01\x00\x00\x00"s);  // tag 256, one SHORT
+  ASSERT_NE(width, std::string::npos);
+  tiff.replace(width, 12, "\x00\x01\x04\x00\x01\x00\x00\x00\xFF\xFF\xFF\x7F"s);
+  EXPECT_THAT(errorOfReading("huge.tif", tiff), HasSubstr("declares 2147483647 ×"));
+}
+
+TEST_F(ImageFile, RefusesSizesOfNothing) {
+  using namespace std::string_literals;
+  std::string png = encoded(".png", texture(4, 4));
+  png.replace(16, 4, "\0\0\0\0"s);
+  EXPECT_THAT(errorOfReading("nothing.png", png), HasSubstr("header is damaged"));
+  EXPECT_THAT(errorOfReading("nothing.pgm", "P5\n0 0\n255\n"), HasSubstr("header is damaged"));
+}
+
+TEST_F(ImageFile, TellsRadianceFromPictures) {
+  const std::string exr = encoded(".exr", cv::Mat(4, 8, CV_32FC3, cv::Scalar(1, 2, 3)));
+  EXPECT_THAT(errorOfReading("radiance.png", exr), HasSubstr("type \"panorama\""));
+  test::writeFile(folder_ / "radiance.exr", exr);
+  const cv::Mat radiance = readPanorama(folder_ / "radiance.exr");
+  ASSERT_EQ(radiance.type(), CV_32FC3);
+  EXPECT_EQ(radiance.at<cv::Vec3f>(3, 7), cv::Vec3f(1, 2, 3));
+}
+
+}  // namespace
+}  // namespace estancia::io
