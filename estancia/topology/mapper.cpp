@@ -170,6 +170,7 @@ void Mapper::leave() {
 void Mapper::drive(int from, int to, std::size_t frame) {
   Transition& transition = transitions_.try_emplace({from, to}, Transition{from, to, 0, frame}).first->second;
   ++transition.count;
+  news_.changedTransitions.insert({from, to});
 }
 
 /// Two nodes whose means have come close are one place: the older one keeps its name.
@@ -206,15 +207,10 @@ void Mapper::mergeTwins(std::size_t frame) {
     target.firstFrame = std::min(target.firstFrame, transition.firstFrame);
   }
   transitions_ = std::move(redirected);
+  news_.redirected = true;
   news_.events.emplace_back(Merge{frame, keptId, absorbedId, twin->distance, thresholds_.merge});
   news_.changedNodes.erase(absorbedId);
   news_.changedNodes.insert(keptId);
-}
-
-std::vector<Transition> Mapper::transitions() const {
-  std::vector<Transition> all;
-  for (const auto& entry : transitions_) all.push_back(entry.second);
-  return all;
 }
 
 Mapper::News Mapper::takeNews() {

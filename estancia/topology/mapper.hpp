@@ -55,16 +55,21 @@ class Mapper {
   void finish();
 
   std::size_t frames() const { return scale_.frames(); }
+  const MapperOptions& options() const { return options_; }
   const NodeBank& bank() const { return bank_; }
   const Thresholds& thresholds() const { return thresholds_; }
   int currentNode() const;
-  std::vector<Transition> transitions() const;
+  std::size_t currentSlot() const { return current_; }
+  /// By (from, to).
+  const std::map<std::pair<int, int>, Transition>& transitions() const { return transitions_; }
 
   /// What happened since the last call, for the map file.
   struct News {
     bool restarted = false;  ///< forget all decisions before: they have been made again
     std::vector<std::variant<Decision, Merge>> events;
     std::set<int> changedNodes;
+    bool redirected = false;  ///< a merge has changed transitions: write all of them anew
+    std::set<std::pair<int, int>> changedTransitions;
   };
   News takeNews();
 

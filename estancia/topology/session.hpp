@@ -10,13 +10,14 @@
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/frame.hpp"
+#include "estancia/io/sequence.hpp"
 #include "estancia/topology/mapper.hpp"
 #include "estancia/topology/store.hpp"
 
 namespace estancia {
 
-/// Maps frames into a file. After a crash the file holds everything up to the last second and resume() goes on from
-/// there, with the very map that an unbroken run would have made.
+/// Maps frames into a file. After a crash the file holds everything up to the last second and resume() goes
+/// on from there, with the very map that an unbroken run would have made.
 class MappingSession {
  public:
   /// A small JPEG of the frame being added; called only for frames whose picture is kept.
@@ -26,13 +27,12 @@ class MappingSession {
   static MappingSession create(const std::filesystem::path& path, const Vocabulary& vocabulary,
                                const std::string& model, const MapperOptions& options);
 
-  /// Goes on with a map. Throws Error as MapStore::open() does, and when `vocabulary` or `model` is not the map's.
+  /// Goes on with a map. Throws Error as MapStore::open() does, and when `vocabulary` or `model` is not the
+  /// map's.
   static MappingSession resume(const std::filesystem::path& path, const Vocabulary& vocabulary,
                                const std::string& model);
 
   std::size_t frames() const { return mapper_.frames(); }
-  /// Name of a frame that is already mapped: to check that a sequence is the map's own.
-  const std::string& nameOf(std::size_t frame) const { return names_.at(frame); }
   const Mapper& mapper() const { return mapper_; }
 
   void add(const Frame& frame, DescriptorView descriptor, const Picture& picture = {});
@@ -40,14 +40,18 @@ class MappingSession {
   void finish();
 
  private:
-  MappingSession(MapStore store, Mapper mapper, std::vector<std::string> names);
+  MappingSession(MapStore store, Mapper mapper);
   void write();
 
   MapStore store_;
   Mapper mapper_;
-  std::vector<std::string> names_;
   std::chrono::steady_clock::time_point lastWritten_ = std::chrono::steady_clock::now();
 };
+
+/// Where in `sequence` a map made of its first frames goes on: after the last mapped one. Frames that could
+/// not be read are missing in the map. Throws Error when the map's frames are not frames of this sequence in
+/// this order.
+std::size_t firstUnmapped(const TopologicalMap& map, const Sequence& sequence);
 
 /// What localisation needs of a map file. Compares with at most `mostImages` stored images.
 class MapReader {

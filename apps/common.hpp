@@ -1,0 +1,56 @@
+// What the subcommands share: options of sequences, output for people or machines.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "estancia/io/sequence.hpp"
+#include "estancia/label/label_stream.hpp"
+
+namespace estancia::apps {
+
+/// Exit codes: all went well; the question has no answer (nothing found, no way); something is wrong.
+enum ExitCode { success = 0, noAnswer = 1, failure = 2 };
+
+/// Thrown by a subcommand to end with `noAnswer` after it has said why on stdout.
+struct NoAnswer {};
+
+/// Adds SEQ and the options that say how to read it.
+struct SequenceArguments {
+  std::string path;
+  SequenceOptions options;
+  bool strict = false;
+  void addTo(CLI::App& command);
+  /// Opens the sequence and logs its warnings.
+  std::unique_ptr<Sequence> open() const;
+};
+
+/// Adds `--json`.
+void addJsonOption(CLI::App& command, bool& json);
+
+/// One line of JSON on stdout.
+void print(const nlohmann::ordered_json& json);
+
+/// Ends the help of a command with examples, one a line.
+void addExamples(CLI::App& command, const std::string& examples);
+
+/// Labels the frames of a sequence from `first` on with a progress bar, warns of unreadable frames and gives
+/// the others to `use`. Throws Interrupted on Ctrl-C, Error when no frame at all can be read. Returns how
+/// many were skipped.
+std::size_t forEachLabelled(const Sequence& sequence, Labeler& labeler, std::size_t first, bool strict,
+                            const std::string& what, const std::function<void(const LabelledFrame&)>& use);
+
+// One file a subcommand.
+void addMapCommand(CLI::App& app);
+void addAskCommand(CLI::App& app);
+void addRouteCommand(CLI::App& app);
+void addLocalizeCommand(CLI::App& app);
+void addEvaluateCommand(CLI::App& app);
+void addExplainCommand(CLI::App& app);
+void addExportCommand(CLI::App& app);
+void addReportCommand(CLI::App& app);
+void addModelsCommand(CLI::App& app);
+
+}  // namespace estancia::apps

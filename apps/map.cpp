@@ -1,0 +1,132 @@
+// estancia map: images → topological map.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <optional>
+
+#include "common.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/io/picture.hpp"
+#include "estancia/label/model.hpp"
+#include "estancia/topology/session.hpp"
+
+namespace estancia::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  SequenceArguments sequence;
+  std::string output, model = defaultModel;
+  std::string distance, preset;
+  double tauJoin = 0, tauRevisit = 0;
+  std::size_t blur = 0;
+  bool goOn = false, overwrite = false, json = false;
+};
+
+MapperOptions mapperOptions(const Arguments& arguments, const CLI::App& command) {
+  MapperOptions options = arguments.preset == "thesis" ? MapperOptions::thesis() : MapperOptions{};
+  if (!arguments.distance.empty()) options.distance = arguments.distance;
+  if (command.count("--tau-join") > 0) options.tauJoin = arguments.tauJoin;
+  if (command.count("--tau-revisit") > 0) options.tauRevisit = arguments.tauRevisit;
+  if (command.count("--blur") > 0) options.blurImages = arguments.blur;
+  return options;
+}
+
+/// Where the run starts: a new file, or the file of an earlier run.
+MappingSession openSession(const Arguments& arguments, const MapperOptions& options, const Sequence& sequence,
+                           const Labeler& labeler, std::size_t& first) {
+  first = 0;
+  if (!arguments.goOn || !fs::exists(arguments.output)) {
+    if (arguments.overwrite) fs::remove(arguments.output);
+    return MappingSession::create(arguments.output, labeler.vocabulary(), labeler.identity(), options);
+  }
+  first = firstUnmapped(MapStore::open(arguments.output, MapStore::Access::read).load(), sequence);
+  return MappingSession::resume(arguments.output, labeler.vocabulary(), labeler.identity());
+}
+
+void run(const Arguments& arguments, const CLI::App& command) {
+  const MapperOptions options = mapperOptions(arguments, command);
+  getDistance(options.distance);
+  if (fs::exists(arguments.output) && !arguments.goOn && !arguments.overwrite)
+    throw Error(
+        fmt::format("{} exists; continue it with --continue, replace it with --overwrite", arguments.output));
+  const auto sequence = arguments.sequence.open();
+  const auto labeler = loadModel(arguments.model);
+  std::size_t first = 0;
+  MappingSession session = openSession(arguments, options, *sequence, *labeler, first);
+  const std::size_t before = session.frames();
+  std::size_t skipped = 0;
+  try {
+    skipped = forEachLabelled(*sequence, *labeler, first, arguments.sequence.strict, "mapping",
+                              [&](const LabelledFrame& frame) {
+                                session.add(sequence->frame(frame.index), frame.descriptor,
+                                            [&frame] { return encodePicture(frame.image); });
+                              });
+  } catch (const Interrupted&) {
+    session.finish();
+    throw;
+  }
+  session.finish();
+
+  const Mapper& mapper = session.mapper();
+  if (arguments.json) {
+    print({{"map", arguments.output},
+           {"frames", session.frames()},
+           {"new_frames", session.frames() - before},
+           {"skipped", skipped},
+           {"nodes", mapper.bank().size()},
+           {"transitions", mapper.transitions().size()},
+           {"tau_join", mapper.thresholds().join},
+           {"tau_revisit", mapper.thresholds().revisit}});
+  } else {
+    fmt::print("{}: {} frames, {} places, {} transitions (τ_join {:.3g}, τ_revisit {:.3g})\n",
+               arguments.output, session.frames(), mapper.bank().size(), mapper.transitions().size(),
+               mapper.thresholds().join, mapper.thresholds().revisit);
+  }
+}
+
+}  // namespace
+
+void addMapCommand(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("map", "Turn a sequence of images into a topological map");
+  arguments->sequence.addTo(*command);
+  command->add_option("-o,--output", arguments->output, "The map file, NAME.estancia")->required();
+  command
+      ->add_option("--model", arguments->model,
+                   "What labels the images: a name of `models list`, or a folder")
+      ->capture_default_str();
+  command->add_flag("--continue", arguments->goOn, "Go on with the map where an earlier run stopped");
+  command->add_flag("--overwrite", arguments->overwrite, "Replace an existing map")->excludes("--continue");
+  std::string distances = "Distance of an image to a place:";
+  for (const Distance& distance : baseDistances())
+    distances += fmt::format("\n{} ({})", distance.name, distance.explanation);
+  distances += "\nall but the weighted ones also as NAME-sigma; default: standardized-clr";
+  const auto mapping = "Mapping";
+  command->add_option("--distance", arguments->distance, distances)->group(mapping);
+  command
+      ->add_option("--tau-join", arguments->tauJoin,
+                   "Stay within this distance; default: found by the run itself")
+      ->check(CLI::PositiveNumber)
+      ->group(mapping);
+  command
+      ->add_option("--tau-revisit", arguments->tauRevisit,
+                   "Return to another place within this distance; default: 0.4 · τ_join")
+      ->check(CLI::PositiveNumber)
+      ->group(mapping);
+  command->add_option("--blur", arguments->blur, "The first and last K images of a stay count less")
+      ->group(mapping);
+  command->add_option("--preset", arguments->preset, "thesis: the choices of Rangel's thesis (chapter 4)")
+      ->check(CLI::IsMember({"thesis"}))
+      ->group(mapping);
+  addJsonOption(*command, arguments->json);
+  addExamples(*command,
+              "  estancia map ~/pictures -o home.estancia\n"
+              "  estancia map drive.mp4 -o drive.estancia --poses drive.txt\n"
+              "  estancia map ~/pictures -o home.estancia --continue");
+  command->callback([arguments, command] { run(*arguments, *command); });
+}
+
+}  // namespace estancia::apps

@@ -1,0 +1,79 @@
+// estancia models: the networks that label.
+#include <fmt/format.h>
+
+#include "common.hpp"
+#include "estancia/label/model.hpp"
+
+namespace estancia::apps {
+namespace {
+
+void list(bool json) {
+  const auto models = installedModels();
+  for (const InstalledModel& model : models) {
+    const std::string name = model.folder.filename().string();
+    if (json) {
+      print({{"name", name},
+             {"folder", model.folder.string()},
+             {"type", model.spec ? model.spec->type : ""},
+             {"licence", model.spec ? model.spec->licence : ""},
+             {"problem", model.problem}});
+    } else if (model.spec) {
+      fmt::print("{:<24} {:<10} {}{}\n", name, model.spec->type, model.spec->licence,
+                 name == defaultModel ? " (default)" : "");
+    } else {
+      fmt::print("{:<24} broken: {}\n", name, model.problem);
+    }
+  }
+  if (models.empty() && !json)
+    fmt::print("No models yet in {}; script/bootstrap fetches the default one.\n", modelHome().string());
+}
+
+void report(const ModelCheck& check, bool json) {
+  if (json)
+    print({{"name", check.spec.name},
+           {"identity", check.identity},
+           {"labels", check.labels},
+           {"digests_checked", check.digests},
+           {"ms_per_image", check.millisecondsPerImage}});
+  else
+    fmt::print("{}: works; {} labels, {:.1f} ms an image, {} file digests checked\n", check.spec.name,
+               check.labels, check.millisecondsPerImage, check.digests);
+}
+
+}  // namespace
+
+void addModelsCommand(CLI::App& app) {
+  struct Arguments {
+    std::string model;
+    bool replace = false, json = false;
+  };
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("models", "List, add and check the networks that label");
+  command->require_subcommand(1);
+  addExamples(*command,
+              "  estancia models list\n"
+              "  estancia models check inception-v3\n"
+              "  estancia models add ~/places205");
+
+  CLI::App* listing = command->add_subcommand("list", "List the models at hand");
+  addJsonOption(*listing, arguments->json);
+  addExamples(*listing, "  estancia models list");
+  listing->callback([arguments] { list(arguments->json); });
+
+  CLI::App* check = command->add_subcommand("check", "Open a model, compare its digests, label test images");
+  check->add_option("MODEL", arguments->model, "A name of `models list`, or a folder with a model.toml")
+      ->required();
+  addJsonOption(*check, arguments->json);
+  addExamples(*check, "  estancia models check inception-v3");
+  check->callback([arguments] { report(checkModel(arguments->model), arguments->json); });
+
+  CLI::App* add = command->add_subcommand("add", "Check a model folder and copy it to the other models");
+  add->add_option("FOLDER", arguments->model, "The folder with model.toml, network and label file")
+      ->required();
+  add->add_flag("--replace", arguments->replace, "Replace a model of the same name");
+  addJsonOption(*add, arguments->json);
+  addExamples(*add, "  estancia models add ~/places205");
+  add->callback([arguments] { report(addModel(arguments->model, arguments->replace), arguments->json); });
+}
+
+}  // namespace estancia::apps

@@ -1,0 +1,127 @@
+#include "estancia/topology/session.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr auto writeInterval = std::chrono::seconds(1);
+constexpr const char* stateKey = "mapper";
+
+Node toNode(const NodeMemory& memory) {
+  Node node{memory.id, memory.frames, {}, {}};
+  node.mean.assign(memory.words.mean().begin(), memory.words.mean().end());
+  for (const float variance : memory.words.variance()) node.sigma.push_back(std::sqrt(variance));
+  return node;
+}
+
+Mapper restoreMapper(const MapStore& store) {
+  const auto state = store.findState(stateKey);
+  if (!state) throw Error("the map has no saved mapper state; the file is damaged, map again");
+  return Mapper::restore(store.identity().vocabulary.size(),
+                         MapperOptions::fromJson(store.identity().settings), *state, store.nodeStates(),
+                         [&store](std::size_t frame) { return store.descriptor(frame); });
+}
+
+}  // namespace
+
+MappingSession::MappingSession(MapStore store, Mapper mapper)
+    : store_(std::move(store)), mapper_(std::move(mapper)) {}
+
+MappingSession MappingSession::create(const std::filesystem::path& path, const Vocabulary& vocabulary,
+                                      const std::string& model, const MapperOptions& options) {
+  Mapper mapper(vocabulary.size(), options);  // first: unknown distances leave no file
+  return {MapStore::create(path, {vocabulary, model, options.toJson()}), std::move(mapper)};
+}
+
+MappingSession MappingSession::resume(const std::filesystem::path& path, const Vocabulary& vocabulary,
+                                      const std::string& model) {
+  MapStore store = MapStore::open(path, MapStore::Access::write);
+  requireSameVocabulary(store.identity().vocabulary, vocabulary, path.string());
+  if (store.identity().model != model)
+    throw Error(fmt::format("{} was made with the model {}, not {}; continue it with that model",
+                            path.string(), store.identity().model, model));
+  Mapper mapper = restoreMapper(store);
+  return {std::move(store), std::move(mapper)};
+}
+
+void MappingSession::add(const Frame& frame, DescriptorView descriptor, const Picture& picture) {
+  const std::size_t index = mapper_.frames();
+  mapper_.add(descriptor);
+  MappedFrame mapped;
+  static_cast<Frame&>(mapped) = frame;
+  mapped.node = mapper_.currentNode();
+  store_.addFrame(index, mapped, descriptor);
+  // Pictures of all young frames, whose nodes may still change, then of a node's 1st, 2nd, 4th, 8th … frame.
+  const bool keep = index < mapper_.options().settleFrames ||
+                    std::has_single_bit(mapper_.bank()[mapper_.currentSlot()].frames);
+  if (picture && keep) store_.putPicture(index, picture());
+  if (std::chrono::steady_clock::now() - lastWritten_ >= writeInterval) write();
+}
+
+void MappingSession::finish() {
+  mapper_.finish();
+  if (mapper_.frames() > 0) write();
+}
+
+void MappingSession::write() {
+  const Mapper::News news = mapper_.takeNews();
+  if (news.restarted) store_.clearMap();
+  const NodeBank& bank = mapper_.bank();
+  for (const auto& event : news.events)
+    if (const auto* decision = std::get_if<Decision>(&event))
+      store_.putDecision(*decision);
+    else
+      store_.addMerge(std::get<Merge>(event));
+  for (const int id : news.changedNodes) {
+    const std::size_t slot = bank.slotOf(id);
+    store_.putNode(toNode(bank[slot]), mapper_.nodeState(slot));
+  }
+  if (news.redirected || news.restarted) {
+    store_.clearTransitions();
+    for (const auto& entry : mapper_.transitions()) store_.putTransition(entry.second);
+  } else {
+    for (const auto& ends : news.changedTransitions) store_.putTransition(mapper_.transitions().at(ends));
+  }
+  store_.putState(stateKey, mapper_.state());
+  store_.commit();
+  lastWritten_ = std::chrono::steady_clock::now();
+}
+
+std::size_t firstUnmapped(const TopologicalMap& map, const Sequence& sequence) {
+  std::size_t next = 0;
+  for (const MappedFrame& frame : map.frames) {
+    while (next < sequence.size() && sequence.frame(next).name != frame.name) ++next;
+    if (next == sequence.size())
+      throw Error(fmt::format(
+          "the map holds the frame {}, which is not (or not in this order) in {}; continue it with "
+          "the sequence that it was made from",
+          frame.name, sequence.name()));
+    ++next;
+  }
+  return next;
+}
+
+MapReader::MapReader(const std::filesystem::path& path)
+    : store_(MapStore::open(path, MapStore::Access::read)),
+      map_(store_.load()),
+      mapper_(restoreMapper(store_)) {}
+
+DescriptorMatrix MapReader::descriptors(std::size_t mostImages, std::size_t& stride) const {
+  stride = 1;
+  while ((map_.frames.size() + stride - 1) / stride > mostImages) ++stride;
+  DescriptorMatrix rows(map_.vocabulary.size());
+  rows.reserve((map_.frames.size() + stride - 1) / stride);
+  for (std::size_t frame = 0; frame < map_.frames.size(); frame += stride)
+    rows.append(store_.descriptor(frame));
+  return rows;
+}
+
+}  // namespace estancia
