@@ -1,0 +1,209 @@
+#include "estancia/topology/sqlite.hpp"
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia::sqlite {
+namespace {
+
+/// Values larger than this in a file are taken for damage; bounds what SQLite allocates for a hostile file.
+constexpr int largestValue = 256 << 20;
+
+bool isOutOfRoom(int systemError) {
+  return systemError == ENOSPC || systemError == EDQUOT || systemError == EFBIG;
+}
+
+}  // namespace
+
+void Database::Close::operator()(sqlite3* handle) const {
+  sqlite3_close_v2(handle);
+}
+
+Database::Database(const std::filesystem::path& path, Mode mode) : path_(path) {
+  // Readers open for writing, too, where they may: only then can they recover and tidy up after a killed
+  // writer.
+  // (SQLITE_OPEN_MEMORY is not wanted: VACUUM INTO would inherit it.)
+  const int flags = SQLITE_OPEN_READWRITE | (mode == Mode::memory ? SQLITE_OPEN_CREATE : 0);
+  sqlite3* handle = nullptr;
+  const std::string name = mode == Mode::memory ? std::string(":memory:") : path.string();
+  const int code =
+      sqlite3_open_v2(name.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, nullptr);
+  handle_.reset(handle);
+  if (handle == nullptr) throw Error(fmt::format("{}: no memory to open the map", path_.string()));
+  if (code != SQLITE_OK) fail(code);
+  // The file may come from anywhere: its schema may run nothing, and cells are checked before they are used.
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+  sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
+  sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, largestValue);
+  run("PRAGMA cell_size_check = ON");
+  if (mode == Mode::read) run("PRAGMA query_only = ON");
+}
+
+void Database::run(const std::string& sql) {
+  const int code = sqlite3_exec(handle(), sql.c_str(), nullptr, nullptr, nullptr);
+  if (code != SQLITE_OK) fail(code);
+}
+
+bool Database::tryRun(const std::string& sql) noexcept {
+  return sqlite3_exec(handle(), sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK;
+}
+
+std::int64_t Database::number(const std::string& sql) {
+  Statement statement(*this, sql);
+  if (!statement.next()) failDamaged("a value is missing");
+  return statement.integer(0);
+}
+
+bool Database::inTransaction() const {
+  return sqlite3_get_autocommit(handle()) == 0;
+}
+
+bool Database::isReadOnly() const {
+  return sqlite3_db_readonly(handle(), "main") == 1;
+}
+
+void Database::waitForLocks(int milliseconds) {
+  sqlite3_busy_timeout(handle(), milliseconds);
+}
+
+void Database::fail(int code) const {
+  const std::string path = path_.string();
+  const int systemError = sqlite3_system_errno(handle());
+  const int primary = code & 0xff;
+  if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && isOutOfRoom(systemError)))
+    throw Error(fmt::format(
+        "{}: no room left on the disk; everything up to the last commit is kept: free some space, "
+        "then go on with `estancia map --continue`",
+        path));
+  switch (primary) {
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+      throw Error(fmt::format(
+          "{}: another process is writing this map; wait until it has ended, or write to another file",
+          path));
+    case SQLITE_READONLY:
+      throw Error(fmt::format(
+          "{}: the file or its folder is read-only; copy the map to a folder that you may write in", path));
+    case SQLITE_PERM:
+    case SQLITE_AUTH:
+    case SQLITE_CANTOPEN:
+      throw Error(
+          fmt::format("{}: cannot be opened ({}); check the permissions of the file and its folder. A map "
+                      "whose process was "
+                      "killed needs a folder that can be written to, with its -wal file beside it",
+                      path, systemError != 0 ? std::strerror(systemError) : sqlite3_errstr(code)));
+    case SQLITE_NOTADB:
+      throw Error(
+          fmt::format("{}: not an Estancia map (nor any SQLite file); give a file that "
+                      "`estancia map` has written",
+                      path));
+    case SQLITE_NOMEM:
+      throw Error(fmt::format("{}: not enough memory to use the map", path));
+    case SQLITE_IOERR:
+      if (code != SQLITE_IOERR_SHORT_READ)
+        throw Error(fmt::format("{}: reading or writing failed ({}); check the disk", path,
+                                systemError != 0 ? std::strerror(systemError) : sqlite3_errstr(code)));
+      failDamaged("it ends too early");
+    default:
+      failDamaged(sqlite3_errmsg(handle()));
+  }
+}
+
+void Database::failDamaged(const std::string& detail) const {
+  throw Error(fmt::format("{}: the map is damaged or cut off ({}); restore a copy or map the sequence again",
+                          path_.string(), detail));
+}
+
+void Statement::Finalize::operator()(sqlite3_stmt* statement) const {
+  sqlite3_finalize(statement);
+}
+
+Statement::Statement(const Database& database, std::string_view sql) : database_(&database) {
+  sqlite3_stmt* statement = nullptr;
+  const int code = sqlite3_prepare_v3(database.handle(), sql.data(), static_cast<int>(sql.size()),
+                                      SQLITE_PREPARE_PERSISTENT, &statement, nullptr);
+  statement_.reset(statement);
+  if (code != SQLITE_OK) database.fail(code);
+}
+
+void Statement::bind(int position, std::int64_t value) {
+  sqlite3_bind_int64(statement_.get(), position, value);
+}
+
+void Statement::bind(int position, double value) {
+  sqlite3_bind_double(statement_.get(), position, value);
+}
+
+void Statement::bind(int position, std::string_view text) {
+  const int code = sqlite3_bind_text64(statement_.get(), position, text.data() == nullptr ? "" : text.data(),
+                                       text.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
+  if (code != SQLITE_OK) database_->fail(code);
+}
+
+void Statement::bind(int position, std::span<const std::byte> bytes) {
+  // An empty blob needs a pointer that is not null, else SQLite binds NULL.
+  const void* data = bytes.empty() ? static_cast<const void*>("") : bytes.data();
+  const int code = sqlite3_bind_blob64(statement_.get(), position, data, bytes.size(), SQLITE_STATIC);
+  if (code == SQLITE_TOOBIG)
+    throw Error(fmt::format("{}: a value of {} bytes is larger than a map can hold",
+                            database_->path().string(), bytes.size()));
+  if (code != SQLITE_OK) database_->fail(code);
+}
+
+void Statement::bindNull(int position) {
+  sqlite3_bind_null(statement_.get(), position);
+}
+
+bool Statement::next() {
+  const int code = sqlite3_step(statement_.get());
+  if (code == SQLITE_ROW) return true;
+  if (code == SQLITE_DONE) return false;
+  sqlite3_reset(statement_.get());
+  database_->fail(code);
+}
+
+void Statement::execute() {
+  while (next()) {
+  }
+  reset();
+}
+
+void Statement::reset() {
+  sqlite3_reset(statement_.get());
+}
+
+bool Statement::isNull(int column) const {
+  return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL;
+}
+
+std::int64_t Statement::integer(int column) const {
+  return sqlite3_column_int64(statement_.get(), column);
+}
+
+double Statement::real(int column) const {
+  return isNull(column) ? std::numeric_limits<double>::quiet_NaN()
+                        : sqlite3_column_double(statement_.get(), column);
+}
+
+std::string Statement::text(int column) const {
+  const auto* characters = reinterpret_cast<const char*>(sqlite3_column_text(statement_.get(), column));
+  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column));
+  return characters == nullptr ? std::string() : std::string(characters, size);
+}
+
+std::span<const std::byte> Statement::bytes(int column) const {
+  const auto* data = static_cast<const std::byte*>(sqlite3_column_blob(statement_.get(), column));
+  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column));
+  return data == nullptr ? std::span<const std::byte>() : std::span(data, size);
+}
+
+}  // namespace estancia::sqlite

@@ -1,0 +1,102 @@
+// SQLite with C++ lifetimes and Estancia's errors. Used inside topology only.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace estancia::sqlite {
+
+/// A connection to one database file (or to memory). Every failure becomes an Error whose sentence says what
+/// the user can do: busy, full, read-only, damaged …
+class Database {
+ public:
+  enum class Mode { memory, read, write };
+
+  /// `path` names the file in messages, also when the database is in memory.
+  Database(const std::filesystem::path& path, Mode mode);
+
+  /// Runs statements that return nothing.
+  void run(const std::string& sql);
+  /// Runs statements whose failure does not matter (tidying up). Returns whether they succeeded.
+  bool tryRun(const std::string& sql) noexcept;
+  /// The single number that a query returns.
+  std::int64_t number(const std::string& sql);
+
+  bool inTransaction() const;
+  bool isReadOnly() const;
+  /// How long to wait for a lock that another process holds.
+  void waitForLocks(int milliseconds);
+
+  sqlite3* handle() const { return handle_.get(); }
+  const std::filesystem::path& path() const { return path_; }
+
+  /// Throws the Error for SQLite's result code.
+  [[noreturn]] void fail(int code) const;
+  /// Throws the Error for a file that is inconsistent; `detail` says where.
+  [[noreturn]] void failDamaged(const std::string& detail) const;
+
+ private:
+  struct Close {
+    void operator()(sqlite3* handle) const;
+  };
+  std::filesystem::path path_;
+  std::unique_ptr<sqlite3, Close> handle_;
+};
+
+/// A prepared statement. Columns and parameters count from 0 and 1, as in SQLite.
+class Statement {
+ public:
+  Statement(const Database& database, std::string_view sql);
+
+  void bind(int position, std::int64_t value);
+  void bind(int position, int value) { bind(position, static_cast<std::int64_t>(value)); }
+  void bind(int position, std::size_t value) { bind(position, static_cast<std::int64_t>(value)); }
+  void bind(int position, double value);  ///< NaN becomes NULL
+  void bind(int position, std::string_view text);
+  /// The bytes must live until the statement has run.
+  void bind(int position, std::span<const std::byte> bytes);
+  void bindNull(int position);
+
+  /// Steps to the next row; false after the last.
+  bool next();
+  /// Runs to the end and resets: for INSERT, UPDATE, DELETE.
+  void execute();
+  void reset();
+
+  bool isNull(int column) const;
+  std::int64_t integer(int column) const;
+  double real(int column) const;  ///< NULL becomes NaN
+  std::string text(int column) const;
+  /// Valid until the next step.
+  std::span<const std::byte> bytes(int column) const;
+
+ private:
+  struct Finalize {
+    void operator()(sqlite3_stmt* statement) const;
+  };
+  const Database* database_;
+  std::unique_ptr<sqlite3_stmt, Finalize> statement_;
+};
+
+/// Resets a cached statement when its rows have been read, or when an exception flies.
+class ResetAtEnd {
+ public:
+  explicit ResetAtEnd(Statement& statement) : statement_(statement) {}
+  ~ResetAtEnd() { statement_.reset(); }
+  ResetAtEnd(const ResetAtEnd&) = delete;
+  ResetAtEnd& operator=(const ResetAtEnd&) = delete;
+
+ private:
+  Statement& statement_;
+};
+
+}  // namespace estancia::sqlite

@@ -1,0 +1,449 @@
+#include "estancia/topology/store.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sqlite3.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+#include "estancia/topology/sqlite.hpp"
+#include "estancia/topology/store_read.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using sqlite::Database;
+using sqlite::Statement;
+
+constexpr std::int64_t applicationId = 0x45737461;  // "Esta", in SQLite's header
+constexpr std::int64_t formatVersion = 1;
+constexpr int lockPatience = 1000;  ///< a reader may hold a lock for a moment while it recovers [ms]
+
+// Decisions, merges and first frames are history: they may name nodes that have been absorbed since.
+constexpr const char* schema = R"sql(
+CREATE TABLE meta(key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE labels(id INTEGER PRIMARY KEY, label TEXT NOT NULL);
+CREATE TABLE frames(id INTEGER PRIMARY KEY, name TEXT NOT NULL, timestamp REAL, x REAL, y REAL, z REAL,
+                    qx REAL, qy REAL, qz REAL, qw REAL, room TEXT NOT NULL, node INTEGER NOT NULL);
+CREATE INDEX frames_of_node ON frames(node);
+CREATE TABLE descriptors(frame INTEGER PRIMARY KEY, probabilities BLOB NOT NULL);
+CREATE TABLE pictures(frame INTEGER PRIMARY KEY, jpeg BLOB NOT NULL);
+CREATE TABLE nodes(id INTEGER PRIMARY KEY, frames INTEGER NOT NULL, mean BLOB NOT NULL, sigma BLOB NOT NULL,
+                   state BLOB NOT NULL);
+CREATE TABLE transitions(source INTEGER NOT NULL, target INTEGER NOT NULL, count INTEGER NOT NULL,
+                         first_frame INTEGER NOT NULL, PRIMARY KEY(source, target)) WITHOUT ROWID;
+CREATE TABLE decisions(frame INTEGER PRIMARY KEY, kind INTEGER NOT NULL, node INTEGER NOT NULL,
+                       current INTEGER NOT NULL, to_current REAL, other INTEGER NOT NULL, to_other REAL,
+                       tau_join REAL, tau_revisit REAL);
+CREATE TABLE merges(id INTEGER PRIMARY KEY, frame INTEGER NOT NULL, kept INTEGER NOT NULL,
+                    absorbed INTEGER NOT NULL, distance REAL, threshold REAL);
+CREATE TABLE state(key TEXT PRIMARY KEY, bytes BLOB NOT NULL);
+)sql";
+
+fs::path folderOf(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+[[noreturn]] void failExists(const fs::path& path) {
+  throw Error(fmt::format(
+      "{}: exists already; give another name, or go on with it by `estancia map --continue`", path.string()));
+}
+
+/// Throws unless a file of some size can be made in the folder: tried out, because permission bits say
+/// nothing about full or read-only disks (nor to root).
+void requireWritable(const fs::path& folder) {
+  if (!fs::is_directory(folder))
+    throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
+  std::string probe = (folder / ".estancia-XXXXXX").string();
+  const int file = mkstemp(probe.data());
+  int problem = file < 0 ? errno : 0;
+  if (file >= 0) {
+    unlink(probe.c_str());
+    const std::array<char, 65536> room{};
+    errno = ENOSPC;  // what a short write means
+    if (write(file, room.data(), room.size()) != static_cast<ssize_t>(room.size())) problem = errno;
+    close(file);
+  }
+  if (problem == ENOSPC || problem == EDQUOT || problem == EFBIG)
+    throw Error(fmt::format("{}: no room left on the disk; free some space first", folder.string()));
+  if (problem != 0)
+    throw Error(fmt::format("{}: cannot write in this folder ({}); choose another one", folder.string(),
+                            std::strerror(problem)));
+}
+
+void flushToDisk(const fs::path& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (file < 0) return;
+  fsync(file);
+  close(file);
+}
+
+/// Renames without ever replacing.
+void renameToNew(const fs::path& from, const fs::path& to) {
+  if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
+  if (errno == EEXIST) failExists(to);
+  if (errno != EINVAL && errno != ENOSYS)
+    throw Error(fmt::format("{}: cannot be made ({})", to.string(), std::strerror(errno)));
+  if (fs::exists(fs::symlink_status(to))) failExists(to);  // a file system without that kind of rename
+  fs::rename(from, to);
+}
+
+std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : text) result += c == '\'' ? std::string("''") : std::string(1, c);
+  return result + "'";
+}
+
+void requireMapFile(const fs::path& path) {
+  std::error_code problem;
+  const fs::file_status status = fs::status(path, problem);
+  if (!fs::exists(status))
+    throw Error(fmt::format("{}: there is no such map; make one with `estancia map`", path.string()));
+  if (fs::is_directory(status))
+    throw Error(fmt::format("{}: a folder, not a map; give the *.estancia file", path.string()));
+  if (!fs::is_regular_file(status)) throw Error(fmt::format("{}: not a file", path.string()));
+  constexpr std::uintmax_t smallest = 512;  // SQLite's smallest page
+  if (const auto size = fs::file_size(path, problem); !problem && size < smallest)
+    throw Error(fmt::format(
+        "{}: only {} bytes long, which is no map (or the very first part of one); restore a copy or "
+        "map the sequence again",
+        path.string(), size));
+}
+
+void requireOurFormat(Database& database) {
+  const std::string path = database.path().string();
+  if (database.number("PRAGMA application_id") != applicationId)
+    throw Error(fmt::format(
+        "{}: another program's SQLite file, not an Estancia map; give a file that `estancia map` has written",
+        path));
+  const std::int64_t version = database.number("PRAGMA user_version");
+  if (version > formatVersion)
+    throw Error(
+        fmt::format("{}: written in map format {} by a newer Estancia; this one reads up to format {}: "
+                    "update Estancia",
+                    path, version, formatVersion));
+  if (version < 1) database.failDamaged(fmt::format("its format version is {}", version));
+  // SQLite notices missing pages, but fills up a last page that was cut. (Beside a -wal file the size may
+  // change.)
+  std::error_code problem;
+  const auto size = fs::file_size(database.path(), problem);
+  const auto pageSize = static_cast<std::uintmax_t>(database.number("PRAGMA page_size"));
+  if (!problem && size % pageSize != 0 && !fs::exists(path + "-wal"))
+    database.failDamaged("its last page is incomplete");
+}
+
+}  // namespace
+
+struct MapStore::Impl {
+  Impl(const fs::path& file, Access wanted, Database&& opened, Identity named)
+      : path(file), access(wanted), database(std::move(opened)), identity(std::move(named)) {}
+
+  fs::path path;
+  Access access;
+  Database database;
+  Identity identity;
+  bool onDisk = true;      ///< false before the first commit of a new map: all of it is in memory
+  std::size_t frames = 0;  ///< writers only
+  std::map<std::string_view, Statement> statements;  ///< by their text, which is a literal
+
+  ~Impl() {
+    statements.clear();
+    if (!onDisk) return;
+    database.waitForLocks(0);
+    if (database.inTransaction()) database.tryRun("ROLLBACK");
+    // The last one out leaves a single plain file, which read-only media can hold, too. While others still
+    // use the map this fails, and one of them will do it.
+    database.tryRun("PRAGMA query_only = OFF; PRAGMA journal_mode = DELETE");
+  }
+
+  Statement& prepared(std::string_view sql) {
+    const auto found = statements.find(sql);
+    return found != statements.end() ? found->second
+                                     : statements.emplace(sql, Statement(database, sql)).first->second;
+  }
+
+  void requireWriting() const {
+    if (access != Access::write)
+      throw Error(fmt::format("{}: opened for reading only; it cannot be changed", path.string()));
+    if (!database.inTransaction())
+      throw Error(fmt::format("{}: an earlier error has ended the writing of this map; open it again",
+                              path.string()));
+  }
+
+  void requireFrame(std::size_t frame) const {
+    if (frame >= frames)
+      throw Error(
+          fmt::format("{}: there is no frame {}; the map has {} frames", path.string(), frame, frames));
+  }
+
+  template <typename... Values>
+  void write(std::string_view sql, const Values&... values) {
+    requireWriting();
+    Statement& statement = prepared(sql);
+    int position = 0;
+    (statement.bind(++position, values), ...);
+    allOrNothing([&] { statement.execute(); });
+  }
+
+  /// Half of a frame must never be committed: a failed step ends the writing and drops what is not committed.
+  template <typename Step>
+  void allOrNothing(const Step& step) {
+    try {
+      step();
+    } catch (...) {
+      if (database.inTransaction()) database.tryRun("ROLLBACK");
+      throw;
+    }
+  }
+
+  /// The first commit: from memory to a file beside, then to its name.
+  void moveToDisk() {
+    const fs::path part = folderOf(path) / fmt::format(".{}.{}.part", path.filename().string(), getpid());
+    std::error_code ignored;
+    fs::remove(part, ignored);
+    try {
+      database.run("VACUUM INTO " + quoted(part.string()));
+      flushToDisk(part);
+      renameToNew(part, path);
+      flushToDisk(folderOf(path));
+    } catch (...) {
+      fs::remove(part, ignored);
+      throw;
+    }
+    statements.clear();
+    database = Database(path, Database::Mode::write);
+    onDisk = true;
+    startWriting();
+  }
+
+  void startWriting() {
+    database.waitForLocks(lockPatience);
+    database.run("PRAGMA journal_mode = WAL");
+    // In WAL mode NORMAL loses nothing when the process dies; a power cut may cost the last commits.
+    database.run("PRAGMA synchronous = NORMAL");
+    database.run("BEGIN IMMEDIATE");
+  }
+};
+
+MapStore::MapStore(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+MapStore::MapStore(MapStore&&) noexcept = default;
+MapStore& MapStore::operator=(MapStore&&) noexcept = default;
+MapStore::~MapStore() = default;
+
+MapStore MapStore::create(const fs::path& path, const Identity& identity) {
+  if (fs::exists(fs::symlink_status(path))) failExists(path);
+  requireWritable(folderOf(path));
+  auto impl = std::make_unique<Impl>(path, Access::write, Database(path, Database::Mode::memory), identity);
+  impl->onDisk = false;
+  impl->database.run(
+      fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};", applicationId, formatVersion));
+  impl->database.run(schema);
+  impl->database.run("BEGIN IMMEDIATE");
+  constexpr std::string_view putMeta = "INSERT INTO meta VALUES(?1, ?2)";
+  impl->write(putMeta, std::string_view("vocabulary"), std::string_view(identity.vocabulary.digest()));
+  impl->write(putMeta, std::string_view("model"), std::string_view(identity.model));
+  impl->write(putMeta, std::string_view("settings"), std::string_view(identity.settings));
+  for (std::size_t i = 0; i < identity.vocabulary.size(); ++i)
+    impl->write("INSERT INTO labels VALUES(?1, ?2)", i, std::string_view(identity.vocabulary[i]));
+  return MapStore(std::move(impl));
+}
+
+MapStore MapStore::open(const fs::path& path, Access access) {
+  requireMapFile(path);
+  const bool writing = access == Access::write;
+  Database database(path, writing ? Database::Mode::write : Database::Mode::read);
+  database.waitForLocks(lockPatience);
+  requireOurFormat(database);
+  if (writing && database.isReadOnly()) database.fail(SQLITE_READONLY);
+  Identity identity = readIdentity(database);
+  auto impl = std::make_unique<Impl>(path, access, std::move(database), std::move(identity));
+  if (writing) impl->startWriting();
+  MapStore store(std::move(impl));
+  store.impl_->frames = store.frameCount();
+  return store;
+}
+
+const MapStore::Identity& MapStore::identity() const {
+  return impl_->identity;
+}
+
+// ---- writing
+
+void MapStore::addFrame(std::size_t index, const MappedFrame& frame, DescriptorView descriptor) {
+  impl_->requireWriting();
+  if (index != impl_->frames)
+    throw Error(fmt::format("{}: frame {} cannot be added; the next one is {}", impl_->path.string(), index,
+                            impl_->frames));
+  requireProbabilities(descriptor, impl_->identity.vocabulary.size(), frame.name);
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
+  const Pose pose = frame.pose.value_or(Pose{none, none, none, none, none, none, none});
+  impl_->write("INSERT INTO descriptors VALUES(?1, ?2)", index, std::as_bytes(descriptor));
+  impl_->write("INSERT INTO frames VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)", index,
+               std::string_view(frame.name), frame.timestamp.value_or(none), pose.x, pose.y, pose.z, pose.qx,
+               pose.qy, pose.qz, pose.qw, std::string_view(frame.room), frame.node);
+  ++impl_->frames;
+}
+
+void MapStore::putPicture(std::size_t frame, const std::vector<unsigned char>& jpeg) {
+  impl_->requireFrame(frame);
+  impl_->write("INSERT OR REPLACE INTO pictures VALUES(?1, ?2)", frame, std::as_bytes(std::span(jpeg)));
+}
+
+void MapStore::putNode(const Node& node, const std::string& state) {
+  const std::size_t labels = impl_->identity.vocabulary.size();
+  if (node.mean.size() != labels || node.sigma.size() != labels)
+    throw Error(fmt::format("node {} has {} means and {} deviations for {} labels", node.id, node.mean.size(),
+                            node.sigma.size(), labels));
+  impl_->write("INSERT OR REPLACE INTO nodes VALUES(?1, ?2, ?3, ?4, ?5)", node.id, node.frames,
+               std::as_bytes(std::span(node.mean)), std::as_bytes(std::span(node.sigma)),
+               std::as_bytes(std::span(state)));
+}
+
+void MapStore::putTransition(const Transition& transition) {
+  impl_->write("INSERT OR REPLACE INTO transitions VALUES(?1, ?2, ?3, ?4)", transition.from, transition.to,
+               transition.count, transition.firstFrame);
+}
+
+void MapStore::putDecision(const Decision& decision) {
+  impl_->requireFrame(decision.frame);
+  impl_->write("INSERT OR REPLACE INTO decisions VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9)", decision.frame,
+               static_cast<int>(decision.kind), decision.node, decision.current, decision.toCurrent,
+               decision.other, decision.toOther, decision.tauJoin, decision.tauRevisit);
+  impl_->write("UPDATE frames SET node = ?2 WHERE id = ?1 AND node <> ?2", decision.frame, decision.node);
+}
+
+void MapStore::addMerge(const Merge& merge) {
+  impl_->write("INSERT INTO merges(frame, kept, absorbed, distance, threshold) VALUES(?1, ?2, ?3, ?4, ?5)",
+               merge.frame, merge.kept, merge.absorbed, merge.distance, merge.threshold);
+  impl_->write("UPDATE frames SET node = ?1 WHERE node = ?2", merge.kept, merge.absorbed);
+  impl_->write("DELETE FROM nodes WHERE id = ?1", merge.absorbed);
+}
+
+void MapStore::clearMap() {
+  impl_->write("DELETE FROM nodes");
+  impl_->write("DELETE FROM decisions");
+  impl_->write("DELETE FROM merges");
+  impl_->write("UPDATE frames SET node = -1");
+  clearTransitions();
+}
+
+void MapStore::clearTransitions() {
+  impl_->write("DELETE FROM transitions");
+}
+
+void MapStore::putState(const std::string& key, const std::string& bytes) {
+  impl_->write("INSERT OR REPLACE INTO state VALUES(?1, ?2)", std::string_view(key),
+               std::as_bytes(std::span(bytes)));
+}
+
+void MapStore::commit() {
+  impl_->requireWriting();
+  impl_->allOrNothing([this] { impl_->database.run("COMMIT"); });
+  if (impl_->onDisk)
+    impl_->database.run("BEGIN IMMEDIATE");  // at once: there is but one writer
+  else
+    impl_->moveToDisk();
+}
+
+// ---- reading
+
+std::size_t MapStore::frameCount() const {
+  Statement& last = impl_->prepared("SELECT ifnull(max(id) + 1, 0) FROM frames");
+  const sqlite::ResetAtEnd reset(last);
+  last.next();
+  const std::int64_t count = last.integer(0);
+  if (count < 0) impl_->database.failDamaged("its frames have negative numbers");
+  return static_cast<std::size_t>(count);
+}
+
+TopologicalMap MapStore::load() const {
+  Database& database = impl_->database;
+  if (database.inTransaction()) return readMap(database, impl_->identity);
+  database.run("BEGIN");  // one moment of the map for all its tables, whatever is written meanwhile
+  try {
+    TopologicalMap map = readMap(database, impl_->identity);
+    database.run("COMMIT");
+    return map;
+  } catch (...) {
+    database.tryRun("ROLLBACK");
+    throw;
+  }
+}
+
+std::optional<std::string> MapStore::findState(const std::string& key) const {
+  Statement& row = impl_->prepared("SELECT bytes FROM state WHERE key = ?1");
+  const sqlite::ResetAtEnd reset(row);
+  row.bind(1, std::string_view(key));
+  if (!row.next()) return std::nullopt;
+  const auto bytes = row.bytes(0);
+  return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+}
+
+std::vector<std::pair<int, std::string>> MapStore::nodeStates() const {
+  Statement rows(impl_->database, "SELECT id, state FROM nodes ORDER BY id");
+  std::vector<std::pair<int, std::string>> states;
+  while (rows.next()) {
+    if (rows.integer(0) < 0 || rows.integer(0) > std::numeric_limits<int>::max())
+      impl_->database.failDamaged(fmt::format("a node's number is {}", rows.integer(0)));
+    const auto bytes = rows.bytes(1);
+    states.emplace_back(static_cast<int>(rows.integer(0)),
+                        std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  }
+  return states;
+}
+
+LexicalDescriptor MapStore::descriptor(std::size_t frame) const {
+  Statement& row = impl_->prepared("SELECT probabilities FROM descriptors WHERE frame = ?1");
+  const sqlite::ResetAtEnd reset(row);
+  row.bind(1, frame);
+  if (!row.next())
+    throw Error(fmt::format("{}: there is no frame {}; the map has {} frames", impl_->path.string(), frame,
+                            frameCount()));
+  LexicalDescriptor descriptor;
+  readValues(impl_->database, row.bytes(0), impl_->identity.vocabulary.size(),
+             fmt::format("the descriptor of frame {}", frame), descriptor);
+  return descriptor;
+}
+
+void MapStore::forEachDescriptor(std::size_t first,
+                                 const std::function<bool(std::size_t, DescriptorView)>& visit) const {
+  Statement rows(impl_->database,
+                 "SELECT frame, probabilities FROM descriptors WHERE frame >= ?1 ORDER BY frame");
+  rows.bind(1, first);
+  LexicalDescriptor descriptor;
+  for (std::size_t frame = first; rows.next(); ++frame) {
+    if (rows.integer(0) != static_cast<std::int64_t>(frame))
+      impl_->database.failDamaged(fmt::format("the descriptor of frame {} is missing", frame));
+    readValues(impl_->database, rows.bytes(1), impl_->identity.vocabulary.size(), "a descriptor", descriptor);
+    if (!visit(frame, descriptor)) return;
+  }
+}
+
+std::vector<std::size_t> MapStore::pictureFrames() const {
+  Statement rows(impl_->database, "SELECT frame FROM pictures WHERE frame >= 0 ORDER BY frame");
+  std::vector<std::size_t> frames;
+  while (rows.next()) frames.push_back(static_cast<std::size_t>(rows.integer(0)));
+  return frames;
+}
+
+std::vector<unsigned char> MapStore::picture(std::size_t frame) const {
+  Statement& row = impl_->prepared("SELECT jpeg FROM pictures WHERE frame = ?1");
+  const sqlite::ResetAtEnd reset(row);
+  row.bind(1, frame);
+  if (!row.next()) return {};
+  const auto bytes = row.bytes(0);
+  const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
+  return {data, data + bytes.size()};
+}
+
+}  // namespace estancia

@@ -1,0 +1,182 @@
+#include "estancia/topology/store_read.hpp"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+using sqlite::Database;
+using sqlite::Statement;
+
+static_assert(std::endian::native == std::endian::little, "map files hold little-endian float32");
+
+/// Reads a number that must lie in [lowest, highest].
+std::int64_t checked(const Database& database, std::int64_t value, std::int64_t lowest, std::int64_t highest,
+                     const char* what) {
+  if (value < lowest || value > highest) database.failDamaged(fmt::format("{} is {}", what, value));
+  return value;
+}
+
+int readNodeId(const Database& database, std::int64_t value, int lowest, const char* what) {
+  return static_cast<int>(checked(database, value, lowest, std::numeric_limits<int>::max(), what));
+}
+
+std::string readMeta(Database& database, std::string_view key) {
+  Statement statement(database, "SELECT value FROM meta WHERE key = ?1");
+  statement.bind(1, key);
+  if (!statement.next()) database.failDamaged(fmt::format("its {} is missing", key));
+  return statement.text(0);
+}
+
+std::optional<Pose> readPose(const Statement& row, int column) {
+  const Pose pose{row.real(column),     row.real(column + 1), row.real(column + 2), row.real(column + 3),
+                  row.real(column + 4), row.real(column + 5), row.real(column + 6)};
+  return pose.isFinite() ? std::optional(pose) : std::nullopt;
+}
+
+void readNodes(Database& database, TopologicalMap& map) {
+  Statement rows(database, "SELECT id, frames, mean, sigma FROM nodes ORDER BY id");
+  while (rows.next()) {
+    Node node;
+    node.id = readNodeId(database, rows.integer(0), 0, "a node's number");
+    node.frames = static_cast<std::uint64_t>(checked(
+        database, rows.integer(1), 1, std::numeric_limits<std::int64_t>::max(), "a node's image count"));
+    const std::string name = fmt::format("node {}", node.id);
+    readValues(database, rows.bytes(2), map.vocabulary.size(), name + "'s mean", node.mean);
+    readValues(database, rows.bytes(3), map.vocabulary.size(), name + "'s deviation", node.sigma);
+    map.nodes.push_back(std::move(node));
+  }
+}
+
+void readFrames(Database& database, TopologicalMap& map) {
+  Statement rows(database,
+                 "SELECT id, name, timestamp, x, y, z, qx, qy, qz, qw, room, node FROM frames ORDER BY id");
+  while (rows.next()) {
+    if (rows.integer(0) != static_cast<std::int64_t>(map.frames.size()))
+      database.failDamaged(fmt::format("frame {} is missing", map.frames.size()));
+    MappedFrame frame;
+    frame.name = rows.text(1);
+    if (const double timestamp = rows.real(2); std::isfinite(timestamp)) frame.timestamp = timestamp;
+    frame.pose = readPose(rows, 3);
+    frame.room = rows.text(10);
+    frame.node = readNodeId(database, rows.integer(11), -1, "a frame's node");
+    if (frame.node >= 0 && map.findNode(frame.node) == nullptr)
+      database.failDamaged(
+          fmt::format("frame {} is in node {}, which is missing", map.frames.size(), frame.node));
+    map.frames.push_back(std::move(frame));
+  }
+}
+
+void readTransitions(Database& database, TopologicalMap& map) {
+  Statement rows(database,
+                 "SELECT source, target, count, first_frame FROM transitions ORDER BY first_frame, source");
+  while (rows.next()) {
+    Transition transition;
+    transition.from = readNodeId(database, rows.integer(0), 0, "a transition's start");
+    transition.to = readNodeId(database, rows.integer(1), 0, "a transition's end");
+    for (const int node : {transition.from, transition.to})
+      if (map.findNode(node) == nullptr)
+        database.failDamaged(fmt::format("a transition touches node {}, which is missing", node));
+    transition.count = static_cast<std::uint64_t>(checked(
+        database, rows.integer(2), 0, std::numeric_limits<std::int64_t>::max(), "a transition's count"));
+    transition.firstFrame = static_cast<std::size_t>(checked(database, rows.integer(3), 0,
+                                                             std::numeric_limits<std::int64_t>::max(),
+                                                             "a transition's first frame"));
+    map.transitions.push_back(transition);
+  }
+}
+
+void readDecisions(Database& database, TopologicalMap& map) {
+  Statement rows(database,
+                 "SELECT frame, kind, node, current, to_current, other, to_other, tau_join, tau_revisit "
+                 "FROM decisions ORDER BY frame");
+  const auto frames = static_cast<std::int64_t>(map.frames.size());
+  while (rows.next()) {
+    Decision decision;
+    decision.frame =
+        static_cast<std::size_t>(checked(database, rows.integer(0), 0, frames - 1, "a decision's frame"));
+    decision.kind = static_cast<DecisionKind>(checked(
+        database, rows.integer(1), 0, static_cast<int>(DecisionKind::split), "the kind of a decision"));
+    decision.node = readNodeId(database, rows.integer(2), 0, "a decision's node");
+    decision.current = readNodeId(database, rows.integer(3), -1, "a decision's current node");
+    decision.toCurrent = rows.real(4);
+    decision.other = readNodeId(database, rows.integer(5), -1, "a decision's other node");
+    decision.toOther = rows.real(6);
+    decision.tauJoin = rows.real(7);
+    decision.tauRevisit = rows.real(8);
+    map.decisions.push_back(decision);
+  }
+}
+
+void readMerges(Database& database, TopologicalMap& map) {
+  Statement rows(database, "SELECT frame, kept, absorbed, distance, threshold FROM merges ORDER BY id");
+  const auto frames = static_cast<std::int64_t>(map.frames.size());
+  while (rows.next()) {
+    Merge merge;
+    merge.frame =
+        static_cast<std::size_t>(checked(database, rows.integer(0), 0, frames - 1, "a merge's frame"));
+    merge.kept = readNodeId(database, rows.integer(1), 0, "a merge's node");
+    merge.absorbed = readNodeId(database, rows.integer(2), 0, "a merge's node");
+    merge.distance = rows.real(3);
+    merge.threshold = rows.real(4);
+    map.merges.push_back(merge);
+  }
+}
+
+/// The settings' "distance", "" when they name none.
+std::string distanceOf(const std::string& settings) {
+  const auto parsed = nlohmann::json::parse(settings, nullptr, false);
+  if (!parsed.is_object()) return "";
+  const auto found = parsed.find("distance");
+  return found != parsed.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+}  // namespace
+
+void readValues(const Database& database, std::span<const std::byte> bytes, std::size_t labels,
+                const std::string& what, std::vector<float>& values) {
+  if (bytes.size() != labels * sizeof(float))
+    database.failDamaged(fmt::format("{} has {} bytes for {} labels", what, bytes.size(), labels));
+  values.resize(labels);
+  std::memcpy(values.data(), bytes.data(), bytes.size());  // the blob need not be aligned
+  for (const float value : values)
+    if (!std::isfinite(value)) database.failDamaged(fmt::format("{} holds {}", what, value));
+}
+
+MapStore::Identity readIdentity(Database& database) {
+  std::vector<std::string> labels;
+  {
+    Statement rows(database, "SELECT id, label FROM labels ORDER BY id");
+    while (rows.next()) {
+      labels.push_back(rows.text(1));
+      if (rows.integer(0) != static_cast<std::int64_t>(labels.size()) - 1 || labels.back().empty())
+        database.failDamaged("its labels have gaps");
+    }
+  }
+  if (labels.empty()) database.failDamaged("it has no labels");
+  MapStore::Identity identity{Vocabulary(std::move(labels)), readMeta(database, "model"),
+                              readMeta(database, "settings")};
+  if (identity.vocabulary.digest() != readMeta(database, "vocabulary"))
+    database.failDamaged("its labels do not match their digest");
+  return identity;
+}
+
+TopologicalMap readMap(Database& database, const MapStore::Identity& identity) {
+  TopologicalMap map{identity.vocabulary, identity.model, distanceOf(identity.settings), {}, {}, {}, {}, {}};
+  readNodes(database, map);
+  readFrames(database, map);
+  readTransitions(database, map);
+  readDecisions(database, map);
+  readMerges(database, map);
+  return map;
+}
+
+}  // namespace estancia

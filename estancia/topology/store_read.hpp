@@ -1,0 +1,20 @@
+// What a map file says, read with suspicion. Used by the store only.
+#pragma once
+
+#include "estancia/topology/sqlite.hpp"
+#include "estancia/topology/store.hpp"
+
+namespace estancia {
+
+/// Throws Error when the labels do not match their digest.
+MapStore::Identity readIdentity(sqlite::Database& database);
+
+/// Everything but descriptors, pictures and states. Every number and length is checked before it is used.
+TopologicalMap readMap(sqlite::Database& database, const MapStore::Identity& identity);
+
+/// Copies a blob of `labels` float32 values. Throws Error when it has another length or a value that is not
+/// finite; `what` names it.
+void readValues(const sqlite::Database& database, std::span<const std::byte> bytes, std::size_t labels,
+                const std::string& what, std::vector<float>& values);
+
+}  // namespace estancia

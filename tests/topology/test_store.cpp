@@ -1,0 +1,407 @@
+#include "estancia/topology/store.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <cmath>
+
+#include "estancia/core/error.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using Access = MapStore::Access;
+using testing::HasSubstr;
+
+MapStore::Identity identity() {
+  return {Vocabulary({"cup, mug", "desk", "umbrella"}), "model-1", R"({"distance":"hellinger"})"};
+}
+
+LexicalDescriptor descriptorOf(std::size_t frame) {
+  return {static_cast<float>(frame % 7) / 7, 0.25F, static_cast<float>(frame % 3) / 4};
+}
+
+MappedFrame frameNamed(const std::string& name, int node = 0) {
+  MappedFrame frame;
+  frame.name = name;
+  frame.node = node;
+  return frame;
+}
+
+/// Frames first … last − 1, all in node 0.
+void addFrames(MapStore& store, std::size_t first, std::size_t last) {
+  for (std::size_t i = first; i < last; ++i) {
+    store.addFrame(i, frameNamed("frame " + std::to_string(i)), descriptorOf(i));
+    store.putDecision({i, i == 0 ? DecisionKind::start : DecisionKind::join, 0, i == 0 ? -1 : 0, 0.1, -1,
+                       std::nan(""), 0.3, 0.2});
+  }
+  store.putNode({0, last, {0.1F, 0.2F, 0.3F}, {0, 0, 0.05F}}, "memory of node 0");
+}
+
+template <typename Action>
+std::string errorOf(const Action& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "(no error)";
+}
+
+std::string openError(const fs::path& path, Access access = Access::read) {
+  return errorOf([&] { MapStore::open(path, access).load(); });
+}
+
+std::vector<std::string> filesIn(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename());
+  return names;
+}
+
+fs::path storedMap(const test::ScratchFolder& folder, std::size_t frames = 3) {
+  const fs::path path = folder / "map.estancia";
+  MapStore store = MapStore::create(path, identity());
+  addFrames(store, 0, frames);
+  store.commit();
+  return path;
+}
+
+/// Changes a map as a hostile or careless program might.
+void tamper(const fs::path& path, const std::string& sql) {
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sql;
+  sqlite3_close(database);
+}
+
+TEST(MapStore, GivesBackAllThatWasWritten) {
+  const test::ScratchFolder folder;
+  {
+    MapStore store = MapStore::create(folder / "map.estancia", identity());
+    MappedFrame posed = frameNamed("a.jpg");
+    posed.timestamp = 12.5;
+    posed.pose = Pose::planar(1, 2, 0.5);
+    posed.room = "kitchen";
+    store.addFrame(0, posed, descriptorOf(0));
+    store.addFrame(1, frameNamed("b.jpg", 4), descriptorOf(1));
+    store.putNode({0, 1, {0.5F, 0.25F, 0}, {0.1F, 0, 0}}, std::string("\0state", 6));
+    store.putNode({4, 1, {0, 0.25F, 0.75F}, {0, 0.2F, 0}}, "");
+    store.putTransition({0, 4, 3, 1});
+    store.putDecision({0, DecisionKind::start, 0, -1, std::nan(""), -1, std::nan(""), 0.3, 0.2});
+    store.putDecision({1, DecisionKind::split, 4, 0, 0.75, 7, 0.5, 0.3, 0.2});
+    store.putPicture(1, {0xff, 0xd8, 0x00, 0x01});
+    store.putState("thresholds", std::string("a\0b", 3));
+    store.commit();
+  }
+  const MapStore store = MapStore::open(folder / "map.estancia", Access::read);
+  EXPECT_EQ(store.identity().vocabulary, identity().vocabulary);
+  EXPECT_EQ(store.identity().model, "model-1");
+  EXPECT_EQ(store.identity().settings, identity().settings);
+  const TopologicalMap map = store.load();
+  EXPECT_EQ(map.distance, "hellinger");
+  ASSERT_EQ(map.frames.size(), 2U);
+  EXPECT_EQ(map.frames[0].name, "a.jpg");
+  EXPECT_EQ(map.frames[0].timestamp, 12.5);
+  ASSERT_TRUE(map.frames[0].pose);
+  EXPECT_DOUBLE_EQ(map.frames[0].pose->y, 2);
+  EXPECT_DOUBLE_EQ(map.frames[0].pose->qw, Pose::planar(1, 2, 0.5).qw);
+  EXPECT_EQ(map.frames[0].room, "kitchen");
+  EXPECT_FALSE(map.frames[1].timestamp);
+  EXPECT_FALSE(map.frames[1].pose);
+  EXPECT_EQ(map.frames[1].node, 4);
+  ASSERT_EQ(map.nodes.size(), 2U);
+  EXPECT_EQ(map.nodes[1].id, 4);
+  EXPECT_EQ(map.nodes[1].mean, (std::vector<float>{0, 0.25F, 0.75F}));
+  EXPECT_EQ(map.nodes[1].sigma, (std::vector<float>{0, 0.2F, 0}));
+  ASSERT_EQ(map.transitions.size(), 1U);
+  EXPECT_EQ(map.transitions[0].to, 4);
+  EXPECT_EQ(map.transitions[0].count, 3U);
+  EXPECT_EQ(map.transitions[0].firstFrame, 1U);
+  ASSERT_EQ(map.decisions.size(), 2U);
+  EXPECT_TRUE(std::isnan(map.decisions[0].toCurrent));
+  EXPECT_EQ(map.decisions[1].kind, DecisionKind::split);
+  EXPECT_EQ(map.decisions[1].other, 7);
+  EXPECT_DOUBLE_EQ(map.decisions[1].toOther, 0.5);
+  EXPECT_EQ(store.nodeStates(),
+            (std::vector<std::pair<int, std::string>>{{0, std::string("\0state", 6)}, {4, ""}}));
+  EXPECT_EQ(store.findState("thresholds"), std::string("a\0b", 3));
+  EXPECT_EQ(store.findState("nothing"), std::nullopt);
+  EXPECT_EQ(store.pictureFrames(), std::vector<std::size_t>{1});
+  EXPECT_EQ(store.picture(1), (std::vector<unsigned char>{0xff, 0xd8, 0x00, 0x01}));
+  EXPECT_TRUE(store.picture(0).empty());
+  EXPECT_EQ(store.descriptor(1), descriptorOf(1));
+}
+
+TEST(MapStore, LeavesNothingOnDiskBeforeTheFirstCommit) {
+  const test::ScratchFolder folder;
+  {
+    MapStore store = MapStore::create(folder / "map.estancia", identity());
+    addFrames(store, 0, 100);
+    EXPECT_TRUE(filesIn(folder.path()).empty());
+  }
+  EXPECT_TRUE(filesIn(folder.path()).empty());
+}
+
+TEST(MapStore, LeavesASingleFileWhenClosed) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder);
+  EXPECT_THAT(filesIn(folder.path()), testing::ElementsAre("map.estancia"));
+  {
+    MapStore store = MapStore::open(path, Access::write);
+    addFrames(store, 3, 10);
+    store.commit();
+  }
+  MapStore::open(path, Access::read).load();
+  EXPECT_THAT(filesIn(folder.path()), testing::ElementsAre("map.estancia"));
+}
+
+TEST(MapStore, LeavesASingleFileWhenAReaderIsTheLastToClose) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder);
+  {
+    std::optional<MapStore> writer(MapStore::open(path, Access::write));
+    const MapStore reader = MapStore::open(path, Access::read);
+    addFrames(*writer, 3, 10);
+    writer->commit();
+    writer.reset();
+    EXPECT_EQ(reader.load().frames.size(), 10U);
+  }
+  EXPECT_THAT(filesIn(folder.path()), testing::ElementsAre("map.estancia"));
+}
+
+TEST(MapStore, DropsWhatWasNotCommitted) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder);
+  {
+    MapStore store = MapStore::open(path, Access::write);
+    addFrames(store, 3, 5);
+    store.commit();
+    addFrames(store, 5, 50);
+    EXPECT_EQ(store.frameCount(), 50U);
+  }
+  EXPECT_EQ(MapStore::open(path, Access::read).load().frames.size(), 5U);
+}
+
+TEST(MapStore, ShowsReadersTheLastCommit) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder);
+  MapStore writer = MapStore::open(path, Access::write);
+  const MapStore reader = MapStore::open(path, Access::read);
+  addFrames(writer, 3, 10);
+  EXPECT_EQ(reader.load().frames.size(), 3U);
+  writer.commit();
+  EXPECT_EQ(reader.load().frames.size(), 10U);
+  EXPECT_EQ(reader.frameCount(), 10U);
+}
+
+TEST(MapStore, VisitsDescriptorsInOrderAndStopsWhenTold) {
+  const test::ScratchFolder folder;
+  const MapStore store = MapStore::open(storedMap(folder, 20), Access::read);
+  std::vector<std::size_t> visited;
+  store.forEachDescriptor(5, [&](std::size_t frame, DescriptorView descriptor) {
+    EXPECT_EQ(LexicalDescriptor(descriptor.begin(), descriptor.end()), descriptorOf(frame));
+    visited.push_back(frame);
+    return frame < 8;
+  });
+  EXPECT_EQ(visited, (std::vector<std::size_t>{5, 6, 7, 8}));
+  EXPECT_THAT(errorOf([&] { store.descriptor(20); }),
+              HasSubstr("there is no frame 20; the map has 20 frames"));
+}
+
+TEST(MapStore, MovesTheFramesOfAnAbsorbedNode) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder);
+  MapStore store = MapStore::open(path, Access::write);
+  store.addFrame(3, frameNamed("d", 1), descriptorOf(3));
+  store.putNode({1, 1, {0, 0, 0}, {0, 0, 0}}, "");
+  store.putDecision({3, DecisionKind::split, 1, 0, 0.5, -1, std::nan(""), 0.3, 0.2});
+  store.addMerge({3, 0, 1, 0.1, 0.2});
+  const TopologicalMap map = store.load();
+  EXPECT_EQ(map.nodes.size(), 1U);
+  EXPECT_EQ(map.frames[3].node, 0);
+  EXPECT_EQ(map.decisions[3].node, 1) << "what was decided stays as it was";
+  ASSERT_EQ(map.merges.size(), 1U);
+  EXPECT_EQ(map.merges[0].absorbed, 1);
+}
+
+TEST(MapStore, ForgetsTheMapButNotTheFrames) {
+  const test::ScratchFolder folder;
+  MapStore store = MapStore::open(storedMap(folder), Access::write);
+  store.putTransition({0, 0, 1, 1});
+  store.clearMap();
+  const TopologicalMap map = store.load();
+  EXPECT_TRUE(map.nodes.empty());
+  EXPECT_TRUE(map.transitions.empty());
+  EXPECT_TRUE(map.decisions.empty());
+  ASSERT_EQ(map.frames.size(), 3U);
+  EXPECT_EQ(map.frames[0].node, -1) << "no node until it is mapped again";
+  EXPECT_EQ(store.descriptor(2), descriptorOf(2));
+}
+
+TEST(MapStore, RefusesFramesOutOfOrderAndDescriptorsOfAnotherModel) {
+  const test::ScratchFolder folder;
+  MapStore store = MapStore::create(folder / "map.estancia", identity());
+  EXPECT_THAT(errorOf([&] { store.addFrame(1, frameNamed("a"), descriptorOf(1)); }),
+              HasSubstr("frame 1 cannot be added; the next one is 0"));
+  EXPECT_THAT(errorOf([&] {
+                store.addFrame(0, frameNamed("a"), LexicalDescriptor{1, 0});
+              }),
+              HasSubstr("a gave 2 values for 3 labels"));
+  EXPECT_THAT(errorOf([&] { store.putNode({0, 1, {1, 0}, {0, 0}}, ""); }), HasSubstr("node 0 has 2 means"));
+  EXPECT_THAT(errorOf([&] { store.putPicture(0, {1}); }), HasSubstr("there is no frame 0"));
+}
+
+TEST(MapStore, RefusesToChangeAMapOpenedForReading) {
+  const test::ScratchFolder folder;
+  MapStore store = MapStore::open(storedMap(folder), Access::read);
+  EXPECT_THAT(errorOf([&] { store.putState("a", "b"); }), HasSubstr("opened for reading only"));
+  EXPECT_THAT(errorOf([&] { store.commit(); }), HasSubstr("opened for reading only"));
+}
+
+// ---- files that are not maps
+
+TEST(MapStoreRefuses, AnExistingPath) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder);
+  EXPECT_THAT(errorOf([&] { MapStore::create(path, identity()); }), HasSubstr("exists already"));
+  fs::create_symlink("nowhere", folder / "link.estancia");
+  EXPECT_THAT(errorOf([&] { MapStore::create(folder / "link.estancia", identity()); }),
+              HasSubstr("exists already"));
+}
+
+TEST(MapStoreRefuses, APathThatSomebodyElseTookMeanwhile) {
+  const test::ScratchFolder folder;
+  MapStore store = MapStore::create(folder / "map.estancia", identity());
+  test::writeFile(folder / "map.estancia", "precious");
+  EXPECT_THAT(errorOf([&] { store.commit(); }), HasSubstr("exists already"));
+  EXPECT_EQ(test::readFile(folder / "map.estancia"), "precious");
+  EXPECT_THAT(filesIn(folder.path()), testing::ElementsAre("map.estancia"));
+  EXPECT_THAT(errorOf([&] { store.putState("a", "b"); }), HasSubstr("an earlier error"));
+}
+
+TEST(MapStoreRefuses, AMissingFile) {
+  const test::ScratchFolder folder;
+  EXPECT_THAT(openError(folder / "no.estancia"), HasSubstr("there is no such map"));
+  EXPECT_TRUE(filesIn(folder.path()).empty());
+}
+
+TEST(MapStoreRefuses, AFolderAndADevice) {
+  const test::ScratchFolder folder;
+  EXPECT_THAT(openError(folder.path()), HasSubstr("a folder, not a map"));
+  EXPECT_THAT(openError("/dev/null"), HasSubstr("not a file"));
+}
+
+TEST(MapStoreRefuses, ATextFileAndLeavesItAlone) {
+  const test::ScratchFolder folder;
+  const std::string text(5000, 'x');
+  test::writeFile(folder / "text.estancia", text);
+  for (const Access access : {Access::read, Access::write})
+    EXPECT_THAT(openError(folder / "text.estancia", access), HasSubstr("not an Estancia map"));
+  EXPECT_EQ(test::readFile(folder / "text.estancia"), text);
+  test::writeFile(folder / "short.estancia", "hello");
+  EXPECT_THAT(openError(folder / "short.estancia"), HasSubstr("only 5 bytes long"));
+  test::writeFile(folder / "empty.estancia", "");
+  EXPECT_THAT(openError(folder / "empty.estancia"), HasSubstr("only 0 bytes long"));
+}
+
+TEST(MapStoreRefuses, AnotherProgramsDatabase) {
+  const test::ScratchFolder folder;
+  tamper(folder / "other.db", "CREATE TABLE songs(name TEXT)");
+  const std::string before = test::readFile(folder / "other.db");
+  for (const Access access : {Access::read, Access::write})
+    EXPECT_THAT(openError(folder / "other.db", access), HasSubstr("another program's SQLite file"));
+  EXPECT_EQ(test::readFile(folder / "other.db"), before);
+}
+
+TEST(MapStoreRefuses, ANewerFormatNamingBothVersions) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder);
+  tamper(path, "PRAGMA user_version = 9");
+  EXPECT_THAT(openError(path), HasSubstr("written in map format 9 by a newer Estancia"));
+  EXPECT_THAT(openError(path), HasSubstr("up to format 1"));
+}
+
+TEST(MapStoreRefuses, ATruncatedFileAtEveryLength) {
+  const test::ScratchFolder folder;
+  const std::string whole = test::readFile(storedMap(folder, 40));
+  ASSERT_GT(whole.size(), 8U * 4096);
+  for (const std::size_t length :
+       {std::size_t{50}, std::size_t{99}, std::size_t{600}, std::size_t{4095}, std::size_t{4096},
+        std::size_t{10000}, whole.size() / 2, whole.size() - 4096, whole.size() - 1}) {
+    const fs::path path = folder / "cut.estancia";
+    test::writeFile(path, whole.substr(0, length));
+    const std::string expected = length < 512 ? "bytes long" : "damaged or cut off";
+    EXPECT_THAT(openError(path), HasSubstr(expected)) << length;
+    EXPECT_THAT(openError(path, Access::write), HasSubstr(expected)) << length;
+  }
+}
+
+TEST(MapStoreRefuses, AnOverwrittenPage) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder, 40);
+  const std::string whole = test::readFile(path);
+  // Whatever page is hit, reading ends either well (a free or an index page) or in the one sentence.
+  std::size_t refused = 0;
+  for (std::size_t page = 1; page < whole.size() / 4096; ++page) {
+    std::string damaged = whole;
+    for (std::size_t i = 0; i < 4096; ++i) damaged[page * 4096 + i] = static_cast<char>(i * 31 + page);
+    test::writeFile(path, damaged);
+    const std::string error = errorOf([&] {
+      const MapStore store = MapStore::open(path, Access::read);
+      store.load();
+      store.forEachDescriptor(0, [](std::size_t, DescriptorView) { return true; });
+      store.nodeStates();
+    });
+    if (error == "(no error)") continue;
+    EXPECT_THAT(error, HasSubstr("the map is damaged or cut off")) << page;
+    ++refused;
+  }
+  EXPECT_GE(refused, 6U);
+}
+
+TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"UPDATE nodes SET mean = x'0000'", "node 0's mean has 2 bytes for 3 labels"},
+      {"UPDATE nodes SET sigma = zeroblob(12000000)", "has 12000000 bytes for 3 labels"},
+      {"UPDATE nodes SET mean = x'0000c07f0000c07f0000c07f'", "node 0's mean holds nan"},
+      {"UPDATE nodes SET id = -5", "a node's number is -5"},
+      {"UPDATE nodes SET frames = 0", "image count is 0"},
+      {"UPDATE nodes SET id = 1", "frame 0 is in node 0, which is missing"},
+      {"UPDATE frames SET node = 99999999999", "a frame's node is 99999999999"},
+      {"DELETE FROM frames WHERE id = 1", "frame 1 is missing"},
+      {"UPDATE frames SET id = 9223372036854775807 WHERE id = 2", "frame 2 is missing"},
+      {"UPDATE frames SET id = id - 9", "negative numbers"},
+      {"INSERT INTO transitions VALUES(0, 7, 1, 1)", "a transition touches node 7"},
+      {"UPDATE decisions SET kind = 4", "the kind of a decision is 4"},
+      {"UPDATE decisions SET frame = 77 WHERE frame = 2", "a decision's frame is 77"},
+      {"UPDATE labels SET label = 'cap' WHERE id = 0", "do not match their digest"},
+      {"DELETE FROM labels", "it has no labels"},
+      {"UPDATE labels SET id = 8 WHERE id = 1", "labels have gaps"},
+      {"DELETE FROM meta WHERE key = 'model'", "its model is missing"},
+      {"DROP TABLE merges", "no such table: merges"},
+      {"DROP TABLE frames; CREATE VIEW frames AS SELECT 1", "damaged"}};
+  for (const auto& [sql, expected] : cases) {
+    const test::ScratchFolder folder;
+    const fs::path path = storedMap(folder);
+    tamper(path, sql);
+    const std::string error = openError(path);
+    EXPECT_THAT(error, HasSubstr(expected)) << sql;
+    EXPECT_THAT(error, HasSubstr("restore a copy or map the sequence again")) << sql;
+  }
+}
+
+TEST(MapStoreRefuses, DescriptorsOfAWrongLength) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder);
+  tamper(path, "UPDATE descriptors SET probabilities = x'00' WHERE frame = 1");
+  const MapStore store = MapStore::open(path, Access::read);
+  EXPECT_THAT(errorOf([&] { store.descriptor(1); }), HasSubstr("1 bytes for 3 labels"));
+  EXPECT_THAT(errorOf([&] { store.forEachDescriptor(0, [](std::size_t, DescriptorView) { return true; }); }),
+              HasSubstr("1 bytes for 3 labels"));
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,254 @@
+// The map file among other processes: two writers, a killed one, read-only and full places.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <grp.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <functional>
+
+#include "estancia/core/error.hpp"
+#include "estancia/topology/store.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using Access = MapStore::Access;
+using testing::HasSubstr;
+
+constexpr std::size_t labels = 1001;
+
+MapStore::Identity identity() {
+  std::vector<std::string> words;
+  for (std::size_t i = 0; i < labels; ++i) words.push_back("label " + std::to_string(i));
+  return {Vocabulary(words), "model", "{}"};
+}
+
+void addFrame(MapStore& store, std::size_t index) {
+  MappedFrame frame;
+  frame.name = std::to_string(index);
+  store.addFrame(index, frame, LexicalDescriptor(labels, static_cast<float>(index % 100) / 100));
+  store.putDecision({index, DecisionKind::join, 0, 0, 0.1, -1, 0, 0.3, 0.2});
+  store.putNode({0, index + 1, std::vector<float>(labels), std::vector<float>(labels)}, "");
+}
+
+fs::path storedMap(const test::ScratchFolder& folder, std::size_t frames) {
+  const fs::path path = folder / "map.estancia";
+  MapStore store = MapStore::create(path, identity());
+  for (std::size_t i = 0; i < frames; ++i) addFrame(store, i);
+  store.commit();
+  return path;
+}
+
+std::string readAll(int pipe) {
+  std::string text;
+  std::array<char, 4096> part{};
+  for (ssize_t count = 0; (count = read(pipe, part.data(), part.size())) > 0;)
+    text.append(part.data(), static_cast<std::size_t>(count));
+  return text;
+}
+
+/// Runs `action` in a process of its own; gives its error's message, or "(no error)".
+std::string errorInAnotherProcess(const std::function<void()>& action) {
+  std::array<int, 2> ends{};
+  if (pipe(ends.data()) != 0) return "(no pipe)";
+  const pid_t child = fork();
+  if (child == 0) {
+    std::string message = "(no error)";
+    try {
+      action();
+    } catch (const std::exception& error) {
+      message = error.what();
+    }
+    const ssize_t written = write(ends[1], message.data(), message.size());
+    _exit(written < 0 ? 1 : 0);
+  }
+  close(ends[1]);
+  std::string message = readAll(ends[0]);
+  close(ends[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? message : "(killed by signal " + std::to_string(WTERMSIG(status)) + ")";
+}
+
+/// Permission bits say nothing to root: become nobody.
+void dropPrivileges() {
+  if (geteuid() != 0) return;
+  if (setgroups(0, nullptr) != 0 || setegid(65534) != 0 || seteuid(65534) != 0)
+    throw std::runtime_error("cannot drop privileges");
+}
+
+TEST(MapStoreProcesses, RefusesASecondWriterButServesReaders) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder, 3);
+  {
+    MapStore writer = MapStore::open(path, Access::write);
+    addFrame(writer, 3);
+    EXPECT_THAT(errorInAnotherProcess([&] { MapStore::open(path, Access::write); }),
+                HasSubstr("another process is writing this map"));
+    EXPECT_EQ(errorInAnotherProcess([&] {
+                if (MapStore::open(path, Access::read).load().frames.size() != 3) throw Error("wrong count");
+              }),
+              "(no error)");
+    addFrame(writer, 4);
+    writer.commit();
+  }
+  EXPECT_EQ(errorInAnotherProcess([&] { MapStore::open(path, Access::write); }), "(no error)");
+  EXPECT_EQ(MapStore::open(path, Access::read).load().frames.size(), 5U);
+}
+
+TEST(MapStoreProcesses, KeepsAllCommittedFramesWhenTheWriterIsKilled) {
+  for (const std::size_t dieAfter : {5U, 130U, 777U}) {
+    const test::ScratchFolder folder;
+    const fs::path path = folder / "map.estancia";
+    std::array<int, 2> ends{};
+    ASSERT_EQ(pipe(ends.data()), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+      MapStore store = MapStore::create(path, identity());
+      for (std::size_t i = 0;; ++i) {
+        addFrame(store, i);
+        if (i % 10 != 9) continue;
+        store.commit();
+        const std::size_t kept = i + 1;
+        if (write(ends[1], &kept, sizeof kept) != static_cast<ssize_t>(sizeof kept)) _exit(1);
+      }
+    }
+    close(ends[1]);
+    std::size_t committed = 0;
+    while (committed < dieAfter)
+      ASSERT_EQ(read(ends[0], &committed, sizeof committed), static_cast<ssize_t>(sizeof committed));
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    for (std::size_t later = 0; read(ends[0], &later, sizeof later) > 0;) committed = later;
+    close(ends[0]);
+
+    const auto check = [&](std::size_t frames) {
+      EXPECT_GE(frames, committed);
+      EXPECT_EQ(frames % 10, 0U) << "part of a commit";
+    };
+    const TopologicalMap map = MapStore::open(path, Access::read).load();
+    check(map.frames.size());
+    EXPECT_EQ(map.decisions.size(), map.frames.size());
+    ASSERT_EQ(map.nodes.size(), 1U);
+    EXPECT_EQ(map.nodes[0].frames, map.frames.size());
+    MapStore store = MapStore::open(path, Access::write);
+    std::size_t descriptors = 0;
+    store.forEachDescriptor(0, [&](std::size_t frame, DescriptorView descriptor) {
+      ++descriptors;
+      return descriptor[0] == static_cast<float>(frame % 100) / 100;
+    });
+    EXPECT_EQ(descriptors, map.frames.size());
+    addFrame(store, map.frames.size());  // and it goes on
+    store.commit();
+  }
+}
+
+TEST(MapStoreProcesses, LeavesNothingWhenKilledBeforeTheFirstCommit) {
+  const test::ScratchFolder folder;
+  errorInAnotherProcess([&] {
+    MapStore store = MapStore::create(folder / "map.estancia", identity());
+    for (std::size_t i = 0; i < 100; ++i) addFrame(store, i);
+    kill(getpid(), SIGKILL);
+  });
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+TEST(MapStoreProcesses, SaysThatAFolderIsMissingOrCannotBeWritten) {
+  const test::ScratchFolder folder;
+  EXPECT_THAT(errorInAnotherProcess([&] { MapStore::create(folder / "no/map.estancia", identity()); }),
+              HasSubstr("there is no such folder"));
+  EXPECT_THAT(errorInAnotherProcess([] { MapStore::create("/proc/map.estancia", identity()); }),
+              HasSubstr("/proc: cannot write in this folder"));
+  fs::permissions(folder.path(), fs::perms(0555));
+  EXPECT_THAT(errorInAnotherProcess([&] {
+                dropPrivileges();
+                MapStore::create(folder / "map.estancia", identity());
+              }),
+              HasSubstr("cannot write in this folder (Permission denied)"));
+  fs::permissions(folder.path(), fs::perms(0755));
+}
+
+TEST(MapStoreProcesses, ReadsAMapInAReadOnlyFolderButDoesNotWriteIt) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder, 7);
+  fs::permissions(path, fs::perms(0444));
+  fs::permissions(folder.path(), fs::perms(0555));
+  EXPECT_EQ(errorInAnotherProcess([&] {
+              dropPrivileges();
+              if (MapStore::open(path, Access::read).load().frames.size() != 7) throw Error("wrong count");
+            }),
+            "(no error)");
+  EXPECT_THAT(errorInAnotherProcess([&] {
+                dropPrivileges();
+                MapStore::open(path, Access::write);
+              }),
+              HasSubstr("read-only"));
+  fs::permissions(path, fs::perms(0000));
+  EXPECT_THAT(errorInAnotherProcess([&] {
+                dropPrivileges();
+                MapStore::open(path, Access::read);
+              }),
+              HasSubstr("cannot be opened (Permission denied)"));
+  fs::permissions(folder.path(), fs::perms(0755));
+}
+
+TEST(MapStoreProcesses, KeepsTheLastCommitWhenTheDiskIsFull) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder, 10);
+  const std::string error = errorInAnotherProcess([&] {
+    // No file of this process may grow beyond this: for SQLite the same as a full disk.
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{2000000, 2000000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    MapStore store = MapStore::open(path, Access::write);
+    for (std::size_t i = 10; i < 20; ++i) addFrame(store, i);
+    store.commit();
+    try {
+      for (std::size_t i = 20; i < 5000; ++i) addFrame(store, i);
+      store.commit();
+    } catch (const Error&) {
+      try {
+        store.commit();
+      } catch (const Error& second) {
+        if (std::string(second.what()).find("an earlier error") == std::string::npos) throw;
+      }
+      throw;
+    }
+  });
+  EXPECT_THAT(error, HasSubstr("no room left on the disk"));
+  EXPECT_THAT(error, HasSubstr("everything up to the last commit is kept"));
+  EXPECT_EQ(MapStore::open(path, Access::write).load().frames.size(), 20U);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1);
+}
+
+TEST(MapStoreProcesses, LeavesNothingWhenTheDiskIsFullAtTheFirstCommit) {
+  const test::ScratchFolder folder;
+  const std::string error = errorInAnotherProcess([&] {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{100000, 100000};
+    setrlimit(RLIMIT_FSIZE, &limit);
+    MapStore store = MapStore::create(folder / "map.estancia", identity());
+    for (std::size_t i = 0; i < 100; ++i) addFrame(store, i);
+    store.commit();
+  });
+  EXPECT_THAT(error, HasSubstr("no room left on the disk"));
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+  EXPECT_THAT(errorInAnotherProcess([&] {
+                std::signal(SIGXFSZ, SIG_IGN);
+                const rlimit limit{1000, 1000};
+                setrlimit(RLIMIT_FSIZE, &limit);
+                MapStore::create(folder / "map.estancia", identity());
+              }),
+              HasSubstr("no room left on the disk; free some space first"));
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+}  // namespace
+}  // namespace estancia
