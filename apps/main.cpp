@@ -50,13 +50,7 @@ int main(int argc, char** argv) {
               "  estancia route home.estancia --from 0 --to \"coffee\"\n"
               "  estancia report home.estancia -o home.html");
   addMapCommand(app);
-  addAskCommand(app);
-  addRouteCommand(app);
   addLocalizeCommand(app);
-  addExplainCommand(app);
-  addEvaluateCommand(app);
-  addExportCommand(app);
-  addReportCommand(app);
   addModelsCommand(app);
 
   try {

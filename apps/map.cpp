@@ -34,18 +34,6 @@ MapperOptions mapperOptions(const Arguments& arguments, const CLI::App& command)
   return options;
 }
 
-/// Where the run starts: a new file, or the file of an earlier run.
-MappingSession openSession(const Arguments& arguments, const MapperOptions& options, const Sequence& sequence,
-                           const Labeler& labeler, std::size_t& first) {
-  first = 0;
-  if (!arguments.goOn || !fs::exists(arguments.output)) {
-    if (arguments.overwrite) fs::remove(arguments.output);
-    return MappingSession::create(arguments.output, labeler.vocabulary(), labeler.identity(), options);
-  }
-  first = firstUnmapped(MapStore::open(arguments.output, MapStore::Access::read).load(), sequence);
-  return MappingSession::resume(arguments.output, labeler.vocabulary(), labeler.identity());
-}
-
 void run(const Arguments& arguments, const CLI::App& command) {
   const MapperOptions options = mapperOptions(arguments, command);
   getDistance(options.distance);
@@ -54,27 +42,35 @@ void run(const Arguments& arguments, const CLI::App& command) {
         fmt::format("{} exists; continue it with --continue, replace it with --overwrite", arguments.output));
   const auto sequence = arguments.sequence.open();
   const auto labeler = loadModel(arguments.model);
+  std::optional<MappingSession> session;
   std::size_t first = 0;
-  MappingSession session = openSession(arguments, options, *sequence, *labeler, first);
-  const std::size_t before = session.frames();
+  if (arguments.goOn && fs::exists(arguments.output)) {
+    session = MappingSession::resume(arguments.output, labeler->vocabulary(), labeler->identity());
+    first = firstUnmapped(MapStore::open(arguments.output, MapStore::Access::read).load(), *sequence);
+  }
+  const std::size_t before = session ? session->frames() : 0;
+  const auto add = [&](const LabelledFrame& frame) {
+    if (!session) {  // an old map goes only once there is something to put in its place
+      if (arguments.overwrite) fs::remove(arguments.output);
+      session = MappingSession::create(arguments.output, labeler->vocabulary(), labeler->identity(), options);
+    }
+    session->add(sequence->frame(frame.index), frame.descriptor,
+                 [&frame] { return encodePicture(frame.image); });
+  };
   std::size_t skipped = 0;
   try {
-    skipped = forEachLabelled(*sequence, *labeler, first, arguments.sequence.strict, "mapping",
-                              [&](const LabelledFrame& frame) {
-                                session.add(sequence->frame(frame.index), frame.descriptor,
-                                            [&frame] { return encodePicture(frame.image); });
-                              });
+    skipped = forEachLabelled(*sequence, *labeler, first, arguments.sequence.strict, "mapping", add);
   } catch (const Interrupted&) {
-    session.finish();
+    if (session) session->finish();
     throw;
   }
-  session.finish();
+  session->finish();
 
-  const Mapper& mapper = session.mapper();
+  const Mapper& mapper = session->mapper();
   if (arguments.json) {
     print({{"map", arguments.output},
-           {"frames", session.frames()},
-           {"new_frames", session.frames() - before},
+           {"frames", session->frames()},
+           {"new_frames", session->frames() - before},
            {"skipped", skipped},
            {"nodes", mapper.bank().size()},
            {"transitions", mapper.transitions().size()},
@@ -82,7 +78,7 @@ void run(const Arguments& arguments, const CLI::App& command) {
            {"tau_revisit", mapper.thresholds().revisit}});
   } else {
     fmt::print("{}: {} frames, {} places, {} transitions (τ_join {:.3g}, τ_revisit {:.3g})\n",
-               arguments.output, session.frames(), mapper.bank().size(), mapper.transitions().size(),
+               arguments.output, session->frames(), mapper.bank().size(), mapper.transitions().size(),
                mapper.thresholds().join, mapper.thresholds().revisit);
   }
 }
