@@ -1,0 +1,132 @@
+#include "estancia/stats/distance.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+using Values = std::vector<float>;
+
+// scipy 1.10: p = [.5, .2, .2, .1], q = [.1, .3, .3, .3]
+const Values p{0.5F, 0.2F, 0.2F, 0.1F}, q{0.1F, 0.3F, 0.3F, 0.3F};
+
+Values embedded(Embedding embedding, const Values& v) {
+  Values out(v.size());
+  embed(embedding, v, out);
+  return out;
+}
+
+TEST(Distance, AgreesWithSciPy) {
+  EXPECT_NEAR(compare(Comparison::l1, p, q), 0.8, 1e-6);                // distance.cityblock(p, q)
+  EXPECT_NEAR(compare(Comparison::euclidean, p, q), 0.46904158, 1e-6);  // distance.euclidean(p, q)
+  EXPECT_NEAR(compare(Comparison::cosine, p, q), 0.35189277, 1e-6);     // distance.cosine(p, q)
+}
+
+TEST(Distance, FollowsTheFormulasInDoublePrecision) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<float> uniform;
+  Values a(1001), b(1001), w(1001);
+  for (auto* v : {&a, &b, &w})
+    for (float& x : *v) x = uniform(random);
+  double sumW = 0, squares = 0, plainSquares = 0, absolute = 0, chi = 0, ab = 0, aa = 0, bb = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double d = static_cast<double>(a[i]) - b[i];
+    sumW += w[i];
+    squares += w[i] * d * d;
+    plainSquares += d * d;
+    absolute += std::fabs(d);
+    chi += d * d / (static_cast<double>(a[i]) + b[i]);
+    ab += static_cast<double>(a[i]) * b[i];
+    aa += static_cast<double>(a[i]) * a[i];
+    bb += static_cast<double>(b[i]) * b[i];
+  }
+  const double n = 1001;
+  EXPECT_NEAR(compare(Comparison::meanSquare, a, b, w), squares / sumW, 1e-6);  // Eq. 4.5
+  EXPECT_NEAR(compare(Comparison::rootMeanSquare, a, b, w), std::sqrt(squares / sumW), 1e-6);
+  EXPECT_NEAR(compare(Comparison::euclidean, a, b, w), std::sqrt(n * squares / sumW), 1e-4);
+  EXPECT_NEAR(compare(Comparison::euclidean, a, b), std::sqrt(plainSquares), 1e-4);
+  EXPECT_NEAR(compare(Comparison::l1, a, b), absolute, 1e-3);
+  EXPECT_NEAR(compare(Comparison::chiSquared, a, b), chi / 2, 1e-3);
+  EXPECT_NEAR(compare(Comparison::cosine, a, b), 1 - ab / std::sqrt(aa * bb), 1e-6);
+  EXPECT_NEAR(compare(Comparison::bhattacharyya, a, b), -std::log(ab / std::sqrt(aa * bb)), 1e-6);
+}
+
+TEST(Distance, EqualWeightsChangeNothing) {
+  const Values same(4, 0.25F);
+  for (const auto comparison :
+       {Comparison::meanSquare, Comparison::rootMeanSquare, Comparison::l1, Comparison::euclidean,
+        Comparison::chiSquared, Comparison::bhattacharyya, Comparison::cosine})
+    EXPECT_NEAR(compare(comparison, p, q, same), compare(comparison, p, q), 1e-6);
+}
+
+TEST(Distance, IgnoresLabelsOfWeightZero) {
+  const Values weights{0, 1, 1, 1};
+  EXPECT_NEAR(compare(Comparison::meanSquare, p, q, weights), (0.01 + 0.01 + 0.04) / 3, 1e-7);
+}
+
+TEST(Distance, EveryNamedOneIsZeroOnlyForTheSameAndSymmetric) {
+  for (const Distance& distance : baseDistances()) {
+    const Values a = embedded(distance.embedding, p), b = embedded(distance.embedding, q);
+    EXPECT_NEAR(compare(distance.comparison, a, a), 0, 1e-6) << distance.name;
+    EXPECT_GT(compare(distance.comparison, a, b), 1e-4) << distance.name;
+    EXPECT_DOUBLE_EQ(compare(distance.comparison, a, b), compare(distance.comparison, b, a)) << distance.name;
+  }
+}
+
+TEST(Distance, HellingerIsEuclideanOnSquareRoots) {
+  double sum = 0;
+  for (std::size_t i = 0; i < p.size(); ++i) sum += std::pow(std::sqrt(p[i]) - std::sqrt(q[i]), 2);
+  EXPECT_NEAR(
+      compare(Comparison::euclidean, embedded(Embedding::squareRoot, p), embedded(Embedding::squareRoot, q)),
+      std::sqrt(sum), 1e-6);
+}
+
+TEST(Distance, LogRatiosAreCentredAndKnowNoScale) {
+  const Values a = embedded(Embedding::centredLogRatio, p);
+  EXPECT_NEAR(std::accumulate(a.begin(), a.end(), 0.0), 0, 1e-5);
+  Values half = p;
+  for (float& v : half) v /= 2;
+  const Values b = embedded(Embedding::centredLogRatio, half);
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-3);
+}
+
+TEST(Distance, AbsentLabelsStayFinite) {
+  const Values sparse{1, 0, 0, 0};
+  for (const float v : embedded(Embedding::centredLogRatio, sparse)) EXPECT_TRUE(std::isfinite(v));
+}
+
+TEST(Distance, ConstantVectorPointsNowhere) {
+  const Values zero(4, 0.0F);
+  EXPECT_DOUBLE_EQ(compare(Comparison::cosine, zero, zero), 1);
+}
+
+TEST(Distance, NamesHaveSigmaForms) {
+  EXPECT_TRUE(getDistance("hellinger-sigma").sigmaWeighted);
+  EXPECT_EQ(getDistance("hellinger-sigma").name, "hellinger-sigma");
+  EXPECT_FALSE(getDistance("hellinger").sigmaWeighted);
+}
+
+TEST(Distance, UnknownNameListsTheKnownOnes) {
+  for (const char* name : {"manhattan", "weighted-sigma", "-sigma", ""}) try {
+      getDistance(name);
+      ADD_FAILURE() << name << " must be refused";
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), testing::HasSubstr("standardized-clr")) << name;
+    }
+}
+
+TEST(Distance, RefusesDifferentLengths) {
+  const Values three(3, 0.1F);
+  EXPECT_THROW(compare(Comparison::l1, p, three), Error);
+  EXPECT_THROW(compare(Comparison::l1, p, q, three), Error);
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,172 @@
+#include "estancia/topology/node_bank.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "estancia/core/error.hpp"
+#include "estancia/topology/sketch.hpp"
+#include "support/synthetic.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr std::size_t labels = 130;  // no multiple of any vector width
+
+std::vector<std::string> everyDistance() {
+  std::vector<std::string> names;
+  for (const Distance& distance : baseDistances()) {
+    names.push_back(distance.name);
+    if (!distance.sigmaWeighted) names.push_back(distance.name + "-sigma");
+  }
+  return names;
+}
+
+std::vector<float> embedded(const Distance& distance, const std::vector<float>& p) {
+  std::vector<float> out(p.size());
+  embed(distance.embedding, p, out);
+  return out;
+}
+
+NodeMemory nodeOf(const NodeBank& bank, const Distance& distance, int id,
+                  const std::vector<std::vector<float>>& images) {
+  NodeMemory node = bank.makeNode(id);
+  for (const auto& image : images) {
+    ++node.frames;
+    node.words.add(image);
+    if (node.embedded) node.embedded->add(embedded(distance, image));
+  }
+  return node;
+}
+
+class EveryDistance : public testing::TestWithParam<std::string> {
+ protected:
+  const Distance distance_ = getDistance(GetParam());
+  test::SyntheticPlaces places_{60, labels};
+  NodeBank bank_{distance_, labels};
+
+  void SetUp() override {
+    if (distance_.standardized) {
+      Standardization s{std::vector<float>(labels), std::vector<float>(labels)};
+      for (std::size_t i = 0; i < labels; ++i) {
+        s.centre[i] = 0.01F * static_cast<float>(i % 7);
+        s.scale[i] = 0.5F + 0.1F * static_cast<float>(i % 11);
+      }
+      bank_.setStandardization(s);
+    }
+    for (std::size_t place = 0; place < 60; ++place)
+      bank_.add(nodeOf(bank_, distance_, static_cast<int>(place), places_.drive({place}, 1 + place % 4)));
+  }
+
+  NodeBank::Nearest slowNearest(const std::vector<float>& query, std::size_t except,
+                                std::uint64_t minFrames) const {
+    NodeBank::Nearest best{bank_.size(), INFINITY};
+    for (std::size_t slot = 0; slot < bank_.size(); ++slot)
+      if (slot != except && bank_[slot].frames >= minFrames && bank_.distance(slot, query) < best.distance)
+        best = {slot, bank_.distance(slot, query)};
+    return best;
+  }
+};
+
+TEST_P(EveryDistance, NearestIsThatOfAPlainScan) {
+  for (std::size_t i = 0; i < 200; ++i) {
+    const auto query = bank_.makeQuery(embedded(distance_, places_.image(i % 60)));
+    const std::size_t except = i % 3 == 0 ? i % 60 : bank_.size();
+    const auto quick = bank_.nearest(query, except, 1 + i % 3);
+    const auto slow = slowNearest(query, except, 1 + i % 3);
+    ASSERT_TRUE(quick);
+    EXPECT_EQ(quick->slot, slow.slot);
+    EXPECT_DOUBLE_EQ(quick->distance, slow.distance);
+  }
+}
+
+TEST_P(EveryDistance, ImagesFindTheirPlace) {
+  std::size_t right = 0;
+  for (std::size_t place = 0; place < 60; ++place)
+    right += bank_.nearest(bank_.makeQuery(embedded(distance_, places_.image(place))), 60)->slot == place;
+  EXPECT_GE(right, 57U);
+}
+
+TEST_P(EveryDistance, RemovedNodesAreNeverFound) {
+  while (bank_.size() > 1) {
+    const std::size_t gone = bank_.size() / 2;
+    const int id = bank_[gone].id;
+    bank_.remove(gone);
+    EXPECT_THROW(bank_.slotOf(id), Error);
+    const auto query = bank_.makeQuery(embedded(distance_, places_.image(static_cast<std::size_t>(id))));
+    const auto quick = bank_.nearest(query, bank_.size());
+    ASSERT_TRUE(quick);
+    EXPECT_EQ(quick->slot, slowNearest(query, bank_.size(), 1).slot);
+  }
+  EXPECT_FALSE(bank_.nearest(bank_.makeQuery(embedded(distance_, places_.image(0))), 0));
+}
+
+TEST_P(EveryDistance, DistanceToANodeOfOneImageIsThatToTheImage) {
+  if (distance_.standardized) return;  // standardized vectors have no distance outside the bank
+  NodeBank bank(distance_, labels);
+  const auto a = places_.image(3), b = places_.image(4);
+  bank.add(nodeOf(bank, distance_, 0, {a}));
+  EXPECT_NEAR(bank.distance(0, bank.makeQuery(embedded(distance_, b))),
+              compare(distance_.comparison, embedded(distance_, a), embedded(distance_, b)), 1e-4);
+}
+
+INSTANTIATE_TEST_SUITE_P(NodeBank, EveryDistance, testing::ValuesIn(everyDistance()), [](const auto& name) {
+  std::string text = name.param;
+  for (char& c : text)
+    if (c == '-') c = '_';
+  return text;
+});
+
+TEST(NodeBank, ThesisWeightsAreOneMinusTwoSigma) {
+  const Distance distance = getDistance("weighted");
+  NodeBank bank(distance, 2);
+  bank.add(nodeOf(bank, distance, 0, {{0.2F, 0.5F}, {0.6F, 0.5F}}));  // σ = (0.2, 0), so w = (0.6, 1)
+  const std::vector<float> image{0.9F, 0.1F};
+  EXPECT_NEAR(bank.distance(0, image), (0.6 * 0.5 * 0.5 + 1 * 0.4 * 0.4) / 1.6, 1e-6);
+}
+
+TEST(Sketch, BoundsHoldForAnyVectors) {
+  std::mt19937 random(9);
+  std::normal_distribution<float> normal;
+  for (const std::size_t length : {1U, 63U, 64U, 1001U}) {
+    Sketch sketch(length);
+    std::vector<std::vector<float>> rows;
+    for (std::size_t r = 0; r < 40; ++r) {
+      std::vector<float> row(length, 0.0F);
+      for (float& v : row) v = normal(random) * (r % 5 == 0 ? 1e-6F : 1.0F) + (r % 7 == 0 ? 50.0F : 0.0F);
+      if (r == 3) std::fill(row.begin(), row.end(), 0.0F);
+      if (r == 4) row[0] = 1e4F;  // one value drowns all others
+      sketch.set(r, row);
+      rows.push_back(std::move(row));
+    }
+    std::vector<float> upper(rows.size());
+    for (const auto& query : rows) {
+      sketch.upperBounds(query, upper);
+      for (std::size_t r = 0; r < rows.size(); ++r) {
+        double exact = 0;
+        for (std::size_t i = 0; i < length; ++i) exact += static_cast<double>(rows[r][i]) * query[i];
+        EXPECT_GE(upper[r], exact - 1e-6 * std::fabs(exact)) << "length " << length << " row " << r;
+      }
+    }
+  }
+}
+
+TEST(Sketch, BoundsOfUnitVectorsAreTight) {
+  std::mt19937 random(9);
+  std::normal_distribution<float> normal;
+  std::vector<float> a(1001), b(1001);
+  for (auto* v : {&a, &b}) {
+    for (float& x : *v) x = normal(random);
+    const float norm = std::sqrt(dot(*v, *v));
+    for (float& x : *v) x /= norm;
+  }
+  Sketch sketch(1001);
+  sketch.set(0, a);
+  std::vector<float> upper(1);
+  sketch.upperBounds(b, upper);
+  EXPECT_LT(upper[0] - dot(a, b), 0.05);
+}
+
+}  // namespace
+}  // namespace estancia
