@@ -121,9 +121,9 @@ TEST_F(ImageFolder, SaysThatItMayNotBeRead) {
   fs::permissions(folder_.path(), fs::perms(0755));
   fs::permissions(folder_ / "closed", fs::perms(0));
   const auto openAsNobody = [&] {
-    if (geteuid() == 0 && seteuid(65534) != 0) std::exit(1);  // root may read everything
+    if (geteuid() == 0 && seteuid(65534) != 0) _exit(1);  // root may read everything
     std::fputs(errorOf([&] { openSequence(folder_ / "closed"); }).c_str(), stderr);
-    std::exit(0);
+    _exit(0);
   };
   EXPECT_EXIT(openAsNobody(), ::testing::ExitedWithCode(0), "closed: cannot.*Permission denied");
   fs::permissions(folder_ / "closed", fs::perms(0755));
