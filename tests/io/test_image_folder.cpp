@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <thread>
 
 #include "estancia/io/sequence.hpp"
 #include "io/pictures.hpp"
@@ -238,13 +237,10 @@ TEST_F(ImageFolder, IsReadAlikeFromSeveralThreads) {
   for (int i = 0; i < 40; ++i) add(std::to_string(i) + ".png", i);
   const auto sequence = open();
   std::atomic<int> wrong = 0;
-  std::vector<std::jthread> threads;
-  for (int t = 0; t < 4; ++t)
-    threads.emplace_back([&] {
-      for (std::size_t i = 0; i < sequence->size(); ++i)
-        if (sequence->image(i).at<cv::Vec3b>(1, 1)[2] != i) ++wrong;
-    });
-  threads.clear();
+  test::inThreads(4, [&](int) {
+    for (std::size_t i = 0; i < sequence->size(); ++i)
+      if (sequence->image(i).at<cv::Vec3b>(1, 1)[2] != i) ++wrong;
+  });
   EXPECT_EQ(wrong, 0);
 }
 
