@@ -81,7 +81,7 @@ Size inspectBmp(const Bytes& b) {
              height = b.littleSigned32(22);  // top-down pictures count downwards
   const auto bits = b.little(28, 2), compression = b.little(30, 4);
   if (width <= 0 || height == 0) throw Damaged();
-  const Size size{"BMP", static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(std::abs(height))};
+  Size size{"BMP", static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(std::abs(height))};
   const bool plain = compression == 0 || compression == 3;
   if (plain && size.width * size.height <= kMostPixels)
     b.need(pixels + (size.width * bits + 31) / 32 * 4 * size.height);

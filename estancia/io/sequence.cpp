@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <opencv2/core.hpp>
 #include <unordered_map>
 
 #include "estancia/core/error.hpp"
@@ -136,6 +136,8 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
     attachSideFiles(*sequence, path, options);
   } catch (const fs::filesystem_error& e) {
     throw Error(fmt::format("{}: cannot be read ({})", name, e.code().message()));
+  } catch (const cv::Exception& e) {
+    throw Error(fmt::format("{}: OpenCV cannot read it ({})", name, io::printable(e.err)));
   }
   requireUniqueNames(*sequence);
   warnOfOddTimes(*sequence);

@@ -105,16 +105,16 @@ void attachRooms(ListedSequence& sequence, const fs::path& file) {
   for (const CsvRow& row : rows) {
     if (row.cells.size() != 2)
       throw Error(fmt::format("{}:{}: {} cells; a line is `image,room`", name, row.line, row.cells.size()));
-    const std::string image = printable(row.cells[0]);
+    const std::string image = printable(row.cells[0]), room = printable(row.cells[1]);
     const std::size_t found = find(image);
     if (found == kAmbiguous) {
-      if (&row == &rows.front() && lowerCase(row.cells[1]) == "room") continue;  // the header
+      if (&row == &rows.front() && lowerCase(room) == "room") continue;  // the header
       if (unknown++ == 0) firstUnknown = image;
     } else {
-      const auto [entry, isNew] = rooms.emplace(found, row.cells[1]);
-      if (!isNew && entry->second != row.cells[1])
+      const auto [entry, isNew] = rooms.emplace(found, room);
+      if (!isNew && entry->second != room)
         throw Error(fmt::format("{}:{}: {} is in \"{}\" here and in \"{}\" above; keep one of them", name,
-                                row.line, image, row.cells[1], entry->second));
+                                row.line, image, room, entry->second));
     }
     ++rowCount;
   }

@@ -112,11 +112,9 @@ void writeTrajectory(const fs::path& file, const std::vector<TrajectoryPoint>& p
 std::optional<Pose> poseOfMatrix(const std::array<double, 12>& matrix) {
   constexpr double tolerance = 0.01;
   if (!std::ranges::all_of(matrix, [](double v) { return std::isfinite(v); })) return std::nullopt;
-  const auto r = [&matrix](int row, int column) {
-    return matrix[static_cast<std::size_t>(4 * row + column)];
-  };
-  for (int a = 0; a < 3; ++a) {
-    for (int b = a; b < 3; ++b) {
+  const auto r = [&matrix](std::size_t row, std::size_t column) { return matrix[4 * row + column]; };
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (std::size_t b = a; b < 3; ++b) {
       const double dot = r(0, a) * r(0, b) + r(1, a) * r(1, b) + r(2, a) * r(2, b);
       if (!(std::abs(dot - (a == b ? 1 : 0)) <= tolerance)) return std::nullopt;
     }
@@ -129,15 +127,15 @@ std::optional<Pose> poseOfMatrix(const std::array<double, 12>& matrix) {
   const double trace = r(0, 0) + r(1, 1) + r(2, 2);
   const std::array<double, 4> squares = {1 + 2 * r(0, 0) - trace, 1 + 2 * r(1, 1) - trace,
                                          1 + 2 * r(2, 2) - trace, 1 + trace};
-  const auto largest = std::ranges::max_element(squares) - squares.begin();
+  const auto largest = static_cast<std::size_t>(std::ranges::max_element(squares) - squares.begin());
   std::array<double, 4> q{};  // x y z w
   if (largest == 3) {
     q = {r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1), squares[3]};
   } else {
-    const int i = static_cast<int>(largest), j = (i + 1) % 3, k = (i + 2) % 3;
-    q[static_cast<std::size_t>(i)] = squares[static_cast<std::size_t>(i)];
-    q[static_cast<std::size_t>(j)] = r(j, i) + r(i, j);
-    q[static_cast<std::size_t>(k)] = r(k, i) + r(i, k);
+    const std::size_t i = largest, j = (i + 1) % 3, k = (i + 2) % 3;
+    q[i] = squares[i];
+    q[j] = r(j, i) + r(i, j);
+    q[k] = r(k, i) + r(i, k);
     q[3] = r(k, j) - r(j, k);
   }
   const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);

@@ -2,7 +2,6 @@
 // the rate that the container declares, and absent when it declares none.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <mutex>
 #include <opencv2/videoio.hpp>
 

@@ -4,6 +4,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "estancia/core/error.hpp"
@@ -38,6 +39,14 @@ std::string errorOf(const Action& action) {
     return error.what();
   }
   return "";
+}
+
+/// Calls `work(0)` … `work(count - 1)` at the same time, each in a thread of its own.
+template <typename Work>
+void inThreads(int count, const Work& work) {
+  std::vector<std::jthread> threads(static_cast<std::size_t>(count));
+  for (int t = 0; t < count; ++t)
+    threads[static_cast<std::size_t>(t)] = std::jthread([&work, t] { work(t); });
 }
 
 }  // namespace estancia::test

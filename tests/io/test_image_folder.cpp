@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <atomic>
-#include <thread>
 
 #include "estancia/io/sequence.hpp"
 #include "io/pictures.hpp"
@@ -121,9 +120,9 @@ TEST_F(ImageFolder, SaysThatItMayNotBeRead) {
   fs::permissions(folder_.path(), fs::perms(0755));
   fs::permissions(folder_ / "closed", fs::perms(0));
   const auto openAsNobody = [&] {
-    if (geteuid() == 0 && seteuid(65534) != 0) std::exit(1);  // root may read everything
+    if (geteuid() == 0 && seteuid(65534) != 0) _exit(1);  // root may read everything
     std::fputs(errorOf([&] { openSequence(folder_ / "closed"); }).c_str(), stderr);
-    std::exit(0);
+    _exit(0);
   };
   EXPECT_EXIT(openAsNobody(), ::testing::ExitedWithCode(0), "closed: cannot.*Permission denied");
   fs::permissions(folder_ / "closed", fs::perms(0755));
@@ -238,13 +237,10 @@ TEST_F(ImageFolder, IsReadAlikeFromSeveralThreads) {
   for (int i = 0; i < 40; ++i) add(std::to_string(i) + ".png", i);
   const auto sequence = open();
   std::atomic<int> wrong = 0;
-  std::vector<std::jthread> threads;
-  for (int t = 0; t < 4; ++t)
-    threads.emplace_back([&] {
-      for (std::size_t i = 0; i < sequence->size(); ++i)
-        if (sequence->image(i).at<cv::Vec3b>(1, 1)[2] != i) ++wrong;
-    });
-  threads.clear();
+  test::inThreads(4, [&](int) {
+    for (std::size_t i = 0; i < sequence->size(); ++i)
+      if (sequence->image(i).at<cv::Vec3b>(1, 1)[2] != i) ++wrong;
+  });
   EXPECT_EQ(wrong, 0);
 }
 

@@ -7,7 +7,6 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <set>
-#include <thread>
 
 #include "estancia/io/sequence.hpp"
 #include "io/pictures.hpp"
@@ -224,13 +223,10 @@ TEST(RealPanoramas, AreATourOfEighteenPlaces) {
   EXPECT_TRUE(names.contains("lab/r1_h030"));
 
   std::atomic<int> different = 0;
-  std::vector<std::jthread> threads;
-  for (int t = 0; t < 4; ++t)
-    threads.emplace_back([&, t] {
-      for (std::size_t i = static_cast<std::size_t>(t); i < tour->size(); i += 4)
-        if (cv::norm(tour->image(i), views[i], cv::NORM_INF) != 0) ++different;
-    });
-  threads.clear();
+  test::inThreads(4, [&](int t) {
+    for (std::size_t i = static_cast<std::size_t>(t); i < tour->size(); i += 4)
+      if (cv::norm(tour->image(i), views[i], cv::NORM_INF) != 0) ++different;
+  });
   EXPECT_EQ(different, 0);
 }
 

@@ -57,6 +57,7 @@ void expectSame(const Pose& a, const Pose& b, double tolerance) {
 TEST_F(TrajectoryFile, ComesBackAsItWasWritten) {
   std::mt19937 random(1);
   std::vector<TrajectoryPoint> points;
+  points.reserve(500);
   for (int i = 0; i < 500; ++i) points.push_back({1311868164.363181 + i / 29.97, randomPose(random)});
   writeTrajectory(folder_ / "t.txt", points);
   const Trajectory again = readTrajectory(folder_ / "t.txt");

@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <opencv2/videoio.hpp>
-#include <thread>
 
 #include "estancia/io/sequence.hpp"
 #include "io/pictures.hpp"
@@ -37,7 +36,7 @@ int numberOf(const cv::Mat& picture) {
 
 struct Coding {
   std::string suffix, fourcc;
-  friend void PrintTo(const Coding& coding, std::ostream* out) { *out << coding.fourcc; }
+  friend std::ostream& operator<<(std::ostream& out, const Coding& coding) { return out << coding.fourcc; }
 };
 
 class Video : public ::testing::TestWithParam<Coding> {
@@ -79,13 +78,10 @@ TEST_P(Video, KeepsThePicturesThatItGave) {
 TEST_P(Video, MayBeReadFromSeveralThreads) {
   const auto video = openSequence(file_);
   std::atomic<int> wrong = 0;
-  std::vector<std::jthread> threads;
-  for (int t = 0; t < 3; ++t)
-    threads.emplace_back([&, t] {
-      for (int i = t; i < kFrames; i += 3)
-        if (numberOf(video->image(static_cast<std::size_t>(i))) != i) ++wrong;
-    });
-  threads.clear();
+  test::inThreads(3, [&](int t) {
+    for (int i = t; i < kFrames; i += 3)
+      if (numberOf(video->image(static_cast<std::size_t>(i))) != i) ++wrong;
+  });
   EXPECT_EQ(wrong, 0);
 }
 
