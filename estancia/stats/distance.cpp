@@ -66,7 +66,8 @@ double rescaled(const Sums& sums, std::size_t labels) {
 
 double cosine(const Sums& ab, const Sums& aa, const Sums& bb) {
   const double norms = std::sqrt(static_cast<double>(aa.value) * bb.value);
-  return norms > 0 ? ab.value / norms : 0;  // a constant vector points nowhere
+  if (norms > 0) return ab.value / norms;
+  return aa.value == bb.value ? 1 : 0;  // zero vectors point nowhere: alike among themselves only
 }
 
 }  // namespace

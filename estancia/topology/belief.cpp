@@ -17,9 +17,10 @@ constexpr std::array<Step, 3> drivingBack{{{0, 0.2F}, {-1, 0.6F}, {-2, 0.2F}}};
 constexpr std::array<Step, 3> standing{{{-1, 0.05F}, {0, 0.9F}, {1, 0.05F}}};
 constexpr std::array<const std::array<Step, 3>*, 3> ways{&drivingOn, &drivingBack, &standing};
 
+/// The image `by` steps on, or `images` when that leaves the mapped drive.
 std::size_t moved(std::size_t image, int by, std::size_t images) {
-  return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(image) + by, 0,
-                                                             static_cast<std::ptrdiff_t>(images) - 1));
+  const auto to = static_cast<std::ptrdiff_t>(image) + by;
+  return to < 0 ? images : std::min(static_cast<std::size_t>(to), images);
 }
 
 }  // namespace
@@ -51,24 +52,29 @@ void Belief::predict(std::span<const float> in, std::span<float> out) const {
   const std::size_t n = images();
   const auto turn = static_cast<float>(options_.turnAround);
   const auto drive = static_cast<float>(1 - options_.alongEdges - options_.anywhere);
-  double total = 0;
+  double anywhere =
+      0;  // mass that may be at any image: by chance, or because it drove out of the mapped drive
   std::vector<float> nodeMass(imagesOf_.size(), 0.0F);
+  float outside = 0;
   std::fill(out.begin(), out.end(), 0.0F);
   for (std::size_t i = 0; i < n; ++i) {
     float here = 0;
     for (std::size_t way = 0; way < ways.size(); ++way) here += in[way * n + i];
-    total += here;
+    anywhere += options_.anywhere * here;
     nodeMass[nodeOf_[i]] += here;
     for (std::size_t way = 0; way < ways.size(); ++way) {
       const float kept =
           drive * ((1 - turn) * in[way * n + i] + turn * here / static_cast<float>(ways.size()));
-      for (const Step& step : *ways[way]) out[way * n + moved(i, step.images, n)] += kept * step.chance;
+      for (const Step& step : *ways[way]) {
+        const std::size_t to = moved(i, step.images, n);
+        (to < n ? out[way * n + to] : outside) += kept * step.chance;
+      }
     }
   }
   // Mass that goes along an edge spreads evenly over the linked nodes' images; without edges it may be
   // anywhere.
   const auto along = static_cast<float>(options_.alongEdges);
-  double anywhere = options_.anywhere * total;
+  anywhere += outside;
   std::vector<float> inflow(imagesOf_.size(), 0.0F);
   for (std::size_t node = 0; node < linked_.size(); ++node) {
     if (linked_[node].empty()) {
@@ -108,7 +114,10 @@ void Belief::retrace(std::span<const float> in, std::span<float> out) const {
     std::array<float, ways.size()> driven{};
     float allWays = 0;
     for (std::size_t way = 0; way < ways.size(); ++way) {
-      for (const Step& step : *ways[way]) driven[way] += step.chance * in[way * n + moved(i, step.images, n)];
+      for (const Step& step : *ways[way]) {
+        const std::size_t to = moved(i, step.images, n);
+        driven[way] += step.chance * (to < n ? in[way * n + to] : static_cast<float>(mean));
+      }
       allWays += driven[way] / static_cast<float>(ways.size());
     }
     const auto jumps = static_cast<float>(along * ahead + options_.anywhere * mean);

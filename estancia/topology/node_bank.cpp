@@ -12,10 +12,14 @@
 namespace estancia {
 namespace {
 
+/// An image about which nothing is said (all labels alike) points along the diagonal: to log-ratios that is
+/// at right angles to everything, and two such images are the same.
 void scaleToUnit(std::span<float> vector) {
   const float norm = std::sqrt(dot(vector, vector));
   if (norm > 0)
     for (float& v : vector) v /= norm;
+  else
+    std::fill(vector.begin(), vector.end(), 1 / std::sqrt(static_cast<float>(vector.size())));
 }
 
 }  // namespace

@@ -14,7 +14,9 @@ constexpr std::size_t leastGap = 5;        // frames that count as far in time, 
 constexpr double gapShare = 0.05;          // … and this share of the run
 constexpr std::size_t leastFarPairs = 10;  // below this a quantile says nothing
 constexpr double largestRevisitShare = 0.8;
-constexpr double priorFrames = 20;  // how many frames the scales' prior counts for
+constexpr double leastShare = 1e-4;  // τ_join stays above this share of its default: a robot that stands
+                                     // sees identical images, whose distances are mere rounding
+constexpr double priorFrames = 20;   // how many frames the scales' prior counts for
 
 /// Linear interpolation between order statistics (R's type 7). `values` is sorted.
 double quantile(const std::vector<double>& values, double q) {
@@ -103,7 +105,8 @@ std::optional<Thresholds> RunScale::estimate(const Standardization& standardizat
   const auto below = std::lower_bound(far.begin(), far.end(), quantile(near, 0.5)) - far.begin();
   const double revisited =
       std::min(largestRevisitShare, 2.0 * static_cast<double>(below) / static_cast<double>(far.size()));
-  return thresholdsFrom(quantile(far, revisited + options_.farQuantile * (1 - revisited)), options_);
+  const double tauJoin = quantile(far, revisited + options_.farQuantile * (1 - revisited));
+  return thresholdsFrom(std::max(tauJoin, leastShare * distance_.tauJoin), options_);
 }
 
 void RunScale::restore(std::size_t frames, Moments moments,
