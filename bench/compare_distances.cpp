@@ -1,0 +1,177 @@
+// Which node distance is best? Maps and localises with every distance on descriptors that are stored in map
+// files, so that no image is labelled again. docs/distances.md holds the table and the commands.
+//   compare_distances TOUR.estancia SECOND_TOUR.estancia CORRIDOR.estancia SECOND_CORRIDOR.estancia
+//   GROUND_TRUTH.csv
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "estancia/core/error.hpp"
+#include "estancia/stats/agreement.hpp"
+#include "estancia/topology/localizer.hpp"
+#include "estancia/topology/session.hpp"
+
+namespace {
+
+using namespace estancia;
+namespace fs = std::filesystem;
+
+/// The frames and descriptors of an earlier run.
+struct Run {
+  explicit Run(const fs::path& path) : reader(path), descriptors(read()) {
+    std::map<std::string, int> numbers;
+    for (const MappedFrame& frame : reader.map().frames)
+      rooms.push_back(numbers.try_emplace(frame.room, static_cast<int>(numbers.size())).first->second);
+  }
+  DescriptorMatrix read() const {
+    std::size_t stride = 1;
+    return reader.descriptors(reader.map().frames.size(), stride);
+  }
+  MapReader reader;
+  DescriptorMatrix descriptors;
+  std::vector<int> rooms;
+};
+
+/// The same frames mapped anew.
+MapReader mapAgain(const Run& run, const MapperOptions& options, const fs::path& file) {
+  fs::remove(file);
+  auto session = MappingSession::create(file, run.reader.map().vocabulary, run.reader.map().model, options);
+  for (std::size_t i = 0; i < run.descriptors.size(); ++i)
+    session.add(run.reader.map().frames[i], run.descriptors.row(i));
+  session.finish();
+  return MapReader(file);
+}
+
+std::size_t distinct(const std::vector<int>& nodes) {
+  return std::set<int>(nodes.begin(), nodes.end()).size();
+}
+
+std::vector<int> nodesOf(const TopologicalMap& map) {
+  std::vector<int> nodes;
+  for (const MappedFrame& frame : map.frames) nodes.push_back(frame.node);
+  return nodes;
+}
+
+/// The best V-measure that any pair of thresholds reaches, truth in hand: what automatic thresholds compete
+/// with.
+std::pair<double, std::size_t> bestByHand(const Run& run, const std::string& distance, double tauJoin) {
+  std::pair<double, std::size_t> best{0, 0};
+  for (double join = 0.3; join <= 2.01; join += 0.1)
+    for (const double ratio : {0.1, 0.25, 0.4, 0.6, 0.8, 1.0}) {
+      MapperOptions options;
+      options.distance = distance;
+      options.tauJoin = join * tauJoin;
+      options.tauRevisit = ratio * join * tauJoin;
+      Mapper mapper(run.descriptors.labels(), options);
+      for (std::size_t i = 0; i < run.descriptors.size(); ++i) mapper.add(run.descriptors.row(i));
+      mapper.finish();
+      std::vector<int> nodes(run.descriptors.size());
+      for (const auto& event : mapper.takeNews().events) {
+        if (const auto* decision = std::get_if<Decision>(&event)) {
+          nodes[decision->frame] = decision->node;
+        } else {
+          const auto& merge = std::get<Merge>(event);
+          std::replace(nodes.begin(), nodes.end(), merge.absorbed, merge.kept);
+        }
+      }
+      best = std::max(best, {measureAgreement(run.rooms, nodes).vMeasure, distinct(nodes)});
+    }
+  return best;
+}
+
+std::vector<Localization> localize(const MapReader& reader, const Run& queries, std::size_t lookahead) {
+  std::size_t stride = 1;
+  LocalizerOptions options;
+  options.lookahead = lookahead;
+  Localizer localizer(
+      {&reader.map(), &reader.mapper().bank(), reader.descriptors(options.mostImages, stride), stride},
+      options);
+  std::vector<Localization> answers;
+  for (std::size_t i = 0; i < queries.descriptors.size(); ++i)
+    for (const auto& answer : localizer.add(queries.descriptors.row(i))) answers.push_back(answer);
+  for (const auto& answer : localizer.finish()) answers.push_back(answer);
+  return answers;
+}
+
+/// query → admissible reference frames, from lines `0,0 1 2`.
+std::vector<std::set<std::size_t>> readTruth(const fs::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  if (!std::getline(file, line)) throw Error("cannot read " + path.string());
+  std::vector<std::set<std::size_t>> truth;
+  while (std::getline(file, line)) {
+    std::istringstream refs(line.substr(line.find(',') + 1));
+    std::set<std::size_t> admissible;
+    for (std::size_t ref = 0; refs >> ref;) admissible.insert(ref);
+    truth.push_back(std::move(admissible));
+  }
+  return truth;
+}
+
+void compareAll(char** paths) {
+  const Run tour(paths[1]), second(paths[2]), corridor(paths[3]), again(paths[4]);
+  const auto truth = readTruth(paths[5]);
+  const fs::path scratch = fs::temp_directory_path() / "compare_distances.estancia";
+  fmt::print(
+      "| distance | tour: V, purity (nodes), automatic | best V by hand (nodes) | second tour: nearest "
+      "image's place |"
+      " corridor: one frame | filtered | smoothed |\n|---|---|---|---|---|---|---|\n");
+  std::vector<std::string> names;
+  for (const Distance& distance : baseDistances()) {
+    names.push_back(distance.name);
+    if (!distance.sigmaWeighted) names.push_back(distance.name + "-sigma");
+  }
+  for (const std::string& name : names) {
+    MapperOptions options;
+    options.distance = name;
+    const MapReader mapped = mapAgain(tour, options, scratch);
+    const std::vector<int> nodes = nodesOf(mapped.map());
+    const Agreement automatic = measureAgreement(tour.rooms, nodes);
+    const auto [bestV, bestNodes] = bestByHand(tour, name, mapped.mapper().thresholds().join);
+    double place = 0;
+    const auto views = localize(mapped, second, 0);
+    for (std::size_t i = 0; i < views.size(); ++i)
+      place += mapped.map().frames[views[i].nearestImage].room == second.reader.map().frames[i].room;
+    const MapReader corridorMap = mapAgain(corridor, options, scratch);
+    const auto filtered = localize(corridorMap, again, 0), smoothed = localize(corridorMap, again, 20);
+    double single = 0, filter = 0, smooth = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      single += truth[i].contains(filtered.at(i).nearestImage);
+      filter += truth[i].contains(filtered.at(i).beliefImage);
+      smooth += truth[i].contains(smoothed.at(i).beliefImage);
+    }
+    const double queries = static_cast<double>(truth.size());
+    fmt::print("| {} | {:.3f}, {:.3f} ({}) | {:.3f} ({}) | {:.1f} % | {:.2f} | {:.2f} | {:.2f} |\n", name,
+               automatic.vMeasure, automatic.purity, distinct(nodes), bestV, bestNodes,
+               100 * place / static_cast<double>(views.size()), single / queries, filter / queries,
+               smooth / queries);
+    std::fflush(stdout);
+  }
+  fs::remove(scratch);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 6) {
+    std::fputs("usage: compare_distances TOUR SECOND_TOUR CORRIDOR SECOND_CORRIDOR GROUND_TRUTH.csv\n",
+               stderr);
+    return 2;
+  }
+  try {
+    compareAll(argv);
+    return 0;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "error: {}\n", e.what());
+    return 2;
+  }
+}
