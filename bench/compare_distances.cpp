@@ -8,15 +8,13 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
 
-#include "estancia/core/error.hpp"
 #include "estancia/stats/agreement.hpp"
+#include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/localizer.hpp"
 #include "estancia/topology/session.hpp"
 
@@ -102,24 +100,9 @@ std::vector<Localization> localize(const MapReader& reader, const Run& queries, 
   return answers;
 }
 
-/// query → admissible reference frames, from lines `0,0 1 2`.
-std::vector<std::set<std::size_t>> readTruth(const fs::path& path) {
-  std::ifstream file(path);
-  std::string line;
-  if (!std::getline(file, line)) throw Error("cannot read " + path.string());
-  std::vector<std::set<std::size_t>> truth;
-  while (std::getline(file, line)) {
-    std::istringstream refs(line.substr(line.find(',') + 1));
-    std::set<std::size_t> admissible;
-    for (std::size_t ref = 0; refs >> ref;) admissible.insert(ref);
-    truth.push_back(std::move(admissible));
-  }
-  return truth;
-}
-
 void compareAll(char** paths) {
   const Run tour(paths[1]), second(paths[2]), corridor(paths[3]), again(paths[4]);
-  const auto truth = readTruth(paths[5]);
+  const auto truth = readAdmissibleImages(paths[5]);
   const fs::path scratch = fs::temp_directory_path() / "compare_distances.estancia";
   fmt::print(
       "| distance | tour: V, purity (nodes), automatic | best V by hand (nodes) | second tour: nearest "

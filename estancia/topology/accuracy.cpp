@@ -1,0 +1,125 @@
+#include "estancia/topology/accuracy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <map>
+#include <string_view>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+/// A share that is known only once something could be judged.
+class Share {
+ public:
+  void count(bool right) {
+    ++judged_;
+    right_ += right ? 1U : 0U;
+  }
+  std::optional<double> value() const {
+    if (judged_ == 0) return std::nullopt;
+    return static_cast<double>(right_) / static_cast<double>(judged_);
+  }
+
+ private:
+  std::size_t judged_ = 0, right_ = 0;
+};
+
+struct Judge {
+  Share room, recall;
+  std::vector<double> errors;
+
+  void judge(const Frame& truth, const MappedFrame& answer, std::size_t answerNumber,
+             const std::set<std::size_t>* admissible) {
+    if (!truth.room.empty() && !answer.room.empty()) room.count(truth.room == answer.room);
+    if (admissible != nullptr) recall.count(admissible->contains(answerNumber));
+    if (truth.pose && answer.pose) errors.push_back(distanceBetween(*truth.pose, *answer.pose));
+  }
+  Accuracy accuracy() {
+    Accuracy result{room.value(), recall.value(), std::nullopt};
+    if (!errors.empty()) {
+      const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+      std::nth_element(errors.begin(), middle, errors.end());
+      result.medianError = *middle;
+    }
+    return result;
+  }
+};
+
+std::optional<std::size_t> parseNumber(std::string_view text) {
+  std::size_t value = 0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (problem != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+AdmissibleImages readAdmissibleImages(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::string line;
+  if (!std::getline(file, line)) throw Error(fmt::format("cannot read {}, or it is empty", path.string()));
+  AdmissibleImages admissible;
+  for (std::size_t number = 2; std::getline(file, line); ++number) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.empty()) continue;
+    const auto complain = [&]() -> Error {
+      return Error(
+          fmt::format("{}:{}: expected \"{},FRAME FRAME …\" with frame numbers of the map, found \"{}\"",
+                      path.string(), number, admissible.size(), line.substr(0, 80)));
+    };
+    const auto comma = line.find(',');
+    if (comma == std::string::npos ||
+        parseNumber(std::string_view(line).substr(0, comma)) != admissible.size())
+      throw complain();
+    std::set<std::size_t> frames;
+    for (std::size_t at = comma + 1; at < line.size();) {
+      const std::size_t end = std::min(line.find(' ', at), line.size());
+      if (end > at) {
+        const auto frame = parseNumber(std::string_view(line).substr(at, end - at));
+        if (!frame) throw complain();
+        frames.insert(*frame);
+      }
+      at = end + 1;
+    }
+    admissible.push_back(std::move(frames));
+  }
+  return admissible;
+}
+
+LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::vector<Frame>& frames,
+                                         const std::vector<std::size_t>& numbers,
+                                         const std::vector<Localization>& answers,
+                                         const AdmissibleImages& admissible) {
+  if (frames.size() != answers.size() || frames.size() != numbers.size())
+    throw Error("localisation can only be judged with one answer for each frame");
+  std::map<int, std::string> rooms;
+  for (const Node& node : map.nodes) rooms[node.id] = map.roomOf(node.id);
+  Judge nearest, belief;
+  Share nodeRoom, beliefNodeRoom;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const std::set<std::size_t>* right = nullptr;
+    if (!admissible.empty()) {
+      if (numbers[i] >= admissible.size())
+        throw Error(
+            fmt::format("the truth ends at frame {}, but the sequence has a frame {}; is it the truth of "
+                        "another sequence?",
+                        admissible.size() - 1, numbers[i]));
+      right = &admissible[numbers[i]];
+    }
+    const Localization& answer = answers[i];
+    nearest.judge(frames[i], map.frames.at(answer.nearestImage), answer.nearestImage, right);
+    belief.judge(frames[i], map.frames.at(answer.beliefImage), answer.beliefImage, right);
+    if (frames[i].room.empty()) continue;
+    if (const std::string& room = rooms[answer.node]; !room.empty()) nodeRoom.count(room == frames[i].room);
+    if (const std::string& room = rooms[answer.beliefNode]; !room.empty())
+      beliefNodeRoom.count(room == frames[i].room);
+  }
+  return {frames.size(), nearest.accuracy(), belief.accuracy(), nodeRoom.value(), beliefNodeRoom.value()};
+}
+
+}  // namespace estancia

@@ -1,0 +1,45 @@
+// How right localisation was, where the truth is known.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "estancia/core/frame.hpp"
+#include "estancia/topology/localizer.hpp"
+#include "estancia/topology/map.hpp"
+
+namespace estancia {
+
+/// One way to answer, judged by every truth there is; a measure is absent where its truth is unknown.
+struct Accuracy {
+  std::optional<double> room;         ///< share of frames whose answer lies in their true room
+  std::optional<double> recall;       ///< share of frames whose answer is an admissible image (recall@1)
+  std::optional<double> medianError;  ///< distance between the answer's and the frame's true position [m]
+};
+
+struct LocalizationAccuracy {
+  std::size_t frames = 0;
+  Accuracy nearestImage;                           ///< each frame alone
+  Accuracy belief;                                 ///< all frames
+  std::optional<double> nodeRoom, beliefNodeRoom;  ///< share of frames whose node's room is their true room
+};
+
+/// For each query frame, in order, the map's frames that count as right.
+using AdmissibleImages = std::vector<std::set<std::size_t>>;
+
+/// A CSV `query,refs` with a header: the query's number and the numbers of its admissible map frames,
+/// separated by blanks. Throws Error naming file and line.
+AdmissibleImages readAdmissibleImages(const std::filesystem::path& path);
+
+/// `frames` and `answers` belong together. `numbers[i]` is the place of frames[i] in its sequence, which
+/// `admissible` (may be empty) counts by. Throws Error when `admissible` does not reach that far.
+LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::vector<Frame>& frames,
+                                         const std::vector<std::size_t>& numbers,
+                                         const std::vector<Localization>& answers,
+                                         const AdmissibleImages& admissible);
+
+}  // namespace estancia
