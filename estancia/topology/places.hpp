@@ -1,0 +1,37 @@
+// The nodes of a map as places: where they are and which room they belong to.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/topology/map.hpp"
+
+namespace estancia {
+
+using Position = std::array<double, 3>;  ///< in the map [m]
+
+double distanceBetween(const Position& a, const Position& b);
+
+struct Place {
+  std::optional<Position> position;  ///< mean of its posed frames (thesis 4.4)
+  std::map<std::string, std::size_t>
+      rooms;         ///< how many of its frames are in which room; unknown rooms left out
+  std::string room;  ///< the most frequent of them, "" when none is known
+};
+
+/// One place a node, in the order of map.nodes: the same as positionOf() and roomOf(), but for all nodes in
+/// one pass over the frames.
+std::vector<Place> placesOf(const TopologicalMap& map);
+
+/// The position of a node id in map.nodes; map.nodes.size() when there is none.
+std::size_t indexOf(const TopologicalMap& map, int node);
+
+/// Two nodes between which the robot drove, in either direction: indices into map.nodes, first < second.
+/// Each pair once, in order.
+std::vector<std::pair<std::size_t, std::size_t>> linksOf(const TopologicalMap& map);
+
+}  // namespace estancia

@@ -1,0 +1,53 @@
+// How good is a topological map? Measures with and without ground truth.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include "estancia/stats/agreement.hpp"
+#include "estancia/topology/map.hpp"
+
+namespace estancia {
+
+/// The measure of the thesis' original program: 20·(A+B+C+D+E), each term in [0, 1], larger is better. Only
+/// its numbers are known. A and B are recovered from them: A is his on all six one-node maps, B on all 6,725
+/// rows of his threshold sweeps. C, D and E fit his numbers in kind, not digit for digit. X is the diagonal
+/// of the box around all posed frames: the extent of the map.
+struct OriginalScore {
+  /// A: mean over the nodes of 1 − (mean frames of the node's other rooms) / (frames of its main room).
+  std::optional<double> roomPurity;
+  /// B: (n(n−1) − 2e) / (n(n−2)) for n nodes and e links: 0 when all are linked, (n−1)/n for a tree.
+  double sparseness = 0;
+  std::optional<double> linkCloseness;  ///< C: 1 − (mean distance of linked nodes) / X; 1 without links
+  std::optional<double> compactness;    ///< D: 1 − 2·(mean distance of frames to their node's centre) / X
+  std::optional<double> spread;         ///< E: (mean distance of all pairs of nodes) / X; 0 for one node
+  std::optional<double> total;          ///< present when all five are; in [0, 100]
+};
+
+/// What cannot be known without rooms or poses is absent.
+struct MapQuality {
+  std::size_t nodes = 0;
+  std::size_t transitions = 0;  ///< as driven, each direction of its own
+  std::size_t links = 0;        ///< pairs of nodes with a transition in either direction
+  std::size_t frames = 0;
+
+  /// Nodes as clusters of the frames whose room is known (V-measure, ARI, purity).
+  std::optional<Agreement> rooms;
+
+  OriginalScore original;
+
+  /// Mean distance of posed frames to the centre of their node [m].
+  std::optional<double> spatialSpread;
+
+  /// Links against the driven path. A node stands for the room most of its frames are in. Two rooms are truly
+  /// linked when somewhere two consecutive frames lie one in each.
+  std::size_t trueLinks = 0;  ///< such pairs of rooms
+  std::optional<double>
+      edgePrecision;  ///< share of the map's links inside one room or between truly linked rooms
+  std::optional<double> edgeRecall;  ///< share of the truly linked rooms with a link of the map between them
+};
+
+/// Throws Error when the map has no nodes. O(frames · log nodes + nodes²).
+MapQuality evaluate(const TopologicalMap& map);
+
+}  // namespace estancia

@@ -1,0 +1,32 @@
+// Words of a question against the words of a vocabulary.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "estancia/core/vocabulary.hpp"
+
+namespace estancia {
+
+/// The labels that `words` mean, as indices. A label line holds synonyms between commas ("cup, mug"); case,
+/// hyphens, underscores and a leading WordNet number do not matter. The first of these rules that finds
+/// anything counts: a synonym equals the words; equals them but for plural forms; holds them as whole words
+/// ("dining table" holds "table"); is itself held by them (asked "red umbrella", knows "umbrella"; the
+/// longest such synonyms). Empty when none does.
+std::vector<std::size_t> findLabels(const Vocabulary& vocabulary, std::string_view words);
+
+/// Up to `count` synonyms, or words of them, spelt nearly like `words` (Damerau–Levenshtein distance of at
+/// most a third of the length), nearest first.
+std::vector<std::string> findNearSpellings(const Vocabulary& vocabulary, std::string_view words,
+                                           std::size_t count = 3);
+
+/// The first synonym of a label line, for people: "n03063599 coffee mug, cup" → "coffee mug".
+std::string shortLabel(std::string_view label);
+
+/// Insertions, deletions, substitutions and swaps of neighbours that turn one text into the other (restricted
+/// Damerau–Levenshtein distance, by bytes).
+std::size_t editDistance(std::string_view a, std::string_view b);
+
+}  // namespace estancia
