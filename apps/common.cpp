@@ -10,8 +10,9 @@
 
 namespace estancia::apps {
 
-void SequenceArguments::addTo(CLI::App& command) {
-  command.add_option("SEQ", path, "Image folder, video file, data set or folder of panoramas")->required();
+void SequenceArguments::addTo(CLI::App& command, bool required) {
+  command.add_option("SEQ", path, "Image folder, video file, data set or folder of panoramas")
+      ->required(required);
   std::string types = "How to read SEQ: auto (finds out by itself)";
   for (const auto& [name, explanation] : sequenceTypes())
     types += fmt::format("; {} ({})", name, explanation);

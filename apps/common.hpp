@@ -22,7 +22,7 @@ struct SequenceArguments {
   std::string path;
   SequenceOptions options;
   bool strict = false;
-  void addTo(CLI::App& command);
+  void addTo(CLI::App& command, bool required = true);
   /// Opens the sequence and logs its warnings.
   std::unique_ptr<Sequence> open() const;
 };

@@ -1,20 +1,14 @@
 // estancia localize: where in a map are these images?
 #include <fmt/format.h>
 
-#include <deque>
-
-#include "common.hpp"
-#include "estancia/label/model.hpp"
-#include "estancia/topology/localizer.hpp"
-#include "estancia/topology/session.hpp"
+#include "localization.hpp"
 
 namespace estancia::apps {
 namespace {
 
 struct Arguments {
   SequenceArguments sequence;
-  std::string map, model;
-  LocalizerOptions localizer;
+  LocalizationArguments localization;
   bool json = false;
 };
 
@@ -36,28 +30,12 @@ void printAnswer(const TopologicalMap& map, const std::string& image, const Loca
 }
 
 void run(const Arguments& arguments) {
-  const MapReader reader(arguments.map);
-  const TopologicalMap& map = reader.map();
+  const MapReader reader(arguments.localization.map);
   const auto sequence = arguments.sequence.open();
-  const auto labeler = loadModel(arguments.model.empty() ? defaultModel : arguments.model);
-  requireSameVocabulary(map.vocabulary, labeler->vocabulary(), arguments.map);
-  std::size_t stride = 1;
-  DescriptorMatrix images = reader.descriptors(arguments.localizer.mostImages, stride);
-  Localizer localizer({&map, &reader.mapper().bank(), std::move(images), stride}, arguments.localizer);
-
-  std::deque<std::string> waiting;
-  const auto answer = [&](const std::vector<Localization>& answers) {
-    for (const Localization& at : answers) {
-      printAnswer(map, waiting.front(), at, arguments.json);
-      waiting.pop_front();
-    }
-  };
-  forEachLabelled(*sequence, *labeler, 0, arguments.sequence.strict, "localizing",
-                  [&](const LabelledFrame& frame) {
-                    waiting.push_back(sequence->frame(frame.index).name);
-                    answer(localizer.add(frame.descriptor));
-                  });
-  answer(localizer.finish());
+  localize(arguments.localization, reader, *sequence, arguments.sequence.strict,
+           [&](std::size_t frame, const Localization& answer) {
+             printAnswer(reader.map(), sequence->frame(frame).name, answer, arguments.json);
+           });
 }
 
 }  // namespace
@@ -65,19 +43,8 @@ void run(const Arguments& arguments) {
 void addLocalizeCommand(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("localize", "Find where in a map a sequence of images was taken");
-  command->add_option("MAP", arguments->map, "The map file")->required();
+  arguments->localization.addTo(*command);
   arguments->sequence.addTo(*command);
-  command->add_option("--model", arguments->model,
-                      "The model that the map was made with; default: inception-v3");
-  command
-      ->add_option("--lookahead", arguments->localizer.lookahead,
-                   "Answer this many frames late, and better (smoothing); 0 answers at once")
-      ->capture_default_str();
-  command
-      ->add_option("--most-images", arguments->localizer.mostImages,
-                   "Compare with at most so many stored images, evenly thinned")
-      ->capture_default_str()
-      ->check(CLI::PositiveNumber);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia localize home.estancia ~/today\n"

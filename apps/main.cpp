@@ -50,7 +50,10 @@ int main(int argc, char** argv) {
               "  estancia route home.estancia --from 0 --to \"coffee\"\n"
               "  estancia report home.estancia -o home.html");
   addMapCommand(app);
+  addAskCommand(app);
+  addRouteCommand(app);
   addLocalizeCommand(app);
+  addEvaluateCommand(app);
   addModelsCommand(app);
 
   try {

@@ -25,14 +25,11 @@ namespace fs = std::filesystem;
 
 /// The frames and descriptors of an earlier run.
 struct Run {
-  explicit Run(const fs::path& path) : reader(path), descriptors(read()) {
+  explicit Run(const fs::path& path)
+      : reader(path), descriptors(reader.forLocalizer(reader.map().frames.size()).images) {
     std::map<std::string, int> numbers;
     for (const MappedFrame& frame : reader.map().frames)
       rooms.push_back(numbers.try_emplace(frame.room, static_cast<int>(numbers.size())).first->second);
-  }
-  DescriptorMatrix read() const {
-    std::size_t stride = 1;
-    return reader.descriptors(reader.map().frames.size(), stride);
   }
   MapReader reader;
   DescriptorMatrix descriptors;
@@ -87,12 +84,9 @@ std::pair<double, std::size_t> bestByHand(const Run& run, const std::string& dis
 }
 
 std::vector<Localization> localize(const MapReader& reader, const Run& queries, std::size_t lookahead) {
-  std::size_t stride = 1;
   LocalizerOptions options;
   options.lookahead = lookahead;
-  Localizer localizer(
-      {&reader.map(), &reader.mapper().bank(), reader.descriptors(options.mostImages, stride), stride},
-      options);
+  Localizer localizer(reader.forLocalizer(options.mostImages), options);
   std::vector<Localization> answers;
   for (std::size_t i = 0; i < queries.descriptors.size(); ++i)
     for (const auto& answer : localizer.add(queries.descriptors.row(i))) answers.push_back(answer);

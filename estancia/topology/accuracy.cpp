@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <charconv>
 #include <fstream>
-#include <map>
 #include <string_view>
 
 #include "estancia/core/error.hpp"
+#include "estancia/topology/places.hpp"
 
 namespace estancia {
 namespace {
@@ -97,8 +97,8 @@ LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::v
                                          const AdmissibleImages& admissible) {
   if (frames.size() != answers.size() || frames.size() != numbers.size())
     throw Error("localisation can only be judged with one answer for each frame");
-  std::map<int, std::string> rooms;
-  for (const Node& node : map.nodes) rooms[node.id] = map.roomOf(node.id);
+  const std::vector<Place> places = placesOf(map);
+  const auto roomOf = [&](int node) -> const std::string& { return places.at(indexOf(map, node)).room; };
   Judge nearest, belief;
   Share nodeRoom, beliefNodeRoom;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -115,8 +115,8 @@ LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::v
     nearest.judge(frames[i], map.frames.at(answer.nearestImage), answer.nearestImage, right);
     belief.judge(frames[i], map.frames.at(answer.beliefImage), answer.beliefImage, right);
     if (frames[i].room.empty()) continue;
-    if (const std::string& room = rooms[answer.node]; !room.empty()) nodeRoom.count(room == frames[i].room);
-    if (const std::string& room = rooms[answer.beliefNode]; !room.empty())
+    if (const std::string& room = roomOf(answer.node); !room.empty()) nodeRoom.count(room == frames[i].room);
+    if (const std::string& room = roomOf(answer.beliefNode); !room.empty())
       beliefNodeRoom.count(room == frames[i].room);
   }
   return {frames.size(), nearest.accuracy(), belief.accuracy(), nodeRoom.value(), beliefNodeRoom.value()};

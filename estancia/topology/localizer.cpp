@@ -5,23 +5,20 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/topology/places.hpp"
 
 namespace estancia {
 namespace {
-
-std::size_t indexOfNode(const TopologicalMap& map, int id) {
-  return static_cast<std::size_t>(&map.getNode(id) - map.nodes.data());
-}
 
 Belief makeBelief(const LocalizerMap& source, const BeliefOptions& options) {
   const TopologicalMap& map = *source.map;
   if (map.nodes.empty() || source.images.size() == 0) throw Error("the map is empty: there is nowhere to be");
   std::vector<std::size_t> nodeOfImage;
   for (std::size_t i = 0; i < source.images.size(); ++i)
-    nodeOfImage.push_back(indexOfNode(map, map.frames.at(i * source.stride).node));
+    nodeOfImage.push_back(indexOf(map, map.frames.at(i * source.stride).node));
   std::vector<std::pair<std::size_t, std::size_t>> edges;
   for (const Transition& transition : map.transitions)
-    edges.emplace_back(indexOfNode(map, transition.from), indexOfNode(map, transition.to));
+    edges.emplace_back(indexOf(map, transition.from), indexOf(map, transition.to));
   return Belief(std::move(nodeOfImage), map.nodes.size(), edges, options);
 }
 

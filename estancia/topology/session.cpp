@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <utility>
@@ -114,14 +115,13 @@ MapReader::MapReader(const std::filesystem::path& path)
       map_(store_.load()),
       mapper_(restoreMapper(store_)) {}
 
-DescriptorMatrix MapReader::descriptors(std::size_t mostImages, std::size_t& stride) const {
-  stride = 1;
-  while ((map_.frames.size() + stride - 1) / stride > mostImages) ++stride;
-  DescriptorMatrix rows(map_.vocabulary.size());
-  rows.reserve((map_.frames.size() + stride - 1) / stride);
-  for (std::size_t frame = 0; frame < map_.frames.size(); frame += stride)
-    rows.append(store_.descriptor(frame));
-  return rows;
+LocalizerMap MapReader::forLocalizer(std::size_t mostImages) const {
+  const std::size_t frames = map_.frames.size();
+  const std::size_t stride = std::max<std::size_t>(1, (frames + mostImages - 1) / mostImages);
+  LocalizerMap source{&map_, &mapper_.bank(), DescriptorMatrix(map_.vocabulary.size()), stride};
+  source.images.reserve((frames + stride - 1) / stride);
+  for (std::size_t frame = 0; frame < frames; frame += stride) source.images.append(store_.descriptor(frame));
+  return source;
 }
 
 }  // namespace estancia

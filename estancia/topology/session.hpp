@@ -11,6 +11,7 @@
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/frame.hpp"
 #include "estancia/io/sequence.hpp"
+#include "estancia/topology/localizer.hpp"
 #include "estancia/topology/mapper.hpp"
 #include "estancia/topology/store.hpp"
 
@@ -53,15 +54,15 @@ class MappingSession {
 /// this order.
 std::size_t firstUnmapped(const TopologicalMap& map, const Sequence& sequence);
 
-/// What localisation needs of a map file. Compares with at most `mostImages` stored images.
+/// A map file with all that reading it needs.
 class MapReader {
  public:
   explicit MapReader(const std::filesystem::path& path);
   const TopologicalMap& map() const { return map_; }
   const MapStore& store() const { return store_; }
   const Mapper& mapper() const { return mapper_; }
-  /// Every stride-th stored descriptor, so that there are at most `mostImages`.
-  DescriptorMatrix descriptors(std::size_t mostImages, std::size_t& stride) const;
+  /// What a Localizer needs; it refers to this reader. Compares with at most `mostImages` stored images.
+  LocalizerMap forLocalizer(std::size_t mostImages) const;
 
  private:
   MapStore store_;

@@ -1,0 +1,86 @@
+// estancia ask: which places hold a word?
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "common.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/topology/ask.hpp"
+#include "estancia/topology/places.hpp"
+#include "estancia/topology/store.hpp"
+#include "estancia/topology/words.hpp"
+
+namespace estancia::apps {
+namespace {
+
+struct Arguments {
+  std::string map, words;
+  std::size_t count = 5;
+  bool json = false;
+};
+
+void run(const Arguments& arguments) {
+  const TopologicalMap map = MapStore::open(arguments.map, MapStore::Access::read).load();
+  if (findLabels(map.vocabulary, arguments.words).empty()) {
+    const auto near = findNearSpellings(map.vocabulary, arguments.words);
+    if (arguments.json)
+      print({{"words", arguments.words},
+             {"labels", nlohmann::json::array()},
+             {"near_spellings", near},
+             {"places", nlohmann::json::array()}});
+    else
+      fmt::print("No label of the map means \"{}\".{}\n", arguments.words,
+                 near.empty() ? "" : fmt::format(" Did you mean {}?", fmt::join(near, ", ")));
+    throw NoAnswer{};
+  }
+  const Answers answers = ask(map, arguments.words, arguments.count);
+  const std::vector<Place> places = placesOf(map);
+  std::vector<std::string> labels;
+  for (const std::size_t label : answers.labels) labels.push_back(map.vocabulary[label]);
+  nlohmann::ordered_json json{
+      {"words", arguments.words}, {"labels", labels}, {"places", nlohmann::json::array()}};
+  if (!arguments.json) {
+    std::vector<std::string> shown;
+    for (const std::string& label : labels) shown.push_back(shortLabel(label));
+    fmt::print("{} → {}\n", arguments.words, fmt::join(shown, ", "));
+    if (std::none_of(answers.places.begin(), answers.places.end(),
+                     [](const auto& a) { return a.amongBest5; }))
+      fmt::print("No place has it among its five best words; the likeliest are\n");
+  }
+  for (const PlaceAnswer& answer : answers.places) {
+    const Place& place = places[indexOf(map, answer.node)];
+    json["places"].push_back({{"node", answer.node},
+                              {"probability", answer.probability},
+                              {"lift", answer.lift},
+                              {"label", map.vocabulary[answer.label]},
+                              {"rank", answer.rank},
+                              {"among_best_5", answer.amongBest5},
+                              {"room", place.room}});
+    if (!arguments.json)
+      fmt::print("place {:<5} {:>5.1f} %  {:>5.1f}× the map's mean  \"{}\" is its word no. {}{}\n",
+                 answer.node, 100 * answer.probability, answer.lift, shortLabel(map.vocabulary[answer.label]),
+                 answer.rank, place.room.empty() ? "" : "  (" + place.room + ")");
+  }
+  if (arguments.json) print(json);
+}
+
+}  // namespace
+
+void addAskCommand(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("ask", "Ask a map for a word: which places hold it?");
+  command->add_option("MAP", arguments->map, "The map file")->required();
+  command->add_option("WORDS", arguments->words, "What to look for: a label, a synonym or a part of one")
+      ->required();
+  command->add_option("-n,--count", arguments->count, "How many places")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  addJsonOption(*command, arguments->json);
+  addExamples(*command,
+              "  estancia ask home.estancia umbrella\n"
+              "  estancia ask home.estancia \"coffee mug\" --json");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace estancia::apps

@@ -1,0 +1,70 @@
+// estancia evaluate: how good is a map, and how well does one find one's way in it?
+#include <fmt/format.h>
+
+#include "estancia/topology/accuracy.hpp"
+#include "estancia/topology/quality.hpp"
+#include "localization.hpp"
+#include "measures.hpp"
+
+namespace estancia::apps {
+namespace {
+
+struct Arguments {
+  SequenceArguments sequence;
+  LocalizationArguments localization;
+  std::string truth;
+  bool json = false;
+};
+
+LocalizationAccuracy localizationAccuracy(const Arguments& arguments, const MapReader& reader) {
+  const AdmissibleImages admissible =
+      arguments.truth.empty() ? AdmissibleImages{} : readAdmissibleImages(arguments.truth);
+  const auto sequence = arguments.sequence.open();
+  std::vector<Frame> frames;
+  std::vector<std::size_t> numbers;
+  std::vector<Localization> answers;
+  localize(arguments.localization, reader, *sequence, arguments.sequence.strict,
+           [&](std::size_t number, const Localization& answer) {
+             frames.push_back(sequence->frame(number));
+             numbers.push_back(number);
+             answers.push_back(answer);
+           });
+  return measureLocalization(reader.map(), frames, numbers, answers, admissible);
+}
+
+void run(const Arguments& arguments) {
+  const MapReader reader(arguments.localization.map);
+  std::vector<Measure> measures = measuresOf(evaluate(reader.map()));
+  if (!arguments.sequence.path.empty())
+    for (Measure& measure : measuresOf(localizationAccuracy(arguments, reader)))
+      measures.push_back(std::move(measure));
+  if (arguments.json) {
+    nlohmann::ordered_json json;
+    for (const Measure& measure : measures)
+      json[measure.key] = measure.value ? nlohmann::json(*measure.value) : nullptr;
+    print(json);
+    return;
+  }
+  for (const Measure& measure : measures)
+    fmt::print("{:<28} {:>9}   {}\n", measure.name, measure.text(), measure.explanation);
+}
+
+}  // namespace
+
+void addEvaluateCommand(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("evaluate", "Measure a map, and localisation in it");
+  arguments->localization.addTo(*command);
+  arguments->sequence.addTo(*command, false);
+  command
+      ->add_option("--truth", arguments->truth,
+                   "CSV query,refs: for each image of SEQ the map's frames that count as right")
+      ->check(CLI::ExistingFile);
+  addJsonOption(*command, arguments->json);
+  addExamples(*command,
+              "  estancia evaluate home.estancia\n"
+              "  estancia evaluate home.estancia ~/today --rooms today.csv --json");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace estancia::apps

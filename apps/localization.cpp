@@ -1,0 +1,42 @@
+#include "localization.hpp"
+
+#include <deque>
+
+#include "estancia/label/model.hpp"
+
+namespace estancia::apps {
+
+void LocalizationArguments::addTo(CLI::App& command) {
+  command.add_option("MAP", map, "The map file")->required();
+  command.add_option("--model", model, "The model that the map was made with; default: " + defaultModel);
+  command
+      .add_option("--lookahead", localizer.lookahead,
+                  "Answer this many frames late, and better (smoothing); 0 answers at once")
+      ->capture_default_str();
+  command
+      .add_option("--most-images", localizer.mostImages,
+                  "Compare with at most so many stored images, evenly thinned")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+}
+
+void localize(const LocalizationArguments& arguments, const MapReader& reader, const Sequence& sequence,
+              bool strict, const std::function<void(std::size_t, const Localization&)>& use) {
+  const auto labeler = loadModel(arguments.model.empty() ? defaultModel : arguments.model);
+  requireSameVocabulary(reader.map().vocabulary, labeler->vocabulary(), arguments.map);
+  Localizer localizer(reader.forLocalizer(arguments.localizer.mostImages), arguments.localizer);
+  std::deque<std::size_t> waiting;
+  const auto give = [&](const std::vector<Localization>& answers) {
+    for (const Localization& answer : answers) {
+      use(waiting.front(), answer);
+      waiting.pop_front();
+    }
+  };
+  forEachLabelled(sequence, *labeler, 0, strict, "localizing", [&](const LabelledFrame& frame) {
+    waiting.push_back(frame.index);
+    give(localizer.add(frame.descriptor));
+  });
+  give(localizer.finish());
+}
+
+}  // namespace estancia::apps

@@ -1,0 +1,60 @@
+#include "measures.hpp"
+
+#include <fmt/format.h>
+
+namespace estancia::apps {
+
+std::string Measure::text() const {
+  return value ? fmt::format("{:.{}f}", *value, decimals) : "unknown";
+}
+
+std::vector<Measure> measuresOf(const MapQuality& q) {
+  const auto room = [&](double Agreement::*member) -> std::optional<double> {
+    if (!q.rooms) return std::nullopt;
+    return (*q.rooms).*member;
+  };
+  const auto count = [](std::size_t n) { return static_cast<double>(n); };
+  return {
+      {"frames", "Frames", count(q.frames), 0, "Images in the map"},
+      {"nodes", "Places", count(q.nodes), 0, "Nodes of the map"},
+      {"transitions", "Transitions", count(q.transitions), 0, "Ways driven, each direction of its own"},
+      {"v_measure", "V-measure", room(&Agreement::vMeasure), 3, "Agreement of places and rooms, 1 is best"},
+      {"homogeneity", "Homogeneity", room(&Agreement::homogeneity), 3, "1: every place lies in one room"},
+      {"completeness", "Completeness", room(&Agreement::completeness), 3, "1: every room is one place"},
+      {"ari", "Adjusted Rand index", room(&Agreement::adjustedRandIndex), 3,
+       "Pairs judged alike; 0 is chance"},
+      {"purity", "Purity", room(&Agreement::purity), 3, "Share of images in the main room of their place"},
+      {"spatial_spread", "Spatial spread [m]", q.spatialSpread, 2,
+       "Mean distance of images to their place's centre"},
+      {"edge_precision", "Edge precision", q.edgePrecision, 3, "Share of links that the rooms really have"},
+      {"edge_recall", "Edge recall", q.edgeRecall, 3, "Share of real room links that the map has"},
+      {"original_a", "A room purity", q.original.roomPurity, 3,
+       "Original program: rooms do not mix in places"},
+      {"original_b", "B sparseness", q.original.sparseness, 3, "Original program: few links"},
+      {"original_c", "C link closeness", q.original.linkCloseness, 3,
+       "Original program: linked places are close"},
+      {"original_d", "D compactness", q.original.compactness, 3, "Original program: places are small"},
+      {"original_e", "E spread", q.original.spread, 3, "Original program: the map is wide"},
+      {"original_total", "20·(A+B+C+D+E)", q.original.total, 1, "Original program: 0 … 100"},
+  };
+}
+
+std::vector<Measure> measuresOf(const LocalizationAccuracy& a) {
+  return {
+      {"localized_frames", "Localised frames", static_cast<double>(a.frames), 0,
+       "Images that were looked for"},
+      {"node_room", "Right room, nearest place", a.nodeRoom, 3, "Each image alone"},
+      {"image_room", "Right room, nearest image", a.nearestImage.room, 3, "Each image alone"},
+      {"belief_node_room", "Right room, believed place", a.beliefNodeRoom, 3, "All images so far"},
+      {"belief_room", "Right room, believed image", a.belief.room, 3, "All images so far"},
+      {"recall", "Recall@1, nearest image", a.nearestImage.recall, 3,
+       "Share of admissible answers, each image alone"},
+      {"belief_recall", "Recall@1, believed image", a.belief.recall, 3,
+       "Share of admissible answers, all images so far"},
+      {"median_error", "Median error [m]", a.nearestImage.medianError, 2, "To the nearest image's position"},
+      {"belief_median_error", "Median error, belief [m]", a.belief.medianError, 2,
+       "To the believed image's position"},
+  };
+}
+
+}  // namespace estancia::apps

@@ -1,0 +1,25 @@
+// Measures as rows for people and keys for machines.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/topology/accuracy.hpp"
+#include "estancia/topology/quality.hpp"
+
+namespace estancia::apps {
+
+struct Measure {
+  std::string key;   ///< in JSON
+  std::string name;  ///< for people
+  std::optional<double> value;
+  int decimals;
+  std::string explanation;   ///< one sentence
+  std::string text() const;  ///< the value, or "unknown"
+};
+
+std::vector<Measure> measuresOf(const MapQuality& quality);
+std::vector<Measure> measuresOf(const LocalizationAccuracy& accuracy);
+
+}  // namespace estancia::apps

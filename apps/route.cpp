@@ -1,0 +1,92 @@
+// estancia route: the way to a place or to a word.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <charconv>
+
+#include "common.hpp"
+#include "estancia/topology/places.hpp"
+#include "estancia/topology/route.hpp"
+#include "estancia/topology/store.hpp"
+#include "estancia/topology/words.hpp"
+
+namespace estancia::apps {
+namespace {
+
+struct Arguments {
+  std::string map, to;
+  int from = 0;
+  RouteOptions options;
+  bool oneWay = false, json = false;
+};
+
+/// `--to 7` names a node, `--to coffee` what should be there.
+std::optional<int> nodeNumber(const std::string& text) {
+  int id = 0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), id);
+  if (problem != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return id;
+}
+
+void run(Arguments& arguments) {
+  arguments.options.bothWays = !arguments.oneWay;
+  const TopologicalMap map = MapStore::open(arguments.map, MapStore::Access::read).load();
+  std::optional<WordRoute> found;
+  Route route;
+  if (const auto node = nodeNumber(arguments.to)) {
+    route = getRoute(map, arguments.from, *node, arguments.options);
+  } else {
+    found = routeToWords(map, arguments.from, arguments.to, arguments.options);
+    route = found->route;
+  }
+  const std::vector<Place> places = placesOf(map);
+  if (arguments.json) {
+    nlohmann::ordered_json json{{"from", arguments.from},
+                                {"to", route.nodes.back()},
+                                {"nodes", route.nodes},
+                                {"cost", route.cost},
+                                {"unit", route.metric ? "m" : "transitions"}};
+    if (found) {
+      json["words"] = arguments.to;
+      json["label"] = map.vocabulary[found->goal.label];
+      json["probability"] = found->goal.probability;
+    }
+    print(json);
+    return;
+  }
+  if (found)
+    fmt::print("\"{}\" is at place {} ({:.1f} %)\n", shortLabel(map.vocabulary[found->goal.label]),
+               found->goal.node, 100 * found->goal.probability);
+  std::vector<std::string> steps;
+  for (const int node : route.nodes) {
+    const std::string& room = places[indexOf(map, node)].room;
+    steps.push_back(room.empty() ? std::to_string(node) : fmt::format("{} ({})", node, room));
+  }
+  fmt::print(
+      "{}\n{}\n", fmt::join(steps, " → "),
+      route.metric ? fmt::format("{:.1f} m", route.cost) : fmt::format("{:.0f} transitions", route.cost));
+}
+
+}  // namespace
+
+void addRouteCommand(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("route", "Find the way to a place, or to where a word is");
+  command->add_option("MAP", arguments->map, "The map file")->required();
+  command->add_option("--from", arguments->from, "The place to start from (a node number)")->required();
+  command->add_option("--to", arguments->to, "A node number, or words to look for")->required();
+  command->add_flag("--one-way", arguments->oneWay,
+                    "Drive transitions only in the direction they were driven");
+  command
+      ->add_option("--tolerance", arguments->options.tolerance,
+                   "Places within this share of the best one's probability are as good: take the nearest")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
+  addJsonOption(*command, arguments->json);
+  addExamples(*command,
+              "  estancia route home.estancia --from 0 --to umbrella\n"
+              "  estancia route home.estancia --from 3 --to 12 --json");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace estancia::apps
