@@ -1,0 +1,144 @@
+#include "estancia/topology/explain.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
+
+namespace estancia {
+namespace {
+
+using Sentences = std::vector<std::string>;
+
+std::string nameOf(const TopologicalMap& map, std::size_t frame) {
+  return fmt::format("Frame {} ({})", frame, io::printable(map.frames[frame].name));
+}
+
+[[noreturn]] void failNoFrame(const TopologicalMap& map, const std::string& asked) {
+  if (map.frames.empty()) throw Error("the map has no frames yet; map some images first");
+  throw Error(fmt::format("there is no frame \"{}\"; the map has frames 0 to {}, named \"{}\" to \"{}\"",
+                          io::printable(asked), map.frames.size() - 1, io::printable(map.frames.front().name),
+                          io::printable(map.frames.back().name)));
+}
+
+void explainJoin(const Decision& d, Sentences& sentences) {
+  sentences.push_back(
+      fmt::format("Its distance to the current node {}, {:.4g}, is below tau_join {:.4g}: it stayed "
+                  "there; no other node was looked at.",
+                  d.current, d.toCurrent, d.tauJoin));
+  sentences.push_back(
+      fmt::format("With a tau_join of {:.4g} or less it would have left node {}.", d.toCurrent, d.current));
+}
+
+void explainRevisit(const Decision& d, Sentences& sentences) {
+  sentences.push_back(
+      fmt::format("Its distance to the current node {}, {:.4g}, is not below tau_join {:.4g}: it left "
+                  "that node.",
+                  d.current, d.toCurrent, d.tauJoin));
+  sentences.push_back(fmt::format(
+      "The nearest other node, {}, is {:.4g} away, below tau_revisit {:.4g}{}: it moved "
+      "there.",
+      d.other, d.toOther, d.tauRevisit, d.toOther < d.toCurrent ? " and nearer than the current one" : ""));
+  sentences.push_back(
+      fmt::format("With a tau_join above {:.4g} it would have stayed in node {}; with a tau_revisit of "
+                  "{:.4g} or less it would have made a new node.",
+                  d.toCurrent, d.current, d.toOther));
+}
+
+void explainSplit(const Decision& d, Sentences& sentences) {
+  sentences.push_back(
+      fmt::format("Its distance to the current node {}, {:.4g}, is not below tau_join {:.4g}: it left "
+                  "that node.",
+                  d.current, d.toCurrent, d.tauJoin));
+  const std::string otherwise =
+      fmt::format("With a tau_join above {:.4g} it would have stayed in node {}", d.toCurrent, d.current);
+  if (d.other < 0) {
+    sentences.push_back(fmt::format("There was no other node yet: it made a new one, {}.", d.node));
+    sentences.push_back(otherwise + ".");
+  } else if (d.toOther < d.tauRevisit) {
+    sentences.push_back(
+        fmt::format("The nearest other node, {}, is {:.4g} away, below tau_revisit {:.4g} but not "
+                    "nearer than the current one: it made a new node, {}.",
+                    d.other, d.toOther, d.tauRevisit, d.node));
+    sentences.push_back(otherwise + ".");
+  } else {
+    sentences.push_back(
+        fmt::format("The nearest other node, {}, is {:.4g} away, not below tau_revisit {:.4g}: it made "
+                    "a new node, {}.",
+                    d.other, d.toOther, d.tauRevisit, d.node));
+    sentences.push_back(
+        d.toOther < d.toCurrent
+            ? fmt::format("{}; with a tau_revisit above {:.4g} it would have moved to node {}.", otherwise,
+                          d.toOther, d.other)
+            : otherwise + ".");
+  }
+}
+
+/// Follows the node of a decision through the merges that came after it.
+void explainMerges(const TopologicalMap& map, const Decision& d, Sentences& sentences) {
+  int node = d.node;
+  for (const Merge& merge : map.merges) {
+    if (merge.frame < d.frame || (merge.absorbed != node && merge.kept != node)) continue;
+    if (merge.absorbed == node) {
+      sentences.push_back(
+          fmt::format("After frame {} node {} turned out to be the same place as node {} (distance "
+                      "{:.4g}, below {:.4g}): the frame belongs to node {} since.",
+                      merge.frame, merge.absorbed, merge.kept, merge.distance, merge.threshold, merge.kept));
+      node = merge.kept;
+    } else {
+      sentences.push_back(
+          fmt::format("After frame {} its node {} took in node {}, which turned out to be the same "
+                      "place (distance {:.4g}, below {:.4g}).",
+                      merge.frame, merge.kept, merge.absorbed, merge.distance, merge.threshold));
+    }
+  }
+}
+
+}  // namespace
+
+std::size_t getFrame(const TopologicalMap& map, const std::string& nameOrNumber) {
+  const auto named = std::find_if(map.frames.begin(), map.frames.end(),
+                                  [&](const MappedFrame& frame) { return frame.name == nameOrNumber; });
+  if (named != map.frames.end()) return static_cast<std::size_t>(named - map.frames.begin());
+  std::size_t number = 0;
+  const char* end = nameOrNumber.data() + nameOrNumber.size();
+  const auto [rest, problem] = std::from_chars(nameOrNumber.data(), end, number);
+  if (problem == std::errc() && rest == end && number < map.frames.size()) return number;
+  failNoFrame(map, nameOrNumber);
+}
+
+std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame) {
+  if (frame >= map.frames.size()) failNoFrame(map, std::to_string(frame));
+  const auto found = std::find_if(map.decisions.begin(), map.decisions.end(),
+                                  [frame](const Decision& decision) { return decision.frame == frame; });
+  if (found == map.decisions.end())
+    throw Error(fmt::format("nothing has been decided for frame {} yet; let the mapping run on", frame));
+  const Decision& d = *found;
+  Sentences sentences;
+  switch (d.kind) {
+    case DecisionKind::start:
+      sentences.push_back(fmt::format("{} made node {}.", nameOf(map, frame), d.node));
+      sentences.push_back("It was the first image: there was nothing to compare it with.");
+      break;
+    case DecisionKind::join:
+      sentences.push_back(fmt::format("{} stayed in node {}.", nameOf(map, frame), d.node));
+      explainJoin(d, sentences);
+      break;
+    case DecisionKind::revisit:
+      sentences.push_back(
+          fmt::format("{} moved to node {}, which was known already.", nameOf(map, frame), d.node));
+      explainRevisit(d, sentences);
+      break;
+    case DecisionKind::split:
+      sentences.push_back(fmt::format("{} made node {}, a new place.", nameOf(map, frame), d.node));
+      explainSplit(d, sentences);
+      break;
+  }
+  explainMerges(map, d, sentences);
+  return sentences;
+}
+
+}  // namespace estancia

@@ -1,0 +1,20 @@
+// Why a frame went where it went.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "estancia/topology/map.hpp"
+
+namespace estancia {
+
+/// The frame with that name, else with that number. Throws Error when there is none.
+std::size_t getFrame(const TopologicalMap& map, const std::string& nameOrNumber);
+
+/// Sentences: what was decided for the frame, its distances against the thresholds, what other thresholds
+/// would have led to, and how its node was merged later. Throws Error when the frame does not exist or was
+/// not mapped.
+std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame);
+
+}  // namespace estancia

@@ -1,0 +1,228 @@
+#include "estancia/topology/export.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string_view>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/topology/places.hpp"
+#include "estancia/topology/words.hpp"
+
+namespace estancia {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int formatVersion = 1;
+
+std::string dump(const Json& json) {
+  // Names come from file systems and may be no UTF-8.
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+/// Six decimals say all, and 0.2F as a double would be 0.20000000298.
+double rounded(float probability) {
+  return std::round(static_cast<double>(probability) * 1e6) / 1e6;
+}
+
+std::vector<std::string> bestWords(const TopologicalMap& map, const Node& node, std::size_t count) {
+  std::vector<std::string> words;
+  for (const std::size_t label : bestLabels(node, count)) words.push_back(shortLabel(map.vocabulary[label]));
+  return words;
+}
+
+std::string escapeXml(std::string_view text) {
+  std::string result;
+  for (const char c : io::printable(text)) switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        result += c;
+    }
+  return result;
+}
+
+/// What is written in GraphML about an element, in the order of declaration.
+struct Attribute {
+  const char* name;
+  const char* element;
+  const char* type;
+};
+constexpr Attribute attributes[] = {{"words", "node", "string"}, {"room", "node", "string"},
+                                    {"x", "node", "double"},     {"y", "node", "double"},
+                                    {"z", "node", "double"},     {"frames", "node", "long"},
+                                    {"count", "edge", "long"}};
+
+std::string data(const char* key, const std::string& value) {
+  return fmt::format("      <data key=\"{}\">{}</data>\n", key, escapeXml(value));
+}
+
+Json pointFeature(const TopologicalMap& map, const Node& node, const Place& place,
+                  const ExportOptions& options) {
+  const std::vector<std::size_t> best = bestLabels(node, options.words);
+  Json labels = Json::array(), probabilities = Json::array();
+  for (const std::size_t label : best) {
+    labels.push_back(shortLabel(map.vocabulary[label]));
+    probabilities.push_back(rounded(node.mean[label]));
+  }
+  // Nav2's loader knows numbers, texts, truth values and lists of these; null makes it fail.
+  Json metadata;
+  metadata["class"] =
+      !place.room.empty() ? place.room : shortLabel(map.vocabulary[bestLabels(node, 1).at(0)]);
+  if (!place.room.empty()) metadata["room"] = place.room;
+  metadata["labels"] = labels;
+  metadata["probabilities"] = probabilities;
+  metadata["frames"] = node.frames;
+  return {{"type", "Feature"},
+          {"properties", {{"id", node.id}, {"frame", options.frame}, {"metadata", metadata}}},
+          {"geometry", {{"type", "Point"}, {"coordinates", {(*place.position)[0], (*place.position)[1]}}}}};
+}
+
+Json lineFeature(int id, int from, int to, const Position& start, const Position& end) {
+  const Json points = Json::array({Json::array({start[0], start[1]}), Json::array({end[0], end[1]})});
+  return {{"type", "Feature"},
+          {"properties",
+           {{"id", id},
+            {"startid", from},
+            {"endid", to},
+            {"cost", distanceBetween(start, end)},
+            {"overridable", true}}},
+          {"geometry", {{"type", "MultiLineString"}, {"coordinates", Json::array({points})}}}};
+}
+
+void requireRouteGraph(const TopologicalMap& map, const std::vector<Place>& places) {
+  std::vector<int> lost;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (!places[i].position) lost.push_back(map.nodes[i].id);
+  constexpr std::size_t shown = 10;
+  const bool cut = lost.size() > shown;
+  const std::size_t count = lost.size();
+  if (cut) lost.resize(shown);
+  if (count > 0)
+    throw Error(
+        fmt::format("{} of the map's {} nodes have no position ({}{}), which Nav2 needs; map the sequence "
+                    "with its poses",
+                    count, map.nodes.size(), fmt::join(lost, " "), cut ? " …" : ""));
+  if (linksOf(map).empty())
+    throw Error("the map has no transitions, and Nav2 refuses graphs without edges; map a longer drive");
+}
+
+}  // namespace
+
+std::string toGraphml(const TopologicalMap& map, const ExportOptions& options) {
+  const std::vector<Place> places = placesOf(map);
+  std::string text =
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+      "<graphml xmlns=\"http://graphml.graphdrawing.org/xmlns\" "
+      "xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\" "
+      "xsi:schemaLocation=\"http://graphml.graphdrawing.org/xmlns "
+      "http://graphml.graphdrawing.org/xmlns/1.0/graphml.xsd\">\n";
+  text += fmt::format("  <desc>Estancia map, format {}, vocabulary {}</desc>\n", formatVersion,
+                      map.vocabulary.digest());
+  for (const Attribute& attribute : attributes)
+    text += fmt::format("  <key id=\"{0}\" for=\"{1}\" attr.name=\"{0}\" attr.type=\"{2}\"/>\n",
+                        attribute.name, attribute.element, attribute.type);
+  text += "  <graph id=\"map\" edgedefault=\"directed\">\n";
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Node& node = map.nodes[i];
+    text += fmt::format("    <node id=\"n{}\">\n", node.id);
+    text += data("words", fmt::format("{}", fmt::join(bestWords(map, node, options.words), ", ")));
+    if (!places[i].room.empty()) text += data("room", places[i].room);
+    if (const auto& position = places[i].position) {
+      text += data("x", fmt::format("{}", (*position)[0]));
+      text += data("y", fmt::format("{}", (*position)[1]));
+      text += data("z", fmt::format("{}", (*position)[2]));
+    }
+    text += data("frames", std::to_string(node.frames)) + "    </node>\n";
+  }
+  for (const Transition& transition : map.transitions)
+    text += fmt::format("    <edge source=\"n{}\" target=\"n{}\">\n{}    </edge>\n", transition.from,
+                        transition.to, data("count", std::to_string(transition.count)));
+  return text + "  </graph>\n</graphml>\n";
+}
+
+std::string toPlacesJson(const TopologicalMap& map, const ExportOptions& options) {
+  const std::vector<Place> places = placesOf(map);
+  Json json{
+      {"format", "estancia-places"}, {"version", formatVersion}, {"vocabulary", map.vocabulary.digest()},
+      {"model", map.model},          {"distance", map.distance}, {"places", Json::array()},
+      {"transitions", Json::array()}};
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const Node& node = map.nodes[i];
+    Json words = Json::array();
+    for (const std::size_t label : bestLabels(node, options.words))
+      words.push_back({{"label", map.vocabulary[label]}, {"p", rounded(node.mean[label])}});
+    Json place{
+        {"id", node.id}, {"words", words}, {"room", nullptr}, {"position", nullptr}, {"frames", node.frames}};
+    if (!places[i].room.empty()) place["room"] = places[i].room;
+    if (places[i].position) place["position"] = *places[i].position;
+    json["places"].push_back(std::move(place));
+  }
+  for (const Transition& transition : map.transitions)
+    json["transitions"].push_back(
+        {{"from", transition.from}, {"to", transition.to}, {"count", transition.count}});
+  return dump(json);
+}
+
+std::string toNav2(const TopologicalMap& map, const ExportOptions& options) {
+  const std::vector<Place> places = placesOf(map);
+  requireRouteGraph(map, places);
+  Json features = Json::array();
+  for (std::size_t i = 0; i < places.size(); ++i)
+    features.push_back(pointFeature(map, map.nodes[i], places[i], options));
+  std::set<std::pair<std::size_t, std::size_t>> edges;
+  for (const Transition& transition : map.transitions) {
+    const std::size_t a = indexOf(map, transition.from), b = indexOf(map, transition.to);
+    if (a == b || a == places.size() || b == places.size()) continue;
+    edges.emplace(a, b);
+    if (options.bothWays) edges.emplace(b, a);
+  }
+  int id = map.nodes.back().id;  // ids are unique among nodes and edges together
+  for (const auto& [a, b] : edges)
+    features.push_back(
+        lineFeature(++id, map.nodes[a].id, map.nodes[b].id, *places[a].position, *places[b].position));
+  return dump({{"type", "FeatureCollection"},
+               {"name", "graph"},
+               {"crs", {{"type", "name"}, {"properties", {{"name", "urn:ogc:def:crs:EPSG::3857"}}}}},
+               {"estancia", {{"version", formatVersion}, {"vocabulary", map.vocabulary.digest()}}},
+               {"features", features}});
+}
+
+std::vector<std::pair<std::string, std::string>> exportFormats() {
+  return {{"graphml", "for graph programs (Gephi, yEd, NetworkX …)"},
+          {"json", "places and their words, as simple JSON"},
+          {"nav2", "GeoJSON for the route server of Nav2; needs poses"}};
+}
+
+std::string exportMap(const TopologicalMap& map, const std::string& format, const ExportOptions& options) {
+  if (format == "graphml") return toGraphml(map, options);
+  if (format == "json") return toPlacesJson(map, options);
+  if (format == "nav2") return toNav2(map, options);
+  std::vector<std::string> known;
+  for (const auto& [name, explanation] : exportFormats()) known.push_back(name);
+  throw Error(fmt::format("there is no format \"{}\" to export to; choose one of {}", format,
+                          fmt::join(known, ", ")));
+}
+
+void exportMap(const TopologicalMap& map, const std::string& format, const std::filesystem::path& path,
+               const ExportOptions& options) {
+  writeWhole(path, exportMap(map, format, options));
+}
+
+}  // namespace estancia

@@ -1,0 +1,106 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estancia/core/error.hpp"
+#include "estancia/topology/explain.hpp"
+#include "topology/sample_map.hpp"
+
+namespace estancia {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+template <typename Action>
+std::string errorOf(const Action& action) {
+  try {
+    action();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "(no error)";
+}
+
+TEST(Explain, TheFirstImage) {
+  EXPECT_THAT(explain(test::sampleMap(), 0),
+              ElementsAre("Frame 0 (a.jpg) made node 0.",
+                          "It was the first image: there was nothing to compare it with."));
+}
+
+TEST(Explain, AnImageThatStayed) {
+  EXPECT_THAT(
+      explain(test::sampleMap(), 1),
+      ElementsAre("Frame 1 (b.jpg) stayed in node 0.",
+                  "Its distance to the current node 0, 0.1, is below tau_join 0.3: it stayed there; no "
+                  "other node was looked at.",
+                  "With a tau_join of 0.1 or less it would have left node 0."));
+}
+
+TEST(Explain, AnImageThatCameBack) {
+  EXPECT_THAT(
+      explain(test::sampleMap(), 6),
+      ElementsAre("Frame 6 (g.jpg) moved to node 1, which was known already.",
+                  "Its distance to the current node 3, 0.65, is not below tau_join 0.3: it left that node.",
+                  "The nearest other node, 1, is 0.1 away, below tau_revisit 0.25 and nearer than the "
+                  "current one: it moved there.",
+                  "With a tau_join above 0.65 it would have stayed in node 3; with a tau_revisit of 0.1 or "
+                  "less it would have made a new node."));
+}
+
+TEST(Explain, AnImageThatMadeANode) {
+  const TopologicalMap map = test::sampleMap();
+  EXPECT_THAT(explain(map, 4)[2],
+              "The nearest other node, 1, is 0.6 away, not below tau_revisit 0.25: it made a new node, 3.");
+  EXPECT_THAT(
+      explain(map, 4)[3],
+      "With a tau_join above 0.7 it would have stayed in node 2; with a tau_revisit above 0.6 it would have "
+      "moved to node 1.");
+  EXPECT_THAT(explain(map, 2)[2], "There was no other node yet: it made a new one, 1.");
+}
+
+TEST(Explain, AnImageThatMadeANodeThoughAnotherWasNear) {
+  TopologicalMap map = test::sampleMap();
+  map.decisions[4].toOther = 0.2;
+  map.decisions[4].toCurrent = 0.2;
+  map.decisions[4].tauJoin = 0.1;
+  EXPECT_THAT(explain(map, 4)[2], HasSubstr("below tau_revisit 0.25 but not nearer than the current one"));
+}
+
+TEST(Explain, WhatBecameOfTheNodeLater) {
+  const TopologicalMap map = test::sampleMap();
+  EXPECT_EQ(
+      explain(map, 3).back(),
+      "After frame 5 node 2 turned out to be the same place as node 1 (distance 0.12, below 0.2): the frame "
+      "belongs to node 1 since.");
+  EXPECT_EQ(
+      explain(map, 2).back(),
+      "After frame 5 its node 1 took in node 2, which turned out to be the same place (distance 0.12, below "
+      "0.2).");
+  EXPECT_EQ(explain(map, 6).size(), 4U) << "the merge was before that frame";
+}
+
+TEST(Explain, FindsFramesByNameThenByNumber) {
+  TopologicalMap map = test::sampleMap();
+  EXPECT_EQ(getFrame(map, "d.jpg"), 3U);
+  EXPECT_EQ(getFrame(map, "3"), 3U);
+  map.frames[6].name = "3";
+  EXPECT_EQ(getFrame(map, "3"), 6U);
+  map.frames[6].name = "7";
+  EXPECT_THAT(errorOf([&] { explain(map, 7); }), HasSubstr("there is no frame \"7\""))
+      << "a number, not a name";
+}
+
+TEST(Explain, SaysWhichFramesThereAre) {
+  TopologicalMap map = test::sampleMap();
+  for (const char* wrong : {"7", "x.jpg", "-1", "3x", "", "99999999999999999999999"})
+    EXPECT_THAT(errorOf([&] { getFrame(map, wrong); }),
+                HasSubstr("the map has frames 0 to 6, named \"a.jpg\" to \"g.jpg\""))
+        << wrong;
+  map.decisions.clear();
+  EXPECT_THAT(errorOf([&] { explain(map, 2); }), HasSubstr("nothing has been decided for frame 2"));
+  map.frames.clear();
+  EXPECT_THAT(errorOf([&] { explain(map, 0); }), HasSubstr("the map has no frames yet"));
+}
+
+}  // namespace
+}  // namespace estancia
