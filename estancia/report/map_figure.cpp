@@ -10,6 +10,8 @@ namespace estancia::report {
 namespace {
 
 constexpr double margin = 14;
+/// Width for the id inside a symbol, in radii, by ClassStyle::shape.
+constexpr std::array<double, 5> textRoom{1.4, 1.4, 1.15, 1.4, 1.05};
 
 /// Radii whose squares grow with the nodes' frames, small enough for all nodes to find room.
 std::vector<double> radiiOf(const MapSummary& summary, const FigureStyle& style) {
@@ -75,6 +77,17 @@ class LabelPlaces {
   std::vector<Box> taken_;
 };
 
+/// As high as the drawing needs at this scale, within reason: a flat map leaves no empty card.
+double neededHeight(const Fit& fit, const std::vector<Point>& extent, const FigureStyle& style,
+                    double borders) {
+  double low = fit.to.y, high = fit.to.y;
+  for (const Point& p : extent) {
+    low = std::min(low, fit(p).y);
+    high = std::max(high, fit(p).y);
+  }
+  return std::clamp(std::ceil(high - low + borders), 0.55 * style.width, style.height);
+}
+
 void drawFloorPlan(Markup& svg, const FloorPlan& plan, const Fit& fit) {
   const Point corner = fit({plan.xMin, plan.yMax});
   svg.leaf("image", {{"class", "plan"},
@@ -132,14 +145,16 @@ void drawNode(Markup& svg, const MapSummary& summary, std::size_t n, const Point
               const Colour& fill) {
   const NodeSummary& node = summary.nodes[n];
   const std::string id = std::to_string(node.node->id);
-  const double size = std::min(12.5, 1.5 * radius / std::max(textWidth(id), 0.8));
+  const std::size_t shape = summary.styleOf(node).shape;
+  const double size = std::min(12.5, textRoom[shape] * radius / std::max(textWidth(id), 0.8));
   svg.open("a", {{"class", "node"},
                  {"href", "#node-" + id},
                  {"data-node", n},
                  {"transform", fmt::format("translate({} {})", number(at.x, 1), number(at.y, 1))},
                  {"aria-label", describe(node)}});
   svg.element("title", describe(node));
-  svg.leaf("path", {{"d", shapePath(summary.styleOf(node).shape, radius)}, {"fill", fill.hex()}});
+  if (radius >= 9 && radius < 12) svg.leaf("circle", {{"r", 12}, {"fill", "transparent"}});  // for fingers
+  svg.leaf("path", {{"d", shapePath(shape, radius)}, {"fill", fill.hex()}});
   if (size >= 7) svg.element("text", {{"y", 0.35 * size}, {"font-size", size}, {"fill", fill.ink()}}, id);
   svg.close();
 }
@@ -147,21 +162,30 @@ void drawNode(Markup& svg, const MapSummary& summary, std::size_t n, const Point
 }  // namespace
 
 Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const HeatMap& heat, bool byHeat,
-                 const FloorPlan* plan, const FigureStyle& style) {
+                 const FloorPlan* plan, FigureStyle style) {
   const std::vector<double> radii = radiiOf(summary, style);
   const double largest = radii.empty() ? 0 : *std::max_element(radii.begin(), radii.end());
-  const Box frame{margin, margin, style.width - 2 * margin, style.height - 2 * margin};
-  const double edge = largest + 2.4 * style.fontSize, below = layout.metric ? 1.2 * style.fontSize : 0;
-  const Box inner{frame.x + edge, frame.y + edge, frame.width - 2 * edge, frame.height - 2 * edge - below};
-
+  const double side = largest + 2.4 * style.fontSize, top = largest + style.fontSize;
+  const double below = layout.metric ? 1.2 * style.fontSize : 0;  // for the scale
   std::vector<Point> extent = layout.nodes;
   for (const auto& place : layout.frames)
     if (place) extent.push_back(*place);
   if (plan != nullptr) extent.insert(extent.end(), {{plan->xMin, plan->yMin}, {plan->xMax, plan->yMax}});
-  const Fit fit = fitInto(extent, plan != nullptr ? frame : inner, !layout.metric);
+  const auto frameOf = [&style] {
+    return Box{margin, margin, style.width - 2 * margin, style.height - 2 * margin};
+  };
+  const auto fitNow = [&] {
+    const Box f = frameOf();
+    const Box inner{f.x + side, f.y + top, f.width - 2 * side, f.height - 2 * top - below};
+    return fitInto(extent, plan != nullptr ? f : inner, !layout.metric);
+  };
+  style.height =
+      neededHeight(fitNow(), extent, style, plan != nullptr ? 2 * margin : 2 * (margin + top) + below);
+  const Fit fit = fitNow();
+  const Box frame = frameOf();
   std::vector<Point> nodes;
   for (const Point& node : layout.nodes) nodes.push_back(fit(node));
-  separate(nodes, radii, std::min(5.0, 0.4 * largest), frame);
+  separate(nodes, radii, std::min(6.0, 0.4 * largest), frame);
 
   Markup svg;
   svg.open("svg", {{"class", "map " + style.name},
@@ -203,8 +227,8 @@ Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const HeatM
     const double height = (room.empty() ? 0 : 1.2 * size) + (word.empty() ? 0 : 1.2 * small);
     const auto box = places.take(n, width, height);
     if (!box) continue;
-    const double side = box->x + width / 2 - nodes[n].x;  // text leans towards its node
-    const std::string anchor = std::abs(side) < 1 ? "middle" : side > 0 ? "start" : "end";
+    const double lean = box->x + width / 2 - nodes[n].x;  // text begins or ends at its node
+    const std::string anchor = std::abs(lean) < 1 ? "middle" : lean > 0 ? "start" : "end";
     const double x = anchor == "middle" ? nodes[n].x : anchor == "start" ? box->x : box->x + width;
     const Attributes common{{"x", x}, {"text-anchor", anchor}, {"data-label", n}};
     const auto line = [&](const char* kind, double y, double fontSize, const std::string& text) {

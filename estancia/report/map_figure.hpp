@@ -10,7 +10,7 @@
 namespace estancia::report {
 
 struct FigureStyle {
-  double width = 780, height = 580;  ///< CSS pixels at full size
+  double width = 780, height = 580;  ///< CSS pixels; the height is the most there may be
   double fontSize = 12;
   bool words = true;  ///< a node's best word under its room
   std::string name;   ///< class of the <svg>
@@ -19,7 +19,7 @@ struct FigureStyle {
 /// An <svg> in which every node is a link to `#node-<id>` and carries its position as data-node.
 /// `byHeat` paints the nodes with `heat`, else with their rooms.
 Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const HeatMap& heat, bool byHeat,
-                 const FloorPlan* plan, const FigureStyle& style);
+                 const FloorPlan* plan, FigureStyle style);
 
 /// Rooms with their colours and shapes.
 Markup roomLegend(const MapSummary& summary);

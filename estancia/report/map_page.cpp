@@ -44,7 +44,7 @@ void addHeader(Markup& body, const MapPage& page, const MapSummary& summary) {
   figure(map.nodes.size(), "node");
   figure(map.transitions.size(), "transition");
   if (!map.merges.empty()) figure(map.merges.size(), "merge");
-  if (!summary.rooms.empty()) figure(summary.rooms.size(), "room");
+  if (summary.roomsDriven > 0) figure(summary.roomsDriven, "room");
   body.close().open("dl", {{"class", "facts"}});
   const auto fact = [&body](const char* name, const std::string& value) {
     if (!value.empty()) body.open("div").element("dt", name).element("dd", value).close();
@@ -76,9 +76,26 @@ void addRanking(Markup& body, const MapSummary& summary, const HeatMap& heat) {
         {{"style", fmt::format("width:{}%;background:{}", number(100 * heat.values[n] / heat.largest, 1),
                                heat.colourOf(n).hex())}},
         "");
-    body.close().element("span", {{"class", "p"}}, fmt::format("{:.3f}", heat.values[n])).close().close();
+    body.close().element("span", {{"class", "p"}}, significant(heat.values[n])).close().close();
   }
   body.close().close();
+}
+
+void addGuide(Markup& body, bool metric) {
+  body.open("div", {{"class", "panel guide"}}).element("h2", "How to read this page");
+  body.element(
+      "p",
+      "A node is a place that the robot told apart by the words its images evoke: it holds the mean "
+      "probability of every label over its images. Search a word to see where it is likely; select a "
+      "node for its words and pictures; the chart of decisions shows why the mapper stayed, moved or "
+      "founded a new place.");
+  body.element("p",
+               metric ? "Nodes lie where their images were taken, moved apart where they would overlap. The "
+                        "dotted line is the driven path. Symbols grow with the number of images, lines with "
+                        "how often they were driven."
+                      : "No poses are known, so nodes are placed by the number of transitions between them. "
+                        "Symbols grow with the number of images, lines with how often they were driven.");
+  body.close();
 }
 
 void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary) {
@@ -114,18 +131,12 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary) {
   (byHeat ? rooms : scale).push_back({"hidden", ""});
   body.open("div", rooms).add(roomLegend(summary)).close();
   body.open("div", scale).add(heatLegend(heat)).close();
-  body.element("p", {{"class", "note"}},
-               layout.metric
-                   ? "Nodes are where their images were taken, moved apart where they would overlap; the "
-                     "dotted line is the driven path. Circles grow with the number of images, lines "
-                     "with how often they were driven."
-                   : "No poses are known: nodes are placed so that distances follow the number of "
-                     "transitions between them. Circles grow with the number of images, lines with how "
-                     "often they were driven.");
   body.close().open("div", {{"class", "side"}});
   addRanking(body, summary, heat);
   body.element("div", {{"class", "panel"}, {"id", "detail"}, {"hidden", ""}, {"tabindex", "-1"}}, "");
-  body.close().close();
+  body.close();
+  addGuide(body, layout.metric);
+  body.close();
 }
 
 void addMeasures(Markup& body, const std::vector<Measure>& measures) {
@@ -207,12 +218,6 @@ std::string renderMapPage(const MapPage& page) {
   body.element("a", {{"class", "skip"}, {"href", "#places"}}, "Skip to the places");
   body.open("main");
   addHeader(body, page, summary);
-  body.open("p", {{"class", "lead"}});
-  body.text(
-      "Each node is a place the robot told apart by the words its images evoke: it holds the mean "
-      "probability of every label over its images. Search a word to see where it is likely, select a node to "
-      "see its words and pictures, and read below why the mapper stayed, moved or founded a new place.");
-  body.close();
   if (page.map.nodes.empty()) {
     body.element("p", {{"class", "note"}}, "This map has no nodes yet.");
   } else {

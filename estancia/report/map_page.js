@@ -67,7 +67,7 @@
         make('b', {textContent: data.nodes[node][0]}),
         make('span', {className: 'label', textContent: data.nodes[node][1]}),
         make('span', {className: 'bar'}, bar),
-        make('span', {className: 'p', textContent: value.toFixed(3)}));
+        make('span', {className: 'p', textContent: significant(value)}));
       return make('li', {}, link);
     });
     byId('ranking').replaceChildren(

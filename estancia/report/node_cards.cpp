@@ -64,7 +64,7 @@ void addPictures(Markup& card, const MapSummary& summary, const NodeSummary& nod
     card.leaf("img", {{"src", imageUri(pictures.at(frame), "the picture of " + name)},
                       {"alt", fmt::format("What node {} looks like, {}", node.node->id, name)},
                       {"title", name},
-                      {"loading", "lazy"}});
+                      {"decoding", "async"}});
   }
   card.close();
 }
@@ -81,7 +81,7 @@ void addLabels(Markup& card, const MapSummary& summary, const NodeSummary& node)
     card.open("span", {{"class", "bar"}})
         .element("i", {{"style", fmt::format("width:{}%", number(p > 0 ? 100 * p / largest : 0, 1))}}, "")
         .close();
-    card.element("span", {{"class", "p"}}, fmt::format("{:.3f}", p)).close();
+    card.element("span", {{"class", "p"}}, significant(p)).close();
   }
   card.close();
 }

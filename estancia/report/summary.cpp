@@ -1,6 +1,7 @@
 #include "estancia/report/summary.hpp"
 
 #include <algorithm>
+#include <set>
 #include <unordered_map>
 
 #include "estancia/report/text.hpp"
@@ -23,6 +24,10 @@ void gatherFrames(const TopologicalMap& map, const Positions& positions, MapSumm
       node.visits.back().last = i;
     if (!map.frames[i].room.empty()) ++votes[found->second][map.frames[i].room];
   }
+  std::set<std::string> rooms;
+  for (const MappedFrame& frame : map.frames)
+    if (!frame.room.empty()) rooms.insert(frame.room);
+  summary.roomsDriven = rooms.size();
   for (std::size_t n = 0; n < votes.size(); ++n) {
     const auto best = std::max_element(votes[n].begin(), votes[n].end(),
                                        [](const auto& a, const auto& b) { return a.second < b.second; });

@@ -39,6 +39,7 @@ struct MapSummary {
   std::vector<Link> links;         ///< ordered; transitions to nowhere or to oneself are left out
   std::map<std::string, ClassStyle> roomStyles;  ///< empty when no room is known
   std::vector<std::string> rooms;                ///< of the nodes, in order of first appearance
+  std::size_t roomsDriven = 0;                   ///< different rooms among the frames
 
   /// nullptr when there is no such node.
   const NodeSummary* find(int id) const;

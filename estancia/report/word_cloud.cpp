@@ -42,7 +42,7 @@ std::vector<PlacedWord> packWords(const std::vector<std::pair<std::string, doubl
     bool complete = true;
     for (const auto& [text, weight] : words) {
       const double size = smallestSize + (largest - smallestSize) * std::sqrt(weight / words.front().second);
-      const double wide = 1.08 * size * textWidth(text) + 0.3 * size;  // semi-bold, and air between words
+      const double wide = 1.12 * size * textWidth(text) + 0.3 * size;  // semi-bold, and air between words
       if (const auto box = findPlace(wide, lineHeight * size, frame, placed))
         placed.push_back({text, size, *box});
       else
