@@ -52,7 +52,8 @@ cv::Matx33d covariance(const std::vector<Position>& positions) {
   return sum;
 }
 
-/// Ends Kamada–Kawai when it has converged or, should it circle, after a fixed number of moves.
+/// Ends Kamada–Kawai when it has converged or, in large graphs or should it circle, after so many moves (each
+/// costs time in proportion to the number of vertices).
 class Convergence {
  public:
   explicit Convergence(std::size_t moves) : left_(moves) {}
@@ -162,7 +163,7 @@ std::vector<Point> layoutGraph(std::size_t vertices, const std::vector<Link>& ed
   const auto count = static_cast<double>(vertices);
   boost::circle_graph_layout(graph, position, count / (2 * std::numbers::pi));  // in driven order
   boost::kamada_kawai_spring_layout(graph, position, boost::get(boost::edge_weight, graph), Plane2(count),
-                                    boost::edge_length(1.0), Convergence(60 * vertices));
+                                    boost::edge_length(1.0), Convergence(20'000'000 / vertices));
   for (std::size_t v = 0; v < vertices; ++v)
     if (std::isfinite(places[v][0]) && std::isfinite(places[v][1])) points[v] = {places[v][0], places[v][1]};
   return points;

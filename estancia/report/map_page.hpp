@@ -32,15 +32,15 @@ FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<doub
 struct MapPage {
   const TopologicalMap& map;  ///< must outlive the rendering
   std::string title = "A topological map in words";
-  std::string sequence;                ///< where the images came from, "" for not said
-  std::string date;                    ///< shown as it is; "" keeps pages reproducible
-  std::vector<Measure> measures;       ///< shown in this order
-  std::optional<std::size_t> label;    ///< the map starts as this label's heat map
-  std::optional<FloorPlan> floorPlan;  ///< needs poses in a z-up map
+  std::string sequence = {};                ///< where the images came from, "" for not said
+  std::string date = {};                    ///< shown as it is; "" keeps pages reproducible
+  std::vector<Measure> measures = {};       ///< shown in this order
+  std::optional<std::size_t> label = {};    ///< the map starts as this label's heat map
+  std::optional<FloorPlan> floorPlan = {};  ///< needs poses in a z-up map
 
   /// Frames that have a picture, ascending, and the picture's bytes (as MapStore gives them).
-  std::vector<std::size_t> pictureFrames;
-  std::function<std::vector<unsigned char>(std::size_t)> picture;
+  std::vector<std::size_t> pictureFrames = {};
+  std::function<std::vector<unsigned char>(std::size_t)> picture = {};
 
   std::size_t cards = 60;           ///< only this many of the largest nodes get pictures and a word cloud
   std::size_t picturesPerNode = 4;  ///< at most
