@@ -1,0 +1,68 @@
+#include "estancia/report/colour.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace estancia::report {
+namespace {
+
+Colour mix(const Colour& a, const Colour& b, double t) {
+  const auto channel = [t](int from, int to) {
+    return static_cast<int>(std::lround(from + t * (to - from)));
+  };
+  return {channel(a.red, b.red), channel(a.green, b.green), channel(a.blue, b.blue)};
+}
+
+double luminance(const Colour& colour) {
+  const auto linear = [](int channel) {
+    const double c = channel / 255.0;
+    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+  };
+  return 0.2126 * linear(colour.red) + 0.7152 * linear(colour.green) + 0.0722 * linear(colour.blue);
+}
+
+}  // namespace
+
+std::string Colour::hex() const {
+  return fmt::format("#{:02x}{:02x}{:02x}", red, green, blue);
+}
+
+std::string Colour::ink() const {
+  // equal contrast against black and white: (L + .05)² = .05 · 1.05
+  return luminance(*this) > 0.179 ? "#000" : "#fff";
+}
+
+const std::vector<Colour>& viridisStops() {
+  static const std::vector<Colour> stops{{0x44, 0x01, 0x54}, {0x48, 0x24, 0x75}, {0x41, 0x44, 0x87},
+                                         {0x35, 0x5f, 0x8d}, {0x2a, 0x78, 0x8e}, {0x21, 0x91, 0x8c},
+                                         {0x22, 0xa8, 0x84}, {0x44, 0xbf, 0x70}, {0x7a, 0xd1, 0x51},
+                                         {0xbd, 0xdf, 0x26}, {0xfd, 0xe7, 0x25}};
+  return stops;
+}
+
+Colour viridis(double t) {
+  const auto& stops = viridisStops();
+  const double place = (t > 0 ? std::min(t, 1.0) : 0) * static_cast<double>(stops.size() - 1);
+  const auto below = std::min(static_cast<std::size_t>(place), stops.size() - 2);
+  return mix(stops[below], stops[below + 1], place - static_cast<double>(below));
+}
+
+ClassStyle classStyle(std::size_t i) {
+  // Okabe & Ito 2008, in an order that keeps neighbours far apart
+  constexpr std::array<Colour, 7> hues{{{0x00, 0x72, 0xb2},
+                                        {0xe6, 0x9f, 0x00},
+                                        {0x00, 0x9e, 0x73},
+                                        {0xcc, 0x79, 0xa7},
+                                        {0x56, 0xb4, 0xe9},
+                                        {0xd5, 0x5e, 0x00},
+                                        {0xf0, 0xe4, 0x42}}};
+  constexpr std::size_t shapes = 5;
+  constexpr std::array<Colour, 3> towards{{{0, 0, 0}, {255, 255, 255}, {0, 0, 0}}};
+  const std::size_t tone = i / (hues.size() * shapes) % towards.size();
+  return {mix(hues[i % hues.size()], towards[tone], tone == 0 ? 0 : 0.45), i / hues.size() % shapes};
+}
+
+}  // namespace estancia::report

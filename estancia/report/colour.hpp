@@ -1,0 +1,32 @@
+// Colours that people with colour-blindness can tell apart.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace estancia::report {
+
+struct Colour {
+  int red = 0, green = 0, blue = 0;  ///< sRGB, 0 … 255
+
+  std::string hex() const;  ///< "#rrggbb"
+  /// Black or white, whichever reads better on this colour (WCAG relative luminance).
+  std::string ink() const;
+};
+
+/// Eleven evenly spaced colours of viridis (Smith & van der Walt, matplotlib), perceptually uniform.
+const std::vector<Colour>& viridisStops();
+
+/// viridis between its stops; t is clamped to [0, 1].
+Colour viridis(double t);
+
+/// How the i-th of many classes is drawn: hues first (Okabe & Ito's seven), then shapes, then lightness. Up
+/// to 105 classes differ from each other in at least one of them.
+struct ClassStyle {
+  Colour fill;
+  std::size_t shape = 0;  ///< 0 circle, 1 square, 2 diamond, 3 hexagon, 4 triangle
+};
+ClassStyle classStyle(std::size_t i);
+
+}  // namespace estancia::report

@@ -1,0 +1,270 @@
+#include "estancia/report/map_page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "estancia/core/error.hpp"
+#include "estancia/report/decision_chart.hpp"
+#include "estancia/report/map_figure.hpp"
+#include "estancia/report/map_page_assets.hpp"
+#include "estancia/report/node_cards.hpp"
+
+namespace estancia {
+namespace {
+
+using namespace report;
+
+/// Digests are for machines: a run of more than 16 hex digits keeps its first 12.
+std::string abbreviate(const std::string& text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t end = std::min(text.find_first_not_of("0123456789abcdef", i), text.size());
+    out += end - i > 16 ? text.substr(i, 12) + "…" : text.substr(i, end - i);
+    if (end < text.size()) out += text[end];
+    i = end + 1;
+  }
+  return shorten(out, 120);
+}
+
+void addHeader(Markup& body, const MapPage& page, const MapSummary& summary) {
+  const TopologicalMap& map = page.map;
+  body.open("header", {{"class", "top"}}).element("h1", shorten(page.title, 160));
+  body.open("dl", {{"class", "figures"}});
+  const auto figure = [&body](std::size_t count, const std::string& noun) {
+    body.open("div")
+        .element("dt", noun + (count == 1 ? "" : "s"))
+        .element("dd", std::to_string(count))
+        .close();
+  };
+  figure(map.frames.size(), "frame");
+  figure(map.nodes.size(), "node");
+  figure(map.transitions.size(), "transition");
+  if (!map.merges.empty()) figure(map.merges.size(), "merge");
+  if (summary.roomsDriven > 0) figure(summary.roomsDriven, "room");
+  body.close().open("dl", {{"class", "facts"}});
+  const auto fact = [&body](const char* name, const std::string& value) {
+    if (!value.empty()) body.open("div").element("dt", name).element("dd", value).close();
+  };
+  fact("Sequence", shorten(page.sequence, 200));
+  fact("Model", abbreviate(map.model));
+  fact("Distance", shorten(map.distance, 120));
+  if (!map.decisions.empty())
+    fact("Thresholds", fmt::format("τ join {}, τ revisit {}", significant(map.decisions.back().tauJoin),
+                                   significant(map.decisions.back().tauRevisit)));
+  fact("Vocabulary", counted(map.vocabulary.size(), "label"));
+  fact("Date", shorten(page.date, 60));
+  body.close().close();
+}
+
+void addRanking(Markup& body, const MapSummary& summary, const HeatMap& heat) {
+  body.open("div", {{"class", "panel"}, {"id", "ranking"}, {"aria-live", "polite"}});
+  body.element("h2", "Where is “" + shorten(firstSynonym(summary.map->vocabulary[heat.label]), 40) + "”?");
+  body.open("ol", {{"class", "places"}});
+  for (const std::size_t n : heat.ranking(10)) {
+    const NodeSummary& node = summary.nodes[n];
+    const std::string id = std::to_string(node.node->id);
+    body.open("li").open("a", {{"href", "#node-" + id}, {"data-node", n}});
+    body.element("b", id).element("span", {{"class", "label"}},
+                                  shorten(node.room.empty() ? node.title : node.room, 40));
+    body.open("span", {{"class", "bar"}});
+    body.element(
+        "i",
+        {{"style", fmt::format("width:{}%;background:{}", number(100 * heat.values[n] / heat.largest, 1),
+                               heat.colourOf(n).hex())}},
+        "");
+    body.close().element("span", {{"class", "p"}}, significant(heat.values[n])).close().close();
+  }
+  body.close().close();
+}
+
+void addGuide(Markup& body, bool metric) {
+  body.open("div", {{"class", "panel guide"}}).element("h2", "How to read this page");
+  body.element(
+      "p",
+      "A node is a place that the robot told apart by the words its images evoke: it holds the mean "
+      "probability of every label over its images. Search a word to see where it is likely; select a "
+      "node for its words and pictures; the chart of decisions shows why the mapper stayed, moved or "
+      "founded a new place.");
+  body.element("p",
+               metric ? "Nodes lie where their images were taken, moved apart where they would overlap. The "
+                        "dotted line is the driven path. Symbols grow with the number of images, lines with "
+                        "how often they were driven."
+                      : "No poses are known, so nodes are placed by the number of transitions between them. "
+                        "Symbols grow with the number of images, lines with how often they were driven.");
+  body.close();
+}
+
+void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary) {
+  const bool byHeat = page.label.has_value() || summary.rooms.empty();
+  const HeatMap heat = heatMapOf(page.map, page.label.value_or(mostTellingLabel(page.map)));
+  const FloorPlan* plan = page.floorPlan ? &*page.floorPlan : nullptr;
+  const MapLayout layout = layoutMap(summary, plan != nullptr);
+  if (plan != nullptr && !layout.metric)
+    throw Error("a floor plan needs frames with poses, and this map has none; leave the floor plan out");
+
+  body.open("section", {{"class", "explore"}, {"id", "map"}, {"aria-label", "Map"}});
+  body.open("form", {{"id", "search"}, {"role", "search"}, {"hidden", ""}});
+  body.element("label", {{"for", "word"}}, "Find a word on the map");
+  body.open("div", {{"class", "search-row"}});
+  body.leaf("input", {{"id", "word"},
+                      {"type", "search"},
+                      {"list", "words"},
+                      {"autocomplete", "off"},
+                      {"spellcheck", "false"},
+                      {"placeholder", "e.g. " + shorten(firstSynonym(page.map.vocabulary[heat.label]), 30)}});
+  body.element("datalist", {{"id", "words"}}, "");
+  body.element("button", {{"type", "submit"}}, "Show");
+  if (!summary.rooms.empty())
+    body.element("button",
+                 {{"type", "button"}, {"id", "by-room"}, {"aria-pressed", byHeat ? "false" : "true"}},
+                 "Colour by room");
+  body.close().open("p", {{"id", "hint"}, {"aria-live", "polite"}}).close().close();
+
+  body.open("div", {{"class", "figure"}});
+  body.add(mapFigure(summary, layout, heat, byHeat, plan, {780, 580, 12.5, true, "wide"}));
+  body.add(mapFigure(summary, layout, heat, byHeat, plan, {358, 440, 11, false, "narrow"}));
+  Attributes rooms{{"id", "legend-rooms"}}, scale{{"id", "legend-heat"}};
+  (byHeat ? rooms : scale).push_back({"hidden", ""});
+  body.open("div", rooms).add(roomLegend(summary)).close();
+  body.open("div", scale).add(heatLegend(heat)).close();
+  body.close().open("div", {{"class", "side"}});
+  addRanking(body, summary, heat);
+  body.element("div", {{"class", "panel"}, {"id", "detail"}, {"hidden", ""}, {"tabindex", "-1"}}, "");
+  body.close();
+  addGuide(body, layout.metric);
+  body.close();
+}
+
+void addMeasures(Markup& body, const std::vector<Measure>& measures) {
+  if (measures.empty()) return;
+  body.open("section", {{"id", "measures"}}).element("h2", "Measures").open("table").open("tbody");
+  for (const Measure& measure : measures)
+    body.open("tr")
+        .element("th", {{"scope", "row"}}, shorten(measure.name, 120))
+        .element("td", {{"class", "value"}}, shorten(measure.value, 60))
+        .element("td", shorten(measure.explanation, 400))
+        .close();
+  body.close().close().close();
+}
+
+/// What the script needs: labels, nodes, and for each node its labels as a flat list of
+/// (step from the previous label, p in 1/10,000).
+std::string searchIndex(const MapPage& page, const MapSummary& summary, double& threshold) {
+  const auto entries = [&page](double least) {
+    std::size_t count = 0;
+    for (const Node& node : page.map.nodes)
+      count += static_cast<std::size_t>(
+          std::count_if(node.mean.begin(), node.mean.end(), [least](float p) { return p >= least; }));
+    return count;
+  };
+  threshold = 0.0005;
+  while (threshold < 1 && entries(threshold) > page.indexEntries) threshold *= 2;
+
+  nlohmann::json index = nlohmann::json::array(), nodes = index, labels = index, colours = index;
+  std::vector<char> used(page.map.vocabulary.size(), 0);
+  for (const NodeSummary& node : summary.nodes) {
+    nlohmann::json row = nlohmann::json::array();
+    std::size_t previous = 0;
+    const auto& mean = node.node->mean;
+    for (std::size_t label = 0; label < std::min(mean.size(), used.size()); ++label)
+      if (mean[label] >= threshold) {
+        row.push_back(label - previous);
+        row.push_back(std::lround(1e4 * std::min(mean[label], 1.0F)));
+        previous = label;
+        used[label] = 1;
+      }
+    index.push_back(std::move(row));
+    nodes.push_back({node.node->id, shorten(node.room.empty() ? node.title : node.room, 40),
+                     summary.styleOf(node).fill.hex()});
+  }
+  // a label no node holds stays in the list, so that searching for it can say so
+  for (const std::string& label : page.map.vocabulary.labels()) labels.push_back(shorten(label, 200));
+  for (const Colour& colour : viridisStops()) colours.push_back({colour.red, colour.green, colour.blue});
+  nlohmann::json data{
+      {"labels", labels}, {"nodes", nodes}, {"index", index}, {"colours", colours}, {"least", threshold}};
+  return data.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+}  // namespace
+
+FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<double, 4>& extent) {
+  FloorPlan plan{{}, extent[0], extent[1], extent[2], extent[3]};
+  const bool finite = std::all_of(extent.begin(), extent.end(), [](double v) { return std::isfinite(v); });
+  if (!finite || !(plan.xMax > plan.xMin) || !(plan.yMax > plan.yMin))
+    throw Error(
+        "the floor plan's extent must be xMin, yMin, xMax, yMax in metres, with xMin < xMax and yMin < yMax");
+  constexpr std::size_t limit = 8'000'000;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(fmt::format("cannot read the floor plan {}; check the path", path.string()));
+  plan.image.resize(limit + 1);
+  file.read(reinterpret_cast<char*>(plan.image.data()), static_cast<std::streamsize>(plan.image.size()));
+  plan.image.resize(static_cast<std::size_t>(file.gcount()));
+  if (plan.image.size() > limit)
+    throw Error(fmt::format("the floor plan {} is larger than 8 MB; make it smaller", path.string()));
+  imageUri(plan.image, path.string());  // checks the format
+  return plan;
+}
+
+std::string renderMapPage(const MapPage& page) {
+  const MapSummary summary = summarize(page.map);
+  double threshold = 0;
+  const std::string data = searchIndex(page, summary, threshold);
+
+  Markup body;
+  body.element("a", {{"class", "skip"}, {"href", "#places"}}, "Skip to the places");
+  body.open("main");
+  addHeader(body, page, summary);
+  if (page.map.nodes.empty()) {
+    body.element("p", {{"class", "note"}}, "This map has no nodes yet.");
+  } else {
+    addExplorer(body, page, summary);
+    const NodeCards cards = nodeCards(summary, page);
+    body.open("section", {{"id", "places"}}).element("h2", "Places");
+    std::string limits;
+    if (cards.carded < summary.nodes.size())
+      limits = fmt::format("Pictures and word clouds are shown for the {} largest of {} nodes. ",
+                           cards.carded, summary.nodes.size());
+    if (cards.withheld > 0)
+      limits += counted(cards.withheld, "picture") + " left out to keep this page small. ";
+    if (threshold > 0.0005)
+      limits += fmt::format("The search leaves out probabilities below {}.", significant(threshold));
+    if (!limits.empty()) body.element("p", {{"class", "note"}}, limits);
+    body.open("div", {{"class", "cards"}}).add(cards.cards).close();
+    if (!cards.rows.empty()) {
+      body.open("details", {{"id", "smaller"}});
+      body.element("summary", fmt::format("The {} smaller nodes", summary.nodes.size() - cards.carded));
+      body.add(cards.rows).close();
+    }
+    body.close();
+  }
+  if (!page.map.decisions.empty()) {
+    body.open("section", {{"id", "decisions"}}).element("h2", "Decisions over time");
+    body.add(decisionChart(page.map)).close();
+  }
+  addMeasures(body, page.measures);
+  body.close();
+  return htmlDocument(page.title, mapPageCss, body, data, mapPageScript);
+}
+
+void writeMapPage(const std::filesystem::path& path, const MapPage& page) {
+  const std::string html = renderMapPage(page);
+  std::filesystem::path beside = path;
+  beside += ".part";
+  std::ofstream file(beside, std::ios::binary);
+  file.write(html.data(), static_cast<std::streamsize>(html.size()));
+  file.close();
+  std::error_code failed;
+  if (file) std::filesystem::rename(beside, path, failed);
+  if (!file || failed) {
+    std::error_code ignored;
+    std::filesystem::remove(beside, ignored);
+    throw Error(fmt::format("cannot write {}; check that its folder exists, is writable and has room",
+                            path.string()));
+  }
+}
+
+}  // namespace estancia

@@ -1,0 +1,59 @@
+// The page of a topological map: one HTML file that needs nothing else and no network.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/topology/map.hpp"
+
+namespace estancia {
+
+/// One row of the table of measures; explained in one sentence.
+struct Measure {
+  std::string name, value, explanation;
+};
+
+/// A drawing of the building under the map.
+struct FloorPlan {
+  std::vector<unsigned char> image;               ///< a JPEG, PNG, GIF or WebP file
+  double xMin = 0, yMin = 0, xMax = 0, yMax = 0;  ///< what its edges are in the map [m]; y grows upwards
+};
+
+/// Reads the image. `extent` is xMin, yMin, xMax, yMax [m].
+/// Throws Error when it cannot be read, is no image, is larger than 8 MB, or the extent is empty.
+FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<double, 4>& extent);
+
+/// Everything the page shows. Texts may hold anything; they are escaped.
+struct MapPage {
+  const TopologicalMap& map;  ///< must outlive the rendering
+  std::string title = "A topological map in words";
+  std::string sequence = {};                ///< where the images came from, "" for not said
+  std::string date = {};                    ///< shown as it is; "" keeps pages reproducible
+  std::vector<Measure> measures = {};       ///< shown in this order
+  std::optional<std::size_t> label = {};    ///< the map starts as this label's heat map
+  std::optional<FloorPlan> floorPlan = {};  ///< needs poses in a z-up map
+
+  /// Frames that have a picture, ascending, and the picture's bytes (as MapStore gives them).
+  std::vector<std::size_t> pictureFrames = {};
+  std::function<std::vector<unsigned char>(std::size_t)> picture = {};
+
+  std::size_t cards = 60;           ///< only this many of the largest nodes get pictures and a word cloud
+  std::size_t picturesPerNode = 4;  ///< at most
+  std::size_t pictureBytes = 1'800'000;  ///< all pictures together, before they grow by a third in the page
+  std::size_t indexEntries =
+      200'000;  ///< values in the search index; smaller probabilities are left out first
+};
+
+/// The whole page. The same input gives the same bytes.
+/// Throws Error when page.label is not in the vocabulary or the floor plan cannot be used.
+std::string renderMapPage(const MapPage& page);
+
+/// Renders and writes the page beside `path`, then renames it. Throws Error, also when it cannot be written.
+void writeMapPage(const std::filesystem::path& path, const MapPage& page);
+
+}  // namespace estancia

@@ -1,0 +1,170 @@
+(() => {
+  'use strict';
+  const data = JSON.parse(document.getElementById('data').textContent);
+  const byId = id => document.getElementById(id);
+  if (!byId('map')) return;
+
+  // ---- the index turned round: label → [[node, p], …]
+  const holders = data.labels.map(() => []);
+  data.index.forEach((row, node) => {
+    let label = 0;
+    for (let i = 0; i < row.length; i += 2) holders[label += row[i]].push([node, row[i + 1] / 1e4]);
+  });
+  holders.forEach(list => list.sort((a, b) => b[1] - a[1]));
+  const synonyms = data.labels.map(line => line.toLowerCase().split(',').map(word => word.trim()));
+  const shortName = label => data.labels[label].split(',')[0].trim();
+
+  const make = (name, properties, ...children) => {
+    const element = Object.assign(document.createElement(name), properties);
+    element.append(...children);
+    return element;
+  };
+  const significant = p => p === 0 ? '0' : p.toFixed(p >= 0.1 ? 3 : 4).replace(/\.?0+$/, '');
+
+  // ---- colours
+  const mixed = t => {
+    const place = Math.min(Math.max(t, 0), 1) * (data.colours.length - 1);
+    const below = Math.min(Math.floor(place), data.colours.length - 2);
+    return data.colours[below].map((c, i) => Math.round(c + (place - below) * (data.colours[below + 1][i] - c)));
+  };
+  const ink = rgb => {
+    const linear = rgb.map(c => (c /= 255) <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2] > 0.179 ? '#000' : '#fff';
+  };
+  const fromHex = hex => [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16));
+  const drawn = [...document.querySelectorAll('.map .node')];
+  const paint = colourOf => drawn.forEach(element => {
+    const rgb = colourOf(+element.dataset.node);
+    element.querySelector('path').setAttribute('fill', `rgb(${rgb})`);
+    const text = element.querySelector('text');
+    if (text) text.setAttribute('fill', ink(rgb));
+  });
+  const legend = heat => {
+    byId('legend-heat').hidden = !heat;
+    byId('legend-rooms').hidden = heat;
+    if (byId('by-room')) byId('by-room').setAttribute('aria-pressed', String(!heat));
+  };
+
+  // ---- one label: heat map and ranking
+  const panel = name => {
+    byId('ranking').hidden = name !== 'ranking';
+    byId('detail').hidden = name !== 'detail';
+  };
+  function showLabel(label) {
+    const held = holders[label], largest = held.length ? held[0][1] : 0;
+    const p = new Float32Array(data.nodes.length);
+    held.forEach(([node, value]) => { p[node] = value; });
+    paint(node => mixed(largest ? p[node] / largest : 0));
+    legend(true);
+    document.querySelectorAll('.heat-ticks span').forEach((tick, i) => {
+      tick.textContent = significant(largest * i / 2);
+    });
+    const places = held.slice(0, 10).map(([node, value]) => {
+      const bar = make('i', {});
+      bar.style.width = `${100 * value / largest}%`;
+      bar.style.background = `rgb(${mixed(value / largest)})`;
+      const link = make('a', {href: `#node-${data.nodes[node][0]}`},
+        make('b', {textContent: data.nodes[node][0]}),
+        make('span', {className: 'label', textContent: data.nodes[node][1]}),
+        make('span', {className: 'bar'}, bar),
+        make('span', {className: 'p', textContent: significant(value)}));
+      return make('li', {}, link);
+    });
+    byId('ranking').replaceChildren(
+      make('h2', {textContent: `Where is “${shortName(label)}”?`}),
+      places.length ? make('ol', {className: 'places'}, ...places)
+        : make('p', {textContent: `No node gives it ${data.least} or more.`}));
+    panel('ranking');
+    byId('word').value = shortName(label);
+  }
+
+  // ---- search: the whole synonym, then its beginning, then anywhere; else near spellings
+  function distance(a, b) {
+    let row = Array.from({length: b.length + 1}, (_, i) => i);
+    for (let i = 1; i <= a.length; ++i) {
+      const next = [i];
+      for (let j = 1; j <= b.length; ++j)
+        next[j] = Math.min(row[j] + 1, next[j - 1] + 1, row[j - 1] + (a[i - 1] !== b[j - 1]));
+      row = next;
+    }
+    return row[b.length];
+  }
+  function matches(text) {
+    const wanted = text.trim().toLowerCase();
+    if (!wanted) return [];
+    const rank = word => word === wanted ? 0 : word.startsWith(wanted) ? 1 : word.includes(wanted) ? 2 : 9;
+    const likelihood = label => holders[label].length ? holders[label][0][1] : 0;
+    return synonyms.map((words, label) => [Math.min(...words.map(rank)), label])
+      .filter(([r]) => r < 9)
+      .sort((a, b) => a[0] - b[0] || likelihood(b[1]) - likelihood(a[1]) || a[1] - b[1])
+      .map(([, label]) => label);
+  }
+  const near = text => synonyms
+    .map((words, label) => [Math.min(...words.map(w => distance(w.slice(0, 40), text.trim().toLowerCase().slice(0, 40)))), label])
+    .sort((a, b) => a[0] - b[0] || a[1] - b[1]).filter(([d]) => d <= 3).map(([, label]) => label);
+  function search(text) {
+    const found = matches(text), offered = found.length ? found.slice(1, 7) : near(text).slice(0, 5);
+    const chips = offered.map(label => make('button', {
+      type: 'button', textContent: shortName(label), title: data.labels[label],
+      onclick: () => { location.hash = 'label=' + encodeURIComponent(data.labels[label]); }
+    }));
+    const words = found.length ? (chips.length ? 'Also: ' : '')
+      : `No label holds “${text}”.` + (chips.length ? ' Did you mean ' : '');
+    byId('hint').replaceChildren(words, ...chips);
+    if (found.length) showLabel(found[0]);
+  }
+
+  // ---- one node
+  function select(id) {
+    const node = data.nodes.findIndex(entry => entry[0] === id), card = byId(`node-${id}`);
+    if (node < 0 || !card) return;
+    drawn.forEach(element => element.classList.toggle('selected', +element.dataset.node === node));
+    document.querySelectorAll('.map .link').forEach(link =>
+      link.classList.toggle('near', link.dataset.ends.split(' ').includes(String(node))));
+    const copy = card.cloneNode(true);
+    copy.removeAttribute('id');
+    copy.className = 'card';
+    const back = make('button', {type: 'button', id: 'back', textContent: '← Back to the ranking'});
+    back.onclick = () => panel('ranking');
+    byId('detail').replaceChildren(back, copy);
+    panel('detail');
+    if (matchMedia('(max-width: 1020px)').matches) byId('detail').scrollIntoView({block: 'start'});
+  }
+
+  // ---- links to nodes inside the map and its panels open the panel; the address keeps what is shown
+  document.addEventListener('click', event => {
+    const link = event.target.closest && event.target.closest('#map a');
+    const target = link && /^#node-(-?\d+)$/.exec(link.getAttribute('href'));
+    if (!target) return;
+    event.preventDefault();
+    history.replaceState(null, '', '#select=' + target[1]);
+    select(+target[1]);
+  });
+  byId('search').addEventListener('submit', event => {
+    event.preventDefault();
+    const text = byId('word').value;
+    history.replaceState(null, '', '#label=' + encodeURIComponent(text));
+    search(text);
+  });
+  byId('word').addEventListener('change', () => byId('search').requestSubmit());
+  if (byId('by-room')) byId('by-room').addEventListener('click', () => {
+    paint(node => fromHex(data.nodes[node][2]));
+    legend(false);
+  });
+  function follow() {
+    const [key, value] = location.hash.slice(1).split('=');
+    if (key === 'label' && value !== undefined) {
+      let text = value;
+      try { text = decodeURIComponent(value); } catch (e) { /* a hash typed by hand */ }
+      const line = data.labels.indexOf(text);  // a whole label line is that label and no other
+      byId('word').value = text;
+      if (line >= 0) showLabel(line); else search(text);
+    } else if (key === 'select') select(+value);
+    else if (byId('smaller') && byId(location.hash.slice(1))) byId('smaller').open = true;
+  }
+  addEventListener('hashchange', follow);
+  byId('words').append(...[...new Set(data.labels.map((_, label) => shortName(label)))].sort()
+    .map(value => make('option', {value})));
+  byId('search').hidden = false;
+  follow();
+})();

@@ -1,0 +1,22 @@
+// One card a place: its words, pictures, neighbours and visits.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "estancia/report/html.hpp"
+#include "estancia/report/map_page.hpp"
+#include "estancia/report/summary.hpp"
+
+namespace estancia::report {
+
+struct NodeCards {
+  Markup cards;              ///< <article>s of the largest nodes, in order of id
+  Markup rows;               ///< shorter <article>s of all others; empty when there are none
+  std::size_t carded = 0;    ///< how many nodes have a full card
+  std::size_t withheld = 0;  ///< pictures left out because page.pictureBytes were used up
+};
+
+NodeCards nodeCards(const MapSummary& summary, const MapPage& page);
+
+}  // namespace estancia::report

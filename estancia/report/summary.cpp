@@ -1,0 +1,92 @@
+#include "estancia/report/summary.hpp"
+
+#include <algorithm>
+#include <set>
+#include <unordered_map>
+
+#include "estancia/report/text.hpp"
+
+namespace estancia::report {
+namespace {
+
+using Positions = std::unordered_map<int, std::size_t>;
+
+void gatherFrames(const TopologicalMap& map, const Positions& positions, MapSummary& summary) {
+  std::vector<std::map<std::string, std::size_t>> votes(summary.nodes.size());
+  for (std::size_t i = 0; i < map.frames.size(); ++i) {
+    const auto found = positions.find(map.frames[i].node);
+    if (found == positions.end()) continue;
+    NodeSummary& node = summary.nodes[found->second];
+    node.frames.push_back(i);
+    if (node.visits.empty() || node.visits.back().last + 1 < i)
+      node.visits.push_back({i, i});
+    else
+      node.visits.back().last = i;
+    if (!map.frames[i].room.empty()) ++votes[found->second][map.frames[i].room];
+  }
+  std::set<std::string> rooms;
+  for (const MappedFrame& frame : map.frames)
+    if (!frame.room.empty()) rooms.insert(frame.room);
+  summary.roomsDriven = rooms.size();
+  for (std::size_t n = 0; n < votes.size(); ++n) {
+    const auto best = std::max_element(votes[n].begin(), votes[n].end(),
+                                       [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (best != votes[n].end()) summary.nodes[n].room = best->first;
+  }
+}
+
+void gatherLinks(const TopologicalMap& map, const Positions& positions, MapSummary& summary) {
+  std::map<std::pair<std::size_t, std::size_t>, Link> links;
+  for (const Transition& transition : map.transitions) {
+    const auto from = positions.find(transition.from), to = positions.find(transition.to);
+    if (from == positions.end() || to == positions.end() || from == to) continue;
+    const auto [a, b] = std::minmax(from->second, to->second);
+    Link& link = links.try_emplace({a, b}, Link{a, b, 0, 0}).first->second;
+    (from->second == a ? link.there : link.back) += transition.count;
+  }
+  for (const auto& [ends, link] : links) summary.links.push_back(link);
+}
+
+}  // namespace
+
+const NodeSummary* MapSummary::find(int id) const {
+  const auto found =
+      std::lower_bound(nodes.begin(), nodes.end(), id,
+                       [](const NodeSummary& summary, int wanted) { return summary.node->id < wanted; });
+  return found != nodes.end() && found->node->id == id ? &*found : nullptr;
+}
+
+ClassStyle MapSummary::styleOf(const NodeSummary& node) const {
+  const auto found = roomStyles.find(node.room);
+  return found == roomStyles.end() ? ClassStyle{{0x8a, 0x93, 0x9e}, 0} : found->second;
+}
+
+MapSummary summarize(const TopologicalMap& map) {
+  MapSummary summary;
+  summary.map = &map;
+  Positions positions;
+  for (const Node& node : map.nodes) {
+    positions[node.id] = summary.nodes.size();
+    NodeSummary& entry = summary.nodes.emplace_back();
+    entry.node = &node;
+    const auto best = bestLabels(node, 1);
+    if (!best.empty()) entry.title = firstSynonym(map.vocabulary[best.front()]);
+    if (!map.frames.empty())
+      entry.share = static_cast<double>(node.frames) / static_cast<double>(map.frames.size());
+  }
+  gatherFrames(map, positions, summary);
+  gatherLinks(map, positions, summary);
+
+  std::vector<const NodeSummary*> order;
+  for (const NodeSummary& node : summary.nodes)
+    if (!node.room.empty()) order.push_back(&node);
+  std::stable_sort(order.begin(), order.end(), [](const NodeSummary* a, const NodeSummary* b) {
+    return a->frames.front() < b->frames.front();
+  });
+  for (const NodeSummary* node : order)
+    if (summary.roomStyles.try_emplace(node->room, classStyle(summary.rooms.size())).second)
+      summary.rooms.push_back(node->room);
+  return summary;
+}
+
+}  // namespace estancia::report

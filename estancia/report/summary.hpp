@@ -1,0 +1,52 @@
+// What a page tells of each node, gathered in one pass over the frames.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/report/colour.hpp"
+#include "estancia/report/svg.hpp"
+#include "estancia/topology/map.hpp"
+
+namespace estancia::report {
+
+struct Visit {
+  std::size_t first = 0, last = 0;  ///< frame numbers, both included
+};
+
+struct NodeSummary {
+  const Node* node = nullptr;       ///< of the summarized map
+  std::string room;                 ///< the room most of its frames are in, "" when unknown
+  std::string title;                ///< its best label's first synonym
+  double share = 0;                 ///< of all frames, 0 … 1
+  std::vector<std::size_t> frames;  ///< ascending
+  std::vector<Visit> visits;        ///< ascending, uninterrupted stays
+};
+
+/// Two nodes joined by at least one transition, whatever the direction.
+struct Link {
+  std::size_t a = 0, b = 0;  ///< positions in MapSummary::nodes, a < b
+  std::uint64_t there = 0;   ///< transitions a → b
+  std::uint64_t back = 0;    ///< transitions b → a
+};
+
+struct MapSummary {
+  const TopologicalMap* map = nullptr;
+  std::vector<NodeSummary> nodes;  ///< in order of id
+  std::vector<Link> links;         ///< ordered; transitions to nowhere or to oneself are left out
+  std::map<std::string, ClassStyle> roomStyles;  ///< empty when no room is known
+  std::vector<std::string> rooms;                ///< of the nodes, in order of first appearance
+  std::size_t roomsDriven = 0;                   ///< different rooms among the frames
+
+  /// nullptr when there is no such node.
+  const NodeSummary* find(int id) const;
+  ClassStyle styleOf(const NodeSummary& node) const;
+};
+
+/// `map` must outlive the summary.
+MapSummary summarize(const TopologicalMap& map);
+
+}  // namespace estancia::report

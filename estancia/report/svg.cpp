@@ -1,0 +1,58 @@
+#include "estancia/report/svg.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace estancia::report {
+
+bool Box::overlapsCircle(const Point& centre, double radius) const {
+  const double dx = centre.x - std::clamp(centre.x, x, x + width);
+  const double dy = centre.y - std::clamp(centre.y, y, y + height);
+  return dx * dx + dy * dy < radius * radius;
+}
+
+bool Box::crosses(const Point& a, const Point& b) const {
+  // Liang–Barsky: the part of a + t (b − a), t in [0, 1], that lies between the box's sides
+  double from = 0, to = 1;
+  const auto clip = [&](double start, double delta, double low, double high) {
+    if (delta == 0) return start >= low && start <= high;
+    const double first = (low - start) / delta, second = (high - start) / delta;
+    from = std::max(from, std::min(first, second));
+    to = std::min(to, std::max(first, second));
+    return from <= to;
+  };
+  return clip(a.x, b.x - a.x, x, x + width) && clip(a.y, b.y - a.y, y, y + height);
+}
+
+Path& Path::step(char command, double x, double y) {
+  d_ += command;
+  d_ += number(x, 1);
+  d_ += ' ';
+  d_ += number(y, 1);
+  return *this;
+}
+
+std::string shapePath(std::size_t shape, double radius) {
+  using std::numbers::pi;
+  if (shape == 0) {
+    return fmt::format("M-{0} 0a{0} {0} 0 1 0 {1} 0a{0} {0} 0 1 0 -{1} 0Z", number(radius),
+                       number(2 * radius));
+  }
+  const int corners = shape == 3 ? 6 : shape == 4 ? 3 : 4;
+  const double start =
+      shape == 1 ? pi / 4 : pi / 2;  // a square lies on its side, the others stand on a corner
+  // a regular polygon of n corners on a circle of radius c has the area n/2 c² sin(2π/n)
+  const double corner = radius * std::sqrt(2 * pi / (corners * std::sin(2 * pi / corners)));
+  Path path;
+  for (int i = 0; i < corners; ++i) {
+    const double angle = start + 2 * pi * i / corners;
+    const double x = corner * std::cos(angle), y = -corner * std::sin(angle);
+    i == 0 ? path.move(x, y) : path.line(x, y);
+  }
+  return path.close().str();
+}
+
+}  // namespace estancia::report

@@ -1,0 +1,29 @@
+// A node's words, the likelier the larger (thesis Fig. 4.6).
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "estancia/report/html.hpp"
+#include "estancia/report/svg.hpp"
+#include "estancia/topology/map.hpp"
+
+namespace estancia::report {
+
+struct PlacedWord {
+  std::string text;
+  double size = 0;  ///< of the font
+  Box box;          ///< estimated extent, which the drawn word is made to keep
+};
+
+/// Packs words on a spiral from the middle of a width×height box; sizes grow with the square root of the
+/// weights. Weights must be positive and descending. Boxes never overlap and stay inside; words that fit at
+/// no readable size are left out.
+std::vector<PlacedWord> packWords(const std::vector<std::pair<std::string, double>>& words, double width,
+                                  double height);
+
+/// The 25 best labels of a node, first synonyms only. An <svg> of 340×150.
+Markup wordCloud(const TopologicalMap& map, const Node& node);
+
+}  // namespace estancia::report
