@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/dnn.hpp>
+#include <ostream>
 #include <random>
 
 #include "estancia/label/tflite_reader.hpp"
@@ -117,6 +118,11 @@ struct Window {
     return result;
   }
 };
+
+void PrintTo(const Window& w, std::ostream* out) {
+  *out << w.filterX << 'x' << w.filterY << (w.padding == Padding::SAME ? " SAME" : " VALID") << " on "
+       << w.width << 'x' << w.height << " by " << w.strideX << 'x' << w.strideY << " dilated " << w.dilation;
+}
 
 class Windows : public testing::TestWithParam<Window> {};
 
