@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <google/protobuf/stubs/logging.h>
+#include <onnx/onnx_pb.h>
+
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
 #include <regex>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -20,7 +24,7 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-/// OpenCV writes its own complaints to stderr before it throws; ours say more.
+/// OpenCV and protobuf write complaints to stderr before they throw; ours say more.
 class QuietOpencv {
  public:
   QuietOpencv() : before_(cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)) {}
@@ -30,6 +34,7 @@ class QuietOpencv {
 
  private:
   cv::utils::logging::LogLevel before_;
+  google::protobuf::LogSilencer silencer_;
 };
 
 /// What an exception of OpenCV's importers says, in one line; the operator that they do not know by its name.
@@ -52,6 +57,37 @@ std::string readAll(const fs::path& path) {
   return bytes;
 }
 
+/// `shape` is what the network says of its input, N×C×H×W; 0 = any size.
+void requireInputShape(const ModelSpec& spec, const fs::path& path, const std::vector<std::int64_t>& shape) {
+  const auto& pre = spec.preprocessing;
+  const std::vector<std::int64_t> ours{1, 3, pre.height, pre.width};
+  const auto fits = [](std::int64_t theirs, std::int64_t own) { return theirs <= 0 || theirs == own; };
+  if (shape.size() == ours.size() && std::equal(shape.begin(), shape.end(), ours.begin(), fits)) return;
+  throw Error(fmt::format("{} takes an input of [{}] where model.toml makes [{}]; correct `input`",
+                          path.string(), fmt::join(shape, "×"), fmt::join(ours, "×")));
+}
+
+/// OpenCV runs an ONNX network on any size, whatever it was made for: the file's own word is asked first.
+void checkOnnx(const ModelSpec& spec, const fs::path& path, const std::string& bytes) {
+  onnx::ModelProto model;
+  if (!model.ParseFromString(bytes) || !model.has_graph())
+    throw Error(fmt::format("{} is no ONNX file, or cut short; fetch it again", path.string()));
+  std::set<std::string> weights;  // older files list them among the inputs, too
+  for (const auto& weight : model.graph().initializer()) weights.insert(weight.name());
+  for (const auto& input : model.graph().input()) {
+    if (weights.contains(input.name()) || !input.type().tensor_type().has_shape()) continue;
+    std::vector<std::int64_t> shape;
+    for (const auto& size : input.type().tensor_type().shape().dim()) shape.push_back(size.dim_value());
+    requireInputShape(spec, path, shape);
+  }
+}
+
+cv::dnn::Net readOnnx(const ModelSpec& spec, const fs::path& path) {
+  const std::string bytes = readAll(path);
+  checkOnnx(spec, path, bytes);
+  return cv::dnn::readNetFromONNX(bytes.data(), bytes.size());
+}
+
 cv::dnn::Net readTflite(const ModelSpec& spec, const fs::path& path) {
   std::string onnx;
   {
@@ -59,10 +95,8 @@ cv::dnn::Net readTflite(const ModelSpec& spec, const fs::path& path) {
     const auto graph =
         tflite::readGraph({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, path.string());
     const auto& shape = graph.tensors[static_cast<std::size_t>(graph.input)].shape;
-    const auto& pre = spec.preprocessing;
-    if (shape != std::vector<int>{1, pre.height, pre.width, 3})
-      throw Error(fmt::format("{} takes images of shape [{}] where model.toml says {}×{}×3; correct `input`",
-                              path.string(), fmt::join(shape, "×"), pre.height, pre.width));
+    if (shape.size() != 4) throw Error(fmt::format("{} takes no picture as its input", path.string()));
+    requireInputShape(spec, path, {shape[0], shape[3], shape[1], shape[2]});
     onnx = tflite::toOnnx(graph, path.string());
   }
   return cv::dnn::readNetFromONNX(onnx.data(), onnx.size());
@@ -74,7 +108,7 @@ cv::dnn::Net readNetwork(const ModelSpec& spec) {
   const std::string extension = spec.file.extension().string();
   const QuietOpencv quiet;
   try {
-    if (extension == ".onnx") return cv::dnn::readNetFromONNX(path.string());
+    if (extension == ".onnx") return readOnnx(spec, path);
     if (extension == ".tflite" || extension == ".lite") return readTflite(spec, path);
     if (extension == ".pb") return cv::dnn::readNetFromTensorflow(path.string(), config);
     if (extension == ".caffemodel") {

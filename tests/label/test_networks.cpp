@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 #include <opencv2/core/utility.hpp>
+#include <ostream>
 
 #include "estancia/label/model.hpp"
 #include "estancia/label/opencv_engine.hpp"
@@ -17,6 +18,9 @@ struct Network {
   int side;
   bool hasTwin;
 };
+void PrintTo(const Network& network, std::ostream* out) {
+  *out << network.name;
+}
 
 class TfliteNetwork : public testing::TestWithParam<Network> {};
 
@@ -81,7 +85,7 @@ TEST(DefaultNetwork, AgreesWithAnotherNetworkOnRooms) {
   EXPECT_GE(agreed, images.size() / 2) << "by chance it would be 0 of " << images.size();
 }
 
-TEST(DefaultNetwork, DoesNotDependOnTheNumberOfThreads) {
+TEST(DefaultNetwork, DependsOnTheNumberOfThreadsInItsLastBitsOnly) {
   const auto folder = test::findFetched("models/inception-v3");
   ESTANCIA_NEEDS(folder, "the default network is missing; run script/bootstrap");
   const auto photos = test::findData("nyuv2_half");
@@ -92,13 +96,11 @@ TEST(DefaultNetwork, DoesNotDependOnTheNumberOfThreads) {
   cv::setNumThreads(1);
   const auto alone = network->label(image);
   EXPECT_EQ(network->label(image), alone) << "the same number of threads must give the same bits";
-  for (const int threads : {2, 3}) {
-    cv::setNumThreads(threads);
-    const auto together = network->label(image);
-    EXPECT_EQ(test::best(together, 5), test::best(alone, 5));
-    for (std::size_t i = 0; i < alone.size(); ++i) ASSERT_NEAR(together[i], alone[i], 1e-5);
-  }
+  cv::setNumThreads(2);
+  const auto together = network->label(image);
   cv::setNumThreads(before);
+  EXPECT_EQ(test::best(together, 5), test::best(alone, 5));
+  for (std::size_t i = 0; i < alone.size(); ++i) ASSERT_NEAR(together[i], alone[i], 1e-5);
 }
 
 TEST(SqueezeNet, IsReadFromOnnxWithMeansInItsOwnOrder) {

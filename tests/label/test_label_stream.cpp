@@ -1,0 +1,160 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <stdexcept>
+
+#include "estancia/core/error.hpp"
+#include "estancia/label/label_stream.hpp"
+#include "label/model_support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::errorOf;
+
+/// Frames 0 … size − 1; frame i is an image of one pixel with the value i. Frames in `unreadable` throw.
+class Frames final : public Sequence {
+ public:
+  explicit Frames(std::size_t size, std::vector<std::size_t> unreadable = {})
+      : frames_(size), unreadable_(std::move(unreadable)) {}
+  std::string name() const override { return "frames"; }
+  std::size_t size() const override { return frames_.size(); }
+  const Frame& frame(std::size_t i) const override { return frames_[i]; }
+  cv::Mat image(std::size_t i) const override {
+    read.store(i + 1);
+    changed.notify_all();
+    if (i == outOfMemoryAt) throw std::bad_alloc();
+    if (std::count(unreadable_.begin(), unreadable_.end(), i) > 0)
+      throw Error("frame " + std::to_string(i) + " is torn");
+    return cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(static_cast<double>(i)));
+  }
+
+  std::size_t outOfMemoryAt = static_cast<std::size_t>(-1);
+  mutable std::atomic<std::size_t> read{0};  ///< frames asked for so far
+  mutable std::condition_variable changed;
+
+ private:
+  std::vector<Frame> frames_;
+  std::vector<std::size_t> unreadable_;
+};
+
+/// Answers with the pixel's value over 100.
+class PixelLabeler final : public Labeler {
+ public:
+  const Vocabulary& vocabulary() const override { return vocabulary_; }
+  std::string identity() const override { return "pixel"; }
+  cv::Mat prepare(const cv::Mat& bgr) const override { return bgr; }
+  LexicalDescriptor infer(const cv::Mat& prepared) override {
+    const int value = prepared.at<cv::Vec3b>(0, 0)[0];
+    if (beforeInfer) beforeInfer(value);
+    return {static_cast<float>(value) / 100};
+  }
+  std::function<void(int)> beforeInfer;
+
+ private:
+  Vocabulary vocabulary_{{"bright"}};
+};
+
+TEST(LabelStream, LabelsAllFramesInOrder) {
+  const Frames frames(50);
+  PixelLabeler labeler;
+  LabelStream stream(frames, labeler);
+  for (std::size_t i = 0; i < 50; ++i) {
+    const auto frame = stream.next();
+    ASSERT_TRUE(frame);
+    EXPECT_EQ(frame->index, i);
+    ASSERT_TRUE(frame->labelled());
+    EXPECT_EQ(frame->descriptor, LexicalDescriptor{static_cast<float>(i) / 100});
+    EXPECT_EQ(frame->image.at<cv::Vec3b>(0, 0)[2], i);
+  }
+  EXPECT_FALSE(stream.next());
+  EXPECT_FALSE(stream.next());
+}
+
+TEST(LabelStream, StartsWhereItIsTold) {
+  const Frames frames(5);
+  PixelLabeler labeler;
+  LabelStream stream(frames, labeler, {.first = 3});
+  EXPECT_EQ(stream.next()->index, 3U);
+  EXPECT_EQ(stream.next()->index, 4U);
+  EXPECT_FALSE(stream.next());
+  EXPECT_FALSE(LabelStream(frames, labeler, {.first = 9}).next());
+  EXPECT_FALSE(LabelStream(Frames(0), labeler).next());
+}
+
+TEST(LabelStream, ReportsUnreadableFramesAndGoesOn) {
+  const Frames frames(4, {0, 2, 3});
+  PixelLabeler labeler;
+  LabelStream stream(frames, labeler);
+  std::vector<std::string> problems;
+  while (const auto frame = stream.next()) {
+    EXPECT_EQ(frame->descriptor.empty(), !frame->labelled());
+    problems.push_back(frame->problem);
+  }
+  EXPECT_THAT(problems, testing::ElementsAre("frame 0 is torn", "", "frame 2 is torn", "frame 3 is torn"));
+}
+
+TEST(LabelStream, StopsAtAnUnreadableFrameWhenStrict) {
+  const Frames frames(4, {2});
+  PixelLabeler labeler;
+  LabelStream stream(frames, labeler, {.strict = true});
+  EXPECT_TRUE(stream.next());
+  EXPECT_TRUE(stream.next()) << "the frames before it count";
+  EXPECT_EQ(errorOf([&] { stream.next(); }), "frame 2 is torn");
+  EXPECT_FALSE(stream.next());
+}
+
+TEST(LabelStream, PassesOnWhatIsNoMatterOfOneFrame) {
+  Frames frames(4);
+  frames.outOfMemoryAt = 1;
+  PixelLabeler labeler;
+  LabelStream stream(frames, labeler);
+  EXPECT_TRUE(stream.next());
+  EXPECT_THROW(stream.next(), std::bad_alloc);
+  EXPECT_FALSE(stream.next());
+}
+
+TEST(LabelStream, PassesOnWhatInferenceThrows) {
+  const Frames frames(100);
+  PixelLabeler labeler;
+  labeler.beforeInfer = [](int value) {
+    if (value == 1) throw Error("the network gives nan");
+  };
+  LabelStream stream(frames, labeler);
+  EXPECT_TRUE(stream.next());
+  EXPECT_EQ(errorOf([&] { stream.next(); }), "the network gives nan");
+  EXPECT_FALSE(stream.next());
+}
+
+TEST(LabelStream, DecodesTheNextFramesDuringInferenceButNotAll) {
+  const Frames frames(30);
+  PixelLabeler labeler;
+  constexpr std::size_t ahead = 3;
+  std::mutex mutex;
+  labeler.beforeInfer = [&](int value) {  // returns only when the frames behind this one have been read
+    const std::size_t expected = std::min<std::size_t>(static_cast<std::size_t>(value) + 1 + ahead, 30);
+    std::unique_lock lock(mutex);
+    while (frames.read <
+           expected)  // a stream that does not read ahead hangs here until the test's time is over
+      frames.changed.wait_for(lock, std::chrono::milliseconds(20));
+  };
+  LabelStream stream(frames, labeler, {.ahead = ahead});
+  while (const auto frame = stream.next())
+    EXPECT_LE(frames.read, frame->index + 2 + ahead) << "queue, and the one that waits for room";
+}
+
+TEST(LabelStream, MayBeDroppedAtAnyTime) {
+  const Frames frames(1000);
+  PixelLabeler labeler;
+  for (int taken = 0; taken < 8; ++taken) {
+    LabelStream stream(frames, labeler, {.ahead = 2});
+    for (int i = 0; i < taken; ++i) stream.next();
+  }
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,116 @@
+// Writes small TensorFlow Lite files, right or wrong, for the tests.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tflite_generated.h"
+
+namespace estancia::test {
+
+namespace format = tflite::format;
+
+/// One graph of a picture input. Tensors are added first; they are numbered from 0 in the order of adding.
+class TfliteBuilder {
+ public:
+  /// A computed tensor, or the input. `scale` 0 = not quantised.
+  int tensor(const std::vector<int>& shape, format::ElementType type = format::ElementType::FLOAT32,
+             float scale = 0, std::int64_t zeroPoint = 0) {
+    return add(shape, type, scale == 0 ? std::vector<float>{} : std::vector<float>{scale},
+               scale == 0 ? std::vector<std::int64_t>{} : std::vector<std::int64_t>{zeroPoint}, 0, 0);
+  }
+
+  template <class Value>
+  int constant(const std::vector<int>& shape, format::ElementType type, const std::vector<Value>& values,
+               const std::vector<float>& scales = {}, const std::vector<std::int64_t>& zeroPoints = {},
+               int axis = 0) {
+    std::vector<std::uint8_t> bytes(values.size() * sizeof(Value));
+    if (!bytes.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
+    buffers_.push_back(format::CreateBufferDirect(out_, &bytes));
+    return add(shape, type, scales, zeroPoints, axis, static_cast<std::uint32_t>(buffers_.size() - 1));
+  }
+  int constant(const std::vector<int>& shape, const std::vector<float>& values) {
+    return constant(shape, format::ElementType::FLOAT32, values);
+  }
+
+  void conv(int input, int weights, int bias, int output, format::Padding padding, int strideX, int strideY,
+            int dilation = 1, format::Activation activation = format::Activation::NONE) {
+    op(3, {input, weights, bias}, output, format::Options::Conv2D,
+       format::CreateConv2D(out_, padding, strideX, strideY, activation, dilation, dilation).Union());
+  }
+  void depthwise(int input, int weights, int output, format::Padding padding, int strideX, int strideY,
+                 int dilation) {
+    op(4, {input, weights}, output, format::Options::DepthwiseConv2D,
+       format::CreateDepthwiseConv2D(out_, padding, strideX, strideY, 1, format::Activation::NONE, dilation,
+                                     dilation)
+           .Union());
+  }
+  void pool(bool average, int input, int output, format::Padding padding, int strideX, int strideY,
+            int filterX, int filterY) {
+    op(average ? 1 : 17, {input}, output, format::Options::Pool2D,
+       format::CreatePool2D(out_, padding, strideX, strideY, filterX, filterY).Union());
+  }
+  void add(int a, int b, int output, format::Activation activation = format::Activation::NONE) {
+    op(0, {a, b}, output, format::Options::Add, format::CreateAdd(out_, activation).Union());
+  }
+  void concatenation(const std::vector<int>& inputs, int output, int axis) {
+    op(2, inputs, output, format::Options::Concatenation, format::CreateConcatenation(out_, axis).Union());
+  }
+  void fullyConnected(int input, int weights, int bias, int output) {
+    op(9, {input, weights, bias}, output, format::Options::FullyConnected,
+       format::CreateFullyConnected(out_).Union());
+  }
+  void softmax(int input, int output) {
+    op(25, {input}, output, format::Options::Softmax, format::CreateSoftmax(out_, 1.0F).Union());
+  }
+  void mean(int input, int axes, int output, bool keepDimensions) {
+    op(40, {input, axes}, output, format::Options::Reducer,
+       format::CreateReducer(out_, keepDimensions).Union());
+  }
+  void plain(int code, const std::vector<int>& inputs, int output) {
+    op(code, inputs, output, format::Options::NONE, 0);
+  }
+  void custom(const std::string& name, int input, int output) {
+    customName_ = name;
+    plain(32, {input}, output);
+  }
+
+  std::string file(int input, int output) {
+    const std::vector<int> inputs{input}, outputs{output};
+    const std::vector<flatbuffers::Offset<format::SubGraph>> graphs{
+        format::CreateSubGraphDirect(out_, &tensors_, &inputs, &outputs, &operators_)};
+    format::FinishModelBuffer(out_, format::CreateModelDirect(out_, 3, &codes_, &graphs, "test", &buffers_));
+    return {reinterpret_cast<const char*>(out_.GetBufferPointer()), out_.GetSize()};
+  }
+
+ private:
+  int add(const std::vector<int>& shape, format::ElementType type, const std::vector<float>& scales,
+          const std::vector<std::int64_t>& zeroPoints, int axis, std::uint32_t buffer) {
+    flatbuffers::Offset<format::Quantization> quantization;
+    if (!scales.empty()) quantization = format::CreateQuantizationDirect(out_, &scales, &zeroPoints, axis);
+    const std::string name = "tensor " + std::to_string(tensors_.size());
+    tensors_.push_back(format::CreateTensorDirect(out_, &shape, type, buffer, name.c_str(), quantization));
+    return static_cast<int>(tensors_.size()) - 1;
+  }
+
+  void op(int code, const std::vector<int>& inputs, int output, format::Options type,
+          flatbuffers::Offset<void> options) {
+    const std::vector<int> outputs{output};
+    codes_.push_back(format::CreateOperatorCodeDirect(
+        out_, static_cast<std::int8_t>(code), customName_.empty() ? nullptr : customName_.c_str(), 1, code));
+    operators_.push_back(format::CreateOperatorDirect(out_, static_cast<std::uint32_t>(codes_.size() - 1),
+                                                      &inputs, &outputs, type, options));
+  }
+
+  flatbuffers::FlatBufferBuilder out_;
+  std::vector<flatbuffers::Offset<format::Buffer>> buffers_{format::CreateBufferDirect(out_)};
+  std::vector<flatbuffers::Offset<format::Tensor>> tensors_;
+  std::vector<flatbuffers::Offset<format::OperatorCode>> codes_;
+  std::vector<flatbuffers::Offset<format::Operator>> operators_;
+  std::string customName_;
+};
+
+}  // namespace estancia::test
