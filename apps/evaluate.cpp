@@ -1,10 +1,10 @@
 // estancia evaluate: how good is a map, and how well does one find one's way in it?
 #include <fmt/format.h>
 
+#include "estancia/report/measures.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
 #include "localization.hpp"
-#include "measures.hpp"
 
 namespace estancia::apps {
 namespace {

@@ -53,7 +53,10 @@ int main(int argc, char** argv) {
   addAskCommand(app);
   addRouteCommand(app);
   addLocalizeCommand(app);
+  addExplainCommand(app);
   addEvaluateCommand(app);
+  addExportCommand(app);
+  addReportCommand(app);
   addModelsCommand(app);
 
   try {

@@ -145,7 +145,7 @@ void addMeasures(Markup& body, const std::vector<Measure>& measures) {
   for (const Measure& measure : measures)
     body.open("tr")
         .element("th", {{"scope", "row"}}, shorten(measure.name, 120))
-        .element("td", {{"class", "value"}}, shorten(measure.value, 60))
+        .element("td", {{"class", "value"}}, shorten(measure.text(), 60))
         .element("td", shorten(measure.explanation, 400))
         .close();
   body.close().close().close();

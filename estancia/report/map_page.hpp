@@ -9,14 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "estancia/report/measures.hpp"
 #include "estancia/topology/map.hpp"
 
 namespace estancia {
-
-/// One row of the table of measures; explained in one sentence.
-struct Measure {
-  std::string name, value, explanation;
-};
 
 /// A drawing of the building under the map.
 struct FloorPlan {

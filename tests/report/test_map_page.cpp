@@ -79,7 +79,7 @@ TEST(MapPage, NeedsNothingFromOutside) {
 TEST(MapPage, ShowsNodesPicturesDecisionsAndMeasures) {
   const TopologicalMap map = sampleMap();
   MapPage page = withPictures(map);
-  page.measures = {{"V-measure", "0.94", "Agreement with the rooms."}};
+  page.measures = {{"v", "V-measure", 0.94, 2, "Agreement with the rooms."}};
   page.sequence = "corridor";
   const std::string html = renderMapPage(page);
   EXPECT_EQ(count(html, "<article class=\"card\""), 5U);
@@ -104,7 +104,7 @@ TEST(MapPage, HostileTextsStayTexts) {
   const TopologicalMap map = sampleMap(options);
   MapPage page = withPictures(map);
   page.title = page.sequence = page.date = options.marker;
-  page.measures = {{options.marker, options.marker, options.marker}};
+  page.measures = {{options.marker, options.marker, std::nullopt, 2, options.marker}};
   const std::string html = renderMapPage(page);
   expectWellFormed(html);
   EXPECT_EQ(count(html, "<script"), 2U) << "the data and the one script";

@@ -8,8 +8,9 @@
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
 
-namespace estancia::apps {
+namespace estancia {
 
+/// One row of a table of measures.
 struct Measure {
   std::string key;   ///< in JSON
   std::string name;  ///< for people
@@ -22,4 +23,4 @@ struct Measure {
 std::vector<Measure> measuresOf(const MapQuality& quality);
 std::vector<Measure> measuresOf(const LocalizationAccuracy& accuracy);
 
-}  // namespace estancia::apps
+}  // namespace estancia

@@ -1,8 +1,8 @@
-#include "measures.hpp"
+#include "estancia/report/measures.hpp"
 
 #include <fmt/format.h>
 
-namespace estancia::apps {
+namespace estancia {
 
 std::string Measure::text() const {
   return value ? fmt::format("{:.{}f}", *value, decimals) : "unknown";
@@ -57,4 +57,4 @@ std::vector<Measure> measuresOf(const LocalizationAccuracy& a) {
   };
 }
 
-}  // namespace estancia::apps
+}  // namespace estancia
