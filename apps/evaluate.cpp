@@ -34,10 +34,9 @@ LocalizationAccuracy localizationAccuracy(const Arguments& arguments, const MapR
 
 void run(const Arguments& arguments) {
   const MapReader reader(arguments.localization.map);
-  std::vector<Measure> measures = measuresOf(evaluate(reader.map()));
-  if (!arguments.sequence.path.empty())
-    for (Measure& measure : measuresOf(localizationAccuracy(arguments, reader)))
-      measures.push_back(std::move(measure));
+  const bool localized = !arguments.sequence.path.empty();
+  const std::vector<Measure> measures =
+      localized ? measuresOf(localizationAccuracy(arguments, reader)) : measuresOf(evaluate(reader.map()));
   if (arguments.json) {
     nlohmann::ordered_json json;
     for (const Measure& measure : measures)
@@ -45,15 +44,23 @@ void run(const Arguments& arguments) {
     print(json);
     return;
   }
+  bool unknown = false;
   for (const Measure& measure : measures)
-    fmt::print("{:<28} {:>9}   {}\n", measure.name, measure.text(), measure.explanation);
+    if (measure.value)
+      fmt::print("{:<26} {:>8}   {}\n", measure.name, measure.text(), measure.explanation);
+    else
+      unknown = true;
+  if (unknown)
+    fmt::print("{}\n", localized ? "Give rooms, poses or --truth of the images to learn more."
+                                 : "Map with rooms and poses to learn more.");
 }
 
 }  // namespace
 
 void addEvaluateCommand(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("evaluate", "Measure a map, and localisation in it");
+  CLI::App* command =
+      app.add_subcommand("evaluate", "Measure a map, or with SEQ how well its images are found in the map");
   arguments->localization.addTo(*command);
   arguments->sequence.addTo(*command, false);
   command
