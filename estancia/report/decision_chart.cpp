@@ -142,7 +142,8 @@ Markup decisionChart(const TopologicalMap& map) {
                    significant(value));
   figure.close();
   figure.open("svg",
-              {{"viewBox", fmt::format("0 0 {} {}", columns, plotHeight)},
+              {{"class", decisions.size() > columns ? "dense" : "sparse"},
+               {"viewBox", fmt::format("0 0 {} {}", columns, plotHeight)},
                {"preserveAspectRatio", "none"},
                {"role", "img"},
                {"aria-label",
@@ -166,7 +167,7 @@ Markup decisionChart(const TopologicalMap& map) {
   const double frameStep = std::max(1.0, niceStep(scale.lastFrame, 5));
   for (double frame = 0; frame <= scale.lastFrame; frame += frameStep)
     figure.element("span", {{"style", fmt::format("left:{}%", number(scale.x(frame) / columns * 100))}},
-                   number(frame));
+                   grouped(static_cast<std::size_t>(frame)));
   figure.close().close();
   figure.element(
       "figcaption",

@@ -155,7 +155,7 @@ void drawNode(Markup& svg, const MapSummary& summary, std::size_t n, const Point
   svg.element("title", describe(node));
   if (radius >= 9 && radius < 12) svg.leaf("circle", {{"r", 12}, {"fill", "transparent"}});  // for fingers
   svg.leaf("path", {{"d", shapePath(shape, radius)}, {"fill", fill.hex()}});
-  if (size >= 7) svg.element("text", {{"y", 0.35 * size}, {"font-size", size}, {"fill", fill.ink()}}, id);
+  if (radius >= 8) svg.element("text", {{"y", 0.35 * size}, {"font-size", size}, {"fill", fill.ink()}}, id);
   svg.close();
 }
 

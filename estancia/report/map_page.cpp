@@ -35,10 +35,7 @@ void addHeader(Markup& body, const MapPage& page, const MapSummary& summary) {
   body.open("header", {{"class", "top"}}).element("h1", shorten(page.title, 160));
   body.open("dl", {{"class", "figures"}});
   const auto figure = [&body](std::size_t count, const std::string& noun) {
-    body.open("div")
-        .element("dt", noun + (count == 1 ? "" : "s"))
-        .element("dd", std::to_string(count))
-        .close();
+    body.open("div").element("dt", noun + (count == 1 ? "" : "s")).element("dd", grouped(count)).close();
   };
   figure(map.frames.size(), "frame");
   figure(map.nodes.size(), "node");

@@ -26,6 +26,9 @@ std::string number(double value, int decimals = 2);
 /// Three significant digits for people: 0.0123, 1.23, 123; "n/a" when not finite.
 std::string significant(double value);
 
+/// 1234567 → "1,234,567"
+std::string grouped(std::size_t count);
+
 /// "1 frame", "2 frames"
 std::string counted(std::size_t count, const std::string& noun);
 

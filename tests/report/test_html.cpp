@@ -42,6 +42,8 @@ TEST(Text, NumbersHaveNoTrailingZeros) {
   EXPECT_EQ(number(100), "100");
   EXPECT_EQ(significant(0.0123), "0.0123");
   EXPECT_EQ(significant(123.4), "123");
+  EXPECT_EQ(grouped(999), "999");
+  EXPECT_EQ(grouped(1234567), "1,234,567");
   EXPECT_EQ(significant(0.0 / 0.0), "n/a");
 }
 
