@@ -9,7 +9,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/label/model.hpp"
-#include "label/model_support.hpp"
+#include "support/model_support.hpp"
 
 namespace estancia {
 namespace {

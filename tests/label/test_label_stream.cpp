@@ -9,7 +9,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/label/label_stream.hpp"
-#include "label/model_support.hpp"
+#include "support/model_support.hpp"
 
 namespace estancia {
 namespace {

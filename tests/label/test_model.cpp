@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "estancia/label/model.hpp"
-#include "label/model_support.hpp"
+#include "support/model_support.hpp"
 
 namespace estancia {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "estancia/label/model.hpp"
 #include "estancia/label/opencv_engine.hpp"
-#include "label/model_support.hpp"
+#include "support/model_support.hpp"
 
 namespace estancia {
 namespace {

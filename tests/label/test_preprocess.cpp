@@ -4,7 +4,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/label/preprocess.hpp"
-#include "label/model_support.hpp"
+#include "support/model_support.hpp"
 
 namespace estancia {
 namespace {

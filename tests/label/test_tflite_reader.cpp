@@ -7,7 +7,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/label/tflite_reader.hpp"
 #include "estancia/label/tflite_to_onnx.hpp"
-#include "label/model_support.hpp"
+#include "support/model_support.hpp"
 #include "label/tflite_builder.hpp"
 
 namespace estancia {

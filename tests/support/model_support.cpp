@@ -1,4 +1,4 @@
-#include "label/model_support.hpp"
+#include "support/model_support.hpp"
 
 #include <fmt/format.h>
 #include <onnx/onnx_pb.h>

@@ -1,0 +1,298 @@
+// The command as a user runs it, on small pictures and a network that knows four colours.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+
+#include "estancia/topology/store.hpp"
+#include "support/model_support.hpp"
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+const std::vector<cv::Scalar> colours{{20, 20, 230}, {20, 230, 20}, {230, 20, 20}, {230, 230, 230}};
+
+class Command : public testing::Test {
+ protected:
+  void SetUp() override { writeSmallModel(model_); }
+
+  /// `stay` pictures of each colour in turn.
+  void writePictures(const fs::path& folder, std::size_t stay = 10, std::size_t visits = 4) {
+    fs::create_directories(folder);
+    cv::RNG random(3);
+    for (std::size_t i = 0; i < stay * visits; ++i) {
+      cv::Mat picture(48, 64, CV_8UC3, colours[i / stay % colours.size()]);
+      cv::Mat noise(picture.size(), CV_8SC3);
+      random.fill(noise, cv::RNG::NORMAL, 0, 4);
+      cv::add(picture, noise, picture, {}, CV_8UC3);
+      cv::imwrite((folder / ("frame" + std::to_string(i) + ".jpg")).string(), picture);
+    }
+  }
+
+  CommandResult map(const fs::path& sequence, const fs::path& file, std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{"map", sequence, "-o", file, "--model", model_, "--distance", "l2"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments);
+  }
+
+  static void expectError(const CommandResult& result, const std::string& text) {
+    EXPECT_EQ(result.exitCode, 2) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("error: "));
+    EXPECT_THAT(result.err, HasSubstr(text));
+    EXPECT_EQ(result.out, "");
+  }
+
+  ScratchFolder scratch_;
+  const std::string model_ = scratch_ / "model";
+  const std::string pictures_ = scratch_ / "pictures";
+  const std::string map_ = scratch_ / "home.estancia";
+};
+
+TEST_F(Command, EveryHelpHasAnExample) {
+  for (const char* name :
+       {"map", "ask", "route", "localize", "evaluate", "explain", "export", "report", "models"}) {
+    const auto result = run({name, "--help"});
+    EXPECT_EQ(result.exitCode, 0) << name;
+    EXPECT_THAT(result.out, HasSubstr(std::string("  estancia ") + name)) << name;
+  }
+  EXPECT_EQ(run({"--help"}).exitCode, 0);
+  EXPECT_EQ(run({"--version"}).exitCode, 0);
+}
+
+TEST_F(Command, WrongWordsAreOneLineAndExitCodeTwo) {
+  expectError(run({"mapp"}), "--help");
+  expectError(run({}), "--help");
+  expectError(run({"map", "nowhere"}), "--output");
+  expectError(run({"map", "nowhere", "-o", map_, "--tau-join", "-1"}), "--tau-join");
+}
+
+TEST_F(Command, MapsAsksAndRoutes) {
+  writePictures(pictures_);
+  const auto mapped = map(pictures_, map_, {"--json"});
+  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
+  const json summary = json::parse(mapped.out);
+  EXPECT_EQ(summary["frames"], 40);
+  EXPECT_EQ(summary["nodes"], 4);
+  EXPECT_EQ(summary["transitions"], 3);
+
+  const auto asked = run({"ask", map_, "WORD 2", "--json"});
+  EXPECT_EQ(asked.exitCode, 0) << asked.err;
+  EXPECT_EQ(json::parse(asked.out)["places"].size(), 4U);
+  const int best = json::parse(asked.out)["places"][0]["node"];
+  const auto route = run({"route", map_, "--from", "0", "--to", "word 2", "--tolerance", "0", "--json"});
+  EXPECT_EQ(json::parse(route.out)["to"], best) << route.err;
+  const auto direct = run({"route", map_, "--from", "0", "--to", "3", "--json"});
+  EXPECT_EQ(json::parse(direct.out)["nodes"], json({0, 1, 2, 3})) << direct.err;
+  expectError(run({"route", map_, "--from", "0", "--to", "99"}), "no node 99");
+  expectError(run({"route", map_, "--from", "3", "--to", "0", "--one-way"}), "");
+}
+
+TEST_F(Command, AWordThatNoLabelMeansIsAnAnswerOfItsOwn) {
+  writePictures(pictures_, 3, 2);
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  const auto result = run({"ask", map_, "wrod 2"});
+  EXPECT_EQ(result.exitCode, 1);
+  EXPECT_THAT(result.out, HasSubstr("Did you mean"));
+}
+
+TEST_F(Command, LocalizesWithOneLineOfJsonAFrame) {
+  writePictures(pictures_);
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  for (const char* lookahead : {"0", "3"}) {
+    const auto result =
+        run({"localize", map_, pictures_, "--model", model_, "--json", "--lookahead", lookahead});
+    ASSERT_EQ(result.exitCode, 0) << result.err;
+    std::istringstream lines(result.out);
+    std::string line;
+    for (int i = 0; i < 40; ++i) {
+      ASSERT_TRUE(std::getline(lines, line));
+      const json at = json::parse(line);
+      const std::string image = "frame" + std::to_string(i) + ".jpg";
+      EXPECT_EQ(at["image"], image);
+      EXPECT_EQ(at["nearest_image"], image);
+      EXPECT_EQ(at["node"], i / 10);
+      for (const char* key : {"distance", "belief_node", "belief_image", "confidence"})
+        EXPECT_TRUE(at.contains(key));
+    }
+    EXPECT_FALSE(std::getline(lines, line));
+  }
+}
+
+TEST_F(Command, EvaluatesAgainstRooms) {
+  writePictures(pictures_);
+  std::string rooms = "image,room\n";
+  for (int i = 0; i < 40; ++i)
+    rooms += "frame" + std::to_string(i) + ".jpg,room " + std::to_string(i / 10) + "\n";
+  writeFile(fs::path(pictures_) / "rooms.csv", rooms);
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  const json measures = json::parse(run({"evaluate", map_, "--json"}).out);
+  EXPECT_DOUBLE_EQ(measures["v_measure"], 1);
+  EXPECT_DOUBLE_EQ(measures["purity"], 1);
+  EXPECT_TRUE(measures["spatial_spread"].is_null());
+  std::string truth = "query,refs\n";
+  for (int i = 0; i < 40; ++i) truth += std::to_string(i) + "," + std::to_string(i) + "\n";
+  writeFile(scratch_ / "truth.csv", truth);
+  const json found = json::parse(
+      run({"evaluate", map_, pictures_, "--model", model_, "--truth", scratch_ / "truth.csv", "--json"}).out);
+  EXPECT_DOUBLE_EQ(found["recall"], 1);
+  EXPECT_DOUBLE_EQ(found["image_room"], 1);
+  writeFile(scratch_ / "truth.csv", "query,refs\n0,x\n");
+  expectError(run({"evaluate", map_, pictures_, "--model", model_, "--truth", scratch_ / "truth.csv"}),
+              "truth.csv:2");
+}
+
+TEST_F(Command, ExplainsExportsAndReports) {
+  writePictures(pictures_);
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  EXPECT_THAT(run({"explain", map_, "frame10.jpg"}).out, HasSubstr("new place"));
+  const json explained = json::parse(run({"explain", map_, "10", "--json"}).out);
+  EXPECT_EQ(explained["decision"], "split");
+  EXPECT_GT(explained["to_current"], explained["tau_join"]);
+  EXPECT_EQ(json::parse(run({"export", map_, "--format", "json"}).out)["places"].size(), 4U);
+  EXPECT_THAT(run({"export", map_, "--format", "graphml"}).out, HasSubstr("<graphml"));
+  expectError(run({"export", map_, "--format", "nav2"}), "position");
+  const auto report = run({"report", map_, "-o", scratch_ / "page.html", "--label", "word 1"});
+  EXPECT_EQ(report.exitCode, 0) << report.err;
+  EXPECT_THAT(readFile(scratch_ / "page.html"), HasSubstr("data:image/jpeg;base64"));
+}
+
+TEST_F(Command, RefusesSequencesWithNothingToRead) {
+  fs::create_directories(scratch_ / "empty");
+  expectError(map(scratch_ / "empty", map_), "empty");
+  expectError(map(scratch_ / "nowhere", map_), "nowhere");
+  writeFile(scratch_ / "text/a.jpg", "this is no picture");
+  expectError(map(scratch_ / "text", map_), "none of the 1 frames");
+  EXPECT_FALSE(fs::exists(map_));
+}
+
+TEST_F(Command, OneImageIsAMap) {
+  writePictures(pictures_, 1, 1);
+  EXPECT_EQ(map(pictures_, map_).exitCode, 0);
+  EXPECT_EQ(run({"report", map_, "-o", scratch_ / "page.html"}).exitCode, 0);
+  EXPECT_EQ(run({"evaluate", map_}).exitCode, 0);
+}
+
+TEST_F(Command, SkipsATruncatedImageUnlessStrict) {
+  writePictures(pictures_, 25);
+  const fs::path broken = fs::path(pictures_) / "frame50.jpg";
+  writeFile(broken, readFile(broken).substr(0, 600));
+  const auto lenient = map(pictures_, map_, {"--json"});
+  EXPECT_EQ(lenient.exitCode, 0) << lenient.err;
+  EXPECT_EQ(json::parse(lenient.out)["frames"], 99);
+  EXPECT_EQ(json::parse(lenient.out)["skipped"], 1);
+  EXPECT_THAT(lenient.err, HasSubstr("frame50.jpg"));
+  EXPECT_THAT(lenient.err, HasSubstr("1 unreadable"));
+  expectError(map(pictures_, scratch_ / "strict.estancia", {"--strict"}), "frame50.jpg");
+}
+
+TEST_F(Command, TakesImagesOfAllSizesAndDepths) {
+  fs::create_directories(pictures_);
+  const fs::path folder = pictures_;
+  cv::imwrite((folder / "1.png").string(), cv::Mat(10, 10, CV_8UC1, cv::Scalar(99)));
+  cv::imwrite((folder / "2.png").string(), cv::Mat(300, 20, CV_16UC1, cv::Scalar(30000)));
+  cv::imwrite((folder / "3.png").string(), cv::Mat(1, 1, CV_8UC3, cv::Scalar(1, 2, 3)));
+  cv::imwrite((folder / "4.png").string(), cv::Mat(64, 900, CV_8UC4, cv::Scalar(9, 9, 9, 9)));
+  const auto result = map(pictures_, map_, {"--json"});
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_EQ(json::parse(result.out)["frames"], 4);
+}
+
+TEST_F(Command, ContinuesAnExistingMapOnlyWhenTold) {
+  writePictures(pictures_);
+  const fs::path half = scratch_ / "half";
+  fs::create_directories(half);
+  for (int i = 0; i < 23; ++i) {
+    const std::string name = "frame" + std::to_string(i) + ".jpg";
+    fs::copy_file(fs::path(pictures_) / name, half / name);
+  }
+  ASSERT_EQ(map(half, map_).exitCode, 0);
+  expectError(map(pictures_, map_), "--continue");
+  const auto result = map(pictures_, map_, {"--continue", "--json"});
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_EQ(json::parse(result.out)["new_frames"], 17);
+  ASSERT_EQ(map(pictures_, scratch_ / "whole.estancia").exitCode, 0);
+  EXPECT_EQ(run({"export", map_, "--format", "json"}).out,
+            run({"export", scratch_ / "whole.estancia", "--format", "json"}).out);
+  const auto nothing = map(pictures_, map_, {"--continue", "--json"});
+  EXPECT_EQ(json::parse(nothing.out)["new_frames"], 0) << nothing.err;
+  writePictures(scratch_ / "other", 2, 2);
+  fs::rename(scratch_ / "other/frame0.jpg", scratch_ / "other/elsewhere.jpg");
+  expectError(map(scratch_ / "other", map_, {"--continue"}), "frame0.jpg");
+}
+
+TEST_F(Command, KeepsTheOldMapUntilThereIsANewOne) {
+  writePictures(pictures_);
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  const std::string before = readFile(map_);
+  writeFile(scratch_ / "text/a.jpg", "this is no picture");
+  expectError(map(scratch_ / "text", map_, {"--overwrite"}), "none of the");
+  EXPECT_EQ(readFile(map_), before);
+  EXPECT_EQ(map(pictures_, map_, {"--overwrite"}).exitCode, 0);
+}
+
+TEST_F(Command, RefusesAnotherVocabulary) {
+  writePictures(pictures_);
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeFile(fs::path(model_) / "labels.txt", "red\ngreen\nblue\nwhite\n");
+  expectError(map(pictures_, map_, {"--continue"}), "vocabularies differ");
+  expectError(run({"localize", map_, pictures_, "--model", model_}), "vocabularies differ");
+}
+
+TEST_F(Command, RefusesFilesThatAreNoMaps) {
+  writeFile(map_, "no map at all, but long enough to be looked at as if it might be one");
+  for (const std::vector<std::string>& arguments :
+       std::vector<std::vector<std::string>>{{"ask", map_, "x"},
+                                             {"evaluate", map_},
+                                             {"export", map_, "--format", "json"},
+                                             {"explain", map_, "0"}})
+    expectError(run(arguments), "home.estancia");
+  expectError(run({"ask", scratch_ / "none.estancia", "x"}), "none.estancia");
+}
+
+TEST_F(Command, SaysWhenTheTargetCannotBeWritten) {
+  writePictures(pictures_, 2, 2);
+  expectError(map(pictures_, "/proc/home.estancia"), "/proc: cannot write");
+  expectError(map(pictures_, scratch_ / "no/such/folder/home.estancia"), "folder");
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  expectError(run({"report", map_, "-o", "/proc/page.html"}), "/proc/page.html");
+  expectError(run({"export", map_, "--format", "json", "-o", scratch_ / "no/such/x.json"}), "x.json");
+}
+
+TEST_F(Command, TwoProcessesCannotWriteOneMap) {
+  writePictures(pictures_);
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  const auto other = MapStore::open(map_, MapStore::Access::write);
+  expectError(map(pictures_, map_, {"--continue"}), "another process");
+  EXPECT_EQ(run({"ask", map_, "word 1"}).exitCode, 0) << "reading is allowed meanwhile";
+}
+
+TEST_F(Command, ListsAddsAndChecksModels) {
+  const std::string home = scratch_ / "home";
+  const char* before = std::getenv("ESTANCIA_HOME");
+  const std::string saved = before != nullptr ? before : "";
+  setenv("ESTANCIA_HOME", home.c_str(), 1);
+  EXPECT_THAT(run({"models", "list"}).out, HasSubstr("No models yet"));
+  const auto added = run({"models", "add", model_});
+  EXPECT_EQ(added.exitCode, 0) << added.err;
+  expectError(run({"models", "add", model_}), "--replace");
+  const auto listed = run({"models", "list", "--json"});
+  const std::string name = json::parse(listed.out)["name"];
+  EXPECT_THAT(run({"models", "check", name}).out, HasSubstr("works; 4 labels"));
+  expectError(run({"models", "check", "alexnet"}), name);
+  if (before != nullptr)
+    setenv("ESTANCIA_HOME", saved.c_str(), 1);
+  else
+    unsetenv("ESTANCIA_HOME");
+}
+
+}  // namespace
+}  // namespace estancia::test

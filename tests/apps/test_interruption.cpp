@@ -1,0 +1,96 @@
+// What becomes of a map when its process is stopped, kindly or not.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "support/model_support.hpp"
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+/// Starts `estancia map` of many panorama views, waits until the map file has been there for a while, sends
+/// `signal`. Returns the wait status.
+int mapUntilSignalled(const std::vector<std::string>& arguments, const fs::path& file, int signal) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const int nowhere = open("/dev/null", O_RDWR);
+    for (const int stream : {0, 1, 2}) dup2(nowhere, stream);
+    std::vector<char*> argv{const_cast<char*>(ESTANCIA_COMMAND)};
+    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    execv(ESTANCIA_COMMAND, argv.data());
+    _exit(127);
+  }
+  int status = 0;
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(120);
+  while (!fs::exists(file) && std::chrono::steady_clock::now() < patience &&
+         waitpid(child, &status, WNOHANG) == 0)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  kill(child, signal);
+  waitpid(child, &status, 0);
+  return status;
+}
+
+class Interruption : public testing::Test {
+ protected:
+  void SetUp() override {
+    panoramas_ = findFetched("panoramas");
+    ESTANCIA_NEEDS(panoramas_, "the panoramas are not here; script/bootstrap fetches them");
+    writeSmallModel(scratch_ / "model");
+  }
+  std::vector<std::string> mapTo(const std::string& file, const std::string& more = "") const {
+    std::vector<std::string> arguments{"map",     panoramas_->string(), "-o",      scratch_ / file,
+                                       "--model", scratch_ / "model",   "--views", "150"};
+    if (!more.empty()) arguments.push_back(more);
+    return arguments;
+  }
+  std::string exported(const std::string& file) const {
+    return run({"export", scratch_ / file, "--format", "json"}).out;
+  }
+  static std::size_t frames(const std::string& places) {
+    std::size_t count = 0;
+    const json parsed = json::parse(places);
+    for (const auto& place : parsed["places"]) count += place["frames"].get<std::size_t>();
+    return count;
+  }
+
+  ScratchFolder scratch_;
+  std::optional<fs::path> panoramas_;
+};
+
+TEST_F(Interruption, AKilledRunGoesOnAndEndsInTheSameMap) {
+  const int status = mapUntilSignalled(mapTo("killed.estancia"), scratch_ / "killed.estancia", SIGKILL);
+  ASSERT_TRUE(WIFSIGNALED(status)) << "it had finished before it could be killed";
+  const std::size_t kept = frames(exported("killed.estancia"));
+  EXPECT_GT(kept, 0U);
+  EXPECT_LT(kept, 2700U);
+  const auto continued = run(mapTo("killed.estancia", "--continue"));
+  ASSERT_EQ(continued.exitCode, 0) << continued.err;
+  ASSERT_EQ(run(mapTo("whole.estancia")).exitCode, 0);
+  EXPECT_EQ(exported("killed.estancia"), exported("whole.estancia"));
+  EXPECT_EQ(frames(exported("whole.estancia")), 2700U);
+}
+
+TEST_F(Interruption, CtrlCKeepsWhatIsDone) {
+  const int status = mapUntilSignalled(mapTo("stopped.estancia"), scratch_ / "stopped.estancia", SIGINT);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_GT(frames(exported("stopped.estancia")), 0U);
+  EXPECT_FALSE(fs::exists(scratch_ / "stopped.estancia-wal"));
+  EXPECT_EQ(run(mapTo("stopped.estancia", "--continue")).exitCode, 0);
+}
+
+}  // namespace
+}  // namespace estancia::test

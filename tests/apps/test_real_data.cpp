@@ -1,0 +1,72 @@
+// The figures that the project promises, on real places with the default network (docs/benchmarks.md).
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+using nlohmann::json;
+
+json evaluated(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "evaluate");
+  arguments.push_back("--json");
+  const auto result = run(arguments);
+  EXPECT_EQ(result.exitCode, 0) << result.err;
+  return json::parse(result.out);
+}
+
+TEST(RealPlaces, BecomeAMapInWhichTheyAreFoundInAnotherLight) {
+  const auto panoramas = findFetched("panoramas"), model = findFetched("models/inception-v3/graph.lite");
+  ESTANCIA_NEEDS(panoramas && model,
+                 "the panoramas and the default network are not here; script/bootstrap fetches them");
+  const ScratchFolder scratch;
+  const std::string map = scratch / "tour.estancia";
+  const auto mapped = run({"map", panoramas->string(), "-o", map});
+  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
+  const json quality = evaluated({map});
+  EXPECT_GE(quality["v_measure"], 0.92);
+  EXPECT_GE(quality["purity"], 0.95);
+  EXPECT_LE(quality["nodes"], 40);
+  const json found = evaluated({map, panoramas->string(), "--turn", "7", "--ev", "-0.7"});
+  EXPECT_GE(found["image_room"], 0.99);
+  EXPECT_GE(found["belief_room"], 0.99);
+}
+
+TEST(Corridor, IsDrivenAgainAndRecognised) {
+  const auto data = findData("corridor_vpr");
+  const auto model = findFetched("models/inception-v3/graph.lite");
+  ESTANCIA_NEEDS(data && model, "the corridor pictures or the default network are not here");
+  const ScratchFolder scratch;
+  const std::string map = scratch / "corridor.estancia";
+  const auto mapped = run({"map", *data / "ref", "-o", map});
+  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
+  const json filtered = evaluated({map, *data / "query", "--truth", *data / "ground_truth.csv"});
+  EXPECT_GE(filtered["recall"], 0.40);
+  EXPECT_GE(filtered["belief_recall"], 0.85);
+}
+
+TEST(Kitchen, OfRedKitchenIsMappedAtItsTruePositions) {
+  const auto data = findData("sevenscenes_redkitchen"), models = findTestModels();
+  ESTANCIA_NEEDS(data && models, "the kitchen sequence or the test networks are not here");
+  const ScratchFolder scratch;
+  writeFile(scratch / "model/net.onnx", readFile(*models / "mobilenet_v1_0.5_160_quant.onnx"));
+  writeFile(scratch / "model/labels.txt", readFile(*models / "imagenet_1001.txt"));
+  writeFile(
+      scratch / "model/model.toml",
+      "name = \"mobilenet\"\nfile = \"net.onnx\"\nlabels = \"labels.txt\"\ninput = 160\nregion = \"square\"\n"
+      "crop = 0.875\ncolour = \"RGB\"\nmean = 127.5\nscale = 0.00784313725490196\n");
+  const std::string map = scratch / "kitchen.estancia";
+  const auto mapped = run({"map", *data, "-o", map, "--model", scratch / "model", "--json"});
+  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
+  EXPECT_EQ(json::parse(mapped.out)["frames"], 200);
+  const json quality = evaluated({map});
+  EXPECT_GT(quality["nodes"], 3);
+  EXPECT_LT(quality["spatial_spread"], 0.6) << "a place is a part of the room";
+  EXPECT_EQ(run({"export", map, "--format", "nav2", "-o", scratch / "kitchen.geojson"}).exitCode, 0);
+}
+
+}  // namespace
+}  // namespace estancia::test
