@@ -7,8 +7,8 @@
 #include "estancia/core/error.hpp"
 #include "estancia/label/tflite_reader.hpp"
 #include "estancia/label/tflite_to_onnx.hpp"
-#include "support/model_support.hpp"
 #include "label/tflite_builder.hpp"
+#include "support/model_support.hpp"
 
 namespace estancia {
 namespace {
