@@ -12,13 +12,19 @@ namespace {
 constexpr double margin = 14;
 /// Width for the id inside a symbol, in radii, by ClassStyle::shape.
 constexpr std::array<double, 5> textRoom{1.4, 1.4, 1.15, 1.4, 1.05};
+/// How far a symbol reaches from its middle, in radii.
+constexpr std::array<double, 5> reachOf{1, 1, 1.26, 1.1, 1.3};
 
-/// Radii whose squares grow with the nodes' frames, small enough for all nodes to find room.
-std::vector<double> radiiOf(const MapSummary& summary, const FigureStyle& style) {
+/// The radius of the largest node: small enough for all nodes to find room.
+double largestRadius(std::size_t nodes, const FigureStyle& style) {
+  const double cell = std::sqrt(style.width * style.height / static_cast<double>(nodes + 1));
+  return std::clamp(0.2 * cell, 2.5, 26.0);
+}
+
+/// Radii whose squares grow with the nodes' frames; the smallest can still be hit and read.
+std::vector<double> radiiOf(const MapSummary& summary, double largest) {
   std::uint64_t most = 1;
   for (const NodeSummary& node : summary.nodes) most = std::max(most, node.node->frames);
-  const double cell = std::sqrt(style.width * style.height / static_cast<double>(summary.nodes.size() + 1));
-  const double largest = std::clamp(0.2 * cell, 2.5, 26.0);
   std::vector<double> radii;
   for (const NodeSummary& node : summary.nodes) {
     const double part = static_cast<double>(node.node->frames) / static_cast<double>(most);
@@ -30,21 +36,22 @@ std::vector<double> radiiOf(const MapSummary& summary, const FigureStyle& style)
 /// Room for labels: what is already there must not be covered.
 class LabelPlaces {
  public:
-  LabelPlaces(const FigureStyle& style, const std::vector<Point>& nodes, const std::vector<double>& radii,
+  LabelPlaces(const FigureStyle& style, const std::vector<Point>& nodes, const std::vector<double>& extents,
               const std::vector<Link>& links)
-      : frame_{4, 4, style.width - 8, style.height - 8}, nodes_(nodes), radii_(radii), links_(links) {}
+      : frame_{4, 4, style.width - 8, style.height - 8}, nodes_(nodes), extents_(extents), links_(links) {}
 
   /// The best of eight places round a node for a box of this size, touching no node and no other label, and
   /// as few transitions as can be; nothing when there is none.
   std::optional<Box> take(std::size_t node, double width, double height) {
-    constexpr std::array<std::array<double, 2>, 8> sides{
-        {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {0.75, 0.75}, {0.75, -0.75}, {-0.75, 0.75}, {-0.75, -0.75}}};
+    constexpr std::array<std::array<int, 2>, 8> sides{
+        {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
     std::optional<Box> best;
     double bestCost = 1e9;
     for (std::size_t side = 0; side < sides.size(); ++side) {
-      const double reach = radii_[node] + 4;
-      const double x = nodes_[node].x + sides[side][0] * (reach + width / 2);
-      const double y = nodes_[node].y + sides[side][1] * (reach + height / 2);
+      const auto [dx, dy] = sides[side];
+      const double reach = (extents_[node] + 4) * (dx != 0 && dy != 0 ? std::sqrt(0.5) : 1);
+      const double x = nodes_[node].x + dx * (reach + width / 2);
+      const double y = nodes_[node].y + dy * (reach + height / 2);
       const Box box{x - width / 2, y - height / 2, width, height};
       if (!isFree(box)) continue;
       double cost = 0.1 * static_cast<double>(side);
@@ -65,14 +72,14 @@ class LabelPlaces {
   bool isFree(const Box& box) const {
     if (!box.inside(frame_)) return false;
     for (std::size_t i = 0; i < nodes_.size(); ++i)
-      if (box.overlapsCircle(nodes_[i], 1.15 * radii_[i] + 1)) return false;  // 1.15: corners of the shapes
+      if (box.overlapsCircle(nodes_[i], extents_[i] + 3)) return false;
     return std::none_of(taken_.begin(), taken_.end(),
                         [&box](const Box& other) { return other.overlaps(box); });
   }
 
   Box frame_;
   const std::vector<Point>& nodes_;
-  const std::vector<double>& radii_;
+  const std::vector<double>& extents_;
   const std::vector<Link>& links_;
   std::vector<Box> taken_;
 };
@@ -159,86 +166,117 @@ void drawNode(Markup& svg, const MapSummary& summary, std::size_t n, const Point
   svg.close();
 }
 
-}  // namespace
-
-Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const HeatMap& heat, bool byHeat,
-                 const FloorPlan* plan, FigureStyle style) {
-  const std::vector<double> radii = radiiOf(summary, style);
-  const double largest = radii.empty() ? 0 : *std::max_element(radii.begin(), radii.end());
-  const double side = largest + 2.4 * style.fontSize, top = largest + style.fontSize;
-  const double below = layout.metric ? 1.2 * style.fontSize : 0;  // for the scale
-  std::vector<Point> extent = layout.nodes;
-  for (const auto& place : layout.frames)
-    if (place) extent.push_back(*place);
-  if (plan != nullptr) extent.insert(extent.end(), {{plan->xMin, plan->yMin}, {plan->xMax, plan->yMax}});
-  const auto frameOf = [&style] {
-    return Box{margin, margin, style.width - 2 * margin, style.height - 2 * margin};
-  };
-  const auto fitNow = [&] {
-    const Box f = frameOf();
-    const Box inner{f.x + side, f.y + top, f.width - 2 * side, f.height - 2 * top - below};
-    return fitInto(extent, plan != nullptr ? f : inner, !layout.metric);
-  };
-  style.height =
-      neededHeight(fitNow(), extent, style, plan != nullptr ? 2 * margin : 2 * (margin + top) + below);
-  const Fit fit = fitNow();
-  const Box frame = frameOf();
+/// Where everything is in the figure.
+struct Placement {
+  Fit fit;
   std::vector<Point> nodes;
-  for (const Point& node : layout.nodes) nodes.push_back(fit(node));
-  separate(nodes, radii, std::min(6.0, 0.4 * largest), frame);
+  std::vector<double> radii;
+};
 
-  Markup svg;
-  svg.open("svg", {{"class", "map " + style.name},
-                   {"viewBox", fmt::format("0 0 {} {}", style.width, style.height)},
-                   {"role", "group"},
-                   {"aria-label", "Map of " + counted(summary.nodes.size(), "node") + " and " +
-                                      counted(summary.links.size(), "link")}});
-  if (plan != nullptr) drawFloorPlan(svg, *plan, fit);
-  drawPath(svg, layout.frames, fit);
+/// Lowers `style.height` to what the drawing needs.
+Placement place(const MapSummary& summary, const MapLayout& layout, const FloorPlan* plan,
+                FigureStyle& style) {
+  double largest = largestRadius(summary.nodes.size(), style);
+  const double side = plan != nullptr ? margin : margin + largest + 2.4 * style.fontSize;
+  const double top = plan != nullptr ? margin : margin + largest + style.fontSize;
+  const double below = layout.metric && plan == nullptr ? 1.2 * style.fontSize : 0;  // for the scale
+
+  std::vector<Point> extent = layout.nodes;
+  for (const auto& frame : layout.frames)
+    if (frame) extent.push_back(*frame);
+  if (plan != nullptr) extent.insert(extent.end(), {{plan->xMin, plan->yMin}, {plan->xMax, plan->yMax}});
+  const auto fitNow = [&] {
+    return fitInto(extent, {side, top, style.width - 2 * side, style.height - 2 * top - below},
+                   !layout.metric);
+  };
+  style.height = neededHeight(fitNow(), extent, style, 2 * top + below);
+
+  Placement result{fitNow(), {}, {}};
+  for (const Point& node : layout.nodes) result.nodes.push_back(result.fit(node));
+  std::vector<double> lengths;  // half of the transitions should be seen between their nodes
   for (const Link& link : summary.links)
-    svg.leaf(
-        "path",
-        {{"class", "link"},
-         {"d", Path().move(nodes[link.a].x, nodes[link.a].y).line(nodes[link.b].x, nodes[link.b].y).str()},
-         {"data-ends", fmt::format("{} {}", link.a, link.b)},
-         {"stroke-width",
-          std::min(6.0, 0.06 * largest + std::log2(1 + static_cast<double>(link.there + link.back)))}});
+    lengths.push_back(std::hypot(result.nodes[link.a].x - result.nodes[link.b].x,
+                                 result.nodes[link.a].y - result.nodes[link.b].y));
+  if (!lengths.empty()) {
+    const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+    std::nth_element(lengths.begin(), middle, lengths.end());
+    largest = std::min(largest, std::max(0.32 * *middle, 11.0));
+  }
+  result.radii = radiiOf(summary, largest);
+  separate(result.nodes, result.radii, std::min(6.0, 0.4 * largest),
+           {margin, margin, style.width - 2 * margin, style.height - 2 * margin});
+  return result;
+}
 
-  LabelPlaces places(style, nodes, radii, summary.links);
-  if (layout.metric) places.block(drawScale(svg, fit.scale, style));
-
-  std::vector<std::size_t> order(nodes.size());  // small nodes on top, large ones labelled first
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(),
-                   [&radii](std::size_t a, std::size_t b) { return radii[a] > radii[b]; });
-  for (const std::size_t n : order)
-    drawNode(svg, summary, n, nodes[n], radii[n],
-             byHeat ? heat.colourOf(n) : summary.styleOf(summary.nodes[n]).fill);
-
-  std::set<std::string> named;  // a room is named once, at its largest node
+/// Names rooms once, at their largest node, and nodes by their best word, wherever there is space.
+void drawLabels(Markup& svg, const MapSummary& summary, const Placement& placement,
+                const std::vector<std::size_t>& order, LabelPlaces& places, const FigureStyle& style) {
+  std::set<std::string> named;
   for (const std::size_t n : order) {
     const NodeSummary& node = summary.nodes[n];
     const bool nameRoom = !node.room.empty() && named.insert(node.room).second;
     const std::string room = nameRoom ? shorten(node.room, 22) : "";
-    const std::string word = style.words || room.empty() ? shorten(node.title, 22) : "";
-    if (room.empty() && !summary.rooms.empty() && !style.words) continue;
+    const std::string word = style.words || summary.rooms.empty() ? shorten(node.title, 22) : "";
+    if (room.empty() && word.empty()) continue;
     const double size = style.fontSize, small = room.empty() ? size - 1 : size - 2;
     const double width = 1.08 * std::max(size * 1.06 * textWidth(room), small * textWidth(word));
     const double height = (room.empty() ? 0 : 1.2 * size) + (word.empty() ? 0 : 1.2 * small);
     const auto box = places.take(n, width, height);
     if (!box) continue;
-    const double lean = box->x + width / 2 - nodes[n].x;  // text begins or ends at its node
+    const double lean = box->x + width / 2 - placement.nodes[n].x;  // text begins or ends at its node
     const std::string anchor = std::abs(lean) < 1 ? "middle" : lean > 0 ? "start" : "end";
-    const double x = anchor == "middle" ? nodes[n].x : anchor == "start" ? box->x : box->x + width;
-    const Attributes common{{"x", x}, {"text-anchor", anchor}, {"data-label", n}};
+    const double x = anchor == "middle" ? placement.nodes[n].x : anchor == "start" ? box->x : box->x + width;
     const auto line = [&](const char* kind, double y, double fontSize, const std::string& text) {
-      Attributes attributes = common;
-      attributes.insert(attributes.end(), {{"class", kind}, {"y", y}, {"font-size", fontSize}});
-      svg.element("text", attributes, text);
+      svg.element("text",
+                  {{"class", kind}, {"x", x}, {"y", y}, {"text-anchor", anchor}, {"font-size", fontSize}},
+                  text);
     };
     if (!room.empty()) line("room", box->y + 0.95 * size, size, room);
     if (!word.empty()) line("word", box->y + height - 0.28 * small, small, word);
   }
+}
+
+}  // namespace
+
+Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const HeatMap& heat, bool byHeat,
+                 const FloorPlan* plan, FigureStyle style) {
+  const Placement placement = place(summary, layout, plan, style);
+  const auto& [fit, nodes, radii] = placement;
+
+  Markup svg;
+  svg.open("svg", {{"class", "map " + style.name},
+                   {"viewBox", fmt::format("0 0 {} {}", number(style.width), number(style.height))},
+                   {"role", "group"},
+                   {"aria-label", "Map of " + counted(summary.nodes.size(), "node") + " and " +
+                                      counted(summary.links.size(), "link")}});
+  if (plan != nullptr) drawFloorPlan(svg, *plan, fit);
+  drawPath(svg, layout.frames, fit);
+  const double thin = std::min(1.5, 0.1 * largestRadius(nodes.size(), style));
+  for (const Link& link : summary.links) {
+    const Point &a = nodes[link.a], &b = nodes[link.b];
+    svg.leaf("path",
+             {{"class", "link"},
+              {"d", Path().move(a.x, a.y).line(b.x, b.y).str()},
+              {"data-ends", fmt::format("{} {}", link.a, link.b)},
+              {"stroke-width",
+               std::min(6.0, thin * (1 + std::log2(static_cast<double>(link.there + link.back + 1)) / 2))}});
+  }
+
+  std::vector<std::size_t> order(nodes.size());  // small nodes on top, large ones labelled first
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  const auto larger = [&radii = placement.radii](std::size_t a, std::size_t b) {
+    return radii[a] > radii[b];
+  };
+  std::stable_sort(order.begin(), order.end(), larger);
+  std::vector<double> extents;
+  for (std::size_t n = 0; n < nodes.size(); ++n)
+    extents.push_back(radii[n] * reachOf[summary.styleOf(summary.nodes[n]).shape]);
+  LabelPlaces places(style, nodes, extents, summary.links);
+  if (layout.metric) places.block(drawScale(svg, fit.scale, style));
+  for (const std::size_t n : order)
+    drawNode(svg, summary, n, nodes[n], radii[n],
+             byHeat ? heat.colourOf(n) : summary.styleOf(summary.nodes[n]).fill);
+  drawLabels(svg, summary, placement, order, places, style);
   return svg.close();
 }
 

@@ -6,6 +6,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/report/decision_chart.hpp"
 #include "estancia/report/heat_map.hpp"
+#include "estancia/report/map_figure.hpp"
 #include "estancia/report/word_cloud.hpp"
 #include "sample_map.hpp"
 
@@ -50,6 +51,17 @@ TEST(WordCloud, ShowsFirstSynonymsOnly) {
   const std::string svg = wordCloud(map, map.nodes[0]).str();
   EXPECT_NE(svg.find(">word0<"), std::string::npos);
   EXPECT_EQ(svg.find("synonym"), std::string::npos);
+}
+
+TEST(MapFigure, NamesEveryRoomWhereThereIsSpace) {
+  for (const bool poses : {true, false}) {
+    const TopologicalMap map = sampleMap({.nodes = 20, .poses = poses});
+    const MapSummary summary = summarize(map);
+    const std::string svg =
+        mapFigure(summary, layoutMap(summary, false), heatMapOf(map, 0), false, nullptr, {}).str();
+    for (const std::string& room : summary.rooms)
+      EXPECT_NE(svg.find(">" + room + "</text>"), std::string::npos) << room;
+  }
 }
 
 TEST(HeatMap, RanksNodesByTheLabel) {
