@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 
@@ -30,8 +31,8 @@ double niceStep(double range, double count) {
 
 template <typename Member>
 std::vector<double> column(const std::vector<Decision>& decisions, Member member) {
-  std::vector<double> values;
-  for (const Decision& decision : decisions) values.push_back(decision.*member);
+  std::vector<double> values(decisions.size());
+  std::transform(decisions.begin(), decisions.end(), values.begin(), std::mem_fn(member));
   return values;
 }
 
