@@ -1,4 +1,4 @@
-// Small helpers for SVG on top of Markup.
+// Points, boxes, paths and symbols of SVG drawings.
 #pragma once
 
 #include <cstddef>
