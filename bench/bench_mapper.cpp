@@ -1,19 +1,25 @@
 // Mapping alone, labels given: time a frame and memory, at many nodes and over many frames.
 //   bench_mapper            Google Benchmark: one frame at 100 … 10,000 nodes, per distance
-//   bench_mapper --frames N a drive of N synthetic frames: time, nodes and resident memory as it goes
+//   bench_mapper drive FRAMES PLACES STAY [FILE]
+//                           a drive of synthetic frames through PLACES places, about STAY frames at each
+//                           before it goes to another, with or without a map file: time, nodes and resident
+//                           memory as it goes
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "estancia/topology/mapper.hpp"
+#include "estancia/topology/session.hpp"
 
 namespace {
 
@@ -86,37 +92,70 @@ void searchAllNodes(benchmark::State& state, const std::string& name) {
       benchmark::Counter(bytes * 1e-9, benchmark::Counter::kIsIterationInvariantRate);
 }
 
-void drive(std::size_t frames) {
-  using Clock = std::chrono::steady_clock;
-  const World world(2000);
-  Mapper mapper(labels, {});
-  std::mt19937 random(1);
-  auto start = Clock::now();
-  double mapping = 0, worst = 0;
-  std::size_t place = 0;
-  fmt::print("{:>9} {:>7} {:>12} {:>12} {:>9}\n", "frames", "nodes", "mean us", "worst us", "RSS MB");
-  for (std::size_t i = 1; i <= frames; ++i) {
-    if (random() % 20 == 0) place = random() % world.places();
-    const auto image = world.image(place, random);
-    start = Clock::now();
-    mapper.add(image);
-    mapper.takeNews();
-    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-    mapping += seconds;
-    worst = std::max(worst, seconds);
-    if ((i & (i - 1)) == 0 && i >= 1024)
-      fmt::print("{:>9} {:>7} {:>12.1f} {:>12.1f} {:>9.1f}\n", i, mapper.bank().size(),
-                 mapping / static_cast<double>(i) * 1e6, worst * 1e6, residentMegabytes());
+/// One line a power of two: the interval's mean and worst time a frame.
+class Table {
+ public:
+  Table() {
+    fmt::print("{:>9} {:>7} {:>12} {:>12} {:>9}\n", "frames", "nodes", "mean us", "worst us", "RSS MB");
   }
-  fmt::print("{:>9} {:>7} {:>12.1f} {:>12.1f} {:>9.1f}\n", frames, mapper.bank().size(),
-             mapping / static_cast<double>(frames) * 1e6, worst * 1e6, residentMegabytes());
+  void add(double seconds) {
+    sum_ += seconds;
+    worst_ = std::max(worst_, seconds);
+    ++count_;
+  }
+  void print(std::size_t frames, std::size_t nodes) {
+    fmt::print("{:>9} {:>7} {:>12.1f} {:>12.1f} {:>9.1f}\n", frames, nodes,
+               sum_ / static_cast<double>(count_) * 1e6, worst_ * 1e6, residentMegabytes());
+    std::fflush(stdout);
+    sum_ = worst_ = 0;
+    count_ = 0;
+  }
+
+ private:
+  double sum_ = 0, worst_ = 0;
+  std::size_t count_ = 0;
+};
+
+void drive(std::size_t frames, std::size_t places, std::size_t stay, const char* file) {
+  using Clock = std::chrono::steady_clock;
+  const World world(places);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < labels; ++i) names.push_back(fmt::format("label {}", i));
+  std::optional<MappingSession> session;
+  std::optional<Mapper> mapper;
+  if (file != nullptr)
+    session = MappingSession::create(file, Vocabulary(names), "synthetic", {});
+  else
+    mapper.emplace(labels, MapperOptions{});
+  std::mt19937 random(1);
+  std::size_t place = 0, next = 1;
+  Table table;
+  for (std::size_t i = 1; i <= frames; ++i) {
+    // first once through all places, then anywhere
+    if (random() % stay == 0) place = next < places ? next++ : random() % places;
+    const auto image = world.image(place, random);
+    Frame frame;
+    frame.name = fmt::format("frame {}", i);
+    const auto start = Clock::now();
+    if (session) {
+      session->add(frame, image);
+    } else {
+      mapper->add(image);
+      mapper->takeNews();
+    }
+    table.add(std::chrono::duration<double>(Clock::now() - start).count());
+    if (((i & (i - 1)) == 0 && i >= 1024) || i == frames)
+      table.print(i, (session ? session->mapper() : *mapper).bank().size());
+  }
+  if (session) session->finish();
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc == 3 && std::string(argv[1]) == "--frames") {
-    drive(std::strtoull(argv[2], nullptr, 10));
+  if (argc >= 5 && std::string(argv[1]) == "drive") {
+    const auto number = [&](int i) { return std::max<std::size_t>(1, std::strtoull(argv[i], nullptr, 10)); };
+    drive(number(2), number(3), number(4), argc > 5 ? argv[5] : nullptr);
     return 0;
   }
   for (const std::string name : {"standardized-clr", "hellinger", "l1", "weighted-root"})
