@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia {
@@ -94,19 +95,7 @@ void writeTrajectory(const fs::path& file, const std::vector<TrajectoryPoint>& p
     text += fmt::format("{} {} {} {} {} {} {} {}\n", *timestamp, pose->x, pose->y, pose->z, pose->qx,
                         pose->qy, pose->qz, pose->qw);
   }
-  fs::path beside = file;
-  beside += ".part";
-  std::ofstream stream(beside, std::ios::binary);
-  stream << text;
-  stream.close();
-  std::error_code error;
-  if (stream) fs::rename(beside, file, error);
-  if (!stream || error) {
-    std::error_code ignored;
-    fs::remove(beside, ignored);
-    throw Error(fmt::format("cannot write {}; check that its folder exists, is writable and has room",
-                            io::printable(file.string())));
-  }
+  writeWhole(file, text);
 }
 
 std::optional<Pose> poseOfMatrix(const std::array<double, 12>& matrix) {

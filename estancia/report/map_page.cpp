@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
 #include "estancia/report/decision_chart.hpp"
 #include "estancia/report/map_figure.hpp"
 #include "estancia/report/map_page_assets.hpp"
@@ -248,20 +249,7 @@ std::string renderMapPage(const MapPage& page) {
 }
 
 void writeMapPage(const std::filesystem::path& path, const MapPage& page) {
-  const std::string html = renderMapPage(page);
-  std::filesystem::path beside = path;
-  beside += ".part";
-  std::ofstream file(beside, std::ios::binary);
-  file.write(html.data(), static_cast<std::streamsize>(html.size()));
-  file.close();
-  std::error_code failed;
-  if (file) std::filesystem::rename(beside, path, failed);
-  if (!file || failed) {
-    std::error_code ignored;
-    std::filesystem::remove(beside, ignored);
-    throw Error(fmt::format("cannot write {}; check that its folder exists, is writable and has room",
-                            path.string()));
-  }
+  writeWhole(path, renderMapPage(page));
 }
 
 }  // namespace estancia

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <map>
 #include <numeric>
 
 #include "estancia/core/error.hpp"
@@ -26,30 +25,6 @@ const Node& TopologicalMap::getNode(int id) const {
   if (cut) ids.resize(shown);
   throw Error(
       fmt::format("there is no node {}; the map has nodes {}{}", id, fmt::join(ids, " "), cut ? " …" : ""));
-}
-
-std::optional<std::array<double, 3>> TopologicalMap::positionOf(int node) const {
-  std::array<double, 3> sum{};
-  std::size_t count = 0;
-  for (const MappedFrame& frame : frames)
-    if (frame.node == node && frame.pose) {
-      sum[0] += frame.pose->x;
-      sum[1] += frame.pose->y;
-      sum[2] += frame.pose->z;
-      ++count;
-    }
-  if (count == 0) return std::nullopt;
-  for (double& value : sum) value /= static_cast<double>(count);
-  return sum;
-}
-
-std::string TopologicalMap::roomOf(int node) const {
-  std::map<std::string, std::size_t> votes;
-  for (const MappedFrame& frame : frames)
-    if (frame.node == node && !frame.room.empty()) ++votes[frame.room];
-  const auto best = std::max_element(votes.begin(), votes.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
-  return best == votes.end() ? "" : best->first;
 }
 
 std::string toString(DecisionKind kind) {

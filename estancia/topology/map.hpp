@@ -1,10 +1,8 @@
 // A topological map as plain data: what the mapper makes, the store keeps and everybody reads.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -75,10 +73,6 @@ struct TopologicalMap {
   const Node* findNode(int id) const;
   /// Throws Error naming the nodes there are.
   const Node& getNode(int id) const;
-  /// Mean position of the node's posed frames [m], absent when none has a pose (thesis 4.4).
-  std::optional<std::array<double, 3>> positionOf(int node) const;
-  /// The room most of the node's frames are in, "" when unknown.
-  std::string roomOf(int node) const;
 };
 
 /// "start", "join", "revisit", "split"

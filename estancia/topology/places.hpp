@@ -23,8 +23,7 @@ struct Place {
   std::string room;  ///< the most frequent of them, "" when none is known
 };
 
-/// One place a node, in the order of map.nodes: the same as positionOf() and roomOf(), but for all nodes in
-/// one pass over the frames.
+/// One place a node, in the order of map.nodes; one pass over the frames.
 std::vector<Place> placesOf(const TopologicalMap& map);
 
 /// The position of a node id in map.nodes; map.nodes.size() when there is none.

@@ -30,17 +30,6 @@ inline cv::Mat plain(int width, int height, const cv::Scalar& bgr) {
   return {height, width, CV_8UC3, bgr};
 }
 
-/// What `action` says when it fails; "" when it does not throw an estancia::Error.
-template <typename Action>
-std::string errorOf(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
-
 /// Calls `work(0)` … `work(count - 1)` at the same time, each in a thread of its own.
 template <typename Work>
 void inThreads(int count, const Work& work) {

@@ -70,7 +70,8 @@ TEST_F(TrajectoryFile, ComesBackAsItWasWritten) {
 }
 
 TEST_F(TrajectoryFile, IsNotWrittenHalf) {
-  EXPECT_THAT(errorOf([&] { writeTrajectory(folder_ / "none" / "t.txt", {}); }), HasSubstr("cannot write"));
+  EXPECT_THAT(errorOf([&] { writeTrajectory(folder_ / "none" / "t.txt", {}); }),
+              HasSubstr("cannot be written"));
   EXPECT_THAT(errorOf([&] {
                 writeTrajectory(folder_ / "t.txt", {{1.0, Pose()}, {std::nullopt, Pose()}});
               }),

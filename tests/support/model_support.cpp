@@ -32,17 +32,6 @@ onnx::NodeProto* addNode(onnx::GraphProto& graph, const char* type, const std::v
 
 }  // namespace
 
-std::string errorOf(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& e) {
-    EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << "more than one line: " << e.what();
-    return e.what();
-  }
-  ADD_FAILURE() << "no Error was thrown";
-  return "";
-}
-
 std::string labelLines(std::size_t count) {
   std::string lines;
   for (std::size_t i = 0; i < count; ++i) lines += fmt::format("word {}\n", i);

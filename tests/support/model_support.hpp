@@ -18,9 +18,6 @@ class GraphProto;
 
 namespace estancia::test {
 
-/// The message of the Error that `work` throws; "" and a failure when it throws none.
-std::string errorOf(const std::function<void()>& work);
-
 /// `count` lines "word 0" ….
 std::string labelLines(std::size_t count);
 

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "estancia/core/error.hpp"
+
 namespace estancia::test {
 namespace fs = std::filesystem;
 namespace {
@@ -57,6 +59,16 @@ std::string readFile(const fs::path& path) {
   std::ostringstream all;
   all << file.rdbuf();
   return all.str();
+}
+
+std::string errorOf(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& e) {
+    EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << "more than one line: " << e.what();
+    return e.what();
+  }
+  return "";
 }
 
 CommandResult run(const std::vector<std::string>& arguments) {

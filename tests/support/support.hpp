@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,6 +25,9 @@ class ScratchFolder {
 
 void writeFile(const std::filesystem::path& path, const std::string& bytes);
 std::string readFile(const std::filesystem::path& path);
+
+/// The message of the Error that `work` throws; "" when it throws none.
+std::string errorOf(const std::function<void()>& work);
 
 struct CommandResult {
   int exitCode;

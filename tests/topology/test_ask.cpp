@@ -4,6 +4,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/topology/ask.hpp"
 #include "estancia/topology/words.hpp"
+#include "support/support.hpp"
 #include "topology/sample_map.hpp"
 
 namespace estancia {
@@ -24,16 +25,6 @@ std::vector<std::string> found(const std::string& words) {
   std::vector<std::string> labels;
   for (const std::size_t i : findLabels(vocabulary(), words)) labels.push_back(vocabulary()[i]);
   return labels;
-}
-
-template <typename Action>
-std::string errorOf(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "(no error)";
 }
 
 TEST(FindLabels, KnowsSynonymsWhateverTheirCase) {
@@ -139,16 +130,16 @@ TEST(Ask, AddsUpAllMatchingLabelsButNeverAboveOne) {
 }
 
 TEST(Ask, SuggestsNearSpellings) {
-  EXPECT_THAT(errorOf([] { ask(test::sampleMap(), "umbrela"); }),
+  EXPECT_THAT(test::errorOf([] { ask(test::sampleMap(), "umbrela"); }),
               HasSubstr("none of the map's 5 labels matches \"umbrela\"; did you mean \"umbrella\"?"));
-  EXPECT_THAT(errorOf([] { ask(test::sampleMap(), "xylophone"); }), HasSubstr("ask for another word"));
-  EXPECT_THAT(errorOf([] { ask(test::sampleMap(), ""); }), HasSubstr("ask for another word"));
+  EXPECT_THAT(test::errorOf([] { ask(test::sampleMap(), "xylophone"); }), HasSubstr("ask for another word"));
+  EXPECT_THAT(test::errorOf([] { ask(test::sampleMap(), ""); }), HasSubstr("ask for another word"));
 }
 
 TEST(Ask, RefusesAnEmptyMap) {
   TopologicalMap map = test::sampleMap();
   map.nodes.clear();
-  EXPECT_THAT(errorOf([&] { ask(map, "desk"); }), HasSubstr("the map has no places yet"));
+  EXPECT_THAT(test::errorOf([&] { ask(map, "desk"); }), HasSubstr("the map has no places yet"));
 }
 
 }  // namespace

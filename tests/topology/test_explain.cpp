@@ -3,6 +3,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/topology/explain.hpp"
+#include "support/support.hpp"
 #include "topology/sample_map.hpp"
 
 namespace estancia {
@@ -10,16 +11,6 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-template <typename Action>
-std::string errorOf(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "(no error)";
-}
 
 TEST(Explain, TheFirstImage) {
   EXPECT_THAT(explain(test::sampleMap(), 0),
@@ -86,20 +77,20 @@ TEST(Explain, FindsFramesByNameThenByNumber) {
   map.frames[6].name = "3";
   EXPECT_EQ(getFrame(map, "3"), 6U);
   map.frames[6].name = "7";
-  EXPECT_THAT(errorOf([&] { explain(map, 7); }), HasSubstr("there is no frame \"7\""))
+  EXPECT_THAT(test::errorOf([&] { explain(map, 7); }), HasSubstr("there is no frame \"7\""))
       << "a number, not a name";
 }
 
 TEST(Explain, SaysWhichFramesThereAre) {
   TopologicalMap map = test::sampleMap();
   for (const char* wrong : {"7", "x.jpg", "-1", "3x", "", "99999999999999999999999"})
-    EXPECT_THAT(errorOf([&] { getFrame(map, wrong); }),
+    EXPECT_THAT(test::errorOf([&] { getFrame(map, wrong); }),
                 HasSubstr("the map has frames 0 to 6, named \"a.jpg\" to \"g.jpg\""))
         << wrong;
   map.decisions.clear();
-  EXPECT_THAT(errorOf([&] { explain(map, 2); }), HasSubstr("nothing has been decided for frame 2"));
+  EXPECT_THAT(test::errorOf([&] { explain(map, 2); }), HasSubstr("nothing has been decided for frame 2"));
   map.frames.clear();
-  EXPECT_THAT(errorOf([&] { explain(map, 0); }), HasSubstr("the map has no frames yet"));
+  EXPECT_THAT(test::errorOf([&] { explain(map, 0); }), HasSubstr("the map has no frames yet"));
 }
 
 }  // namespace

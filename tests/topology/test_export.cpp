@@ -19,16 +19,6 @@ namespace {
 using nlohmann::json;
 using testing::HasSubstr;
 
-template <typename Action>
-std::string errorOf(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "(no error)";
-}
-
 std::size_t countOf(const std::string& text, const std::string& pattern) {
   const std::regex expression(pattern);
   return static_cast<std::size_t>(
@@ -186,12 +176,13 @@ TEST(Nav2, NamesThePlaceByItsBestLabelWhereNoRoomIsKnown) {
 TEST(Nav2, NeedsPositionsAndTransitions) {
   TopologicalMap map = test::sampleMap();
   map.frames[0].pose.reset();
-  EXPECT_EQ(errorOf([&] { toNav2(map); }), "(no error)") << "one posed frame a node is enough";
+  EXPECT_EQ(test::errorOf([&] { toNav2(map); }), "") << "one posed frame a node is enough";
   map.frames[1].pose.reset();
-  EXPECT_THAT(errorOf([&] { toNav2(map); }), HasSubstr("1 of the map's 3 nodes have no position (0), which"));
+  EXPECT_THAT(test::errorOf([&] { toNav2(map); }),
+              HasSubstr("1 of the map's 3 nodes have no position (0), which"));
   map = test::sampleMap();
   map.transitions.clear();
-  EXPECT_THAT(errorOf([&] { toNav2(map); }), HasSubstr("no transitions"));
+  EXPECT_THAT(test::errorOf([&] { toNav2(map); }), HasSubstr("no transitions"));
 }
 
 TEST(Export, WritesEveryFormatByName) {
@@ -200,7 +191,7 @@ TEST(Export, WritesEveryFormatByName) {
     exportMap(test::sampleMap(), format, folder / format);
     EXPECT_EQ(test::readFile(folder / format), exportMap(test::sampleMap(), format)) << explanation;
   }
-  EXPECT_THAT(errorOf([&] { exportMap(test::sampleMap(), "dot", folder / "dot"); }),
+  EXPECT_THAT(test::errorOf([&] { exportMap(test::sampleMap(), "dot", folder / "dot"); }),
               HasSubstr("no format \"dot\" to export to; choose one of graphml, json, nav2"));
   EXPECT_FALSE(std::filesystem::exists(folder / "dot"));
 }

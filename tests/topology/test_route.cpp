@@ -8,6 +8,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/route.hpp"
+#include "support/support.hpp"
 #include "topology/sample_map.hpp"
 
 namespace estancia {
@@ -16,24 +17,20 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-template <typename Action>
-std::string errorOf(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "(no error)";
-}
-
-TEST(Places, AreTheMapsOwnPositionsAndRooms) {
-  const TopologicalMap map = test::sampleMap();
+TEST(Places, LieAtTheMeanOfTheirFramesInTheRoomOfMost) {
+  TopologicalMap map = test::sampleMap();
+  map.frames = {test::frameAt("a", 0, 0, 0, "hall"), test::frameAt("b", 0, 2, 4, "hall"),
+                test::frameAt("c", 0, 4, 2, "office"), test::frameAt("d", 3, 9, 9, "")};
   const std::vector<Place> places = placesOf(map);
   ASSERT_EQ(places.size(), map.nodes.size());
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    EXPECT_EQ(places[i].position, map.positionOf(map.nodes[i].id));
-    EXPECT_EQ(places[i].room, map.roomOf(map.nodes[i].id));
-  }
+  EXPECT_EQ(places[0].position, (Position{2, 2, 0}));
+  EXPECT_EQ(places[0].room, "hall");
+  EXPECT_EQ(places[1].position, std::nullopt);
+  EXPECT_EQ(places[2].room, "");
+}
+
+TEST(Links, AreTransitionsInEitherDirectionOnce) {
+  const TopologicalMap map = test::sampleMap();
   EXPECT_THAT(linksOf(map), ElementsAre(testing::Pair(0U, 1U), testing::Pair(1U, 2U)));
 }
 
@@ -65,19 +62,19 @@ TEST(Route, DrivesBackwardsUnlessForbidden) {
   oneWay.bothWays = false;
   EXPECT_THAT(getRoute(test::sampleMap(), 3, 0).nodes, ElementsAre(3, 1, 0));
   EXPECT_FALSE(findRoute(test::sampleMap(), 3, 0, oneWay));
-  EXPECT_THAT(errorOf([&] { getRoute(test::sampleMap(), 3, 0, oneWay); }),
+  EXPECT_THAT(test::errorOf([&] { getRoute(test::sampleMap(), 3, 0, oneWay); }),
               HasSubstr("there is no way from node 3 to node 0; allow driving transitions backwards"));
 }
 
 TEST(Route, NamesTheNodesThereAre) {
-  EXPECT_THAT(errorOf([] { getRoute(test::sampleMap(), 0, 2); }), HasSubstr("the map has nodes 0 1 3"));
-  EXPECT_THAT(errorOf([] { getRoute(test::sampleMap(), 7, 0); }), HasSubstr("there is no node 7"));
+  EXPECT_THAT(test::errorOf([] { getRoute(test::sampleMap(), 0, 2); }), HasSubstr("the map has nodes 0 1 3"));
+  EXPECT_THAT(test::errorOf([] { getRoute(test::sampleMap(), 7, 0); }), HasSubstr("there is no node 7"));
 }
 
 TEST(Route, SaysThatPartsOfTheMapAreNotConnected) {
   TopologicalMap map = test::sampleMap();
   map.transitions.resize(1);
-  EXPECT_THAT(errorOf([&] { getRoute(map, 0, 3); }), HasSubstr("never drove between"));
+  EXPECT_THAT(test::errorOf([&] { getRoute(map, 0, 3); }), HasSubstr("never drove between"));
 }
 
 TEST(Route, IsTheCheapestOnRandomMaps) {
@@ -143,17 +140,19 @@ TEST(RouteToWords, SettlesForTheBestReachablePlace) {
   map.transitions.resize(1);  // the office is cut off
   EXPECT_EQ(routeToWords(map, 0, "desk").goal.node, 1);
   map.nodes[1].mean[2] = 0;
-  EXPECT_THAT(errorOf([&] { routeToWords(map, 0, "desk"); }),
+  EXPECT_THAT(test::errorOf([&] { routeToWords(map, 0, "desk"); }),
               HasSubstr("no place with \"desk\" can be reached from node 0"));
 }
 
 TEST(RouteToWords, RefusesNonsense) {
-  EXPECT_THAT(errorOf([] { routeToWords(test::sampleMap(), 0, "desc"); }),
+  EXPECT_THAT(test::errorOf([] { routeToWords(test::sampleMap(), 0, "desc"); }),
               HasSubstr("did you mean \"desk\"?"));
-  EXPECT_THAT(errorOf([] { routeToWords(test::sampleMap(), 9, "desk"); }), HasSubstr("there is no node 9"));
+  EXPECT_THAT(test::errorOf([] { routeToWords(test::sampleMap(), 9, "desk"); }),
+              HasSubstr("there is no node 9"));
   RouteOptions odd;
   odd.tolerance = 2;
-  EXPECT_THAT(errorOf([&] { routeToWords(test::sampleMap(), 0, "desk", odd); }), HasSubstr("tolerance"));
+  EXPECT_THAT(test::errorOf([&] { routeToWords(test::sampleMap(), 0, "desk", odd); }),
+              HasSubstr("tolerance"));
 }
 
 }  // namespace

@@ -41,18 +41,8 @@ void addFrames(MapStore& store, std::size_t first, std::size_t last) {
   store.putNode({0, last, {0.1F, 0.2F, 0.3F}, {0, 0, 0.05F}}, "memory of node 0");
 }
 
-template <typename Action>
-std::string errorOf(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "(no error)";
-}
-
 std::string openError(const fs::path& path, Access access = Access::read) {
-  return errorOf([&] { MapStore::open(path, access).load(); });
+  return test::errorOf([&] { MapStore::open(path, access).load(); });
 }
 
 std::vector<std::string> filesIn(const fs::path& folder) {
@@ -207,7 +197,7 @@ TEST(MapStore, VisitsDescriptorsInOrderAndStopsWhenTold) {
     return frame < 8;
   });
   EXPECT_EQ(visited, (std::vector<std::size_t>{5, 6, 7, 8}));
-  EXPECT_THAT(errorOf([&] { store.descriptor(20); }),
+  EXPECT_THAT(test::errorOf([&] { store.descriptor(20); }),
               HasSubstr("there is no frame 20; the map has 20 frames"));
 }
 
@@ -244,21 +234,24 @@ TEST(MapStore, ForgetsTheMapButNotTheFrames) {
 TEST(MapStore, RefusesFramesOutOfOrderAndDescriptorsOfAnotherModel) {
   const test::ScratchFolder folder;
   MapStore store = MapStore::create(folder / "map.estancia", identity());
-  EXPECT_THAT(errorOf([&] { store.addFrame(1, frameNamed("a"), descriptorOf(1)); }),
+  EXPECT_THAT(test::errorOf([&] { store.addFrame(1, frameNamed("a"), descriptorOf(1)); }),
               HasSubstr("frame 1 cannot be added; the next one is 0"));
-  EXPECT_THAT(errorOf([&] {
+  EXPECT_THAT(test::errorOf([&] {
                 store.addFrame(0, frameNamed("a"), LexicalDescriptor{1, 0});
               }),
               HasSubstr("a gave 2 values for 3 labels"));
-  EXPECT_THAT(errorOf([&] { store.putNode({0, 1, {1, 0}, {0, 0}}, ""); }), HasSubstr("node 0 has 2 means"));
-  EXPECT_THAT(errorOf([&] { store.putPicture(0, {1}); }), HasSubstr("there is no frame 0"));
+  EXPECT_THAT(test::errorOf([&] {
+                store.putNode({0, 1, {1, 0}, {0, 0}}, "");
+              }),
+              HasSubstr("node 0 has 2 means"));
+  EXPECT_THAT(test::errorOf([&] { store.putPicture(0, {1}); }), HasSubstr("there is no frame 0"));
 }
 
 TEST(MapStore, RefusesToChangeAMapOpenedForReading) {
   const test::ScratchFolder folder;
   MapStore store = MapStore::open(storedMap(folder), Access::read);
-  EXPECT_THAT(errorOf([&] { store.putState("a", "b"); }), HasSubstr("opened for reading only"));
-  EXPECT_THAT(errorOf([&] { store.commit(); }), HasSubstr("opened for reading only"));
+  EXPECT_THAT(test::errorOf([&] { store.putState("a", "b"); }), HasSubstr("opened for reading only"));
+  EXPECT_THAT(test::errorOf([&] { store.commit(); }), HasSubstr("opened for reading only"));
 }
 
 // ---- files that are not maps
@@ -266,9 +259,9 @@ TEST(MapStore, RefusesToChangeAMapOpenedForReading) {
 TEST(MapStoreRefuses, AnExistingPath) {
   const test::ScratchFolder folder;
   const fs::path path = storedMap(folder);
-  EXPECT_THAT(errorOf([&] { MapStore::create(path, identity()); }), HasSubstr("exists already"));
+  EXPECT_THAT(test::errorOf([&] { MapStore::create(path, identity()); }), HasSubstr("exists already"));
   fs::create_symlink("nowhere", folder / "link.estancia");
-  EXPECT_THAT(errorOf([&] { MapStore::create(folder / "link.estancia", identity()); }),
+  EXPECT_THAT(test::errorOf([&] { MapStore::create(folder / "link.estancia", identity()); }),
               HasSubstr("exists already"));
 }
 
@@ -276,10 +269,10 @@ TEST(MapStoreRefuses, APathThatSomebodyElseTookMeanwhile) {
   const test::ScratchFolder folder;
   MapStore store = MapStore::create(folder / "map.estancia", identity());
   test::writeFile(folder / "map.estancia", "precious");
-  EXPECT_THAT(errorOf([&] { store.commit(); }), HasSubstr("exists already"));
+  EXPECT_THAT(test::errorOf([&] { store.commit(); }), HasSubstr("exists already"));
   EXPECT_EQ(test::readFile(folder / "map.estancia"), "precious");
   EXPECT_THAT(filesIn(folder.path()), testing::ElementsAre("map.estancia"));
-  EXPECT_THAT(errorOf([&] { store.putState("a", "b"); }), HasSubstr("an earlier error"));
+  EXPECT_THAT(test::errorOf([&] { store.putState("a", "b"); }), HasSubstr("an earlier error"));
 }
 
 TEST(MapStoreRefuses, AMissingFile) {
@@ -349,13 +342,13 @@ TEST(MapStoreRefuses, AnOverwrittenPage) {
     std::string damaged = whole;
     for (std::size_t i = 0; i < 4096; ++i) damaged[page * 4096 + i] = static_cast<char>(i * 31 + page);
     test::writeFile(path, damaged);
-    const std::string error = errorOf([&] {
+    const std::string error = test::errorOf([&] {
       const MapStore store = MapStore::open(path, Access::read);
       store.load();
       store.forEachDescriptor(0, [](std::size_t, DescriptorView) { return true; });
       store.nodeStates();
     });
-    if (error == "(no error)") continue;
+    if (error == "") continue;
     EXPECT_THAT(error, HasSubstr("the map is damaged or cut off")) << page;
     ++refused;
   }
@@ -398,9 +391,10 @@ TEST(MapStoreRefuses, DescriptorsOfAWrongLength) {
   const fs::path path = storedMap(folder);
   tamper(path, "UPDATE descriptors SET probabilities = x'00' WHERE frame = 1");
   const MapStore store = MapStore::open(path, Access::read);
-  EXPECT_THAT(errorOf([&] { store.descriptor(1); }), HasSubstr("1 bytes for 3 labels"));
-  EXPECT_THAT(errorOf([&] { store.forEachDescriptor(0, [](std::size_t, DescriptorView) { return true; }); }),
-              HasSubstr("1 bytes for 3 labels"));
+  EXPECT_THAT(test::errorOf([&] { store.descriptor(1); }), HasSubstr("1 bytes for 3 labels"));
+  EXPECT_THAT(
+      test::errorOf([&] { store.forEachDescriptor(0, [](std::size_t, DescriptorView) { return true; }); }),
+      HasSubstr("1 bytes for 3 labels"));
 }
 
 }  // namespace
