@@ -65,8 +65,9 @@ class Reader {
 MapperOptions MapperOptions::thesis() {
   MapperOptions options;
   options.distance = "weighted-root";
-  options.tauJoin = 0.15;
+  options.tauJoin = 0.015;
   options.tauRevisit = 0.015;
+  options.blurImages = 15;
   options.thresholds.mergeRatio = 0;
   return options;
 }

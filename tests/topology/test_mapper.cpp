@@ -253,6 +253,19 @@ TEST(Mapper, MergesTwinsAndRedirectsTheirTransitions) {
   }
 }
 
+TEST(Mapper, ThesisPresetLeavesNodes) {
+  Images images;
+  for (const std::size_t label : {0U, 1U, 2U, 0U})
+    for (int i = 0; i < 40; ++i) {
+      std::vector<float> p(1000, 0.2F / 999);
+      p[label] = 0.8F;
+      images.push_back(p);
+    }
+  const auto map = mapped(MapperOptions::thesis(), images);
+  EXPECT_EQ(std::set<int>(map.nodes.begin(), map.nodes.end()).size(), 3U);
+  EXPECT_EQ(map.nodes.back(), 0);
+}
+
 TEST(Mapper, OneImageIsAMap) {
   test::SyntheticPlaces places(1, 20);
   const auto map = mapped(MapperOptions{}, places.drive({0}, 1));
