@@ -50,10 +50,10 @@ void run(const Arguments& arguments, const CLI::App& command) {
   }
   const std::size_t before = session ? session->frames() : 0;
   const auto add = [&](const LabelledFrame& frame) {
-    if (!session) {  // an old map goes only once there is something to put in its place
-      if (arguments.overwrite) fs::remove(arguments.output);
-      session = MappingSession::create(arguments.output, labeler->vocabulary(), labeler->identity(), options);
-    }
+    if (!session)  // an old map goes only once there is something to put in its place
+      session = MappingSession::create(
+          arguments.output, labeler->vocabulary(), labeler->identity(), options,
+          arguments.overwrite ? MapStore::Existing::replace : MapStore::Existing::refuse);
     session->add(sequence->frame(frame.index), frame.descriptor,
                  [&frame] { return encodePicture(frame.image); });
   };

@@ -37,9 +37,10 @@ MappingSession::MappingSession(MapStore store, Mapper mapper)
     : store_(std::move(store)), mapper_(std::move(mapper)) {}
 
 MappingSession MappingSession::create(const std::filesystem::path& path, const Vocabulary& vocabulary,
-                                      const std::string& model, const MapperOptions& options) {
+                                      const std::string& model, const MapperOptions& options,
+                                      MapStore::Existing existing) {
   Mapper mapper(vocabulary.size(), options);  // first: unknown distances leave no file
-  return {MapStore::create(path, {vocabulary, model, options.toJson()}), std::move(mapper)};
+  return {MapStore::create(path, {vocabulary, model, options.toJson()}, existing), std::move(mapper)};
 }
 
 MappingSession MappingSession::resume(const std::filesystem::path& path, const Vocabulary& vocabulary,

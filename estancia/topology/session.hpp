@@ -26,7 +26,8 @@ class MappingSession {
 
   /// The file appears with the first second of frames. Throws Error as MapStore::create() does.
   static MappingSession create(const std::filesystem::path& path, const Vocabulary& vocabulary,
-                               const std::string& model, const MapperOptions& options);
+                               const std::string& model, const MapperOptions& options,
+                               MapStore::Existing existing = MapStore::Existing::refuse);
 
   /// Goes on with a map. Throws Error as MapStore::open() does, and when `vocabulary` or `model` is not the
   /// map's.

@@ -26,7 +26,8 @@ void Database::Close::operator()(sqlite3* handle) const {
   sqlite3_close_v2(handle);
 }
 
-Database::Database(const std::filesystem::path& path, Mode mode) : path_(path) {
+Database::Database(const std::filesystem::path& path, Mode mode)
+    : path_(path), inMemory_(mode == Mode::memory) {
   // Readers open for writing, too, where they may: only then can they recover and tidy up after a killed
   // writer.
   // (SQLITE_OPEN_MEMORY is not wanted: VACUUM INTO would inherit it.)
@@ -80,10 +81,10 @@ void Database::fail(int code) const {
   const int systemError = sqlite3_system_errno(handle());
   const int primary = code & 0xff;
   if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && isOutOfRoom(systemError)))
-    throw Error(fmt::format(
-        "{}: no room left on the disk; everything up to the last commit is kept: free some space, "
-        "then go on with `estancia map --continue`",
-        path));
+    throw Error(fmt::format("{}: no room left on the disk; {}", path,
+                            inMemory_ ? "nothing of the map could be written: free some space, then map again"
+                                      : "everything up to the last commit is kept: free some space, then go "
+                                        "on with `estancia map --continue`"));
   switch (primary) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:

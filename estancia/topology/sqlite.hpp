@@ -49,6 +49,7 @@ class Database {
     void operator()(sqlite3* handle) const;
   };
   std::filesystem::path path_;
+  bool inMemory_;
   std::unique_ptr<sqlite3, Close> handle_;
 };
 

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <array>
@@ -10,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <limits>
 #include <map>
 #include <utility>
@@ -98,6 +100,44 @@ void renameToNew(const fs::path& from, const fs::path& to) {
   fs::rename(from, to);
 }
 
+/// What SQLite keeps beside a file. Left behind there, it would be played into the next file of that name.
+void removeCompanions(const fs::path& path) {
+  for (const char* ending : {"-wal", "-shm", "-journal"}) {
+    std::error_code ignored;
+    fs::remove(path.string() + ending, ignored);
+  }
+}
+
+/// Throws unless the file is empty or begins as our maps do, sound or not: nothing else is ever replaced.
+void requireReplaceable(const fs::path& path) {
+  constexpr std::string_view magic("SQLite format 3", 16);
+  constexpr std::size_t idAt = 68;  // in SQLite's header, big-endian
+  std::array<char, idAt + 4> header{};
+  if (fs::is_regular_file(path)) {
+    if (fs::file_size(path) == 0) return;
+    std::ifstream(path, std::ios::binary).read(header.data(), header.size());
+  }
+  std::int64_t id = 0;
+  for (std::size_t i = idAt; i < header.size(); ++i) id = id << 8 | static_cast<unsigned char>(header[i]);
+  if (std::string_view(header.data(), magic.size()) != magic || id != applicationId)
+    throw Error(
+        fmt::format("{}: not an Estancia map, so it is not replaced; give another name or remove it first",
+                    path.string()));
+}
+
+/// Puts the finished file `from` in the place of the map `to`. A map that a process is writing is refused.
+void renameOver(const fs::path& from, const fs::path& to) {
+  requireReplaceable(to);
+  Database old(to, Database::Mode::write);
+  old.waitForLocks(lockPatience);
+  // Takes the old map's -wal in and away, then keeps writers out until its file has gone.
+  if (!old.tryRun("PRAGMA journal_mode = DELETE") || !old.tryRun("BEGIN EXCLUSIVE")) {
+    if (const int code = sqlite3_errcode(old.handle()); code == SQLITE_BUSY) old.fail(code);
+    removeCompanions(to);  // the old map is damaged: nobody can be at work on it
+  }
+  fs::rename(from, to);
+}
+
 std::string quoted(const std::string& text) {
   std::string result = "'";
   for (const char c : text) result += c == '\'' ? std::string("''") : std::string(1, c);
@@ -152,6 +192,8 @@ struct MapStore::Impl {
   Access access;
   Database database;
   Identity identity;
+  bool replacing = false;  ///< the first commit may take the place of an older map
+  struct stat written {};  ///< writers only: the file that is written
   bool onDisk = true;      ///< false before the first commit of a new map: all of it is in memory
   std::size_t frames = 0;  ///< writers only
   std::map<std::string_view, Statement> statements;  ///< by their text, which is a literal
@@ -214,10 +256,14 @@ struct MapStore::Impl {
     try {
       database.run("VACUUM INTO " + quoted(part.string()));
       flushToDisk(part);
-      renameToNew(part, path);
+      if (replacing && fs::exists(path))
+        renameOver(part, path);
+      else
+        renameToNew(part, path);
       flushToDisk(folderOf(path));
     } catch (...) {
       fs::remove(part, ignored);
+      removeCompanions(part);
       throw;
     }
     statements.clear();
@@ -232,6 +278,15 @@ struct MapStore::Impl {
     // In WAL mode NORMAL loses nothing when the process dies; a power cut may cost the last commits.
     database.run("PRAGMA synchronous = NORMAL");
     database.run("BEGIN IMMEDIATE");
+    stat(path.c_str(), &written);
+  }
+
+  /// A file that has been removed can still be written to, all for nothing.
+  void requireInPlace() const {
+    struct stat now {};
+    if (stat(path.c_str(), &now) != 0 || now.st_ino != written.st_ino || now.st_dev != written.st_dev)
+      throw Error(fmt::format(
+          "{}: the map was removed, moved or replaced while it was being written; map again", path.string()));
   }
 };
 
@@ -240,11 +295,19 @@ MapStore::MapStore(MapStore&&) noexcept = default;
 MapStore& MapStore::operator=(MapStore&&) noexcept = default;
 MapStore::~MapStore() = default;
 
-MapStore MapStore::create(const fs::path& path, const Identity& identity) {
-  if (fs::exists(fs::symlink_status(path))) failExists(path);
+MapStore MapStore::create(const fs::path& name, const Identity& identity, Existing existing) {
+  const bool replacing = existing == Existing::replace && fs::exists(name);
+  const fs::path path = replacing ? fs::canonical(name) : name;  // what a link leads to, as SQLite does
+  if (replacing) {
+    requireReplaceable(path);
+  } else {
+    if (fs::exists(fs::symlink_status(path))) failExists(path);
+    removeCompanions(path);
+  }
   requireWritable(folderOf(path));
   auto impl = std::make_unique<Impl>(path, Access::write, Database(path, Database::Mode::memory), identity);
   impl->onDisk = false;
+  impl->replacing = replacing;
   impl->database.run(
       fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};", applicationId, formatVersion));
   impl->database.run(schema);
@@ -348,7 +411,10 @@ void MapStore::putState(const std::string& key, const std::string& bytes) {
 
 void MapStore::commit() {
   impl_->requireWriting();
-  impl_->allOrNothing([this] { impl_->database.run("COMMIT"); });
+  impl_->allOrNothing([this] {
+    if (impl_->onDisk) impl_->requireInPlace();
+    impl_->database.run("COMMIT");
+  });
   if (impl_->onDisk)
     impl_->database.run("BEGIN IMMEDIATE");  // at once: there is but one writer
   else

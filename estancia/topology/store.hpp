@@ -19,6 +19,8 @@ namespace estancia {
 class MapStore {
  public:
   enum class Access { read, write };
+  /// What create() does when there is a map of that name already.
+  enum class Existing { refuse, replace };
 
   /// What never changes in the life of a map.
   struct Identity {
@@ -27,9 +29,11 @@ class MapStore {
     std::string settings;  ///< the mapper's settings as JSON
   };
 
-  /// Makes a new file; it exists on disk from the first commit() on. Throws Error when `path` exists already,
-  /// its folder is missing, read-only or full.
-  static MapStore create(const std::filesystem::path& path, const Identity& identity);
+  /// Makes a new file; it exists on disk from the first commit() on. Throws Error when its
+  /// folder is missing, read-only or full, and when `path` exists already; with Existing::replace only when
+  /// that is no map, or one that another process is writing. The older map goes with the first commit().
+  static MapStore create(const std::filesystem::path& path, const Identity& identity,
+                         Existing existing = Existing::refuse);
 
   /// Throws Error, each with its own sentence: no such file, another program's file, a newer format, damaged
   /// or cut off, being written by another process (Access::write).

@@ -104,6 +104,20 @@ TEST_F(Command, AWordThatNoLabelMeansIsAnAnswerOfItsOwn) {
   EXPECT_THAT(result.out, HasSubstr("Did you mean"));
 }
 
+TEST_F(Command, OverwritesMapsOnly) {
+  writePictures(pictures_, 3, 2);
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  EXPECT_EQ(map(pictures_, map_, {"--overwrite"}).exitCode, 0);
+  const std::string letter = scratch_ / "letter.txt";
+  writeFile(letter, "dear reader");
+  expectError(map(pictures_, letter, {"--overwrite"}), "not an Estancia map");
+  EXPECT_EQ(readFile(letter), "dear reader");
+  const std::string folder = scratch_ / "folder";
+  fs::create_directory(folder);
+  expectError(map(pictures_, folder, {"--overwrite"}), "not an Estancia map");
+  EXPECT_TRUE(fs::is_directory(folder));
+}
+
 TEST_F(Command, LocalizesWithOneLineOfJsonAFrame) {
   writePictures(pictures_);
   ASSERT_EQ(map(pictures_, map_).exitCode, 0);

@@ -199,6 +199,75 @@ TEST(MapStoreProcesses, ReadsAMapInAReadOnlyFolderButDoesNotWriteIt) {
   fs::permissions(folder.path(), fs::perms(0755));
 }
 
+/// A map whose writer was killed: the last commits are still in its -wal.
+fs::path killedMap(const test::ScratchFolder& folder) {
+  const fs::path path = storedMap(folder, 3);
+  const std::string message = errorInAnotherProcess([&] {
+    MapStore store = MapStore::open(path, Access::write);
+    for (std::size_t i = 3; i < 200; ++i) addFrame(store, i);
+    store.commit();
+    kill(getpid(), SIGKILL);
+  });
+  EXPECT_THAT(message, HasSubstr("killed by signal 9"));
+  EXPECT_TRUE(fs::exists(path.string() + "-wal"));
+  return path;
+}
+
+void makeNew(const fs::path& path, MapStore::Existing existing) {
+  MapStore store = MapStore::create(path, identity(), existing);
+  addFrame(store, 0);
+  store.commit();
+}
+
+TEST(MapStoreProcesses, ANewMapInheritsNothingOfAKilledOne) {
+  const test::ScratchFolder folder;
+  const fs::path path = killedMap(folder);
+  makeNew(path, MapStore::Existing::replace);
+  EXPECT_EQ(MapStore::open(path, Access::read).load().frames.size(), 1U);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1);
+
+  const test::ScratchFolder second;
+  const fs::path other = killedMap(second);
+  fs::remove(other);  // by hand: its -wal stays behind
+  makeNew(other, MapStore::Existing::refuse);
+  EXPECT_EQ(MapStore::open(other, Access::read).load().frames.size(), 1U);
+}
+
+TEST(MapStoreProcesses, ReplacesADamagedMapAndTheMapBehindALink) {
+  const test::ScratchFolder folder;
+  const fs::path path = killedMap(folder);
+  fs::resize_file(path, 2000);
+  fs::create_symlink(path, folder / "link");
+  makeNew(folder / "link", MapStore::Existing::replace);
+  EXPECT_TRUE(fs::is_symlink(folder / "link"));
+  EXPECT_EQ(MapStore::open(path, Access::read).load().frames.size(), 1U);
+}
+
+TEST(MapStoreProcesses, DoesNotReplaceAMapThatIsBeingWritten) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder, 3);
+  MapStore writer = MapStore::open(path, Access::write);
+  addFrame(writer, 3);
+  EXPECT_THAT(errorInAnotherProcess([&] { makeNew(path, MapStore::Existing::replace); }),
+              HasSubstr("another process is writing this map"));
+  writer.commit();
+  EXPECT_EQ(MapStore::open(path, Access::read).load().frames.size(), 4U);
+}
+
+TEST(MapStoreProcesses, NoticesThatItsFileHasGone) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder, 3);
+  MapStore writer = MapStore::open(path, Access::write);
+  addFrame(writer, 3);
+  fs::remove(path);
+  try {
+    writer.commit();
+    FAIL() << "the frame went nowhere";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("was removed, moved or replaced"));
+  }
+}
+
 TEST(MapStoreProcesses, KeepsTheLastCommitWhenTheDiskIsFull) {
   const test::ScratchFolder folder;
   const fs::path path = storedMap(folder, 10);
