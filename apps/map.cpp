@@ -25,8 +25,9 @@ struct Arguments {
   bool goOn = false, overwrite = false, json = false;
 };
 
-MapperOptions mapperOptions(const Arguments& arguments, const CLI::App& command) {
-  MapperOptions options = arguments.preset == "thesis" ? MapperOptions::thesis() : MapperOptions{};
+/// `options` changed by what the command line says.
+MapperOptions mapperOptions(MapperOptions options, const Arguments& arguments, const CLI::App& command) {
+  if (arguments.preset == "thesis") options = MapperOptions::thesis();
   if (!arguments.distance.empty()) options.distance = arguments.distance;
   if (command.count("--tau-join") > 0) options.tauJoin = arguments.tauJoin;
   if (command.count("--tau-revisit") > 0) options.tauRevisit = arguments.tauRevisit;
@@ -35,7 +36,7 @@ MapperOptions mapperOptions(const Arguments& arguments, const CLI::App& command)
 }
 
 void run(const Arguments& arguments, const CLI::App& command) {
-  const MapperOptions options = mapperOptions(arguments, command);
+  const MapperOptions options = mapperOptions({}, arguments, command);
   getDistance(options.distance);
   if (fs::exists(arguments.output) && !arguments.goOn && !arguments.overwrite)
     throw Error(
@@ -46,6 +47,12 @@ void run(const Arguments& arguments, const CLI::App& command) {
   std::size_t first = 0;
   if (arguments.goOn && fs::exists(arguments.output)) {
     session = MappingSession::resume(arguments.output, labeler->vocabulary(), labeler->identity());
+    const MapperOptions& kept = session->mapper().options();
+    if (mapperOptions(kept, arguments, command).toJson() != kept.toJson())
+      throw Error(fmt::format(
+          "{} was made with other settings, which it keeps: leave out --distance, --tau-join, --tau-revisit, "
+          "--blur and --preset, or map anew",
+          arguments.output));
     first = firstUnmapped(MapStore::open(arguments.output, MapStore::Access::read).load(), *sequence);
   }
   const std::size_t before = session ? session->frames() : 0;

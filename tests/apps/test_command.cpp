@@ -118,6 +118,13 @@ TEST_F(Command, OverwritesMapsOnly) {
   EXPECT_TRUE(fs::is_directory(folder));
 }
 
+TEST_F(Command, ContinuesWithTheSettingsOfTheMapOnly) {
+  writePictures(pictures_);
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  EXPECT_EQ(map(pictures_, map_, {"--continue"}).exitCode, 0) << "the same distance";
+  expectError(map(pictures_, map_, {"--continue", "--tau-join", "0.1"}), "made with other settings");
+}
+
 TEST_F(Command, LocalizesWithOneLineOfJsonAFrame) {
   writePictures(pictures_);
   ASSERT_EQ(map(pictures_, map_).exitCode, 0);
