@@ -5,6 +5,7 @@
 #include <charconv>
 
 #include "common.hpp"
+#include "estancia/core/error.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/route.hpp"
 #include "estancia/topology/store.hpp"
@@ -33,11 +34,22 @@ void run(Arguments& arguments) {
   const TopologicalMap map = MapStore::open(arguments.map, MapStore::Access::read).load();
   std::optional<WordRoute> found;
   Route route;
-  if (const auto node = nodeNumber(arguments.to)) {
-    route = getRoute(map, arguments.from, *node, arguments.options);
-  } else {
-    found = routeToWords(map, arguments.from, arguments.to, arguments.options);
-    route = found->route;
+  try {
+    if (const auto node = nodeNumber(arguments.to)) {
+      route = getRoute(map, arguments.from, *node, arguments.options);
+    } else {
+      found = routeToWords(map, arguments.from, arguments.to, arguments.options);
+      route = found->route;
+    }
+  } catch (const NoAnswerError& why) {
+    if (arguments.json)
+      print({{"from", arguments.from},
+             {"to", nullptr},
+             {"nodes", nlohmann::json::array()},
+             {"why", why.what()}});
+    else
+      fmt::print("No way: {}\n", why.what());
+    throw NoAnswer{};
   }
   const std::vector<Place> places = placesOf(map);
   if (arguments.json) {

@@ -12,6 +12,12 @@ class Error : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A sound question that has no answer: nothing is called so, no way leads there.
+class NoAnswerError : public Error {
+ public:
+  using Error::Error;
+};
+
 /// Thrown when the user interrupts long work (Ctrl-C); everything done so far has been kept.
 class Interrupted : public Error {
  public:

@@ -18,10 +18,10 @@ std::vector<std::size_t> getLabels(const Vocabulary& vocabulary, const std::stri
   const std::string asked = words.size() > shown ? words.substr(0, shown) + "…" : words;
   const std::vector<std::string> near = findNearSpellings(vocabulary, words);
   if (near.empty())
-    throw Error(fmt::format("none of the map's {} labels matches \"{}\"; ask for another word",
-                            vocabulary.size(), asked));
-  throw Error(fmt::format("none of the map's {} labels matches \"{}\"; did you mean \"{}\"?",
-                          vocabulary.size(), asked, fmt::join(near, "\" or \"")));
+    throw NoAnswerError(fmt::format("none of the map's {} labels matches \"{}\"; ask for another word",
+                                    vocabulary.size(), asked));
+  throw NoAnswerError(fmt::format("none of the map's {} labels matches \"{}\"; did you mean \"{}\"?",
+                                  vocabulary.size(), asked, fmt::join(near, "\" or \"")));
 }
 
 /// The rank of a label among all of a node's labels, from 1; equal labels in order of the vocabulary.

@@ -72,7 +72,8 @@ std::optional<Route> findRoute(const TopologicalMap& map, int from, int to, cons
 
 Route getRoute(const TopologicalMap& map, int from, int to, const RouteOptions& options) {
   if (auto route = findRoute(map, from, to, options)) return *route;
-  throw Error(fmt::format("there is no way from node {} to node {}{}", from, to, onlyForwards(options)));
+  throw NoAnswerError(
+      fmt::format("there is no way from node {} to node {}{}", from, to, onlyForwards(options)));
 }
 
 WordRoute routeToWords(const TopologicalMap& map, int from, const std::string& words,
@@ -91,8 +92,8 @@ WordRoute routeToWords(const TopologicalMap& map, int from, const std::string& w
     if (goal == nullptr || cost < ways.costTo(goal->node)) goal = &answer;
   }
   if (goal == nullptr)
-    throw Error(fmt::format("no place with \"{}\" can be reached from node {}{}", words, from,
-                            onlyForwards(options)));
+    throw NoAnswerError(fmt::format("no place with \"{}\" can be reached from node {}{}", words, from,
+                                    onlyForwards(options)));
   return {*goal, answers.labels, ways.routeTo(goal->node)};
 }
 
