@@ -75,7 +75,7 @@ void addAskCommand(CLI::App& app) {
       ->required();
   command->add_option("-n,--count", arguments->count, "How many places")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia ask home.estancia umbrella\n"

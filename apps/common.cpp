@@ -26,7 +26,7 @@ void SequenceArguments::addTo(CLI::App& command, bool required) {
       ->group(sequence);
   command.add_option("--pose-gap", options.maxPoseGap, "Most seconds between an image and its pose")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Range(0.0, 1e9))
       ->group(sequence);
   command.add_flag("--strict", strict, "Stop at an unreadable image instead of skipping it")->group(sequence);
   const auto tour = "Panorama tour";
@@ -49,6 +49,16 @@ std::unique_ptr<Sequence> SequenceArguments::open() const {
   auto sequence = openSequence(path, options);
   for (const std::string& warning : sequence->warnings()) spdlog::warn("{}", warning);
   return sequence;
+}
+
+CLI::Validator positive() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        double value = 0;
+        const bool above = CLI::detail::lexical_cast(text, value) && value > 0;
+        return above ? std::string() : text + " is not a number above 0";
+      },
+      "POSITIVE");
 }
 
 void addJsonOption(CLI::App& command, bool& json) {

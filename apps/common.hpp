@@ -27,6 +27,9 @@ struct SequenceArguments {
   std::unique_ptr<Sequence> open() const;
 };
 
+/// Accepts numbers above 0.
+CLI::Validator positive();
+
 /// Adds `--json`.
 void addJsonOption(CLI::App& command, bool& json);
 

@@ -17,7 +17,7 @@ void LocalizationArguments::addTo(CLI::App& command) {
       .add_option("--most-images", localizer.mostImages,
                   "Compare with at most so many stored images, evenly thinned")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
 }
 
 void localize(const LocalizationArguments& arguments, const MapReader& reader, const Sequence& sequence,

@@ -31,6 +31,19 @@ int complain(const std::string& sentence) {
   return estancia::apps::failure;
 }
 
+/// What is wrong with the command line, and where to read more.
+std::string explainWrongWords(const CLI::App& app, const CLI::ParseError& error) {
+  std::string name = "estancia", problem = error.what();
+  const CLI::App* deepest = &app;
+  while (!deepest->get_subcommands().empty()) {
+    deepest = deepest->get_subcommands().front();
+    name += " " + deepest->get_name();
+  }
+  if (deepest->get_require_subcommand_min() > 0 && !deepest->remaining().empty())
+    problem = fmt::format("{} does not know \"{}\"", name, deepest->remaining().front());
+  return fmt::format("{}; see {} --help", problem, name);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -61,12 +74,12 @@ int main(int argc, char** argv) {
 
   try {
     app.parse(argc, argv);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+      return complain("the output could not be written to the end; check where it goes");
     return success;
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
-    return complain(fmt::format(
-        "{}; see {} --help", e.what(),
-        app.get_subcommands().empty() ? "estancia" : "estancia " + app.get_subcommands()[0]->get_name()));
+    return complain(explainWrongWords(app, e));
   } catch (const NoAnswer&) {
     return noAnswer;
   } catch (const estancia::Interrupted& e) {

@@ -112,12 +112,12 @@ void addMapCommand(CLI::App& app) {
   command
       ->add_option("--tau-join", arguments->tauJoin,
                    "Stay within this distance; default: found by the run itself")
-      ->check(CLI::PositiveNumber)
+      ->check(positive())
       ->group(mapping);
   command
       ->add_option("--tau-revisit", arguments->tauRevisit,
                    "Return to another place within this distance; default: 0.4 · τ_join")
-      ->check(CLI::PositiveNumber)
+      ->check(positive())
       ->group(mapping);
   command->add_option("--blur", arguments->blur, "The first and last K images of a stay count less")
       ->group(mapping);

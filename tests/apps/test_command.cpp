@@ -69,7 +69,10 @@ TEST_F(Command, EveryHelpHasAnExample) {
 }
 
 TEST_F(Command, WrongWordsAreOneLineAndExitCodeTwo) {
-  expectError(run({"mapp"}), "--help");
+  expectError(run({"mapp"}), "does not know \"mapp\"; see estancia --help");
+  expectError(run({"models", "lst"}), "does not know \"lst\"; see estancia models --help");
+  expectError(run({"models", "check"}), "see estancia models check --help");
+  expectError(run({"ask", map_, "word", "-n", "0"}), "0 is not a number above 0");
   expectError(run({}), "--help");
   expectError(run({"map", "nowhere"}), "--output");
   expectError(run({"map", "nowhere", "-o", map_, "--tau-join", "-1"}), "--tau-join");
@@ -138,6 +141,14 @@ TEST_F(Command, ContinuesWithTheSettingsOfTheMapOnly) {
   ASSERT_EQ(map(pictures_, map_).exitCode, 0);
   EXPECT_EQ(map(pictures_, map_, {"--continue"}).exitCode, 0) << "the same distance";
   expectError(map(pictures_, map_, {"--continue", "--tau-join", "0.1"}), "made with other settings");
+}
+
+TEST_F(Command, SaysWhenItsOutputIsLost) {
+  writePictures(pictures_, 3, 2);
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  const std::string line =
+      std::string(ESTANCIA_COMMAND) + " ask '" + map_ + "' 'word 1' >/dev/full 2>/dev/null";
+  EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 2);
 }
 
 TEST_F(Command, LocalizesWithOneLineOfJsonAFrame) {
