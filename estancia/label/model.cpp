@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <pwd.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -104,7 +105,11 @@ void swapIn(const fs::path& fresh, const fs::path& target) {
 
 fs::path modelHome() {
   const std::string home = environment("ESTANCIA_HOME");
-  return (home.empty() ? fs::path(environment("HOME")) / ".local/share/estancia" : fs::path(home)) / "models";
+  if (!home.empty()) return fs::path(home) / "models";
+  std::string user = environment("HOME");
+  if (user.empty())  // a service: as the shell's ~ does
+    if (const passwd* entry = getpwuid(geteuid()); entry != nullptr) user = entry->pw_dir;
+  return fs::path(user) / ".local/share/estancia/models";
 }
 
 fs::path getModelFolder(const std::string& model) {

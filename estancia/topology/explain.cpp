@@ -100,8 +100,11 @@ void explainMerges(const TopologicalMap& map, const Decision& d, Sentences& sent
 }  // namespace
 
 std::size_t getFrame(const TopologicalMap& map, const std::string& nameOrNumber) {
-  const auto named = std::find_if(map.frames.begin(), map.frames.end(),
-                                  [&](const MappedFrame& frame) { return frame.name == nameOrNumber; });
+  // A sequence writes odd bytes of a file's name as \xFF; the shell gives them as they are.
+  const std::string written = io::printable(nameOrNumber);
+  const auto named = std::find_if(map.frames.begin(), map.frames.end(), [&](const MappedFrame& frame) {
+    return frame.name == nameOrNumber || frame.name == written;
+  });
   if (named != map.frames.end()) return static_cast<std::size_t>(named - map.frames.begin());
   std::size_t number = 0;
   const char* end = nameOrNumber.data() + nameOrNumber.size();

@@ -143,6 +143,23 @@ TEST_F(Command, ContinuesWithTheSettingsOfTheMapOnly) {
   expectError(map(pictures_, map_, {"--continue", "--tau-join", "0.1"}), "made with other settings");
 }
 
+TEST_F(Command, ExplainsAFrameByTheNameOfItsFile) {
+  writePictures(pictures_, 3, 1);
+  fs::rename(fs::path(pictures_) / "frame1.jpg", fs::path(pictures_) / "bad\xFF.jpg");
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  const auto explained = run({"explain", map_, "bad\xFF.jpg"});
+  EXPECT_EQ(explained.exitCode, 0) << explained.err;
+  EXPECT_THAT(explained.out, HasSubstr("(bad\\xFF.jpg)"));
+}
+
+TEST_F(Command, FindsTheModelsOfTheUserWithoutHome) {
+  const std::string out = scratch_ / "out";
+  const std::string line = std::string("env -u HOME -u ESTANCIA_HOME ") + ESTANCIA_COMMAND +
+                           " models check alexnet 2>'" + out + "'";
+  EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 2);
+  EXPECT_THAT(readFile(out), testing::Not(HasSubstr("in .local"))) << "relative to wherever one is";
+}
+
 TEST_F(Command, SaysWhenItsOutputIsLost) {
   writePictures(pictures_, 3, 2);
   ASSERT_EQ(map(pictures_, map_).exitCode, 0);
