@@ -1,6 +1,7 @@
 #include "estancia/core/progress.hpp"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -26,6 +27,12 @@ std::string clockText(double seconds) {
   const long s = std::lround(seconds);
   return s < 3600 ? fmt::format("{}:{:02}", s / 60, s % 60)
                   : fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+/// Columns of the terminal; it may be resized at any time.
+std::size_t terminalWidth() {
+  winsize size{};
+  return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
 class StderrProgress final : public Progress {
@@ -60,14 +67,10 @@ class StderrProgress final : public Progress {
     lastShown_ = Clock::now();
     const double seconds = std::chrono::duration<double>(lastShown_ - start_).count();
     const double rate = seconds > 0 ? static_cast<double>(done_ - first_) / seconds : 0;
-    std::string line = what_;
+    const double share =
+        total_ > 0 ? static_cast<double>(std::min(done_, total_)) / static_cast<double>(total_) : 0;
+    std::string line;
     if (total_ > 0) {
-      const double share = static_cast<double>(std::min(done_, total_)) / static_cast<double>(total_);
-      if (terminal_) {
-        constexpr int width = 28;
-        line += " ";
-        for (int i = 0; i < width; ++i) line += i < static_cast<int>(share * width) ? "█" : "░";
-      }
       line += fmt::format(" {:3.0f} % {}/{}", share * 100, done_, total_);
     } else {
       line += fmt::format(" {}", done_);
@@ -78,10 +81,25 @@ class StderrProgress final : public Progress {
     else if (total_ > 0 && rate > 0)
       line += fmt::format(", {} left", clockText(static_cast<double>(total_ - done_) / rate));
     if (terminal_)
-      std::fprintf(stderr, "\r\033[K%s", line.c_str());
+      std::fprintf(stderr, "\r\033[K%s", fitted(line, share).c_str());
     else
-      std::fprintf(stderr, "%s\n", line.c_str());
+      std::fprintf(stderr, "%s%s\n", what_.c_str(), line.c_str());
     std::fflush(stderr);
+  }
+
+  /// Name, bar and numbers on one line: a wrapped line could not be drawn over again.
+  std::string fitted(const std::string& numbers, double share) const {
+    constexpr std::size_t longest = 28, shortest = 5;
+    const std::size_t width = terminalWidth() - 1, text = what_.size() + numbers.size();
+    if (text > width) return (what_ + numbers).substr(0, width);
+    const std::size_t bar = std::min(longest, width - text);
+    std::string line = what_;
+    if (total_ > 0 && bar > shortest) {
+      line += " ";
+      for (std::size_t i = 0; i + 1 < bar; ++i)
+        line += static_cast<double>(i) < std::floor(share * static_cast<double>(bar - 1)) ? "█" : "░";
+    }
+    return line + numbers;
   }
 
   bool terminal_ = isatty(STDERR_FILENO) == 1;
