@@ -31,6 +31,13 @@ Mapper restoreMapper(const MapStore& store) {
                          [&store](std::size_t frame) { return store.descriptor(frame); });
 }
 
+/// The map and the mapper's memory must be of one moment: a run that goes on may write in between.
+MapStore openAtOneMoment(const std::filesystem::path& path) {
+  MapStore store = MapStore::open(path, MapStore::Access::read);
+  store.beginReading();
+  return store;
+}
+
 }  // namespace
 
 MappingSession::MappingSession(MapStore store, Mapper mapper)
@@ -112,9 +119,9 @@ std::size_t firstUnmapped(const TopologicalMap& map, const Sequence& sequence) {
 }
 
 MapReader::MapReader(const std::filesystem::path& path)
-    : store_(MapStore::open(path, MapStore::Access::read)),
-      map_(store_.load()),
-      mapper_(restoreMapper(store_)) {}
+    : store_(openAtOneMoment(path)), map_(store_.load()), mapper_(restoreMapper(store_)) {
+  store_.endReading();  // what forLocalizer() reads later never changes
+}
 
 LocalizerMap MapReader::forLocalizer(std::size_t mostImages) const {
   const std::size_t frames = map_.frames.size();

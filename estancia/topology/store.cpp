@@ -423,6 +423,14 @@ void MapStore::commit() {
 
 // ---- reading
 
+void MapStore::beginReading() {
+  impl_->database.run("BEGIN");
+}
+
+void MapStore::endReading() {
+  impl_->database.run("COMMIT");
+}
+
 std::size_t MapStore::frameCount() const {
   Statement& last = impl_->prepared("SELECT ifnull(max(id) + 1, 0) FROM frames");
   const sqlite::ResetAtEnd reset(last);

@@ -67,6 +67,10 @@ class MapStore {
   void commit();
 
   // ---- reading
+  /// From here to endReading() everything is read as it is at one moment, whatever another process writes
+  /// meanwhile. For Access::read.
+  void beginReading();
+  void endReading();
   std::size_t frameCount() const;
   TopologicalMap load() const;
   std::optional<std::string> findState(const std::string& key) const;

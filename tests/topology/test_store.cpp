@@ -187,6 +187,23 @@ TEST(MapStore, ShowsReadersTheLastCommit) {
   EXPECT_EQ(reader.frameCount(), 10U);
 }
 
+TEST(MapStore, AReaderCanHoldOneMomentOverSeveralReads) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder);
+  MapStore writer = MapStore::open(path, Access::write);
+  MapStore reader = MapStore::open(path, Access::read);
+  reader.beginReading();
+  EXPECT_EQ(reader.frameCount(), 3U);
+  addFrames(writer, 3, 10);
+  writer.putState("memory", "of ten frames");
+  writer.commit();
+  EXPECT_EQ(reader.load().frames.size(), 3U);
+  EXPECT_FALSE(reader.findState("memory"));
+  reader.endReading();
+  EXPECT_EQ(reader.load().frames.size(), 10U);
+  EXPECT_EQ(reader.findState("memory"), "of ten frames");
+}
+
 TEST(MapStore, VisitsDescriptorsInOrderAndStopsWhenTold) {
   const test::ScratchFolder folder;
   const MapStore store = MapStore::open(storedMap(folder, 20), Access::read);
