@@ -202,8 +202,8 @@ void separate(std::vector<Point>& centres, const std::vector<double>& radii, dou
         Point& b = centres[j];
         const double wanted = radii[i] + radii[j] + gap;
         double dx = b.x - a.x, dy = b.y - a.y;
+        if (dx * dx + dy * dy >= wanted * wanted) continue;  // most pairs: no root for them
         double distance = std::hypot(dx, dy);
-        if (distance >= wanted) continue;
         if (distance < 1e-6) {  // the golden angle: no two pairs part in the same direction
           const double angle = 2.399963 * static_cast<double>(i + j + 1);
           dx = std::cos(angle);

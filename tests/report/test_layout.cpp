@@ -74,6 +74,20 @@ TEST(Separation, LeavesNodesThatAreFarApartWhereTheyAre) {
   EXPECT_EQ(centres[1].y, 90);
 }
 
+TEST(Separation, OnlyTheNodesThatOverlapMove) {  // whatever else is on the map
+  std::vector<Point> centres;
+  for (int row = 0; row < 20; ++row)
+    for (int column = 0; column < 20; ++column) centres.push_back({60.0 * column + 20, 60.0 * row + 20});
+  const std::vector<Point> before = centres;
+  centres.push_back({24, 20});
+  separate(centres, std::vector<double>(401, 8), 4, {0, 0, 1300, 1300});
+  for (std::size_t i = 1; i < before.size(); ++i) {
+    EXPECT_EQ(centres[i].x, before[i].x);
+    EXPECT_EQ(centres[i].y, before[i].y);
+  }
+  EXPECT_NEAR(std::hypot(centres[400].x - centres[0].x, centres[400].y - centres[0].y), 20, 0.5);
+}
+
 TEST(MapPlane, AFlatMapIsSeenFromAboveWithoutTurning) {
   const Plane plane = planeOf({{0, 0, 0}, {3, 1, 0.01}, {-2, 5, 0}, {4, 4, 0.02}});
   const Point p = plane.project({3, 1, 9});
