@@ -1,7 +1,10 @@
 #include "localization.hpp"
 
+#include <fmt/format.h>
+
 #include <deque>
 
+#include "estancia/core/error.hpp"
 #include "estancia/label/model.hpp"
 
 namespace estancia::apps {
@@ -24,6 +27,10 @@ void localize(const LocalizationArguments& arguments, const MapReader& reader, c
               bool strict, const std::function<void(std::size_t, const Localization&)>& use) {
   const auto labeler = loadModel(arguments.model.empty() ? defaultModel : arguments.model);
   requireSameVocabulary(reader.map().vocabulary, labeler->vocabulary(), arguments.map);
+  // Another network with the same words says other things: its answers would look right and mean nothing.
+  if (reader.map().model != labeler->identity())
+    throw Error(fmt::format("{} was made with the model {}, not {}; give that model by --model",
+                            arguments.map, reader.map().model, labeler->identity()));
   Localizer localizer(reader.forLocalizer(arguments.localizer.mostImages), arguments.localizer);
   std::deque<std::size_t> waiting;
   const auto give = [&](const std::vector<Localization>& answers) {

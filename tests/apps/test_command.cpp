@@ -311,6 +311,17 @@ TEST_F(Command, RefusesAnotherVocabulary) {
   expectError(run({"localize", map_, pictures_, "--model", model_}), "vocabularies differ");
 }
 
+TEST_F(Command, RefusesAnotherModelWithTheSameWords) {
+  writePictures(pictures_);
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  const std::string other = scratch_ / "other";
+  writeSmallModel(other);
+  const std::string toml = readFile(fs::path(other) / "model.toml");
+  writeFile(fs::path(other) / "model.toml", "name = \"another\"\n" + toml.substr(toml.find('\n') + 1));
+  expectError(run({"localize", map_, pictures_, "--model", other}), "--model");
+  expectError(run({"evaluate", map_, pictures_, "--model", other}), "--model");
+}
+
 TEST_F(Command, RefusesFilesThatAreNoMaps) {
   writeFile(map_, "no map at all, but long enough to be looked at as if it might be one");
   for (const std::vector<std::string>& arguments :
