@@ -10,8 +10,9 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t firstRescale = 10;         // frames before a run can tell anything about itself
-constexpr std::uint64_t leastFramesToMerge = 3;  // below this a mean is still one picture's accident
+constexpr std::size_t mostFramesPerKeyframe = 10;  // of a young run, on the average: bounds its memory
+constexpr std::size_t firstRescale = 10;           // keyframes before a run can tell anything about itself
+constexpr std::uint64_t leastFramesToMerge = 3;    // below this a mean is still one picture's accident
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 std::size_t rescaleAfter(std::size_t frames) {
@@ -45,29 +46,35 @@ Mapper::Image Mapper::makeImage(DescriptorView probabilities) const {
   return image;
 }
 
+bool Mapper::isYoung() const {
+  return isAutomatic() && scale_.keyframes() < options_.settleFrames &&
+         scale_.frames() < mostFramesPerKeyframe * options_.settleFrames;
+}
+
 void Mapper::add(DescriptorView probabilities) {
   requireProbabilities(probabilities, labels_, "the labeler");
   const Image image = makeImage(probabilities);
   const std::size_t frame = scale_.frames();
-  scale_.add(image.embedded);
-  if (isAutomatic() && frame < options_.settleFrames) young_.push_back(image.words);
+  const bool young = isYoung();
+  scale_.add(image.words, image.embedded);
+  if (young) young_.push_back(image.words);
   if (frame == 0 && distance_.standardized) bank_.setStandardization(scale_.standardization());
   place(frame, image);
-  if (isAutomatic() && (frames() == nextRescale_ || frames() == options_.settleFrames)) rescale();
+  if (isAutomatic() && (scale_.keyframes() >= nextRescale_ || young != isYoung())) rescale(young);
 }
 
 void Mapper::finish() {
-  if (isAutomatic() && frames() > 1 && frames() < options_.settleFrames) rescale();
+  if (isYoung() && frames() > 1) rescale(true);
 }
 
-void Mapper::rescale() {
-  if (frames() >= nextRescale_) nextRescale_ = rescaleAfter(frames());
+void Mapper::rescale(bool young) {
+  if (scale_.keyframes() >= nextRescale_) nextRescale_ = rescaleAfter(scale_.keyframes());
   bank_.setStandardization(scale_.standardization());
   if (!options_.tauJoin)
     if (const auto found = scale_.estimate(bank_.standardization())) thresholds_ = *found;
   if (options_.tauRevisit) thresholds_.revisit = *options_.tauRevisit;
-  if (frames() <= options_.settleFrames) repeatYoungRun();
-  if (frames() >= options_.settleFrames) young_ = {};
+  if (young) repeatYoungRun();
+  if (!isYoung()) young_ = {};
 }
 
 void Mapper::repeatYoungRun() {

@@ -89,7 +89,8 @@ class Mapper {
   };
   Image makeImage(DescriptorView probabilities) const;
   bool isAutomatic() const;
-  void rescale();
+  bool isYoung() const;
+  void rescale(bool young);
   void repeatYoungRun();
   void place(std::size_t frame, const Image& image);
   void join(std::size_t slot, const Image& image);
@@ -110,7 +111,7 @@ class Mapper {
   std::size_t stay_ = 0;      ///< images since the robot entered the current node
   std::deque<Image> recent_;  ///< the last blurImages images of this stay
   std::map<std::pair<int, int>, Transition> transitions_;
-  std::vector<std::vector<float>> young_;  ///< descriptors of the first settleFrames frames
+  std::vector<std::vector<float>> young_;  ///< descriptors of all frames while the run is young
   News news_;
 };
 

@@ -106,14 +106,24 @@ MapperOptions MapperOptions::fromJson(const std::string& text) {
 
 std::string Mapper::state() const {
   Writer out;
-  out.put<std::uint64_t>(frames());
+  const RunScale::Memory& seen = scale_.memory();
+  out.put<std::uint64_t>(seen.frames);
+  out.put<std::uint64_t>(seen.keyframes);
+  out.put<std::uint64_t>(seen.views);
+  out.put<std::uint64_t>(seen.lastView);
+  out.put<std::uint64_t>(seen.repeats);
+  out.put<std::uint64_t>(seen.sampled.size());
+  for (const auto& [keyframe, frame] : seen.sampled) {
+    out.put<std::uint64_t>(keyframe);
+    out.put<std::uint64_t>(frame);
+  }
   out.put<std::uint64_t>(nextRescale_);
   out.put<std::int32_t>(currentNode());
   out.put<std::int32_t>(nextId_);
   out.put<std::uint64_t>(stay_);
   out.put(thresholds_);
   out.put(bank_.standardization().centre);
-  out.put(bank_.standardization().scale);
+  out.put(bank_.standardization().weight);
   out.bytes += scale_.moments().toBytes();
   out.put<std::uint64_t>(transitions_.size());
   for (const auto& entry : transitions_) out.put(entry.second);
@@ -135,7 +145,16 @@ Mapper Mapper::restore(std::size_t labels, MapperOptions options, const std::str
                        const std::function<LexicalDescriptor(std::size_t)>& descriptor) {
   Mapper mapper(labels, std::move(options));
   Reader in(state);
-  const auto frames = in.get<std::uint64_t>();
+  RunScale::Memory seen;
+  const auto frames = seen.frames = in.get<std::uint64_t>();
+  seen.keyframes = in.get<std::uint64_t>();
+  seen.views = in.get<std::uint64_t>();
+  seen.lastView = in.get<std::uint64_t>();
+  seen.repeats = in.get<std::uint64_t>();
+  for (auto count = in.get<std::uint64_t>(); count > 0; --count) {
+    const auto keyframe = in.get<std::uint64_t>();
+    seen.sampled.emplace(keyframe, in.get<std::uint64_t>());
+  }
   mapper.nextRescale_ = in.get<std::uint64_t>();
   const auto current = in.get<std::int32_t>();
   mapper.nextId_ = in.get<std::int32_t>();
@@ -143,9 +162,9 @@ Mapper Mapper::restore(std::size_t labels, MapperOptions options, const std::str
   mapper.thresholds_ = in.get<Thresholds>();
   Standardization standardization;
   standardization.centre = in.getFloats(labels);
-  standardization.scale = in.getFloats(labels);
+  standardization.weight = in.getFloats(labels);
   const std::size_t expected = mapper.distance_.standardized && frames > 0 ? labels : 0;
-  if (standardization.centre.size() != expected || standardization.scale.size() != expected)
+  if (standardization.centre.size() != expected || standardization.weight.size() != expected)
     throw Error(damaged);
   Moments moments = Moments::fromBytes(in.take(Moments::byteCount(labels, true)), labels, true);
   for (auto count = in.get<std::uint64_t>(); count > 0; --count) {
@@ -170,11 +189,8 @@ Mapper Mapper::restore(std::size_t labels, MapperOptions options, const std::str
   }
   if (frames > 0) mapper.current_ = mapper.bank_.slotOf(current);
 
-  std::map<std::size_t, std::vector<float>> sample;
-  for (const std::size_t frame : RunScale::sampledFrames(frames))
-    sample.emplace(frame, mapper.makeImage(descriptor(frame)).embedded);
-  mapper.scale_.restore(frames, std::move(moments), std::move(sample));
-  if (mapper.isAutomatic() && frames < mapper.options_.settleFrames)
+  mapper.scale_.restore(std::move(seen), std::move(moments), descriptor);
+  if (mapper.isYoung())
     for (std::size_t frame = 0; frame < frames; ++frame) mapper.young_.push_back(descriptor(frame));
   const std::size_t recent = std::min<std::size_t>(mapper.options_.blurImages, mapper.stay_);
   for (std::size_t frame = frames - std::min<std::size_t>(recent, frames); frame < frames; ++frame)

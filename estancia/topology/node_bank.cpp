@@ -83,9 +83,9 @@ void NodeBank::setStandardization(Standardization standardization) {
 
 std::vector<float> NodeBank::makeQuery(std::span<const float> embedded) const {
   std::vector<float> query(embedded.begin(), embedded.end());
-  if (!standardization_.scale.empty())
+  if (!standardization_.weight.empty())
     for (std::size_t i = 0; i < labels_; ++i)
-      query[i] = (query[i] - standardization_.centre[i]) / standardization_.scale[i];
+      query[i] = (query[i] - standardization_.centre[i]) * standardization_.weight[i];
   if (distance_.comparison == Comparison::cosine) scaleToUnit(query);
   return query;
 }
@@ -104,8 +104,8 @@ void NodeBank::refresh(std::size_t slot) {
     if (distance_.embedding != Embedding::centredLogRatio) {
       weight[i] = std::max(0.0F, 1 - 2 * std::sqrt(variance[i]));
     } else {
-      const float scale = standardization_.scale.empty() ? 1.0F : standardization_.scale[i];
-      weight[i] = 1 / (1 + variance[i] / (scale * scale));
+      const float own = standardization_.weight.empty() ? 1.0F : standardization_.weight[i];
+      weight[i] = 1 / (1 + variance[i] * own * own);
     }
   }
 }

@@ -25,10 +25,10 @@ struct NodeMemory {
   const Moments& compared() const { return embedded ? *embedded : words; }
 };
 
-/// How a run's own labels are centred and scaled before they are compared; both empty: not at all.
+/// How a run's own labels are centred and weighted before they are compared; both empty: not at all.
 struct Standardization {
   std::vector<float> centre;
-  std::vector<float> scale;  ///< > 0
+  std::vector<float> weight;  ///< ≥ 0; about 1/σ of the label, 0 for one that never says anything
 };
 
 /// Owns the nodes. Distances are exact whatever the shortcut (a test compares with a plain scan).

@@ -8,15 +8,20 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t anchors = 256;       // frames compared pair by pair: 32,640 pairs
+constexpr std::size_t anchors = 256;       // keyframes compared pair by pair: 32,640 pairs
 constexpr std::size_t nearLag = 2;         // frames that count as near in time
 constexpr std::size_t leastGap = 5;        // frames that count as far in time, at least …
 constexpr double gapShare = 0.05;          // … and this share of the run
 constexpr std::size_t leastFarPairs = 10;  // below this a quantile says nothing
 constexpr double largestRevisitShare = 0.8;
-constexpr double leastShare = 1e-4;  // τ_join stays above this share of its default: a robot that stands
-                                     // sees identical images, whose distances are mere rounding
-constexpr double priorFrames = 20;   // how many frames the scales' prior counts for
+constexpr double leastShare = 1e-4;  // τ_join stays above this share of its default, above mere rounding
+constexpr double novelty = 0.05;     // cosine distance of log-ratios beyond a standing camera's noise: about
+                                     // .015, at most .04, against .15 and more between views of a moving one
+constexpr std::size_t leastViews = 5;    // below this a run has shown nothing but noise
+constexpr std::size_t mostRepeats = 10;  // frames of one view that count
+constexpr double centrePrior = 20;       // keyframes that each label's centre shrinks to 0 by
+constexpr double weightPrior = 1;        // keyframes that the labels' weights shrink by
+constexpr double quietShare = 0.01;  // labels with less variance than this share of the typical one fade out
 
 /// Linear interpolation between order statistics (R's type 7). `values` is sorted.
 double quantile(const std::vector<double>& values, double q) {
@@ -35,49 +40,66 @@ Thresholds thresholdsFrom(double tauJoin, const ThresholdOptions& options) {
 RunScale::RunScale(Distance distance, std::size_t labels, ThresholdOptions options)
     : distance_(std::move(distance)), labels_(labels), options_(options), moments_(labels, true) {}
 
-std::size_t RunScale::strideAfter(std::size_t frames) {
+std::size_t RunScale::strideAfter(std::size_t keyframes) {
   std::size_t stride = 1;
-  while ((frames + stride - 1) / stride > anchors) stride *= 2;
+  while ((keyframes + stride - 1) / stride > anchors) stride *= 2;
   return stride;
 }
 
-std::vector<std::size_t> RunScale::sampledFrames(std::size_t frames) {
-  const std::size_t stride = strideAfter(frames);
-  std::vector<std::size_t> sampled;
-  for (std::size_t anchor = 0; anchor < frames; anchor += stride)
-    for (std::size_t frame = anchor; frame < std::min({anchor + nearLag + 1, anchor + stride, frames});
-         ++frame)
-      sampled.push_back(frame);
-  return sampled;
+bool RunScale::counts(std::span<const float> probabilities) {
+  std::vector<float> ratios(labels_);
+  embed(Embedding::centredLogRatio, probabilities, ratios);
+  if (lastView_.empty() || compare(Comparison::cosine, ratios, lastView_) > novelty) {
+    lastView_ = std::move(ratios);
+    memory_.lastView = memory_.frames - 1;
+    memory_.repeats = 0;
+    ++memory_.views;
+    return true;
+  }
+  return ++memory_.repeats < mostRepeats;
 }
 
-void RunScale::add(std::span<const float> embedded) {
+void RunScale::add(std::span<const float> probabilities, std::span<const float> embedded) {
+  const std::size_t frame = memory_.frames++;
+  if (!counts(probabilities)) return;
+  const std::size_t keyframe = memory_.keyframes++;
   moments_.add(embedded);
-  const std::size_t stride = strideAfter(frames_ + 1);
-  if (stride != strideAfter(std::max<std::size_t>(frames_, 1)))
-    std::erase_if(sample_, [stride](const auto& entry) { return entry.first % stride > nearLag; });
-  if (frames_ % stride <= nearLag)
-    sample_.emplace(frames_, std::vector<float>(embedded.begin(), embedded.end()));
-  ++frames_;
+  const std::size_t stride = strideAfter(keyframe + 1);
+  if (stride != strideAfter(std::max<std::size_t>(keyframe, 1))) {
+    const auto isSpare = [stride](const auto& entry) { return entry.first % stride > nearLag; };
+    std::erase_if(sample_, isSpare);
+    std::erase_if(memory_.sampled, isSpare);
+  }
+  if (keyframe % stride > nearLag) return;
+  sample_.emplace(keyframe, std::vector<float>(embedded.begin(), embedded.end()));
+  memory_.sampled.emplace(keyframe, frame);
 }
 
+/// Weight σ/(σ² + λ): about 1/σ for labels that say something. λ keeps those apart that hardly vary, among
+/// them all that never fire, and is larger while the run is too young to tell them.
 Standardization RunScale::standardization() const {
-  if (!distance_.standardized || frames_ == 0) return {};
-  // Early on every label's centre shrinks to 0 and its variance to the mean variance of all labels.
-  const double n = static_cast<double>(frames_);
+  if (!distance_.standardized || memory_.frames == 0) return {};
+  if (memory_.views < leastViews)
+    return {std::vector<float>(labels_, 0.0F), std::vector<float>(labels_, 1.0F)};
+  const auto n = static_cast<double>(memory_.keyframes);
   const auto variance = moments_.variance();
-  const double meanVariance =
-      std::accumulate(variance.begin(), variance.end(), 0.0) / static_cast<double>(labels_);
-  Standardization result{std::vector<float>(labels_), std::vector<float>(labels_)};
+  double sum = 0, squares = 0;
+  for (const float v : variance) {
+    sum += v;
+    squares += static_cast<double>(v) * v;
+  }
+  const double typical = sum > 0 ? squares / sum : 0;  // the variance of the labels that make up the variance
+  const double lambda = typical * (quietShare + weightPrior / (n + weightPrior));
+  Standardization result{std::vector<float>(labels_), std::vector<float>(labels_, 1.0F)};
   for (std::size_t i = 0; i < labels_; ++i) {
-    result.centre[i] = static_cast<float>(moments_.mean()[i] * n / (n + priorFrames));
-    const double shrunk = (n * variance[i] + priorFrames * meanVariance) / (n + priorFrames);
-    result.scale[i] = shrunk > 0 ? static_cast<float>(std::sqrt(shrunk)) : 1.0F;
+    result.centre[i] = static_cast<float>(moments_.mean()[i] * n / (n + centrePrior));
+    if (lambda > 0) result.weight[i] = static_cast<float>(std::sqrt(variance[i]) / (variance[i] + lambda));
   }
   return result;
 }
 
 std::optional<Thresholds> RunScale::estimate(const Standardization& standardization) const {
+  if (memory_.views < leastViews) return std::nullopt;
   // The bank's own vectors, so that pairs of frames are compared just as frames and nodes will be.
   NodeBank frames(distance_, labels_);
   frames.setStandardization(standardization);
@@ -88,8 +110,8 @@ std::optional<Thresholds> RunScale::estimate(const Standardization& standardizat
   };
 
   std::vector<double> near, far;
-  const std::size_t stride = strideAfter(frames_);
-  const auto gap = std::max(static_cast<double>(leastGap), gapShare * static_cast<double>(frames_));
+  const std::size_t stride = strideAfter(memory_.keyframes);
+  const auto gap = std::max(static_cast<double>(leastGap), gapShare * static_cast<double>(memory_.keyframes));
   for (const auto& [frame, query] : queries) {
     if (frame % stride != 0) continue;
     for (std::size_t lag = 1; lag <= nearLag; ++lag)
@@ -109,11 +131,18 @@ std::optional<Thresholds> RunScale::estimate(const Standardization& standardizat
   return thresholdsFrom(std::max(tauJoin, leastShare * distance_.tauJoin), options_);
 }
 
-void RunScale::restore(std::size_t frames, Moments moments,
-                       std::map<std::size_t, std::vector<float>> sample) {
-  frames_ = frames;
+void RunScale::restore(Memory memory, Moments moments,
+                       const std::function<std::vector<float>(std::size_t)>& probabilities) {
+  memory_ = std::move(memory);
   moments_ = std::move(moments);
-  sample_ = std::move(sample);
+  for (const auto& [keyframe, frame] : memory_.sampled) {
+    std::vector<float> embedded = probabilities(frame);
+    embed(distance_.embedding, embedded, embedded);
+    sample_.emplace(keyframe, std::move(embedded));
+  }
+  if (memory_.frames == 0) return;
+  lastView_ = probabilities(memory_.lastView);
+  embed(Embedding::centredLogRatio, lastView_, lastView_);
 }
 
 }  // namespace estancia

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <optional>
 #include <span>
@@ -27,42 +28,58 @@ struct Thresholds {
 /// τ_join and what follows from it.
 Thresholds thresholdsFrom(double tauJoin, const ThresholdOptions& options);
 
-/// Watches a run without ground truth and tells its scales: each label's mean and σ, and the thresholds.
+/// Watches a run without ground truth and tells its scales: each label's mean and weight, and the thresholds.
 ///
-/// A bounded sample of frames, evenly spread over the run, gives two sets of distances: between frames one or
-/// two apart (near in time) and between frames far apart. Most far pairs show different places, so their
-/// lower quantile bounds how often two places may pass for one. Where the robot came back, some far pairs
-/// show the same place; their share is read off the near pairs (twice the share of far pairs below the near
-/// median) and the quantile moves up by it.
+/// Only keyframes count: frames that differ from the last keyframe by more than a camera's noise. So a robot
+/// that stands or waits teaches nothing, and the frame rate hardly matters.
+///
+/// A bounded sample of keyframes, evenly spread over the run, gives two sets of distances: between keyframes
+/// one or two apart (near in time) and between keyframes far apart. Most far pairs show different places, so
+/// their lower quantile bounds how often two places may pass for one. Where the robot came back, some far
+/// pairs show the same place; their share is read off the near pairs (twice the share of far pairs below the
+/// near median) and the quantile moves up by it.
 class RunScale {
  public:
   RunScale(Distance distance, std::size_t labels, ThresholdOptions options);
 
-  /// The next frame's embedded descriptor.
-  void add(std::span<const float> embedded);
-  std::size_t frames() const { return frames_; }
+  /// The next frame: its probabilities, and the same embedded.
+  void add(std::span<const float> probabilities, std::span<const float> embedded);
+  std::size_t frames() const { return memory_.frames; }
+  std::size_t keyframes() const { return memory_.keyframes; }
 
-  /// Labels' centre and scale by all frames so far; empty unless the distance is standardized.
+  /// Labels' centre and weight by all keyframes so far; empty unless the distance is standardized;
+  /// neutral while the robot has seen hardly anything.
   Standardization standardization() const;
 
-  /// Absent while the run is too short to have frames that are far apart.
+  /// Absent while the run is too short to have keyframes that are far apart.
   std::optional<Thresholds> estimate(const Standardization& standardization) const;
 
-  /// For --continue: the frames the sample would hold after `frames` frames, in order.
-  static std::vector<std::size_t> sampledFrames(std::size_t frames);
-  /// Restores the state after `frames` frames from the moments and the sampled frames' embedded descriptors.
-  void restore(std::size_t frames, Moments moments, std::map<std::size_t, std::vector<float>> sample);
+  /// For --continue: what was seen, as numbers of frames.
+  struct Memory {
+    std::size_t frames = 0, keyframes = 0;
+    std::size_t views = 0;  ///< frames that showed something new
+    std::size_t lastView = 0,
+                repeats = 0;  ///< the frame that showed something new last, and how many like it
+    std::map<std::size_t, std::size_t> sampled;  ///< keyframe number → frame number
+  };
+  const Memory& memory() const { return memory_; }
+  /// Of the keyframes' embedded descriptors.
   const Moments& moments() const { return moments_; }
+  /// `probabilities(i)` gives frame i's stored descriptor.
+  void restore(Memory memory, Moments moments,
+               const std::function<std::vector<float>(std::size_t)>& probabilities);
 
  private:
-  static std::size_t strideAfter(std::size_t frames);
+  bool counts(std::span<const float> probabilities);
+  static std::size_t strideAfter(std::size_t keyframes);
 
   Distance distance_;
   std::size_t labels_;
   ThresholdOptions options_;
-  std::size_t frames_ = 0;
+  Memory memory_;
   Moments moments_;
-  std::map<std::size_t, std::vector<float>> sample_;  ///< frame → embedded descriptor
+  std::map<std::size_t, std::vector<float>> sample_;  ///< keyframe number → embedded descriptor
+  std::vector<float> lastView_;                       ///< its centred log-ratios
 };
 
 }  // namespace estancia

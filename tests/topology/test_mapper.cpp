@@ -282,9 +282,24 @@ TEST(Mapper, IdenticalImagesAreOnePlace) {
 }
 
 TEST(Mapper, AStandingRobotStaysInOnePlace) {
-  test::SyntheticPlaces places(1, 200, 0.05);
-  const auto map = mapped(MapperOptions{}, places.drive({0}, 300));
-  EXPECT_EQ(std::set<int>(map.nodes.begin(), map.nodes.end()).size(), 1U);
+  for (const double noise : {0.01, 0.05, 0.2}) {
+    test::SyntheticPlaces places(1, 200, noise);
+    const auto map = mapped(MapperOptions{}, places.drive({0}, 700));
+    EXPECT_EQ(std::set<int>(map.nodes.begin(), map.nodes.end()).size(), 1U) << noise;
+  }
+}
+
+TEST(Mapper, ALongStandTeachesNothing) {
+  // The scales of camera noise must not become the scales of the map.
+  const std::vector<std::size_t> drive{0, 1, 2, 3, 4, 5, 6, 7, 2, 5, 0};
+  for (const std::size_t stand : {0U, 30U, 300U, 3000U}) {
+    test::SyntheticPlaces still(1, 200, 0.05), places(8, 200, 0.7);
+    Images images = still.drive({0}, stand);
+    for (const auto& image : places.drive(drive, 12)) images.push_back(image);
+    const auto map = mapped(MapperOptions{}, images);
+    const std::set<int> nodes(map.nodes.begin() + static_cast<std::ptrdiff_t>(stand), map.nodes.end());
+    EXPECT_EQ(nodes.size(), 8U) << stand;
+  }
 }
 
 TEST(Mapper, RefusesWhatIsNoDescriptor) {

@@ -51,7 +51,7 @@ class EveryDistance : public testing::TestWithParam<std::string> {
       Standardization s{std::vector<float>(labels), std::vector<float>(labels)};
       for (std::size_t i = 0; i < labels; ++i) {
         s.centre[i] = 0.01F * static_cast<float>(i % 7);
-        s.scale[i] = 0.5F + 0.1F * static_cast<float>(i % 11);
+        s.weight[i] = 0.5F + 0.1F * static_cast<float>(i % 11);
       }
       bank_.setStandardization(s);
     }
