@@ -90,8 +90,7 @@ std::size_t forEachLabelled(const Sequence& sequence, Labeler& labeler, std::siz
     }
     progress->advance();
     if (interrupted())
-      throw Interrupted(fmt::format("stopped after {} of {} frames; what is done has been kept",
-                                    frame->index + 1, sequence.size()));
+      throw Interrupted(fmt::format("stopped after {} of {} frames", frame->index + 1, sequence.size()));
   }
   progress->end();
   if (used == 0 && first < sequence.size())

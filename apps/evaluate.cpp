@@ -1,6 +1,7 @@
 // estancia evaluate: how good is a map, and how well does one find one's way in it?
 #include <fmt/format.h>
 
+#include "estancia/core/error.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
@@ -33,26 +34,34 @@ LocalizationAccuracy localizationAccuracy(const Arguments& arguments, const MapR
 }
 
 void run(const Arguments& arguments) {
+  const SequenceArguments& given = arguments.sequence;
+  if (given.path.empty() &&
+      !(given.options.poses.empty() && given.options.rooms.empty() && arguments.truth.empty()))
+    throw Error("--poses, --rooms and --truth tell about SEQ, the images to find in the map; name it, too");
   const MapReader reader(arguments.localization.map);
   const bool localized = !arguments.sequence.path.empty();
   const std::vector<Measure> measures =
       localized ? measuresOf(localizationAccuracy(arguments, reader)) : measuresOf(evaluate(reader.map()));
   if (arguments.json) {
     nlohmann::ordered_json json;
-    for (const Measure& measure : measures)
-      json[measure.key] = measure.value ? nlohmann::json(*measure.value) : nullptr;
+    for (const Measure& measure : measures) {
+      auto& value = json[measure.key];
+      if (measure.value && measure.decimals == 0)
+        value = static_cast<std::int64_t>(*measure.value);
+      else if (measure.value)
+        value = *measure.value;
+    }
     print(json);
     return;
   }
-  bool unknown = false;
-  for (const Measure& measure : measures)
-    if (measure.value)
-      fmt::print("{:<26} {:>8}   {}\n", measure.name, measure.text(), measure.explanation);
-    else
-      unknown = true;
-  if (unknown)
-    fmt::print("{}\n", localized ? "Give rooms, poses or --truth of the images to learn more."
-                                 : "Map with rooms and poses to learn more.");
+  std::size_t known = 0;
+  for (const Measure& measure : measures) {
+    if (!measure.value) continue;
+    fmt::print("{:<26} {:>8}   {}\n", measure.name, measure.text(), measure.explanation);
+    ++known;
+  }
+  if (localized && known == 1) fmt::print("Give --truth, rooms or poses of the images to learn more.\n");
+  if (!localized && known < measures.size()) fmt::print("Map with rooms and poses to learn more.\n");
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // estancia export: the map for other programs.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include "common.hpp"
 #include "estancia/topology/export.hpp"
@@ -35,10 +36,12 @@ void addExportCommand(CLI::App& app) {
   command->callback([arguments] {
     arguments->options.bothWays = !arguments->oneWay;
     const TopologicalMap map = MapStore::open(arguments->map, MapStore::Access::read).load();
-    if (arguments->output.empty())
+    if (arguments->output.empty()) {
       fmt::print("{}", exportMap(map, arguments->format, arguments->options));
-    else
+    } else {
       exportMap(map, arguments->format, arguments->output, arguments->options);
+      spdlog::info("wrote {}", arguments->output);
+    }
   });
 }
 

@@ -67,9 +67,11 @@ void run(const Arguments& arguments, const CLI::App& command) {
   std::size_t skipped = 0;
   try {
     skipped = forEachLabelled(*sequence, *labeler, first, arguments.sequence.strict, "mapping", add);
-  } catch (const Interrupted&) {
-    if (session) session->finish();
-    throw;
+  } catch (const Interrupted& e) {
+    if (!session) throw;
+    session->finish();
+    throw Interrupted(
+        fmt::format("{}; they are kept in {}, go on with --continue", e.what(), arguments.output));
   }
   session->finish();
 

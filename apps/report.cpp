@@ -1,5 +1,6 @@
 // estancia report: the map as a page.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <array>
 
@@ -41,6 +42,7 @@ void run(const Arguments& arguments, const CLI::App& command) {
   page.pictureFrames = store.pictureFrames();
   page.picture = [&store](std::size_t frame) { return store.picture(frame); };
   writeMapPage(arguments.output, page);
+  spdlog::info("wrote {}", arguments.output);
 }
 
 }  // namespace

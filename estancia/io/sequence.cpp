@@ -1,6 +1,7 @@
 #include "estancia/io/sequence.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <opencv2/core.hpp>
@@ -42,14 +43,30 @@ std::string typeNames() {
   return names;
 }
 
+/// "; its folders a, b hold some", or "".
+std::string foldersWithImages(const fs::path& path) {
+  constexpr std::size_t most = 100;  // entries looked at
+  std::vector<std::string> folders;
+  std::error_code ignored;
+  std::size_t seen = 0;
+  for (fs::directory_iterator entry(path, ignored), end; !ignored && entry != end && ++seen <= most;
+       entry.increment(ignored))
+    if (std::error_code unknown; entry->is_directory(unknown) && io::isImageFolder(entry->path()))
+      folders.push_back(io::printable(entry->path().filename().string()));
+  if (folders.empty()) return "";
+  std::sort(folders.begin(), folders.end());
+  return fmt::format("; its folder{} {} hold{} some", folders.size() > 1 ? "s" : "", fmt::join(folders, ", "),
+                     folders.size() > 1 ? "" : "s");
+}
+
 const Format& formatOf(const fs::path& path, const std::string& type) {
   for (const Format& format : kFormats)
     if (type == format.type || (type == "auto" && format.recognises(path))) return format;
   if (type != "auto")
     throw Error(fmt::format("unknown type of sequence \"{}\"; known are {}", type, typeNames()));
   throw Error(
-      fmt::format("{}: no images in this folder (jpg, png, bmp, tif, webp, pgm, ppm) and no known data set",
-                  io::printable(path.string())));
+      fmt::format("{}: no images in this folder (jpg, png, bmp, tif, webp, pgm, ppm) and no known data set{}",
+                  io::printable(path.string()), foldersWithImages(path)));
 }
 
 /// What the user named must fit. What merely lies in the folder under a usual name is used if it fits.

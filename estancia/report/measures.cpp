@@ -18,6 +18,8 @@ std::vector<Measure> measuresOf(const MapQuality& q) {
       {"frames", "Frames", count(q.frames), 0, "Images in the map"},
       {"nodes", "Places", count(q.nodes), 0, "Nodes of the map"},
       {"transitions", "Transitions", count(q.transitions), 0, "Ways driven, each direction of its own"},
+      {"frames_with_room", "Frames with a room", count(q.framesWithRoom), 0,
+       "Images that the next five are about"},
       {"v_measure", "V-measure", room(&Agreement::vMeasure), 3, "Agreement of places and rooms, 1 is best"},
       {"homogeneity", "Homogeneity", room(&Agreement::homogeneity), 3, "1: every place lies in one room"},
       {"completeness", "Completeness", room(&Agreement::completeness), 3, "1: every room is one place"},

@@ -112,7 +112,7 @@ Markup visitStrip(const MapSummary& summary, const NodeSummary& node) {
 void addNeighbours(Markup& card, const MapSummary& summary, std::size_t position) {
   constexpr std::size_t shown = 12;
   std::size_t count = 0;
-  card.open("p", {{"class", "neighbours"}}).text("Leads to");
+  card.open("p", {{"class", "neighbours"}}).text("Linked to");
   for (const Link& link : summary.links) {
     if (link.a != position && link.b != position) continue;
     if (++count > shown) continue;

@@ -33,8 +33,7 @@ struct Distance {
   Comparison comparison;
   bool standardized = false;   ///< labels are centred and scaled by the run's own mean and σ first
   bool sigmaWeighted = false;  ///< labels that vary inside the node weigh less
-  double tauJoin = 0;  ///< thresholds while a run is too short to find its own, of the order that runs find
-  double tauRevisit = 0;
+  double tauJoin = 0;  ///< τ_join while a run is too short to find its own, of the order that runs find
   std::string explanation;
 };
 

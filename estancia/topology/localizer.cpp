@@ -105,14 +105,16 @@ std::vector<Localization> Localizer::settle(std::size_t count) {
 }
 
 void Localizer::setBelief(Localization& answer, const std::vector<float>& state) const {
-  const std::vector<float> images = belief_.marginal(state);
+  std::vector<float> images = belief_.marginal(state);
   const std::vector<float> nodes = belief_.nodeMarginal(images);
   double total = 0;
   for (const float p : nodes) total += p;
   const std::size_t node = largest(nodes);
-  answer.beliefImage = largest(images) * stride_;
   answer.beliefNode = map_.nodes[node].id;
   answer.confidence = nodes[node] / total;
+  for (std::size_t i = 0; i < images.size(); ++i)
+    if (map_.frames[i * stride_].node != answer.beliefNode) images[i] = 0;
+  answer.beliefImage = largest(images) * stride_;
 }
 
 }  // namespace estancia

@@ -26,7 +26,7 @@ struct Localization {
   std::size_t nearestImage = 0;  ///< nearest stored image (frame number of the map) by this frame alone
   double distance = 0;           ///< to that image
   int beliefNode = 0;            ///< most probable node by all frames
-  std::size_t beliefImage = 0;   ///< most probable image by all frames
+  std::size_t beliefImage = 0;   ///< most probable image of that node
   double confidence = 0;         ///< probability of beliefNode
 };
 

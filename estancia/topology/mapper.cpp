@@ -1,5 +1,7 @@
 #include "estancia/topology/mapper.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -13,6 +15,7 @@ namespace {
 constexpr std::size_t mostFramesPerKeyframe = 10;  // of a young run, on the average: bounds its memory
 constexpr std::size_t firstRescale = 10;           // keyframes before a run can tell anything about itself
 constexpr std::uint64_t leastFramesToMerge = 3;    // below this a mean is still one picture's accident
+constexpr std::size_t mostBlur = 1000;             // images kept in memory for it
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
 std::size_t rescaleAfter(std::size_t frames) {
@@ -28,6 +31,11 @@ Mapper::Mapper(std::size_t labels, MapperOptions options)
       scale_(distance_, labels, options_.thresholds),
       bank_(distance_, labels),
       nextRescale_(firstRescale) {
+  for (const auto& tau : {options_.tauJoin, options_.tauRevisit})
+    if (tau && !(*tau > 0 && std::isfinite(*tau)))
+      throw Error(fmt::format("a threshold of {} can never be met; give a positive distance", *tau));
+  if (options_.blurImages > mostBlur)
+    throw Error(fmt::format("at most {} images can blur a stay, not {}", mostBlur, options_.blurImages));
   thresholds_ = thresholdsFrom(options_.tauJoin.value_or(distance_.tauJoin), options_.thresholds);
   if (options_.tauRevisit) thresholds_.revisit = *options_.tauRevisit;
 }

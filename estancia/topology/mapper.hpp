@@ -49,9 +49,10 @@ struct MapperOptions {
 /// is then repeated on all frames so far, so that the first minute is mapped by the same scales as the rest.
 class Mapper {
  public:
+  /// Throws Error on an unknown distance, thresholds that are not positive, or more than 1,000 blurImages.
   Mapper(std::size_t labels, MapperOptions options);
 
-  /// Maps the next frame.
+  /// Maps the next frame. Throws Error when it is no descriptor; the mapper is then as it was.
   void add(DescriptorView probabilities);
   /// The run is over (for now): a young run is decided once more with all it has told.
   void finish();

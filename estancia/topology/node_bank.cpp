@@ -27,8 +27,9 @@ void scaleToUnit(std::span<float> vector) {
 NodeBank::NodeBank(Distance distance, std::size_t labels)
     : distance_(std::move(distance)),
       labels_(labels),
-      byDotProduct_(!distance_.sigmaWeighted && (distance_.comparison == Comparison::cosine ||
-                                                 distance_.comparison == Comparison::euclidean)),
+      byDotProduct_(
+          !distance_.sigmaWeighted && labels <= Sketch::mostLength &&
+          (distance_.comparison == Comparison::cosine || distance_.comparison == Comparison::euclidean)),
       sketch_(labels) {}
 
 NodeMemory NodeBank::makeNode(int id) const {

@@ -156,6 +156,8 @@ MapQuality evaluate(const TopologicalMap& map) {
   quality.transitions = map.transitions.size();
   quality.links = links.size();
   quality.frames = map.frames.size();
+  quality.framesWithRoom = static_cast<std::size_t>(std::count_if(
+      map.frames.begin(), map.frames.end(), [](const MappedFrame& frame) { return !frame.room.empty(); }));
   quality.rooms = agreementWithRooms(map);
   quality.spatialSpread = spatialSpread(map, places);
   quality.original = originalScore(map, places, links, quality.spatialSpread);

@@ -31,6 +31,8 @@ struct MapQuality {
   std::size_t links = 0;        ///< pairs of nodes with a transition in either direction
   std::size_t frames = 0;
 
+  std::size_t framesWithRoom = 0;
+
   /// Nodes as clusters of the frames whose room is known (V-measure, ARI, purity).
   std::optional<Agreement> rooms;
 

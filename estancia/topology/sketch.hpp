@@ -16,6 +16,8 @@ class Sketch {
  public:
   explicit Sketch(std::size_t length);
 
+  static constexpr std::size_t mostLength = 100'000;  ///< longer dot products could overflow 32 bits
+
   /// Sets vector `slot`, appending when slot = size().
   void set(std::size_t slot, std::span<const float> vector);
   /// Removes `slot`; the last vector takes its place.

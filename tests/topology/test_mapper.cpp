@@ -311,6 +311,11 @@ TEST(Mapper, RefusesWhatIsNoDescriptor) {
   MapperOptions unknown;
   unknown.distance = "manhattan";
   EXPECT_THROW(Mapper(3, unknown), Error);
+  for (const double tau : {0.0, -1.0, static_cast<double>(NAN), static_cast<double>(INFINITY)})
+    EXPECT_THROW(Mapper(3, fixed("l2", tau, 0.1)), Error) << tau;
+  MapperOptions blurred;
+  blurred.blurImages = 1'000'000'000;
+  EXPECT_THROW(Mapper(3, blurred), Error);
 }
 
 class MapperRestoredAt : public testing::TestWithParam<std::size_t> {};
