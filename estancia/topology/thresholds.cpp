@@ -17,7 +17,7 @@ constexpr double largestRevisitShare = 0.8;
 constexpr double leastShare = 1e-4;  // τ_join stays above this share of its default, above mere rounding
 constexpr double novelty = 0.05;     // cosine distance of log-ratios beyond a standing camera's noise: about
                                      // .015, at most .04, against .15 and more between views of a moving one
-constexpr std::size_t leastViews = 5;    // below this a run has shown nothing but noise
+constexpr std::size_t leastViews = 3;    // below this a run has shown nothing but noise
 constexpr std::size_t mostRepeats = 10;  // frames of one view that count
 constexpr double centrePrior = 20;       // keyframes that each label's centre shrinks to 0 by
 constexpr double weightPrior = 1;        // keyframes that the labels' weights shrink by
