@@ -2,8 +2,10 @@
 // the rate that the container declares, and absent when it declares none.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <mutex>
 #include <opencv2/videoio.hpp>
+#include <opencv2/videoio/registry.hpp>
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
@@ -54,11 +56,18 @@ Video::Video(const fs::path& file) : ListedSequence(nameOf(file)), file_(file) {
   if (!rateIsSane) warn("the video declares no frame rate, so its frames have no time stamps");
 }
 
+/// FFmpeg where OpenCV has it: its other backends load plug-ins, leak on broken files, or take a name for a
+/// pattern.
+int backend() {
+  const auto all = cv::videoio_registry::getStreamBackends();
+  return std::find(all.begin(), all.end(), cv::CAP_FFMPEG) != all.end() ? cv::CAP_FFMPEG : cv::CAP_ANY;
+}
+
 void Video::reopen() const {
   next_ = 0;
   bool opened = false;
   try {
-    opened = capture_.open(file_.string());
+    opened = capture_.open(file_.string(), backend());
   } catch (const cv::Exception&) {  // said below
   }
   if (!opened)
