@@ -46,9 +46,10 @@ std::size_t RunScale::strideAfter(std::size_t keyframes) {
   return stride;
 }
 
-bool RunScale::counts(std::span<const float> probabilities) {
-  std::vector<float> ratios(labels_);
-  embed(Embedding::centredLogRatio, probabilities, ratios);
+bool RunScale::counts(std::span<const float> probabilities, std::span<const float> embedded) {
+  std::vector<float> ratios(embedded.begin(), embedded.end());
+  if (distance_.embedding != Embedding::centredLogRatio)
+    embed(Embedding::centredLogRatio, probabilities, ratios);
   if (lastView_.empty() || compare(Comparison::cosine, ratios, lastView_) > novelty) {
     lastView_ = std::move(ratios);
     memory_.lastView = memory_.frames - 1;
@@ -61,7 +62,7 @@ bool RunScale::counts(std::span<const float> probabilities) {
 
 void RunScale::add(std::span<const float> probabilities, std::span<const float> embedded) {
   const std::size_t frame = memory_.frames++;
-  if (!counts(probabilities)) return;
+  if (!counts(probabilities, embedded)) return;
   const std::size_t keyframe = memory_.keyframes++;
   moments_.add(embedded);
   const std::size_t stride = strideAfter(keyframe + 1);

@@ -70,7 +70,7 @@ class RunScale {
                const std::function<std::vector<float>(std::size_t)>& probabilities);
 
  private:
-  bool counts(std::span<const float> probabilities);
+  bool counts(std::span<const float> probabilities, std::span<const float> embedded);
   static std::size_t strideAfter(std::size_t keyframes);
 
   Distance distance_;
