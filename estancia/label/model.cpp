@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/label/ensemble.hpp"
 #include "estancia/label/network_file.hpp"
 #include "estancia/label/opencv_engine.hpp"
 
@@ -39,7 +40,11 @@ std::unique_ptr<Labeler> openNetwork(const ModelSpec& spec, const LabelerOptions
 
 struct Registry {
   std::mutex mutex;
-  std::map<std::string, LabelerFactory> types{{"network", &openNetwork}, {"opencv", &openNetwork}};
+  std::map<std::string, LabelerFactory> types{
+      {"network", &openNetwork},
+      {"opencv", &openNetwork},
+      {"ensemble",
+       [](const ModelSpec& spec, const LabelerOptions& options) { return openEnsemble(spec, options); }}};
 };
 
 Registry& registry() {
@@ -144,6 +149,7 @@ fs::path getModelFolder(const std::string& model) {
 }
 
 std::unique_ptr<Labeler> loadModel(const std::string& model, const LabelerOptions& options) {
+  if (model.find('+') != std::string::npos && !fs::exists(model)) return openEnsemble(model, options);
   return loadModel(readModelSpec(getModelFolder(model)), options);
 }
 

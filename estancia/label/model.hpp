@@ -31,7 +31,7 @@ struct LabelerOptions {
   int threads = 0;
 };
 
-/// Opens a model by name or folder, as its `type` says.
+/// Opens a model by name or folder, as its `type` says; "A+B+…" opens several as an ensemble (ensemble.hpp).
 /// Throws Error when it is unknown, or wrong in any way (see readModelSpec() and the engine).
 std::unique_ptr<Labeler> loadModel(const std::string& model = defaultModel,
                                    const LabelerOptions& options = {});
