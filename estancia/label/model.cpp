@@ -16,6 +16,8 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/label/network_file.hpp"
+#include "estancia/label/onnxruntime_engine.hpp"
+#include "estancia/label/onnxruntime_library.hpp"
 #include "estancia/label/opencv_engine.hpp"
 
 namespace estancia {
@@ -33,13 +35,15 @@ std::unique_ptr<Labeler> openNetwork(const ModelSpec& spec, const LabelerOptions
   if (spec.type != "network" && spec.type != engine)
     throw Error(fmt::format("model {} is made for the engine {}, not {}; leave out --engine", spec.name,
                             spec.type, engine));
+  if (engine == "onnxruntime") return openWithOnnxruntime(spec, options.threads);
   if (engine == "opencv") return openWithOpencv(spec, options.threads);
   throw Error(fmt::format("unknown engine \"{}\"; at hand are {}", engine, fmt::join(engines(), ", ")));
 }
 
 struct Registry {
   std::mutex mutex;
-  std::map<std::string, LabelerFactory> types{{"network", &openNetwork}, {"opencv", &openNetwork}};
+  std::map<std::string, LabelerFactory> types{
+      {"network", &openNetwork}, {"opencv", &openNetwork}, {"onnxruntime", &openNetwork}};
 };
 
 Registry& registry() {
@@ -173,7 +177,8 @@ std::vector<std::string> labelerTypes() {
 }
 
 std::vector<std::string> engines() {
-  return {"opencv"};
+  if (onnxruntime::library().api == nullptr) return {"opencv"};
+  return {"onnxruntime", "opencv"};
 }
 
 std::vector<InstalledModel> installedModels() {
