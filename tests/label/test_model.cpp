@@ -45,7 +45,7 @@ class ModelToml : public testing::Test {
 TEST_F(ModelToml, ReadsAllKeys) {
   const auto spec = read(R"(
 name = "n-1.0"
-type = "other"
+type = "opencv"
 file = "net.caffemodel"
 config = "net.prototxt"
 labels = "words/labels.txt"
@@ -64,7 +64,7 @@ source = "somewhere"
 "net.caffemodel" = "E3B0C44298FC1C149AFBF4C8996FB92427AE41E4649B934CA495991B7852B855"
 )");
   EXPECT_EQ(spec.name, "n-1.0");
-  EXPECT_EQ(spec.type, "other");
+  EXPECT_EQ(spec.type, "opencv");
   EXPECT_EQ(spec.file, "net.caffemodel");
   EXPECT_EQ(spec.config, "net.prototxt");
   EXPECT_EQ(spec.labels, "words/labels.txt");
@@ -86,7 +86,7 @@ source = "somewhere"
 
 TEST_F(ModelToml, NamesUnknownKeysWithTheirLineAndTheKnownOnes) {
   EXPECT_THAT(refusal(with("sofmax = true")),
-              AllOf(HasSubstr("model.toml:6: "), HasSubstr("`sofmax`"), HasSubstr("softmax, licence")));
+              AllOf(HasSubstr("model.toml:6: "), HasSubstr("`sofmax`"), HasSubstr("scale, softmax")));
 }
 
 TEST_F(ModelToml, NamesMissingKeys) {
