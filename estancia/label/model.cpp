@@ -17,23 +17,23 @@
 #include "estancia/core/error.hpp"
 #include "estancia/label/ensemble.hpp"
 #include "estancia/label/network_file.hpp"
+#include "estancia/label/onnxruntime_engine.hpp"
+#include "estancia/label/onnxruntime_library.hpp"
 #include "estancia/label/opencv_engine.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-std::string engineFor(const ModelSpec& spec) {
-  if (spec.type != "network") return spec.type;
-  return isOnnxOrConvertible(spec) ? engines().front() : "opencv";
-}
-
 /// A network with the engine that its type or the user names, or the best one that can open it.
 std::unique_ptr<Labeler> openNetwork(const ModelSpec& spec, const LabelerOptions& options) {
-  const std::string engine = options.engine.empty() ? engineFor(spec) : options.engine;
+  const std::string engine = !options.engine.empty()  ? options.engine
+                             : spec.type == "network" ? enginesFor(spec).front()
+                                                      : spec.type;
   if (spec.type != "network" && spec.type != engine)
     throw Error(fmt::format("model {} is made for the engine {}, not {}; leave out --engine", spec.name,
                             spec.type, engine));
+  if (engine == "onnxruntime") return openWithOnnxruntime(spec, options.threads);
   if (engine == "opencv") return openWithOpencv(spec, options.threads);
   throw Error(fmt::format("unknown engine \"{}\"; at hand are {}", engine, fmt::join(engines(), ", ")));
 }
@@ -43,6 +43,7 @@ struct Registry {
   std::map<std::string, LabelerFactory> types{
       {"network", &openNetwork},
       {"opencv", &openNetwork},
+      {"onnxruntime", &openNetwork},
       {"ensemble",
        [](const ModelSpec& spec, const LabelerOptions& options) { return openEnsemble(spec, options); }}};
 };
@@ -179,7 +180,17 @@ std::vector<std::string> labelerTypes() {
 }
 
 std::vector<std::string> engines() {
-  return {"opencv"};
+  if (onnxruntime::library().api == nullptr) return {"opencv"};
+  return {"onnxruntime", "opencv"};
+}
+
+std::vector<std::string> enginesFor(const ModelSpec& spec) {
+  auto those = engines();
+  std::erase_if(those, [&spec](const std::string& engine) {
+    return !isNetworkType(spec.type) || (spec.type != "network" && spec.type != engine) ||
+           (engine == "onnxruntime" && !isOnnxOrConvertible(spec));
+  });
+  return those;
 }
 
 std::vector<InstalledModel> installedModels() {

@@ -44,6 +44,8 @@ std::vector<std::string> labelerTypes();
 
 /// The engines at hand that run networks, best first.
 std::vector<std::string> engines();
+/// Those of them that can open this network, best first; none of what is no network.
+std::vector<std::string> enginesFor(const ModelSpec& spec);
 
 /// A folder of the model home: its spec, or why that cannot be read.
 struct InstalledModel {

@@ -11,8 +11,8 @@ namespace estancia {
 /// are OpenCV's alone.
 bool isOnnxOrConvertible(const ModelSpec& spec);
 
-/// The network as a serialised ONNX model whose input has the size that the preprocessing makes. Throws Error
-/// when the file is missing, damaged, or made for another input.
+/// The network as a serialised ONNX model whose input has the size that the preprocessing makes (a width of 0
+/// leaves it as it is). Throws Error when the file is missing, damaged, or made for another input.
 std::string readAsOnnx(const ModelSpec& spec);
 
 }  // namespace estancia
