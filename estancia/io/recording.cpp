@@ -52,7 +52,7 @@ class SparseRows {
     if (auto vocabulary = givenWords(options)) book_ = io::WordBook(std::move(*vocabulary));
   }
 
-  void add(std::string image, std::vector<io::Word> words, const std::string& source) {
+  void add(std::string image, std::vector<Word> words, const std::string& source) {
     frames_.push_back(named(std::move(image)));
     places_.push_back(book_.place(std::move(words), 0, source));
   }
@@ -120,7 +120,7 @@ Recording readWideCsv(const fs::path& file, const RecordingOptions& options) {
 
 Recording readLongCsv(const fs::path& file, const RecordingOptions& options) {
   std::vector<std::string> images;  // in the order in which they appear
-  std::vector<std::vector<io::Word>> words;
+  std::vector<std::vector<Word>> words;
   std::unordered_map<std::string, std::size_t> indices;
   bool header = true;
   io::forEachCsvRow(file, [&](io::CsvRow& row) {
