@@ -26,9 +26,9 @@ double seconds(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-double forwardAlone(Labeler& labeler, const std::vector<cv::Mat>& prepared) {
+double forwardAlone(Labeler& labeler, const std::vector<Prepared>& prepared) {
   const auto start = Clock::now();
-  for (const cv::Mat& image : prepared) labeler.infer(image);
+  for (const Prepared& image : prepared) labeler.infer(image);
   return static_cast<double>(prepared.size()) / seconds(start);
 }
 
@@ -52,7 +52,7 @@ void run(int argc, char** argv) {
   const std::size_t wanted = argc > 3 ? std::strtoul(argv[3], nullptr, 10) : 60;
   const std::size_t frames = std::min(sequence->size(), wanted);
   const int rounds = argc > 4 ? std::atoi(argv[4]) : 7;
-  std::vector<cv::Mat> prepared;
+  std::vector<Prepared> prepared;
   for (std::size_t i = 0; i < frames; ++i) prepared.push_back(labeler->prepare(sequence->image(i)));
   const auto file = std::filesystem::temp_directory_path() / "bench_whole_job.estancia";
   forwardAlone(*labeler, prepared);  // warm up

@@ -15,9 +15,9 @@ namespace estancia {
 /// The background thread and its bounded queue.
 class LabelStream::Reader {
  public:
-  struct Prepared {
+  struct Waiting {
     LabelledFrame frame;  ///< without its descriptor
-    cv::Mat input;
+    Prepared input;
   };
 
   Reader(const Sequence& sequence, const Labeler& labeler, const LabelStreamOptions& options)
@@ -37,14 +37,14 @@ class LabelStream::Reader {
 
   /// Blocks until a frame is there; nothing at the end. Throws what the thread could not report as a frame's
   /// problem.
-  std::optional<Prepared> take() {
+  std::optional<Waiting> take() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return !queue_.empty() || finished_; });
     if (queue_.empty()) {
       if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
       return std::nullopt;
     }
-    Prepared prepared = std::move(queue_.front());
+    Waiting prepared = std::move(queue_.front());
     queue_.pop_front();
     lock.unlock();
     changed_.notify_all();
@@ -68,12 +68,12 @@ class LabelStream::Reader {
     changed_.notify_all();
   }
 
-  Prepared prepare(std::size_t i) const {
-    Prepared prepared;
+  Waiting prepare(std::size_t i) const {
+    Waiting prepared;
     prepared.frame.index = i;
     try {
-      prepared.frame.image = sequence_.image(i);
-      prepared.input = labeler_.prepare(prepared.frame.image);
+      if (labeler_.needsImage()) prepared.frame.image = sequence_.image(i);
+      prepared.input = labeler_.prepare(prepared.frame.image, sequence_.frame(i).name);
     } catch (const Error& e) {
       if (options_.strict) throw;
       prepared.frame.image.release();
@@ -83,7 +83,7 @@ class LabelStream::Reader {
   }
 
   /// Waits for room. False when the stream is being destroyed.
-  bool put(Prepared prepared) {
+  bool put(Waiting prepared) {
     std::unique_lock lock(mutex_);
     const std::size_t room = std::max<std::size_t>(options_.ahead, 1);
     changed_.wait(lock, [&] { return queue_.size() < room || stopped_; });
@@ -99,7 +99,7 @@ class LabelStream::Reader {
   const LabelStreamOptions options_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Prepared> queue_;
+  std::deque<Waiting> queue_;
   std::exception_ptr failure_;
   bool finished_ = false, stopped_ = false;
   std::thread thread_;  // last: it uses all of the above

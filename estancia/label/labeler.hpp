@@ -1,32 +1,74 @@
 // Image → words: the one interface of everything that labels.
 #pragma once
 
+#include <cstddef>
 #include <opencv2/core/mat.hpp>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "estancia/core/descriptor.hpp"
+#include "estancia/core/error.hpp"
 #include "estancia/core/vocabulary.hpp"
 
 namespace estancia {
 
+/// What Labeler::prepare() made of a frame; only the labeler that made it can read it.
+struct Prepared {
+  cv::Mat input;
+  std::string frame;              ///< the frame's name in its sequence; "" outside of sequences
+  std::vector<Prepared> members;  ///< of a labeler that is made of several
+};
+
+/// The answer for one frame of a batch.
+struct LabelResult {
+  LexicalDescriptor descriptor;  ///< empty when there is a problem
+  std::string problem;           ///< why this frame has no words, one sentence; "" when all is well
+};
+
+/// Thrown when one frame cannot be labelled but the next may be; any other Error ends the work.
+class FrameError : public Error {
+ public:
+  using Error::Error;
+};
+
 /// Anything that gives an image's labels with probabilities (thesis 1.6): a CNN, several, a service, a
-/// person. Labelling has two steps so that a stream can prepare the next image while this one is inferred.
+/// person. Labelling has two steps so that a stream can prepare the next images while some are inferred.
 class Labeler {
  public:
   virtual ~Labeler() = default;
 
   virtual const Vocabulary& vocabulary() const = 0;
 
-  /// Identifies the model for caches and maps: name and digest of its files.
+  /// Whether words are discovered on the way (services): vocabulary() then grows at its end with every new
+  /// word, a descriptor has as many values as there were words when it was made, and later words are 0 in it.
+  virtual bool discovers() const { return false; }
+
+  /// Identifies the model for maps: name and digest of its files.
   virtual std::string identity() const = 0;
 
-  /// Preprocesses a BGR image of any size. Safe to call from another thread than infer().
-  virtual cv::Mat prepare(const cv::Mat& bgr) const = 0;
+  /// Identifies the numbers for caches: the identity, and whatever changes their last digits (the engine).
+  virtual std::string cacheKey() const { return identity(); }
+
+  /// Whether prepare() looks at the picture at all; recordings go by the frame's name.
+  virtual bool needsImage() const { return true; }
+
+  /// Preprocesses a BGR image of any size (empty unless needsImage()); `frame` is its name. Safe to call from
+  /// several threads, also beside infer(). Throws Error when this image cannot be labelled.
+  virtual Prepared prepare(const cv::Mat& bgr, const std::string& frame = "") const = 0;
 
   /// Turns a prepared image into probabilities; checked with requireProbabilities(). Not thread-safe.
-  virtual LexicalDescriptor infer(const cv::Mat& prepared) = 0;
+  /// Throws FrameError when only this frame is at fault.
+  virtual LexicalDescriptor infer(const Prepared& prepared) = 0;
 
-  LexicalDescriptor label(const cv::Mat& bgr) { return infer(prepare(bgr)); }
+  /// Several at once, in order; equal to one after the other, but quicker where the labeler can do it.
+  virtual std::vector<LabelResult> inferBatch(std::span<const Prepared> batch);
+  /// How many inferBatch() likes best.
+  virtual std::size_t batchSize() const { return 1; }
+
+  LexicalDescriptor label(const cv::Mat& bgr, const std::string& frame = "") {
+    return infer(prepare(bgr, frame));
+  }
 };
 
 }  // namespace estancia

@@ -15,15 +15,31 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/label/network_file.hpp"
 #include "estancia/label/opencv_engine.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
+std::string engineFor(const ModelSpec& spec) {
+  if (spec.type != "network") return spec.type;
+  return isOnnxOrConvertible(spec) ? engines().front() : "opencv";
+}
+
+/// A network with the engine that its type or the user names, or the best one that can open it.
+std::unique_ptr<Labeler> openNetwork(const ModelSpec& spec, const LabelerOptions& options) {
+  const std::string engine = options.engine.empty() ? engineFor(spec) : options.engine;
+  if (spec.type != "network" && spec.type != engine)
+    throw Error(fmt::format("model {} is made for the engine {}, not {}; leave out --engine", spec.name,
+                            spec.type, engine));
+  if (engine == "opencv") return openWithOpencv(spec, options.threads);
+  throw Error(fmt::format("unknown engine \"{}\"; at hand are {}", engine, fmt::join(engines(), ", ")));
+}
+
 struct Registry {
   std::mutex mutex;
-  std::map<std::string, LabelerFactory> types{{"opencv", &openWithOpencv}};
+  std::map<std::string, LabelerFactory> types{{"network", &openNetwork}, {"opencv", &openNetwork}};
 };
 
 Registry& registry() {
@@ -51,7 +67,7 @@ ModelCheck check(const ModelSpec& spec) {
   const auto& pre = spec.preprocessing;
   cv::Mat noise(pre.height, pre.width, CV_8UC3);
   cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
-  const cv::Mat prepared = labeler->prepare(noise);
+  const Prepared prepared = labeler->prepare(noise);
 
   LexicalDescriptor words;
   std::vector<double> times;
@@ -84,8 +100,9 @@ class PartialFolder {
 };
 
 void copyModel(const ModelSpec& spec, const fs::path& target) {
-  std::set<fs::path> files{"model.toml", spec.file, spec.labels};
-  if (!spec.config.empty()) files.insert(spec.config);
+  std::set<fs::path> files{"model.toml"};
+  for (const auto& file : {spec.file, spec.config, spec.labels})
+    if (!file.empty()) files.insert(file);
   for (const auto& [file, digest] : spec.sha256) files.insert(file);
   for (const auto& file : files) {
     fs::create_directories((target / file).parent_path());
@@ -126,11 +143,11 @@ fs::path getModelFolder(const std::string& model) {
   throw Error(fmt::format("unknown model \"{}\"; known are {}", model, fmt::join(known, ", ")));
 }
 
-std::unique_ptr<Labeler> loadModel(const std::string& model) {
-  return loadModel(readModelSpec(getModelFolder(model)));
+std::unique_ptr<Labeler> loadModel(const std::string& model, const LabelerOptions& options) {
+  return loadModel(readModelSpec(getModelFolder(model)), options);
 }
 
-std::unique_ptr<Labeler> loadModel(const ModelSpec& spec) {
+std::unique_ptr<Labeler> loadModel(const ModelSpec& spec, const LabelerOptions& options) {
   LabelerFactory open;
   {
     const std::lock_guard lock(registry().mutex);
@@ -140,7 +157,7 @@ std::unique_ptr<Labeler> loadModel(const ModelSpec& spec) {
   if (!open)
     throw Error(fmt::format("model {}: unknown type \"{}\"; known are {}", spec.name, spec.type,
                             fmt::join(labelerTypes(), ", ")));
-  return open(spec);
+  return open(spec, options);
 }
 
 void registerLabelerType(const std::string& type, LabelerFactory open) {
@@ -153,6 +170,10 @@ std::vector<std::string> labelerTypes() {
   std::vector<std::string> names;
   for (const auto& [name, open] : registry().types) names.push_back(name);
   return names;
+}
+
+std::vector<std::string> engines() {
+  return {"opencv"};
 }
 
 std::vector<InstalledModel> installedModels() {

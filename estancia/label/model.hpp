@@ -23,15 +23,27 @@ std::filesystem::path modelHome();
 /// Throws Error listing the known names.
 std::filesystem::path getModelFolder(const std::string& model);
 
-/// Opens a model by name or folder with the engine that its `type` names.
-/// Throws Error when it is unknown, or wrong in any way (see readModelSpec() and the engine).
-std::unique_ptr<Labeler> loadModel(const std::string& model = defaultModel);
-std::unique_ptr<Labeler> loadModel(const ModelSpec& spec);
+/// How to run a model; the defaults are right unless one compares.
+struct LabelerOptions {
+  /// "opencv" or "onnxruntime", one of engines(); "" takes the best that can open the network.
+  std::string engine;
+  /// Threads of a network; 0 takes as many as there are free cores (core/cores.hpp).
+  int threads = 0;
+};
 
-/// Engines by the name that model.toml gives as `type`. Known from the start: "opencv".
-using LabelerFactory = std::function<std::unique_ptr<Labeler>(const ModelSpec&)>;
+/// Opens a model by name or folder, as its `type` says.
+/// Throws Error when it is unknown, or wrong in any way (see readModelSpec() and the engine).
+std::unique_ptr<Labeler> loadModel(const std::string& model = defaultModel,
+                                   const LabelerOptions& options = {});
+std::unique_ptr<Labeler> loadModel(const ModelSpec& spec, const LabelerOptions& options = {});
+
+/// Kinds of labeler by the name that model.toml gives as `type`.
+using LabelerFactory = std::function<std::unique_ptr<Labeler>(const ModelSpec&, const LabelerOptions&)>;
 void registerLabelerType(const std::string& type, LabelerFactory open);
 std::vector<std::string> labelerTypes();
+
+/// The engines at hand that run networks, best first.
+std::vector<std::string> engines();
 
 /// A folder of the model home: its spec, or why that cannot be read.
 struct InstalledModel {

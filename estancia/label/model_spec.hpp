@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 
 #include "estancia/label/preprocess.hpp"
 
@@ -14,26 +15,34 @@ namespace estancia {
 struct ModelSpec {
   std::filesystem::path folder;  ///< where model.toml lies; the other paths are relative to it
   std::string name;              ///< letters, digits, `.`, `_`, `-`; the folder's name in the model home
-  std::string type = "opencv";   ///< the engine, one of labelerTypes()
-  std::filesystem::path file;    ///< the network: .onnx, .tflite, .lite, .caffemodel or .pb
-  std::filesystem::path config;  ///< its .prototxt (Caffe, required) or .pbtxt (TensorFlow)
-  std::filesystem::path labels;  ///< one label a line, in the order of the outputs
-  std::string output;            ///< the output to read, where a network has several
-  Preprocessing preprocessing;   ///< [input, region, crop, resize, colour, mean, scale]
-  bool softmax = false;          ///< the network gives logits: turn them into probabilities
-  std::string licence, source;   ///< for people
+  /// One of labelerTypes(). "network" is run by the best engine at hand that can open its file, or the one
+  /// that the user names; "opencv" and "onnxruntime" are networks for that engine only.
+  std::string type = "network";
+  std::filesystem::path file;                 ///< the network: .onnx, .tflite, .lite, .caffemodel or .pb
+  std::filesystem::path config;               ///< its .prototxt (Caffe, required) or .pbtxt (TensorFlow)
+  std::filesystem::path labels;               ///< one label a line, in the order of the outputs
+  std::string output;                         ///< the output to read, where a network has several
+  Preprocessing preprocessing;                ///< [input, region, crop, resize, colour, mean, scale]
+  bool softmax = false;                       ///< the network gives logits: turn them into probabilities
+  std::string licence, source;                ///< for people
   std::map<std::string, std::string> sha256;  ///< file → 64 hex digits, verified whenever the model is loaded
 };
 
+/// Whether `type` is a network, whose model.toml holds all the keys above; the settings of any other type
+/// are read by that type itself.
+bool isNetworkType(std::string_view type);
+
 /// Reads FOLDER/model.toml. Throws Error `…/model.toml:LINE: …` on unknown, missing or wrong keys, and when a
-/// path leaves the folder.
+/// path leaves the folder. Of a type that is no network only the common keys are read: name, type, labels,
+/// licence, source, sha256.
 ModelSpec readModelSpec(const std::filesystem::path& folder);
 
 /// Where the files of the spec are. Throws Error when one is missing or leaves the folder through a link.
 std::filesystem::path modelFile(const ModelSpec& spec, const std::filesystem::path& relative);
 
-/// SHA-256 over the model's files and preprocessing: two models that label alike have the same.
-/// Throws Error when a file is missing or is not what spec.sha256 says.
+/// SHA-256 over the model's files and preprocessing (of other types than networks: its model.toml): two
+/// models that label alike have the same. Throws Error when a file is missing or is not what spec.sha256
+/// says.
 std::string modelDigest(const ModelSpec& spec);
 
 }  // namespace estancia

@@ -9,10 +9,11 @@
 namespace estancia {
 
 /// Opens the network of `spec` (ONNX, TensorFlow Lite, Caffe, TensorFlow) and labels one grey image with it,
-/// so that what does not fit shows at once. Uses as many threads as OpenCV has (cv::setNumThreads): another
-/// number changes no more than the last bits (10⁻⁶), the same number nothing. Throws Error on missing or
+/// so that what does not fit shows at once. `threads` > 0 sets OpenCV's threads (cv::setNumThreads, of the
+/// whole process), 0 leaves them: another number changes no more than the last bits (10⁻⁶), the same number
+/// nothing. Throws Error on missing or
 /// damaged files, wrong digests, unsupported operators (named), an input of another size, and outputs that
 /// are not as many as labels, not finite or not probabilities.
-std::unique_ptr<Labeler> openWithOpencv(const ModelSpec& spec);
+std::unique_ptr<Labeler> openWithOpencv(const ModelSpec& spec, int threads = 0);
 
 }  // namespace estancia

@@ -47,9 +47,9 @@ class PixelLabeler final : public Labeler {
  public:
   const Vocabulary& vocabulary() const override { return vocabulary_; }
   std::string identity() const override { return "pixel"; }
-  cv::Mat prepare(const cv::Mat& bgr) const override { return bgr; }
-  LexicalDescriptor infer(const cv::Mat& prepared) override {
-    const int value = prepared.at<cv::Vec3b>(0, 0)[0];
+  Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override { return {bgr, frame, {}}; }
+  LexicalDescriptor infer(const Prepared& prepared) override {
+    const int value = prepared.input.at<cv::Vec3b>(0, 0)[0];
     if (beforeInfer) beforeInfer(value);
     return {static_cast<float>(value) / 100};
   }

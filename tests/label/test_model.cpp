@@ -239,14 +239,15 @@ TEST_F(ModelHome, OpensTypesThatAreRegistered) {
    public:
     const Vocabulary& vocabulary() const override { return vocabulary_; }
     std::string identity() const override { return "fixed"; }
-    cv::Mat prepare(const cv::Mat& bgr) const override { return bgr; }
-    LexicalDescriptor infer(const cv::Mat&) override { return {1}; }
+    Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override { return {bgr, frame, {}}; }
+    LexicalDescriptor infer(const Prepared&) override { return {1}; }
 
    private:
     Vocabulary vocabulary_{{"thing"}};
   };
-  registerLabelerType("fixed", [](const ModelSpec&) { return std::make_unique<Fixed>(); });
-  EXPECT_THAT(labelerTypes(), ElementsAre("fixed", "opencv"));
+  registerLabelerType("fixed",
+                      [](const ModelSpec&, const LabelerOptions&) { return std::make_unique<Fixed>(); });
+  EXPECT_THAT(labelerTypes(), testing::Contains("fixed"));
   test::writeSmallModel(scratch_ / "given", "type = \"fixed\"");
   EXPECT_EQ(loadModel((scratch_ / "given").string())->identity(), "fixed");
 }

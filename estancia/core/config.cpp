@@ -1,0 +1,96 @@
+#include "estancia/core/config.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+
+ConfigFile::ConfigFile(fs::path path) : path_(std::move(path)) {
+  if (!fs::is_regular_file(path_)) throw Error(fmt::format("{} is missing", path_.string()));
+  try {
+    table_ = toml::parse_file(path_.string());
+  } catch (const toml::parse_error& e) {
+    throw Error(
+        fmt::format("{}:{}: {}", path_.string(), e.source().begin.line, std::string(e.description())));
+  }
+}
+
+void ConfigFile::read(const toml::table& table, const std::vector<Key>& keys, Others others) {
+  for (const auto& [name, value] : table) {
+    const auto found =
+        std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == name.str(); });
+    if (found == keys.end() && others == Others::skip) continue;
+    if (found == keys.end()) {
+      std::vector<std::string> names;
+      for (const auto& key : keys) names.push_back(key.name);
+      fail(value, fmt::format("unknown key `{}`; known keys are {}", std::string(name.str()),
+                              fmt::join(names, ", ")));
+    }
+    key_ = found->name;
+    found->use(value);
+  }
+  for (const auto& key : keys)
+    if (key.required && !table.contains(key.name))
+      throw Error(fmt::format("{}: the key `{}` is missing: {}", path_.string(), key.name, key.meaning));
+}
+
+void ConfigFile::fail(const toml::node& at, const std::string& what) const {
+  throw Error(fmt::format("{}:{}: {}", path_.string(), at.source().begin.line, what));
+}
+
+std::string ConfigFile::text(const toml::node& node) const {
+  const auto value = node.value_exact<std::string>();
+  if (!value) fail(node, fmt::format("`{}` must be a text in quotes", key_));
+  return *value;
+}
+
+bool ConfigFile::flag(const toml::node& node) const {
+  const auto value = node.value_exact<bool>();
+  if (!value) fail(node, fmt::format("`{}` must be true or false", key_));
+  return *value;
+}
+
+double ConfigFile::number(const toml::node& node, double least, double most) const {
+  const auto value = node.value<double>();
+  if (!value || node.is_boolean() || !std::isfinite(*value) || *value < least || *value > most)
+    fail(node, fmt::format("`{}` must be a number from {} to {}", key_, least, most));
+  return *value;
+}
+
+std::int64_t ConfigFile::integer(const toml::node& node, std::int64_t least, std::int64_t most) const {
+  const auto value = node.value_exact<std::int64_t>();
+  if (!value || *value < least || *value > most)
+    fail(node, fmt::format("`{}` must be a whole number from {} to {}", key_, least, most));
+  return *value;
+}
+
+fs::path ConfigFile::inside(const toml::node& node) const {
+  return inside(node, text(node));
+}
+
+fs::path ConfigFile::inside(const toml::node& node, const fs::path& path) const {
+  if (path.empty() || path.is_absolute() ||
+      std::any_of(path.begin(), path.end(), [](auto& part) { return part == ".."; }))
+    fail(node, fmt::format("`{}` must be a file in the model's own folder, not \"{}\"", key_, path.string()));
+  return path;
+}
+
+const toml::array& ConfigFile::list(const toml::node& node) const {
+  const auto* array = node.as_array();
+  if (array == nullptr) fail(node, fmt::format("`{}` must be a list in [ ]", key_));
+  return *array;
+}
+
+const toml::table& ConfigFile::subtable(const toml::node& node) const {
+  const auto* table = node.as_table();
+  if (table == nullptr) fail(node, fmt::format("`{}` must be a table", key_));
+  return *table;
+}
+
+}  // namespace estancia

@@ -1,0 +1,71 @@
+// Configuration files: TOML whose every complaint names file and line.
+#pragma once
+
+#include <toml++/toml.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace estancia {
+
+/// Reads one TOML file by a list of the keys that it may hold. All errors are an Error `FILE:LINE: what`.
+class ConfigFile {
+ public:
+  struct Key {
+    std::string name;
+    bool required;
+    std::string meaning;  ///< for the message that it is missing
+    std::function<void(const toml::node&)> use;
+  };
+
+  /// Throws Error when the file is missing or no TOML.
+  explicit ConfigFile(std::filesystem::path path);
+
+  const std::filesystem::path& path() const { return path_; }
+  const toml::table& table() const { return table_; }
+
+  /// What read() does with keys that are not in its list.
+  enum class Others { refuse, skip };
+
+  /// Uses the listed keys of `table`; throws Error on others, and on missing ones.
+  void read(const toml::table& table, const std::vector<Key>& keys, Others others = Others::refuse);
+  void read(const std::vector<Key>& keys, Others others = Others::refuse) { read(table_, keys, others); }
+
+  [[noreturn]] void fail(const toml::node& at, const std::string& what) const;
+
+  // What a key's value must be; the key being read is named in the message.
+  std::string text(const toml::node& node) const;
+  bool flag(const toml::node& node) const;
+  double number(const toml::node& node, double least, double most) const;
+  std::int64_t integer(const toml::node& node, std::int64_t least, std::int64_t most) const;
+  /// A relative path that stays inside the file's own folder.
+  std::filesystem::path inside(const toml::node& node) const;
+  std::filesystem::path inside(const toml::node& node, const std::filesystem::path& path) const;
+  const toml::array& list(const toml::node& node) const;
+  const toml::table& subtable(const toml::node& node) const;
+
+  template <class Value>
+  Value choice(const toml::node& node, const std::vector<std::pair<std::string, Value>>& choices) const {
+    const std::string chosen = text(node);
+    std::string known;
+    for (const auto& [name, value] : choices) {
+      if (name == chosen) return value;
+      known += (known.empty() ? "\"" : ", \"") + name + "\"";
+    }
+    fail(node, "`" + key_ + "` must be one of " + known + ", not \"" + chosen + "\"");
+  }
+
+  /// The key being read, for messages about its parts.
+  const std::string& key() const { return key_; }
+
+ private:
+  std::filesystem::path path_;
+  toml::table table_;
+  std::string key_;
+};
+
+}  // namespace estancia
