@@ -101,8 +101,8 @@ class PartialFolder {
 
 void copyModel(const ModelSpec& spec, const fs::path& target) {
   std::set<fs::path> files{"model.toml"};
-  for (const auto& file : {spec.file, spec.config, spec.labels})
-    if (!file.empty()) files.insert(file);
+  for (const auto& file : networkFiles(spec)) files.insert(file);
+  if (!spec.labels.empty()) files.insert(spec.labels);
   for (const auto& [file, digest] : spec.sha256) files.insert(file);
   for (const auto& file : files) {
     fs::create_directories((target / file).parent_path());

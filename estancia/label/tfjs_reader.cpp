@@ -40,9 +40,7 @@ struct Value {
 class Reader {
  public:
   Reader(const Json& model, const fs::path& folder, const Section& section)
-      : section_(section),
-        weights_(model.at("weightsManifest"), folder),
-        nodes_(model.at("modelTopology").at("node")) {}
+      : section_(section), weights_(model.at("weightsManifest"), folder), nodes_(nodesOf(model)) {}
 
   Network read() {
     const std::string input = section_.input.empty() ? nodes_.onlyPlaceholder() : section_.input;
@@ -61,6 +59,14 @@ class Reader {
   }
 
  private:
+  static const Json& nodesOf(const Json& model) {
+    const Json& topology = model.at("modelTopology");
+    if (topology.contains("node")) return topology.at("node");
+    throw Error(
+        "holds layers, not a graph; convert it with tensorflowjs_converter "
+        "--output_format=tfjs_graph_model");
+  }
+
   tflite::Graph& graph() { return network_.graph; }
   const Shape& shapeOf(int tensor) const {
     return network_.graph.tensors[static_cast<std::size_t>(tensor)].shape;

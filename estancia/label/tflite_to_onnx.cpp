@@ -60,6 +60,7 @@ class Writer {
       op_ = &op;
       writeOperator();
     }
+    nameOutput();
     describe(out_->add_output(), names_[index(graph_.output)], graph_.output);
 
     std::string bytes;
@@ -83,6 +84,22 @@ class Writer {
     Shape shape(t.shape.begin(), t.shape.end());
     if (shape.size() == 4) shape = {shape[0], shape[3], shape[1], shape[2]};
     return shape;
+  }
+
+  /// The output keeps the name that it has in the file, unless that would be ambiguous here.
+  void nameOutput() {
+    std::string& last = names_[index(graph_.output)];
+    const std::string& name = tensor(graph_.output).name;
+    if (last == "input") fail("computes nothing");
+    if (name.empty() || name == "input") return;
+    for (const auto& node : out_->node())
+      if (node.output(0) == name) return;
+    for (auto& node : *out_->mutable_node()) {
+      for (auto& input : *node.mutable_input())
+        if (input == last) input = name;
+      if (node.output(0) == last) node.set_output(0, name);
+    }
+    last = name;
   }
 
   void describe(onnx::ValueInfoProto* value, const std::string& name, int position) {
