@@ -17,7 +17,7 @@ namespace estancia::tfjs {
 constexpr std::size_t maxElements = std::size_t{1} << 28;
 
 /// A name of the file in a message: cut when it is absurdly long.
-inline std::string quoted(const std::string& name) {
+inline std::string inQuotes(const std::string& name) {
   return '"' + name.substr(0, 200) + '"';
 }
 

@@ -16,10 +16,27 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Texts are stored in base64 or as lists of bytes. Only a few known ones matter.
-bool textIs(const Json& text, const std::string& plain, const char* base64) {
-  if (text.is_string()) return text.get<std::string>() == base64;
-  return text.is_array() && text == Json(std::vector<int>(plain.begin(), plain.end()));
+std::string fromBase64(const std::string& text) {
+  static const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string bytes;
+  unsigned bits = 0, count = 0;
+  for (const char c : text.substr(0, text.find('='))) {
+    const auto digit = digits.find(c);
+    if (digit == std::string::npos) throw Error(fmt::format("has {} where base64 is needed", inQuotes(text)));
+    bits = (bits << 6 | static_cast<unsigned>(digit)) & 0xFFFF;
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    bytes += static_cast<char>(bits >> count & 0xFF);
+  }
+  return bytes;
+}
+
+/// Texts are stored in base64 or as lists of bytes.
+std::string textOf(const Json& value) {
+  if (value.is_string()) return fromBase64(value.get<std::string>());
+  const auto bytes = value.get<std::vector<unsigned char>>();
+  return {bytes.begin(), bytes.end()};
 }
 
 /// 64-bit integers are stored as texts.
@@ -29,14 +46,14 @@ std::int64_t integerOf(const Json& value) {
   std::int64_t number = 0;
   const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (problem != std::errc{} || end != text.data() + text.size())
-    throw Error(fmt::format("has {} where an integer is needed", quoted(text)));
+    throw Error(fmt::format("has {} where an integer is needed", inQuotes(text)));
   return number;
 }
 
 }  // namespace
 
 std::string Node::where() const {
-  return fmt::format("{} (node {})", op.substr(0, 100), quoted(name));
+  return fmt::format("{} (node {})", op.substr(0, 100), inQuotes(name));
 }
 
 void Node::fail(const std::string& what) const {
@@ -59,10 +76,41 @@ double Node::real(const char* attribute, double otherwise) const {
   return stored == nullptr || !stored->contains("f") ? otherwise : stored->at("f").get<double>();
 }
 
-std::pair<int, int> Node::perSide(const char* attribute, std::optional<int> otherwise) const {
+bool Node::flag(const char* attribute) const {
+  const Json* stored = find(attribute);
+  return stored != nullptr && stored->contains("b") && stored->at("b").get<bool>();
+}
+
+std::string Node::text(const char* attribute, const std::string& otherwise) const {
+  const Json* stored = find(attribute);
+  return stored == nullptr ? otherwise : textOf(stored->at("s"));
+}
+
+std::vector<std::int64_t> Node::integers(const char* attribute) const {
   std::vector<std::int64_t> list;
-  if (const Json* stored = find(attribute); stored != nullptr)
+  if (const Json* stored = find(attribute); stored != nullptr && stored->at("list").contains("i"))
     for (const auto& value : stored->at("list").at("i")) list.push_back(integerOf(value));
+  return list;
+}
+
+std::vector<std::string> Node::texts(const char* attribute) const {
+  std::vector<std::string> list;
+  if (const Json* stored = find(attribute); stored != nullptr && stored->at("list").contains("s"))
+    for (const auto& value : stored->at("list").at("s")) list.push_back(textOf(value));
+  return list;
+}
+
+std::vector<std::int64_t> Node::shape() const {
+  std::vector<std::int64_t> sizes;
+  const Json* stored = find("shape");
+  if (stored == nullptr || !stored->contains("shape") || !stored->at("shape").contains("dim")) return sizes;
+  for (const auto& dimension : stored->at("shape").at("dim"))
+    sizes.push_back(integerOf(dimension.at("size")));
+  return sizes;
+}
+
+std::pair<int, int> Node::perSide(const char* attribute, std::optional<int> otherwise) const {
+  const auto list = integers(attribute);
   if (list.empty() && otherwise) return {*otherwise, *otherwise};
   if (list.size() != 4 || list[0] != 1 || list[3] != 1 ||
       std::any_of(list.begin(), list.end(), [](auto v) { return v < 1 || v > 1024; }))
@@ -71,16 +119,13 @@ std::pair<int, int> Node::perSide(const char* attribute, std::optional<int> othe
 }
 
 bool Node::samePadding() const {
-  const Json* stored = find("padding");
-  if (stored != nullptr && textIs(stored->at("s"), "SAME", "U0FNRQ==")) return true;
-  if (stored != nullptr && textIs(stored->at("s"), "VALID", "VkFMSUQ=")) return false;
-  fail("has a padding other than SAME and VALID");
+  const std::string padding = text("padding", "");
+  if (padding != "SAME" && padding != "VALID") fail("has a padding other than SAME and VALID");
+  return padding == "SAME";
 }
 
 void Node::requireChannelsLast() const {
-  const Json* stored = find("data_format");
-  if (stored != nullptr && !textIs(stored->at("s"), "NHWC", "TkhXQw=="))
-    fail("has an order of dimensions other than NHWC");
+  if (text("data_format", "NHWC") != "NHWC") fail("has an order of dimensions other than NHWC");
 }
 
 void Node::requireInputs(std::size_t count) const {
@@ -100,13 +145,13 @@ Nodes::Nodes(const Json& list) {
     if (stored.contains("attr")) node.attributes = &stored.at("attr");
     const std::string name = node.name;
     if (!nodes_.emplace(name, std::move(node)).second)
-      throw Error(fmt::format("has two nodes of the name {}", quoted(name)));
+      throw Error(fmt::format("has two nodes of the name {}", inQuotes(name)));
   }
 }
 
 const Node& Nodes::at(const std::string& name) const {
   const auto found = nodes_.find(name);
-  if (found == nodes_.end()) throw Error(fmt::format("has no node {}", quoted(name)));
+  if (found == nodes_.end()) throw Error(fmt::format("has no node {}", inQuotes(name)));
   return found->second;
 }
 
@@ -128,7 +173,7 @@ std::string Nodes::onlyEnd() const {
   if (ends.size() == 1) return *ends.begin();
   std::vector<std::string> some;
   for (const auto& end : ends)
-    if (some.size() < 10) some.push_back(quoted(end));
+    if (some.size() < 10) some.push_back(inQuotes(end));
   throw Error(fmt::format("has {} outputs ({}); name one of its nodes as `output`", ends.size(),
                           fmt::join(some, ", ")));
 }
@@ -153,7 +198,7 @@ std::vector<const Node*> Nodes::inOrder(const std::string& input, const std::str
       if (seen == states.end())
         open.push_back(read);
       else if (seen->second == State::entered)
-        node->fail(fmt::format("has a loop through {}", quoted(name)));
+        node->fail(fmt::format("has a loop through {}", inQuotes(name)));
     }
   }
   return order;

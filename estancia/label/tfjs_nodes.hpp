@@ -23,6 +23,14 @@ struct Node {
 
   std::int64_t integer(const char* attribute, std::int64_t otherwise) const;
   double real(const char* attribute, double otherwise) const;
+  bool flag(const char* attribute) const;  ///< false when it is left out
+  std::string text(const char* attribute, const std::string& otherwise) const;
+  /// Lists are empty when they are left out.
+  std::vector<std::int64_t> integers(const char* attribute) const;
+  std::vector<std::string> texts(const char* attribute) const;
+  /// Of a placeholder: what it takes, -1 for any size; empty when it does not say.
+  std::vector<std::int64_t> shape() const;
+
   /// Rows and columns of a list such as strides: [1, rows, columns, 1], each from 1 to 1024.
   std::pair<int, int> perSide(const char* attribute, std::optional<int> otherwise = {}) const;
   /// SAME, else VALID. Throws Error on anything else.

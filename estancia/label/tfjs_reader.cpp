@@ -46,6 +46,7 @@ class Reader {
     const std::string input = section_.input.empty() ? nodes_.onlyPlaceholder() : section_.input;
     const std::string output = section_.output.empty() ? nodes_.onlyEnd() : section_.output;
     node_ = &nodes_.at(input);
+    requirePicture();
     graph().input = addTensor({1, section_.height, section_.width, 3});
     values_[node_].tensor = graph().input;
     for (const Node* node : nodes_.inOrder(input, output, requireKnown)) {
@@ -54,7 +55,7 @@ class Reader {
     }
     graph().output = values_.at(&nodes_.at(output)).tensor;
     if (graph().output < 0 || graph().output == graph().input)
-      throw Error(fmt::format("computes nothing from a picture in {}", quoted(output)));
+      throw Error(fmt::format("computes nothing from a picture in {}", inQuotes(output)));
     return std::move(network_);
   }
 
@@ -70,6 +71,15 @@ class Reader {
   tflite::Graph& graph() { return network_.graph; }
   const Shape& shapeOf(int tensor) const {
     return network_.graph.tensors[static_cast<std::size_t>(tensor)].shape;
+  }
+
+  /// A placeholder may say what it takes; -1 is any size.
+  void requirePicture() const {
+    const Integers takes = node_->shape(), ours{1, section_.height, section_.width, 3};
+    const auto fits = [](std::int64_t theirs, std::int64_t own) { return theirs == -1 || theirs == own; };
+    if (!takes.empty() && !std::equal(takes.begin(), takes.end(), ours.begin(), ours.end(), fits))
+      throw Error(fmt::format("takes an input of [{}] where model.toml makes [{}]; correct `input`",
+                              fmt::join(takes, "×"), fmt::join(ours, "×")));
   }
 
   // ---- inputs of the current node
@@ -153,24 +163,34 @@ class Reader {
 
   using Converter = Value (Reader::*)();
   static const std::map<std::string, Converter>& converters() {
-    static const std::map<std::string, Converter> all{{"Const", &Reader::convertConstant},
-                                                      {"Identity", &Reader::convertIdentity},
-                                                      {"Conv2D", &Reader::convertConvolution},
-                                                      {"DepthwiseConv2dNative", &Reader::convertDepthwise},
-                                                      {"FusedBatchNorm", &Reader::convertBatchNorm},
-                                                      {"FusedBatchNormV3", &Reader::convertBatchNorm},
-                                                      {"Add", &Reader::convertAdd},
-                                                      {"AddV2", &Reader::convertAdd},
-                                                      {"AddN", &Reader::convertAdd},
-                                                      {"BiasAdd", &Reader::convertAdd},
-                                                      {"Mul", &Reader::convertMultiply},
-                                                      {"Relu", &Reader::convertRelu},
-                                                      {"Relu6", &Reader::convertRelu},
-                                                      {"Reshape", &Reader::convertReshape},
-                                                      {"ConcatV2", &Reader::convertConcatenation},
-                                                      {"Shape", &Reader::convertShape},
-                                                      {"StridedSlice", &Reader::convertSlice},
-                                                      {"Pack", &Reader::convertPack}};
+    static const std::map<std::string, Converter> all{
+        {"Const", &Reader::convertConstant},
+        {"Identity", &Reader::convertIdentity},
+        {"Conv2D", &Reader::convertConvolution},
+        {"_FusedConv2D", &Reader::convertConvolution},
+        {"DepthwiseConv2dNative", &Reader::convertDepthwise},
+        {"FusedDepthwiseConv2dNative", &Reader::convertDepthwise},
+        {"FusedBatchNorm", &Reader::convertBatchNorm},
+        {"FusedBatchNormV3", &Reader::convertBatchNorm},
+        {"MatMul", &Reader::convertMatMul},
+        {"_FusedMatMul", &Reader::convertMatMul},
+        {"Add", &Reader::convertAdd},
+        {"AddV2", &Reader::convertAdd},
+        {"AddN", &Reader::convertAdd},
+        {"BiasAdd", &Reader::convertAdd},
+        {"Mul", &Reader::convertMultiply},
+        {"Relu", &Reader::convertRelu},
+        {"Relu6", &Reader::convertRelu},
+        {"Softmax", &Reader::convertSoftmax},
+        {"AvgPool", &Reader::convertPool},
+        {"MaxPool", &Reader::convertPool},
+        {"Mean", &Reader::convertMean},
+        {"Reshape", &Reader::convertReshape},
+        {"Squeeze", &Reader::convertSqueeze},
+        {"ConcatV2", &Reader::convertConcatenation},
+        {"Shape", &Reader::convertShape},
+        {"StridedSlice", &Reader::convertSlice},
+        {"Pack", &Reader::convertPack}};
     return all;
   }
   static void requireKnown(const Node& node) {
@@ -191,19 +211,53 @@ class Reader {
 
   Value convertIdentity() { return input(0); }
 
+  /// What may be fused into a node: a bias, its third input, and an activation.
+  void fuse(Operator& op, int filters) {
+    auto fused = node_->texts("fused_ops");
+    const bool hasBias = !fused.empty() && fused.front() == "BiasAdd";
+    node_->requireInputs(hasBias ? 3 : 2);
+    if (hasBias) {
+      Reals bias = weights_.reals(weightInput(2));
+      if (bias.size() != static_cast<std::size_t>(filters)) node_->fail("has a bias of another size");
+      op.inputs.push_back(addConstant({filters}, std::move(bias)));
+      fused.erase(fused.begin());
+    }
+    if (fused == std::vector<std::string>{"Relu"})
+      op.activation = Activation::relu;
+    else if (fused == std::vector<std::string>{"Relu6"})
+      op.activation = Activation::relu6;
+    else if (!fused.empty())
+      node_->fail(fmt::format("has the unsupported {} fused", inQuotes(fused.front())));
+  }
+
+  /// Rows and columns that a window of filterY × filterX gives.
+  Shape slide(const Operator& op, const Shape& in, int filterY, int filterX, int channels) const {
+    const auto outputs = [&](int size, int filter, int stride, int dilation) {
+      const auto count = tflite::placeWindow(size, filter, stride, dilation, op.samePadding).outputs;
+      if (count < 1) node_->fail("has a window larger than the picture");
+      return static_cast<int>(count);
+    };
+    return {in[0], outputs(in[1], filterY, op.strideY, op.dilationY),
+            outputs(in[2], filterX, op.strideX, op.dilationX), channels};
+  }
+
+  /// Values whose last dimension, of `size`, becomes the first.
+  static Reals lastFirst(const Reals& values, int size) {
+    const auto last = static_cast<std::size_t>(size), rest = values.size() / last;
+    Reals turned(values.size());
+    for (std::size_t i = 0; i < rest; ++i)
+      for (std::size_t j = 0; j < last; ++j) turned[j * rest + i] = values[i * last + j];
+    return turned;
+  }
+
   /// Weights rows×columns×inputs×filters become filters×rows×columns×inputs, as TensorFlow Lite has them.
   Value convertConvolution() {
     const std::string& name = weightInput(1);
     const Shape stored = weights_.shape(name), in = pictureShape(0);
     if (stored.size() != 4 || stored[2] != in[3])
       node_->fail(fmt::format("has weights [{}] for {} channels", fmt::join(stored, "×"), in[3]));
-    const Reals values = weights_.reals(name);
-    const auto filters = static_cast<std::size_t>(stored[3]), rows = values.size() / filters;
-    Reals turned(values.size());
-    for (std::size_t row = 0; row < rows; ++row)
-      for (std::size_t filter = 0; filter < filters; ++filter)
-        turned[filter * rows + row] = values[row * filters + filter];
-    return convolve(Kind::conv, {stored[3], stored[0], stored[1], stored[2]}, std::move(turned), stored[3]);
+    return convolve(Kind::conv, {stored[3], stored[0], stored[1], stored[2]},
+                    lastFirst(weights_.reals(name), stored[3]), stored[3]);
   }
 
   /// Weights rows×columns×inputs×multiplier become 1×rows×columns×filters: the same order in memory.
@@ -218,20 +272,60 @@ class Reader {
 
   Value convolve(Kind kind, const Shape& shape, Reals values, int filters) {
     node_->requireChannelsLast();
-    node_->requireInputs(2);
-    const Shape in = pictureShape(0);
     Operator op = newOperator(kind, {tensorInput(0), addConstant(shape, std::move(values))});
+    fuse(op, filters);
     op.samePadding = node_->samePadding();
     std::tie(op.strideY, op.strideX) = node_->perSide("strides");
     std::tie(op.dilationY, op.dilationX) = node_->perSide("dilations", 1);
-    const auto outputs = [&](int size, int filter, int stride, int dilation) {
-      const auto count = tflite::placeWindow(size, filter, stride, dilation, op.samePadding).outputs;
-      if (count < 1) node_->fail("has a window larger than the picture");
-      return static_cast<int>(count);
-    };
-    const int height = outputs(in[1], shape[1], op.strideY, op.dilationY);
-    const int width = outputs(in[2], shape[2], op.strideX, op.dilationX);
-    return add(std::move(op), {in[0], height, width, filters});
+    Shape out = slide(op, pictureShape(0), shape[1], shape[2], filters);
+    return add(std::move(op), std::move(out));
+  }
+
+  Value convertPool() {
+    node_->requireChannelsLast();
+    const Shape in = pictureShape(0);
+    Operator op = newOperator(node_->op == "AvgPool" ? Kind::averagePool : Kind::maxPool, {tensorInput(0)});
+    op.samePadding = node_->samePadding();
+    std::tie(op.strideY, op.strideX) = node_->perSide("strides");
+    std::tie(op.filterY, op.filterX) = node_->perSide("ksize");
+    Shape out = slide(op, in, op.filterY, op.filterX, in[3]);
+    return add(std::move(op), std::move(out));
+  }
+
+  /// Of all pixels of a picture: an average pool as large as the picture.
+  Value convertMean() {
+    node_->requireInputs(2);
+    const Shape in = pictureShape(0);
+    Integers axes = integersInput(1);
+    for (auto& axis : axes) axis += axis < 0 ? 4 : 0;
+    std::sort(axes.begin(), axes.end());
+    if (axes != Integers{1, 2}) node_->fail("takes a mean over other axes than height and width");
+    Operator op = newOperator(Kind::averagePool, {tensorInput(0)});
+    op.filterY = in[1];
+    op.filterX = in[2];
+    const Value mean = add(std::move(op), {in[0], 1, 1, in[3]});
+    if (node_->flag("keep_dims")) return mean;
+    return add(newOperator(Kind::reshape, {mean.tensor}), {in[0], in[3]});
+  }
+
+  /// Weights inputs×outputs become outputs×inputs, as TensorFlow Lite has them.
+  Value convertMatMul() {
+    const std::string& name = weightInput(1);
+    const Shape stored = weights_.shape(name), in = shapeOf(tensorInput(0));
+    if (node_->flag("transpose_a") || node_->flag("transpose_b"))
+      node_->fail("turns its inputs, which is not supported");
+    if (stored.size() != 2 || in != Shape{1, stored[0]})
+      node_->fail(fmt::format("multiplies [{}] by [{}]", fmt::join(in, "×"), fmt::join(stored, "×")));
+    Operator op = newOperator(
+        Kind::fullyConnected,
+        {tensorInput(0), addConstant({stored[1], stored[0]}, lastFirst(weights_.reals(name), stored[1]))});
+    fuse(op, stored[1]);
+    return add(std::move(op), {1, stored[1]});
+  }
+
+  Value convertSoftmax() {
+    const Shape shape = shapeOf(tensorInput(0));
+    return add(newOperator(Kind::softmax, {tensorInput(0)}), shape);
   }
 
   /// (x − mean) · gamma / √(variance + ε) + beta
@@ -302,6 +396,20 @@ class Reader {
     if (to.size() > 8 || std::count(to.begin(), to.end(), -1) > 1 || elements % known != 0 ||
         (std::count(to.begin(), to.end(), -1) == 0 && known != elements))
       node_->fail(fmt::format("cannot make [{}] of [{}]", fmt::join(to, "×"), fmt::join(from, "×")));
+    return add(newOperator(Kind::reshape, {tensorInput(0)}), std::move(shape));
+  }
+
+  /// Drops dimensions of size 1: those that it names, else all.
+  Value convertSqueeze() {
+    const Shape from = shapeOf(tensorInput(0));
+    Integers axes = node_->integers("squeeze_dims");
+    for (auto& axis : axes) axis += axis < 0 ? static_cast<std::int64_t>(from.size()) : 0;
+    Shape shape;
+    for (std::size_t d = 0; d < from.size(); ++d) {
+      const bool named = std::count(axes.begin(), axes.end(), static_cast<std::int64_t>(d)) > 0;
+      if (named && from[d] != 1) node_->fail(fmt::format("drops a dimension of [{}]", fmt::join(from, "×")));
+      if (!named && (from[d] != 1 || !axes.empty())) shape.push_back(from[d]);
+    }
     return add(newOperator(Kind::reshape, {tensorInput(0)}), std::move(shape));
   }
 

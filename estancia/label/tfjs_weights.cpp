@@ -27,7 +27,7 @@ fs::path shardPath(const Json& path) {
   if (relative.empty() || relative.is_absolute() ||
       std::any_of(relative.begin(), relative.end(), [](const fs::path& part) { return part == ".."; }))
     throw Error(
-        fmt::format("names the weight file {}; it must lie in the same folder", quoted(relative.string())));
+        fmt::format("names the weight file {}; it must lie in the same folder", inQuotes(relative.string())));
   return relative;
 }
 
@@ -35,11 +35,11 @@ fs::path shardPath(const Json& path) {
 fs::path shardIn(const fs::path& folder, const fs::path& relative) {
   const fs::path shard = folder / relative;
   if (!fs::is_regular_file(shard))
-    throw Error(fmt::format("lacks its weight file {}; fetch it again", quoted(relative.string())));
+    throw Error(fmt::format("lacks its weight file {}; fetch it again", inQuotes(relative.string())));
   const fs::path real = fs::canonical(shard), home = fs::canonical(folder);
   if (std::mismatch(home.begin(), home.end(), real.begin(), real.end()).first != home.end())
     throw Error(fmt::format("has the weight file {}, which leads out of the folder; copy the file there",
-                            quoted(relative.string())));
+                            inQuotes(relative.string())));
   return real;
 }
 
@@ -83,7 +83,7 @@ Weights::Entry Weights::readEntry(const Json& weight, const std::string& name) {
     const auto value = size.get<std::int64_t>();
     if (entry.shape.size() == maxRank || value < 1 ||
         static_cast<std::uint64_t>(value) > maxElements / entry.elements)
-      throw Error(fmt::format("has a weight of impossible shape: {} {}", quoted(name),
+      throw Error(fmt::format("has a weight of impossible shape: {} {}", inQuotes(name),
                               weight.at("shape").dump().substr(0, 100)));
     entry.shape.push_back(static_cast<int>(value));
     entry.elements *= static_cast<std::size_t>(value);
@@ -99,13 +99,13 @@ Weights::Entry Weights::readEntry(const Json& weight, const std::string& name) {
                 : std::map<std::string, Stored>{
                       {"float32", Stored::float32}, {"int32", Stored::int32}, {"bool", Stored::boolean}};
   if (!known.contains(stored))
-    throw Error(fmt::format("stores {} in the unsupported type {}", quoted(name), quoted(stored)));
+    throw Error(fmt::format("stores {} in the unsupported type {}", inQuotes(name), inQuotes(stored)));
   entry.stored = known.at(stored);
   if (quantised && entry.stored != Stored::float16) {
     entry.scale = quantization->at("scale").get<double>();
     entry.least = quantization->at("min").get<double>();
     if (!std::isfinite(entry.scale) || !std::isfinite(entry.least))
-      throw Error(fmt::format("has a scale that is no number: {}", quoted(name)));
+      throw Error(fmt::format("has a scale that is no number: {}", inQuotes(name)));
   }
   return entry;
 }
@@ -120,7 +120,7 @@ Weights::Weights(const Json& manifest, const fs::path& folder) {
       entry.start = start + needed;
       needed += entry.elements * bytesOf(entry.stored);
       if (!entries_.emplace(name, std::move(entry)).second)
-        throw Error(fmt::format("has two weights of the name {}", quoted(name)));
+        throw Error(fmt::format("has two weights of the name {}", inQuotes(name)));
     }
     std::vector<std::pair<fs::path, std::size_t>> shards;
     std::size_t stored = 0;
@@ -138,7 +138,7 @@ Weights::Weights(const Json& manifest, const fs::path& folder) {
 
 const Weights::Entry& Weights::entry(const std::string& name) const {
   const auto found = entries_.find(name);
-  if (found == entries_.end()) throw Error(fmt::format("has no weight {}", quoted(name)));
+  if (found == entries_.end()) throw Error(fmt::format("has no weight {}", inQuotes(name)));
   return found->second;
 }
 
@@ -171,7 +171,7 @@ std::vector<float> Weights::reals(const std::string& name) const {
   const Entry& from = entry(name);
   if (from.type != "float32")
     throw Error(
-        fmt::format("stores {} as {} where real numbers are needed", quoted(name), quoted(from.type)));
+        fmt::format("stores {} as {} where real numbers are needed", inQuotes(name), inQuotes(from.type)));
   std::vector<float> values(from.elements);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(value(from, i));
   return values;
@@ -180,8 +180,8 @@ std::vector<float> Weights::reals(const std::string& name) const {
 std::vector<std::int64_t> Weights::integers(const std::string& name) const {
   const Entry& from = entry(name);
   if (from.stored != Stored::int32 || from.elements > 1024)
-    throw Error(fmt::format("stores {} as {} of shape [{}] where a few integers are needed", quoted(name),
-                            quoted(from.type), fmt::join(from.shape, "×")));
+    throw Error(fmt::format("stores {} as {} of shape [{}] where a few integers are needed", inQuotes(name),
+                            inQuotes(from.type), fmt::join(from.shape, "×")));
   std::vector<std::int64_t> values(from.elements);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::llround(value(from, i));
   return values;

@@ -28,8 +28,8 @@ struct Tensor {
   float highest() const;
 };
 
-/// `add` and `multiply` take two tensors of one shape, or a picture and a constant of one value, or one a
-/// channel.
+/// `add` and `multiply` take two tensors of one shape, or a tensor and a constant of one value, or one a
+/// channel (index of the last dimension).
 enum class Kind {
   activation,
   add,

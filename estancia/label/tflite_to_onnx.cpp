@@ -298,18 +298,20 @@ class Writer {
       writeActivation();
   }
 
-  /// Two pictures, or a picture and a constant: one value, or one a channel.
+  /// Two tensors, or a tensor and a constant: one value, or one a channel (its last dimension in the file).
   void writeArithmetic(const char* type) {
-    requireShape(shapeOf(input()));
+    const Shape shape = shapeOf(input());
+    requireShape(shape);
     std::string second;
     if (input(1).constant) {
-      const std::size_t count = input(1).elements();
-      if (count != 1 && count != static_cast<std::size_t>(imageShape()[1]))
-        failHere(fmt::format("has {} values for {} channels", count, imageShape()[1]));
-      second = addFloats(newName("_values"), {1, static_cast<std::int64_t>(count), 1, 1},
-                         realValues(input(1), source_));
+      const auto count = static_cast<std::int64_t>(input(1).elements());
+      if (input().shape.empty() || (count != 1 && count != input().shape.back()))
+        failHere(fmt::format("has {} values for a tensor of [{}]", count, fmt::join(shape, "×")));
+      Shape broadcast(shape.size(), 1);
+      broadcast[shape.size() == 4 ? 1 : shape.size() - 1] = count;
+      second = addFloats(newName("_values"), broadcast, realValues(input(1), source_));
     } else {
-      if (shapeOf(input(0)) != shapeOf(input(1))) failHere("joins tensors of different shapes");
+      if (shape != shapeOf(input(1))) failHere("joins tensors of different shapes");
       second = inputName(1);
     }
     addNode(type, {inputName(), second}, newName("_raw"));

@@ -199,6 +199,81 @@ TEST_F(TfjsReader, JoinsRowsOfShapesThatTheGraphComputes) {
   expectNear(answer(), expected);
 }
 
+TEST_F(TfjsReader, ReadsWhatIsFusedIntoAConvolution) {
+  const Values in = picture();
+  network_.weight("weights", {1, 1, channels, channels}, {9, 0, 0, 0, 9, 0, 0, 0, 9});
+  network_.weight("each", {1, 1, channels, 1}, {9, 9, 9});
+  network_.weight("bias", {channels}, {1, 2, -3});
+  const auto fused = [](const std::vector<std::string>& names) {
+    auto attributes = TfjsBuilder::windowAttributes(1, true);
+    attributes["fused_ops"]["list"]["s"] = names;
+    return attributes;
+  };
+  const std::string bias = "Qmlhc0FkZA==", relu = "UmVsdQ==", relu6 = "UmVsdTY=", elu = "RWx1";
+  network_.node("_FusedConv2D", "a", {"picture", "weights", "bias"}, fused({bias}));
+  network_.node("FusedDepthwiseConv2dNative", "b", {"picture", "each", "bias"}, fused({bias, relu}));
+  network_.node("_FusedConv2D", "c", {"picture", "weights", "bias"}, fused({bias, relu6}));
+  network_.node("_FusedConv2D", "d", {"picture", "weights", "bias"}, fused({bias, elu}));
+  network_.node("_FusedConv2D", "e", {"picture", "weights", "each"}, fused({}));
+  const float offset[] = {1, 2, -3};
+  Values plain = in;
+  for (std::size_t i = 0; i < plain.size(); ++i) plain[i] = 9 * plain[i] + offset[i % 3];
+  expectNear(answer("a"), plain);
+  for (float& v : plain) v = std::max(v, 0.0F);
+  expectNear(answer("b"), plain);
+  for (float& v : plain) v = std::min(v, 6.0F);
+  expectNear(answer("c"), plain);
+  EXPECT_THAT(refusal("d"), HasSubstr("unsupported \"Elu\" fused in _FusedConv2D (node \"d\")"));
+  EXPECT_THAT(refusal("e"), HasSubstr("has 3 inputs where 2 are needed"));
+}
+
+TEST_F(TfjsReader, PoolsWithoutCountingThePadding) {
+  const Values in = picture();
+  auto attributes = TfjsBuilder::windowAttributes(2, true);
+  attributes["ksize"]["list"]["i"] = {"1", "3", "3", "1"};
+  network_.node("MaxPool", "largest", {"picture"}, attributes);
+  network_.node("AvgPool", "mean", {"picture"}, attributes);
+  Values largest, mean;  // 6 rows by 2: padding behind; 7 columns by 2: on both sides
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column)
+      for (int c = 0; c < channels; ++c) {
+        float sum = 0, most = -9, count = 0;
+        for (int y = 2 * row; y < std::min(2 * row + 3, height); ++y)
+          for (int x = std::max(2 * column - 1, 0); x < std::min(2 * column + 2, width); ++x) {
+            sum += pixel(in, y, x, c);
+            most = std::max(most, pixel(in, y, x, c));
+            ++count;
+          }
+        largest.push_back(most);
+        mean.push_back(sum / count);
+      }
+  expectNear(answer("largest"), largest);
+  expectNear(answer("mean"), mean);
+}
+
+TEST_F(TfjsReader, EndsAsAClassifier) {
+  // mean of all pixels, flattened in two ways, a matrix, softmax
+  const Values in = picture(), weights = randomValues(6, 3);
+  network_.integers("sides", {2}, {-2, 1});
+  network_.weight("weights", {3, 2}, weights);
+  network_.weight("bias", {2}, {0.5F, -0.5F});
+  network_.node("Mean", "mean", {"picture", "sides"}, {{"keep_dims", {{"b", true}}}});
+  network_.node("Squeeze", "squeezed", {"mean"}, {{"squeeze_dims", {{"list", {{"i", {"1", "-2"}}}}}}});
+  network_.node("Mean", "flat", {"picture", "sides"});
+  network_.node("Add", "twice", {"squeezed", "flat"});
+  network_.node("MatMul", "logits", {"twice", "weights"});
+  network_.node("BiasAdd", "biased", {"logits", "bias"});
+  network_.node("Softmax", "out", {"biased"});
+  Values logits{0.5F, -0.5F};
+  for (std::size_t i = 0; i < in.size(); ++i)
+    for (std::size_t j = 0; j < 2; ++j)
+      logits[j] += 2 * in[i] / (height * width) * weights[i % channels * 2 + j];
+  const float p = 1 / (1 + std::exp(logits[1] - logits[0]));
+  expectNear(answer("biased"), logits);
+  expectNear(answer(), {p, 1 - p});
+  EXPECT_THAT(refusal("out", "mean"), AllOf(HasSubstr("multiplies ["), HasSubstr("MatMul")));
+}
+
 TEST_F(TfjsReader, ReadsQuantisedWeights) {
   network_.quantised<std::uint8_t>("bytes", {3}, {0, 1, 255},
                                    {{"dtype", "uint8"}, {"scale", 0.5}, {"min", -1}});
@@ -242,6 +317,22 @@ TEST_F(TfjsReader, AsksForTheOutputAndTheInputWhereThereAreSeveral) {
   EXPECT_THAT(refusal("a"), AllOf(HasSubstr("2 placeholders"), HasSubstr("`input_node`")));
   EXPECT_THAT(refusal("c", "picture"), HasSubstr("no node \"c\""));
   EXPECT_THAT(refusal("picture", "picture"), HasSubstr("computes nothing"));
+}
+
+TEST_F(TfjsReader, SaysWhenThePlaceholderTakesAnotherPicture) {
+  auto& takes = network_.model["modelTopology"]["node"][0]["attr"]["shape"]["shape"]["dim"];
+  const auto sizes = [](const std::vector<std::string>& list) {
+    auto all = TfjsBuilder::Json::array();
+    for (const auto& size : list) all.push_back({{"size", size}});
+    return all;
+  };
+  network_.node("Relu", "positive", {"picture"});
+  takes = sizes({"-1", "6", "-1", "3"});
+  EXPECT_EQ(refusal(), "");
+  for (const auto& list : {sizes({"-1", "6", "-1", "1"}), sizes({"1", "7", "6", "3"}), sizes({"1", "18"})}) {
+    takes = list;
+    EXPECT_THAT(refusal(), AllOf(HasSubstr("takes an input of ["), HasSubstr("[1×6×7×3]"))) << list;
+  }
 }
 
 TEST_F(TfjsReader, RefusesOtherFiles) {
