@@ -5,13 +5,12 @@
 #include <deque>
 
 #include "estancia/core/error.hpp"
-#include "estancia/label/model.hpp"
 
 namespace estancia::apps {
 
 void LocalizationArguments::addTo(CLI::App& command) {
   command.add_option("MAP", map, "The map file")->required();
-  command.add_option("--model", model, "The model that the map was made with; default: " + defaultModel);
+  model.addTo(command, "The model that the map was made with");
   command
       .add_option("--lookahead", localizer.lookahead,
                   "Answer this many frames late, and better (smoothing); 0 answers at once")
@@ -25,7 +24,7 @@ void LocalizationArguments::addTo(CLI::App& command) {
 
 void localize(const LocalizationArguments& arguments, const MapReader& reader, const Sequence& sequence,
               bool strict, const std::function<void(std::size_t, const Localization&)>& use) {
-  const auto labeler = loadModel(arguments.model.empty() ? defaultModel : arguments.model);
+  const auto labeler = arguments.model.open();
   requireSameVocabulary(reader.map().vocabulary, labeler->vocabulary(), arguments.map);
   // Another network with the same words says other things: its answers would look right and mean nothing.
   if (reader.map().model != labeler->identity())

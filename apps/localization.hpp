@@ -7,11 +7,13 @@
 #include "common.hpp"
 #include "estancia/topology/localizer.hpp"
 #include "estancia/topology/session.hpp"
+#include "labelling.hpp"
 
 namespace estancia::apps {
 
 struct LocalizationArguments {
-  std::string map, model;
+  std::string map;
+  ModelArguments model;
   LocalizerOptions localizer;
   void addTo(CLI::App& command);
 };

@@ -8,8 +8,8 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/picture.hpp"
-#include "estancia/label/model.hpp"
 #include "estancia/topology/session.hpp"
+#include "labelling.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   SequenceArguments sequence;
-  std::string output, model = defaultModel;
+  ModelArguments model;
+  std::string output;
   std::string distance, preset;
   double tauJoin = 0, tauRevisit = 0;
   std::size_t blur = 0;
@@ -42,7 +43,7 @@ void run(const Arguments& arguments, const CLI::App& command) {
     throw Error(
         fmt::format("{} exists; continue it with --continue, replace it with --overwrite", arguments.output));
   const auto sequence = arguments.sequence.open();
-  const auto labeler = loadModel(arguments.model);
+  const auto labeler = arguments.model.open();
   std::optional<MappingSession> session;
   std::size_t first = 0;
   if (arguments.goOn && fs::exists(arguments.output)) {
@@ -99,10 +100,7 @@ void addMapCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("map", "Turn a sequence of images into a topological map");
   arguments->sequence.addTo(*command);
   command->add_option("-o,--output", arguments->output, "The map file, NAME.estancia")->required();
-  command
-      ->add_option("--model", arguments->model,
-                   "What labels the images: a name of `models list`, or a folder")
-      ->capture_default_str();
+  arguments->model.addTo(*command, "What labels the images");
   command->add_flag("--continue", arguments->goOn, "Go on with the map where an earlier run stopped");
   command->add_flag("--overwrite", arguments->overwrite, "Replace an existing map")->excludes("--continue");
   std::string distances = "Distance of an image to a place:";

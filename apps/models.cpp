@@ -3,6 +3,7 @@
 
 #include "common.hpp"
 #include "estancia/label/model.hpp"
+#include "labelling.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -44,7 +45,8 @@ void report(const ModelCheck& check, bool json) {
 
 void addModelsCommand(CLI::App& app) {
   struct Arguments {
-    std::string model;
+    ModelArguments model;
+    std::string folder;
     bool replace = false, json = false;
   };
   auto arguments = std::make_shared<Arguments>();
@@ -61,19 +63,21 @@ void addModelsCommand(CLI::App& app) {
   listing->callback([arguments] { list(arguments->json); });
 
   CLI::App* check = command->add_subcommand("check", "Open a model, compare its digests, label test images");
-  check->add_option("MODEL", arguments->model, "A name of `models list`, or a folder with a model.toml")
+  check->add_option("MODEL", arguments->model.model, "A name of `models list`, or a folder with a model.toml")
       ->required();
+  arguments->model.addOptionsTo(*check);
   addJsonOption(*check, arguments->json);
   addExamples(*check, "  estancia models check inception-v3");
-  check->callback([arguments] { report(checkModel(arguments->model), arguments->json); });
+  check->callback(
+      [arguments] { report(checkModel(arguments->model.model, arguments->model.options), arguments->json); });
 
   CLI::App* add = command->add_subcommand("add", "Check a model folder and copy it to the other models");
-  add->add_option("FOLDER", arguments->model, "The folder with model.toml, network and label file")
+  add->add_option("FOLDER", arguments->folder, "The folder with model.toml, network and label file")
       ->required();
   add->add_flag("--replace", arguments->replace, "Replace a model of the same name");
   addJsonOption(*add, arguments->json);
   addExamples(*add, "  estancia models add ~/places205");
-  add->callback([arguments] { report(addModel(arguments->model, arguments->replace), arguments->json); });
+  add->callback([arguments] { report(addModel(arguments->folder, arguments->replace), arguments->json); });
 }
 
 }  // namespace estancia::apps

@@ -26,6 +26,12 @@ struct LabelResult {
   std::string problem;           ///< why this frame has no words, one sentence; "" when all is well
 };
 
+/// A label with its probability, for sources whose words are not known beforehand.
+struct Word {
+  std::string label;
+  float probability = 0;
+};
+
 /// Thrown when one frame cannot be labelled but the next may be; any other Error ends the work.
 class FrameError : public Error {
  public:
@@ -43,6 +49,9 @@ class Labeler {
   /// Whether words are discovered on the way (services): vocabulary() then grows at its end with every new
   /// word, a descriptor has as many values as there were words when it was made, and later words are 0 in it.
   virtual bool discovers() const { return false; }
+  /// The descriptor of words that are known from elsewhere (a cache), which may be new. For labelers that
+  /// discover.
+  virtual LexicalDescriptor adopt(std::span<const Word> words);
 
   /// Identifies the model for maps: name and digest of its files.
   virtual std::string identity() const = 0;
@@ -65,6 +74,11 @@ class Labeler {
   virtual std::vector<LabelResult> inferBatch(std::span<const Prepared> batch);
   /// How many inferBatch() likes best.
   virtual std::size_t batchSize() const { return 1; }
+
+  /// The labelers that this one puts together; empty when it is one by itself.
+  virtual std::vector<Labeler*> members() { return {}; }
+  /// The members' answers for one frame, in order, as one descriptor. For labelers with members.
+  virtual LexicalDescriptor combine(std::span<const LexicalDescriptor> answers) const;
 
   LexicalDescriptor label(const cv::Mat& bgr, const std::string& frame = "") {
     return infer(prepare(bgr, frame));

@@ -62,8 +62,8 @@ double millisecondsOf(const std::function<void()>& work) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-ModelCheck check(const ModelSpec& spec) {
-  const auto labeler = loadModel(spec);  // labels a grey image, too
+ModelCheck check(const ModelSpec& spec, const LabelerOptions& options) {
+  const auto labeler = loadModel(spec, options);  // labels a grey image, too
   const auto& pre = spec.preprocessing;
   cv::Mat noise(pre.height, pre.width, CV_8UC3);
   cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
@@ -194,8 +194,8 @@ std::vector<InstalledModel> installedModels() {
   return models;
 }
 
-ModelCheck checkModel(const std::string& model) {
-  return check(readModelSpec(getModelFolder(model)));
+ModelCheck checkModel(const std::string& model, const LabelerOptions& options) {
+  return check(readModelSpec(getModelFolder(model)), options);
 }
 
 ModelCheck addModel(const fs::path& folder, bool replace) {
@@ -211,7 +211,7 @@ ModelCheck addModel(const fs::path& folder, bool replace) {
   try {
     const PartialFolder fresh(modelHome() / fmt::format(".{}.{}", spec.name, getpid()));
     copyModel(spec, fresh.path());
-    ModelCheck result = check(readModelSpec(fresh.path()));
+    ModelCheck result = check(readModelSpec(fresh.path()), {});
     swapIn(fresh.path(), target);
     result.spec.folder = target;
     return result;

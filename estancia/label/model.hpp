@@ -68,7 +68,7 @@ struct ModelCheck {
 
 /// Opens the model, labels a grey and a noisy image and takes the time. Throws Error saying what is wrong
 /// with it.
-ModelCheck checkModel(const std::string& model);
+ModelCheck checkModel(const std::string& model, const LabelerOptions& options = {});
 
 /// Copies the model in `folder` (the files that its model.toml names) into modelHome() under its name, after
 /// checking it. Throws Error when it does not work, or when the name is taken and `replace` is false. Nothing

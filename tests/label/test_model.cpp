@@ -47,7 +47,7 @@ class ModelToml : public testing::Test {
 TEST_F(ModelToml, ReadsAllKeys) {
   const auto spec = read(R"(
 name = "n-1.0"
-type = "onnxruntime"
+type = "opencv"
 file = "net.caffemodel"
 config = "net.prototxt"
 labels = "words/labels.txt"
@@ -69,7 +69,7 @@ source = "somewhere"
 "net.caffemodel" = "E3B0C44298FC1C149AFBF4C8996FB92427AE41E4649B934CA495991B7852B855"
 )");
   EXPECT_EQ(spec.name, "n-1.0");
-  EXPECT_EQ(spec.type, "onnxruntime");
+  EXPECT_EQ(spec.type, "opencv");
   EXPECT_EQ(spec.file, "net.caffemodel");
   EXPECT_EQ(spec.config, "net.prototxt");
   EXPECT_EQ(spec.labels, "words/labels.txt");
@@ -95,7 +95,7 @@ source = "somewhere"
 
 TEST_F(ModelToml, NamesUnknownKeysWithTheirLineAndTheKnownOnes) {
   EXPECT_THAT(refusal(with("sofmax = true")),
-              AllOf(HasSubstr("model.toml:6: "), HasSubstr("`sofmax`"), HasSubstr("softmax, sigmoid")));
+              AllOf(HasSubstr("model.toml:6: "), HasSubstr("`sofmax`"), HasSubstr("scale, softmax")));
 }
 
 TEST_F(ModelToml, NamesMissingKeys) {
