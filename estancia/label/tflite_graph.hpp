@@ -1,4 +1,4 @@
-// A TensorFlow Lite network as a plain graph.
+// A TensorFlow Lite network as a plain graph; TensorFlow.js networks are read into the same.
 #pragma once
 
 #include <cstdint>

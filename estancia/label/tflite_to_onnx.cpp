@@ -50,7 +50,7 @@ class Writer {
     model.add_opset_import()->set_version(
         10);  // the last in which Clip has attributes; OpenCV 4.6 reads no others
     out_ = model.mutable_graph();
-    out_->set_name("tflite");
+    out_->set_name("network");
 
     names_.resize(graph_.tensors.size());
     if (tensor(graph_.input).constant) fail("takes a constant as its input");

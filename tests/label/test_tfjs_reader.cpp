@@ -271,7 +271,7 @@ TEST_F(TfjsReader, EndsAsAClassifier) {
   const float p = 1 / (1 + std::exp(logits[1] - logits[0]));
   expectNear(answer("biased"), logits);
   expectNear(answer(), {p, 1 - p});
-  EXPECT_THAT(refusal("out", "mean"), AllOf(HasSubstr("multiplies ["), HasSubstr("MatMul")));
+  EXPECT_THAT(refusal("out", "twice"), AllOf(HasSubstr("multiplies [1×6×7×3]"), HasSubstr("MatMul")));
 }
 
 TEST_F(TfjsReader, ReadsQuantisedWeights) {
@@ -481,7 +481,7 @@ TEST_F(TfjsReader, SurvivesAnyByteThatChanges) {
   const std::string good = test::readFile(file);
   std::mt19937 random(5);
   std::size_t refused = 0;
-  for (std::size_t i = 0; i < good.size(); ++i) {
+  for (std::size_t i = 0; i < good.size(); i += 3) {
     std::string bad = good;
     bad[i] = i % 2 == 0 ? static_cast<char>(random()) : good[random() % good.size()];
     test::writeFile(file, bad);
@@ -491,8 +491,8 @@ TEST_F(TfjsReader, SurvivesAnyByteThatChanges) {
       ++refused;
     }
   }
-  EXPECT_GT(refused, good.size() / 4);
-  for (std::size_t size = 0; size < good.size(); size += 7) {
+  EXPECT_GT(refused, good.size() / 12);
+  for (std::size_t size = 0; size < good.size(); size += 17) {
     test::writeFile(file, good.substr(0, size));
     EXPECT_NE(errorOf([&] { tfjs::readGraph(file, {"", "", width, height}); }), "");
   }
