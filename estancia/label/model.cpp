@@ -125,8 +125,8 @@ void copyModel(const ModelSpec& spec, const fs::path& target) {
   // What a program needs beside it, only its author knows.
   if (!isNetworkType(spec.type)) return fs::copy(spec.folder, target, fs::copy_options::recursive);
   std::set<fs::path> files{"model.toml"};
-  for (const auto& file : {spec.file, spec.config, spec.labels})
-    if (!file.empty()) files.insert(file);
+  for (const auto& file : networkFiles(spec)) files.insert(file);
+  if (!spec.labels.empty()) files.insert(spec.labels);
   for (const auto& [file, digest] : spec.sha256) files.insert(file);
   for (const auto& file : files) {
     fs::create_directories((target / file).parent_path());
