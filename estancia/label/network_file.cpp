@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
+#include "estancia/label/tfjs_reader.hpp"
+#include "estancia/label/tfjs_weights.hpp"
 #include "estancia/label/tflite_reader.hpp"
 #include "estancia/label/tflite_to_onnx.hpp"
 
@@ -21,6 +23,10 @@ namespace {
 bool isTflite(const ModelSpec& spec) {
   const std::string extension = spec.file.extension().string();
   return extension == ".tflite" || extension == ".lite";
+}
+
+bool isTfjs(const ModelSpec& spec) {
+  return spec.file.extension() == ".json";
 }
 
 std::string readAll(const fs::path& path) {
@@ -99,16 +105,33 @@ std::string readTflite(const ModelSpec& spec, const fs::path& path) {
   return tflite::toOnnx(graph, path.string());
 }
 
+std::string readTfjs(const ModelSpec& spec, const fs::path& path) {
+  const auto network = tfjs::readGraph(
+      path, {spec.inputNode, spec.output, spec.preprocessing.width, spec.preprocessing.height});
+  return tflite::toOnnx(network.graph, path.string());
+}
+
 }  // namespace
 
+std::vector<fs::path> networkFiles(const ModelSpec& spec) {
+  std::vector<fs::path> files;
+  for (const auto& file : {spec.file, spec.config})
+    if (!file.empty()) files.push_back(file);
+  if (isTfjs(spec))
+    for (const auto& weights : tfjs::weightFiles(modelFile(spec, spec.file)))
+      files.push_back(spec.file.parent_path() / weights);
+  return files;
+}
+
 bool isOnnxOrConvertible(const ModelSpec& spec) {
-  return isTflite(spec) || spec.file.extension() == ".onnx";
+  return isTflite(spec) || isTfjs(spec) || spec.file.extension() == ".onnx";
 }
 
 std::string readAsOnnx(const ModelSpec& spec) {
   const google::protobuf::LogSilencer quiet;  // protobuf complains to stderr; our Error says more
   const fs::path path = modelFile(spec, spec.file);
   if (isTflite(spec)) return readTflite(spec, path);
+  if (isTfjs(spec)) return readTfjs(spec, path);
   return readOnnx(spec, path);
 }
 

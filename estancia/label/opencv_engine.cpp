@@ -66,9 +66,10 @@ cv::dnn::Net readNetwork(const ModelSpec& spec) {
   } catch (const cv::Exception& e) {
     throw Error(fmt::format("cannot open the network {}: {}", path.string(), reasonOf(e)));
   }
-  throw Error(fmt::format(
-      "model {}: \"{}\" is no known kind of network; known are .onnx, .tflite, .lite, .caffemodel and .pb",
-      spec.name, spec.file.string()));
+  throw Error(
+      fmt::format("model {}: \"{}\" is no known kind of network; known are .onnx, .tflite, .lite, .json, "
+                  ".caffemodel and .pb",
+                  spec.name, spec.file.string()));
 }
 
 class OpencvEngine final : public NetworkLabeler {
