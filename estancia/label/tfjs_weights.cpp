@@ -23,7 +23,7 @@ using Json = nlohmann::json;
 constexpr std::size_t maxRank = 8;
 
 fs::path shardPath(const Json& path) {
-  const fs::path relative = path.get<std::string>();
+  fs::path relative = path.get<std::string>();
   if (relative.empty() || relative.is_absolute() ||
       std::any_of(relative.begin(), relative.end(), [](const fs::path& part) { return part == ".."; }))
     throw Error(
@@ -36,7 +36,8 @@ fs::path shardIn(const fs::path& folder, const fs::path& relative) {
   const fs::path shard = folder / relative;
   if (!fs::is_regular_file(shard))
     throw Error(fmt::format("lacks its weight file {}; fetch it again", inQuotes(relative.string())));
-  const fs::path real = fs::canonical(shard), home = fs::canonical(folder);
+  fs::path real = fs::canonical(shard);
+  const fs::path home = fs::canonical(folder);
   if (std::mismatch(home.begin(), home.end(), real.begin(), real.end()).first != home.end())
     throw Error(fmt::format("has the weight file {}, which leads out of the folder; copy the file there",
                             inQuotes(relative.string())));
