@@ -153,9 +153,10 @@ const Vocabulary& WordBook::vocabulary() const {
 
 WordBook::Places WordBook::place(std::vector<Word> words, std::size_t best, const std::string& source) {
   const auto surer = [](const Word& a, const Word& b) {
-    return a.confidence != b.confidence ? a.confidence > b.confidence : a.label < b.label;
+    return a.probability != b.probability ? a.probability > b.probability : a.label < b.label;
   };
   if (discovers()) {  // new words come in an order that does not hang on how the answer was written
+    std::erase_if(words, [](const Word& word) { return word.probability == 0; });
     std::ranges::sort(words, surer);
     std::map<std::string_view, bool> seen;
     std::vector<Word> once;
@@ -177,7 +178,7 @@ WordBook::Places WordBook::place(std::vector<Word> words, std::size_t best, cons
     if (found == places_.end()) continue;
     const std::size_t nth = std::min(times[word.label]++, found->second.size() - 1);
     float& value = placed[found->second[nth]];
-    value = std::max(value, word.confidence);
+    value = std::max(value, word.probability);
   }
   Places places(placed.begin(), placed.end());
   if (best > 0 && places.size() > best) {

@@ -12,14 +12,9 @@
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/vocabulary.hpp"
+#include "estancia/core/word.hpp"
 
 namespace estancia::io {
-
-/// A label and how sure its source is of it.
-struct Word {
-  std::string label;
-  float confidence;  ///< in [0, 1]
-};
 
 /// How JSON says words: an object {LABEL: confidence, …}, or a list [{"label": …, "confidence": …}, …].
 struct WordFormat {
@@ -52,11 +47,12 @@ float toProbability(double value, const std::string& label, const std::string& s
 std::string toLabel(std::string_view text, const std::string& source);
 
 /// Finds the place of each word in the descriptor. The vocabulary is given, or discovered on the way: then
-/// every new word gets the next place, those of one answer by falling confidence, equal ones by name.
+/// every new word gets the next place, those of one answer by falling probability, equal ones by name; a word
+/// of probability 0 is as good as none.
 ///
 /// A label may stand in several lines of a given vocabulary (ImageNet has two cranes): an answer's first
 /// "crane" then belongs to the first of them, its second to the second. A word that comes more often than it
-/// has places keeps its greatest confidence.
+/// has places keeps its greatest probability.
 class WordBook {
  public:
   WordBook() = default;                      ///< discovers

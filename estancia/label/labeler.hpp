@@ -10,6 +10,7 @@
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/vocabulary.hpp"
+#include "estancia/core/word.hpp"
 
 namespace estancia {
 
@@ -24,12 +25,6 @@ struct Prepared {
 struct LabelResult {
   LexicalDescriptor descriptor;  ///< empty when there is a problem
   std::string problem;           ///< why this frame has no words, one sentence; "" when all is well
-};
-
-/// A label with its probability, for sources whose words are not known beforehand.
-struct Word {
-  std::string label;
-  float probability = 0;
 };
 
 /// Thrown when one frame cannot be labelled but the next may be; any other Error ends the work.
