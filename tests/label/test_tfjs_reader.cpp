@@ -379,6 +379,8 @@ TEST_F(TfjsReader, KeepsWeightsInItsFolder) {
     EXPECT_THAT(refusal(), HasSubstr("must lie in the same folder")) << path;
     EXPECT_THAT(errorOf([&] { tfjs::weightFiles(scratch_ / "model.json"); }), HasSubstr("same folder"));
   }
+  network_.model["weightsManifest"][0]["paths"][0] = "shard2";
+  EXPECT_THAT(refusal(), HasSubstr("\"shard2\" twice"));
   const test::ScratchFolder outside;
   test::writeFile(outside / "secret", "x");
   fs::create_symlink(outside / "secret", scratch_ / "link");
