@@ -413,6 +413,13 @@ TEST_F(HttpLabeler, OutlastsASlowLoris) {
   EXPECT_THAT(errorOf([&] { openAt(tls, settings)->label(grey()); }), HasSubstr("after 2 attempts"));
 }
 
+TEST_F(HttpLabeler, RefusesEndlessHeaders) {
+  std::string lines = "HTTP/1.1 200 OK\r\n";
+  for (int i = 0; i < 10'000; ++i) lines += "X-More: " + std::string(100, 'x') + "\r\n";
+  const RawServer server([&](int c) { return say(c, lines); });
+  EXPECT_THAT(errorOf([&] { openPort(server.port)->label(grey()); }), HasSubstr("longer than 4194304 bytes"));
+}
+
 TEST_F(HttpLabeler, GivesUpOnSilenceAndBrokenConnections) {
   const RawServer silent([](int) { return true; });
   EXPECT_THAT(errorOf([&] { openPort(silent.port, "read_timeout = 0.05\nattempts = 2")->label(grey()); }),
