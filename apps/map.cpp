@@ -8,6 +8,7 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/picture.hpp"
+#include "estancia/io/recording.hpp"
 #include "estancia/topology/session.hpp"
 #include "labelling.hpp"
 
@@ -42,32 +43,39 @@ void run(const Arguments& arguments, const CLI::App& command) {
   if (fs::exists(arguments.output) && !arguments.goOn && !arguments.overwrite)
     throw Error(
         fmt::format("{} exists; continue it with --continue, replace it with --overwrite", arguments.output));
-  const auto sequence = arguments.sequence.open();
-  const auto labeler = arguments.model.open();
+  std::optional<Vocabulary> words;
+  const bool goesOn = arguments.goOn && fs::exists(arguments.output);
+  if (goesOn) words = MapStore::open(arguments.output, MapStore::Access::read).identity().vocabulary;
+  Labelling labelling(arguments.sequence, arguments.model, words ? &*words : nullptr);
+  const Sequence& sequence = labelling.sequence();
   std::optional<MappingSession> session;
   std::size_t first = 0;
-  if (arguments.goOn && fs::exists(arguments.output)) {
-    session = MappingSession::resume(arguments.output, labeler->vocabulary(), labeler->identity());
+  if (goesOn) {
+    session = MappingSession::resume(arguments.output, labelling.vocabulary(), labelling.identity());
     const MapperOptions& kept = session->mapper().options();
     if (mapperOptions(kept, arguments, command).toJson() != kept.toJson())
       throw Error(fmt::format(
           "{} was made with other settings, which it keeps: leave out --distance, --tau-join, --tau-revisit, "
           "--blur and --preset, or map anew",
           arguments.output));
-    first = firstUnmapped(MapStore::open(arguments.output, MapStore::Access::read).load(), *sequence);
+    first = firstUnmapped(MapStore::open(arguments.output, MapStore::Access::read).load(), sequence);
   }
   const std::size_t before = session ? session->frames() : 0;
+  const bool pictures = !isRecording(arguments.sequence.path);
   const auto add = [&](const LabelledFrame& frame) {
     if (!session)  // an old map goes only once there is something to put in its place
       session = MappingSession::create(
-          arguments.output, labeler->vocabulary(), labeler->identity(), options,
+          arguments.output, labelling.vocabulary(), labelling.identity(), options,
           arguments.overwrite ? MapStore::Existing::replace : MapStore::Existing::refuse);
-    session->add(sequence->frame(frame.index), frame.descriptor,
-                 [&frame] { return encodePicture(frame.image); });
+    const auto picture = [&] {
+      return encodePicture(frame.image.empty() ? sequence.image(frame.index) : frame.image);
+    };
+    session->add(sequence.frame(frame.index), frame.descriptor,
+                 pictures ? MappingSession::Picture(picture) : MappingSession::Picture());
   };
   std::size_t skipped = 0;
   try {
-    skipped = forEachLabelled(*sequence, *labeler, first, arguments.sequence.strict, "mapping", add);
+    skipped = labelling.forEach(first, "mapping", add);
   } catch (const Interrupted& e) {
     if (!session) throw;
     session->finish();

@@ -1,7 +1,9 @@
 // estancia models: the networks that label.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "common.hpp"
+#include "estancia/label/convert.hpp"
 #include "estancia/label/model.hpp"
 #include "labelling.hpp"
 
@@ -16,6 +18,7 @@ void list(bool json) {
       print({{"name", name},
              {"folder", model.folder.string()},
              {"type", model.spec ? model.spec->type : ""},
+             {"engines", model.spec ? enginesFor(*model.spec) : std::vector<std::string>{}},
              {"licence", model.spec ? model.spec->licence : ""},
              {"problem", model.problem}});
     } else if (model.spec) {
@@ -25,7 +28,9 @@ void list(bool json) {
       fmt::print("{:<24} broken: {}\n", name, model.problem);
     }
   }
-  if (models.empty() && !json)
+  if (json) return;
+  fmt::print("Engines at hand: {}\n", fmt::join(engines(), ", "));
+  if (models.empty())
     fmt::print("No models yet in {}; script/bootstrap fetches the default one.\n", modelHome().string());
 }
 
@@ -41,23 +46,51 @@ void report(const ModelCheck& check, bool json) {
                check.labels, check.millisecondsPerImage, check.digests);
 }
 
+std::string textOf(const std::vector<OnnxSummary::Tensor>& tensors) {
+  std::string text;
+  for (const auto& [name, shape] : tensors)
+    text += fmt::format("{}{} [{}]", text.empty() ? "" : ", ", name, fmt::join(shape, "×"));
+  return text;
+}
+
+nlohmann::ordered_json jsonOf(const std::vector<OnnxSummary::Tensor>& tensors) {
+  nlohmann::ordered_json json;
+  for (const auto& [name, shape] : tensors) json[name] = shape;
+  return json;
+}
+
+void convert(const std::string& network, const std::string& output, bool overwrite, bool json) {
+  const bool isFile = std::filesystem::is_regular_file(network);
+  const ModelSpec spec = isFile ? specOfFile(network) : readModelSpec(getModelFolder(network));
+  const OnnxSummary summary = convertToOnnx(spec, output, overwrite);
+  if (json)
+    print({{"file", output},
+           {"inputs", jsonOf(summary.inputs)},
+           {"outputs", jsonOf(summary.outputs)},
+           {"operator_set", summary.operatorSet},
+           {"nodes", summary.nodes}});
+  else
+    fmt::print("{}: {} → {}, {} nodes of operator set {}\n", output, textOf(summary.inputs),
+               textOf(summary.outputs), summary.nodes, summary.operatorSet);
+}
+
 }  // namespace
 
 void addModelsCommand(CLI::App& app) {
   struct Arguments {
     ModelArguments model;
-    std::string folder;
+    std::string folder, output;
     bool replace = false, json = false;
   };
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("models", "List, add and check the networks that label");
+  CLI::App* command = app.add_subcommand("models", "List, add, check and convert the networks that label");
   command->require_subcommand(1);
   addExamples(*command,
               "  estancia models list\n"
               "  estancia models check inception-v3\n"
               "  estancia models add ~/places205");
 
-  CLI::App* listing = command->add_subcommand("list", "List the models at hand");
+  CLI::App* listing = command->add_subcommand("list", "List the models and engines at hand");
   addJsonOption(*listing, arguments->json);
   addExamples(*listing, "  estancia models list");
   listing->callback([arguments] { list(arguments->json); });
@@ -78,6 +111,18 @@ void addModelsCommand(CLI::App& app) {
   addJsonOption(*add, arguments->json);
   addExamples(*add, "  estancia models add ~/places205");
   add->callback([arguments] { report(addModel(arguments->folder, arguments->replace), arguments->json); });
+
+  CLI::App* conversion =
+      command->add_subcommand("convert", "Write a network as an ONNX file that any engine can open");
+  conversion
+      ->add_option("NETWORK", arguments->folder, "A .tflite, .lite or .onnx file, or a name of `models list`")
+      ->required();
+  conversion->add_option("OUTPUT", arguments->output, "The file to write, NAME.onnx")->required();
+  conversion->add_flag("--overwrite", arguments->replace, "Replace an existing file");
+  addJsonOption(*conversion, arguments->json);
+  addExamples(*conversion, "  estancia models convert inception-v3 inception-v3.onnx");
+  conversion->callback(
+      [arguments] { convert(arguments->folder, arguments->output, arguments->replace, arguments->json); });
 }
 
 }  // namespace estancia::apps

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <optional>
 #include <unordered_map>
@@ -13,6 +14,7 @@
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/frame_list.hpp"
+#include "estancia/io/label_file.hpp"
 #include "estancia/io/npy.hpp"
 #include "estancia/io/words.hpp"
 
@@ -215,15 +217,46 @@ Recording readNpy(const fs::path& file, const RecordingOptions& options) {
 }  // namespace
 
 bool isRecording(const fs::path& file) {
-  return io::hasSuffix(file, {".csv", ".jsonl", ".ndjson", ".npy"});
+  return io::hasSuffix(file, {".labels", ".csv", ".jsonl", ".ndjson", ".npy"});
 }
 
 Recording readRecording(const fs::path& file, const RecordingOptions& options) {
+  if (io::hasSuffix(file, {".labels"})) return io::readLabelFile(file);
   if (io::hasSuffix(file, {".csv"})) return readCsvRecording(file, options);
   if (io::hasSuffix(file, {".jsonl", ".ndjson"})) return readJsonLines(file, options);
   if (io::hasSuffix(file, {".npy"})) return readNpy(file, options);
-  throw Error(fmt::format("{}: no kind of recording that is known; known are .csv, .jsonl, .ndjson and .npy",
-                          io::printable(file.string())));
+  throw Error(
+      fmt::format("{}: no kind of recording that is known; known are .labels, .csv, .jsonl, .ndjson and .npy",
+                  io::printable(file.string())));
+}
+
+void writeRecording(const Recording& recording, const fs::path& file) {
+  if (io::hasSuffix(file, {".labels"})) return io::writeLabelFile(recording, file);
+  if (io::hasSuffix(file, {".csv"})) return writeCsv(recording, file);
+  requireRecordingName(file);
+  writeNpy(recording, file);
+}
+
+void requireRecordingName(const fs::path& file) {
+  if (!io::hasSuffix(file, {".labels", ".csv", ".npy"}))
+    throw Error(fmt::format("{}: labels are written as NAME.labels, NAME.csv or NAME.npy; choose one of them",
+                            io::printable(file.string())));
+}
+
+Recording inWordsOf(const Vocabulary& vocabulary, const Recording& recording) {
+  std::unordered_map<std::string, std::size_t> places;
+  for (std::size_t i = 0; i < vocabulary.size(); ++i) places.try_emplace(vocabulary[i], i);
+  Recording result{vocabulary, recording.model, recording.frames, DescriptorMatrix(vocabulary.size())};
+  LexicalDescriptor row(vocabulary.size());
+  for (std::size_t i = 0; i < recording.frames.size(); ++i) {
+    std::fill(row.begin(), row.end(), 0.0F);
+    const DescriptorView words = recording.descriptors.row(i);
+    for (std::size_t k = 0; k < words.size(); ++k)
+      if (const auto place = places.find(recording.vocabulary[k]); place != places.end())
+        row[place->second] = words[k];
+    result.descriptors.append(row);
+  }
+  return result;
 }
 
 void writeCsv(const Recording& recording, const fs::path& file) {

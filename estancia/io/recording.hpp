@@ -1,4 +1,4 @@
-// Descriptors made elsewhere, or once before: read from CSV, JSON lines or NPY, and written as CSV or NPY.
+// Descriptors made elsewhere, or once before: label files, CSV, JSON lines, NPY.
 #pragma once
 
 #include <filesystem>
@@ -31,10 +31,11 @@ struct RecordingOptions {
   std::filesystem::path frames;
 };
 
-/// Whether readRecording() reads files of this name: .csv, .jsonl, .ndjson or .npy.
+/// Whether readRecording() reads files of this name: .labels, .csv, .jsonl, .ndjson or .npy.
 bool isRecording(const std::filesystem::path& file);
 
 /// Reads, by the file's name,
+///  * .labels: what writeRecording() made, see label_file.hpp;
 ///  * .csv, wide: a header `image,LABEL,…`, then a line of probabilities an image;
 ///  * .csv, long: a header `image,label,probability`, then a line a word; words that are not named are 0;
 ///  * .jsonl, .ndjson: {"image": …, "labels": {LABEL: probability, …}} a line, or a list
@@ -43,6 +44,16 @@ bool isRecording(const std::filesystem::path& file);
 /// Throws Error `FILE:LINE: …` on anything that is no probability (values within rounding of [0, 1] are
 /// clamped), on repeated images and on files that are cut short.
 Recording readRecording(const std::filesystem::path& file, const RecordingOptions& options = {});
+
+/// Writes by the file's name: .labels (everything, exact), .csv or .npy. Throws Error on other names.
+void writeRecording(const Recording& recording, const std::filesystem::path& file);
+
+/// Throws Error unless writeRecording() writes files of this name.
+void requireRecordingName(const std::filesystem::path& file);
+
+/// The same frames in the words of another vocabulary: words that it lacks are dropped, words that are new
+/// in it are 0.
+Recording inWordsOf(const Vocabulary& vocabulary, const Recording& recording);
 
 /// Writes the wide CSV; every probability reads back as the same float32.
 void writeCsv(const Recording& recording, const std::filesystem::path& file);

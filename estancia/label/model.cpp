@@ -15,9 +15,12 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/label/ensemble.hpp"
 #include "estancia/label/http.hpp"
 #include "estancia/label/human.hpp"
 #include "estancia/label/network_file.hpp"
+#include "estancia/label/onnxruntime_engine.hpp"
+#include "estancia/label/onnxruntime_library.hpp"
 #include "estancia/label/opencv_engine.hpp"
 #include "estancia/label/process.hpp"
 #include "estancia/label/recorded.hpp"
@@ -26,17 +29,15 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-std::string engineFor(const ModelSpec& spec) {
-  if (spec.type != "network") return spec.type;
-  return isOnnxOrConvertible(spec) ? engines().front() : "opencv";
-}
-
 /// A network with the engine that its type or the user names, or the best one that can open it.
 std::unique_ptr<Labeler> openNetwork(const ModelSpec& spec, const LabelerOptions& options) {
-  const std::string engine = options.engine.empty() ? engineFor(spec) : options.engine;
+  const std::string engine = !options.engine.empty()  ? options.engine
+                             : spec.type == "network" ? enginesFor(spec).front()
+                                                      : spec.type;
   if (spec.type != "network" && spec.type != engine)
     throw Error(fmt::format("model {} is made for the engine {}, not {}; leave out --engine", spec.name,
                             spec.type, engine));
+  if (engine == "onnxruntime") return openWithOnnxruntime(spec, options.threads);
   if (engine == "opencv") return openWithOpencv(spec, options.threads);
   throw Error(fmt::format("unknown engine \"{}\"; at hand are {}", engine, fmt::join(engines(), ", ")));
 }
@@ -48,12 +49,16 @@ LabelerFactory blackBox(std::unique_ptr<Labeler> (*open)(const ModelSpec&)) {
 
 struct Registry {
   std::mutex mutex;
-  std::map<std::string, LabelerFactory> types{{"network", &openNetwork},
-                                              {"opencv", &openNetwork},
-                                              {"process", blackBox(openProcess)},
-                                              {"http", blackBox(openHttp)},
-                                              {"recorded", blackBox(openRecorded)},
-                                              {"human", blackBox(openHuman)}};
+  std::map<std::string, LabelerFactory> types{
+      {"network", &openNetwork},
+      {"opencv", &openNetwork},
+      {"onnxruntime", &openNetwork},
+      {"ensemble",
+       [](const ModelSpec& spec, const LabelerOptions& options) { return openEnsemble(spec, options); }},
+      {"process", blackBox(openProcess)},
+      {"http", blackBox(openHttp)},
+      {"recorded", blackBox(openRecorded)},
+      {"human", blackBox(openHuman)}};
 };
 
 Registry& registry() {
@@ -120,8 +125,8 @@ void copyModel(const ModelSpec& spec, const fs::path& target) {
   // What a program needs beside it, only its author knows.
   if (!isNetworkType(spec.type)) return fs::copy(spec.folder, target, fs::copy_options::recursive);
   std::set<fs::path> files{"model.toml"};
-  for (const auto& file : {spec.file, spec.config, spec.labels})
-    if (!file.empty()) files.insert(file);
+  for (const auto& file : networkFiles(spec)) files.insert(file);
+  if (!spec.labels.empty()) files.insert(spec.labels);
   for (const auto& [file, digest] : spec.sha256) files.insert(file);
   for (const auto& file : files) {
     fs::create_directories((target / file).parent_path());
@@ -163,6 +168,7 @@ fs::path getModelFolder(const std::string& model) {
 }
 
 std::unique_ptr<Labeler> loadModel(const std::string& model, const LabelerOptions& options) {
+  if (model.find('+') != std::string::npos && !fs::exists(model)) return openEnsemble(model, options);
   return loadModel(readModelSpec(getModelFolder(model)), options);
 }
 
@@ -192,7 +198,17 @@ std::vector<std::string> labelerTypes() {
 }
 
 std::vector<std::string> engines() {
-  return {"opencv"};
+  if (onnxruntime::library().api == nullptr) return {"opencv"};
+  return {"onnxruntime", "opencv"};
+}
+
+std::vector<std::string> enginesFor(const ModelSpec& spec) {
+  auto those = engines();
+  std::erase_if(those, [&spec](const std::string& engine) {
+    return !isNetworkType(spec.type) || (spec.type != "network" && spec.type != engine) ||
+           (engine == "onnxruntime" && !isOnnxOrConvertible(spec));
+  });
+  return those;
 }
 
 std::vector<InstalledModel> installedModels() {
