@@ -101,7 +101,7 @@ class PartialFolder {
 
 void copyModel(const ModelSpec& spec, const fs::path& target) {
   std::set<fs::path> files{"model.toml"};
-  for (const auto& file : {spec.file, spec.config, spec.labels})
+  for (const auto& file : {spec.file, spec.config, spec.labels, spec.embeddings})
     if (!file.empty()) files.insert(file);
   for (const auto& [file, digest] : spec.sha256) files.insert(file);
   for (const auto& file : files) {

@@ -72,6 +72,10 @@ class SpecReader {
         {"scale", false, "the factor after it", [&](auto& n) { pre.scale = numbers(n, 1e-9, 1e6); }},
         {"softmax", false, "true when the network gives logits",
          [this](auto& n) { spec_.softmax = file_.flag(n); }},
+        {"embeddings", false, "the file of the words' text embeddings",
+         [this](auto& n) { spec_.embeddings = file_.inside(n); }},
+        {"logit_scale", false, "the factor of the cosines with them",
+         [this](auto& n) { spec_.logitScale = file_.number(n, 1e-3, 1e6); }},
     };
     keys.insert(keys.end(), own.begin(), own.end());
     return keys;
@@ -165,11 +169,12 @@ fs::path modelFile(const ModelSpec& spec, const fs::path& relative) {
 
 std::string modelDigest(const ModelSpec& spec) {
   std::map<std::string, std::string> files = spec.sha256;  // file → the digest it should have, "" = any
-  for (const auto& file : {spec.file, spec.config, spec.labels})
+  for (const auto& file : {spec.file, spec.config, spec.labels, spec.embeddings})
     if (!file.empty()) files.try_emplace(file.string());
   if (!isNetworkType(spec.type)) files.try_emplace("model.toml");  // holds settings that are read elsewhere
   std::string all =
       fmt::format("{} {} {}\n", preprocessingText(spec.preprocessing), spec.softmax, spec.output);
+  if (!spec.embeddings.empty()) all += fmt::format("logit_scale {}\n", spec.logitScale);
   for (const auto& [file, expected] : files) {
     const fs::path path = modelFile(spec, file);
     const std::string actual = sha256OfFile(path);

@@ -18,13 +18,15 @@ struct ModelSpec {
   /// One of labelerTypes(). "network" is run by the best engine at hand that can open its file, or the one
   /// that the user names; "opencv" and "onnxruntime" are networks for that engine only.
   std::string type = "network";
-  std::filesystem::path file;                 ///< the network: .onnx, .tflite, .lite, .caffemodel or .pb
-  std::filesystem::path config;               ///< its .prototxt (Caffe, required) or .pbtxt (TensorFlow)
-  std::filesystem::path labels;               ///< one label a line, in the order of the outputs
-  std::string output;                         ///< the output to read, where a network has several
-  Preprocessing preprocessing;                ///< [input, region, crop, resize, colour, mean, scale]
-  bool softmax = false;                       ///< the network gives logits: turn them into probabilities
-  std::string licence, source;                ///< for people
+  std::filesystem::path file;        ///< the network: .onnx, .tflite, .lite, .caffemodel or .pb
+  std::filesystem::path config;      ///< its .prototxt (Caffe, required) or .pbtxt (TensorFlow)
+  std::filesystem::path labels;      ///< one label a line, in the order of the outputs
+  std::string output;                ///< the output to read, where a network has several
+  Preprocessing preprocessing;       ///< [input, region, crop, resize, colour, mean, scale]
+  bool softmax = false;              ///< the network gives logits: turn them into probabilities
+  std::filesystem::path embeddings;  ///< .npy, labels×D: the network embeds images (CLIP), see scores.hpp
+  double logitScale = 100;           ///< [logit_scale] of their cosines with the embeddings
+  std::string licence, source;       ///< for people
   std::map<std::string, std::string> sha256;  ///< file → 64 hex digits, verified whenever the model is loaded
 };
 

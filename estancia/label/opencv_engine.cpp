@@ -77,6 +77,7 @@ class OpencvEngine final : public Labeler {
       : spec_(spec),
         vocabulary_(Vocabulary::fromFile(modelFile(spec, spec.labels))),
         identity_(fmt::format("{} {}", spec.name, modelDigest(spec))),
+        scores_(spec, vocabulary_.size()),
         network_(readNetwork(spec)) {
     network_.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
     network_.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
@@ -104,7 +105,7 @@ class OpencvEngine final : public Labeler {
     }
     if (result.type() != CV_32F || !result.isContinuous())
       throw Error(fmt::format("model {} gives no real numbers", spec_.name));
-    return toProbabilities({result.ptr<float>(), result.total()}, spec_, vocabulary_.size());
+    return scores_({result.ptr<float>(), result.total()});
   }
 
  private:
@@ -121,6 +122,7 @@ class OpencvEngine final : public Labeler {
   ModelSpec spec_;
   Vocabulary vocabulary_;
   std::string identity_;
+  Scores scores_;
   cv::dnn::Net network_;
 };
 

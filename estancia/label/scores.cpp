@@ -26,4 +26,15 @@ LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec
   return values;
 }
 
+Scores::Scores(const ModelSpec& spec, std::size_t labels) : spec_(spec), labels_(labels) {
+  if (spec.embeddings.empty()) return;
+  texts_.emplace(modelFile(spec, spec.embeddings), labels);
+  spec_.softmax = true;
+}
+
+LexicalDescriptor Scores::operator()(std::span<const float> output) const {
+  if (!texts_) return toProbabilities(output, spec_, labels_);
+  return toProbabilities(texts_->logits(output, spec_.logitScale, spec_.name), spec_, labels_);
+}
+
 }  // namespace estancia
