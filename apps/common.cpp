@@ -5,13 +5,10 @@
 
 #include <cstdio>
 
-#include "estancia/core/error.hpp"
-#include "estancia/core/progress.hpp"
-
 namespace estancia::apps {
 
 void SequenceArguments::addTo(CLI::App& command, bool required) {
-  command.add_option("SEQ", path, "Image folder, video file, data set or folder of panoramas")
+  command.add_option("SEQ", path, "Image folder, video file, data set, folder of panoramas, or label file")
       ->required(required);
   std::string types = "How to read SEQ: auto (finds out by itself)";
   for (const auto& [name, explanation] : sequenceTypes())
@@ -72,32 +69,6 @@ void print(const nlohmann::ordered_json& json) {
 
 void addExamples(CLI::App& command, const std::string& examples) {
   command.footer("Examples:\n" + examples);
-}
-
-std::size_t forEachLabelled(const Sequence& sequence, Labeler& labeler, std::size_t first, bool strict,
-                            const std::string& what, const std::function<void(const LabelledFrame&)>& use) {
-  const auto progress = makeStderrProgress();
-  LabelStream stream(sequence, labeler, {first, strict});
-  std::size_t used = 0, skipped = 0;
-  progress->begin(what, sequence.size(), first);
-  while (const auto frame = stream.next()) {
-    if (frame->labelled()) {
-      use(*frame);
-      ++used;
-    } else {
-      ++skipped;
-      spdlog::warn("skipped: {}", frame->problem);
-    }
-    progress->advance();
-    if (interrupted())
-      throw Interrupted(fmt::format("stopped after {} of {} frames", frame->index + 1, sequence.size()));
-  }
-  progress->end();
-  if (used == 0 && first < sequence.size())
-    throw Error(
-        fmt::format("{}: none of the {} frames can be read", sequence.name(), sequence.size() - first));
-  if (skipped > 0) spdlog::warn("{} unreadable frames were skipped", skipped);
-  return skipped;
 }
 
 }  // namespace estancia::apps

@@ -7,7 +7,6 @@
 #include <string>
 
 #include "estancia/io/sequence.hpp"
-#include "estancia/label/label_stream.hpp"
 
 namespace estancia::apps {
 
@@ -39,13 +38,8 @@ void print(const nlohmann::ordered_json& json);
 /// Ends the help of a command with examples, one a line.
 void addExamples(CLI::App& command, const std::string& examples);
 
-/// Labels the frames of a sequence from `first` on with a progress bar, warns of unreadable frames and gives
-/// the others to `use`. Throws Interrupted on Ctrl-C, Error when no frame at all can be read. Returns how
-/// many were skipped.
-std::size_t forEachLabelled(const Sequence& sequence, Labeler& labeler, std::size_t first, bool strict,
-                            const std::string& what, const std::function<void(const LabelledFrame&)>& use);
-
 // One file a subcommand.
+void addLabelCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
 void addAskCommand(CLI::App& app);
 void addRouteCommand(CLI::App& app);
@@ -55,5 +49,6 @@ void addExplainCommand(CLI::App& app);
 void addExportCommand(CLI::App& app);
 void addReportCommand(CLI::App& app);
 void addModelsCommand(CLI::App& app);
+void addCacheCommand(CLI::App& app);
 
 }  // namespace estancia::apps

@@ -20,13 +20,12 @@ struct Arguments {
 LocalizationAccuracy localizationAccuracy(const Arguments& arguments, const MapReader& reader) {
   const AdmissibleImages admissible =
       arguments.truth.empty() ? AdmissibleImages{} : readAdmissibleImages(arguments.truth);
-  const auto sequence = arguments.sequence.open();
   std::vector<Frame> frames;
   std::vector<std::size_t> numbers;
   std::vector<Localization> answers;
-  localize(arguments.localization, reader, *sequence, arguments.sequence.strict,
-           [&](std::size_t number, const Localization& answer) {
-             frames.push_back(sequence->frame(number));
+  localize(arguments.localization, reader, arguments.sequence,
+           [&](std::size_t number, const Frame& frame, const Localization& answer) {
+             frames.push_back(frame);
              numbers.push_back(number);
              answers.push_back(answer);
            });

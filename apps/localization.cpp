@@ -5,13 +5,12 @@
 #include <deque>
 
 #include "estancia/core/error.hpp"
-#include "estancia/label/model.hpp"
 
 namespace estancia::apps {
 
 void LocalizationArguments::addTo(CLI::App& command) {
   command.add_option("MAP", map, "The map file")->required();
-  command.add_option("--model", model, "The model that the map was made with; default: " + defaultModel);
+  model.addTo(command, "The model that the map was made with");
   command
       .add_option("--lookahead", localizer.lookahead,
                   "Answer this many frames late, and better (smoothing); 0 answers at once")
@@ -23,23 +22,24 @@ void LocalizationArguments::addTo(CLI::App& command) {
       ->check(positive());
 }
 
-void localize(const LocalizationArguments& arguments, const MapReader& reader, const Sequence& sequence,
-              bool strict, const std::function<void(std::size_t, const Localization&)>& use) {
-  const auto labeler = loadModel(arguments.model.empty() ? defaultModel : arguments.model);
-  requireSameVocabulary(reader.map().vocabulary, labeler->vocabulary(), arguments.map);
+void localize(const LocalizationArguments& arguments, const MapReader& reader,
+              const SequenceArguments& sequence,
+              const std::function<void(std::size_t, const Frame&, const Localization&)>& use) {
+  Labelling labelling(sequence, arguments.model, &reader.map().vocabulary);
+  requireSameVocabulary(reader.map().vocabulary, labelling.vocabulary(), arguments.map);
   // Another network with the same words says other things: its answers would look right and mean nothing.
-  if (reader.map().model != labeler->identity())
+  if (reader.map().model != labelling.identity())
     throw Error(fmt::format("{} was made with the model {}, not {}; give that model by --model",
-                            arguments.map, reader.map().model, labeler->identity()));
+                            arguments.map, reader.map().model, labelling.identity()));
   Localizer localizer(reader.forLocalizer(arguments.localizer.mostImages), arguments.localizer);
   std::deque<std::size_t> waiting;
   const auto give = [&](const std::vector<Localization>& answers) {
     for (const Localization& answer : answers) {
-      use(waiting.front(), answer);
+      use(waiting.front(), labelling.sequence().frame(waiting.front()), answer);
       waiting.pop_front();
     }
   };
-  forEachLabelled(sequence, *labeler, 0, strict, "localizing", [&](const LabelledFrame& frame) {
+  labelling.forEach(0, "localizing", [&](const LabelledFrame& frame) {
     waiting.push_back(frame.index);
     give(localizer.add(frame.descriptor));
   });

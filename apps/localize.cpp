@@ -31,10 +31,9 @@ void printAnswer(const TopologicalMap& map, const std::string& image, const Loca
 
 void run(const Arguments& arguments) {
   const MapReader reader(arguments.localization.map);
-  const auto sequence = arguments.sequence.open();
-  localize(arguments.localization, reader, *sequence, arguments.sequence.strict,
-           [&](std::size_t frame, const Localization& answer) {
-             printAnswer(reader.map(), sequence->frame(frame).name, answer, arguments.json);
+  localize(arguments.localization, reader, arguments.sequence,
+           [&](std::size_t, const Frame& frame, const Localization& answer) {
+             printAnswer(reader.map(), frame.name, answer, arguments.json);
            });
 }
 

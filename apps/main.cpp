@@ -62,6 +62,7 @@ int main(int argc, char** argv) {
               "  estancia ask home.estancia \"coffee\"\n"
               "  estancia route home.estancia --from 0 --to \"coffee\"\n"
               "  estancia report home.estancia -o home.html");
+  addLabelCommand(app);
   addMapCommand(app);
   addAskCommand(app);
   addRouteCommand(app);
@@ -71,6 +72,7 @@ int main(int argc, char** argv) {
   addExportCommand(app);
   addReportCommand(app);
   addModelsCommand(app);
+  addCacheCommand(app);
 
   try {
     app.parse(argc, argv);

@@ -8,8 +8,9 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/picture.hpp"
-#include "estancia/label/model.hpp"
+#include "estancia/io/recording.hpp"
 #include "estancia/topology/session.hpp"
+#include "labelling.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -18,7 +19,8 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   SequenceArguments sequence;
-  std::string output, model = defaultModel;
+  ModelArguments model;
+  std::string output;
   std::string distance, preset;
   double tauJoin = 0, tauRevisit = 0;
   std::size_t blur = 0;
@@ -41,32 +43,39 @@ void run(const Arguments& arguments, const CLI::App& command) {
   if (fs::exists(arguments.output) && !arguments.goOn && !arguments.overwrite)
     throw Error(
         fmt::format("{} exists; continue it with --continue, replace it with --overwrite", arguments.output));
-  const auto sequence = arguments.sequence.open();
-  const auto labeler = loadModel(arguments.model);
+  std::optional<Vocabulary> words;
+  const bool goesOn = arguments.goOn && fs::exists(arguments.output);
+  if (goesOn) words = MapStore::open(arguments.output, MapStore::Access::read).identity().vocabulary;
+  Labelling labelling(arguments.sequence, arguments.model, words ? &*words : nullptr);
+  const Sequence& sequence = labelling.sequence();
   std::optional<MappingSession> session;
   std::size_t first = 0;
-  if (arguments.goOn && fs::exists(arguments.output)) {
-    session = MappingSession::resume(arguments.output, labeler->vocabulary(), labeler->identity());
+  if (goesOn) {
+    session = MappingSession::resume(arguments.output, labelling.vocabulary(), labelling.identity());
     const MapperOptions& kept = session->mapper().options();
     if (mapperOptions(kept, arguments, command).toJson() != kept.toJson())
       throw Error(fmt::format(
           "{} was made with other settings, which it keeps: leave out --distance, --tau-join, --tau-revisit, "
           "--blur and --preset, or map anew",
           arguments.output));
-    first = firstUnmapped(MapStore::open(arguments.output, MapStore::Access::read).load(), *sequence);
+    first = firstUnmapped(MapStore::open(arguments.output, MapStore::Access::read).load(), sequence);
   }
   const std::size_t before = session ? session->frames() : 0;
+  const bool pictures = !isRecording(arguments.sequence.path);
   const auto add = [&](const LabelledFrame& frame) {
     if (!session)  // an old map goes only once there is something to put in its place
       session = MappingSession::create(
-          arguments.output, labeler->vocabulary(), labeler->identity(), options,
+          arguments.output, labelling.vocabulary(), labelling.identity(), options,
           arguments.overwrite ? MapStore::Existing::replace : MapStore::Existing::refuse);
-    session->add(sequence->frame(frame.index), frame.descriptor,
-                 [&frame] { return encodePicture(frame.image); });
+    const auto picture = [&] {
+      return encodePicture(frame.image.empty() ? sequence.image(frame.index) : frame.image);
+    };
+    session->add(sequence.frame(frame.index), frame.descriptor,
+                 pictures ? MappingSession::Picture(picture) : MappingSession::Picture());
   };
   std::size_t skipped = 0;
   try {
-    skipped = forEachLabelled(*sequence, *labeler, first, arguments.sequence.strict, "mapping", add);
+    skipped = labelling.forEach(first, "mapping", add);
   } catch (const Interrupted& e) {
     if (!session) throw;
     session->finish();
@@ -99,10 +108,7 @@ void addMapCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("map", "Turn a sequence of images into a topological map");
   arguments->sequence.addTo(*command);
   command->add_option("-o,--output", arguments->output, "The map file, NAME.estancia")->required();
-  command
-      ->add_option("--model", arguments->model,
-                   "What labels the images: a name of `models list`, or a folder")
-      ->capture_default_str();
+  arguments->model.addTo(*command, "What labels the images");
   command->add_flag("--continue", arguments->goOn, "Go on with the map where an earlier run stopped");
   command->add_flag("--overwrite", arguments->overwrite, "Replace an existing map")->excludes("--continue");
   std::string distances = "Distance of an image to a place:";

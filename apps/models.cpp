@@ -1,11 +1,14 @@
 // estancia models: the networks that label.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include "common.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/label/catalogue.hpp"
+#include "estancia/label/convert.hpp"
 #include "estancia/label/model.hpp"
+#include "labelling.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -18,6 +21,7 @@ void list(bool json) {
       print({{"name", name},
              {"folder", model.folder.string()},
              {"type", model.spec ? model.spec->type : ""},
+             {"engines", model.spec ? enginesFor(*model.spec) : std::vector<std::string>{}},
              {"licence", model.spec ? model.spec->licence : ""},
              {"problem", model.problem}});
     } else if (model.spec) {
@@ -27,7 +31,9 @@ void list(bool json) {
       fmt::print("{:<24} broken: {}\n", name, model.problem);
     }
   }
-  if (models.empty() && !json)
+  if (json) return;
+  fmt::print("Engines at hand: {}\n", fmt::join(engines(), ", "));
+  if (models.empty())
     fmt::print("No models yet in {}; script/bootstrap fetches the default one, `models get` others.\n",
                modelHome().string());
 }
@@ -79,16 +85,46 @@ void get(const std::string& name, const FetchOptions& options, bool json) {
   report(model.check, json);
 }
 
+std::string textOf(const std::vector<OnnxSummary::Tensor>& tensors) {
+  std::string text;
+  for (const auto& [name, shape] : tensors)
+    text += fmt::format("{}{} [{}]", text.empty() ? "" : ", ", name, fmt::join(shape, "×"));
+  return text;
+}
+
+nlohmann::ordered_json jsonOf(const std::vector<OnnxSummary::Tensor>& tensors) {
+  nlohmann::ordered_json json;
+  for (const auto& [name, shape] : tensors) json[name] = shape;
+  return json;
+}
+
+void convert(const std::string& network, const std::string& output, bool overwrite, bool json) {
+  const bool isFile = std::filesystem::is_regular_file(network);
+  const ModelSpec spec = isFile ? specOfFile(network) : readModelSpec(getModelFolder(network));
+  const OnnxSummary summary = convertToOnnx(spec, output, overwrite);
+  if (json)
+    print({{"file", output},
+           {"inputs", jsonOf(summary.inputs)},
+           {"outputs", jsonOf(summary.outputs)},
+           {"operator_set", summary.operatorSet},
+           {"nodes", summary.nodes}});
+  else
+    fmt::print("{}: {} → {}, {} nodes of operator set {}\n", output, textOf(summary.inputs),
+               textOf(summary.outputs), summary.nodes, summary.operatorSet);
+}
+
 }  // namespace
 
 void addModelsCommand(CLI::App& app) {
   struct Arguments {
-    std::string model;
+    ModelArguments model;
+    std::string folder, output;
     bool replace = false, json = false;
     FetchOptions fetch;
   };
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("models", "List, fetch, add and check the networks that label");
+  CLI::App* command =
+      app.add_subcommand("models", "List, fetch, add, check and convert the networks that label");
   command->require_subcommand(1);
   addExamples(*command,
               "  estancia models list\n"
@@ -96,25 +132,39 @@ void addModelsCommand(CLI::App& app) {
               "  estancia models add ~/places205\n"
               "  estancia models get places365-googlenet");
 
-  CLI::App* listing = command->add_subcommand("list", "List the models at hand");
+  CLI::App* listing = command->add_subcommand("list", "List the models and engines at hand");
   addJsonOption(*listing, arguments->json);
   addExamples(*listing, "  estancia models list");
   listing->callback([arguments] { list(arguments->json); });
 
   CLI::App* check = command->add_subcommand("check", "Open a model, compare its digests, label test images");
-  check->add_option("MODEL", arguments->model, "A name of `models list`, or a folder with a model.toml")
+  check->add_option("MODEL", arguments->model.model, "A name of `models list`, or a folder with a model.toml")
       ->required();
+  arguments->model.addOptionsTo(*check);
   addJsonOption(*check, arguments->json);
   addExamples(*check, "  estancia models check inception-v3");
-  check->callback([arguments] { report(checkModel(arguments->model), arguments->json); });
+  check->callback(
+      [arguments] { report(checkModel(arguments->model.model, arguments->model.options), arguments->json); });
 
   CLI::App* add = command->add_subcommand("add", "Check a model folder and copy it to the other models");
-  add->add_option("FOLDER", arguments->model, "The folder with model.toml, network and label file")
+  add->add_option("FOLDER", arguments->folder, "The folder with model.toml, network and label file")
       ->required();
   add->add_flag("--replace", arguments->replace, "Replace a model of the same name");
   addJsonOption(*add, arguments->json);
   addExamples(*add, "  estancia models add ~/places205");
-  add->callback([arguments] { report(addModel(arguments->model, arguments->replace), arguments->json); });
+  add->callback([arguments] { report(addModel(arguments->folder, arguments->replace), arguments->json); });
+
+  CLI::App* conversion =
+      command->add_subcommand("convert", "Write a network as an ONNX file that any engine can open");
+  conversion
+      ->add_option("NETWORK", arguments->folder, "A .tflite, .lite or .onnx file, or a name of `models list`")
+      ->required();
+  conversion->add_option("OUTPUT", arguments->output, "The file to write, NAME.onnx")->required();
+  conversion->add_flag("--overwrite", arguments->replace, "Replace an existing file");
+  addJsonOption(*conversion, arguments->json);
+  addExamples(*conversion, "  estancia models convert inception-v3 inception-v3.onnx");
+  conversion->callback(
+      [arguments] { convert(arguments->folder, arguments->output, arguments->replace, arguments->json); });
 
   CLI::App* catalogue = command->add_subcommand("catalogue", "List the models that `get` can fetch");
   addJsonOption(*catalogue, arguments->json);
@@ -122,14 +172,14 @@ void addModelsCommand(CLI::App& app) {
   catalogue->callback([arguments] { showCatalogue(arguments->json); });
 
   CLI::App* fetch = command->add_subcommand("get", "Download a model of the catalogue, check and install it");
-  fetch->add_option("NAME", arguments->model, "A name of `models catalogue`")->required();
+  fetch->add_option("NAME", arguments->folder, "A name of `models catalogue`")->required();
   fetch->add_flag("--replace", arguments->fetch.replace, "Replace a model of the same name");
   fetch->add_flag("--force", arguments->fetch.anew, "Fetch anew what an earlier run has left half done");
   addJsonOption(*fetch, arguments->json);
   addExamples(*fetch,
               "  estancia models get mobilenet-v2\n"
               "  estancia models get imagenet-alexnet --replace");
-  fetch->callback([arguments] { get(arguments->model, arguments->fetch, arguments->json); });
+  fetch->callback([arguments] { get(arguments->folder, arguments->fetch, arguments->json); });
 }
 
 }  // namespace estancia::apps

@@ -13,4 +13,4 @@ add_custom_command(
 target_sources(estancia PRIVATE ${tflite_folder}/tflite_generated.h)
 file(MAKE_DIRECTORY ${tflite_folder})
 target_include_directories(estancia SYSTEM PRIVATE ${tflite_folder})
-target_link_libraries(estancia PRIVATE onnx_proto protobuf::libprotobuf)
+target_link_libraries(estancia PRIVATE onnx onnx_proto protobuf::libprotobuf)

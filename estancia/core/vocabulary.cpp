@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <utility>
 
@@ -10,7 +12,15 @@
 
 namespace estancia {
 
-Vocabulary::Vocabulary(std::vector<std::string> labels) : labels_(std::move(labels)) {
+std::size_t DescriptorLayout::labels() const {
+  std::size_t sum = 0;
+  for (const LabelPart& part : parts) sum += part.size;
+  return sum;
+}
+
+Vocabulary::Vocabulary(std::vector<std::string> labels, std::vector<LabelPart> parts)
+    : labels_(std::move(labels)), layout_(labels_.size()) {
+  if (!parts.empty()) layout_ = std::move(parts);
   if (labels_.empty()) throw Error("a vocabulary needs at least one label");
   std::string all;
   for (std::size_t i = 0; i < labels_.size(); ++i) {
@@ -18,6 +28,14 @@ Vocabulary::Vocabulary(std::vector<std::string> labels) : labels_(std::move(labe
     all += labels_[i];
     all += '\n';
   }
+  const auto isSound = [](const LabelPart& part) {
+    return part.size > 0 && part.weight > 0 && std::isfinite(part.weight);
+  };
+  if (layout_.labels() != labels_.size() || !std::all_of(layout_.parts.begin(), layout_.parts.end(), isSound))
+    throw Error(fmt::format("{} labels cannot be made of such parts; each needs labels and a weight above 0",
+                            labels_.size()));
+  if (layout_.parts.size() > 1)
+    for (const LabelPart& part : layout_.parts) all += fmt::format("\n{} {}", part.size, part.weight);
   digest_ = sha256(all);
 }
 

@@ -4,16 +4,35 @@
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace estancia {
 
-/// An ordered list of labels L = {l_1 … l_L}. A label line may hold synonyms: "cup, mug".
+/// Labels that stand together because one model gives them all: a distribution of its own.
+struct LabelPart {
+  std::size_t size = 0;
+  float weight = 1;  ///< > 0; how much the part counts beside the others when descriptors are compared
+  bool operator==(const LabelPart&) const = default;
+};
+
+/// How the values of a descriptor are laid out: one part after the other. A number of labels is one part.
+struct DescriptorLayout {
+  std::vector<LabelPart> parts;
+
+  DescriptorLayout(std::size_t labels) : parts{{labels, 1}} {}
+  DescriptorLayout(std::vector<LabelPart> several) : parts(std::move(several)) {}
+  std::size_t labels() const;
+};
+
+/// An ordered list of labels L = {l_1 … l_L}. A label line may hold synonyms: "cup, mug". A label may stand
+/// there more than once (ImageNet has two cranes; several models may know the kitchen).
 /// Invariant: at least one label, none empty; position i belongs to value i of every descriptor.
 class Vocabulary {
  public:
-  /// Throws Error on an empty list or an empty label.
-  explicit Vocabulary(std::vector<std::string> labels);
+  /// `parts` are those of several models, in order; none: the whole is one. Throws Error on an empty list, an
+  /// empty label, or parts that do not make up the list.
+  explicit Vocabulary(std::vector<std::string> labels, std::vector<LabelPart> parts = {});
 
   /// One label a line (UTF-8, CR and trailing blanks dropped, empty last lines ignored).
   /// Throws Error naming file and line.
@@ -22,14 +41,17 @@ class Vocabulary {
   std::size_t size() const { return labels_.size(); }
   const std::string& operator[](std::size_t i) const { return labels_[i]; }
   const std::vector<std::string>& labels() const { return labels_; }
+  const DescriptorLayout& layout() const { return layout_; }
 
-  /// SHA-256 (64 hex digits) over the labels in order: two vocabularies are the same iff their digests are.
+  /// SHA-256 (64 hex digits) over the labels in order and, where there are several, the parts: two
+  /// vocabularies are the same iff their digests are.
   const std::string& digest() const { return digest_; }
 
   bool operator==(const Vocabulary& other) const { return digest_ == other.digest_; }
 
  private:
   std::vector<std::string> labels_;
+  DescriptorLayout layout_;
   std::string digest_;
 };
 

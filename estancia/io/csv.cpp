@@ -17,9 +17,8 @@ std::string trimmed(const std::string& text) {
 
 }  // namespace
 
-std::vector<CsvRow> readCsv(const std::filesystem::path& file) {
+void forEachCsvRow(const std::filesystem::path& file, const std::function<void(CsvRow&)>& use) {
   const std::vector<std::string> lines = readLines(file);
-  std::vector<CsvRow> rows;
   for (std::size_t i = 0; i < lines.size(); ++i) {
     CsvRow row{i + 1, {}};
     std::string cell;
@@ -51,9 +50,22 @@ std::vector<CsvRow> readCsv(const std::filesystem::path& file) {
         cell += c;  // behind a closing quote only blanks make sense: dropped
     }
     finish();
-    if (row.cells.size() > 1 || !row.cells[0].empty()) rows.push_back(std::move(row));
+    if (row.cells.size() > 1 || !row.cells[0].empty()) use(row);
   }
+}
+
+std::vector<CsvRow> readCsv(const std::filesystem::path& file) {
+  std::vector<CsvRow> rows;
+  forEachCsvRow(file, [&](CsvRow& row) { rows.push_back(std::move(row)); });
   return rows;
+}
+
+std::string csvCell(std::string_view text) {
+  const bool blankEnds = !text.empty() && (trimmed(std::string(text)).size() != text.size());
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos && !blankEnds) return std::string(text);
+  std::string cell = "\"";
+  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return cell + '"';
 }
 
 }  // namespace estancia::io

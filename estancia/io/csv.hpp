@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace estancia::io {
@@ -16,5 +18,11 @@ struct CsvRow {
 /// All rows but empty ones; blanks around unquoted cells are dropped. Throws Error naming the line of an open
 /// quote.
 std::vector<CsvRow> readCsv(const std::filesystem::path& file);
+
+/// The same, row by row: the cells of a large file take many times its size.
+void forEachCsvRow(const std::filesystem::path& file, const std::function<void(CsvRow&)>& use);
+
+/// `text` as one cell, in quotes where it needs them.
+std::string csvCell(std::string_view text);
 
 }  // namespace estancia::io

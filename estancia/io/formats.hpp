@@ -35,6 +35,7 @@ class ImageFiles final : public ListedSequence {
   explicit ImageFiles(std::string name) : ListedSequence(std::move(name)) {}
   void add(Frame frame, std::filesystem::path file);
   cv::Mat image(std::size_t i) const override;
+  std::string fingerprint(std::size_t i) const override;
 
  private:
   std::vector<std::filesystem::path> files_;

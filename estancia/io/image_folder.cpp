@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
@@ -30,6 +31,10 @@ void ImageFiles::add(Frame frame, fs::path file) {
 
 cv::Mat ImageFiles::image(std::size_t i) const {
   return readImage(files_.at(i));
+}
+
+std::string ImageFiles::fingerprint(std::size_t i) const {
+  return sha256OfFile(files_.at(i));
 }
 
 bool isImageFolder(const fs::path& path) {

@@ -11,6 +11,7 @@
 #include <numbers>
 #include <opencv2/imgproc.hpp>
 
+#include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/develop.hpp"
 #include "estancia/io/files.hpp"
@@ -74,6 +75,7 @@ class PanoramaTour final : public ListedSequence {
  public:
   PanoramaTour(const fs::path& folder, const SequenceOptions& options);
   cv::Mat image(std::size_t i) const override;
+  std::string fingerprint(std::size_t i) const override;
 
  private:
   struct View {
@@ -88,14 +90,18 @@ class PanoramaTour final : public ListedSequence {
 
   std::vector<fs::path> files_;
   std::vector<View> views_;
-  double exposure_;
+  double exposure_, fieldOfView_;
   Camera camera_;
   mutable std::mutex mutex_;
-  mutable std::vector<Developed> recent_;  // newest last; a tour goes place by place, so a few are enough
+  mutable std::vector<std::string> digests_;  // of the files, "" until asked for
+  mutable std::vector<Developed> recent_;     // newest last; a tour goes place by place, so a few are enough
 };
 
 PanoramaTour::PanoramaTour(const fs::path& folder, const SequenceOptions& options)
-    : ListedSequence(nameOf(folder)), exposure_(options.exposure), camera_(options.fieldOfView) {
+    : ListedSequence(nameOf(folder)),
+      exposure_(options.exposure),
+      fieldOfView_(options.fieldOfView),
+      camera_(options.fieldOfView) {
   if (options.views < 1 || options.views > 360)
     throw Error(fmt::format("views = {}: a panorama gives 1 to 360 views", options.views));
   if (!(options.fieldOfView >= 10 && options.fieldOfView <= 150))
@@ -158,6 +164,20 @@ cv::Mat PanoramaTour::developed(std::size_t place) const {
 
 cv::Mat PanoramaTour::image(std::size_t i) const {
   return camera_.look(developed(views_.at(i).place), views_[i].heading);
+}
+
+std::string PanoramaTour::fingerprint(std::size_t i) const {
+  const View& view = views_.at(i);
+  std::string digest;
+  {
+    const std::lock_guard lock(mutex_);
+    digests_.resize(files_.size());
+    std::string& known = digests_[view.place];
+    if (known.empty()) known = sha256OfFile(files_[view.place]);
+    digest = known;
+  }
+  return fmt::format("{} view {} {} {} {}x{}", digest, view.heading, exposure_, fieldOfView_, kView.width,
+                     kView.height);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
+#include "estancia/io/recording.hpp"
 #include "estancia/io/side_files.hpp"
 #include "estancia/io/trajectory.hpp"
 
@@ -24,8 +25,29 @@ struct Format {
   io::Opened (*open)(const fs::path& path, const SequenceOptions& options);
 };
 
+/// The frames of a recording; whoever wants their words reads the recording itself.
+class RecordedFrames final : public io::ListedSequence {
+ public:
+  RecordedFrames(const fs::path& file, std::vector<Frame> frames) : ListedSequence(io::nameOf(file)) {
+    frames_ = std::move(frames);
+  }
+  cv::Mat image(std::size_t i) const override {
+    throw Error(fmt::format("{}: there is no picture of {}, only its words", name_, frames_.at(i).name));
+  }
+};
+
+bool isWords(const fs::path& path) {
+  return fs::is_regular_file(path) && isRecording(path);
+}
+
+io::Opened openWords(const fs::path& path, const SequenceOptions&) {
+  return std::make_unique<RecordedFrames>(path, readRecording(path).frames);
+}
+
 /// In the order in which they are asked: the plain folder of images takes what no data set claims.
 constexpr Format kFormats[] = {
+    {"recording", "words instead of pictures: .labels (of `estancia label`), .csv, .jsonl, .npy", isWords,
+     openWords},
     {"video", "a video file that OpenCV opens", io::isVideo, io::openVideo},
     {"tum", "TUM RGB-D: rgb.txt, groundtruth.txt", io::isTumRgbd, io::openTumRgbd},
     {"sevenscenes", "7-Scenes: frame-000000.color.png with .pose.txt, or frames/ and poses.csv",

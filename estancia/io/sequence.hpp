@@ -31,6 +31,11 @@ class Sequence {
   /// several threads; videos are quickest when read in order.
   virtual cv::Mat image(std::size_t i) const = 0;
 
+  /// Identifies the pixels that image(i) gives without decoding them: equal fingerprints, equal pictures. ""
+  /// where that is not possible. Throws Error when the file cannot be read. Safe to call from several
+  /// threads.
+  virtual std::string fingerprint(std::size_t /*i*/) const { return ""; }
+
   /// Sentences about what the reader found odd in the whole sequence (unordered or missing stamps, poses with
   /// NaN …).
   const std::vector<std::string>& warnings() const { return warnings_; }

@@ -7,6 +7,7 @@
 #include <opencv2/videoio.hpp>
 #include <opencv2/videoio/registry.hpp>
 
+#include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
@@ -23,6 +24,7 @@ class Video final : public ListedSequence {
  public:
   explicit Video(const fs::path& file);
   cv::Mat image(std::size_t i) const override;
+  std::string fingerprint(std::size_t i) const override;
 
  private:
   void reopen() const;
@@ -33,6 +35,8 @@ class Video final : public ListedSequence {
   mutable std::mutex mutex_;  // guards what follows: a decoder has one position
   mutable cv::VideoCapture capture_;
   mutable std::size_t next_ = 0;  // the frame that the next read gives
+  mutable std::once_flag digested_;
+  mutable std::string digest_;  // of the whole file
 };
 
 Video::Video(const fs::path& file) : ListedSequence(nameOf(file)), file_(file) {
@@ -121,6 +125,11 @@ cv::Mat Video::image(std::size_t i) const {
   if (picture.empty())
     throw Error(fmt::format("{}: {} cannot be decoded", printable(file_.string()), frames_.at(i).name));
   return toBgr8(picture.clone());  // the capture reuses its buffer
+}
+
+std::string Video::fingerprint(std::size_t i) const {
+  std::call_once(digested_, [this] { digest_ = sha256OfFile(file_); });
+  return fmt::format("{} frame {}", digest_, i);
 }
 
 }  // namespace

@@ -2,26 +2,66 @@
 
 #include <algorithm>
 #include <condition_variable>
+#include <cstring>
 #include <deque>
 #include <exception>
+#include <map>
 #include <mutex>
 #include <thread>
 #include <utility>
+#include <vector>
 
+#include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/label/cached_words.hpp"
 
 namespace estancia {
+namespace {
 
-/// The background thread and its bounded queue.
+/// The labelers that really look at frames: the members of an ensemble, or the labeler itself.
+std::vector<Labeler*> partsOf(Labeler& labeler) {
+  auto parts = labeler.members();
+  return parts.empty() ? std::vector<Labeler*>{&labeler} : parts;
+}
+
+/// What one part says or needs.
+struct Part {
+  std::optional<std::string> remembered;  ///< from the cache
+  Prepared input;                         ///< otherwise
+};
+
+struct Waiting {
+  LabelledFrame frame;  ///< without its descriptor
+  std::string fingerprint;
+  std::vector<Part> parts;
+};
+
+/// Raw pixels identify a picture where its file does not.
+std::string fingerprintOf(const cv::Mat& image) {
+  const cv::Mat whole = image.isContinuous() ? image : image.clone();
+  return sha256({reinterpret_cast<const char*>(whole.data), whole.total() * whole.elemSize()}) + " pixels " +
+         std::to_string(whole.cols) + "x" + std::to_string(whole.rows);
+}
+
+}  // namespace
+
+/// The background threads. Each takes the next frame; they hand them over in order.
 class LabelStream::Reader {
  public:
-  struct Waiting {
-    LabelledFrame frame;  ///< without its descriptor
-    Prepared input;
-  };
-
-  Reader(const Sequence& sequence, const Labeler& labeler, const LabelStreamOptions& options)
-      : sequence_(sequence), labeler_(labeler), options_(options), thread_([this] { run(); }) {}
+  Reader(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options)
+      : sequence_(sequence),
+        parts_(partsOf(labeler)),
+        options_(options),
+        room_(std::max<std::size_t>(options.ahead, 1)),
+        nextToRead_(options.first),
+        nextToGive_(options.first) {
+    for (Labeler* part : parts_) {
+      needsImage_ = needsImage_ || part->needsImage();
+      keys_.push_back(part->cacheKey());
+    }
+    const std::size_t threads = std::min(std::max<std::size_t>(options.readers, 1), room_);
+    for (std::size_t t = 0; t < threads; ++t) threads_.emplace_back([this] { run(); });
+  }
 
   ~Reader() {
     {
@@ -29,98 +69,234 @@ class LabelStream::Reader {
       stopped_ = true;
     }
     changed_.notify_all();
-    thread_.join();
+    for (std::thread& thread : threads_) thread.join();
   }
 
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
 
-  /// Blocks until a frame is there; nothing at the end. Throws what the thread could not report as a frame's
-  /// problem.
+  /// Blocks until the next frame is there; nothing at the end. Throws what the threads could not report as a
+  /// frame's problem.
   std::optional<Waiting> take() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return !queue_.empty() || finished_; });
-    if (queue_.empty()) {
+    changed_.wait(lock, [this] { return ready_.contains(nextToGive_) || failed_ || atEnd(); });
+    const auto found = ready_.find(nextToGive_);
+    if (found == ready_.end()) {
       if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
       return std::nullopt;
     }
-    Waiting prepared = std::move(queue_.front());
-    queue_.pop_front();
+    Waiting waiting = std::move(found->second);
+    ready_.erase(found);
+    ++nextToGive_;
     lock.unlock();
     changed_.notify_all();
-    return prepared;
+    return waiting;
   }
 
  private:
+  bool atEnd() const { return nextToGive_ >= sequence_.size(); }
+
   void run() {
-    std::exception_ptr failure;
-    try {
-      for (std::size_t i = options_.first; i < sequence_.size(); ++i)
-        if (!put(prepare(i))) break;
-    } catch (...) {
-      failure = std::current_exception();
+    for (;;) {
+      std::size_t i = 0;
+      {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [this] { return stopped_ || failed_ || nextToRead_ < nextToGive_ + room_; });
+        if (stopped_ || failed_ || nextToRead_ >= sequence_.size()) return;
+        i = nextToRead_++;
+      }
+      std::optional<Waiting> waiting;
+      std::exception_ptr failure;
+      try {
+        waiting = read(i);
+      } catch (...) {
+        failure = std::current_exception();
+      }
+      {
+        const std::lock_guard lock(mutex_);
+        if (waiting) ready_.emplace(i, std::move(*waiting));
+        // The first frame that fails is the one to tell of, whichever thread comes first.
+        if (failure && (!failed_ || i < failedAt_)) {
+          failure_ = failure;
+          failedAt_ = i;
+          failed_ = true;
+        }
+      }
+      changed_.notify_all();
     }
-    {
-      const std::lock_guard lock(mutex_);
-      failure_ = failure;
-      finished_ = true;
-    }
-    changed_.notify_all();
   }
 
-  Waiting prepare(std::size_t i) const {
-    Waiting prepared;
-    prepared.frame.index = i;
+  Waiting read(std::size_t i) const {
+    Waiting waiting;
+    waiting.frame.index = i;
+    waiting.parts.resize(parts_.size());
     try {
-      if (labeler_.needsImage()) prepared.frame.image = sequence_.image(i);
-      prepared.input = labeler_.prepare(prepared.frame.image, sequence_.frame(i).name);
+      if (options_.cache != nullptr) waiting.fingerprint = sequence_.fingerprint(i);
+      recall(waiting);
+      const auto missing = [](const Part& part) { return !part.remembered; };
+      if (std::none_of(waiting.parts.begin(), waiting.parts.end(), missing)) return waiting;
+      if (needsImage_) waiting.frame.image = sequence_.image(i);
+      if (options_.cache != nullptr && waiting.fingerprint.empty() && needsImage_) {
+        waiting.fingerprint = fingerprintOf(waiting.frame.image);
+        recall(waiting);
+      }
+      for (std::size_t p = 0; p < parts_.size(); ++p)
+        if (missing(waiting.parts[p]))
+          waiting.parts[p].input = parts_[p]->prepare(waiting.frame.image, sequence_.frame(i).name);
     } catch (const Error& e) {
       if (options_.strict) throw;
-      prepared.frame.image.release();
-      prepared.frame.problem = e.what();
+      waiting.frame.image.release();
+      waiting.frame.problem = e.what();
     }
-    return prepared;
+    return waiting;
   }
 
-  /// Waits for room. False when the stream is being destroyed.
-  bool put(Waiting prepared) {
-    std::unique_lock lock(mutex_);
-    const std::size_t room = std::max<std::size_t>(options_.ahead, 1);
-    changed_.wait(lock, [&] { return queue_.size() < room || stopped_; });
-    if (stopped_) return false;
-    queue_.push_back(std::move(prepared));
-    lock.unlock();
-    changed_.notify_all();
-    return true;
+  void recall(Waiting& waiting) const {
+    if (waiting.fingerprint.empty()) return;
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      if (!parts_[p]->needsImage()) continue;
+      auto& words = waiting.parts[p].remembered;
+      words = options_.cache->find(keys_[p], waiting.fingerprint);
+      if (words && !holdsWords(*words, *parts_[p])) words.reset();
+    }
   }
 
   const Sequence& sequence_;
-  const Labeler& labeler_;
+  const std::vector<Labeler*> parts_;
   const LabelStreamOptions options_;
+  const std::size_t room_;
+  std::vector<std::string> keys_;
+  bool needsImage_ = false;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Waiting> queue_;
+  std::map<std::size_t, Waiting> ready_;
+  std::size_t nextToRead_, nextToGive_;
   std::exception_ptr failure_;
-  bool finished_ = false, stopped_ = false;
-  std::thread thread_;  // last: it uses all of the above
+  std::size_t failedAt_ = 0;
+  bool failed_ = false, stopped_ = false;
+  std::vector<std::thread> threads_;  // last: they use all of the above
+};
+
+/// The caller's side: batches for each part, words into the cache, answers put together.
+class LabelStream::Inference {
+ public:
+  Inference(Labeler& labeler, const LabelStreamOptions& options)
+      : labeler_(labeler), parts_(partsOf(labeler)), options_(options) {
+    for (Labeler* part : parts_) {
+      keys_.push_back(part->cacheKey());
+      batch_ = std::max(batch_, part->batchSize());
+    }
+    batch_ = std::min(batch_, std::max<std::size_t>(options.ahead, 1));
+  }
+
+  std::optional<LabelledFrame> next(Reader& reader) {
+    if (done_.empty()) fill(reader);
+    if (done_.empty()) {
+      if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+      return std::nullopt;
+    }
+    LabelledFrame frame = std::move(done_.front());
+    done_.pop_front();
+    return frame;
+  }
+
+  std::size_t remembered() const { return remembered_; }
+
+ private:
+  /// The next frames: as many as one batch, or one that needs no inference.
+  void fill(Reader& reader) {
+    std::vector<Waiting> frames;
+    std::size_t toInfer = 0;
+    try {
+      while (toInfer < batch_ && frames.size() < options_.ahead) {
+        auto waiting = reader.take();
+        if (!waiting) break;
+        if (needsInference(*waiting)) ++toInfer;
+        frames.push_back(std::move(*waiting));
+        if (toInfer == 0) break;
+      }
+    } catch (...) {
+      failure_ = std::current_exception();  // after the frames before it
+    }
+    std::vector<std::vector<LexicalDescriptor>> answers(frames.size(),
+                                                        std::vector<LexicalDescriptor>(parts_.size()));
+    for (std::size_t p = 0; p < parts_.size(); ++p) ask(p, frames, answers);
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      LabelledFrame& frame = frames[f].frame;
+      if (frame.labelled()) {
+        if (!needsInference(frames[f])) ++remembered_;
+        frame.descriptor =
+            labeler_.members().empty() ? std::move(answers[f][0]) : labeler_.combine(answers[f]);
+      } else if (options_.strict) {
+        failure_ = std::make_exception_ptr(Error(frame.problem));
+        break;
+      }
+      done_.push_back(std::move(frame));
+    }
+  }
+
+  static bool needsInference(const Waiting& waiting) {
+    return waiting.frame.labelled() && std::any_of(waiting.parts.begin(), waiting.parts.end(),
+                                                   [](const Part& part) { return !part.remembered; });
+  }
+
+  /// The answers of one part to all frames: words of the cache and of inference in the order of the frames,
+  /// since new words are numbered as they come.
+  void ask(std::size_t p, std::vector<Waiting>& frames,
+           std::vector<std::vector<LexicalDescriptor>>& answers) {
+    Labeler& part = *parts_[p];
+    std::vector<Prepared> batch;
+    std::vector<std::size_t> asked;
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      if (!frames[f].frame.labelled()) continue;
+      if (const auto& words = frames[f].parts[p].remembered) {
+        answers[f][p] = unpackWords(*words, part);
+        continue;
+      }
+      batch.push_back(std::move(frames[f].parts[p].input));
+      asked.push_back(f);
+    }
+    if (batch.empty()) return;
+    std::vector<LabelResult> results = part.inferBatch(batch);
+    for (std::size_t b = 0; b < results.size(); ++b) {
+      Waiting& waiting = frames[asked[b]];
+      if (!results[b].problem.empty()) {
+        waiting.frame.problem = results[b].problem;
+        continue;
+      }
+      if (options_.cache != nullptr && !waiting.fingerprint.empty() && part.needsImage())
+        options_.cache->put(keys_[p], waiting.fingerprint, packWords(results[b].descriptor, part));
+      answers[asked[b]][p] = std::move(results[b].descriptor);
+    }
+  }
+
+  Labeler& labeler_;
+  const std::vector<Labeler*> parts_;
+  const LabelStreamOptions options_;
+  std::vector<std::string> keys_;
+  std::size_t batch_ = 1, remembered_ = 0;
+  std::deque<LabelledFrame> done_;
+  std::exception_ptr failure_;
 };
 
 LabelStream::LabelStream(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options)
-    : labeler_(labeler), reader_(std::make_unique<Reader>(sequence, labeler, options)) {}
+    : inference_(std::make_unique<Inference>(labeler, options)),
+      reader_(std::make_unique<Reader>(sequence, labeler, options)) {}
 
 LabelStream::~LabelStream() = default;
 
 std::optional<LabelledFrame> LabelStream::next() {
   if (!reader_) return std::nullopt;
   try {
-    auto prepared = reader_->take();
-    if (!prepared) return std::nullopt;
-    if (prepared->frame.labelled()) prepared->frame.descriptor = labeler_.infer(prepared->input);
-    return std::move(prepared->frame);
+    return inference_->next(*reader_);
   } catch (...) {
     reader_.reset();
     throw;
   }
+}
+
+std::size_t LabelStream::remembered() const {
+  return inference_->remembered();
 }
 
 }  // namespace estancia

@@ -2,6 +2,14 @@
 
 namespace estancia {
 
+LexicalDescriptor Labeler::adopt(std::span<const Word>) {
+  throw Error("this labeler has a fixed vocabulary and adopts no words");
+}
+
+LexicalDescriptor Labeler::combine(std::span<const LexicalDescriptor>) const {
+  throw Error("this labeler has no members to combine");
+}
+
 std::vector<LabelResult> Labeler::inferBatch(std::span<const Prepared> batch) {
   std::vector<LabelResult> results;
   for (const Prepared& prepared : batch) try {

@@ -10,6 +10,7 @@
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/vocabulary.hpp"
+#include "estancia/core/word.hpp"
 
 namespace estancia {
 
@@ -43,6 +44,9 @@ class Labeler {
   /// Whether words are discovered on the way (services): vocabulary() then grows at its end with every new
   /// word, a descriptor has as many values as there were words when it was made, and later words are 0 in it.
   virtual bool discovers() const { return false; }
+  /// The descriptor of words that are known from elsewhere (a cache), which may be new. For labelers that
+  /// discover.
+  virtual LexicalDescriptor adopt(std::span<const Word> words);
 
   /// Identifies the model for maps: name and digest of its files.
   virtual std::string identity() const = 0;
@@ -65,6 +69,11 @@ class Labeler {
   virtual std::vector<LabelResult> inferBatch(std::span<const Prepared> batch);
   /// How many inferBatch() likes best.
   virtual std::size_t batchSize() const { return 1; }
+
+  /// The labelers that this one puts together; empty when it is one by itself.
+  virtual std::vector<Labeler*> members() { return {}; }
+  /// The members' answers for one frame, in order, as one descriptor. For labelers with members.
+  virtual LexicalDescriptor combine(std::span<const LexicalDescriptor> answers) const;
 
   LexicalDescriptor label(const cv::Mat& bgr, const std::string& frame = "") {
     return infer(prepare(bgr, frame));

@@ -15,31 +15,50 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/label/ensemble.hpp"
+#include "estancia/label/http.hpp"
+#include "estancia/label/human.hpp"
 #include "estancia/label/network_file.hpp"
+#include "estancia/label/onnxruntime_engine.hpp"
+#include "estancia/label/onnxruntime_library.hpp"
 #include "estancia/label/opencv_engine.hpp"
+#include "estancia/label/process.hpp"
+#include "estancia/label/recorded.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-std::string engineFor(const ModelSpec& spec) {
-  if (spec.type != "network") return spec.type;
-  return isOnnxOrConvertible(spec) ? engines().front() : "opencv";
-}
-
 /// A network with the engine that its type or the user names, or the best one that can open it.
 std::unique_ptr<Labeler> openNetwork(const ModelSpec& spec, const LabelerOptions& options) {
-  const std::string engine = options.engine.empty() ? engineFor(spec) : options.engine;
+  const std::string engine = !options.engine.empty()  ? options.engine
+                             : spec.type == "network" ? enginesFor(spec).front()
+                                                      : spec.type;
   if (spec.type != "network" && spec.type != engine)
     throw Error(fmt::format("model {} is made for the engine {}, not {}; leave out --engine", spec.name,
                             spec.type, engine));
+  if (engine == "onnxruntime") return openWithOnnxruntime(spec, options.threads);
   if (engine == "opencv") return openWithOpencv(spec, options.threads);
   throw Error(fmt::format("unknown engine \"{}\"; at hand are {}", engine, fmt::join(engines(), ", ")));
 }
 
+/// Labelers that are no networks have no engine to choose.
+LabelerFactory blackBox(std::unique_ptr<Labeler> (*open)(const ModelSpec&)) {
+  return [open](const ModelSpec& spec, const LabelerOptions&) { return open(spec); };
+}
+
 struct Registry {
   std::mutex mutex;
-  std::map<std::string, LabelerFactory> types{{"network", &openNetwork}, {"opencv", &openNetwork}};
+  std::map<std::string, LabelerFactory> types{
+      {"network", &openNetwork},
+      {"opencv", &openNetwork},
+      {"onnxruntime", &openNetwork},
+      {"ensemble",
+       [](const ModelSpec& spec, const LabelerOptions& options) { return openEnsemble(spec, options); }},
+      {"process", blackBox(openProcess)},
+      {"http", blackBox(openHttp)},
+      {"recorded", blackBox(openRecorded)},
+      {"human", blackBox(openHuman)}};
 };
 
 Registry& registry() {
@@ -62,20 +81,23 @@ double millisecondsOf(const std::function<void()>& work) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-ModelCheck check(const ModelSpec& spec) {
-  const auto labeler = loadModel(spec);  // labels a grey image, too
+ModelCheck check(const ModelSpec& spec, const LabelerOptions& options) {
+  const auto labeler = loadModel(spec, options);  // labels a grey image, too
+  if (!labeler->needsImage())
+    return {spec, labeler->identity(), labeler->vocabulary().size(), spec.sha256.size(), 0, "", 0};
   const auto& pre = spec.preprocessing;
   cv::Mat noise(pre.height, pre.width, CV_8UC3);
   cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 256);
   const Prepared prepared = labeler->prepare(noise);
 
   LexicalDescriptor words;
-  std::vector<double> times;
-  for (int i = 0; i < 7; ++i) times.push_back(millisecondsOf([&] { words = labeler->infer(prepared); }));
-  std::nth_element(times.begin(), times.begin() + 3, times.end());
+  std::vector<double> times(isNetworkType(spec.type) ? 7 : 1);  // services may charge for each
+  for (double& time : times) time = millisecondsOf([&] { words = labeler->infer(prepared); });
+  const auto median = times.begin() + static_cast<std::ptrdiff_t>(times.size() / 2);
+  std::nth_element(times.begin(), median, times.end());
 
   const auto best = std::max_element(words.begin(), words.end());
-  ModelCheck result{spec, labeler->identity(), words.size(), spec.sha256.size(), times[3], "", *best};
+  ModelCheck result{spec, labeler->identity(), words.size(), spec.sha256.size(), *median, "", *best};
   result.best = labeler->vocabulary()[static_cast<std::size_t>(best - words.begin())];
   return result;
 }
@@ -100,9 +122,11 @@ class PartialFolder {
 };
 
 void copyModel(const ModelSpec& spec, const fs::path& target) {
+  // What a program needs beside it, only its author knows.
+  if (!isNetworkType(spec.type)) return fs::copy(spec.folder, target, fs::copy_options::recursive);
   std::set<fs::path> files{"model.toml"};
-  for (const auto& file : {spec.file, spec.config, spec.labels, spec.embeddings})
-    if (!file.empty()) files.insert(file);
+  for (const auto& file : networkFiles(spec)) files.insert(file);
+  if (!spec.labels.empty()) files.insert(spec.labels);
   for (const auto& [file, digest] : spec.sha256) files.insert(file);
   for (const auto& file : files) {
     fs::create_directories((target / file).parent_path());
@@ -144,6 +168,7 @@ fs::path getModelFolder(const std::string& model) {
 }
 
 std::unique_ptr<Labeler> loadModel(const std::string& model, const LabelerOptions& options) {
+  if (model.find('+') != std::string::npos && !fs::exists(model)) return openEnsemble(model, options);
   return loadModel(readModelSpec(getModelFolder(model)), options);
 }
 
@@ -173,7 +198,17 @@ std::vector<std::string> labelerTypes() {
 }
 
 std::vector<std::string> engines() {
-  return {"opencv"};
+  if (onnxruntime::library().api == nullptr) return {"opencv"};
+  return {"onnxruntime", "opencv"};
+}
+
+std::vector<std::string> enginesFor(const ModelSpec& spec) {
+  auto those = engines();
+  std::erase_if(those, [&spec](const std::string& engine) {
+    return !isNetworkType(spec.type) || (spec.type != "network" && spec.type != engine) ||
+           (engine == "onnxruntime" && !isOnnxOrConvertible(spec));
+  });
+  return those;
 }
 
 std::vector<InstalledModel> installedModels() {
@@ -194,8 +229,8 @@ std::vector<InstalledModel> installedModels() {
   return models;
 }
 
-ModelCheck checkModel(const std::string& model) {
-  return check(readModelSpec(getModelFolder(model)));
+ModelCheck checkModel(const std::string& model, const LabelerOptions& options) {
+  return check(readModelSpec(getModelFolder(model)), options);
 }
 
 ModelCheck addModel(const fs::path& folder, bool replace) {
@@ -211,7 +246,7 @@ ModelCheck addModel(const fs::path& folder, bool replace) {
   try {
     const PartialFolder fresh(modelHome() / fmt::format(".{}.{}", spec.name, getpid()));
     copyModel(spec, fresh.path());
-    ModelCheck result = check(readModelSpec(fresh.path()));
+    ModelCheck result = check(readModelSpec(fresh.path()), {});
     swapIn(fresh.path(), target);
     result.spec.folder = target;
     return result;

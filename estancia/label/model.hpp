@@ -31,7 +31,7 @@ struct LabelerOptions {
   int threads = 0;
 };
 
-/// Opens a model by name or folder, as its `type` says.
+/// Opens a model by name or folder, as its `type` says; "A+B+…" opens several as an ensemble (ensemble.hpp).
 /// Throws Error when it is unknown, or wrong in any way (see readModelSpec() and the engine).
 std::unique_ptr<Labeler> loadModel(const std::string& model = defaultModel,
                                    const LabelerOptions& options = {});
@@ -44,6 +44,8 @@ std::vector<std::string> labelerTypes();
 
 /// The engines at hand that run networks, best first.
 std::vector<std::string> engines();
+/// Those of them that can open this network, best first; none of what is no network.
+std::vector<std::string> enginesFor(const ModelSpec& spec);
 
 /// A folder of the model home: its spec, or why that cannot be read.
 struct InstalledModel {
@@ -68,11 +70,11 @@ struct ModelCheck {
 
 /// Opens the model, labels a grey and a noisy image and takes the time. Throws Error saying what is wrong
 /// with it.
-ModelCheck checkModel(const std::string& model);
+ModelCheck checkModel(const std::string& model, const LabelerOptions& options = {});
 
-/// Copies the model in `folder` (the files that its model.toml names) into modelHome() under its name, after
-/// checking it. Throws Error when it does not work, or when the name is taken and `replace` is false. Nothing
-/// stays behind then.
+/// Copies the model in `folder` (the files that its model.toml names; all of it when it is no network) into
+/// modelHome() under its name, after checking it. Throws Error when it does not work, or when the name is
+/// taken and `replace` is false. Nothing stays behind then.
 ModelCheck addModel(const std::filesystem::path& folder, bool replace = false);
 
 }  // namespace estancia

@@ -11,6 +11,7 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/label/network_file.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -51,6 +52,8 @@ class SpecReader {
         {"file", true, "the network's file", [this](auto& n) { spec_.file = file_.inside(n); }},
         {"config", false, "the file of the network's layers",
          [this](auto& n) { spec_.config = file_.inside(n); }},
+        {"input_node", false, "the node that takes the picture",
+         [this](auto& n) { spec_.inputNode = file_.text(n); }},
         {"output", false, "the output to read", [this](auto& n) { spec_.output = file_.text(n); }},
         {"input", true, "the input's size, 224 or [width, height]", [this](auto& n) { readInput(n); }},
         {"region", false, "what is cut out",
@@ -76,6 +79,14 @@ class SpecReader {
          [this](auto& n) { spec_.embeddings = file_.inside(n); }},
         {"logit_scale", false, "the factor of the cosines with them",
          [this](auto& n) { spec_.logitScale = file_.number(n, 1e-3, 1e6); }},
+        {"sigmoid", false, "true when the network gives logits of labels that do not exclude each other",
+         [this](auto& n) { readSigmoid(n); }},
+        {"reduce", false, "how many rows of outputs become one",
+         [this](auto& n) {
+           using R = ModelSpec::Reduce;
+           spec_.reduce = file_.choice<R>(n, {{"none", R::none}, {"max", R::max}});
+         }},
+        {"unused", false, "outputs without a label", [this](auto& n) { readUnused(n); }},
     };
     keys.insert(keys.end(), own.begin(), own.end());
     return keys;
@@ -118,6 +129,20 @@ class SpecReader {
     } else {
       pre.width = pre.height = side(node);
     }
+  }
+
+  void readSigmoid(const toml::node& node) {
+    spec_.sigmoid = file_.flag(node);
+    if (spec_.sigmoid && file_.table()["softmax"].value_or(false))
+      file_.fail(node, "`sigmoid` and `softmax` exclude each other");
+  }
+
+  void readUnused(const toml::node& node) {
+    for (const auto& output : file_.list(node))
+      spec_.unused.push_back(static_cast<std::size_t>(file_.integer(output, 0, 1'000'000)));
+    std::sort(spec_.unused.begin(), spec_.unused.end());
+    if (std::adjacent_find(spec_.unused.begin(), spec_.unused.end()) != spec_.unused.end())
+      file_.fail(node, "`unused` names an output twice");
   }
 
   void readDigests(const toml::node& node) {
@@ -169,11 +194,15 @@ fs::path modelFile(const ModelSpec& spec, const fs::path& relative) {
 
 std::string modelDigest(const ModelSpec& spec) {
   std::map<std::string, std::string> files = spec.sha256;  // file → the digest it should have, "" = any
-  for (const auto& file : {spec.file, spec.config, spec.labels, spec.embeddings})
-    if (!file.empty()) files.try_emplace(file.string());
+  for (const auto& file : networkFiles(spec)) files.try_emplace(file.string());
+  if (!spec.labels.empty()) files.try_emplace(spec.labels.string());
   if (!isNetworkType(spec.type)) files.try_emplace("model.toml");  // holds settings that are read elsewhere
   std::string all =
       fmt::format("{} {} {}\n", preprocessingText(spec.preprocessing), spec.softmax, spec.output);
+  if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty() ||
+      !spec.inputNode.empty())
+    all += fmt::format("{} {} [{}] {}\n", spec.sigmoid, static_cast<int>(spec.reduce),
+                       fmt::join(spec.unused, ","), spec.inputNode);
   if (!spec.embeddings.empty()) all += fmt::format("logit_scale {}\n", spec.logitScale);
   for (const auto& [file, expected] : files) {
     const fs::path path = modelFile(spec, file);

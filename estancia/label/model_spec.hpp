@@ -1,10 +1,12 @@
 // What a model folder says about its model.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <map>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "estancia/label/preprocess.hpp"
 
@@ -18,15 +20,26 @@ struct ModelSpec {
   /// One of labelerTypes(). "network" is run by the best engine at hand that can open its file, or the one
   /// that the user names; "opencv" and "onnxruntime" are networks for that engine only.
   std::string type = "network";
-  std::filesystem::path file;        ///< the network: .onnx, .tflite, .lite, .caffemodel or .pb
-  std::filesystem::path config;      ///< its .prototxt (Caffe, required) or .pbtxt (TensorFlow)
-  std::filesystem::path labels;      ///< one label a line, in the order of the outputs
-  std::string output;                ///< the output to read, where a network has several
-  Preprocessing preprocessing;       ///< [input, region, crop, resize, colour, mean, scale]
-  bool softmax = false;              ///< the network gives logits: turn them into probabilities
+  std::filesystem::path
+      file;  ///< the network: .onnx, .tflite, .lite, .json (TensorFlow.js), .caffemodel or .pb
+  std::filesystem::path config;  ///< its .prototxt (Caffe, required) or .pbtxt (TensorFlow)
+  std::filesystem::path labels;  ///< one label a line, in the order of the outputs
+  std::string
+      inputNode;       ///< [input_node] TensorFlow.js: what the picture is given to, if not the placeholder
+  std::string output;  ///< the output to read, where a network has several; TensorFlow.js: any node
+  Preprocessing preprocessing;  ///< [input, region, crop, resize, colour, mean, scale]
+
+  // What the outputs mean; see toProbabilities() in scores.hpp.
+  enum class Reduce { none, max };
+  Reduce reduce = Reduce::none;  ///< max: a row of outputs for each of many places (anchors) in the picture
+  bool softmax = false;          ///< the outputs are logits of labels that exclude each other
+  bool sigmoid = false;          ///< the outputs are logits of labels that do not
+  std::vector<std::size_t>
+      unused;  ///< outputs that have no label (background, numbers never given), ascending
   std::filesystem::path embeddings;  ///< .npy, labels×D: the network embeds images (CLIP), see scores.hpp
   double logitScale = 100;           ///< [logit_scale] of their cosines with the embeddings
-  std::string licence, source;       ///< for people
+
+  std::string licence, source;                ///< for people
   std::map<std::string, std::string> sha256;  ///< file → 64 hex digits, verified whenever the model is loaded
 };
 

@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
+#include "estancia/label/tfjs_reader.hpp"
+#include "estancia/label/tfjs_weights.hpp"
 #include "estancia/label/tflite_reader.hpp"
 #include "estancia/label/tflite_to_onnx.hpp"
 
@@ -23,6 +25,10 @@ bool isTflite(const ModelSpec& spec) {
   return extension == ".tflite" || extension == ".lite";
 }
 
+bool isTfjs(const ModelSpec& spec) {
+  return spec.file.extension() == ".json";
+}
+
 std::string readAll(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::string bytes(std::istreambuf_iterator<char>(file), {});
@@ -30,30 +36,63 @@ std::string readAll(const fs::path& path) {
   return bytes;
 }
 
+/// Whether the spec wants the network as it is, whatever its input.
+bool anySize(const ModelSpec& spec) {
+  return spec.preprocessing.width == 0;
+}
+
+/// What the preprocessing makes, N×C×H×W.
+std::vector<std::int64_t> inputShape(const ModelSpec& spec) {
+  return {1, 3, spec.preprocessing.height, spec.preprocessing.width};
+}
+
 /// `shape` is what the network says of its input, N×C×H×W; 0 = any size.
 void requireInputShape(const ModelSpec& spec, const fs::path& path, const std::vector<std::int64_t>& shape) {
-  const auto& pre = spec.preprocessing;
-  const std::vector<std::int64_t> ours{1, 3, pre.height, pre.width};
+  if (anySize(spec)) return;
+  const auto ours = inputShape(spec);
   const auto fits = [](std::int64_t theirs, std::int64_t own) { return theirs <= 0 || theirs == own; };
   if (shape.size() == ours.size() && std::equal(shape.begin(), shape.end(), ours.begin(), fits)) return;
   throw Error(fmt::format("{} takes an input of [{}] where model.toml makes [{}]; correct `input`",
                           path.string(), fmt::join(shape, "×"), fmt::join(ours, "×")));
 }
 
+/// Weights in files of their own would be looked for wherever the program happens to run.
+void requireWeightsInside(const onnx::TensorProto& weights, const fs::path& path) {
+  if (weights.data_location() == onnx::TensorProto::EXTERNAL)
+    throw Error(fmt::format("{} keeps its weights ({}) in another file; save the network as one file",
+                            path.string(), weights.name()));
+}
+
 /// Engines run an ONNX network on sizes that it was not made for, or fail late: the file's own word is asked
-/// first.
-void checkOnnx(const ModelSpec& spec, const fs::path& path, const std::string& bytes) {
+/// first. A network for any size is fixed to ours.
+std::string readOnnx(const ModelSpec& spec, const fs::path& path) {
+  std::string bytes = readAll(path);
   onnx::ModelProto model;
   if (!model.ParseFromString(bytes) || !model.has_graph())
     throw Error(fmt::format("{} is no ONNX file, or cut short; fetch it again", path.string()));
   std::set<std::string> weights;  // older files list them among the inputs, too
-  for (const auto& weight : model.graph().initializer()) weights.insert(weight.name());
-  for (const auto& input : model.graph().input()) {
+  for (const auto& weight : model.graph().initializer()) {
+    requireWeightsInside(weight, path);
+    weights.insert(weight.name());
+  }
+  for (const auto& node : model.graph().node())
+    for (const auto& attribute : node.attribute()) requireWeightsInside(attribute.t(), path);
+  bool fixed = false;
+  for (auto& input : *model.mutable_graph()->mutable_input()) {
     if (weights.contains(input.name()) || !input.type().tensor_type().has_shape()) continue;
     std::vector<std::int64_t> shape;
     for (const auto& size : input.type().tensor_type().shape().dim()) shape.push_back(size.dim_value());
     requireInputShape(spec, path, shape);
+    if (anySize(spec)) continue;
+    const auto ours = inputShape(spec);
+    for (int i = 0; i < 4; ++i) {
+      auto* size = input.mutable_type()->mutable_tensor_type()->mutable_shape()->mutable_dim(i);
+      if (size->dim_value() > 0) continue;
+      size->set_dim_value(ours[static_cast<std::size_t>(i)]);
+      fixed = true;
+    }
   }
+  return fixed ? model.SerializeAsString() : bytes;
 }
 
 std::string readTflite(const ModelSpec& spec, const fs::path& path) {
@@ -66,19 +105,34 @@ std::string readTflite(const ModelSpec& spec, const fs::path& path) {
   return tflite::toOnnx(graph, path.string());
 }
 
+std::string readTfjs(const ModelSpec& spec, const fs::path& path) {
+  const auto network = tfjs::readGraph(
+      path, {spec.inputNode, spec.output, spec.preprocessing.width, spec.preprocessing.height});
+  return tflite::toOnnx(network.graph, path.string());
+}
+
 }  // namespace
 
+std::vector<fs::path> networkFiles(const ModelSpec& spec) {
+  std::vector<fs::path> files;
+  for (const auto& file : {spec.file, spec.config, spec.embeddings})
+    if (!file.empty()) files.push_back(file);
+  if (isTfjs(spec))
+    for (const auto& weights : tfjs::weightFiles(modelFile(spec, spec.file)))
+      files.push_back(spec.file.parent_path() / weights);
+  return files;
+}
+
 bool isOnnxOrConvertible(const ModelSpec& spec) {
-  return isTflite(spec) || spec.file.extension() == ".onnx";
+  return isTflite(spec) || isTfjs(spec) || spec.file.extension() == ".onnx";
 }
 
 std::string readAsOnnx(const ModelSpec& spec) {
   const google::protobuf::LogSilencer quiet;  // protobuf complains to stderr; our Error says more
   const fs::path path = modelFile(spec, spec.file);
   if (isTflite(spec)) return readTflite(spec, path);
-  std::string bytes = readAll(path);
-  checkOnnx(spec, path, bytes);
-  return bytes;
+  if (isTfjs(spec)) return readTfjs(spec, path);
+  return readOnnx(spec, path);
 }
 
 }  // namespace estancia

@@ -1,7 +1,6 @@
 #include "estancia/label/opencv_engine.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <google/protobuf/stubs/logging.h>
 
@@ -12,9 +11,10 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/label/network_file.hpp"
-#include "estancia/label/scores.hpp"
+#include "estancia/label/network_labeler.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -66,70 +66,46 @@ cv::dnn::Net readNetwork(const ModelSpec& spec) {
   } catch (const cv::Exception& e) {
     throw Error(fmt::format("cannot open the network {}: {}", path.string(), reasonOf(e)));
   }
-  throw Error(fmt::format(
-      "model {}: \"{}\" is no known kind of network; known are .onnx, .tflite, .lite, .caffemodel and .pb",
-      spec.name, spec.file.string()));
+  throw Error(
+      fmt::format("model {}: \"{}\" is no known kind of network; known are .onnx, .tflite, .lite, .json, "
+                  ".caffemodel and .pb",
+                  spec.name, spec.file.string()));
 }
 
-class OpencvEngine final : public Labeler {
+class OpencvEngine final : public NetworkLabeler {
  public:
-  explicit OpencvEngine(const ModelSpec& spec)
-      : spec_(spec),
-        vocabulary_(Vocabulary::fromFile(modelFile(spec, spec.labels))),
-        identity_(fmt::format("{} {}", spec.name, modelDigest(spec))),
-        scores_(spec, vocabulary_.size()),
-        network_(readNetwork(spec)) {
+  explicit OpencvEngine(const ModelSpec& spec) : NetworkLabeler(spec), network_(readNetwork(spec)) {
     network_.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
     network_.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
-    chooseOutput();
-    label(cv::Mat(spec.preprocessing.height, spec.preprocessing.width, CV_8UC3, cv::Scalar::all(128)));
+    output_ = chooseOutput(network_.getUnconnectedOutLayersNames());
+    tryOut();
   }
 
-  const Vocabulary& vocabulary() const override { return vocabulary_; }
-  std::string identity() const override { return identity_; }
-  std::string cacheKey() const override { return identity_ + " opencv " CV_VERSION; }
-  Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override {
-    return {preprocess(bgr, spec_.preprocessing), frame, {}};
-  }
+  std::string cacheKey() const override { return identity() + " opencv " CV_VERSION; }
 
   LexicalDescriptor infer(const Prepared& prepared) override {
     cv::Mat result;
     try {
       const QuietOpencv quiet;
       network_.setInput(prepared.input);
-      result = network_.forward(spec_.output);
+      result = network_.forward(output_);
     } catch (const cv::Exception& e) {
-      throw Error(
-          fmt::format("model {} does not work on an input of {}×{}: {}; correct `input` in model.toml",
-                      spec_.name, spec_.preprocessing.width, spec_.preprocessing.height, reasonOf(e)));
+      failOnInput(reasonOf(e));
     }
     if (result.type() != CV_32F || !result.isContinuous())
-      throw Error(fmt::format("model {} gives no real numbers", spec_.name));
-    return scores_({result.ptr<float>(), result.total()});
+      throw Error(fmt::format("model {} gives no real numbers", spec().name));
+    return toWords({result.ptr<float>(), result.total()});
   }
 
  private:
-  void chooseOutput() {
-    const auto outputs = network_.getUnconnectedOutLayersNames();
-    if (spec_.output.empty() && outputs.size() == 1) {
-      spec_.output = outputs[0];
-    } else if (std::find(outputs.begin(), outputs.end(), spec_.output) == outputs.end()) {
-      throw Error(fmt::format("model {} has the outputs {}; name one of them as `output` in model.toml",
-                              spec_.name, fmt::join(outputs, ", ")));
-    }
-  }
-
-  ModelSpec spec_;
-  Vocabulary vocabulary_;
-  std::string identity_;
-  Scores scores_;
   cv::dnn::Net network_;
+  std::string output_;
 };
 
 }  // namespace
 
 std::unique_ptr<Labeler> openWithOpencv(const ModelSpec& spec, int threads) {
-  if (threads > 0) cv::setNumThreads(threads);
+  cv::setNumThreads(threads > 0 ? threads : freeCores());
   return std::make_unique<OpencvEngine>(spec);
 }
 

@@ -9,11 +9,11 @@
 namespace estancia {
 
 /// Opens the network of `spec` (ONNX, TensorFlow Lite, Caffe, TensorFlow) and labels one grey image with it,
-/// so that what does not fit shows at once. `threads` > 0 sets OpenCV's threads (cv::setNumThreads, of the
-/// whole process), 0 leaves them: another number changes no more than the last bits (10⁻⁶), the same number
-/// nothing. Throws Error on missing or
-/// damaged files, wrong digests, unsupported operators (named), an input of another size, and outputs that
-/// are not as many as labels, not finite or not probabilities.
+/// so that what does not fit shows at once. OpenCV gets `threads` threads (cv::setNumThreads, of the whole
+/// process), 0 gives it as many as there are free cores: another number changes no more than the last bits
+/// (10⁻⁶), the same number nothing. Throws Error on missing or damaged files, wrong digests, unsupported
+/// operators (named), an input of another size, and outputs that are not as many as labels, not finite or not
+/// probabilities.
 std::unique_ptr<Labeler> openWithOpencv(const ModelSpec& spec, int threads = 0);
 
 }  // namespace estancia

@@ -1,7 +1,11 @@
 #include "estancia/label/scores.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+
+#include "estancia/core/error.hpp"
 
 namespace estancia {
 namespace {
@@ -17,17 +21,50 @@ void softmaxInPlace(LexicalDescriptor& values) {
   for (float& v : values) v = static_cast<float>(v / sum);
 }
 
+/// The highest value of each column. NaN stays NaN.
+LexicalDescriptor highest(std::span<const float> output, const ModelSpec& spec, std::size_t columns) {
+  LexicalDescriptor best, row;
+  for (std::size_t start = 0; start < output.size(); start += columns) {
+    row.assign(output.begin() + static_cast<std::ptrdiff_t>(start),
+               output.begin() + static_cast<std::ptrdiff_t>(start + columns));
+    if (spec.softmax) softmaxInPlace(row);
+    if (best.empty()) best = row;
+    for (std::size_t i = 0; i < columns; ++i)
+      if (row[i] > best[i] || std::isnan(row[i])) best[i] = row[i];
+  }
+  return best;
+}
+
 }  // namespace
 
 LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec& spec, std::size_t labels) {
-  LexicalDescriptor values(output.begin(), output.end());
-  if (spec.softmax && !values.empty()) softmaxInPlace(values);
+  const std::size_t columns = labels + spec.unused.size();
+  const bool fits = spec.reduce == ModelSpec::Reduce::none ? output.size() == columns
+                                                           : output.size() % columns == 0 && !output.empty();
+  if (!fits)
+    throw Error(
+        fmt::format("model {} gave {} values for {} labels{}; use the label file that belongs to the model",
+                    spec.name, output.size(), labels,
+                    spec.unused.empty() ? "" : fmt::format(" and {} unused outputs", spec.unused.size())));
+  LexicalDescriptor values = highest(output, spec, columns);
+  if (spec.sigmoid)  // keeps the order, so that once is enough
+    for (float& v : values) v = 1 / (1 + std::exp(-v));
+  for (auto i = spec.unused.rbegin(); i != spec.unused.rend(); ++i) {
+    if (*i >= values.size())
+      throw Error(fmt::format("model {} has no output {}, which model.toml names as unused", spec.name, *i));
+    values.erase(values.begin() + static_cast<std::ptrdiff_t>(*i));
+  }
   requireProbabilities(values, labels, "model " + spec.name);
   return values;
 }
 
 Scores::Scores(const ModelSpec& spec, std::size_t labels) : spec_(spec), labels_(labels) {
   if (spec.embeddings.empty()) return;
+  if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty())
+    throw Error(
+        fmt::format("model {}: `sigmoid`, `reduce` and `unused` do not go with `embeddings`, whose cosines "
+                    "become probabilities by softmax; leave them out of model.toml",
+                    spec.name));
   texts_.emplace(modelFile(spec, spec.embeddings), labels);
   spec_.softmax = true;
 }

@@ -10,8 +10,10 @@
 
 namespace estancia {
 
-/// Applies the softmax that `spec` asks for. Throws Error naming the model unless this gives `labels`
-/// probabilities.
+/// `output` holds one row of numbers, or with spec.reduce several (R×outputs, row by row; a detector's
+/// anchors): the softmax or sigmoid that `spec` asks for makes them probabilities, each output takes its
+/// highest of all rows, and those in spec.unused are dropped. Values after a sigmoid do not add up to 1.
+/// Throws Error naming the model unless this gives `labels` probabilities.
 LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec& spec, std::size_t labels);
 
 /// toProbabilities() of one model. Where `spec` names text embeddings, the network's output is an image's

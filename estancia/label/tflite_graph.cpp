@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <opencv2/core/cvdef.h>
+#include <algorithm>
 #include <cstring>
 #include <limits>
 
@@ -43,6 +44,14 @@ float Tensor::highest() const {
   if (scale.size() != 1 || (type != ElementType::uint8 && type != ElementType::int8))
     return std::numeric_limits<float>::infinity();
   return scale[0] * static_cast<float>((type == ElementType::uint8 ? 255 : 127) - zeroPoint[0]);
+}
+
+Window placeWindow(std::int64_t size, int filter, int stride, int dilation, bool samePadding) {
+  const std::int64_t span = std::int64_t{filter - 1} * dilation + 1;
+  if (!samePadding) return {0, 0, size < span ? 0 : (size - span) / stride + 1};
+  const std::int64_t outputs = (size + stride - 1) / stride;
+  const std::int64_t padding = std::max<std::int64_t>(0, (outputs - 1) * stride + span - size);
+  return {padding / 2, padding - padding / 2, outputs};
 }
 
 std::vector<float> realValues(const Tensor& tensor, const std::string& source) {

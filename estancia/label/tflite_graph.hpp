@@ -1,4 +1,4 @@
-// A TensorFlow Lite network as a plain graph.
+// A TensorFlow Lite network as a plain graph; TensorFlow.js networks are read into the same.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,10 @@ struct Tensor {
   float highest() const;
 };
 
+/// `add` and `multiply` take two tensors of one shape, or a tensor and a constant of one value, or one a
+/// channel (index of the last dimension).
 enum class Kind {
+  activation,
   add,
   averagePool,
   concatenation,
@@ -38,6 +41,7 @@ enum class Kind {
   fullyConnected,
   maxPool,
   mean,
+  multiply,
   quantize,
   reshape,
   softmax
@@ -64,6 +68,15 @@ struct Graph {
   std::vector<Operator> operators;  ///< in an order in which every input is known before it is used
   int input = 0, output = 0;        ///< positions in `tensors`
 };
+
+/// Where a window of `filter` pixels, `dilation` apart, lands along one side of a picture.
+struct Window {
+  std::int64_t before = 0, after = 0;  ///< padding
+  std::int64_t outputs = 0;            ///< positions; 0 when the window does not fit
+};
+
+/// TensorFlow's SAME gives ceil(size / stride) positions and puts the odd pixel of padding behind.
+Window placeWindow(std::int64_t size, int filter, int stride, int dilation, bool samePadding);
 
 /// The real values of a constant of any supported type. Throws Error when it is none.
 std::vector<float> realValues(const Tensor& tensor, const std::string& source);

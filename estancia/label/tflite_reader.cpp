@@ -284,6 +284,7 @@ class Reader {
         break;
       }
       case Kind::add:
+      case Kind::multiply:
         requireInputs(2, 2);
         if (const auto* options = stored->options_as_Add())
           op.activation = activationOf(options->activation(), op);
@@ -318,6 +319,7 @@ class Reader {
         break;
       case Kind::quantize:
       case Kind::dequantize:
+      case Kind::activation:
         requireInputs(1, 1);
         break;
     }

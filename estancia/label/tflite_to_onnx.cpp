@@ -16,21 +16,6 @@ namespace {
 
 using Shape = std::vector<std::int64_t>;
 
-/// Where a window of `filter` pixels, `dilation` apart, lands along one side.
-struct Window {
-  std::int64_t before = 0, after = 0;  ///< padding
-  std::int64_t outputs = 0;            ///< positions; 0 when the window does not fit
-};
-
-/// TFLite's SAME gives ceil(size / stride) positions and puts the odd pixel of padding behind.
-Window placeWindow(std::int64_t size, int filter, int stride, int dilation, bool samePadding) {
-  const std::int64_t span = std::int64_t{filter - 1} * dilation + 1;
-  if (!samePadding) return {0, 0, size < span ? 0 : (size - span) / stride + 1};
-  const std::int64_t outputs = (size + stride - 1) / stride;
-  const std::int64_t padding = std::max<std::int64_t>(0, (outputs - 1) * stride + span - size);
-  return {padding / 2, padding - padding / 2, outputs};
-}
-
 /// Values from layout `from` (outermost first) into the order `axes` of its dimensions.
 std::vector<float> transposed(const std::vector<float>& values, const std::vector<int>& shape,
                               const std::array<std::size_t, 4>& axes) {
@@ -65,7 +50,7 @@ class Writer {
     model.add_opset_import()->set_version(
         10);  // the last in which Clip has attributes; OpenCV 4.6 reads no others
     out_ = model.mutable_graph();
-    out_->set_name("tflite");
+    out_->set_name("network");
 
     names_.resize(graph_.tensors.size());
     if (tensor(graph_.input).constant) fail("takes a constant as its input");
@@ -75,6 +60,7 @@ class Writer {
       op_ = &op;
       writeOperator();
     }
+    nameOutput();
     describe(out_->add_output(), names_[index(graph_.output)], graph_.output);
 
     std::string bytes;
@@ -98,6 +84,22 @@ class Writer {
     Shape shape(t.shape.begin(), t.shape.end());
     if (shape.size() == 4) shape = {shape[0], shape[3], shape[1], shape[2]};
     return shape;
+  }
+
+  /// The output keeps the name that it has in the file, unless that would be ambiguous here.
+  void nameOutput() {
+    std::string& last = names_[index(graph_.output)];
+    const std::string& name = tensor(graph_.output).name;
+    if (last == "input") fail("computes nothing");
+    if (name.empty() || name == "input") return;
+    for (const auto& node : out_->node())
+      if (node.output(0) == name) return;
+    for (auto& node : *out_->mutable_node()) {
+      for (auto& input : *node.mutable_input())
+        if (input == last) input = name;
+      if (node.output(0) == last) node.set_output(0, name);
+    }
+    last = name;
   }
 
   void describe(onnx::ValueInfoProto* value, const std::string& name, int position) {
@@ -183,8 +185,13 @@ class Writer {
         return writePool("AveragePool");
       case Kind::maxPool:
         return writePool("MaxPool");
+      case Kind::activation:
+        requireShape(shapeOf(input()));
+        return apply(op_->activation, inputName());
       case Kind::add:
-        return writeAdd();
+        return writeArithmetic("Add");
+      case Kind::multiply:
+        return writeArithmetic("Mul");
       case Kind::concatenation:
         return writeConcatenation();
       case Kind::fullyConnected:
@@ -210,24 +217,29 @@ class Writer {
       const float step = output().highest() / 255;
       activation = std::abs(output().highest() - 6) < step ? Activation::relu6 : Activation::relu;
     }
+    apply(activation, newName("_raw"));
+  }
+
+  /// Writes the current operator's output: `activation` of what is known as `from`.
+  void apply(Activation activation, const std::string& from) {
     switch (activation) {
       case Activation::none:
-        return setOutput(newName("_raw"));
+        return setOutput(from);
       case Activation::relu:
-        addNode("Relu", {newName("_raw")}, newName());
+        addNode("Relu", {from}, newName());
         break;
       case Activation::relu6:
-        addClip(0, 6);
+        addClip(from, 0, 6);
         break;
       case Activation::reluN1To1:
-        addClip(-1, 1);
+        addClip(from, -1, 1);
         break;
     }
     setOutput(newName());
   }
 
-  void addClip(float low, float high) {
-    auto* node = addNode("Clip", {newName("_raw")}, newName());
+  void addClip(const std::string& from, float low, float high) {
+    auto* node = addNode("Clip", {from}, newName());
     setFloat(node, "min", low);
     setFloat(node, "max", high);
   }
@@ -286,10 +298,23 @@ class Writer {
       writeActivation();
   }
 
-  void writeAdd() {
-    if (shapeOf(input(0)) != shapeOf(input(1))) failHere("adds tensors of different shapes");
-    requireShape(shapeOf(input()));
-    addNode("Add", {inputName(0), inputName(1)}, newName("_raw"));
+  /// Two tensors, or a tensor and a constant: one value, or one a channel (its last dimension in the file).
+  void writeArithmetic(const char* type) {
+    const Shape shape = shapeOf(input());
+    requireShape(shape);
+    std::string second;
+    if (input(1).constant) {
+      const auto count = static_cast<std::int64_t>(input(1).elements());
+      if (input().shape.empty() || (count != 1 && count != input().shape.back()))
+        failHere(fmt::format("has {} values for a tensor of [{}]", count, fmt::join(shape, "×")));
+      Shape broadcast(shape.size(), 1);
+      broadcast[shape.size() == 4 ? 1 : shape.size() - 1] = count;
+      second = addFloats(newName("_values"), broadcast, realValues(input(1), source_));
+    } else {
+      if (shape != shapeOf(input(1))) failHere("joins tensors of different shapes");
+      second = inputName(1);
+    }
+    addNode(type, {inputName(), second}, newName("_raw"));
     writeActivation();
   }
 

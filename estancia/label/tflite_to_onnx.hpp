@@ -1,4 +1,4 @@
-// A TensorFlow Lite network as an ONNX model, so that one engine runs every network.
+// A network's graph as an ONNX model, so that every engine runs every network.
 #pragma once
 
 #include <string>

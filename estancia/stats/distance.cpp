@@ -70,34 +70,102 @@ double cosine(const Sums& ab, const Sums& aa, const Sums& bb) {
   return aa.value == bb.value ? 1 : 0;  // zero vectors point nowhere: alike among themselves only
 }
 
+void centre(std::span<float> values) {
+  double sum = 0;
+  for (const float value : values) sum += value;
+  const auto mean = static_cast<float>(sum / static_cast<double>(values.size()));
+  for (float& value : values) value -= mean;
+}
+
 }  // namespace
 
 const std::vector<Distance>& baseDistances() {
   static const std::vector<Distance> all = {
-      {"standardized-clr", Embedding::centredLogRatio, Comparison::cosine, true, false, 0.5,
+      {"standardized-clr",
+       Embedding::centredLogRatio,
+       Comparison::cosine,
+       true,
+       false,
+       {},
+       0.5,
        "cosine of log-ratios, each label centred and scaled by the run's own mean and spread"},
-      {"clr-cosine", Embedding::centredLogRatio, Comparison::cosine, false, false, 0.3,
+      {"clr-cosine",
+       Embedding::centredLogRatio,
+       Comparison::cosine,
+       false,
+       false,
+       {},
+       0.3,
        "cosine of centred log-ratios (Aitchison's geometry)"},
-      {"clr-euclidean", Embedding::centredLogRatio, Comparison::euclidean, false, false, 40,
+      {"clr-euclidean",
+       Embedding::centredLogRatio,
+       Comparison::euclidean,
+       false,
+       false,
+       {},
+       40,
        "Euclidean distance of centred log-ratios (Aitchison distance)"},
-      {"hellinger", Embedding::squareRoot, Comparison::euclidean, false, false, 0.8,
+      {"hellinger",
+       Embedding::squareRoot,
+       Comparison::euclidean,
+       false,
+       false,
+       {},
+       0.8,
        "Euclidean distance of square roots, in [0, √2]"},
-      {"bhattacharyya", Embedding::squareRoot, Comparison::bhattacharyya, false, false, 0.4,
+      {"bhattacharyya",
+       Embedding::squareRoot,
+       Comparison::bhattacharyya,
+       false,
+       false,
+       {},
+       0.4,
        "−ln of the Bhattacharyya coefficient"},
-      {"l1", Embedding::identity, Comparison::l1, false, false, 1.2, "Manhattan distance of probabilities"},
-      {"l2", Embedding::identity, Comparison::euclidean, false, false, 0.4,
+      {"l1",
+       Embedding::identity,
+       Comparison::l1,
+       false,
+       false,
+       {},
+       1.2,
+       "Manhattan distance of probabilities"},
+      {"l2",
+       Embedding::identity,
+       Comparison::euclidean,
+       false,
+       false,
+       {},
+       0.4,
        "Euclidean distance of probabilities"},
-      {"chi2", Embedding::identity, Comparison::chiSquared, false, false, 0.6,
+      {"chi2",
+       Embedding::identity,
+       Comparison::chiSquared,
+       false,
+       false,
+       {},
+       0.6,
        "χ² distance of probabilities"},
-      {"weighted", Embedding::identity, Comparison::meanSquare, false, true, 1e-4,
+      {"weighted",
+       Embedding::identity,
+       Comparison::meanSquare,
+       false,
+       true,
+       {},
+       1e-4,
        "the thesis' Eq. 4.5: mean of squared differences, weights 1 − 2σ"},
-      {"weighted-root", Embedding::identity, Comparison::rootMeanSquare, false, true, 0.01,
+      {"weighted-root",
+       Embedding::identity,
+       Comparison::rootMeanSquare,
+       false,
+       true,
+       {},
+       0.01,
        "the root of Eq. 4.5, as the thesis' program computed it"},
   };
   return all;
 }
 
-Distance getDistance(std::string_view name) {
+Distance getDistance(std::string_view name, const std::vector<LabelPart>& parts) {
   std::string_view base = name;
   const bool sigma = base.size() > sigmaSuffix.size() && base.ends_with(sigmaSuffix);
   if (sigma) base.remove_suffix(sigmaSuffix.size());
@@ -105,6 +173,7 @@ Distance getDistance(std::string_view name) {
   for (const Distance& distance : baseDistances()) {
     if (distance.name == base && !(sigma && distance.sigmaWeighted)) {
       Distance result = distance;
+      result.parts = parts;
       if (sigma) {
         result.name += sigmaSuffix;
         result.sigmaWeighted = true;
@@ -119,7 +188,8 @@ Distance getDistance(std::string_view name) {
                   name, fmt::join(known, ", ")));
 }
 
-void embed(Embedding embedding, std::span<const float> p, std::span<float> out) {
+void embed(Embedding embedding, std::span<const float> p, std::span<float> out,
+           std::span<const LabelPart> parts) {
   switch (embedding) {
     case Embedding::identity:
       std::copy(p.begin(), p.end(), out.begin());
@@ -127,16 +197,14 @@ void embed(Embedding embedding, std::span<const float> p, std::span<float> out) 
     case Embedding::squareRoot:
       for (std::size_t i = 0; i < p.size(); ++i) out[i] = std::sqrt(std::max(p[i], 0.0F));
       return;
-    case Embedding::centredLogRatio: {
-      double sum = 0;
-      for (std::size_t i = 0; i < p.size(); ++i) {
-        out[i] = std::log(std::max(p[i], 0.0F) + clrFloor);
-        sum += out[i];
+    case Embedding::centredLogRatio:
+      for (std::size_t i = 0; i < p.size(); ++i) out[i] = std::log(std::max(p[i], 0.0F) + clrFloor);
+      if (parts.empty()) return centre(out);
+      for (std::size_t first = 0; const LabelPart& part : parts) {
+        centre(out.subspan(first, part.size));
+        first += part.size;
       }
-      const auto mean = static_cast<float>(sum / static_cast<double>(p.size()));
-      for (float& value : out) value -= mean;
       return;
-    }
   }
 }
 

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "estancia/core/vocabulary.hpp"
+
 namespace estancia {
 
 /// Where descriptors live while they are compared.
@@ -33,6 +35,9 @@ struct Distance {
   Comparison comparison;
   bool standardized = false;   ///< labels are centred and scaled by the run's own mean and σ first
   bool sigmaWeighted = false;  ///< labels that vary inside the node weigh less
+  /// The parts that descriptors are made of (several models): each is embedded by itself, and with the cosine
+  /// compared by itself, so that the distance is Σ w d_part / Σ w. One or none: the whole.
+  std::vector<LabelPart> parts;
   double tauJoin = 0;  ///< τ_join while a run is too short to find its own, of the order that runs find
   std::string explanation;
 };
@@ -40,14 +45,16 @@ struct Distance {
 /// All base distances. Each but the two "weighted" ones also has a σ-weighted form `NAME-sigma`.
 const std::vector<Distance>& baseDistances();
 
-/// By name, with or without `-sigma`. Throws Error listing the known names.
-Distance getDistance(std::string_view name);
+/// By name, with or without `-sigma`, for descriptors of these parts. Throws Error listing the known names.
+Distance getDistance(std::string_view name, const std::vector<LabelPart>& parts = {});
 
-/// Probabilities below this count as this: the least that a float32 softmax of a thousand labels still means.
-inline constexpr float clrFloor = 1e-5F;
+/// Added to probabilities before their logarithm. A float32 softmax still tells such values apart.
+inline constexpr float clrFloor = 1e-7F;
 
-/// Writes the embedded descriptor; `out` has p.size() values and may be p itself.
-void embed(Embedding embedding, std::span<const float> p, std::span<float> out);
+/// Writes the embedded descriptor; `out` has p.size() values and may be p itself. Log-ratios are centred in
+/// each of the parts: how sure one model is says nothing about the labels of another.
+void embed(Embedding embedding, std::span<const float> p, std::span<float> out,
+           std::span<const LabelPart> parts = {});
 
 /// Compares two embedded vectors of equal length. `weights` is empty (all 1) or one value ≥ 0 a label;
 /// weights are relative: scaling them all changes nothing. O(L).

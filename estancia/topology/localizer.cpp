@@ -33,13 +33,13 @@ Localizer::Localizer(const LocalizerMap& map, LocalizerOptions options)
       bank_(*map.bank),
       stride_(map.stride),
       options_(options),
-      distance_(getDistance(map_.distance)),
+      distance_(getDistance(map_.distance, map_.vocabulary.layout().parts)),
       belief_(makeBelief(map, options.belief)),
       state_(belief_.start()) {
   std::vector<float> embedded(map.images.labels());
   images_.reserve(map.images.values().size());
   for (std::size_t i = 0; i < map.images.size(); ++i) {
-    embed(distance_.embedding, map.images.row(i), embedded);
+    embed(distance_.embedding, map.images.row(i), embedded, distance_.parts);
     const std::vector<float> row = bank_.makeQuery(embedded);
     images_.insert(images_.end(), row.begin(), row.end());
   }
@@ -49,7 +49,7 @@ std::vector<Localization> Localizer::add(DescriptorView probabilities) {
   const std::size_t labels = map_.vocabulary.size();
   requireProbabilities(probabilities, labels, "the labeler");
   std::vector<float> embedded(labels);
-  embed(distance_.embedding, probabilities, embedded);
+  embed(distance_.embedding, probabilities, embedded, distance_.parts);
   const std::vector<float> query = bank_.makeQuery(embedded);
 
   std::vector<float> distances(belief_.images());

@@ -24,12 +24,12 @@ std::size_t rescaleAfter(std::size_t frames) {
 
 }  // namespace
 
-Mapper::Mapper(std::size_t labels, MapperOptions options)
-    : labels_(labels),
+Mapper::Mapper(const DescriptorLayout& layout, MapperOptions options)
+    : labels_(layout.labels()),
       options_(std::move(options)),
-      distance_(getDistance(options_.distance)),
-      scale_(distance_, labels, options_.thresholds),
-      bank_(distance_, labels),
+      distance_(getDistance(options_.distance, layout.parts)),
+      scale_(distance_, labels_, options_.thresholds),
+      bank_(distance_, labels_),
       nextRescale_(firstRescale) {
   for (const auto& tau : {options_.tauJoin, options_.tauRevisit})
     if (tau && !(*tau > 0 && std::isfinite(*tau)))
@@ -50,7 +50,7 @@ int Mapper::currentNode() const {
 
 Mapper::Image Mapper::makeImage(DescriptorView probabilities) const {
   Image image{{probabilities.begin(), probabilities.end()}, std::vector<float>(labels_)};
-  embed(distance_.embedding, probabilities, image.embedded);
+  embed(distance_.embedding, probabilities, image.embedded, distance_.parts);
   return image;
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
+#include "estancia/core/vocabulary.hpp"
 #include "estancia/topology/map.hpp"
 #include "estancia/topology/node_bank.hpp"
 #include "estancia/topology/thresholds.hpp"
@@ -50,7 +51,8 @@ struct MapperOptions {
 class Mapper {
  public:
   /// Throws Error on an unknown distance, thresholds that are not positive, or more than 1,000 blurImages.
-  Mapper(std::size_t labels, MapperOptions options);
+  /// `layout`: how many labels, of how many models; a number will do for one (Vocabulary::layout()).
+  Mapper(const DescriptorLayout& layout, MapperOptions options);
 
   /// Maps the next frame. Throws Error when it is no descriptor; the mapper is then as it was.
   void add(DescriptorView probabilities);
@@ -80,7 +82,7 @@ class Mapper {
   std::string state() const;
   std::string nodeState(std::size_t slot) const;
   /// Restores a saved mapper. `descriptor(i)` gives frame i's stored descriptor.
-  static Mapper restore(std::size_t labels, MapperOptions options, const std::string& state,
+  static Mapper restore(const DescriptorLayout& layout, MapperOptions options, const std::string& state,
                         const std::vector<std::pair<int, std::string>>& nodes,
                         const std::function<LexicalDescriptor(std::size_t)>& descriptor);
 

@@ -140,10 +140,11 @@ std::string Mapper::nodeState(std::size_t slot) const {
   return out.bytes;
 }
 
-Mapper Mapper::restore(std::size_t labels, MapperOptions options, const std::string& state,
+Mapper Mapper::restore(const DescriptorLayout& layout, MapperOptions options, const std::string& state,
                        const std::vector<std::pair<int, std::string>>& nodes,
                        const std::function<LexicalDescriptor(std::size_t)>& descriptor) {
-  Mapper mapper(labels, std::move(options));
+  const std::size_t labels = layout.labels();
+  Mapper mapper(layout, std::move(options));
   Reader in(state);
   RunScale::Memory seen;
   const auto frames = seen.frames = in.get<std::uint64_t>();

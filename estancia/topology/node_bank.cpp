@@ -87,8 +87,28 @@ std::vector<float> NodeBank::makeQuery(std::span<const float> embedded) const {
   if (!standardization_.weight.empty())
     for (std::size_t i = 0; i < labels_; ++i)
       query[i] = (query[i] - standardization_.centre[i]) * standardization_.weight[i];
-  if (distance_.comparison == Comparison::cosine) scaleToUnit(query);
+  balance(query);
   return query;
+}
+
+/// One cosine of vectors whose parts have the lengths √(w / Σ w) is the weighted mean of the parts' own
+/// cosines. For other distances a weight acts on squared differences.
+void NodeBank::balance(std::span<float> vector) const {
+  const bool cosine = distance_.comparison == Comparison::cosine;
+  if (distance_.parts.size() < 2) {
+    if (cosine) scaleToUnit(vector);
+    return;
+  }
+  float sum = 0;
+  for (const LabelPart& part : distance_.parts) sum += part.weight;
+  for (std::size_t first = 0; const LabelPart& part : distance_.parts) {
+    const std::span<float> own = vector.subspan(first, part.size);
+    if (cosine) scaleToUnit(own);
+    const float share = part.weight / sum * (cosine ? 1.0F : static_cast<float>(distance_.parts.size()));
+    if (share != 1)
+      for (float& value : own) value *= std::sqrt(share);
+    first += part.size;
+  }
 }
 
 void NodeBank::refresh(std::size_t slot) {

@@ -72,6 +72,7 @@ class NodeBank {
  private:
   std::span<const float> row(std::size_t slot) const { return {rows_.data() + slot * labels_, labels_}; }
   std::span<const float> weights(std::size_t slot) const;
+  void balance(std::span<float> vector) const;
   void refresh(std::size_t slot);
 
   Distance distance_;

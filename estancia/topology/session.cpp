@@ -26,7 +26,7 @@ Node toNode(const NodeMemory& memory) {
 Mapper restoreMapper(const MapStore& store) {
   const auto state = store.findState(stateKey);
   if (!state) throw Error("the map has no saved mapper state; the file is damaged, map again");
-  return Mapper::restore(store.identity().vocabulary.size(),
+  return Mapper::restore(store.identity().vocabulary.layout(),
                          MapperOptions::fromJson(store.identity().settings), *state, store.nodeStates(),
                          [&store](std::size_t frame) { return store.descriptor(frame); });
 }
@@ -46,7 +46,7 @@ MappingSession::MappingSession(MapStore store, Mapper mapper)
 MappingSession MappingSession::create(const std::filesystem::path& path, const Vocabulary& vocabulary,
                                       const std::string& model, const MapperOptions& options,
                                       MapStore::Existing existing) {
-  Mapper mapper(vocabulary.size(), options);  // first: unknown distances leave no file
+  Mapper mapper(vocabulary.layout(), options);  // first: unknown distances leave no file
   return {MapStore::create(path, {vocabulary, model, options.toJson()}, existing), std::move(mapper)};
 }
 

@@ -316,6 +316,8 @@ MapStore MapStore::create(const fs::path& name, const Identity& identity, Existi
   impl->write(putMeta, std::string_view("vocabulary"), std::string_view(identity.vocabulary.digest()));
   impl->write(putMeta, std::string_view("model"), std::string_view(identity.model));
   impl->write(putMeta, std::string_view("settings"), std::string_view(identity.settings));
+  if (identity.vocabulary.layout().parts.size() > 1)
+    impl->write(putMeta, std::string_view("parts"), std::string_view(partsToJson(identity.vocabulary)));
   for (std::size_t i = 0; i < identity.vocabulary.size(); ++i)
     impl->write("INSERT INTO labels VALUES(?1, ?2)", i, std::string_view(identity.vocabulary[i]));
   return MapStore(std::move(impl));

@@ -151,6 +151,30 @@ void readValues(const Database& database, std::span<const std::byte> bytes, std:
     if (!std::isfinite(value)) database.failDamaged(fmt::format("{} holds {}", what, value));
 }
 
+std::string partsToJson(const Vocabulary& vocabulary) {
+  auto parts = nlohmann::json::array();
+  for (const LabelPart& part : vocabulary.layout().parts) parts.push_back({part.size, part.weight});
+  return parts.dump();
+}
+
+namespace {
+
+/// `labels` in the parts that the map names, if any.
+Vocabulary readVocabulary(Database& database, std::vector<std::string> labels) {
+  Statement query(database, "SELECT value FROM meta WHERE key = 'parts'");
+  if (!query.next()) return Vocabulary(std::move(labels));
+  try {
+    std::vector<LabelPart> parts;
+    for (const auto& part : nlohmann::json::parse(query.text(0)))
+      parts.push_back({part.at(0).get<std::size_t>(), part.at(1).get<float>()});
+    return Vocabulary(std::move(labels), std::move(parts));
+  } catch (const std::exception&) {
+    database.failDamaged("the parts of its vocabulary are wrong");
+  }
+}
+
+}  // namespace
+
 MapStore::Identity readIdentity(Database& database) {
   std::vector<std::string> labels;
   {
@@ -162,7 +186,7 @@ MapStore::Identity readIdentity(Database& database) {
     }
   }
   if (labels.empty()) database.failDamaged("it has no labels");
-  MapStore::Identity identity{Vocabulary(std::move(labels)), readMeta(database, "model"),
+  MapStore::Identity identity{readVocabulary(database, std::move(labels)), readMeta(database, "model"),
                               readMeta(database, "settings")};
   if (identity.vocabulary.digest() != readMeta(database, "vocabulary"))
     database.failDamaged("its labels do not match their digest");

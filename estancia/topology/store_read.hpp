@@ -9,6 +9,9 @@ namespace estancia {
 /// Throws Error when the labels do not match their digest.
 MapStore::Identity readIdentity(sqlite::Database& database);
 
+/// The parts of a vocabulary as JSON, [[labels, weight], …].
+std::string partsToJson(const Vocabulary& vocabulary);
+
 /// Everything but descriptors, pictures and states. Every number and length is checked before it is used.
 TopologicalMap readMap(sqlite::Database& database, const MapStore::Identity& identity);
 

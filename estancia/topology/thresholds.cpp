@@ -49,7 +49,7 @@ std::size_t RunScale::strideAfter(std::size_t keyframes) {
 bool RunScale::counts(std::span<const float> probabilities, std::span<const float> embedded) {
   std::vector<float> ratios(embedded.begin(), embedded.end());
   if (distance_.embedding != Embedding::centredLogRatio)
-    embed(Embedding::centredLogRatio, probabilities, ratios);
+    embed(Embedding::centredLogRatio, probabilities, ratios, distance_.parts);
   if (lastView_.empty() || compare(Comparison::cosine, ratios, lastView_) > novelty) {
     lastView_ = std::move(ratios);
     memory_.lastView = memory_.frames - 1;
@@ -138,12 +138,12 @@ void RunScale::restore(Memory memory, Moments moments,
   moments_ = std::move(moments);
   for (const auto& [keyframe, frame] : memory_.sampled) {
     std::vector<float> embedded = probabilities(frame);
-    embed(distance_.embedding, embedded, embedded);
+    embed(distance_.embedding, embedded, embedded, distance_.parts);
     sample_.emplace(keyframe, std::move(embedded));
   }
   if (memory_.frames == 0) return;
   lastView_ = probabilities(memory_.lastView);
-  embed(Embedding::centredLogRatio, lastView_, lastView_);
+  embed(Embedding::centredLogRatio, lastView_, lastView_, distance_.parts);
 }
 
 }  // namespace estancia

@@ -101,6 +101,8 @@ TEST_F(Clip, SaysWhichEmbeddingsItCannotUse) {
   EXPECT_THAT(refusal(), HasSubstr("words.npy"));
   settings("logit_scale = 0");
   EXPECT_THAT(refusal(), HasSubstr("`logit_scale`"));
+  settings("reduce = \"max\"");
+  EXPECT_THAT(refusal(), HasSubstr("do not go with `embeddings`"));
 }
 
 TEST_F(Clip, SaysWhenAnImageHasNoEmbedding) {

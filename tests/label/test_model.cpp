@@ -2,9 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 
 #include "estancia/label/model.hpp"
+#include "label/tfjs_builder.hpp"
 #include "support/model_support.hpp"
 
 namespace estancia {
@@ -45,10 +47,11 @@ class ModelToml : public testing::Test {
 TEST_F(ModelToml, ReadsAllKeys) {
   const auto spec = read(R"(
 name = "n-1.0"
-type = "other"
+type = "opencv"
 file = "net.caffemodel"
 config = "net.prototxt"
 labels = "words/labels.txt"
+input_node = "picture"
 output = "prob"
 input = [320, 240]
 region = "stretch"
@@ -57,14 +60,16 @@ resize = "cubic"
 colour = "BGR"
 mean = [1, 2.5, 3]
 scale = 2
-softmax = true
+sigmoid = true
+reduce = "max"
+unused = [7, 0]
 licence = "MIT"
 source = "somewhere"
 [sha256]
 "net.caffemodel" = "E3B0C44298FC1C149AFBF4C8996FB92427AE41E4649B934CA495991B7852B855"
 )");
   EXPECT_EQ(spec.name, "n-1.0");
-  EXPECT_EQ(spec.type, "other");
+  EXPECT_EQ(spec.type, "opencv");
   EXPECT_EQ(spec.file, "net.caffemodel");
   EXPECT_EQ(spec.config, "net.prototxt");
   EXPECT_EQ(spec.labels, "words/labels.txt");
@@ -78,7 +83,11 @@ source = "somewhere"
   EXPECT_EQ(pre.colour, Preprocessing::Colour::bgr);
   EXPECT_THAT(pre.mean, ElementsAre(1, 2.5, 3));
   EXPECT_THAT(pre.scale, ElementsAre(2, 2, 2));
-  EXPECT_TRUE(spec.softmax);
+  EXPECT_EQ(spec.inputNode, "picture");
+  EXPECT_FALSE(spec.softmax);
+  EXPECT_TRUE(spec.sigmoid);
+  EXPECT_EQ(spec.reduce, ModelSpec::Reduce::max);
+  EXPECT_THAT(spec.unused, ElementsAre(0, 7));
   EXPECT_EQ(spec.licence, "MIT");
   EXPECT_EQ(spec.source, "somewhere");
   EXPECT_THAT(spec.sha256.at("net.caffemodel"), testing::StartsWith("e3b0c442"));
@@ -86,7 +95,7 @@ source = "somewhere"
 
 TEST_F(ModelToml, NamesUnknownKeysWithTheirLineAndTheKnownOnes) {
   EXPECT_THAT(refusal(with("sofmax = true")),
-              AllOf(HasSubstr("model.toml:6: "), HasSubstr("`sofmax`"), HasSubstr("softmax, licence")));
+              AllOf(HasSubstr("model.toml:6: "), HasSubstr("`sofmax`"), HasSubstr("scale, softmax")));
 }
 
 TEST_F(ModelToml, NamesMissingKeys) {
@@ -117,6 +126,14 @@ TEST_F(ModelToml, ChecksEveryValue) {
                                  "mean = \"x\"",
                                  "mean = [1, 2, inf]",
                                  "softmax = 1",
+                                 "sigmoid = 1",
+                                 "sigmoid = true\nsoftmax = true",
+                                 "reduce = \"mean\"",
+                                 "unused = 3",
+                                 "unused = [-1]",
+                                 "unused = [1.5]",
+                                 "unused = [4, 2, 4]",
+                                 "input_node = 1",
                                  "colour = \"rgb\"",
                                  "region = \"round\"",
                                  "resize = 1",
@@ -250,6 +267,53 @@ TEST_F(ModelHome, OpensTypesThatAreRegistered) {
   EXPECT_THAT(labelerTypes(), testing::Contains("fixed"));
   test::writeSmallModel(scratch_ / "given", "type = \"fixed\"");
   EXPECT_EQ(loadModel((scratch_ / "given").string())->identity(), "fixed");
+}
+
+/// A detector of 4 things at 16 places in a picture of 8×8.
+void writeDetector(const fs::path& folder) {
+  test::TfjsBuilder network;
+  network.weight("weights", {3, 3, 3, 4}, std::vector<float>(108, 0.01F));
+  network.integers("shape", {3}, {1, 16, 4});
+  network.node("Conv2D", "conv", {"picture", "weights"}, test::TfjsBuilder::windowAttributes(2, true));
+  network.node("Reshape", "scores", {"conv", "shape"});
+  fs::create_directories(folder);
+  network.write(folder);
+  test::writeFile(folder / "labels.txt", test::labelLines(3));
+  test::writeFile(folder / "model.toml",
+                  test::modelToml("model.json", 8, "sigmoid = true\nreduce = \"max\"\nunused = [0]"));
+}
+
+TEST_F(ModelHome, TakesADetectorWithItsWeights) {
+  writeDetector(scratch_ / "detector");
+  const auto added = addModel(scratch_ / "detector");
+  EXPECT_EQ(added.labels, 3U);
+  fs::remove_all(scratch_ / "detector");
+  const auto labeler = loadModel(added.spec.name);
+  // in the middle 27 values of 0.01 · 100; at the edges the padding adds nothing
+  for (const float p : labeler->label(cv::Mat(8, 8, CV_8UC3, cv::Scalar::all(100))))
+    EXPECT_NEAR(p, 1 / (1 + std::exp(-27.0F)), 1e-6);
+}
+
+TEST_F(ModelHome, TellsDetectorsOfOtherWeightsOrOutputsApart) {
+  writeDetector(scratch_ / "detector");
+  const auto identity = [&] { return loadModel((scratch_ / "detector").string())->identity(); };
+  const std::string before = identity();
+  std::string weights = test::readFile(scratch_ / "detector/shard2");
+  weights[1] = static_cast<char>(weights[1] ^ 1);
+  test::writeFile(scratch_ / "detector/shard2", weights);
+  EXPECT_NE(identity(), before);
+  writeDetector(scratch_ / "detector");
+  EXPECT_EQ(identity(), before);
+  const std::string toml = test::readFile(scratch_ / "detector/model.toml");
+  test::writeFile(scratch_ / "detector/model.toml", std::string(toml).replace(toml.find("[0]"), 3, "[1]"));
+  EXPECT_NE(identity(), before);
+}
+
+TEST_F(ModelHome, SaysWhenADetectorLacksWeights) {
+  writeDetector(scratch_ / "detector");
+  fs::remove(scratch_ / "detector/shard1");
+  EXPECT_THAT(errorOf([&] { addModel(scratch_ / "detector"); }), HasSubstr("shard1 is missing"));
+  EXPECT_TRUE(installedModels().empty());
 }
 
 TEST(DefaultModel, MatchesWhatIsFetched) {

@@ -1,0 +1,72 @@
+// estancia label: images → words, kept in a file that the other commands take instead of the images.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/recording.hpp"
+#include "labelling.hpp"
+
+namespace estancia::apps {
+namespace {
+
+struct Arguments {
+  SequenceArguments sequence;
+  ModelArguments model;
+  std::string output;
+  bool overwrite = false, json = false;
+};
+
+void run(const Arguments& arguments) {
+  if (std::filesystem::exists(arguments.output) && !arguments.overwrite)
+    throw Error(fmt::format("{} exists; replace it with --overwrite", arguments.output));
+  requireRecordingName(arguments.output);
+  Labelling labelling(arguments.sequence, arguments.model);
+  Recording recording{
+      labelling.vocabulary(), labelling.identity(), {}, DescriptorMatrix(labelling.vocabulary().size())};
+  recording.descriptors.reserve(labelling.sequence().size());
+  std::size_t skipped = 0;
+  try {
+    skipped = labelling.forEach(0, "labelling", [&](const LabelledFrame& frame) {
+      recording.frames.push_back(labelling.sequence().frame(frame.index));
+      recording.descriptors.append(frame.descriptor);
+    });
+  } catch (const Interrupted& e) {
+    if (arguments.model.noCache) throw;
+    throw Interrupted(fmt::format("{}; their labels are kept in the cache: run it again to go on", e.what()));
+  }
+  writeRecording(recording, arguments.output);
+  if (arguments.json)
+    print({{"labels", arguments.output},
+           {"frames", recording.frames.size()},
+           {"skipped", skipped},
+           {"words", recording.vocabulary.size()},
+           {"model", recording.model},
+           {"remembered", labelling.remembered()}});
+  else
+    fmt::print("{}: {} frames, {} words ({} frames from the cache)\n", arguments.output,
+               recording.frames.size(), recording.vocabulary.size(), labelling.remembered());
+}
+
+}  // namespace
+
+void addLabelCommand(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("label", "Label a sequence of images, for later commands or other programs");
+  arguments->sequence.addTo(*command);
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "NAME.labels (taken instead of the images by every command), or NAME.csv or NAME.npy")
+      ->required();
+  arguments->model.addTo(*command, "What labels the images");
+  command->add_flag("--overwrite", arguments->overwrite, "Replace an existing file");
+  addJsonOption(*command, arguments->json);
+  addExamples(*command,
+              "  estancia label ~/pictures -o pictures.labels\n"
+              "  estancia map pictures.labels -o home.estancia\n"
+              "  estancia label pictures.labels -o pictures.csv");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace estancia::apps

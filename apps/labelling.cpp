@@ -1,0 +1,109 @@
+#include "labelling.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/progress.hpp"
+#include "estancia/label/record.hpp"
+#include "estancia/label/recorded.hpp"
+
+namespace estancia::apps {
+namespace {
+
+/// All words of a labeler that discovers them, for the frames of the command.
+class Recorder {
+ public:
+  Recorder(const Sequence& sequence, LabelStreamOptions options) : sequence_(sequence), options_(options) {}
+
+  Recording run(Labeler& labeler) {
+    progress_->begin("labelling", sequence_.size());
+    Recording recording = record(sequence_, labeler, options_, [this](const LabelledFrame& frame) {
+      if (!frame.labelled()) spdlog::warn("skipped: {}", frame.problem);
+      progress_->advance();
+      if (interrupted())
+        throw Interrupted(fmt::format("stopped after {} of {} frames; their labels are kept in the cache",
+                                      frame.index + 1, sequence_.size()));
+    });
+    progress_->end();
+    return recording;
+  }
+
+ private:
+  const Sequence& sequence_;
+  LabelStreamOptions options_;
+  std::unique_ptr<Progress> progress_ = makeStderrProgress();
+};
+
+}  // namespace
+
+void ModelArguments::addTo(CLI::App& command, const std::string& what) {
+  command.add_option("--model", model,
+                     fmt::format("{}: a name of `models list`, a folder, or several joined by +; default: {}",
+                                 what, defaultModel));
+  addOptionsTo(command);
+  command.add_flag("--no-cache", noCache, "Label anew instead of remembering earlier runs")
+      ->group("Labelling");
+}
+
+void ModelArguments::addOptionsTo(CLI::App& command) {
+  const auto labelling = "Labelling";
+  command.add_option("--engine", options.engine, "What runs the network; default: the fastest at hand")
+      ->check(CLI::IsMember({"onnxruntime", "opencv"}))
+      ->group(labelling);
+  command.add_option("--threads", options.threads, "Threads of the network; default: one a free core")
+      ->check(CLI::Range(1, 1024))
+      ->group(labelling);
+}
+
+std::unique_ptr<Labeler> ModelArguments::open() const {
+  return loadModel(model.empty() ? defaultModel : model, options);
+}
+
+Labelling::Labelling(const SequenceArguments& frames, const ModelArguments& model, const Vocabulary* words)
+    : sequence_(frames.open()),
+      cache_(model.noCache ? nullptr : std::make_unique<LabelCache>()),
+      strict_(frames.strict) {
+  if (isRecording(frames.path)) {
+    if (!model.model.empty())
+      throw Error(fmt::format("{} holds words already; leave out --model", frames.path));
+    Recording recording = readRecording(frames.path);
+    labeler_ = std::make_unique<RecordedLabeler>(std::move(recording));
+    return;
+  }
+  labeler_ = model.open();
+  if (!labeler_->discovers()) return;
+  Recording recording = Recorder(*sequence_, {.strict = strict_, .cache = cache_.get()}).run(*labeler_);
+  if (words != nullptr) recording = inWordsOf(*words, recording);
+  labeler_ = std::make_unique<RecordedLabeler>(std::move(recording));
+}
+
+std::size_t Labelling::forEach(std::size_t first, const std::string& what,
+                               const std::function<void(const LabelledFrame&)>& use) {
+  const auto progress = makeStderrProgress();
+  LabelStream stream(*sequence_, *labeler_, {.first = first, .strict = strict_, .cache = cache_.get()});
+  std::size_t used = 0, skipped = 0;
+  progress->begin(what, sequence_->size(), first);
+  while (const auto frame = stream.next()) {
+    if (frame->labelled()) {
+      use(*frame);
+      ++used;
+    } else {
+      ++skipped;
+      spdlog::warn("skipped: {}", frame->problem);
+    }
+    progress->advance();
+    if (interrupted())
+      throw Interrupted(fmt::format("stopped after {} of {} frames", frame->index + 1, sequence_->size()));
+  }
+  progress->end();
+  remembered_ = stream.remembered();
+  if (cache_ && !cache_->problem().empty()) spdlog::warn("{}", cache_->problem());
+  if (used == 0 && first < sequence_->size())
+    throw Error(
+        fmt::format("{}: none of the {} frames can be read", sequence_->name(), sequence_->size() - first));
+  if (skipped > 0) spdlog::warn("{} unreadable frames were skipped", skipped);
+  return skipped;
+}
+
+}  // namespace estancia::apps

@@ -1,0 +1,56 @@
+// What every command that labels shares: which model, how to run it, and the frames it labels.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common.hpp"
+#include "estancia/core/vocabulary.hpp"
+#include "estancia/label/label_stream.hpp"
+#include "estancia/label/model.hpp"
+
+namespace estancia::apps {
+
+struct ModelArguments {
+  std::string model;  ///< "" takes the default
+  LabelerOptions options;
+  bool noCache = false;
+
+  /// Adds `--model`, explained by `what`, and how to run it.
+  void addTo(CLI::App& command, const std::string& what);
+  /// Adds only how to run it: `--engine`, `--threads`.
+  void addOptionsTo(CLI::App& command);
+  std::unique_ptr<Labeler> open() const;
+};
+
+/// The frames of a command and whatever gives them words: a model, or SEQ itself when it is a recording.
+class Labelling {
+ public:
+  /// `words`: the vocabulary that is wanted, if any. Recordings, and labelers that discover their words, are
+  /// put into it; where they discover them and none is wanted, all frames are labelled at once to know them.
+  Labelling(const SequenceArguments& frames, const ModelArguments& model, const Vocabulary* words = nullptr);
+
+  const Sequence& sequence() const { return *sequence_; }
+  const Vocabulary& vocabulary() const { return labeler_->vocabulary(); }
+  std::string identity() const { return labeler_->identity(); }
+
+  /// Labels the frames from `first` on with a progress bar, warns of frames that have no words and gives the
+  /// others to `use`. Throws Interrupted on Ctrl-C, Error when no frame at all has words. Returns how many
+  /// have none.
+  std::size_t forEach(std::size_t first, const std::string& what,
+                      const std::function<void(const LabelledFrame&)>& use);
+
+  /// Of the last forEach(): frames whose words were in the cache.
+  std::size_t remembered() const { return remembered_; }
+
+ private:
+  std::unique_ptr<Sequence> sequence_;
+  std::unique_ptr<Labeler> labeler_;
+  std::unique_ptr<LabelCache> cache_;
+  bool strict_;
+  std::size_t remembered_ = 0;
+};
+
+}  // namespace estancia::apps

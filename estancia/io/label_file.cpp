@@ -1,0 +1,165 @@
+#include "estancia/io/label_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
+#include "estancia/io/files.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "label files are little-endian");
+
+constexpr std::string_view magic = "ESTLABEL";
+constexpr std::uint32_t version = 1;
+constexpr std::size_t mostBytes = std::size_t{64} << 30;
+
+class Writer {
+ public:
+  template <class Value>
+  void number(Value value) {
+    static_assert(std::is_arithmetic_v<Value>);
+    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  void text(std::string_view text) {
+    number(static_cast<std::uint32_t>(text.size()));
+    raw(text);
+  }
+  void raw(std::string_view bytes) { bytes_ += bytes; }
+  const std::string& bytes() const { return bytes_; }
+
+ private:
+  std::string bytes_;
+};
+
+/// Takes values off the front; never beyond the end.
+class Reader {
+ public:
+  Reader(std::string_view bytes, std::string name) : rest_(bytes), name_(std::move(name)) {}
+
+  template <class Value>
+  Value number() {
+    Value value{};
+    std::memcpy(&value, raw(sizeof value).data(), sizeof value);
+    return value;
+  }
+  std::string text() { return std::string(raw(number<std::uint32_t>())); }
+  std::string_view raw(std::size_t bytes) {
+    if (bytes > rest_.size()) fail("it is cut short");
+    const std::string_view taken = rest_.substr(0, bytes);
+    rest_.remove_prefix(bytes);
+    return taken;
+  }
+  std::size_t left() const { return rest_.size(); }
+  [[noreturn]] void fail(std::string_view why) const {
+    throw Error(fmt::format("{}: {}; label the sequence again", name_, why));
+  }
+
+ private:
+  std::string_view rest_;
+  std::string name_;
+};
+
+void write(Writer& out, const Frame& frame) {
+  out.text(frame.name);
+  out.text(frame.room);
+  out.number(static_cast<std::uint8_t>((frame.timestamp ? 1 : 0) | (frame.pose ? 2 : 0)));
+  if (frame.timestamp) out.number(*frame.timestamp);
+  if (const auto& p = frame.pose)
+    for (const double value : {p->x, p->y, p->z, p->qx, p->qy, p->qz, p->qw}) out.number(value);
+}
+
+Frame readFrame(Reader& in) {
+  Frame frame;
+  frame.name = in.text();
+  frame.room = in.text();
+  const auto known = in.number<std::uint8_t>();
+  if ((known & 1) != 0) frame.timestamp = in.number<double>();
+  if ((known & 2) != 0) {
+    Pose& p = frame.pose.emplace();
+    for (double* value : {&p.x, &p.y, &p.z, &p.qx, &p.qy, &p.qz, &p.qw}) *value = in.number<double>();
+    if (!p.isFinite()) in.fail("it is damaged (a pose is not finite)");
+  }
+  return frame;
+}
+
+}  // namespace
+
+void writeLabelFile(const Recording& recording, const fs::path& file) {
+  Writer out;
+  out.raw(magic);
+  out.number(version);
+  out.raw(recording.vocabulary.digest());
+  out.text(recording.model);
+  out.number(static_cast<std::uint64_t>(recording.vocabulary.size()));
+  for (const std::string& label : recording.vocabulary.labels()) out.text(label);
+  const auto& parts = recording.vocabulary.layout().parts;
+  out.number(static_cast<std::uint64_t>(parts.size()));
+  for (const LabelPart& part : parts) {
+    out.number(static_cast<std::uint64_t>(part.size));
+    out.number(part.weight);
+  }
+  out.number(static_cast<std::uint64_t>(recording.frames.size()));
+  for (const Frame& frame : recording.frames) write(out, frame);
+  const auto values = std::span(recording.descriptors.values());
+  out.raw({reinterpret_cast<const char*>(values.data()), values.size_bytes()});
+  writeWhole(file, out.bytes());
+}
+
+Recording readLabelFile(const fs::path& file) {
+  const std::string bytes = readBytes(file, mostBytes);
+  Reader in(bytes, printable(file.string()));
+  if (!bytes.starts_with(magic))
+    throw Error(fmt::format("{}: no label file; give one that `estancia label` has written",
+                            printable(file.string())));
+  in.raw(magic.size());
+  if (const auto found = in.number<std::uint32_t>(); found != version)
+    throw Error(fmt::format("{}: a label file of version {}, this program reads version {}; update Estancia",
+                            printable(file.string()), found, version));
+  const std::string digest(in.raw(64));
+  std::string model = in.text();
+  const auto labelCount = in.number<std::uint64_t>();
+  if (labelCount == 0 || labelCount > in.left()) in.fail("it is cut short");
+  std::vector<std::string> labels;
+  for (std::uint64_t i = 0; i < labelCount; ++i) labels.push_back(in.text());
+  const auto partCount = in.number<std::uint64_t>();
+  if (partCount > labelCount) in.fail("it is damaged (it has more parts than words)");
+  std::vector<LabelPart> parts;
+  for (std::uint64_t i = 0; i < partCount; ++i) {
+    const auto size = in.number<std::uint64_t>();
+    parts.push_back({std::min(size, labelCount + 1), in.number<float>()});
+  }
+  Vocabulary vocabulary(std::move(labels), std::move(parts));
+  if (vocabulary.digest() != digest) in.fail("it is damaged (the words are not those of its digest)");
+  const auto frameCount = in.number<std::uint64_t>();
+  if (frameCount > in.left()) in.fail("it is cut short");
+  std::vector<Frame> frames;
+  for (std::uint64_t i = 0; i < frameCount; ++i) frames.push_back(readFrame(in));
+
+  DescriptorMatrix descriptors(vocabulary.size());
+  const std::size_t rowBytes = vocabulary.size() * sizeof(float);
+  if (in.left() / rowBytes != frameCount || in.left() % rowBytes != 0) in.fail("it is cut short");
+  descriptors.reserve(frames.size());
+  LexicalDescriptor row(vocabulary.size());
+  for (const Frame& frame : frames) {
+    std::memcpy(row.data(), in.raw(rowBytes).data(), rowBytes);
+    requireProbabilities(row, row.size(), fmt::format("{}: {}", printable(file.string()), frame.name));
+    descriptors.append(row);
+  }
+  return {std::move(vocabulary), std::move(model), std::move(frames), std::move(descriptors)};
+}
+
+}  // namespace estancia::io

@@ -1,0 +1,41 @@
+// What the types of labeler that are no networks share.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "estancia/core/config.hpp"
+#include "estancia/core/descriptor.hpp"
+#include "estancia/io/words.hpp"
+#include "estancia/label/model_spec.hpp"
+
+namespace estancia {
+
+/// Reads a type's own `keys` of its model.toml; the common ones (readModelSpec) are there already. Throws
+/// Error on unknown keys, and on wrong or missing ones.
+void readBlackBox(ConfigFile& config, std::vector<ConfigFile::Key> keys);
+
+/// Name and digest of model.toml, the label file and these further files of the folder. "" and paths that
+/// are no file of the folder are passed over.
+std::string blackBoxIdentity(const ModelSpec& spec, const std::vector<std::filesystem::path>& files);
+
+/// How the answers of programs and services become descriptors.
+struct AnswerSettings {
+  std::size_t best = 0;  ///< so many words of an answer are used; 0 = all
+  io::WordFormat format;
+
+  /// Its keys: best, scale, labels_at, label_key, confidence_key.
+  std::vector<ConfigFile::Key> keys(ConfigFile& config);
+};
+
+/// The words of the model's label file, or those that it will discover.
+io::WordBook wordBook(const ModelSpec& spec);
+
+/// An answer's words as descriptor. Throws FrameError when no word at all is known yet: nothing can be said.
+LexicalDescriptor describe(io::WordBook& book, std::vector<Word> words, std::size_t best,
+                           const std::string& source);
+
+}  // namespace estancia

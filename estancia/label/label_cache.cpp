@@ -1,0 +1,367 @@
+#include "estancia/label/label_cache.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/crc.hpp>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <unordered_map>
+#include <utility>
+
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+// A file: the head, the model's name, then records. All numbers are little-endian (as x86 and ARM are).
+constexpr char magic[8] = {'E', 'S', 'T', 'C', 'A', 'C', 'H', 'E'};
+constexpr std::uint32_t version = 1;
+constexpr std::uint32_t longestName = 1 << 16, longestValue = 1 << 26;  // larger ones are taken for damage
+constexpr std::size_t keyBytes = 32;                                    // SHA-256
+constexpr const char* suffix = ".cache";
+
+struct Head {
+  char magic[8];
+  std::uint32_t version;
+  std::uint32_t nameBytes;
+};
+
+struct RecordHead {
+  std::uint32_t bytes;  ///< of the value
+  std::uint32_t checksum;
+  char key[keyBytes];
+};
+
+std::uint32_t checksumOf(const RecordHead& head, std::string_view value) {
+  boost::crc_32_type crc;
+  crc.process_bytes(&head.bytes, sizeof head.bytes);
+  crc.process_bytes(head.key, keyBytes);
+  crc.process_bytes(value.data(), value.size());
+  return crc.checksum();
+}
+
+/// The key's bytes. Fingerprints are digests already, but nobody promises their form.
+std::string keyOf(const std::string& picture) {
+  const std::string hex = sha256(picture);
+  std::string key;
+  for (std::size_t i = 0; i < hex.size(); i += 2)
+    key += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
+  return key;
+}
+
+bool readExactly(int file, void* to, std::size_t bytes, std::uint64_t at) {
+  auto* next = static_cast<char*>(to);
+  while (bytes > 0) {
+    const ssize_t got = pread(file, next, bytes, static_cast<off_t>(at));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    next += got;
+    at += static_cast<std::uint64_t>(got);
+    bytes -= static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
+std::string environment(const char* variable) {
+  const char* value = std::getenv(variable);
+  return value == nullptr ? "" : value;
+}
+
+std::vector<fs::path> filesIn(const fs::path& folder) {
+  std::vector<std::pair<fs::file_time_type, fs::path>> found;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(folder, none)) {
+    std::error_code gone;
+    const auto used = entry.last_write_time(gone);
+    if (!gone && entry.path().extension() == suffix) found.emplace_back(used, entry.path());
+  }
+  std::sort(found.rbegin(), found.rend());  // used last comes first
+  std::vector<fs::path> files;
+  for (auto& [used, path] : found) files.push_back(std::move(path));
+  return files;
+}
+
+std::uint64_t sizeOf(const fs::path& file) {
+  std::error_code gone;
+  const auto bytes = fs::file_size(file, gone);
+  return gone ? 0 : bytes;
+}
+
+}  // namespace
+
+/// One model's log. Opened without a lock: whole records only ever appear at its end.
+class LabelCache::File {
+ public:
+  enum class Use { labels, statistics };
+  explicit File(fs::path path, Use use = Use::labels) : path_(std::move(path)), use_(use) { scan(); }
+  ~File() { close(); }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  const fs::path& path() const { return path_; }
+  const std::string& name() const { return name_; }
+  std::size_t pictures() const { return places_.size(); }
+
+  std::optional<std::string> find(const std::string& key) const {
+    const auto place = places_.find(key);
+    if (place == places_.end()) return std::nullopt;
+    RecordHead head{};
+    if (!readExactly(descriptor_, &head, sizeof head, place->second)) return std::nullopt;
+    if (head.bytes > longestValue) return std::nullopt;
+    std::string value(head.bytes, '\0');
+    if (!readExactly(descriptor_, value.data(), value.size(), place->second + sizeof head) ||
+        std::memcmp(head.key, key.data(), keyBytes) != 0 || head.checksum != checksumOf(head, value))
+      return std::nullopt;
+    return value;
+  }
+
+  /// Throws Error when the record could not be written whole.
+  void append(const std::string& model, const std::string& key, std::string_view value) {
+    if (value.size() > longestValue) return;
+    if (descriptor_ < 0 || !writable_) create(model);
+    RecordHead head{};
+    head.bytes = static_cast<std::uint32_t>(value.size());
+    std::memcpy(head.key, key.data(), keyBytes);
+    head.checksum = checksumOf(head, value);
+    std::string record(reinterpret_cast<const char*>(&head), sizeof head);
+    record += value;
+    flock(descriptor_, LOCK_EX);
+    const off_t end = lseek(descriptor_, 0, SEEK_END);
+    const bool written = end >= 0 && writeAll(record);
+    if (!written && end >= 0 && ftruncate(descriptor_, end) != 0) close();
+    flock(descriptor_, LOCK_UN);
+    if (!written) throw Error(std::strerror(errno));
+    places_[key] = static_cast<std::uint64_t>(end);
+  }
+
+  /// Keeps the newer records, at most `bytes` of them.
+  void keepNewest(std::uint64_t bytes) {
+    std::vector<std::uint64_t> places;
+    for (const auto& [key, place] : places_) places.push_back(place);
+    std::sort(places.begin(), places.end());
+    const std::uint64_t size = sizeOf(path_);
+    const auto first = std::find_if(places.begin(), places.end(),
+                                    [&](std::uint64_t place) { return size - place <= bytes; });
+    const std::uint64_t from = first == places.end() ? size : *first;
+    const fs::path fresh = path_.string() + fmt::format(".{}", getpid());
+    {
+      const int source = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+      const int target = ::open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+      std::string block(1 << 20, '\0');
+      bool whole = source >= 0 && target >= 0 && copy(source, target, 0, headBytes_, block) &&
+                   copy(source, target, from, size, block);
+      if (source >= 0) ::close(source);
+      if (target >= 0 && ::close(target) != 0) whole = false;
+      if (!whole || std::rename(fresh.c_str(), path_.c_str()) != 0) unlink(fresh.c_str());
+    }
+    scan();
+  }
+
+ private:
+  static bool copy(int source, int target, std::uint64_t from, std::uint64_t to, std::string& block) {
+    for (std::uint64_t at = from; at < to;) {
+      const std::size_t part = std::min<std::uint64_t>(block.size(), to - at);
+      if (!readExactly(source, block.data(), part, at) ||
+          ::write(target, block.data(), part) != static_cast<ssize_t>(part))
+        return false;
+      at += part;
+    }
+    return true;
+  }
+
+  void close() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    descriptor_ = -1;
+  }
+
+  bool writeAll(const std::string& bytes) const {
+    for (std::size_t done = 0; done < bytes.size();) {
+      const ssize_t now = ::write(descriptor_, bytes.data() + done, bytes.size() - done);
+      if (now < 0 && errno == EINTR) continue;
+      if (now <= 0) return false;
+      done += static_cast<std::size_t>(now);
+    }
+    return true;
+  }
+
+  /// Opens the log and notes where its records are, up to the first that is cut off.
+  void scan() {
+    close();
+    places_.clear();
+    name_.clear();
+    writable_ = true;
+    if (use_ == Use::labels) descriptor_ = ::open(path_.c_str(), O_RDWR | O_APPEND | O_CLOEXEC);
+    if (descriptor_ < 0) {
+      writable_ = false;
+      descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+    }
+    if (descriptor_ < 0) return;
+    Head head{};
+    if (!readExactly(descriptor_, &head, sizeof head, 0) ||
+        std::memcmp(head.magic, magic, sizeof magic) != 0 || head.version != version ||
+        head.nameBytes > longestName)
+      return discard();
+    name_.resize(head.nameBytes);
+    if (!readExactly(descriptor_, name_.data(), name_.size(), sizeof head)) return discard();
+    headBytes_ = sizeof head + name_.size();
+    const std::uint64_t size = sizeOf(path_);
+    std::uint64_t at = headBytes_;
+    RecordHead record{};
+    while (at + sizeof record <= size && readExactly(descriptor_, &record, sizeof record, at)) {
+      const std::uint64_t next = at + sizeof record + record.bytes;
+      if (record.bytes > longestValue || next > size) break;
+      places_[std::string(record.key, keyBytes)] = at;
+      at = next;
+    }
+    // A record that is cut off would swallow those appended after it.
+    if (at < size && writable_) {
+      flock(descriptor_, LOCK_EX);
+      if (sizeOf(path_) == size && ftruncate(descriptor_, static_cast<off_t>(at)) != 0) writable_ = false;
+      flock(descriptor_, LOCK_UN);
+    }
+    if (writable_) futimens(descriptor_, nullptr);  // used now
+  }
+
+  /// Not ours, or of another version: begin anew.
+  void discard() {
+    close();
+    name_.clear();
+    if (use_ == Use::labels) unlink(path_.c_str());
+  }
+
+  void create(const std::string& model) {
+    fs::create_directories(path_.parent_path());
+    close();
+    descriptor_ = ::open(path_.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0644);
+    if (descriptor_ < 0) throw Error(std::strerror(errno));
+    writable_ = true;
+    flock(descriptor_, LOCK_EX);
+    if (lseek(descriptor_, 0, SEEK_END) == 0) {  // unless another process was quicker
+      Head head{};
+      std::memcpy(head.magic, magic, sizeof magic);
+      head.version = version;
+      head.nameBytes = static_cast<std::uint32_t>(std::min<std::size_t>(model.size(), longestName));
+      const std::string bytes =
+          std::string(reinterpret_cast<const char*>(&head), sizeof head) + model.substr(0, head.nameBytes);
+      if (!writeAll(bytes)) {
+        const int reason = errno;
+        unlink(path_.c_str());
+        close();
+        throw Error(std::strerror(reason));
+      }
+    }
+    flock(descriptor_, LOCK_UN);
+    headBytes_ = sizeof(Head) + std::min<std::size_t>(model.size(), longestName);
+    name_ = model;
+  }
+
+  fs::path path_;
+  Use use_;
+  int descriptor_ = -1;
+  bool writable_ = false;
+  std::string name_;
+  std::uint64_t headBytes_ = 0;
+  std::unordered_map<std::string, std::uint64_t> places_;  ///< key → where its record begins
+};
+
+fs::path LabelCache::defaultFolder() {
+  if (const std::string folder = environment("ESTANCIA_CACHE"); !folder.empty()) return folder;
+  if (const std::string cache = environment("XDG_CACHE_HOME"); !cache.empty())
+    return fs::path(cache) / "estancia/labels";
+  return fs::path(environment("HOME")) / ".cache/estancia/labels";
+}
+
+std::uint64_t LabelCache::defaultLimit() {
+  const std::string text = environment("ESTANCIA_CACHE_MB");
+  if (text.empty()) return std::uint64_t{2} << 30;
+  char* end = nullptr;
+  const double megabytes = std::strtod(text.c_str(), &end);
+  if (*end != '\0' || !(megabytes >= 0 && megabytes < 1e9))
+    throw Error(
+        fmt::format("ESTANCIA_CACHE_MB is \"{}\"; give the megabytes that cached labels may take", text));
+  return static_cast<std::uint64_t>(megabytes * 1e6);
+}
+
+LabelCache::LabelCache(fs::path folder, std::uint64_t limit) : folder_(std::move(folder)), limit_(limit) {}
+
+LabelCache::~LabelCache() = default;
+
+LabelCache::File& LabelCache::fileOf(const std::string& model) {
+  auto& file = files_[model];
+  if (!file) file = std::make_unique<File>(folder_ / (sha256(model).substr(0, 32) + suffix));
+  return *file;
+}
+
+std::optional<std::string> LabelCache::find(const std::string& model, const std::string& picture) {
+  const std::string key = keyOf(picture);
+  const std::lock_guard lock(mutex_);
+  return fileOf(model).find(key);
+}
+
+void LabelCache::put(const std::string& model, const std::string& picture, std::string_view value) {
+  const std::string key = keyOf(picture);
+  const std::lock_guard lock(mutex_);
+  if (!problem_.empty()) return;
+  try {
+    File& file = fileOf(model);
+    file.append(model, key, value);
+    const std::uint64_t bytes = value.size() + sizeof(RecordHead);
+    untilCheck_ = untilCheck_ > bytes ? untilCheck_ - bytes : 0;
+    if (untilCheck_ == 0) {
+      makeRoom(file);
+      untilCheck_ = std::max<std::uint64_t>(limit_ / 20, 1);
+    }
+  } catch (const std::exception& e) {
+    problem_ = fmt::format(
+        "{}: labels are not being cached ({}); free some space, or name another folder in ESTANCIA_CACHE",
+        folder_.string(), e.what());
+  }
+}
+
+void LabelCache::makeRoom(File& current) {
+  std::vector<fs::path> files = filesIn(folder_);
+  std::uint64_t total = 0;
+  for (const fs::path& file : files) total += sizeOf(file);
+  while (total > limit_ && !files.empty() && files.back() != current.path()) {
+    total -= std::min(total, sizeOf(files.back()));
+    std::erase_if(files_, [&](const auto& open) { return open.second->path() == files.back(); });
+    fs::remove(files.back());
+    files.pop_back();
+  }
+  if (total > limit_) current.keepNewest(limit_ / 2);
+}
+
+std::string LabelCache::problem() const {
+  const std::lock_guard lock(mutex_);
+  return problem_;
+}
+
+std::vector<LabelCache::Usage> LabelCache::usage() const {
+  std::vector<Usage> all;
+  for (const fs::path& path : filesIn(folder_)) {
+    const File file(path, File::Use::statistics);
+    all.push_back({file.name(), file.pictures(), sizeOf(path)});
+  }
+  return all;
+}
+
+std::uint64_t LabelCache::clear() {
+  const std::lock_guard lock(mutex_);
+  files_.clear();
+  std::uint64_t freed = 0;
+  for (const fs::path& path : filesIn(folder_)) {
+    freed += sizeOf(path);
+    fs::remove(path);
+  }
+  return freed;
+}
+
+}  // namespace estancia

@@ -1,0 +1,62 @@
+// A program that answers each line on its stdin with a line on its stdout.
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace estancia {
+
+/// Runs the program without a shell, in a process group of its own, with no other open file of ours. It is
+/// ended with the whole group when this object goes.
+class LineProcess {
+ public:
+  struct Settings {
+    /// Program and arguments. A program without a slash is one in `folder`, else one in $PATH.
+    std::vector<std::string> command;
+    std::filesystem::path folder;                      ///< its working folder
+    std::size_t longestLine = std::size_t{16} << 20U;  ///< of an answer [bytes]
+  };
+
+  /// Starts it. Throws Error when that cannot be done.
+  explicit LineProcess(const Settings& settings);
+  ~LineProcess();
+  LineProcess(const LineProcess&) = delete;
+  LineProcess& operator=(const LineProcess&) = delete;
+
+  enum class Outcome {
+    answered,
+    hung,   ///< no line in time; it has been killed
+    ended,  ///< it is gone or has closed its output; nobody is left
+  };
+
+  /// Writes `question` and waits at most `timeout` for the line that answers it, whatever else the program
+  /// does. Throws Error when it wrote without being asked or the line is too long.
+  Outcome ask(std::string_view question, std::chrono::milliseconds timeout, std::string& answer);
+
+  /// How it came to its end: "exit status 3", "signal 11 (Segmentation fault)".
+  const std::string& end() const { return end_; }
+  /// The last lines that it wrote to stderr, for a message; "" when there were none.
+  std::string lastWords() const;
+
+ private:
+  bool takeLine(std::string& line);
+  void readOutput();
+  void readComplaints();
+  void write(std::string_view& rest);
+  void finish(std::chrono::milliseconds patience);
+
+  pid_t pid_ = -1;
+  int input_ = -1, output_ = -1, complaints_ = -1;  // our ends of its stdin, stdout and stderr
+  std::size_t longestLine_;
+  std::string pending_;       // of its output
+  std::size_t searched_ = 0;  // of pending_, without finding a line's end
+  std::string complaintsTail_, end_;
+};
+
+}  // namespace estancia

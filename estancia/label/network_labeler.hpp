@@ -1,0 +1,43 @@
+// What all engines that run networks have in common.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "estancia/label/labeler.hpp"
+#include "estancia/label/model_spec.hpp"
+#include "estancia/label/scores.hpp"
+
+namespace estancia {
+
+class NetworkLabeler : public Labeler {
+ public:
+  const Vocabulary& vocabulary() const override { return vocabulary_; }
+  std::string identity() const override { return identity_; }
+  Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override;
+
+ protected:
+  explicit NetworkLabeler(const ModelSpec& spec);
+
+  const ModelSpec& spec() const { return spec_; }
+
+  /// The output to read: the only one, or the one that model.toml names. Throws Error listing them.
+  std::string chooseOutput(const std::vector<std::string>& outputs) const;
+
+  /// Labels a grey image: what does not fit shows at once.
+  void tryOut();
+
+  /// The network's output as checked probabilities.
+  LexicalDescriptor toWords(std::span<const float> output) const;
+
+  [[noreturn]] void failOnInput(const std::string& reason) const;
+
+ private:
+  ModelSpec spec_;
+  Vocabulary vocabulary_;
+  std::string identity_;
+  Scores scores_;
+};
+
+}  // namespace estancia

@@ -1,0 +1,227 @@
+#include "estancia/label/onnxruntime_engine.hpp"
+
+#include "estancia/core/error.hpp"
+#include "estancia/label/onnxruntime_library.hpp"
+
+#ifdef ESTANCIA_ONNXRUNTIME_LIBRARY  // cmake/EstanciaOnnxruntime.cmake
+
+#define ORT_API_MANUAL_INIT  // the library is opened when it is first needed
+#include <fmt/format.h>
+#include <onnxruntime_cxx_api.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <functional>
+#include <regex>
+#include <string_view>
+#include <thread>
+
+#include "estancia/core/cores.hpp"
+#include "estancia/label/network_file.hpp"
+#include "estancia/label/network_labeler.hpp"
+
+namespace estancia {
+namespace {
+
+/// The one environment of the process; never destroyed, since labelers may outlive what is static here.
+Ort::Env& environment() {
+  static Ort::Env& env = [&]() -> Ort::Env& {
+    Ort::InitApi(onnxruntime::library().api);
+    // Complaints to stderr say nothing that its exceptions do not.
+    const auto silent = [](void*, OrtLoggingLevel, const char*, const char*, const char*, const char*) {};
+    return *new Ort::Env(ORT_LOGGING_LEVEL_FATAL, "estancia", silent, nullptr);
+  }();
+  return env;
+}
+
+/// What an exception of ONNX Runtime says, in one line; the operator that it does not know by its name.
+std::string reasonOf(const Ort::Exception& e) {
+  const std::string text = e.what();
+  std::smatch match;
+  if (std::regex_search(text, match, std::regex(R"(No Op registered for (\w+))")) ||
+      std::regex_search(text, match, std::regex(R"((\w+) is not a registered function/op)")) ||
+      std::regex_search(text, match, std::regex(R"(Could not find an implementation for (\w+))")))
+    return fmt::format("ONNX Runtime cannot run its operator {}", match[1].str());
+  std::string line = text.substr(0, 200);
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  return line;
+}
+
+/// One network with its threads.
+class Session {
+ public:
+  Session(const ModelSpec& spec, const std::string& onnx, int threads) {
+    Ort::Env& env = environment();
+    Ort::SessionOptions options;
+    options.SetIntraOpNumThreads(threads);
+    options.SetInterOpNumThreads(1);
+    options.SetGraphOptimizationLevel(ORT_ENABLE_ALL);
+    // Threads that spin while they wait take the cores from whoever decodes the next images.
+    options.AddConfigEntry("session.intra_op.allow_spinning", "0");
+    try {
+      session_ = Ort::Session(env, onnx.data(), onnx.size(), options);
+      const Ort::AllocatorWithDefaultOptions allocator;
+      if (session_.GetInputCount() != 1)
+        throw Error(fmt::format("model {} takes {} inputs; only networks of one image can label", spec.name,
+                                session_.GetInputCount()));
+      input_ = session_.GetInputNameAllocated(0, allocator).get();
+      for (std::size_t i = 0; i < session_.GetOutputCount(); ++i)
+        outputs_.emplace_back(session_.GetOutputNameAllocated(i, allocator).get());
+    } catch (const Ort::Exception& e) {
+      throw Error(
+          fmt::format("cannot open the network {}: {}", (spec.folder / spec.file).string(), reasonOf(e)));
+    }
+  }
+
+  const std::vector<std::string>& outputs() const { return outputs_; }
+
+  /// The values of one output for the image, 1×3×H×W. Safe to call from several threads. Throws
+  /// Ort::Exception.
+  Ort::Value run(const cv::Mat& image, const std::string& output) {
+    std::array<std::int64_t, 4> shape{};
+    std::copy_n(image.size.p, 4, shape.begin());
+    const auto memory = Ort::MemoryInfo::CreateCpu(OrtDeviceAllocator, OrtMemTypeCPU);
+    const auto input = Ort::Value::CreateTensor<float>(memory, const_cast<float*>(image.ptr<float>()),
+                                                       image.total(), shape.data(), shape.size());
+    const char* const inputName = input_.c_str();
+    const char* const outputName = output.c_str();
+    auto results = session_.Run(Ort::RunOptions(), &inputName, &input, 1, &outputName, 1);
+    return std::move(results.front());
+  }
+
+ private:
+  Ort::Session session_{nullptr};
+  std::string input_;
+  std::vector<std::string> outputs_;
+};
+
+/// Calls work(0) … work(count − 1) from several threads.
+void inParallel(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
+  std::atomic<std::size_t> next{0};
+  std::exception_ptr failure;
+  std::atomic<bool> failed{false};
+  const auto run = [&] {
+    for (std::size_t i = next++; i < count && !failed; i = next++) try {
+        work(i);
+      } catch (...) {
+        if (!failed.exchange(true)) failure = std::current_exception();
+      }
+  };
+  {
+    std::vector<std::jthread> helpers;
+    for (std::size_t i = 1; i < std::min(count, static_cast<std::size_t>(threads)); ++i)
+      helpers.emplace_back(run);
+    run();
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+class OnnxruntimeEngine final : public NetworkLabeler {
+ public:
+  OnnxruntimeEngine(const ModelSpec& spec, int threads)
+      : OnnxruntimeEngine(spec, threads > 0 ? threads : freeCores(), readAsOnnx(spec)) {}
+
+  std::string cacheKey() const override {
+    return fmt::format("{} onnxruntime {}", identity(), onnxruntime::library().version);
+  }
+
+  LexicalDescriptor infer(const Prepared& prepared) override { return infer(together_, prepared); }
+
+  std::vector<LabelResult> inferBatch(std::span<const Prepared> batch) override {
+    std::vector<LabelResult> results(batch.size());
+    if (!alone_ && threads_ > 1) alone_ = std::make_unique<Session>(spec(), readAgain(), 1);
+    Session& session = alone_ ? *alone_ : together_;
+    inParallel(batch.size(), threads_, [&](std::size_t i) {
+      try {
+        results[i].descriptor = infer(session, batch[i]);
+      } catch (const FrameError& e) {
+        results[i].problem = e.what();
+      }
+    });
+    return results;
+  }
+
+  std::size_t batchSize() const override { return batchSize_; }
+
+ private:
+  OnnxruntimeEngine(const ModelSpec& spec, int threads, const std::string& onnx)
+      : NetworkLabeler(spec),
+        threads_(threads),
+        onnxHash_(std::hash<std::string_view>{}(onnx)),
+        together_(spec, onnx, threads),
+        output_(chooseOutput(together_.outputs())) {
+    tryOut();
+    batchSize_ = threads_ > 1 ? usefulBatch() : 1;
+  }
+
+  LexicalDescriptor infer(Session& session, const Prepared& prepared) {
+    const cv::Mat& image = prepared.input;
+    const auto& pre = spec().preprocessing;
+    if (image.type() != CV_32F || image.dims != 4 || !image.isContinuous() || image.size[2] != pre.height ||
+        image.size[3] != pre.width)
+      throw Error(fmt::format("model {} got an image that another labeler prepared", spec().name));
+    try {
+      const Ort::Value result = session.run(image, output_);
+      if (!result.IsTensor() ||
+          result.GetTensorTypeAndShapeInfo().GetElementType() != ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT)
+        throw Error(fmt::format("model {} gives no real numbers", spec().name));
+      return toWords({result.GetTensorData<float>(), result.GetTensorTypeAndShapeInfo().GetElementCount()});
+    } catch (const Ort::Exception& e) {
+      failOnInput(reasonOf(e));
+    }
+  }
+
+  /// So many images that starting the threads, some 30 µs, costs less than a hundredth; few of a slow
+  /// network, since who waits for the first must wait for all.
+  std::size_t usefulBatch() {
+    const Prepared grey = prepare(cv::Mat(64, 64, CV_8UC3, cv::Scalar::all(128)), "");
+    const auto start = std::chrono::steady_clock::now();
+    infer(grey);
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
+    return static_cast<std::size_t>(threads_) *
+           static_cast<std::size_t>(std::clamp(8 / took.count(), 1.0, 16.0));
+  }
+
+  /// The network once more, for a second session: keeping it would double what it takes of the memory.
+  std::string readAgain() const {
+    std::string onnx = readAsOnnx(spec());
+    if (std::hash<std::string_view>{}(onnx) != onnxHash_)
+      throw Error(fmt::format("{} was changed while it was used; start again",
+                              modelFile(spec(), spec().file).string()));
+    return onnx;
+  }
+
+  int threads_;
+  std::size_t onnxHash_;
+  Session together_;                ///< all threads work on one image
+  std::unique_ptr<Session> alone_;  ///< each thread works on an image of its own
+  std::string output_;
+  std::size_t batchSize_ = 1;
+};
+
+}  // namespace
+
+std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec& spec, int threads) {
+  const auto& library = onnxruntime::library();
+  if (library.api == nullptr) throw Error(library.problem);
+  if (!isOnnxOrConvertible(spec))
+    throw Error(fmt::format("model {}: ONNX Runtime cannot read {}; take the engine opencv", spec.name,
+                            spec.file.string()));
+  return std::make_unique<OnnxruntimeEngine>(spec, threads);
+}
+
+}  // namespace estancia
+
+#else
+
+namespace estancia {
+
+std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec&, int) {
+  throw Error(onnxruntime::library().problem);
+}
+
+}  // namespace estancia
+
+#endif

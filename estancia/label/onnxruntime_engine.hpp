@@ -1,0 +1,18 @@
+// Networks run by ONNX Runtime, on the CPU: two to four times as fast as OpenCV.
+#pragma once
+
+#include <memory>
+
+#include "estancia/label/labeler.hpp"
+#include "estancia/label/model_spec.hpp"
+
+namespace estancia {
+
+/// Opens the network of `spec` (ONNX, TensorFlow Lite) and labels one grey image with it, so that what does
+/// not fit shows at once. `threads` = 0 takes as many as there are free cores. One image is shared between
+/// the threads; of a batch each thread takes whole images, which is quicker. The probabilities are the same
+/// to the bit whatever the threads and batches. Throws Error when ONNX Runtime is not at hand, and on all
+/// that openWithOpencv() refuses.
+std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec& spec, int threads = 0);
+
+}  // namespace estancia

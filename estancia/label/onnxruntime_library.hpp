@@ -1,0 +1,22 @@
+// The ONNX Runtime of this machine.
+#pragma once
+
+#include <string>
+
+struct OrtApi;
+
+namespace estancia::onnxruntime {
+
+/// ONNX Runtime, opened when first asked for: Estancia runs without it, and nothing that links Estancia
+/// depends on it.
+struct Library {
+  const OrtApi* api = nullptr;
+  std::string version;  ///< "1.28.2"
+  std::string problem;  ///< why there is none, one sentence that says what to do; "" when there is
+};
+
+/// Looks for it in $ESTANCIA_ONNXRUNTIME (the library or its folder, and nowhere else when that is set),
+/// where CMake found it, in $ESTANCIA_HOME/onnxruntime (script/bootstrap), and among the system's libraries.
+const Library& library();
+
+}  // namespace estancia::onnxruntime

@@ -1,0 +1,36 @@
+#include "estancia/label/record.hpp"
+
+#include <fmt/format.h>
+
+#include <utility>
+#include <vector>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+
+Recording record(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options,
+                 const std::function<void(const LabelledFrame&)>& watch) {
+  std::vector<Frame> frames;
+  std::vector<LexicalDescriptor> words;
+  LabelStream stream(sequence, labeler, options);
+  while (auto frame = stream.next()) {
+    if (watch) watch(*frame);
+    if (!frame->labelled()) continue;
+    frames.push_back(sequence.frame(frame->index));
+    words.push_back(std::move(frame->descriptor));
+  }
+  if (frames.empty())
+    throw Error(fmt::format("{}: not one of its frames could be labelled", sequence.name()));
+  Recording recording{labeler.vocabulary(), labeler.identity(), std::move(frames),
+                      DescriptorMatrix(labeler.vocabulary().size())};
+  recording.descriptors.reserve(words.size());
+  for (LexicalDescriptor& row : words) {
+    row.resize(recording.vocabulary.size());  // words that were found later
+    recording.descriptors.append(row);
+    LexicalDescriptor().swap(row);
+  }
+  return recording;
+}
+
+}  // namespace estancia

@@ -1,0 +1,18 @@
+// A whole sequence labelled into memory.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+#include "estancia/io/recording.hpp"
+#include "estancia/label/label_stream.hpp"
+
+namespace estancia {
+
+/// Labels every frame. Where the labeler discovers words, all descriptors get the words found by the end.
+/// Frames without words are left out. `watch` sees each frame as it comes (for progress; throw to stop).
+/// Throws Error when no frame at all has words, and what the stream throws.
+Recording record(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options = {},
+                 const std::function<void(const LabelledFrame&)>& watch = {});
+
+}  // namespace estancia

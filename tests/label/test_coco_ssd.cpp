@@ -1,0 +1,73 @@
+// The detector as a source of several labels at once, against answers of @tensorflow/tfjs 4.22 (its plain
+// JavaScript engine, which runs the whole model.json).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+#include <opencv2/imgcodecs.hpp>
+
+#include "estancia/label/model.hpp"
+#include "support/model_support.hpp"
+
+namespace estancia {
+namespace {
+
+struct Answer {
+  const char* word;
+  double score;
+};
+
+class CocoSsd : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto folder = test::findFetched("models/coco-ssd");
+    ESTANCIA_NEEDS(folder, "the detector is missing; run script/bootstrap");
+    detector_ = loadModel(folder->string());
+  }
+
+  /// The best labels of `image` must be these, in this order.
+  void expectBest(const cv::Mat& image, const std::vector<Answer>& expected, double tolerance) {
+    const auto words = detector_->label(image);
+    const auto best = test::best(words, expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_EQ(detector_->vocabulary()[best[i]], expected[i].word);
+      EXPECT_NEAR(words[best[i]], expected[i].score, tolerance) << expected[i].word;
+    }
+  }
+
+  std::unique_ptr<Labeler> detector_;
+};
+
+TEST_F(CocoSsd, GivesTheScoresOfAnotherEngine) {
+  cv::Mat pattern(300, 300, CV_8UC3);
+  for (int y = 0; y < 300; ++y)
+    for (int x = 0; x < 300; ++x)
+      for (int c = 0; c < 3; ++c)  // red, green, blue
+        pattern.at<cv::Vec3b>(y, x)[2 - c] =
+            static_cast<unsigned char>((x * (3 + c) + y * (7 - 2 * c) + x * y / 50) % 256);
+  ASSERT_EQ(detector_->vocabulary().size(), 80U);
+  expectBest(pattern,
+             {{"scissors", 0.132692},
+              {"book", 0.052545},
+              {"bench", 0.050390},
+              {"dining table", 0.046319},
+              {"knife", 0.043932},
+              {"person", 0.026756},
+              {"surfboard", 0.022281}},
+             1e-4);
+}
+
+TEST_F(CocoSsd, NamesSeveralThingsInOnePhotograph) {
+  const auto photos = test::findData("nyuv2_half");
+  ESTANCIA_NEEDS(photos, "the data set nyuv2_half is missing (ESTANCIA_DATA)");
+  // another JPEG decoder may move a score a little
+  const auto photo = [&](const char* name) { return cv::imread((*photos / "rgb" / name).string()); };
+  expectBest(photo("0000.jpg"), {{"oven", 0.778712}, {"chair", 0.490664}, {"microwave", 0.240913}}, 1e-3);
+  expectBest(photo("0271.jpg"), {{"chair", 0.763277}, {"person", 0.731884}, {"tv", 0.521402}}, 1e-3);
+  expectBest(photo("0517.jpg"), {{"bed", 0.673496}, {"chair", 0.220919}, {"book", 0.095775}}, 1e-3);
+  const auto words = detector_->label(photo("0271.jpg"));
+  EXPECT_GT(std::accumulate(words.begin(), words.end(), 0.0), 1.5) << "labels do not exclude each other";
+}
+
+}  // namespace
+}  // namespace estancia

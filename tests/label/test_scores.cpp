@@ -1,0 +1,80 @@
+// Outputs → probabilities.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "estancia/label/scores.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::errorOf;
+using testing::ElementsAre;
+using testing::FloatNear;
+using testing::HasSubstr;
+using Values = std::vector<float>;
+
+ModelSpec detector() {
+  ModelSpec spec;
+  spec.name = "detector";
+  spec.reduce = ModelSpec::Reduce::max;
+  spec.sigmoid = true;
+  spec.unused = {0, 2};
+  return spec;
+}
+
+float sigmoid(float x) {
+  return 1 / (1 + std::exp(-x));
+}
+
+TEST(Scores, OfADetectorAreThoseOfTheSurestPlace) {
+  const Values output{9, 1,  9, -3,  //
+                      9, -2, 9, 2,   //
+                      9, 0,  9, -90};
+  EXPECT_THAT(toProbabilities(output, detector(), 2),
+              ElementsAre(FloatNear(sigmoid(1), 1e-6F), FloatNear(sigmoid(2), 1e-6F)));
+}
+
+TEST(Scores, OfASigmoidNeverOverflow) {
+  EXPECT_THAT(toProbabilities(Values{0, 1000, 0, -1000}, detector(), 2), ElementsAre(1, 0));
+}
+
+TEST(Scores, OfASoftmaxAreTakenWithUnusedOutputsInEachRow) {
+  ModelSpec spec = detector();
+  spec.sigmoid = false;
+  spec.softmax = true;
+  spec.unused = {0};
+  const float strong = std::exp(2.0F) / (1 + std::exp(2.0F)), half = 0.5F;
+  EXPECT_THAT(toProbabilities(Values{0, 2, 5, 5}, spec, 1), ElementsAre(FloatNear(strong, 1e-6F)));
+  EXPECT_THAT(toProbabilities(Values{5, 5}, spec, 1), ElementsAre(FloatNear(half, 1e-6F)));
+}
+
+TEST(Scores, AreRefusedWhenOneRowIsExpectedOrARowIsNotWhole) {
+  ModelSpec spec = detector();
+  EXPECT_THAT(errorOf([&] { toProbabilities(Values(7), spec, 2); }),
+              HasSubstr("model detector gave 7 values for 2 labels and 2 unused outputs"));
+  EXPECT_NE(errorOf([&] { toProbabilities(Values{}, spec, 2); }), "");
+  spec.reduce = ModelSpec::Reduce::none;
+  EXPECT_THAT(errorOf([&] { toProbabilities(Values(8), spec, 2); }), HasSubstr("8 values"));
+  EXPECT_EQ(toProbabilities(Values(4), spec, 2).size(), 2U);
+}
+
+TEST(Scores, AreRefusedWhenAnUnusedOutputDoesNotExist) {
+  ModelSpec spec = detector();
+  spec.unused = {0, 4};
+  EXPECT_THAT(errorOf([&] { toProbabilities(Values(8), spec, 2); }), HasSubstr("has no output 4"));
+}
+
+TEST(Scores, AreRefusedWhenAnyRowIsNotANumber) {
+  for (std::size_t row = 0; row < 3; ++row) {
+    Values output(12);
+    output[row * 4 + 1] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_THAT(errorOf([&] { toProbabilities(output, detector(), 2); }), HasSubstr("nan")) << row;
+  }
+}
+
+}  // namespace
+}  // namespace estancia
