@@ -1,6 +1,7 @@
 // The catalogue itself, and models fetched by it from a server on this machine.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <onnx/onnx_pb.h>
 
 #include <cstdlib>
 
@@ -214,7 +215,8 @@ TEST_F(FetchModel, TellsOfFilesThatNobodyVouchesFor) {
   EXPECT_THAT(model.notes, ElementsAre(AllOf(HasSubstr("small.onnx: no checksum is published"),
                                              HasSubstr(sha256(files_["/small.onnx"]))),
                                        HasSubstr("four.list")));
-  writeFile(modelHome() / "small/small.onnx", files_["/small.onnx"] + " ");
+  writeFile(modelHome() / "small/small.onnx",
+            test::smallOnnx(8, 4, [](onnx::GraphProto& graph) { graph.set_name("another"); }));
   EXPECT_THAT(errorOf([] { loadModel("small"); }), HasSubstr("SHA-256")) << "what came is what it must stay";
 }
 

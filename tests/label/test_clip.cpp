@@ -54,14 +54,19 @@ class Clip : public testing::Test {
   test::ScratchFolder scratch_;
 };
 
-TEST_F(Clip, GivesTheSoftmaxOfTheScaledCosines) {
-  const auto labeler = open();
-  const auto words = labeler->label(cv::Mat(8, 8, CV_8UC3, cv::Scalar(30, 40, 0)));
-  ASSERT_EQ(words.size(), 2U);
-  const double blue = std::exp(10 * 0.6), green = std::exp(10 * 0.8);  // cosines 30/50 and 40/50
-  EXPECT_NEAR(words[0], blue / (blue + green), 1e-5);
-  EXPECT_NEAR(words[1], green / (blue + green), 1e-5);
-  EXPECT_EQ(labeler->vocabulary()[1], "green");
+TEST_F(Clip, GivesTheSoftmaxOfTheScaledCosinesInEveryEngine) {
+  for (const std::string& engine : engines()) {
+    SCOPED_TRACE(engine);
+    LabelerOptions options;
+    options.engine = engine;
+    const auto labeler = loadModel(scratch_.path().string(), options);
+    const auto words = labeler->label(cv::Mat(8, 8, CV_8UC3, cv::Scalar(30, 40, 0)));
+    ASSERT_EQ(words.size(), 2U);
+    const double blue = std::exp(10 * 0.6), green = std::exp(10 * 0.8);  // cosines 30/50 and 40/50
+    EXPECT_NEAR(words[0], blue / (blue + green), 1e-5);
+    EXPECT_NEAR(words[1], green / (blue + green), 1e-5);
+    EXPECT_EQ(labeler->vocabulary()[1], "green");
+  }
 }
 
 TEST_F(Clip, HasTheScaleOfClipUnlessToldOtherwise) {
