@@ -42,5 +42,18 @@ TEST(Vocabulary, SaysWhereTwoDiffer) {
   }
 }
 
+TEST(Vocabulary, OfSeveralModelsHasParts) {
+  const std::vector<std::string> labels{"cup", "cat", "kitchen"};
+  const Vocabulary whole(labels), parted(labels, {{2, 1}, {1, 0.5F}});
+  EXPECT_EQ(whole.layout().parts.size(), 1U);
+  EXPECT_EQ(parted.layout().labels(), 3U);
+  EXPECT_FALSE(whole == parted) << "the same words, compared otherwise";
+  EXPECT_FALSE(parted == Vocabulary(labels, {{2, 1}, {1, 1}}));
+  EXPECT_TRUE(whole == Vocabulary(labels, {{3, 1}}));
+  for (const std::vector<LabelPart>& wrong :
+       {std::vector<LabelPart>{{2, 1}}, {{2, 1}, {2, 1}}, {{3, 1}, {0, 1}}, {{2, 1}, {1, 0}}})
+    EXPECT_NE(test::errorOf([&] { Vocabulary(labels, wrong); }), "");
+}
+
 }  // namespace
 }  // namespace estancia
