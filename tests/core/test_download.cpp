@@ -34,7 +34,10 @@ std::string pattern(std::size_t size, unsigned seed) {
 
 class Download : public testing::Test {
  protected:
-  Download() { options_.pauseSeconds = 0; }
+  Download() {
+    test::withoutProxy();
+    options_.pauseSeconds = 0;
+  }
 
   /// What download() says of this; "" when it is content.
   std::string get(const RemoteFile& file) {

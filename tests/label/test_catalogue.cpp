@@ -161,6 +161,7 @@ TEST_F(LabelLists, AreRefusedWhenTheyAreNotAsPublished) {
 class FetchModel : public testing::Test {
  protected:
   FetchModel() {
+    test::withoutProxy();
     setenv("ESTANCIA_HOME", (scratch_ / "home").c_str(), 1);
     files_["/small.onnx"] = test::smallOnnx(8, 4);
     files_["/labels"] = test::labelLines(4);
