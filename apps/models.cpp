@@ -157,7 +157,8 @@ void addModelsCommand(CLI::App& app) {
   CLI::App* conversion =
       command->add_subcommand("convert", "Write a network as an ONNX file that any engine can open");
   conversion
-      ->add_option("NETWORK", arguments->folder, "A .tflite, .lite or .onnx file, or a name of `models list`")
+      ->add_option("NETWORK", arguments->folder,
+                   "A .tflite, .lite, .json (TensorFlow.js) or .onnx file, or a name of `models list`")
       ->required();
   conversion->add_option("OUTPUT", arguments->output, "The file to write, NAME.onnx")->required();
   conversion->add_flag("--overwrite", arguments->replace, "Replace an existing file");

@@ -16,6 +16,15 @@ TEST(Vocabulary, ReadsOneLabelALineAndDropsCarriageReturns) {
   EXPECT_EQ(vocabulary[1], "goldfish");
 }
 
+TEST(Vocabulary, KeepsLabelsThatStandTwiceAndDropsAByteOrderMark) {
+  const test::ScratchFolder folder;
+  test::writeFile(folder / "labels.txt",
+                  "\xEF\xBB\xBF"
+                  "crane\nheron\ncrane\n");
+  EXPECT_EQ(Vocabulary::fromFile(folder / "labels.txt").labels(),
+            (std::vector<std::string>{"crane", "heron", "crane"}));
+}
+
 TEST(Vocabulary, NamesTheLineOfAnEmptyLabel) {
   const test::ScratchFolder folder;
   test::writeFile(folder / "labels.txt", "cup\n\nmug\n");

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "estancia/core/error.hpp"
 #include "estancia/io/label_file.hpp"
 #include "estancia/io/sequence.hpp"
 #include "support/support.hpp"
