@@ -30,7 +30,7 @@ class ModelsGet : public testing::Test {
     withoutProxy();
     setenv("ESTANCIA_HOME", (scratch_ / "home").c_str(), 1);
   }
-  ~ModelsGet() override { unsetenv("ESTANCIA_HOME"); }
+  void TearDown() override { unsetenv("ESTANCIA_HOME"); }
 
   /// Writes a catalogue of the model `small`, whose network and labels are at these addresses.
   void list(const std::string& networkUrl, const std::string& labelsUrl) const {
