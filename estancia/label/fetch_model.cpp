@@ -107,7 +107,7 @@ class Fetcher {
 
   /// SHA-256 of a file that is there. Notes when nobody has said what it should be.
   std::string verified(const CatalogueFile& file) {
-    const std::string actual = sha256OfFile(folder_ / file.name);
+    std::string actual = sha256OfFile(folder_ / file.name);
     if (!file.remote.sha256.empty()) return actual;
     notes_.push_back(fmt::format(
         "{}: {}; what came has SHA-256 {}", file.name,

@@ -26,10 +26,13 @@ namespace fs = std::filesystem;
 
 class ModelsGet : public testing::Test {
  protected:
-  ModelsGet() { setenv("ESTANCIA_HOME", (scratch_ / "home").c_str(), 1); }
-  ~ModelsGet() override { unsetenv("ESTANCIA_HOME"); }
+  ModelsGet() {
+    withoutProxy();
+    setenv("ESTANCIA_HOME", (scratch_ / "home").c_str(), 1);
+  }
+  void TearDown() override { unsetenv("ESTANCIA_HOME"); }
 
-  /// Lists the model `small` with a network of `network` at `url`, and its four labels.
+  /// Writes a catalogue of the model `small`, whose network and labels are at these addresses.
   void list(const std::string& networkUrl, const std::string& labelsUrl) const {
     writeFile(scratch_ / "home/catalogue.toml",
               "[labels.four]\ncount = 4\nurls = [\"" + labelsUrl + "\"]\nsha256 = \"" +

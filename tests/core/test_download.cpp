@@ -26,7 +26,7 @@ using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-std::string pattern(std::size_t size, unsigned seed) {
+std::string pattern(std::size_t size, std::size_t seed) {
   std::string text;
   for (std::size_t i = 0; i < size; ++i) text += static_cast<char>((i * 31 + seed * 7 + i / 251) % 256);
   return text;
@@ -34,7 +34,10 @@ std::string pattern(std::size_t size, unsigned seed) {
 
 class Download : public testing::Test {
  protected:
-  Download() { options_.pauseSeconds = 0; }
+  Download() {
+    test::withoutProxy();
+    options_.pauseSeconds = 0;
+  }
 
   /// What download() says of this; "" when it is content.
   std::string get(const RemoteFile& file) {
@@ -139,7 +142,7 @@ TEST_F(Download, DoesNotGlueTwoVersionsTogether) {
 TEST_F(Download, FindsOutByTheDigestWhenTheServerDoesGlue) {
   writeFile(target_.string() + ".part", other_.substr(0, 50'000));
   LoopbackServer server(
-      [&](HttpRequest request) -> test::HttpAnswer { return {rangeAnswer(request, body_)}; });
+      [&](const HttpRequest& request) -> test::HttpAnswer { return {rangeAnswer(request, body_)}; });
   EXPECT_EQ(get(known({server.url("/a")})), "");
   EXPECT_EQ(readFile(target_), body_);
   const auto requests = server.requests();

@@ -25,7 +25,6 @@ using test::writeFile;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 using testing::Not;
 
 Catalogue builtin() {
@@ -161,12 +160,13 @@ TEST_F(LabelLists, AreRefusedWhenTheyAreNotAsPublished) {
 class FetchModel : public testing::Test {
  protected:
   FetchModel() {
+    test::withoutProxy();
     setenv("ESTANCIA_HOME", (scratch_ / "home").c_str(), 1);
     files_["/small.onnx"] = test::smallOnnx(8, 4);
     files_["/labels"] = test::labelLines(4);
     options_.download.pauseSeconds = 0;
   }
-  ~FetchModel() override { unsetenv("ESTANCIA_HOME"); }
+  void TearDown() override { unsetenv("ESTANCIA_HOME"); }
 
   HttpAnswer answer(const HttpRequest& request) {
     const auto found = files_.find(request.path);
@@ -257,7 +257,7 @@ TEST_F(FetchModel, FetchesAnewWhatDoesNotWorkWhenAsked) {
 TEST_F(FetchModel, RefusesALabelListThatIsNotWhatItWas) {
   files_["/labels"] = "<html>\n";
   EXPECT_THAT(refusal(entry()), HasSubstr("1 lines where 4 labels"));
-  files_["/labels"] = std::string(20'000'000, 'x');
+  files_["/labels"].resize(20'000'000, 'x');
   options_.anew = true;
   EXPECT_THAT(refusal(entry()), HasSubstr("more than the 16777216 allowed"));
 }

@@ -33,6 +33,9 @@ std::string cutAnswer(const std::string& body, std::size_t count,
 /// another `etag`.
 std::string rangeAnswer(const HttpRequest& request, const std::string& body, const std::string& etag = "");
 
+/// Lets this process and those it starts connect directly, whatever proxy the machine is set to.
+void withoutProxy();
+
 class LoopbackServer {
  public:
   using Handler = std::function<HttpAnswer(const HttpRequest&)>;
