@@ -45,6 +45,7 @@ Vocabulary Vocabulary::fromFile(const std::filesystem::path& path) {
   std::vector<std::string> labels;
   std::string line;
   while (std::getline(file, line)) {
+    if (labels.empty() && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);  // a byte order mark
     const auto end = line.find_last_not_of(" \t\r");
     labels.push_back(end == std::string::npos ? "" : line.substr(0, end + 1));
   }

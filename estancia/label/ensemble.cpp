@@ -17,11 +17,16 @@ namespace {
 
 constexpr std::size_t mostMembers = 100;
 
-std::vector<EnsembleMember> checked(std::vector<EnsembleMember> members, const std::string& name) {
+std::vector<EnsembleMember> checked(std::vector<EnsembleMember> members, const std::string& name,
+                                    Fusion fusion) {
   if (members.empty()) throw Error(fmt::format("the ensemble {} has no members; name at least one", name));
   const auto isSound = [](float value) { return value > 0 && std::isfinite(value); };
-  for (const EnsembleMember& member : members) {
-    if (!isSound(member.weight) || !isSound(member.temperature))
+  for (EnsembleMember& member : members) {
+    if (!member.weight)
+      member.weight = fusion == Fusion::probabilities
+                          ? 1.0F
+                          : std::sqrt(static_cast<float>(member.labeler->vocabulary().size()));
+    if (!isSound(*member.weight) || !isSound(member.temperature))
       throw Error(fmt::format("the ensemble {}: weights and temperatures must be numbers above 0", name));
     if (!member.labeler->members().empty())
       throw Error(fmt::format("the ensemble {} holds another ensemble; name its models themselves", name));
@@ -67,7 +72,7 @@ Vocabulary joined(const std::vector<EnsembleMember>& members, const Places& plac
       if (places[m][i] >= labels.size()) labels.resize(places[m][i] + 1);
       labels[places[m][i]] = own[i];
     }
-    parts.push_back({own.size(), members[m].weight});
+    parts.push_back({own.size(), *members[m].weight});
   }
   if (fusion == Fusion::probabilities || members.size() == 1) parts.clear();
   return Vocabulary(std::move(labels), std::move(parts));
@@ -90,13 +95,13 @@ LexicalDescriptor tempered(LexicalDescriptor p, float temperature) {
 }  // namespace
 
 Ensemble::Ensemble(std::string name, std::vector<EnsembleMember> members, Fusion fusion)
-    : members_(checked(std::move(members), name)),
+    : members_(checked(std::move(members), name, fusion)),
       fusion_(fusion),
       places_(placesOf(members_, fusion)),
       vocabulary_(joined(members_, places_, fusion)) {
   std::string all = fusion == Fusion::distances ? "distances" : "probabilities";
   for (const EnsembleMember& member : members_)
-    all += fmt::format("\n{} {} {}", member.labeler->identity(), member.weight, member.temperature);
+    all += fmt::format("\n{} {} {}", member.labeler->identity(), *member.weight, member.temperature);
   identity_ = fmt::format("{} {}", name, sha256(all));
 }
 
@@ -115,10 +120,10 @@ LexicalDescriptor Ensemble::combine(std::span<const LexicalDescriptor> answers) 
   if (answers.size() != members_.size())
     throw Error(fmt::format("{} answers for the {} members of an ensemble", answers.size(), members_.size()));
   float sum = 0;
-  for (const EnsembleMember& member : members_) sum += member.weight;
+  for (const EnsembleMember& member : members_) sum += *member.weight;
   LexicalDescriptor all(vocabulary_.size(), 0.0F);
   for (std::size_t m = 0; m < members_.size(); ++m) {
-    const float share = fusion_ == Fusion::probabilities ? members_[m].weight / sum : 1;
+    const float share = fusion_ == Fusion::probabilities ? *members_[m].weight / sum : 1;
     const LexicalDescriptor own = tempered(answers[m], members_[m].temperature);
     for (std::size_t i = 0; i < own.size(); ++i) all[places_[m][i]] += share * own[i];
   }
@@ -182,7 +187,7 @@ std::unique_ptr<Labeler> openEnsemble(const std::string& names, const LabelerOpt
   std::istringstream list(names);
   for (std::string name; std::getline(list, name, '+');) {
     if (name.empty()) throw Error(fmt::format("\"{}\": name the models between the plus signs", names));
-    members.push_back({loadModel(name, options), 1, 1});
+    members.push_back({loadModel(name, options), std::nullopt, 1});
   }
   return std::make_unique<Ensemble>(names, std::move(members), Fusion::distances);
 }

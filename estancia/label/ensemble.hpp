@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,9 @@ namespace estancia {
 /// One of the models that work together.
 struct EnsembleMember {
   std::unique_ptr<Labeler> labeler;
-  float weight = 1;  ///< > 0; how much it counts beside the others
+  /// > 0; how much it counts beside the others. Absent: √(its labels) where distances are fused, since more
+  /// words tell more; 1 where probabilities are.
+  std::optional<float> weight = std::nullopt;
   float temperature =
       1;  ///< > 0; p becomes p^(1/T) of the same sum: above 1 less sure of itself, below 1 more
 };
@@ -54,7 +57,7 @@ class Ensemble final : public Labeler {
 /// { model, weight, temperature }; `fusion` is "distances" or "probabilities".
 std::unique_ptr<Labeler> openEnsemble(const ModelSpec& spec, const LabelerOptions& options);
 
-/// "A+B+…": these models with equal weights, distances fused.
+/// "A+B+…": these models with their own weights, distances fused.
 std::unique_ptr<Labeler> openEnsemble(const std::string& names, const LabelerOptions& options);
 
 }  // namespace estancia

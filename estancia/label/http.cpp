@@ -142,7 +142,10 @@ class HttpLabeler final : public Labeler {
     const std::string body(prepared.input.ptr<char>(), prepared.input.total());
     for (int attempt = 1;; ++attempt) {
       if (!waitUntil(nextTurn())) return {};
-      const HttpReply reply = lane.connection.post(body);
+      HttpReply reply = lane.connection.post(body);
+      // A service may show us our own key; here, before anything of it is cut to fit a message.
+      reply.body = withoutSecrets(reply.body, settings_.secrets);
+      reply.location = withoutSecrets(reply.location, settings_.secrets);
       if (reply.status / 100 == 2) return read(reply);
       if (!mayPass(reply)) return judge(reply);
       const std::string reason = reasonOf(reply);
@@ -163,7 +166,7 @@ class HttpLabeler final : public Labeler {
       if (!waitUntil(Clock::now() + wait)) return {};
     }
   } catch (const Error& e) {
-    return {{}, {}, withoutSecrets(e.what(), settings_.secrets)};
+    return {{}, {}, e.what()};
   }
 
   Outcome read(const HttpReply& reply) const {
@@ -196,9 +199,7 @@ class HttpLabeler final : public Labeler {
     return fmt::format("HTTP {}{}{}", reply.status, text.empty() ? "" : ": ", text);
   }
 
-  std::string message(const std::string& what) const {
-    return withoutSecrets(fmt::format("{}: {}", source_, what), settings_.secrets);
-  }
+  std::string message(const std::string& what) const { return fmt::format("{}: {}", source_, what); }
 
   /// Doubling, with up to half of it taken off at random, so that the lanes do not come back together.
   milliseconds backoff(Lane& lane, int attempt) const {

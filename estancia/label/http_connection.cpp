@@ -1,90 +1,22 @@
 #include "estancia/label/http_connection.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <httplib.h>
 #include <openssl/x509.h>
-#include <unistd.h>
 
-#include <condition_variable>
-#include <mutex>
-#include <optional>
-#include <thread>
+#include <algorithm>
+#include <cstdint>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/no_sigpipe.hpp"
+#include "estancia/label/watchdog.hpp"
 
 namespace estancia {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-/// Shuts a socket down when a request takes too long. The library's own timeouts begin anew with every byte,
-/// so a server that dribbles would hold us for ever.
-class Watchdog {
- public:
-  Watchdog() : thread_([this] { run(); }) {}
-  ~Watchdog() {
-    {
-      const std::lock_guard lock(mutex_);
-      ending_ = true;
-    }
-    changed_.notify_all();
-    thread_.join();
-    forget();
-  }
-  Watchdog(const Watchdog&) = delete;
-  Watchdog& operator=(const Watchdog&) = delete;
-
-  /// A duplicate of our own: the library may close its descriptor, whose number may then be another file.
-  void watch(int socket) {
-    const std::lock_guard lock(mutex_);
-    forget();
-    socket_ = fcntl(socket, F_DUPFD_CLOEXEC, 0);
-  }
-  void forget() {
-    if (socket_ >= 0) ::close(socket_);
-    socket_ = -1;
-  }
-
-  void start(milliseconds timeout) {
-    const std::lock_guard lock(mutex_);
-    deadline_ = Clock::now() + timeout;
-    changed_.notify_all();
-  }
-  /// Whether the time was over.
-  bool stop(bool keep) {
-    const std::lock_guard lock(mutex_);
-    const bool over = Clock::now() >= *deadline_;
-    deadline_.reset();
-    if (!keep) forget();
-    return over;
-  }
-
- private:
-  void run() {
-    constexpr milliseconds again{10};  // a name is looked up, another address tried …
-    std::unique_lock lock(mutex_);
-    while (!ending_) {
-      if (!deadline_) {
-        changed_.wait(lock);
-      } else if (Clock::now() < *deadline_) {
-        changed_.wait_until(lock, *deadline_);
-      } else {
-        if (socket_ >= 0) ::shutdown(socket_, SHUT_RDWR);
-        changed_.wait_for(lock, again);
-      }
-    }
-  }
-
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::optional<Clock::time_point> deadline_;
-  int socket_ = -1;
-  bool ending_ = false;
-  std::thread thread_;  // last: it uses all of the above
-};
+constexpr std::size_t kAround = std::size_t{1} << 20U;  // bytes of headers and TLS around an answer
 
 std::string secondsOf(milliseconds time) {
   return fmt::format("{} s", std::chrono::duration<double>(time).count());
@@ -95,8 +27,7 @@ std::string secondsOf(milliseconds time) {
 class HttpConnection::Implementation {
  public:
   explicit Implementation(HttpEndpoint endpoint) : endpoint_(std::move(endpoint)), client_(endpoint_.server) {
-    if (!client_.is_valid())
-      throw Error(fmt::format("cannot make a client for {}; check `url` and `ca`", endpoint_.server));
+    if (!client_.is_valid()) throw Error("`url` in model.toml names no server that can be asked; correct it");
     client_.set_keep_alive(true);
     client_.set_follow_location(false);
     client_.set_url_encode(false);
@@ -126,9 +57,9 @@ class HttpConnection::Implementation {
       return !tooLong;
     };
     const NoSigpipe quiet;
-    watchdog_.start(endpoint_.timeout);
+    watchdog_.start(endpoint_.timeout, endpoint_.longestAnswer + kAround);
     const httplib::Result result = client_.send(request);
-    const bool over = watchdog_.stop(client_.is_socket_open() != 0);
+    const auto verdict = watchdog_.stop(client_.is_socket_open() != 0);
     if (result) {
       reply.status = result->status;
       reply.retryAfter = result->get_header_value("Retry-After");
@@ -137,10 +68,10 @@ class HttpConnection::Implementation {
     }
     client_.stop();
     reply.body.clear();
-    if (tooLong) {
+    if (tooLong || verdict == Watchdog::Verdict::tooMuch) {
       reply.problem = fmt::format("its answer is longer than {} bytes", endpoint_.longestAnswer);
       reply.hopeless = true;
-    } else if (over) {
+    } else if (verdict == Watchdog::Verdict::late) {
       reply.problem = fmt::format("no whole answer within {}", secondsOf(endpoint_.timeout));
     } else {
       explain(result.error(), reply);
@@ -167,12 +98,11 @@ class HttpConnection::Implementation {
         reply.hopeless = true;
         return;
       case Kind::SSLServerVerification: {
-        const long verdict = client_.get_openssl_verify_result();
+        const long reason = client_.get_openssl_verify_result();
         reply.problem = fmt::format(
             "its certificate is refused: {}; for a service of your own, name the certificate that it is "
             "signed with as `ca` in model.toml",
-            verdict == X509_V_OK ? "it is made out for another host"
-                                 : X509_verify_cert_error_string(verdict));
+            reason == X509_V_OK ? "it is made out for another host" : X509_verify_cert_error_string(reason));
         reply.hopeless = true;
         return;
       }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
+#include <string_view>
 #include <utility>
 
 #include "estancia/core/config.hpp"
@@ -171,12 +172,12 @@ std::string requestBody(const HttpSettings& settings, const cv::Mat& bgr) {
       kBoundary, settings.field, settings.format, settings.format == "jpg" ? "jpeg" : "png", bytes);
 }
 
-std::string withoutSecrets(std::string_view text, const std::vector<std::string>& secrets) {
-  std::string result(text);
+std::string withoutSecrets(std::string text, const std::vector<std::string>& secrets) {
+  constexpr std::string_view instead = "***";
   for (const std::string& secret : secrets)
-    for (std::size_t at = 0; (at = result.find(secret, at)) != std::string::npos; at += 3)
-      result.replace(at, secret.size(), "***");
-  return result;
+    for (std::size_t at = 0; (at = text.find(secret, at)) != std::string::npos; at += instead.size())
+      text.replace(at, secret.size(), instead);
+  return text;
 }
 
 }  // namespace estancia

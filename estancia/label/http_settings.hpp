@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <opencv2/core/mat.hpp>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "estancia/label/black_box.hpp"
@@ -40,7 +39,7 @@ HttpSettings readHttpSettings(const ModelSpec& spec);
 /// The body of the request for a BGR image. Throws cv::Exception when the image cannot be packed.
 std::string requestBody(const HttpSettings& settings, const cv::Mat& bgr);
 
-/// `text` on one line, cut to what fits a message, secrets as ***.
-std::string withoutSecrets(std::string_view text, const std::vector<std::string>& secrets);
+/// `text` with *** in the place of every secret.
+std::string withoutSecrets(std::string text, const std::vector<std::string>& secrets);
 
 }  // namespace estancia

@@ -151,17 +151,20 @@ class ProcessLabeler final : public Labeler {
           hasAnswered_ = true;
           return answer;
         }
-        const std::string what = outcome == Outcome::hung
-                                     ? fmt::format("gave no answer within {} s and was killed",
-                                                   std::chrono::duration<double>(timeout).count())
-                                     : fmt::format("ended without an answer ({})", process_->end());
-        const std::string words = process_->lastWords();
+        const std::string what =
+            outcome == Outcome::hung
+                ? fmt::format(
+                      "gave no answer within {} s and was killed (does it flush stdout after each line?)",
+                      std::chrono::duration<double>(timeout).count())
+                : fmt::format("ended without an answer ({})", process_->end());
+        std::string words = process_->lastWords();
+        words = words.empty() ? "it wrote nothing to stderr" : "its last words: " + words;
         // Who has not answered at all will not do so the second time either, and waiting is long.
         const bool hopeless = outcome == Outcome::hung && !hasAnswered_;
         process_.reset();
         if (again || hopeless)
-          throw Error(fmt::format("{}: the program {}{}; {}", source_, what, again ? ", twice in a row" : "",
-                                  words.empty() ? "it wrote nothing to stderr" : "its last words: " + words));
+          throw Error(
+              fmt::format("{}: the program {}{}; {}", source_, what, again ? ", twice in a row" : "", words));
       } catch (const Error& e) {
         process_.reset();
         const std::string message = e.what();

@@ -28,7 +28,7 @@ using sqlite::Database;
 using sqlite::Statement;
 
 constexpr std::int64_t applicationId = 0x45737461;  // "Esta", in SQLite's header
-constexpr std::int64_t formatVersion = 1;
+constexpr std::int64_t formatVersion = 2;           // 1: log-ratios with another floor
 constexpr int lockPatience = 1000;  ///< a reader may hold a lock for a moment while it recovers [ms]
 
 // Decisions, merges and first frames are history: they may name nodes that have been absorbed since.
@@ -172,6 +172,10 @@ void requireOurFormat(Database& database) {
         fmt::format("{}: written in map format {} by a newer Estancia; this one reads up to format {}: "
                     "update Estancia",
                     path, version, formatVersion));
+  if (version == 1)
+    throw Error(fmt::format(
+        "{}: written in map format 1 by an older Estancia, which compared otherwise; map the sequence again",
+        path));
   if (version < 1) database.failDamaged(fmt::format("its format version is {}", version));
   // SQLite notices missing pages, but fills up a last page that was cut. (Beside a -wal file the size may
   // change.)

@@ -16,6 +16,15 @@ TEST(Vocabulary, ReadsOneLabelALineAndDropsCarriageReturns) {
   EXPECT_EQ(vocabulary[1], "goldfish");
 }
 
+TEST(Vocabulary, KeepsLabelsThatStandTwiceAndDropsAByteOrderMark) {
+  const test::ScratchFolder folder;
+  test::writeFile(folder / "labels.txt",
+                  "\xEF\xBB\xBF"
+                  "crane\nheron\ncrane\n");
+  EXPECT_EQ(Vocabulary::fromFile(folder / "labels.txt").labels(),
+            (std::vector<std::string>{"crane", "heron", "crane"}));
+}
+
 TEST(Vocabulary, NamesTheLineOfAnEmptyLabel) {
   const test::ScratchFolder folder;
   test::writeFile(folder / "labels.txt", "cup\n\nmug\n");
@@ -40,6 +49,19 @@ TEST(Vocabulary, SaysWhereTwoDiffer) {
   } catch (const Error& e) {
     EXPECT_NE(std::string(e.what()).find("\"mug\" against \"jug\""), std::string::npos) << e.what();
   }
+}
+
+TEST(Vocabulary, OfSeveralModelsHasParts) {
+  const std::vector<std::string> labels{"cup", "cat", "kitchen"};
+  const Vocabulary whole(labels), parted(labels, {{2, 1}, {1, 0.5F}});
+  EXPECT_EQ(whole.layout().parts.size(), 1U);
+  EXPECT_EQ(parted.layout().labels(), 3U);
+  EXPECT_FALSE(whole == parted) << "the same words, compared otherwise";
+  EXPECT_FALSE(parted == Vocabulary(labels, {{2, 1}, {1, 1}}));
+  EXPECT_TRUE(whole == Vocabulary(labels, {{3, 1}}));
+  for (const std::vector<LabelPart>& wrong :
+       {std::vector<LabelPart>{{2, 1}}, {{2, 1}, {2, 1}}, {{3, 1}, {0, 1}}, {{2, 1}, {1, 0}}})
+    EXPECT_NE(test::errorOf([&] { Vocabulary(labels, wrong); }), "");
 }
 
 }  // namespace

@@ -168,5 +168,60 @@ TEST(Sketch, BoundsOfUnitVectorsAreTight) {
   EXPECT_LT(upper[0] - dot(a, b), 0.05);
 }
 
+/// Σ w d_part / Σ w, each part embedded and compared by itself.
+double fused(const std::vector<LabelPart>& parts, const std::vector<float>& a, const std::vector<float>& b) {
+  double sum = 0, weights = 0;
+  for (std::size_t first = 0; const LabelPart& part : parts) {
+    std::vector<float> x(part.size), y(part.size);
+    embed(Embedding::centredLogRatio, std::span(a).subspan(first, part.size), x);
+    embed(Embedding::centredLogRatio, std::span(b).subspan(first, part.size), y);
+    sum += part.weight * compare(Comparison::cosine, x, y);
+    weights += part.weight;
+    first += part.size;
+  }
+  return sum / weights;
+}
+
+TEST(NodeBankOfParts, DistanceIsTheWeightedMeanOfThePartsOwn) {
+  const std::vector<LabelPart> parts{{30, 1}, {5, 2}, {12, 0.5F}};
+  const Distance distance = getDistance("clr-cosine", parts);
+  test::SyntheticPlaces places(6, 47);
+  NodeBank bank(distance, 47);
+  std::vector<std::vector<float>> images;
+  for (std::size_t p = 0; p < 6; ++p) {
+    images.push_back(places.image(p));
+    NodeMemory node = bank.makeNode(static_cast<int>(p));
+    std::vector<float> embedded(47);
+    embed(distance.embedding, images.back(), embedded, distance.parts);
+    node.frames = 1;
+    node.words.add(images.back());
+    node.embedded->add(embedded);
+    bank.add(std::move(node));
+  }
+  const std::vector<float> image = places.image(3);
+  std::vector<float> embedded(47);
+  embed(distance.embedding, image, embedded, distance.parts);
+  const auto query = bank.makeQuery(embedded);
+  std::size_t best = 0;
+  for (std::size_t p = 0; p < 6; ++p) {
+    EXPECT_NEAR(bank.distance(p, query), fused(parts, images[p], image), 1e-5);
+    if (fused(parts, images[p], image) < fused(parts, images[best], image)) best = p;
+  }
+  EXPECT_EQ(bank.nearest(query, bank.size())->slot, best);
+}
+
+TEST(NodeBankOfParts, APartThatIsSurerThanBeforeChangesNothing) {
+  // The same ratios inside each part: only how much mass the second model gives has changed.
+  const std::vector<LabelPart> parts{{3, 1}, {2, 1}};
+  const std::vector<float> a{0.5F, 0.3F, 0.2F, 0.6F, 0.3F}, b{0.5F, 0.3F, 0.2F, 0.02F, 0.01F};
+  std::vector<float> x(5), y(5);
+  embed(Embedding::centredLogRatio, a, x, parts);
+  embed(Embedding::centredLogRatio, b, y, parts);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(x[i], y[i], 1e-4);
+  embed(Embedding::centredLogRatio, a, x);
+  embed(Embedding::centredLogRatio, b, y);
+  EXPECT_GT(std::abs(x[0] - y[0]), 0.5) << "as one part it would";
+}
+
 }  // namespace
 }  // namespace estancia

@@ -1,0 +1,107 @@
+// The label file keeps everything, and believes nothing.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/label_file.hpp"
+#include "estancia/io/sequence.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AnyOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+Recording sample() {
+  Recording recording{
+      Vocabulary({"cup", "cat", "kitchen"}, {{2, 1}, {1, 0.5F}}), "net 0123", {}, DescriptorMatrix(3)};
+  recording.frames.push_back({"a.jpg", 1.25, Pose{1, 2, 3, 0, 0, 0, 1}, "kitchen"});
+  recording.frames.push_back({"b \xff.jpg", {}, {}, ""});
+  recording.descriptors.append(LexicalDescriptor{0.1F, 0.9F, 1});
+  recording.descriptors.append(LexicalDescriptor{1e-30F, 1.0F / 3, 0});
+  return recording;
+}
+
+TEST(LabelFile, KeepsEverythingExactly) {
+  const test::ScratchFolder scratch;
+  const fs::path file = scratch / "words.labels";
+  const Recording before = sample();
+  io::writeLabelFile(before, file);
+  const Recording after = io::readLabelFile(file);
+  EXPECT_EQ(after.vocabulary, before.vocabulary);
+  EXPECT_EQ(after.vocabulary.layout().parts, before.vocabulary.layout().parts);
+  EXPECT_EQ(after.model, before.model);
+  EXPECT_EQ(after.descriptors.values(), before.descriptors.values());
+  ASSERT_EQ(after.frames.size(), 2U);
+  EXPECT_EQ(after.frames[0].name, "a.jpg");
+  EXPECT_EQ(after.frames[0].timestamp, 1.25);
+  EXPECT_EQ(after.frames[0].pose->z, 3);
+  EXPECT_EQ(after.frames[0].room, "kitchen");
+  EXPECT_EQ(after.frames[1].name, "b \xff.jpg");
+  EXPECT_FALSE(after.frames[1].timestamp || after.frames[1].pose);
+}
+
+TEST(LabelFile, StandsForItsSequence) {
+  const test::ScratchFolder scratch;
+  writeRecording(sample(), scratch / "words.labels");
+  const auto sequence = openSequence(scratch / "words.labels");
+  ASSERT_EQ(sequence->size(), 2U);
+  EXPECT_EQ(sequence->frame(0).room, "kitchen");
+  EXPECT_THAT(test::errorOf([&] { sequence->image(0); }), HasSubstr("only its words"));
+}
+
+TEST(LabelFile, CutAnywhereIsRefused) {
+  const test::ScratchFolder scratch;
+  io::writeLabelFile(sample(), scratch / "whole.labels");
+  const std::string whole = test::readFile(scratch / "whole.labels");
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    test::writeFile(scratch / "cut.labels", whole.substr(0, size));
+    EXPECT_NE(test::errorOf([&] { io::readLabelFile(scratch / "cut.labels"); }), "") << size;
+  }
+  test::writeFile(scratch / "long.labels", whole + "x");
+  EXPECT_NE(test::errorOf([&] { io::readLabelFile(scratch / "long.labels"); }), "");
+}
+
+TEST(LabelFile, AbsurdNumbersDoNotAllocate) {
+  const test::ScratchFolder scratch;
+  io::writeLabelFile(sample(), scratch / "whole.labels");
+  const std::string whole = test::readFile(scratch / "whole.labels");
+  for (std::size_t at = 8; at + 8 <= whole.size(); ++at) {  // whatever number stands there
+    std::string damaged = whole;
+    damaged.replace(at, 8, 8, '\xff');
+    test::writeFile(scratch / "damaged.labels", damaged);
+    try {
+      const Recording read = io::readLabelFile(scratch / "damaged.labels");
+      EXPECT_EQ(read.frames.size(), 2U) << at;  // a name, a room or a time stamp may be anything
+    } catch (const Error&) {
+    }
+  }
+}
+
+TEST(LabelFile, SaysWhatItIsNot) {
+  const test::ScratchFolder scratch;
+  test::writeFile(scratch / "text.labels", "cup\ncat\n");
+  EXPECT_THAT(test::errorOf([&] { io::readLabelFile(scratch / "text.labels"); }), HasSubstr("no label file"));
+  io::writeLabelFile(sample(), scratch / "new.labels");
+  std::string newer = test::readFile(scratch / "new.labels");
+  newer[8] = 2;
+  test::writeFile(scratch / "new.labels", newer);
+  EXPECT_THAT(test::errorOf([&] { io::readLabelFile(scratch / "new.labels"); }), HasSubstr("version 2"));
+  EXPECT_THAT(test::errorOf([&] { writeRecording(sample(), scratch / "words.txt"); }), HasSubstr("NAME.csv"));
+}
+
+TEST(Recording, IsPutInOtherWords) {
+  const Recording other = inWordsOf(Vocabulary({"kitchen", "dog", "cup"}), sample());
+  EXPECT_THAT(other.descriptors.row(0), ElementsAre(1, 0, 0.1F));
+  EXPECT_EQ(other.frames.size(), 2U);
+}
+
+}  // namespace
+}  // namespace estancia

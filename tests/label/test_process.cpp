@@ -1,0 +1,316 @@
+// Programs as labelers, the well and the badly behaved. Scripts run in the model's folder.
+#include <dirent.h>
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <thread>
+
+#include "estancia/label/model.hpp"
+#include "support/model_support.hpp"
+
+namespace estancia {
+namespace {
+namespace fs = std::filesystem;
+
+using test::errorOf;
+using test::readFile;
+using test::writeFile;
+using testing::AllOf;
+using testing::AnyOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// A loop that answers every image with `labels`.
+std::string answering(const std::string& labels) {
+  return "while read -r image; do printf '{\"image\": \"%s\", \"labels\": " + labels +
+         "}\\n' \"$image\"; done\n";
+}
+
+const cv::Mat& grey() {
+  static const cv::Mat image(4, 6, CV_8UC3, cv::Scalar::all(128));
+  return image;
+}
+
+std::size_t openFiles() {
+  std::size_t count = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator("/proc/self/fd")) ++count;
+  return count;
+}
+
+/// Whether a process is there and no zombie; waits a little for it to go.
+bool livesOn(const fs::path& pidFile) {
+  std::string pid;
+  std::ifstream(pidFile) >> pid;
+  if (pid.empty()) return true;  // the script did not get as far: the test is wrong
+  for (int i = 0; i < 500; ++i) {
+    const std::string status = readFile("/proc/" + pid + "/stat");
+    if (status.empty() || status.find(") Z ") != std::string::npos) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return true;
+}
+
+class ProcessLabeler : public testing::Test {
+ protected:
+  std::unique_ptr<Labeler> open(const std::string& script, const std::string& more = "") {
+    writeFile(scratch_ / "labeler.sh", script);
+    return openCommand(R"(["sh", "labeler.sh"])", more);
+  }
+  std::unique_ptr<Labeler> openCommand(const std::string& command, const std::string& more = "") {
+    writeFile(scratch_ / "model.toml",
+              "name = \"mine\"\ntype = \"process\"\ncommand = " + command + "\n" + more + "\n");
+    return loadModel(scratch_.path().string());
+  }
+  /// What labelling one image with this script complains about.
+  std::string refusal(const std::string& script, const std::string& more = "") {
+    const auto labeler = open(script, more);
+    return errorOf([&] { labeler->label(grey()); });
+  }
+  void TearDown() override {
+    EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "a child is left";
+    EXPECT_EQ(errno, ECHILD);
+  }
+  test::ScratchFolder scratch_;
+};
+
+TEST_F(ProcessLabeler, LabelsImages) {
+  writeFile(scratch_ / "labels.txt", "mug\ncup\nspoon\n");
+  const auto labeler =
+      open(answering(R"({"cup": 0.75, "mug": 0.25, "unheard of": 1})"), "labels = \"labels.txt\"");
+  EXPECT_FALSE(labeler->discovers());
+  EXPECT_TRUE(labeler->needsImage());
+  for (int i = 0; i < 3; ++i) EXPECT_THAT(labeler->label(grey()), ElementsAre(0.25F, 0.75F, 0));
+  EXPECT_THAT(labeler->identity(), testing::StartsWith("mine "));
+}
+
+TEST_F(ProcessLabeler, HandsOverTheWholePictureAndTakesItAway) {
+  cv::Mat image(30, 40, CV_8UC3);
+  cv::RNG(1).fill(image, cv::RNG::UNIFORM, 0, 256);
+  std::string path;
+  {
+    const auto labeler = open(
+        "read -r image; echo \"$image\" >path; cp \"$image\" copy.png\n"
+        "printf '{\"image\": \"%s\", \"labels\": {\"noise\": 1}}\\n' \"$image\"; read -r none\n");
+    labeler->label(image);
+    path = readFile(scratch_ / "path");
+    path.pop_back();
+    EXPECT_EQ(cv::norm(cv::imread(scratch_ / "copy.png"), image, cv::NORM_INF), 0);
+    EXPECT_FALSE(fs::exists(path));
+    struct stat folder {};
+    ASSERT_EQ(stat(fs::path(path).parent_path().c_str(), &folder), 0);
+    EXPECT_EQ(folder.st_mode & 0777U, 0700U) << "nobody else may look";
+  }
+  EXPECT_FALSE(fs::exists(fs::path(path).parent_path()));
+}
+
+TEST_F(ProcessLabeler, DiscoversWordsTheSurestFirst) {
+  const auto labeler = open(
+      "n=0; while read -r image; do n=$((n + 1))\n"
+      "if [ $n = 1 ]; then l='[{\"label\": \"b\", \"confidence\": 0.1}, {\"label\": "
+      "\"c\", \"confidence\": 0.9}, {\"label\": \"a\", \"confidence\": 0.1}]'\n"
+      "else l='{\"d\": 0.5, \"c\": 0.25, \"e\": 0}'; fi\n"
+      "echo \"{\\\"image\\\": \\\"$image\\\", \\\"labels\\\": $l}\"; done\n");
+  EXPECT_TRUE(labeler->discovers());
+  EXPECT_THAT(errorOf([&] { labeler->vocabulary(); }), HasSubstr("no words are known yet"));
+  EXPECT_THAT(labeler->label(grey()), ElementsAre(0.9F, 0.1F, 0.1F));
+  EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("c", "a", "b"));
+  EXPECT_THAT(labeler->label(grey()), ElementsAre(0.25F, 0, 0, 0.5F));
+  EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("c", "a", "b", "d"));
+  const std::vector<Word> remembered{{"z", 0.5F}, {"a", 0.25F}};
+  EXPECT_THAT(labeler->adopt(remembered), ElementsAre(0, 0.25F, 0, 0, 0.5F));
+}
+
+TEST_F(ProcessLabeler, KeepsTheBestWords) {
+  const auto labeler = open(answering(R"({"a": 0.1, "b": 0.5, "c": 0.3})"), "best = 2");
+  EXPECT_THAT(labeler->label(grey()), ElementsAre(0.5F, 0.3F));
+  EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("b", "c"));
+}
+
+TEST_F(ProcessLabeler, TellsLabelsOfOneNameApartByTheirOrder) {
+  writeFile(scratch_ / "labels.txt", "crane\nheron\ncrane\n");
+  const auto labeler = open(answering(R"([{"label": "crane", "confidence": 0.1},
+      {"label": "crane", "confidence": 0.6}, {"label": "crane", "confidence": 0.3}])"),
+                            "labels = \"labels.txt\"");
+  // A line of shell, but printf keeps the line ends inside JSON out of it: the answer must be one line.
+  EXPECT_THAT(errorOf([&] { labeler->label(grey()); }), HasSubstr("not JSON"));
+  const auto sound = open(
+      answering(
+          R"([{"label": "crane", "confidence": 0.1}, {"label": "crane", "confidence": 0.6}, {"label": "crane", "confidence": 0.7}])"),
+      "labels = \"labels.txt\"");
+  EXPECT_THAT(sound->label(grey()), ElementsAre(0.1F, 0, 0.7F));
+}
+
+TEST_F(ProcessLabeler, ScalesAndClamps) {
+  EXPECT_THAT(open(answering(R"({"cup": 87, "mug": 5})"), "scale = 0.01")->label(grey()),
+              ElementsAre(testing::FloatEq(0.87F), testing::FloatEq(0.05F)));
+  EXPECT_THAT(open(answering(R"({"cup": 1.00005, "mug": -0.00001})"))->label(grey()), ElementsAre(1));
+}
+
+TEST_F(ProcessLabeler, GoesOnAfterAnImageThatCannotBeLabelled) {
+  const auto labeler =
+      open("read -r image; echo \"{\\\"image\\\": \\\"$image\\\", \\\"error\\\": \\\"too dark\\\"}\"\n" +
+           answering(R"({"cup": 1})"));
+  const std::vector<Prepared> batch{labeler->prepare(grey()), labeler->prepare(grey())};
+  const auto results = labeler->inferBatch(batch);
+  EXPECT_EQ(results[0].problem, "model mine: too dark");
+  EXPECT_EQ(results[1].problem, "");
+  EXPECT_THAT(results[1].descriptor, ElementsAre(1));
+}
+
+TEST_F(ProcessLabeler, RefusesNonsense) {
+  const auto refusalOf = [&](const std::string& line) {
+    return refusal("read -r image\ncat <<END\n" + line + "\nEND\nread -r none\n");
+  };
+  const std::string image = R"({"image": "$image", "labels": )";
+  const std::pair<std::string, std::string> cases[] = {
+      {"Loading weights ...", "not JSON: \"Loading weights ...\""},
+      {image + R"({"cup": NaN}})", "JSON knows no NaN"},
+      {image + R"({"cup": 1e999}})", "not JSON"},
+      {image + R"({"cup": 87}})", "87 for \"cup\" is no probability"},
+      {image + R"({"cup": -0.2}})", "-0.2 for \"cup\""},
+      {image + R"({"cup": 1.001}})", "1.001 for \"cup\""},
+      {image + R"({"cup": "high"}})", "the confidence of \"cup\" is no number"},
+      {image + R"({" ": 1}})", "a label without a name"},
+      {image + "\"cup\"}", "the words must be"},
+      {image + R"([{"label": "cup"}]})", "no \"confidence\""},
+      {image + R"([{"label": 3, "confidence": 1}]})", "\"label\" must be a text"},
+      {image + R"([7]})", "no \"label\""},
+      {R"({"image": "$image"})", "nothing at /labels"},
+      {R"({"image": "other.png", "labels": {}})", "it answered for \"other.png\""},
+      {R"({"labels": {"cup": 1}})", "does not say for which \"image\""},
+      {image + std::string(2000, '['), "more than 64 levels"},
+      {"", "not JSON"}};
+  for (const auto& [line, expected] : cases)
+    EXPECT_THAT(refusalOf(line), AllOf(testing::StartsWith("model mine: "), HasSubstr(expected))) << line;
+}
+
+TEST_F(ProcessLabeler, RefusesAnswersThatNobodyAskedFor) {
+  const auto labeler = open(
+      "while read -r image; do l=\"{\\\"image\\\": \\\"$image\\\", \\\"labels\\\": {\\\"cup\\\": 1}}\"\n"
+      "printf '%s\\n%s\\n' \"$l\" \"$l\"; done\n");
+  labeler->label(grey());
+  EXPECT_THAT(errorOf([&] { labeler->label(grey()); }), HasSubstr("without being asked"));
+}
+
+TEST_F(ProcessLabeler, IsStartedAgainOnce) {
+  const auto labeler = open(
+      "read -r image; [ -e died ] || { touch died; exit 3; }\n"
+      "printf '{\"image\": \"%s\", \"labels\": {\"cup\": 1}}\\n' \"$image\"\n");
+  // It ends after every answer: that is a new start an image, but no failure.
+  for (int i = 0; i < 3; ++i) EXPECT_THAT(labeler->label(grey()), ElementsAre(1));
+  EXPECT_TRUE(fs::exists(scratch_ / "died"));
+}
+
+TEST_F(ProcessLabeler, SaysHowAndWhyItDied) {
+  EXPECT_THAT(refusal("echo one >&2; echo 'two\tthree' >&2; exit 3\n"),
+              AllOf(HasSubstr("the program ended without an answer (exit status 3), twice in a row"),
+                    HasSubstr("its last words: one | two")));
+  EXPECT_THAT(refusal("kill -SEGV $$\n"), AllOf(HasSubstr("signal 11"), HasSubstr("nothing to stderr")));
+  EXPECT_THAT(refusal("exit 0\n"), HasSubstr("exit status 0"));
+  EXPECT_THAT(refusal("exec >&-; exec sleep 1000\n"), HasSubstr("closed its stdout"));
+}
+
+TEST_F(ProcessLabeler, CannotBeStarted) {
+  const auto refusalOf = [&](const std::string& command) {
+    const auto labeler = openCommand(command);
+    return errorOf([&] { labeler->label(grey()); });
+  };
+  EXPECT_THAT(refusalOf(R"(["no-such-program"])"),
+              AllOf(HasSubstr("no-such-program cannot be started: No such file"), HasSubstr("`command`")));
+  writeFile(scratch_ / "not-executable", "");
+  EXPECT_THAT(refusalOf(R"(["./not-executable"])"), HasSubstr("Permission denied"));
+}
+
+TEST_F(ProcessLabeler, RunsAProgramOfItsOwnFolder) {
+  writeFile(scratch_ / "program", "#!/bin/sh\n" + answering(R"({"cup": 1})"));
+  fs::permissions(scratch_ / "program", fs::perms::owner_all);
+  EXPECT_THAT(openCommand(R"(["program"])")->label(grey()), ElementsAre(1));
+}
+
+TEST_F(ProcessLabeler, NeverAnswers) {
+  EXPECT_THAT(refusal("exec sleep 1000\n", "start_timeout = 0.05"),
+              AllOf(HasSubstr("gave no answer within 0.05 s and was killed"), Not(HasSubstr("twice"))));
+  EXPECT_THAT(refusal("exec <&-; exec sleep 1000\n", "start_timeout = 0.05"), HasSubstr("no answer"))
+      << "a closed stdin must not raise SIGPIPE";
+  EXPECT_THAT(refusal("while :; do printf x; sleep 0.01; done\n", "start_timeout = 0.2"),
+              HasSubstr("no answer within 0.2 s"))
+      << "dribbling is no answer";
+}
+
+TEST_F(ProcessLabeler, AHangingOneIsKilledWithItsChildrenAndStartedAgain) {
+  const auto labeler =
+      open("if [ -e first ]; then\n" + answering(R"({"cup": 0.5})") +
+               "fi; touch first; echo $$ >parent; sleep 1000 & echo $! >child\n"
+               "read -r image; printf '{\"image\": \"%s\", \"labels\": {\"cup\": 1}}\\n' \"$image\"; wait\n",
+           "timeout = 0.1");
+  EXPECT_THAT(labeler->label(grey()), ElementsAre(1));
+  EXPECT_THAT(labeler->label(grey()), ElementsAre(0.5F));
+  EXPECT_FALSE(livesOn(scratch_ / "parent"));
+  EXPECT_FALSE(livesOn(scratch_ / "child"));
+}
+
+TEST_F(ProcessLabeler, IsEndedWithItsChildrenWhenWeEnd) {
+  open("sleep 1000 & echo $! >child; echo $$ >parent; trap '' TERM HUP INT\n" + answering(R"({"cup": 1})") +
+       "exec sleep 1000\n")
+      ->label(grey());
+  EXPECT_FALSE(livesOn(scratch_ / "parent"));
+  EXPECT_FALSE(livesOn(scratch_ / "child"));
+}
+
+TEST_F(ProcessLabeler, SurvivesFloods) {
+  EXPECT_THAT(refusal("tr '\\0' x </dev/zero\n"), HasSubstr("a line of more than 16777216 bytes"));
+  const std::string complaints = "head -c 3000000 /dev/zero | tr '\\0' e >&2\n";
+  EXPECT_THAT(open(complaints + answering(R"({"cup": 1})"))->label(grey()), ElementsAre(1));
+  EXPECT_LT(refusal(complaints + "exit 1\n").size(), 600U);
+}
+
+TEST_F(ProcessLabeler, InheritsAndLeavesNothing) {
+  const int secret = ::open("/dev/null", O_RDONLY);  // as a careless library opens files: inheritable
+  ASSERT_EQ(dup2(secret, 77), 77);
+  const std::size_t before = openFiles();
+  open("ls /proc/$$/fd >fds\n" + answering(R"({"cup": 1})"))->label(grey());
+  refusal("exit 1\n");
+  refusal("exec sleep 1000\n", "start_timeout = 0.05");
+  EXPECT_EQ(openFiles(), before);
+  EXPECT_THAT(readFile(scratch_ / "fds"), AllOf(HasSubstr("0\n1\n"), Not(HasSubstr("77"))));
+  ::close(secret);
+  ::close(77);
+}
+
+TEST_F(ProcessLabeler, IsAnotherModelWithAnotherScript) {
+  const std::string identity = open(answering(R"({"cup": 1})"))->identity();
+  EXPECT_EQ(open(answering(R"({"cup": 1})"))->identity(), identity);
+  EXPECT_NE(open(answering(R"({"cup": 0.9})"))->identity(), identity);
+}
+
+TEST_F(ProcessLabeler, ChecksItsSettings) {
+  const auto refusalOf = [&](const std::string& line) { return errorOf([&] { open("", line); }); };
+  EXPECT_THAT(refusalOf("comand = 1"),
+              AllOf(HasSubstr("model.toml:4: unknown key `comand`"), HasSubstr("timeout")));
+  EXPECT_THAT(refusalOf("timeout = 0"), HasSubstr("`timeout`"));
+  EXPECT_THAT(refusalOf("best = 0"), HasSubstr("`best`"));
+  EXPECT_THAT(refusalOf("labels_at = \"labels\""), HasSubstr("no JSON pointer"));
+  EXPECT_THAT(errorOf([&] { openCommand("[]"); }), HasSubstr("must name a program"));
+  EXPECT_THAT(errorOf([&] { openCommand("\"sh labeler.sh\""); }), HasSubstr("must be a list"));
+}
+
+TEST_F(ProcessLabeler, IsCopiedWithItsProgram) {
+  const test::ScratchFolder home;
+  setenv("ESTANCIA_HOME", home.path().c_str(), 1);
+  open(answering(R"({"cup": 1})"));
+  const auto check = addModel(scratch_.path());
+  EXPECT_EQ(check.best, "cup");
+  EXPECT_THAT(loadModel("mine")->label(grey()), ElementsAre(1));
+  unsetenv("ESTANCIA_HOME");
+}
+
+}  // namespace
+}  // namespace estancia
