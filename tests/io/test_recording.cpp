@@ -70,7 +70,7 @@ TEST_F(Recordings, WideCsv) {
   EXPECT_THAT(namesOf(recording), ElementsAre("1.png", "2,b.png"));
   EXPECT_THAT(recording.descriptors.row(0), ElementsAre(0.5F, 0.25F, 0, 1));
   EXPECT_THAT(recording.descriptors.row(1), ElementsAre(1e-5F, 1, 0, 0.5F)) << "rounding is clamped";
-  EXPECT_THAT(recording.model, testing::StartsWith("a.csv "));
+  EXPECT_THAT(recording.model, testing::StartsWith("recorded "));
 }
 
 TEST_F(Recordings, LongCsv) {
