@@ -71,6 +71,7 @@ int main(int argc, char** argv) {
   addEvaluateCommand(app);
   addExportCommand(app);
   addReportCommand(app);
+  addExperimentCommand(app);
   addModelsCommand(app);
   addCacheCommand(app);
 

@@ -5,11 +5,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <optional>
 
 #include "estancia/core/error.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
+namespace {
+
+std::optional<std::string> variable(const std::string& name) {
+  if (const char* value = std::getenv(name.c_str()); value != nullptr && *value != '\0') return value;
+  const char* home = std::getenv("HOME");
+  if (home != nullptr && name == "ESTANCIA_HOME") return std::string(home) + "/.local/share/estancia";
+  if (home != nullptr && name == "ESTANCIA_DATA") return std::string(home) + "/.cache/estancia/data";
+  return std::nullopt;
+}
+
+}  // namespace
 
 ConfigFile::ConfigFile(fs::path path) : path_(std::move(path)) {
   if (!fs::is_regular_file(path_)) throw Error(fmt::format("{} is missing", path_.string()));
@@ -87,6 +100,22 @@ fs::path ConfigFile::inside(const toml::node& node, const fs::path& path) const 
       std::any_of(path.begin(), path.end(), [](auto& part) { return part == ".."; }))
     fail(node, fmt::format("`{}` must be a file in the model's own folder, not \"{}\"", key_, path.string()));
   return path;
+}
+
+fs::path ConfigFile::anywhere(const toml::node& node) const {
+  std::string path = text(node);
+  if (path.empty()) fail(node, fmt::format("`{}` is empty; name a file or folder", key_));
+  if (path == "~" || path.starts_with("~/")) path.replace(0, 1, "${HOME}");
+  for (std::size_t begin = 0; (begin = path.find("${", begin)) != std::string::npos;) {
+    const std::size_t end = path.find('}', begin);
+    if (end == std::string::npos) fail(node, fmt::format("`{}`: a ${{ is never closed", key_));
+    const std::string name = path.substr(begin + 2, end - begin - 2);
+    const auto found = variable(name);
+    if (!found) fail(node, fmt::format("`{}`: there is no environment variable {}; set it", key_, name));
+    path.replace(begin, end + 1 - begin, *found);
+    begin += found->size();
+  }
+  return (path_.parent_path() / path).lexically_normal();
 }
 
 const toml::array& ConfigFile::list(const toml::node& node) const {

@@ -49,6 +49,9 @@ class ConfigFile {
   /// A relative path that stays inside the file's own folder.
   std::filesystem::path inside(const toml::node& node) const;
   std::filesystem::path inside(const toml::node& node, const std::filesystem::path& path) const;
+  /// Any file or folder: `~` and `${VARIABLE}` are expanded, and what is relative then is so to the file's
+  /// own folder. ESTANCIA_HOME and ESTANCIA_DATA have their defaults where they are not set.
+  std::filesystem::path anywhere(const toml::node& node) const;
   const toml::array& list(const toml::node& node) const;
   const toml::table& subtable(const toml::node& node) const;
 

@@ -21,14 +21,6 @@ struct Scale {
   double y(double distance) const { return plotHeight * (1 - std::clamp(distance / top, 0.0, 1.0)); }
 };
 
-/// 1, 2 or 5 · 10ⁿ, so that about `count` steps reach `range`.
-double niceStep(double range, double count) {
-  const double raw = range / count, power = std::pow(10, std::floor(std::log10(raw)));
-  for (const double factor : {1.0, 2.0, 5.0})
-    if (raw <= factor * power * 1.0000001) return factor * power;
-  return 10 * power;
-}
-
 template <typename Member>
 std::vector<double> column(const std::vector<Decision>& decisions, Member member) {
   std::vector<double> values(decisions.size());

@@ -1,4 +1,4 @@
-// map_page.css and map_page.js, compiled in by cmake/EstanciaPage.cmake.
+// map_page.css, map_page.js and findings_page.css, compiled in by cmake/EstanciaPage.cmake.
 #pragma once
 
 #include <string>
@@ -7,5 +7,6 @@ namespace estancia::report {
 
 extern const std::string mapPageCss;
 extern const std::string mapPageScript;
+extern const std::string findingsPageCss;
 
 }  // namespace estancia::report

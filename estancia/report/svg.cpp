@@ -55,4 +55,11 @@ std::string shapePath(std::size_t shape, double radius) {
   return path.close().str();
 }
 
+double niceStep(double range, double count) {
+  const double raw = range / count, power = std::pow(10, std::floor(std::log10(raw)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (raw <= factor * power * 1.0000001) return factor * power;
+  return 10 * power;
+}
+
 }  // namespace estancia::report

@@ -1,0 +1,109 @@
+// estancia experiment: a configuration file in, tables and a page out.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "common.hpp"
+#include "estancia/core/progress.hpp"
+#include "estancia/experiment/experiment.hpp"
+#include "estancia/report/findings_page.hpp"
+#include "labelling.hpp"
+
+namespace estancia::apps {
+namespace {
+
+struct Arguments {
+  std::string config, output;
+  std::vector<std::string> models;
+  ModelArguments labelling;
+  bool json = false;
+};
+
+std::string cellText(const ResultTable::Column& column, const std::optional<double>& value) {
+  return value ? fmt::format("{:.{}f}", *value, column.decimals) : "unknown";
+}
+
+void printTable(const ResultTable& table) {
+  std::size_t first = table.rowsAre.size();
+  for (const auto& row : table.rows) first = std::max(first, row.name.size());
+  fmt::print("\n{}\n{:<{}}", table.title, table.rowsAre, first);
+  for (const auto& column : table.columns) fmt::print("  {:>9}", column.name);
+  for (const auto& row : table.rows) {
+    fmt::print("\n{:<{}}", row.name, first);
+    for (std::size_t c = 0; c < table.columns.size(); ++c)
+      fmt::print("  {:>{}}", cellText(table.columns[c], row.values[c]),
+                 std::max<std::size_t>(9, table.columns[c].name.size()));
+  }
+  fmt::print("\n");
+}
+
+nlohmann::ordered_json jsonOf(const Findings& findings) {
+  nlohmann::ordered_json json{{"title", findings.title}, {"summary", findings.summary}};
+  for (const auto& section : findings.sections) {
+    const auto* table = std::get_if<ResultTable>(&section);
+    if (table == nullptr) continue;  // curves are in results.csv
+    nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+    for (const auto& row : table->rows) {
+      nlohmann::ordered_json cells{{table->rowsAre, row.name}};
+      for (std::size_t c = 0; c < table->columns.size(); ++c)
+        cells[table->columns[c].name] =
+            row.values[c] ? nlohmann::ordered_json(*row.values[c]) : nlohmann::ordered_json();
+      rows.push_back(std::move(cells));
+    }
+    json["tables"].push_back({{"title", table->title}, {"rows", std::move(rows)}});
+  }
+  json["notes"] = findings.notes;
+  return json;
+}
+
+void run(const Arguments& arguments) {
+  namespace fs = std::filesystem;
+  const fs::path folder =
+      arguments.output.empty() ? fs::path(arguments.config).stem() : fs::path(arguments.output);
+  const auto progress = makeStderrProgress();
+  LabelCache cache;
+  const Findings findings = runExperiment(
+      arguments.config,
+      {folder, arguments.models, arguments.labelling.options, arguments.labelling.noCache ? nullptr : &cache},
+      *progress);
+  for (const std::string& note : findings.notes) spdlog::warn("{}", note);
+  writeFindingsPage(folder / "report.html", findings);
+  if (arguments.json) {
+    print(jsonOf(findings));
+  } else {
+    fmt::print("{}\n", findings.summary);
+    for (const auto& section : findings.sections)
+      if (const auto* table = std::get_if<ResultTable>(&section)) printTable(*table);
+  }
+  spdlog::info("wrote {} and {}", (folder / "report.html").string(), (folder / "results.csv").string());
+}
+
+}  // namespace
+
+void addExperimentCommand(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  std::string kinds = "The experiment (TOML), of one of the types";
+  for (const auto& [type, explanation] : experimentTypes())
+    kinds += fmt::format(" {} ({})", type, explanation);
+  CLI::App* command = app.add_subcommand("experiment", "Run an experiment: compare models on your sequences");
+  command->add_option("CONFIG", arguments->config, kinds)->required();
+  command->add_option(
+      "-o,--output", arguments->output,
+      "Folder for report.html, results.csv and what is needed to go on after Ctrl-C; default: "
+      "CONFIG's name, here");
+  command->add_option("--models", arguments->models, "Only these models, by name or folder")->delimiter(',');
+  arguments->labelling.addOptionsTo(*command);
+  command
+      ->add_flag("--no-cache", arguments->labelling.noCache, "Label anew instead of remembering earlier runs")
+      ->group("Labelling");
+  addJsonOption(*command, arguments->json);
+  addExamples(
+      *command,
+      "  estancia experiment experiments/model-choice.toml\n"
+      "  estancia experiment experiments/model-choice.toml -o choice --models inception-v3,places365");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace estancia::apps

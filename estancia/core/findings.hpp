@@ -1,0 +1,60 @@
+// What an experiment found, as plain data: experiments write it, the command prints it, pages draw it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace estancia {
+
+/// Numbers in rows and columns, one thing that was compared a row.
+struct ResultTable {
+  enum class Best { none, smallest, largest };
+  struct Column {
+    std::string name;
+    int decimals = 2;
+    Best best = Best::none;  ///< which of its values are pointed out
+  };
+  struct Row {
+    std::string name;
+    std::vector<std::optional<double>> values;  ///< one a column; absent where unknown
+  };
+  std::string title, caption;
+  std::string rowsAre;  ///< what the rows are: "model"
+  std::vector<Column> columns;
+  std::vector<Row> rows;
+};
+
+/// One curve for each thing that was compared, over the same positions.
+struct LineChart {
+  struct Line {
+    std::string name;
+    std::vector<double> y;  ///< one a position
+  };
+  std::string title, caption, xName, yName;
+  bool logarithmic = false;  ///< the y axis; what is not above 0 then lies at its foot
+  std::vector<double> x;     ///< ascending
+  std::vector<Line> lines;
+};
+
+/// Shares of a whole, a bar for each thing that was compared: wins, ties and losses.
+struct StackedBars {
+  struct Bar {
+    std::string name;
+    std::vector<double> values;  ///< ≥ 0, one a part
+  };
+  std::string title, caption;
+  std::vector<std::string> parts;
+  std::vector<Bar> bars;
+};
+
+struct Findings {
+  std::string title, summary;                              ///< the summary is one sentence: the answer
+  std::vector<std::pair<std::string, std::string>> facts;  ///< under what circumstances
+  std::vector<std::string> notes;                          ///< what was left out, and why
+  std::vector<std::variant<ResultTable, LineChart, StackedBars>> sections;
+};
+
+}  // namespace estancia

@@ -1,0 +1,169 @@
+#include "estancia/experiment/grid.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <exception>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <utility>
+
+#include "estancia/core/cores.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
+#include "estancia/io/csv.hpp"
+#include "estancia/io/files.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int cellVersion = 1;
+constexpr std::size_t mostCellBytes = 16 << 20;
+
+/// Calls work(i) for all i below `count`, on `threads` threads. Stops early after an exception and throws
+/// that of the lowest i.
+void inParallel(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& work) {
+  std::atomic<std::size_t> next{0};
+  std::mutex mutex;
+  std::size_t failedAt = count;
+  std::exception_ptr failure;
+  const auto labour = [&] {
+    for (std::size_t i = next++; i < count; i = next++) {
+      try {
+        work(i);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        next = count;
+        if (i < failedAt) {
+          failedAt = i;
+          failure = std::current_exception();
+        }
+      }
+    }
+  };
+  std::vector<std::thread> others;
+  for (std::size_t i = 1; i < std::min(threads, count); ++i) others.emplace_back(labour);
+  labour();
+  for (std::thread& other : others) other.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace
+
+Grid::Grid(fs::path folder, std::vector<std::string> columns, int threads)
+    : folder_(std::move(folder)),
+      columns_(std::move(columns)),
+      threads_(static_cast<std::size_t>(threads > 0 ? threads : freeCores())) {
+  std::error_code problem;
+  fs::create_directories(folder_ / "cells", problem);
+  if (problem)
+    throw Error(fmt::format("{}: the folder cannot be made ({})", folder_.string(), problem.message()));
+}
+
+fs::path Grid::fileOf(const Cell& cell) const {
+  return folder_ / "cells" /
+         (sha256(nlohmann::json{cell.coordinates, cell.inputs}.dump(-1, ' ', false,
+                                                                    nlohmann::json::error_handler_t::replace))
+              .substr(0, 32) +
+          ".json");
+}
+
+std::optional<CellResults> Grid::load(const Cell& cell) const {
+  const fs::path file = fileOf(cell);
+  if (!fs::is_regular_file(file)) return std::nullopt;
+  try {
+    const auto json = nlohmann::json::parse(io::readBytes(file, mostCellBytes));
+    if (json.at("estancia_cell") != cellVersion || json.at("inputs") != cell.inputs) return std::nullopt;
+    CellResults results;
+    for (const auto& entry : json.at("results"))
+      results.push_back({entry.at(0).get<std::string>(),
+                         entry.at(1).is_null() ? std::nullopt : std::optional(entry.at(1).get<double>()),
+                         entry.at(2).get<double>()});
+    return results;
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+void Grid::store(const Cell& cell, const CellResults& results) const {
+  nlohmann::ordered_json json{
+      {"estancia_cell", cellVersion}, {"cell", cell.coordinates}, {"inputs", cell.inputs}};
+  auto& list = json["results"] = nlohmann::json::array();
+  for (const CellResult& result : results)
+    list.push_back({result.measure, result.at ? nlohmann::json(*result.at) : nlohmann::json(), result.value});
+  writeWhole(fileOf(cell), json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+}
+
+bool Grid::has(const Cell& cell) {
+  const std::string name = fileOf(cell).filename().string();
+  if (known_.contains(name)) return true;
+  auto loaded = load(cell);
+  if (loaded) known_[name] = std::move(*loaded);
+  return loaded.has_value();
+}
+
+std::vector<CellResults> Grid::run(const std::vector<Cell>& cells,
+                                   const std::function<CellResults(std::size_t)>& compute, Progress& progress,
+                                   const std::string& what) {
+  std::vector<std::size_t> missing;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const Cell& cell = cells[i];
+    if (cell.coordinates.size() != columns_.size())
+      throw Error(fmt::format("a cell with {} coordinates in a grid of {}", cell.coordinates.size(),
+                              fmt::join(columns_, ", ")));
+    if (!has(cell)) missing.push_back(i);
+  }
+  if (!missing.empty()) {
+    std::mutex mutex;
+    std::size_t done = cells.size() - missing.size();
+    progress.begin(what, cells.size(), done);
+    const auto work = [&](std::size_t m) {
+      const Cell& cell = cells[missing[m]];
+      if (interrupted()) throw Interrupted("");
+      CellResults results = compute(missing[m]);
+      for (const CellResult& result : results)
+        if (!std::isfinite(result.value))
+          throw Error(
+              fmt::format("{} of {} is not finite", result.measure, fmt::join(cell.coordinates, ", ")));
+      const std::lock_guard lock(mutex);
+      store(cell, results);
+      known_[fileOf(cell).filename().string()] = std::move(results);
+      ++done;
+      progress.advance();
+    };
+    try {
+      inParallel(missing.size(), threads_, work);
+    } catch (const Interrupted&) {
+      throw Interrupted(fmt::format("stopped after {} of {} cells; the same command goes on from there", done,
+                                    cells.size()));
+    }
+    progress.end();
+  }
+  std::vector<CellResults> all;
+  for (const Cell& cell : cells) {
+    all.push_back(known_.at(fileOf(cell).filename().string()));
+    table_.emplace_back(cell.coordinates, all.back());
+  }
+  return all;
+}
+
+void Grid::writeCsv() const {
+  std::string text = fmt::format("{},measure,at,value\n", fmt::join(columns_, ","));
+  for (const auto& [coordinates, results] : table_)
+    for (const CellResult& result : results) {
+      for (const std::string& coordinate : coordinates) text += io::csvCell(coordinate) + ',';
+      text += fmt::format("{},{},{}\n", io::csvCell(result.measure),
+                          result.at ? fmt::format("{}", *result.at) : "", result.value);
+    }
+  writeWhole(folder_ / "results.csv", text);
+}
+
+}  // namespace estancia

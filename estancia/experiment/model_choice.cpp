@@ -1,0 +1,331 @@
+#include "estancia/experiment/model_choice.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <set>
+#include <utility>
+
+#include "estancia/core/config.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/experiment/grid.hpp"
+#include "estancia/experiment/model_choice_findings.hpp"
+#include "estancia/experiment/posed_descriptors.hpp"
+#include "estancia/label/model.hpp"
+#include "estancia/stats/distance.hpp"
+#include "estancia/stats/kmeans.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int methodVersion = 1;  // of compute(): cells of another one are computed anew
+
+/// The keys that say where images are and how to open them.
+std::vector<ConfigFile::Key> sourceKeys(ConfigFile& config, SequenceSource& source, bool pathRequired) {
+  SequenceOptions& how = source.options;
+  const auto whole = [&config](int& value, int most) {
+    return [&config, &value, most](auto& n) { value = static_cast<int>(config.integer(n, 1, most)); };
+  };
+  const auto number = [&config](double& value, double least, double most) {
+    return [&config, &value, least, most](auto& n) { value = config.number(n, least, most); };
+  };
+  return {
+      {"path", pathRequired, "where the images are", [&](auto& n) { source.path = config.anywhere(n); }},
+      {"type", false, "how to read them", [&](auto& n) { how.type = config.text(n); }},
+      {"poses", false, "a trajectory", [&](auto& n) { how.poses = config.anywhere(n); }},
+      {"max_pose_gap", false, "[s]", number(how.maxPoseGap, 0, 1e9)},
+      {"views", false, "of a panorama", whole(how.views, 360)},
+      {"field_of_view", false, "[degrees]", number(how.fieldOfView, 10, 150)},
+      {"turn", false, "[degrees]", number(how.turn, -360, 360)},
+      {"exposure", false, "[EV]", number(how.exposure, -20, 20)},
+      {"rounds", false, "of the tour", whole(how.rounds, 1000)},
+  };
+}
+
+ModelChoiceOptions::Drive readDrive(ConfigFile& config, const toml::table& table) {
+  ModelChoiceOptions::Drive drive;
+  const toml::table* again = nullptr;
+  auto keys = sourceKeys(config, drive.images, true);
+  keys.push_back({"name", false, "", [&](auto& n) { drive.name = config.text(n); }});
+  keys.push_back({"optional", false, "", [&](auto& n) { drive.optional = config.flag(n); }});
+  keys.push_back({"radius", false, "[m]", [&](auto& n) { drive.radius = config.number(n, 0, 1e6); }});
+  keys.push_back({"gap", false, "", [&](auto& n) { drive.gap = config.number(n, 0, 0.5); }});
+  keys.push_back({"again", false, "", [&](auto& n) { again = &config.subtable(n); }});
+  config.read(table, keys);
+  if (again != nullptr) {
+    drive.again = drive.images;  // the same but for what is said of it
+    config.read(*again, sourceKeys(config, *drive.again, false));
+  }
+  return drive;
+}
+
+/// Only vectors that can be averaged can be clustered by k-means.
+std::string readDistance(const ConfigFile& config, const toml::node& node) {
+  const std::string name = config.text(node);
+  const bool known = std::any_of(baseDistances().begin(), baseDistances().end(), [&](const Distance& d) {
+    return d.name == name && !d.sigmaWeighted &&
+           (d.comparison == Comparison::euclidean || d.comparison == Comparison::cosine);
+  });
+  if (!known)
+    config.fail(node,
+                fmt::format("k-means cannot average by \"{}\"; choose among standardized-clr, clr-cosine, "
+                            "clr-euclidean, hellinger, l2",
+                            name));
+  return name;
+}
+
+/// A drive that has been opened.
+struct OpenDrive {
+  ModelChoiceResults::Drive told;
+  double gap = 0;  ///< share of the frames
+  std::unique_ptr<Sequence> images, again;
+};
+
+std::size_t posedFrames(const Sequence& sequence) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < sequence.size(); ++i) count += sequence.frame(i).pose ? 1 : 0;
+  return count;
+}
+
+std::unique_ptr<Sequence> openPosed(const SequenceSource& source) {
+  auto sequence = openSequence(source.path, source.options);
+  if (posedFrames(*sequence) < 2)
+    throw Error(
+        fmt::format("{}: {} of {} frames have a pose, and the choice of a model compares words with places; "
+                    "give a trajectory by `poses = \"FILE\"`",
+                    source.path.string(), posedFrames(*sequence), sequence->size()));
+  return sequence;
+}
+
+/// The root of the variance of all positions [m].
+double spreadOf(const Sequence& sequence) {
+  std::vector<Position> positions;
+  for (std::size_t i = 0; i < sequence.size(); ++i)
+    if (const auto& pose = sequence.frame(i).pose) positions.push_back({pose->x, pose->y, pose->z});
+  return std::sqrt(spatialVariance(positions, std::vector<int>(positions.size())).overItems);
+}
+
+std::vector<OpenDrive> openDrives(const ModelChoiceOptions& options, std::vector<std::string>& notes) {
+  std::vector<OpenDrive> drives;
+  std::set<std::string> names;
+  for (const auto& wanted : options.sequences) {
+    if (wanted.optional && !fs::exists(wanted.images.path)) {
+      notes.push_back(fmt::format("{} is not there and was left out", wanted.images.path.string()));
+      continue;
+    }
+    OpenDrive drive;
+    drive.images = openPosed(wanted.images);
+    drive.told.name = wanted.name.empty() ? drive.images->name() : wanted.name;
+    if (!names.insert(drive.told.name).second)
+      throw Error(fmt::format("two sequences are called {}; tell them apart by `name`", drive.told.name));
+    for (const std::string& warning : drive.images->warnings())
+      notes.push_back(fmt::format("{}: {}", drive.told.name, warning));
+    const double spread = spreadOf(*drive.images);
+    if (!(spread > 0))
+      throw Error(fmt::format("{}: all images were taken at one place, so nothing tells the models apart",
+                              wanted.images.path.string()));
+    drive.told.frames = posedFrames(*drive.images);
+    drive.told.radius = wanted.radius > 0 ? wanted.radius : spread / 4;
+    drive.gap = wanted.gap;
+    drive.told.again = wanted.again.has_value();
+    if (wanted.again) drive.again = openPosed(*wanted.again);
+    drives.push_back(std::move(drive));
+  }
+  if (drives.empty()) throw Error("none of the sequences is there; name one of yours by [[sequence]]");
+  return drives;
+}
+
+struct Candidate {
+  std::string model;  ///< for loadModel()
+  std::string name;   ///< for people
+};
+
+/// Throws Error when there is no such model, or it is described wrongly.
+std::string nameOf(const std::string& model) {
+  if (model.find('+') == std::string::npos || fs::exists(model))
+    return readModelSpec(getModelFolder(model)).name;
+  std::string names;  // several at work together
+  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
+    end = model.find('+', begin);
+    names += (begin > 0 ? "+" : "") + nameOf(model.substr(begin, end - begin));
+  }
+  return names;
+}
+
+std::vector<Candidate> modelsToCompare(const ModelChoiceOptions& options, const ExperimentRun& run,
+                                       std::vector<std::string>& notes) {
+  std::vector<Candidate> models;
+  for (const std::string& model : run.models.empty() ? options.models : run.models)
+    models.push_back({model, nameOf(model)});
+  if (models.empty())
+    for (const InstalledModel& installed : installedModels()) {
+      const std::string name = installed.folder.filename().string();
+      if (installed.spec)
+        models.push_back({name, name});
+      else
+        notes.push_back(fmt::format("the model {} was left out: {}", name, installed.problem));
+    }
+  if (models.empty())
+    throw Error(fmt::format("there are no models in {}; run script/bootstrap, or name folders by `models`",
+                            modelHome().string()));
+  std::set<std::string> names;
+  for (const Candidate& model : models)
+    if (!names.insert(model.name).second) throw Error(fmt::format("two models are called {}", model.name));
+  return models;
+}
+
+/// The sequence as one model says it, and its second visit.
+struct Labelled {
+  PosedDescriptors images;
+  std::optional<PosedDescriptors> again;
+};
+
+Labelled label(const OpenDrive& drive, Labeler& labeler, const std::string& model, LabelCache* cache,
+               Progress& progress, std::vector<std::string>& notes) {
+  const auto of = [&](const Sequence& sequence, const std::string& which) {
+    auto result =
+        labelPosed(sequence, labeler, cache, progress, fmt::format("{}: labelling {}", model, which));
+    if (result.unreadable > 0)
+      notes.push_back(
+          fmt::format("{}: {} unreadable images were left out ({})", which, result.unreadable, model));
+    return result;
+  };
+  Labelled labelled{of(*drive.images, drive.told.name), std::nullopt};
+  if (drive.again) labelled.again = of(*drive.again, drive.told.name + " again");
+  // Words that were discovered on the way have been 0 before.
+  labelled.images.widen(labeler.vocabulary());
+  return labelled;
+}
+
+/// One cell: all k, and the places.
+ModelChoiceCell compute(const Labelled& labelled, const OpenDrive& drive, const std::string& distanceName,
+                        const ModelChoiceOptions& options) {
+  const double radius = drive.told.radius;
+  const PosedDescriptors& images = labelled.images;
+  const Distance distance = getDistance(distanceName, images.parts);
+  const DescriptorMatrix vectors = comparedVectors(images.descriptors, images.descriptors, distance);
+  ModelChoiceCell cell;
+  for (std::size_t k = 1; k <= std::min(options.clusters, vectors.size()); ++k) {
+    SpatialVariance mean;
+    for (std::size_t r = 0; r < options.repeats; ++r) {
+      if (interrupted()) throw Interrupted("");
+      const auto found = spatialVariance(images.positions, kMeans(vectors, k, {1, options.seed + r}));
+      mean.overClusters += found.overClusters / static_cast<double>(options.repeats);
+      mean.overItems += found.overItems / static_cast<double>(options.repeats);
+    }
+    cell.variance.push_back(mean);
+  }
+  const PlacedImages placed{vectors, images.positions, images.frames};
+  if (labelled.again) {
+    const PosedDescriptors& again = *labelled.again;
+    const DescriptorMatrix queries = comparedVectors(again.descriptors, images.descriptors, distance);
+    cell.recognition =
+        recognisePlaces({queries, again.positions, again.frames}, placed, distance.comparison, radius, 0);
+  } else {
+    const double gap = drive.gap * static_cast<double>(images.frames.back() + 1);
+    cell.recognition = recognisePlaces(placed, placed, distance.comparison, radius,
+                                       std::max<std::size_t>(1, static_cast<std::size_t>(gap)));
+  }
+  return cell;
+}
+
+}  // namespace
+
+ModelChoiceOptions readModelChoice(ConfigFile& config) {
+  ModelChoiceOptions options;
+  /// A list of anything; one alone need not stand in [ ].
+  const auto each = [&config](const toml::node& node, const auto& add) {
+    if (const auto* list = node.as_array()) {
+      if (list->empty())
+        config.fail(node, fmt::format("`{}` is empty; leave it out for the default", config.key()));
+      for (const toml::node& element : *list) add(element);
+    } else {
+      add(node);
+    }
+  };
+  const auto count = [&config](const toml::node& node, std::int64_t most) {
+    return static_cast<std::size_t>(config.integer(node, 1, most));
+  };
+  const toml::array* sequences = nullptr;
+  config.read({
+      {"type", true, "the kind of experiment", [](auto&) {}},
+      {"models", false, "",
+       [&](auto& n) { each(n, [&](auto& e) { options.models.push_back(config.text(e)); }); }},
+      {"distances", false, "",
+       [&](auto& n) {
+         options.distances.clear();
+         each(n, [&](auto& e) { options.distances.push_back(readDistance(config, e)); });
+       }},
+      {"clusters", false, "", [&](auto& n) { options.clusters = count(n, 1000); }},
+      {"shown", false, "",
+       [&](auto& n) {
+         options.shown.clear();
+         each(n, [&](auto& e) { options.shown.push_back(count(e, 1000)); });
+       }},
+      {"repeats", false, "", [&](auto& n) { options.repeats = count(n, 1000); }},
+      {"seed", false, "",
+       [&](auto& n) { options.seed = static_cast<std::size_t>(config.integer(n, 0, INT64_MAX)); }},
+      {"sequence", true, "[[sequence]] names images with poses",
+       [&](auto& n) { sequences = &config.list(n); }},
+  });
+  for (const toml::node& sequence : *sequences)
+    options.sequences.push_back(readDrive(config, config.subtable(sequence)));
+  return options;
+}
+
+Findings chooseModel(const ModelChoiceOptions& options, const ExperimentRun& run, Progress& progress) {
+  std::vector<std::string> notes;
+  const auto models = modelsToCompare(options, run, notes);
+  const auto drives = openDrives(options, notes);
+  Grid grid(run.folder, {"model", "sequence", "distance"}, run.labeler.threads);
+
+  std::vector<std::string> names;
+  for (const Candidate& model : models) names.push_back(model.name);
+  ModelChoiceResults results{names, options.distances, {}, {}};
+  for (const OpenDrive& drive : drives) results.drives.push_back(drive.told);
+  results.cells.resize(models.size() * drives.size() * options.distances.size());
+  std::vector<std::pair<std::string, std::string>> identities;
+  for (std::size_t m = 0; m < models.size(); ++m) {  // model by model: descriptors of one at a time
+    const auto labeler = loadModel(models[m].model, run.labeler);
+    identities.emplace_back("Model", labeler->identity());
+    std::vector<Labelled> labelled;
+    std::vector<Cell> cells;
+    for (const OpenDrive& drive : drives) {
+      labelled.push_back(label(drive, *labeler, names[m], run.cache, progress, notes));
+      const Labelled& words = labelled.back();
+      for (const std::string& distance : options.distances)
+        cells.push_back(
+            {{names[m], drive.told.name, distance},
+             sha256(fmt::format("{} {} {} {} {} {} {} {} {}", methodVersion, words.images.digest(),
+                                words.again ? words.again->digest() : "", distance, options.clusters,
+                                options.repeats, options.seed, drive.told.radius, drive.gap))});
+    }
+    const auto found = grid.run(
+        cells,
+        [&](std::size_t c) {
+          const std::size_t s = c / options.distances.size();
+          return compute(labelled[s], drives[s], options.distances[c % options.distances.size()], options)
+              .toResults();
+        },
+        progress, fmt::format("{}: clustering", names[m]));
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+      const std::size_t s = c / options.distances.size(), d = c % options.distances.size();
+      results.cells[(d * drives.size() + s) * models.size() + m] = ModelChoiceCell::fromResults(found[c]);
+    }
+  }
+  grid.writeCsv();
+
+  Findings findings = findingsOf(results, options.shown);
+  findings.facts.insert(findings.facts.end(), identities.begin(), identities.end());
+  findings.facts.emplace_back("k-means", fmt::format("k = 1 … {}, mean of {} clusterings, seed {}",
+                                                     options.clusters, options.repeats, options.seed));
+  findings.notes.insert(findings.notes.begin(), notes.begin(), notes.end());
+  return findings;
+}
+
+}  // namespace estancia

@@ -1,0 +1,92 @@
+#include "estancia/experiment/posed_descriptors.hpp"
+
+#include <fmt/format.h>
+
+#include <string_view>
+#include <utility>
+
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/label/record.hpp"
+#include "estancia/topology/node_bank.hpp"
+#include "estancia/topology/thresholds.hpp"
+
+namespace estancia {
+namespace {
+
+template <class T>
+std::string digestOf(const std::vector<T>& values) {
+  return sha256({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)});
+}
+
+}  // namespace
+
+std::string PosedDescriptors::digest() const {
+  std::string layout;
+  for (const LabelPart& part : parts) layout += fmt::format("{} {}\n", part.size, part.weight);
+  return sha256(digestOf(frames) + digestOf(positions) + digestOf(descriptors.values()) + layout);
+}
+
+void PosedDescriptors::widen(const Vocabulary& words) {
+  if (words.size() == descriptors.labels()) return;
+  parts = words.layout().parts;
+  DescriptorMatrix wider(words.size());
+  for (std::size_t i = 0; i < descriptors.size(); ++i) {
+    LexicalDescriptor row(descriptors.row(i).begin(), descriptors.row(i).end());
+    row.resize(words.size(), 0.0F);
+    wider.append(row);
+  }
+  descriptors = std::move(wider);
+}
+
+PosedDescriptors labelPosed(const Sequence& sequence, Labeler& labeler, LabelCache* cache, Progress& progress,
+                            const std::string& what) {
+  LabelStreamOptions options;
+  options.cache = cache;
+  std::vector<std::size_t> labelled;
+  progress.begin(what, sequence.size());
+  const Recording recording = record(sequence, labeler, options, [&](const LabelledFrame& frame) {
+    if (interrupted())
+      throw Interrupted(
+          "stopped; what is labelled and computed is kept, the same command goes on from there");
+    if (frame.labelled()) labelled.push_back(frame.index);
+    progress.advance();
+  });
+  progress.end();
+  PosedDescriptors result(recording.vocabulary);
+  result.unreadable = sequence.size() - labelled.size();
+  for (std::size_t i = 0; i < labelled.size(); ++i) {
+    const auto& pose = recording.frames[i].pose;
+    if (!pose) continue;
+    result.frames.push_back(labelled[i]);
+    result.positions.push_back({pose->x, pose->y, pose->z});
+    result.descriptors.append(recording.descriptors.row(i));
+  }
+  if (result.frames.empty())
+    throw Error(fmt::format("{}: none of the frames with a pose can be read", sequence.name()));
+  return result;
+}
+
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const DescriptorMatrix& scale,
+                                 const Distance& distance) {
+  const std::size_t labels = descriptors.labels();
+  NodeBank bank(distance, labels);
+  std::vector<float> embedded(labels);
+  if (distance.standardized) {
+    RunScale run(distance, labels, {});
+    for (std::size_t i = 0; i < scale.size(); ++i) {
+      embed(distance.embedding, scale.row(i), embedded, distance.parts);
+      run.add(scale.row(i), embedded);
+    }
+    bank.setStandardization(run.standardization());
+  }
+  DescriptorMatrix vectors(labels);
+  vectors.reserve(descriptors.size());
+  for (std::size_t i = 0; i < descriptors.size(); ++i) {
+    embed(distance.embedding, descriptors.row(i), embedded, distance.parts);
+    vectors.append(bank.makeQuery(embedded));
+  }
+  return vectors;
+}
+
+}  // namespace estancia

@@ -1,0 +1,122 @@
+#include "estancia/report/findings_page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "estancia/core/output_file.hpp"
+#include "estancia/report/html.hpp"
+#include "estancia/report/line_chart.hpp"
+#include "estancia/report/map_page_assets.hpp"
+
+namespace estancia {
+namespace {
+
+using namespace report;
+
+std::string cellText(const ResultTable::Column& column, const std::optional<double>& value) {
+  return value ? fmt::format("{:.{}f}", *value, column.decimals) : "–";
+}
+
+/// What the best cells of a column show; values that read the same are equally good. "" points out none.
+std::string bestText(const ResultTable& table, std::size_t c) {
+  const ResultTable::Column& column = table.columns[c];
+  if (column.best == ResultTable::Best::none || table.rows.size() < 2) return "";
+  std::optional<double> best;
+  for (const auto& row : table.rows) {
+    const auto& value = row.values[c];
+    if (value && (!best || (column.best == ResultTable::Best::smallest ? *value < *best : *value > *best)))
+      best = value;
+  }
+  return best ? cellText(column, best) : "";
+}
+
+Markup section(const ResultTable& table) {
+  Markup out;
+  out.open("div", {{"class", "results"}}).element("h3", shorten(table.title, 160));
+  out.open("div", {{"class", "scroll"}, {"tabindex", "0"}}).open("table", {{"class", "numbers"}});
+  out.open("thead").open("tr").element("th", {{"scope", "col"}}, shorten(table.rowsAre, 40));
+  std::vector<std::string> best;
+  for (std::size_t c = 0; c < table.columns.size(); ++c) {
+    out.element("th", {{"scope", "col"}}, shorten(table.columns[c].name, 60));
+    best.push_back(bestText(table, c));
+  }
+  out.close().close().open("tbody");
+  for (const auto& row : table.rows) {
+    out.open("tr").element("th", {{"scope", "row"}}, shorten(row.name, 60));
+    for (std::size_t c = 0; c < table.columns.size(); ++c) {
+      const std::string text = cellText(table.columns[c], row.values[c]);
+      const bool isBest = !best[c].empty() && text == best[c];
+      out.element("td", isBest ? Attributes{{"class", "best"}} : Attributes{}, text);
+    }
+    out.close();
+  }
+  out.close().close().close();
+  if (!table.caption.empty()) out.element("p", {{"class", "note"}}, shorten(table.caption, 800));
+  return out.close();
+}
+
+Markup section(const StackedBars& figure) {
+  Markup out;
+  out.open("figure", {{"class", "chart"}}).element("h3", shorten(figure.title, 160));
+  out.open("ul", {{"class", "chart-legend"}});
+  for (std::size_t p = 0; p < figure.parts.size(); ++p)
+    out.open("li")
+        .element("i", {{"class", fmt::format("part p{}", p % 3)}}, "")
+        .text(shorten(figure.parts[p], 40))
+        .close();
+  out.close().open("div", {{"class", "stacks"}});
+  for (const auto& bar : figure.bars) {
+    const double whole = std::accumulate(bar.values.begin(), bar.values.end(), 0.0);
+    std::string told;
+    for (std::size_t p = 0; p < bar.values.size(); ++p)
+      told += fmt::format("{}{} {}", p > 0 ? ", " : "", number(bar.values[p]), figure.parts[p]);
+    out.element("span", {{"class", "label"}}, shorten(bar.name, 60));
+    out.open("span", {{"class", "stack"}, {"role", "img"}, {"aria-label", told}, {"title", told}});
+    for (std::size_t p = 0; p < bar.values.size(); ++p)
+      if (bar.values[p] > 0)
+        out.element("i",
+                    {{"class", fmt::format("part p{}", p % 3)},
+                     {"style", fmt::format("width:{}%", number(100 * bar.values[p] / whole))}},
+                    "");
+    out.close();
+  }
+  out.close();
+  if (!figure.caption.empty()) out.element("figcaption", shorten(figure.caption, 600));
+  return out.close();
+}
+
+Markup section(const LineChart& chart) {
+  return lineChart(chart);
+}
+
+}  // namespace
+
+std::string renderFindingsPage(const Findings& findings) {
+  Markup body;
+  body.open("main").open("header", {{"class", "top"}}).element("h1", shorten(findings.title, 160));
+  if (!findings.summary.empty()) body.element("p", {{"class", "answer"}}, shorten(findings.summary, 400));
+  body.close();
+  for (const auto& part : findings.sections) {
+    body.open("section");
+    std::visit([&body](const auto& what) { body.add(section(what)); }, part);
+    body.close();
+  }
+  if (!findings.facts.empty() || !findings.notes.empty()) {
+    body.open("section").element("h2", "Circumstances").open("dl", {{"class", "facts"}});
+    for (const auto& [name, value] : findings.facts)
+      body.open("div").element("dt", shorten(name, 60)).element("dd", shorten(value, 200)).close();
+    body.close();
+    for (const std::string& note : findings.notes) body.element("p", {{"class", "note"}}, shorten(note, 400));
+    body.close();
+  }
+  body.close();
+  return htmlDocument(findings.title, mapPageCss + findingsPageCss, body, "", "");
+}
+
+void writeFindingsPage(const std::filesystem::path& path, const Findings& findings) {
+  writeWhole(path, renderFindingsPage(findings));
+}
+
+}  // namespace estancia

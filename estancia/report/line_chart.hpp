@@ -1,0 +1,18 @@
+// Curves over a common axis.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "estancia/core/findings.hpp"
+#include "estancia/report/html.hpp"
+
+namespace estancia::report {
+
+/// The classes that colour and dash the i-th of many curves: seven colours, then other dashes; 28 in all.
+std::string curveClass(std::size_t i);
+
+/// A figure with legend, axes and caption. A curve breaks where its value is not finite.
+Markup lineChart(const LineChart& chart);
+
+}  // namespace estancia::report

@@ -1,0 +1,137 @@
+// `estancia experiment` as a user runs it.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "support/model_support.hpp"
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class ExperimentCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    panoramas_ = findFetched("panoramas");
+    ESTANCIA_NEEDS(panoramas_, "the panoramas are not here; script/bootstrap fetches them");
+    writeSmallModel(scratch_ / "model");
+    writeConfig(12, 3);
+  }
+
+  void writeConfig(int clusters, int repeats) {
+    writeFile(config_, "type = \"model-choice\"\nclusters = " + std::to_string(clusters) +
+                           "\nshown = [5, 12]\nrepeats = " + std::to_string(repeats) +
+                           "\n[[sequence]]\nname = \"tour\"\npath = \"" + panoramas_->string() +
+                           "\"\nviews = 4\nradius = 2\n[sequence.again]\nturn = 7\n");
+  }
+
+  std::vector<std::string> arguments(std::vector<std::string> more = {}) const {
+    std::vector<std::string> all{"experiment",       config_,     "-o", out_.string(), "--models",
+                                 scratch_ / "model", "--no-cache"};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+
+  std::size_t cellsOnDisk() const {
+    std::error_code none;
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(out_ / "cells", none), fs::directory_iterator()));
+  }
+
+  ScratchFolder scratch_;
+  const std::string config_ = scratch_ / "choice.toml";
+  const fs::path out_ = scratch_ / "out";
+  std::optional<fs::path> panoramas_;
+};
+
+TEST_F(ExperimentCommand, PrintsTheTablesAndWritesThePage) {
+  const auto result = run(arguments());
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(result.out,
+              testing::StartsWith("small tells the places apart best (mean rank 1.00 of 1 models)"));
+  EXPECT_THAT(result.out, HasSubstr("\nmodel  k = 5 [%]  k = 12 [%]  mean rank"));
+  EXPECT_THAT(result.out, HasSubstr("\nPlace recognition\n"));
+  EXPECT_THAT(result.err, HasSubstr("report.html"));
+  EXPECT_THAT(readFile(out_ / "report.html"), HasSubstr("Which model fits?"));
+  EXPECT_THAT(readFile(out_ / "results.csv"), HasSubstr("small,tour,standardized-clr,spatial_variance,12,"));
+  EXPECT_EQ(cellsOnDisk(), 1U);
+}
+
+TEST_F(ExperimentCommand, JsonIsForMachines) {
+  const auto result = run(arguments({"--json"}));
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const json found = json::parse(result.out);
+  const json& row = found["tables"][0]["rows"][0];
+  EXPECT_EQ(row["model"], "small");
+  EXPECT_EQ(row["mean rank"], 1);
+  EXPECT_GT(row["k = 5 [%]"], row["k = 12 [%]"]);
+}
+
+TEST_F(ExperimentCommand, WhatIsWrongIsOneLineAndExitCodeTwo) {
+  const auto expectError = [](const CommandResult& result, const std::string& text) {
+    EXPECT_EQ(result.exitCode, 2);
+    EXPECT_THAT(result.err, HasSubstr("error: "));
+    EXPECT_THAT(result.err, HasSubstr(text));
+    EXPECT_EQ(result.out, "");
+  };
+  expectError(run({"experiment", scratch_ / "none.toml"}), "none.toml");
+  expectError(run({"experiment", config_, "--models", "./nowhere"}), "./nowhere is no model");
+  expectError(run(arguments({"--threads", "0"})), "--threads");
+  writeFile(config_, readFile(config_) + "exposre = 1\n");
+  expectError(run(arguments()), "choice.toml:12: unknown key `exposre`; known keys are path");
+  EXPECT_FALSE(fs::exists(out_ / "report.html"));
+}
+
+TEST_F(ExperimentCommand, AnInterruptedRunGoesOn) {
+  writeConfig(70, 1000);  // far longer than anybody waits
+  const pid_t child = fork();
+  if (child == 0) {
+    const int nowhere = open("/dev/null", O_RDWR);
+    for (const int stream : {0, 1, 2}) dup2(nowhere, stream);
+    const auto all = arguments();
+    std::vector<char*> argv{const_cast<char*>(ESTANCIA_COMMAND)};
+    for (const std::string& argument : all) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    execv(ESTANCIA_COMMAND, argv.data());
+    _exit(127);
+  }
+  int status = 0;
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(120);
+  while (!fs::exists(out_ / "cells") && std::chrono::steady_clock::now() < patience &&
+         waitpid(child, &status, WNOHANG) == 0)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  kill(child, SIGINT);
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_EQ(cellsOnDisk(), 0U) << "no half cell";
+  EXPECT_FALSE(fs::exists(out_ / "report.html"));
+  writeConfig(12, 2);
+  EXPECT_EQ(run(arguments()).exitCode, 0);
+  EXPECT_EQ(cellsOnDisk(), 1U);
+}
+
+TEST(Experiments, OfTheRepositoryAreReadable) {
+  const ScratchFolder scratch;
+  for (const auto& entry : fs::directory_iterator(fs::path(ESTANCIA_SOURCE_DIR) / "experiments")) {
+    const auto result =
+        run({"experiment", entry.path(), "-o", scratch / "out", "--models", "./no-such-model"});
+    EXPECT_THAT(result.err, HasSubstr("no-such-model is no model")) << entry.path() << " is read before that";
+  }
+}
+
+}  // namespace
+}  // namespace estancia::test

@@ -1,0 +1,143 @@
+#include "estancia/report/findings_page.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <regex>
+
+#include "estancia/core/error.hpp"
+#include "estancia/report/line_chart.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+Findings sample() {
+  Findings findings;
+  findings.title = "Which one?";
+  findings.summary = "That one.";
+  findings.facts = {{"Sequence", "tour"}};
+  findings.notes = {"kitchen was left out"};
+  using Best = ResultTable::Best;
+  findings.sections.emplace_back(
+      ResultTable{"Ranks",
+                  "Lower is better.",
+                  "model",
+                  {{"rank", 2, Best::smallest}, {"wins", 0, Best::largest}, {"ties", 0, Best::none}},
+                  {{"a", {1.5, 7.0, 1.0}}, {"b", {1.501, std::nullopt, 1.0}}, {"c", {3.0, 2.0, 1.0}}}});
+  findings.sections.emplace_back(LineChart{
+      "Curves", "", "k", "left", false, {1, 2, 3, 4}, {{"a", {100, 50, 25, 0}}, {"b", {80, 60, NAN, 10}}}});
+  findings.sections.emplace_back(StackedBars{"Bars", "", {"wins", "losses"}, {{"a", {3, 1}}, {"b", {0, 4}}}});
+  return findings;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+  std::size_t found = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+  return found;
+}
+
+TEST(FindingsPage, ShowsTablesCurvesBarsAndNotes) {
+  const std::string html = renderFindingsPage(sample());
+  for (const char* text : {"Which one?", "That one.", "Ranks", "Lower is better.", "Curves", "Bars", "tour",
+                           "kitchen was left out", "width:75%"})
+    EXPECT_THAT(html, HasSubstr(text));
+  EXPECT_EQ(count(html, "<td"), 9U);
+  EXPECT_EQ(count(html, "<path class=\"curve"), 2U + 2U) << "curves and their legend";
+}
+
+TEST(FindingsPage, PointsOutTheBestAndWhatReadsTheSame) {
+  const std::string html = renderFindingsPage(sample());
+  EXPECT_EQ(count(html, "class=\"best\">1.50<"), 2U) << "1.500 and 1.501 read the same";
+  EXPECT_EQ(count(html, "class=\"best\">7<"), 1U);
+  EXPECT_EQ(count(html, "class=\"best\""), 3U);
+  EXPECT_THAT(html, HasSubstr("<td>–</td>"));
+}
+
+TEST(FindingsPage, NeedsNoNetworkAndHasNoForeignMarkup) {
+  Findings findings = sample();
+  const std::string hostile = "</title><script>alert(1)</script>\"'&<img src=x>\xFF";
+  findings.title = findings.summary = hostile;
+  findings.facts = {{hostile, hostile}};
+  findings.notes = {hostile};
+  auto& table = std::get<ResultTable>(findings.sections[0]);
+  table.title = table.caption = table.rowsAre = table.columns[0].name = table.rows[0].name = hostile;
+  auto& chart = std::get<LineChart>(findings.sections[1]);
+  chart.title = chart.caption = chart.xName = chart.yName = chart.lines[0].name = hostile;
+  auto& bars = std::get<StackedBars>(findings.sections[2]);
+  bars.title = bars.caption = bars.parts[0] = bars.bars[0].name = hostile;
+  const std::string html = renderFindingsPage(findings);
+  EXPECT_EQ(count(html, "<script"), 1U);
+  EXPECT_THAT(html, Not(HasSubstr("<img")));
+  EXPECT_THAT(html, Not(HasSubstr("\xFF")));
+  EXPECT_FALSE(std::regex_search(html, std::regex("https?:|@import|url\\(|<link|<iframe")));
+}
+
+TEST(FindingsPage, NothingFoundIsAPage) {
+  EXPECT_THAT(renderFindingsPage({}), HasSubstr("</html>"));
+  Findings empty;
+  empty.sections.emplace_back(ResultTable{});
+  empty.sections.emplace_back(LineChart{});
+  empty.sections.emplace_back(StackedBars{"", "", {"wins"}, {{"a", {0}}}});
+  EXPECT_THAT(renderFindingsPage(empty), Not(HasSubstr("nan")));
+}
+
+TEST(FindingsPage, IsWrittenWholeOrNotAtAll) {
+  const test::ScratchFolder scratch;
+  writeFindingsPage(scratch / "report.html", sample());
+  EXPECT_EQ(test::readFile(scratch / "report.html"), renderFindingsPage(sample()));
+  EXPECT_THROW(writeFindingsPage(scratch / "missing" / "report.html", sample()), Error);
+}
+
+/// The heights of a chart's curve, from 0 at the top to 280 at the foot.
+std::vector<double> heights(const LineChart& chart) {
+  const std::string svg = report::lineChart(chart).str();
+  std::smatch path;
+  const std::string plot = svg.substr(svg.find("class=\"plot\""));
+  std::regex_search(plot, path, std::regex("<path class=\"curve[^>]* d=\"([^\"]*)\""));
+  const std::string d = path[1];
+  std::vector<double> found;
+  const std::regex point("[ML]([-0-9.]+)[ ,]([-0-9.]+)");
+  for (std::sregex_iterator it(d.begin(), d.end(), point), end; it != end; ++it)
+    found.push_back(std::stod((*it)[2]));
+  return found;
+}
+
+TEST(LineChart, DrawsValuesInProportion) {
+  LineChart chart{"", "", "", "", false, {1, 2, 3}, {{"a", {100, 50, 0}}}};
+  const auto y = heights(chart);
+  ASSERT_EQ(y.size(), 3U);
+  EXPECT_DOUBLE_EQ(y[2], 280);
+  EXPECT_NEAR(280 - y[0], 2 * (280 - y[1]), 0.2);
+}
+
+TEST(LineChart, DrawsRatiosInProportionOnALogarithmicAxis) {
+  LineChart chart{"", "", "", "", true, {1, 2, 3, 4}, {{"a", {100, 10, 1, 0}}}};
+  const auto y = heights(chart);
+  ASSERT_EQ(y.size(), 4U);
+  EXPECT_NEAR(y[1] - y[0], y[2] - y[1], 0.2);
+  EXPECT_GT(y[1] - y[0], 100);
+  EXPECT_DOUBLE_EQ(y[3], 280) << "0 lies at the foot";
+}
+
+TEST(LineChart, BreaksWhereNothingIsKnown) {
+  LineChart chart{"", "", "", "", false, {1, 2, 3, 4, 5}, {{"a", {1, 2, NAN, 3, 4}}}};
+  const std::string svg = report::lineChart(chart).str();
+  const std::string plot = svg.substr(svg.find("class=\"plot\""));
+  const std::string curve = plot.substr(plot.find("class=\"curve"));
+  EXPECT_EQ(count(curve.substr(0, curve.find('>')), "M"), 2U);
+}
+
+TEST(LineChart, TellsManyCurvesApart) {
+  EXPECT_NE(report::curveClass(0), report::curveClass(7));
+  EXPECT_EQ(report::curveClass(1).substr(0, 8), report::curveClass(8).substr(0, 8))
+      << "colour again, other dashes";
+}
+
+}  // namespace
+}  // namespace estancia
