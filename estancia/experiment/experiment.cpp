@@ -2,6 +2,7 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/experiment/model_choice.hpp"
+#include "estancia/experiment/place_tasks.hpp"
 
 namespace estancia {
 namespace {
@@ -16,6 +17,10 @@ constexpr Kind kKinds[] = {
     {"model-choice", "which model's words tell places apart (thesis 4.5.2)",
      [](ConfigFile& config, const ExperimentRun& run, Progress& progress) {
        return chooseModel(readModelChoice(config), run, progress);
+     }},
+    {"places", "places mapped, found again, and rooms told apart",
+     [](ConfigFile& config, const ExperimentRun& run, Progress& progress) {
+       return comparePlaceTasks(readPlaceTasks(config), run, progress);
      }},
 };
 

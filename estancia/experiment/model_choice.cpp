@@ -15,6 +15,7 @@
 #include "estancia/experiment/grid.hpp"
 #include "estancia/experiment/model_choice_findings.hpp"
 #include "estancia/experiment/posed_descriptors.hpp"
+#include "estancia/experiment/subjects.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/kmeans.hpp"
@@ -24,28 +25,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int methodVersion = 1;  // of compute(): cells of another one are computed anew
-
-/// The keys that say where images are and how to open them.
-std::vector<ConfigFile::Key> sourceKeys(ConfigFile& config, SequenceSource& source, bool pathRequired) {
-  SequenceOptions& how = source.options;
-  const auto whole = [&config](int& value, int most) {
-    return [&config, &value, most](auto& n) { value = static_cast<int>(config.integer(n, 1, most)); };
-  };
-  const auto number = [&config](double& value, double least, double most) {
-    return [&config, &value, least, most](auto& n) { value = config.number(n, least, most); };
-  };
-  return {
-      {"path", pathRequired, "where the images are", [&](auto& n) { source.path = config.anywhere(n); }},
-      {"type", false, "how to read them", [&](auto& n) { how.type = config.text(n); }},
-      {"poses", false, "a trajectory", [&](auto& n) { how.poses = config.anywhere(n); }},
-      {"max_pose_gap", false, "[s]", number(how.maxPoseGap, 0, 1e9)},
-      {"views", false, "of a panorama", whole(how.views, 360)},
-      {"field_of_view", false, "[degrees]", number(how.fieldOfView, 10, 150)},
-      {"turn", false, "[degrees]", number(how.turn, -360, 360)},
-      {"exposure", false, "[EV]", number(how.exposure, -20, 20)},
-      {"rounds", false, "of the tour", whole(how.rounds, 1000)},
-  };
-}
 
 ModelChoiceOptions::Drive readDrive(ConfigFile& config, const toml::table& table) {
   ModelChoiceOptions::Drive drive;
@@ -138,45 +117,6 @@ std::vector<OpenDrive> openDrives(const ModelChoiceOptions& options, std::vector
   }
   if (drives.empty()) throw Error("none of the sequences is there; name one of yours by [[sequence]]");
   return drives;
-}
-
-struct Candidate {
-  std::string model;  ///< for loadModel()
-  std::string name;   ///< for people
-};
-
-/// Throws Error when there is no such model, or it is described wrongly.
-std::string nameOf(const std::string& model) {
-  if (model.find('+') == std::string::npos || fs::exists(model))
-    return readModelSpec(getModelFolder(model)).name;
-  std::string names;  // several at work together
-  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
-    end = model.find('+', begin);
-    names += (begin > 0 ? "+" : "") + nameOf(model.substr(begin, end - begin));
-  }
-  return names;
-}
-
-std::vector<Candidate> modelsToCompare(const ModelChoiceOptions& options, const ExperimentRun& run,
-                                       std::vector<std::string>& notes) {
-  std::vector<Candidate> models;
-  for (const std::string& model : run.models.empty() ? options.models : run.models)
-    models.push_back({model, nameOf(model)});
-  if (models.empty())
-    for (const InstalledModel& installed : installedModels()) {
-      const std::string name = installed.folder.filename().string();
-      if (installed.spec)
-        models.push_back({name, name});
-      else
-        notes.push_back(fmt::format("the model {} was left out: {}", name, installed.problem));
-    }
-  if (models.empty())
-    throw Error(fmt::format("there are no models in {}; run script/bootstrap, or name folders by `models`",
-                            modelHome().string()));
-  std::set<std::string> names;
-  for (const Candidate& model : models)
-    if (!names.insert(model.name).second) throw Error(fmt::format("two models are called {}", model.name));
-  return models;
 }
 
 /// The sequence as one model says it, and its second visit.
@@ -280,7 +220,7 @@ ModelChoiceOptions readModelChoice(ConfigFile& config) {
 
 Findings chooseModel(const ModelChoiceOptions& options, const ExperimentRun& run, Progress& progress) {
   std::vector<std::string> notes;
-  const auto models = modelsToCompare(options, run, notes);
+  const auto models = modelsToCompare(options.models, run, notes);
   const auto drives = openDrives(options, notes);
   Grid grid(run.folder, {"model", "sequence", "distance"}, run.labeler.threads);
 

@@ -12,17 +12,12 @@
 #include "estancia/core/findings.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/experiment/experiment.hpp"
+#include "estancia/experiment/subjects.hpp"
 #include "estancia/io/sequence.hpp"
 
 namespace estancia {
 
 class ConfigFile;
-
-/// Images to open: where, and how.
-struct SequenceSource {
-  std::filesystem::path path;
-  SequenceOptions options;
-};
 
 struct ModelChoiceOptions {
   struct Drive {

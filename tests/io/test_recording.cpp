@@ -82,7 +82,7 @@ TEST_F(Recordings, LongCsv) {
   const auto given = read("a.csv", text, {file("words.txt", "mug\nfork\ncup\n"), {}});
   EXPECT_THAT(given.descriptors.row(0), ElementsAre(0, 0, 0.5F));
   EXPECT_THAT(given.descriptors.row(1), ElementsAre(0.25F, 0, 0));
-  EXPECT_NE(given.model, recording.model) << "other words, other numbers";
+  EXPECT_NE(given.model, recording.model) << "other words";
 }
 
 TEST_F(Recordings, JsonLines) {
@@ -174,7 +174,7 @@ TEST_F(Recordings, RefuseBadCsv) {
   for (const auto& [text, expected] : cases) EXPECT_THAT(refusal("a.csv", text), HasSubstr(expected)) << text;
   EXPECT_THAT(refusal("a.csv", "image,cup\n1.png,0\n", {file("words.txt", "mug\n"), {}}),
               HasSubstr("the vocabularies differ"));
-  EXPECT_THAT(refusal("a.txt", "image,cup\n"), HasSubstr("known are .csv"));
+  EXPECT_THAT(refusal("a.txt", "image,cup\n"), HasSubstr("known are .labels, .csv"));
   EXPECT_THAT(errorOf([&] { readRecording(scratch_ / "none.csv"); }), HasSubstr("no file that can be read"));
 }
 

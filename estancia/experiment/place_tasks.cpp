@@ -1,0 +1,354 @@
+#include "estancia/experiment/place_tasks.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "estancia/core/config.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/experiment/grid.hpp"
+#include "estancia/experiment/posed_descriptors.hpp"
+#include "estancia/io/csv.hpp"
+#include "estancia/label/model.hpp"
+#include "estancia/label/record.hpp"
+#include "estancia/topology/accuracy.hpp"
+#include "estancia/topology/quality.hpp"
+#include "estancia/topology/session.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int methodVersion = 1;       // of what follows: cells of another one are computed anew
+constexpr std::size_t smoothing = 20;  // frames of lookahead
+
+/// One task of the configuration, ready for every model.
+struct Task {
+  std::string name, inputs;  ///< inputs: a digest of what is not the model
+  const PlaceTasksOptions::Drive* drive = nullptr;
+  const PlaceTasksOptions::Rooms* rooms = nullptr;
+};
+
+class Recorder {
+ public:
+  Recorder(Labeler& labeler, std::string model, LabelCache* cache, Progress& progress)
+      : labeler_(labeler), model_(std::move(model)), cache_(cache), progress_(progress) {}
+
+  Recording of(const Sequence& sequence) {
+    progress_.begin(fmt::format("{}: labelling {}", model_, sequence.name()), sequence.size());
+    Recording recording = record(sequence, labeler_, {.cache = cache_}, [this](const LabelledFrame&) {
+      progress_.advance();
+      if (interrupted()) throw Interrupted("stopped; run it again to go on");
+    });
+    progress_.end();
+    return recording;
+  }
+
+ private:
+  Labeler& labeler_;
+  std::string model_;
+  LabelCache* cache_;
+  Progress& progress_;
+};
+
+/// A map in a file of its own, as `estancia map` makes it; gone in the end.
+class ScratchMap {
+ public:
+  ScratchMap(const Recording& recording, fs::path path) : path_(std::move(path)) {
+    auto session =
+        MappingSession::create(path_, recording.vocabulary, recording.model, {}, MapStore::Existing::replace);
+    for (std::size_t i = 0; i < recording.frames.size(); ++i)
+      session.add(recording.frames[i], recording.descriptors.row(i));
+    session.finish();
+  }
+  ~ScratchMap() {
+    std::error_code ignored;
+    fs::remove(path_, ignored);
+  }
+  ScratchMap(const ScratchMap&) = delete;
+  ScratchMap& operator=(const ScratchMap&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+LocalizationAccuracy find(const Recording& queries, const MapReader& map, std::size_t lookahead,
+                          const AdmissibleImages& truth) {
+  LocalizerOptions options;
+  options.lookahead = lookahead;
+  Localizer localizer(map.forLocalizer(options.mostImages), options);
+  std::vector<Localization> answers;
+  const auto give = [&](const std::vector<Localization>& some) {
+    answers.insert(answers.end(), some.begin(), some.end());
+  };
+  for (std::size_t i = 0; i < queries.frames.size(); ++i) give(localizer.add(queries.descriptors.row(i)));
+  give(localizer.finish());
+  std::vector<std::size_t> numbers(queries.frames.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = i;
+  return measureLocalization(map.map(), queries.frames, numbers, answers, truth);
+}
+
+CellResults drive(const Task& task, Recorder& recorder, const fs::path& scratch) {
+  const auto images = openSequence(task.drive->images.path, task.drive->images.options);
+  const auto again = openSequence(task.drive->again.path, task.drive->again.options);
+  const ScratchMap file(recorder.of(*images), scratch);
+  const MapReader map(file.path());
+  const Recording queries = recorder.of(*again);
+  const AdmissibleImages truth =
+      task.drive->truth.empty() ? AdmissibleImages{} : readAdmissibleImages(task.drive->truth);
+  CellResults results;
+  const MapQuality quality = evaluate(map.map());
+  results.push_back({"nodes", std::nullopt, static_cast<double>(quality.nodes)});
+  if (quality.rooms) results.push_back({"V-measure", std::nullopt, quality.rooms->vMeasure});
+  const auto add = [&](const char* measure, const Accuracy& accuracy) {
+    if (const auto& share = accuracy.recall ? accuracy.recall : accuracy.room)
+      results.push_back({measure, std::nullopt, *share});
+  };
+  const LocalizationAccuracy filtered = find(queries, map, 0, truth);
+  add("one image", filtered.nearestImage);
+  add("filtered", filtered.belief);
+  add("smoothed", find(queries, map, smoothing, truth).belief);
+  return results;
+}
+
+/// Which images of the sequence belong to which room and half. Images are named by their file's name, with or
+/// without its extension, or by the number in it.
+struct Halves {
+  std::vector<std::size_t> train, test;
+  std::vector<std::string> rooms;  ///< of every image
+};
+
+std::string stemOf(const std::string& name) {
+  const std::string stem = fs::path(name).stem().string();
+  const auto digits = stem.find_first_not_of('0');
+  const bool number = !stem.empty() && stem.find_first_not_of("0123456789") == std::string::npos;
+  return number ? (digits == std::string::npos ? "0" : stem.substr(digits)) : stem;
+}
+
+Halves readHalves(const PlaceTasksOptions::Rooms& rooms, const std::vector<Frame>& frames) {
+  const auto rows = io::readCsv(rooms.table);
+  if (rows.empty()) throw Error(fmt::format("{}: an empty table", rooms.table.string()));
+  const auto column = [&](const std::string& name) {
+    const auto& header = rows[0].cells;
+    const auto found = std::find(header.begin(), header.end(), name);
+    if (found == header.end())
+      throw Error(fmt::format("{}:1: there is no column `{}`", rooms.table.string(), name));
+    return static_cast<std::size_t>(found - header.begin());
+  };
+  const std::size_t image = column(rooms.imageColumn), room = column(rooms.roomColumn),
+                    split = column(rooms.splitColumn);
+  std::map<std::string, std::size_t> byStem;
+  for (std::size_t i = 0; i < frames.size(); ++i) byStem.emplace(stemOf(frames[i].name), i);
+  Halves halves;
+  halves.rooms.resize(frames.size());
+  for (std::size_t r = 1; r < rows.size(); ++r) {
+    const auto& cells = rows[r].cells;
+    if (cells.size() != rows[0].cells.size())
+      throw Error(fmt::format("{}:{}: {} cells under a header of {}", rooms.table.string(), rows[r].line,
+                              cells.size(), rows[0].cells.size()));
+    const auto frame = byStem.find(stemOf(cells[image]));
+    const bool wanted = rooms.rooms.empty() ||
+                        std::find(rooms.rooms.begin(), rooms.rooms.end(), cells[room]) != rooms.rooms.end();
+    if (frame == byStem.end() || !wanted) continue;
+    halves.rooms[frame->second] = cells[room];
+    if (cells[split] == rooms.train) halves.train.push_back(frame->second);
+    if (cells[split] == rooms.test) halves.test.push_back(frame->second);
+  }
+  if (halves.train.empty() || halves.test.empty())
+    throw Error(fmt::format("{}: {} images to learn from and {} to ask; both halves need some",
+                            rooms.table.string(), halves.train.size(), halves.test.size()));
+  return halves;
+}
+
+/// Share of the queries whose nearest image shows the same kind of room.
+double nearestNeighbour(const Recording& words, const std::vector<std::string>& rooms,
+                        const std::vector<std::size_t>& train, const std::vector<std::size_t>& test) {
+  const auto rows = [&](const std::vector<std::size_t>& chosen) {
+    DescriptorMatrix matrix(words.vocabulary.size());
+    for (const std::size_t i : chosen) matrix.append(words.descriptors.row(i));
+    return matrix;
+  };
+  const Distance distance = getDistance(MapperOptions{}.distance, words.vocabulary.layout().parts);
+  const DescriptorMatrix known = rows(train);
+  const DescriptorMatrix vectors = comparedVectors(known, known, distance);
+  const DescriptorMatrix queries = comparedVectors(rows(test), known, distance);
+  std::size_t right = 0;
+  for (std::size_t q = 0; q < test.size(); ++q) {
+    std::size_t best = 0;
+    double least = compare(distance.comparison, vectors.row(0), queries.row(q));
+    for (std::size_t i = 1; i < train.size(); ++i)
+      if (const double d = compare(distance.comparison, vectors.row(i), queries.row(q)); d < least) {
+        best = i;
+        least = d;
+      }
+    right += rooms[train[best]] == rooms[test[q]] ? 1 : 0;
+  }
+  return static_cast<double>(right) / static_cast<double>(test.size());
+}
+
+CellResults rooms(const Task& task, Recorder& recorder) {
+  const auto images = openSequence(task.rooms->images.path, task.rooms->images.options);
+  const Recording words = recorder.of(*images);
+  const Halves halves = readHalves(*task.rooms, words.frames);
+  return {
+      {"nearest neighbour", std::nullopt, nearestNeighbour(words, halves.rooms, halves.train, halves.test)},
+      {"halves exchanged", std::nullopt, nearestNeighbour(words, halves.rooms, halves.test, halves.train)}};
+}
+
+/// What identifies the images without labelling them.
+std::string digestOf(const SequenceSource& source) {
+  const auto sequence = openSequence(source.path, source.options);
+  std::string all;
+  for (std::size_t i = 0; i < sequence->size(); ++i)
+    all += sequence->frame(i).name + '\n' + sequence->frame(i).room + '\n' + sequence->fingerprint(i) + '\n';
+  return sha256(all);
+}
+
+std::vector<Task> openTasks(const PlaceTasksOptions& options, std::vector<std::string>& notes) {
+  std::vector<Task> tasks;
+  const auto isThere = [&](const fs::path& path, bool optional) {
+    if (!optional || fs::exists(path)) return true;
+    notes.push_back(fmt::format("{} is not there and was left out", path.string()));
+    return false;
+  };
+  for (const auto& drive : options.drives)
+    if (isThere(drive.images.path, drive.optional))
+      tasks.push_back({drive.name,
+                       digestOf(drive.images) + digestOf(drive.again) +
+                           (drive.truth.empty() ? "" : sha256OfFile(drive.truth)),
+                       &drive, nullptr});
+  for (const auto& rooms : options.rooms)
+    if (isThere(rooms.images.path, rooms.optional))
+      tasks.push_back(
+          {rooms.name,
+           digestOf(rooms.images) + sha256OfFile(rooms.table) +
+               fmt::format("{} {} {} {} {} {}", rooms.imageColumn, rooms.roomColumn, rooms.splitColumn,
+                           rooms.train, rooms.test, fmt::join(rooms.rooms, ",")),
+           nullptr, &rooms});
+  if (tasks.empty())
+    throw Error("none of the sequences is there; name one of yours by [[drive]] or [[rooms]]");
+  return tasks;
+}
+
+Findings findingsOf(const std::vector<Task>& tasks, const std::vector<std::string>& models,
+                    const std::vector<std::vector<CellResults>>& cells) {
+  Findings findings;
+  findings.title = "Places mapped, found again, and rooms told apart";
+  for (std::size_t t = 0; t < tasks.size(); ++t) {
+    ResultTable table;
+    table.title = tasks[t].name;
+    table.caption =
+        tasks[t].drive != nullptr
+            ? "The map by its V-measure against the rooms; another drive found in it: the share of right "
+              "answers by each image alone, by all images so far, and with twenty more."
+            : "Share of images whose nearest one of the other half shows the same kind of room.";
+    table.rowsAre = "model";
+    for (const CellResult& result : cells[t].at(0))
+      table.columns.push_back(
+          {result.measure, result.measure == "nodes" ? 0 : 3,
+           result.measure == "nodes" ? ResultTable::Best::none : ResultTable::Best::largest});
+    for (std::size_t m = 0; m < models.size(); ++m) {
+      ResultTable::Row row{models[m], {}};
+      for (const auto& column : table.columns) {
+        const auto found = std::find_if(cells[t][m].begin(), cells[t][m].end(),
+                                        [&](const CellResult& r) { return r.measure == column.name; });
+        row.values.push_back(found == cells[t][m].end() ? std::nullopt : std::optional(found->value));
+      }
+      table.rows.push_back(std::move(row));
+    }
+    findings.sections.emplace_back(std::move(table));
+  }
+  findings.summary = fmt::format(
+      "{} models on {} tasks, all with the default distance and thresholds that the "
+      "runs found themselves.",
+      models.size(), tasks.size());
+  return findings;
+}
+
+}  // namespace
+
+PlaceTasksOptions readPlaceTasks(ConfigFile& config) {
+  PlaceTasksOptions options;
+  const toml::array *drives = nullptr, *rooms = nullptr;
+  const auto texts = [&](std::vector<std::string>& to) {
+    return [&config, &to](auto& n) {
+      for (const auto& element : config.list(n)) to.push_back(config.text(element));
+    };
+  };
+  config.read({{"type", true, "the kind of experiment", [](auto&) {}},
+               {"models", false, "the models to compare", texts(options.models)},
+               {"drive", false, "drives to map and find", [&](auto& n) { drives = &config.list(n); }},
+               {"rooms", false, "rooms to tell apart", [&](auto& n) { rooms = &config.list(n); }}});
+  const auto text = [&config](std::string& to) { return [&config, &to](auto& n) { to = config.text(n); }; };
+  if (drives != nullptr)
+    for (const toml::node& node : *drives) {
+      auto& drive = options.drives.emplace_back();
+      const toml::table* again = nullptr;
+      auto keys = sourceKeys(config, drive.images, true);
+      keys.push_back({"name", true, "what to call it", text(drive.name)});
+      keys.push_back({"optional", false, "", [&](auto& n) { drive.optional = config.flag(n); }});
+      keys.push_back({"truth", false, "CSV query,refs", [&](auto& n) { drive.truth = config.anywhere(n); }});
+      keys.push_back({"again", true, "the drive to find", [&](auto& n) { again = &config.subtable(n); }});
+      config.read(config.subtable(node), keys);
+      drive.again = drive.images;  // the same but for what is said of it
+      config.read(*again, sourceKeys(config, drive.again, false));
+    }
+  if (rooms != nullptr)
+    for (const toml::node& node : *rooms) {
+      auto& set = options.rooms.emplace_back();
+      auto keys = sourceKeys(config, set.images, true);
+      keys.push_back({"name", true, "what to call it", text(set.name)});
+      keys.push_back({"optional", false, "", [&](auto& n) { set.optional = config.flag(n); }});
+      keys.push_back({"table", true, "the CSV of rooms", [&](auto& n) { set.table = config.anywhere(n); }});
+      keys.push_back({"image_column", false, "", text(set.imageColumn)});
+      keys.push_back({"room_column", false, "", text(set.roomColumn)});
+      keys.push_back({"split_column", false, "", text(set.splitColumn)});
+      keys.push_back({"train", false, "", text(set.train)});
+      keys.push_back({"test", false, "", text(set.test)});
+      keys.push_back({"only", false, "only these rooms", texts(set.rooms)});
+      config.read(config.subtable(node), keys);
+    }
+  return options;
+}
+
+Findings comparePlaceTasks(const PlaceTasksOptions& options, const ExperimentRun& run, Progress& progress) {
+  std::vector<std::string> notes;
+  const auto models = modelsToCompare(options.models, run, notes);
+  const auto tasks = openTasks(options, notes);
+  Grid grid(run.folder, {"model", "task"}, 1);  // the threads belong to the network
+  std::vector<std::string> names;
+  std::vector<std::vector<CellResults>> cells(tasks.size());
+  std::vector<std::pair<std::string, std::string>> identities;
+  for (const Candidate& model : models) {
+    names.push_back(model.name);
+    const auto labeler = loadModel(model.model, run.labeler);
+    identities.emplace_back("Model", labeler->identity());
+    Recorder recorder(*labeler, model.name, run.cache, progress);
+    std::vector<Cell> grids;
+    for (const Task& task : tasks)
+      grids.push_back({{model.name, task.name},
+                       sha256(fmt::format("{} {} {}", methodVersion, labeler->cacheKey(), task.inputs))});
+    const auto found = grid.run(
+        grids,
+        [&](std::size_t t) {
+          return tasks[t].drive != nullptr ? drive(tasks[t], recorder, run.folder / ".map.estancia")
+                                           : rooms(tasks[t], recorder);
+        },
+        progress, model.name);
+    for (std::size_t t = 0; t < tasks.size(); ++t) cells[t].push_back(found[t]);
+  }
+  grid.writeCsv();
+  Findings findings = findingsOf(tasks, names, cells);
+  findings.facts = std::move(identities);
+  findings.notes = std::move(notes);
+  return findings;
+}
+
+}  // namespace estancia
