@@ -218,9 +218,9 @@ std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec& spec, int threads)
   const auto& library = onnxruntime::library();
   if (library.api == nullptr) throw Error(library.problem);
   if (!isOnnxOrConvertible(spec))
-    throw Error(
-        fmt::format("model {}: ONNX Runtime reads .onnx, .tflite and .lite, not {}; take the engine opencv",
-                    spec.name, spec.file.string()));
+    throw Error(fmt::format(
+        "model {}: ONNX Runtime reads .onnx, .tflite, .lite and .json, not {}; take the engine opencv",
+        spec.name, spec.file.string()));
   return std::make_unique<OnnxruntimeEngine>(spec, threads);
 }
 
