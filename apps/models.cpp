@@ -1,8 +1,11 @@
 // estancia models: the networks that label.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
 
 #include "common.hpp"
+#include "estancia/core/progress.hpp"
+#include "estancia/label/catalogue.hpp"
 #include "estancia/label/convert.hpp"
 #include "estancia/label/model.hpp"
 #include "labelling.hpp"
@@ -31,7 +34,8 @@ void list(bool json) {
   if (json) return;
   fmt::print("Engines at hand: {}\n", fmt::join(engines(), ", "));
   if (models.empty())
-    fmt::print("No models yet in {}; script/bootstrap fetches the default one.\n", modelHome().string());
+    fmt::print("No models yet in {}; script/bootstrap fetches the default one, `models get` others.\n",
+               modelHome().string());
 }
 
 void report(const ModelCheck& check, bool json) {
@@ -44,6 +48,41 @@ void report(const ModelCheck& check, bool json) {
   else
     fmt::print("{}: works; {} labels, {:.1f} ms an image, {} file digests checked\n", check.spec.name,
                check.labels, check.millisecondsPerImage, check.digests);
+}
+
+void showCatalogue(bool json) {
+  const Catalogue catalogue = Catalogue::load();
+  if (!json) fmt::print("{:<20} {:>7} {:>6}  {:<9} {:<9} {}\n", "", "MB", "words", "checksum", "", "licence");
+  for (const auto& [name, model] : catalogue.models()) {
+    const bool installed = std::filesystem::exists(modelHome() / name);
+    const std::size_t words = model.labels.empty() ? 0 : catalogue.labelSets().at(model.labels).count;
+    if (json) {
+      print({{"name", name},
+             {"about", model.about},
+             {"licence", model.licence},
+             {"source", model.source},
+             {"megabytes", model.megabytes},
+             {"labels", words},
+             {"checksums", catalogue.checksums(model)},
+             {"by_hand", model.needsHands()},
+             {"installed", installed}});
+    } else {
+      fmt::print("{:<20} {:>7} {:>6}  {:<9} {:<9} {}\n{:<20} {}\n", name,
+                 model.megabytes > 0 ? fmt::format("{:.0f}", model.megabytes) : "-",
+                 words == 0 ? "yours" : std::to_string(words), catalogue.checksums(model),
+                 installed            ? "installed"
+                 : model.needsHands() ? "by hand"
+                                      : "",
+                 model.licence, "", model.about);
+    }
+  }
+}
+
+void get(const std::string& name, const FetchOptions& options, bool json) {
+  const auto progress = makeStderrProgress();
+  const FetchedModel model = fetchModel(Catalogue::load(), name, *progress, options);
+  for (const std::string& note : model.notes) spdlog::warn("{}", note);
+  report(model.check, json);
 }
 
 std::string textOf(const std::vector<OnnxSummary::Tensor>& tensors) {
@@ -81,14 +120,17 @@ void addModelsCommand(CLI::App& app) {
     ModelArguments model;
     std::string folder, output;
     bool replace = false, json = false;
+    FetchOptions fetch;
   };
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("models", "List, add, check and convert the networks that label");
+  CLI::App* command =
+      app.add_subcommand("models", "List, fetch, add, check and convert the networks that label");
   command->require_subcommand(1);
   addExamples(*command,
               "  estancia models list\n"
               "  estancia models check inception-v3\n"
-              "  estancia models add ~/places205");
+              "  estancia models add ~/places205\n"
+              "  estancia models get places365-googlenet");
 
   CLI::App* listing = command->add_subcommand("list", "List the models and engines at hand");
   addJsonOption(*listing, arguments->json);
@@ -115,7 +157,8 @@ void addModelsCommand(CLI::App& app) {
   CLI::App* conversion =
       command->add_subcommand("convert", "Write a network as an ONNX file that any engine can open");
   conversion
-      ->add_option("NETWORK", arguments->folder, "A .tflite, .lite or .onnx file, or a name of `models list`")
+      ->add_option("NETWORK", arguments->folder,
+                   "A .tflite, .lite, .json (TensorFlow.js) or .onnx file, or a name of `models list`")
       ->required();
   conversion->add_option("OUTPUT", arguments->output, "The file to write, NAME.onnx")->required();
   conversion->add_flag("--overwrite", arguments->replace, "Replace an existing file");
@@ -123,6 +166,21 @@ void addModelsCommand(CLI::App& app) {
   addExamples(*conversion, "  estancia models convert inception-v3 inception-v3.onnx");
   conversion->callback(
       [arguments] { convert(arguments->folder, arguments->output, arguments->replace, arguments->json); });
+
+  CLI::App* catalogue = command->add_subcommand("catalogue", "List the models that `get` can fetch");
+  addJsonOption(*catalogue, arguments->json);
+  addExamples(*catalogue, "  estancia models catalogue");
+  catalogue->callback([arguments] { showCatalogue(arguments->json); });
+
+  CLI::App* fetch = command->add_subcommand("get", "Download a model of the catalogue, check and install it");
+  fetch->add_option("NAME", arguments->folder, "A name of `models catalogue`")->required();
+  fetch->add_flag("--replace", arguments->fetch.replace, "Replace a model of the same name");
+  fetch->add_flag("--force", arguments->fetch.anew, "Fetch anew what an earlier run has left half done");
+  addJsonOption(*fetch, arguments->json);
+  addExamples(*fetch,
+              "  estancia models get mobilenet-v2\n"
+              "  estancia models get imagenet-alexnet --replace");
+  fetch->callback([arguments] { get(arguments->folder, arguments->fetch, arguments->json); });
 }
 
 }  // namespace estancia::apps

@@ -30,8 +30,9 @@ function(estancia_use_onnxruntime target)
   endif()
   if(headers AND library AND version GREATER_EQUAL 13)
     message(STATUS "ONNX Runtime: API ${version}, ${library}")
-    target_include_directories(${target} SYSTEM PRIVATE ${headers})
-    target_compile_definitions(${target} PRIVATE ESTANCIA_ONNXRUNTIME_LIBRARY="${library}")
+    set_source_files_properties(
+      estancia/label/onnxruntime_library.cpp estancia/label/onnxruntime_engine.cpp
+      PROPERTIES COMPILE_DEFINITIONS ESTANCIA_ONNXRUNTIME_LIBRARY="${library}" COMPILE_OPTIONS "-isystem;${headers}")
     target_link_libraries(${target} PRIVATE ${CMAKE_DL_LIBS})
   elseif(ESTANCIA_ONNXRUNTIME)
     message(FATAL_ERROR "${ESTANCIA_ONNXRUNTIME} holds no ONNX Runtime 1.13 or later (include/ and lib/)")

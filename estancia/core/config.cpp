@@ -13,8 +13,16 @@ namespace fs = std::filesystem;
 
 ConfigFile::ConfigFile(fs::path path) : path_(std::move(path)) {
   if (!fs::is_regular_file(path_)) throw Error(fmt::format("{} is missing", path_.string()));
+  parse([this] { return toml::parse_file(path_.string()); });
+}
+
+ConfigFile::ConfigFile(fs::path name, std::string_view text) : path_(std::move(name)) {
+  parse([&] { return toml::parse(text); });
+}
+
+void ConfigFile::parse(const std::function<toml::table()>& source) {
   try {
-    table_ = toml::parse_file(path_.string());
+    table_ = source();
   } catch (const toml::parse_error& e) {
     throw Error(
         fmt::format("{}:{}: {}", path_.string(), e.source().begin.line, std::string(e.description())));

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -24,6 +25,9 @@ class ConfigFile {
 
   /// Throws Error when the file is missing or no TOML.
   explicit ConfigFile(std::filesystem::path path);
+
+  /// The same of a text that is in memory; `name` stands for the file in messages.
+  ConfigFile(std::filesystem::path name, std::string_view text);
 
   const std::filesystem::path& path() const { return path_; }
   const toml::table& table() const { return table_; }
@@ -63,6 +67,8 @@ class ConfigFile {
   const std::string& key() const { return key_; }
 
  private:
+  void parse(const std::function<toml::table()>& source);
+
   std::filesystem::path path_;
   toml::table table_;
   std::string key_;

@@ -26,7 +26,8 @@ void requireProbabilities(DescriptorView descriptor, std::size_t labels, const s
           fmt::format("{} gave {} for label {}; check its preprocessing (mean, scale)", source, p, i));
     if (p < -slack || p > 1 + slack)
       throw Error(fmt::format(
-          "{} gave {} for label {}, which is no probability; does the model need softmax?", source, p, i));
+          "{} gave {} for label {}, which is no probability; does the model need softmax or sigmoid?", source,
+          p, i));
   }
 }
 

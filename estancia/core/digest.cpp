@@ -12,11 +12,11 @@
 namespace estancia {
 namespace {
 
-class Sha256 {
+class Hash {
  public:
-  Sha256() : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
-    if (!context_ || EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) != 1)
-      throw Error("SHA-256 is not available in this OpenSSL");
+  explicit Hash(const EVP_MD* kind) : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
+    if (!context_ || EVP_DigestInit_ex(context_.get(), kind, nullptr) != 1)
+      throw Error("SHA-256 or SHA-1 is not available in this OpenSSL");
   }
   void update(const char* bytes, std::size_t count) { EVP_DigestUpdate(context_.get(), bytes, count); }
   std::string hex() {
@@ -32,23 +32,31 @@ class Sha256 {
   std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
 };
 
-}  // namespace
-
-std::string sha256(std::string_view bytes) {
-  Sha256 hash;
-  hash.update(bytes.data(), bytes.size());
-  return hash.hex();
-}
-
-std::string sha256OfFile(const std::filesystem::path& path) {
+std::string hashOfFile(const std::filesystem::path& path, const EVP_MD* kind) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Error(fmt::format("cannot read {}: check the path and its permissions", path.string()));
-  Sha256 hash;
+  Hash hash(kind);
   std::array<char, 1 << 16> block{};
   while (file.read(block.data(), block.size()) || file.gcount() > 0)
     hash.update(block.data(), static_cast<std::size_t>(file.gcount()));
   if (file.bad()) throw Error(fmt::format("reading {} failed half way: check the disk", path.string()));
   return hash.hex();
+}
+
+}  // namespace
+
+std::string sha256(std::string_view bytes) {
+  Hash hash(EVP_sha256());
+  hash.update(bytes.data(), bytes.size());
+  return hash.hex();
+}
+
+std::string sha256OfFile(const std::filesystem::path& path) {
+  return hashOfFile(path, EVP_sha256());
+}
+
+std::string sha1OfFile(const std::filesystem::path& path) {
+  return hashOfFile(path, EVP_sha1());
 }
 
 }  // namespace estancia

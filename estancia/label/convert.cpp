@@ -59,8 +59,9 @@ OnnxSummary convertToOnnx(const ModelSpec& spec, const fs::path& target, bool ov
     throw Error(fmt::format("{} exists; replace it with --overwrite", target.string()));
   const fs::path source = modelFile(spec, spec.file);
   if (!isOnnxOrConvertible(spec))
-    throw Error(fmt::format("{} is of a kind that cannot be converted; known are .tflite, .lite and .onnx",
-                            source.string()));
+    throw Error(
+        fmt::format("{} is of a kind that cannot be converted; known are .tflite, .lite, .json and .onnx",
+                    source.string()));
   const std::string bytes = readAsOnnx(spec);
   onnx::ModelProto model;
   model.ParseFromString(bytes);

@@ -75,6 +75,10 @@ class SpecReader {
         {"scale", false, "the factor after it", [&](auto& n) { pre.scale = numbers(n, 1e-9, 1e6); }},
         {"softmax", false, "true when the network gives logits",
          [this](auto& n) { spec_.softmax = file_.flag(n); }},
+        {"embeddings", false, "the file of the words' text embeddings",
+         [this](auto& n) { spec_.embeddings = file_.inside(n); }},
+        {"logit_scale", false, "the factor of the cosines with them",
+         [this](auto& n) { spec_.logitScale = file_.number(n, 1e-3, 1e6); }},
         {"sigmoid", false, "true when the network gives logits of labels that do not exclude each other",
          [this](auto& n) { readSigmoid(n); }},
         {"reduce", false, "how many rows of outputs become one",
@@ -198,6 +202,7 @@ std::string modelDigest(const ModelSpec& spec, const std::string& settings) {
       !spec.inputNode.empty())
     all += fmt::format("{} {} [{}] {}\n", spec.sigmoid, static_cast<int>(spec.reduce),
                        fmt::join(spec.unused, ","), spec.inputNode);
+  if (!spec.embeddings.empty()) all += fmt::format("logit_scale {}\n", spec.logitScale);
   for (const auto& [file, expected] : files) {
     const fs::path path = modelFile(spec, file);
     const std::string actual = sha256OfFile(path);

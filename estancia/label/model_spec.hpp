@@ -36,6 +36,8 @@ struct ModelSpec {
   bool sigmoid = false;          ///< the outputs are logits of labels that do not
   std::vector<std::size_t>
       unused;  ///< outputs that have no label (background, numbers never given), ascending
+  std::filesystem::path embeddings;  ///< .npy, labels×D: the network embeds images (CLIP), see scores.hpp
+  double logitScale = 100;           ///< [logit_scale] of their cosines with the embeddings
 
   std::string licence, source;                ///< for people
   std::map<std::string, std::string> sha256;  ///< file → 64 hex digits, verified whenever the model is loaded

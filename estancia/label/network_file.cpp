@@ -115,7 +115,7 @@ std::string readTfjs(const ModelSpec& spec, const fs::path& path) {
 
 std::vector<fs::path> networkFiles(const ModelSpec& spec) {
   std::vector<fs::path> files;
-  for (const auto& file : {spec.file, spec.config})
+  for (const auto& file : {spec.file, spec.config, spec.embeddings})
     if (!file.empty()) files.push_back(file);
   if (isTfjs(spec))
     for (const auto& weights : tfjs::weightFiles(modelFile(spec, spec.file)))

@@ -9,8 +9,8 @@
 
 namespace estancia {
 
-/// All files of the network, relative to the model's folder: itself, its config, and the weights that it
-/// names. Throws Error when such a name cannot be read, or leads out of the folder.
+/// All files of the network, relative to the model's folder: itself, its config, the weights that it
+/// names, and text embeddings. Throws Error when such a name cannot be read, or leads out of the folder.
 std::vector<std::filesystem::path> networkFiles(const ModelSpec& spec);
 
 /// Whether the network's file is ONNX or can be turned into it (TensorFlow Lite, TensorFlow.js); Caffe and

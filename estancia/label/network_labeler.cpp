@@ -7,14 +7,14 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/label/preprocess.hpp"
-#include "estancia/label/scores.hpp"
 
 namespace estancia {
 
 NetworkLabeler::NetworkLabeler(const ModelSpec& spec)
     : spec_(spec),
       vocabulary_(Vocabulary::fromFile(modelFile(spec, spec.labels))),
-      identity_(fmt::format("{} {}", spec.name, modelDigest(spec))) {}
+      identity_(fmt::format("{} {}", spec.name, modelDigest(spec))),
+      scores_(spec, vocabulary_.size()) {}
 
 Prepared NetworkLabeler::prepare(const cv::Mat& bgr, const std::string& frame) const {
   return {preprocess(bgr, spec_.preprocessing), frame, {}};
@@ -33,7 +33,7 @@ void NetworkLabeler::tryOut() {
 }
 
 LexicalDescriptor NetworkLabeler::toWords(std::span<const float> output) const {
-  return toProbabilities(output, spec_, vocabulary_.size());
+  return scores_(output);
 }
 
 void NetworkLabeler::failOnInput(const std::string& reason) const {

@@ -7,6 +7,7 @@
 
 #include "estancia/label/labeler.hpp"
 #include "estancia/label/model_spec.hpp"
+#include "estancia/label/scores.hpp"
 
 namespace estancia {
 
@@ -36,6 +37,7 @@ class NetworkLabeler : public Labeler {
   ModelSpec spec_;
   Vocabulary vocabulary_;
   std::string identity_;
+  Scores scores_;
 };
 
 }  // namespace estancia

@@ -41,11 +41,14 @@ LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec
   const std::size_t columns = labels + spec.unused.size();
   const bool fits = spec.reduce == ModelSpec::Reduce::none ? output.size() == columns
                                                            : output.size() % columns == 0 && !output.empty();
-  if (!fits)
+  if (!fits) {
+    const bool rows = output.size() > columns && output.size() % columns == 0;
     throw Error(
-        fmt::format("model {} gave {} values for {} labels{}; use the label file that belongs to the model",
-                    spec.name, output.size(), labels,
-                    spec.unused.empty() ? "" : fmt::format(" and {} unused outputs", spec.unused.size())));
+        fmt::format("model {} gave {} values for {} labels{}; {}", spec.name, output.size(), labels,
+                    spec.unused.empty() ? "" : fmt::format(" and {} unused outputs", spec.unused.size()),
+                    rows ? "if these are rows of a detector, say `reduce = \"max\"` in model.toml"
+                         : "use the label file that belongs to the model"));
+  }
   LexicalDescriptor values = highest(output, spec, columns);
   if (spec.sigmoid)  // keeps the order, so that once is enough
     for (float& v : values) v = 1 / (1 + std::exp(-v));
@@ -56,6 +59,22 @@ LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec
   }
   requireProbabilities(values, labels, "model " + spec.name);
   return values;
+}
+
+Scores::Scores(const ModelSpec& spec, std::size_t labels) : spec_(spec), labels_(labels) {
+  if (spec.embeddings.empty()) return;
+  if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty())
+    throw Error(
+        fmt::format("model {}: `sigmoid`, `reduce` and `unused` do not go with `embeddings`, whose cosines "
+                    "become probabilities by softmax; leave them out of model.toml",
+                    spec.name));
+  texts_.emplace(modelFile(spec, spec.embeddings), labels);
+  spec_.softmax = true;
+}
+
+LexicalDescriptor Scores::operator()(std::span<const float> output) const {
+  if (!texts_) return toProbabilities(output, spec_, labels_);
+  return toProbabilities(texts_->logits(output, spec_.logitScale, spec_.name), spec_, labels_);
 }
 
 }  // namespace estancia

@@ -29,6 +29,8 @@ using Integers = std::vector<std::int64_t>;
 using Reals = std::vector<float>;
 using Shape = std::vector<int>;
 
+constexpr std::int64_t largestSide = 4096;  ///< of a picture [pixels], as in model.toml
+
 /// What a node gives: a picture (or other tensor) that the network computes, a stored weight, or integers
 /// that follow from shapes alone.
 struct Value {
@@ -46,8 +48,7 @@ class Reader {
     const std::string input = section_.input.empty() ? nodes_.onlyPlaceholder() : section_.input;
     const std::string output = section_.output.empty() ? nodes_.onlyEnd() : section_.output;
     node_ = &nodes_.at(input);
-    requirePicture();
-    graph().input = addTensor({1, section_.height, section_.width, 3});
+    graph().input = addTensor(picture());
     values_[node_].tensor = graph().input;
     for (const Node* node : nodes_.inOrder(input, output, requireKnown)) {
       node_ = node;
@@ -73,13 +74,20 @@ class Reader {
     return network_.graph.tensors[static_cast<std::size_t>(tensor)].shape;
   }
 
-  /// A placeholder may say what it takes; -1 is any size.
-  void requirePicture() const {
-    const Integers takes = node_->shape(), ours{1, section_.height, section_.width, 3};
-    const auto fits = [](std::int64_t theirs, std::int64_t own) { return theirs == -1 || theirs == own; };
+  /// The shape of the picture. A placeholder may say what it takes; -1 is any size.
+  Shape picture() const {
+    const Integers takes = node_->shape();
+    const bool own = section_.width == 0 && takes.size() == 4 && takes[1] > 0 && takes[2] > 0 &&
+                     takes[1] <= largestSide && takes[2] <= largestSide;
+    if (section_.width == 0 && !own)
+      throw Error("does not say how large its picture is; convert it as a model, whose `input` does");
+    Shape ours{1, own ? static_cast<int>(takes[1]) : section_.height,
+               own ? static_cast<int>(takes[2]) : section_.width, 3};
+    const auto fits = [](std::int64_t theirs, std::int64_t size) { return theirs == -1 || theirs == size; };
     if (!takes.empty() && !std::equal(takes.begin(), takes.end(), ours.begin(), ours.end(), fits))
       throw Error(fmt::format("takes an input of [{}] where model.toml makes [{}]; correct `input`",
                               fmt::join(takes, "×"), fmt::join(ours, "×")));
+    return ours;
   }
 
   // ---- inputs of the current node
@@ -93,7 +101,7 @@ class Reader {
     return input(i).tensor;
   }
   Shape pictureShape(std::size_t i) const {
-    const Shape shape = shapeOf(tensorInput(i));
+    const Shape& shape = shapeOf(tensorInput(i));
     if (shape.size() != 4) node_->fail("has an input that is no picture");
     return shape;
   }
@@ -179,8 +187,9 @@ class Reader {
         {"AddN", &Reader::convertAdd},
         {"BiasAdd", &Reader::convertAdd},
         {"Mul", &Reader::convertMultiply},
-        {"Relu", &Reader::convertRelu},
-        {"Relu6", &Reader::convertRelu},
+        {"Relu", &Reader::convertActivation},
+        {"Relu6", &Reader::convertActivation},
+        {"Sigmoid", &Reader::convertActivation},
         {"Softmax", &Reader::convertSoftmax},
         {"AvgPool", &Reader::convertPool},
         {"MaxPool", &Reader::convertPool},
@@ -303,7 +312,7 @@ class Reader {
     Operator op = newOperator(Kind::averagePool, {tensorInput(0)});
     op.filterY = in[1];
     op.filterX = in[2];
-    const Value mean = add(std::move(op), {in[0], 1, 1, in[3]});
+    Value mean = add(std::move(op), {in[0], 1, 1, in[3]});
     if (node_->flag("keep_dims")) return mean;
     return add(newOperator(Kind::reshape, {mean.tensor}), {in[0], in[3]});
   }
@@ -372,9 +381,11 @@ class Reader {
     return weights_.reals(name);
   }
 
-  Value convertRelu() {
+  Value convertActivation() {
     Operator op = newOperator(Kind::activation, {tensorInput(0)});
-    op.activation = node_->op == "Relu" ? Activation::relu : Activation::relu6;
+    op.activation = node_->op == "Relu"    ? Activation::relu
+                    : node_->op == "Relu6" ? Activation::relu6
+                                           : Activation::sigmoid;
     return add(std::move(op), shapeOf(tensorInput(0)));
   }
 

@@ -14,7 +14,7 @@ namespace estancia::tfjs {
 struct Section {
   std::string input;          ///< name of a node; "" = the only placeholder
   std::string output;         ///< name of a node; "" = the only node that no other reads
-  int width = 0, height = 0;  ///< of the picture [pixels]
+  int width = 0, height = 0;  ///< of the picture [pixels]; 0 = as the placeholder says
 };
 
 struct Network {

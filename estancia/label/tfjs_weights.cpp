@@ -21,9 +21,10 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t maxRank = 8;
+constexpr std::size_t largest = std::size_t{1} << 31;  // of all weights [bytes]
 
 fs::path shardPath(const Json& path) {
-  const fs::path relative = path.get<std::string>();
+  fs::path relative = path.get<std::string>();
   if (relative.empty() || relative.is_absolute() ||
       std::any_of(relative.begin(), relative.end(), [](const fs::path& part) { return part == ".."; }))
     throw Error(
@@ -36,7 +37,8 @@ fs::path shardIn(const fs::path& folder, const fs::path& relative) {
   const fs::path shard = folder / relative;
   if (!fs::is_regular_file(shard))
     throw Error(fmt::format("lacks its weight file {}; fetch it again", inQuotes(relative.string())));
-  const fs::path real = fs::canonical(shard), home = fs::canonical(folder);
+  fs::path real = fs::canonical(shard);
+  const fs::path home = fs::canonical(folder);
   if (std::mismatch(home.begin(), home.end(), real.begin(), real.end()).first != home.end())
     throw Error(fmt::format("has the weight file {}, which leads out of the folder; copy the file there",
                             inQuotes(relative.string())));
@@ -111,6 +113,7 @@ Weights::Entry Weights::readEntry(const Json& weight, const std::string& name) {
 }
 
 Weights::Weights(const Json& manifest, const fs::path& folder) {
+  std::map<fs::path, std::size_t> sizes;  // of all shards; each is read once
   for (const auto& group : manifest) {
     std::size_t needed = 0;
     const std::size_t start = bytes_.size();
@@ -122,17 +125,21 @@ Weights::Weights(const Json& manifest, const fs::path& folder) {
       if (!entries_.emplace(name, std::move(entry)).second)
         throw Error(fmt::format("has two weights of the name {}", inQuotes(name)));
     }
-    std::vector<std::pair<fs::path, std::size_t>> shards;
+    std::vector<fs::path> shards;
     std::size_t stored = 0;
     for (const auto& path : group.at("paths")) {
-      const fs::path shard = shardIn(folder, shardPath(path));
-      shards.emplace_back(shard, fs::file_size(shard));
-      stored += shards.back().second;
+      shards.push_back(shardIn(folder, shardPath(path)));
+      const auto [shard, isNew] = sizes.emplace(shards.back(), fs::file_size(shards.back()));
+      if (!isNew)
+        throw Error(
+            fmt::format("names the weight file {} twice", inQuotes(shard->first.filename().string())));
+      stored += shard->second;
     }
     if (stored != needed)
       throw Error(
           fmt::format("needs {} bytes of weights where its files hold {}; fetch them again", needed, stored));
-    for (const auto& [shard, size] : shards) append(shard, size, bytes_);
+    if (bytes_.size() + needed > largest) throw Error("holds more than the 2 GiB that an ONNX file can");
+    for (const auto& shard : shards) append(shard, sizes.at(shard), bytes_);
   }
 }
 

@@ -46,7 +46,7 @@ enum class Kind {
   reshape,
   softmax
 };
-enum class Activation { none, relu, reluN1To1, relu6 };
+enum class Activation { none, relu, reluN1To1, relu6, sigmoid };
 
 /// One operator, with the options that its kind has.
 struct Operator {

@@ -234,6 +234,9 @@ class Writer {
       case Activation::reluN1To1:
         addClip(from, -1, 1);
         break;
+      case Activation::sigmoid:
+        addNode("Sigmoid", {from}, newName());
+        break;
     }
     setOutput(newName());
   }

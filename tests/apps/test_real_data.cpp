@@ -48,6 +48,27 @@ TEST(Corridor, IsDrivenAgainAndRecognised) {
   EXPECT_GE(filtered["belief_recall"], 0.85);
 }
 
+TEST(Conjunction, OfThreeNetworksKnowsTheCorridorBetterThanAnyAlone) {
+  const auto data = findData("corridor_vpr"), models = findTestModels();
+  const auto inception = findFetched("models/inception-v3/graph.lite"),
+             coco = findFetched("models/coco-ssd/model.json");
+  ESTANCIA_NEEDS(data && models && inception && coco, "the corridor pictures or the networks are not here");
+  const ScratchFolder scratch;
+  const std::string places = scratch / "places";
+  writeFile(places + "/net.onnx", readFile(*models / "squeezenet_places365.onnx"));
+  writeFile(places + "/labels.txt", readFile(*models / "places_365.txt"));
+  writeFile(places + "/model.toml",
+            "name = \"places365\"\nfile = \"net.onnx\"\nlabels = \"labels.txt\"\ninput = 224\n"
+            "region = \"stretch\"\ncrop = 1.0\ncolour = \"BGR\"\nmean = [104.05, 112.51, 116.68]\n"
+            "scale = 0.00392156862745098\n");
+  const std::string all = "inception-v3+" + places + "+coco-ssd", map = scratch / "corridor.estancia";
+  const auto mapped = run({"map", *data / "ref", "-o", map, "--model", all});
+  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
+  const json found = evaluated({map, *data / "query", "--truth", *data / "ground_truth.csv", "--model", all});
+  EXPECT_GE(found["recall"], 0.60);
+  EXPECT_GE(found["belief_recall"], 0.93);
+}
+
 TEST(Kitchen, OfRedKitchenIsMappedAtItsTruePositions) {
   const auto data = findData("sevenscenes_redkitchen"), models = findTestModels();
   ESTANCIA_NEEDS(data && models, "the kitchen sequence or the test networks are not here");

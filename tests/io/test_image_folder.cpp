@@ -131,7 +131,8 @@ TEST_F(ImageFolder, SaysThatItMayNotBeRead) {
 TEST_F(ImageFolder, RefusesUnknownTypesAndListsTheKnown) {
   add("1.png");
   options_.type = "movie";
-  EXPECT_THAT(errorOfOpening(), HasSubstr("unknown type of sequence \"movie\"; known are auto, recording, video, tum"));
+  EXPECT_THAT(errorOfOpening(),
+              HasSubstr("unknown type of sequence \"movie\"; known are auto, recording, video, tum"));
   EXPECT_EQ(sequenceTypes().size(), 7U);
 }
 

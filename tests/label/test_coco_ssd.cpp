@@ -17,12 +17,12 @@ struct Answer {
   double score;
 };
 
-class CocoSsd : public testing::Test {
+class CocoSsd : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
     const auto folder = test::findFetched("models/coco-ssd");
     ESTANCIA_NEEDS(folder, "the detector is missing; run script/bootstrap");
-    detector_ = loadModel(folder->string());
+    detector_ = loadModel(folder->string(), {GetParam(), 0});
   }
 
   /// The best labels of `image` must be these, in this order.
@@ -38,7 +38,9 @@ class CocoSsd : public testing::Test {
   std::unique_ptr<Labeler> detector_;
 };
 
-TEST_F(CocoSsd, GivesTheScoresOfAnotherEngine) {
+INSTANTIATE_TEST_SUITE_P(Engines, CocoSsd, testing::ValuesIn(engines()));
+
+TEST_P(CocoSsd, GivesTheScoresOfAnotherEngine) {
   cv::Mat pattern(300, 300, CV_8UC3);
   for (int y = 0; y < 300; ++y)
     for (int x = 0; x < 300; ++x)
@@ -57,7 +59,7 @@ TEST_F(CocoSsd, GivesTheScoresOfAnotherEngine) {
              1e-4);
 }
 
-TEST_F(CocoSsd, NamesSeveralThingsInOnePhotograph) {
+TEST_P(CocoSsd, NamesSeveralThingsInOnePhotograph) {
   const auto photos = test::findData("nyuv2_half");
   ESTANCIA_NEEDS(photos, "the data set nyuv2_half is missing (ESTANCIA_DATA)");
   // another JPEG decoder may move a score a little
@@ -67,6 +69,18 @@ TEST_F(CocoSsd, NamesSeveralThingsInOnePhotograph) {
   expectBest(photo("0517.jpg"), {{"bed", 0.673496}, {"chair", 0.220919}, {"book", 0.095775}}, 1e-3);
   const auto words = detector_->label(photo("0271.jpg"));
   EXPECT_GT(std::accumulate(words.begin(), words.end(), 0.0), 1.5) << "labels do not exclude each other";
+}
+
+TEST(CocoSsdModel, MatchesWhatIsFetched) {
+  const auto folder = test::findFetched("models/coco-ssd");
+  ESTANCIA_NEEDS(folder, "the detector is missing; run script/bootstrap");
+  const auto check = checkModel(folder->string());
+  EXPECT_EQ(check.spec.name, "coco-ssd");
+  EXPECT_EQ(check.labels, 80U);
+  EXPECT_EQ(check.digests, 7U);
+  const auto described = std::filesystem::path(ESTANCIA_SOURCE_DIR) / "models/coco-ssd";
+  for (const char* file : {"model.toml", "labels.txt"})
+    EXPECT_EQ(test::readFile(described / file), test::readFile(*folder / file)) << "run script/bootstrap";
 }
 
 }  // namespace

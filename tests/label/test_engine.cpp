@@ -1,4 +1,4 @@
-// What the OpenCV engine makes of good and of bad networks.
+// What the engines make of good and of bad networks.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <onnx/onnx_pb.h>
@@ -19,16 +19,23 @@ using test::modelToml;
 using test::writeFile;
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
-class Engine : public testing::Test {
+/// Every test runs with each engine.
+class Engine : public testing::TestWithParam<std::string> {
  protected:
+  void SetUp() override {
+    ESTANCIA_NEEDS(GetParam() != "onnxruntime" || test::findOnnxruntime(),
+                   "ONNX Runtime is missing; run script/bootstrap and build again");
+  }
+
   /// Writes a model folder and opens it.
   std::unique_ptr<Labeler> open(const std::string& network, const std::string& toml, std::size_t labels = 4,
                                 const std::string& file = "small.onnx") {
     writeFile(scratch_ / file, network);
     writeFile(scratch_ / "labels.txt", test::labelLines(labels));
     writeFile(scratch_ / "model.toml", toml);
-    return loadModel(scratch_.path().string());
+    return loadModel(scratch_.path().string(), {GetParam(), 1});
   }
   std::string refusal(const std::string& network, const std::string& toml, std::size_t labels = 4,
                       const std::string& file = "small.onnx") {
@@ -46,7 +53,15 @@ class Engine : public testing::Test {
   test::ScratchFolder scratch_;
 };
 
-TEST_F(Engine, LabelsAnImage) {
+/// What OpenCV alone can read.
+class OpencvEngine : public Engine {};
+
+INSTANTIATE_TEST_SUITE_P(All, Engine, testing::Values("onnxruntime", "opencv"),
+                         [](const auto& param) { return param.param; });
+INSTANTIATE_TEST_SUITE_P(Alone, OpencvEngine, testing::Values("opencv"),
+                         [](const auto& param) { return param.param; });
+
+TEST_P(Engine, LabelsAnImage) {
   const auto labeler = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
   // scores are 0.01 · weights · mean colour, with the weights 0 1 2 | 3 4 0 | 1 2 3 | 4 0 1
   const auto words = labeler->label(cv::Mat(30, 40, CV_8UC3, cv::Scalar(10, 20, 30)));
@@ -58,7 +73,7 @@ TEST_F(Engine, LabelsAnImage) {
   EXPECT_EQ(labeler->vocabulary()[2], "word 2");
 }
 
-TEST_F(Engine, TurnsLogitsIntoTheSameProbabilities) {
+TEST_P(Engine, TurnsLogitsIntoTheSameProbabilities) {
   const cv::Mat image(30, 40, CV_8UC3, cv::Scalar(10, 20, 30));
   const auto direct = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8))->label(image);
   const auto ours =
@@ -66,7 +81,7 @@ TEST_F(Engine, TurnsLogitsIntoTheSameProbabilities) {
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(ours[i], direct[i], 1e-6);
 }
 
-TEST_F(Engine, IdentityChangesWithTheNetworkAndItsPreprocessing) {
+TEST_P(Engine, IdentityChangesWithTheNetworkAndItsPreprocessing) {
   const auto first = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8))->identity();
   EXPECT_THAT(first, HasSubstr("small"));
   EXPECT_EQ(open(test::smallOnnx(8, 4), modelToml("small.onnx", 8, "licence = \"MIT\""))->identity(), first);
@@ -76,14 +91,14 @@ TEST_F(Engine, IdentityChangesWithTheNetworkAndItsPreprocessing) {
       first);
 }
 
-TEST_F(Engine, SaysWhenLabelsAndOutputsAreNotAsMany) {
+TEST_P(Engine, SaysWhenLabelsAndOutputsAreNotAsMany) {
   EXPECT_THAT(refusal(test::smallOnnx(8, 4), modelToml("small.onnx", 8), 5),
               AllOf(HasSubstr("4"), HasSubstr("5 labels")));
   EXPECT_THAT(refusal(test::smallOnnx(8, 4), modelToml("small.onnx", 8), 3),
               AllOf(HasSubstr("4"), HasSubstr("3 labels")));
 }
 
-TEST_F(Engine, SaysWhenOutputsAreNotFinite) {
+TEST_P(Engine, SaysWhenOutputsAreNotFinite) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (const std::string more : {"", "softmax = true"})
     EXPECT_THAT(refusal(test::smallOnnx(8, 4,
@@ -95,7 +110,7 @@ TEST_F(Engine, SaysWhenOutputsAreNotFinite) {
                 HasSubstr("nan"));
 }
 
-TEST_F(Engine, SuggestsSoftmaxWhenOutputsAreNoProbabilities) {
+TEST_P(Engine, SuggestsSoftmaxWhenOutputsAreNoProbabilities) {
   for (const float weight : {-1.0F, 1.0F})
     EXPECT_THAT(refusal(test::smallOnnx(8, 4,
                                         [&](auto& g) {
@@ -106,26 +121,100 @@ TEST_F(Engine, SuggestsSoftmaxWhenOutputsAreNoProbabilities) {
                 HasSubstr("softmax"));
 }
 
-TEST_F(Engine, NamesTheOperatorThatItCannotRun) {
+TEST_P(Engine, NamesTheOperatorThatItCannotRun) {
   const auto unknown = [](onnx::GraphProto& g) { g.mutable_node(0)->set_op_type("FancyPool"); };
   EXPECT_THAT(refusal(test::smallOnnx(8, 4, unknown), modelToml("small.onnx", 8)), HasSubstr("FancyPool"));
 }
 
-TEST_F(Engine, SaysWhenTheInputHasAnotherSize) {
+TEST_P(Engine, SaysWhenTheInputHasAnotherSize) {
   EXPECT_THAT(refusal(test::smallOnnx(8, 4), modelToml("small.onnx", 9)),
               AllOf(HasSubstr("1×3×8×8"), HasSubstr("1×3×9×9"), HasSubstr("`input`")));
 }
 
-TEST_F(Engine, RunsANetworkForAnySize) {
-  const auto anySize = [](onnx::GraphProto& g) {
+TEST_P(Engine, RunsANetworkForAnySize) {
+  const auto any = [](bool named) {
+    return [named](onnx::GraphProto& g) {
+      for (auto* value : {g.mutable_input(0), g.mutable_output(0)})
+        for (auto& size : *value->mutable_type()->mutable_tensor_type()->mutable_shape()->mutable_dim())
+          if (&size != &value->type().tensor_type().shape().dim(1)) {
+            size.clear_dim_value();
+            if (named)
+              size.set_dim_param("n" + std::to_string(&size - &value->type().tensor_type().shape().dim(0)));
+          }
+    };
+  };
+  const cv::Mat image(30, 40, CV_8UC3, cv::Scalar(10, 20, 30));
+  const auto fixed = open(test::smallOnnx(9, 4), modelToml("small.onnx", 9))->label(image);
+  for (const bool named : {true, false})
+    EXPECT_EQ(open(test::smallOnnx(8, 4, any(named)), modelToml("small.onnx", 9))->label(image), fixed);
+}
+
+TEST_P(Engine, SaysWhenANetworkForAnySizeCannotHaveThisOne) {
+  const auto anySizeButNot = [](onnx::GraphProto& g) {  // a filter of 8×8 gives one pixel for 8×8 only
     auto* shape = g.mutable_input(0)->mutable_type()->mutable_tensor_type()->mutable_shape();
     shape->mutable_dim(2)->set_dim_param("height");
     shape->mutable_dim(3)->set_dim_param("width");
+    auto* pool = g.mutable_node(0);
+    pool->set_op_type("AveragePool");
+    auto* kernel = pool->add_attribute();
+    kernel->set_name("kernel_shape");
+    kernel->set_type(onnx::AttributeProto::INTS);
+    kernel->add_ints(8);
+    kernel->add_ints(8);
   };
-  EXPECT_NO_THROW(open(test::smallOnnx(8, 4, anySize), modelToml("small.onnx", 9)));
+  EXPECT_NO_THROW(open(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 8)));
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 4)), HasSubstr("small"));
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 9)), HasSubstr("4"));
 }
 
-TEST_F(Engine, ListsTheOutputsWhenThereAreSeveral) {
+TEST_P(Engine, RefusesWeightsInOtherFiles) {
+  const auto elsewhere = [](onnx::GraphProto& g) {
+    auto* weights = g.mutable_initializer(0);
+    weights->clear_float_data();
+    weights->set_data_location(onnx::TensorProto::EXTERNAL);
+    auto* location = weights->add_external_data();
+    location->set_key("location");
+    location->set_value("labels.txt");
+  };
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, elsewhere), modelToml("small.onnx", 8)),
+              AllOf(HasSubstr("weights"), HasSubstr("another file")));
+}
+
+TEST_P(Engine, RefusesANetworkOfSeveralInputs) {
+  const auto second = [](onnx::GraphProto& g) {
+    *g.add_input() = g.input(0);
+    g.mutable_input(1)->set_name("mask");
+    g.mutable_input(1)->mutable_type()->mutable_tensor_type()->mutable_shape()->mutable_dim(1)->set_dim_value(
+        1);
+  };
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, second), modelToml("small.onnx", 8)), HasSubstr("1×1×8×8"));
+}
+
+TEST_P(Engine, LabelsBatchesLikeImages) {
+  const auto labeler = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
+  std::vector<Prepared> batch;
+  for (int i = 0; i < 37; ++i)
+    batch.push_back(labeler->prepare(cv::Mat(30, 40, CV_8UC3, cv::Scalar(i, 2 * i, 255 - i))));
+  for (const int threads : {1, 2}) {
+    const auto several = loadModel(scratch_.path().string(), {GetParam(), threads});
+    EXPECT_GE(several->batchSize(), 1U);
+    const auto results = several->inferBatch(batch);
+    ASSERT_EQ(results.size(), batch.size());
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+      EXPECT_EQ(results[i].problem, "");
+      EXPECT_EQ(results[i].descriptor, labeler->infer(batch[i]));
+    }
+    EXPECT_TRUE(several->inferBatch({}).empty());
+  }
+}
+
+TEST_P(Engine, NamesItselfToCachesOnly) {
+  const auto labeler = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
+  EXPECT_THAT(labeler->cacheKey(), AllOf(HasSubstr(GetParam()), HasSubstr(labeler->identity())));
+  EXPECT_THAT(labeler->identity(), Not(HasSubstr(GetParam())));
+}
+
+TEST_P(Engine, ListsTheOutputsWhenThereAreSeveral) {
   const auto twoOutputs = [](onnx::GraphProto& g) {
     auto* copy = g.add_node();
     copy->set_op_type("Softmax");
@@ -139,7 +228,7 @@ TEST_F(Engine, ListsTheOutputsWhenThereAreSeveral) {
               AllOf(HasSubstr("probabilities"), HasSubstr("second"), HasSubstr("`output`")));
 }
 
-TEST_F(Engine, SaysWhenAFileIsMissingBrokenOrUnknown) {
+TEST_P(Engine, SaysWhenAFileIsMissingBrokenOrUnknown) {
   const std::string good = test::smallOnnx(8, 4);
   EXPECT_THAT(refusal(good, modelToml("other.onnx", 8)), HasSubstr("other.onnx is missing"));
   EXPECT_THAT(refusal("this is no network", modelToml("small.onnx", 8)), HasSubstr("small.onnx"));
@@ -150,7 +239,7 @@ TEST_F(Engine, SaysWhenAFileIsMissingBrokenOrUnknown) {
   EXPECT_THAT(refusal(good, modelToml("small.tflite", 8), 4, "small.tflite"), HasSubstr("TFL3"));
 }
 
-TEST_F(Engine, ComparesDigests) {
+TEST_P(Engine, ComparesDigests) {
   const std::string good = test::smallOnnx(8, 4);
   const auto toml = [](const std::string& digest) {
     return modelToml("small.onnx", 8, "[sha256]\n\"small.onnx\" = \"" + digest + "\"");
@@ -160,7 +249,7 @@ TEST_F(Engine, ComparesDigests) {
               AllOf(HasSubstr("small.onnx has SHA-256"), HasSubstr(sha256("other"))));
 }
 
-TEST_F(Engine, DoesNotFollowLinksOutOfTheFolder) {
+TEST_P(Engine, DoesNotFollowLinksOutOfTheFolder) {
   const test::ScratchFolder elsewhere;
   writeFile(elsewhere / "small.onnx", test::smallOnnx(8, 4));
   writeFile(scratch_ / "labels.txt", test::labelLines(4));
@@ -176,7 +265,7 @@ layer { name: "prob" type: "Softmax" bottom: "mean" top: "prob" }
 )";
 const std::string emptyCaffemodel = "\x0a\x05small";  // a NetParameter with nothing but its name
 
-TEST_F(Engine, OpensCaffe) {
+TEST_P(OpencvEngine, OpensCaffe) {
   writeFile(scratch_ / "deploy.prototxt", prototxt);
   const auto labeler =
       open(emptyCaffemodel, modelToml("net.caffemodel", 8, "config = \"deploy.prototxt\"\nscale = 0.1"), 3,
@@ -187,7 +276,7 @@ TEST_F(Engine, OpensCaffe) {
     EXPECT_NEAR(words[i], std::exp(1.0 + static_cast<double>(i)) / sum, 1e-5);
 }
 
-TEST_F(Engine, AsksForTheLayersOfACaffemodel) {
+TEST_P(OpencvEngine, AsksForTheLayersOfACaffemodel) {
   EXPECT_THAT(refusal(emptyCaffemodel, modelToml("net.caffemodel", 8), 3, "net.caffemodel"),
               AllOf(HasSubstr("prototxt"), HasSubstr("`config`")));
   const std::string toml = modelToml("net.caffemodel", 8, "config = \"deploy.prototxt\"");
@@ -212,7 +301,7 @@ std::string tensorflowNode(const std::string& name, const std::string& op, const
   return field(1, node + field(5, field(1, input.empty() ? "dtype" : "T") + field(2, typeFloat)));
 }
 
-TEST_F(Engine, OpensTensorflow) {
+TEST_P(OpencvEngine, OpensTensorflow) {
   const auto labeler =
       open(tensorflowNode("input", "Placeholder", "") + tensorflowNode("prob", "Softmax", "input"),
            modelToml("net.pb", 1, "scale = 0.1"), 3, "net.pb");
@@ -222,10 +311,67 @@ TEST_F(Engine, OpensTensorflow) {
     EXPECT_NEAR(words[i], std::exp(1.0 + static_cast<double>(i)) / sum, 1e-5);
 }
 
-TEST_F(Engine, NamesTheTensorflowOperatorThatItCannotRun) {
+TEST_P(OpencvEngine, NamesTheTensorflowOperatorThatItCannotRun) {
   EXPECT_THAT(refusal(tensorflowNode("input", "Placeholder", "") + tensorflowNode("x", "Wonder", "input"),
                       modelToml("net.pb", 1), 3, "net.pb"),
               HasSubstr("Wonder"));
+}
+
+/// What only the choice between engines shows.
+class Engines : public Engine {};
+INSTANTIATE_TEST_SUITE_P(Both, Engines, testing::Values("onnxruntime"),
+                         [](const auto& param) { return param.param; });
+
+TEST_P(Engines, TheBestComesFirstAndATypePinsOne) {
+  EXPECT_EQ(engines(), (std::vector<std::string>{"onnxruntime", "opencv"}));
+  writeFile(scratch_ / "small.onnx", test::smallOnnx(8, 4));
+  writeFile(scratch_ / "labels.txt", test::labelLines(4));
+  const auto openAs = [this](const std::string& type, const std::string& engine) {
+    writeFile(scratch_ / "model.toml", modelToml("small.onnx", 8, "type = \"" + type + "\""));
+    return loadModel(scratch_.path().string(), {engine, 1})->cacheKey();
+  };
+  EXPECT_THAT(openAs("network", ""), HasSubstr("onnxruntime"));
+  EXPECT_THAT(openAs("network", "opencv"), HasSubstr("opencv"));
+  EXPECT_THAT(openAs("opencv", ""), HasSubstr("opencv"));
+  EXPECT_THAT(openAs("onnxruntime", ""), HasSubstr("onnxruntime"));
+  EXPECT_THAT(errorOf([&] { openAs("opencv", "onnxruntime"); }),
+              AllOf(HasSubstr("opencv"), HasSubstr("--engine")));
+  EXPECT_THAT(errorOf([&] { openAs("network", "abacus"); }),
+              AllOf(HasSubstr("abacus"), HasSubstr("onnxruntime, opencv")));
+}
+
+TEST_P(Engines, CaffeStaysWithOpencv) {
+  writeFile(scratch_ / "net.caffemodel", emptyCaffemodel);
+  writeFile(scratch_ / "deploy.prototxt", prototxt);
+  writeFile(scratch_ / "labels.txt", test::labelLines(3));
+  writeFile(scratch_ / "model.toml",
+            modelToml("net.caffemodel", 8, "config = \"deploy.prototxt\"\nscale = 0.1"));
+  EXPECT_THAT(loadModel(scratch_.path().string())->cacheKey(), HasSubstr("opencv"));
+  EXPECT_EQ(enginesFor(readModelSpec(scratch_.path())), std::vector<std::string>{"opencv"});
+  EXPECT_THAT(errorOf([&] {
+                loadModel(scratch_.path().string(), {"onnxruntime", 1});
+              }),
+              AllOf(HasSubstr("net.caffemodel"), HasSubstr("opencv")));
+}
+
+TEST_P(Engines, RefuseWhatAnotherLabelerPrepared) {
+  const auto small = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
+  const auto large = open(test::smallOnnx(9, 4), modelToml("small.onnx", 9));
+  const Prepared image = large->prepare(cv::Mat(30, 40, CV_8UC3, cv::Scalar(10, 20, 30)));
+  EXPECT_THAT(errorOf([&] { small->infer(image); }), HasSubstr("another labeler"));
+  EXPECT_THAT(errorOf([&] {
+                small->inferBatch(std::vector<Prepared>{image, image});
+              }),
+              HasSubstr("another labeler"));
+}
+
+TEST_P(Engines, SayWhenTheNetworkChangesBetweenImagesAndBatches) {
+  const auto toml = modelToml("small.onnx", 8);
+  open(test::smallOnnx(8, 4), toml);
+  const auto labeler = loadModel(scratch_.path().string(), {"onnxruntime", 2});
+  writeFile(scratch_ / "small.onnx", test::smallOnnx(8, 4, [](auto& g) { setWeights(g, 1); }));
+  const std::vector<Prepared> batch(3, labeler->prepare(cv::Mat(8, 8, CV_8UC3, cv::Scalar::all(9))));
+  EXPECT_THAT(errorOf([&] { labeler->inferBatch(batch); }), HasSubstr("changed"));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ namespace estancia {
 namespace {
 
 using test::errorOf;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::FloatNear;
 using testing::HasSubstr;
@@ -58,7 +59,8 @@ TEST(Scores, AreRefusedWhenOneRowIsExpectedOrARowIsNotWhole) {
               HasSubstr("model detector gave 7 values for 2 labels and 2 unused outputs"));
   EXPECT_NE(errorOf([&] { toProbabilities(Values{}, spec, 2); }), "");
   spec.reduce = ModelSpec::Reduce::none;
-  EXPECT_THAT(errorOf([&] { toProbabilities(Values(8), spec, 2); }), HasSubstr("8 values"));
+  EXPECT_THAT(errorOf([&] { toProbabilities(Values(8), spec, 2); }),
+              AllOf(HasSubstr("8 values"), HasSubstr("`reduce = \"max\"`")));
   EXPECT_EQ(toProbabilities(Values(4), spec, 2).size(), 2U);
 }
 

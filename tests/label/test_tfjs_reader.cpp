@@ -174,11 +174,14 @@ TEST_F(TfjsReader, CutsOffBelowAndAbove) {
   network_.node("Mul", "large", {"picture", "ten"});
   network_.node("Relu6", "six", {"large"});
   network_.node("Relu", "any", {"large"});
-  Values six = picture(), any = picture();
+  network_.node("Sigmoid", "sure", {"large"});
+  Values six = picture(), any = picture(), sure = picture();
+  for (float& v : sure) v = 1 / (1 + std::exp(-10 * v));
   for (float& v : six) v = std::clamp(10 * v, 0.0F, 6.0F);
   for (float& v : any) v = std::max(10 * v, 0.0F);
   expectNear(answer("six"), six);
   expectNear(answer("any"), any);
+  expectNear(answer("sure"), sure);
 }
 
 TEST_F(TfjsReader, JoinsRowsOfShapesThatTheGraphComputes) {
@@ -335,6 +338,21 @@ TEST_F(TfjsReader, SaysWhenThePlaceholderTakesAnotherPicture) {
   }
 }
 
+TEST_F(TfjsReader, TakesTheSizeFromThePlaceholderWhenNobodyElseKnows) {
+  network_.node("Relu", "positive", {"picture"});
+  auto& takes = network_.model["modelTopology"]["node"][0]["attr"]["shape"]["shape"]["dim"];
+  const auto shapeFor = [&](const std::vector<std::string>& sizes) {
+    takes = TfjsBuilder::Json::array();
+    for (const auto& size : sizes) takes.push_back({{"size", size}});
+    const auto network = tfjs::readGraph(network_.write(scratch_.path()), {});
+    return network.graph.tensors[static_cast<std::size_t>(network.graph.input)].shape;
+  };
+  EXPECT_THAT(shapeFor({"-1", "20", "30", "3"}), testing::ElementsAre(1, 20, 30, 3));
+  for (const char* side : {"-1", "0", "5000", "99999999999"})
+    EXPECT_THAT(errorOf([&] { shapeFor({"1", "20", side, "3"}); }), HasSubstr("how large")) << side;
+  EXPECT_THAT(errorOf([&] { shapeFor({}); }), HasSubstr("how large"));
+}
+
 TEST_F(TfjsReader, RefusesOtherFiles) {
   for (const std::string file :
        {"", "{", "[]", "7", "null", "{\"modelTopology\": 3}", "{\"weightsManifest\": []}", "\xff\xfe"}) {
@@ -361,6 +379,8 @@ TEST_F(TfjsReader, KeepsWeightsInItsFolder) {
     EXPECT_THAT(refusal(), HasSubstr("must lie in the same folder")) << path;
     EXPECT_THAT(errorOf([&] { tfjs::weightFiles(scratch_ / "model.json"); }), HasSubstr("same folder"));
   }
+  network_.model["weightsManifest"][0]["paths"][0] = "shard2";
+  EXPECT_THAT(refusal(), HasSubstr("\"shard2\" twice"));
   const test::ScratchFolder outside;
   test::writeFile(outside / "secret", "x");
   fs::create_symlink(outside / "secret", scratch_ / "link");

@@ -4,10 +4,12 @@
 #include <onnx/onnx_pb.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <numeric>
 #include <opencv2/imgcodecs.hpp>
 
 #include "estancia/core/error.hpp"
+#include "estancia/label/onnxruntime_library.hpp"
 
 namespace estancia::test {
 namespace fs = std::filesystem;
@@ -31,6 +33,12 @@ onnx::NodeProto* addNode(onnx::GraphProto& graph, const char* type, const std::v
 }
 
 }  // namespace
+
+bool findOnnxruntime() {
+  if (!onnxruntime::library().problem.empty() && std::getenv("CI") != nullptr)
+    ADD_FAILURE() << onnxruntime::library().problem;
+  return onnxruntime::library().api != nullptr;
+}
 
 std::string labelLines(std::size_t count) {
   std::string lines;

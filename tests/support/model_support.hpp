@@ -18,6 +18,9 @@ class GraphProto;
 
 namespace estancia::test {
 
+/// Whether there is ONNX Runtime; with CI set its absence is a failure.
+bool findOnnxruntime();
+
 /// `count` lines "word 0" ….
 std::string labelLines(std::size_t count);
 

@@ -1,0 +1,228 @@
+#include "estancia/core/http_transfer.hpp"
+
+#include <curl/curl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <exception>
+#include <string_view>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+using End = TransferResult::End;
+
+CURL* newHandle() {
+  static const CURLcode once = curl_global_init(CURL_GLOBAL_DEFAULT);
+  CURL* handle = once == CURLE_OK ? curl_easy_init() : nullptr;
+  if (handle == nullptr) throw Error("libcurl cannot be started; is there memory left?");
+  return handle;
+}
+
+class Transfer {
+ public:
+  Transfer(const std::string& url, bool resume, const RemoteFile& file, PartialFile& part, Progress& progress,
+           const DownloadOptions& options)
+      : curl_(newHandle(), &curl_easy_cleanup),
+        headers_(nullptr, &curl_slist_free_all),
+        url_(url),
+        resume_(resume && part.size() > 0),
+        most_(file.size > 0 ? file.size : options.most),
+        file_(file),
+        part_(part),
+        progress_(progress) {
+    set(CURLOPT_URL, url.c_str());
+    set(CURLOPT_USERAGENT, "estancia");
+    set(CURLOPT_NOSIGNAL, 1L);
+    set(CURLOPT_FAILONERROR, 1L);
+    set(CURLOPT_FOLLOWLOCATION, 1L);
+    set(CURLOPT_MAXREDIRS, 8L);
+    set(CURLOPT_PROTOCOLS_STR, "http,https");
+    set(CURLOPT_REDIR_PROTOCOLS_STR, url.starts_with("https:") ? "https" : "http,https");
+    set(CURLOPT_CONNECTTIMEOUT, static_cast<long>(options.connectSeconds));
+    set(CURLOPT_LOW_SPEED_LIMIT, 1000L);
+    set(CURLOPT_LOW_SPEED_TIME, static_cast<long>(options.stallSeconds));
+    set(CURLOPT_NOPROGRESS, 0L);
+    set(CURLOPT_XFERINFOFUNCTION, &Transfer::onProgress);
+    set(CURLOPT_WRITEFUNCTION, &Transfer::onBytes);
+    set(CURLOPT_WRITEDATA, this);
+    if (resume_) {
+      set(CURLOPT_RANGE, fmt::format("{}-", part.size()).c_str());
+      // Only of the same version: else the server gives all of it.
+      if (part.source() == url && !part.version().empty())
+        headers_.reset(curl_slist_append(nullptr, ("If-Range: " + part.version()).c_str()));
+      if (headers_) set(CURLOPT_HTTPHEADER, headers_.get());
+    }
+  }
+
+  TransferResult run() {
+    const CURLcode code = curl_easy_perform(curl_.get());
+    progress_.end();
+    if (failure_) std::rethrow_exception(failure_);
+    if (interrupted())
+      throw Interrupted(
+          fmt::format("stopped with {}{} of {}; they are kept, and the same command goes on from there",
+                      megabytes(part_.size()), total_ > 0 ? fmt::format(" of {}", megabytes(total_)) : "",
+                      part_.path().stem().string()));
+    if (code == CURLE_OK && !begun_) begin();  // an answer without a body
+    TransferResult result = ended(code);
+    result.resumed = begun_ && resume_ && status() == 206;
+    return result;
+  }
+
+ private:
+  template <class Value>
+  void set(CURLoption option, Value value) {
+    curl_easy_setopt(curl_.get(), option, value);
+  }
+
+  long status() const {
+    long code = 0;
+    curl_easy_getinfo(curl_.get(), CURLINFO_RESPONSE_CODE, &code);
+    return code;
+  }
+
+  std::string header(const char* name) const {
+    curl_header* found = nullptr;
+    return curl_easy_header(curl_.get(), name, 0, CURLH_HEADER, -1, &found) == CURLHE_OK ? found->value : "";
+  }
+
+  /// Something that changes when the file does: a strong ETag (RFC 9110, 13.1.5), else the date.
+  std::string version() const {
+    const std::string tag = header("ETag");
+    return tag.empty() || tag.starts_with("W/") ? header("Last-Modified") : tag;
+  }
+
+  /// Where a partial answer begins ("bytes 500-999/1000").
+  std::uint64_t firstByte() const {
+    const std::string range = header("Content-Range");
+    constexpr std::string_view unit = "bytes ";
+    std::uint64_t first = ~std::uint64_t{0};
+    if (range.starts_with(unit))
+      std::from_chars(range.data() + unit.size(), range.data() + range.size(), first);
+    return first;
+  }
+
+  /// Looks at the head of the answer before its first byte is taken. False when it is not wanted.
+  bool begin() {
+    const bool rest = status() == 206 && resume_;
+    if (!rest && status() != 200) return refuse(fmt::format("answered {}", status()));
+    if (rest && firstByte() != part_.size()) return refuse("sent another part of the file than asked for");
+    curl_off_t announced = -1;
+    curl_easy_getinfo(curl_.get(), CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &announced);
+    if (announced >= 0) {
+      total_ = (rest ? part_.size() : 0) + static_cast<std::uint64_t>(announced);
+      if (file_.size > 0 && total_ != file_.size)
+        return refuse(fmt::format("offers {} bytes where {} are expected", total_, file_.size));
+      if (total_ > most_)
+        return refuse(fmt::format("offers {} bytes, more than the {} allowed", total_, most_));
+    }
+    if (!rest) part_.restart(url_, version());
+    begun_ = true;
+    progress_.begin(fmt::format("{} (kB)", part_.path().stem().string()), total_ / 1000, part_.size() / 1000);
+    return true;
+  }
+
+  bool refuse(const std::string& reason) {
+    refusal_ = reason;
+    return false;
+  }
+
+  bool take(std::string_view bytes) {
+    if (!begun_ && !begin()) return false;
+    if (part_.size() + bytes.size() > most_) return refuse(fmt::format("sends more than {} bytes", most_));
+    const std::uint64_t before = part_.size() / 1000;
+    part_.append(bytes);
+    progress_.advance(part_.size() / 1000 - before);
+    return true;
+  }
+
+  static std::size_t onBytes(char* data, std::size_t one, std::size_t count, void* self) {
+    auto& mine = *static_cast<Transfer*>(self);
+    try {
+      return mine.take({data, one * count}) ? count : CURL_WRITEFUNC_ERROR;
+    } catch (...) {  // must not pass through C
+      mine.failure_ = std::current_exception();
+      return CURL_WRITEFUNC_ERROR;
+    }
+  }
+
+  static int onProgress(void*, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
+    return interrupted() ? 1 : 0;
+  }
+
+  TransferResult ended(CURLcode code) const {
+    if (!refusal_.empty()) return {End::refused, refusal_};
+    const std::string why = curl_easy_strerror(code);
+    switch (code) {
+      case CURLE_OK:
+        return {End::complete, ""};
+      case CURLE_HTTP_RETURNED_ERROR:
+        return answered();
+      case CURLE_COULDNT_RESOLVE_HOST:
+      case CURLE_COULDNT_RESOLVE_PROXY:
+      case CURLE_COULDNT_CONNECT:
+        return {End::refused, fmt::format("cannot be reached ({})", why)};
+      case CURLE_OPERATION_TIMEDOUT:
+        return {connected() ? End::broken : End::refused,
+                connected() ? "stopped sending" : "does not answer"};
+      case CURLE_PARTIAL_FILE:
+      case CURLE_RECV_ERROR:
+      case CURLE_SEND_ERROR:
+      case CURLE_GOT_NOTHING:
+      case CURLE_HTTP2:
+      case CURLE_HTTP2_STREAM:
+        return {End::broken, fmt::format("broke off after {}", megabytes(part_.size()))};
+      case CURLE_PEER_FAILED_VERIFICATION:
+        return {End::refused, "has no valid certificate: somebody may be listening in"};
+      case CURLE_TOO_MANY_REDIRECTS:
+        return {End::refused, "redirects too often, or in a circle"};
+      case CURLE_UNSUPPORTED_PROTOCOL:
+        return {End::refused, "redirects to an address that is not as safe (https) or not of the web"};
+      default:
+        return {End::refused, why};
+    }
+  }
+
+  bool connected() const {
+    double seconds = 0;
+    curl_easy_getinfo(curl_.get(), CURLINFO_CONNECT_TIME, &seconds);
+    return seconds > 0;
+  }
+
+  TransferResult answered() const {
+    const long code = status();
+    TransferResult result{End::refused, fmt::format("answered {}", code)};
+    if (code == 416) result.end = End::misfit;
+    if (code == 408 || code == 429 || code >= 500) result.end = End::broken;
+    curl_off_t seconds = 0;
+    curl_easy_getinfo(curl_.get(), CURLINFO_RETRY_AFTER, &seconds);
+    result.retryAfter = static_cast<int>(std::clamp<curl_off_t>(seconds, 0, 30));
+    return result;
+  }
+
+  std::unique_ptr<CURL, decltype(&curl_easy_cleanup)> curl_;
+  std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)> headers_;
+  std::string url_;
+  bool resume_;
+  std::uint64_t most_;
+  const RemoteFile& file_;
+  PartialFile& part_;
+  Progress& progress_;
+  bool begun_ = false;
+  std::uint64_t total_ = 0;  ///< bytes of the whole file; 0 = the server does not say
+  std::string refusal_;      ///< why the answer is not wanted
+  std::exception_ptr failure_;
+};
+
+}  // namespace
+
+TransferResult transfer(const std::string& url, bool resume, const RemoteFile& file, PartialFile& part,
+                        Progress& progress, const DownloadOptions& options) {
+  return Transfer(url, resume, file, part, progress, options).run();
+}
+
+}  // namespace estancia

@@ -1,0 +1,259 @@
+#include "estancia/label/catalogue.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <sstream>
+#include <string_view>
+
+#include "estancia/core/config.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::int64_t longestFile = std::int64_t{1} << 40;
+
+/// Reads one catalogue file.
+class CatalogueReader {
+ public:
+  CatalogueReader(const fs::path& name, const std::string& text) : file_(name, text) {}
+
+  void read(std::map<std::string, CatalogueEntry>& models, std::map<std::string, LabelSet>& sets) {
+    file_.read({
+        {"labels", false, "label sets",
+         [&](auto& n) {
+           for (const auto& [key, node] : file_.subtable(n)) {
+             const std::string name = nameOf(node, key.str());
+             sets[name] = labelSet(node);
+           }
+         }},
+        {"models", false, "the models",
+         [&](auto& n) {
+           for (const auto& [key, node] : file_.subtable(n)) {
+             const std::string name = nameOf(node, key.str());
+             models[name] = entry(node, name);
+           }
+         }},
+    });
+    for (const auto& [name, set] : sets)
+      if (!set.words.empty() && (!sets.contains(set.words) || !sets.at(set.words).words.empty()))
+        missingSet(name, set.words);
+    for (const auto& [name, model] : models)
+      if (!model.labels.empty() && !sets.contains(model.labels)) missingSet(name, model.labels);
+  }
+
+ private:
+  [[noreturn]] void missingSet(const std::string& user, const std::string& set) const {
+    throw Error(fmt::format(
+        "{}: {} names the label set {}, which is not there, or has no words itself; add [labels.{}]",
+        file_.path().string(), user, set, set));
+  }
+
+  /// A name that is safe as that of a file and of a folder.
+  std::string nameOf(const toml::node& node, std::string_view name) const {
+    const auto allowed = [](unsigned char c) { return std::isalnum(c) || c == '.' || c == '_' || c == '-'; };
+    if (name.empty() || name.size() > 100 || name[0] == '.' ||
+        !std::all_of(name.begin(), name.end(), allowed))
+      file_.fail(node, fmt::format("\"{}\" is no name; it must be made of letters, digits, `_`, `-` and `.`, "
+                                   "and not start with `.`",
+                                   io::printable(name)));
+    return std::string(name);
+  }
+
+  std::string digest(const toml::node& node, std::size_t digits) const {
+    std::string hex = file_.text(node);
+    std::transform(hex.begin(), hex.end(), hex.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (hex.size() != digits || hex.find_first_not_of("0123456789abcdef") != std::string::npos)
+      file_.fail(node, fmt::format("`{}` must be {} hex digits", file_.key(), digits));
+    return hex;
+  }
+
+  std::vector<std::string> urls(const toml::node& node) const {
+    std::vector<std::string> all;
+    for (const auto& one : file_.list(node)) {
+      const std::string url = file_.text(one);
+      const auto scheme = url.find("://");
+      const bool web = url.starts_with("https://") || url.starts_with("http://");
+      const bool plain =
+          std::all_of(url.begin(), url.end(), [](unsigned char c) { return c > ' ' && c < 0x7F; });
+      if (!web || !plain || url.size() <= scheme + 3 || url[scheme + 3] == '/')
+        file_.fail(one, "`urls` must be addresses that begin with https:// or http://");
+      all.push_back(url);
+    }
+    return all;
+  }
+
+  /// The keys that say where a file comes from.
+  std::vector<ConfigFile::Key> fileKeys(CatalogueFile& file) {
+    return {
+        {"urls", false, "where it is", [&](auto& n) { file.remote.urls = urls(n); }},
+        {"sha256", false, "its digest", [&](auto& n) { file.remote.sha256 = digest(n, 64); }},
+        {"sha1", false, "its digest", [&](auto& n) { file.remote.sha1 = digest(n, 40); }},
+        {"size", false, "its bytes",
+         [&](auto& n) { file.remote.size = static_cast<std::uint64_t>(file_.integer(n, 1, longestFile)); }},
+        {"member", false, "the file in an archive", [&](auto& n) { file.member = file_.text(n); }},
+    };
+  }
+
+  LabelSet labelSet(const toml::node& node) {
+    LabelSet set;
+    auto keys = fileKeys(set.file);
+    keys.push_back({"count", true, "how many labels there are",
+                    [&](auto& n) { set.count = static_cast<std::size_t>(file_.integer(n, 1, 1'000'000)); }});
+    keys.push_back({"numbered", false, "whether lines end with their number",
+                    [&](auto& n) { set.numbered = file_.flag(n); }});
+    keys.push_back({"words", false, "the set that knows the words of WordNet numbers",
+                    [&](auto& n) { set.words = file_.text(n); }});
+    file_.read(file_.subtable(node), keys);
+    if (set.file.remote.urls.empty()) file_.fail(node, "a label set needs `urls`");
+    return set;
+  }
+
+  CatalogueFile fileOf(const toml::node& node) {
+    CatalogueFile file;
+    auto keys = fileKeys(file);
+    keys.push_back({"name", true, "its name in the model's folder",
+                    [&](auto& n) { file.name = nameOf(n, file_.text(n)); }});
+    keys.push_back({"by_hand", false, "how to make it", [&](auto& n) { file.byHand = file_.text(n); }});
+    file_.read(file_.subtable(node), keys);
+    if (file.remote.urls.empty() == file.byHand.empty())
+      file_.fail(node, fmt::format("{} needs `urls`, or `by_hand` that says how to make it", file.name));
+    if (file.name == "model.toml" || file.name.ends_with(".part"))
+      file_.fail(node, fmt::format("{} cannot be the name of a model's file", file.name));
+    return file;
+  }
+
+  CatalogueEntry entry(const toml::node& node, const std::string& name) {
+    CatalogueEntry model;
+    model.name = name;
+    toml::table settings;
+    file_.read(file_.subtable(node),
+               {
+                   {"about", true, "what it is", [&](auto& n) { model.about = file_.text(n); }},
+                   {"licence", true, "the model's licence", [&](auto& n) { model.licence = file_.text(n); }},
+                   {"source", true, "where it is described", [&](auto& n) { model.source = file_.text(n); }},
+                   {"labels", false, "its label set", [&](auto& n) { model.labels = file_.text(n); }},
+                   {"megabytes", false, "about how much there is to download",
+                    [&](auto& n) { model.megabytes = file_.number(n, 0, 1e6); }},
+                   {"files", true, "its files",
+                    [&](auto& n) {
+                      for (const auto& one : file_.list(n)) model.files.push_back(fileOf(one));
+                    }},
+                   {"model", true, "its model.toml", [&](auto& n) { settings = file_.subtable(n); }},
+               });
+    for (const char* key : {"file", "config", "embeddings"})
+      if (const auto file = settings[key].value<std::string>()) requireFile(node, model, *file);
+    if (model.labels.empty()) requireFile(node, model, "labels.txt");
+    settings.insert_or_assign("name", name);
+    settings.insert_or_assign("labels", "labels.txt");
+    settings.insert_or_assign("licence", model.licence);
+    settings.insert_or_assign("source", model.source);
+    std::ostringstream text;
+    text << "# " << io::printable(model.about) << "\n" << settings << "\n";
+    model.modelToml = text.str();
+    return model;
+  }
+
+  void requireFile(const toml::node& node, const CatalogueEntry& model, const std::string& name) const {
+    if (std::none_of(model.files.begin(), model.files.end(), [&](auto& f) { return f.name == name; }))
+      file_.fail(node, fmt::format("{} has no file \"{}\" among its `files`{}", model.name, name,
+                                   name == "labels.txt" ? ", and no label set as `labels`" : ""));
+  }
+
+  ConfigFile file_;
+};
+
+bool isWordNetNumber(std::string_view word) {
+  return word.size() == 9 && word[0] == 'n' &&
+         std::all_of(word.begin() + 1, word.end(), [](unsigned char c) { return std::isdigit(c); });
+}
+
+/// A line without its number, which must be `number`.
+std::string_view unnumbered(std::string_view line, std::size_t number, const std::string& set) {
+  const auto blank = line.rfind(' ');
+  if (blank == std::string_view::npos || line.substr(blank + 1) != std::to_string(number))
+    throw Error(fmt::format("{}:{}: \"{}\" does not end with the number {}; the list is not what it was", set,
+                            number + 1, io::printable(line), number));
+  return line.substr(0, blank);
+}
+
+std::map<std::string, std::string, std::less<>> wordNetWords(const std::vector<std::string>& lines) {
+  std::map<std::string, std::string, std::less<>> words;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::string_view line = unnumbered(lines[i], i, "the list of words");
+    if (line.size() > 10 && isWordNetNumber(line.substr(0, 9)) && line[9] == ' ')
+      words.emplace(line.substr(0, 9), line.substr(10));
+  }
+  return words;
+}
+
+}  // namespace
+
+Catalogue Catalogue::load() {
+  Catalogue catalogue;
+  catalogue.add("models/catalogue.toml", builtinCatalogue);
+  const fs::path own = modelHome().parent_path() / "catalogue.toml";
+  if (fs::exists(own)) catalogue.add(own, io::readBytes(own, std::size_t{1} << 24U));
+  return catalogue;
+}
+
+void Catalogue::add(const fs::path& name, const std::string& text) {
+  CatalogueReader(name, text).read(models_, labelSets_);
+}
+
+const CatalogueEntry& Catalogue::get(const std::string& name) const {
+  if (const auto found = models_.find(name); found != models_.end()) return found->second;
+  std::vector<std::string> known;
+  for (const auto& [other, model] : models_) known.push_back(other);
+  throw Error(fmt::format("no model \"{}\" in the catalogue; known are {}", io::printable(name),
+                          fmt::join(known, ", ")));
+}
+
+std::string Catalogue::checksums(const CatalogueEntry& model) const {
+  std::vector<RemoteFile> files;
+  for (const CatalogueFile& file : model.files)
+    if (file.byHand.empty()) files.push_back(file.remote);
+  for (std::string set = model.labels; !set.empty(); set = labelSets_.at(set).words)
+    files.push_back(labelSets_.at(set).file.remote);
+  const auto all = [&](auto known) { return std::all_of(files.begin(), files.end(), known); };
+  const auto sha256 = [](const RemoteFile& file) { return !file.sha256.empty(); };
+  const auto any = [](const RemoteFile& file) { return !file.sha256.empty() || !file.sha1.empty(); };
+  if (all(sha256)) return "sha256";
+  if (all(any)) return "sha1";
+  return std::any_of(files.begin(), files.end(), any) ? "partly" : "none";
+}
+
+bool CatalogueEntry::needsHands() const {
+  return std::any_of(files.begin(), files.end(), [](const CatalogueFile& f) { return !f.byHand.empty(); });
+}
+
+std::vector<std::string> labelsOf(const LabelSet& set, const std::vector<std::string>& lines,
+                                  const std::vector<std::string>& words) {
+  const std::string& list = set.file.name;
+  if (lines.size() != set.count)
+    throw Error(fmt::format("{} has {} lines where {} labels are expected; the list is not what it was", list,
+                            lines.size(), set.count));
+  const auto known = wordNetWords(words);
+  std::vector<std::string> labels;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    std::string_view label = set.numbered ? unnumbered(lines[i], i, list) : std::string_view(lines[i]);
+    if (set.numbered && label.size() > 3 && label[0] == '/' && label[2] == '/') label.remove_prefix(3);
+    if (set.numbered && isWordNetNumber(label)) {
+      const auto found = known.find(label);
+      if (found == known.end())
+        throw Error(fmt::format("{}:{}: no words for {} in the list {}", list, i + 1, label, set.words));
+      label = found->second;
+    } else if (set.numbered && label.size() > 10 && label[9] == ' ' && isWordNetNumber(label.substr(0, 9))) {
+      label.remove_prefix(10);
+    }
+    labels.emplace_back(label);
+  }
+  return labels;
+}
+
+}  // namespace estancia

@@ -1,0 +1,175 @@
+// fetchModel() of catalogue.hpp.
+#include <fmt/format.h>
+
+#include <cctype>
+#include <system_error>
+
+#include "estancia/core/archive.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/label/catalogue.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::uint64_t longestList = 1U << 24U;
+
+/// A file name of our own for what is at `url`, which also tells people what it is.
+std::string archiveName(const std::string& url) {
+  std::string name = fmt::format("archive-{}-", sha256(url).substr(0, 6));
+  for (const char c : url.substr(url.rfind('/') + 1, 60))
+    name += std::isalnum(static_cast<unsigned char>(c)) || c == '.' || c == '_' ? c : '-';
+  return name;
+}
+
+/// Fills a model's download folder.
+class Fetcher {
+ public:
+  Fetcher(const Catalogue& catalogue, const CatalogueEntry& entry, Progress& progress,
+          const FetchOptions& options)
+      : catalogue_(catalogue),
+        entry_(entry),
+        progress_(progress),
+        options_(options),
+        folder_(downloadFolder(entry.name)) {}
+
+  const fs::path& folder() const { return folder_; }
+
+  void fetch() {
+    prepare();
+    for (const CatalogueFile& file : entry_.files)
+      if (file.byHand.empty()) {
+        get(file, options_.download.most);
+        digests_ += fmt::format("\"{}\" = \"{}\"\n", file.name, verified(file));
+      }
+    if (!entry_.labels.empty()) writeLabels();
+    writeWhole(folder_ / "model.toml", entry_.modelToml + "\n[sha256]\n" + digests_);
+  }
+
+  std::vector<std::string> notes() const { return notes_; }
+
+ private:
+  /// Everything that can be known to be wrong before hours of downloading.
+  void prepare() {
+    std::error_code problem;
+    fs::create_directories(folder_, problem);
+    if (problem)
+      throw Error(fmt::format("cannot make the folder {} ({}); set ESTANCIA_HOME to a folder of yours",
+                              folder_.string(), problem.message()));
+    writeWhole(folder_ / "model.toml", entry_.modelToml);
+    readModelSpec(folder_);
+    for (const CatalogueFile& file : entry_.files)
+      if (!file.byHand.empty() && !fs::is_regular_file(folder_ / file.name))
+        throw Error(fmt::format("{} of {} is yours to make: {}; put it at {} and run this again", file.name,
+                                entry_.name, file.byHand, (folder_ / file.name).string()));
+    if (options_.anew)
+      for (const auto& item : fs::directory_iterator(folder_))
+        if (!isByHand(item.path().filename().string())) fs::remove(item.path(), problem);
+  }
+
+  bool isByHand(const std::string& name) const {
+    for (const CatalogueFile& file : entry_.files)
+      if (file.name == name && !file.byHand.empty()) return true;
+    return false;
+  }
+
+  void get(const CatalogueFile& file, std::uint64_t most) {
+    const fs::path target = folder_ / file.name;
+    DownloadOptions options = options_.download;
+    if (file.member.empty()) {
+      options.most = most;
+      return download(file.remote, target, progress_, options);
+    }
+    if (fs::is_regular_file(target)) return;  // taken out before, or put there by hand
+    std::string reasons;
+    for (const std::string& url : file.remote.urls) {
+      RemoteFile one = file.remote;
+      one.urls = {url};
+      const fs::path archive = folder_ / archiveName(url);
+      try {
+        download(one, archive, progress_, options);
+        if (extractMember(archive, file.member, target, most)) return;
+        reasons += fmt::format("{} holds no {}; ", url, file.member);
+      } catch (const Interrupted&) {
+        throw;
+      } catch (const Error& e) {
+        std::error_code ignored;
+        fs::remove(archive, ignored);  // whatever it is, the next run should not take it for an archive
+        reasons += std::string(e.what()) + "; ";
+      }
+    }
+    throw Error(
+        fmt::format("{}put {} at {} by hand, then run this again", reasons, file.member, target.string()));
+  }
+
+  /// SHA-256 of a file that is there. Notes when nobody has said what it should be.
+  std::string verified(const CatalogueFile& file) {
+    std::string actual = sha256OfFile(folder_ / file.name);
+    if (!file.remote.sha256.empty()) return actual;
+    notes_.push_back(fmt::format(
+        "{}: {}; what came has SHA-256 {}", file.name,
+        file.remote.sha1.empty() ? "no checksum is published" : "only a SHA-1 is published, which agrees",
+        actual));
+    return actual;
+  }
+
+  std::vector<std::string> linesOf(const std::string& set) {
+    CatalogueFile file = catalogue_.labelSets().at(set).file;
+    file.name = set + ".list";
+    get(file, longestList);
+    verified(file);
+    auto lines = io::readLines(folder_ / file.name);
+    while (!lines.empty() && lines.back().empty()) lines.pop_back();
+    return lines;
+  }
+
+  void writeLabels() {
+    LabelSet set = catalogue_.labelSets().at(entry_.labels);
+    set.file.name = entry_.labels;
+    const auto words = set.words.empty() ? std::vector<std::string>{} : linesOf(set.words);
+    std::string text;
+    for (const std::string& label : labelsOf(set, linesOf(entry_.labels), words)) text += label + "\n";
+    writeWhole(folder_ / "labels.txt", text);
+    digests_ += fmt::format("\"labels.txt\" = \"{}\"\n", sha256(text));
+  }
+
+  const Catalogue& catalogue_;
+  const CatalogueEntry& entry_;
+  Progress& progress_;
+  const FetchOptions& options_;
+  fs::path folder_;
+  std::string digests_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace
+
+fs::path downloadFolder(const std::string& model) {
+  return modelHome().parent_path() / "downloads" / model;
+}
+
+FetchedModel fetchModel(const Catalogue& catalogue, const std::string& name, Progress& progress,
+                        const FetchOptions& options) {
+  const CatalogueEntry& entry = catalogue.get(name);
+  if (fs::exists(modelHome() / name) && !options.replace)
+    throw Error(fmt::format("there is a model {} already in {}; use --replace to have it anew", name,
+                            modelHome().string()));
+  Fetcher fetcher(catalogue, entry, progress, options);
+  fetcher.fetch();
+  FetchedModel result;
+  try {
+    result.check = addModel(fetcher.folder(), options.replace);
+  } catch (const Error& e) {
+    throw Error(fmt::format("{}; the files are kept in {}: try --force if a download may be at fault",
+                            e.what(), fetcher.folder().string()));
+  }
+  result.notes = fetcher.notes();
+  std::error_code ignored;
+  fs::remove_all(fetcher.folder(), ignored);
+  return result;
+}
+
+}  // namespace estancia

@@ -1,0 +1,84 @@
+#include "estancia/core/cores.hpp"
+
+#include <gtest/gtest.h>
+#include <sched.h>
+
+#include <thread>
+
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+/// The cores that the test may really use.
+int allowed() {
+  cpu_set_t mask;
+  CPU_ZERO(&mask);
+  sched_getaffinity(0, sizeof mask, &mask);
+  return CPU_COUNT(&mask);
+}
+
+TEST(Cores, AtLeastOneAndAtMostTheUsableOnesAreFree) {
+  EXPECT_GE(usableCores(), 1);
+  EXPECT_LE(usableCores(), allowed());
+  EXPECT_GE(freeCores(), 1);
+  EXPECT_LE(freeCores(), usableCores());
+}
+
+TEST(Cores, TheAffinityMaskLimits) {
+  std::thread([] {  // the mask is a thread's own
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    for (int cpu = 0; cpu < CPU_SETSIZE && CPU_COUNT(&one) == 0; ++cpu) {
+      CPU_SET(cpu, &one);
+      if (sched_setaffinity(0, sizeof one, &one) != 0) CPU_CLR(cpu, &one);
+    }
+    EXPECT_EQ(usableCores(), 1);
+    EXPECT_EQ(freeCores(), 1);
+  })
+      .join();
+}
+
+TEST(Cores, AMachineThatDoesNotTellHasAllOfThem) {
+  const test::ScratchFolder root;
+  EXPECT_EQ(usableCores(root.path()), allowed());
+  test::writeFile(root / "proc/self/cgroup", "nonsense\n0:\n::\n");
+  EXPECT_EQ(usableCores(root.path()), allowed());
+}
+
+TEST(Cores, TheQuotaOfAnyGroupAroundLimits) {
+  const test::ScratchFolder root;
+  test::writeFile(root / "proc/self/cgroup", "0::/service/robot\n");
+  test::writeFile(root / "sys/fs/cgroup/service/robot/cpu.max", "max 100000\n");
+  EXPECT_EQ(usableCores(root.path()), allowed());
+  test::writeFile(root / "sys/fs/cgroup/service/cpu.max", "150000 100000\n");
+  EXPECT_EQ(usableCores(root.path()), 1);
+  test::writeFile(root / "sys/fs/cgroup/service/cpu.max", "5000 100000\n");
+  EXPECT_EQ(usableCores(root.path()), 1) << "never none";
+}
+
+TEST(Cores, QuotasOfTheFirstKindLimitToo) {
+  const test::ScratchFolder root;
+  test::writeFile(root / "proc/self/cgroup", "7:memory:/\n4:cpu,cpuacct:/robot\n");
+  test::writeFile(root / "sys/fs/cgroup/cpu/robot/cpu.cfs_quota_us", "-1\n");
+  test::writeFile(root / "sys/fs/cgroup/cpu/robot/cpu.cfs_period_us", "100000\n");
+  EXPECT_EQ(usableCores(root.path()), allowed());
+  test::writeFile(root / "sys/fs/cgroup/cpu/robot/cpu.cfs_quota_us", "100000\n");
+  EXPECT_EQ(usableCores(root.path()), 1);
+}
+
+TEST(Cores, OnlyTheCoresInQuestionCountAsBusy) {
+  const std::string stat =
+      "cpu  111 222 333 444 0 0 0 0 0 0\n"
+      "cpu0 1 2 4 1000 2000 8 16 32 0 0\n"
+      "cpu1 100 0 0 5000 0 0 0 0 0 0\n"
+      "cpu12 7 0 0 5000 0 0 0 0 0 0\n"
+      "intr 5 6\n";
+  EXPECT_EQ(busyTicks(stat, {0}), 1 + 2 + 4 + 8 + 16 + 32);
+  EXPECT_EQ(busyTicks(stat, {1, 12}), 107);
+  EXPECT_EQ(busyTicks(stat, {0, 2}), -1) << "cpu2 is missing";
+  EXPECT_EQ(busyTicks("", {0}), -1);
+}
+
+}  // namespace
+}  // namespace estancia

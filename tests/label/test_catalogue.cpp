@@ -1,0 +1,317 @@
+// The catalogue itself, and models fetched by it from a server on this machine.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <onnx/onnx_pb.h>
+
+#include <cstdlib>
+
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/label/catalogue.hpp"
+#include "support/loopback_server.hpp"
+#include "support/model_support.hpp"
+
+namespace estancia {
+namespace {
+namespace fs = std::filesystem;
+
+using test::errorOf;
+using test::httpAnswer;
+using test::HttpAnswer;
+using test::HttpRequest;
+using test::LoopbackServer;
+using test::readFile;
+using test::writeFile;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+Catalogue builtin() {
+  Catalogue catalogue;
+  catalogue.add("catalogue.toml", builtinCatalogue);
+  return catalogue;
+}
+
+TEST(BuiltinCatalogue, HasTheSevenNetworksOfTheThesis) {
+  const Catalogue catalogue = builtin();
+  for (const char* name :
+       {"imagenet-alexnet", "imagenet-caffenet", "imagenet-googlenet", "imagenet-vgg-cnn-s",
+        "places205-alexnet", "places205-googlenet", "hybrid-alexnet"})
+    EXPECT_THAT(catalogue.get(name).about, HasSubstr("thesis: ")) << name;
+  EXPECT_EQ(catalogue.labelSets().at("hybrid-1183").count, 1183U);
+}
+
+TEST(BuiltinCatalogue, SaysHowToUseEveryModel) {
+  const test::ScratchFolder scratch;
+  const Catalogue catalogue = builtin();
+  for (const auto& [name, model] : catalogue.models()) {
+    SCOPED_TRACE(name);
+    writeFile(scratch / name / "model.toml", model.modelToml);
+    const ModelSpec spec = readModelSpec(scratch / name);
+    EXPECT_EQ(spec.name, name);
+    EXPECT_FALSE(spec.licence.empty());
+    EXPECT_THAT(spec.source, testing::StartsWith("http"));
+    EXPECT_FALSE(model.about.empty());
+    EXPECT_GE(spec.preprocessing.width, 224);
+    const auto& mean = spec.preprocessing.mean;
+    EXPECT_THAT(mean, testing::Each(testing::AllOf(testing::Gt(90), testing::Lt(130))));
+    const bool bgr = spec.preprocessing.colour == Preprocessing::Colour::bgr;
+    EXPECT_EQ(mean[0] < mean[2], bgr)
+        << "pictures have more red than blue: the mean's order is that of colour";
+  }
+}
+
+/// So that whoever adds an entry knows which files nobody vouches for.
+TEST(BuiltinCatalogue, ListsWhatHasNoChecksum) {
+  std::vector<std::string> without;
+  const Catalogue catalogue = builtin();
+  const auto look = [&](const std::string& owner, const CatalogueFile& file) {
+    if (file.byHand.empty() && file.remote.sha256.empty() && file.remote.sha1.empty())
+      without.push_back(owner + "/" + file.name);
+  };
+  for (const auto& [name, model] : catalogue.models())
+    for (const auto& file : model.files) look(name, file);
+  for (const auto& [name, set] : catalogue.labelSets()) look(name, set.file);
+  EXPECT_THAT(without,
+              testing::UnorderedElementsAre(
+                  "imagenet-alexnet/deploy.prototxt", "imagenet-caffenet/deploy.prototxt",
+                  "imagenet-googlenet/deploy.prototxt", "imagenet-vgg-cnn-s/VGG_CNN_S.caffemodel",
+                  "imagenet-vgg-cnn-s/deploy.prototxt", "places205-alexnet/places205.caffemodel",
+                  "places205-alexnet/deploy.prototxt", "places205-googlenet/places205.caffemodel",
+                  "places205-googlenet/deploy.prototxt", "hybrid-alexnet/hybrid.caffemodel",
+                  "hybrid-alexnet/deploy.prototxt", "places365-alexnet/alexnet_places365.caffemodel",
+                  "places365-alexnet/deploy.prototxt", "places365-googlenet/googlenet_places365.caffemodel",
+                  "places365-googlenet/deploy.prototxt", "places365-vgg16/vgg16_places365.caffemodel",
+                  "places365-vgg16/deploy.prototxt", "hybrid1365-vgg16/vgg16_hybrid1365.caffemodel",
+                  "hybrid1365-vgg16/deploy.prototxt", "places-205/", "hybrid-1183/", "hybrid-1365/"));
+}
+
+TEST(CatalogueFiles, AreCheckedLineByLine) {
+  const std::string good =
+      "[labels.l]\ncount = 2\nurls = [\"https://h/l\"]\n"
+      "[models.m]\nabout = \"a\"\nlicence = \"MIT\"\nsource = \"s\"\nlabels = \"l\"\n"
+      "[[models.m.files]]\nname = \"n.onnx\"\nurls = [\"https://h/n\"]\n"
+      "[models.m.model]\nfile = \"n.onnx\"\ninput = 8\ncolour = \"RGB\"\n";
+  const auto refusal = [](const std::string& text) {
+    return errorOf([&] { Catalogue().add("own.toml", text); });
+  };
+  EXPECT_EQ(refusal(good), "");
+  const auto with = [&](const std::string& before, const std::string& after) {
+    std::string text = good;
+    const auto at = text.find(before);
+    EXPECT_NE(at, std::string::npos) << before;
+    return refusal(text.replace(at, before.size(), after));
+  };
+  EXPECT_THAT(with("count = 2", "count = 0"), AllOf(HasSubstr("own.toml:2: "), HasSubstr("`count`")));
+  EXPECT_THAT(with("https://h/l", "ftp://h/l"), AllOf(HasSubstr("own.toml:3: "), HasSubstr("https://")));
+  EXPECT_THAT(with("https://h/n", "https:///n"), HasSubstr("own.toml:11: "));
+  EXPECT_THAT(with("https://h/n", "https://h/n o"), HasSubstr("own.toml:11: "));
+  EXPECT_THAT(with("https://h/n", "file:///etc/passwd"), HasSubstr("own.toml:11: "));
+  EXPECT_THAT(with("\"n.onnx\"", "\"../n.onnx\""), AllOf(HasSubstr("own.toml:10: "), HasSubstr("../n.onnx")));
+  EXPECT_THAT(with("\"n.onnx\"", "\"model.toml\""), HasSubstr("model.toml"));
+  EXPECT_THAT(with("name = \"n.onnx\"", "name = \"o.onnx\""), HasSubstr("no file \"n.onnx\""));
+  EXPECT_THAT(with("urls = [\"https://h/n\"]", "sha1 = \"12\""), HasSubstr("40 hex digits"));
+  EXPECT_THAT(with("urls = [\"https://h/n\"]", "sha256 = \"12\""), HasSubstr("64 hex digits"));
+  EXPECT_THAT(with("urls = [\"https://h/n\"]", "size = 5"), HasSubstr("`by_hand`"));
+  EXPECT_THAT(with("licence = \"MIT\"\n", ""), HasSubstr("`licence`"));
+  EXPECT_THAT(with("labels = \"l\"", "labels = \"k\""), HasSubstr("label set k"));
+  EXPECT_THAT(with("labels = \"l\"\n", ""), HasSubstr("labels.txt"));
+  EXPECT_THAT(with("[models.m.model]\n", "x = 1\n[models.m.model]\n"), HasSubstr("unknown key `x`"));
+  EXPECT_THAT(with("[models.m]\n", "[models.\"../m\"]\n"), HasSubstr("../m"));
+  EXPECT_THAT(with("count = 2\n", "count = 2\nwords = \"l\"\n"), HasSubstr("has no words itself"));
+  EXPECT_THAT(refusal("models = 3"), HasSubstr("own.toml:1: "));
+  EXPECT_THAT(refusal("[models"), HasSubstr("own.toml:1: "));
+}
+
+class LabelLists : public testing::Test {
+ protected:
+  static LabelSet set(std::size_t count, bool numbered, const std::string& words = "") {
+    LabelSet set;
+    set.count = count;
+    set.numbered = numbered;
+    set.words = words;
+    set.file.name = "list";
+    return set;
+  }
+};
+
+TEST_F(LabelLists, AreReadAsPublished) {
+  EXPECT_THAT(labelsOf(set(2, false), {"tench, Tinca tinca", "/a/kept 7"}, {}),
+              ElementsAre("tench, Tinca tinca", "/a/kept 7"));
+  EXPECT_THAT(
+      labelsOf(set(3, true), {"/a/airfield 0", "/a/apartment_building/outdoor 1", "plain word 2"}, {}),
+      ElementsAre("airfield", "apartment_building/outdoor", "plain word"));
+  const std::vector<std::string> words{"n01440764 tench, Tinca tinca 0", "n01443537 goldfish 1", "/b/bar 2"};
+  EXPECT_THAT(labelsOf(set(3, true), words, {}), ElementsAre("tench, Tinca tinca", "goldfish", "bar"));
+  EXPECT_THAT(labelsOf(set(2, true, "w"), {"n01443537 0", "/a/abbey 1"}, words),
+              ElementsAre("goldfish", "abbey"));
+}
+
+TEST_F(LabelLists, AreRefusedWhenTheyAreNotAsPublished) {
+  EXPECT_THAT(errorOf([] { labelsOf(set(2, false), {"one"}, {}); }), HasSubstr("1 lines where 2 labels"));
+  EXPECT_THAT(errorOf([] { labelsOf(set(2, true), {"a 0", "b 2"}, {}); }), HasSubstr("list:2: "));
+  EXPECT_THAT(errorOf([] { labelsOf(set(1, true), {"<html>"}, {}); }), HasSubstr("list:1: "));
+  EXPECT_THAT(errorOf([] { labelsOf(set(1, true, "w"), {"n01443537 0"}, {}); }),
+              HasSubstr("no words for n0144"));
+}
+
+/// A server with the small model, a catalogue that lists it, and a home of the test's own.
+class FetchModel : public testing::Test {
+ protected:
+  FetchModel() {
+    test::withoutProxy();
+    setenv("ESTANCIA_HOME", (scratch_ / "home").c_str(), 1);
+    files_["/small.onnx"] = test::smallOnnx(8, 4);
+    files_["/labels"] = test::labelLines(4);
+    options_.download.pauseSeconds = 0;
+  }
+  void TearDown() override { unsetenv("ESTANCIA_HOME"); }
+
+  HttpAnswer answer(const HttpRequest& request) {
+    const auto found = files_.find(request.path);
+    if (found == files_.end()) return {httpAnswer("404 Not Found", "")};
+    return {test::rangeAnswer(request, found->second)};
+  }
+  std::string entry(const std::string& more = "") const {
+    return "[labels.four]\ncount = 4\nurls = [\"" + server_.url("/labels") +
+           "\"]\n[models.small]\nabout = \"a test\"\nlicence = \"MIT\"\nsource = \"here\"\nlabels = "
+           "\"four\"\n"
+           "[[models.small.files]]\nname = \"small.onnx\"\nurls = [\"" +
+           server_.url("/small.onnx") + "\"]\n" + more +
+           "[models.small.model]\nfile = \"small.onnx\"\ninput = 8\ncolour = \"BGR\"\n";
+  }
+  FetchedModel fetch(const std::string& catalogue) {
+    Catalogue all;
+    all.add("test.toml", catalogue);
+    Progress silent;
+    return fetchModel(all, "small", silent, options_);
+  }
+  std::string refusal(const std::string& catalogue) {
+    return errorOf([&] { fetch(catalogue); });
+  }
+
+  test::ScratchFolder scratch_;
+  std::map<std::string, std::string> files_;
+  FetchOptions options_;
+  LoopbackServer server_{[this](const HttpRequest& request) { return answer(request); }};
+};
+
+TEST_F(FetchModel, InstallsAModelThatWorks) {
+  const auto model = fetch(entry("sha256 = \"" + sha256(files_["/small.onnx"]) + "\"\n"));
+  EXPECT_EQ(model.check.labels, 4U);
+  EXPECT_EQ(model.check.digests, 2U);
+  EXPECT_EQ(loadModel("small")->vocabulary()[3], "word 3");
+  const ModelSpec spec = readModelSpec(modelHome() / "small");
+  EXPECT_EQ(spec.licence, "MIT");
+  EXPECT_EQ(spec.source, "here");
+  EXPECT_FALSE(fs::exists(downloadFolder("small")));
+  EXPECT_THAT(model.notes, ElementsAre(AllOf(HasSubstr("four.list: no checksum is published"),
+                                             HasSubstr(sha256(files_["/labels"])))));
+}
+
+TEST_F(FetchModel, TellsOfFilesThatNobodyVouchesFor) {
+  const auto model = fetch(entry());
+  EXPECT_THAT(model.notes, ElementsAre(AllOf(HasSubstr("small.onnx: no checksum is published"),
+                                             HasSubstr(sha256(files_["/small.onnx"]))),
+                                       HasSubstr("four.list")));
+  writeFile(modelHome() / "small/small.onnx",
+            test::smallOnnx(8, 4, [](onnx::GraphProto& graph) { graph.set_name("another"); }));
+  EXPECT_THAT(errorOf([] { loadModel("small"); }), HasSubstr("SHA-256")) << "what came is what it must stay";
+}
+
+TEST_F(FetchModel, DoesNotInstallWhatHasTheWrongDigest) {
+  EXPECT_THAT(refusal(entry("sha256 = \"" + std::string(64, '0') + "\"\n")),
+              AllOf(HasSubstr("small.onnx"), HasSubstr("is expected")));
+  EXPECT_TRUE(installedModels().empty());
+}
+
+TEST_F(FetchModel, KeepsTheOldModelUnlessToldToReplaceIt) {
+  fetch(entry());
+  const auto asked = server_.requests().size();
+  EXPECT_THAT(refusal(entry()), HasSubstr("--replace"));
+  EXPECT_EQ(server_.requests().size(), asked) << "nothing is fetched in vain";
+  options_.replace = true;
+  fetch(entry());
+  EXPECT_EQ(installedModels().size(), 1U);
+}
+
+TEST_F(FetchModel, UsesWhatTheUserHasFetchedByHand) {
+  writeFile(downloadFolder("small") / "small.onnx", files_["/small.onnx"]);
+  files_.erase("/small.onnx");
+  fetch(entry());
+  EXPECT_EQ(installedModels().size(), 1U);
+}
+
+TEST_F(FetchModel, FetchesAnewWhatDoesNotWorkWhenAsked) {
+  const std::string good = files_["/small.onnx"];
+  files_["/small.onnx"] = "<html>log in to this network</html>";
+  EXPECT_THAT(refusal(entry()), AllOf(HasSubstr("no ONNX file"), HasSubstr("--force")));
+  EXPECT_TRUE(installedModels().empty());
+  files_["/small.onnx"] = good;
+  EXPECT_THAT(refusal(entry()), HasSubstr("--force")) << "it is still the file of before";
+  options_.anew = true;
+  EXPECT_EQ(refusal(entry()), "");
+}
+
+TEST_F(FetchModel, RefusesALabelListThatIsNotWhatItWas) {
+  files_["/labels"] = "<html>\n";
+  EXPECT_THAT(refusal(entry()), HasSubstr("1 lines where 4 labels"));
+  files_["/labels"].resize(20'000'000, 'x');
+  options_.anew = true;
+  EXPECT_THAT(refusal(entry()), HasSubstr("more than the 16777216 allowed"));
+}
+
+TEST_F(FetchModel, AsksForWhatOnlyTheUserCanMakeBeforeItDownloads) {
+  const std::string byHand =
+      entry("[[models.small.files]]\nname = \"words.npy\"\nby_hand = \"make it so\"\n");
+  const fs::path place = downloadFolder("small") / "words.npy";
+  EXPECT_THAT(refusal(byHand), AllOf(HasSubstr("yours to make: make it so"), HasSubstr(place.string())));
+  EXPECT_TRUE(server_.requests().empty());
+  writeFile(place, "anything");
+  options_.anew = true;
+  EXPECT_EQ(refusal(byHand), "");
+  EXPECT_THAT(readFile(modelHome() / "small/model.toml"), Not(HasSubstr("words.npy"))) << "free to change";
+}
+
+TEST_F(FetchModel, TakesFilesOutOfArchivesAndTriesTheNextWhenTheyAreNotInOne) {
+  writeFile(scratch_ / "in/deep/net.onnx", files_["/small.onnx"]);
+  writeFile(scratch_ / "other/readme", "no network here");
+  for (const std::string folder : {"in", "other"}) {
+    const std::string tar = "tar -C '" + (scratch_ / folder).string() + "' -czf '" +
+                            scratch_.path().string() + "/" + folder + ".tar.gz' .";
+    ASSERT_EQ(std::system(tar.c_str()), 0);
+    files_["/" + folder + ".tar.gz"] = readFile(scratch_ / (folder + ".tar.gz"));
+  }
+  files_["/page.tar.gz"] = "<html>log in to this network</html>";
+  std::string text = entry("member = \"net.onnx\"\n");
+  const std::string old = "[\"" + server_.url("/small.onnx") + "\"]";
+  const auto urls = [&](const std::vector<std::string>& paths) {
+    std::string list;
+    for (const auto& path : paths) list += "\"" + server_.url(path) + "\",";
+    return std::string(text).replace(text.find(old), old.size(), "[" + list + "]");
+  };
+  EXPECT_THAT(refusal(urls({"/other.tar.gz", "/none.tar.gz"})),
+              AllOf(HasSubstr("holds no net.onnx"), HasSubstr("404"), HasSubstr("by hand")));
+  EXPECT_EQ(refusal(urls({"/page.tar.gz", "/other.tar.gz", "/in.tar.gz"})), "");
+  EXPECT_EQ(installedModels().size(), 1U);
+}
+
+TEST_F(FetchModel, FindsAMistakeInTheSettingsBeforeItDownloads) {
+  std::string text = entry();
+  text.replace(text.find("\"BGR\""), 5, "\"blue\"");
+  EXPECT_THAT(refusal(text), HasSubstr("`colour`"));
+  EXPECT_TRUE(server_.requests().empty());
+}
+
+TEST_F(FetchModel, KnowsTheUsersOwnCatalogue) {
+  EXPECT_FALSE(Catalogue::load().models().contains("small"));
+  EXPECT_THAT(errorOf([] { Catalogue::load().get("small"); }), HasSubstr("known are clip-vit-b32, "));
+  writeFile(scratch_ / "home/catalogue.toml", entry());
+  EXPECT_EQ(Catalogue::load().get("small").about, "a test");
+  writeFile(scratch_ / "home/catalogue.toml", "[models.small]\n");
+  EXPECT_THAT(errorOf([] { Catalogue::load(); }), HasSubstr("home/catalogue.toml"));
+}
+
+}  // namespace
+}  // namespace estancia
