@@ -174,7 +174,7 @@ TEST_F(Recordings, RefuseBadCsv) {
   for (const auto& [text, expected] : cases) EXPECT_THAT(refusal("a.csv", text), HasSubstr(expected)) << text;
   EXPECT_THAT(refusal("a.csv", "image,cup\n1.png,0\n", {file("words.txt", "mug\n"), {}}),
               HasSubstr("the vocabularies differ"));
-  EXPECT_THAT(refusal("a.txt", "image,cup\n"), HasSubstr("known are .csv"));
+  EXPECT_THAT(refusal("a.txt", "image,cup\n"), HasSubstr("known are .labels, .csv"));
   EXPECT_THAT(errorOf([&] { readRecording(scratch_ / "none.csv"); }), HasSubstr("no file that can be read"));
 }
 
