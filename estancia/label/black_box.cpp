@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstdint>
+#include <sstream>
 #include <utility>
 
 #include "estancia/core/vocabulary.hpp"
@@ -17,12 +18,18 @@ void readBlackBox(ConfigFile& config, std::vector<ConfigFile::Key> keys) {
   config.read(keys);
 }
 
-std::string blackBoxIdentity(const ModelSpec& spec, const std::vector<fs::path>& files) {
+std::string blackBoxIdentity(const ModelSpec& spec, const ConfigFile& config,
+                             const std::vector<fs::path>& files, const std::vector<std::string>& without) {
+  toml::table settings = config.table();
+  for (const char* described : {"name", "licence", "source", "sha256"}) settings.erase(described);
+  for (const auto& key : without) settings.erase(key);
+  std::ostringstream text;  // sorted, and without comments
+  text << settings << '\n';
   ModelSpec whole = spec;
   for (const auto& file : files)
     if (file.is_relative() && fs::is_regular_file(spec.folder / file))
       whole.sha256.try_emplace(file.lexically_normal().string());  // any digest will do, but it counts
-  return fmt::format("{} {}", spec.name, modelDigest(whole));
+  return fmt::format("{} {}", spec.name, modelDigest(whole, text.str()));
 }
 
 std::vector<ConfigFile::Key> AnswerSettings::keys(ConfigFile& config) {

@@ -18,9 +18,12 @@ namespace estancia {
 /// Error on unknown keys, and on wrong or missing ones.
 void readBlackBox(ConfigFile& config, std::vector<ConfigFile::Key> keys);
 
-/// Name and digest of model.toml, the label file and these further files of the folder. "" and paths that
-/// are no file of the folder are passed over.
-std::string blackBoxIdentity(const ModelSpec& spec, const std::vector<std::filesystem::path>& files);
+/// Name and digest of what decides about the answers: the settings in model.toml but those named `without`,
+/// the label file and these further files of the folder ("" and paths that are no file of it are passed
+/// over). Who gives a slow service more time must not lose what it has labelled.
+std::string blackBoxIdentity(const ModelSpec& spec, const ConfigFile& config,
+                             const std::vector<std::filesystem::path>& files,
+                             const std::vector<std::string>& without = {});
 
 /// How the answers of programs and services become descriptors.
 struct AnswerSettings {

@@ -68,7 +68,6 @@ class HttpLabeler final : public Labeler {
   explicit HttpLabeler(const ModelSpec& spec)
       : settings_(readHttpSettings(spec)),
         source_(fmt::format("model {}: {}", spec.name, settings_.url)),
-        identity_(blackBoxIdentity(spec, {settings_.endpoint.certificates.lexically_relative(spec.folder)})),
         book_(wordBook(spec)) {}
 
   const Vocabulary& vocabulary() const override { return book_.vocabulary(); }
@@ -76,7 +75,7 @@ class HttpLabeler final : public Labeler {
   LexicalDescriptor adopt(std::span<const Word> words) override {
     return describe(book_, {words.begin(), words.end()}, 0, source_);
   }
-  std::string identity() const override { return identity_; }
+  std::string identity() const override { return settings_.identity; }
   std::size_t batchSize() const override { return settings_.parallel; }
 
   /// The whole body of the request.
@@ -233,7 +232,7 @@ class HttpLabeler final : public Labeler {
   }
 
   HttpSettings settings_;
-  std::string source_, identity_;
+  std::string source_;
   io::WordBook book_;
   std::vector<std::unique_ptr<Lane>> lanes_;
   std::mutex mutex_;

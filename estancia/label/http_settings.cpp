@@ -71,6 +71,9 @@ class Reader {
     if (!settings_.field.empty() && !settings_.bodyTemplate.empty())
       throw Error(fmt::format("{}: `field` and `body` exclude each other; the image is sent once",
                               config_.path().string()));
+    settings_.identity = blackBoxIdentity(spec_, config_, {},
+                                          {"ca", "connect_timeout", "read_timeout", "timeout", "attempts",
+                                           "backoff", "max_wait", "rate", "parallel", "seed"});
     endpoint.contentType = !settings_.field.empty()
                                ? fmt::format("multipart/form-data; boundary={}", kBoundary)
                            : !settings_.bodyTemplate.empty() ? "application/json"

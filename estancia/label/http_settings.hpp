@@ -31,6 +31,7 @@ struct HttpSettings {
   std::size_t parallel = 4;                   ///< requests in flight
   std::uint64_t seed = 1;                     ///< of the waits' jitter
   AnswerSettings answer;
+  std::string identity;
 };
 
 /// Throws Error `…/model.toml:LINE: …`, also when a secret's variable is not set.

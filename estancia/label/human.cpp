@@ -137,7 +137,7 @@ std::unique_ptr<Labeler> openHuman(const ModelSpec& spec) {
   std::optional<Vocabulary> given;
   if (!spec.labels.empty()) given = Vocabulary::fromFile(modelFile(spec, spec.labels));
   Recording recording = readHumanLabels(modelFile(spec, file), given, certainty);
-  recording.model = blackBoxIdentity(spec, {file});
+  recording.model = blackBoxIdentity(spec, config, {file});
   return std::make_unique<RecordedLabeler>(std::move(recording));
 }
 

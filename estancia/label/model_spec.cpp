@@ -192,13 +192,12 @@ fs::path modelFile(const ModelSpec& spec, const fs::path& relative) {
   return path;
 }
 
-std::string modelDigest(const ModelSpec& spec) {
+std::string modelDigest(const ModelSpec& spec, const std::string& settings) {
   std::map<std::string, std::string> files = spec.sha256;  // file → the digest it should have, "" = any
   for (const auto& file : networkFiles(spec)) files.try_emplace(file.string());
   if (!spec.labels.empty()) files.try_emplace(spec.labels.string());
-  if (!isNetworkType(spec.type)) files.try_emplace("model.toml");  // holds settings that are read elsewhere
   std::string all =
-      fmt::format("{} {} {}\n", preprocessingText(spec.preprocessing), spec.softmax, spec.output);
+      fmt::format("{} {} {}\n", preprocessingText(spec.preprocessing), spec.softmax, spec.output) + settings;
   if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty() ||
       !spec.inputNode.empty())
     all += fmt::format("{} {} [{}] {}\n", spec.sigmoid, static_cast<int>(spec.reduce),

@@ -55,9 +55,9 @@ ModelSpec readModelSpec(const std::filesystem::path& folder);
 /// Where the files of the spec are. Throws Error when one is missing or leaves the folder through a link.
 std::filesystem::path modelFile(const ModelSpec& spec, const std::filesystem::path& relative);
 
-/// SHA-256 over the model's files and preprocessing (of other types than networks: its model.toml): two
-/// models that label alike have the same. Throws Error when a file is missing or is not what spec.sha256
-/// says.
-std::string modelDigest(const ModelSpec& spec);
+/// SHA-256 over the model's files, its preprocessing, and the `settings` of other types that change what they
+/// say: two models that label alike have the same. Throws Error when a file is missing or is not what
+/// spec.sha256 says.
+std::string modelDigest(const ModelSpec& spec, const std::string& settings = "");
 
 }  // namespace estancia

@@ -33,6 +33,7 @@ struct Settings {
   milliseconds timeout{30'000};        ///< an image
   milliseconds startTimeout{120'000};  ///< the first one: it may have to load a network
   AnswerSettings answer;
+  std::string identity;
 };
 
 Settings readSettings(const ModelSpec& spec) {
@@ -54,6 +55,9 @@ Settings readSettings(const ModelSpec& spec) {
   keys.push_back({"start_timeout", false, "how long the first image may take",
                   [&](auto& n) { settings.startTimeout = seconds(n); }});
   readBlackBox(config, std::move(keys));
+  const auto& command = settings.process.command;  // another script is another model
+  settings.identity =
+      blackBoxIdentity(spec, config, {command.begin(), command.end()}, {"timeout", "start_timeout"});
   return settings;
 }
 
@@ -104,17 +108,14 @@ class PassingFile {
 class ProcessLabeler final : public Labeler {
  public:
   explicit ProcessLabeler(const ModelSpec& spec)
-      : source_("model " + spec.name), settings_(readSettings(spec)), book_(wordBook(spec)) {
-    std::vector<fs::path> files(settings_.process.command.begin(), settings_.process.command.end());
-    identity_ = blackBoxIdentity(spec, files);  // another script is another model
-  }
+      : source_("model " + spec.name), settings_(readSettings(spec)), book_(wordBook(spec)) {}
 
   const Vocabulary& vocabulary() const override { return book_.vocabulary(); }
   bool discovers() const override { return book_.discovers(); }
   LexicalDescriptor adopt(std::span<const Word> words) override {
     return describe(book_, {words.begin(), words.end()}, 0, source_);
   }
-  std::string identity() const override { return identity_; }
+  std::string identity() const override { return settings_.identity; }
 
   /// The picture as PNG: whole, and quickly packed.
   Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override {
@@ -183,7 +184,6 @@ class ProcessLabeler final : public Labeler {
 
   std::string source_;
   Settings settings_;
-  std::string identity_;
   io::WordBook book_;
   PrivateFolder folder_;
   std::size_t number_ = 0;

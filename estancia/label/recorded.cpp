@@ -66,7 +66,7 @@ std::unique_ptr<Labeler> openRecorded(const ModelSpec& spec) {
   if (!spec.labels.empty()) options.labels = modelFile(spec, spec.labels);
   if (!frames.empty()) options.frames = modelFile(spec, frames);
   Recording recording = readRecording(modelFile(spec, file), options);
-  recording.model = blackBoxIdentity(spec, {file, frames});
+  recording.model = blackBoxIdentity(spec, config, {file, frames});
   return std::make_unique<RecordedLabeler>(std::move(recording));
 }
 

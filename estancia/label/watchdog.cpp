@@ -20,6 +20,14 @@ std::uint64_t bytesReceived(int socket) {
   return getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) == 0 ? info.tcpi_bytes_received : 0;
 }
 
+/// At once and for good: after a mere shutdown() Linux goes on to deliver what the other side sends.
+void cut(int socket) {
+  ::shutdown(socket, SHUT_RDWR);
+  sockaddr nobody{};
+  nobody.sa_family = AF_UNSPEC;
+  ::connect(socket, &nobody, sizeof(nobody));
+}
+
 }  // namespace
 
 Watchdog::Watchdog() : thread_([this] { run(); }) {}
@@ -74,7 +82,7 @@ void Watchdog::run() {
     if (verdict_ == Verdict::fine && socket_ >= 0 && bytesReceived(socket_) > bytesBefore_ + mostBytes_)
       verdict_ = Verdict::tooMuch;
     // Again and again: it may be about to try another address.
-    if (verdict_ != Verdict::fine && socket_ >= 0) ::shutdown(socket_, SHUT_RDWR);
+    if (verdict_ != Verdict::fine && socket_ >= 0) cut(socket_);
     const auto next = Clock::now() + betweenLooks;
     changed_.wait_until(lock, verdict_ == Verdict::fine ? std::min(next, *deadline_) : next);
   }

@@ -10,7 +10,7 @@
 
 namespace estancia {
 
-/// Shuts a TCP connection down when a request takes too long or brings too much. Libraries' own timeouts
+/// Cuts a TCP connection when a request takes too long or brings too much. Libraries' own timeouts
 /// begin anew with every byte, and they keep every header that comes, so a server that dribbles, or one that
 /// never ends, would hold us for ever. All functions may be called from any thread.
 class Watchdog {

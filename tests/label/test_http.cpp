@@ -251,6 +251,8 @@ TEST_F(HttpLabeler, NeverShowsASecret) {
   EXPECT_THAT(identity, Not(HasSubstr("s3cr3t")));
   setenv("ESTANCIA_TEST_KEY", "other", 1);
   EXPECT_EQ(open(headers)->identity(), identity) << "another key is the same model";
+  EXPECT_EQ(open(headers + "\nrate = 7 # a second\ntimeout = 5")->identity(), identity) << "nothing is lost";
+  EXPECT_NE(open(headers + "\nbest = 5")->identity(), identity);
   setenv("ESTANCIA_TEST_KEY", "a\r\nX-Injected: b", 1);
   EXPECT_THAT(refusal(headers), AllOf(HasSubstr("control character"), Not(HasSubstr("Injected"))));
   unsetenv("ESTANCIA_TEST_KEY");

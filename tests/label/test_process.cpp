@@ -240,7 +240,7 @@ TEST_F(ProcessLabeler, NeverAnswers) {
               AllOf(HasSubstr("gave no answer within 0.05 s and was killed"), Not(HasSubstr("twice"))));
   EXPECT_THAT(refusal("exec <&-; exec sleep 1000\n", "start_timeout = 0.05"), HasSubstr("no answer"))
       << "a closed stdin must not raise SIGPIPE";
-  EXPECT_THAT(refusal("while :; do printf x; sleep 0.01; done\n", "start_timeout = 0.2"),
+  EXPECT_THAT(refusal("read -r image; while :; do printf x; sleep 0.01; done\n", "start_timeout = 0.2"),
               HasSubstr("no answer within 0.2 s"))
       << "dribbling is no answer";
 }
@@ -288,6 +288,8 @@ TEST_F(ProcessLabeler, InheritsAndLeavesNothing) {
 TEST_F(ProcessLabeler, IsAnotherModelWithAnotherScript) {
   const std::string identity = open(answering(R"({"cup": 1})"))->identity();
   EXPECT_EQ(open(answering(R"({"cup": 1})"))->identity(), identity);
+  EXPECT_EQ(open(answering(R"({"cup": 1})"), "timeout = 5 # seconds")->identity(), identity);
+  EXPECT_NE(open(answering(R"({"cup": 1})"), "best = 1")->identity(), identity);
   EXPECT_NE(open(answering(R"({"cup": 0.9})"))->identity(), identity);
 }
 
