@@ -1,0 +1,138 @@
+// Places and rooms on made-up pictures: a model that sees colours must beat one that sees nothing.
+#include "estancia/experiment/place_tasks.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "estancia/core/error.hpp"
+#include "estancia/experiment/experiment.hpp"
+#include "support/model_support.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::errorOf;
+using test::readFile;
+using test::writeFile;
+using testing::AllOf;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class PlaceTasks : public testing::Test {
+ protected:
+  void SetUp() override {
+    writeModel("sharp", "0.02");
+    writeModel("blind", "1e-9");
+    writePictures(scratch_ / "drive", 1);
+    writePictures(scratch_ / "again", 2);
+    std::string table = "number,kind,half\n";
+    for (int i = 0; i < 40; ++i)
+      table += std::to_string(i) + ",colour" + std::to_string(i / 10) + (i % 2 == 0 ? ",train\n" : ",test\n");
+    writeFile(scratch_ / "table.csv", table);
+  }
+
+  void writeModel(const std::string& name, const std::string& scale) {
+    test::writeSmallModel(scratch_ / name, "scale = " + scale);
+    std::string toml = readFile(scratch_ / name / "model.toml");
+    toml.replace(toml.find("small"), 5, name);
+    writeFile(scratch_ / name / "model.toml", toml);
+  }
+
+  /// Four rooms, each of its own colour, ten pictures each.
+  static void writePictures(const fs::path& folder, std::uint64_t seed) {
+    fs::create_directories(folder);
+    const std::vector<cv::Scalar> colours{{20, 20, 230}, {20, 230, 20}, {230, 20, 20}, {230, 230, 230}};
+    cv::RNG random(seed);
+    std::string rooms = "image,room\n";
+    for (int i = 0; i < 40; ++i) {
+      cv::Mat picture(48, 64, CV_8UC3, colours[static_cast<std::size_t>(i / 10)]),
+          noise(picture.size(), CV_8SC3);
+      random.fill(noise, cv::RNG::NORMAL, 0, 20);
+      cv::add(picture, noise, picture, {}, CV_8UC3);
+      const std::string name = (i < 10 ? "000" : "00") + std::to_string(i) + ".png";
+      cv::imwrite((folder / name).string(), picture);
+      rooms += name + ",room" + std::to_string(i / 10) + "\n";
+    }
+    writeFile(folder / "rooms.csv", rooms);
+  }
+
+  const std::string drive_ =
+      "[[drive]]\nname = \"four\"\npath = \"drive\"\n[drive.again]\npath = \"again\"\n";
+  const std::string rooms_ =
+      "[[rooms]]\nname = \"colours\"\npath = \"drive\"\ntable = \"table.csv\"\nimage_column = \"number\"\n"
+      "room_column = \"kind\"\nsplit_column = \"half\"\n";
+
+  Findings run(const std::string& text) {
+    writeFile(scratch_ / "tasks.toml", "type = \"places\"\n" + text);
+    return runExperiment(scratch_ / "tasks.toml",
+                         {scratch_ / "out", {scratch_ / "sharp", scratch_ / "blind"}, {"", 1}, nullptr},
+                         progress_);
+  }
+  std::string problem(const std::string& text) {
+    return errorOf([&] { run(text); });
+  }
+
+  test::ScratchFolder scratch_;
+  Progress progress_;
+};
+
+double valueOf(const Findings& findings, std::size_t section, const std::string& model,
+               const std::string& column) {
+  const auto& table = std::get<ResultTable>(findings.sections.at(section));
+  for (const auto& row : table.rows)
+    for (std::size_t c = 0; c < table.columns.size(); ++c)
+      if (row.name == model && table.columns[c].name == column) return row.values[c].value();
+  ADD_FAILURE() << "no " << column << " of " << model;
+  return -1;
+}
+
+TEST_F(PlaceTasks, TheModelThatSeesWins) {
+  const Findings found = run(drive_ + rooms_);
+  EXPECT_GT(valueOf(found, 0, "sharp", "V-measure"), 0.9);
+  EXPECT_GT(valueOf(found, 0, "sharp", "one image"), 0.95);
+  EXPECT_LT(valueOf(found, 0, "blind", "one image"), 0.8);
+  EXPECT_EQ(valueOf(found, 1, "sharp", "nearest neighbour"), 1);
+  EXPECT_EQ(valueOf(found, 1, "sharp", "halves exchanged"), 1);
+  EXPECT_LT(valueOf(found, 1, "blind", "nearest neighbour"), 0.8);
+  for (const auto& entry : fs::directory_iterator(scratch_ / "out"))
+    EXPECT_NE(entry.path().extension(), ".estancia") << "maps are made and gone";
+}
+
+TEST_F(PlaceTasks, AreTheSameAgainAndComputedOnce) {
+  run(drive_ + rooms_);
+  const std::string before = readFile(scratch_ / "out/results.csv");
+  run(drive_ + rooms_);
+  EXPECT_EQ(readFile(scratch_ / "out/results.csv"), before);
+  fs::remove_all(scratch_ / "out");
+  run(drive_ + rooms_);
+  EXPECT_EQ(readFile(scratch_ / "out/results.csv"), before);
+}
+
+TEST_F(PlaceTasks, OnlyTheNamedRoomsCount) {
+  const Findings found = run(rooms_ + "only = [\"colour0\", \"colour3\"]\n");
+  EXPECT_EQ(valueOf(found, 0, "sharp", "nearest neighbour"), 1);
+}
+
+TEST_F(PlaceTasks, SayWhatIsWrongAndWhere) {
+  EXPECT_THAT(problem(""), HasSubstr("[[drive]] or [[rooms]]"));
+  EXPECT_THAT(problem("[[drive]]\nname = \"x\"\npath = \"drive\"\n"), HasSubstr("`again` is missing"));
+  EXPECT_THAT(problem(drive_ + "truht = \"x\"\n"), HasSubstr("unknown key `truht`"));
+  EXPECT_THAT(problem("[[rooms]]\nname = \"x\"\npath = \"drive\"\ntable = \"table.csv\"\n"),
+              AllOf(HasSubstr("table.csv:1"), HasSubstr("`image`")));
+  EXPECT_THAT(problem(rooms_ + "train = \"practice\"\n"), HasSubstr("0 images to learn from"));
+  writeFile(scratch_ / "table.csv", "number,kind,half\n0,colour0\n");
+  EXPECT_THAT(problem(rooms_), HasSubstr("table.csv:2: 2 cells"));
+  EXPECT_THAT(problem("[[drive]]\nname = \"x\"\npath = \"nowhere\"\n[drive.again]\nturn = 3\n"),
+              HasSubstr("nowhere"));
+  EXPECT_THAT(
+      problem("[[drive]]\nname = \"x\"\npath = \"nowhere\"\noptional = true\n[drive.again]\nturn = 3\n"),
+      HasSubstr("none of the sequences is there"));
+}
+
+}  // namespace
+}  // namespace estancia
