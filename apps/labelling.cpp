@@ -57,7 +57,9 @@ void ModelArguments::addOptionsTo(CLI::App& command) {
 }
 
 std::unique_ptr<Labeler> ModelArguments::open() const {
-  return loadModel(model.empty() ? defaultModel : model, options);
+  LabelerOptions how = options;
+  how.onDemand = !noCache;
+  return loadModel(model.empty() ? defaultModel : model, how);
 }
 
 Labelling::Labelling(const SequenceArguments& frames, const ModelArguments& model, const Vocabulary* words)

@@ -35,6 +35,7 @@ struct Outcome {
   std::vector<Word> words;
   std::string problem;  ///< of this image
   std::string failure;  ///< of the service: the work cannot go on
+  bool answered = false;
 };
 
 /// Retry-After: seconds, or a date (RFC 9110, 10.2.3).
@@ -97,15 +98,20 @@ class HttpLabeler final : public Labeler {
 
   std::vector<LabelResult> inferBatch(std::span<const Prepared> batch) override {
     auto outcomes = askAll(batch);
-    for (const Outcome& outcome : outcomes)
-      if (!outcome.failure.empty()) throw Error(outcome.failure);
+    std::string failure;
     std::vector<LabelResult> results;
     for (Outcome& outcome : outcomes) try {  // in order: who discovers a word first is no race
+        if (!outcome.failure.empty() && failure.empty()) failure = outcome.failure;
         if (!outcome.problem.empty()) throw FrameError(outcome.problem);
+        if (!outcome.answered) {
+          results.emplace_back();
+          continue;
+        }
         results.push_back({describe(book_, std::move(outcome.words), settings_.answer.best, source_), ""});
       } catch (const FrameError& e) {
         results.push_back({{}, e.what()});
       }
+    if (!failure.empty()) throw BatchError(failure, std::move(results));  // what was paid for is kept
     return results;
   }
 
@@ -171,7 +177,7 @@ class HttpLabeler final : public Labeler {
   Outcome read(const HttpReply& reply) const {
     io::Answer answer = io::readAnswer(reply.body, settings_.answer.format, source_);
     if (!answer.error.empty()) return {{}, message(answer.error), {}};
-    return {std::move(answer.words), {}, {}};
+    return {std::move(answer.words), {}, {}, true};
   }
 
   static bool mayPass(const HttpReply& reply) {

@@ -184,9 +184,7 @@ class LabelStream::Inference {
       : labeler_(labeler), parts_(partsOf(labeler)), options_(options) {
     for (Labeler* part : parts_) {
       keys_.push_back(part->cacheKey());
-      batch_ = std::max(batch_, part->batchSize());
     }
-    batch_ = std::min(batch_, std::max<std::size_t>(options.ahead, 1));
   }
 
   std::optional<LabelledFrame> next(Reader& reader) {
@@ -208,10 +206,12 @@ class LabelStream::Inference {
     std::vector<Waiting> frames;
     std::size_t toInfer = 0;
     try {
-      while (toInfer < batch_ && frames.size() < options_.ahead) {
+      while (toInfer < batch_ && frames.size() < std::max<std::size_t>(options_.ahead, 1)) {
         auto waiting = reader.take();
         if (!waiting) break;
-        if (needsInference(*waiting)) ++toInfer;
+        // Only now: a labeler may open its network when first asked.
+        if (needsInference(*waiting) && ++toInfer == 1)
+          for (Labeler* part : parts_) batch_ = std::max(batch_, part->batchSize());
         frames.push_back(std::move(*waiting));
         if (toInfer == 0) break;
       }
@@ -257,16 +257,23 @@ class LabelStream::Inference {
       asked.push_back(f);
     }
     if (batch.empty()) return;
-    std::vector<LabelResult> results = part.inferBatch(batch);
-    for (std::size_t b = 0; b < results.size(); ++b) {
-      Waiting& waiting = frames[asked[b]];
-      if (!results[b].problem.empty()) {
-        waiting.frame.problem = results[b].problem;
-        continue;
+    const auto remember = [&](const std::vector<LabelResult>& results) {
+      for (std::size_t b = 0; b < results.size(); ++b)
+        if (const Waiting& waiting = frames[asked[b]]; options_.cache != nullptr &&
+                                                       !results[b].descriptor.empty() &&
+                                                       !waiting.fingerprint.empty() && part.needsImage())
+          options_.cache->put(keys_[p], waiting.fingerprint, packWords(results[b].descriptor, part));
+    };
+    try {
+      std::vector<LabelResult> results = part.inferBatch(batch);
+      remember(results);
+      for (std::size_t b = 0; b < results.size(); ++b) {
+        frames[asked[b]].frame.problem = std::move(results[b].problem);
+        answers[asked[b]][p] = std::move(results[b].descriptor);
       }
-      if (options_.cache != nullptr && !waiting.fingerprint.empty() && part.needsImage())
-        options_.cache->put(keys_[p], waiting.fingerprint, packWords(results[b].descriptor, part));
-      answers[asked[b]][p] = std::move(results[b].descriptor);
+    } catch (const BatchError& e) {  // what was paid for is kept
+      remember(e.results);
+      throw;
     }
   }
 

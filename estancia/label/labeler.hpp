@@ -5,6 +5,7 @@
 #include <opencv2/core/mat.hpp>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
@@ -31,6 +32,15 @@ struct LabelResult {
 class FrameError : public Error {
  public:
   using Error::Error;
+};
+
+/// Thrown by inferBatch() when the work must end, with what is known by then: the answers of the batch, in
+/// order, where frames without one have neither descriptor nor problem.
+class BatchError : public Error {
+ public:
+  BatchError(const std::string& what, std::vector<LabelResult> known)
+      : Error(what), results(std::move(known)) {}
+  std::vector<LabelResult> results;
 };
 
 /// Anything that gives an image's labels with probabilities (thesis 1.6): a CNN, several, a service, a

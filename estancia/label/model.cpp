@@ -19,6 +19,7 @@
 #include "estancia/label/http.hpp"
 #include "estancia/label/human.hpp"
 #include "estancia/label/network_file.hpp"
+#include "estancia/label/on_demand.hpp"
 #include "estancia/label/onnxruntime_engine.hpp"
 #include "estancia/label/onnxruntime_library.hpp"
 #include "estancia/label/opencv_engine.hpp"
@@ -37,9 +38,14 @@ std::unique_ptr<Labeler> openNetwork(const ModelSpec& spec, const LabelerOptions
   if (spec.type != "network" && spec.type != engine)
     throw Error(fmt::format("model {} is made for the engine {}, not {}; leave out --engine", spec.name,
                             spec.type, engine));
-  if (engine == "onnxruntime") return openWithOnnxruntime(spec, options.threads);
-  if (engine == "opencv") return openWithOpencv(spec, options.threads);
-  throw Error(fmt::format("unknown engine \"{}\"; at hand are {}", engine, fmt::join(engines(), ", ")));
+  const bool onnxruntime = engine == "onnxruntime";
+  if (!onnxruntime && engine != "opencv")
+    throw Error(fmt::format("unknown engine \"{}\"; at hand are {}", engine, fmt::join(engines(), ", ")));
+  const auto open = [=, threads = options.threads] {
+    return onnxruntime ? openWithOnnxruntime(spec, threads) : openWithOpencv(spec, threads);
+  };
+  if (!options.onDemand) return open();
+  return std::make_unique<OnDemandNetwork>(spec, onnxruntime ? onnxruntimeVersion() : opencvVersion(), open);
 }
 
 /// Labelers that are no networks have no engine to choose.

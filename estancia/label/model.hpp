@@ -29,6 +29,8 @@ struct LabelerOptions {
   std::string engine;
   /// Threads of a network; 0 takes as many as there are free cores (core/cores.hpp).
   int threads = 0;
+  /// Open a network at its first frame only, when labels may all be remembered (LabelCache).
+  bool onDemand = false;
 };
 
 /// Opens a model by name or folder, as its `type` says; "A+B+…" opens several as an ensemble (ensemble.hpp).

@@ -4,16 +4,18 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "estancia/core/error.hpp"
 #include "estancia/label/preprocess.hpp"
 
 namespace estancia {
 
-NetworkLabeler::NetworkLabeler(const ModelSpec& spec)
+NetworkLabeler::NetworkLabeler(const ModelSpec& spec, std::string engine)
     : spec_(spec),
       vocabulary_(Vocabulary::fromFile(modelFile(spec, spec.labels))),
       identity_(fmt::format("{} {}", spec.name, modelDigest(spec))),
+      engine_(std::move(engine)),
       scores_(spec, vocabulary_.size()) {}
 
 Prepared NetworkLabeler::prepare(const cv::Mat& bgr, const std::string& frame) const {

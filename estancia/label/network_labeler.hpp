@@ -15,10 +15,12 @@ class NetworkLabeler : public Labeler {
  public:
   const Vocabulary& vocabulary() const override { return vocabulary_; }
   std::string identity() const override { return identity_; }
+  std::string cacheKey() const override { return identity_ + " " + engine_; }
   Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override;
 
  protected:
-  explicit NetworkLabeler(const ModelSpec& spec);
+  /// `engine`: its name and version.
+  NetworkLabeler(const ModelSpec& spec, std::string engine);
 
   const ModelSpec& spec() const { return spec_; }
 
@@ -36,7 +38,7 @@ class NetworkLabeler : public Labeler {
  private:
   ModelSpec spec_;
   Vocabulary vocabulary_;
-  std::string identity_;
+  std::string identity_, engine_;
   Scores scores_;
 };
 

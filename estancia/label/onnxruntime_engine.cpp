@@ -124,10 +124,6 @@ class OnnxruntimeEngine final : public NetworkLabeler {
   OnnxruntimeEngine(const ModelSpec& spec, int threads)
       : OnnxruntimeEngine(spec, threads, readAsOnnx(spec)) {}
 
-  std::string cacheKey() const override {
-    return fmt::format("{} onnxruntime {}", identity(), onnxruntime::library().version);
-  }
-
   LexicalDescriptor infer(const Prepared& prepared) override { return infer(together_, prepared); }
 
   std::vector<LabelResult> inferBatch(std::span<const Prepared> batch) override {
@@ -148,7 +144,7 @@ class OnnxruntimeEngine final : public NetworkLabeler {
 
  private:
   OnnxruntimeEngine(const ModelSpec& spec, int threads, const std::string& onnx)
-      : NetworkLabeler(spec),
+      : NetworkLabeler(spec, onnxruntimeVersion()),
         threads_(threads > 0 ? threads : freeCores()),
         onnxHash_(std::hash<std::string_view>{}(onnx)),
         together_(spec, onnx, threads_),
@@ -214,6 +210,10 @@ class OnnxruntimeEngine final : public NetworkLabeler {
 
 }  // namespace
 
+std::string onnxruntimeVersion() {
+  return "onnxruntime " + onnxruntime::library().version;
+}
+
 std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec& spec, int threads) {
   const auto& library = onnxruntime::library();
   if (library.api == nullptr) throw Error(library.problem);
@@ -229,6 +229,10 @@ std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec& spec, int threads)
 #else
 
 namespace estancia {
+
+std::string onnxruntimeVersion() {
+  return "no onnxruntime";
+}
 
 std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec&, int) {
   throw Error(onnxruntime::library().problem);

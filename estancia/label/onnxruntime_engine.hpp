@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "estancia/label/labeler.hpp"
 #include "estancia/label/model_spec.hpp"
@@ -15,5 +16,8 @@ namespace estancia {
 /// to the bit whatever the threads and batches. Throws Error when ONNX Runtime is not at hand, and on all
 /// that openWithOpencv() refuses.
 std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec& spec, int threads = 0);
+
+/// Its name and version, which a cache tells answers apart by.
+std::string onnxruntimeVersion();
 
 }  // namespace estancia

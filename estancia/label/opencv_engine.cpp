@@ -74,14 +74,13 @@ cv::dnn::Net readNetwork(const ModelSpec& spec) {
 
 class OpencvEngine final : public NetworkLabeler {
  public:
-  explicit OpencvEngine(const ModelSpec& spec) : NetworkLabeler(spec), network_(readNetwork(spec)) {
+  explicit OpencvEngine(const ModelSpec& spec)
+      : NetworkLabeler(spec, opencvVersion()), network_(readNetwork(spec)) {
     network_.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
     network_.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
     output_ = chooseOutput(network_.getUnconnectedOutLayersNames());
     tryOut();
   }
-
-  std::string cacheKey() const override { return identity() + " opencv " CV_VERSION; }
 
   LexicalDescriptor infer(const Prepared& prepared) override {
     cv::Mat result;
@@ -103,6 +102,10 @@ class OpencvEngine final : public NetworkLabeler {
 };
 
 }  // namespace
+
+std::string opencvVersion() {
+  return "opencv " CV_VERSION;
+}
 
 std::unique_ptr<Labeler> openWithOpencv(const ModelSpec& spec, int threads) {
   cv::setNumThreads(threads > 0 ? threads : freeCores());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "estancia/label/labeler.hpp"
 #include "estancia/label/model_spec.hpp"
@@ -15,5 +16,8 @@ namespace estancia {
 /// operators (named), an input of another size, and outputs that are not as many as labels, not finite or not
 /// probabilities.
 std::unique_ptr<Labeler> openWithOpencv(const ModelSpec& spec, int threads = 0);
+
+/// Its name and version, which a cache tells answers apart by.
+std::string opencvVersion();
 
 }  // namespace estancia
