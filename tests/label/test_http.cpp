@@ -379,6 +379,29 @@ TEST_F(HttpLabeler, OneFailureEndsTheBatch) {
   EXPECT_THAT(errorOf([&] { labelAll(*labeler, {0, 50, 100, 150}); }), HasSubstr("HTTP 403"));
 }
 
+TEST_F(HttpLabeler, KeepsWhatWasAnsweredBesideAFailure) {
+  service_.handle = [](const auto& request, auto& response) {
+    if (valueOf(request) == 100)
+      answer(response, "no", 403);
+    else
+      answer(response, R"({"labels": {"cup": 1}})");
+  };
+  const auto labeler = open("parallel = 1");
+  std::vector<Prepared> batch;
+  for (const int value : {0, 50, 100, 150}) batch.push_back(labeler->prepare(grey(value)));
+  try {
+    labeler->inferBatch(batch);
+    FAIL() << "a refused key must end the work";
+  } catch (const BatchError& e) {
+    EXPECT_THAT(e.what(), HasSubstr("HTTP 403"));
+    ASSERT_EQ(e.results.size(), 4U);
+    EXPECT_FALSE(e.results[0].descriptor.empty());
+    EXPECT_FALSE(e.results[1].descriptor.empty());
+    EXPECT_TRUE(e.results[2].descriptor.empty() && e.results[2].problem.empty());
+    EXPECT_TRUE(e.results[3].descriptor.empty()) << "not asked any more";
+  }
+}
+
 TEST_F(HttpLabeler, RefusesNonsense) {
   const std::pair<std::string, std::string> cases[] = {
       {"<html>Hello</html>", "not JSON: \"<html>Hello</html>\""},
