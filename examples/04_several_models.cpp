@@ -1,0 +1,27 @@
+// Two networks in conjunction, and nothing labelled twice: images → a label file that every command takes.
+//   04_several_models IMAGES OUTPUT.labels [MODEL+MODEL…]
+#include <estancia/io/recording.hpp>
+#include <estancia/io/sequence.hpp>
+#include <estancia/label/label_cache.hpp>
+#include <estancia/label/model.hpp>
+#include <estancia/label/record.hpp>
+
+#include <cstdio>
+#include <exception>
+
+int main(int argc, char** argv) try {
+  if (argc < 3) return std::fputs("usage: 04_several_models IMAGES OUTPUT.labels [MODEL+MODEL]\n", stderr), 2;
+  const auto images = estancia::openSequence(argv[1]);
+  const auto labeler = estancia::loadModel(argc > 3 ? argv[3] : "inception-v3+coco-ssd");
+
+  estancia::LabelCache cache;  // what an earlier run has labelled is read here
+  estancia::LabelStreamOptions options;
+  options.cache = &cache;
+  const estancia::Recording words = estancia::record(*images, *labeler, options);
+
+  for (const estancia::LabelPart& part : words.vocabulary.layout().parts)
+    std::printf("%zu words that weigh %.1f\n", part.size, static_cast<double>(part.weight));
+  estancia::writeRecording(words, argv[2]);
+} catch (const std::exception& e) {
+  return std::fprintf(stderr, "error: %s\n", e.what()), 2;
+}
