@@ -79,7 +79,10 @@ class LabelStream::Reader {
   /// frame's problem.
   std::optional<Waiting> take() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return ready_.contains(nextToGive_) || failed_ || atEnd(); });
+    // Frames before the one that failed are in other threads' hands and will come.
+    changed_.wait(lock, [this] {
+      return ready_.contains(nextToGive_) || (failed_ && nextToGive_ >= failedAt_) || atEnd();
+    });
     const auto found = ready_.find(nextToGive_);
     if (found == ready_.end()) {
       if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));

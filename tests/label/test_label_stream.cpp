@@ -118,6 +118,22 @@ TEST(LabelStream, PassesOnWhatIsNoMatterOfOneFrame) {
   EXPECT_FALSE(stream.next());
 }
 
+TEST(LabelStream, GivesAllFramesBeforeTheOneThatFailsWhicheverThreadIsQuicker) {
+  for (int round = 0; round < 50; ++round) {
+    Frames frames(12);
+    frames.outOfMemoryAt = 7;
+    PixelLabeler labeler;
+    LabelStream stream(frames, labeler, {.ahead = 12, .readers = 4});
+    for (std::size_t i = 0; i < 7; ++i) {
+      const auto frame = stream.next();
+      ASSERT_TRUE(frame);
+      EXPECT_EQ(frame->index, i);
+    }
+    EXPECT_THROW(stream.next(), std::bad_alloc);
+    EXPECT_FALSE(stream.next());
+  }
+}
+
 TEST(LabelStream, PassesOnWhatInferenceThrows) {
   const Frames frames(100);
   PixelLabeler labeler;
