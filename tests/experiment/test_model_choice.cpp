@@ -248,5 +248,17 @@ TEST_F(ModelChoice, FewerImagesThanClustersAreNoError) {
   EXPECT_EQ(table(findings, 0).columns[1].name, "mean rank") << "90 clusters of 40 images cannot be shown";
 }
 
+TEST_F(ModelChoice, AModelThatAlwaysSaysTheSameDoesNotWin) {
+  writeFile(scratch / "blind/box.py",
+            "import sys, json\n"
+            "for line in sys.stdin:\n"
+            "    print(json.dumps({'image': line.strip(), 'labels': {'a': 0.7, 'b': 0.3}}), flush=True)\n");
+  writeFile(scratch / "blind/model.toml",
+            "name = \"blind\"\ntype = \"process\"\ncommand = [\"python3\", \"box.py\"]\n");
+  const Findings findings = run(config());
+  const auto& rows = table(findings, 0).rows;
+  EXPECT_EQ(rows.front().name, "sharp");
+}
+
 }  // namespace
 }  // namespace estancia

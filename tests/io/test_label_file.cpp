@@ -101,6 +101,10 @@ TEST(Recording, IsPutInOtherWords) {
   const Recording other = inWordsOf(Vocabulary({"kitchen", "dog", "cup"}), sample());
   EXPECT_THAT(other.descriptors.row(0), ElementsAre(1, 0, 0.1F));
   EXPECT_EQ(other.frames.size(), 2U);
+  Recording cranes{Vocabulary({"cup", "crane", "crane"}), "m", {{"a", {}, {}, ""}}, DescriptorMatrix(3)};
+  cranes.descriptors.append(LexicalDescriptor{0.1F, 0.7F, 0.2F});
+  EXPECT_THAT(inWordsOf(Vocabulary({"crane", "cup", "crane"}), cranes).descriptors.row(0),
+              ElementsAre(0.7F, 0.1F, 0.2F));
 }
 
 }  // namespace

@@ -227,7 +227,8 @@ TEST_F(EnsembleFile, IsNotNeededForEqualPartners) {
 }
 
 TEST_F(EnsembleFile, NamesTheLineThatIsWrong) {
-  EXPECT_THAT(refusal("members = [\"pair\"]"), AllOf(HasSubstr("model.toml:3"), HasSubstr("itself")));
+  EXPECT_THAT(refusal("members = [\"pair\"]"),
+              AllOf(HasSubstr("model.toml:3"), HasSubstr("the member pair is an ensemble")));
   EXPECT_THAT(refusal("members = [{model = \"small\", weight = -1}]"),
               AllOf(HasSubstr("model.toml:3"), HasSubstr("`weight`")));
   EXPECT_THAT(refusal("members = [{weight = 1}]"), HasSubstr("`model` is missing"));
@@ -235,6 +236,24 @@ TEST_F(EnsembleFile, NamesTheLineThatIsWrong) {
               AllOf(HasSubstr("model.toml:4"), HasSubstr("\"probabilities\"")));
   EXPECT_THAT(refusal("members = [\"small\"]\nfile = \"x\""), HasSubstr("unknown key `file`"));
   EXPECT_THAT(refusal(""), HasSubstr("`members`"));
+}
+
+TEST_F(EnsembleFile, ThatNameEachOtherAreRefusedAtOnce) {
+  write("members = [\"other\"]");
+  test::writeFile(scratch_ / "models/other/model.toml",
+                  "name = \"other\"\ntype = \"ensemble\"\nmembers = [\"pair\"]\n");
+  EXPECT_THAT(test::errorOf([] { loadModel("pair"); }), HasSubstr("the member other is an ensemble"));
+}
+
+TEST(Ensemble, NoTemperatureMakesWordsVanish) {
+  for (const float temperature : {0.01F, 0.5F, 100.0F}) {
+    Ensemble one("one", list(member({"a", "b", "c"}, {0.02F, 0.01F, -1e-6F}, 1, temperature)),
+                 Fusion::distances);
+    const auto p = one.label(image);
+    EXPECT_NEAR(p[0] + p[1] + p[2], 0.03, 1e-6) << "the sum it had, at T = " << temperature;
+    EXPECT_GE(p[0], p[1]);
+    EXPECT_GE(p[2], 0) << "rounding below 0 is no number to take roots of";
+  }
 }
 
 }  // namespace

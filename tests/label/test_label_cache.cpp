@@ -158,6 +158,27 @@ TEST_F(Cache, SeveralWritersDoNotMixTheirRecords) {
     }
 }
 
+TEST_F(Cache, GoesOnWhenAnotherProcessClearsIt) {
+  LabelCache writer(folder_, 1 << 20), other(folder_, 1 << 20);
+  writer.put("net", "cat", "meow");
+  other.clear();
+  writer.put("net", "dog", "woof");
+  EXPECT_EQ(LabelCache(folder_, 1 << 20).find("net", "dog"), "woof");
+  EXPECT_FALSE(LabelCache(folder_, 1 << 20).find("net", "cat"));
+  EXPECT_EQ(writer.problem(), "");
+}
+
+TEST_F(Cache, AFileThatIsJustBeingMadeIsNotThrownAway) {
+  { LabelCache(folder_, 1 << 20).put("net", "cat", "meow"); }
+  const fs::path file = onlyFile(folder_);
+  test::writeFile(file, "");  // as between its creation and its first bytes
+  LabelCache cache(folder_, 1 << 20);
+  EXPECT_FALSE(cache.find("net", "cat"));
+  EXPECT_TRUE(fs::exists(file));
+  cache.put("net", "cat", "meow");
+  EXPECT_EQ(LabelCache(folder_, 1 << 20).find("net", "cat"), "meow");
+}
+
 TEST_F(Cache, ThatCannotBeWrittenSaysSoOnceAndGoesOn) {
   test::writeFile(scratch_ / "file", "in the way");
   LabelCache cache(scratch_ / "file/labels", 1 << 20);

@@ -10,6 +10,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/label/label_stream.hpp"
 #include "support/model_support.hpp"
+#include "support/support.hpp"
 
 namespace estancia {
 namespace {
@@ -132,6 +133,58 @@ TEST(LabelStream, GivesAllFramesBeforeTheOneThatFailsWhicheverThreadIsQuicker) {
     EXPECT_THROW(stream.next(), std::bad_alloc);
     EXPECT_FALSE(stream.next());
   }
+}
+
+/// Refuses one frame, likes batches of four.
+class Refusing final : public Labeler {
+ public:
+  const Vocabulary& vocabulary() const override { return vocabulary_; }
+  std::string identity() const override { return "refusing"; }
+  Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override { return {bgr, frame, {}}; }
+  LexicalDescriptor infer(const Prepared& prepared) override {
+    ++asked;
+    const int value = prepared.input.at<cv::Vec3b>(0, 0)[0];
+    if (value == 2) throw FrameError("frame 2 is refused");
+    if (value == endsAt) throw Error("no more money");
+    return {0.5F};
+  }
+  std::size_t batchSize() const override { return 4; }
+  int asked = 0, endsAt = -1;
+
+ private:
+  Vocabulary vocabulary_{{"bright"}};
+};
+
+TEST(LabelStream, StrictEndsAtARefusedFrameWithoutPayingForMore) {
+  Frames frames(20);
+  Refusing labeler;
+  LabelStream stream(frames, labeler, {.strict = true});
+  EXPECT_EQ(stream.next()->index, 0U);
+  EXPECT_EQ(stream.next()->index, 1U);
+  EXPECT_THAT(errorOf([&] { stream.next(); }), testing::HasSubstr("frame 2 is refused"));
+  EXPECT_FALSE(stream.next());
+  EXPECT_EQ(labeler.asked, 4) << "one batch";
+}
+
+TEST(LabelStream, KeepsWhatWasPaidForWhenTheWorkMustEnd) {
+  const test::ScratchFolder scratch;
+  LabelCache cache(scratch.path(), 1 << 20);
+  Frames frames(8);
+  Refusing labeler;
+  labeler.endsAt = 7;
+  LabelStream stream(frames, labeler, {.cache = &cache});
+  EXPECT_THAT(errorOf([&] {
+                while (stream.next()) {
+                }
+              }),
+              testing::HasSubstr("no more money"));
+  labeler.endsAt = -1;
+  labeler.asked = 0;
+  LabelStream again(frames, labeler, {.cache = &cache});
+  std::size_t labelled = 0;
+  while (const auto frame = again.next()) labelled += frame->labelled() ? 1 : 0;
+  EXPECT_EQ(labelled, 7U);
+  EXPECT_EQ(labeler.asked, 2) << "the refused one and the last one";
 }
 
 TEST(LabelStream, PassesOnWhatInferenceThrows) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "estancia/core/digest.hpp"
 #include "estancia/label/model.hpp"
 #include "label/tfjs_builder.hpp"
 #include "support/model_support.hpp"
@@ -243,6 +244,21 @@ TEST_F(ModelHome, ListsABrokenModelWithItsProblem) {
   EXPECT_FALSE(models[0].spec);
   EXPECT_THAT(models[0].problem, HasSubstr("model.toml:1"));
   EXPECT_THAT(errorOf([] { checkModel("broken"); }), HasSubstr("`name`"));
+}
+
+TEST_F(ModelHome, TellsApartWhichFilePlaysWhichPart) {
+  test::writeSmallModel(scratch_ / "given");
+  const std::string toml = test::readFile(scratch_ / "given/model.toml");
+  fs::copy_file(scratch_ / "given/labels.txt", scratch_ / "given/other.txt");
+  const std::string both = toml + "[sha256]\n\"labels.txt\" = \"" +
+                           sha256OfFile(scratch_ / "given/labels.txt") + "\"\n\"other.txt\" = \"" +
+                           sha256OfFile(scratch_ / "given/other.txt") + "\"\n";
+  test::writeFile(scratch_ / "given/model.toml", both);
+  const std::string before = modelDigest(readModelSpec(scratch_ / "given"));
+  std::string changed = both;
+  changed.replace(changed.find("labels = \"labels.txt\""), 21, "labels = \"other.txt\"");
+  test::writeFile(scratch_ / "given/model.toml", changed);
+  EXPECT_NE(modelDigest(readModelSpec(scratch_ / "given")), before) << "the same files, in other parts";
 }
 
 TEST_F(ModelHome, ListsTheKnownTypesForAnUnknownOne) {
