@@ -1,5 +1,6 @@
 // estancia label: images → words, kept in a file that the other commands take instead of the images.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <filesystem>
 
@@ -10,6 +11,8 @@
 namespace estancia::apps {
 namespace {
 
+namespace fs = std::filesystem;
+
 struct Arguments {
   SequenceArguments sequence;
   ModelArguments model;
@@ -18,9 +21,13 @@ struct Arguments {
 };
 
 void run(const Arguments& arguments) {
-  if (std::filesystem::exists(arguments.output) && !arguments.overwrite)
-    throw Error(fmt::format("{} exists; replace it with --overwrite", arguments.output));
   requireRecordingName(arguments.output);
+  for (const auto& file : filesOfRecording(arguments.output))
+    if (fs::exists(file) && !arguments.overwrite)
+      throw Error(fmt::format("{} exists; replace it with --overwrite", file.string()));
+  const fs::path folder = fs::path(arguments.output).parent_path();
+  if (!folder.empty() && !fs::is_directory(folder))
+    throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
   Labelling labelling(arguments.sequence, arguments.model);
   Recording recording{
       labelling.vocabulary(), labelling.identity(), {}, DescriptorMatrix(labelling.vocabulary().size())};
@@ -36,6 +43,11 @@ void run(const Arguments& arguments) {
     throw Interrupted(fmt::format("{}; their labels are kept in the cache: run it again to go on", e.what()));
   }
   writeRecording(recording, arguments.output);
+  if (recording.vocabulary.layout().parts.size() > 1 && !arguments.output.ends_with(".labels"))
+    spdlog::warn(
+        "{} holds the words of several models side by side, but not which are whose; maps are better made of "
+        "a .labels file",
+        arguments.output);
   if (arguments.json)
     print({{"labels", arguments.output},
            {"frames", recording.frames.size()},

@@ -20,14 +20,17 @@ class Recorder {
     progress_->begin("labelling", sequence_.size());
     Recording recording = record(sequence_, labeler, options_, [this](const LabelledFrame& frame) {
       if (!frame.labelled()) spdlog::warn("skipped: {}", frame.problem);
+      if (frame.remembered) ++remembered;
       progress_->advance();
       if (interrupted())
-        throw Interrupted(fmt::format("stopped after {} of {} frames; their labels are kept in the cache",
-                                      frame.index + 1, sequence_.size()));
+        throw Interrupted(
+            fmt::format("stopped after {} of {} frames{}", frame.index + 1, sequence_.size(),
+                        options_.cache != nullptr ? "; their labels are kept in the cache" : ""));
     });
     progress_->end();
     return recording;
   }
+  std::size_t remembered = 0;
 
  private:
   const Sequence& sequence_;
@@ -70,12 +73,15 @@ Labelling::Labelling(const SequenceArguments& frames, const ModelArguments& mode
     if (!model.model.empty())
       throw Error(fmt::format("{} holds words already; leave out --model", frames.path));
     Recording recording = readRecording(frames.path);
+    if (words != nullptr && !(recording.vocabulary == *words)) recording = inWordsOf(*words, recording);
     labeler_ = std::make_unique<RecordedLabeler>(std::move(recording));
     return;
   }
   labeler_ = model.open();
   if (!labeler_->discovers()) return;
-  Recording recording = Recorder(*sequence_, {.strict = strict_, .cache = cache_.get()}).run(*labeler_);
+  Recorder recorder(*sequence_, {.strict = strict_, .cache = cache_.get()});
+  Recording recording = recorder.run(*labeler_);
+  remembered_ = recorder.remembered;
   if (words != nullptr) recording = inWordsOf(*words, recording);
   labeler_ = std::make_unique<RecordedLabeler>(std::move(recording));
 }
@@ -90,6 +96,7 @@ std::size_t Labelling::forEach(std::size_t first, const std::string& what,
     if (frame->labelled()) {
       use(*frame);
       ++used;
+      if (frame->remembered) ++remembered_;
     } else {
       ++skipped;
       spdlog::warn("skipped: {}", frame->problem);
@@ -99,7 +106,6 @@ std::size_t Labelling::forEach(std::size_t first, const std::string& what,
       throw Interrupted(fmt::format("stopped after {} of {} frames", frame->index + 1, sequence_->size()));
   }
   progress->end();
-  remembered_ = stream.remembered();
   if (cache_ && !cache_->problem().empty()) spdlog::warn("{}", cache_->problem());
   if (used == 0 && first < sequence_->size())
     throw Error(

@@ -42,7 +42,7 @@ class Labelling {
   std::size_t forEach(std::size_t first, const std::string& what,
                       const std::function<void(const LabelledFrame&)>& use);
 
-  /// Of the last forEach(): frames whose words were in the cache.
+  /// Frames so far whose words were in the cache.
   std::size_t remembered() const { return remembered_; }
 
  private:

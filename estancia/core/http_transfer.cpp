@@ -111,6 +111,8 @@ class Transfer {
     const bool rest = status() == 206 && resume_;
     if (!rest && status() != 200) return refuse(fmt::format("answered {}", status()));
     if (rest && firstByte() != part_.size()) return refuse("sent another part of the file than asked for");
+    if (rest && version() != part_.version())
+      return refuse("sent the rest of another version of the file; run this again");
     curl_off_t announced = -1;
     curl_easy_getinfo(curl_.get(), CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &announced);
     if (announced >= 0) {

@@ -62,6 +62,11 @@ Vocabulary Vocabulary::fromFile(const std::filesystem::path& path) {
 
 void requireSameVocabulary(const Vocabulary& expected, const Vocabulary& actual, const std::string& context) {
   if (expected == actual) return;
+  if (expected.labels() == actual.labels())
+    throw Error(
+        fmt::format("{}: the same words, but of other models or with other weights; use the model that the "
+                    "map was made with",
+                    context));
   std::size_t i = 0;
   while (i < expected.size() && i < actual.size() && expected[i] == actual[i]) ++i;
   const auto labelAt = [i](const Vocabulary& v) { return i < v.size() ? v[i] : std::string("(none)"); };

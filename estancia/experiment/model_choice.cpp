@@ -24,7 +24,7 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int methodVersion = 1;  // of compute(): cells of another one are computed anew
+constexpr int methodVersion = 2;  // of compute(): cells of another one are computed anew
 
 ModelChoiceOptions::Drive readDrive(ConfigFile& config, const toml::table& table) {
   ModelChoiceOptions::Drive drive;
@@ -72,7 +72,7 @@ std::size_t posedFrames(const Sequence& sequence) {
 }
 
 std::unique_ptr<Sequence> openPosed(const SequenceSource& source) {
-  auto sequence = openSequence(source.path, source.options);
+  auto sequence = openImages(source);
   if (posedFrames(*sequence) < 2)
     throw Error(
         fmt::format("{}: {} of {} frames have a pose, and the choice of a model compares words with places; "
@@ -142,6 +142,12 @@ Labelled label(const OpenDrive& drive, Labeler& labeler, const std::string& mode
   return labelled;
 }
 
+std::size_t countDifferent(const DescriptorMatrix& vectors) {
+  std::set<std::vector<float>> seen;
+  for (std::size_t i = 0; i < vectors.size(); ++i) seen.emplace(vectors.row(i).begin(), vectors.row(i).end());
+  return seen.size();
+}
+
 /// One cell: all k, and the places.
 ModelChoiceCell compute(const Labelled& labelled, const OpenDrive& drive, const std::string& distanceName,
                         const ModelChoiceOptions& options) {
@@ -150,7 +156,14 @@ ModelChoiceCell compute(const Labelled& labelled, const OpenDrive& drive, const 
   const Distance distance = getDistance(distanceName, images.parts);
   const DescriptorMatrix vectors = comparedVectors(images.descriptors, images.descriptors, distance);
   ModelChoiceCell cell;
+  // More clusters than there are different descriptors would be filled with single images, which lie close
+  // together by themselves: a model that always says the same would win.
+  const std::size_t different = countDifferent(vectors);
   for (std::size_t k = 1; k <= std::min(options.clusters, vectors.size()); ++k) {
+    if (k > different) {
+      cell.variance.push_back(cell.variance.back());
+      continue;
+    }
     SpatialVariance mean;
     for (std::size_t r = 0; r < options.repeats; ++r) {
       if (interrupted()) throw Interrupted("");

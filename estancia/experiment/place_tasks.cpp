@@ -96,8 +96,8 @@ LocalizationAccuracy find(const Recording& queries, const MapReader& map, std::s
 }
 
 CellResults drive(const Task& task, Recorder& recorder, const fs::path& scratch) {
-  const auto images = openSequence(task.drive->images.path, task.drive->images.options);
-  const auto again = openSequence(task.drive->again.path, task.drive->again.options);
+  const auto images = openImages(task.drive->images);
+  const auto again = openImages(task.drive->again);
   const ScratchMap file(recorder.of(*images), scratch);
   const MapReader map(file.path());
   const Recording queries = recorder.of(*again);
@@ -194,7 +194,7 @@ double nearestNeighbour(const Recording& words, const std::vector<std::string>& 
 }
 
 CellResults rooms(const Task& task, Recorder& recorder) {
-  const auto images = openSequence(task.rooms->images.path, task.rooms->images.options);
+  const auto images = openImages(task.rooms->images);
   const Recording words = recorder.of(*images);
   const Halves halves = readHalves(*task.rooms, words.frames);
   return {
@@ -204,7 +204,7 @@ CellResults rooms(const Task& task, Recorder& recorder) {
 
 /// What identifies the images without labelling them.
 std::string digestOf(const SequenceSource& source) {
-  const auto sequence = openSequence(source.path, source.options);
+  const auto sequence = openImages(source);
   std::string all;
   for (std::size_t i = 0; i < sequence->size(); ++i)
     all += sequence->frame(i).name + '\n' + sequence->frame(i).room + '\n' + sequence->fingerprint(i) + '\n';

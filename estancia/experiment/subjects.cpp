@@ -7,10 +7,17 @@
 #include <set>
 
 #include "estancia/core/error.hpp"
+#include "estancia/io/recording.hpp"
 #include "estancia/label/model.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
+
+std::unique_ptr<Sequence> openImages(const SequenceSource& source) {
+  if (isRecording(source.path))
+    throw Error(fmt::format("{} holds words already; models are compared on images", source.path.string()));
+  return openSequence(source.path, source.options);
+}
 
 std::vector<ConfigFile::Key> sourceKeys(ConfigFile& config, SequenceSource& source, bool pathRequired) {
   SequenceOptions& how = source.options;
@@ -57,7 +64,10 @@ std::vector<Candidate> modelsToCompare(const std::vector<std::string>& configure
   if (models.empty())
     for (const InstalledModel& installed : installedModels()) {
       const std::string name = installed.folder.filename().string();
-      if (installed.spec)
+      if (installed.spec && (installed.spec->type == "recorded" || installed.spec->type == "human"))
+        notes.push_back(
+            fmt::format("the model {} was left out: it knows only the images that it was made for", name));
+      else if (installed.spec)
         models.push_back({name, name});
       else
         notes.push_back(fmt::format("the model {} was left out: {}", name, installed.problem));

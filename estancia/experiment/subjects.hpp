@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,9 @@ struct SequenceSource {
   std::filesystem::path path;
   SequenceOptions options;
 };
+
+/// Opens them. Throws Error when they are words already (a recording): models cannot be compared on those.
+std::unique_ptr<Sequence> openImages(const SequenceSource& source);
 
 /// The keys that say where images are and how to open them.
 std::vector<ConfigFile::Key> sourceKeys(ConfigFile& config, SequenceSource& source, bool pathRequired);

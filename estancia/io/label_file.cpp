@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -88,6 +89,7 @@ Frame readFrame(Reader& in) {
   frame.room = in.text();
   const auto known = in.number<std::uint8_t>();
   if ((known & 1) != 0) frame.timestamp = in.number<double>();
+  if (frame.timestamp && !std::isfinite(*frame.timestamp)) in.fail("it is damaged (a time is not finite)");
   if ((known & 2) != 0) {
     Pose& p = frame.pose.emplace();
     for (double* value : {&p.x, &p.y, &p.z, &p.qx, &p.qy, &p.qz, &p.qw}) *value = in.number<double>();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <unordered_map>
 #include <utility>
@@ -238,6 +239,11 @@ void writeRecording(const Recording& recording, const fs::path& file) {
   writeNpy(recording, file);
 }
 
+std::vector<fs::path> filesOfRecording(const fs::path& file) {
+  if (!io::hasSuffix(file, {".npy"})) return {file};
+  return {file, beside(file, ".labels.txt"), beside(file, ".frames.csv")};
+}
+
 void requireRecordingName(const fs::path& file) {
   if (!io::hasSuffix(file, {".labels", ".csv", ".npy"}))
     throw Error(fmt::format("{}: labels are written as NAME.labels, NAME.csv or NAME.npy; choose one of them",
@@ -245,16 +251,23 @@ void requireRecordingName(const fs::path& file) {
 }
 
 Recording inWordsOf(const Vocabulary& vocabulary, const Recording& recording) {
-  std::unordered_map<std::string, std::size_t> places;
-  for (std::size_t i = 0; i < vocabulary.size(); ++i) places.try_emplace(vocabulary[i], i);
+  // A label that stands there more than once: the first is the other's first, the second its second.
+  const auto numbered = [](const Vocabulary& words) {
+    std::map<std::string, std::size_t> seen;
+    std::vector<std::pair<std::string, std::size_t>> names;
+    for (const std::string& label : words.labels()) names.emplace_back(label, seen[label]++);
+    return names;
+  };
+  std::map<std::pair<std::string, std::size_t>, std::size_t> places;
+  for (const auto& name : numbered(vocabulary)) places.emplace(name, places.size());
+  const auto names = numbered(recording.vocabulary);
   Recording result{vocabulary, recording.model, recording.frames, DescriptorMatrix(vocabulary.size())};
   LexicalDescriptor row(vocabulary.size());
   for (std::size_t i = 0; i < recording.frames.size(); ++i) {
     std::fill(row.begin(), row.end(), 0.0F);
     const DescriptorView words = recording.descriptors.row(i);
     for (std::size_t k = 0; k < words.size(); ++k)
-      if (const auto place = places.find(recording.vocabulary[k]); place != places.end())
-        row[place->second] = words[k];
+      if (const auto place = places.find(names[k]); place != places.end()) row[place->second] = words[k];
     result.descriptors.append(row);
   }
   return result;

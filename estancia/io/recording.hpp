@@ -48,6 +48,9 @@ Recording readRecording(const std::filesystem::path& file, const RecordingOption
 /// Writes by the file's name: .labels (everything, exact), .csv or .npy. Throws Error on other names.
 void writeRecording(const Recording& recording, const std::filesystem::path& file);
 
+/// The files that writeRecording() makes for this name: with .npy two more, for words and frames.
+std::vector<std::filesystem::path> filesOfRecording(const std::filesystem::path& file);
+
 /// Throws Error unless writeRecording() writes files of this name.
 void requireRecordingName(const std::filesystem::path& file);
 

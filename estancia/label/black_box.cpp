@@ -1,5 +1,7 @@
 #include "estancia/label/black_box.hpp"
 
+#include "estancia/core/digest.hpp"
+
 #include <fmt/format.h>
 
 #include <cstdint>
@@ -27,8 +29,12 @@ std::string blackBoxIdentity(const ModelSpec& spec, const ConfigFile& config,
   text << settings << '\n';
   ModelSpec whole = spec;
   for (const auto& file : files)
-    if (file.is_relative() && fs::is_regular_file(spec.folder / file))
+    if (!fs::is_regular_file(spec.folder / file))
+      continue;  // no file, or a program of the system
+    else if (file.is_relative())
       whole.sha256.try_emplace(file.lexically_normal().string());  // any digest will do, but it counts
+    else
+      text << file.string() << ' ' << sha256OfFile(file) << '\n';
   return fmt::format("{} {}", spec.name, modelDigest(whole, text.str()));
 }
 

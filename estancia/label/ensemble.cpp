@@ -22,12 +22,6 @@ std::vector<EnsembleMember> checked(std::vector<EnsembleMember> members, const s
   if (members.empty()) throw Error(fmt::format("the ensemble {} has no members; name at least one", name));
   const auto isSound = [](float value) { return value > 0 && std::isfinite(value); };
   for (EnsembleMember& member : members) {
-    if (!member.weight)
-      member.weight = fusion == Fusion::probabilities
-                          ? 1.0F
-                          : std::sqrt(static_cast<float>(member.labeler->vocabulary().size()));
-    if (!isSound(*member.weight) || !isSound(member.temperature))
-      throw Error(fmt::format("the ensemble {}: weights and temperatures must be numbers above 0", name));
     if (!member.labeler->members().empty())
       throw Error(fmt::format("the ensemble {} holds another ensemble; name its models themselves", name));
     if (member.labeler->discovers())
@@ -35,6 +29,12 @@ std::vector<EnsembleMember> checked(std::vector<EnsembleMember> members, const s
           "the ensemble {} holds a model that discovers its words; give that model a label file, or label "
           "with it first and take the file as a recording",
           name));
+    if (!member.weight)
+      member.weight = fusion == Fusion::probabilities
+                          ? 1.0F
+                          : std::sqrt(static_cast<float>(member.labeler->vocabulary().size()));
+    if (!isSound(*member.weight) || !isSound(member.temperature))
+      throw Error(fmt::format("the ensemble {}: weights and temperatures must be numbers above 0", name));
   }
   return members;
 }
@@ -81,14 +81,17 @@ Vocabulary joined(const std::vector<EnsembleMember>& members, const Places& plac
 /// p^(1/T), with the sum that it had: a distribution stays one, and independent labels keep their mass.
 LexicalDescriptor tempered(LexicalDescriptor p, float temperature) {
   if (temperature == 1) return p;
+  // Relative to the largest, which no temperature makes vanish; rounding may have left values below 0.
+  const float largest = p.empty() ? 0.0F : *std::max_element(p.begin(), p.end());
+  if (!(largest > 0)) return p;
   double before = 0, after = 0;
   for (float& value : p) {
+    value = std::max(value, 0.0F);
     before += value;
-    value = std::pow(value, 1 / temperature);
+    value = std::pow(value / largest, 1 / temperature);
     after += value;
   }
-  if (after > 0)
-    for (float& value : p) value = static_cast<float>(std::min(1.0, value * before / after));
+  for (float& value : p) value = static_cast<float>(std::min(1.0, value * before / after));
   return p;
 }
 
@@ -114,6 +117,12 @@ std::vector<Labeler*> Ensemble::members() {
   std::vector<Labeler*> all;
   for (const EnsembleMember& member : members_) all.push_back(member.labeler.get());
   return all;
+}
+
+std::string Ensemble::cacheKey() const {
+  std::string key = identity_;
+  for (const EnsembleMember& member : members_) key += '\n' + member.labeler->cacheKey();
+  return key;
 }
 
 LexicalDescriptor Ensemble::combine(std::span<const LexicalDescriptor> answers) const {
@@ -161,10 +170,13 @@ std::unique_ptr<Labeler> openEnsemble(const ModelSpec& spec, const LabelerOption
                           }}});
     else
       model = file.text(node);
-    if (model == spec.name) file.fail(node, fmt::format("{} cannot be a member of itself", model));
     const auto beside = spec.folder / model;
     const bool isBeside = std::filesystem::is_regular_file(beside / "model.toml");
-    member.labeler = loadModel(isBeside ? beside.string() : model, options);
+    const ModelSpec own = readModelSpec(getModelFolder(isBeside ? beside.string() : model));
+    // Before it is opened: it may hold this one.
+    if (own.type == "ensemble")
+      file.fail(node, fmt::format("the member {} is an ensemble; name its models themselves", model));
+    member.labeler = loadModel(own, options);
     members.push_back(std::move(member));
   };
   file.read({{"name", true, "the model's name", [](auto&) {}},

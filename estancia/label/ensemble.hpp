@@ -39,6 +39,7 @@ class Ensemble final : public Labeler {
 
   const Vocabulary& vocabulary() const override { return vocabulary_; }
   std::string identity() const override { return identity_; }
+  std::string cacheKey() const override;
   bool needsImage() const override;
   std::vector<Labeler*> members() override;
   LexicalDescriptor combine(std::span<const LexicalDescriptor> answers) const override;

@@ -134,6 +134,11 @@ class LabelCache::File {
     std::string record(reinterpret_cast<const char*>(&head), sizeof head);
     record += value;
     flock(descriptor_, LOCK_EX);
+    while (!isInPlace()) {  // another process has cleared or shortened the log: go on in the new one
+      scan();
+      if (descriptor_ < 0 || !writable_) create(model);
+      flock(descriptor_, LOCK_EX);
+    }
     const off_t end = lseek(descriptor_, 0, SEEK_END);
     const bool written = end >= 0 && writeAll(record);
     if (!written && end >= 0 && ftruncate(descriptor_, end) != 0) close();
@@ -144,6 +149,9 @@ class LabelCache::File {
 
   /// Keeps the newer records, at most `bytes` of them.
   void keepNewest(std::uint64_t bytes) {
+    scan();  // others may have written, too
+    if (descriptor_ < 0) return;
+    flock(descriptor_, LOCK_EX);
     std::vector<std::uint64_t> places;
     for (const auto& [key, place] : places_) places.push_back(place);
     std::sort(places.begin(), places.end());
@@ -192,6 +200,14 @@ class LabelCache::File {
     return true;
   }
 
+  /// Whether the open file is still the one that others find under its name.
+  bool isInPlace() const {
+    struct stat ours {
+    }, named{};
+    return fstat(descriptor_, &ours) == 0 && ::stat(path_.c_str(), &named) == 0 &&
+           ours.st_ino == named.st_ino && ours.st_dev == named.st_dev;
+  }
+
   /// Opens the log and notes where its records are, up to the first that is cut off.
   void scan() {
     close();
@@ -204,6 +220,7 @@ class LabelCache::File {
       descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
     }
     if (descriptor_ < 0) return;
+    if (sizeOf(path_) == 0) return close();  // another process is about to begin it
     Head head{};
     if (!readExactly(descriptor_, &head, sizeof head, 0) ||
         std::memcmp(head.magic, magic, sizeof magic) != 0 || head.version != version ||

@@ -134,24 +134,31 @@ class LabelStream::Reader {
     waiting.frame.index = i;
     waiting.parts.resize(parts_.size());
     try {
-      if (options_.cache != nullptr) waiting.fingerprint = sequence_.fingerprint(i);
+      if (options_.cache != nullptr && needsImage_) waiting.fingerprint = sequence_.fingerprint(i);
       recall(waiting);
-      const auto missing = [](const Part& part) { return !part.remembered; };
-      if (std::none_of(waiting.parts.begin(), waiting.parts.end(), missing)) return waiting;
-      if (needsImage_) waiting.frame.image = sequence_.image(i);
+      if (looksAtImage(waiting)) waiting.frame.image = sequence_.image(i);
       if (options_.cache != nullptr && waiting.fingerprint.empty() && needsImage_) {
         waiting.fingerprint = fingerprintOf(waiting.frame.image);
         recall(waiting);
+      } else if (!waiting.frame.image.empty() && sequence_.fingerprint(i) != waiting.fingerprint) {
+        waiting.fingerprint.clear();  // the file has just been changed: who knows which one was decoded
       }
       for (std::size_t p = 0; p < parts_.size(); ++p)
-        if (missing(waiting.parts[p]))
-          waiting.parts[p].input = parts_[p]->prepare(waiting.frame.image, sequence_.frame(i).name);
+        if (Part& part = waiting.parts[p]; !part.remembered)
+          part.input = parts_[p]->prepare(waiting.frame.image, sequence_.frame(i).name);
     } catch (const Error& e) {
       if (options_.strict) throw;
       waiting.frame.image.release();
       waiting.frame.problem = e.what();
     }
     return waiting;
+  }
+
+  /// Whether the picture must be decoded for the words that are still missing.
+  bool looksAtImage(const Waiting& waiting) const {
+    for (std::size_t p = 0; p < parts_.size(); ++p)
+      if (parts_[p]->needsImage() && !waiting.parts[p].remembered) return true;
+    return false;
   }
 
   void recall(Waiting& waiting) const {
@@ -191,7 +198,7 @@ class LabelStream::Inference {
   }
 
   std::optional<LabelledFrame> next(Reader& reader) {
-    if (done_.empty()) fill(reader);
+    if (done_.empty() && !failure_) fill(reader);
     if (done_.empty()) {
       if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
       return std::nullopt;
@@ -200,8 +207,6 @@ class LabelStream::Inference {
     done_.pop_front();
     return frame;
   }
-
-  std::size_t remembered() const { return remembered_; }
 
  private:
   /// The next frames: as many as one batch, or one that needs no inference.
@@ -227,7 +232,7 @@ class LabelStream::Inference {
     for (std::size_t f = 0; f < frames.size(); ++f) {
       LabelledFrame& frame = frames[f].frame;
       if (frame.labelled()) {
-        if (!needsInference(frames[f])) ++remembered_;
+        frame.remembered = options_.cache != nullptr && !looked(frames[f]);
         frame.descriptor =
             labeler_.members().empty() ? std::move(answers[f][0]) : labeler_.combine(answers[f]);
       } else if (options_.strict) {
@@ -243,23 +248,37 @@ class LabelStream::Inference {
                                                    [](const Part& part) { return !part.remembered; });
   }
 
+  /// Whether some part had to look at the picture.
+  bool looked(const Waiting& waiting) const {
+    for (std::size_t p = 0; p < parts_.size(); ++p)
+      if (parts_[p]->needsImage() && !waiting.parts[p].remembered) return true;
+    return false;
+  }
+
   /// The answers of one part to all frames: words of the cache and of inference in the order of the frames,
   /// since new words are numbered as they come.
   void ask(std::size_t p, std::vector<Waiting>& frames,
            std::vector<std::vector<LexicalDescriptor>>& answers) {
     Labeler& part = *parts_[p];
-    std::vector<Prepared> batch;
     std::vector<std::size_t> asked;
     for (std::size_t f = 0; f < frames.size(); ++f) {
       if (!frames[f].frame.labelled()) continue;
       if (const auto& words = frames[f].parts[p].remembered) {
+        if (part.discovers()) infer(p, frames, std::exchange(asked, {}), answers);
         answers[f][p] = unpackWords(*words, part);
-        continue;
+      } else {
+        asked.push_back(f);
       }
-      batch.push_back(std::move(frames[f].parts[p].input));
-      asked.push_back(f);
     }
-    if (batch.empty()) return;
+    infer(p, frames, asked, answers);
+  }
+
+  void infer(std::size_t p, std::vector<Waiting>& frames, const std::vector<std::size_t>& asked,
+             std::vector<std::vector<LexicalDescriptor>>& answers) {
+    if (asked.empty()) return;
+    Labeler& part = *parts_[p];
+    std::vector<Prepared> batch;
+    for (const std::size_t f : asked) batch.push_back(std::move(frames[f].parts[p].input));
     const auto remember = [&](const std::vector<LabelResult>& results) {
       for (std::size_t b = 0; b < results.size(); ++b)
         if (const Waiting& waiting = frames[asked[b]]; options_.cache != nullptr &&
@@ -284,7 +303,7 @@ class LabelStream::Inference {
   const std::vector<Labeler*> parts_;
   const LabelStreamOptions options_;
   std::vector<std::string> keys_;
-  std::size_t batch_ = 1, remembered_ = 0;
+  std::size_t batch_ = 1;
   std::deque<LabelledFrame> done_;
   std::exception_ptr failure_;
 };
@@ -303,10 +322,6 @@ std::optional<LabelledFrame> LabelStream::next() {
     reader_.reset();
     throw;
   }
-}
-
-std::size_t LabelStream::remembered() const {
-  return inference_->remembered();
 }
 
 }  // namespace estancia

@@ -28,6 +28,8 @@ struct LabelledFrame {
   cv::Mat image;        ///< as Sequence::image() gave it; empty when it was not needed or cannot be read
   std::string problem;  ///< why the frame has no words, one sentence; "" when all is well
 
+  bool remembered = false;  ///< its words were in the cache: nobody looked at the picture
+
   bool labelled() const { return problem.empty(); }
 };
 
@@ -47,9 +49,6 @@ class LabelStream {
   /// other than an Error about one frame (with `strict`: that too); after an exception the stream is at its
   /// end. When the labeler discovers words, earlier descriptors are shorter than later ones.
   std::optional<LabelledFrame> next();
-
-  /// Frames so far whose words all came from the cache.
-  std::size_t remembered() const;
 
  private:
   class Reader;

@@ -1,5 +1,7 @@
 #include "estancia/label/labeler.hpp"
 
+#include <utility>
+
 namespace estancia {
 
 LexicalDescriptor Labeler::adopt(std::span<const Word>) {
@@ -16,6 +18,11 @@ std::vector<LabelResult> Labeler::inferBatch(std::span<const Prepared> batch) {
       results.push_back({infer(prepared), ""});
     } catch (const FrameError& e) {
       results.push_back({{}, e.what()});
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const Error& e) {
+      results.resize(batch.size());
+      throw BatchError(e.what(), std::move(results));
     }
   return results;
 }

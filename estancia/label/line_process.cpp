@@ -17,6 +17,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/no_sigpipe.hpp"
+#include "estancia/core/progress.hpp"
 #include "estancia/io/files.hpp"
 
 extern char** environ;
@@ -145,6 +146,10 @@ LineProcess::Outcome LineProcess::ask(std::string_view question, milliseconds ti
       if (closed && end_ == "killed") end_ = "it closed its stdout, went on, and was killed";
       return Outcome::ended;
     }
+    if (interrupted()) {
+      finish(milliseconds(0));
+      throw Interrupted("stopped while the program was at work");
+    }
     const auto left = std::chrono::ceil<milliseconds>(deadline - Clock::now());
     if (left.count() <= 0) {
       finish(milliseconds(0));
@@ -206,6 +211,7 @@ void LineProcess::finish(milliseconds patience) {
   }
   const bool byItself = hasEnded(pid_);
   ::kill(-pid_, SIGKILL);
+  ::kill(pid_, SIGKILL);  // it may have left its group
   int status = 0;
   pid_t reaped = -1;
   do reaped = waitpid(pid_, &status, 0);

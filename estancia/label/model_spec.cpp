@@ -203,6 +203,9 @@ std::string modelDigest(const ModelSpec& spec, const std::string& settings) {
     all += fmt::format("{} {} [{}] {}\n", spec.sigmoid, static_cast<int>(spec.reduce),
                        fmt::join(spec.unused, ","), spec.inputNode);
   if (!spec.embeddings.empty()) all += fmt::format("logit_scale {}\n", spec.logitScale);
+  // Which of the files plays which part: another one of them may be the network tomorrow.
+  for (const auto& file : {spec.file, spec.config, spec.labels, spec.embeddings})
+    all += fmt::format("\"{}\"\n", file.string());
   for (const auto& [file, expected] : files) {
     const fs::path path = modelFile(spec, file);
     const std::string actual = sha256OfFile(path);

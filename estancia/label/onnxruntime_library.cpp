@@ -8,6 +8,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <system_error>
 #include <vector>
 
 #include "estancia/label/model.hpp"
@@ -43,15 +44,16 @@ Library open(const fs::path& file) {
 }
 
 std::vector<fs::path> candidates() {
+  std::error_code unreadable;  // another user's home: as if it were not there
   if (const char* given = std::getenv("ESTANCIA_ONNXRUNTIME"); given != nullptr && *given != '\0') {
     const fs::path path = given;
-    if (!fs::is_directory(path)) return {path};
-    return {fs::is_directory(path / "lib") ? path / "lib" / fileName : path / fileName};
+    if (!fs::is_directory(path, unreadable)) return {path};
+    return {fs::is_directory(path / "lib", unreadable) ? path / "lib" / fileName : path / fileName};
   }
   std::vector<fs::path> files;
   for (const fs::path& file :
        {fs::path(ESTANCIA_ONNXRUNTIME_LIBRARY), modelHome().parent_path() / "onnxruntime/lib" / fileName})
-    if (fs::is_regular_file(file)) files.push_back(file);
+    if (fs::is_regular_file(file, unreadable)) files.push_back(file);
   files.emplace_back("libonnxruntime.so.1");
   files.emplace_back(fileName);
   return files;

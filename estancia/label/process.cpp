@@ -166,6 +166,9 @@ class ProcessLabeler final : public Labeler {
         if (again || hopeless)
           throw Error(
               fmt::format("{}: the program {}{}; {}", source_, what, again ? ", twice in a row" : "", words));
+      } catch (const Interrupted&) {
+        process_.reset();
+        throw;
       } catch (const Error& e) {
         process_.reset();
         const std::string message = e.what();

@@ -174,9 +174,7 @@ TEST(Ensemble, MembersRememberForThemselves) {
 
   frames.decoded = 0;
   LabelStream stream(frames, both, {.cache = &cache});
-  while (stream.next()) {
-  }
-  EXPECT_EQ(stream.remembered(), 3U);
+  while (const auto frame = stream.next()) EXPECT_TRUE(frame->remembered);
   EXPECT_EQ(secondSeen->asked, 3);
   EXPECT_EQ(frames.decoded, 0) << "nothing to look at";
 }
