@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/progress.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/words.hpp"
 #include "estancia/label/black_box.hpp"
@@ -99,11 +100,13 @@ class HttpLabeler final : public Labeler {
   std::vector<LabelResult> inferBatch(std::span<const Prepared> batch) override {
     auto outcomes = askAll(batch);
     std::string failure;
+    bool stopped = false;
     std::vector<LabelResult> results;
     for (Outcome& outcome : outcomes) try {  // in order: who discovers a word first is no race
         if (!outcome.failure.empty() && failure.empty()) failure = outcome.failure;
         if (!outcome.problem.empty()) throw FrameError(outcome.problem);
         if (!outcome.answered) {
+          stopped = true;
           results.emplace_back();
           continue;
         }
@@ -112,6 +115,7 @@ class HttpLabeler final : public Labeler {
         results.push_back({{}, e.what()});
       }
     if (!failure.empty()) throw BatchError(failure, std::move(results));  // what was paid for is kept
+    if (stopped) throw Interrupted("stopped while waiting for an answer");
     return results;
   }
 
@@ -142,7 +146,7 @@ class HttpLabeler final : public Labeler {
     return others.clear(), outcomes;
   }
 
-  /// Until there is an answer, or no hope for one.
+  /// Until there is an answer, or no hope for one; neither of them when the work ends before.
   Outcome ask(Lane& lane, const Prepared& prepared) try {
     const std::string body(prepared.input.ptr<char>(), prepared.input.total());
     for (int attempt = 1;; ++attempt) {
@@ -170,6 +174,8 @@ class HttpLabeler final : public Labeler {
       }
       if (!waitUntil(Clock::now() + wait)) return {};
     }
+  } catch (const Interrupted&) {
+    return {};
   } catch (const Error& e) {
     return {{}, {}, e.what()};
   }
@@ -223,10 +229,16 @@ class HttpLabeler final : public Labeler {
     return turn;
   }
 
-  /// False when another lane has failed meanwhile.
+  /// False when another lane has failed meanwhile, or the user wants to stop.
   bool waitUntil(Clock::time_point time) {
+    constexpr milliseconds betweenLooks{200};
     std::unique_lock lock(mutex_);
-    return !changed_.wait_until(lock, time, [this] { return failed_.load(); });
+    while (!failed_ && !interrupted()) {
+      const auto now = Clock::now();
+      if (now >= time) return true;
+      changed_.wait_until(lock, std::min(time, now + betweenLooks));
+    }
+    return false;
   }
 
   void fail() {

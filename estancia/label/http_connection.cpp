@@ -1,22 +1,38 @@
 #include "estancia/label/http_connection.hpp"
 
+#include <curl/curl.h>
 #include <fmt/format.h>
-#include <httplib.h>
 #include <openssl/x509.h>
 
 #include <algorithm>
-#include <cstdint>
+#include <exception>
+#include <string_view>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/no_sigpipe.hpp"
-#include "estancia/label/watchdog.hpp"
+#include "estancia/core/progress.hpp"
 
 namespace estancia {
 namespace {
 
+using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
-constexpr std::size_t kAround = std::size_t{1} << 20U;  // bytes of headers and TLS around an answer
+// Less than libcurl allows (100 kB a line, 300 kB in all), where it would speak of a broken connection.
+constexpr std::size_t kMostHeaders = std::size_t{200} << 10U;  // bytes
+constexpr int kTooLarge = 100;                                 // CURLE_TOO_LARGE, known since libcurl 8.6
+
+CURL* newHandle() {
+  static const CURLcode once = curl_global_init(CURL_GLOBAL_DEFAULT);
+  CURL* handle = once == CURLE_OK ? curl_easy_init() : nullptr;
+  if (handle == nullptr) throw Error("libcurl cannot be started; is there memory left?");
+  return handle;
+}
+
+bool canBeAsked(const std::string& url) {
+  const std::unique_ptr<CURLU, decltype(&curl_url_cleanup)> parts(curl_url(), &curl_url_cleanup);
+  return parts && curl_url_set(parts.get(), CURLUPART_URL, url.c_str(), CURLU_PATH_AS_IS) == CURLUE_OK;
+}
 
 std::string secondsOf(milliseconds time) {
   return fmt::format("{} s", std::chrono::duration<double>(time).count());
@@ -26,83 +42,196 @@ std::string secondsOf(milliseconds time) {
 
 class HttpConnection::Implementation {
  public:
-  explicit Implementation(HttpEndpoint endpoint) : endpoint_(std::move(endpoint)), client_(endpoint_.server) {
-    if (!client_.is_valid()) throw Error("`url` in model.toml names no server that can be asked; correct it");
-    client_.set_keep_alive(true);
-    client_.set_follow_location(false);
-    client_.set_url_encode(false);
-    client_.set_decompress(false);  // a small packed answer could be a large one
-    client_.set_tcp_nodelay(true);
-    client_.set_connection_timeout(std::min(endpoint_.connectTimeout, endpoint_.timeout));
-    client_.set_read_timeout(endpoint_.readTimeout);
-    client_.set_write_timeout(endpoint_.readTimeout);
-    client_.set_socket_options([this](socket_t socket) { watchdog_.watch(socket); });
-    if (!endpoint_.certificates.empty()) client_.set_ca_cert_path(endpoint_.certificates.string());
+  explicit Implementation(HttpEndpoint endpoint)
+      : endpoint_(std::move(endpoint)),
+        curl_(newHandle(), &curl_easy_cleanup),
+        headers_(nullptr, &curl_slist_free_all) {
+    const std::string url = endpoint_.server + endpoint_.path;
+    if (!canBeAsked(url)) throw Error("`url` in model.toml names no server that can be asked; correct it");
+    set(CURLOPT_URL, url.c_str());
+    set(CURLOPT_PATH_AS_IS, 1L);
+    set(CURLOPT_PROTOCOLS_STR, "http,https");
+    set(CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_1_1));
+    set(CURLOPT_NOPROXY, "*");
+    set(CURLOPT_FOLLOWLOCATION, 0L);
+    set(CURLOPT_USERAGENT, "estancia");
+    set(CURLOPT_NOSIGNAL, 1L);
+    set(CURLOPT_TCP_NODELAY, 1L);
+    set(CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(connectTimeout().count()));
+    set(CURLOPT_TIMEOUT_MS, static_cast<long>(endpoint_.timeout.count()));
+    if (!endpoint_.certificates.empty()) {
+      set(CURLOPT_CAINFO, endpoint_.certificates.c_str());
+      set(CURLOPT_CAPATH, static_cast<const char*>(nullptr));  // nobody else
+    }
+    for (const auto& [name, value] : endpoint_.headers) addHeader(name, value);
+    addHeader("Accept", "application/json");
+    addHeader("Accept-Encoding", "identity");  // a small packed answer could be a large one
+    addHeader("Content-Type", endpoint_.contentType);
+    append("Expect:");  // no asking beforehand, which some servers leave unanswered
+    set(CURLOPT_HTTPHEADER, headers_.get());
+    set(CURLOPT_PREREQFUNCTION, &Implementation::onConnected);
+    set(CURLOPT_PREREQDATA, this);
+    set(CURLOPT_HEADERFUNCTION, &Implementation::onHeader);
+    set(CURLOPT_HEADERDATA, this);
+    set(CURLOPT_WRITEFUNCTION, &Implementation::onBody);
+    set(CURLOPT_WRITEDATA, this);
+    set(CURLOPT_NOPROGRESS, 0L);
+    set(CURLOPT_XFERINFOFUNCTION, &Implementation::onProgress);
+    set(CURLOPT_XFERINFODATA, this);
   }
 
+  ~Implementation() {
+    const NoSigpipe quiet;  // it may say goodbye
+    curl_.reset();
+  }
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+
   HttpReply post(const std::string& body) {
-    HttpReply reply;
-    httplib::Request request;
-    request.method = "POST";
-    request.path = endpoint_.path;
-    for (const auto& [name, value] : endpoint_.headers) request.headers.emplace(name, value);
-    request.headers.emplace("Accept", "application/json");
-    request.headers.emplace("Accept-Encoding", "identity");
-    request.headers.emplace("Content-Type", endpoint_.contentType);
-    request.body = body;
-    bool tooLong = false;
-    request.content_receiver = [&](const char* data, std::size_t count, std::uint64_t, std::uint64_t) {
-      tooLong = reply.body.size() + count > endpoint_.longestAnswer;
-      if (!tooLong) reply.body.append(data, count);
-      return !tooLong;
-    };
+    request_ = {};
+    set(CURLOPT_POST, 1L);
+    set(CURLOPT_POSTFIELDSIZE_LARGE, static_cast<curl_off_t>(body.size()));
+    set(CURLOPT_POSTFIELDS, body.data());
     const NoSigpipe quiet;
-    watchdog_.start(endpoint_.timeout, endpoint_.longestAnswer + kAround);
-    const httplib::Result result = client_.send(request);
-    const auto verdict = watchdog_.stop(client_.is_socket_open() != 0);
-    if (result) {
-      reply.status = result->status;
-      reply.retryAfter = result->get_header_value("Retry-After");
-      reply.location = result->get_header_value("Location");
+    const CURLcode code = curl_easy_perform(curl_.get());
+    if (request_.failure) std::rethrow_exception(request_.failure);
+    if (request_.stopped) throw Interrupted("stopped while waiting for an answer");
+    HttpReply reply;
+    if (code != CURLE_OK) {
+      explain(code, reply);
       return reply;
     }
-    client_.stop();
-    reply.body.clear();
-    if (tooLong || verdict == Watchdog::Verdict::tooMuch) {
-      reply.problem = fmt::format("its answer is longer than {} bytes", endpoint_.longestAnswer);
-      reply.hopeless = true;
-    } else if (verdict == Watchdog::Verdict::late) {
-      reply.problem = fmt::format("no whole answer within {}", secondsOf(endpoint_.timeout));
-    } else {
-      explain(result.error(), reply);
-    }
+    reply.status = static_cast<int>(info<long>(CURLINFO_RESPONSE_CODE));
+    reply.retryAfter = header("Retry-After");
+    reply.location = header("Location");
+    reply.body = std::move(request_.body);
     return reply;
   }
 
  private:
-  void explain(httplib::Error error, HttpReply& reply) const {
-    using Kind = httplib::Error;
-    switch (error) {
-      case Kind::Connection:
+  /// What is known of the request under way.
+  struct Request {
+    std::string body;                   ///< of the answer
+    std::size_t headerBytes = 0;        ///< of the answer
+    bool connected = false;             ///< TLS included
+    bool tooLong = false;               ///< the answer
+    bool stopped = false;               ///< by the user
+    curl_off_t sent = 0, received = 0;  ///< bytes at the last look
+    Clock::time_point lastByte;         ///< once connected
+    std::exception_ptr failure;         ///< must not pass through C
+  };
+
+  template <class Value>
+  void set(CURLoption option, Value value) {
+    if (curl_easy_setopt(curl_.get(), option, value) != CURLE_OK)
+      throw Error("libcurl lacks something that web services need; install a complete one");
+  }
+
+  template <class Value>
+  Value info(CURLINFO what) const {
+    Value value{};
+    curl_easy_getinfo(curl_.get(), what, &value);
+    return value;
+  }
+
+  void addHeader(const std::string& name, const std::string& value) {
+    const bool empty = value.find_first_not_of(' ') == std::string::npos;
+    append(empty ? name + ";" : name + ": " + value);  // "name:" would remove one of libcurl's own
+  }
+
+  void append(const std::string& line) {
+    curl_slist* longer = curl_slist_append(headers_.get(), line.c_str());
+    if (longer == nullptr) throw Error("no memory left for the headers of a request");
+    static_cast<void>(headers_.release());  // a part of the longer one
+    headers_.reset(longer);
+  }
+
+  std::string header(const char* name) const {
+    curl_header* found = nullptr;
+    return curl_easy_header(curl_.get(), name, 0, CURLH_HEADER, -1, &found) == CURLHE_OK ? found->value : "";
+  }
+
+  milliseconds connectTimeout() const { return std::min(endpoint_.connectTimeout, endpoint_.timeout); }
+
+  void heard() { request_.lastByte = Clock::now(); }
+
+  static int onConnected(void* self, char*, char*, int, int) {
+    auto& mine = *static_cast<Implementation*>(self);
+    mine.request_.connected = true;
+    mine.heard();
+    return CURL_PREREQFUNC_OK;
+  }
+
+  static std::size_t onHeader(char*, std::size_t one, std::size_t count, void* self) {
+    auto& mine = *static_cast<Implementation*>(self);
+    mine.heard();
+    mine.request_.headerBytes += one * count;
+    mine.request_.tooLong = mine.request_.headerBytes > kMostHeaders;
+    return mine.request_.tooLong ? CURL_WRITEFUNC_ERROR : one * count;
+  }
+
+  static std::size_t onBody(char* data, std::size_t one, std::size_t count, void* self) {
+    auto& mine = *static_cast<Implementation*>(self);
+    const std::string_view bytes(data, one * count);
+    try {
+      mine.request_.tooLong = bytes.size() > mine.endpoint_.longestAnswer - mine.request_.body.size();
+      if (mine.request_.tooLong) return CURL_WRITEFUNC_ERROR;
+      mine.request_.body += bytes;
+      return bytes.size();
+    } catch (...) {
+      mine.request_.failure = std::current_exception();
+      return CURL_WRITEFUNC_ERROR;
+    }
+  }
+
+  /// Asked at least once a second. Not 0 ends the request.
+  static int onProgress(void* self, curl_off_t, curl_off_t received, curl_off_t, curl_off_t sent) {
+    auto& mine = *static_cast<Implementation*>(self);
+    auto& request = mine.request_;
+    if (std::exchange(request.received, received) != received || std::exchange(request.sent, sent) != sent)
+      mine.heard();
+    request.stopped = interrupted();
+    const bool silent = request.connected && Clock::now() - request.lastByte > mine.endpoint_.readTimeout;
+    return request.stopped || silent ? 1 : 0;
+  }
+
+  void explain(CURLcode code, HttpReply& reply) const {
+    if (request_.tooLong || code == CURLE_OUT_OF_MEMORY || code == kTooLarge) {  // the latter: a header
+      reply.problem = fmt::format("its answer is longer than {} bytes", endpoint_.longestAnswer);
+      reply.hopeless = true;
+      return;
+    }
+    switch (code) {
+      case CURLE_COULDNT_RESOLVE_HOST:
+      case CURLE_COULDNT_CONNECT:
         reply.problem = "no connection";
         return;
-      case Kind::ConnectionTimeout:
-        reply.problem = fmt::format("no connection within {}",
-                                    secondsOf(std::min(endpoint_.connectTimeout, endpoint_.timeout)));
+      case CURLE_OPERATION_TIMEDOUT:
+        reply.problem = request_.connected
+                            ? fmt::format("no whole answer within {}", secondsOf(endpoint_.timeout))
+                            : fmt::format("no connection within {}", secondsOf(connectTimeout()));
         return;
-      case Kind::SSLConnection:
+      case CURLE_UNSUPPORTED_PROTOCOL:
+      case CURLE_WEIRD_SERVER_REPLY:
+        reply.problem = "what it answers is no HTTP";
+        return;
+      case CURLE_SSL_CONNECT_ERROR:
         reply.problem = "no TLS connection; does it speak https?";
         return;
-      case Kind::SSLLoadingCerts:
-        reply.problem = "the file `ca` holds no certificates that can be read";
+      case CURLE_SSL_CACERT_BADFILE:
+        reply.problem = endpoint_.certificates.empty()
+                            ? "the system's list of whom to trust cannot be read; install ca-certificates"
+                            : "the file `ca` holds no certificates that can be read";
         reply.hopeless = true;
         return;
-      case Kind::SSLServerVerification: {
-        const long reason = client_.get_openssl_verify_result();
+      case CURLE_PEER_FAILED_VERIFICATION: {
+        // libcurl leaves it unspecified when the certificate itself is in order.
+        const long reason = info<long>(CURLINFO_SSL_VERIFYRESULT);
         reply.problem = fmt::format(
             "its certificate is refused: {}; for a service of your own, name the certificate that it is "
             "signed with as `ca` in model.toml",
-            reason == X509_V_OK ? "it is made out for another host" : X509_verify_cert_error_string(reason));
+            reason == X509_V_OK || reason == X509_V_ERR_UNSPECIFIED ? "it is made out for another host"
+                                                                    : X509_verify_cert_error_string(reason));
         reply.hopeless = true;
         return;
       }
@@ -113,8 +242,9 @@ class HttpConnection::Implementation {
   }
 
   const HttpEndpoint endpoint_;
-  Watchdog watchdog_;
-  httplib::Client client_;  // after the watchdog, which its last connection still tells
+  std::unique_ptr<CURL, decltype(&curl_easy_cleanup)> curl_;
+  std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)> headers_;
+  Request request_;
 };
 
 HttpConnection::HttpConnection(HttpEndpoint endpoint)

@@ -19,7 +19,7 @@ struct HttpEndpoint {
   std::vector<std::pair<std::string, std::string>> headers;
   std::filesystem::path certificates;  ///< PEM of whom to trust; "" = whom the system trusts
   std::chrono::milliseconds connectTimeout{10'000};
-  std::chrono::milliseconds readTimeout{30'000};      ///< of silence
+  std::chrono::milliseconds readTimeout{30'000};      ///< of silence, to about a second
   std::chrono::milliseconds timeout{60'000};          ///< of the whole request, however its bytes trickle
   std::size_t longestAnswer = std::size_t{4} << 20U;  ///< [bytes]
 };
@@ -42,7 +42,8 @@ class HttpConnection {
   HttpConnection(const HttpConnection&) = delete;
   HttpConnection& operator=(const HttpConnection&) = delete;
 
-  /// Never throws for what the service does.
+  /// Never throws for what the service does. Throws Interrupted within about a second of the user's wish to
+  /// stop.
   HttpReply post(const std::string& body);
 
  private:

@@ -13,12 +13,14 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <csignal>
 #include <cstdlib>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
 
+#include "estancia/core/progress.hpp"
 #include "estancia/label/model.hpp"
 #include "support/model_support.hpp"
 
@@ -421,21 +423,26 @@ TEST_F(HttpLabeler, RefusesNonsense) {
 
 TEST_F(HttpLabeler, OutlastsASlowLoris) {
   const std::string settings = "timeout = 0.2\nread_timeout = 60\nattempts = 2";
-  const RawServer header([](int c) { return say(c, "H"); });
-  EXPECT_THAT(errorOf([&] { openPort(header.port, settings)->label(grey()); }),
-              HasSubstr("no whole answer within 0.2 s, after 2 attempts"));
-  bool begun = false;
-  const RawServer body([&](int c) {
-    const bool sent =
-        say(c, std::exchange(begun, true) ? "x" : "HTTP/1.1 200 OK\r\nContent-Length: 99999999999\r\n\r\n");
-    begun = begun && sent;
-    return sent;
-  });
-  EXPECT_THAT(errorOf([&] { openPort(body.port, settings)->label(grey()); }),
-              HasSubstr("no whole answer within 0.2 s"));
+  for (const std::string start : {"HTTP/1.1 200 ", "HTTP/1.1 200 OK\r\nX-More: ",
+                                  "HTTP/1.1 200 OK\r\nContent-Length: 99999999999\r\n\r\n"}) {
+    bool begun = false;
+    const RawServer dribbling([&](int c) {
+      const bool sent = say(c, std::exchange(begun, true) ? "x" : start);
+      begun = begun && sent;
+      return sent;
+    });
+    EXPECT_THAT(errorOf([&] { openPort(dribbling.port, settings)->label(grey()); }),
+                HasSubstr("no whole answer within 0.2 s, after 2 attempts"));
+  }
   const RawServer handshake([](int c) { return say(c, std::string("\x16\x03\x03\x3f\xff", 5)); });
   const std::string tls = "https://127.0.0.1:" + std::to_string(handshake.port) + "/";
   EXPECT_THAT(errorOf([&] { openAt(tls, settings)->label(grey()); }), HasSubstr("after 2 attempts"));
+}
+
+TEST_F(HttpLabeler, NoticesWhatIsNoHttp) {
+  const RawServer server([](int c) { return say(c, "H"); });
+  EXPECT_THAT(errorOf([&] { openPort(server.port, "attempts = 2")->label(grey()); }),
+              HasSubstr("what it answers is no HTTP, after 2 attempts"));
 }
 
 TEST_F(HttpLabeler, RefusesEndlessHeaders) {
@@ -443,6 +450,42 @@ TEST_F(HttpLabeler, RefusesEndlessHeaders) {
   for (int i = 0; i < 10'000; ++i) lines += "X-More: " + std::string(100, 'x') + "\r\n";
   const RawServer server([&](int c) { return say(c, lines); });
   EXPECT_THAT(errorOf([&] { openPort(server.port)->label(grey()); }), HasSubstr("longer than 4194304 bytes"));
+}
+
+TEST_F(HttpLabeler, RefusesAnEndlessStatusLine) {
+  for (const std::size_t length : {400'000, 3'000'000}) {
+    const std::string line = "HTTP/1.1 200 " + std::string(length, 'x') + "\r\n\r\n{}";
+    const RawServer server([&](int c) { return say(c, line) && false; });
+    EXPECT_THAT(errorOf([&] { openPort(server.port)->label(grey()); }),
+                HasSubstr("its answer is longer than"))
+        << length;
+  }
+}
+
+/// In a process of its own, for which the user's wish to stop holds from then on.
+TEST_F(HttpLabeler, StopsWhenTheUserWantsTo) {
+  const auto exitsStopped = [](Labeler& labeler) {
+    const Prepared batch[] = {labeler.prepare(grey()), labeler.prepare(grey())};
+    const auto label = [&] {
+      catchInterrupts();
+      std::thread user([] {
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        kill(getpid(), SIGINT);
+      });
+      try {
+        labeler.inferBatch(batch);
+      } catch (const Interrupted&) {
+        user.join();
+        std::_Exit(7);
+      }
+      std::_Exit(1);
+    };
+    EXPECT_EXIT(label(), testing::ExitedWithCode(7), "");
+  };
+  const RawServer silent([](int) { return true; });
+  exitsStopped(*openPort(silent.port, "attempts = 1"));
+  answerAlways("busy", 503);
+  exitsStopped(*open("attempts = 2\nbackoff = 30"));
 }
 
 TEST_F(HttpLabeler, GivesUpOnSilenceAndBrokenConnections) {
