@@ -104,6 +104,7 @@ TEST_F(ExperimentCommand, AnInterruptedRunGoesOn) {
     std::vector<char*> argv{const_cast<char*>(ESTANCIA_COMMAND)};
     for (const std::string& argument : all) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
+    setenv("ESTANCIA_CACHE", (scratch_ / "cache").c_str(), 1);
     execv(ESTANCIA_COMMAND, argv.data());
     _exit(127);
   }

@@ -29,6 +29,8 @@ int mapUntilSignalled(const std::vector<std::string>& arguments, const fs::path&
     std::vector<char*> argv{const_cast<char*>(ESTANCIA_COMMAND)};
     for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
+    // Labels of earlier runs would have it done before the signal comes.
+    setenv("ESTANCIA_CACHE", (file.parent_path() / "cache").c_str(), 1);
     execv(ESTANCIA_COMMAND, argv.data());
     _exit(127);
   }
