@@ -9,16 +9,16 @@
 #include <optional>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/home.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
 std::optional<std::string> variable(const std::string& name) {
-  if (const char* value = std::getenv(name.c_str()); value != nullptr && *value != '\0') return value;
-  const char* home = std::getenv("HOME");
-  if (home != nullptr && name == "ESTANCIA_HOME") return std::string(home) + "/.local/share/estancia";
-  if (home != nullptr && name == "ESTANCIA_DATA") return std::string(home) + "/.cache/estancia/data";
+  if (std::string value = environment(name); !value.empty()) return value;
+  if (name == "ESTANCIA_HOME") return userHome() / ".local/share/estancia";
+  if (name == "ESTANCIA_DATA") return userHome() / ".cache/estancia/data";
   return std::nullopt;
 }
 

@@ -8,6 +8,7 @@
 #include <exception>
 #include <string_view>
 
+#include "estancia/core/curl_handle.hpp"
 #include "estancia/core/error.hpp"
 
 namespace estancia {
@@ -15,18 +16,11 @@ namespace {
 
 using End = TransferResult::End;
 
-CURL* newHandle() {
-  static const CURLcode once = curl_global_init(CURL_GLOBAL_DEFAULT);
-  CURL* handle = once == CURLE_OK ? curl_easy_init() : nullptr;
-  if (handle == nullptr) throw Error("libcurl cannot be started; is there memory left?");
-  return handle;
-}
-
 class Transfer {
  public:
   Transfer(const std::string& url, bool resume, const RemoteFile& file, PartialFile& part, Progress& progress,
            const DownloadOptions& options)
-      : curl_(newHandle(), &curl_easy_cleanup),
+      : curl_(makeCurlHandle()),
         headers_(nullptr, &curl_slist_free_all),
         url_(url),
         resume_(resume && part.size() > 0),
@@ -206,7 +200,7 @@ class Transfer {
     return result;
   }
 
-  std::unique_ptr<CURL, decltype(&curl_easy_cleanup)> curl_;
+  CurlHandle curl_;
   std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)> headers_;
   std::string url_;
   bool resume_;

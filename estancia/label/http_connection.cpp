@@ -8,6 +8,7 @@
 #include <exception>
 #include <string_view>
 
+#include "estancia/core/curl_handle.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/no_sigpipe.hpp"
 #include "estancia/core/progress.hpp"
@@ -21,13 +22,6 @@ using std::chrono::milliseconds;
 // Less than libcurl allows (100 kB a line, 300 kB in all), where it would speak of a broken connection.
 constexpr std::size_t kMostHeaders = std::size_t{200} << 10U;  // bytes
 constexpr int kTooLarge = 100;                                 // CURLE_TOO_LARGE, known since libcurl 8.6
-
-CURL* newHandle() {
-  static const CURLcode once = curl_global_init(CURL_GLOBAL_DEFAULT);
-  CURL* handle = once == CURLE_OK ? curl_easy_init() : nullptr;
-  if (handle == nullptr) throw Error("libcurl cannot be started; is there memory left?");
-  return handle;
-}
 
 bool canBeAsked(const std::string& url) {
   const std::unique_ptr<CURLU, decltype(&curl_url_cleanup)> parts(curl_url(), &curl_url_cleanup);
@@ -43,9 +37,7 @@ std::string secondsOf(milliseconds time) {
 class HttpConnection::Implementation {
  public:
   explicit Implementation(HttpEndpoint endpoint)
-      : endpoint_(std::move(endpoint)),
-        curl_(newHandle(), &curl_easy_cleanup),
-        headers_(nullptr, &curl_slist_free_all) {
+      : endpoint_(std::move(endpoint)), curl_(makeCurlHandle()), headers_(nullptr, &curl_slist_free_all) {
     const std::string url = endpoint_.server + endpoint_.path;
     if (!canBeAsked(url)) throw Error("`url` in model.toml names no server that can be asked; correct it");
     set(CURLOPT_URL, url.c_str());
@@ -242,7 +234,7 @@ class HttpConnection::Implementation {
   }
 
   const HttpEndpoint endpoint_;
-  std::unique_ptr<CURL, decltype(&curl_easy_cleanup)> curl_;
+  CurlHandle curl_;
   std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)> headers_;
   Request request_;
 };

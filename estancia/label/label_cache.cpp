@@ -16,6 +16,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/home.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -68,11 +69,6 @@ bool readExactly(int file, void* to, std::size_t bytes, std::uint64_t at) {
     bytes -= static_cast<std::size_t>(got);
   }
   return true;
-}
-
-std::string environment(const char* variable) {
-  const char* value = std::getenv(variable);
-  return value == nullptr ? "" : value;
 }
 
 std::vector<fs::path> filesIn(const fs::path& folder) {
@@ -293,7 +289,7 @@ fs::path LabelCache::defaultFolder() {
   if (const std::string folder = environment("ESTANCIA_CACHE"); !folder.empty()) return folder;
   if (const std::string cache = environment("XDG_CACHE_HOME"); !cache.empty())
     return fs::path(cache) / "estancia/labels";
-  return fs::path(environment("HOME")) / ".cache/estancia/labels";
+  return userHome() / ".cache/estancia/labels";
 }
 
 std::uint64_t LabelCache::defaultLimit() {

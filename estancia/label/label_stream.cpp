@@ -137,12 +137,7 @@ class LabelStream::Reader {
       if (options_.cache != nullptr && needsImage_) waiting.fingerprint = sequence_.fingerprint(i);
       recall(waiting);
       if (looksAtImage(waiting)) waiting.frame.image = sequence_.image(i);
-      if (options_.cache != nullptr && waiting.fingerprint.empty() && needsImage_) {
-        waiting.fingerprint = fingerprintOf(waiting.frame.image);
-        recall(waiting);
-      } else if (!waiting.frame.image.empty() && sequence_.fingerprint(i) != waiting.fingerprint) {
-        waiting.fingerprint.clear();  // the file has just been changed: who knows which one was decoded
-      }
+      if (options_.cache != nullptr && !waiting.frame.image.empty()) identify(waiting);
       for (std::size_t p = 0; p < parts_.size(); ++p)
         if (Part& part = waiting.parts[p]; !part.remembered)
           part.input = parts_[p]->prepare(waiting.frame.image, sequence_.frame(i).name);
@@ -159,6 +154,17 @@ class LabelStream::Reader {
     for (std::size_t p = 0; p < parts_.size(); ++p)
       if (parts_[p]->needsImage() && !waiting.parts[p].remembered) return true;
     return false;
+  }
+
+  /// What was decoded: known by its pixels where its file does not tell, and by nothing when the file has
+  /// just been changed, since nobody knows which one was read.
+  void identify(Waiting& waiting) const {
+    if (waiting.fingerprint.empty()) {
+      waiting.fingerprint = fingerprintOf(waiting.frame.image);
+      recall(waiting);
+    } else if (sequence_.fingerprint(waiting.frame.index) != waiting.fingerprint) {
+      waiting.fingerprint.clear();
+    }
   }
 
   void recall(Waiting& waiting) const {
@@ -232,7 +238,7 @@ class LabelStream::Inference {
     for (std::size_t f = 0; f < frames.size(); ++f) {
       LabelledFrame& frame = frames[f].frame;
       if (frame.labelled()) {
-        frame.remembered = options_.cache != nullptr && !looked(frames[f]);
+        frame.remembered = isRemembered(frames[f]);
         frame.descriptor =
             labeler_.members().empty() ? std::move(answers[f][0]) : labeler_.combine(answers[f]);
       } else if (options_.strict) {
@@ -248,11 +254,15 @@ class LabelStream::Inference {
                                                    [](const Part& part) { return !part.remembered; });
   }
 
-  /// Whether some part had to look at the picture.
-  bool looked(const Waiting& waiting) const {
-    for (std::size_t p = 0; p < parts_.size(); ++p)
-      if (parts_[p]->needsImage() && !waiting.parts[p].remembered) return true;
-    return false;
+  /// Whether the cache gave what would else have needed a look at the picture.
+  bool isRemembered(const Waiting& waiting) const {
+    bool some = false;
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      if (!parts_[p]->needsImage()) continue;
+      if (!waiting.parts[p].remembered) return false;
+      some = true;
+    }
+    return some;
   }
 
   /// The answers of one part to all frames: words of the cache and of inference in the order of the frames,

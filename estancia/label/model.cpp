@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <pwd.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/home.hpp"
 #include "estancia/label/ensemble.hpp"
 #include "estancia/label/http.hpp"
 #include "estancia/label/human.hpp"
@@ -70,11 +70,6 @@ struct Registry {
 Registry& registry() {
   static Registry instance;
   return instance;
-}
-
-std::string environment(const char* variable) {
-  const char* value = std::getenv(variable);
-  return value == nullptr ? "" : value;
 }
 
 bool isModelFolder(const fs::path& folder) {
@@ -153,10 +148,7 @@ void swapIn(const fs::path& fresh, const fs::path& target) {
 fs::path modelHome() {
   const std::string home = environment("ESTANCIA_HOME");
   if (!home.empty()) return fs::path(home) / "models";
-  std::string user = environment("HOME");
-  if (user.empty())  // a service: as the shell's ~ does
-    if (const passwd* entry = getpwuid(geteuid()); entry != nullptr) user = entry->pw_dir;
-  return fs::path(user) / ".local/share/estancia/models";
+  return userHome() / ".local/share/estancia/models";
 }
 
 fs::path getModelFolder(const std::string& model) {

@@ -6,11 +6,11 @@
 #include <onnx/onnx_pb.h>
 
 #include <algorithm>
-#include <fstream>
 #include <set>
 #include <vector>
 
 #include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
 #include "estancia/label/tfjs_reader.hpp"
 #include "estancia/label/tfjs_weights.hpp"
 #include "estancia/label/tflite_reader.hpp"
@@ -20,6 +20,8 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr std::size_t mostBytes = std::size_t{1} << 31;  // more than protobuf can hold
+
 bool isTflite(const ModelSpec& spec) {
   const std::string extension = spec.file.extension().string();
   return extension == ".tflite" || extension == ".lite";
@@ -27,13 +29,6 @@ bool isTflite(const ModelSpec& spec) {
 
 bool isTfjs(const ModelSpec& spec) {
   return spec.file.extension() == ".json";
-}
-
-std::string readAll(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes(std::istreambuf_iterator<char>(file), {});
-  if (!file) throw Error(fmt::format("cannot read {}", path.string()));
-  return bytes;
 }
 
 /// Whether the spec wants the network as it is, whatever its input.
@@ -66,7 +61,7 @@ void requireWeightsInside(const onnx::TensorProto& weights, const fs::path& path
 /// Engines run an ONNX network on sizes that it was not made for, or fail late: the file's own word is asked
 /// first. A network for any size is fixed to ours.
 std::string readOnnx(const ModelSpec& spec, const fs::path& path) {
-  std::string bytes = readAll(path);
+  std::string bytes = io::readBytes(path, mostBytes);
   onnx::ModelProto model;
   if (!model.ParseFromString(bytes) || !model.has_graph())
     throw Error(fmt::format("{} is no ONNX file, or cut short; fetch it again", path.string()));
@@ -96,7 +91,7 @@ std::string readOnnx(const ModelSpec& spec, const fs::path& path) {
 }
 
 std::string readTflite(const ModelSpec& spec, const fs::path& path) {
-  const std::string bytes = readAll(path);
+  const std::string bytes = io::readBytes(path, mostBytes);
   const auto graph =
       tflite::readGraph({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, path.string());
   const auto& shape = graph.tensors[static_cast<std::size_t>(graph.input)].shape;

@@ -108,7 +108,9 @@ TEST_F(Labelling, CsvAndNpyGoOutAndComeBack) {
   label(pictures_, scratch_ / "words.labels");
   for (const std::string kind : {"csv", "npy"}) {
     const std::string out = scratch_ / ("words." + kind);
-    EXPECT_EQ(label(scratch_ / "words.labels", out)["frames"], 24);
+    const json written = label(scratch_ / "words.labels", out);
+    EXPECT_EQ(written["frames"], 24);
+    EXPECT_EQ(written["remembered"], 0) << "a recording is no memory of ours";
     ASSERT_EQ(run({"map", out, "-o", scratch_ / (kind + ".estancia"), "--distance", "l2"}).exitCode, 0);
     EXPECT_EQ(label(out, scratch_ / (kind + ".labels"))["words"], 4);
     // A second recording of the same words is found in the map of the first.
@@ -151,6 +153,9 @@ TEST_F(Labelling, ABlackBoxThatFindsItsWordsMapsAndLocalizes) {
       json::parse(
           run({"label", pictures_, "-o", scratch_ / "b.labels", "--model", box, "--json"}).out)["words"],
       3);
+  const auto again =
+      json::parse(run({"label", pictures_, "-o", scratch_ / "c.labels", "--model", box, "--json"}).out);
+  EXPECT_EQ(again["remembered"], 24) << "each frame once";
 }
 
 }  // namespace
