@@ -68,7 +68,7 @@ class LabelStream::Reader {
       const std::lock_guard lock(mutex_);
       stopped_ = true;
     }
-    changed_.notify_all();
+    drained_.notify_all();
     for (std::thread& thread : threads_) thread.join();
   }
 
@@ -80,7 +80,7 @@ class LabelStream::Reader {
   std::optional<Waiting> take() {
     std::unique_lock lock(mutex_);
     // Frames before the one that failed are in other threads' hands and will come.
-    changed_.wait(lock, [this] {
+    arrived_.wait(lock, [this] {
       return ready_.contains(nextToGive_) || (failed_ && nextToGive_ >= failedAt_) || atEnd();
     });
     const auto found = ready_.find(nextToGive_);
@@ -91,8 +91,10 @@ class LabelStream::Reader {
     Waiting waiting = std::move(found->second);
     ready_.erase(found);
     ++nextToGive_;
+    // Not for every frame: to wake a thread costs as much as a small network.
+    const bool halfEmpty = nextToGive_ + room_ - nextToRead_ >= std::max<std::size_t>(room_ / 2, 1);
     lock.unlock();
-    changed_.notify_all();
+    if (halfEmpty) drained_.notify_all();
     return waiting;
   }
 
@@ -104,7 +106,7 @@ class LabelStream::Reader {
       std::size_t i = 0;
       {
         std::unique_lock lock(mutex_);
-        changed_.wait(lock, [this] { return stopped_ || failed_ || nextToRead_ < nextToGive_ + room_; });
+        drained_.wait(lock, [this] { return stopped_ || failed_ || nextToRead_ < nextToGive_ + room_; });
         if (stopped_ || failed_ || nextToRead_ >= sequence_.size()) return;
         i = nextToRead_++;
       }
@@ -115,6 +117,7 @@ class LabelStream::Reader {
       } catch (...) {
         failure = std::current_exception();
       }
+      bool awaited = false;
       {
         const std::lock_guard lock(mutex_);
         if (waiting) ready_.emplace(i, std::move(*waiting));
@@ -124,8 +127,10 @@ class LabelStream::Reader {
           failedAt_ = i;
           failed_ = true;
         }
+        awaited = failed_ || i == nextToGive_;
       }
-      changed_.notify_all();
+      if (awaited) arrived_.notify_one();
+      if (failure) drained_.notify_all();
     }
   }
 
@@ -184,7 +189,8 @@ class LabelStream::Reader {
   std::vector<std::string> keys_;
   bool needsImage_ = false;
   std::mutex mutex_;
-  std::condition_variable changed_;
+  std::condition_variable arrived_;  ///< the next frame to give, or a failure
+  std::condition_variable drained_;  ///< there is room for more
   std::map<std::size_t, Waiting> ready_;
   std::size_t nextToRead_, nextToGive_;
   std::exception_ptr failure_;
