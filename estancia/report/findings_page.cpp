@@ -9,6 +9,7 @@
 #include "estancia/report/html.hpp"
 #include "estancia/report/line_chart.hpp"
 #include "estancia/report/map_page_assets.hpp"
+#include "estancia/report/matrix.hpp"
 
 namespace estancia {
 namespace {
@@ -89,6 +90,10 @@ Markup section(const StackedBars& figure) {
 
 Markup section(const LineChart& chart) {
   return lineChart(chart);
+}
+
+Markup section(const Matrix& matrix) {
+  return matrixTable(matrix);
 }
 
 }  // namespace
