@@ -15,6 +15,7 @@
 #include "estancia/experiment/posed_descriptors.hpp"
 #include "estancia/experiment/room_table.hpp"
 #include "estancia/label/model.hpp"
+#include "estancia/stats/compared_vectors.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
 #include "estancia/topology/session.hpp"
