@@ -277,7 +277,7 @@ double compare(Comparison comparison, std::span<const float> a, std::span<const 
       return 0.5 * rescaled(chiSquares(x, y, w, n), n);
     case Comparison::bhattacharyya:
       return -std::log(
-          std::max(cosine(products(x, y, w, n), products(x, x, w, n), products(y, y, w, n)), 1e-12));
+          std::clamp(cosine(products(x, y, w, n), products(x, x, w, n), products(y, y, w, n)), 1e-12, 1.0));
     case Comparison::cosine:
       return std::clamp(1 - cosine(products(x, y, w, n), products(x, x, w, n), products(y, y, w, n)), 0.0,
                         2.0);
