@@ -65,11 +65,13 @@ void requireOutput(const Arguments& arguments) {
                             arguments.output));
 }
 
+/// What the clustering will take, known before any image is labelled; and whether it fits.
 void sayMemory(std::size_t images, std::size_t labels) {
   requireClusteringMemory(images, labels);
-  constexpr double gibibyte = 1 << 30;
-  spdlog::info("{} images × {} words will take {:.2g} GiB of memory", images, labels,
-               static_cast<double>(clusteringMemory(images, labels)) / gibibyte);
+  const double mebibytes = static_cast<double>(clusteringMemory(images, labels)) / (1 << 20);
+  spdlog::info(
+      "zones of {} images in {} words take {} of memory", images, labels,
+      mebibytes < 1024 ? fmt::format("{:.0f} MiB", mebibytes) : fmt::format("{:.1f} GiB", mebibytes / 1024));
 }
 
 Recording recordingOf(const Arguments& arguments) {

@@ -91,8 +91,7 @@ DescriptorMatrix readLabels(const fs::path& path) {
 
 struct Timing {
   Seconds distances, linkage;
-  double wall() const { return distances.wall + linkage.wall; }
-  double cpu() const { return distances.cpu + linkage.cpu; }
+  Seconds both() const { return {distances.wall + linkage.wall, distances.cpu + linkage.cpu}; }
 };
 
 Dendrogram cluster(const DescriptorMatrix& rows, Comparison comparison, Linkage linkage, int threads,
@@ -101,14 +100,18 @@ Dendrogram cluster(const DescriptorMatrix& rows, Comparison comparison, Linkage 
   CondensedDistances distances = pairwiseDistances(rows, comparison, {.threads = threads});
   timing.distances = first.seconds();
   const Stopwatch second;
-  Dendrogram dendrogram = link(std::move(distances), linkage, {.sizes = {}, .threads = threads});
+  Dendrogram dendrogram = link(std::move(distances), linkage);
   timing.linkage = second.seconds();
   return dendrogram;
 }
 
+constexpr const char* timingColumns = " distances: wall, processor | linkage | both |";
+
 void printTiming(const std::string& who, const Timing& timing) {
-  fmt::print("| {} | {:.2f} s | {:.2f} s | {:.2f} s | {:.2f} s |\n", who, timing.distances.wall,
-             timing.linkage.wall, timing.wall(), timing.cpu());
+  fmt::print("| {} |", who);
+  for (const Seconds& s : {timing.distances, timing.linkage, timing.both()})
+    fmt::print(" {:.2f}, {:.2f} s |", s.wall, s.cpu);
+  fmt::print("\n");
   std::fflush(stdout);
 }
 
@@ -152,7 +155,8 @@ void besideSciPy(const DescriptorMatrix& rows) {
   printTiming("SciPy", theirs);
   fmt::print(
       "\ntimes as fast as SciPy: {:.1f} with 1 thread, {:.1f} with {}; by the processor's time {:.1f}\n\n",
-      theirs.wall() / one.wall(), theirs.wall() / all.wall(), usableCores(), theirs.cpu() / one.cpu());
+      theirs.both().wall / one.both().wall, theirs.both().wall / all.both().wall, usableCores(),
+      theirs.both().cpu / one.both().cpu);
   fmt::print("| cut | zones | adjusted Rand index with SciPy's | same partition |\n|---|---|---|---|\n");
   for (std::size_t i = 0; i < cuts.size(); ++i) {
     const std::vector<int> ours = dendrogram.cutAt(cuts[i]);
@@ -167,16 +171,16 @@ void curve(const std::vector<std::size_t>& sizes) {
   constexpr std::size_t labels = 205;
   constexpr double gibibyte = 1 << 30;
   const Distance distance = getDistance("clr-cosine");
+  fmt::print("| images | linkage | peak memory |{}\n|---|---|---|---|---|---|\n", timingColumns);
   for (const std::size_t n : sizes) {
-    fmt::print("{} images need {:.2f} GiB; {:.1f} GiB are available\n", n,
+    fmt::print(stderr, "{} images need {:.2f} GiB; {:.1f} GiB are available\n", n,
                static_cast<double>(clusteringMemory(n, labels)) / gibibyte,
                static_cast<double>(availableMemory()) / gibibyte);
-    std::fflush(stdout);
     requireClusteringMemory(n, labels);
     const DescriptorMatrix images = madeUp(n, labels, 100);
     const DescriptorMatrix rows = comparedVectors(images, images, distance);
     for (const NamedLinkage& named : linkages()) {
-      if (n > 10000 && named.linkage != Linkage::average) continue;
+      if (n > 10000 && named.linkage != Linkage::average && named.linkage != Linkage::single) continue;
       Timing timing;
       cluster(rows, comparisonFor(distance, named.linkage), named.linkage, 0, timing);
       printTiming(fmt::format("{} | {} | {:.2f} GiB", n, named.name, peakMemory()), timing);

@@ -16,8 +16,14 @@ void scaleToUnit(std::span<float> vector) {
     std::fill(vector.begin(), vector.end(), 1 / std::sqrt(static_cast<float>(vector.size())));
 }
 
+/// Divergences grow with the vectors as squared differences grow with their squares.
+bool isDivergence(Comparison comparison) {
+  return comparison == Comparison::chiSquared || comparison == Comparison::kullbackLeibler ||
+         comparison == Comparison::jensenShannon;
+}
+
 /// One cosine of vectors whose parts have the lengths √(w / Σ w) is the weighted mean of the parts' own
-/// cosines. For other distances a weight acts on squared differences.
+/// cosines. For other distances a weight acts on squared differences, or on divergences.
 void balance(const Distance& distance, std::span<float> vector) {
   const bool cosine = distance.comparison == Comparison::cosine;
   if (distance.parts.size() < 2) {
@@ -30,8 +36,9 @@ void balance(const Distance& distance, std::span<float> vector) {
     const std::span<float> own = vector.subspan(first, part.size);
     if (cosine) scaleToUnit(own);
     const float share = part.weight / sum * (cosine ? 1.0F : static_cast<float>(distance.parts.size()));
-    if (share != 1)
-      for (float& value : own) value *= std::sqrt(share);
+    const float scale = isDivergence(distance.comparison) ? share : std::sqrt(share);
+    if (scale != 1)
+      for (float& value : own) value *= scale;
     first += part.size;
   }
 }

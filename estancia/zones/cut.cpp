@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -56,6 +57,10 @@ std::vector<double> modularities(const Dendrogram& tree, const Neighbours& neigh
 
 }  // namespace
 
+std::size_t neighboursForCut(std::size_t items) {
+  return std::max<std::size_t>(3, static_cast<std::size_t>(std::lround(std::sqrt(items) / 3)));
+}
+
 Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count) {
   const std::size_t items = distances.items();
   Neighbours neighbours{std::min(count, items - std::min<std::size_t>(items, 1)), {}};
@@ -101,7 +106,7 @@ SuggestedCut suggestCut(const Dendrogram& dendrogram, const Neighbours& neighbou
     constexpr double rounding = 1e-9;
     if (below < above && curve[done] > best.modularity + rounding)
       best = {middle < above ? middle : below, curve[done],
-              fmt::format("there images and their {} nearest stay together best: modularity {:.2f}",
+              fmt::format("images and their {} nearest stay together best there, modularity {:.2f}",
                           neighbours.each, curve[done])};
   }
   return best;

@@ -17,11 +17,11 @@ struct Neighbours {
   std::vector<std::uint32_t> nearest;  ///< N×each, row-major, nearest first, of equal ones the lower number
 };
 
-/// How many neighbours suggestCut() is measured with (docs/zones.md).
-inline constexpr std::size_t neighboursOfCut = 5;
+/// How many neighbours suggestCut() wants of each of so many items: √N / 3, at least 3 (docs/zones.md).
+std::size_t neighboursForCut(std::size_t items);
 
 /// O(N²).
-Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count = neighboursOfCut);
+Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count);
 
 struct SuggestedCut {
   double distance = 0;    ///< τ_d: merge up to here

@@ -130,7 +130,7 @@ CondensedDistances compareImages(const Recording& recording, const ZoneOptions& 
 ImageTree linkImages(const Recording& recording, const ZoneOptions& options, Progress& progress) {
   if (recording.frames.empty()) throw Error("there are no zones without images; give at least one");
   CondensedDistances distances = compareImages(recording, options, progress);
-  Neighbours neighbours = findNeighbours(distances);
+  Neighbours neighbours = findNeighbours(distances, neighboursForCut(distances.items()));
   return {link(std::move(distances), getLinkage(options.linkage), {.sizes = {}, .progress = &progress}),
           std::move(neighbours)};
 }

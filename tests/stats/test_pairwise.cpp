@@ -60,8 +60,8 @@ TEST(PairwiseDistances, AreThoseOfEachPairInPdistsOrder) {
 }
 
 TEST(PairwiseDistances, OfNothingAndOfOneAreNone) {
-  EXPECT_EQ(pairwiseDistances(DescriptorMatrix(5), Comparison::l1).values().size(), 0U);
-  EXPECT_EQ(pairwiseDistances(distributions(1, 5), Comparison::l1).values().size(), 0U);
+  EXPECT_TRUE(valuesOf(pairwiseDistances(DescriptorMatrix(5), Comparison::l1)).empty());
+  EXPECT_TRUE(valuesOf(pairwiseDistances(distributions(1, 5), Comparison::l1)).empty());
 }
 
 TEST(PairwiseDistances, DoNotDependOnTheNumberOfThreads) {
@@ -115,7 +115,7 @@ TEST(PairwiseDistances, ZeroVectorsAreAlikeAmongThemselvesOnly) {
   EXPECT_EQ(distances(0, 1), 0);
   EXPECT_EQ(distances(0, 2), 1);
   for (const Comparison comparison : everyComparison)
-    for (const double d : pairwiseDistances(rows, comparison).values())
+    for (const double d : valuesOf(pairwiseDistances(rows, comparison)))
       EXPECT_TRUE(std::isfinite(d) && d >= 0);
 }
 
