@@ -16,15 +16,19 @@ struct ResultTable {
     std::string name;
     int decimals = 2;
     Best best = Best::none;  ///< which of its values are pointed out
+    bool operator==(const Column&) const = default;
   };
   struct Row {
     std::string name;
     std::vector<std::optional<double>> values;  ///< one a column; absent where unknown
+    bool operator==(const Row&) const = default;
   };
   std::string title, caption;
   std::string rowsAre;  ///< what the rows are: "model"
   std::vector<Column> columns;
   std::vector<Row> rows;
+
+  bool operator==(const ResultTable&) const = default;
 };
 
 /// One curve for each thing that was compared, over the same positions.
