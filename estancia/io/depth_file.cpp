@@ -46,10 +46,10 @@ cv::Mat readDepth(const fs::path& file, double unitsPerMetre) {
                             printable(file.string())));
   cv::Mat metres;
   raw.convertTo(metres, CV_32F);
-  const auto perUnit = static_cast<float>(1 / (unitsPerMetre > 0 ? unitsPerMetre : usualUnits(kind)));
+  const double units = unitsPerMetre > 0 ? unitsPerMetre : usualUnits(kind);
   const float invalid = kind == CV_16U ? 65535.F : std::numeric_limits<float>::infinity();
   metres.forEach<float>([=](float& d, const int*) {
-    const float scaled = d * perUnit;
+    const auto scaled = static_cast<float>(d / units);
     d = d > 0 && d < invalid && std::isfinite(scaled) ? scaled : 0;
   });
   return metres;
