@@ -16,6 +16,8 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr double kFurthest = 1e6;  // [m]; more is damage, not depth
+
 /// What is usual where nobody says: millimetres, 255 for 10 m (as NYU Depth V2 is passed around), metres.
 double usualUnits(int depth) {
   return depth == CV_8U ? 25.5 : depth == CV_16U ? 1000 : 1;
@@ -49,8 +51,8 @@ cv::Mat readDepth(const fs::path& file, double unitsPerMetre) {
   const double units = unitsPerMetre > 0 ? unitsPerMetre : usualUnits(kind);
   const float invalid = kind == CV_16U ? 65535.F : std::numeric_limits<float>::infinity();
   metres.forEach<float>([=](float& d, const int*) {
-    const auto scaled = static_cast<float>(d / units);
-    d = d > 0 && d < invalid && std::isfinite(scaled) ? scaled : 0;
+    const double scaled = d / units;
+    d = d > 0 && d < invalid && scaled < kFurthest ? static_cast<float>(scaled) : 0;
   });
   return metres;
 }
