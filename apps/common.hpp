@@ -41,6 +41,7 @@ void print(const nlohmann::ordered_json& json);
 void addExamples(CLI::App& command, const std::string& examples);
 
 // One file a subcommand.
+void addCheckCommand(CLI::App& app);
 void addLabelCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
 void addAskCommand(CLI::App& app);
