@@ -24,8 +24,12 @@ void printForPeople(const CheckReport& report, const std::vector<std::string>& n
                item.fix);
   }
   for (const std::string& note : notes) fmt::print("note     {}\n", note);
-  fmt::print("{} frames: {} problems, {} warnings\n", report.frames, report.count(Severity::problem),
-             report.count(Severity::warning));
+  const auto counted = [&report](Severity severity, const char* what) {
+    const std::size_t count = report.count(severity);
+    return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+  };
+  fmt::print("{} frames: {}, {}\n", report.frames, counted(Severity::problem, "problem"),
+             counted(Severity::warning, "warning"));
 }
 
 void printForMachines(const CheckReport& report, const std::vector<std::string>& notes) {
