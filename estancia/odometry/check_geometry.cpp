@@ -310,14 +310,14 @@ void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& 
   for (const char* reason :
        {"pose-constant", "pose-order", "camera-size", "camera-centre", "camera-view", "depth-size"})
     if (list.has(reason)) return;  // nothing can agree
+  bool posed = false;
+  for (std::size_t i = 0; i < sequence.size() && !posed; ++i) posed = sequence.frame(i).pose.has_value();
+  if (!posed) return;
   Geometry geometry(sequence);
   geometry.findPairs(progress);
   if (geometry.pairs() < kFewestPairs) {
-    bool posed = false;
-    for (std::size_t i = 0; i < sequence.size() && !posed; ++i) posed = sequence.frame(i).pose.has_value();
-    if (posed)
-      list.fine("geometry", "Poses and depth were not compared: too few frames moved and have both",
-                fmt::format("{} pairs", geometry.pairs()));
+    list.fine("geometry", "Poses and depth were not compared: too few frames moved and have both",
+              fmt::format("{} pairs", geometry.pairs()));
     return;
   }
   const Scores unmoved = geometry.unmoved();

@@ -13,6 +13,8 @@ namespace {
 
 constexpr double kBlack = 8, kWhite = 247;  // mean grey value of a picture without use
 
+constexpr std::size_t kDepthPixels = 300000;  // looked at in all frames together: plenty
+
 /// Counts frames and remembers the first.
 struct Tally {
   std::size_t count = 0;
@@ -76,7 +78,9 @@ cv::Size lookAtPicture(const Sequence& sequence, std::size_t i, PictureTally& ta
   return picture.size();
 }
 
-cv::Size lookAtDepth(const Sequence& sequence, std::size_t i, cv::Size picture, DepthTally& tally) {
+/// Takes about `pixels` of the frame's pixels.
+cv::Size lookAtDepth(const Sequence& sequence, std::size_t i, cv::Size picture, std::size_t pixels,
+                     DepthTally& tally) {
   ++tally.looked;
   const std::string& name = sequence.frame(i).name;
   cv::Mat depth;
@@ -88,9 +92,8 @@ cv::Size lookAtDepth(const Sequence& sequence, std::size_t i, cv::Size picture, 
     return {};
   }
   std::vector<double> valid;
-  constexpr std::size_t wanted = 5000;  // pixels are plenty
   const auto step =
-      std::max<std::size_t>(1, depth.total() / wanted) | 1;  // odd: no column is met again and again
+      std::max<std::size_t>(1, depth.total() / pixels) | 1;  // odd: no column is met again and again
   std::size_t seen = 0;
   for (std::size_t p = 0; p < depth.total(); p += step, ++seen) {
     const float d = depth.at<float>(static_cast<int>(p) / depth.cols, static_cast<int>(p) % depth.cols);
@@ -212,12 +215,13 @@ DepthFacts checkPictures(const Sequence& sequence, const CheckOptions& options, 
   DepthTally depths;
   DepthFacts facts;
   const auto indices = evenly(sequence.size(), options.frames);
+  const std::size_t pixels = 100 + kDepthPixels / indices.size();
   progress.begin("looking at frames", indices.size());
   for (const std::size_t i : indices) {
     const cv::Size picture = lookAtPicture(sequence, i, pictures);
     if (facts.picture.empty()) facts.picture = picture;
     if (sequence.hasDepth()) {
-      const cv::Size depth = lookAtDepth(sequence, i, picture, depths);
+      const cv::Size depth = lookAtDepth(sequence, i, picture, pixels, depths);
       if (facts.depth.empty()) facts.depth = depth;
     }
     progress.advance();
