@@ -294,11 +294,10 @@ void report(const Sequence& sequence, const Candidate& best, double given, doubl
                     h.shift > 0 ? "late" : "early"),
         evidence,
         h.shift > 0
-            ? fmt::format("subtract the delay from the trajectory's time stamps, or leave out its first {} "
-                          "poses",
-                          by)
-            : fmt::format("add the delay to the trajectory's time stamps, or leave out the first {} pictures",
-                          by));
+            ? fmt::format("subtract the delay from the trajectory's time stamps, or leave out its first {}",
+                          by > 1 ? fmt::format("{} poses", by) : "pose")
+            : fmt::format("add the delay to the trajectory's time stamps, or leave out the first {}",
+                          by > 1 ? fmt::format("{} pictures", by) : "picture"));
   }
   if (std::abs(std::log(h.scale)) > 0.08) reportScale(h.scale, facts, evidence, list);
 }

@@ -155,7 +155,7 @@ void judgeRange(const DepthTally& tally, double median, Checklist& list) {
   list.add(
       Severity::problem, "depth-scale",
       fmt::format("Depth is implausibly {}, it is in other units", small ? "near" : "far"),
-      fmt::format("median {:.3g} m in {} frames; {:.2g} m if {} {:g}", median, tally.medians.size(),
+      fmt::format("median {:.4g} m in {} frames; {:.2g} m if {} {:g}", median, tally.medians.size(),
                   median * best, small ? "multiplied by" : "divided by", small ? best : 1 / best),
       fmt::format("give a --depth-scale {:g} times as {} (the default is 1000 for 16 bits, TUM RGB-D 5000, "
                   "float 1)",

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/pictures.hpp"
-#include "odometry/room.hpp"
+#include "odometry/recorded_room.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
@@ -55,7 +55,7 @@ class CheckCommand : public testing::Test {
     return names;
   }
 
-  const Room room_{40};
+  const RecordedRoom room_{40};
   ScratchFolder folder_;
 };
 

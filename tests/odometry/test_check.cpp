@@ -9,14 +9,14 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/odometry/check.hpp"
-#include "odometry/room.hpp"
+#include "odometry/recorded_room.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
 using test::Altered;
-using test::Room;
+using test::RecordedRoom;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -151,7 +151,7 @@ const std::vector<Fault>& geometricFaults() {
 }
 
 TEST(Check, FindsExactlyWhatIsWrongInARoom) {
-  const Room room;
+  const RecordedRoom room;
   for (const Fault& fault : geometricFaults()) {
     Altered spoilt(room);
     fault.spoil(spoilt);
@@ -178,7 +178,7 @@ const CheckItem& onlyFault(const CheckReport& report) {
 }
 
 TEST(Check, SaysHowToMendIt) {
-  const Room room;
+  const RecordedRoom room;
   Altered inverted(room), body(room), late(room), coarse(room), large(room);
   inverted.pose([](const cv::Affine3d& t) { return t.inv(); });
   EXPECT_THAT(onlyFault(check(inverted)).fix, HasSubstr("invert each pose"));
@@ -195,7 +195,7 @@ TEST(Check, SaysHowToMendIt) {
 }
 
 TEST(Check, LooksAtDepthWithoutPosesToo) {
-  const Room room;
+  const RecordedRoom room;
   const auto found = [&room](const std::function<void(Altered&)>& spoil) {
     Altered spoilt(room);
     for (Frame& f : spoilt.frames) f.pose.reset();
@@ -235,7 +235,7 @@ TEST(Check, LooksAtDepthWithoutPosesToo) {
 }
 
 TEST(Check, LooksAtCameraAndPictures) {
-  const Room room;
+  const RecordedRoom room;
   const auto found = [&room](const std::function<void(Altered&)>& spoil) {
     Altered spoilt(room);
     for (Frame& f : spoilt.frames) f.pose.reset();
@@ -272,7 +272,7 @@ TEST(Check, LooksAtCameraAndPictures) {
 }
 
 TEST(Check, LooksAtTimeStamps) {
-  const Room room;
+  const RecordedRoom room;
   const auto found = [&room](const std::function<void(Altered&)>& spoil) {
     Altered spoilt(room);
     for (Frame& f : spoilt.frames) f.pose.reset();
@@ -297,7 +297,7 @@ TEST(Check, LooksAtTimeStamps) {
 }
 
 TEST(Check, JudgesPositionsBySpeedWhereThereIsNoDepth) {
-  const Room room;
+  const RecordedRoom room;
   Altered millimetres(room);
   millimetres.depthThere = false;
   multiplyPositions(millimetres, 1000);
@@ -305,7 +305,7 @@ TEST(Check, JudgesPositionsBySpeedWhereThereIsNoDepth) {
 }
 
 TEST(Check, ClaimsNothingOfACameraThatHardlyMoves) {
-  const Room room;
+  const RecordedRoom room;
   Altered still(room);
   still.pose([&](const cv::Affine3d& t) {
     const cv::Affine3d first = test::affineOf(*room.frame(0).pose);
@@ -317,11 +317,12 @@ TEST(Check, ClaimsNothingOfACameraThatHardlyMoves) {
 }
 
 TEST(Check, TakesShortSequences) {
-  for (const std::size_t size : {1U, 2U, 3U, 5U}) EXPECT_THAT(faultsOf(Room(size)), IsEmpty()) << size;
+  for (const std::size_t size : {1U, 2U, 3U, 5U})
+    EXPECT_THAT(faultsOf(RecordedRoom(size)), IsEmpty()) << size;
 }
 
 TEST(Check, LooksAtAsManyFramesAsAskedFor) {
-  const Room room;
+  const RecordedRoom room;
   std::vector<std::size_t> seen;
   Altered watched(room);
   watched.depthThere = false;

@@ -34,9 +34,9 @@ inline Pose poseOf(const cv::Affine3d& t) {
 }
 
 /// Walls, floor, ceiling and some boxes, rendered by casting rays; z up, metres.
-class Room : public Sequence {
+class RecordedRoom : public Sequence {
  public:
-  explicit Room(std::size_t size = 90) {
+  explicit RecordedRoom(std::size_t size = 90) {
     intrinsics_ = CameraIntrinsics{160, 120, 140, 140, 79.5, 59.5};
     for (std::size_t i = 0; i < size; ++i) {
       const auto t = static_cast<double>(i);
