@@ -1,11 +1,17 @@
 #include "estancia/odometry/check.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "estancia/odometry/check_parts.hpp"
 
 namespace estancia {
 namespace odometry {
+
+std::string share(std::size_t count, std::size_t of, const char* what) {
+  return fmt::format("{} of {} {}", count, of, what);
+}
 
 double medianOf(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -1,8 +1,6 @@
 // The parts of checkSequence, one file each; of no use to others.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <cstddef>
 #include <opencv2/core/types.hpp>
 #include <optional>
@@ -41,9 +39,7 @@ class Checklist {
 };
 
 /// "3 of 60 pictures": what evidence mostly is.
-inline std::string share(std::size_t count, std::size_t of, const char* what) {
-  return fmt::format("{} of {} {}", count, of, what);
-}
+std::string share(std::size_t count, std::size_t of, const char* what);
 
 /// How bad it is that `missing` of `all` are not there: a fifth is more than a gap.
 inline Severity severityOfMissing(std::size_t missing, std::size_t all) {
