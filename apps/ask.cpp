@@ -6,10 +6,10 @@
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/label_words.hpp"
 #include "estancia/topology/ask.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/store.hpp"
-#include "estancia/topology/words.hpp"
 
 namespace estancia::apps {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "estancia/core/error.hpp"
-#include "estancia/topology/words.hpp"
+#include "estancia/core/label_words.hpp"
 
 namespace estancia {
 namespace {

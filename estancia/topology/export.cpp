@@ -9,10 +9,10 @@
 #include <string_view>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/label_words.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/topology/places.hpp"
-#include "estancia/topology/words.hpp"
 
 namespace estancia {
 namespace {

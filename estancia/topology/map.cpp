@@ -4,9 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/label_words.hpp"
 
 namespace estancia {
 
@@ -42,15 +42,7 @@ std::string toString(DecisionKind kind) {
 }
 
 std::vector<std::size_t> bestLabels(const Node& node, std::size_t count) {
-  std::vector<std::size_t> order(node.mean.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  count = std::min(count, order.size());
-  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(),
-                    [&](std::size_t a, std::size_t b) {
-                      return node.mean[a] != node.mean[b] ? node.mean[a] > node.mean[b] : a < b;
-                    });
-  order.resize(count);
-  return order;
+  return bestLabels(node.mean, count);
 }
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// Words of a question against the words of a vocabulary.
+// Labels as words for people: found by a question, shortened, ranked.
 #pragma once
 
 #include <cstddef>
@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "estancia/core/descriptor.hpp"
 #include "estancia/core/vocabulary.hpp"
 
 namespace estancia {
@@ -24,6 +25,9 @@ std::vector<std::string> findNearSpellings(const Vocabulary& vocabulary, std::st
 
 /// The first synonym of a label line, for people: "n03063599 coffee mug, cup" → "coffee mug".
 std::string shortLabel(std::string_view label);
+
+/// The `count` most probable labels, best first, as label indices; of equal ones the first.
+std::vector<std::size_t> bestLabels(DescriptorView probabilities, std::size_t count);
 
 /// Insertions, deletions, substitutions and swaps of neighbours that turn one text into the other (restricted
 /// Damerau–Levenshtein distance, by bytes).

@@ -1,7 +1,8 @@
-#include "estancia/topology/words.hpp"
+#include "estancia/core/label_words.hpp"
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <set>
 #include <tuple>
 
@@ -165,6 +166,19 @@ std::size_t editDistance(std::string_view a, std::string_view b) {
     std::swap(last, row);
   }
   return last[b.size()];
+}
+
+std::vector<std::size_t> bestLabels(DescriptorView probabilities, std::size_t count) {
+  std::vector<std::size_t> order(probabilities.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  count = std::min(count, order.size());
+  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(count), order.end(),
+                    [&](std::size_t a, std::size_t b) {
+                      return probabilities[a] != probabilities[b] ? probabilities[a] > probabilities[b]
+                                                                  : a < b;
+                    });
+  order.resize(count);
+  return order;
 }
 
 }  // namespace estancia

@@ -1,0 +1,96 @@
+#include "estancia/core/label_words.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace estancia {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+const Vocabulary& vocabulary() {
+  static const Vocabulary words({"tench, Tinca tinca", "cup, mug", "coffee mug", "dining table, board",
+                                 "desk", "umbrella", "n04070727 refrigerator, icebox", "battery",
+                                 "bookshelf, shelf", "glove", "bus", "T-shirt", "dining_room", "Café"});
+  return words;
+}
+
+std::vector<std::string> found(const std::string& words) {
+  std::vector<std::string> labels;
+  for (const std::size_t i : findLabels(vocabulary(), words)) labels.push_back(vocabulary()[i]);
+  return labels;
+}
+
+TEST(FindLabels, KnowsSynonymsWhateverTheirCase) {
+  EXPECT_THAT(found("MUG"), ElementsAre("cup, mug"));
+  EXPECT_THAT(found(" tinca  Tinca "), ElementsAre("tench, Tinca tinca"));
+  EXPECT_THAT(found("coffee mug"), ElementsAre("coffee mug"));
+  EXPECT_THAT(found("Icebox"), ElementsAre("n04070727 refrigerator, icebox"));
+  EXPECT_THAT(found("refrigerator"), ElementsAre("n04070727 refrigerator, icebox"));
+  EXPECT_THAT(found("CAFÉ"), ElementsAre("Café"));
+}
+
+TEST(FindLabels, IgnoresHyphensAndUnderscores) {
+  EXPECT_THAT(found("t shirt"), ElementsAre("T-shirt"));
+  EXPECT_THAT(found("dining-room"), ElementsAre("dining_room"));
+}
+
+TEST(FindLabels, KnowsPlurals) {
+  EXPECT_THAT(found("umbrellas"), ElementsAre("umbrella"));
+  EXPECT_THAT(found("batteries"), ElementsAre("battery"));
+  EXPECT_THAT(found("shelves"), ElementsAre("bookshelf, shelf"));
+  EXPECT_THAT(found("gloves"), ElementsAre("glove"));
+  EXPECT_THAT(found("buses"), ElementsAre("bus"));
+  EXPECT_THAT(found("coffee mugs"), ElementsAre("coffee mug"));
+}
+
+TEST(FindLabels, FallsBackToWholeWordsInside) {
+  EXPECT_THAT(found("table"), ElementsAre("dining table, board"));
+  EXPECT_THAT(found("dining"), ElementsAre("dining table, board", "dining_room"));
+  EXPECT_THAT(found("tab"), IsEmpty()) << "half a word is none";
+  EXPECT_THAT(found("table dining"), IsEmpty());
+}
+
+TEST(FindLabels, FallsBackToTheLongestSynonymInside) {
+  EXPECT_THAT(found("red umbrella"), ElementsAre("umbrella"));
+  EXPECT_THAT(found("my coffee mug"), ElementsAre("coffee mug"));
+}
+
+TEST(FindLabels, FindsNothingInNothing) {
+  EXPECT_THAT(found(""), IsEmpty());
+  EXPECT_THAT(found(" ,;- "), IsEmpty());
+  EXPECT_THAT(found("zebra"), IsEmpty());
+}
+
+TEST(NearSpellings, AreNearestFirst) {
+  EXPECT_THAT(findNearSpellings(vocabulary(), "umbrela"), ElementsAre("umbrella"));
+  EXPECT_THAT(findNearSpellings(vocabulary(), "refridgerator"), ElementsAre("refrigerator"));
+  EXPECT_THAT(findNearSpellings(vocabulary(), "tabel"), ElementsAre("table"));
+  EXPECT_THAT(findNearSpellings(vocabulary(), "cofee mug"), ElementsAre("coffee mug"));
+  EXPECT_THAT(findNearSpellings(vocabulary(), "xylophone"), IsEmpty());
+  EXPECT_THAT(findNearSpellings(vocabulary(), std::string(100000, 'x')), IsEmpty());
+}
+
+TEST(EditDistance, CountsASwapOnce) {
+  EXPECT_EQ(editDistance("", "abc"), 3U);
+  EXPECT_EQ(editDistance("abc", "abc"), 0U);
+  EXPECT_EQ(editDistance("abc", "acb"), 1U);
+  EXPECT_EQ(editDistance("kitten", "sitting"), 3U);
+  EXPECT_EQ(editDistance("ca", "abc"), 3U) << "restricted: no part is edited twice";
+}
+
+TEST(ShortLabel, IsTheFirstSynonym) {
+  EXPECT_EQ(shortLabel("n04070727 refrigerator, icebox"), "refrigerator");
+  EXPECT_EQ(shortLabel("desk"), "desk");
+  EXPECT_EQ(shortLabel("n0 desk"), "n0 desk");
+}
+
+TEST(BestLabels, AreTheMostProbableFirstAndOfEqualOnesTheEarlier) {
+  const std::vector<float> probabilities{0.1F, 0.4F, 0.1F, 0.3F};
+  EXPECT_THAT(bestLabels(probabilities, 3), ElementsAre(1U, 3U, 0U));
+  EXPECT_EQ(bestLabels(probabilities, 9).size(), 4U);
+}
+
+}  // namespace
+}  // namespace estancia
