@@ -192,6 +192,8 @@ void addZonesCommand(CLI::App& app) {
       "Image folder, video file, data set, folder of panoramas, label file, or a map (*.estancia), whose "
       "words are taken");
   command->add_option("-o,--output", arguments->output, "The file of zones, NAME.zones")->required();
+  // Rooms are told apart by their things more than places are, which the detector adds (docs/zones.md).
+  arguments->model.byDefault = "inception-v3+coco-ssd";
   arguments->model.addTo(*command, "What labels the images");
   command->add_flag("--overwrite", arguments->overwrite, "Replace an existing file of zones");
   const auto zones = "Zones";
