@@ -65,6 +65,7 @@ int main(int argc, char** argv) {
   addCheckCommand(app);
   addLabelCommand(app);
   addMapCommand(app);
+  addZonesCommand(app);
   addAskCommand(app);
   addRouteCommand(app);
   addLocalizeCommand(app);
