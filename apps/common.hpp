@@ -42,6 +42,7 @@ void addExamples(CLI::App& command, const std::string& examples);
 
 // One file a subcommand.
 void addLabelCommand(CLI::App& app);
+void addOdometryCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
 void addAskCommand(CLI::App& app);
 void addRouteCommand(CLI::App& app);

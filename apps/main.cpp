@@ -63,6 +63,7 @@ int main(int argc, char** argv) {
               "  estancia route home.estancia --from 0 --to \"coffee\"\n"
               "  estancia report home.estancia -o home.html");
   addLabelCommand(app);
+  addOdometryCommand(app);
   addMapCommand(app);
   addAskCommand(app);
   addRouteCommand(app);
