@@ -139,9 +139,11 @@ void addOdometryCommand(CLI::App& app) {
   arguments->model.addTo(*command, "Whose words propose loops");
   RgbdOptions& o = arguments->options;
   command->add_flag("--no-loops", arguments->noLoops, "Only track: no words, no loops; drift stays");
-  command->add_option("--term", o.term, "What is aligned: depth, colour or hybrid")
+  command
+      ->add_option("--term", o.term,
+                   "What is aligned: depth, colour, hybrid, or auto: depth, hybrid where depth would slide")
       ->capture_default_str()
-      ->check(CLI::IsMember({"depth", "colour", "hybrid"}));
+      ->check(CLI::IsMember({"auto", "depth", "colour", "hybrid"}));
   command->add_option("--width", o.width, "Pictures are reduced to this width [pixels]")
       ->capture_default_str();
   command->add_option("--farthest", o.farthest, "Depth beyond is not used [m]")->capture_default_str();

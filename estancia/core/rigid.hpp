@@ -22,10 +22,25 @@ inline cv::Affine3d rigidOf(const Pose& p) {
 
 /// The other way; its rotation must be one.
 inline Pose poseOf(const cv::Affine3d& transform) {
-  const cv::Vec3d axis = transform.rvec();  // angle times axis
-  const double angle = cv::norm(axis), scale = angle > 1e-12 ? std::sin(angle / 2) / angle : 0.5;
+  const cv::Matx33d r = transform.rotation();
   const cv::Vec3d t = transform.translation();
-  return {t[0], t[1], t[2], scale * axis[0], scale * axis[1], scale * axis[2], std::cos(angle / 2)};
+  // Shepperd 1978: divide by the largest of the four, which is never near 0.
+  const double trace = r(0, 0) + r(1, 1) + r(2, 2);
+  const double squares[] = {1 + 2 * r(0, 0) - trace, 1 + 2 * r(1, 1) - trace, 1 + 2 * r(2, 2) - trace,
+                            1 + trace};
+  const auto i = static_cast<int>(std::max_element(squares, squares + 4) - squares);
+  const int j = (i + 1) % 3, k = (i + 2) % 3;
+  cv::Vec4d q;  // x y z w
+  if (i == 3) {
+    q = {r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1), squares[3]};
+  } else {
+    q[i] = squares[i];
+    q[j] = r(j, i) + r(i, j);
+    q[k] = r(k, i) + r(i, k);
+    q[3] = r(k, j) - r(j, k);
+  }
+  q *= 1 / cv::norm(q);
+  return {t[0], t[1], t[2], q[0], q[1], q[2], q[3]};
 }
 
 /// How far a transform turns [rad, 0 to π].

@@ -8,14 +8,16 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr double kSettled = 1e-4;  // [m] and [rad]: a step that changes less is the last on its level
+constexpr double kFirm = 0.004;     // Alignment::firmness: below, depth slides (a bare wall, a corridor)
+constexpr double kTextured = 4e-4;  // variance of grey values (0 to 1): below, there is nothing to be alike
+constexpr double kSettled = 1e-4;   // [m] and [rad]: a step that changes less is the last on its level
 
 /// Looks where every point of the source falls in the target: how well the two agree, and what that fixes.
 void judge(Alignment& alignment, const PyramidLevel& source, const PyramidLevel& target, double sameSurface) {
   std::size_t points = 0, seen = 0, same = 0;
-  double squares = 0;
+  double squares = 0, sumA = 0, sumB = 0, sumAA = 0, sumBB = 0, sumAB = 0;
   const CameraIntrinsics& c = target.camera;
-  cv::Matx66d information = cv::Matx66d::zeros();
+  cv::Matx66d information = cv::Matx66d::zeros(), planes = cv::Matx66d::zeros();
   for (int y = 0; y < source.points.rows; ++y)
     for (int x = 0; x < source.points.cols; ++x) {
       const cv::Vec3f point = source.points.at<cv::Vec3f>(y, x);
@@ -25,8 +27,8 @@ void judge(Alignment& alignment, const PyramidLevel& source, const PyramidLevel&
       if (!(p[2] > 0)) continue;
       const double u = c.fx * p[0] / p[2] + c.cx, v = c.fy * p[1] / p[2] + c.cy;
       if (!(u >= 0 && v >= 0 && u <= c.width - 1 && v <= c.height - 1)) continue;
-      const float z =
-          target.depth.at<float>(static_cast<int>(std::lround(v)), static_cast<int>(std::lround(u)));
+      const int row = static_cast<int>(std::lround(v)), column = static_cast<int>(std::lround(u));
+      const float z = target.depth.at<float>(row, column);
       if (!(z > 0)) continue;
       ++seen;
       const double difference = z - p[2];
@@ -38,6 +40,13 @@ void judge(Alignment& alignment, const PyramidLevel& source, const PyramidLevel&
                              p[1],  -p[0], 0,     0, 0, 1};
       const cv::Matx<double, 3, 6> g(rows);
       information += g.t() * g;
+      const double a = source.grey.at<float>(y, x), b = target.grey.at<float>(row, column);
+      sumA += a, sumB += b, sumAA += a * a, sumBB += b * b, sumAB += a * b;
+      const cv::Vec3d n = target.normals.at<cv::Vec3f>(row, column);
+      if (!(n[2] <= 1)) continue;  // none at an edge
+      const cv::Vec3d turned = p.cross(n);
+      const cv::Matx61d plane(turned[0], turned[1], turned[2], n[0], n[1], n[2]);
+      planes += plane * plane.t();
     }
   if (same == 0) {
     alignment.solved = false;
@@ -48,6 +57,13 @@ void judge(Alignment& alignment, const PyramidLevel& source, const PyramidLevel&
   };
   alignment.overlap = share(same, points);
   alignment.inView = share(seen, points);
+  cv::Matx61d fixed;
+  cv::eigen(planes * (1 / static_cast<double>(same)), fixed);
+  alignment.firmness = fixed(5);
+  const auto n = static_cast<double>(same);
+  const double varianceA = sumAA / n - sumA * sumA / n / n, varianceB = sumBB / n - sumB * sumB / n / n;
+  const bool textured = std::min(varianceA, varianceB) > kTextured;
+  alignment.likeness = textured ? (sumAB / n - sumA * sumB / n / n) / std::sqrt(varianceA * varianceB) : 1;
   alignment.rmse = std::sqrt(squares / static_cast<double>(same));
   std::copy(information.val, information.val + 36, alignment.information.begin());
 }
@@ -66,6 +82,14 @@ cv::Affine3d rigidOf(const Matrix4& matrix) {
 
 Alignment align(const Pyramid& source, const Pyramid& target, const cv::Affine3d& guess,
                 const AlignmentOptions& options) {
+  if (options.term == AlignmentTerm::automatic) {
+    AlignmentOptions one = options;
+    one.term = AlignmentTerm::depth;
+    Alignment byDepth = align(source, target, guess, one);
+    if (byDepth.solved && byDepth.firmness >= kFirm) return byDepth;
+    one.term = AlignmentTerm::hybrid;
+    return align(source, target, guess, one);
+  }
   Alignment alignment;
   alignment.solved = true;
   alignment.transform = guess;
@@ -73,8 +97,9 @@ Alignment align(const Pyramid& source, const Pyramid& target, const cv::Affine3d
   int steps = options.mostSteps;
   for (std::size_t level = levels; level-- > 0; steps = std::max(1, steps / 2))
     for (int i = 0; i < steps; ++i) {
-      const AlignmentStep step = open3d().step(source[level], target[level], matrixOf(alignment.transform),
-                                               options.term, static_cast<float>(options.beyond));
+      const AlignmentStep step =
+          open3d().step(source[level], target[level], matrixOf(alignment.transform), options.term,
+                        static_cast<float>(options.beyond * std::pow(2.0, level)));
       if (!step.solved) {
         alignment.solved = false;
         return alignment;

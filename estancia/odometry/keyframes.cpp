@@ -21,10 +21,11 @@ constexpr double kLeastDepth = 0.02;  // share of the pixels: below, there is no
 }  // namespace
 
 AlignmentTerm alignmentTerm(const std::string& name) {
+  if (name == "auto") return AlignmentTerm::automatic;
   if (name == "depth") return AlignmentTerm::depth;
   if (name == "colour") return AlignmentTerm::colour;
   if (name == "hybrid") return AlignmentTerm::hybrid;
-  throw Error(fmt::format("odometry aligns by depth, colour or hybrid, not by \"{}\"", name));
+  throw Error(fmt::format("odometry aligns by auto, depth, colour or hybrid, not by \"{}\"", name));
 }
 
 std::unique_ptr<FrameView> viewOf(const Sequence& sequence, std::size_t frame, const RgbdOptions& options) {
@@ -94,7 +95,8 @@ std::optional<PoseGraphEdge> Keyframes::verified(std::size_t source, std::size_t
   if (!guess) return std::nullopt;
   const Alignment found =
       align(pyramidOf(a.picture, kLevels), pyramidOf(b.picture, kLevels), *guess, alignment_);
-  if (!found.solved || found.overlap < options_.loopOverlap || found.rmse > options_.mostRmse)
+  if (!found.solved || found.overlap < options_.loopOverlap || found.rmse > options_.mostRmse ||
+      found.likeness < options_.leastLikeness)
     return std::nullopt;
   return PoseGraphEdge{source, target, matrixOf(found.transform), found.information, true};
 }

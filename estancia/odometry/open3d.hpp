@@ -16,9 +16,10 @@ using Matrix6 = std::array<double, 36>;  ///< row-major; rotation, then translat
 
 /// What an alignment makes small.
 enum class AlignmentTerm {
-  depth,   ///< distances of points from planes; sees nothing in front of one flat wall
-  colour,  ///< differences of grey values; sees nothing without texture
-  hybrid   ///< grey values and depth together
+  depth,     ///< distances of points from planes; sees nothing in front of one flat wall
+  colour,    ///< differences of grey values; sees nothing without texture
+  hybrid,    ///< grey values and depth together
+  automatic  ///< depth, and where that leaves a direction open, hybrid; no term of a single step
 };
 
 /// One Gauss–Newton step.

@@ -58,6 +58,7 @@ OdometryResult stepOf(const PyramidLevel& source, const PyramidLevel& target, co
                                             tensorOf(source.grey), tensorOf(target.grey),
                                             tensorOf(target.greyDx), tensorOf(target.greyDy),
                                             tensorOf(source.points), camera, transform, beyond, kGreyHuber);
+    case AlignmentTerm::automatic:  // aligned by the other two in turn
     case AlignmentTerm::hybrid:
       return ComputeOdometryResultHybrid(
           tensorOf(source.depth), tensorOf(target.depth), tensorOf(source.grey), tensorOf(target.grey),

@@ -88,7 +88,8 @@ class Tracker {
 };
 
 bool Tracker::good(const Alignment& a, double leastOverlap) const {
-  return a.solved && a.overlap >= leastOverlap && a.rmse <= options_.mostRmse;
+  return a.solved && a.overlap >= leastOverlap && a.rmse <= options_.mostRmse &&
+         a.likeness >= options_.leastLikeness;
 }
 
 bool Tracker::tooFar(const cv::Affine3d& motion) const {
@@ -233,6 +234,7 @@ void requireValid(const RgbdOptions& o) {
   require(isShare(o.keyframeOverlap) && isShare(o.leastOverlap) && isShare(o.loopOverlap),
           "overlaps are above 0, at most 1");
   require(o.leastOverlap <= o.keyframeOverlap, "the least overlap must not exceed that of keyframes");
+  require(o.leastLikeness >= -1 && o.leastLikeness < 1, "the least likeness must be -1 to 1");
   require(o.mostRmse > 0 && o.mostMotion > 0 && o.mostTurn > 0 && o.gap > 0,
           "mostRmse, mostMotion, mostTurn and gap must be above 0");
   require(o.loopCandidates >= 0 && o.loopKeyframes >= 1 && o.loopFeatures >= 6,

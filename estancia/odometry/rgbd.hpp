@@ -17,9 +17,10 @@
 namespace estancia {
 
 struct RgbdOptions {
-  /// What alignment compares: "depth" (planes; quick, needs no registered colour), "colour" (grey values),
-  /// "hybrid" (both). Depth alone slides along a bare wall, colour alone needs texture.
-  std::string term = "depth";
+  /// What alignment compares: "depth" (planes; the most exact where depth and colour are not registered),
+  /// "colour" (grey values; needs texture), "hybrid" (both), or "auto": depth, and hybrid where depth would
+  /// slide, as along a bare wall.
+  std::string term = "auto";
   /// Pictures are halved until they are at most so wide [pixels]: more is slower, and on a Kinect no better.
   int width = 160;
   /// Depth beyond this is too noisy to align by [m].
@@ -30,6 +31,8 @@ struct RgbdOptions {
   double leastOverlap = 0.35;
   /// … and so is one whose shared points differ by more than this in depth [m, root mean square].
   double mostRmse = 0.03;
+  /// … or look less alike than this [correlation of grey values]: bare walls have the same shape everywhere.
+  double leastLikeness = 0.5;
   /// The camera cannot move or turn further than this between two frames [m], [degrees]; beyond, tracking is
   /// lost.
   double mostMotion = 0.7, mostTurn = 50;
