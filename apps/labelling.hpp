@@ -14,7 +14,8 @@
 namespace estancia::apps {
 
 struct ModelArguments {
-  std::string model;  ///< "" takes the default
+  std::string model;  ///< "" takes `byDefault`
+  std::string byDefault = defaultModel;
   LabelerOptions options;
   bool noCache = false;
 
@@ -41,6 +42,9 @@ class Labelling {
   /// have none.
   std::size_t forEach(std::size_t first, const std::string& what,
                       const std::function<void(const LabelledFrame&)>& use);
+
+  /// The words of one frame; empty, with a warning, when it has none.
+  LexicalDescriptor words(std::size_t frame);
 
   /// Frames so far whose words were in the cache.
   std::size_t remembered() const { return remembered_; }

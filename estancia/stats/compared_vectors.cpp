@@ -45,6 +45,18 @@ void balance(const Distance& distance, std::span<float> vector) {
 
 }  // namespace
 
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance,
+                                 const Standardization& standardization) {
+  std::vector<float> embedded(descriptors.labels());
+  DescriptorMatrix vectors(descriptors.labels());
+  vectors.reserve(descriptors.size());
+  for (std::size_t i = 0; i < descriptors.size(); ++i) {
+    embed(distance.embedding, descriptors.row(i), embedded, distance.parts);
+    vectors.append(comparedVector(distance, standardization, embedded));
+  }
+  return vectors;
+}
+
 std::vector<float> comparedVector(const Distance& distance, const Standardization& standardization,
                                   std::span<const float> embedded) {
   std::vector<float> vector(embedded.begin(), embedded.end());
@@ -57,22 +69,25 @@ std::vector<float> comparedVector(const Distance& distance, const Standardizatio
 
 DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const DescriptorMatrix& scale,
                                  const Distance& distance) {
-  const std::size_t labels = descriptors.labels();
-  std::vector<float> embedded(labels);
-  LabelScale run(distance, labels);
+  std::vector<float> embedded(descriptors.labels());
+  LabelScale run(distance, descriptors.labels());
   if (distance.standardized)
     for (std::size_t i = 0; i < scale.size(); ++i) {
       embed(distance.embedding, scale.row(i), embedded, distance.parts);
       run.add(scale.row(i), embedded);
     }
-  const Standardization standardization = run.standardization();
-  DescriptorMatrix vectors(labels);
-  vectors.reserve(descriptors.size());
+  return comparedVectors(descriptors, distance, run.standardization());
+}
+
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance) {
+  if (!distance.standardized) return comparedVectors(descriptors, distance, Standardization{});
+  std::vector<float> embedded(descriptors.labels());
+  Moments moments(descriptors.labels(), true);
   for (std::size_t i = 0; i < descriptors.size(); ++i) {
     embed(distance.embedding, descriptors.row(i), embedded, distance.parts);
-    vectors.append(comparedVector(distance, standardization, embedded));
+    moments.add(embedded);
   }
-  return vectors;
+  return comparedVectors(descriptors, distance, standardizationBy(moments));
 }
 
 }  // namespace estancia

@@ -63,6 +63,7 @@ std::size_t neighboursForCut(std::size_t items) {
 
 Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count) {
   const std::size_t items = distances.items();
+  if (count == 0) count = neighboursForCut(items);
   Neighbours neighbours{std::min(count, items - std::min<std::size_t>(items, 1)), {}};
   const std::size_t each = neighbours.each;
   if (each == 0) return neighbours;
@@ -102,10 +103,9 @@ SuggestedCut suggestCut(const Dendrogram& dendrogram, const Neighbours& neighbou
                     "the images are too alike, or too few, to be parted"};
   for (std::size_t done = merges.size(); done-- > 0;) {
     const double below = done == 0 ? 0 : merges[done - 1].height, above = merges[done].height;
-    const double middle = below + (above - below) / 2;
-    constexpr double rounding = 1e-9;
-    if (below < above && curve[done] > best.modularity + rounding)
-      best = {middle < above ? middle : below, curve[done],
+    constexpr double sameHeight = 1e-6, rounding = 1e-9;
+    if (above > below * (1 + sameHeight) && curve[done] > best.modularity + rounding)
+      best = {below + (above - below) / 2, curve[done],
               fmt::format("images and their {} nearest stay together best there, modularity {:.2f}",
                           neighbours.each, curve[done])};
   }

@@ -123,14 +123,14 @@ CondensedDistances compareImages(const Recording& recording, const ZoneOptions& 
   const Distance distance = getDistance(options.distance, recording.vocabulary.layout().parts);
   const Comparison comparison = comparisonFor(distance, getLinkage(options.linkage));
   requireClusteringMemory(recording.frames.size(), recording.vocabulary.size());
-  const DescriptorMatrix vectors = comparedVectors(recording.descriptors, recording.descriptors, distance);
+  const DescriptorMatrix vectors = comparedVectors(recording.descriptors, distance);
   return pairwiseDistances(vectors, comparison, {.threads = options.threads, .progress = &progress});
 }
 
 ImageTree linkImages(const Recording& recording, const ZoneOptions& options, Progress& progress) {
   if (recording.frames.empty()) throw Error("there are no zones without images; give at least one");
   CondensedDistances distances = compareImages(recording, options, progress);
-  Neighbours neighbours = findNeighbours(distances, neighboursForCut(distances.items()));
+  Neighbours neighbours = findNeighbours(distances);
   return {link(std::move(distances), getLinkage(options.linkage), {.sizes = {}, .progress = &progress}),
           std::move(neighbours)};
 }
