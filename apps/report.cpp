@@ -39,8 +39,8 @@ void run(const Arguments& arguments, const CLI::App& command) {
           "--floor-plan needs --extent XMIN YMIN XMAX YMAX: where the picture's edges are in the map [m]");
     page.floorPlan = readFloorPlan(arguments.floorPlan, arguments.extent);
   }
-  page.pictureFrames = store.pictureFrames();
-  page.picture = [&store](std::size_t frame) { return store.picture(frame); };
+  page.pictures.frames = store.pictureFrames();
+  page.pictures.read = [&store](std::size_t frame) { return store.picture(frame); };
   writeMapPage(arguments.output, page);
   spdlog::info("wrote {}", arguments.output);
 }

@@ -11,51 +11,31 @@
 #include "estancia/core/output_file.hpp"
 #include "estancia/report/decision_chart.hpp"
 #include "estancia/report/map_figure.hpp"
-#include "estancia/report/map_page_assets.hpp"
 #include "estancia/report/node_cards.hpp"
+#include "estancia/report/page_assets.hpp"
+#include "estancia/report/page_parts.hpp"
 
 namespace estancia {
 namespace {
 
 using namespace report;
 
-/// Digests are for machines: a run of more than 16 hex digits keeps its first 12.
-std::string abbreviate(const std::string& text) {
-  std::string out;
-  for (std::size_t i = 0; i < text.size();) {
-    const std::size_t end = std::min(text.find_first_not_of("0123456789abcdef", i), text.size());
-    out += end - i > 16 ? text.substr(i, 12) + "…" : text.substr(i, end - i);
-    if (end < text.size()) out += text[end];
-    i = end + 1;
-  }
-  return shorten(out, 120);
-}
-
-void addHeader(Markup& body, const MapPage& page, const MapSummary& summary) {
+Markup headerOf(const MapPage& page, const MapSummary& summary) {
   const TopologicalMap& map = page.map;
-  body.open("header", {{"class", "top"}}).element("h1", shorten(page.title, 160));
-  body.open("dl", {{"class", "figures"}});
-  const auto figure = [&body](std::size_t count, const std::string& noun) {
-    body.open("div").element("dt", noun + (count == 1 ? "" : "s")).element("dd", grouped(count)).close();
-  };
-  figure(map.frames.size(), "frame");
-  figure(map.nodes.size(), "node");
-  figure(map.transitions.size(), "transition");
-  if (!map.merges.empty()) figure(map.merges.size(), "merge");
-  if (summary.roomsDriven > 0) figure(summary.roomsDriven, "room");
-  body.close().open("dl", {{"class", "facts"}});
-  const auto fact = [&body](const char* name, const std::string& value) {
-    if (!value.empty()) body.open("div").element("dt", name).element("dd", value).close();
-  };
-  fact("Sequence", shorten(page.sequence, 200));
-  fact("Model", abbreviate(map.model));
-  fact("Distance", shorten(map.distance, 120));
+  std::vector<std::pair<std::size_t, std::string>> counts{
+      {map.frames.size(), "frame"}, {map.nodes.size(), "node"}, {map.transitions.size(), "transition"}};
+  if (!map.merges.empty()) counts.emplace_back(map.merges.size(), "merge");
+  if (summary.roomsDriven > 0) counts.emplace_back(summary.roomsDriven, "room");
+  Facts facts{{"Sequence", shorten(page.sequence, 200)},
+              {"Model", abbreviate(map.model)},
+              {"Distance", shorten(map.distance, 120)}};
   if (!map.decisions.empty())
-    fact("Thresholds", fmt::format("τ join {}, τ revisit {}", significant(map.decisions.back().tauJoin),
+    facts.emplace_back("Thresholds",
+                       fmt::format("τ join {}, τ revisit {}", significant(map.decisions.back().tauJoin),
                                    significant(map.decisions.back().tauRevisit)));
-  fact("Vocabulary", counted(map.vocabulary.size(), "label"));
-  fact("Date", shorten(page.date, 60));
-  body.close().close();
+  facts.emplace_back("Vocabulary", counted(map.vocabulary.size(), "label"));
+  facts.emplace_back("Date", shorten(page.date, 60));
+  return pageHeader(page.title, counts, facts);
 }
 
 void addRanking(Markup& body, const MapSummary& summary, const HeatMap& heat) {
@@ -137,18 +117,6 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary) {
   body.close();
 }
 
-void addMeasures(Markup& body, const std::vector<Measure>& measures) {
-  if (measures.empty()) return;
-  body.open("section", {{"id", "measures"}}).element("h2", "Measures").open("table").open("tbody");
-  for (const Measure& measure : measures)
-    body.open("tr")
-        .element("th", {{"scope", "row"}}, shorten(measure.name, 120))
-        .element("td", {{"class", "value"}}, shorten(measure.text(), 60))
-        .element("td", shorten(measure.explanation, 400))
-        .close();
-  body.close().close().close();
-}
-
 /// What the script needs: labels, nodes, and for each node its labels as a flat list of
 /// (step from the previous label, p in 1/10,000).
 std::string searchIndex(const MapPage& page, const MapSummary& summary, double& threshold) {
@@ -215,7 +183,7 @@ std::string renderMapPage(const MapPage& page) {
   Markup body;
   body.element("a", {{"class", "skip"}, {"href", "#places"}}, "Skip to the places");
   body.open("main");
-  addHeader(body, page, summary);
+  body.add(headerOf(page, summary));
   if (page.map.nodes.empty()) {
     body.element("p", {{"class", "note"}}, "This map has no nodes yet.");
   } else {
@@ -243,7 +211,7 @@ std::string renderMapPage(const MapPage& page) {
     body.open("section", {{"id", "decisions"}}).element("h2", "Decisions over time");
     body.add(decisionChart(page.map)).close();
   }
-  addMeasures(body, page.measures);
+  body.add(measuresSection(page.measures));
   body.close();
   return htmlDocument(page.title, mapPageCss, body, data, mapPageScript);
 }

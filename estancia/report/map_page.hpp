@@ -4,12 +4,12 @@
 #include <array>
 #include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "estancia/report/measures.hpp"
+#include "estancia/report/pictures.hpp"
 #include "estancia/topology/map.hpp"
 
 namespace estancia {
@@ -33,14 +33,9 @@ struct MapPage {
   std::vector<Measure> measures = {};       ///< shown in this order
   std::optional<std::size_t> label = {};    ///< the map starts as this label's heat map
   std::optional<FloorPlan> floorPlan = {};  ///< needs poses in a z-up map
+  PagePictures pictures = {};
 
-  /// Frames that have a picture, ascending, and the picture's bytes (as MapStore gives them).
-  std::vector<std::size_t> pictureFrames = {};
-  std::function<std::vector<unsigned char>(std::size_t)> picture = {};
-
-  std::size_t cards = 60;           ///< only this many of the largest nodes get pictures and a word cloud
-  std::size_t picturesPerNode = 4;  ///< at most
-  std::size_t pictureBytes = 1'800'000;  ///< all pictures together, before they grow by a third in the page
+  std::size_t cards = 60;  ///< only this many of the largest nodes get pictures and a word cloud
   std::size_t indexEntries =
       200'000;  ///< values in the search index; smaller probabilities are left out first
 };

@@ -14,7 +14,7 @@ struct NodeCards {
   Markup cards;              ///< <article>s of the largest nodes, in order of id
   Markup rows;               ///< shorter <article>s of all others; empty when there are none
   std::size_t carded = 0;    ///< how many nodes have a full card
-  std::size_t withheld = 0;  ///< pictures left out because page.pictureBytes were used up
+  std::size_t withheld = 0;  ///< pictures left out because page.pictures.bytes were used up
 };
 
 NodeCards nodeCards(const MapSummary& summary, const MapPage& page);

@@ -22,8 +22,8 @@ const std::vector<unsigned char> jpeg{0xFF, 0xD8, 0xFF, 0xE0, 1, 2, 3};
 
 MapPage withPictures(const TopologicalMap& map, std::size_t bytes = 7) {
   MapPage page{map};
-  for (std::size_t i = 0; i < map.frames.size(); ++i) page.pictureFrames.push_back(i);
-  page.picture = [bytes](std::size_t) {
+  for (std::size_t i = 0; i < map.frames.size(); ++i) page.pictures.frames.push_back(i);
+  page.pictures.read = [bytes](std::size_t) {
     std::vector<unsigned char> picture = jpeg;
     picture.resize(bytes);
     return picture;
@@ -186,7 +186,7 @@ TEST(MapPage, AThousandNodesStaySmallAndSayWhatIsLeftOut) {
 TEST(MapPage, EveryNodeHasAPictureBeforeAnyHasTwo) {
   const TopologicalMap map = sampleMap();
   MapPage page = withPictures(map, 1000);
-  page.pictureBytes = 5500;
+  page.pictures.bytes = 5500;
   const std::string html = renderMapPage(page);
   EXPECT_EQ(count(html, "<img "), 5U);
   EXPECT_EQ(count(html, "class=\"pictures p1\""), 5U);
