@@ -33,6 +33,7 @@ void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, cons
 }
 
 Box drawScale(Markup& svg, double scale, const FigureStyle& style) {
+  if (!(scale > 0)) return {};
   const double most = 0.2 * style.width / scale;
   double metres = std::pow(10, std::floor(std::log10(most)));
   for (const double factor : {5.0, 2.0})

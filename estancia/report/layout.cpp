@@ -116,7 +116,7 @@ Fit fitInto(const std::vector<Point>& points, const Box& box, bool mayTurn) {
   const auto scale = [&box](double w, double h) { return std::min(box.width / w, box.height / h); };
   fit.turned = mayTurn && scale(height, width) > scale(width, height);
   fit.scale = fit.turned ? scale(height, width) : scale(width, height);
-  if (std::max(width, height) <= tiny) fit.scale = 1;  // one place only
+  if (std::max(width, height) <= tiny) fit.scale = 0;  // one place only
   return fit;
 }
 

@@ -17,7 +17,7 @@ std::vector<Point> layoutGraph(std::size_t vertices, const std::vector<Link>& ed
 /// Turns, scales (one factor for both axes) and moves points into the middle of a box. `mayTurn` allows a
 /// quarter turn that fits better. y grows downwards afterwards.
 struct Fit {
-  double scale = 1;  ///< page units a metre (or an edge)
+  double scale = 1;  ///< page units a metre (or an edge); 0 where all points are one
   bool turned = false;
   Point from, to;  ///< centre before and after
 

@@ -3,6 +3,31 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <unordered_map>
+
+#include "estancia/core/frame.hpp"
+#include "estancia/topology/store.hpp"
+
+namespace estancia {
+
+PagePictures picturesOf(const MapStore& map, const std::vector<Frame>& frames) {
+  std::unordered_map<std::string, std::size_t> stored;
+  const TopologicalMap content = map.load();
+  for (const std::size_t frame : map.pictureFrames()) stored.emplace(content.frames.at(frame).name, frame);
+  PagePictures pictures;
+  std::map<std::size_t, std::size_t> there;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (const auto found = stored.find(frames[i].name); found != stored.end()) {
+      pictures.frames.push_back(i);
+      there[i] = found->second;
+    }
+  pictures.read = [&map, there = std::move(there)](std::size_t frame) {
+    return map.picture(there.at(frame));
+  };
+  return pictures;
+}
+
+}  // namespace estancia
 
 namespace estancia::report {
 namespace {

@@ -19,6 +19,13 @@ struct PagePictures {
   std::size_t bytes = 1'800'000;  ///< all together, before they grow by a third in the page
 };
 
+class MapStore;
+struct Frame;
+
+/// The pictures of a map, for `frames` of the same names in another order or choice. `map` must live as long
+/// as they are read. Throws Error as MapStore does.
+PagePictures picturesOf(const MapStore& map, const std::vector<Frame>& frames);
+
 namespace report {
 
 struct LoadedPictures {

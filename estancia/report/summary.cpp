@@ -55,7 +55,7 @@ const NodeSummary* MapSummary::find(int id) const {
 
 ClassStyle MapSummary::styleOf(const NodeSummary& node) const {
   const auto found = roomStyles.find(node.room);
-  return found == roomStyles.end() ? ClassStyle{{0x8a, 0x93, 0x9e}, 0} : found->second;
+  return found == roomStyles.end() ? plainStyle() : found->second;
 }
 
 MapSummary summarize(const TopologicalMap& map) {
