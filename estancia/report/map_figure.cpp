@@ -48,11 +48,13 @@ std::string describe(const NodeSummary& node) {
 }
 
 void drawNode(Markup& svg, const MapSummary& summary, std::size_t n, const Point& at, double radius,
-              const Colour& fill) {
+              const MapColours& colours) {
   const NodeSummary& node = summary.nodes[n];
   const std::string id = std::to_string(node.node->id);
-  const std::size_t shape = summary.styleOf(node).shape;
-  const double size = std::min(12.5, textRoom(shape) * radius / std::max(textWidth(id), 0.8));
+  const ClassStyle look = colours.styleOf(summary, n);
+  double room = 2;
+  for (const std::size_t shape : colours.shapesOf(summary, n)) room = std::min(room, textRoom(shape));
+  const double size = std::min(12.5, room * radius / std::max(textWidth(id), 0.8));
   svg.open("a", {{"class", "node"},
                  {"href", "#node-" + id},
                  {"data-node", n},
@@ -60,8 +62,11 @@ void drawNode(Markup& svg, const MapSummary& summary, std::size_t n, const Point
                  {"aria-label", describe(node)}});
   svg.element("title", describe(node));
   if (radius >= 9 && radius < 12) svg.leaf("circle", {{"r", 12}, {"fill", "transparent"}});  // for fingers
-  svg.leaf("path", {{"d", shapePath(shape, radius)}, {"fill", fill.hex()}});
-  if (radius >= 8) svg.element("text", {{"y", 0.35 * size}, {"font-size", size}, {"fill", fill.ink()}}, id);
+  svg.leaf("path", {{"d", shapePath(look.shape, unitRadius)},
+                    {"transform", fmt::format("scale({})", number(radius / unitRadius, 3))},
+                    {"fill", look.fill.hex()}});
+  if (radius >= 8)
+    svg.element("text", {{"y", 0.35 * size}, {"font-size", size}, {"fill", look.fill.ink()}}, id);
   svg.close();
 }
 
@@ -138,7 +143,20 @@ void drawLabels(Markup& svg, const MapSummary& summary, const std::vector<std::s
 
 }  // namespace
 
-Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const HeatMap& heat, bool byHeat,
+ClassStyle MapColours::styleOf(const MapSummary& summary, std::size_t node) const {
+  if (painting == Painting::zones && zones != nullptr) return zones->styleOf(node);
+  ClassStyle look = summary.styleOf(summary.nodes[node]);
+  if (painting == Painting::heat) look.fill = heat.colourOf(node);
+  return look;
+}
+
+std::vector<std::size_t> MapColours::shapesOf(const MapSummary& summary, std::size_t node) const {
+  std::vector<std::size_t> shapes{summary.styleOf(summary.nodes[node]).shape};
+  if (zones != nullptr) shapes.push_back(zones->styleOf(node).shape);
+  return shapes;
+}
+
+Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapColours& colours,
                  const FloorPlan* plan, FigureStyle style) {
   const Placement placement = place(summary, layout, plan, style);
   const auto& [fit, nodes, radii] = placement;
@@ -169,15 +187,16 @@ Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const HeatM
   };
   std::stable_sort(order.begin(), order.end(), larger);
   std::vector<double> extents;
-  for (std::size_t n = 0; n < nodes.size(); ++n)
-    extents.push_back(radii[n] * reachOf(summary.styleOf(summary.nodes[n]).shape));
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    double reach = 1;
+    for (const std::size_t shape : colours.shapesOf(summary, n)) reach = std::max(reach, reachOf(shape));
+    extents.push_back(radii[n] * reach);
+  }
   std::vector<std::pair<std::size_t, std::size_t>> lines;
   for (const Link& link : summary.links) lines.emplace_back(link.a, link.b);
   LabelPlaces places(style.width, style.height, nodes, extents, lines);
   if (layout.metric) places.block(drawScale(svg, fit.scale, style));
-  for (const std::size_t n : order)
-    drawNode(svg, summary, n, nodes[n], radii[n],
-             byHeat ? heat.colourOf(n) : summary.styleOf(summary.nodes[n]).fill);
+  for (const std::size_t n : order) drawNode(svg, summary, n, nodes[n], radii[n], colours);
   drawLabels(svg, summary, order, places, style);
   return svg.close();
 }

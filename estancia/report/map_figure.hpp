@@ -6,13 +6,30 @@
 #include "estancia/report/html.hpp"
 #include "estancia/report/layout.hpp"
 #include "estancia/report/map_page.hpp"
+#include "estancia/report/node_zones.hpp"
 #include "estancia/report/summary.hpp"
 
 namespace estancia::report {
 
+/// What the nodes' colours and shapes tell.
+enum class Painting { heat, rooms, zones };
+
+/// What they may tell of one map.
+struct MapColours {
+  const HeatMap& heat;     ///< colours only; the shapes are those of the rooms
+  const NodeZones* zones;  ///< nullptr where none are known
+  Painting painting = Painting::rooms;
+
+  ClassStyle styleOf(const MapSummary& summary, std::size_t node) const;
+  /// The shapes that a node may be shown in.
+  std::vector<std::size_t> shapesOf(const MapSummary& summary, std::size_t node) const;
+};
+
+/// Symbols of nodes are drawn with this radius, and scaled.
+constexpr double unitRadius = 10;
+
 /// An <svg> in which every node is a link to `#node-<id>` and carries its position as data-node.
-/// `byHeat` paints the nodes with `heat`, else with their rooms.
-Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const HeatMap& heat, bool byHeat,
+Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapColours& colours,
                  const FloorPlan* plan, FigureStyle style);
 
 /// Rooms with their colours and shapes.

@@ -76,8 +76,11 @@ void addGuide(Markup& body, bool metric) {
   body.close();
 }
 
-void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary) {
-  const bool byHeat = page.label.has_value() || summary.rooms.empty();
+void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, const NodeZones* zones) {
+  const Painting painting = page.label              ? Painting::heat
+                            : zones != nullptr      ? Painting::zones
+                            : summary.rooms.empty() ? Painting::heat
+                                                    : Painting::rooms;
   const HeatMap heat = heatMapOf(page.map, page.label.value_or(mostTellingLabel(page.map)));
   const FloorPlan* plan = page.floorPlan ? &*page.floorPlan : nullptr;
   const MapLayout layout = layoutMap(summary, plan != nullptr);
@@ -96,19 +99,27 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary) {
                       {"placeholder", "e.g. " + shorten(firstSynonym(page.map.vocabulary[heat.label]), 30)}});
   body.element("datalist", {{"id", "words"}}, "");
   body.element("button", {{"type", "submit"}}, "Show");
-  if (!summary.rooms.empty())
+  const auto chooser = [&body, painting](const char* id, Painting what, const char* text) {
     body.element("button",
-                 {{"type", "button"}, {"id", "by-room"}, {"aria-pressed", byHeat ? "false" : "true"}},
-                 "Colour by room");
+                 {{"type", "button"}, {"id", id}, {"aria-pressed", painting == what ? "true" : "false"}},
+                 text);
+  };
+  if (!summary.rooms.empty()) chooser("by-rooms", Painting::rooms, "Colour by room");
+  if (zones != nullptr) chooser("by-zones", Painting::zones, "Colour by zone");
   body.close().open("p", {{"id", "hint"}, {"aria-live", "polite"}}).close().close();
 
   body.open("div", {{"class", "figure"}});
-  body.add(mapFigure(summary, layout, heat, byHeat, plan, {780, 580, 12.5, true, "wide"}));
-  body.add(mapFigure(summary, layout, heat, byHeat, plan, {358, 440, 11, false, "narrow"}));
-  Attributes rooms{{"id", "legend-rooms"}}, scale{{"id", "legend-heat"}};
-  (byHeat ? rooms : scale).push_back({"hidden", ""});
-  body.open("div", rooms).add(roomLegend(summary)).close();
-  body.open("div", scale).add(heatLegend(heat)).close();
+  const MapColours colours{heat, zones, painting};
+  body.add(mapFigure(summary, layout, colours, plan, {780, 580, 12.5, true, "wide"}));
+  body.add(mapFigure(summary, layout, colours, plan, {358, 440, 11, false, "narrow"}));
+  const auto legend = [&body, painting](const char* id, Painting what, const Markup& entries) {
+    Attributes attributes{{"id", id}};
+    if (painting != what) attributes.push_back({"hidden", ""});
+    body.open("div", attributes).add(entries).close();
+  };
+  legend("legend-rooms", Painting::rooms, roomLegend(summary));
+  if (zones != nullptr) legend("legend-zones", Painting::zones, zoneLegend(*zones));
+  legend("legend-heat", Painting::heat, heatLegend(heat));
   body.close().open("div", {{"class", "side"}});
   addRanking(body, summary, heat);
   body.element("div", {{"class", "panel"}, {"id", "detail"}, {"hidden", ""}, {"tabindex", "-1"}}, "");
@@ -119,7 +130,8 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary) {
 
 /// What the script needs: labels, nodes, and for each node its labels as a flat list of
 /// (step from the previous label, p in 1/10,000).
-std::string searchIndex(const MapPage& page, const MapSummary& summary, double& threshold) {
+std::string searchIndex(const MapPage& page, const MapSummary& summary, const NodeZones* zones,
+                        double& threshold) {
   const auto entries = [&page](double least) {
     std::size_t count = 0;
     for (const Node& node : page.map.nodes)
@@ -130,7 +142,8 @@ std::string searchIndex(const MapPage& page, const MapSummary& summary, double& 
   threshold = 0.0005;
   while (threshold < 1 && entries(threshold) > page.indexEntries) threshold *= 2;
 
-  nlohmann::json index = nlohmann::json::array(), nodes = index, labels = index, colours = index;
+  nlohmann::json index = nlohmann::json::array(), nodes = index, labels = index, colours = index,
+                 shapes = index;
   std::vector<char> used(page.map.vocabulary.size(), 0);
   for (const NodeSummary& node : summary.nodes) {
     nlohmann::json row = nlohmann::json::array();
@@ -144,14 +157,20 @@ std::string searchIndex(const MapPage& page, const MapSummary& summary, double& 
         used[label] = 1;
       }
     index.push_back(std::move(row));
-    nodes.push_back({node.node->id, shorten(node.room.empty() ? node.title : node.room, 40),
-                     summary.styleOf(node).fill.hex()});
+    const ClassStyle room = summary.styleOf(node);
+    nodes.push_back({node.node->id, shorten(node.room.empty() ? node.title : node.room, 40), room.fill.hex(),
+                     room.shape});
+    if (zones != nullptr) {
+      const ClassStyle zone = zones->styleOf(nodes.size() - 1);
+      nodes.back().insert(nodes.back().end(), {zone.fill.hex(), zone.shape});
+    }
   }
   // a label no node holds stays in the list, so that searching for it can say so
   for (const std::string& label : page.map.vocabulary.labels()) labels.push_back(shorten(label, 200));
   for (const Colour& colour : viridisStops()) colours.push_back({colour.red, colour.green, colour.blue});
-  nlohmann::json data{
-      {"labels", labels}, {"nodes", nodes}, {"index", index}, {"colours", colours}, {"least", threshold}};
+  for (std::size_t shape = 0; shape < 5; ++shape) shapes.push_back(shapePath(shape, unitRadius));
+  nlohmann::json data{{"labels", labels},   {"nodes", nodes},   {"index", index},
+                      {"colours", colours}, {"shapes", shapes}, {"least", threshold}};
   return data.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -177,8 +196,11 @@ FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<doub
 
 std::string renderMapPage(const MapPage& page) {
   const MapSummary summary = summarize(page.map);
+  std::optional<NodeZones> laidOver;
+  if (page.zones != nullptr) laidOver = zonesOf(summary, *page.zones);
+  const NodeZones* zones = laidOver ? &*laidOver : nullptr;
   double threshold = 0;
-  const std::string data = searchIndex(page, summary, threshold);
+  const std::string data = searchIndex(page, summary, zones, threshold);
 
   Markup body;
   body.element("a", {{"class", "skip"}, {"href", "#places"}}, "Skip to the places");
@@ -187,8 +209,8 @@ std::string renderMapPage(const MapPage& page) {
   if (page.map.nodes.empty()) {
     body.element("p", {{"class", "note"}}, "This map has no nodes yet.");
   } else {
-    addExplorer(body, page, summary);
-    const NodeCards cards = nodeCards(summary, page);
+    addExplorer(body, page, summary, zones);
+    const NodeCards cards = nodeCards(summary, page, zones);
     body.open("section", {{"id", "places"}}).element("h2", "Places");
     std::string limits;
     if (cards.carded < summary.nodes.size())

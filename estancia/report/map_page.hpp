@@ -11,6 +11,7 @@
 #include "estancia/report/measures.hpp"
 #include "estancia/report/pictures.hpp"
 #include "estancia/topology/map.hpp"
+#include "estancia/zones/zones.hpp"
 
 namespace estancia {
 
@@ -33,6 +34,7 @@ struct MapPage {
   std::vector<Measure> measures = {};       ///< shown in this order
   std::optional<std::size_t> label = {};    ///< the map starts as this label's heat map
   std::optional<FloorPlan> floorPlan = {};  ///< needs poses in a z-up map
+  const Zones* zones = nullptr;             ///< of the same run, to lay over the nodes
   PagePictures pictures = {};
 
   std::size_t cards = 60;  ///< only this many of the largest nodes get pictures and a word cloud
@@ -41,7 +43,8 @@ struct MapPage {
 };
 
 /// The whole page. The same input gives the same bytes.
-/// Throws Error when page.label is not in the vocabulary or the floor plan cannot be used.
+/// Throws Error when page.label is not in the vocabulary, the floor plan cannot be used, or the zones are of
+/// another run.
 std::string renderMapPage(const MapPage& page);
 
 /// Renders and writes the page beside `path`, then renames it. Throws Error, also when it cannot be written.

@@ -33,13 +33,15 @@ void addNeighbours(Markup& card, const MapSummary& summary, std::size_t position
   card.close();
 }
 
-void addCard(Markup& out, const MapSummary& summary, std::size_t position, const LoadedPictures& pictures) {
+void addCard(Markup& out, const MapSummary& summary, std::size_t position, const NodeZones* zones,
+             const LoadedPictures& pictures) {
   const NodeSummary& node = summary.nodes[position];
   out.open("article", {{"class", "card"}, {"id", fmt::format("node-{}", node.node->id)}, {"tabindex", "-1"}});
   out.open("header").add(badge(summary.styleOf(node), std::to_string(node.node->id))).open("div");
   out.element("h3", shorten(node.room.empty() ? node.title : node.room, 48));
   out.element("p", fmt::format("Node {} · {} · {:.1f} %", node.node->id, counted(node.node->frames, "frame"),
                                100 * node.share));
+  if (zones != nullptr) out.add(zoneLine(*zones, position));
   out.close().close();
   const auto nameOf = [&summary](std::size_t frame) { return summary.map->frames[frame].name; };
   out.add(pictureGrid(pictures, node.frames, fmt::format("What node {} looks like", node.node->id), nameOf));
@@ -52,7 +54,7 @@ void addCard(Markup& out, const MapSummary& summary, std::size_t position, const
   out.close().close();
 }
 
-void addRow(Markup& out, const MapSummary& summary, std::size_t position) {
+void addRow(Markup& out, const MapSummary& summary, std::size_t position, const NodeZones* zones) {
   const NodeSummary& node = summary.nodes[position];
   out.open("article", {{"class", "row"}, {"id", fmt::format("node-{}", node.node->id)}, {"tabindex", "-1"}});
   out.element(
@@ -62,13 +64,14 @@ void addRow(Markup& out, const MapSummary& summary, std::size_t position) {
     words += fmt::format("{} {:.3f}  ", shorten(firstSynonym(summary.map->vocabulary[label]), 32),
                          node.node->mean[label]);
   out.element("p", words);
+  if (zones != nullptr) out.add(zoneLine(*zones, position));
   addNeighbours(out, summary, position);
   out.close();
 }
 
 }  // namespace
 
-NodeCards nodeCards(const MapSummary& summary, const MapPage& page) {
+NodeCards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZones* zones) {
   std::vector<std::size_t> order(summary.nodes.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&summary](std::size_t a, std::size_t b) {
@@ -85,7 +88,8 @@ NodeCards nodeCards(const MapSummary& summary, const MapPage& page) {
   const LoadedPictures pictures = loadPictures(withCards, page.pictures);
   result.withheld = pictures.withheld;
   for (std::size_t i = 0; i < order.size(); ++i)
-    large[i] != 0 ? addCard(result.cards, summary, i, pictures) : addRow(result.rows, summary, i);
+    large[i] != 0 ? addCard(result.cards, summary, i, zones, pictures)
+                  : addRow(result.rows, summary, i, zones);
   return result;
 }
 

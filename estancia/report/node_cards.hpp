@@ -6,6 +6,7 @@
 
 #include "estancia/report/html.hpp"
 #include "estancia/report/map_page.hpp"
+#include "estancia/report/node_zones.hpp"
 #include "estancia/report/summary.hpp"
 
 namespace estancia::report {
@@ -17,6 +18,7 @@ struct NodeCards {
   std::size_t withheld = 0;  ///< pictures left out because page.pictures.bytes were used up
 };
 
-NodeCards nodeCards(const MapSummary& summary, const MapPage& page);
+/// `zones` may be nullptr.
+NodeCards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZones* zones);
 
 }  // namespace estancia::report
