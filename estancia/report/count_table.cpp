@@ -54,11 +54,13 @@ Markup roomTable(const ZonesSummary& summary, const RoomCounts& counts) {
     const auto images = static_cast<double>(std::accumulate(cells.begin(), cells.end(), std::size_t{0}));
     table.open("tr").element("th", {{"scope", "row"}}, shorten(counts.rooms[row], 40));
     for (const std::size_t count : cells) {
+      constexpr double dark = 0.88;  // from here on white reads better than black
       const double share = static_cast<double>(count) / images;
       if (count == 0)
         table.element("td", "");
       else
-        table.element("td", {{"class", share > 0.5 ? "most" : "some"}, {"style", "--share:" + number(share)}},
+        table.element("td",
+                      {{"class", share > dark ? "most" : "some"}, {"style", "--share:" + number(share)}},
                       grouped(count));
     }
     table.close();

@@ -206,13 +206,13 @@ Markup dendrogramFigure(const ZonesSummary& summary, FigureStyle style) {
   }
   for (const std::size_t twig : top.twigs)
     if (!top.branches[twig].zone)
-      svg.element(
-          "text",
-          {{"class", "scale-text"},
-           {"x", plot.right + 0.6 * style.fontSize},
-           {"y", rows[twig] + 0.35 * style.fontSize},
-           {"font-size", style.fontSize}},
-          fmt::format("{} from {}", counted(top.branches[twig].zones, "zone"), top.branches[twig].firstZone));
+      svg.element("text",
+                  {{"class", "scale-text"},
+                   {"x", plot.right + 0.6 * style.fontSize},
+                   {"y", rows[twig] + 0.35 * style.fontSize},
+                   {"font-size", style.fontSize}},
+                  fmt::format("zone {} and {}", top.branches[twig].firstZone,
+                              counted(top.branches[twig].zones - 1, "other")));
   drawCut(svg, plot, zones.cut, style);
   return svg.close();
 }

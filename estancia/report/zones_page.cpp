@@ -26,13 +26,16 @@ Markup headerOf(const ZonesPage& page) {
   std::vector<std::pair<std::size_t, std::string>> counts{{zones.frames.size(), "image"},
                                                           {zones.zones.size(), "zone"}};
   if (!zones.rooms.empty()) counts.emplace_back(zones.rooms.size(), "room");
-  return pageHeader(page.title, counts,
-                    {{"Model", abbreviate(zones.model)},
-                     {"Distance", shorten(zones.distance, 120)},
-                     {"Linkage", shorten(zones.linkage, 120)},
-                     {"Cut", significant(zones.cut)},
-                     {"Vocabulary", counted(zones.vocabulary.size(), "label")},
-                     {"Date", shorten(page.date, 60)}});
+  Facts facts{{"Model", abbreviate(zones.model)},
+              {"Distance", shorten(zones.distance, 120)},
+              {"Linkage", shorten(zones.linkage, 120)},
+              {"Cut", significant(zones.cut)},
+              {"Vocabulary", counted(zones.vocabulary.size(), "label")}};
+  for (const Measure& measure : page.measures)
+    if (measure.value && (measure.key == "v_measure" || measure.key == "ari" || measure.key == "purity"))
+      facts.emplace_back(measure.name, measure.text());
+  facts.emplace_back("Date", shorten(page.date, 60));
+  return pageHeader(page.title, counts, facts);
 }
 
 /// A drawing for wide screens and one for narrow ones; the style sheet shows the one that fits.

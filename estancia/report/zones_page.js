@@ -19,12 +19,12 @@
     if (zone === null) return;
     const link = document.createElement('a');
     link.href = `#zone-${zone}`;
-    link.textContent = 'its words and pictures';
+    link.textContent = 'details';
     const all = document.createElement('button');
     all.type = 'button';
     all.textContent = 'Show all';
     all.onclick = () => { history.replaceState(null, '', '#map'); choose(null); };
-    status.append(`Zone ${zone} alone: `, link, all);
+    status.append(`Only zone ${zone} · `, link, all);
   }
 
   document.addEventListener('click', event => {

@@ -32,12 +32,12 @@ TEST(ZonesPage, ShowsPictureStripTreeRoomsAndCards) {
   const Zones zones = sampleZones();
   ZonesPage page{zones};
   page.title = "A ring";
-  page.measures = {{"v", "V-measure", 0.94, 2, "Agreement with the rooms."}};
+  page.measures = {{"v_measure", "V-measure", 0.94, 2, "Agreement with the rooms."}};
   const std::string html = renderZonesPage(page);
   expectSound(html);
   for (const char* text :
        {"A ring", "From above", "Over the run", "How images became zones", "Rooms and zones", "Zone by zone",
-        "Agreement with the rooms.", "cut 0.5", "word3", " ± "})
+        "Agreement with the rooms.", "<dt>V-measure</dt><dd>0.94</dd>", "cut 0.5", "word3", " ± "})
     EXPECT_THAT(html, HasSubstr(text));
   EXPECT_EQ(count(html, "<article class=\"card\""), 5U);
   EXPECT_EQ(count(html, "<script"), 1U);
