@@ -42,7 +42,9 @@ bool LabelPlaces::isFree(const Box& box) const {
   if (!box.inside(frame_)) return false;
   for (std::size_t i = 0; i < centres_.size(); ++i)
     if (box.overlapsCircle(centres_[i], radii_[i] + 3)) return false;
-  return std::none_of(taken_.begin(), taken_.end(), [&box](const Box& other) { return other.overlaps(box); });
+  const Box withAir{box.x - 3, box.y, box.width + 6, box.height};  // words side by side would read as one
+  return std::none_of(taken_.begin(), taken_.end(),
+                      [&withAir](const Box& other) { return other.overlaps(withAir); });
 }
 
 }  // namespace estancia::report

@@ -59,7 +59,7 @@ void addRanking(Markup& body, const MapSummary& summary, const HeatMap& heat) {
   body.close().close();
 }
 
-void addGuide(Markup& body, bool metric) {
+void addGuide(Markup& body, bool metric, bool zones) {
   body.open("div", {{"class", "panel guide"}}).element("h2", "How to read this page");
   body.element(
       "p",
@@ -73,6 +73,11 @@ void addGuide(Markup& body, bool metric) {
                         "how often they were driven."
                       : "No poses are known, so nodes are placed by the number of transitions between them. "
                         "Symbols grow with the number of images, lines with how often they were driven.");
+  if (zones)
+    body.element(
+        "p",
+        "A zone holds images whose words are alike, wherever they were taken; a node has the colour and "
+        "shape of the zone that most of its images are in.");
   body.close();
 }
 
@@ -124,7 +129,7 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, c
   addRanking(body, summary, heat);
   body.element("div", {{"class", "panel"}, {"id", "detail"}, {"hidden", ""}, {"tabindex", "-1"}}, "");
   body.close();
-  addGuide(body, layout.metric);
+  addGuide(body, layout.metric, zones != nullptr);
   body.close();
 }
 
