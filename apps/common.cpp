@@ -42,6 +42,22 @@ void SequenceArguments::addTo(CLI::App& command, bool required) {
       ->group(tour);
 }
 
+void SequenceArguments::addDepthTo(CLI::App& command) {
+  const auto depth = "Depth";
+  command
+      .add_option("--depth-scale", options.depthScale,
+                  "What a metre is in the numbers of depth pictures; default: the data set's own, else "
+                  "16 bits 1000 (millimetres), 8 bits 25.5 (255 is 10 m), float 1")
+      ->check(positive())
+      ->group(depth);
+  command
+      .add_option(
+          "--intrinsics", options.intrinsics,
+          "The camera: file with fx fy cx cy, a 3×3 matrix, or a calibration of ROS or OpenCV (YAML); "
+          "default: camera-intrinsics.txt, intrinsics.txt or camera.yaml in SEQ, else the data set's own")
+      ->group(depth);
+}
+
 std::unique_ptr<Sequence> SequenceArguments::open() const {
   auto sequence = openSequence(path, options);
   for (const std::string& warning : sequence->warnings()) spdlog::warn("{}", warning);

@@ -24,6 +24,8 @@ struct SequenceArguments {
   SequenceOptions options;
   bool strict = false;
   void addTo(CLI::App& command, bool required = true);
+  /// Adds how to read depth, for the commands that use it.
+  void addDepthTo(CLI::App& command);
   /// Opens the sequence and logs its warnings.
   std::unique_ptr<Sequence> open() const;
 };

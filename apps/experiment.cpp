@@ -1,4 +1,4 @@
-// estancia experiment: a configuration file in, tables and a page out.
+// estancia experiment: configuration files in, tables and a page out.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -15,8 +15,8 @@ namespace estancia::apps {
 namespace {
 
 struct Arguments {
-  std::string config, output;
-  std::vector<std::string> models;
+  std::vector<std::string> configs, models;
+  std::string output;
   ModelArguments labelling;
   bool json = false;
 };
@@ -60,12 +60,14 @@ nlohmann::ordered_json jsonOf(const Findings& findings) {
 
 void run(const Arguments& arguments) {
   namespace fs = std::filesystem;
-  const fs::path folder =
-      arguments.output.empty() ? fs::path(arguments.config).stem() : fs::path(arguments.output);
+  const std::vector<fs::path> configs(arguments.configs.begin(), arguments.configs.end());
+  fs::path folder = arguments.output;
+  if (folder.empty())
+    folder = configs.size() == 1 ? configs[0].stem() : fs::absolute(configs[0]).parent_path().filename();
   const auto progress = makeStderrProgress();
   LabelCache cache;
   const Findings findings = runExperiment(
-      arguments.config,
+      configs,
       {folder, arguments.models, arguments.labelling.options, arguments.labelling.noCache ? nullptr : &cache},
       *progress);
   for (const std::string& note : findings.notes) spdlog::warn("{}", note);
@@ -84,15 +86,15 @@ void run(const Arguments& arguments) {
 
 void addExperimentCommand(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
-  std::string kinds = "The experiment (TOML), of one of the types";
+  std::string kinds = "The experiment (TOML; several of one type are run as one), of one of the types";
   for (const auto& [type, explanation] : experimentTypes())
     kinds += fmt::format(" {} ({})", type, explanation);
   CLI::App* command = app.add_subcommand("experiment", "Run an experiment: compare models on your sequences");
-  command->add_option("CONFIG", arguments->config, kinds)->required();
+  command->add_option("CONFIG", arguments->configs, kinds)->required();
   command->add_option(
       "-o,--output", arguments->output,
       "Folder for report.html, results.csv and what is needed to go on after Ctrl-C; default: "
-      "CONFIG's name, here");
+      "CONFIG's name, here (of several, their folder's)");
   command->add_option("--models", arguments->models, "Only these models, by name or folder")->delimiter(',');
   arguments->labelling.addOptionsTo(*command);
   command

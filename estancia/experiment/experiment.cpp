@@ -1,40 +1,86 @@
 #include "estancia/experiment/experiment.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <iterator>
+
 #include "estancia/core/config.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/experiment/grid.hpp"
 #include "estancia/experiment/model_choice.hpp"
 #include "estancia/experiment/place_tasks.hpp"
 
 namespace estancia {
 namespace {
 
+/// What a configuration asks for, read and checked.
+using Experiment = std::function<Findings(Grid& grid, const ExperimentRun& run, Progress& progress)>;
+
+template <auto readOptions, auto findings>
+Experiment prepare(ConfigFile& config) {
+  return [options = readOptions(config)](Grid& grid, const ExperimentRun& run, Progress& progress) {
+    return findings(options, grid, run, progress);
+  };
+}
+
 struct Kind {
   const char* type;
   const char* explanation;
-  Findings (*run)(ConfigFile& config, const ExperimentRun& run, Progress& progress);
+  GridColumns (*columns)();
+  bool cellsLabel;  ///< then they are computed one by one: the threads belong to the network
+  Experiment (*read)(ConfigFile& config);
 };
 
 constexpr Kind kKinds[] = {
-    {"model-choice", "which model's words tell places apart (thesis 4.5.2)",
-     [](ConfigFile& config, const ExperimentRun& run, Progress& progress) {
-       return chooseModel(readModelChoice(config), run, progress);
-     }},
-    {"places", "places mapped, found again, and rooms told apart",
-     [](ConfigFile& config, const ExperimentRun& run, Progress& progress) {
-       return comparePlaceTasks(readPlaceTasks(config), run, progress);
-     }},
+    {"model-choice", "which model's words tell places apart (thesis 4.5.2)", modelChoiceColumns, false,
+     prepare<readModelChoice, chooseModel>},
+    {"places", "places mapped, found again, and rooms told apart", placeTasksColumns, true,
+     prepare<readPlaceTasks, comparePlaceTasks>},
 };
+
+template <class T>
+void addNew(std::vector<T>& to, const std::vector<T>& from) {
+  for (const T& one : from)
+    if (std::find(to.begin(), to.end(), one) == to.end()) to.push_back(one);
+}
 
 }  // namespace
 
-Findings runExperiment(const std::filesystem::path& file, const ExperimentRun& run, Progress& progress) {
-  ConfigFile config(file);
+Findings runExperiment(const std::vector<std::filesystem::path>& configs, const ExperimentRun& run,
+                       Progress& progress) {
   std::vector<std::pair<std::string, const Kind*>> kinds;
   for (const Kind& kind : kKinds) kinds.emplace_back(kind.type, &kind);
   const Kind* chosen = nullptr;
-  config.read({{"type", true, "the kind of experiment, as \"model-choice\"",
-                [&](auto& node) { chosen = config.choice(node, kinds); }}},
-              ConfigFile::Others::skip);
-  return chosen->run(config, run, progress);
+  std::vector<Experiment> experiments;
+  for (const auto& file : configs) {
+    ConfigFile config(file);
+    const auto choose = [&](const toml::node& node) {
+      const Kind* kind = config.choice(node, kinds);
+      if (chosen != nullptr && kind != chosen)
+        config.fail(node, fmt::format("{} is of the type {}; run experiments of different types one by one",
+                                      configs.front().string(), chosen->type));
+      chosen = kind;
+    };
+    config.read({{"type", true, "the kind of experiment, as \"model-choice\"", choose}},
+                ConfigFile::Others::skip);
+    experiments.push_back(chosen->read(config));
+  }
+  if (experiments.empty()) throw Error("no experiment is named");
+
+  Grid grid(run.folder, chosen->columns(), chosen->cellsLabel ? 1 : run.labeler.threads);
+  Findings all;
+  for (const Experiment& experiment : experiments) {
+    Findings findings = experiment(grid, run, progress);
+    all.title = findings.title;
+    all.summary += (all.summary.empty() ? "" : " ") + findings.summary;
+    addNew(all.facts, findings.facts);
+    addNew(all.notes, findings.notes);
+    std::move(findings.sections.begin(), findings.sections.end(), std::back_inserter(all.sections));
+  }
+  grid.writeCsv();
+  return all;
 }
 
 std::vector<std::pair<std::string, std::string>> experimentTypes() {

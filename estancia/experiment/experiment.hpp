@@ -1,4 +1,4 @@
-// Experiments: a configuration file in, findings out. One file a kind.
+// Experiments: configuration files in, findings out. One file a kind.
 #pragma once
 
 #include <filesystem>
@@ -20,11 +20,13 @@ struct ExperimentRun {
   LabelCache* cache = nullptr;  ///< of words that were paid for before
 };
 
-/// Runs the experiment that the file's `type` names. Finished cells are kept in the folder and not computed
-/// again unless something they depend on has changed.
-/// Throws Error `file:line: …` about a wrong file, Interrupted when the user asks to stop, and what the kind
-/// throws.
-Findings runExperiment(const std::filesystem::path& config, const ExperimentRun& run, Progress& progress);
+/// Runs the experiments of the files, all of the type that they name: results.csv holds the cells of all, the
+/// findings what was found of each. Finished cells are kept in the folder and not computed again unless
+/// something they depend on has changed.
+/// Throws Error `file:line: …` about a wrong file before any is run, Interrupted when the user asks to stop,
+/// and what the kind throws.
+Findings runExperiment(const std::vector<std::filesystem::path>& configs, const ExperimentRun& run,
+                       Progress& progress);
 
 /// The known types, each with one line of explanation.
 std::vector<std::pair<std::string, std::string>> experimentTypes();

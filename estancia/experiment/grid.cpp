@@ -23,7 +23,7 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int cellVersion = 1;
+constexpr int cellVersion = 2;
 constexpr std::size_t mostCellBytes = 16 << 20;
 
 /// Calls work(i) for all i below `count`, on `threads` threads. Stops early after an exception and throws
@@ -56,15 +56,10 @@ void inParallel(std::size_t count, std::size_t threads, const std::function<void
 
 }  // namespace
 
-Grid::Grid(fs::path folder, std::vector<std::string> columns, int threads)
+Grid::Grid(fs::path folder, GridColumns columns, int threads)
     : folder_(std::move(folder)),
       columns_(std::move(columns)),
-      threads_(static_cast<std::size_t>(threads > 0 ? threads : freeCores())) {
-  std::error_code problem;
-  fs::create_directories(folder_ / "cells", problem);
-  if (problem)
-    throw Error(fmt::format("{}: the folder cannot be made ({})", folder_.string(), problem.message()));
-}
+      threads_(static_cast<std::size_t>(threads > 0 ? threads : freeCores())) {}
 
 fs::path Grid::fileOf(const Cell& cell) const {
   return folder_ / "cells" /
@@ -82,9 +77,8 @@ std::optional<CellResults> Grid::load(const Cell& cell) const {
     if (json.at("estancia_cell") != cellVersion || json.at("inputs") != cell.inputs) return std::nullopt;
     CellResults results;
     for (const auto& entry : json.at("results"))
-      results.push_back({entry.at(0).get<std::string>(),
-                         entry.at(1).is_null() ? std::nullopt : std::optional(entry.at(1).get<double>()),
-                         entry.at(2).get<double>()});
+      results.push_back(
+          {entry.at(0).get<std::string>(), entry.at(1).get<std::string>(), entry.at(2).get<double>()});
     return results;
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;
@@ -97,8 +91,7 @@ void Grid::store(const Cell& cell, const CellResults& results) const {
   nlohmann::ordered_json json{
       {"estancia_cell", cellVersion}, {"cell", cell.coordinates}, {"inputs", cell.inputs}};
   auto& list = json["results"] = nlohmann::json::array();
-  for (const CellResult& result : results)
-    list.push_back({result.measure, result.at ? nlohmann::json(*result.at) : nlohmann::json(), result.value});
+  for (const CellResult& result : results) list.push_back({result.measure, result.at, result.value});
   writeWhole(fileOf(cell), json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
@@ -113,12 +106,19 @@ bool Grid::has(const Cell& cell) {
 std::vector<CellResults> Grid::run(const std::vector<Cell>& cells,
                                    const std::function<CellResults(std::size_t)>& compute, Progress& progress,
                                    const std::string& what) {
+  std::error_code problem;
+  fs::create_directories(folder_ / "cells", problem);
+  if (problem)
+    throw Error(fmt::format("{}: the folder cannot be made ({})", folder_.string(), problem.message()));
   std::vector<std::size_t> missing;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const Cell& cell = cells[i];
-    if (cell.coordinates.size() != columns_.size())
+    if (cell.coordinates.size() != columns_.coordinates.size())
       throw Error(fmt::format("a cell with {} coordinates in a grid of {}", cell.coordinates.size(),
-                              fmt::join(columns_, ", ")));
+                              fmt::join(columns_.coordinates, ", ")));
+    if (!named_.insert(cell.coordinates).second)
+      throw Error(fmt::format("the {} {} are there twice; give them different names",
+                              fmt::join(columns_.coordinates, ", "), fmt::join(cell.coordinates, ", ")));
     if (!has(cell)) missing.push_back(i);
   }
   if (!missing.empty()) {
@@ -156,13 +156,31 @@ std::vector<CellResults> Grid::run(const std::vector<Cell>& cells,
 }
 
 void Grid::writeCsv() const {
-  std::string text = fmt::format("{},measure,at,value\n", fmt::join(columns_, ","));
-  for (const auto& [coordinates, results] : table_)
+  std::vector<std::string> head = columns_.coordinates;
+  if (!columns_.at.empty()) head.push_back(columns_.at);
+  head.insert(head.end(), columns_.measures.begin(), columns_.measures.end());
+  std::string text = fmt::format("{}\n", fmt::join(head, ","));
+  for (const auto& [coordinates, results] : table_) {
+    std::vector<std::string> points;  // in the order of the results
+    std::map<std::string, std::map<std::string, double>> values;
     for (const CellResult& result : results) {
-      for (const std::string& coordinate : coordinates) text += io::csvCell(coordinate) + ',';
-      text += fmt::format("{},{},{}\n", io::csvCell(result.measure),
-                          result.at ? fmt::format("{}", *result.at) : "", result.value);
+      if (std::find(columns_.measures.begin(), columns_.measures.end(), result.measure) ==
+          columns_.measures.end())
+        continue;
+      if (!values.contains(result.at)) points.push_back(result.at);
+      values[result.at][result.measure] = result.value;
     }
+    for (const std::string& point : points) {
+      std::vector<std::string> row;
+      for (const std::string& coordinate : coordinates) row.push_back(io::csvCell(coordinate));
+      if (!columns_.at.empty()) row.push_back(io::csvCell(point));
+      for (const std::string& measure : columns_.measures) {
+        const auto value = values[point].find(measure);
+        row.push_back(value == values[point].end() ? "" : fmt::format("{}", value->second));
+      }
+      text += fmt::format("{}\n", fmt::join(row, ","));
+    }
+  }
   writeWhole(folder_ / "results.csv", text);
 }
 

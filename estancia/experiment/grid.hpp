@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -13,13 +14,20 @@
 
 namespace estancia {
 
-/// One number that a cell found: `measure`, or `measure` at some point of a curve.
+/// One number that a cell found: `measure`, or `measure` at one of the points that the cell was read at.
 struct CellResult {
   std::string measure;
-  std::optional<double> at;
+  std::string at;  ///< a number of clusters, the name of a threshold …; "" where there is but one
   double value = 0;
 };
 using CellResults = std::vector<CellResult>;
+
+/// The head of results.csv, in snake_case.
+struct GridColumns {
+  std::vector<std::string> coordinates;  ///< what tells the cells apart: model, sequence …
+  std::string at;                        ///< what tells the rows of one cell apart; "" when each has but one
+  std::vector<std::string> measures;     ///< those of the results that are shown there
+};
 
 struct Cell {
   std::vector<std::string> coordinates;  ///< one a column of the grid: model, sequence …
@@ -31,20 +39,22 @@ struct Cell {
 /// as absent. An interrupted grid goes on where it stopped.
 class Grid {
  public:
-  /// Makes the folder. `threads` = 0 takes one a free core. Throws Error when it cannot be made.
-  Grid(std::filesystem::path folder, std::vector<std::string> columns, int threads = 0);
+  /// `threads` = 0 takes one a free core. The folder is made by run().
+  Grid(std::filesystem::path folder, GridColumns columns, int threads = 0);
 
   /// Whether the results of the cell are at hand.
   bool has(const Cell& cell);
 
   /// The results of the cells, in their order; `compute(i)` is called for those that are not at hand, by
   /// several threads at once. Its exception ends the run (of several, that of the first cell); the cells done
-  /// until then are kept. Throws Interrupted when the user asks to stop, or `compute` does.
+  /// until then are kept. Throws Interrupted when the user asks to stop, or `compute` does; Error when two
+  /// cells of all runs have the same coordinates, or the folder cannot be made.
   std::vector<CellResults> run(const std::vector<Cell>& cells,
                                const std::function<CellResults(std::size_t)>& compute, Progress& progress,
                                const std::string& what);
 
-  /// Writes FOLDER/results.csv: the columns, `measure`, `at`, `value`; all cells of all runs, in order.
+  /// Writes FOLDER/results.csv: all cells of all runs, in order, a row a cell and `at`; a measure that it
+  /// does not have there is left empty.
   void writeCsv() const;
 
  private:
@@ -53,9 +63,10 @@ class Grid {
   void store(const Cell& cell, const CellResults& results) const;
 
   std::filesystem::path folder_;
-  std::vector<std::string> columns_;
+  GridColumns columns_;
   std::size_t threads_;
-  std::map<std::string, CellResults> known_;                             ///< by file name
+  std::map<std::string, CellResults> known_;  ///< by file name
+  std::set<std::vector<std::string>> named_;  ///< the coordinates of all cells of all runs
   std::vector<std::pair<std::vector<std::string>, CellResults>> table_;  ///< what run() returned
 };
 

@@ -12,7 +12,6 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/experiment/grid.hpp"
 #include "estancia/experiment/model_choice_findings.hpp"
 #include "estancia/experiment/posed_descriptors.hpp"
 #include "estancia/experiment/subjects.hpp"
@@ -231,11 +230,15 @@ ModelChoiceOptions readModelChoice(ConfigFile& config) {
   return options;
 }
 
-Findings chooseModel(const ModelChoiceOptions& options, const ExperimentRun& run, Progress& progress) {
+GridColumns modelChoiceColumns() {
+  return {{"model", "sequence", "distance"}, "k", ModelChoiceCell::measures()};
+}
+
+Findings chooseModel(const ModelChoiceOptions& options, Grid& grid, const ExperimentRun& run,
+                     Progress& progress) {
   std::vector<std::string> notes;
   const auto models = modelsToCompare(options.models, run, notes);
   const auto drives = openDrives(options, notes);
-  Grid grid(run.folder, {"model", "sequence", "distance"}, run.labeler.threads);
 
   std::vector<std::string> names;
   for (const Candidate& model : models) names.push_back(model.name);
@@ -271,7 +274,6 @@ Findings chooseModel(const ModelChoiceOptions& options, const ExperimentRun& run
       results.cells[(d * drives.size() + s) * models.size() + m] = ModelChoiceCell::fromResults(found[c]);
     }
   }
-  grid.writeCsv();
 
   Findings findings = findingsOf(results, options.shown);
   findings.facts.insert(findings.facts.end(), identities.begin(), identities.end());

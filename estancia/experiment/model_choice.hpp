@@ -12,6 +12,7 @@
 #include "estancia/core/findings.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/experiment/experiment.hpp"
+#include "estancia/experiment/grid.hpp"
 #include "estancia/experiment/subjects.hpp"
 #include "estancia/io/sequence.hpp"
 
@@ -46,8 +47,12 @@ struct ModelChoiceOptions {
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.
 ModelChoiceOptions readModelChoice(ConfigFile& config);
 
+/// The columns of its results.csv. Places have no k: they stand in a row of their own.
+GridColumns modelChoiceColumns();
+
 /// Runs the experiment. Throws Error when a named model or a sequence that is not optional cannot be opened,
 /// a sequence has no poses, or nothing is left to compare.
-Findings chooseModel(const ModelChoiceOptions& options, const ExperimentRun& run, Progress& progress);
+Findings chooseModel(const ModelChoiceOptions& options, Grid& grid, const ExperimentRun& run,
+                     Progress& progress);
 
 }  // namespace estancia

@@ -12,6 +12,9 @@ namespace {
 
 constexpr const char* varianceName = "spatial_variance";          ///< mean over clusters
 constexpr const char* byImageName = "spatial_variance_by_image";  ///< mean over images
+constexpr const char* queriesName = "place_queries";
+constexpr const char* rightName = "place_right";
+constexpr const char* chanceName = "place_chance";
 using Order = std::vector<std::size_t>;
 
 /// k = 1 … this are in all cells.
@@ -216,15 +219,19 @@ void addDistance(const ModelChoiceResults& results, std::size_t distance,
 
 }  // namespace
 
+std::vector<std::string> ModelChoiceCell::measures() {
+  return {varianceName, byImageName, queriesName, rightName, chanceName};
+}
+
 CellResults ModelChoiceCell::toResults() const {
   CellResults results;
   for (std::size_t k = 1; k <= variance.size(); ++k) {
-    results.push_back({varianceName, static_cast<double>(k), variance[k - 1].overClusters});
-    results.push_back({byImageName, static_cast<double>(k), variance[k - 1].overItems});
+    results.push_back({varianceName, std::to_string(k), variance[k - 1].overClusters});
+    results.push_back({byImageName, std::to_string(k), variance[k - 1].overItems});
   }
-  results.push_back({"place_queries", std::nullopt, static_cast<double>(recognition.queries)});
-  results.push_back({"place_right", std::nullopt, recognition.right});
-  results.push_back({"place_chance", std::nullopt, recognition.chance});
+  results.push_back({queriesName, "", static_cast<double>(recognition.queries)});
+  results.push_back({rightName, "", recognition.right});
+  results.push_back({chanceName, "", recognition.chance});
   return results;
 }
 
@@ -234,9 +241,9 @@ ModelChoiceCell ModelChoiceCell::fromResults(const CellResults& results) {
     if (result.measure == varianceName) cell.variance.push_back({result.value, 0});
     if (result.measure == byImageName && !cell.variance.empty())
       cell.variance.back().overItems = result.value;
-    if (result.measure == "place_queries") cell.recognition.queries = static_cast<std::size_t>(result.value);
-    if (result.measure == "place_right") cell.recognition.right = result.value;
-    if (result.measure == "place_chance") cell.recognition.chance = result.value;
+    if (result.measure == queriesName) cell.recognition.queries = static_cast<std::size_t>(result.value);
+    if (result.measure == rightName) cell.recognition.right = result.value;
+    if (result.measure == chanceName) cell.recognition.chance = result.value;
   }
   return cell;
 }

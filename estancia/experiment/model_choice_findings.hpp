@@ -16,6 +16,7 @@ struct ModelChoiceCell {
   std::vector<SpatialVariance> variance;  ///< inside clusters for k = 1, 2, …
   PlaceRecognition recognition;
 
+  static std::vector<std::string> measures();
   CellResults toResults() const;
   static ModelChoiceCell fromResults(const CellResults& results);
 };

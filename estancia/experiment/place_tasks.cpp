@@ -12,7 +12,6 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/experiment/grid.hpp"
 #include "estancia/experiment/posed_descriptors.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/label/model.hpp"
@@ -26,7 +25,18 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int methodVersion = 1;       // of what follows: cells of another one are computed anew
+constexpr int methodVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr struct Measure {
+  const char *name, *title;
+  int decimals = 3;
+  ResultTable::Best best = ResultTable::Best::largest;
+} measures[] = {{"nodes", "nodes", 0, ResultTable::Best::none},
+                {"v_measure", "V-measure"},
+                {"one_image", "one image"},
+                {"filtered", "filtered"},
+                {"smoothed", "smoothed"},
+                {"nearest_neighbour", "nearest neighbour"},
+                {"halves_exchanged", "halves exchanged"}};
 constexpr std::size_t smoothing = 20;  // frames of lookahead
 
 /// One task of the configuration, ready for every model.
@@ -106,14 +116,14 @@ CellResults drive(const Task& task, Recorder& recorder, const fs::path& scratch)
       task.drive->truth.empty() ? AdmissibleImages{} : readAdmissibleImages(task.drive->truth);
   CellResults results;
   const MapQuality quality = evaluate(map.map());
-  results.push_back({"nodes", std::nullopt, static_cast<double>(quality.nodes)});
-  if (quality.rooms) results.push_back({"V-measure", std::nullopt, quality.rooms->vMeasure});
+  results.push_back({"nodes", "", static_cast<double>(quality.nodes)});
+  if (quality.rooms) results.push_back({"v_measure", "", quality.rooms->vMeasure});
   const auto add = [&](const char* measure, const Accuracy& accuracy) {
     if (const auto& share = accuracy.recall ? accuracy.recall : accuracy.room)
-      results.push_back({measure, std::nullopt, *share});
+      results.push_back({measure, "", *share});
   };
   const LocalizationAccuracy filtered = find(queries, map, 0, truth);
-  add("one image", filtered.nearestImage);
+  add("one_image", filtered.nearestImage);
   add("filtered", filtered.belief);
   add("smoothed", find(queries, map, smoothing, truth).belief);
   return results;
@@ -198,9 +208,8 @@ CellResults rooms(const Task& task, Recorder& recorder) {
   const auto images = openImages(task.rooms->images);
   const Recording words = recorder.of(*images);
   const Halves halves = readHalves(*task.rooms, words.frames);
-  return {
-      {"nearest neighbour", std::nullopt, nearestNeighbour(words, halves.rooms, halves.train, halves.test)},
-      {"halves exchanged", std::nullopt, nearestNeighbour(words, halves.rooms, halves.test, halves.train)}};
+  return {{"nearest_neighbour", "", nearestNeighbour(words, halves.rooms, halves.train, halves.test)},
+          {"halves_exchanged", "", nearestNeighbour(words, halves.rooms, halves.test, halves.train)}};
 }
 
 /// What identifies the images without labelling them.
@@ -251,18 +260,17 @@ Findings findingsOf(const std::vector<Task>& tasks, const std::vector<std::strin
               "answers by each image alone, by all images so far, and with twenty more."
             : "Share of images whose nearest one of the other half shows the same kind of room.";
     table.rowsAre = "model";
-    for (const CellResult& result : cells[t].at(0))
-      table.columns.push_back(
-          {result.measure, result.measure == "nodes" ? 0 : 3,
-           result.measure == "nodes" ? ResultTable::Best::none : ResultTable::Best::largest});
-    for (std::size_t m = 0; m < models.size(); ++m) {
-      ResultTable::Row row{models[m], {}};
-      for (const auto& column : table.columns) {
-        const auto found = std::find_if(cells[t][m].begin(), cells[t][m].end(),
-                                        [&](const CellResult& r) { return r.measure == column.name; });
-        row.values.push_back(found == cells[t][m].end() ? std::nullopt : std::optional(found->value));
+    for (const std::string& model : models) table.rows.push_back({model, {}});
+    for (const Measure& measure : measures) {
+      std::vector<std::optional<double>> values;
+      for (const CellResults& results : cells[t]) {
+        const auto found = std::find_if(results.begin(), results.end(),
+                                        [&](const CellResult& r) { return r.measure == measure.name; });
+        values.push_back(found == results.end() ? std::nullopt : std::optional(found->value));
       }
-      table.rows.push_back(std::move(row));
+      if (std::none_of(values.begin(), values.end(), [](const auto& v) { return v.has_value(); })) continue;
+      table.columns.push_back({measure.title, measure.decimals, measure.best});
+      for (std::size_t m = 0; m < models.size(); ++m) table.rows[m].values.push_back(values[m]);
     }
     findings.sections.emplace_back(std::move(table));
   }
@@ -319,11 +327,17 @@ PlaceTasksOptions readPlaceTasks(ConfigFile& config) {
   return options;
 }
 
-Findings comparePlaceTasks(const PlaceTasksOptions& options, const ExperimentRun& run, Progress& progress) {
+GridColumns placeTasksColumns() {
+  GridColumns columns{{"model", "task"}, "", {}};
+  for (const Measure& measure : measures) columns.measures.emplace_back(measure.name);
+  return columns;
+}
+
+Findings comparePlaceTasks(const PlaceTasksOptions& options, Grid& grid, const ExperimentRun& run,
+                           Progress& progress) {
   std::vector<std::string> notes;
   const auto models = modelsToCompare(options.models, run, notes);
   const auto tasks = openTasks(options, notes);
-  Grid grid(run.folder, {"model", "task"}, 1);  // the threads belong to the network
   std::vector<std::string> names;
   std::vector<std::vector<CellResults>> cells(tasks.size());
   std::vector<std::pair<std::string, std::string>> identities;
@@ -345,7 +359,6 @@ Findings comparePlaceTasks(const PlaceTasksOptions& options, const ExperimentRun
         progress, model.name);
     for (std::size_t t = 0; t < tasks.size(); ++t) cells[t].push_back(found[t]);
   }
-  grid.writeCsv();
   Findings findings = findingsOf(tasks, names, cells);
   findings.facts = std::move(identities);
   findings.notes = std::move(notes);

@@ -9,6 +9,7 @@
 #include "estancia/core/findings.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/experiment/experiment.hpp"
+#include "estancia/experiment/grid.hpp"
 #include "estancia/experiment/subjects.hpp"
 
 namespace estancia {
@@ -43,8 +44,12 @@ struct PlaceTasksOptions {
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.
 PlaceTasksOptions readPlaceTasks(ConfigFile& config);
 
+/// The columns of its results.csv; a task has some of the measures.
+GridColumns placeTasksColumns();
+
 /// Runs the tasks with the default mapper and localizer. Throws Error when a model, or a sequence that is not
 /// optional, cannot be opened.
-Findings comparePlaceTasks(const PlaceTasksOptions& options, const ExperimentRun& run, Progress& progress);
+Findings comparePlaceTasks(const PlaceTasksOptions& options, Grid& grid, const ExperimentRun& run,
+                           Progress& progress);
 
 }  // namespace estancia

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,7 @@ class ListedSequence : public Sequence {
   /// For openSequence, which adds poses and rooms from side files before anybody else sees the frames.
   std::vector<Frame>& frames() { return frames_; }
   void warn(std::string sentence) { warnings_.push_back(std::move(sentence)); }
+  void setIntrinsics(const CameraIntrinsics& camera) { intrinsics_ = camera; }
 
  protected:
   explicit ListedSequence(std::string name) : name_(std::move(name)) {}
@@ -29,16 +31,30 @@ class ListedSequence : public Sequence {
   std::vector<Frame> frames_;
 };
 
-/// Frames that are one picture file each: what most data sets come down to.
+/// A frame's depth picture: "" where it has none.
+struct DepthFile {
+  std::filesystem::path file;
+  std::optional<double> timestamp;  ///< of the nearest depth picture, even where that is not this frame's
+};
+
+/// Frames that are one picture file each, perhaps with one of depth: what most data sets come down to.
 class ImageFiles final : public ListedSequence {
  public:
-  explicit ImageFiles(std::string name) : ListedSequence(std::move(name)) {}
-  void add(Frame frame, std::filesystem::path file);
+  /// `depthScale`: units a metre, as readDepth has it.
+  explicit ImageFiles(std::string name, double depthScale = 0)
+      : ListedSequence(std::move(name)), depthScale_(depthScale) {}
+  void add(Frame frame, std::filesystem::path file, DepthFile depth = {});
   cv::Mat image(std::size_t i) const override;
   std::string fingerprint(std::size_t i) const override;
+  bool hasDepth() const override { return hasDepth_; }
+  cv::Mat depth(std::size_t i) const override;
+  std::optional<double> depthTimestamp(std::size_t i) const override { return depths_.at(i).timestamp; }
 
  private:
   std::vector<std::filesystem::path> files_;
+  std::vector<DepthFile> depths_;
+  double depthScale_;
+  bool hasDepth_ = false;
 };
 
 using Opened = std::unique_ptr<ListedSequence>;
@@ -54,8 +70,13 @@ bool isPanoramas(const std::filesystem::path& path);
 Opened openPanoramas(const std::filesystem::path& path, const SequenceOptions& options);
 bool isIdol2(const std::filesystem::path& path);
 Opened openIdol2(const std::filesystem::path& path, const SequenceOptions& options);
+bool isRgbdFolders(const std::filesystem::path& path);
+Opened openRgbdFolders(const std::filesystem::path& path, const SequenceOptions& options);
 bool isImageFolder(const std::filesystem::path& path);
 Opened openImageFolder(const std::filesystem::path& path, const SequenceOptions& options);
+
+/// The time stamp [s] that a file is called by, like TUM's "1305031102.175304.png"; nothing where it is not.
+std::optional<double> timestampOf(const std::filesystem::path& file);
 
 /// The last component of a path, also of "folder/" and ".".
 std::string nameOf(const std::filesystem::path& path);

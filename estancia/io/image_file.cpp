@@ -22,11 +22,11 @@ constexpr std::size_t kMostBytes = std::size_t{1} << 29;
 // kept.
 [[maybe_unused]] const int openExrEnabled = setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);
 
-cv::Mat decode(std::string& bytes, const fs::path& file) {
+cv::Mat decode(std::string& bytes, const fs::path& file, int flags = cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH) {
   cv::Mat picture;
   try {
     const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U, bytes.data());
-    picture = cv::imdecode(buffer, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH);
+    picture = cv::imdecode(buffer, flags);
   } catch (const cv::Exception&) {  // said below
   }
   if (picture.empty())
@@ -74,6 +74,12 @@ cv::Mat readPanorama(const fs::path& file) {
                     printable(file.string()), header.width, header.height));
   cv::Mat panorama = decode(bytes, file);
   return header.isRadiance() ? panorama : toBgr8(std::move(panorama));
+}
+
+cv::Mat decodePicture(const fs::path& file, int flags) {
+  std::string bytes = readBytes(file, kMostBytes);
+  inspectImage(bytes, printable(file.string()));
+  return decode(bytes, file, flags);
 }
 
 cv::Mat toBgr8(cv::Mat picture) {

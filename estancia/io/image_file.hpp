@@ -18,6 +18,10 @@ cv::Mat readImage(const std::filesystem::path& file);
 /// Error.
 cv::Mat readPanorama(const std::filesystem::path& file);
 
+/// The pixels of a complete picture file as OpenCV decodes them under `flags` (cv::IMREAD_…), never empty.
+/// Throws Error.
+cv::Mat decodePicture(const std::filesystem::path& file, int flags);
+
 /// Any picture that OpenCV yields as BGR, 8 bits, 3 channels, scaled as readImage says.
 cv::Mat toBgr8(cv::Mat picture);
 

@@ -5,15 +5,15 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/io/depth_file.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_file.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;
-namespace {
 
-/// A name like TUM's "1305031102.175304.png" is a time stamp: digits, a point, three digits or more.
+/// Digits, a point, three digits or more.
 std::optional<double> timestampOf(const fs::path& file) {
   const std::string stem = file.stem().string();
   const auto point = stem.find('.');
@@ -22,11 +22,11 @@ std::optional<double> timestampOf(const fs::path& file) {
   return toNumber(stem);
 }
 
-}  // namespace
-
-void ImageFiles::add(Frame frame, fs::path file) {
+void ImageFiles::add(Frame frame, fs::path file, DepthFile depth) {
   frames_.push_back(std::move(frame));
   files_.push_back(std::move(file));
+  hasDepth_ = hasDepth_ || !depth.file.empty();
+  depths_.push_back(std::move(depth));
 }
 
 cv::Mat ImageFiles::image(std::size_t i) const {
@@ -35,6 +35,14 @@ cv::Mat ImageFiles::image(std::size_t i) const {
 
 std::string ImageFiles::fingerprint(std::size_t i) const {
   return sha256OfFile(files_.at(i));
+}
+
+cv::Mat ImageFiles::depth(std::size_t i) const {
+  const fs::path& file = depths_.at(i).file;
+  if (file.empty())
+    throw Error(
+        fmt::format("{}: {} has no depth picture; leave it out or give its depth", name_, frames_[i].name));
+  return readDepth(file, depthScale_);
 }
 
 bool isImageFolder(const fs::path& path) {

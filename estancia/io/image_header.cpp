@@ -164,6 +164,27 @@ Size inspectPnm(const Bytes& b) {
   return size;
 }
 
+/// "Pf" or "PF", width, height and scale in text, then floats.
+Size inspectPfm(const Bytes& b) {
+  std::uint64_t at = 2;
+  const auto next = [&] {
+    at = std::min<std::uint64_t>(b.data.find_first_not_of(" \t\r\n", at), b.data.size());
+    const auto end = std::min<std::uint64_t>(b.data.find_first_of(" \t\r\n", at), b.data.size());
+    const auto number = toNumber(b.data.substr(at, end - at));
+    at = end;
+    if (at == b.data.size()) throw CutOff();
+    if (!number) throw Damaged();
+    return *number;
+  };
+  const double width = next(), height = next();
+  next();
+  if (!(width >= 1 && width < 1e9) || !(height >= 1 && height < 1e9)) throw Damaged();
+  Size size{"PFM", static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height)};
+  if (size.width * size.height <= kMostPixels)
+    b.need(at + 1 + size.width * size.height * (b.data[1] == 'F' ? 12 : 4));
+  return size;
+}
+
 /// The data window among the header's attributes: name\0 type\0 size value.
 Size inspectExr(const Bytes& b) {
   const auto word = [&b](std::uint64_t& at) {
@@ -220,6 +241,7 @@ Inspect findFormat(const Bytes& b) {
   if (b.data.size() > 2 && b.data[0] == 'P' && b.data[1] >= '1' && b.data[1] <= '6' &&
       "\n\r\t #"sv.find(b.data[2]) != std::string_view::npos)
     return inspectPnm;
+  if (b.startsWith("Pf\n") || b.startsWith("PF\n")) return inspectPfm;
   return nullptr;
 }
 

@@ -8,7 +8,7 @@
 namespace estancia::io {
 
 struct ImageHeader {
-  std::string format;  ///< "JPEG", "PNG", "BMP", "TIFF", "WebP", "PNM", "OpenEXR", "Radiance"
+  std::string format;  ///< "JPEG", "PNG", "BMP", "TIFF", "WebP", "PNM", "PFM", "OpenEXR", "Radiance"
   std::uint64_t width = 0, height = 0;
 
   bool isRadiance() const { return format == "OpenEXR" || format == "Radiance"; }

@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "estancia/core/error.hpp"
+#include "estancia/io/camera_file.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/recording.hpp"
@@ -49,12 +50,14 @@ constexpr Format kFormats[] = {
     {"recording", "words instead of pictures: .labels (of `estancia label`), .csv, .jsonl, .npy", isWords,
      openWords},
     {"video", "a video file that OpenCV opens", io::isVideo, io::openVideo},
-    {"tum", "TUM RGB-D: rgb.txt, groundtruth.txt", io::isTumRgbd, io::openTumRgbd},
+    {"tum", "TUM RGB-D: rgb.txt, depth.txt, groundtruth.txt", io::isTumRgbd, io::openTumRgbd},
     {"sevenscenes", "7-Scenes: frame-000000.color.png with .pose.txt, or frames/ and poses.csv",
      io::isSevenScenes, io::openSevenScenes},
     {"panorama", "views out of equirectangular panoramas: .exr, .hdr, .exr.js (.jpg, .png only by this type)",
      io::isPanoramas, io::openPanoramas},
     {"idol2", "KTH-IDOL2: t<time>_r<room>_x<x>_y<y>_a<theta>.png", io::isIdol2, io::openIdol2},
+    {"rgbd", "two folders: rgb/ (or color/, image/) and depth/, files of equal names", io::isRgbdFolders,
+     io::openRgbdFolders},
     {"folder", "a folder of images, in the natural order of their names", io::isImageFolder,
      io::openImageFolder},
 };
@@ -91,6 +94,22 @@ const Format& formatOf(const fs::path& path, const std::string& type) {
                   io::printable(path.string()), foldersWithImages(path)));
 }
 
+/// Files that do not say the size of the pictures mean the pictures of this sequence.
+void attachIntrinsics(io::ListedSequence& sequence, const fs::path& file) {
+  CameraIntrinsics camera = io::readIntrinsics(file);
+  constexpr std::size_t tries = 10;
+  for (std::size_t i = 0; camera.width == 0 && i < std::min(sequence.size(), tries); ++i) try {
+      const cv::Mat picture = sequence.image(i);
+      camera.width = picture.cols;
+      camera.height = picture.rows;
+    } catch (const Error&) {  // the next may be fine
+    }
+  if (camera.width == 0)
+    throw Error(fmt::format("{}: does not say the size of the pictures, and none of the first {} can be read",
+                            io::printable(file.string()), tries));
+  sequence.setIntrinsics(camera);
+}
+
 /// What the user named must fit. What merely lies in the folder under a usual name is used if it fits.
 void attachSideFiles(io::ListedSequence& sequence, const fs::path& path, const SequenceOptions& options) {
   const auto beside = [&](const char* name) {
@@ -110,6 +129,10 @@ void attachSideFiles(io::ListedSequence& sequence, const fs::path& path, const S
     io::attachPoses(sequence, readTrajectory(file), file, options.maxPoseGap);
   });
   attach(options.rooms, beside("rooms.csv"), [&](const fs::path& file) { io::attachRooms(sequence, file); });
+  fs::path camera;
+  for (const char* name : {"camera-intrinsics.txt", "intrinsics.txt", "camera.yaml"})
+    if (camera.empty()) camera = beside(name);
+  attach(options.intrinsics, camera, [&](const fs::path& file) { attachIntrinsics(sequence, file); });
 }
 
 void requireUniqueNames(io::ListedSequence& sequence) {
@@ -156,11 +179,21 @@ std::string nameOf(const fs::path& path) {
 
 }  // namespace io
 
+cv::Mat Sequence::depth(std::size_t i) const {
+  throw Error(fmt::format("{}: there is no depth with {}", name(), frame(i).name));
+}
+
 std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptions& options) {
   const std::string name = io::printable(path.string());
   if (!(options.maxPoseGap >= 0))
     throw Error(fmt::format("maxPoseGap = {}: give the seconds that may lie between a frame and its pose",
                             options.maxPoseGap));
+  if (!(options.depthScale >= 0 && options.depthScale <= 1e9) ||
+      (options.depthScale > 0 && options.depthScale < 1e-6))
+    throw Error(
+        fmt::format("depthScale = {}: give what a metre is in the numbers of the depth pictures "
+                    "(1000 for millimetres)",
+                    options.depthScale));
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (status.type() == fs::file_type::not_found)

@@ -5,10 +5,12 @@
 #include <filesystem>
 #include <memory>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "estancia/core/camera.hpp"
 #include "estancia/core/frame.hpp"
 
 namespace estancia {
@@ -36,12 +38,28 @@ class Sequence {
   /// threads.
   virtual std::string fingerprint(std::size_t /*i*/) const { return ""; }
 
+  /// Whether there are depth pictures; single frames may still lack theirs.
+  virtual bool hasDepth() const { return false; }
+
+  /// Metres along the optical axis, CV_32F, never empty; 0 where there is none. Its size may be another than
+  /// the picture's: it shows the same view. Throws Error when this frame's depth is missing or cannot be
+  /// read. Safe to call from several threads.
+  virtual cv::Mat depth(std::size_t i) const;
+
+  /// When the depth picture nearest to frame i in time was taken [s], also where that is too far away to be
+  /// the frame's own. Absent where depth has no time stamps of its own.
+  virtual std::optional<double> depthTimestamp(std::size_t /*i*/) const { return std::nullopt; }
+
+  /// The camera of the pictures and of depth; scaledTo() fits it to a size. Absent where unknown.
+  const std::optional<CameraIntrinsics>& intrinsics() const { return intrinsics_; }
+
   /// Sentences about what the reader found odd in the whole sequence (unordered or missing stamps, poses with
   /// NaN …).
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  protected:
   std::vector<std::string> warnings_;
+  std::optional<CameraIntrinsics> intrinsics_;
 };
 
 /// How to open a sequence. The defaults find the format by themselves.
@@ -55,6 +73,14 @@ struct SequenceOptions {
   std::filesystem::path rooms;
   /// A pose further away in time than this belongs to no frame [s].
   double maxPoseGap = 0.05;
+
+  /// What a metre is in the numbers of depth pictures; 0 takes the data set's own (TUM RGB-D 5000), or, where
+  /// there is none, 1000 for 16 bits (millimetres), 25.5 for 8 bits (255 is 10 m) and 1 for float (metres).
+  double depthScale = 0;
+  /// The camera: a file with its 3×3 matrix, `fx fy cx cy`, or a calibration of ROS or OpenCV (YAML); ""
+  /// takes `camera-intrinsics.txt`, `intrinsics.txt` or `camera.yaml` in the folder when it is there, else
+  /// what the data set publishes.
+  std::filesystem::path intrinsics;
 
   // The panorama tour: perspective views of every place (320×240 pixels).
   int views = 12;           ///< views per place, evenly turned

@@ -1,5 +1,7 @@
 // Microsoft 7-Scenes: frame-XXXXXX.color.png with frame-XXXXXX.pose.txt (4×4, camera → world, metres), or the
 // pictures in `frames/` and all poses in `poses.csv` (`frame,T00,…,T23`). The data set has no time stamps.
+// Depth is frame-XXXXXX.depth.png in millimetres. It publishes one camera for colour and depth, which are not
+// registered.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,6 +25,9 @@ std::vector<fs::path> colorImages(const fs::path& path) {
   std::erase_if(files, [](const fs::path& f) { return !f.filename().string().starts_with("frame-"); });
   return files;
 }
+
+constexpr CameraIntrinsics kPublished = {640, 480, 585, 585, 320, 240};
+constexpr double kMillimetres = 1000;
 
 /// "frame-000123.color.png" → 123; nothing when there is no such number.
 std::optional<double> numberOf(const fs::path& file) {
@@ -72,7 +77,7 @@ bool isSevenScenes(const fs::path& path) {
          (fs::is_directory(path / "frames") && !colorImages(path / "frames").empty());
 }
 
-Opened openSevenScenes(const fs::path& path, const SequenceOptions&) {
+Opened openSevenScenes(const fs::path& path, const SequenceOptions& options) {
   auto files = colorImages(path);
   if (files.empty() && fs::is_directory(path / "frames")) files = colorImages(path / "frames");
   if (files.empty())
@@ -81,20 +86,27 @@ Opened openSevenScenes(const fs::path& path, const SequenceOptions&) {
   std::unordered_map<double, std::optional<Pose>> table;
   if (fs::exists(path / "poses.csv")) table = posesOfTable(path / "poses.csv");
 
-  auto sequence = std::make_unique<ImageFiles>(nameOf(path));
+  auto sequence =
+      std::make_unique<ImageFiles>(nameOf(path), options.depthScale > 0 ? options.depthScale : kMillimetres);
+  sequence->setIntrinsics(kPublished);
   std::size_t without = 0;
   std::string first;
   for (const auto& file : files) {
     Frame frame;
     frame.name = printable(file.filename().string());
     const std::string name = file.filename().string();
-    const fs::path poseFile = file.parent_path() / (name.substr(0, name.find('.')) + ".pose.txt");
+    const auto beside = [&](const char* suffix) {
+      return file.parent_path() / (name.substr(0, name.find('.')) + suffix);
+    };
+    const fs::path poseFile = beside(".pose.txt");
     if (const auto number = numberOf(file); number && table.contains(*number))
       frame.pose = table[*number];
     else if (fs::exists(poseFile))
       frame.pose = poseOfFile(poseFile);
     if (!frame.pose && without++ == 0) first = frame.name;
-    sequence->add(std::move(frame), file);
+    DepthFile depth;
+    if (fs::exists(beside(".depth.png"))) depth.file = beside(".depth.png");
+    sequence->add(std::move(frame), file, std::move(depth));
   }
   if (without > 0)
     sequence->warn(fmt::format("{} of {} frames have no pose: it is missing, NaN or no rotation (first: {})",

@@ -1,23 +1,25 @@
-// TUM RGB-D: `rgb.txt` lists `time file`, `groundtruth.txt` the camera's trajectory in its own, denser times.
+// TUM RGB-D: `rgb.txt` and `depth.txt` list `time file`, `groundtruth.txt` the camera's trajectory in its
+// own, denser times.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "estancia/core/error.hpp"
+#include "estancia/io/depth_file.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/side_files.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;
+namespace {
 
-bool isTumRgbd(const fs::path& path) {
-  return fs::is_regular_file(path / "rgb.txt");
-}
+constexpr double kUnitsPerMetre = 5000;
 
-Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
-  const fs::path list = path / "rgb.txt";
-  auto sequence = std::make_unique<ImageFiles>(nameOf(path));
+/// What a list says of its files, relative to its folder, in its order.
+std::vector<TimedFile> readList(const fs::path& list) {
+  std::vector<TimedFile> files;
   const auto lines = readLines(list);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const auto words = wordsOf(lines[i]);
@@ -30,12 +32,46 @@ Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
     if (file.is_absolute() || *file.begin() == "..")
       throw Error(fmt::format("{}:{}: {} leads out of the data set's folder", printable(list.string()), i + 1,
                               printable(file.string())));
+    files.push_back({*time, file});
+  }
+  return files;
+}
+
+/// The colour cameras of the three Kinects, as the benchmark publishes them; told by the folder's name.
+std::optional<CameraIntrinsics> publishedCamera(const std::string& folder) {
+  if (folder.find("freiburg1") != std::string::npos) return {{640, 480, 517.3, 516.5, 318.6, 255.3}};
+  if (folder.find("freiburg2") != std::string::npos) return {{640, 480, 520.9, 521.0, 325.1, 249.7}};
+  if (folder.find("freiburg3") != std::string::npos) return {{640, 480, 535.4, 539.2, 320.1, 247.6}};
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool isTumRgbd(const fs::path& path) {
+  return fs::is_regular_file(path / "rgb.txt");
+}
+
+Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
+  const fs::path list = path / "rgb.txt";
+  auto sequence = std::make_unique<ImageFiles>(nameOf(path),
+                                               options.depthScale > 0 ? options.depthScale : kUnitsPerMetre);
+  const auto pictures = readList(list);
+  if (pictures.empty()) throw Error(fmt::format("{}: lists no images", printable(list.string())));
+  std::vector<TimedFile> depths;
+  if (fs::exists(path / "depth.txt")) try {
+      depths = readList(path / "depth.txt");
+    } catch (const Error& error) {  // who does not need depth goes on without it
+      sequence->warn(fmt::format("depth.txt is left aside: {}", error.what()));
+    }
+  for (TimedFile& depth : depths) depth.file = path / depth.file;
+  std::ranges::stable_sort(depths, {}, &TimedFile::timestamp);
+  for (const auto& [time, file] : pictures) {
     Frame frame;
     frame.name = printable(file.string());
     frame.timestamp = time;
-    sequence->add(std::move(frame), path / file);
+    sequence->add(std::move(frame), path / file, nearestDepth(depths, time));
   }
-  if (sequence->size() == 0) throw Error(fmt::format("{}: lists no images", printable(list.string())));
+  if (const auto camera = publishedCamera(sequence->name())) sequence->setIntrinsics(*camera);
   const fs::path truth = path / "groundtruth.txt";
   if (options.poses.empty() && fs::exists(truth))
     attachPoses(*sequence, readTrajectory(truth), truth, options.maxPoseGap);

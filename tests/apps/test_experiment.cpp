@@ -65,7 +65,7 @@ TEST_F(ExperimentCommand, PrintsTheTablesAndWritesThePage) {
   EXPECT_THAT(result.out, HasSubstr("\nPlace recognition\n"));
   EXPECT_THAT(result.err, HasSubstr("report.html"));
   EXPECT_THAT(readFile(out_ / "report.html"), HasSubstr("Which model fits?"));
-  EXPECT_THAT(readFile(out_ / "results.csv"), HasSubstr("small,tour,standardized-clr,spatial_variance,12,"));
+  EXPECT_THAT(readFile(out_ / "results.csv"), HasSubstr("\nsmall,tour,standardized-clr,12,"));
   EXPECT_EQ(cellsOnDisk(), 1U);
 }
 
@@ -125,9 +125,34 @@ TEST_F(ExperimentCommand, AnInterruptedRunGoesOn) {
   EXPECT_EQ(cellsOnDisk(), 1U);
 }
 
+TEST_F(ExperimentCommand, SeveralOfOneTypeAreRunAsOne) {
+  const std::string second = scratch_ / "second.toml";
+  std::string text = readFile(config_);
+  writeFile(second, text);
+  const auto twice =
+      run({"experiment", config_, second, "-o", out_.string(), "--models", scratch_ / "model", "--no-cache"});
+  EXPECT_EQ(twice.exitCode, 2);
+  EXPECT_THAT(twice.err, HasSubstr("small, tour, standardized-clr are there twice"));
+  text.replace(text.find("\"tour\""), 6, "\"walk\"");
+  writeFile(second, text);
+  const auto result =
+      run({"experiment", config_, second, "-o", out_.string(), "--models", scratch_ / "model", "--no-cache"});
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const std::string csv = readFile(out_ / "results.csv"), page = readFile(out_ / "report.html");
+  for (const std::string name : {"tour", "walk"}) {
+    EXPECT_THAT(csv, HasSubstr("\nsmall," + name + ",standardized-clr,12,"));
+    EXPECT_THAT(page, HasSubstr(name));
+  }
+  EXPECT_EQ(csv.rfind("model,"), 0U) << "one head for all";
+  writeFile(second, "type = \"places\"\n");
+  EXPECT_THAT(run({"experiment", config_, second, "-o", out_.string()}).err,
+              HasSubstr("second.toml:1: " + config_ + " is of the type model-choice; run experiments"));
+}
+
 TEST(Experiments, OfTheRepositoryAreReadable) {
   const ScratchFolder scratch;
-  for (const auto& entry : fs::directory_iterator(fs::path(ESTANCIA_SOURCE_DIR) / "experiments")) {
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(ESTANCIA_SOURCE_DIR) / "experiments")) {
+    if (!entry.is_regular_file()) continue;
     const auto result =
         run({"experiment", entry.path(), "-o", scratch / "out", "--models", "./no-such-model"});
     EXPECT_THAT(result.err, HasSubstr("no-such-model is no model")) << entry.path() << " is read before that";

@@ -21,7 +21,7 @@ using test::writeFile;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-const std::vector<std::string> columns{"model", "sequence"};
+const GridColumns columns{{"model", "sequence"}, "k", {"variance", "right"}};
 
 std::vector<Cell> cells(std::size_t count, const std::string& inputs = "a") {
   std::vector<Cell> result;
@@ -32,7 +32,7 @@ std::vector<Cell> cells(std::size_t count, const std::string& inputs = "a") {
 /// What cell i finds: numbers that no short text holds.
 CellResults found(std::size_t i) {
   const double value = 1.0 / (3.0 + static_cast<double>(i));
-  return {{"variance", 7.0, value}, {"right", std::nullopt, -value * 1e-12}};
+  return {{"variance", "7", value}, {"right", "", -value * 1e-12}, {"kept", "7", 1}};
 }
 
 class GridTest : public testing::Test {
@@ -67,11 +67,11 @@ TEST_F(GridTest, ComputesEveryCellOnceAndReadsBackTheSameNumbers) {
   EXPECT_TRUE(computed.empty());
   for (std::size_t i = 0; i < 20; ++i)
     for (const auto* results : {&first, &second}) {
-      ASSERT_EQ((*results)[i].size(), 2U);
+      ASSERT_EQ((*results)[i].size(), 3U);
       EXPECT_EQ((*results)[i][0].measure, "variance");
-      EXPECT_EQ((*results)[i][0].at, 7.0);
+      EXPECT_EQ((*results)[i][0].at, "7");
       EXPECT_EQ((*results)[i][0].value, found(i)[0].value);
-      EXPECT_EQ((*results)[i][1].at, std::nullopt);
+      EXPECT_EQ((*results)[i][1].at, "");
       EXPECT_EQ((*results)[i][1].value, found(i)[1].value);
     }
 }
@@ -85,8 +85,8 @@ TEST_F(GridTest, TheTableIsTheSameForAnyNumberOfThreads) {
   }
   ASSERT_EQ(tables.size(), 1U);
   EXPECT_THAT(*tables.begin(),
-              testing::StartsWith("model,sequence,measure,at,value\n0,tour,variance,7,0.3333333333333333\n"
-                                  "0,tour,right,,-3.333333333333333e-13\n1,tour,"));
+              testing::StartsWith("model,sequence,k,variance,right\n0,tour,7,0.3333333333333333,\n"
+                                  "0,tour,,,-3.333333333333333e-13\n1,tour,7,"));
 }
 
 TEST_F(GridTest, GoesOnWhereItStopped) {
@@ -116,10 +116,10 @@ TEST_F(GridTest, DamagedCellsAreComputedAgain) {
   const std::string whole = readFile(cell);
   for (const std::string& damaged :
        {std::string(), std::string("{"), whole.substr(0, whole.size() / 2), std::string("[1, 2]"),
-        std::string(R"({"estancia_cell":1,"inputs":"a","results":[[1,2,3]]})"),
-        std::string(R"({"estancia_cell":1,"inputs":"a","results":7})"),
-        std::string(R"({"estancia_cell":2,"inputs":"a","results":[]})"),
-        std::string(R"({"estancia_cell":1,"inputs":"b","results":[]})")}) {
+        std::string(R"({"estancia_cell":2,"inputs":"a","results":[[1,2,3]]})"),
+        std::string(R"({"estancia_cell":2,"inputs":"a","results":7})"),
+        std::string(R"({"estancia_cell":1,"inputs":"a","results":[]})"),
+        std::string(R"({"estancia_cell":2,"inputs":"b","results":[]})")}) {
     writeFile(cell, damaged);
     const auto results = run(cells(1));
     EXPECT_EQ(computed.size(), 1U) << damaged;
@@ -145,7 +145,7 @@ TEST_F(GridTest, TheFirstCellsFailureEndsTheRunAndKeepsTheOthers) {
 TEST_F(GridTest, RefusesWhatIsNoNumberOrNoCell) {
   Grid grid(folder, columns, 1);
   const auto infinite = [](std::size_t) {
-    return CellResults{{"variance", std::nullopt, std::numeric_limits<double>::infinity()}};
+    return CellResults{{"variance", "", std::numeric_limits<double>::infinity()}};
   };
   EXPECT_THAT(errorOf([&] { grid.run(cells(1), infinite, silent, "testing"); }),
               HasSubstr("variance of 0, tour is not finite"));
@@ -154,21 +154,40 @@ TEST_F(GridTest, RefusesWhatIsNoNumberOrNoCell) {
 
 TEST_F(GridTest, AFolderThatCannotBeMadeIsAnError) {
   writeFile(scratch / "file", "");
-  EXPECT_THAT(errorOf([&] { Grid(scratch.path() / "file" / "out", columns, 1); }),
-              HasSubstr("cannot be made"));
+  Grid grid(scratch.path() / "file" / "out", columns, 1);
+  EXPECT_THAT(errorOf([&] { grid.run(cells(1), found, silent, "testing"); }), HasSubstr("cannot be made"));
 }
 
 TEST_F(GridTest, TextsInTheTableStayOneCell) {
-  Grid grid(folder, columns, 1);
+  Grid grid(folder, {{"model", "sequence"}, "cut", {"v"}}, 1);
   grid.run(
       {{{"a,\"b\"", "line\nbreak"}, "x"}},
       [](std::size_t) {
-        return CellResults{{"v", std::nullopt, 1}};
+        return CellResults{{"v", "at,last", 1}};
       },
       silent, "testing");
   grid.writeCsv();
   EXPECT_EQ(readFile(folder / "results.csv"),
-            "model,sequence,measure,at,value\n\"a,\"\"b\"\"\",\"line\nbreak\",v,,1\n");
+            "model,sequence,cut,v\n\"a,\"\"b\"\"\",\"line\nbreak\",\"at,last\",1\n");
+}
+
+TEST_F(GridTest, WithoutPointsHasARowACell) {
+  Grid grid(folder, {{"model"}, "", {"v", "w"}}, 1);
+  const auto compute = [](std::size_t i) {
+    CellResults results{{"w", "", 2}};
+    if (i == 0) results.push_back({"v", "", 1});
+    return results;
+  };
+  grid.run({{{"a"}, "x"}, {{"b"}, "x"}}, compute, silent, "testing");
+  grid.writeCsv();
+  EXPECT_EQ(readFile(folder / "results.csv"), "model,v,w\na,1,2\nb,,2\n");
+}
+
+TEST_F(GridTest, RefusesTwoCellsOfOneName) {
+  Grid grid(folder, columns, 1);
+  grid.run(cells(2), found, silent, "testing");
+  EXPECT_THAT(errorOf([&] { grid.run(cells(1, "b"), found, silent, "testing"); }),
+              HasSubstr("the model, sequence 0, tour are there twice"));
 }
 
 }  // namespace

@@ -72,7 +72,7 @@ class ModelChoice : public testing::Test {
 
   Findings run(const std::string& text, int threads = 2) {
     writeFile(scratch / "choice.toml", text);
-    return runExperiment(scratch / "choice.toml",
+    return runExperiment({scratch / "choice.toml"},
                          {scratch / "out", {scratch / "sharp", scratch / "blind"}, {"", threads}, nullptr},
                          progress);
   }
@@ -119,11 +119,11 @@ TEST_F(ModelChoice, TheModelThatSeesBeatsTheBlindOne) {
 TEST_F(ModelChoice, EveryNumberIsInTheTableOfResults) {
   run(config("", "name = \"corridor\"\nradius = 1\n[sequence.again]\npath = \"again\"\n"));
   const std::string csv = readFile(scratch / "out" / "results.csv");
-  EXPECT_THAT(csv, testing::StartsWith("model,sequence,distance,measure,at,value\n"));
-  EXPECT_THAT(csv, HasSubstr("corridor,standardized-clr,spatial_variance,1,11.25"));
-  EXPECT_THAT(csv, HasSubstr("corridor,standardized-clr,spatial_variance_by_image,8,"));
-  EXPECT_THAT(csv, HasSubstr("corridor,standardized-clr,place_queries,,40\n"));
-  EXPECT_THAT(csv, HasSubstr("corridor,standardized-clr,place_chance,,0.25\n"));
+  EXPECT_THAT(csv, testing::StartsWith("model,sequence,distance,k,spatial_variance,spatial_variance_by_image,"
+                                       "place_queries,place_right,place_chance\n"));
+  EXPECT_THAT(csv, HasSubstr("sharp,corridor,standardized-clr,1,11.25,11.25,,,\n"));
+  EXPECT_THAT(csv, HasSubstr("sharp,corridor,standardized-clr,8,"));
+  EXPECT_THAT(csv, HasSubstr("sharp,corridor,standardized-clr,,,,40,1,0.25\n"));
 }
 
 TEST_F(ModelChoice, FindsTheSameWithAnyNumberOfThreads) {
@@ -214,7 +214,7 @@ TEST_F(ModelChoice, ModelsAreCheckedBeforeAnythingIsLabelled) {
   writeFile(scratch / "choice.toml", config());
   const auto with = [&](const std::vector<std::string>& models) {
     return errorOf([&] {
-      runExperiment(scratch / "choice.toml", {scratch / "out", models, {}, nullptr}, progress);
+      runExperiment({scratch / "choice.toml"}, {scratch / "out", models, {}, nullptr}, progress);
     });
   };
   EXPECT_THAT(with({scratch / "sharp", "./nowhere"}), HasSubstr("./nowhere is no model"));
@@ -228,7 +228,7 @@ TEST_F(ModelChoice, SeveralModelsAtWorkTogetherAreOneCandidate) {
   writeFile(scratch / "choice.toml", config("", "radius = 1\ngap = 0.01"));
   const std::string both = (scratch / "sharp").string() + "+" + (scratch / "blind").string();
   const Findings findings = runExperiment(
-      scratch / "choice.toml", {scratch / "out", {both, scratch / "blind"}, {}, nullptr}, progress);
+      {scratch / "choice.toml"}, {scratch / "out", {both, scratch / "blind"}, {}, nullptr}, progress);
   EXPECT_EQ(table(findings, 0).rows[0].name, "sharp+blind");
   EXPECT_EQ(table(findings, 0).rows[0].values[2], 7) << "wins";
   EXPECT_DOUBLE_EQ(*table(findings, 1).rows[0].values[0], 100);

@@ -69,7 +69,7 @@ class PlaceTasks : public testing::Test {
 
   Findings run(const std::string& text) {
     writeFile(scratch_ / "tasks.toml", "type = \"places\"\n" + text);
-    return runExperiment(scratch_ / "tasks.toml",
+    return runExperiment({scratch_ / "tasks.toml"},
                          {scratch_ / "out", {scratch_ / "sharp", scratch_ / "blind"}, {"", 1}, nullptr},
                          progress_);
   }

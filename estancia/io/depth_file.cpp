@@ -1,0 +1,74 @@
+#include "estancia/io/depth_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/image_file.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+/// What is usual where nobody says: millimetres, 255 for 10 m (as NYU Depth V2 is passed around), metres.
+double usualUnits(int depth) {
+  return depth == CV_8U ? 25.5 : depth == CV_16U ? 1000 : 1;
+}
+
+/// The only channel of a picture. Grey pictures are often saved with three.
+cv::Mat onlyChannel(const cv::Mat& picture, const fs::path& file) {
+  if (picture.channels() == 1) return picture;
+  cv::Mat first, other;
+  cv::extractChannel(picture, first, 0);
+  for (int c = 1; c < std::min(picture.channels(), 3); ++c) {
+    cv::extractChannel(picture, other, c);
+    if (cv::norm(first, other, cv::NORM_INF) != 0)
+      throw Error(
+          fmt::format("{}: colours are no depth; export depth with one channel, 16 bits in millimetres",
+                      printable(file.string())));
+  }
+  return first;
+}
+
+}  // namespace
+
+cv::Mat readDepth(const fs::path& file, double unitsPerMetre) {
+  const cv::Mat raw = onlyChannel(decodePicture(file, cv::IMREAD_UNCHANGED), file);
+  const int kind = raw.depth();
+  if (kind != CV_8U && kind != CV_16U && kind != CV_32F && kind != CV_64F)
+    throw Error(fmt::format("{}: depth has 8 or 16 bits without sign, or is float; convert it",
+                            printable(file.string())));
+  cv::Mat metres;
+  raw.convertTo(metres, CV_32F);
+  const auto perUnit = static_cast<float>(1 / (unitsPerMetre > 0 ? unitsPerMetre : usualUnits(kind)));
+  const float invalid = kind == CV_16U ? 65535.F : std::numeric_limits<float>::infinity();
+  metres.forEach<float>([=](float& d, const int*) {
+    const float scaled = d * perUnit;
+    d = d > 0 && d < invalid && std::isfinite(scaled) ? scaled : 0;
+  });
+  return metres;
+}
+
+const std::vector<std::string>& depthSuffixes() {
+  static const std::vector<std::string> suffixes = {".png", ".tif", ".tiff", ".exr", ".pfm", ".pgm"};
+  return suffixes;
+}
+
+DepthFile nearestDepth(const std::vector<TimedFile>& files, double time) {
+  constexpr double most = 0.02;  // [s]
+  if (files.empty()) return {};
+  auto nearest = std::ranges::lower_bound(files, time, {}, &TimedFile::timestamp);
+  if (nearest == files.end() ||
+      (nearest != files.begin() && time - std::prev(nearest)->timestamp < nearest->timestamp - time))
+    --nearest;
+  const bool own = std::abs(nearest->timestamp - time) <= most;
+  return {own ? nearest->file : fs::path(), nearest->timestamp};
+}
+
+}  // namespace estancia::io

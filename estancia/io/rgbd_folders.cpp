@@ -1,0 +1,67 @@
+// Pictures and depth in two folders side by side: rgb/ (or color/, image/ …) and depth/. A picture's depth
+// has the same name without its suffix, or, where all names are time stamps, the nearest one.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <unordered_map>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/depth_file.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/formats.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr const char* kPictureFolders[] = {"rgb", "color", "colour", "image", "images"};
+
+/// The folder of the pictures; "" when there is none.
+fs::path pictureFolder(const fs::path& path) {
+  for (const char* name : kPictureFolders)
+    if (isImageFolder(path / name)) return path / name;
+  return {};
+}
+
+bool isTimed(const std::vector<fs::path>& files) {
+  return std::ranges::all_of(files, [](const fs::path& f) { return timestampOf(f).has_value(); });
+}
+
+}  // namespace
+
+bool isRgbdFolders(const fs::path& path) {
+  return fs::is_directory(path) && !isImageFolder(path) && fs::is_directory(path / "depth") &&
+         !filesIn(path / "depth", depthSuffixes()).empty() && !pictureFolder(path).empty();
+}
+
+Opened openRgbdFolders(const fs::path& path, const SequenceOptions& options) {
+  const fs::path folder = pictureFolder(path);
+  if (folder.empty() || !fs::is_directory(path / "depth"))
+    throw Error(fmt::format("{}: no pictures in a folder rgb, color or image beside a folder depth",
+                            printable(path.string())));
+  const auto pictures = filesIn(folder, imageSuffixes()), depths = filesIn(path / "depth", depthSuffixes());
+  const bool timed = isTimed(pictures), depthTimed = isTimed(depths);
+  std::unordered_map<std::string, fs::path> byStem;
+  std::vector<TimedFile> byTime;
+  for (const auto& file : depths) {
+    byStem.emplace(file.stem().string(), file);
+    if (depthTimed) byTime.push_back({*timestampOf(file), file});
+  }
+  std::ranges::stable_sort(byTime, {}, &TimedFile::timestamp);
+
+  auto sequence = std::make_unique<ImageFiles>(nameOf(path), options.depthScale);
+  for (const auto& file : pictures) {
+    Frame frame;
+    frame.name = printable(file.filename().string());
+    if (timed) frame.timestamp = timestampOf(file);
+    DepthFile depth;
+    if (timed && depthTimed)
+      depth = nearestDepth(byTime, *frame.timestamp);
+    else if (const auto found = byStem.find(file.stem().string()); found != byStem.end())
+      depth.file = found->second;
+    sequence->add(std::move(frame), file, std::move(depth));
+  }
+  return sequence;
+}
+
+}  // namespace estancia::io
