@@ -9,11 +9,13 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/report/line_chart.hpp"
+#include "html_checks.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
+using test::count;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -34,12 +36,6 @@ Findings sample() {
       "Curves", "", "k", "left", false, {1, 2, 3, 4}, {{"a", {100, 50, 25, 0}}, {"b", {80, 60, NAN, 10}}}});
   findings.sections.emplace_back(StackedBars{"Bars", "", {"wins", "losses"}, {{"a", {3, 1}}, {"b", {0, 4}}}});
   return findings;
-}
-
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-  return found;
 }
 
 TEST(FindingsPage, ShowsTablesCurvesBarsAndNotes) {
