@@ -8,6 +8,7 @@
 #include "estancia/core/output_file.hpp"
 #include "estancia/report/html.hpp"
 #include "estancia/report/line_chart.hpp"
+#include "estancia/report/matrix.hpp"
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"
 
@@ -90,6 +91,10 @@ Markup section(const StackedBars& figure) {
 
 Markup section(const LineChart& chart) {
   return lineChart(chart);
+}
+
+Markup section(const Matrix& matrix) {
+  return matrixTable(matrix);
 }
 
 }  // namespace
