@@ -9,11 +9,13 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/report/line_chart.hpp"
+#include "html_checks.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
+using test::count;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -35,12 +37,6 @@ Findings sample() {
   findings.sections.emplace_back(StackedBars{"Bars", "", {"wins", "losses"}, {{"a", {3, 1}}, {"b", {0, 4}}}});
   findings.sections.emplace_back(Matrix{"Heat", "", {"hall", "lab"}, {0.25, 1, 1, NAN}, 2});
   return findings;
-}
-
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-  return found;
 }
 
 TEST(FindingsPage, ShowsTablesCurvesBarsAndNotes) {
