@@ -62,7 +62,9 @@ int main(int argc, char** argv) {
               "  estancia ask home.estancia \"coffee\"\n"
               "  estancia route home.estancia --from 0 --to \"coffee\"\n"
               "  estancia report home.estancia -o home.html");
+  addCheckCommand(app);
   addLabelCommand(app);
+  addOdometryCommand(app);
   addMapCommand(app);
   addZonesCommand(app);
   addAskCommand(app);

@@ -25,12 +25,22 @@ struct Oddity {
   }
 };
 
+/// The length of the quaternion of a line.
+double normOf(const std::vector<double>& n) {
+  return std::hypot(std::hypot(n[4], n[5]), std::hypot(n[6], n[7]));
+}
+
 std::optional<Pose> poseOfTum(const std::vector<double>& n) {
   Pose pose{n[1], n[2], n[3], n[4], n[5], n[6], n[7]};
-  const double norm = std::hypot(std::hypot(pose.qx, pose.qy), std::hypot(pose.qz, pose.qw));
+  const double norm = normOf(n);
   if (!pose.isFinite() || !(norm > 1e-6) || !std::isfinite(norm)) return std::nullopt;
   for (double* q : {&pose.qx, &pose.qy, &pose.qz, &pose.qw}) *q /= norm;
   return pose;
+}
+
+std::string lineOf(double timestamp, const Pose& pose) {
+  return fmt::format("{} {} {} {} {} {} {} {}\n", timestamp, pose.x, pose.y, pose.z, pose.qx, pose.qy,
+                     pose.qz, pose.qw);
 }
 
 }  // namespace
@@ -39,7 +49,7 @@ Trajectory readTrajectory(const fs::path& file) {
   const std::string name = io::printable(file.string());
   const std::vector<std::string> lines = io::readLines(file);
   Trajectory trajectory;
-  Oddity unusable, unordered, doubled;
+  Oddity unusable, unordered, doubled, unnormalised;
   double latest = -std::numeric_limits<double>::infinity();
   std::size_t columns = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -58,6 +68,7 @@ Trajectory readTrajectory(const fs::path& file) {
     TrajectoryPoint point;
     if (columns == kTum) {
       point.pose = poseOfTum(numbers);
+      if (point.pose && std::abs(normOf(numbers) - 1) > 0.01) unnormalised.add(i + 1);
       if (std::isfinite(numbers[0])) {
         point.timestamp = numbers[0];
         if (numbers[0] == latest) doubled.add(i + 1);
@@ -79,6 +90,10 @@ Trajectory readTrajectory(const fs::path& file) {
                                                 trajectory.points.size(), what, oddity.firstLine));
   };
   warn(unusable, "are not used, because they hold NaN or no rotation");
+  warn(unnormalised,
+       "have a quaternion that is not of length 1; it is made so, but check that the columns are t x y z qx "
+       "qy "
+       "qz qw");
   warn(doubled, "repeat the time stamp before them");
   warn(unordered, "are older than one before them; they are sorted by time");
   return trajectory;
@@ -92,9 +107,26 @@ void writeTrajectory(const fs::path& file, const std::vector<TrajectoryPoint>& p
       throw Error(
           fmt::format("{}: point {} has no time stamp or pose, which TUM files cannot hold; leave it out",
                       io::printable(file.string()), i + 1));
-    text += fmt::format("{} {} {} {} {} {} {} {}\n", *timestamp, pose->x, pose->y, pose->z, pose->qx,
-                        pose->qy, pose->qz, pose->qw);
+    text += lineOf(*timestamp, *pose);
   }
+  writeWhole(file, text);
+}
+
+void writePoses(const fs::path& file, const std::vector<Frame>& frames) {
+  if (std::ranges::none_of(frames, [](const Frame& f) { return f.pose.has_value(); }))
+    throw Error(fmt::format("{}: none of the {} frames has a pose that could be written",
+                            io::printable(file.string()), frames.size()));
+  std::vector<TrajectoryPoint> points;
+  if (std::ranges::all_of(frames, [](const Frame& f) { return f.timestamp.has_value(); })) {
+    for (const Frame& frame : frames)
+      if (frame.pose) points.push_back({frame.timestamp, frame.pose});
+    return writeTrajectory(file, points);
+  }
+  std::string text =
+      "# frame x y z qx qy qz qw: the frames have no time stamps and are numbered; nan has no pose\n";
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    text += frames[i].pose ? lineOf(static_cast<double>(i), *frames[i].pose)
+                           : fmt::format("{} nan nan nan nan nan nan nan\n", i);
   writeWhole(file, text);
 }
 
