@@ -58,16 +58,16 @@ class ZonesCommand : public testing::Test {
 };
 
 TEST_F(ZonesCommand, FindsAndNamesTheRooms) {
-  const json found = zones();
-  EXPECT_EQ(found["zones"].size(), 3U);
+  const json found = zones({"--count", "3"});
+  ASSERT_EQ(found["zones"].size(), 3U);
   EXPECT_EQ(found["zones"][0]["room"], "kitchen");
   EXPECT_EQ(found["zones"][0]["images"], 20);
   EXPECT_EQ(found["zones"][0]["share"], 0.5);
   EXPECT_EQ(found["measures"]["v_measure"], 1);
   EXPECT_EQ(found["rooms"]["kitchen"]["images"], 20);
-  const auto shown = run({"zones", words_, "-o", scratch_ / "b.zones"});
+  const auto shown = run({"zones", words_, "-o", scratch_ / "b.zones", "--count", "3"});
   EXPECT_THAT(shown.out, AllOf(HasSubstr("3 zones of 40 images"), HasSubstr("(kitchen, 100 %)"),
-                               HasSubstr("V-measure"), HasSubstr("modularity")));
+                               HasSubstr("V-measure"), HasSubstr("3 zones were asked for")));
   EXPECT_THAT(shown.err, HasSubstr("of memory"));
   EXPECT_EQ(readFile(scratch_ / "b.zones"), readFile(file_));
 }
@@ -75,7 +75,10 @@ TEST_F(ZonesCommand, FindsAndNamesTheRooms) {
 TEST_F(ZonesCommand, TakesItsSettings) {
   EXPECT_EQ(zones({"--count", "5"})["zones"].size(), 5U);
   EXPECT_EQ(zones({"--cut", "1000"})["zones"].size(), 1U);
-  EXPECT_EQ(zones({"--cut", "auto"})["zones"].size(), 3U);
+  const json automatic = zones({"--cut", "auto"});
+  EXPECT_EQ(automatic, zones());
+  EXPECT_THAT(automatic["cut_reason"], HasSubstr("modularity"));
+  EXPECT_EQ(automatic["measures"]["homogeneity"], 1) << "every zone lies in one room";
   const json thesis = zones({"--preset", "thesis"});
   EXPECT_EQ(thesis["distance"], "ks");
   EXPECT_EQ(thesis["linkage"], "average");
@@ -117,7 +120,7 @@ TEST_F(ZonesCommand, LetsAskSayTheZone) {
 }
 
 TEST_F(ZonesCommand, IsEvaluatedAndExported) {
-  zones();
+  zones({"--count", "3"});
   const auto measures = run({"evaluate", file_, "--json"});
   ASSERT_EQ(measures.exitCode, 0) << measures.err;
   EXPECT_EQ(json::parse(measures.out)["zones"], 3);
@@ -160,7 +163,8 @@ TEST_F(ZonesCommand, WrongSettingsAreOneLine) {
   problem("--count", "41", "choose 1 to 40");
   problem("--preset", "mine", "thesis");
   expectError({"zones", words_, "-o", file_, "--count", "3", "--cut", "1"}, "excludes");
-  expectError({"zones", words_, "-o", file_, "--distance", "ks", "--linkage", "ward"}, "ward");
+  expectError({"zones", words_, "-o", file_, "--distance", "ks", "--linkage", "ward"},
+              "Ward's linkage needs");
 }
 
 TEST_F(ZonesCommand, TakesHardlyAnythingAndRefusesWhatIsNothing) {
