@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
@@ -10,18 +11,43 @@
 #include "estancia/topology/ask.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/store.hpp"
+#include "estancia/zones/overlay.hpp"
+#include "estancia/zones/zone_file.hpp"
 
 namespace estancia::apps {
 namespace {
 
 struct Arguments {
-  std::string map, words;
+  std::string map, words, zones;
   std::size_t count = 5;
   bool json = false;
 };
 
+/// The zones of the map's places, if a file of them was given.
+class PlacesInZones {
+ public:
+  PlacesInZones(const std::string& file, const TopologicalMap& map) {
+    if (file.empty()) return;
+    zones_ = readZoneFile(file);
+    std::vector<GroupedFrame> frames;
+    for (const MappedFrame& frame : map.frames) frames.push_back({frame.name, frame.node});
+    places_ = overlayZones(*zones_, frames);
+  }
+
+  /// nullptr when nothing is known of the place.
+  const Zone* find(int node) const {
+    const GroupZones* place = findGroup(places_, node);
+    return place == nullptr ? nullptr : &zones_->zones[static_cast<std::size_t>(place->zone())];
+  }
+
+ private:
+  std::optional<Zones> zones_;
+  std::vector<GroupZones> places_;
+};
+
 void run(const Arguments& arguments) {
   const TopologicalMap map = MapStore::open(arguments.map, MapStore::Access::read).load();
+  const PlacesInZones zones(arguments.zones, map);
   if (findLabels(map.vocabulary, arguments.words).empty()) {
     const auto near = findNearSpellings(map.vocabulary, arguments.words);
     if (arguments.json)
@@ -57,10 +83,13 @@ void run(const Arguments& arguments) {
                               {"rank", answer.rank},
                               {"among_best_5", answer.amongBest5},
                               {"room", place.room}});
+    const Zone* zone = zones.find(answer.node);
+    if (zone != nullptr) json["places"].back()["zone"] = {{"id", zone->id}, {"name", zone->name}};
     if (!arguments.json)
-      fmt::print("place {:<5} {:>5.1f} %  {:>5.1f}× the map's mean  \"{}\" is its word no. {}{}\n",
+      fmt::print("place {:<5} {:>5.1f} %  {:>5.1f}× the map's mean  \"{}\" is its word no. {}{}{}\n",
                  answer.node, 100 * answer.probability, answer.lift, shortLabel(map.vocabulary[answer.label]),
-                 answer.rank, place.room.empty() ? "" : "  (" + place.room + ")");
+                 answer.rank, place.room.empty() ? "" : "  (" + place.room + ")",
+                 zone == nullptr ? "" : fmt::format("  in zone {} ({})", zone->id, zone->name));
   }
   if (arguments.json) print(json);
 }
@@ -76,10 +105,13 @@ void addAskCommand(CLI::App& app) {
   command->add_option("-n,--count", arguments->count, "How many places")
       ->capture_default_str()
       ->check(positive());
+  command->add_option("--zones", arguments->zones,
+                      "Zones of the same run (`estancia zones MAP`): say which zone each place is in");
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia ask home.estancia umbrella\n"
-              "  estancia ask home.estancia \"coffee mug\" --json");
+              "  estancia ask home.estancia \"coffee mug\" --json\n"
+              "  estancia ask home.estancia umbrella --zones home.zones");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -83,6 +83,28 @@ void print(const nlohmann::ordered_json& json) {
   std::puts(json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
 }
 
+nlohmann::ordered_json toJson(const std::vector<Measure>& measures) {
+  nlohmann::ordered_json json;
+  for (const Measure& measure : measures) {
+    auto& value = json[measure.key];
+    if (measure.value && measure.decimals == 0)
+      value = static_cast<std::int64_t>(*measure.value);
+    else if (measure.value)
+      value = *measure.value;
+  }
+  return json;
+}
+
+std::size_t print(const std::vector<Measure>& measures) {
+  std::size_t known = 0;
+  for (const Measure& measure : measures) {
+    if (!measure.value) continue;
+    fmt::print("{:<26} {:>8}   {}\n", measure.name, measure.text(), measure.explanation);
+    ++known;
+  }
+  return known;
+}
+
 void addExamples(CLI::App& command, const std::string& examples) {
   command.footer("Examples:\n" + examples);
 }

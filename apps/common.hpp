@@ -5,8 +5,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "estancia/io/sequence.hpp"
+#include "estancia/report/measures.hpp"
 
 namespace estancia::apps {
 
@@ -37,12 +39,19 @@ void addJsonOption(CLI::App& command, bool& json);
 /// One line of JSON on stdout.
 void print(const nlohmann::ordered_json& json);
 
+/// By their keys; null where unknown.
+nlohmann::ordered_json toJson(const std::vector<Measure>& measures);
+
+/// A table of those that are known on stdout. Returns how many that are.
+std::size_t print(const std::vector<Measure>& measures);
+
 /// Ends the help of a command with examples, one a line.
 void addExamples(CLI::App& command, const std::string& examples);
 
 // One file a subcommand.
 void addLabelCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
+void addZonesCommand(CLI::App& app);
 void addAskCommand(CLI::App& app);
 void addRouteCommand(CLI::App& app);
 void addLocalizeCommand(CLI::App& app);

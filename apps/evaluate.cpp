@@ -1,10 +1,11 @@
-// estancia evaluate: how good is a map, and how well does one find one's way in it?
+// estancia evaluate: how good are a map or zones, and how well does one find one's way in it?
 #include <fmt/format.h>
 
 #include "estancia/core/error.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
+#include "estancia/zones/zone_file.hpp"
 #include "localization.hpp"
 
 namespace estancia::apps {
@@ -32,44 +33,44 @@ LocalizationAccuracy localizationAccuracy(const Arguments& arguments, const MapR
   return measureLocalization(reader.map(), frames, numbers, answers, admissible);
 }
 
+std::vector<Measure> measuresOfZones(const Arguments& arguments) {
+  if (!arguments.sequence.path.empty())
+    throw Error(fmt::format("{} holds zones, in which no images are found; give a map for that",
+                            arguments.localization.map));
+  return measuresOf(evaluate(readZoneFile(arguments.localization.map)));
+}
+
+std::vector<Measure> measure(const Arguments& arguments) {
+  if (isZoneFile(arguments.localization.map)) return measuresOfZones(arguments);
+  const MapReader reader(arguments.localization.map);
+  return arguments.sequence.path.empty() ? measuresOf(evaluate(reader.map()))
+                                         : measuresOf(localizationAccuracy(arguments, reader));
+}
+
 void run(const Arguments& arguments) {
   const SequenceArguments& given = arguments.sequence;
   if (given.path.empty() &&
       !(given.options.poses.empty() && given.options.rooms.empty() && arguments.truth.empty()))
     throw Error("--poses, --rooms and --truth tell about SEQ, the images to find in the map; name it, too");
-  const MapReader reader(arguments.localization.map);
   const bool localized = !arguments.sequence.path.empty();
-  const std::vector<Measure> measures =
-      localized ? measuresOf(localizationAccuracy(arguments, reader)) : measuresOf(evaluate(reader.map()));
+  const std::vector<Measure> measures = measure(arguments);
   if (arguments.json) {
-    nlohmann::ordered_json json;
-    for (const Measure& measure : measures) {
-      auto& value = json[measure.key];
-      if (measure.value && measure.decimals == 0)
-        value = static_cast<std::int64_t>(*measure.value);
-      else if (measure.value)
-        value = *measure.value;
-    }
-    print(json);
+    print(toJson(measures));
     return;
   }
-  std::size_t known = 0;
-  for (const Measure& measure : measures) {
-    if (!measure.value) continue;
-    fmt::print("{:<26} {:>8}   {}\n", measure.name, measure.text(), measure.explanation);
-    ++known;
-  }
+  const std::size_t known = print(measures);
   if (localized && known == 1) fmt::print("Give --truth, rooms or poses of the images to learn more.\n");
-  if (!localized && known < measures.size()) fmt::print("Map with rooms and poses to learn more.\n");
+  if (!localized && known < measures.size()) fmt::print("Give the sequence rooms and poses to learn more.\n");
 }
 
 }  // namespace
 
 void addEvaluateCommand(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("evaluate", "Measure a map, or with SEQ how well its images are found in the map");
+  CLI::App* command = app.add_subcommand(
+      "evaluate", "Measure a map or zones, or with SEQ how well its images are found in the map");
   arguments->localization.addTo(*command);
+  command->get_option("MAP")->description("The map file, or a file of zones");
   arguments->sequence.addTo(*command, false);
   command
       ->add_option("--truth", arguments->truth,

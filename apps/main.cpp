@@ -64,6 +64,7 @@ int main(int argc, char** argv) {
               "  estancia report home.estancia -o home.html");
   addLabelCommand(app);
   addMapCommand(app);
+  addZonesCommand(app);
   addAskCommand(app);
   addRouteCommand(app);
   addLocalizeCommand(app);

@@ -16,6 +16,7 @@
 #include "estancia/experiment/posed_descriptors.hpp"
 #include "estancia/experiment/subjects.hpp"
 #include "estancia/label/model.hpp"
+#include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/kmeans.hpp"
 

@@ -16,6 +16,7 @@
 #include "estancia/io/csv.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
+#include "estancia/stats/compared_vectors.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
 #include "estancia/topology/session.hpp"

@@ -8,8 +8,6 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/label/record.hpp"
-#include "estancia/topology/node_bank.hpp"
-#include "estancia/topology/thresholds.hpp"
 
 namespace estancia {
 namespace {
@@ -65,28 +63,6 @@ PosedDescriptors labelPosed(const Sequence& sequence, Labeler& labeler, LabelCac
   if (result.frames.empty())
     throw Error(fmt::format("{}: none of the frames with a pose can be read", sequence.name()));
   return result;
-}
-
-DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const DescriptorMatrix& scale,
-                                 const Distance& distance) {
-  const std::size_t labels = descriptors.labels();
-  NodeBank bank(distance, labels);
-  std::vector<float> embedded(labels);
-  if (distance.standardized) {
-    RunScale run(distance, labels, {});
-    for (std::size_t i = 0; i < scale.size(); ++i) {
-      embed(distance.embedding, scale.row(i), embedded, distance.parts);
-      run.add(scale.row(i), embedded);
-    }
-    bank.setStandardization(run.standardization());
-  }
-  DescriptorMatrix vectors(labels);
-  vectors.reserve(descriptors.size());
-  for (std::size_t i = 0; i < descriptors.size(); ++i) {
-    embed(distance.embedding, descriptors.row(i), embedded, distance.parts);
-    vectors.append(bank.makeQuery(embedded));
-  }
-  return vectors;
 }
 
 }  // namespace estancia

@@ -11,7 +11,6 @@
 #include "estancia/io/sequence.hpp"
 #include "estancia/label/label_cache.hpp"
 #include "estancia/label/labeler.hpp"
-#include "estancia/stats/distance.hpp"
 #include "estancia/stats/spatial_variance.hpp"
 
 namespace estancia {
@@ -39,10 +38,5 @@ struct PosedDescriptors {
 /// the end.
 PosedDescriptors labelPosed(const Sequence& sequence, Labeler& labeler, LabelCache* cache, Progress& progress,
                             const std::string& what);
-
-/// Descriptors as a map compares them by `distance`, which knows their parts: embedded, for a standardized
-/// distance centred and scaled by the run `scale`, and of unit length where it is a cosine.
-DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const DescriptorMatrix& scale,
-                                 const Distance& distance);
 
 }  // namespace estancia

@@ -8,24 +8,43 @@ std::string Measure::text() const {
   return value ? fmt::format("{:.{}f}", *value, decimals) : "unknown";
 }
 
-std::vector<Measure> measuresOf(const MapQuality& q) {
-  const auto room = [&](double Agreement::*member) -> std::optional<double> {
-    if (!q.rooms) return std::nullopt;
-    return (*q.rooms).*member;
+namespace {
+
+double count(std::size_t n) {
+  return static_cast<double>(n);
+}
+
+/// The five measures of places or zones ("they": what the clusters are) beside rooms.
+std::vector<Measure> measuresOf(const std::optional<Agreement>& rooms, const std::string& it,
+                                const std::string& they) {
+  const auto value = [&rooms](double Agreement::*member) -> std::optional<double> {
+    if (!rooms) return std::nullopt;
+    return (*rooms).*member;
   };
-  const auto count = [](std::size_t n) { return static_cast<double>(n); };
   return {
+      {"v_measure", "V-measure", value(&Agreement::vMeasure), 3,
+       "Agreement of " + they + " and rooms, 1 is best"},
+      {"homogeneity", "Homogeneity", value(&Agreement::homogeneity), 3,
+       "1: every " + it + " lies in one room"},
+      {"completeness", "Completeness", value(&Agreement::completeness), 3, "1: every room is one " + it},
+      {"ari", "Adjusted Rand index", value(&Agreement::adjustedRandIndex), 3,
+       "Pairs judged alike; 0 is chance"},
+      {"purity", "Purity", value(&Agreement::purity), 3, "Share of images in the main room of their " + it}};
+}
+
+}  // namespace
+
+std::vector<Measure> measuresOf(const MapQuality& q) {
+  std::vector<Measure> measures{
       {"frames", "Frames", count(q.frames), 0, "Images in the map"},
       {"nodes", "Places", count(q.nodes), 0, "Nodes of the map"},
       {"transitions", "Transitions", count(q.transitions), 0, "Ways driven, each direction of its own"},
       {"frames_with_room", "Frames with a room", count(q.framesWithRoom), 0,
        "Images that the next five are about"},
-      {"v_measure", "V-measure", room(&Agreement::vMeasure), 3, "Agreement of places and rooms, 1 is best"},
-      {"homogeneity", "Homogeneity", room(&Agreement::homogeneity), 3, "1: every place lies in one room"},
-      {"completeness", "Completeness", room(&Agreement::completeness), 3, "1: every room is one place"},
-      {"ari", "Adjusted Rand index", room(&Agreement::adjustedRandIndex), 3,
-       "Pairs judged alike; 0 is chance"},
-      {"purity", "Purity", room(&Agreement::purity), 3, "Share of images in the main room of their place"},
+  };
+  const std::vector<Measure> rooms = measuresOf(q.rooms, "place", "places");
+  measures.insert(measures.end(), rooms.begin(), rooms.end());
+  const std::vector<Measure> more{
       {"spatial_spread", "Spatial spread [m]", q.spatialSpread, 2,
        "Mean distance of images to their place's centre"},
       {"edge_precision", "Edge precision", q.edgePrecision, 3, "Share of links that the rooms really have"},
@@ -39,6 +58,8 @@ std::vector<Measure> measuresOf(const MapQuality& q) {
       {"original_e", "E spread", q.original.spread, 3, "Original program: the map is wide"},
       {"original_total", "20·(A+B+C+D+E)", q.original.total, 1, "Original program: 0 … 100"},
   };
+  measures.insert(measures.end(), more.begin(), more.end());
+  return measures;
 }
 
 std::vector<Measure> measuresOf(const LocalizationAccuracy& a) {
@@ -57,6 +78,20 @@ std::vector<Measure> measuresOf(const LocalizationAccuracy& a) {
       {"belief_median_error", "Median error, belief [m]", a.belief.medianError, 2,
        "To the believed image's position"},
   };
+}
+
+std::vector<Measure> measuresOf(const ZoneQuality& q) {
+  std::vector<Measure> measures{
+      {"frames", "Frames", count(q.frames), 0, "Images that were clustered"},
+      {"zones", "Zones", count(q.zones), 0, "Areas that were found"},
+      {"frames_with_room", "Frames with a room", count(q.framesWithRoom), 0,
+       "Images that the next five are about"},
+  };
+  const std::vector<Measure> rooms = measuresOf(q.rooms, "zone", "zones");
+  measures.insert(measures.end(), rooms.begin(), rooms.end());
+  measures.push_back({"spatial_spread", "Spatial spread [m]", q.spatialSpread, 2,
+                      "Mean distance of images to their zone's centre"});
+  return measures;
 }
 
 }  // namespace estancia

@@ -7,6 +7,7 @@
 
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
+#include "estancia/zones/measure.hpp"
 
 namespace estancia {
 
@@ -22,5 +23,6 @@ struct Measure {
 
 std::vector<Measure> measuresOf(const MapQuality& quality);
 std::vector<Measure> measuresOf(const LocalizationAccuracy& accuracy);
+std::vector<Measure> measuresOf(const ZoneQuality& quality);
 
 }  // namespace estancia

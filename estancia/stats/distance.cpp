@@ -4,7 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/simd.hpp"
@@ -13,6 +15,25 @@ namespace estancia {
 namespace {
 
 constexpr std::string_view sigmaSuffix = "-sigma";
+
+/// ln x of a finite x > 0, good to about 1e-7 and without a call, so that loops over labels stay vectors:
+/// x = 2ᵏ y with y in [√½, √2), ln y = 2 artanh((y − 1) / (y + 1)).
+[[gnu::always_inline]] inline float logarithm(float x) {
+  constexpr std::int32_t rootOfHalf = 0x3F3504F3;  // its bits
+  const auto bits = std::bit_cast<std::int32_t>(x) - rootOfHalf;
+  const auto y = std::bit_cast<float>((bits & 0x007FFFFF) + rootOfHalf);
+  const float t = (y - 1) / (y + 1), t2 = t * t;
+  constexpr float ln2 = 0.693147181F;
+  return static_cast<float>(bits >> 23) * ln2 +
+         2 * t * (1 + t2 * (1.0F / 3 + t2 * (1.0F / 5 + t2 * (1.0F / 7 + t2 * (1.0F / 9)))));
+}
+
+/// ln(1 + u) of u in [−1, 1], with the digits of u that 1 + u loses. Something large and finite at −1, where
+/// (1 + u) ln(1 + u) is 0.
+[[gnu::always_inline]] inline float logarithmOfOnePlus(float u) {
+  const float y = std::max(1 + u, 1e-30F);
+  return logarithm(y) + (u - (y - 1)) / y;
+}
 
 /// Σ w and Σ w·term(a, b); without weights Σ w is n.
 struct Sums {
@@ -59,6 +80,41 @@ Sums chiSquares(const float* a, const float* b, const float* w, std::size_t n) {
   });
 }
 
+ESTANCIA_MULTIVERSION
+Sums jeffreys(const float* a, const float* b, const float* w, std::size_t n) {
+  return accumulate(a, b, w, n, [](float x, float y) {
+    const float more = std::max(std::max(x, y), 0.0F), less = std::max(std::min(x, y), 0.0F);
+    return (more - less) * logarithm((more + clrFloor) / (less + clrFloor));
+  });
+}
+
+/// With u = (a − b) / (a + b) the term a ln(a / m) + b ln(b / m) is m [(1 + u) ln(1 + u) + (1 − u) ln(1 −
+/// u)], in which nothing cancels that is large.
+ESTANCIA_MULTIVERSION
+Sums jensenShannons(const float* a, const float* b, const float* w, std::size_t n) {
+  return accumulate(a, b, w, n, [](float x, float y) {
+    const float p = std::max(x, 0.0F), q = std::max(y, 0.0F), s = p + q;
+    const float u = (p - q) / (s > 0 ? s : 1);
+    return s * 0.5F * ((1 + u) * logarithmOfOnePlus(u) + (1 - u) * logarithmOfOnePlus(-u));
+  });
+}
+
+ESTANCIA_MULTIVERSION
+Sums largest(const float* a, const float* b, const float* w, std::size_t n) {
+  float most = 0, weights = 0;
+  if (w == nullptr) {
+#pragma omp simd reduction(max : most)
+    for (std::size_t i = 0; i < n; ++i) most = std::max(most, std::fabs(a[i] - b[i]));
+    return {static_cast<float>(n), most};
+  }
+#pragma omp simd reduction(max : most) reduction(+ : weights)
+  for (std::size_t i = 0; i < n; ++i) {
+    weights += w[i];
+    most = std::max(most, w[i] * std::fabs(a[i] - b[i]));
+  }
+  return {weights, most};
+}
+
 /// Weights are relative: `labels` times the weighted mean.
 double rescaled(const Sums& sums, std::size_t labels) {
   return sums.weights > 0 ? static_cast<double>(labels) * sums.value / sums.weights : 0;
@@ -77,85 +133,68 @@ void centre(std::span<float> values) {
   for (float& value : values) value -= mean;
 }
 
+void sumUp(std::span<float> values) {
+  double sum = 0;
+  for (float& value : values) value = static_cast<float>(sum += value);
+}
+
+template <class Change>
+void inEachPart(std::span<float> values, std::span<const LabelPart> parts, Change change) {
+  if (parts.empty()) return change(values);
+  for (std::size_t first = 0; const LabelPart& part : parts) {
+    change(values.subspan(first, part.size));
+    first += part.size;
+  }
+}
+
+Distance plain(const char* name, Embedding embedding, Comparison comparison, double tauJoin,
+               const char* explanation) {
+  return {name, embedding, comparison, false, false, {}, tauJoin, explanation};
+}
+
 }  // namespace
 
 const std::vector<Distance>& baseDistances() {
+  using enum Embedding;
+  using enum Comparison;
   static const std::vector<Distance> all = {
       {"standardized-clr",
-       Embedding::centredLogRatio,
-       Comparison::cosine,
+       centredLogRatio,
+       cosine,
        true,
        false,
        {},
        0.5,
        "cosine of log-ratios, each label centred and scaled by the run's own mean and spread"},
-      {"clr-cosine",
-       Embedding::centredLogRatio,
-       Comparison::cosine,
-       false,
-       false,
-       {},
-       0.3,
-       "cosine of centred log-ratios (Aitchison's geometry)"},
-      {"clr-euclidean",
-       Embedding::centredLogRatio,
-       Comparison::euclidean,
-       false,
-       false,
-       {},
-       40,
-       "Euclidean distance of centred log-ratios (Aitchison distance)"},
-      {"hellinger",
-       Embedding::squareRoot,
-       Comparison::euclidean,
-       false,
-       false,
-       {},
-       0.8,
-       "Euclidean distance of square roots, in [0, √2]"},
-      {"bhattacharyya",
-       Embedding::squareRoot,
-       Comparison::bhattacharyya,
-       false,
-       false,
-       {},
-       0.4,
-       "−ln of the Bhattacharyya coefficient"},
-      {"l1",
-       Embedding::identity,
-       Comparison::l1,
-       false,
-       false,
-       {},
-       1.2,
-       "Manhattan distance of probabilities"},
-      {"l2",
-       Embedding::identity,
-       Comparison::euclidean,
-       false,
-       false,
-       {},
-       0.4,
-       "Euclidean distance of probabilities"},
-      {"chi2",
-       Embedding::identity,
-       Comparison::chiSquared,
-       false,
-       false,
-       {},
-       0.6,
-       "χ² distance of probabilities"},
+      plain("clr-cosine", centredLogRatio, cosine, 0.3,
+            "cosine of centred log-ratios (Aitchison's geometry)"),
+      plain("clr-euclidean", centredLogRatio, euclidean, 40,
+            "Euclidean distance of centred log-ratios (Aitchison distance)"),
+      plain("hellinger", squareRoot, euclidean, 0.8, "Euclidean distance of square roots, in [0, √2]"),
+      plain("bhattacharyya", squareRoot, bhattacharyya, 0.4, "−ln of the Bhattacharyya coefficient"),
+      plain("jensen-shannon", identity, jensenShannon, 0.5,
+            "Jensen–Shannon distance (the root of the divergence), in [0, √ln 2]"),
+      plain("kullback-leibler", identity, kullbackLeibler, 3,
+            "Kullback–Leibler divergence, both directions added up"),
+      plain("l1", identity, l1, 1.2, "Manhattan distance of probabilities"),
+      plain("l2", identity, euclidean, 0.4, "Euclidean distance of probabilities"),
+      plain("cosine", identity, cosine, 0.3, "cosine of probabilities"),
+      plain("pearson", centred, cosine, 0.3, "1 − Pearson's correlation of probabilities"),
+      plain("chi2", identity, chiSquared, 0.6, "χ² distance of probabilities"),
+      plain("ks", identity, chebyshev, 0.3, "the thesis' Eq. 5.1: the largest difference of any label"),
+      plain("cumulative-ks", cumulative, chebyshev, 0.3,
+            "Kolmogorov–Smirnov: the largest difference of probabilities summed up in the labels' order"),
       {"weighted",
-       Embedding::identity,
-       Comparison::meanSquare,
+       identity,
+       meanSquare,
        false,
        true,
        {},
        1e-4,
        "the thesis' Eq. 4.5: mean of squared differences, weights 1 − 2σ"},
       {"weighted-root",
-       Embedding::identity,
-       Comparison::rootMeanSquare,
+       identity,
+       rootMeanSquare,
        false,
        true,
        {},
@@ -197,14 +236,15 @@ void embed(Embedding embedding, std::span<const float> p, std::span<float> out,
     case Embedding::squareRoot:
       for (std::size_t i = 0; i < p.size(); ++i) out[i] = std::sqrt(std::max(p[i], 0.0F));
       return;
+    case Embedding::centred:
+      std::copy(p.begin(), p.end(), out.begin());
+      return inEachPart(out, parts, centre);
+    case Embedding::cumulative:
+      std::copy(p.begin(), p.end(), out.begin());
+      return inEachPart(out, parts, sumUp);
     case Embedding::centredLogRatio:
       for (std::size_t i = 0; i < p.size(); ++i) out[i] = std::log(std::max(p[i], 0.0F) + clrFloor);
-      if (parts.empty()) return centre(out);
-      for (std::size_t first = 0; const LabelPart& part : parts) {
-        centre(out.subspan(first, part.size));
-        first += part.size;
-      }
-      return;
+      return inEachPart(out, parts, centre);
   }
 }
 
@@ -227,6 +267,12 @@ double compare(Comparison comparison, std::span<const float> a, std::span<const 
       return std::sqrt(rescaled(squares(x, y, w, n), n));
     case Comparison::l1:
       return rescaled(magnitudes(x, y, w, n), n);
+    case Comparison::chebyshev:
+      return rescaled(largest(x, y, w, n), n);
+    case Comparison::kullbackLeibler:
+      return std::max(0.0, rescaled(jeffreys(x, y, w, n), n));
+    case Comparison::jensenShannon:
+      return std::sqrt(std::max(0.0, 0.5 * rescaled(jensenShannons(x, y, w, n), n)));
     case Comparison::chiSquared:
       return 0.5 * rescaled(chiSquares(x, y, w, n), n);
     case Comparison::bhattacharyya:

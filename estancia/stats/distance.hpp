@@ -15,6 +15,8 @@ namespace estancia {
 enum class Embedding {
   identity,        ///< the probabilities themselves
   squareRoot,      ///< √p: Euclidean distance there is Hellinger's
+  centred,         ///< p − mean(p): a cosine there is Pearson's correlation
+  cumulative,      ///< p summed up from the first label on: the distribution function
   centredLogRatio  ///< ln p − mean(ln p): Aitchison's geometry of compositions
 };
 
@@ -23,9 +25,12 @@ enum class Comparison {
   rootMeanSquare,  ///< its root, as the thesis' program computed it
   l1,              ///< Σ |d|
   euclidean,       ///< √Σ d²
+  chebyshev,       ///< max |d| (thesis Eq. 5.1); with weights max w|d| / mean w
   chiSquared,      ///< ½ Σ d² / (a + b)
   bhattacharyya,   ///< −ln of the coefficient Σ a b of unit vectors √p
-  cosine           ///< 1 − cos, in [0, 2]
+  kullbackLeibler,  ///< Σ (a − b) ln((a + ε) / (b + ε)), both directions added up (Jeffreys), ε = clrFloor
+  jensenShannon,  ///< the root of ½ Σ a ln(a / m) + b ln(b / m), m = (a + b) / 2: a metric, natural logarithm
+  cosine          ///< 1 − cos, in [0, 2]
 };
 
 /// A named way to compare a place (or an image) with an image.
@@ -51,8 +56,8 @@ Distance getDistance(std::string_view name, const std::vector<LabelPart>& parts 
 /// Added to probabilities before their logarithm. A float32 softmax still tells such values apart.
 inline constexpr float clrFloor = 1e-7F;
 
-/// Writes the embedded descriptor; `out` has p.size() values and may be p itself. Log-ratios are centred in
-/// each of the parts: how sure one model is says nothing about the labels of another.
+/// Writes the embedded descriptor; `out` has p.size() values and may be p itself. What is centred or summed
+/// up is so in each of the parts: how sure one model is says nothing about the labels of another.
 void embed(Embedding embedding, std::span<const float> p, std::span<float> out,
            std::span<const LabelPart> parts = {});
 

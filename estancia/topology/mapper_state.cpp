@@ -106,7 +106,7 @@ MapperOptions MapperOptions::fromJson(const std::string& text) {
 
 std::string Mapper::state() const {
   Writer out;
-  const RunScale::Memory& seen = scale_.memory();
+  const RunScale::Memory seen = scale_.memory();
   out.put<std::uint64_t>(seen.frames);
   out.put<std::uint64_t>(seen.keyframes);
   out.put<std::uint64_t>(seen.views);

@@ -8,22 +8,9 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/stats/compared_vectors.hpp"
 
 namespace estancia {
-namespace {
-
-/// An image about which nothing is said (all labels alike) points along the diagonal: to log-ratios that is
-/// at right angles to everything, and two such images are the same.
-void scaleToUnit(std::span<float> vector) {
-  const float norm = std::sqrt(dot(vector, vector));
-  if (norm > 0)
-    for (float& v : vector) v /= norm;
-  else
-    std::fill(vector.begin(), vector.end(), 1 / std::sqrt(static_cast<float>(vector.size())));
-}
-
-}  // namespace
-
 NodeBank::NodeBank(Distance distance, std::size_t labels)
     : distance_(std::move(distance)),
       labels_(labels),
@@ -83,32 +70,7 @@ void NodeBank::setStandardization(Standardization standardization) {
 }
 
 std::vector<float> NodeBank::makeQuery(std::span<const float> embedded) const {
-  std::vector<float> query(embedded.begin(), embedded.end());
-  if (!standardization_.weight.empty())
-    for (std::size_t i = 0; i < labels_; ++i)
-      query[i] = (query[i] - standardization_.centre[i]) * standardization_.weight[i];
-  balance(query);
-  return query;
-}
-
-/// One cosine of vectors whose parts have the lengths √(w / Σ w) is the weighted mean of the parts' own
-/// cosines. For other distances a weight acts on squared differences.
-void NodeBank::balance(std::span<float> vector) const {
-  const bool cosine = distance_.comparison == Comparison::cosine;
-  if (distance_.parts.size() < 2) {
-    if (cosine) scaleToUnit(vector);
-    return;
-  }
-  float sum = 0;
-  for (const LabelPart& part : distance_.parts) sum += part.weight;
-  for (std::size_t first = 0; const LabelPart& part : distance_.parts) {
-    const std::span<float> own = vector.subspan(first, part.size);
-    if (cosine) scaleToUnit(own);
-    const float share = part.weight / sum * (cosine ? 1.0F : static_cast<float>(distance_.parts.size()));
-    if (share != 1)
-      for (float& value : own) value *= std::sqrt(share);
-    first += part.size;
-  }
+  return comparedVector(distance_, standardization_, embedded);
 }
 
 void NodeBank::refresh(std::size_t slot) {

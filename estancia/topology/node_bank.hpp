@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "estancia/stats/distance.hpp"
-#include "estancia/topology/moments.hpp"
+#include "estancia/stats/label_scale.hpp"
+#include "estancia/stats/moments.hpp"
 #include "estancia/topology/sketch.hpp"
 
 namespace estancia {
@@ -23,12 +24,6 @@ struct NodeMemory {
       embedded;  ///< of the embedded descriptors: what is compared; absent when that is the same
 
   const Moments& compared() const { return embedded ? *embedded : words; }
-};
-
-/// How a run's own labels are centred and weighted before they are compared; both empty: not at all.
-struct Standardization {
-  std::vector<float> centre;
-  std::vector<float> weight;  ///< ≥ 0; about 1/σ of the label, 0 for one that never says anything
 };
 
 /// Owns the nodes. Distances are exact whatever the shortcut (a test compares with a plain scan).
@@ -72,7 +67,6 @@ class NodeBank {
  private:
   std::span<const float> row(std::size_t slot) const { return {rows_.data() + slot * labels_, labels_}; }
   std::span<const float> weights(std::size_t slot) const;
-  void balance(std::span<float> vector) const;
   void refresh(std::size_t slot);
 
   Distance distance_;

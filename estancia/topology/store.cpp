@@ -110,16 +110,8 @@ void removeCompanions(const fs::path& path) {
 
 /// Throws unless the file is empty or begins as our maps do, sound or not: nothing else is ever replaced.
 void requireReplaceable(const fs::path& path) {
-  constexpr std::string_view magic("SQLite format 3", 16);
-  constexpr std::size_t idAt = 68;  // in SQLite's header, big-endian
-  std::array<char, idAt + 4> header{};
-  if (fs::is_regular_file(path)) {
-    if (fs::file_size(path) == 0) return;
-    std::ifstream(path, std::ios::binary).read(header.data(), header.size());
-  }
-  std::int64_t id = 0;
-  for (std::size_t i = idAt; i < header.size(); ++i) id = id << 8 | static_cast<unsigned char>(header[i]);
-  if (std::string_view(header.data(), magic.size()) != magic || id != applicationId)
+  if (fs::is_regular_file(path) && fs::file_size(path) == 0) return;
+  if (!isMapFile(path))
     throw Error(
         fmt::format("{}: not an Estancia map, so it is not replaced; give another name or remove it first",
                     path.string()));
@@ -187,6 +179,16 @@ void requireOurFormat(Database& database) {
 }
 
 }  // namespace
+
+bool isMapFile(const fs::path& path) {
+  constexpr std::string_view magic("SQLite format 3", 16);
+  constexpr std::size_t idAt = 68;  // in SQLite's header, big-endian
+  std::array<char, idAt + 4> header{};
+  if (fs::is_regular_file(path)) std::ifstream(path, std::ios::binary).read(header.data(), header.size());
+  std::int64_t id = 0;
+  for (std::size_t i = idAt; i < header.size(); ++i) id = id << 8 | static_cast<unsigned char>(header[i]);
+  return std::string_view(header.data(), magic.size()) == magic && id == applicationId;
+}
 
 struct MapStore::Impl {
   Impl(const fs::path& file, Access wanted, Database&& opened, Identity named)

@@ -14,6 +14,9 @@
 
 namespace estancia {
 
+/// Whether the file begins as our maps do, sound or not, whatever its name.
+bool isMapFile(const std::filesystem::path& path);
+
 /// A map on disk. Everything written since the last commit() is lost together when the process dies, never in
 /// part. One writer at a time; readers may look at the last commit meanwhile (WAL).
 class MapStore {

@@ -9,8 +9,7 @@
 #include <vector>
 
 #include "estancia/stats/distance.hpp"
-#include "estancia/topology/moments.hpp"
-#include "estancia/topology/node_bank.hpp"
+#include "estancia/stats/label_scale.hpp"
 
 namespace estancia {
 
@@ -30,9 +29,6 @@ Thresholds thresholdsFrom(double tauJoin, const ThresholdOptions& options);
 
 /// Watches a run without ground truth and tells its scales: each label's mean and weight, and the thresholds.
 ///
-/// Only keyframes count: frames that differ from the last keyframe by more than a camera's noise. So a robot
-/// that stands or waits teaches nothing, and the frame rate hardly matters.
-///
 /// A bounded sample of keyframes, evenly spread over the run, gives two sets of distances: between keyframes
 /// one or two apart (near in time) and between keyframes far apart. Most far pairs show different places, so
 /// their lower quantile bounds how often two places may pass for one. Where the robot came back, some far
@@ -44,42 +40,34 @@ class RunScale {
 
   /// The next frame: its probabilities, and the same embedded.
   void add(std::span<const float> probabilities, std::span<const float> embedded);
-  std::size_t frames() const { return memory_.frames; }
-  std::size_t keyframes() const { return memory_.keyframes; }
+  std::size_t frames() const { return labels_.memory().frames; }
+  std::size_t keyframes() const { return labels_.memory().keyframes; }
 
-  /// Labels' centre and weight by all keyframes so far; empty unless the distance is standardized;
-  /// neutral while the robot has seen hardly anything.
-  Standardization standardization() const;
+  /// See LabelScale.
+  Standardization standardization() const { return labels_.standardization(); }
 
   /// Absent while the run is too short to have keyframes that are far apart.
   std::optional<Thresholds> estimate(const Standardization& standardization) const;
 
   /// For --continue: what was seen, as numbers of frames.
-  struct Memory {
-    std::size_t frames = 0, keyframes = 0;
-    std::size_t views = 0;  ///< frames that showed something new
-    std::size_t lastView = 0,
-                repeats = 0;  ///< the frame that showed something new last, and how many like it
+  struct Memory : LabelScale::Memory {
     std::map<std::size_t, std::size_t> sampled;  ///< keyframe number → frame number
   };
-  const Memory& memory() const { return memory_; }
+  Memory memory() const;
   /// Of the keyframes' embedded descriptors.
-  const Moments& moments() const { return moments_; }
+  const Moments& moments() const { return labels_.moments(); }
   /// `probabilities(i)` gives frame i's stored descriptor.
   void restore(Memory memory, Moments moments,
                const std::function<std::vector<float>(std::size_t)>& probabilities);
 
  private:
-  bool counts(std::span<const float> probabilities, std::span<const float> embedded);
   static std::size_t strideAfter(std::size_t keyframes);
 
   Distance distance_;
-  std::size_t labels_;
   ThresholdOptions options_;
-  Memory memory_;
-  Moments moments_;
+  LabelScale labels_;
+  std::map<std::size_t, std::size_t> sampled_;        ///< keyframe number → frame number
   std::map<std::size_t, std::vector<float>> sample_;  ///< keyframe number → embedded descriptor
-  std::vector<float> lastView_;                       ///< its centred log-ratios
 };
 
 }  // namespace estancia

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "estancia/experiment/posed_descriptors.hpp"
+#include "estancia/stats/compared_vectors.hpp"
 #include "support/synthetic.hpp"
 
 namespace estancia {

@@ -1,4 +1,4 @@
-#include "estancia/topology/moments.hpp"
+#include "estancia/stats/moments.hpp"
 
 #include <algorithm>
 #include <cmath>

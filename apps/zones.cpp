@@ -1,0 +1,232 @@
+// estancia zones: images → areas that name themselves.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+
+#include "common.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/label_words.hpp"
+#include "estancia/core/progress.hpp"
+#include "estancia/report/measures.hpp"
+#include "estancia/stats/distance.hpp"
+#include "estancia/stats/linkage.hpp"
+#include "estancia/topology/map_recording.hpp"
+#include "estancia/topology/store.hpp"
+#include "estancia/zones/measure.hpp"
+#include "estancia/zones/naming.hpp"
+#include "estancia/zones/rooms.hpp"
+#include "estancia/zones/zone_file.hpp"
+#include "labelling.hpp"
+
+namespace estancia::apps {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct Arguments {
+  SequenceArguments sequence;
+  ModelArguments model;
+  std::string output;
+  std::string distance, linkage, cut, preset;
+  std::size_t count = 0;
+  bool overwrite = false, json = false;
+};
+
+ZoneOptions zoneOptions(const Arguments& arguments, const CLI::App& command) {
+  ZoneOptions options = arguments.preset == "thesis" ? ZoneOptions::thesis() : ZoneOptions{};
+  if (!arguments.distance.empty()) options.distance = arguments.distance;
+  if (!arguments.linkage.empty()) options.linkage = arguments.linkage;
+  if (command.count("--threads") > 0) options.threads = arguments.model.options.threads;
+  if (arguments.cut == "auto") options.cut.reset();
+  double cut = 0;
+  if (!arguments.cut.empty() && CLI::detail::lexical_cast(arguments.cut, cut)) options.cut = cut;
+  if (command.count("--count") > 0) {
+    options.cut.reset();
+    options.count = arguments.count;
+  }
+  comparisonFor(getDistance(options.distance), getLinkage(options.linkage));  // before anything is labelled
+  return options;
+}
+
+/// An older file of zones may be replaced when the user says so, and nothing else.
+void requireOutput(const Arguments& arguments) {
+  const fs::path output = arguments.output, folder = output.parent_path();
+  if (!folder.empty() && !fs::is_directory(folder))
+    throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
+  if (!fs::exists(output)) return;
+  if (!arguments.overwrite)
+    throw Error(fmt::format("{} exists; replace it with --overwrite", arguments.output));
+  if (!isZoneFile(output))
+    throw Error(fmt::format("{}: no zone file, so it is not replaced; give another name or remove it first",
+                            arguments.output));
+}
+
+void sayMemory(std::size_t images, std::size_t labels) {
+  requireClusteringMemory(images, labels);
+  constexpr double gibibyte = 1 << 30;
+  spdlog::info("{} images × {} words will take {:.2g} GiB of memory", images, labels,
+               static_cast<double>(clusteringMemory(images, labels)) / gibibyte);
+}
+
+Recording recordingOf(const Arguments& arguments) {
+  const std::string& path = arguments.sequence.path;
+  if (isMapFile(path) || path.ends_with(".estancia")) {
+    if (!arguments.model.model.empty())
+      throw Error(fmt::format("{} holds words already; leave out --model", path));
+    Recording recording = readMapRecording(path);
+    sayMemory(recording.frames.size(), recording.vocabulary.size());
+    return recording;
+  }
+  Labelling labelling(arguments.sequence, arguments.model);
+  sayMemory(labelling.sequence().size(), labelling.vocabulary().size());
+  Recording recording{
+      labelling.vocabulary(), labelling.identity(), {}, DescriptorMatrix(labelling.vocabulary().size())};
+  try {
+    labelling.forEach(0, "labelling", [&](const LabelledFrame& frame) {
+      recording.frames.push_back(labelling.sequence().frame(frame.index));
+      recording.descriptors.append(frame.descriptor);
+    });
+  } catch (const Interrupted& e) {
+    if (arguments.model.noCache) throw;
+    throw Interrupted(fmt::format("{}; their labels are kept in the cache: run it again to go on", e.what()));
+  }
+  return recording;
+}
+
+double shareOf(const Zone& zone, const Zones& zones) {
+  return static_cast<double>(zone.images.size()) / static_cast<double>(zones.frames.size());
+}
+
+Json toJson(const Zone& zone, const Zones& zones, const std::vector<float>& run) {
+  Json words = Json::array();
+  for (const std::size_t label : tellingLabels(zone.mean, run, 10)) {
+    const auto p = static_cast<double>(zone.mean[label]);
+    words.push_back(
+        {{"label", zones.vocabulary[label]}, {"p", p}, {"lift", p / static_cast<double>(run[label])}});
+  }
+  Json json{
+      {"id", zone.id},  {"name", zone.name}, {"images", zone.images.size()}, {"share", shareOf(zone, zones)},
+      {"words", words}, {"room", nullptr},   {"position", nullptr}};
+  if (!zone.room.empty()) {
+    json["room"] = zone.room;
+    json["room_share"] = zone.roomShare;
+  }
+  if (zone.extent) {
+    json["position"] = zone.extent->centre;
+    json["spread"] = zone.extent->spread;
+  }
+  return json;
+}
+
+void printJson(const std::string& file, const Zones& zones, const std::vector<Measure>& measures) {
+  const std::vector<float> run = runMean(zones);
+  Json json{{"file", file},
+            {"model", zones.model},
+            {"distance", zones.distance},
+            {"linkage", zones.linkage},
+            {"cut", zones.cut},
+            {"cut_reason", zones.cutReason}};
+  json["measures"] = toJson(measures);
+  for (const Zone& zone : zones.zones) json["zones"].push_back(toJson(zone, zones, run));
+  json["rooms"] = Json::parse(toRoomsJson(zones));
+  print(json);
+}
+
+void printTable(const std::string& file, const Zones& zones, const std::vector<Measure>& measures) {
+  fmt::print("{}: {} zones of {} images ({}, {} linkage, cut at {:.3g}: {})\n\n", file, zones.zones.size(),
+             zones.frames.size(), zones.distance, zones.linkage, zones.cut, zones.cutReason);
+  fmt::print("zone  images   share  words\n");
+  constexpr std::size_t shown = 40;
+  for (const Zone& zone : zones.zones) {
+    if (zone.id == shown) {
+      fmt::print("… and {} smaller ones; --json tells all\n", zones.zones.size() - shown);
+      break;
+    }
+    const std::string room =
+        zone.room.empty() ? "" : fmt::format("  ({}, {:.0f} %)", zone.room, 100 * zone.roomShare);
+    fmt::print("{:>4}  {:>6}  {:>4.1f} %  {}{}\n", zone.id, zone.images.size(), 100 * shareOf(zone, zones),
+               zone.name, room);
+  }
+  fmt::print("\n");
+  print(measures);
+}
+
+void run(const Arguments& arguments, const CLI::App& command) {
+  const ZoneOptions options = zoneOptions(arguments, command);
+  requireOutput(arguments);
+  const Recording recording = recordingOf(arguments);
+  const auto progress = makeStderrProgress();
+  const Zones zones = findZones(recording, options, *progress);
+  writeZoneFile(zones, arguments.output);
+  const std::vector<Measure> measures = measuresOf(evaluate(zones));
+  if (arguments.json)
+    printJson(arguments.output, zones, measures);
+  else
+    printTable(arguments.output, zones, measures);
+}
+
+/// "auto" or a distance.
+CLI::Validator cutText() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        double value = 0;
+        const bool sound = text == "auto" || (CLI::detail::lexical_cast(text, value) && value >= 0);
+        return sound ? std::string() : text + " is neither \"auto\" nor a number of 0 or more";
+      },
+      "auto|DISTANCE");
+}
+
+}  // namespace
+
+void addZonesCommand(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("zones", "Find the areas of a sequence, each named by its words");
+  arguments->sequence.addTo(*command);
+  command->get_option("SEQ")->description(
+      "Image folder, video file, data set, folder of panoramas, label file, or a map (*.estancia), whose "
+      "words are taken");
+  command->add_option("-o,--output", arguments->output, "The file of zones, NAME.zones")->required();
+  arguments->model.addTo(*command, "What labels the images");
+  command->add_flag("--overwrite", arguments->overwrite, "Replace an existing file of zones");
+  const auto zones = "Zones";
+  const ZoneOptions defaults;
+  std::string distances = "Distance of two images:";
+  for (const Distance& distance : baseDistances())
+    distances += fmt::format("\n{} ({})", distance.name, distance.explanation);
+  command
+      ->add_option("--distance", arguments->distance,
+                   fmt::format("{}\ndefault: {}", distances, defaults.distance))
+      ->group(zones);
+  std::string names = "Distance of two zones:";
+  for (const NamedLinkage& linkage : linkages())
+    names += fmt::format("\n{} ({})", linkage.name, linkage.explanation);
+  command
+      ->add_option("--linkage", arguments->linkage, fmt::format("{}\ndefault: {}", names, defaults.linkage))
+      ->group(zones);
+  command
+      ->add_option("--cut", arguments->cut,
+                   "Zones merge up to this distance (τ_d); auto, the default, finds it in the data")
+      ->check(cutText())
+      ->group(zones);
+  command->add_option("--count", arguments->count, "As many zones, instead of a cut")
+      ->check(positive())
+      ->excludes("--cut")
+      ->group(zones);
+  command
+      ->add_option("--preset", arguments->preset,
+                   "thesis: the choices of Rangel's thesis (ks, average linkage, cut 0.5)")
+      ->check(CLI::IsMember({"thesis"}))
+      ->group(zones);
+  addJsonOption(*command, arguments->json);
+  addExamples(*command,
+              "  estancia zones ~/pictures -o home.zones\n"
+              "  estancia zones home.estancia -o home.zones --count 8\n"
+              "  estancia zones pictures.labels -o thesis.zones --preset thesis");
+  command->callback([arguments, command] { run(*arguments, *command); });
+}
+
+}  // namespace estancia::apps

@@ -1,0 +1,67 @@
+#include "estancia/core/memory.hpp"
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <sstream>
+#include <string>
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
+
+/// The number after `key` in a file of lines "key number"; without a key the file's first word. Absent when
+/// there is none ("max").
+std::optional<std::uint64_t> numberIn(const fs::path& file, const std::string& key = "") {
+  std::ifstream stream(file);
+  std::uint64_t number = 0;
+  for (std::string word; key.empty() || stream >> word;)
+    if (key.empty() || word == key) return stream >> number ? std::optional(number) : std::nullopt;
+  return std::nullopt;
+}
+
+/// What a limit leaves. Pages of files count as used but are given back when asked for.
+std::uint64_t leftOf(const fs::path& group, const char* limitFile, const char* usageFile,
+                     const char* cacheKey) {
+  const auto limit = numberIn(group / limitFile), usage = numberIn(group / usageFile);
+  if (!limit || !usage) return unlimited;
+  const std::uint64_t cache = numberIn(group / "memory.stat", cacheKey).value_or(0);
+  const std::uint64_t used = *usage - std::min(*usage, cache);
+  return *limit - std::min(*limit, used);
+}
+
+/// The tightest limit of the cgroup `group` (as /proc/self/cgroup names it) and the groups around it.
+std::uint64_t leftAlong(const fs::path& mount, const fs::path& group) {
+  std::uint64_t left = unlimited;
+  for (fs::path at = mount / group.relative_path();; at = at.parent_path()) {
+    left = std::min(left, leftOf(at, "memory.max", "memory.current", "inactive_file"));  // v2
+    left = std::min(left, leftOf(at, "memory.limit_in_bytes", "memory.usage_in_bytes",
+                                 "total_inactive_file"));  // v1
+    if (at == mount || !at.has_relative_path()) return left;
+  }
+}
+
+}  // namespace
+
+std::uint64_t availableMemory(const fs::path& root) {
+  std::uint64_t available = unlimited;
+  if (const auto kilobytes = numberIn(root / "proc/meminfo", "MemAvailable:")) available = *kilobytes * 1024;
+  const fs::path mount = root / "sys/fs/cgroup";
+  std::ifstream groups(root / "proc/self/cgroup");  // lines ID:CONTROLLERS:PATH
+  for (std::string line; std::getline(groups, line);) {
+    const auto first = line.find(':'), second = line.find(':', first + 1);
+    if (second == std::string::npos) continue;
+    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
+    const fs::path group = line.substr(second + 1);
+    if (controllers == ",,")
+      available = std::min(available, leftAlong(mount, group));
+    else if (controllers.find(",memory,") != std::string::npos)
+      available = std::min(available, leftAlong(mount / "memory", group));
+  }
+  return available;
+}
+
+}  // namespace estancia

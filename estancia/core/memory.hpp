@@ -1,0 +1,14 @@
+// How much memory is worth asking for.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+namespace estancia {
+
+/// Bytes that this process may still take without pushing others out: what the system has available, at most
+/// what the limits of its cgroups (v1 and v2) leave. The largest number when the machine does not tell.
+/// `root` is where /proc and /sys are looked for, for tests.
+std::uint64_t availableMemory(const std::filesystem::path& root = "/");
+
+}  // namespace estancia

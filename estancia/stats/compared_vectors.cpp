@@ -1,0 +1,71 @@
+#include "estancia/stats/compared_vectors.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace estancia {
+namespace {
+
+/// An image about which nothing is said (all labels alike) points along the diagonal: to log-ratios and
+/// centred probabilities that is at right angles to everything, and two such images are the same.
+void scaleToUnit(std::span<float> vector) {
+  const float norm = std::sqrt(dot(vector, vector));
+  if (norm > 0)
+    for (float& v : vector) v /= norm;
+  else
+    std::fill(vector.begin(), vector.end(), 1 / std::sqrt(static_cast<float>(vector.size())));
+}
+
+/// One cosine of vectors whose parts have the lengths √(w / Σ w) is the weighted mean of the parts' own
+/// cosines. For other distances a weight acts on squared differences.
+void balance(const Distance& distance, std::span<float> vector) {
+  const bool cosine = distance.comparison == Comparison::cosine;
+  if (distance.parts.size() < 2) {
+    if (cosine) scaleToUnit(vector);
+    return;
+  }
+  float sum = 0;
+  for (const LabelPart& part : distance.parts) sum += part.weight;
+  for (std::size_t first = 0; const LabelPart& part : distance.parts) {
+    const std::span<float> own = vector.subspan(first, part.size);
+    if (cosine) scaleToUnit(own);
+    const float share = part.weight / sum * (cosine ? 1.0F : static_cast<float>(distance.parts.size()));
+    if (share != 1)
+      for (float& value : own) value *= std::sqrt(share);
+    first += part.size;
+  }
+}
+
+}  // namespace
+
+std::vector<float> comparedVector(const Distance& distance, const Standardization& standardization,
+                                  std::span<const float> embedded) {
+  std::vector<float> vector(embedded.begin(), embedded.end());
+  if (!standardization.weight.empty())
+    for (std::size_t i = 0; i < vector.size(); ++i)
+      vector[i] = (vector[i] - standardization.centre[i]) * standardization.weight[i];
+  balance(distance, vector);
+  return vector;
+}
+
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const DescriptorMatrix& scale,
+                                 const Distance& distance) {
+  const std::size_t labels = descriptors.labels();
+  std::vector<float> embedded(labels);
+  LabelScale run(distance, labels);
+  if (distance.standardized)
+    for (std::size_t i = 0; i < scale.size(); ++i) {
+      embed(distance.embedding, scale.row(i), embedded, distance.parts);
+      run.add(scale.row(i), embedded);
+    }
+  const Standardization standardization = run.standardization();
+  DescriptorMatrix vectors(labels);
+  vectors.reserve(descriptors.size());
+  for (std::size_t i = 0; i < descriptors.size(); ++i) {
+    embed(distance.embedding, descriptors.row(i), embedded, distance.parts);
+    vectors.append(comparedVector(distance, standardization, embedded));
+  }
+  return vectors;
+}
+
+}  // namespace estancia

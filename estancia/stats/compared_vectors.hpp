@@ -1,0 +1,23 @@
+// Descriptors as they are compared: what maps and zones measure distances between.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "estancia/core/descriptor.hpp"
+#include "estancia/stats/distance.hpp"
+#include "estancia/stats/label_scale.hpp"
+
+namespace estancia {
+
+/// One embedded descriptor made ready for compare(): centred and weighted by `standardization` (unless that
+/// is empty), its parts weighted, and of unit length where the comparison is a cosine.
+std::vector<float> comparedVector(const Distance& distance, const Standardization& standardization,
+                                  std::span<const float> embedded);
+
+/// Whole descriptors as a map compares them by `distance`, which knows their parts: embedded, for a
+/// standardized distance centred and scaled by the run `scale`, then as comparedVector(). N×L.
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const DescriptorMatrix& scale,
+                                 const Distance& distance);
+
+}  // namespace estancia

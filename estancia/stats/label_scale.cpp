@@ -1,0 +1,77 @@
+#include "estancia/stats/label_scale.hpp"
+
+#include <cmath>
+#include <utility>
+
+namespace estancia {
+namespace {
+
+constexpr double novelty = 0.05;  // cosine distance of log-ratios beyond a standing camera's noise: about
+                                  // .015, at most .04, against .15 and more between views of a moving one
+constexpr std::size_t leastViews = 3;    // below this a run has shown nothing but noise
+constexpr std::size_t mostRepeats = 10;  // frames of one view that count
+constexpr double centrePrior = 20;       // keyframes that each label's centre shrinks to 0 by
+constexpr double weightPrior = 1;        // keyframes that the labels' weights shrink by
+constexpr double quietShare = 0.01;  // labels with less variance than this share of the typical one fade out
+
+}  // namespace
+
+LabelScale::LabelScale(Distance distance, std::size_t labels)
+    : distance_(std::move(distance)), labels_(labels), moments_(labels, true) {}
+
+bool LabelScale::counts(std::span<const float> probabilities, std::span<const float> embedded) {
+  std::vector<float> ratios(embedded.begin(), embedded.end());
+  if (distance_.embedding != Embedding::centredLogRatio)
+    embed(Embedding::centredLogRatio, probabilities, ratios, distance_.parts);
+  if (lastView_.empty() || compare(Comparison::cosine, ratios, lastView_) > novelty) {
+    lastView_ = std::move(ratios);
+    memory_.lastView = memory_.frames - 1;
+    memory_.repeats = 0;
+    ++memory_.views;
+    return true;
+  }
+  return ++memory_.repeats < mostRepeats;
+}
+
+bool LabelScale::add(std::span<const float> probabilities, std::span<const float> embedded) {
+  ++memory_.frames;
+  if (!counts(probabilities, embedded)) return false;
+  ++memory_.keyframes;
+  moments_.add(embedded);
+  return true;
+}
+
+bool LabelScale::hasSeenEnough() const {
+  return memory_.views >= leastViews;
+}
+
+/// Weight σ/(σ² + λ): about 1/σ for labels that say something. λ keeps those apart that hardly vary, among
+/// them all that never fire, and is larger while the run is too young to tell them.
+Standardization LabelScale::standardization() const {
+  if (!distance_.standardized || memory_.frames == 0) return {};
+  if (!hasSeenEnough()) return {std::vector<float>(labels_, 0.0F), std::vector<float>(labels_, 1.0F)};
+  const auto n = static_cast<double>(memory_.keyframes);
+  const auto variance = moments_.variance();
+  double sum = 0, squares = 0;
+  for (const float v : variance) {
+    sum += v;
+    squares += static_cast<double>(v) * v;
+  }
+  const double typical = sum > 0 ? squares / sum : 0;  // the variance of the labels that make up the variance
+  const double lambda = typical * (quietShare + weightPrior / (n + weightPrior));
+  Standardization result{std::vector<float>(labels_), std::vector<float>(labels_, 1.0F)};
+  for (std::size_t i = 0; i < labels_; ++i) {
+    result.centre[i] = static_cast<float>(moments_.mean()[i] * n / (n + centrePrior));
+    if (lambda > 0) result.weight[i] = static_cast<float>(std::sqrt(variance[i]) / (variance[i] + lambda));
+  }
+  return result;
+}
+
+void LabelScale::restore(Memory memory, Moments moments, std::vector<float> lastView) {
+  memory_ = memory;
+  moments_ = std::move(moments);
+  lastView_ = std::move(lastView);
+  if (!lastView_.empty()) embed(Embedding::centredLogRatio, lastView_, lastView_, distance_.parts);
+}
+
+}  // namespace estancia

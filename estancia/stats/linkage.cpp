@@ -1,0 +1,330 @@
+#include "estancia/stats/linkage.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Two clusters, each by one of its leaves, that merge at a height.
+struct Link {
+  std::size_t a, b;
+  double height;
+};
+
+/// Tells of merges now and then, and asks whether to go on.
+class Watch {
+ public:
+  Watch(Progress* progress, std::size_t merges) : progress_(progress) {
+    if (progress_ != nullptr) progress_->begin("linkage", merges);
+  }
+  void advance() {
+    if (++waiting_ < often) return;
+    if (interrupted()) throw Interrupted("stopped while clusters were merged");
+    tell();
+  }
+  void end() {
+    tell();
+    if (progress_ != nullptr) progress_->end();
+  }
+
+ private:
+  static constexpr std::size_t often = 64;
+  void tell() {
+    if (progress_ != nullptr) progress_->advance(waiting_);
+    waiting_ = 0;
+  }
+  Progress* progress_;
+  std::size_t waiting_ = 0;
+};
+
+/// Distance of a cluster of n items to what a (of na items) and b (nb) become that merge at dab (Lance and
+/// Williams 1967).
+double afterMerge(Linkage linkage, double da, double db, double dab, double na, double nb, double n) {
+  switch (linkage) {
+    case Linkage::single:
+      return std::min(da, db);
+    case Linkage::complete:
+      return std::max(da, db);
+    case Linkage::average:
+      return (na * da + nb * db) / (na + nb);
+    case Linkage::weighted:
+      return 0.5 * (da + db);
+    case Linkage::ward: {
+      const double share = 1 / (na + nb + n);
+      return std::sqrt(
+          std::max(0.0, (n + na) * share * da * da + (n + nb) * share * db * db - n * share * dab * dab));
+    }
+  }
+  throw Error("a linkage of unknown kind");
+}
+
+/// The distances of the clusters that are left. A cluster keeps the place of its last leaf. Places of
+/// clusters that are gone are dropped when they are many, so that what is left lies densely.
+class Clusters {
+ public:
+  Clusters(CondensedDistances& distances, Linkage linkage, const std::vector<std::size_t>& sizes)
+      : values_(distances.values().data()),
+        linkage_(linkage),
+        places_(distances.items()),
+        alive_(distances.items()),
+        sizes_(distances.items(), 1.0),
+        leaves_(distances.items()) {
+    std::copy(sizes.begin(), sizes.end(), sizes_.begin());
+    std::iota(leaves_.begin(), leaves_.end(), std::size_t{0});
+  }
+
+  std::size_t alive() const { return alive_; }
+  std::size_t leaf(std::size_t place) const { return leaves_[place]; }
+  bool isAlive(std::size_t place) const { return sizes_[place] > 0; }
+  double distance(std::size_t i, std::size_t j) const { return i < j ? at(i, j) : at(j, i); }
+
+  struct Neighbour {
+    std::size_t place;
+    double distance;
+  };
+  /// The first of the nearest; but `nearest`, when it is as near as any.
+  Neighbour nearestTo(std::size_t place, Neighbour nearest) const {
+    for (std::size_t i = 0; i < place; ++i) {
+      if (i + ahead < place) __builtin_prefetch(&at(i + ahead, place));
+      if (sizes_[i] > 0 && at(i, place) < nearest.distance) nearest = {i, at(i, place)};
+    }
+    const double* row = values_ + rowOf(place) - place - 1;
+    for (std::size_t i = place + 1; i < places_; ++i)
+      if (row[i] < nearest.distance && sizes_[i] > 0) nearest = {i, row[i]};
+    return nearest;
+  }
+
+  /// a becomes part of b; a < b.
+  void merge(std::size_t a, std::size_t b, double height) {
+    const double na = sizes_[a], nb = sizes_[b];
+    const auto update = [&](std::size_t i, double da, double& db) {
+      if (sizes_[i] > 0) db = afterMerge(linkage_, da, db, height, na, nb, sizes_[i]);
+    };
+    for (std::size_t i = 0; i < a; ++i) update(i, at(i, a), at(i, b));
+    for (std::size_t i = a + 1; i < b; ++i) update(i, at(a, i), at(i, b));
+    for (std::size_t i = b + 1; i < places_; ++i) update(i, at(a, i), at(b, i));
+    sizes_[a] = 0;
+    sizes_[b] = na + nb;
+    --alive_;
+  }
+
+  bool isSparse() const { return places_ > leastPlaces && alive_ * 4 < places_ * 3; }
+
+  /// Drops the places of clusters that are gone; the others keep their order. Returns each old place's new
+  /// one.
+  std::vector<std::size_t> compact() {
+    std::vector<std::size_t> kept, moved(places_);
+    for (std::size_t i = 0; i < places_; ++i) {
+      moved[i] = kept.size();
+      if (isAlive(i)) kept.push_back(i);
+    }
+    double* to = values_;
+    for (std::size_t i = 0; i < kept.size(); ++i)
+      for (std::size_t j = i + 1; j < kept.size(); ++j) *to++ = at(kept[i], kept[j]);
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      sizes_[i] = sizes_[kept[i]];
+      leaves_[i] = leaves_[kept[i]];
+    }
+    places_ = kept.size();
+    return moved;
+  }
+
+ private:
+  static constexpr std::size_t ahead = 16, leastPlaces = 64;
+  std::size_t rowOf(std::size_t i) const { return i * (2 * places_ - i - 1) / 2; }
+  double& at(std::size_t i, std::size_t j) const { return values_[rowOf(i) + j - i - 1]; }
+
+  double* values_;
+  Linkage linkage_;
+  std::size_t places_, alive_;
+  std::vector<double> sizes_;  ///< 0: gone
+  std::vector<std::size_t> leaves_;
+};
+
+/// From any cluster to its nearest, to that one's nearest …: the chain ends in two that are each other's
+/// nearest. With these linkages they stay so whatever else merges, so they merge now.
+std::vector<Link> nearestNeighbourChain(CondensedDistances& distances, Linkage linkage,
+                                        const LinkageOptions& options) {
+  Clusters clusters(distances, linkage, options.sizes);
+  Watch watch(options.progress, distances.items() - 1);
+  std::vector<Link> links;
+  std::vector<std::size_t> chain;
+  std::size_t first = 0;
+  while (clusters.alive() > 1) {
+    if (chain.empty()) {
+      while (!clusters.isAlive(first)) ++first;
+      chain.push_back(first);
+    }
+    Clusters::Neighbour nearest{0, infinity};
+    for (;;) {
+      const std::size_t end = chain.back();
+      const bool begun = chain.size() == 1;
+      const std::size_t before = begun ? end : chain[chain.size() - 2];
+      nearest = clusters.nearestTo(end, {before, begun ? infinity : clusters.distance(before, end)});
+      if (!begun && nearest.place == before) break;
+      chain.push_back(nearest.place);
+    }
+    const auto [a, b] = std::minmax({chain.back(), nearest.place});
+    chain.resize(chain.size() - 2);
+    links.push_back({clusters.leaf(a), clusters.leaf(b), nearest.distance});
+    clusters.merge(a, b, nearest.distance);
+    if (clusters.isSparse()) {
+      const std::vector<std::size_t> moved = clusters.compact();
+      for (std::size_t& place : chain) place = moved[place];
+      first = 0;
+    }
+    watch.advance();
+  }
+  watch.end();
+  return links;
+}
+
+/// The tree grows by the item nearest to it (Prim 1957). Each item is linked with the one before it: all that
+/// came between are nearer.
+std::vector<Link> spanningTree(const CondensedDistances& distances, Progress* progress) {
+  const std::size_t n = distances.items();
+  Watch watch(progress, n - 1);
+  std::vector<double> toTree(n, infinity);
+  std::vector<char> inTree(n, 0);
+  std::vector<Link> links;
+  std::size_t last = 0;
+  while (links.size() + 1 < n) {
+    inTree[last] = 1;
+    std::size_t nearest = n;
+    double least = infinity;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (inTree[i] != 0) continue;
+      toTree[i] = std::min(toTree[i], distances(last, i));
+      if (toTree[i] < least) {
+        nearest = i;
+        least = toTree[i];
+      }
+    }
+    links.push_back({last, nearest, least});
+    last = nearest;
+    watch.advance();
+  }
+  watch.end();
+  return links;
+}
+
+/// Brings links into order of height and names the clusters that they join.
+Dendrogram dendrogramOf(std::size_t leaves, std::vector<Link> links, const std::vector<std::size_t>& sizes) {
+  std::stable_sort(links.begin(), links.end(),
+                   [](const Link& a, const Link& b) { return a.height < b.height; });
+  std::vector<std::size_t> parent(leaves + links.size()), size(leaves, 1);
+  std::iota(parent.begin(), parent.end(), std::size_t{0});
+  std::copy(sizes.begin(), sizes.end(), size.begin());
+  const auto rootOf = [&](std::size_t cluster) {
+    while (parent[cluster] != cluster) cluster = parent[cluster] = parent[parent[cluster]];
+    return cluster;
+  };
+  std::vector<Dendrogram::Merge> merges;
+  for (const Link& link : links) {
+    const auto [left, right] = std::minmax({rootOf(link.a), rootOf(link.b)});
+    size.push_back(size[left] + size[right]);
+    parent[left] = parent[right] = leaves + merges.size();
+    merges.push_back({left, right, link.height, size.back()});
+  }
+  return {leaves, std::move(merges)};
+}
+
+void check(const CondensedDistances& distances, const std::vector<std::size_t>& sizes) {
+  constexpr double most = std::numeric_limits<double>::max();
+  for (std::size_t i = 0, n = distances.items(); i + 1 < n; ++i)
+    for (std::size_t j = i + 1; j < n; ++j)
+      if (const double d = distances(i, j); !(d >= 0 && d <= most))
+        throw Error(fmt::format("the distance of items {} and {} is {}; clusters need finite distances ≥ 0",
+                                i, j, d));
+  if (sizes.empty()) return;
+  if (sizes.size() != distances.items() || std::count(sizes.begin(), sizes.end(), std::size_t{0}) > 0)
+    throw Error(fmt::format("{} sizes, each at least 1, are needed for {} leaves, not {}", distances.items(),
+                            distances.items(), sizes.size()));
+}
+
+}  // namespace
+
+const std::vector<NamedLinkage>& linkages() {
+  static const std::vector<NamedLinkage> all = {
+      {"average", Linkage::average, "the mean over all pairs of images (thesis Algorithm 5.1)"},
+      {"ward", Linkage::ward, "how much a merger adds to the squared distances from the means"},
+      {"complete", Linkage::complete, "the farthest images"},
+      {"weighted", Linkage::weighted, "the mean over the two clusters last merged"},
+      {"single", Linkage::single, "the nearest images"},
+  };
+  return all;
+}
+
+Linkage getLinkage(std::string_view name) {
+  std::vector<std::string> known;
+  for (const NamedLinkage& linkage : linkages()) {
+    if (linkage.name == name) return linkage.linkage;
+    known.push_back(linkage.name);
+  }
+  throw Error(fmt::format("no linkage is called \"{}\"; there are {}", name, fmt::join(known, ", ")));
+}
+
+Comparison comparisonFor(const Distance& distance, Linkage linkage) {
+  if (distance.sigmaWeighted)
+    throw Error(
+        fmt::format("{} weighs labels by their spread inside a place, and single images have none; choose a "
+                    "distance without -sigma, for the weighted ones l2",
+                    distance.name));
+  if (linkage != Linkage::ward) return distance.comparison;
+  const auto fits = [](Comparison c) { return c == Comparison::euclidean || c == Comparison::cosine; };
+  if (fits(distance.comparison)) return Comparison::euclidean;
+  std::vector<std::string> fitting;
+  for (const Distance& other : baseDistances())
+    if (fits(other.comparison)) fitting.push_back(other.name);
+  throw Error(fmt::format(
+      "Ward's linkage needs Euclidean distances, which {} is not; choose among {}, or another linkage",
+      distance.name, fmt::join(fitting, ", ")));
+}
+
+Dendrogram link(CondensedDistances distances, Linkage linkage, const LinkageOptions& options) {
+  check(distances, options.sizes);
+  const std::size_t n = distances.items();
+  if (n < 2) return {n, {}};
+  if (linkage == Linkage::ward && !options.sizes.empty())
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t j = i + 1; j < n; ++j) {
+        const auto a = static_cast<double>(options.sizes[i]), b = static_cast<double>(options.sizes[j]);
+        distances.after(i)[j - i - 1] *= std::sqrt(2 * a * b / (a + b));
+      }
+  return dendrogramOf(n,
+                      linkage == Linkage::single ? spanningTree(distances, options.progress)
+                                                 : nearestNeighbourChain(distances, linkage, options),
+                      options.sizes);
+}
+
+std::uint64_t clusteringMemory(std::size_t items, std::size_t labels) {
+  constexpr std::uint64_t copies = 3;      // of the descriptors: as compared, and twice to be quick
+  constexpr std::uint64_t eachItem = 128;  // the chain and the dendrogram
+  const auto product =
+      static_cast<double>(items) * (static_cast<double>(labels) * copies * sizeof(float) + eachItem) +
+      static_cast<double>(CondensedDistances::bytes(items));
+  return product < 0x1p63 ? static_cast<std::uint64_t>(product) : std::uint64_t{1} << 63;
+}
+
+void requireClusteringMemory(std::size_t items, std::size_t labels, std::uint64_t available) {
+  const std::uint64_t needed = clusteringMemory(items, labels);
+  if (needed <= available) return;
+  constexpr double gibibyte = 1 << 30;
+  throw Error(
+      fmt::format("clustering {} images exactly takes {:.1f} GiB of memory, and {:.1f} GiB are available; "
+                  "use the streaming mode (estancia zones --stream), or take fewer images",
+                  items, static_cast<double>(needed) / gibibyte, static_cast<double>(available) / gibibyte));
+}
+
+}  // namespace estancia

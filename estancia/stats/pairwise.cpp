@@ -1,0 +1,256 @@
+#include "estancia/stats/pairwise.hpp"
+
+#include <fmt/format.h>
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "estancia/core/cores.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/simd.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr std::size_t lanes = 16;  // columns of a tile: one vector of AVX-512, two of AVX
+constexpr std::size_t tall = 4;    // rows of a tile: their sums stay in registers
+constexpr std::size_t block = 64;  // rows that stay in the cache while the columns pass
+using Vector [[gnu::vector_size(lanes * sizeof(float))]] = float;
+using Bits [[gnu::vector_size(lanes * sizeof(int))]] = int;
+
+enum class Sum { squares, magnitudes, largest };
+
+[[gnu::always_inline]] inline void add(Vector& sum, const Vector& a, const Vector& b, Sum kind) {
+  const Vector difference = a - b;
+  if (kind == Sum::squares) {
+    sum += difference * difference;
+    return;
+  }
+  const Vector magnitude = (Vector)((Bits)difference & 0x7FFFFFFF);
+  if (kind == Sum::magnitudes)
+    sum += magnitude;
+  else
+    sum = magnitude > sum ? magnitude : sum;
+}
+
+/// Sums over the labels of `tall` rows (each `labels` long, one after the other) with `lanes` columns that
+/// are packed label by label.
+template <Sum kind>
+[[gnu::always_inline]] inline void tile(const float* rows, const Vector* columns, std::size_t labels,
+                                        float* out) {
+  Vector sums[tall] = {};
+  for (std::size_t k = 0; k < labels; ++k) {
+#pragma GCC unroll 4
+    for (std::size_t r = 0; r < tall; ++r) {
+      const float value = rows[r * labels + k];
+      const Vector row = value - Vector{};
+      add(sums[r], row, columns[k], kind);
+    }
+  }
+  for (std::size_t r = 0; r < tall; ++r)
+    for (std::size_t c = 0; c < lanes; ++c) out[r * lanes + c] = sums[r][c];
+}
+
+ESTANCIA_MULTIVERSION
+void tileOf(Sum kind, const float* rows, const Vector* columns, std::size_t labels, float* out) {
+  switch (kind) {
+    case Sum::squares:
+      return tile<Sum::squares>(rows, columns, labels, out);
+    case Sum::magnitudes:
+      return tile<Sum::magnitudes>(rows, columns, labels, out);
+    case Sum::largest:
+      return tile<Sum::largest>(rows, columns, labels, out);
+  }
+}
+
+/// Which sum over the labels a comparison is made of; those that need a logarithm or a division for each
+/// label gain nothing from tiles.
+bool isTiled(Comparison comparison, Sum& kind) {
+  switch (comparison) {
+    case Comparison::meanSquare:
+    case Comparison::rootMeanSquare:
+    case Comparison::euclidean:
+    case Comparison::bhattacharyya:
+    case Comparison::cosine:
+      kind = Sum::squares;
+      return true;
+    case Comparison::l1:
+      kind = Sum::magnitudes;
+      return true;
+    case Comparison::chebyshev:
+      kind = Sum::largest;
+      return true;
+    case Comparison::chiSquared:
+    case Comparison::kullbackLeibler:
+    case Comparison::jensenShannon:
+      return false;
+  }
+  throw Error("a comparison of unknown kind");
+}
+
+bool isAngle(Comparison comparison) {
+  return comparison == Comparison::cosine || comparison == Comparison::bhattacharyya;
+}
+
+/// The rows twice, padded with zeros: one after the other, and in groups of `lanes` packed label by label.
+/// Angles are those of unit vectors, whose squared difference is 2 (1 − cos): nothing cancels, however small
+/// the angle.
+class Packed {
+ public:
+  Packed(const DescriptorMatrix& matrix, bool toUnit)
+      : labels_(matrix.labels()), items_((matrix.size() + lanes - 1) / lanes * lanes) {
+    rows_.resize(items_ * labels_);
+    columns_.resize(items_ * labels_ / lanes);
+    isZero_.resize(items_);
+    for (std::size_t i = 0; i < matrix.size(); ++i) {
+      const DescriptorView row = matrix.row(i);
+      double squares = 0;
+      for (const float value : row) squares += static_cast<double>(value) * value;
+      isZero_[i] = squares > 0 ? 0 : 1;
+      const double scale = toUnit && squares > 0 ? 1 / std::sqrt(squares) : 1;
+      for (std::size_t k = 0; k < labels_; ++k)
+        columns_[i / lanes * labels_ + k][i % lanes] = rows_[i * labels_ + k] =
+            static_cast<float>(scale * row[k]);
+    }
+  }
+  const float* row(std::size_t i) const { return rows_.data() + i * labels_; }
+  const Vector* columns(std::size_t first) const { return columns_.data() + first / lanes * labels_; }
+  bool isZero(std::size_t i) const { return isZero_[i] != 0; }
+  std::size_t labels() const { return labels_; }
+
+ private:
+  std::size_t labels_, items_;
+  std::vector<float> rows_;
+  std::vector<Vector> columns_;
+  std::vector<char> isZero_;
+};
+
+double finish(Comparison comparison, double sum, const Packed& packed, std::size_t i, std::size_t j) {
+  const auto labels = static_cast<double>(packed.labels());
+  switch (comparison) {
+    case Comparison::meanSquare:
+      return sum / labels;
+    case Comparison::rootMeanSquare:
+      return std::sqrt(sum / labels);
+    case Comparison::euclidean:
+      return std::sqrt(sum);
+    case Comparison::bhattacharyya:
+    case Comparison::cosine: {
+      // Zero vectors point nowhere: alike among themselves only.
+      const double apart = packed.isZero(i) || packed.isZero(j)
+                               ? (packed.isZero(i) == packed.isZero(j) ? 0 : 1)
+                               : std::min(sum / 2, 2.0);
+      return comparison == Comparison::cosine ? apart : -std::log(std::clamp(1 - apart, 1e-12, 1.0));
+    }
+    default:
+      return sum;
+  }
+}
+
+void requireFinite(const DescriptorMatrix& rows) {
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    for (const float value : rows.row(i))
+      if (!std::isfinite(value))
+        throw Error(fmt::format("descriptor {} holds {}, which has no distance to anything; label it again",
+                                i, value));
+}
+
+/// Runs task(0) … task(count − 1), each once, on several threads. The caller's own thread tells of progress.
+template <class Task>
+void share(std::size_t count, int threads, Progress& progress, Task task) {
+  std::atomic<std::size_t> next = 0, done = 0;
+  const auto work = [&](auto&& tell) {
+    for (std::size_t i = next++; i < count && !interrupted(); i = next++) {
+      task(i);
+      ++done;
+      tell();
+    }
+  };
+  std::vector<std::thread> others;
+  const std::size_t most = std::min(count, static_cast<std::size_t>(threads > 0 ? threads : usableCores()));
+  for (std::size_t t = 1; t < most; ++t) others.emplace_back(work, [] {});
+  std::size_t told = 0;
+  work([&] {
+    const std::size_t now = done;
+    progress.advance(now - told);
+    told = now;
+  });
+  for (std::thread& other : others) other.join();
+  if (done < count) throw Interrupted("stopped while the distances of all pairs were computed");
+  progress.advance(count - told);
+}
+
+}  // namespace
+
+CondensedDistances::CondensedDistances(std::size_t items) : items_(items), size_(items * (items - 1) / 2) {
+  constexpr std::size_t page = std::size_t{2} << 20;
+  if (items < 2) size_ = 0;
+  const std::uint64_t whole = (bytes(items) + page - 1) / page * page;
+  void* memory = items < (std::size_t{1} << 31)
+                     ? std::aligned_alloc(page, std::max<std::uint64_t>(whole, page))
+                     : nullptr;
+  if (memory == nullptr)
+    throw Error(fmt::format("no memory for the distances of {} items ({:.1f} GiB); take fewer", items,
+                            static_cast<double>(bytes(items)) / (1 << 30)));
+#ifdef MADV_HUGEPAGE
+  madvise(memory, whole, MADV_HUGEPAGE);  // columns are read across all pages
+#endif
+  values_.reset(static_cast<double*>(memory));
+}
+
+void CondensedDistances::Free::operator()(double* values) const {
+  std::free(values);
+}
+
+std::uint64_t CondensedDistances::bytes(std::size_t items) {
+  const std::uint64_t n = items;
+  if (n < 2) return 0;
+  constexpr std::uint64_t most = std::uint64_t{1} << 30;  // beyond it the product would overflow
+  return n > most ? ~std::uint64_t{0} : n * (n - 1) / 2 * sizeof(double);
+}
+
+CondensedDistances pairwiseDistances(const DescriptorMatrix& rows, Comparison comparison,
+                                     const PairwiseOptions& options) {
+  requireFinite(rows);
+  const std::size_t n = rows.size(), labels = rows.labels();
+  CondensedDistances distances(n);
+  Sum kind{};
+  const bool tiled = isTiled(comparison, kind);
+  const Packed packed(tiled ? rows : DescriptorMatrix(labels), isAngle(comparison));
+
+  const auto byTiles = [&](std::size_t begin, std::size_t end) {
+    float sums[tall * lanes];
+    for (std::size_t j = begin / lanes * lanes; j < n; j += lanes)
+      for (std::size_t i = begin; i < std::min(end, j + lanes); i += tall) {
+        tileOf(kind, packed.row(i), packed.columns(j), labels, sums);
+        for (std::size_t r = i; r < std::min(i + tall, end); ++r)
+          for (std::size_t c = std::max(j, r + 1); c < std::min(j + lanes, n); ++c)
+            distances.after(r)[c - r - 1] = finish(comparison, sums[(r - i) * lanes + c - j], packed, r, c);
+      }
+  };
+  const auto pairByPair = [&](std::size_t begin, std::size_t end) {
+    for (std::size_t j = begin + 1; j < n; ++j)
+      for (std::size_t i = begin; i < std::min(end, j); ++i)
+        distances.after(i)[j - i - 1] = compare(comparison, rows.row(i), rows.row(j));
+  };
+
+  Progress silent;
+  Progress& progress = options.progress != nullptr ? *options.progress : silent;
+  const std::size_t blocks = (n + block - 1) / block;
+  progress.begin("distances of all pairs", blocks);
+  share(blocks, options.threads, progress, [&](std::size_t b) {
+    const std::size_t begin = b * block, end = std::min(n, begin + block);
+    tiled ? byTiles(begin, end) : pairByPair(begin, end);
+  });
+  progress.end();
+  return distances;
+}
+
+}  // namespace estancia

@@ -1,0 +1,13 @@
+// The words that a map was made of, for whoever works on words: nothing is labelled again.
+#pragma once
+
+#include <filesystem>
+
+#include "estancia/io/recording.hpp"
+
+namespace estancia {
+
+/// The frames of a map file with their descriptors, as of one moment. Throws Error as MapStore::open() does.
+Recording readMapRecording(const std::filesystem::path& map);
+
+}  // namespace estancia

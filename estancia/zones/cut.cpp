@@ -1,0 +1,110 @@
+#include "estancia/zones/cut.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+/// Modularity after 0, 1 … N−1 merges: Q = Σ_c (A_cc / W − (A_c / W)²) over the parts c, where A_cc are the
+/// weights inside, each link counted from both its ends, A_c all weights at its items and W all there are.
+std::vector<double> modularities(const Dendrogram& tree, const Neighbours& neighbours) {
+  struct Part {
+    std::vector<std::uint32_t> items;
+    double share = 0;  ///< A_c / W
+  };
+  const std::size_t items = tree.leaves();
+  const auto links = static_cast<double>(items * neighbours.each);
+  std::vector<std::vector<std::uint32_t>> linked(items);  // every link, of weight ½, at both its ends
+  for (std::uint32_t i = 0; i < items; ++i)
+    for (std::size_t k = 0; k < neighbours.each; ++k) {
+      const std::uint32_t j = neighbours.nearest[i * neighbours.each + k];
+      linked[i].push_back(j);
+      linked[j].push_back(i);
+    }
+  std::vector<Part> parts(items);
+  std::vector<std::uint32_t> partOf(items);
+  double q = 0;
+  for (std::uint32_t i = 0; i < items; ++i) {
+    parts[i] = {{i}, static_cast<double>(linked[i].size()) / 2 / links};
+    partOf[i] = i;
+    q -= parts[i].share * parts[i].share;
+  }
+  std::vector<double> curve{q};
+  for (const Dendrogram::Merge& merge : tree.merges()) {
+    Part small = std::move(parts[merge.left]), large = std::move(parts[merge.right]);
+    if (small.items.size() > large.items.size()) std::swap(small, large);
+    const std::uint32_t name = partOf[large.items.front()];
+    std::ptrdiff_t between = 0;
+    for (const std::uint32_t item : small.items)
+      between += std::count_if(linked[item].begin(), linked[item].end(),
+                               [&](std::uint32_t other) { return partOf[other] == name; });
+    q += static_cast<double>(between) / links - 2 * small.share * large.share;
+    for (const std::uint32_t item : small.items) partOf[item] = name;
+    large.items.insert(large.items.end(), small.items.begin(), small.items.end());
+    large.share += small.share;
+    parts.push_back(std::move(large));
+    curve.push_back(q);
+  }
+  return curve;
+}
+
+}  // namespace
+
+Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count) {
+  const std::size_t items = distances.items();
+  Neighbours neighbours{std::min(count, items - std::min<std::size_t>(items, 1)), {}};
+  const std::size_t each = neighbours.each;
+  if (each == 0) return neighbours;
+  neighbours.nearest.resize(items * each);
+  std::vector<double> near(items * each, std::numeric_limits<double>::infinity());
+  // Others are offered to an item in ascending order, so that of equally near ones the first stays.
+  const auto offer = [&](std::size_t item, std::size_t other, double distance) {
+    std::size_t at = (item + 1) * each - 1;
+    if (!(distance < near[at])) return;
+    for (; at > item * each && distance < near[at - 1]; --at) {
+      near[at] = near[at - 1];
+      neighbours.nearest[at] = neighbours.nearest[at - 1];
+    }
+    near[at] = distance;
+    neighbours.nearest[at] = static_cast<std::uint32_t>(other);
+  };
+  std::span<const double> rest = distances.values();
+  for (std::size_t i = 0; i + 1 < items; ++i) {
+    for (std::size_t j = i + 1; j < items; ++j) {
+      const double distance = rest[j - i - 1];
+      offer(i, j, distance);
+      offer(j, i, distance);
+    }
+    rest = rest.subspan(items - i - 1);
+  }
+  return neighbours;
+}
+
+SuggestedCut suggestCut(const Dendrogram& dendrogram, const Neighbours& neighbours) {
+  const auto& merges = dendrogram.merges();
+  if (neighbours.nearest.size() != dendrogram.leaves() * neighbours.each)
+    throw Error(fmt::format("{} neighbours do not belong to a dendrogram of {} leaves",
+                            neighbours.nearest.size(), dendrogram.leaves()));
+  const std::vector<double> curve = modularities(dendrogram, neighbours);
+  // All in one: always a cut, whose modularity is 0 but for rounding.
+  SuggestedCut best{merges.empty() ? 0 : merges.back().height, 0,
+                    "the images are too alike, or too few, to be parted"};
+  for (std::size_t done = merges.size(); done-- > 0;) {
+    const double below = done == 0 ? 0 : merges[done - 1].height, above = merges[done].height;
+    const double middle = below + (above - below) / 2;
+    constexpr double rounding = 1e-9;
+    if (below < above && curve[done] > best.modularity + rounding)
+      best = {middle < above ? middle : below, curve[done],
+              fmt::format("there images and their {} nearest stay together best: modularity {:.2f}",
+                          neighbours.each, curve[done])};
+  }
+  return best;
+}
+
+}  // namespace estancia

@@ -1,0 +1,39 @@
+// τ_d out of the data: where to cut a dendrogram of images.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "estancia/stats/dendrogram.hpp"
+#include "estancia/stats/pairwise.hpp"
+
+namespace estancia {
+
+/// The nearest other items of each item.
+struct Neighbours {
+  std::size_t each = 0;                ///< how many an item has: at most one less than there are items
+  std::vector<std::uint32_t> nearest;  ///< N×each, row-major, nearest first, of equal ones the lower number
+};
+
+/// How many neighbours suggestCut() is measured with (docs/zones.md).
+inline constexpr std::size_t neighboursOfCut = 5;
+
+/// O(N²).
+Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count = neighboursOfCut);
+
+struct SuggestedCut {
+  double distance = 0;    ///< τ_d: merge up to here
+  double modularity = 0;  ///< of the zones there, below 1
+  std::string reason;     ///< one sentence for people
+};
+
+/// The cut whose zones keep neighbours together best, against what chance would: the partition of the
+/// dendrogram with the largest modularity (Newman 2006) of the graph that links each item and its nearest
+/// neighbours, by half a link for each direction; of equal ones the fewest zones. τ_d lies midway between the
+/// heights of the last merge done and the next. Items that are all alike, and so few that all are neighbours
+/// of all, are one zone. O(N k log N). Throws Error when the two are not of the same items.
+SuggestedCut suggestCut(const Dendrogram& dendrogram, const Neighbours& neighbours);
+
+}  // namespace estancia

@@ -1,0 +1,51 @@
+#include "estancia/zones/overlay.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <string_view>
+#include <unordered_map>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+
+std::vector<GroupZones> overlayZones(const Zones& zones, std::span<const GroupedFrame> frames) {
+  const auto fail = [](const std::string& how) {
+    throw Error(
+        fmt::format("the zones are of another run than the map ({}); make them of the map itself: estancia "
+                    "zones MAP -o FILE",
+                    how));
+  };
+  if (frames.size() != zones.frames.size())
+    fail(fmt::format("{} frames, the map has {}", zones.frames.size(), frames.size()));
+  std::unordered_map<std::string_view, std::size_t> byName;
+  for (std::size_t i = 0; i < zones.frames.size(); ++i) byName.emplace(zones.frames[i].name, i);
+  std::map<int, std::map<int, std::size_t>> counts;
+  for (const GroupedFrame& frame : frames) {
+    const auto found = byName.find(frame.name);
+    if (found == byName.end()) fail(fmt::format("it has no frame \"{}\"", frame.name));
+    ++counts[frame.group][zones.zoneOf[found->second]];
+  }
+  std::vector<GroupZones> groups;
+  for (const auto& [group, shares] : counts) {
+    GroupZones& entry = groups.emplace_back();
+    entry.group = group;
+    for (const auto& [zone, count] : shares) {
+      entry.shares.push_back({zone, count});
+      entry.frames += count;
+    }
+    std::stable_sort(entry.shares.begin(), entry.shares.end(),
+                     [](const auto& a, const auto& b) { return a.frames > b.frames; });
+  }
+  return groups;
+}
+
+const GroupZones* findGroup(std::span<const GroupZones> groups, int group) {
+  const auto found = std::lower_bound(groups.begin(), groups.end(), group,
+                                      [](const GroupZones& g, int number) { return g.group < number; });
+  return found != groups.end() && found->group == group ? &*found : nullptr;
+}
+
+}  // namespace estancia

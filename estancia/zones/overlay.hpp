@@ -1,0 +1,39 @@
+// Zones laid over another grouping of the same frames: the places of a topological map.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "estancia/zones/zones.hpp"
+
+namespace estancia {
+
+/// A frame of the other grouping, and which group it is in.
+struct GroupedFrame {
+  std::string name;
+  int group = 0;
+};
+
+/// Which zones a group's frames are in.
+struct GroupZones {
+  struct Share {
+    int zone = 0;
+    std::size_t frames = 0;
+  };
+  int group = 0;
+  std::size_t frames = 0;
+  std::vector<Share> shares;  ///< largest first, of equal ones the smaller id; at least one
+  /// The zone of most of its frames.
+  int zone() const { return shares.front().zone; }
+};
+
+/// One entry a group, by number. Frames are told apart by their names. Throws Error when the two are not
+/// about the same frames.
+std::vector<GroupZones> overlayZones(const Zones& zones, std::span<const GroupedFrame> frames);
+
+/// nullptr when there is no such group.
+const GroupZones* findGroup(std::span<const GroupZones> groups, int group);
+
+}  // namespace estancia

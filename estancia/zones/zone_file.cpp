@@ -1,0 +1,329 @@
+#include "estancia/zones/zone_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
+#include "estancia/io/files.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view format = "estancia-zones";
+constexpr std::uint64_t version = 1;
+constexpr std::size_t mostBytes = std::size_t{2} << 30;
+constexpr int deepest = 8;
+
+// ---- writing
+
+/// The number with the fewest digits that reads back as this float32: 0.2, not 0.20000000298023224.
+double shortest(float value) {
+  const double decimal = std::strtod(fmt::format("{}", value).c_str(), nullptr);
+  return static_cast<float>(decimal) == value ? decimal : static_cast<double>(value);
+}
+
+Json toJson(const std::vector<float>& values) {
+  Json list = Json::array();
+  for (const float value : values) list.push_back(shortest(value));
+  return list;
+}
+
+/// Names of files and labels may be no UTF-8, which JSON cannot hold.
+Json toJson(const std::string& text) {
+  try {
+    Json json = text;
+    static_cast<void>(json.dump());
+    return json;
+  } catch (const Json::exception&) {
+    std::string hex;
+    for (const char c : text) hex += fmt::format("{:02x}", static_cast<unsigned char>(c));
+    return {{"hex", hex}};
+  }
+}
+
+Json toJson(const Frame& frame, int zone) {
+  Json json{{"name", toJson(frame.name)}, {"zone", zone}};
+  if (frame.timestamp) json["timestamp"] = *frame.timestamp;
+  if (const auto& p = frame.pose) json["pose"] = {p->x, p->y, p->z, p->qx, p->qy, p->qz, p->qw};
+  if (!frame.room.empty()) json["room"] = toJson(frame.room);
+  return json;
+}
+
+Json toJson(const Zone& zone) {
+  Json json{{"id", zone.id}, {"name", toJson(zone.name)}, {"images", zone.images.size()}};
+  if (!zone.room.empty()) {
+    json["room"] = toJson(zone.room);
+    json["room_share"] = zone.roomShare;
+  }
+  if (zone.extent)
+    json["extent"] = {
+        {"centre", zone.extent->centre}, {"spread", zone.extent->spread}, {"images", zone.extent->images}};
+  json["mean"] = toJson(zone.mean);
+  json["sigma"] = toJson(zone.sigma);
+  return json;
+}
+
+Json toJson(const Vocabulary& vocabulary) {
+  Json labels = Json::array(), parts = Json::array();
+  for (const std::string& label : vocabulary.labels()) labels.push_back(toJson(label));
+  for (const LabelPart& part : vocabulary.layout().parts)
+    parts.push_back({{"size", part.size}, {"weight", shortest(part.weight)}});
+  return {{"digest", vocabulary.digest()}, {"labels", labels}, {"parts", parts}};
+}
+
+Json toJson(const Dendrogram& dendrogram) {
+  Json list = Json::array();
+  for (const auto& merge : dendrogram.merges())
+    list.push_back({merge.left, merge.right, merge.height, merge.size});
+  return list;
+}
+
+/// One element a line: the file stays readable, and two of them comparable line by line.
+std::string lines(const char* key, const Json& list) {
+  std::string text = fmt::format(" \"{}\": [", key);
+  for (std::size_t i = 0; i < list.size(); ++i)
+    text += fmt::format("{}\n  {}", i == 0 ? "" : ",", list[i].dump());
+  return text + "]";
+}
+
+// ---- reading: whatever is amiss throws Json::exception or Error
+
+Json parse(const std::string& text) {
+  return Json::parse(text, [](int depth, Json::parse_event_t, Json&) {
+    if (depth > deepest) throw Error(fmt::format("it has more than {} levels", deepest));
+    return true;
+  });
+}
+
+[[noreturn]] void damaged(const std::string& how) {
+  throw Error(how);
+}
+
+/// A whole number below `end`.
+std::uint64_t indexIn(const Json& json, std::uint64_t end, const char* what) {
+  if (!json.is_number_unsigned() || json.get<std::uint64_t>() >= end)
+    damaged(fmt::format("{} {} is none of {}", what, json.dump().substr(0, 30), end));
+  return json.get<std::uint64_t>();
+}
+
+double numberIn(const Json& json, const char* what) {
+  if (!json.is_number() || !std::isfinite(json.get<double>())) damaged(fmt::format("{} is no number", what));
+  return json.get<double>();
+}
+
+int digitOf(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  damaged("a text is no hexadecimal number");
+}
+
+std::string textIn(const Json& json) {
+  if (!json.is_object()) return json.get<std::string>();
+  const auto hex = json.at("hex").get<std::string>();
+  std::string text;
+  for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
+    text += static_cast<char>(digitOf(hex[i]) * 16 + digitOf(hex[i + 1]));
+  return text;
+}
+
+std::vector<float> probabilitiesIn(const Json& json, std::size_t labels, const std::string& what) {
+  if (!json.is_array() || json.size() != labels)
+    damaged(fmt::format("{} has not one number for each of the {} labels", what, labels));
+  std::vector<float> values;
+  values.reserve(labels);
+  for (const Json& value : json) values.push_back(static_cast<float>(numberIn(value, what.c_str())));
+  requireProbabilities(values, labels, what);
+  return values;
+}
+
+template <std::size_t N>
+std::array<double, N> numbersIn(const Json& json, const char* what) {
+  if (!json.is_array() || json.size() != N) damaged(fmt::format("{} has not {} numbers", what, N));
+  std::array<double, N> numbers{};
+  for (std::size_t i = 0; i < N; ++i) numbers[i] = numberIn(json[i], what);
+  return numbers;
+}
+
+const Json& listIn(const Json& json, const char* key) {
+  const Json& list = json.at(key);
+  if (!list.is_array()) damaged(fmt::format("\"{}\" is no list", key));
+  return list;
+}
+
+Vocabulary vocabularyIn(const Json& json) {
+  std::vector<std::string> labels;
+  for (const Json& label : listIn(json, "labels")) labels.push_back(textIn(label));
+  std::vector<LabelPart> parts;
+  for (const Json& part : listIn(json, "parts"))
+    parts.push_back({indexIn(part.at("size"), labels.size() + 1, "the size of a part"),
+                     static_cast<float>(numberIn(part.at("weight"), "the weight of a part"))});
+  if (parts.size() > labels.size()) damaged("it has more parts than labels");
+  Vocabulary vocabulary(std::move(labels), std::move(parts));
+  if (vocabulary.digest() != json.at("digest").get<std::string>())
+    damaged("its labels are not those of their digest");
+  return vocabulary;
+}
+
+Frame frameIn(const Json& json) {
+  Frame frame;
+  frame.name = textIn(json.at("name"));
+  if (json.contains("timestamp")) frame.timestamp = numberIn(json["timestamp"], "a timestamp");
+  if (json.contains("pose")) {
+    const auto p = numbersIn<7>(json["pose"], "a pose");
+    frame.pose = Pose{p[0], p[1], p[2], p[3], p[4], p[5], p[6]};
+  }
+  if (json.contains("room")) frame.room = textIn(json["room"]);
+  return frame;
+}
+
+/// `images` are the frames that say they are in it.
+Zone zoneIn(const Json& json, int id, std::vector<std::size_t> images, const Zones& zones) {
+  if (json.at("id") != id) damaged(fmt::format("zone {} stands where zone {} should", json["id"].dump(), id));
+  Zone zone;
+  zone.id = id;
+  zone.name = textIn(json.at("name"));
+  if (json.contains("room")) {
+    zone.room = textIn(json["room"]);
+    zone.roomShare = numberIn(json.at("room_share"), "the share of a room");
+  }
+  const std::uint64_t end = zones.frames.size() + 1;
+  if (json.contains("extent")) {
+    const Json& extent = json["extent"];
+    zone.extent = ZoneExtent{numbersIn<3>(extent.at("centre"), "the centre of a zone"),
+                             numberIn(extent.at("spread"), "the spread of a zone"),
+                             indexIn(extent.at("images"), end, "a number of posed images")};
+  }
+  zone.mean =
+      probabilitiesIn(json.at("mean"), zones.vocabulary.size(), fmt::format("the mean of zone {}", id));
+  zone.sigma =
+      probabilitiesIn(json.at("sigma"), zones.vocabulary.size(), fmt::format("the sigma of zone {}", id));
+  zone.images = std::move(images);
+  if (zone.images.empty() || json.at("images") != zone.images.size())
+    damaged(fmt::format("zone {} has {} frames, which is not what it says", id, zone.images.size()));
+  return zone;
+}
+
+RoomWords roomIn(const Json& json, const Zones& zones) {
+  RoomWords room{textIn(json.at("name")), 0, {}};
+  room.images = indexIn(json.at("images"), zones.frames.size() + 1, "a number of images");
+  room.mean = probabilitiesIn(json.at("mean"), zones.vocabulary.size(), "the mean of a room");
+  return room;
+}
+
+Dendrogram dendrogramIn(const Json& json, std::size_t leaves) {
+  std::vector<Dendrogram::Merge> merges;
+  for (const Json& row : json) {
+    if (!row.is_array() || row.size() != 4) damaged("a merge has not four numbers");
+    merges.push_back(
+        {indexIn(row[0], 2 * leaves, "a merged cluster"), indexIn(row[1], 2 * leaves, "a merged cluster"),
+         numberIn(row[2], "the height of a merge"), indexIn(row[3], leaves + 1, "the size of a merge")});
+  }
+  return {leaves, std::move(merges)};
+}
+
+Zones zonesIn(const Json& json) {
+  const Json& settings = json.at("settings");
+  Zones zones{vocabularyIn(json.at("vocabulary")),
+              textIn(json.at("model")),
+              textIn(settings.at("distance")),
+              textIn(settings.at("linkage")),
+              numberIn(settings.at("cut"), "the cut"),
+              textIn(settings.at("cut_reason")),
+              {},
+              {},
+              {},
+              {},
+              {}};
+  const Json& list = listIn(json, "zones");
+  std::vector<std::vector<std::size_t>> images(list.size());
+  for (const Json& frame : listIn(json, "frames")) {
+    const std::size_t zone = indexIn(frame.at("zone"), list.size(), "the zone of a frame");
+    images[zone].push_back(zones.frames.size());
+    zones.zoneOf.push_back(static_cast<int>(zone));
+    zones.frames.push_back(frameIn(frame));
+  }
+  if (zones.frames.empty()) damaged("it has no frames");
+  for (std::size_t id = 0; id < list.size(); ++id)
+    zones.zones.push_back(zoneIn(list[id], static_cast<int>(id), std::move(images[id]), zones));
+  for (const Json& room : listIn(json, "rooms")) zones.rooms.push_back(roomIn(room, zones));
+  if (json.contains("dendrogram"))
+    zones.dendrogram = dendrogramIn(listIn(json, "dendrogram"), zones.frames.size());
+  return zones;
+}
+
+}  // namespace
+
+std::string zoneFileText(const Zones& zones) {
+  const Json head{{"format", format},
+                  {"version", version},
+                  {"vocabulary", toJson(zones.vocabulary)},
+                  {"model", toJson(zones.model)},
+                  {"settings",
+                   {{"distance", zones.distance},
+                    {"linkage", zones.linkage},
+                    {"cut", zones.cut},
+                    {"cut_reason", toJson(zones.cutReason)}}}};
+  Json list = Json::array(), rooms = Json::array(), frames = Json::array();
+  for (const Zone& zone : zones.zones) list.push_back(toJson(zone));
+  for (const RoomWords& room : zones.rooms)
+    rooms.push_back({{"name", toJson(room.name)}, {"images", room.images}, {"mean", toJson(room.mean)}});
+  for (std::size_t i = 0; i < zones.frames.size(); ++i)
+    frames.push_back(toJson(zones.frames[i], zones.zoneOf[i]));
+  std::string text = "{\n";
+  for (const auto& [key, value] : head.items()) text += fmt::format(" \"{}\": {},\n", key, value.dump());
+  text += lines("zones", list) + ",\n" + lines("rooms", rooms) + ",\n" + lines("frames", frames);
+  if (zones.dendrogram) text += ",\n" + lines("dendrogram", toJson(*zones.dendrogram));
+  return text + "\n}\n";
+}
+
+void writeZoneFile(const Zones& zones, const fs::path& file) {
+  writeWhole(file, zoneFileText(zones));
+}
+
+Zones readZoneFile(const fs::path& file) {
+  const std::string name = io::printable(file.string());
+  const std::string text = io::readBytes(file, mostBytes);
+  if (!isZoneFile(file))
+    throw Error(fmt::format("{}: no zone file; give one that `estancia zones` has written", name));
+  const auto fail = [&name](const std::string& how) {
+    throw Error(fmt::format("{}: damaged or cut short ({}); make it again with `estancia zones`", name,
+                            how.substr(0, 200)));
+  };
+  std::uint64_t found = 0;
+  try {
+    const Json json = parse(text);
+    found = indexIn(json.at("version"), std::numeric_limits<std::uint64_t>::max(), "the version");
+    if (found == version) return zonesIn(json);
+  } catch (const Json::exception& e) {
+    fail(e.what());
+  } catch (const Error& e) {
+    fail(e.what());
+  }
+  throw Error(fmt::format("{}: a zone file of version {}, this program reads version {}; update Estancia",
+                          name, found, version));
+}
+
+bool isZoneFile(const fs::path& file) {
+  constexpr std::size_t enough = 256;
+  std::string start(enough, ' ');
+  if (!fs::is_regular_file(file)) return false;
+  std::ifstream(file, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
+  std::erase_if(start, [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; });
+  return start.starts_with(fmt::format(R"({{"format":"{}")", format));
+}
+
+}  // namespace estancia

@@ -1,0 +1,263 @@
+// Zones of runs whose rooms are known, and of runs that are hardly any.
+#include "estancia/zones/zones.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "estancia/core/error.hpp"
+#include "estancia/stats/agreement.hpp"
+#include "estancia/stats/linkage.hpp"
+#include "recordings.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::driveThrough;
+using test::errorOf;
+using test::recordingOf;
+using testing::Each;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+Zones zonesOf(const Recording& recording, const ZoneOptions& options = {}) {
+  Progress silent;
+  return findZones(recording, options, silent);
+}
+
+/// The same frames in another order.
+Recording shuffled(const Recording& recording, const std::vector<std::size_t>& order) {
+  Recording result{recording.vocabulary, recording.model, {}, DescriptorMatrix(recording.vocabulary.size())};
+  for (const std::size_t i : order) {
+    result.frames.push_back(recording.frames[i]);
+    result.descriptors.append(recording.descriptors.row(i));
+  }
+  return result;
+}
+
+TEST(Zones, AreTheRoomsOfADrive) {
+  const Recording recording = driveThrough({0, 1, 2, 0, 3, 1}, 15);
+  const Zones zones = zonesOf(recording);
+  ASSERT_EQ(zones.zones.size(), 4U);
+  for (std::size_t i = 0; i < recording.frames.size(); ++i)
+    EXPECT_EQ(zones.zones[static_cast<std::size_t>(zones.zoneOf[i])].room, recording.frames[i].room);
+  EXPECT_EQ(zones.zones[0].images.size(), 30U) << "the largest is zone 0";
+  EXPECT_EQ(zones.zones[0].room, "room 0") << "of equal ones the one seen first";
+  EXPECT_EQ(zones.zones[1].room, "room 1");
+  EXPECT_EQ(zones.zones[0].roomShare, 1);
+  EXPECT_EQ(zones.model, "test");
+  EXPECT_THAT(zones.cutReason, HasSubstr("modularity"));
+  EXPECT_EQ(zones.dendrogram.value().cutAt(zones.cut), zones.dendrogram->cutInto(4));
+}
+
+TEST(Zones, TellMeanSpreadAndMembers) {
+  const Recording recording = recordingOf({{1, 0}, {0, 1}, {0.5F, 0.5F}});
+  const Zones zones = describeZones(recording, std::vector<int>{7, -2, 7});
+  ASSERT_EQ(zones.zones.size(), 2U);
+  EXPECT_THAT(zones.zoneOf, ElementsAre(0, 1, 0));
+  EXPECT_THAT(zones.zones[0].images, ElementsAre(0, 2));
+  EXPECT_THAT(zones.zones[0].mean, ElementsAre(0.75F, 0.25F));
+  EXPECT_THAT(zones.zones[0].sigma, ElementsAre(0.25F, 0.25F));
+  EXPECT_THAT(zones.zones[1].sigma, ElementsAre(0, 0));
+  EXPECT_THAT(runMean(zones), ElementsAre(0.5F, 0.5F));
+  EXPECT_EQ(zones.zones[0].name, "word 0, word 1");
+  EXPECT_EQ(zones.zones[1].name, "word 1");
+}
+
+TEST(Zones, KnowTheRoomsTheyAreIn) {
+  Recording recording = recordingOf({{1, 0}, {1, 0}, {1, 0}, {0, 1}, {1, 0}});
+  recording.frames[0].room = "kitchen";
+  recording.frames[1].room = "hall";
+  recording.frames[2].room = "hall";
+  const Zones zones = describeZones(recording, std::vector<int>{0, 0, 0, 1, 0});
+  EXPECT_EQ(zones.zones[0].room, "hall");
+  EXPECT_NEAR(zones.zones[0].roomShare, 2.0 / 3, 1e-12) << "of those whose room is known";
+  EXPECT_EQ(zones.zones[1].room, "");
+  ASSERT_EQ(zones.rooms.size(), 2U);
+  EXPECT_EQ(zones.rooms[0].name, "hall");
+  EXPECT_EQ(zones.rooms[0].images, 2U);
+  EXPECT_THAT(zones.rooms[0].mean, ElementsAre(1, 0));
+}
+
+TEST(Zones, LieWhereTheirPosedImagesWereTaken) {
+  Recording recording = recordingOf({{1, 0}, {1, 0}, {1, 0}, {0, 1}});
+  recording.frames[0].pose = Pose::planar(1, 2, 0);  // the trajectory ends after two images
+  recording.frames[1].pose = Pose::planar(3, 2, 0);
+  const Zones zones = describeZones(recording, std::vector<int>{0, 0, 0, 1});
+  ASSERT_TRUE(zones.zones[0].extent);
+  EXPECT_THAT(zones.zones[0].extent->centre, ElementsAre(2, 2, 0));
+  EXPECT_EQ(zones.zones[0].extent->spread, 1);
+  EXPECT_EQ(zones.zones[0].extent->images, 2U);
+  EXPECT_FALSE(zones.zones[1].extent);
+}
+
+TEST(Zones, AreCutWhereTheyAreTold) {
+  const Recording recording = driveThrough({0, 1, 2, 3}, 10);
+  ZoneOptions options;
+  options.count = 7;
+  const Zones seven = zonesOf(recording, options);
+  EXPECT_EQ(seven.zones.size(), 7U);
+  EXPECT_THAT(seven.cutReason, HasSubstr("7 zones were asked for"));
+  options.count.reset();
+  options.cut = seven.cut;
+  EXPECT_EQ(zonesOf(recording, options).zoneOf, seven.zoneOf) << "the cut that comes with the count";
+  options.cut = 0;
+  EXPECT_EQ(zonesOf(recording, options).zones.size(), recording.frames.size());
+  options.cut = 1e9;
+  EXPECT_EQ(zonesOf(recording, options).zones.size(), 1U);
+}
+
+TEST(Zones, ByTheThesisMergeUpToTheirThreshold) {
+  // Eq. 5.1: the first two are .3 apart, the third is .7 and 1 from them: .85 from their cluster.
+  const Recording recording = recordingOf({{1, 0}, {0.7F, 0.3F}, {0, 1}});
+  const ZoneOptions thesis = ZoneOptions::thesis();
+  EXPECT_EQ(thesis.distance, "ks");
+  EXPECT_EQ(thesis.linkage, "average");
+  EXPECT_EQ(thesis.cut, 0.5);
+  const Zones zones = zonesOf(recording, thesis);
+  EXPECT_THAT(zones.zoneOf, ElementsAre(0, 0, 1));
+  EXPECT_NEAR(zones.dendrogram.value().merges()[0].height, 0.3, 1e-6);
+  EXPECT_NEAR(zones.dendrogram->merges()[1].height, 0.85, 1e-6);
+  EXPECT_EQ(zones.cut, 0.5);
+}
+
+/// Algorithm 5.1 step by step, the stop test the right way round.
+std::vector<int> slowAlgorithm51(const DescriptorMatrix& images, double threshold) {
+  std::vector<std::vector<std::size_t>> clusters;
+  for (std::size_t i = 0; i < images.size(); ++i) clusters.push_back({i});
+  const auto ks = [&](std::size_t a, std::size_t b) {
+    double most = 0;
+    for (std::size_t l = 0; l < images.labels(); ++l)
+      most = std::max(
+          most, std::abs(static_cast<double>(images.row(a)[l]) - static_cast<double>(images.row(b)[l])));
+    return most;
+  };
+  const auto average = [&](const auto& a, const auto& b) {
+    double sum = 0;
+    for (const std::size_t i : a)
+      for (const std::size_t j : b) sum += ks(i, j);
+    return sum / static_cast<double>(a.size() * b.size());
+  };
+  while (clusters.size() > 1) {
+    std::size_t first = 0, second = 1;
+    for (std::size_t i = 0; i < clusters.size(); ++i)
+      for (std::size_t j = i + 1; j < clusters.size(); ++j)
+        if (average(clusters[i], clusters[j]) < average(clusters[first], clusters[second]))
+          first = i, second = j;
+    if (average(clusters[first], clusters[second]) > threshold) break;
+    clusters[first].insert(clusters[first].end(), clusters[second].begin(), clusters[second].end());
+    clusters.erase(clusters.begin() + static_cast<std::ptrdiff_t>(second));
+  }
+  std::vector<int> groups(images.size());
+  for (std::size_t c = 0; c < clusters.size(); ++c)
+    for (const std::size_t i : clusters[c]) groups[i] = static_cast<int>(c);
+  return groups;
+}
+
+TEST(Zones, AreThoseOfAlgorithm51) {
+  const Recording recording = driveThrough({0, 1, 2, 3, 4}, 6, 11);
+  for (const double cut : {0.05, 0.1, 0.2, 0.35, 0.5}) {
+    ZoneOptions options = ZoneOptions::thesis();
+    options.cut = cut;
+    const std::vector<int> slow = slowAlgorithm51(recording.descriptors, cut);
+    EXPECT_EQ(measureAgreement(slow, zonesOf(recording, options).zoneOf).adjustedRandIndex, 1)
+        << "τ_d " << cut;
+  }
+}
+
+TEST(Zones, DoNotDependOnTheOrderOfTheFrames) {
+  const Recording recording = driveThrough({0, 1, 2, 0, 3}, 12);
+  std::vector<std::size_t> order(recording.frames.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::shuffle(order.begin(), order.end(), std::mt19937(5));
+  for (const std::string distance : {"standardized-clr", "ks", "hellinger"}) {
+    ZoneOptions options;
+    options.distance = distance;
+    options.linkage = "average";
+    const Zones straight = zonesOf(recording, options), mixed = zonesOf(shuffled(recording, order), options);
+    std::vector<int> back(order.size());
+    for (std::size_t i = 0; i < order.size(); ++i) back[order[i]] = mixed.zoneOf[i];
+    EXPECT_EQ(measureAgreement(straight.zoneOf, back).adjustedRandIndex, 1) << distance;
+  }
+}
+
+TEST(Zones, DoNotDependOnThreads) {
+  const Recording recording = driveThrough({0, 1, 2, 0, 3}, 20);
+  ZoneOptions one, three;
+  one.threads = 1;
+  three.threads = 3;
+  const Zones a = zonesOf(recording, one), b = zonesOf(recording, three);
+  EXPECT_EQ(a.zoneOf, b.zoneOf);
+  EXPECT_EQ(a.cut, b.cut);
+}
+
+TEST(Zones, OfOneImageAreOne) {
+  for (const ZoneOptions& options : {ZoneOptions{}, ZoneOptions::thesis()}) {
+    const Zones zones = zonesOf(recordingOf({{0.5F, 0.5F}}), options);
+    ASSERT_EQ(zones.zones.size(), 1U);
+    EXPECT_EQ(zones.zones[0].images.size(), 1U);
+    EXPECT_FALSE(zones.cutReason.empty());
+  }
+}
+
+TEST(Zones, OfIdenticalImagesAreOne) {
+  const Recording recording = recordingOf(std::vector<std::vector<float>>(20, {0.2F, 0.7F, 0.1F}));
+  for (const char* distance : {"standardized-clr", "ks", "cosine", "jensen-shannon"}) {
+    ZoneOptions options;
+    options.distance = distance;
+    options.linkage = "average";
+    EXPECT_EQ(zonesOf(recording, options).zones.size(), 1U) << distance;
+  }
+  EXPECT_EQ(zonesOf(recording).zones.size(), 1U);
+}
+
+TEST(Zones, TakeImagesThatSayNothing) {
+  std::vector<std::vector<float>> rows(12, {0, 0, 0});
+  EXPECT_EQ(zonesOf(recordingOf(rows)).zones.size(), 1U);
+  EXPECT_EQ(zonesOf(recordingOf(rows)).zones[0].name, "no words");
+  for (int i = 0; i < 12; ++i) rows.push_back({0.9F, 0.1F, 0});
+  for (const NamedLinkage& linkage : linkages())
+    for (const char* distance : {"standardized-clr", "cosine", "clr-cosine"}) {
+      ZoneOptions options;
+      options.distance = distance;
+      options.linkage = linkage.name;
+      EXPECT_EQ(zonesOf(recordingOf(rows), options).zones.size(), 2U) << distance << ' ' << linkage.name;
+    }
+}
+
+TEST(Zones, TakeOneLabel) {
+  const Zones zones = zonesOf(recordingOf({{0.1F}, {0.9F}, {0.5F}}), ZoneOptions::thesis());
+  EXPECT_EQ(zones.zones.size(), 2U);
+  EXPECT_GE(zonesOf(recordingOf({{0.1F}, {0.9F}, {0.5F}})).zones.size(), 1U);
+}
+
+TEST(Zones, RefuseWhatCannotBe) {
+  const Recording recording = recordingOf({{1, 0}, {0, 1}});
+  const auto problem = [&](const std::function<void(ZoneOptions&)>& change) {
+    ZoneOptions options;
+    change(options);
+    return errorOf([&] { zonesOf(recording, options); });
+  };
+  EXPECT_THAT(problem([](ZoneOptions& o) { o.distance = "bogus"; }), HasSubstr("standardized-clr"));
+  EXPECT_THAT(problem([](ZoneOptions& o) { o.linkage = "bogus"; }), HasSubstr("average"));
+  EXPECT_THAT(problem([](ZoneOptions& o) { o.cut = std::nan(""); }), HasSubstr("cut at nan"));
+  EXPECT_THAT(problem([](ZoneOptions& o) { o.cut = -1; }), HasSubstr("cut at -1"));
+  EXPECT_THAT(problem([](ZoneOptions& o) { o.count = 3; }), HasSubstr("choose 1 to 2"));
+  EXPECT_THAT(problem([](ZoneOptions& o) { o.count = 0; }), HasSubstr("choose 1 to 2"));
+  EXPECT_THAT(problem([](ZoneOptions& o) {
+                o.count = 1;
+                o.cut = 1;
+              }),
+              HasSubstr("not by both"));
+  Recording empty{Vocabulary({"a"}), "test", {}, DescriptorMatrix(1)};
+  EXPECT_THAT(errorOf([&] { zonesOf(empty); }), HasSubstr("no zones without images"));
+  EXPECT_THAT(errorOf([&] { describeZones(recording, std::vector<int>{1}); }), HasSubstr("1 zone numbers"));
+}
+
+}  // namespace
+}  // namespace estancia
