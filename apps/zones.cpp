@@ -101,7 +101,7 @@ double shareOf(const Zone& zone, const Zones& zones) {
   return static_cast<double>(zone.images.size()) / static_cast<double>(zones.frames.size());
 }
 
-Json toJson(const Zone& zone, const Zones& zones, const std::vector<float>& run) {
+Json zoneJson(const Zone& zone, const Zones& zones, const std::vector<float>& run) {
   Json words = Json::array();
   for (const std::size_t label : tellingLabels(zone.mean, run, 10)) {
     const auto p = static_cast<double>(zone.mean[label]);
@@ -131,7 +131,7 @@ void printJson(const std::string& file, const Zones& zones, const std::vector<Me
             {"cut", zones.cut},
             {"cut_reason", zones.cutReason}};
   json["measures"] = toJson(measures);
-  for (const Zone& zone : zones.zones) json["zones"].push_back(toJson(zone, zones, run));
+  for (const Zone& zone : zones.zones) json["zones"].push_back(zoneJson(zone, zones, run));
   json["rooms"] = Json::parse(toRoomsJson(zones));
   print(json);
 }

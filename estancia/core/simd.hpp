@@ -1,9 +1,9 @@
-// One binary that is quick on any x86-64: hot loops are compiled once per instruction set and chosen at
-// start.
+// One binary that is quick on any x86-64: hot loops are compiled once per level of instruction sets, and what
+// the processor can do, whoever made it, is chosen at start.
 #pragma once
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(ESTANCIA_NO_MULTIVERSION)
-#define ESTANCIA_MULTIVERSION __attribute__((target_clones("arch=icelake-server", "arch=haswell", "default")))
+#define ESTANCIA_MULTIVERSION __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define ESTANCIA_MULTIVERSION
 #endif

@@ -25,6 +25,11 @@ constexpr std::size_t block = 64;  // rows that stay in the cache while the colu
 using Vector [[gnu::vector_size(lanes * sizeof(float))]] = float;
 using Bits [[gnu::vector_size(lanes * sizeof(int))]] = int;
 
+/// One label of `lanes` rows. Aligned by itself: a template argument loses what the type asks for.
+struct alignas(sizeof(Vector)) Column {
+  Vector values;
+};
+
 enum class Sum { squares, magnitudes, largest };
 
 [[gnu::always_inline]] inline void add(Vector& sum, const Vector& a, const Vector& b, Sum kind) {
@@ -43,7 +48,7 @@ enum class Sum { squares, magnitudes, largest };
 /// Sums over the labels of `tall` rows (each `labels` long, one after the other) with `lanes` columns that
 /// are packed label by label.
 template <Sum kind>
-[[gnu::always_inline]] inline void tile(const float* rows, const Vector* columns, std::size_t labels,
+[[gnu::always_inline]] inline void tile(const float* rows, const Column* columns, std::size_t labels,
                                         float* out) {
   Vector sums[tall] = {};
   for (std::size_t k = 0; k < labels; ++k) {
@@ -51,7 +56,7 @@ template <Sum kind>
     for (std::size_t r = 0; r < tall; ++r) {
       const float value = rows[r * labels + k];
       const Vector row = value - Vector{};
-      add(sums[r], row, columns[k], kind);
+      add(sums[r], row, columns[k].values, kind);
     }
   }
   for (std::size_t r = 0; r < tall; ++r)
@@ -59,7 +64,7 @@ template <Sum kind>
 }
 
 ESTANCIA_MULTIVERSION
-void tileOf(Sum kind, const float* rows, const Vector* columns, std::size_t labels, float* out) {
+void tileOf(Sum kind, const float* rows, const Column* columns, std::size_t labels, float* out) {
   switch (kind) {
     case Sum::squares:
       return tile<Sum::squares>(rows, columns, labels, out);
@@ -116,19 +121,19 @@ class Packed {
       isZero_[i] = squares > 0 ? 0 : 1;
       const double scale = toUnit && squares > 0 ? 1 / std::sqrt(squares) : 1;
       for (std::size_t k = 0; k < labels_; ++k)
-        columns_[i / lanes * labels_ + k][i % lanes] = rows_[i * labels_ + k] =
+        columns_[i / lanes * labels_ + k].values[i % lanes] = rows_[i * labels_ + k] =
             static_cast<float>(scale * row[k]);
     }
   }
   const float* row(std::size_t i) const { return rows_.data() + i * labels_; }
-  const Vector* columns(std::size_t first) const { return columns_.data() + first / lanes * labels_; }
+  const Column* columns(std::size_t first) const { return columns_.data() + first / lanes * labels_; }
   bool isZero(std::size_t i) const { return isZero_[i] != 0; }
   std::size_t labels() const { return labels_; }
 
  private:
   std::size_t labels_, items_;
   std::vector<float> rows_;
-  std::vector<Vector> columns_;
+  std::vector<Column> columns_;
   std::vector<char> isZero_;
 };
 

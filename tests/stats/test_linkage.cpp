@@ -30,8 +30,8 @@ CondensedDistances copyOf(const CondensedDistances& distances) {
   return copy;
 }
 
-/// The textbook: look at all pairs of clusters, merge the nearest two, compute the new cluster's distances from the
-/// items (Ward: from the formula over the first distances), until one is left. O(n³) and more.
+/// The textbook: look at all pairs of clusters, merge the nearest two, compute the new cluster's distances
+/// from the items (Ward: from the formula over the first distances), until one is left. O(n³) and more.
 std::vector<double> slowHeights(const Matrix& items, Linkage linkage) {
   struct Cluster {
     std::vector<std::size_t> items;

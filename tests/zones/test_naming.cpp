@@ -1,0 +1,51 @@
+// Names for zones: words that tell them apart.
+#include "estancia/zones/naming.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace estancia {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+const Vocabulary words({"room", "n03761084 microwave, microwave oven", "stove", "tub", "crane", "crane"});
+
+TEST(TellingLabels, AreLikelyHereAndUnlikelyElsewhere) {
+  const std::vector<float> run{0.6F, 0.1F, 0.1F, 0.1F, 0.05F, 0.05F};
+  const std::vector<float> kitchen{0.6F, 0.25F, 0.15F, 0, 0, 0};
+  EXPECT_THAT(tellingLabels(kitchen, run, 2), ElementsAre(1, 2)) << "every place is a room";
+  EXPECT_THAT(tellingLabels(kitchen, run, 9), ElementsAre(1, 2, 0))
+      << "then what is likely; never what is not";
+  EXPECT_THAT(tellingLabels(run, run, 2), ElementsAre(0, 1)) << "the run itself: its likeliest words";
+  EXPECT_THAT(tellingLabels(std::vector<float>(6, 0), run, 2), IsEmpty());
+}
+
+TEST(ZoneNames, AreTheMostTellingWords) {
+  const std::vector<float> run{0.6F, 0.1F, 0.1F, 0.1F, 0.05F, 0.05F};
+  const auto names = nameZones(words, {{0.5F, 0.3F, 0.2F, 0, 0, 0}, {0.5F, 0, 0, 0.4F, 0.05F, 0.05F}}, run);
+  EXPECT_THAT(names, ElementsAre("microwave, stove, room", "tub, room, crane"));
+}
+
+TEST(ZoneNames, GrowUntilTheyDiffer) {
+  const std::vector<float> run{0.2F, 0.2F, 0.2F, 0.1F, 0.1F, 0.1F};
+  const std::vector<std::vector<float>> zones{{0.5F, 0.4F, 0.3F, 0, 0, 0},
+                                              {0.4F, 0.5F, 0.3F, 0.05F, 0, 0},
+                                              {0.5F, 0.4F, 0.3F, 0, 0, 0},
+                                              {0, 0, 0, 0, 0, 0}};
+  EXPECT_THAT(nameZones(words, zones, run),
+              ElementsAre("room, microwave, stove", "microwave, room, stove, tub", "room, microwave, stove",
+                          "no words"))
+      << "the third has no more to say than the first";
+}
+
+TEST(ZoneNames, NameAWordThatTheVocabularyHoldsTwiceOnce) {
+  const std::vector<float> run{0.5F, 0.1F, 0.1F, 0.1F, 0.1F, 0.1F};
+  EXPECT_THAT(nameZones(words, {{0, 0, 0, 0.3F, 0.4F, 0.3F}}, run), ElementsAre("crane, tub"));
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,57 @@
+// Zones laid over the places of a map.
+#include "estancia/zones/overlay.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estancia/core/error.hpp"
+#include "recordings.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::errorOf;
+using testing::HasSubstr;
+
+Zones fourFrames() {  // "0" and "1" in zone 0, "2" and "3" in zones 1 and 2
+  return describeZones(test::recordingOf({{1, 0}, {1, 0}, {0, 1}, {0.5F, 0.5F}}),
+                       std::vector<int>{0, 0, 1, 2});
+}
+
+TEST(Overlay, TellsTheZoneOfMostFramesAndAllShares) {
+  const auto groups =
+      overlayZones(fourFrames(), std::vector<GroupedFrame>{{"3", 9}, {"2", 4}, {"1", 9}, {"0", 9}});
+  ASSERT_EQ(groups.size(), 2U);
+  EXPECT_EQ(groups[0].group, 4);
+  EXPECT_EQ(groups[0].zone(), 1);
+  EXPECT_EQ(groups[1].group, 9);
+  EXPECT_EQ(groups[1].frames, 3U);
+  ASSERT_EQ(groups[1].shares.size(), 2U);
+  EXPECT_EQ(groups[1].zone(), 0);
+  EXPECT_EQ(groups[1].shares[0].frames, 2U);
+  EXPECT_EQ(groups[1].shares[1].zone, 2);
+  EXPECT_EQ(findGroup(groups, 9), &groups[1]);
+  EXPECT_EQ(findGroup(groups, 5), nullptr);
+}
+
+TEST(Overlay, OfEqualSharesTakesTheLargerZone) {
+  const auto groups =
+      overlayZones(fourFrames(), std::vector<GroupedFrame>{{"3", 1}, {"2", 1}, {"1", 2}, {"0", 2}});
+  EXPECT_EQ(groups[0].zone(), 1) << "zone ids go by size";
+}
+
+TEST(Overlay, RefusesAnotherRun) {
+  EXPECT_THAT(errorOf([] {
+                overlayZones(fourFrames(), std::vector<GroupedFrame>{{"0", 1}});
+              }),
+              HasSubstr("4 frames, the map has 1"));
+  EXPECT_THAT(
+      errorOf([] {
+        overlayZones(fourFrames(), std::vector<GroupedFrame>{{"0", 1}, {"1", 1}, {"2", 1}, {"other", 1}});
+      }),
+      HasSubstr("no frame \"other\""));
+}
+
+}  // namespace
+}  // namespace estancia
