@@ -31,6 +31,9 @@ ZoneStream::ZoneStream(const DescriptorLayout& layout, const ZoneOptions& option
   requireSound(options);
   if (stream.groups < 2 || stream.relinkEvery < 1)
     throw Error("a stream of zones needs two groups or more, and is linked after one image or more");
+  if (options.count && (*options.count < 1 || *options.count > stream.groups))
+    throw Error(fmt::format("{} zones cannot be made of {} groups; choose 1 to {}", *options.count,
+                            stream.groups, stream.groups));
   distances_.resize((stream.groups + 1) * (stream.groups + 1));
 }
 
@@ -164,7 +167,9 @@ void ZoneStream::relink() {
   LinkageOptions linking;
   for (const Group& group : groups_) linking.sizes.push_back(group.images.size());
   const Dendrogram tree = link(std::move(all), linkage_, linking);
-  ZoneCut cut = cutTree(tree, neighbours, zoneOptions_);
+  ZoneOptions options = zoneOptions_;
+  if (options.count) options.count = std::min(*options.count, groups_.size());  // at the start of a run
+  ZoneCut cut = cutTree(tree, neighbours, options);
   number(cut.groups);
   cut_ = cut.distance;
   cutReason_ = std::move(cut.reason);
