@@ -43,7 +43,7 @@ class Recorder {
 void ModelArguments::addTo(CLI::App& command, const std::string& what) {
   command.add_option("--model", model,
                      fmt::format("{}: a name of `models list`, a folder, or several joined by +; default: {}",
-                                 what, defaultModel));
+                                 what, byDefault));
   addOptionsTo(command);
   command.add_flag("--no-cache", noCache, "Label anew instead of remembering earlier runs")
       ->group("Labelling");
@@ -62,7 +62,7 @@ void ModelArguments::addOptionsTo(CLI::App& command) {
 std::unique_ptr<Labeler> ModelArguments::open() const {
   LabelerOptions how = options;
   how.onDemand = !noCache;
-  return loadModel(model.empty() ? defaultModel : model, how);
+  return loadModel(model.empty() ? byDefault : model, how);
 }
 
 Labelling::Labelling(const SequenceArguments& frames, const ModelArguments& model, const Vocabulary* words)

@@ -14,7 +14,8 @@
 namespace estancia::apps {
 
 struct ModelArguments {
-  std::string model;  ///< "" takes the default
+  std::string model;  ///< "" takes `byDefault`
+  std::string byDefault = defaultModel;
   LabelerOptions options;
   bool noCache = false;
 

@@ -65,11 +65,13 @@ void requireOutput(const Arguments& arguments) {
                             arguments.output));
 }
 
+/// What the clustering will take, known before any image is labelled; and whether it fits.
 void sayMemory(std::size_t images, std::size_t labels) {
   requireClusteringMemory(images, labels);
-  constexpr double gibibyte = 1 << 30;
-  spdlog::info("{} images × {} words will take {:.2g} GiB of memory", images, labels,
-               static_cast<double>(clusteringMemory(images, labels)) / gibibyte);
+  const double mebibytes = static_cast<double>(clusteringMemory(images, labels)) / (1 << 20);
+  spdlog::info(
+      "zones of {} images in {} words take {} of memory", images, labels,
+      mebibytes < 1024 ? fmt::format("{:.0f} MiB", mebibytes) : fmt::format("{:.1f} GiB", mebibytes / 1024));
 }
 
 Recording recordingOf(const Arguments& arguments) {
@@ -190,6 +192,8 @@ void addZonesCommand(CLI::App& app) {
       "Image folder, video file, data set, folder of panoramas, label file, or a map (*.estancia), whose "
       "words are taken");
   command->add_option("-o,--output", arguments->output, "The file of zones, NAME.zones")->required();
+  // Rooms are told apart by their things more than places are, which the detector adds (docs/zones.md).
+  arguments->model.byDefault = "inception-v3+coco-ssd";
   arguments->model.addTo(*command, "What labels the images");
   command->add_flag("--overwrite", arguments->overwrite, "Replace an existing file of zones");
   const auto zones = "Zones";

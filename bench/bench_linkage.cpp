@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <exception>
 #include <filesystem>
 #include <fstream>
@@ -33,11 +34,23 @@ namespace {
 
 using namespace estancia;
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
+/// Seconds by the wall clock, and of the processor: those do not see what else the machine does.
+struct Seconds {
+  double wall = 0, cpu = 0;
+};
 
-double secondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
+class Stopwatch {
+ public:
+  Seconds seconds() const {
+    return {std::chrono::duration<double>(Clock::now() - wall_).count(),
+            static_cast<double>(std::clock() - cpu_) / CLOCKS_PER_SEC};
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point wall_ = Clock::now();
+  std::clock_t cpu_ = std::clock();
+};
 
 /// Most that the process ever held [GiB].
 double peakMemory() {
@@ -77,24 +90,28 @@ DescriptorMatrix readLabels(const fs::path& path) {
 }
 
 struct Timing {
-  double distances = 0, linkage = 0;
-  double total() const { return distances + linkage; }
+  Seconds distances, linkage;
+  Seconds both() const { return {distances.wall + linkage.wall, distances.cpu + linkage.cpu}; }
 };
 
 Dendrogram cluster(const DescriptorMatrix& rows, Comparison comparison, Linkage linkage, int threads,
                    Timing& timing) {
-  auto start = Clock::now();
+  const Stopwatch first;
   CondensedDistances distances = pairwiseDistances(rows, comparison, {.threads = threads});
-  timing.distances = secondsSince(start);
-  start = Clock::now();
-  Dendrogram dendrogram = link(std::move(distances), linkage, {.sizes = {}, .threads = threads});
-  timing.linkage = secondsSince(start);
+  timing.distances = first.seconds();
+  const Stopwatch second;
+  Dendrogram dendrogram = link(std::move(distances), linkage);
+  timing.linkage = second.seconds();
   return dendrogram;
 }
 
+constexpr const char* timingColumns = " distances: wall, processor | linkage | both |";
+
 void printTiming(const std::string& who, const Timing& timing) {
-  fmt::print("| {} | {:.2f} s | {:.2f} s | {:.2f} s |\n", who, timing.distances, timing.linkage,
-             timing.total());
+  fmt::print("| {} |", who);
+  for (const Seconds& s : {timing.distances, timing.linkage, timing.both()})
+    fmt::print(" {:.2f}, {:.2f} s |", s.wall, s.cpu);
+  fmt::print("\n");
   std::fflush(stdout);
 }
 
@@ -110,7 +127,8 @@ std::vector<std::vector<int>> scipy(const DescriptorMatrix& rows, const std::vec
       "/usr/bin/python3 '{}/bench/scipy_linkage.py' '{}' chebyshev average '{}' {}", ESTANCIA_SOURCE_DIR,
       (folder / "rows.npy").string(), (folder / "clusters.npy").string(), fmt::join(cuts, " "));
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
-  if (!pipe || std::fscanf(pipe.get(), "%lf %lf", &timing.distances, &timing.linkage) != 2)
+  if (!pipe || std::fscanf(pipe.get(), "%lf %lf %lf %lf", &timing.distances.wall, &timing.linkage.wall,
+                           &timing.distances.cpu, &timing.linkage.cpu) != 4)
     throw Error("SciPy gave no answer; install python3-scipy");
   io::NpyFile file(folder / "clusters.npy");
   std::vector<std::vector<int>> clusters;
@@ -125,7 +143,8 @@ std::vector<std::vector<int>> scipy(const DescriptorMatrix& rows, const std::vec
 void besideSciPy(const DescriptorMatrix& rows) {
   const std::vector<double> cuts{0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8};
   fmt::print(
-      "{} x {}, ks (Eq. 5.1), average linkage\n\n| who | distances | linkage | both |\n|---|---|---|---|\n",
+      "{} x {}, ks (Eq. 5.1), average linkage\n\n| who | distances | linkage | both | processor "
+      "|\n|---|---|---|---|---|\n",
       rows.size(), rows.labels());
   Timing one, all, theirs;
   cluster(rows, Comparison::chebyshev, Linkage::average, 1, one);
@@ -134,8 +153,10 @@ void besideSciPy(const DescriptorMatrix& rows) {
   printTiming(fmt::format("Estancia, {} threads", usableCores()), all);
   const auto expected = scipy(rows, cuts, theirs);
   printTiming("SciPy", theirs);
-  fmt::print("\n{:.1f} times as fast as SciPy with 1 thread, {:.1f} times with {}\n\n",
-             theirs.total() / one.total(), theirs.total() / all.total(), usableCores());
+  fmt::print(
+      "\ntimes as fast as SciPy: {:.1f} with 1 thread, {:.1f} with {}; by the processor's time {:.1f}\n\n",
+      theirs.both().wall / one.both().wall, theirs.both().wall / all.both().wall, usableCores(),
+      theirs.both().cpu / one.both().cpu);
   fmt::print("| cut | zones | adjusted Rand index with SciPy's | same partition |\n|---|---|---|---|\n");
   for (std::size_t i = 0; i < cuts.size(); ++i) {
     const std::vector<int> ours = dendrogram.cutAt(cuts[i]);
@@ -145,28 +166,24 @@ void besideSciPy(const DescriptorMatrix& rows) {
   }
 }
 
+/// Each linkage's time and memory; the largest sizes with average linkage alone.
 void curve(const std::vector<std::size_t>& sizes) {
   constexpr std::size_t labels = 205;
-  fmt::print("{:>7} {:>9} {:>10} {:>11} {:>9} {:>12}\n", "images", "linkage", "said GiB", "distances s",
-             "linkage s", "peak RSS GiB");
+  constexpr double gibibyte = 1 << 30;
+  const Distance distance = getDistance("clr-cosine");
+  fmt::print("| images | linkage | peak memory |{}\n|---|---|---|---|---|---|\n", timingColumns);
   for (const std::size_t n : sizes) {
-    const Distance distance = getDistance("clr-cosine");
+    fmt::print(stderr, "{} images need {:.2f} GiB; {:.1f} GiB are available\n", n,
+               static_cast<double>(clusteringMemory(n, labels)) / gibibyte,
+               static_cast<double>(availableMemory()) / gibibyte);
+    requireClusteringMemory(n, labels);
     const DescriptorMatrix images = madeUp(n, labels, 100);
     const DescriptorMatrix rows = comparedVectors(images, images, distance);
-    fmt::print("{:>7} needs {:.2f} GiB, {:.1f} GiB are available\n", n,
-               static_cast<double>(clusteringMemory(n, labels)) / (1 << 30),
-               static_cast<double>(availableMemory()) / (1 << 30));
-    std::fflush(stdout);
-    requireClusteringMemory(n, labels);
-    for (const char* name : {"average", "ward"}) {
-      if (n > 20000 && name != std::string("average")) continue;
+    for (const NamedLinkage& named : linkages()) {
+      if (n > 10000 && named.linkage != Linkage::average && named.linkage != Linkage::single) continue;
       Timing timing;
-      const Linkage linkage = getLinkage(name);
-      cluster(rows, comparisonFor(distance, linkage), linkage, 0, timing);
-      fmt::print("{:>7} {:>9} {:>10.2f} {:>11.2f} {:>9.2f} {:>12.2f}\n", n, name,
-                 static_cast<double>(clusteringMemory(n, labels)) / (1 << 30), timing.distances,
-                 timing.linkage, peakMemory());
-      std::fflush(stdout);
+      cluster(rows, comparisonFor(distance, named.linkage), named.linkage, 0, timing);
+      printTiming(fmt::format("{} | {} | {:.2f} GiB", n, named.name, peakMemory()), timing);
     }
   }
 }

@@ -1,7 +1,7 @@
 // Which node distance is best? Maps and localises with every distance on descriptors that are stored in map
 // files, so that no image is labelled again. docs/distances.md holds the table and the commands.
 //   compare_distances TOUR.estancia SECOND_TOUR.estancia CORRIDOR.estancia SECOND_CORRIDOR.estancia
-//   GROUND_TRUTH.csv
+//   GROUND_TRUTH.csv [DISTANCE…]      without names all
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -94,7 +94,7 @@ std::vector<Localization> localize(const MapReader& reader, const Run& queries, 
   return answers;
 }
 
-void compareAll(char** paths) {
+void compareAll(char** paths, std::vector<std::string> names) {
   const Run tour(paths[1]), second(paths[2]), corridor(paths[3]), again(paths[4]);
   const auto truth = readAdmissibleImages(paths[5]);
   const fs::path scratch = fs::temp_directory_path() / "compare_distances.estancia";
@@ -102,11 +102,11 @@ void compareAll(char** paths) {
       "| distance | tour: V, purity (nodes), automatic | best V by hand (nodes) | second tour: nearest "
       "image's place |"
       " corridor: one frame | filtered | smoothed |\n|---|---|---|---|---|---|---|\n");
-  std::vector<std::string> names;
-  for (const Distance& distance : baseDistances()) {
-    names.push_back(distance.name);
-    if (!distance.sigmaWeighted) names.push_back(distance.name + "-sigma");
-  }
+  if (names.empty())
+    for (const Distance& distance : baseDistances()) {
+      names.push_back(distance.name);
+      if (!distance.sigmaWeighted) names.push_back(distance.name + "-sigma");
+    }
   for (const std::string& name : names) {
     MapperOptions options;
     options.distance = name;
@@ -139,13 +139,14 @@ void compareAll(char** paths) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 6) {
-    std::fputs("usage: compare_distances TOUR SECOND_TOUR CORRIDOR SECOND_CORRIDOR GROUND_TRUTH.csv\n",
-               stderr);
+  if (argc < 6) {
+    std::fputs(
+        "usage: compare_distances TOUR SECOND_TOUR CORRIDOR SECOND_CORRIDOR GROUND_TRUTH.csv [DISTANCE...]\n",
+        stderr);
     return 2;
   }
   try {
-    compareAll(argv);
+    compareAll(argv, {argv + 6, argv + argc});
     return 0;
   } catch (const std::exception& e) {
     fmt::print(stderr, "error: {}\n", e.what());

@@ -46,16 +46,15 @@ ModelChoiceOptions::Drive readDrive(ConfigFile& config, const toml::table& table
 /// Only vectors that can be averaged can be clustered by k-means.
 std::string readDistance(const ConfigFile& config, const toml::node& node) {
   const std::string name = config.text(node);
-  const bool known = std::any_of(baseDistances().begin(), baseDistances().end(), [&](const Distance& d) {
-    return d.name == name && !d.sigmaWeighted &&
-           (d.comparison == Comparison::euclidean || d.comparison == Comparison::cosine);
-  });
-  if (!known)
-    config.fail(node,
-                fmt::format("k-means cannot average by \"{}\"; choose among standardized-clr, clr-cosine, "
-                            "clr-euclidean, hellinger, l2",
-                            name));
-  return name;
+  std::vector<std::string> fitting;
+  for (const Distance& d : baseDistances()) {
+    if (d.sigmaWeighted || (d.comparison != Comparison::euclidean && d.comparison != Comparison::cosine))
+      continue;
+    if (d.name == name) return name;
+    fitting.push_back(d.name);
+  }
+  config.fail(
+      node, fmt::format("k-means cannot average by \"{}\"; choose among {}", name, fmt::join(fitting, ", ")));
 }
 
 /// A drive that has been opened.

@@ -16,8 +16,14 @@ void scaleToUnit(std::span<float> vector) {
     std::fill(vector.begin(), vector.end(), 1 / std::sqrt(static_cast<float>(vector.size())));
 }
 
+/// Divergences grow with the vectors as squared differences grow with their squares.
+bool isDivergence(Comparison comparison) {
+  return comparison == Comparison::chiSquared || comparison == Comparison::kullbackLeibler ||
+         comparison == Comparison::jensenShannon;
+}
+
 /// One cosine of vectors whose parts have the lengths √(w / Σ w) is the weighted mean of the parts' own
-/// cosines. For other distances a weight acts on squared differences.
+/// cosines. For other distances a weight acts on squared differences, or on divergences.
 void balance(const Distance& distance, std::span<float> vector) {
   const bool cosine = distance.comparison == Comparison::cosine;
   if (distance.parts.size() < 2) {
@@ -30,13 +36,26 @@ void balance(const Distance& distance, std::span<float> vector) {
     const std::span<float> own = vector.subspan(first, part.size);
     if (cosine) scaleToUnit(own);
     const float share = part.weight / sum * (cosine ? 1.0F : static_cast<float>(distance.parts.size()));
-    if (share != 1)
-      for (float& value : own) value *= std::sqrt(share);
+    const float scale = isDivergence(distance.comparison) ? share : std::sqrt(share);
+    if (scale != 1)
+      for (float& value : own) value *= scale;
     first += part.size;
   }
 }
 
 }  // namespace
+
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance,
+                                 const Standardization& standardization) {
+  std::vector<float> embedded(descriptors.labels());
+  DescriptorMatrix vectors(descriptors.labels());
+  vectors.reserve(descriptors.size());
+  for (std::size_t i = 0; i < descriptors.size(); ++i) {
+    embed(distance.embedding, descriptors.row(i), embedded, distance.parts);
+    vectors.append(comparedVector(distance, standardization, embedded));
+  }
+  return vectors;
+}
 
 std::vector<float> comparedVector(const Distance& distance, const Standardization& standardization,
                                   std::span<const float> embedded) {
@@ -50,22 +69,25 @@ std::vector<float> comparedVector(const Distance& distance, const Standardizatio
 
 DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const DescriptorMatrix& scale,
                                  const Distance& distance) {
-  const std::size_t labels = descriptors.labels();
-  std::vector<float> embedded(labels);
-  LabelScale run(distance, labels);
+  std::vector<float> embedded(descriptors.labels());
+  LabelScale run(distance, descriptors.labels());
   if (distance.standardized)
     for (std::size_t i = 0; i < scale.size(); ++i) {
       embed(distance.embedding, scale.row(i), embedded, distance.parts);
       run.add(scale.row(i), embedded);
     }
-  const Standardization standardization = run.standardization();
-  DescriptorMatrix vectors(labels);
-  vectors.reserve(descriptors.size());
+  return comparedVectors(descriptors, distance, run.standardization());
+}
+
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance) {
+  if (!distance.standardized) return comparedVectors(descriptors, distance, Standardization{});
+  std::vector<float> embedded(descriptors.labels());
+  Moments moments(descriptors.labels(), true);
   for (std::size_t i = 0; i < descriptors.size(); ++i) {
     embed(distance.embedding, descriptors.row(i), embedded, distance.parts);
-    vectors.append(comparedVector(distance, standardization, embedded));
+    moments.add(embedded);
   }
-  return vectors;
+  return comparedVectors(descriptors, distance, standardizationBy(moments));
 }
 
 }  // namespace estancia

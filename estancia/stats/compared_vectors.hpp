@@ -15,9 +15,17 @@ namespace estancia {
 std::vector<float> comparedVector(const Distance& distance, const Standardization& standardization,
                                   std::span<const float> embedded);
 
+/// Whole descriptors, embedded and then each as above. N×L.
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance,
+                                 const Standardization& standardization);
+
 /// Whole descriptors as a map compares them by `distance`, which knows their parts: embedded, for a
 /// standardized distance centred and scaled by the run `scale`, then as comparedVector(). N×L.
 DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const DescriptorMatrix& scale,
                                  const Distance& distance);
+
+/// Whole descriptors as zones compare them: a standardized distance is centred and scaled by all of them, so
+/// that their order does not matter. N×L.
+DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance);
 
 }  // namespace estancia

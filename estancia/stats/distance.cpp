@@ -178,10 +178,10 @@ const std::vector<Distance>& baseDistances() {
             "Kullback–Leibler divergence, both directions added up"),
       plain("l1", identity, l1, 1.2, "Manhattan distance of probabilities"),
       plain("l2", identity, euclidean, 0.4, "Euclidean distance of probabilities"),
-      plain("cosine", identity, cosine, 0.3, "cosine of probabilities"),
-      plain("pearson", centred, cosine, 0.3, "1 − Pearson's correlation of probabilities"),
+      plain("cosine", identity, cosine, 0.5, "cosine of probabilities"),
+      plain("pearson", centred, cosine, 0.5, "1 − Pearson's correlation of probabilities"),
       plain("chi2", identity, chiSquared, 0.6, "χ² distance of probabilities"),
-      plain("ks", identity, chebyshev, 0.3, "the thesis' Eq. 5.1: the largest difference of any label"),
+      plain("ks", identity, chebyshev, 0.4, "the thesis' Eq. 5.1: the largest difference of any label"),
       plain("cumulative-ks", cumulative, chebyshev, 0.3,
             "Kolmogorov–Smirnov: the largest difference of probabilities summed up in the labels' order"),
       {"weighted",
@@ -277,7 +277,7 @@ double compare(Comparison comparison, std::span<const float> a, std::span<const 
       return 0.5 * rescaled(chiSquares(x, y, w, n), n);
     case Comparison::bhattacharyya:
       return -std::log(
-          std::max(cosine(products(x, y, w, n), products(x, x, w, n), products(y, y, w, n)), 1e-12));
+          std::clamp(cosine(products(x, y, w, n), products(x, x, w, n), products(y, y, w, n)), 1e-12, 1.0));
     case Comparison::cosine:
       return std::clamp(1 - cosine(products(x, y, w, n), products(x, x, w, n), products(y, y, w, n)), 0.0,
                         2.0);

@@ -16,6 +16,26 @@ constexpr double quietShare = 0.01;  // labels with less variance than this shar
 
 }  // namespace
 
+/// Weight σ/(σ² + λ): about 1/σ for labels that say something. λ keeps those apart that hardly vary, among
+/// them all that never fire, and is larger while the run is too young to tell them.
+Standardization standardizationBy(const Moments& moments) {
+  const double n = moments.weight();
+  const auto mean = moments.mean(), variance = moments.variance();
+  double sum = 0, squares = 0;
+  for (const float v : variance) {
+    sum += v;
+    squares += static_cast<double>(v) * v;
+  }
+  const double typical = sum > 0 ? squares / sum : 0;  // the variance of the labels that make up the variance
+  const double lambda = typical * (quietShare + weightPrior / (n + weightPrior));
+  Standardization result{std::vector<float>(mean.size()), std::vector<float>(mean.size(), 1.0F)};
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    result.centre[i] = static_cast<float>(mean[i] * n / (n + centrePrior));
+    if (lambda > 0) result.weight[i] = static_cast<float>(std::sqrt(variance[i]) / (variance[i] + lambda));
+  }
+  return result;
+}
+
 LabelScale::LabelScale(Distance distance, std::size_t labels)
     : distance_(std::move(distance)), labels_(labels), moments_(labels, true) {}
 
@@ -45,26 +65,10 @@ bool LabelScale::hasSeenEnough() const {
   return memory_.views >= leastViews;
 }
 
-/// Weight σ/(σ² + λ): about 1/σ for labels that say something. λ keeps those apart that hardly vary, among
-/// them all that never fire, and is larger while the run is too young to tell them.
 Standardization LabelScale::standardization() const {
   if (!distance_.standardized || memory_.frames == 0) return {};
   if (!hasSeenEnough()) return {std::vector<float>(labels_, 0.0F), std::vector<float>(labels_, 1.0F)};
-  const auto n = static_cast<double>(memory_.keyframes);
-  const auto variance = moments_.variance();
-  double sum = 0, squares = 0;
-  for (const float v : variance) {
-    sum += v;
-    squares += static_cast<double>(v) * v;
-  }
-  const double typical = sum > 0 ? squares / sum : 0;  // the variance of the labels that make up the variance
-  const double lambda = typical * (quietShare + weightPrior / (n + weightPrior));
-  Standardization result{std::vector<float>(labels_), std::vector<float>(labels_, 1.0F)};
-  for (std::size_t i = 0; i < labels_; ++i) {
-    result.centre[i] = static_cast<float>(moments_.mean()[i] * n / (n + centrePrior));
-    if (lambda > 0) result.weight[i] = static_cast<float>(std::sqrt(variance[i]) / (variance[i] + lambda));
-  }
-  return result;
+  return standardizationBy(moments_);
 }
 
 void LabelScale::restore(Memory memory, Moments moments, std::vector<float> lastView) {

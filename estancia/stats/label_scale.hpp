@@ -16,6 +16,10 @@ struct Standardization {
   std::vector<float> weight;  ///< ≥ 0; about 1/σ of the label, 0 for one that never says anything
 };
 
+/// By the embedded descriptors that `moments` (with spread) has seen, each as heavy as the next and in
+/// whatever order they came.
+Standardization standardizationBy(const Moments& moments);
+
 /// Watches a run and tells each label's centre and weight.
 ///
 /// Only keyframes count: frames that differ from the last keyframe by more than a camera's noise. So a robot

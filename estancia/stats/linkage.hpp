@@ -45,7 +45,6 @@ struct LinkageOptions {
   /// Items that each leaf stands for, when leaves are small clusters themselves; empty: one each. Average and
   /// Ward's linkage weigh by them. Distances are then those of the leaves' means.
   std::vector<std::size_t> sizes;
-  int threads = 0;               ///< 0: as many as there are cores to use; changes nothing but the time
   Progress* progress = nullptr;  ///< told of merges
 };
 

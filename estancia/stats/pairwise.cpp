@@ -82,7 +82,6 @@ bool isTiled(Comparison comparison, Sum& kind) {
     case Comparison::meanSquare:
     case Comparison::rootMeanSquare:
     case Comparison::euclidean:
-    case Comparison::bhattacharyya:
     case Comparison::cosine:
       kind = Sum::squares;
       return true;
@@ -93,15 +92,12 @@ bool isTiled(Comparison comparison, Sum& kind) {
       kind = Sum::largest;
       return true;
     case Comparison::chiSquared:
+    case Comparison::bhattacharyya:
     case Comparison::kullbackLeibler:
     case Comparison::jensenShannon:
       return false;
   }
   throw Error("a comparison of unknown kind");
-}
-
-bool isAngle(Comparison comparison) {
-  return comparison == Comparison::cosine || comparison == Comparison::bhattacharyya;
 }
 
 /// The rows twice, padded with zeros: one after the other, and in groups of `lanes` packed label by label.
@@ -146,14 +142,10 @@ double finish(Comparison comparison, double sum, const Packed& packed, std::size
       return std::sqrt(sum / labels);
     case Comparison::euclidean:
       return std::sqrt(sum);
-    case Comparison::bhattacharyya:
-    case Comparison::cosine: {
+    case Comparison::cosine:
       // Zero vectors point nowhere: alike among themselves only.
-      const double apart = packed.isZero(i) || packed.isZero(j)
-                               ? (packed.isZero(i) == packed.isZero(j) ? 0 : 1)
-                               : std::min(sum / 2, 2.0);
-      return comparison == Comparison::cosine ? apart : -std::log(std::clamp(1 - apart, 1e-12, 1.0));
-    }
+      if (packed.isZero(i) || packed.isZero(j)) return packed.isZero(i) == packed.isZero(j) ? 0 : 1;
+      return std::min(sum / 2, 2.0);
     default:
       return sum;
   }
@@ -228,7 +220,7 @@ CondensedDistances pairwiseDistances(const DescriptorMatrix& rows, Comparison co
   CondensedDistances distances(n);
   Sum kind{};
   const bool tiled = isTiled(comparison, kind);
-  const Packed packed(tiled ? rows : DescriptorMatrix(labels), isAngle(comparison));
+  const Packed packed(tiled ? rows : DescriptorMatrix(labels), comparison == Comparison::cosine);
 
   const auto byTiles = [&](std::size_t begin, std::size_t end) {
     float sums[tall * lanes];

@@ -22,8 +22,9 @@ class CondensedDistances {
   static std::uint64_t bytes(std::size_t items);
 
   std::size_t items() const { return items_; }
-  std::span<double> values() { return {values_.get(), size_}; }
-  std::span<const double> values() const { return {values_.get(), size_}; }
+  std::span<double> values() & { return {values_.get(), size_}; }
+  std::span<const double> values() const& { return {values_.get(), size_}; }
+  std::span<const double> values() const&& = delete;  // they would be gone with it
   /// Distance of two different items.
   double operator()(std::size_t i, std::size_t j) const { return values_[i < j ? place(i, j) : place(j, i)]; }
   /// Distances of item i to i+1 … n−1.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -56,8 +57,13 @@ std::vector<double> modularities(const Dendrogram& tree, const Neighbours& neigh
 
 }  // namespace
 
+std::size_t neighboursForCut(std::size_t items) {
+  return std::max<std::size_t>(3, static_cast<std::size_t>(std::lround(std::sqrt(items) / 3)));
+}
+
 Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count) {
   const std::size_t items = distances.items();
+  if (count == 0) count = neighboursForCut(items);
   Neighbours neighbours{std::min(count, items - std::min<std::size_t>(items, 1)), {}};
   const std::size_t each = neighbours.each;
   if (each == 0) return neighbours;
@@ -97,11 +103,10 @@ SuggestedCut suggestCut(const Dendrogram& dendrogram, const Neighbours& neighbou
                     "the images are too alike, or too few, to be parted"};
   for (std::size_t done = merges.size(); done-- > 0;) {
     const double below = done == 0 ? 0 : merges[done - 1].height, above = merges[done].height;
-    const double middle = below + (above - below) / 2;
-    constexpr double rounding = 1e-9;
-    if (below < above && curve[done] > best.modularity + rounding)
-      best = {middle < above ? middle : below, curve[done],
-              fmt::format("there images and their {} nearest stay together best: modularity {:.2f}",
+    constexpr double sameHeight = 1e-6, rounding = 1e-9;
+    if (above > below * (1 + sameHeight) && curve[done] > best.modularity + rounding)
+      best = {below + (above - below) / 2, curve[done],
+              fmt::format("images and their {} nearest stay together best there, modularity {:.2f}",
                           neighbours.each, curve[done])};
   }
   return best;

@@ -17,11 +17,11 @@ struct Neighbours {
   std::vector<std::uint32_t> nearest;  ///< N×each, row-major, nearest first, of equal ones the lower number
 };
 
-/// How many neighbours suggestCut() is measured with (docs/zones.md).
-inline constexpr std::size_t neighboursOfCut = 5;
+/// How many neighbours suggestCut() wants of each of so many items: √N / 3, at least 3 (docs/zones.md).
+std::size_t neighboursForCut(std::size_t items);
 
-/// O(N²).
-Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count = neighboursOfCut);
+/// `count` of each, 0: neighboursForCut(). O(N²).
+Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count = 0);
 
 struct SuggestedCut {
   double distance = 0;    ///< τ_d: merge up to here
@@ -30,10 +30,11 @@ struct SuggestedCut {
 };
 
 /// The cut whose zones keep neighbours together best, against what chance would: the partition of the
-/// dendrogram with the largest modularity (Newman 2006) of the graph that links each item and its nearest
-/// neighbours, by half a link for each direction; of equal ones the fewest zones. τ_d lies midway between the
-/// heights of the last merge done and the next. Items that are all alike, and so few that all are neighbours
-/// of all, are one zone. O(N k log N). Throws Error when the two are not of the same items.
+/// dendrogram with the largest modularity (Newman and Girvan 2004) of the graph that links each item and its
+/// nearest neighbours, by half a link for each direction; of equal ones the fewest zones. No two mergers at
+/// the same height are parted. τ_d lies midway between the heights of the last merge done and the next. Items
+/// that are all alike, and so few that all are neighbours of all, are one zone. O(N k log N). Throws Error
+/// when the two are not of the same items.
 SuggestedCut suggestCut(const Dendrogram& dendrogram, const Neighbours& neighbours);
 
 }  // namespace estancia

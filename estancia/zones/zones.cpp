@@ -116,7 +116,7 @@ CondensedDistances compareImages(const Recording& recording, const ZoneOptions& 
   const Distance distance = getDistance(options.distance, recording.vocabulary.layout().parts);
   const Comparison comparison = comparisonFor(distance, getLinkage(options.linkage));
   requireClusteringMemory(recording.frames.size(), recording.vocabulary.size());
-  const DescriptorMatrix vectors = comparedVectors(recording.descriptors, recording.descriptors, distance);
+  const DescriptorMatrix vectors = comparedVectors(recording.descriptors, distance);
   return pairwiseDistances(vectors, comparison, {.threads = options.threads, .progress = &progress});
 }
 

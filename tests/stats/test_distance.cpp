@@ -24,9 +24,18 @@ Values embedded(Embedding embedding, const Values& v) {
 }
 
 TEST(Distance, AgreesWithSciPy) {
-  EXPECT_NEAR(compare(Comparison::l1, p, q), 0.8, 1e-6);                // distance.cityblock(p, q)
-  EXPECT_NEAR(compare(Comparison::euclidean, p, q), 0.46904158, 1e-6);  // distance.euclidean(p, q)
-  EXPECT_NEAR(compare(Comparison::cosine, p, q), 0.35179628, 1e-6);     // distance.cosine(p, q)
+  EXPECT_NEAR(compare(Comparison::l1, p, q), 0.8, 1e-6);                      // distance.cityblock(p, q)
+  EXPECT_NEAR(compare(Comparison::euclidean, p, q), 0.46904158, 1e-6);        // distance.euclidean(p, q)
+  EXPECT_NEAR(compare(Comparison::cosine, p, q), 0.35179628, 1e-6);           // distance.cosine(p, q)
+  EXPECT_NEAR(compare(Comparison::chebyshev, p, q), 0.4, 1e-6);               // distance.chebyshev(p, q)
+  EXPECT_NEAR(compare(Comparison::jensenShannon, p, q), 0.33016050, 1e-6);    // distance.jensenshannon(p, q)
+  EXPECT_NEAR(compare(Comparison::kullbackLeibler, p, q), 0.94459064, 1e-5);  // entropy(p, q) + entropy(q, p)
+  EXPECT_NEAR(compare(Comparison::cosine, embedded(Embedding::centred, p), embedded(Embedding::centred, q)),
+              1.96225045,
+              1e-6);  // distance.correlation(p, q)
+  EXPECT_NEAR(
+      compare(Comparison::chebyshev, embedded(Embedding::cumulative, p), embedded(Embedding::cumulative, q)),
+      0.4, 1e-6);  // max |cumsum(p) - cumsum(q)|
 }
 
 TEST(Distance, FollowsTheFormulasInDoublePrecision) {
@@ -35,6 +44,14 @@ TEST(Distance, FollowsTheFormulasInDoublePrecision) {
   Values a(1001), b(1001), w(1001);
   for (auto* v : {&a, &b, &w})
     for (float& x : *v) x = uniform(random);
+  double most = 0, mostWeighted = 0, jeffreys = 0, jensenShannon = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double x = a[i], y = b[i], mean = (x + y) / 2;
+    most = std::max(most, std::fabs(x - y));
+    mostWeighted = std::max(mostWeighted, w[i] * std::fabs(x - y));
+    jeffreys += (x - y) * std::log((x + clrFloor) / (y + clrFloor));
+    jensenShannon += (x > 0 ? x * std::log(x / mean) : 0) + (y > 0 ? y * std::log(y / mean) : 0);
+  }
   double sumW = 0, squares = 0, plainSquares = 0, absolute = 0, chi = 0, ab = 0, aa = 0, bb = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
     const double d = static_cast<double>(a[i]) - b[i];
@@ -55,6 +72,10 @@ TEST(Distance, FollowsTheFormulasInDoublePrecision) {
   EXPECT_NEAR(compare(Comparison::l1, a, b), absolute, 1e-3);
   EXPECT_NEAR(compare(Comparison::chiSquared, a, b), chi / 2, 1e-3);
   EXPECT_NEAR(compare(Comparison::cosine, a, b), 1 - ab / std::sqrt(aa * bb), 1e-6);
+  EXPECT_NEAR(compare(Comparison::chebyshev, a, b), most, 1e-6);  // Eq. 5.1
+  EXPECT_NEAR(compare(Comparison::chebyshev, a, b, w), mostWeighted * n / sumW, 1e-5);
+  EXPECT_NEAR(compare(Comparison::kullbackLeibler, a, b), jeffreys, 1e-6 * jeffreys);
+  EXPECT_NEAR(compare(Comparison::jensenShannon, a, b), std::sqrt(jensenShannon / 2), 1e-5);
   EXPECT_NEAR(compare(Comparison::bhattacharyya, a, b), -std::log(ab / std::sqrt(aa * bb)), 1e-6);
 }
 
@@ -62,7 +83,8 @@ TEST(Distance, EqualWeightsChangeNothing) {
   const Values same(4, 0.25F);
   for (const auto comparison :
        {Comparison::meanSquare, Comparison::rootMeanSquare, Comparison::l1, Comparison::euclidean,
-        Comparison::chiSquared, Comparison::bhattacharyya, Comparison::cosine})
+        Comparison::chiSquared, Comparison::bhattacharyya, Comparison::cosine, Comparison::chebyshev,
+        Comparison::kullbackLeibler, Comparison::jensenShannon})
     EXPECT_NEAR(compare(comparison, p, q, same), compare(comparison, p, q), 1e-6);
 }
 
@@ -100,6 +122,33 @@ TEST(Distance, LogRatiosAreCentredAndKnowNoScale) {
 TEST(Distance, AbsentLabelsStayFinite) {
   const Values sparse{1, 0, 0, 0};
   for (const float v : embedded(Embedding::centredLogRatio, sparse)) EXPECT_TRUE(std::isfinite(v));
+}
+
+TEST(Distance, DivergencesOfDistributionsThatShareNothingAreFinite) {
+  const Values a{1, 0, 0}, b{0, 1, 0}, none{0, 0, 0};
+  EXPECT_NEAR(compare(Comparison::jensenShannon, a, b), std::sqrt(std::log(2.0)), 1e-6);  // the largest
+  EXPECT_NEAR(compare(Comparison::kullbackLeibler, a, b), 2 * std::log(1 / 1e-7), 1e-4);
+  EXPECT_NEAR(compare(Comparison::jensenShannon, a, none), std::sqrt(std::log(2.0) / 2), 1e-6);
+  EXPECT_DOUBLE_EQ(compare(Comparison::jensenShannon, none, none), 0);
+  EXPECT_DOUBLE_EQ(compare(Comparison::kullbackLeibler, none, none), 0);
+}
+
+TEST(Distance, DivergencesKeepTheDigitsOfSmallDifferences) {
+  Values a(100, 0.01F), b = a;
+  b[7] += 2e-5F;
+  const double d = static_cast<double>(b[7]) - a[7];
+  EXPECT_NEAR(compare(Comparison::jensenShannon, a, b) / std::sqrt(d * d / 8 / 0.01), 1, 0.01);
+  EXPECT_NEAR(compare(Comparison::kullbackLeibler, a, b) / (d * d / 0.01), 1, 0.01);
+}
+
+TEST(Distance, CentresAndSumsUpInEachPart) {
+  const std::vector<LabelPart> parts{{2, 1}, {3, 2}};
+  const Values both{0.75F, 0.25F, 0.5F, 0.25F, 0.25F};
+  Values out(5);
+  embed(Embedding::cumulative, both, out, parts);
+  EXPECT_EQ(out, (Values{0.75F, 1, 0.5F, 0.75F, 1}));
+  embed(Embedding::centred, both, out, parts);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_FLOAT_EQ(out[i], both[i] - (i < 2 ? 0.5F : 1.0F / 3));
 }
 
 TEST(Distance, ZeroVectorIsLikeNothingButItself) {

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
+#include <cstdlib>
 #include <limits>
 #include <random>
 #include <utility>
@@ -35,10 +37,9 @@ CondensedDistances copyOf(const CondensedDistances& distances) {
 std::vector<double> slowHeights(const Matrix& items, Linkage linkage) {
   struct Cluster {
     std::vector<std::size_t> items;
-    std::vector<std::vector<std::size_t>> halves;  // those that it was made of
   };
   std::vector<Cluster> clusters;
-  for (std::size_t i = 0; i < items.size(); ++i) clusters.push_back({{i}, {}});
+  for (std::size_t i = 0; i < items.size(); ++i) clusters.push_back({{i}});
   // WPGMA remembers how clusters came about: the weight of each item.
   std::vector<double> weight(items.size(), 1);
   const auto squares = [&](const Cluster& a, const Cluster& b) {
@@ -124,8 +125,168 @@ TEST_P(EveryLinkage, HasTheHeightsOfTheTextbook) {
   }
 }
 
+TEST_P(EveryLinkage, MergesAtHeightsThatNeverFall) {
+  const Dendrogram dendrogram = link(euclidean(500, 5), linkage_);
+  const auto& merges = dendrogram.merges();
+  for (std::size_t k = 1; k < merges.size(); ++k) EXPECT_LE(merges[k - 1].height, merges[k].height);
+  EXPECT_EQ(merges.back().size, 500U);
+}
+
+TEST_P(EveryLinkage, MakesOneZoneOfTheSame) {
+  CondensedDistances distances(70);
+  std::fill(distances.values().begin(), distances.values().end(), 0.0);
+  const Dendrogram dendrogram = link(std::move(distances), linkage_);
+  EXPECT_EQ(dendrogram.cutAt(0), std::vector<int>(70, 0));
+}
+
+TEST_P(EveryLinkage, KnowsFewItems) {
+  for (const std::size_t n : {0U, 1U}) {
+    const Dendrogram dendrogram = link(CondensedDistances(n), linkage_);
+    EXPECT_TRUE(dendrogram.merges().empty());
+    EXPECT_EQ(dendrogram.cutAt(1), std::vector<int>(n, 0));
+    EXPECT_EQ(dendrogram.cutInto(n), std::vector<int>(n, 0));
+  }
+  CondensedDistances two(2);
+  two.values()[0] = 0.25;
+  const Dendrogram dendrogram = link(std::move(two), linkage_);
+  EXPECT_EQ(dendrogram.cutAt(0.2), (std::vector<int>{0, 1}));
+  EXPECT_EQ(dendrogram.cutAt(0.25), (std::vector<int>{0, 0})) << "merging stops above the distance";
+}
+
+TEST_P(EveryLinkage, TellsOfItsProgress) {
+  struct Count : Progress {
+    void begin(const std::string&, std::size_t most, std::size_t) override { total = most; }
+    void advance(std::size_t count) override { done += count; }
+    std::size_t total = 0, done = 0;
+  } progress;
+  link(euclidean(333, 1), linkage_, {.sizes = {}, .progress = &progress});
+  EXPECT_EQ(progress.total, 332U);
+  EXPECT_EQ(progress.done, progress.total);
+}
+
+TEST_P(EveryLinkage, RefusesWhatIsNoDistance) {
+  for (const double bad : {std::nan(""), -0.5, std::numeric_limits<double>::infinity()}) {
+    CondensedDistances distances = euclidean(6, 1);
+    distances.after(2)[1] = bad;
+    try {
+      link(std::move(distances), linkage_);
+      ADD_FAILURE() << bad << " must be refused";
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), testing::HasSubstr("items 2 and 4")) << bad;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Linkage, EveryLinkage, testing::ValuesIn(linkages()),
                          [](const auto& named) { return named.param.name; });
+
+/// Leaves that stand for several items merge as those items would.
+TEST(Linkage, WeighsLeavesByTheirSizes) {
+  const DescriptorMatrix leaves = points(40, 3, 9);
+  DescriptorMatrix items(3);
+  std::vector<std::size_t> sizes;
+  for (std::size_t i = 0; i < leaves.size(); ++i) {
+    sizes.push_back(1 + i * i % 5);
+    for (std::size_t copy = 0; copy < sizes.back(); ++copy) items.append(leaves.row(i));
+  }
+  for (const Linkage linkage : {Linkage::single, Linkage::complete, Linkage::average, Linkage::ward}) {
+    const Dendrogram all = link(pairwiseDistances(items, Comparison::euclidean), linkage);
+    const Dendrogram few = link(pairwiseDistances(leaves, Comparison::euclidean), linkage, {.sizes = sizes});
+    const std::size_t copies = items.size() - leaves.size();
+    ASSERT_EQ(few.merges().size(), 39U);
+    for (std::size_t k = 0; k < 39; ++k)
+      EXPECT_NEAR(few.merges()[k].height, all.merges()[copies + k].height, 1e-5) << static_cast<int>(linkage);
+    EXPECT_EQ(few.merges().back().size, items.size());
+  }
+}
+
+TEST(Linkage, RefusesSizesThatAreNone) {
+  for (const std::vector<std::size_t>& sizes : {std::vector<std::size_t>{1, 2}, {1, 2, 0}, {1, 1, 1, 1}})
+    EXPECT_THROW(link(euclidean(3, 1), Linkage::average, {.sizes = sizes}), Error);
+}
+
+TEST(Linkage, StopsWhenAsked) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const auto interruptedRun = [](Linkage linkage) {
+    CondensedDistances distances = euclidean(200, 1);
+    catchInterrupts();
+    std::raise(SIGINT);
+    try {
+      link(std::move(distances), linkage);
+    } catch (const Interrupted&) {
+      std::_Exit(3);
+    }
+    std::_Exit(4);
+  };
+  EXPECT_EXIT(interruptedRun(Linkage::average), testing::ExitedWithCode(3), "");
+  EXPECT_EXIT(interruptedRun(Linkage::single), testing::ExitedWithCode(3), "");
+}
+
+TEST(Linkage, IsChosenByName) {
+  for (const NamedLinkage& named : linkages()) EXPECT_EQ(getLinkage(named.name), named.linkage);
+  try {
+    getLinkage("centroid");
+    ADD_FAILURE() << "centroid must be refused";
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), testing::HasSubstr("average, ward, complete, weighted, single"));
+  }
+}
+
+TEST(ComparisonFor, IsTheDistancesOwnButForWard) {
+  EXPECT_EQ(comparisonFor(getDistance("clr-cosine"), Linkage::average), Comparison::cosine);
+  EXPECT_EQ(comparisonFor(getDistance("clr-cosine"), Linkage::ward), Comparison::euclidean);
+  EXPECT_EQ(comparisonFor(getDistance("hellinger"), Linkage::ward), Comparison::euclidean);
+  EXPECT_EQ(comparisonFor(getDistance("ks"), Linkage::average), Comparison::chebyshev);
+}
+
+TEST(ComparisonFor, RefusesWhatDoesNotFitAndNamesWhatDoes) {
+  for (const char* name : {"ks", "l1", "chi2", "kullback-leibler", "bhattacharyya"}) try {
+      comparisonFor(getDistance(name), Linkage::ward);
+      ADD_FAILURE() << name << " must be refused";
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), testing::AllOf(testing::HasSubstr(name), testing::HasSubstr("clr-cosine"),
+                                           testing::HasSubstr("hellinger")));
+    }
+  for (const char* name : {"ks-sigma", "weighted", "weighted-root"})
+    EXPECT_THROW(comparisonFor(getDistance(name), Linkage::average), Error) << name;
+}
+
+TEST(Dendrogram, IsCutByDistanceAndByNumber) {
+  //  0 and 2 at 0.1, 1 and 3 at 0.3, all at 0.7
+  const Dendrogram dendrogram(4, {{0, 2, 0.1, 2}, {1, 3, 0.3, 2}, {4, 5, 0.7, 4}});
+  EXPECT_EQ(dendrogram.cutAt(-1), (std::vector<int>{0, 1, 2, 3}));
+  EXPECT_EQ(dendrogram.cutAt(0.1), (std::vector<int>{0, 1, 0, 2}));
+  EXPECT_EQ(dendrogram.cutAt(0.69), (std::vector<int>{0, 1, 0, 1}));
+  EXPECT_EQ(dendrogram.cutAt(INFINITY), (std::vector<int>{0, 0, 0, 0}));
+  EXPECT_EQ(dendrogram.cutInto(3), (std::vector<int>{0, 1, 0, 2}));
+  EXPECT_EQ(dendrogram.cutInto(1), (std::vector<int>{0, 0, 0, 0}));
+  EXPECT_THROW(dendrogram.cutInto(0), Error);
+  EXPECT_THROW(dendrogram.cutInto(5), Error);
+  EXPECT_THROW(dendrogram.cutAt(std::nan("")), Error);
+}
+
+TEST(Dendrogram, RefusesMergesThatDoNotFollow) {
+  using Merges = std::vector<Dendrogram::Merge>;
+  for (const Merges& merges :
+       {Merges{}, Merges{{0, 1, 0.1, 2}}, Merges{{0, 1, 0.1, 2}, {0, 2, 0.2, 2}},
+        Merges{{0, 1, 0.2, 2}, {2, 3, 0.1, 3}}, Merges{{0, 1, 0.1, 2}, {2, 4, 0.2, 3}},
+        Merges{{1, 1, 0.1, 2}, {2, 3, 0.2, 3}}, Merges{{0, 1, std::nan(""), 2}, {2, 3, 0.2, 3}}})
+    EXPECT_THROW(Dendrogram(3, merges), Error);
+}
+
+TEST(ClusteringMemory, IsRefusedWhenThereIsLessNamingTheStreamingMode) {
+  EXPECT_GT(clusteringMemory(50000, 205), CondensedDistances::bytes(50000));
+  EXPECT_LT(clusteringMemory(50000, 205), 12ULL << 30);
+  requireClusteringMemory(50000, 205, 12ULL << 30);
+  for (const std::size_t images :
+       {std::size_t{50000}, std::size_t{1} << 40, std::numeric_limits<std::size_t>::max()})
+    try {
+      requireClusteringMemory(images, 205, 8ULL << 30);
+      ADD_FAILURE() << images << " must be refused";
+    } catch (const Error& e) {
+      EXPECT_THAT(e.what(), testing::AllOf(testing::HasSubstr("--stream"), testing::HasSubstr("8.0 GiB")));
+    }
+}
 
 }  // namespace
 }  // namespace estancia

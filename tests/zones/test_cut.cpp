@@ -28,7 +28,7 @@ CondensedDistances distancesOf(const std::vector<double>& points) {
   return distances;
 }
 
-SuggestedCut suggestionFor(const std::vector<double>& points, std::size_t neighbours = neighboursOfCut) {
+SuggestedCut suggestionFor(const std::vector<double>& points, std::size_t neighbours = 5) {
   return suggestCut(link(distancesOf(points), Linkage::average),
                     findNeighbours(distancesOf(points), neighbours));
 }
@@ -47,6 +47,12 @@ TEST(Neighbours, AreAllOthersWhereThereAreFew) {
   EXPECT_THAT(findNeighbours(distancesOf({0, 5, 1}), 9).nearest, ElementsAre(2, 1, 2, 0, 0, 1));
   EXPECT_TRUE(findNeighbours(distancesOf({4}), 5).nearest.empty());
   EXPECT_TRUE(findNeighbours(distancesOf({}), 5).nearest.empty());
+}
+
+TEST(Neighbours, AreWantedByTheRootOfTheNumberOfItems) {
+  EXPECT_EQ(neighboursForCut(1), 3U);
+  EXPECT_EQ(neighboursForCut(216), 5U);
+  EXPECT_EQ(neighboursForCut(1173), 11U);
 }
 
 /// Newman's definition, term by term: Q = 1/W Σ_ij (A_ij − k_i k_j / W) [i and j in one part].
@@ -80,7 +86,7 @@ TEST(SuggestedCut, HasTheLargestModularityOfAllCuts) {
     for (int i = 0; i < 60; ++i) points.push_back(normal(random) + 4.0 * static_cast<double>(random() % 5));
     for (const Linkage linkage : {Linkage::average, Linkage::single, Linkage::ward}) {
       const Dendrogram tree = link(distancesOf(points), linkage);
-      const Neighbours neighbours = findNeighbours(distancesOf(points));
+      const Neighbours neighbours = findNeighbours(distancesOf(points), 5);
       double best = 0;
       for (std::size_t count = 1; count <= points.size(); ++count)
         best = std::max(best, slowModularity(neighbours, tree.cutInto(count)));
