@@ -163,9 +163,10 @@ void ZoneStream::update() {
 
 void ZoneStream::relink() {
   CondensedDistances all = condensed();
-  const Neighbours neighbours = findNeighbours(all);
   LinkageOptions linking;
   for (const Group& group : groups_) linking.sizes.push_back(group.images.size());
+  Neighbours neighbours = findNeighbours(all, neighboursForCut(images()));
+  weighBySize(neighbours, linking.sizes);
   const Dendrogram tree = link(std::move(all), linkage_, linking);
   ZoneOptions options = zoneOptions_;
   if (options.count) options.count = std::min(*options.count, groups_.size());  // at the start of a run
