@@ -79,6 +79,9 @@ Recording recordingOf(const Arguments& arguments) {
   if (isMapFile(path) || path.ends_with(".estancia")) {
     if (!arguments.model.model.empty())
       throw Error(fmt::format("{} holds words already; leave out --model", path));
+    if (const auto& given = arguments.sequence.options; !given.poses.empty() || !given.rooms.empty())
+      throw Error(
+          fmt::format("{} knows the poses and rooms of its frames; leave out --poses and --rooms", path));
     Recording recording = readMapRecording(path);
     sayMemory(recording.frames.size(), recording.vocabulary.size());
     return recording;
@@ -97,6 +100,15 @@ Recording recordingOf(const Arguments& arguments) {
     throw Interrupted(fmt::format("{}; their labels are kept in the cache: run it again to go on", e.what()));
   }
   return recording;
+}
+
+Zones clustered(const Recording& recording, const ZoneOptions& options) {
+  const auto progress = makeStderrProgress();
+  try {
+    return findZones(recording, options, *progress);
+  } catch (const Interrupted& e) {
+    throw Interrupted(fmt::format("{}; run it again, nothing is labelled twice", e.what()));
+  }
 }
 
 double shareOf(const Zone& zone, const Zones& zones) {
@@ -161,8 +173,7 @@ void run(const Arguments& arguments, const CLI::App& command) {
   const ZoneOptions options = zoneOptions(arguments, command);
   requireOutput(arguments);
   const Recording recording = recordingOf(arguments);
-  const auto progress = makeStderrProgress();
-  const Zones zones = findZones(recording, options, *progress);
+  const Zones zones = clustered(recording, options);
   writeZoneFile(zones, arguments.output);
   const std::vector<Measure> measures = measuresOf(evaluate(zones));
   if (arguments.json)

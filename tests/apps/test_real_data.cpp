@@ -1,6 +1,7 @@
 // The figures that the project promises, on real places with the default network (docs/benchmarks.md).
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "support/support.hpp"
@@ -33,6 +34,29 @@ TEST(RealPlaces, BecomeAMapInWhichTheyAreFoundInAnotherLight) {
   const json found = evaluated({map, panoramas->string(), "--turn", "7", "--ev", "-0.7"});
   EXPECT_GE(found["image_room"], 0.99);
   EXPECT_GE(found["belief_room"], 0.99);
+}
+
+TEST(RealPlaces, BecomeZonesThatAreTheirPlaces) {
+  const auto panoramas = findFetched("panoramas");
+  const auto inception = findFetched("models/inception-v3/graph.lite"),
+             coco = findFetched("models/coco-ssd/model.json");
+  ESTANCIA_NEEDS(panoramas && inception && coco, "the panoramas or the networks are not here");
+  const ScratchFolder scratch;
+  const std::string words = scratch / "tour.labels", zones = scratch / "tour.zones";
+  const auto labelled = run({"label", panoramas->string(), "-o", words, "--model", "inception-v3+coco-ssd"});
+  ASSERT_EQ(labelled.exitCode, 0) << labelled.err;
+  ASSERT_EQ(run({"zones", words, "-o", zones}).exitCode, 0);
+  const double automatic = evaluated({zones})["v_measure"];
+  EXPECT_GE(automatic, 0.93);
+  double best = 0;  // with the truth in view
+  for (int count = 14; count <= 24; count += 2) {
+    ASSERT_EQ(run({"zones", words, "-o", zones, "--overwrite", "--count", std::to_string(count)}).exitCode,
+              0);
+    best = std::max<double>(best, evaluated({zones})["v_measure"]);
+  }
+  EXPECT_LE(best - automatic, 0.03);
+  ASSERT_EQ(run({"zones", words, "-o", zones, "--overwrite", "--preset", "thesis"}).exitCode, 0);
+  EXPECT_LT(evaluated({zones})["v_measure"], 0.7) << "what the thesis' distance makes of them";
 }
 
 TEST(Corridor, IsDrivenAgainAndRecognised) {

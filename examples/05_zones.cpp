@@ -1,0 +1,37 @@
+// The areas of a run, named by their words: images → zones → where "microwave" is likelier than elsewhere.
+//   05_zones IMAGES OUTPUT.zones [WORD]
+#include <estancia/core/label_words.hpp>
+#include <estancia/io/sequence.hpp>
+#include <estancia/label/label_cache.hpp>
+#include <estancia/label/model.hpp>
+#include <estancia/label/record.hpp>
+#include <estancia/zones/zone_file.hpp>
+
+#include <cstdio>
+#include <exception>
+
+int main(int argc, char** argv) try {
+  if (argc < 3) return std::fputs("usage: 05_zones IMAGES OUTPUT.zones [WORD]\n", stderr), 2;
+  const auto images = estancia::openSequence(argv[1]);
+  const auto labeler = estancia::loadModel("inception-v3+coco-ssd");
+  estancia::LabelCache cache;
+  estancia::LabelStreamOptions remembering;
+  remembering.cache = &cache;
+  const estancia::Recording words = estancia::record(*images, *labeler, remembering);
+
+  estancia::Progress silent;
+  const estancia::Zones zones = estancia::findZones(words, {}, silent);
+  std::printf("%zu zones: %s\n", zones.zones.size(), zones.cutReason.c_str());
+  for (const estancia::Zone& zone : zones.zones)
+    std::printf("zone %d: %zu images, %s\n", zone.id, zone.images.size(), zone.name.c_str());
+
+  const auto everywhere = estancia::runMean(zones);
+  for (const std::size_t label : estancia::findLabels(zones.vocabulary, argc > 3 ? argv[3] : ""))
+    for (const estancia::Zone& zone : zones.zones)
+      if (zone.mean[label] > everywhere[label])
+        std::printf("%s: %.1f %% in zone %d\n", zones.vocabulary[label].c_str(),
+                    100 * static_cast<double>(zone.mean[label]), zone.id);
+  estancia::writeZoneFile(zones, argv[2]);
+} catch (const std::exception& e) {
+  return std::fprintf(stderr, "error: %s\n", e.what()), 2;
+}

@@ -1,0 +1,180 @@
+// `estancia zones`, and the commands that take its file, as a user runs them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "estancia/io/recording.hpp"
+#include "support/support.hpp"
+#include "support/synthetic.hpp"
+
+namespace estancia::test {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+class ZonesCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    SyntheticPlaces places(3, 12, 0.4);
+    Recording recording{Vocabulary({"stove", "fridge", "tub", "sink", "bed", "sofa", "desk", "lamp", "plant",
+                                    "door", "window", "chair"}),
+                        "test",
+                        {},
+                        DescriptorMatrix(12)};
+    const std::vector<std::string> rooms{"kitchen", "bath", "bedroom"};
+    for (const std::size_t place : {0U, 1U, 2U, 0U})
+      for (int i = 0; i < 10; ++i) {
+        Frame frame;
+        frame.name = "frame " + std::to_string(recording.frames.size());
+        frame.room = rooms[place];
+        recording.frames.push_back(frame);
+        recording.descriptors.append(places.image(place));
+      }
+    writeRecording(recording, words_);
+  }
+
+  json zones(const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments{"zones", words_, "-o", file_, "--overwrite", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto result = run(arguments);
+    EXPECT_EQ(result.exitCode, 0) << result.err;
+    return json::parse(result.out, nullptr, false);
+  }
+
+  static void expectError(const std::vector<std::string>& arguments, const std::string& text) {
+    const auto result = run(arguments);
+    EXPECT_EQ(result.exitCode, 2) << result.out;
+    EXPECT_THAT(result.err, HasSubstr(text));
+    EXPECT_EQ(result.out, "");
+  }
+
+  ScratchFolder scratch_;
+  const std::string words_ = scratch_ / "home.labels", file_ = scratch_ / "home.zones",
+                    map_ = scratch_ / "home.estancia";
+};
+
+TEST_F(ZonesCommand, FindsAndNamesTheRooms) {
+  const json found = zones();
+  EXPECT_EQ(found["zones"].size(), 3U);
+  EXPECT_EQ(found["zones"][0]["room"], "kitchen");
+  EXPECT_EQ(found["zones"][0]["images"], 20);
+  EXPECT_EQ(found["zones"][0]["share"], 0.5);
+  EXPECT_EQ(found["measures"]["v_measure"], 1);
+  EXPECT_EQ(found["rooms"]["kitchen"]["images"], 20);
+  const auto shown = run({"zones", words_, "-o", scratch_ / "b.zones"});
+  EXPECT_THAT(shown.out, AllOf(HasSubstr("3 zones of 40 images"), HasSubstr("(kitchen, 100 %)"),
+                               HasSubstr("V-measure"), HasSubstr("modularity")));
+  EXPECT_THAT(shown.err, HasSubstr("of memory"));
+  EXPECT_EQ(readFile(scratch_ / "b.zones"), readFile(file_));
+}
+
+TEST_F(ZonesCommand, TakesItsSettings) {
+  EXPECT_EQ(zones({"--count", "5"})["zones"].size(), 5U);
+  EXPECT_EQ(zones({"--cut", "1000"})["zones"].size(), 1U);
+  EXPECT_EQ(zones({"--cut", "auto"})["zones"].size(), 3U);
+  const json thesis = zones({"--preset", "thesis"});
+  EXPECT_EQ(thesis["distance"], "ks");
+  EXPECT_EQ(thesis["linkage"], "average");
+  EXPECT_EQ(thesis["cut"], 0.5);
+  EXPECT_EQ(zones({"--preset", "thesis", "--count", "4"})["zones"].size(), 4U);
+  EXPECT_EQ(zones({"--distance", "hellinger", "--linkage", "complete"})["linkage"], "complete");
+}
+
+TEST_F(ZonesCommand, TakesTheWordsOfAMap) {
+  ASSERT_EQ(run({"map", words_, "-o", map_}).exitCode, 0);
+  const json ofWords = zones();
+  const auto result = run({"zones", map_, "-o", scratch_ / "map.zones", "--json"});
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_EQ(json::parse(result.out)["zones"], ofWords["zones"]);
+  EXPECT_THAT(result.err, Not(HasSubstr("labelling")));
+  expectError({"zones", map_, "-o", scratch_ / "c.zones", "--model", "inception-v3"}, "leave out --model");
+  expectError({"zones", map_, "-o", scratch_ / "c.zones", "--rooms", "r.csv"},
+              "leave out --poses and --rooms");
+  expectError({"zones", scratch_ / "missing.estancia", "-o", scratch_ / "c.zones"}, "no such map");
+}
+
+TEST_F(ZonesCommand, LetsAskSayTheZone) {
+  ASSERT_EQ(run({"map", words_, "-o", map_}).exitCode, 0);
+  zones();
+  const auto answer = run({"ask", map_, "stove", "--zones", file_, "--json"});
+  ASSERT_EQ(answer.exitCode, 0) << answer.err;
+  for (const json& place : json::parse(answer.out)["places"]) {
+    const json found = json::parse(readFile(file_))["zones"][place["zone"]["id"].get<std::size_t>()];
+    EXPECT_EQ(found["room"], place["room"]) << "the zone of the place's own room";
+    EXPECT_EQ(found["name"], place["zone"]["name"]);
+  }
+  EXPECT_THAT(run({"ask", map_, "stove", "--zones", file_}).out, HasSubstr("in zone "));
+  EXPECT_THAT(run({"ask", map_, "stove", "--json"}).out, Not(HasSubstr("zone")));
+
+  writeFile(scratch_ / "other.csv", "image,stove,tub\na,0.5,0.5\nb,0.1,0.9\n");
+  ASSERT_EQ(run({"zones", scratch_ / "other.csv", "-o", scratch_ / "other.zones"}).exitCode, 0);
+  expectError({"ask", map_, "stove", "--zones", scratch_ / "other.zones"}, "another run");
+  expectError({"ask", map_, "stove", "--zones", map_}, "no zone file");
+}
+
+TEST_F(ZonesCommand, IsEvaluatedAndExported) {
+  zones();
+  const auto measures = run({"evaluate", file_, "--json"});
+  ASSERT_EQ(measures.exitCode, 0) << measures.err;
+  EXPECT_EQ(json::parse(measures.out)["zones"], 3);
+  EXPECT_EQ(json::parse(measures.out)["v_measure"], 1);
+  expectError({"evaluate", file_, words_}, "no images are found");
+
+  const auto rooms = run({"export", file_, "--format", "rooms", "--words", "2"});
+  ASSERT_EQ(rooms.exitCode, 0) << rooms.err;
+  const json exported = json::parse(rooms.out);
+  EXPECT_EQ(exported.size(), 3U);
+  EXPECT_EQ(exported["kitchen"]["images"], 20);
+  EXPECT_EQ(exported["kitchen"]["words"].size(), 2U);
+  EXPECT_EQ(
+      run({"export", file_, "--format", "rooms", "-o", scratch_ / "rooms.json", "--words", "2"}).exitCode, 0);
+  EXPECT_EQ(readFile(scratch_ / "rooms.json"), rooms.out);
+  expectError({"export", file_, "--format", "nav2"}, "holds zones");
+  ASSERT_EQ(run({"map", words_, "-o", map_}).exitCode, 0);
+  expectError({"export", map_, "--format", "rooms"}, "estancia zones");
+}
+
+TEST_F(ZonesCommand, ReplacesZonesOnlyAndOnlyWhenTold) {
+  zones();
+  expectError({"zones", words_, "-o", file_}, "--overwrite");
+  const std::string words = readFile(words_);
+  expectError({"zones", words_, "-o", words_, "--overwrite"}, "no zone file, so it is not replaced");
+  EXPECT_EQ(readFile(words_), words);
+  expectError({"zones", words_, "-o", scratch_ / "none/home.zones"}, "no such folder");
+}
+
+TEST_F(ZonesCommand, WrongSettingsAreOneLine) {
+  const auto problem = [this](const std::string& option, const std::string& value, const std::string& text) {
+    expectError({"zones", words_, "-o", file_, option, value}, text);
+  };
+  problem("--distance", "bogus", "standardized-clr");
+  problem("--linkage", "bogus", "ward");
+  problem("--cut", "soon", "neither \"auto\" nor a number");
+  problem("--cut", "-1", "neither \"auto\" nor a number");
+  problem("--cut", "nan", "neither \"auto\" nor a number");
+  problem("--count", "0", "above 0");
+  problem("--count", "41", "choose 1 to 40");
+  problem("--preset", "mine", "thesis");
+  expectError({"zones", words_, "-o", file_, "--count", "3", "--cut", "1"}, "excludes");
+  expectError({"zones", words_, "-o", file_, "--distance", "ks", "--linkage", "ward"}, "ward");
+}
+
+TEST_F(ZonesCommand, TakesHardlyAnythingAndRefusesWhatIsNothing) {
+  const auto ofText = [this](const std::string& text) {
+    writeFile(scratch_ / "words.csv", text);
+    return run({"zones", scratch_ / "words.csv", "-o", file_, "--overwrite", "--json"});
+  };
+  EXPECT_EQ(json::parse(ofText("image,a,b\none,0.1,0.9\n").out)["zones"].size(), 1U);
+  EXPECT_EQ(json::parse(ofText("image,a\none,0.1\ntwo,0.4\n").out)["zones"].size(), 1U);
+  EXPECT_EQ(json::parse(ofText("image,a,b\none,0,0\ntwo,0,0\n").out)["zones"][0]["name"], "no words");
+  const auto refused = ofText("image,a,b\none,nan,0.9\n");
+  EXPECT_EQ(refused.exitCode, 2);
+  EXPECT_THAT(refused.err, HasSubstr("words.csv:2"));
+}
+
+}  // namespace
+}  // namespace estancia::test
