@@ -49,6 +49,7 @@ std::size_t print(const std::vector<Measure>& measures);
 void addExamples(CLI::App& command, const std::string& examples);
 
 // One file a subcommand.
+void addCheckCommand(CLI::App& app);
 void addLabelCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
 void addZonesCommand(CLI::App& app);

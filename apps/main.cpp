@@ -62,6 +62,7 @@ int main(int argc, char** argv) {
               "  estancia ask home.estancia \"coffee\"\n"
               "  estancia route home.estancia --from 0 --to \"coffee\"\n"
               "  estancia report home.estancia -o home.html");
+  addCheckCommand(app);
   addLabelCommand(app);
   addMapCommand(app);
   addZonesCommand(app);

@@ -16,6 +16,8 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr double kFurthest = 1e6;  // [m]; more is damage, not depth
+
 /// What is usual where nobody says: millimetres, 255 for 10 m (as NYU Depth V2 is passed around), metres.
 double usualUnits(int depth) {
   return depth == CV_8U ? 25.5 : depth == CV_16U ? 1000 : 1;
@@ -46,11 +48,11 @@ cv::Mat readDepth(const fs::path& file, double unitsPerMetre) {
                             printable(file.string())));
   cv::Mat metres;
   raw.convertTo(metres, CV_32F);
-  const auto perUnit = static_cast<float>(1 / (unitsPerMetre > 0 ? unitsPerMetre : usualUnits(kind)));
+  const double units = unitsPerMetre > 0 ? unitsPerMetre : usualUnits(kind);
   const float invalid = kind == CV_16U ? 65535.F : std::numeric_limits<float>::infinity();
   metres.forEach<float>([=](float& d, const int*) {
-    const float scaled = d * perUnit;
-    d = d > 0 && d < invalid && std::isfinite(scaled) ? scaled : 0;
+    const double scaled = d / units;
+    d = d > 0 && d < invalid && scaled < kFurthest ? static_cast<float>(scaled) : 0;
   });
   return metres;
 }

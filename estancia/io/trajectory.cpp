@@ -25,9 +25,14 @@ struct Oddity {
   }
 };
 
+/// The length of the quaternion of a line.
+double normOf(const std::vector<double>& n) {
+  return std::hypot(std::hypot(n[4], n[5]), std::hypot(n[6], n[7]));
+}
+
 std::optional<Pose> poseOfTum(const std::vector<double>& n) {
   Pose pose{n[1], n[2], n[3], n[4], n[5], n[6], n[7]};
-  const double norm = std::hypot(std::hypot(pose.qx, pose.qy), std::hypot(pose.qz, pose.qw));
+  const double norm = normOf(n);
   if (!pose.isFinite() || !(norm > 1e-6) || !std::isfinite(norm)) return std::nullopt;
   for (double* q : {&pose.qx, &pose.qy, &pose.qz, &pose.qw}) *q /= norm;
   return pose;
@@ -39,7 +44,7 @@ Trajectory readTrajectory(const fs::path& file) {
   const std::string name = io::printable(file.string());
   const std::vector<std::string> lines = io::readLines(file);
   Trajectory trajectory;
-  Oddity unusable, unordered, doubled;
+  Oddity unusable, unordered, doubled, unnormalised;
   double latest = -std::numeric_limits<double>::infinity();
   std::size_t columns = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -58,6 +63,7 @@ Trajectory readTrajectory(const fs::path& file) {
     TrajectoryPoint point;
     if (columns == kTum) {
       point.pose = poseOfTum(numbers);
+      if (point.pose && std::abs(normOf(numbers) - 1) > 0.01) unnormalised.add(i + 1);
       if (std::isfinite(numbers[0])) {
         point.timestamp = numbers[0];
         if (numbers[0] == latest) doubled.add(i + 1);
@@ -79,6 +85,10 @@ Trajectory readTrajectory(const fs::path& file) {
                                                 trajectory.points.size(), what, oddity.firstLine));
   };
   warn(unusable, "are not used, because they hold NaN or no rotation");
+  warn(unnormalised,
+       "have a quaternion that is not of length 1; it is made so, but check that the columns are t x y z qx "
+       "qy "
+       "qz qw");
   warn(doubled, "repeat the time stamp before them");
   warn(unordered, "are older than one before them; they are sorted by time");
   return trajectory;

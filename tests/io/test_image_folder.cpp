@@ -133,7 +133,7 @@ TEST_F(ImageFolder, RefusesUnknownTypesAndListsTheKnown) {
   options_.type = "movie";
   EXPECT_THAT(errorOfOpening(),
               HasSubstr("unknown type of sequence \"movie\"; known are auto, recording, video, tum"));
-  EXPECT_EQ(sequenceTypes().size(), 7U);
+  EXPECT_EQ(sequenceTypes().size(), 8U);
 }
 
 TEST_F(ImageFolder, TakesTimeStampsFromNamesThatAreSuch) {

@@ -110,6 +110,15 @@ TEST_F(TrajectoryFile, WarnsOfDoubledAndUnorderedTimes) {
           HasSubstr("1 of 4 poses are older than one before them; they are sorted by time (first: line 4)")));
 }
 
+TEST_F(TrajectoryFile, NormalisesQuaternionsAndWarnsOfOddOnes) {
+  const auto trajectory = read("1 0 0 0 0 0 0 1.001\n2 0 0 0 0 3 0 4\n");
+  EXPECT_THAT(trajectory.warnings,
+              ElementsAre(AllOf(HasSubstr("1 of 2 poses have a quaternion that is not of length 1"),
+                                HasSubstr("line 2"))));
+  EXPECT_DOUBLE_EQ(trajectory.points[1].pose->qy, 0.6);
+  EXPECT_DOUBLE_EQ(trajectory.points[0].pose->qw, 1);
+}
+
 TEST_F(TrajectoryFile, NamesTheLineThatIsNoPose) {
   EXPECT_THAT(errorOf([&] { read("1 0 0 0 0 0 0 1\n2 0 0 0\n"); }),
               HasSubstr("poses.txt:2: 4 of 4 values are numbers"));

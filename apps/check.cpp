@@ -1,0 +1,85 @@
+// estancia check: what in one's own data would break a map, and how to mend it.
+#include <fmt/format.h>
+
+#include "common.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/io/recording.hpp"
+#include "estancia/odometry/check.hpp"
+
+namespace estancia::apps {
+namespace {
+
+struct Arguments {
+  SequenceArguments sequence;
+  CheckOptions options;
+  bool json = false;
+};
+
+void printForPeople(const CheckReport& report, const std::vector<std::string>& notes) {
+  for (const CheckItem& item : report.items) {
+    const char* mark = item.severity == Severity::fine      ? "ok"
+                       : item.severity == Severity::warning ? "warning"
+                                                            : "PROBLEM";
+    fmt::print("{:<8} {} ({}){}{}\n", mark, item.what, item.evidence, item.fix.empty() ? "" : " → ",
+               item.fix);
+  }
+  for (const std::string& note : notes) fmt::print("note     {}\n", note);
+  const auto counted = [&report](Severity severity, const char* what) {
+    const std::size_t count = report.count(severity);
+    return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
+  };
+  fmt::print("{} frames: {}, {}\n", report.frames, counted(Severity::problem, "problem"),
+             counted(Severity::warning, "warning"));
+}
+
+void printForMachines(const CheckReport& report, const std::vector<std::string>& notes) {
+  const auto severity = [](Severity s) {
+    return s == Severity::fine ? "fine" : s == Severity::warning ? "warning" : "problem";
+  };
+  auto findings = nlohmann::ordered_json::array();
+  for (const CheckItem& item : report.items)
+    findings.push_back({{"severity", severity(item.severity)},
+                        {"name", item.name},
+                        {"what", item.what},
+                        {"evidence", item.evidence},
+                        {"fix", item.fix}});
+  print({{"frames", report.frames},
+         {"problems", report.count(Severity::problem)},
+         {"warnings", report.count(Severity::warning)},
+         {"findings", findings},
+         {"notes", notes}});
+}
+
+void run(const Arguments& arguments) {
+  if (isRecording(arguments.sequence.path))
+    throw Error(fmt::format("{} holds words; check the images they were made from", arguments.sequence.path));
+  const auto sequence = openSequence(arguments.sequence.path, arguments.sequence.options);
+  const auto progress = makeStderrProgress();
+  const CheckReport report = checkSequence(*sequence, arguments.options, *progress);
+  if (arguments.json)
+    printForMachines(report, sequence->warnings());
+  else
+    printForPeople(report, sequence->warnings());
+  if (report.count(Severity::problem) > 0) throw NoAnswer();
+}
+
+}  // namespace
+
+void addCheckCommand(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "check", "Find what would break a map in your data (poses, depth, stamps …), and how to mend it");
+  arguments->sequence.addTo(*command);
+  arguments->sequence.addDepthTo(*command);
+  command->add_option("--frames", arguments->options.frames, "How many frames are looked at, evenly spread")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1000000));
+  addJsonOption(*command, arguments->json);
+  addExamples(*command,
+              "  estancia check ~/recording\n"
+              "  estancia check ~/recording --poses slam.txt --intrinsics camera.yaml --depth-scale 5000\n"
+              "The exit code is 0 when there is no problem (warnings may be), 1 when there is one.");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace estancia::apps

@@ -1,0 +1,348 @@
+// Do the poses fit the depth? Pairs of depth pictures are reprojected into each other under what the poses
+// may have meant; the truth stands out, because wrong motions put surfaces where the other picture sees none.
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <opencv2/core.hpp>
+#include <tuple>
+
+#include "estancia/core/error.hpp"
+#include "estancia/odometry/check_parts.hpp"
+#include "estancia/odometry/reprojection.hpp"
+
+namespace estancia::odometry {
+namespace {
+
+constexpr std::size_t kAnchors = 30;   // frames that look for a partner
+constexpr std::size_t kFurthest = 64;  // frames between partners
+constexpr double kMoved = 0.6;         // agreement of two views taken as one: below, they moved enough
+constexpr double kStill = 0.8;         // above, they hardly moved
+constexpr std::size_t kFewestPairs = 5;
+constexpr int kMostShift = 40;  // frames that poses may be late
+
+/// The other camera frames in use: T_map_optical = T_map_given · rotation.
+struct CameraFrame {
+  const char* what;
+  const char* fix;
+  cv::Matx33d rotation;  ///< R_given_optical
+};
+const std::array<CameraFrame, 3> kFrames = {{
+    {"", "", cv::Matx33d::eye()},
+    {"of the robot's body (x forward, y left, z up)",
+     "multiply each pose from the right by the rotation (qx qy qz qw) = (-0.5, 0.5, -0.5, 0.5), body to "
+     "optical frame",
+     {0, 0, 1, -1, 0, 0, 0, -1, 0}},
+    {"of OpenGL (y up, z backward)",
+     "multiply each pose from the right by diag(1, -1, -1): turn the columns of y and z round",
+     {1, 0, 0, 0, -1, 0, 0, 0, -1}},
+}};
+
+/// What the poses may have meant.
+struct Hypothesis {
+  bool inverted = false;  ///< T_camera_map instead of T_map_camera
+  std::size_t frame = 0;  ///< in kFrames
+  bool wFirst = false;    ///< quaternions were written qw qx qy qz
+  double scale = 1;       ///< positions times this fit the depth; 0: positions do not count
+  int shift = 0;          ///< frame i has the pose given for frame i + shift
+};
+
+cv::Affine3d poseOf(Pose p, const Hypothesis& h) {
+  if (h.wFirst) std::tie(p.qw, p.qx, p.qy, p.qz) = std::make_tuple(p.qx, p.qy, p.qz, p.qw);
+  const double x = p.qx, y = p.qy, z = p.qz, w = p.qw;
+  const cv::Matx33d rotation(1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),  //
+                             2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),  //
+                             2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y));
+  cv::Affine3d pose(rotation, h.scale * cv::Vec3d(p.x, p.y, p.z));
+  if (h.inverted) pose = pose.inv();
+  return pose * cv::Affine3d(kFrames[h.frame].rotation);
+}
+
+/// One number a pair: how well its views agree; NaN where a pose is missing.
+using Scores = std::vector<double>;
+
+double meanOf(const Scores& scores) {
+  double sum = 0;
+  std::size_t count = 0;
+  for (const double s : scores)
+    if (!std::isnan(s)) {
+      sum += s;
+      ++count;
+    }
+  return count > 0 ? sum / static_cast<double>(count) : 0;
+}
+
+/// Whether `a` is above `b` by more than chance: by 0.02 or more in the mean, and by three standard errors of
+/// the mean or of wins over losses (pairs with much motion differ much more than others, which widens the
+/// former).
+bool isBetter(const Scores& a, const Scores& b) {
+  double sum = 0, squares = 0, n = 0, wins = 0, losses = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double d = a[i] - b[i];
+    if (std::isnan(d)) continue;
+    sum += d;
+    squares += d * d;
+    n += 1;
+    if (d != 0) (d > 0 ? wins : losses) += 1;
+  }
+  if (n < kFewestPairs) return false;
+  const double mean = sum / n, variance = std::max(0.0, squares / n - mean * mean) * n / (n - 1);
+  return mean > 0.02 && (mean > 3 * std::sqrt(variance / n) || wins - losses > 3 * std::sqrt(wins + losses));
+}
+
+class Geometry {
+ public:
+  explicit Geometry(const Sequence& sequence) : sequence_(sequence) {}
+
+  /// Looks for pairs of frames between which the camera moved enough to tell motions apart.
+  void findPairs(Progress& progress) {
+    const std::size_t size = sequence_.size();
+    const auto anchors = evenly(size - 1, kAnchors);
+    progress.begin("comparing depth with poses", anchors.size());
+    for (const std::size_t a : anchors) {
+      views_.erase(views_.begin(), views_.lower_bound(a));  // what lies behind is needed by pairs only
+      if (const DepthView* from = view(a)) {
+        std::size_t partner = a;
+        double still = 1;
+        for (std::size_t step = 1; step <= kFurthest && a + step < size && still > kMoved; step *= 2)
+          if (const DepthView* to = sequence_.frame(a + step).pose ? view(a + step) : nullptr) {
+            partner = a + step;
+            still = agreement(*from, *to, cv::Affine3d::Identity());
+          }
+        if (partner != a && still < kStill) pairs_.push_back({a, partner, *from, *view(partner)});
+      }
+      progress.advance();
+      if (interrupted()) throw Interrupted("stopped before the check was done");
+    }
+    progress.end();
+    views_.clear();
+  }
+
+  std::size_t pairs() const { return pairs_.size(); }
+
+  Scores unmoved() const {
+    Scores scores;
+    for (const Pair& pair : pairs_) scores.push_back(agreement(pair.from, pair.to, cv::Affine3d::Identity()));
+    return scores;
+  }
+
+  Scores under(const Hypothesis& h) const {
+    Scores scores;
+    for (const Pair& pair : pairs_) {
+      const Pose* a = shifted(pair.a, h.shift);
+      const Pose* b = shifted(pair.b, h.shift);
+      scores.push_back(a == nullptr || b == nullptr
+                           ? std::numeric_limits<double>::quiet_NaN()
+                           : agreement(pair.from, pair.to, poseOf(*b, h).inv() * poseOf(*a, h)));
+    }
+    return scores;
+  }
+
+ private:
+  struct Pair {
+    std::size_t a, b;
+    DepthView from, to;
+  };
+
+  const Pose* shifted(std::size_t i, int shift) const {
+    const auto at = static_cast<std::ptrdiff_t>(i) + shift;
+    if (at < 0 || at >= static_cast<std::ptrdiff_t>(sequence_.size())) return nullptr;
+    const auto& pose = sequence_.frame(static_cast<std::size_t>(at)).pose;
+    return pose ? &*pose : nullptr;
+  }
+
+  /// Null when the frame has no pose or no usable depth.
+  const DepthView* view(std::size_t i) {
+    if (!sequence_.frame(i).pose) return nullptr;
+    auto found = views_.find(i);
+    if (found == views_.end()) {
+      cv::Mat depth;
+      try {
+        depth = sequence_.depth(i);
+      } catch (const Error&) {  // counted where depth is checked
+        return nullptr;
+      }
+      found = views_.emplace(i, DepthView(depth, *sequence_.intrinsics())).first;
+    }
+    return found->second.points().size() < 100 ? nullptr : &found->second;
+  }
+
+  const Sequence& sequence_;
+  std::map<std::size_t, DepthView> views_;
+  std::vector<Pair> pairs_;
+};
+
+/// A hypothesis and how well it does.
+struct Candidate {
+  Hypothesis hypothesis;
+  Scores scores;
+
+  /// Takes over when it is clearly better; returns whether.
+  bool challenge(const Geometry& geometry, const Hypothesis& h) {
+    Scores other = geometry.under(h);
+    if (!isBetter(other, scores)) return false;
+    *this = {h, std::move(other)};
+    return true;
+  }
+};
+
+/// From the simple to the rare, so that what is not clearly better than something simpler is not believed.
+Candidate searchConvention(const Geometry& geometry) {
+  constexpr double scales[] = {1, 1e-3, 1e3, 5, 0.2, 10, 0.1, 100, 0.01, 2, 0.5};
+  Candidate best{{}, geometry.under({})};
+  for (const double scale : scales)
+    for (const bool wFirst : {false, true})
+      for (std::size_t frame = 0; frame < kFrames.size(); ++frame)
+        for (const bool inverted : {false, true}) best.challenge(geometry, {inverted, frame, wFirst, scale});
+  return best;
+}
+
+/// The delay with the best mean, if it is clearly better than none.
+void searchShift(const Geometry& geometry, Candidate& best) {
+  Hypothesis shifted = best.hypothesis, top = shifted;
+  double most = meanOf(best.scores);
+  for (int shift = -kMostShift; shift <= kMostShift; ++shift) {
+    shifted.shift = shift;
+    const Scores scores = geometry.under(shifted);
+    std::size_t judged = 0;
+    for (const double s : scores) judged += std::isnan(s) ? 0 : 1;
+    if (2 * judged < geometry.pairs() || meanOf(scores) <= most) continue;
+    most = meanOf(scores);
+    top = shifted;
+  }
+  if (top.shift != 0) best.challenge(geometry, top);
+}
+
+/// The scale with the best mean within a factor of 2.5, if it is clearly better than the one that is tried.
+void searchScale(const Geometry& geometry, Candidate& best) {
+  Hypothesis scaled = best.hypothesis, top = scaled;
+  double most = meanOf(best.scores);
+  constexpr int steps = 45;  // of 2 %
+  for (int step = -steps; step <= steps; ++step) {
+    scaled.scale = best.hypothesis.scale * std::pow(1.02, step);
+    const double mean = meanOf(geometry.under(scaled));
+    if (mean <= most) continue;
+    most = mean;
+    top = scaled;
+  }
+  if (best.challenge(geometry, top) || best.hypothesis.scale == 1) return;
+  best.hypothesis = top;  // a coarse factor was clear already; this is where its summit is
+  best.scores = geometry.under(top);
+}
+
+/// A factor as people know it: 0.00098 is a thousandth.
+double rounded(double factor) {
+  for (const double known : {1e-3, 1e3, 0.2, 5.0, 0.1, 10.0, 0.01, 100.0})
+    if (std::abs(std::log(factor / known)) < 0.12) return known;
+  return factor;
+}
+
+void reportScale(double factor, const DepthFacts& facts, const std::string& evidence, Checklist& list) {
+  if (list.has("depth-scale") || list.has("pose-scale")) return;  // range or speed said so already
+  factor = rounded(factor);
+  constexpr double usual = 2, unitsDiffer = 3;  // [m], factor: no two units are closer
+  const double median = facts.median.value_or(usual);
+  const double ifDepth = std::abs(std::log(median / factor / usual)),
+               ifPoses = std::abs(std::log(median / usual));
+  if (std::abs(std::log(factor)) < std::log(unitsDiffer))
+    list.add(
+        Severity::problem, "scale", "Positions and depth differ in scale",
+        fmt::format("positions fit multiplied by {:.2f}; {}", factor, evidence),
+        fmt::format("if the positions are right, give a --depth-scale {:.2f} times as large, or check the "
+                    "focal length; else (monocular SLAM, wheel odometry) multiply them by {:.2f}",
+                    factor, factor));
+  else if (ifDepth < ifPoses)
+    list.add(
+        Severity::problem, "depth-scale", "Depth is in other units than the poses",
+        fmt::format("it fits divided by {:.3g}: median {:.2g} m instead of {:.2g} m; {}", factor,
+                    median / factor, median, evidence),
+        fmt::format("give a --depth-scale {:.3g} times as large (the default is 1000 for 16 bits, TUM RGB-D "
+                    "5000, float 1)",
+                    factor));
+  else
+    list.add(Severity::problem, "pose-scale", "Positions are in other units than metres",
+             fmt::format("they fit the depth multiplied by {:.3g}; {}", factor, evidence),
+             fmt::format("multiply the positions by {:.3g}", factor));
+}
+
+void report(const Sequence& sequence, const Candidate& best, double given, double unmoved, std::size_t pairs,
+            const DepthFacts& facts, Checklist& list) {
+  const Hypothesis& h = best.hypothesis;
+  const std::string evidence = fmt::format(
+      "{:.0f} % of the depth agrees so, {:.0f} % as given, {:.0f} % for a still camera, {} pairs of frames",
+      100 * meanOf(best.scores), 100 * given, 100 * unmoved, pairs);
+  if (h.wFirst)
+    list.add(Severity::problem, "pose-quaternion", "Quaternions are written qw qx qy qz", evidence,
+             "write t x y z qx qy qz qw: qw comes last");
+  if (h.inverted)
+    list.add(Severity::problem, "pose-inverted", "Poses are inverted: T_camera_map instead of T_map_camera",
+             evidence,
+             "invert each pose (R' = Rᵀ, t' = −Rᵀ t), so that it takes points of the camera to the map");
+  if (h.frame != 0)
+    list.add(Severity::problem, "pose-frame",
+             fmt::format("Poses are {}, not of the optical frame", kFrames[h.frame].what), evidence,
+             std::string(kFrames[h.frame].fix) + (h.inverted ? ", once they are inverted" : ""));
+  if (h.shift != 0) {
+    const auto interval = frameInterval(sequence);
+    const int by = std::abs(h.shift);
+    const std::string time = interval ? fmt::format(" ({:.3f} s)", by * *interval) : "";
+    list.add(
+        Severity::problem, "pose-time",
+        fmt::format("Poses are {} frame{}{} too {}", by, by > 1 ? "s" : "", time,
+                    h.shift > 0 ? "late" : "early"),
+        evidence,
+        h.shift > 0
+            ? fmt::format("subtract the delay from the trajectory's time stamps, or leave out its first {}",
+                          by > 1 ? fmt::format("{} poses", by) : "pose")
+            : fmt::format("add the delay to the trajectory's time stamps, or leave out the first {}",
+                          by > 1 ? fmt::format("{} pictures", by) : "picture"));
+  }
+  if (std::abs(std::log(h.scale)) > 0.08) reportScale(h.scale, facts, evidence, list);
+}
+
+}  // namespace
+
+void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& progress, Checklist& list) {
+  if (!sequence.hasDepth() || !sequence.intrinsics() || sequence.size() < 2) return;
+  for (const char* reason :
+       {"pose-constant", "pose-order", "camera-size", "camera-centre", "camera-view", "depth-size"})
+    if (list.has(reason)) return;  // nothing can agree
+  bool posed = false;
+  for (std::size_t i = 0; i < sequence.size() && !posed; ++i) posed = sequence.frame(i).pose.has_value();
+  if (!posed) return;
+  Geometry geometry(sequence);
+  geometry.findPairs(progress);
+  if (geometry.pairs() < kFewestPairs) {
+    list.fine("geometry", "Poses and depth were not compared: too few frames moved and have both",
+              fmt::format("{} pairs", geometry.pairs()));
+    return;
+  }
+  const Scores unmoved = geometry.unmoved();
+  Candidate best = searchConvention(geometry);
+  const double given = meanOf(geometry.under({}));
+  searchShift(geometry, best);
+  searchScale(geometry, best);
+  Hypothesis turning = best.hypothesis;
+  turning.scale = 0;
+  const Scores turned = geometry.under(turning);
+  if (!isBetter(best.scores, unmoved) || isBetter(turned, best.scores)) {
+    list.add(
+        Severity::problem, "pose-unfit",
+        "Poses do not fit the depth, whatever convention, scale or delay is tried",
+        fmt::format("{:.0f} % of the depth agrees at best, {:.0f} % for a still camera, {} pairs of frames",
+                    100 * meanOf(best.scores), 100 * meanOf(unmoved), geometry.pairs()),
+        "check that trajectory, pictures and intrinsics belong together; `estancia odometry` computes poses "
+        "anew");
+    return;
+  }
+  const std::size_t before = list.faults();
+  report(sequence, best, given, meanOf(unmoved), geometry.pairs(), facts, list);
+  if (list.faults() == before)
+    list.fine("geometry", "Poses fit the depth",
+              fmt::format("{:.0f} % of the depth agrees, {:.0f} % for a still camera, {} pairs of frames",
+                          100 * given, 100 * meanOf(unmoved), geometry.pairs()));
+}
+
+}  // namespace estancia::odometry

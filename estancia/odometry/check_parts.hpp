@@ -1,0 +1,71 @@
+// The parts of checkSequence, one file each; of no use to others.
+#pragma once
+
+#include <cstddef>
+#include <opencv2/core/types.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "estancia/odometry/check.hpp"
+
+namespace estancia::odometry {
+
+/// What the parts write on.
+class Checklist {
+ public:
+  void fine(std::string name, std::string what, std::string evidence) {
+    items_.push_back({Severity::fine, std::move(name), std::move(what), std::move(evidence), ""});
+  }
+  void add(Severity severity, std::string name, std::string what, std::string evidence, std::string fix) {
+    items_.push_back({severity, std::move(name), std::move(what), std::move(evidence), std::move(fix)});
+  }
+  /// Whether something that is not fine has this name.
+  bool has(const std::string& name) const {
+    for (const CheckItem& item : items_)
+      if (item.severity != Severity::fine && item.name == name) return true;
+    return false;
+  }
+  std::size_t faults() const {
+    std::size_t count = 0;
+    for (const CheckItem& item : items_) count += item.severity != Severity::fine ? 1 : 0;
+    return count;
+  }
+  std::vector<CheckItem> take() { return std::move(items_); }
+
+ private:
+  std::vector<CheckItem> items_;
+};
+
+/// "3 of 60 pictures": what evidence mostly is.
+std::string share(std::size_t count, std::size_t of, const char* what);
+
+/// How bad it is that `missing` of `all` are not there: a fifth is more than a gap.
+inline Severity severityOfMissing(std::size_t missing, std::size_t all) {
+  return 5 * missing >= all ? Severity::problem : Severity::warning;
+}
+
+/// The middle of some numbers (the upper of two); they may not be empty.
+double medianOf(std::vector<double> values);
+
+/// The usual time between frames [s], above 0; nothing where there are no stamps.
+std::optional<double> frameInterval(const Sequence& sequence);
+
+/// Evenly spread indices of at most `count` of `size` frames, ascending.
+std::vector<std::size_t> evenly(std::size_t size, std::size_t count);
+
+/// What the pictures of a sequence showed.
+struct DepthFacts {
+  std::optional<double> median;  ///< [m], absent when no depth was seen
+  cv::Size picture, depth;       ///< of the first that could be read
+};
+
+DepthFacts checkPictures(const Sequence& sequence, const CheckOptions& options, Progress& progress,
+                         Checklist& list);
+void checkCamera(const Sequence& sequence, const DepthFacts& facts, Checklist& list);
+void checkTimes(const Sequence& sequence, Checklist& list);
+void checkTrajectory(const Sequence& sequence, Checklist& list);
+void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& progress, Checklist& list);
+
+}  // namespace estancia::odometry

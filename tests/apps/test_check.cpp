@@ -1,0 +1,115 @@
+// estancia check on a recording of a made-up room, as files.
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "io/pictures.hpp"
+#include "odometry/recorded_room.hpp"
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class CheckCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (std::size_t i = 0; i < room_.size(); ++i) {
+      cv::Mat millimetres;
+      room_.depth(i).convertTo(millimetres, CV_16U, 1000);
+      const std::string name = fmt::format("{:.6f}.png", *room_.frame(i).timestamp);
+      writeFile(folder_ / ("rgb/" + name), encoded(".png", room_.image(i)));
+      writeFile(folder_ / ("depth/" + name), encoded(".png", millimetres));
+    }
+    writeFile(folder_ / "intrinsics.txt", "140 140 79.5 59.5\n");
+    writePoses([](const cv::Affine3d& t) { return t; });
+  }
+
+  void writePoses(const std::function<cv::Affine3d(cv::Affine3d)>& change) {
+    std::vector<TrajectoryPoint> points;
+    for (std::size_t i = 0; i < room_.size(); ++i)
+      points.push_back({room_.frame(i).timestamp, poseOf(change(affineOf(*room_.frame(i).pose)))});
+    writeTrajectory(folder_ / "poses.txt", points);
+  }
+
+  CommandResult check(std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments{"check", folder_.path().string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run(arguments);
+  }
+
+  /// The names of what is not fine.
+  static std::vector<std::string> faults(const CommandResult& result) {
+    std::vector<std::string> names;
+    const json report = json::parse(result.out);
+    for (const json& finding : report["findings"])
+      if (finding["severity"] != "fine") names.push_back(finding["name"]);
+    EXPECT_EQ(report["problems"].get<std::size_t>() + report["warnings"].get<std::size_t>(), names.size());
+    EXPECT_EQ(result.exitCode, report["problems"] > 0 ? 1 : 0) << result.out;
+    return names;
+  }
+
+  const RecordedRoom room_{40};
+  ScratchFolder folder_;
+};
+
+TEST_F(CheckCommand, IsContentWithASoundRecording) {
+  const auto result = check({"--json"});
+  EXPECT_THAT(faults(result), IsEmpty());
+  EXPECT_EQ(result.exitCode, 0);
+  EXPECT_EQ(json::parse(result.out)["frames"], 40);
+  EXPECT_THAT(check().out, HasSubstr("ok       Poses fit the depth"));
+}
+
+TEST_F(CheckCommand, SaysWhatIsWrongAndHowToMendIt) {
+  writePoses([](const cv::Affine3d& t) { return t.inv(); });
+  const auto result = check();
+  EXPECT_EQ(result.exitCode, 1);
+  EXPECT_THAT(result.out, HasSubstr("PROBLEM  Poses are inverted"));
+  EXPECT_THAT(result.out, HasSubstr("→ invert each pose"));
+  EXPECT_THAT(faults(check({"--json"})), ElementsAre("pose-inverted"));
+}
+
+TEST_F(CheckCommand, TakesOptionsOfDepthAndCamera) {
+  EXPECT_THAT(faults(check({"--json", "--depth-scale", "200"})), ElementsAre("depth-scale"));
+  writeFile(folder_ / "large.yaml",
+            "image_width: 320\nimage_height: 240\nK: [280, 0, 159.5, 0, 280, 119.5, 0, 0, 1]\n");
+  EXPECT_THAT(faults(check({"--json", "--intrinsics", folder_ / "large.yaml"})), IsEmpty());
+  writeFile(folder_ / "large.txt", "280 280 159.5 119.5\n");
+  EXPECT_THAT(faults(check({"--json", "--intrinsics", folder_ / "large.txt"})), ElementsAre("camera-centre"));
+}
+
+TEST_F(CheckCommand, TellsOfPosesThatAreNone) {
+  std::string text = readFile(folder_ / "poses.txt"), spoilt;
+  std::size_t line = 0;
+  for (std::size_t at = 0; at < text.size(); ++line) {
+    const auto end = text.find('\n', at) + 1;
+    const std::string whole = text.substr(at, end - at);
+    spoilt += line % 9 == 4 ? whole.substr(0, whole.find(' ')) + " nan nan nan nan nan nan nan\n" : whole;
+    at = end;
+  }
+  writeFile(folder_ / "poses.txt", spoilt);
+  const auto result = check({"--json"});
+  EXPECT_THAT(faults(result), ElementsAre("pose-missing"));
+  EXPECT_THAT(json::parse(result.out)["notes"].dump(), HasSubstr("hold NaN or no rotation"));
+}
+
+TEST_F(CheckCommand, RefusesWhatItCannotCheck) {
+  writeFile(folder_ / "words.csv", "image,cat\na.png,1\n");
+  const auto words = run({"check", folder_ / "words.csv"});
+  EXPECT_EQ(words.exitCode, 2);
+  EXPECT_THAT(words.err, HasSubstr("holds words"));
+  EXPECT_EQ(run({"check", folder_ / "nowhere"}).exitCode, 2);
+  EXPECT_EQ(check({"--depth-scale", "-1"}).exitCode, 2);
+  EXPECT_EQ(check({"--frames", "0"}).exitCode, 2);
+  EXPECT_EQ(check({"--intrinsics", folder_ / "nowhere.txt"}).exitCode, 2);
+}
+
+}  // namespace
+}  // namespace estancia::test

@@ -1,0 +1,371 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <random>
+#include <sstream>
+
+#include "estancia/core/error.hpp"
+#include "estancia/odometry/check.hpp"
+#include "odometry/recorded_room.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::Altered;
+using test::RecordedRoom;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+const cv::Affine3d kBodyFromOptical(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0)),
+    kOpenGl(cv::Matx33d(1, 0, 0, 0, -1, 0, 0, 0, -1));
+
+CheckReport check(const Sequence& sequence, std::size_t frames = 20) {
+  Progress silent;
+  return checkSequence(sequence, {.frames = frames}, silent);
+}
+
+/// The names of all that is not fine. Each must say how it is known and what to do.
+std::vector<std::string> faults(const CheckReport& report) {
+  std::vector<std::string> names;
+  for (const CheckItem& item : report.items) {
+    EXPECT_NE(item.evidence, "") << item.name;
+    EXPECT_EQ(item.fix.empty(), item.severity == Severity::fine) << item.name;
+    if (item.severity != Severity::fine) names.push_back(item.name);
+  }
+  return names;
+}
+
+std::vector<std::string> faultsOf(const Sequence& sequence) {
+  return faults(check(sequence));
+}
+
+/// What people's recordings suffer from, and exactly what must be found then.
+struct Fault {
+  std::string name;
+  std::function<void(Altered&)> spoil;
+  std::vector<std::string> found;
+};
+
+void multiplyDepth(Altered& s, float factor) {
+  s.alterDepth = [factor](std::size_t, cv::Mat& depth) { depth *= factor; };
+}
+
+void multiplyPositions(Altered& s, double factor) {
+  s.pose([factor](cv::Affine3d t) {
+    t.translation(factor * t.translation());
+    return t;
+  });
+}
+
+const std::vector<Fault>& geometricFaults() {
+  static const std::vector<Fault> faults = {
+      {"nothing", [](Altered&) {}, {}},
+      {"inverted",
+       [](Altered& s) { s.pose([](const cv::Affine3d& t) { return t.inv(); }); },
+       {"pose-inverted"}},
+      {"OpenGL",
+       [](Altered& s) { s.pose([](const cv::Affine3d& t) { return t * kOpenGl; }); },
+       {"pose-frame"}},
+      {"robot's body",
+       [](Altered& s) { s.pose([](const cv::Affine3d& t) { return t * kBodyFromOptical.inv(); }); },
+       {"pose-frame"}},
+      {"inverted robot's body",
+       [](Altered& s) { s.pose([](const cv::Affine3d& t) { return (t * kBodyFromOptical.inv()).inv(); }); },
+       {"pose-inverted", "pose-frame"}},
+      {"qw first",
+       [](Altered& s) {
+         for (Frame& f : s.frames)
+           f.pose = Pose{f.pose->x, f.pose->y, f.pose->z, f.pose->qw, f.pose->qx, f.pose->qy, f.pose->qz};
+       },
+       {"pose-quaternion"}},
+      {"another map",
+       [](Altered& s) {
+         s.pose([](const cv::Affine3d& t) {
+           return cv::Affine3d(cv::Vec3d(1, 2, 0.5), cv::Vec3d(10, -20, 5)) * t;
+         });
+       },
+       {}},
+      {"depth x 5", [](Altered& s) { multiplyDepth(s, 5); }, {"depth-scale"}},
+      {"depth / 5", [](Altered& s) { multiplyDepth(s, 0.2F); }, {"depth-scale"}},
+      {"millimetres as metres", [](Altered& s) { multiplyDepth(s, 1000); }, {"depth-scale"}},
+      {"positions in millimetres", [](Altered& s) { multiplyPositions(s, 1000); }, {"pose-scale"}},
+      {"positions too small", [](Altered& s) { multiplyPositions(s, 0.6); }, {"scale"}},
+      {"poses a frame late", [](Altered& s) { s.shiftPoses(-1); }, {"pose-time"}},
+      {"poses two frames early", [](Altered& s) { s.shiftPoses(2); }, {"pose-time"}},
+      {"shuffled",
+       [](Altered& s) {
+         std::mt19937 random(7);
+         for (std::size_t i = s.frames.size() - 1; i > 0; --i)
+           std::swap(s.frames[i].pose, s.frames[random() % (i + 1)].pose);
+       },
+       {"pose-order"}},
+      {"another run",
+       [](Altered& s) {
+         std::vector<Frame> before = s.frames;
+         for (std::size_t i = 0; i < s.frames.size(); ++i)
+           s.frames[i].pose = before[s.frames.size() - 1 - i].pose;
+       },
+       {"pose-unfit"}},
+      {"shortened",
+       [](Altered& s) {
+         for (std::size_t i = s.frames.size() / 2; i < s.frames.size(); ++i) s.frames[i].pose.reset();
+       },
+       {"pose-short"}},
+      {"NaN here and there",
+       [](Altered& s) {
+         for (std::size_t i = 5; i < s.frames.size(); i += 11) s.frames[i].pose.reset();
+       },
+       {"pose-missing"}},
+      {"a jump",
+       [](Altered& s) {
+         for (std::size_t i = s.frames.size() / 2; i < s.frames.size(); ++i) s.frames[i].pose->x += 6;
+       },
+       {"pose-jump"}},
+      {"all the same",
+       [](Altered& s) {
+         for (Frame& f : s.frames) f.pose = Pose{};
+       },
+       {"pose-constant"}},
+      {"no intrinsics", [](Altered& s) { s.camera().reset(); }, {"camera-missing"}},
+      {"intrinsics of a picture twice as large",
+       [](Altered& s) {
+         CameraIntrinsics twice = s.camera()->scaledTo(2 * s.camera()->width, 2 * s.camera()->height);
+         twice.width /= 2;
+         twice.height /= 2;
+         s.camera() = twice;
+       },
+       {"camera-centre"}},
+      {"no poses",
+       [](Altered& s) {
+         for (Frame& f : s.frames) f.pose.reset();
+       },
+       {}},
+      {"no depth", [](Altered& s) { s.depthThere = false; }, {}},
+  };
+  return faults;
+}
+
+TEST(Check, FindsExactlyWhatIsWrongInARoom) {
+  const RecordedRoom room;
+  for (const Fault& fault : geometricFaults()) {
+    Altered spoilt(room);
+    fault.spoil(spoilt);
+    EXPECT_THAT(faultsOf(spoilt), ::testing::ElementsAreArray(fault.found)) << fault.name;
+  }
+}
+
+TEST(Check, FindsExactlyWhatIsWrongInTheRedKitchen) {
+  const auto data = test::findData("sevenscenes_redkitchen");
+  ESTANCIA_NEEDS(data, "the real data set sevenscenes_redkitchen is missing");
+  const auto kitchen = openSequence(*data);
+  for (const Fault& fault : geometricFaults()) {
+    Altered spoilt(*kitchen);
+    fault.spoil(spoilt);
+    EXPECT_THAT(faultsOf(spoilt), ::testing::ElementsAreArray(fault.found)) << fault.name;
+  }
+}
+
+const CheckItem& onlyFault(const CheckReport& report) {
+  static const CheckItem none{};
+  for (const CheckItem& item : report.items)
+    if (item.severity != Severity::fine) return item;
+  return none;
+}
+
+TEST(Check, SaysHowToMendIt) {
+  const RecordedRoom room;
+  Altered inverted(room), body(room), late(room), coarse(room), large(room);
+  inverted.pose([](const cv::Affine3d& t) { return t.inv(); });
+  EXPECT_THAT(onlyFault(check(inverted)).fix, HasSubstr("invert each pose"));
+  EXPECT_EQ(onlyFault(check(inverted)).severity, Severity::problem);
+  body.pose([](const cv::Affine3d& t) { return t * kBodyFromOptical.inv(); });
+  EXPECT_THAT(onlyFault(check(body)).fix, HasSubstr("(-0.5, 0.5, -0.5, 0.5)"));
+  // The quaternion that it names is the rotation that mends the poses.
+  const cv::Affine3d named = test::affineOf({0, 0, 0, -0.5, 0.5, -0.5, 0.5});
+  EXPECT_EQ(cv::norm(named.matrix, kBodyFromOptical.matrix, cv::NORM_INF), 0);
+  late.shiftPoses(-3);
+  EXPECT_THAT(onlyFault(check(late)).what, HasSubstr("3 frames (0.100 s) too late"));
+  multiplyDepth(large, 5);
+  EXPECT_THAT(onlyFault(check(large)).fix, HasSubstr("--depth-scale 5 times as large"));
+}
+
+TEST(Check, LooksAtDepthWithoutPosesToo) {
+  const RecordedRoom room;
+  const auto found = [&room](const std::function<void(Altered&)>& spoil) {
+    Altered spoilt(room);
+    for (Frame& f : spoilt.frames) f.pose.reset();
+    spoil(spoilt);
+    return faultsOf(spoilt);
+  };
+  EXPECT_THAT(found([](Altered&) {}), IsEmpty());
+  EXPECT_THAT(found([](Altered& s) { multiplyDepth(s, 1000); }), ElementsAre("depth-scale"));
+  EXPECT_THAT(found([](Altered& s) { multiplyDepth(s, 1e-3F); }), ElementsAre("depth-scale"));
+  EXPECT_THAT(found([](Altered& s) {
+                s.alterDepth = [](std::size_t i, cv::Mat& depth) {
+                  if (i % 2 == 0) throw Error("gone");
+                  depth *= 1;
+                };
+              }),
+              ElementsAre("depth-missing"));
+  EXPECT_THAT(found([](Altered& s) { s.alterDepth = [](std::size_t, cv::Mat&) { throw Error("gone"); }; }),
+              ElementsAre("depth-missing"));
+  EXPECT_THAT(found([](Altered& s) { s.alterDepth = [](std::size_t, cv::Mat& d) { d = 0; }; }),
+              ElementsAre("depth-empty"));
+  EXPECT_THAT(found([](Altered& s) {
+                s.alterDepth = [](std::size_t, cv::Mat& d) { d = d.colRange(0, 80).clone(); };
+              }),
+              ElementsAre("depth-size"));
+  EXPECT_THAT(found([](Altered& s) {
+                s.alterDepth = [](std::size_t, cv::Mat& d) {
+                  d.forEach<float>([](float& z, const int*) { z = std::round(z * 25.5F) / 25.5F; });
+                };
+              }),
+              ElementsAre("depth-coarse"));
+  EXPECT_THAT(found([](Altered& s) { s.alterDepth = [](std::size_t, cv::Mat& d) { d = cv::min(d, 2.5F); }; }),
+              ElementsAre("depth-saturated"));
+  EXPECT_THAT(found([](Altered& s) {
+                s.alterDepth = [](std::size_t, cv::Mat& d) { d.rowRange(10, d.rows).setTo(0); };
+              }),
+              ElementsAre("depth-sparse"));
+}
+
+TEST(Check, LooksAtCameraAndPictures) {
+  const RecordedRoom room;
+  const auto found = [&room](const std::function<void(Altered&)>& spoil) {
+    Altered spoilt(room);
+    for (Frame& f : spoilt.frames) f.pose.reset();
+    spoil(spoilt);
+    return faultsOf(spoilt);
+  };
+  EXPECT_THAT(found([](Altered& s) { s.camera() = CameraIntrinsics{160, 120, 5850, 5850, 80, 60}; }),
+              ElementsAre("camera-view"));
+  EXPECT_THAT(found([](Altered& s) { s.camera() = CameraIntrinsics{1280, 720, 900, 900, 640, 360}; }),
+              ElementsAre("camera-size"));
+  EXPECT_THAT(found([](Altered& s) { s.camera() = CameraIntrinsics{160, 120, 140, 100, 80, 60}; }),
+              ElementsAre("camera-pixels"));
+  EXPECT_THAT(found([](Altered& s) { s.camera() = CameraIntrinsics{160, 120, 140, 140, 60, 80}; }),
+              IsEmpty());
+  EXPECT_THAT(
+      found([](Altered& s) { s.alterPicture = [](std::size_t i, cv::Mat& p) { p *= i < 40 ? 0 : 1; }; }),
+      ElementsAre("picture-black", "picture-frozen"));
+  EXPECT_THAT(found([](Altered& s) {
+                s.alterPicture = [](std::size_t i, cv::Mat& p) {
+                  p.setTo(cv::Scalar::all(255 - static_cast<double>(i % 2)));
+                };
+              }),
+              ElementsAre("picture-white"));
+  EXPECT_THAT(found([](Altered& s) {
+                s.alterPicture = [](std::size_t, cv::Mat& p) { p.setTo(cv::Scalar(10, 200, 30)); };
+              }),
+              ElementsAre("picture-frozen"));
+  EXPECT_THAT(found([](Altered& s) {
+                s.alterPicture = [](std::size_t i, cv::Mat&) {
+                  if (i == 0) throw Error("damaged");
+                };
+              }),
+              ElementsAre("picture-unreadable"));
+}
+
+TEST(Check, LooksAtTimeStamps) {
+  const RecordedRoom room;
+  const auto found = [&room](const std::function<void(Altered&)>& spoil) {
+    Altered spoilt(room);
+    for (Frame& f : spoilt.frames) f.pose.reset();
+    spoil(spoilt);
+    return faultsOf(spoilt);
+  };
+  EXPECT_THAT(found([](Altered& s) { std::swap(s.frames[3].timestamp, s.frames[4].timestamp); }),
+              ElementsAre("time-order"));
+  EXPECT_THAT(found([](Altered& s) { s.frames[3].timestamp = s.frames[4].timestamp; }),
+              ElementsAre("time-doubled"));
+  EXPECT_THAT(found([](Altered& s) { s.frames[3].timestamp.reset(); }), ElementsAre("time-missing"));
+  EXPECT_THAT(found([](Altered& s) {
+                for (std::size_t i = 50; i < s.size(); ++i) *s.frames[i].timestamp += 5;
+              }),
+              ElementsAre("time-gap"));
+  EXPECT_THAT(found([](Altered& s) {
+                for (Frame& f : s.frames) f.timestamp.reset();
+              }),
+              IsEmpty());
+  EXPECT_THAT(found([](Altered& s) { s.depthDelay = 0.012; }), IsEmpty());
+  EXPECT_THAT(found([](Altered& s) { s.depthDelay = -0.35; }), ElementsAre("depth-time"));
+}
+
+TEST(Check, JudgesPositionsBySpeedWhereThereIsNoDepth) {
+  const RecordedRoom room;
+  Altered millimetres(room);
+  millimetres.depthThere = false;
+  multiplyPositions(millimetres, 1000);
+  EXPECT_THAT(faultsOf(millimetres), ElementsAre("pose-scale"));
+}
+
+TEST(Check, ClaimsNothingOfACameraThatHardlyMoves) {
+  const RecordedRoom room;
+  Altered still(room);
+  still.pose([&](const cv::Affine3d& t) {
+    const cv::Affine3d first = test::affineOf(*room.frame(0).pose);
+    cv::Affine3d step = first.inv() * t;
+    return first * cv::Affine3d(1e-3 * step.rvec(), 1e-3 * step.translation());
+  });
+  still.alterDepth = [&](std::size_t, cv::Mat& depth) { depth = room.depth(0); };
+  EXPECT_THAT(faultsOf(still), IsEmpty());
+}
+
+TEST(Check, TakesShortSequences) {
+  for (const std::size_t size : {1U, 2U, 3U, 5U})
+    EXPECT_THAT(faultsOf(RecordedRoom(size)), IsEmpty()) << size;
+}
+
+TEST(Check, LooksAtAsManyFramesAsAskedFor) {
+  const RecordedRoom room;
+  std::vector<std::size_t> seen;
+  Altered watched(room);
+  watched.depthThere = false;
+  watched.alterPicture = [&](std::size_t i, cv::Mat&) { seen.push_back(i); };
+  check(watched, 3);
+  EXPECT_THAT(seen, ElementsAre(0, 1, 44, 45, 89)) << "the next one, too, to see whether it is frozen";
+}
+
+TEST(Check, RaisesNoFalseAlarmOnOtherRealData) {
+  const auto corridor = test::findData("corridor_vpr"), nyu = test::findData("nyuv2_half");
+  ESTANCIA_NEEDS(corridor && nyu, "the real data sets corridor_vpr and nyuv2_half are missing");
+  EXPECT_THAT(faults(check(*openSequence(*corridor / "ref"), 60)), IsEmpty());
+  EXPECT_THAT(faults(check(*openSequence(*corridor / "query"), 60)), IsEmpty());
+  EXPECT_THAT(faults(check(*openSequence(*nyu / "rgb"), 60)), IsEmpty());
+  const CheckReport rgbd = check(*openSequence(*nyu), 60);
+  EXPECT_THAT(faults(rgbd), ElementsAre("depth-coarse", "camera-missing")) << "both are so";
+  EXPECT_EQ(rgbd.count(Severity::problem), 0U);
+}
+
+TEST(Check, RaisesNoFalseAlarmOnPanoramas) {
+  const auto panoramas = test::findFetched("panoramas");
+  ESTANCIA_NEEDS(panoramas, "the panoramas are not here; script/bootstrap fetches them");
+  EXPECT_THAT(faults(check(*openSequence(*panoramas), 24)), IsEmpty());
+}
+
+TEST(Check, RaisesNoFalseAlarmOnTheTrajectoriesOfIdol) {
+  const auto data = test::findData("idol2_meta");
+  ESTANCIA_NEEDS(data, "the real data set idol2_meta is missing");
+  for (const auto& file : std::filesystem::directory_iterator(*data)) {
+    if (file.path().extension() != ".csv" || file.path().filename() == "rooms.csv") continue;
+    std::vector<Frame> frames;
+    std::istringstream lines(test::readFile(file.path()));
+    std::string line;
+    std::getline(lines, line);  // frame,timestamp,x,y,theta,room
+    while (std::getline(lines, line)) {
+      double time = 0, x = 0, y = 0, theta = 0;
+      ASSERT_EQ(std::sscanf(line.c_str(), "%*[^,],%lf,%lf,%lf,%lf", &time, &x, &y, &theta), 4) << line;
+      frames.push_back({fmt::format("frame {}", frames.size()), time, Pose::planar(x, y, theta), ""});
+    }
+    for (const std::string& name : faults(check(test::FramesOnly(frames))))
+      ADD_FAILURE() << file.path().filename() << ": " << name;
+  }
+}
+
+}  // namespace
+}  // namespace estancia
