@@ -60,7 +60,7 @@ TEST_P(EveryWay, FindsTheRoomsWithFewGroups) {
   const ZoneStream stream = streamOf(drive(), options(), {40, 20});
   std::vector<int> rooms;
   for (const Frame& frame : drive().frames) rooms.push_back(frame.room.back());
-  EXPECT_GT(measureAgreement(rooms, stream.zoneOf()).vMeasure, 0.95);
+  EXPECT_GT(measureAgreement(rooms, stream.zoneOf()).vMeasure, 0.9);
   EXPECT_EQ(stream.groups(), 40U);
 }
 
