@@ -51,6 +51,7 @@ void addExamples(CLI::App& command, const std::string& examples);
 // One file a subcommand.
 void addCheckCommand(CLI::App& app);
 void addLabelCommand(CLI::App& app);
+void addOdometryCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
 void addZonesCommand(CLI::App& app);
 void addAskCommand(CLI::App& app);

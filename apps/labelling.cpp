@@ -38,6 +38,21 @@ class Recorder {
   std::unique_ptr<Progress> progress_ = makeStderrProgress();
 };
 
+/// One frame of another sequence.
+class OneFrame : public Sequence {
+ public:
+  OneFrame(const Sequence& sequence, std::size_t frame) : sequence_(sequence), frame_(frame) {}
+  std::string name() const override { return sequence_.name(); }
+  std::size_t size() const override { return 1; }
+  const Frame& frame(std::size_t /*i*/) const override { return sequence_.frame(frame_); }
+  cv::Mat image(std::size_t /*i*/) const override { return sequence_.image(frame_); }
+  std::string fingerprint(std::size_t /*i*/) const override { return sequence_.fingerprint(frame_); }
+
+ private:
+  const Sequence& sequence_;
+  std::size_t frame_;
+};
+
 }  // namespace
 
 void ModelArguments::addTo(CLI::App& command, const std::string& what) {
@@ -112,6 +127,15 @@ std::size_t Labelling::forEach(std::size_t first, const std::string& what,
         fmt::format("{}: none of the {} frames can be read", sequence_->name(), sequence_->size() - first));
   if (skipped > 0) spdlog::warn("{} unreadable frames were skipped", skipped);
   return skipped;
+}
+
+LexicalDescriptor Labelling::words(std::size_t frame) {
+  const OneFrame one(*sequence_, frame);
+  LabelStream stream(one, *labeler_, {.strict = strict_, .ahead = 1, .readers = 1, .cache = cache_.get()});
+  const LabelledFrame labelled = *stream.next();
+  if (labelled.remembered) ++remembered_;
+  if (!labelled.labelled()) spdlog::warn("no words: {}", labelled.problem);
+  return labelled.descriptor;
 }
 
 }  // namespace estancia::apps

@@ -43,6 +43,9 @@ class Labelling {
   std::size_t forEach(std::size_t first, const std::string& what,
                       const std::function<void(const LabelledFrame&)>& use);
 
+  /// The words of one frame; empty, with a warning, when it has none.
+  LexicalDescriptor words(std::size_t frame);
+
   /// Frames so far whose words were in the cache.
   std::size_t remembered() const { return remembered_; }
 

@@ -64,6 +64,7 @@ int main(int argc, char** argv) {
               "  estancia report home.estancia -o home.html");
   addCheckCommand(app);
   addLabelCommand(app);
+  addOdometryCommand(app);
   addMapCommand(app);
   addZonesCommand(app);
   addAskCommand(app);

@@ -38,6 +38,11 @@ std::optional<Pose> poseOfTum(const std::vector<double>& n) {
   return pose;
 }
 
+std::string lineOf(double timestamp, const Pose& pose) {
+  return fmt::format("{} {} {} {} {} {} {} {}\n", timestamp, pose.x, pose.y, pose.z, pose.qx, pose.qy,
+                     pose.qz, pose.qw);
+}
+
 }  // namespace
 
 Trajectory readTrajectory(const fs::path& file) {
@@ -102,9 +107,26 @@ void writeTrajectory(const fs::path& file, const std::vector<TrajectoryPoint>& p
       throw Error(
           fmt::format("{}: point {} has no time stamp or pose, which TUM files cannot hold; leave it out",
                       io::printable(file.string()), i + 1));
-    text += fmt::format("{} {} {} {} {} {} {} {}\n", *timestamp, pose->x, pose->y, pose->z, pose->qx,
-                        pose->qy, pose->qz, pose->qw);
+    text += lineOf(*timestamp, *pose);
   }
+  writeWhole(file, text);
+}
+
+void writePoses(const fs::path& file, const std::vector<Frame>& frames) {
+  if (std::ranges::none_of(frames, [](const Frame& f) { return f.pose.has_value(); }))
+    throw Error(fmt::format("{}: none of the {} frames has a pose that could be written",
+                            io::printable(file.string()), frames.size()));
+  std::vector<TrajectoryPoint> points;
+  if (std::ranges::all_of(frames, [](const Frame& f) { return f.timestamp.has_value(); })) {
+    for (const Frame& frame : frames)
+      if (frame.pose) points.push_back({frame.timestamp, frame.pose});
+    return writeTrajectory(file, points);
+  }
+  std::string text =
+      "# frame x y z qx qy qz qw: the frames have no time stamps and are numbered; nan has no pose\n";
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    text += frames[i].pose ? lineOf(static_cast<double>(i), *frames[i].pose)
+                           : fmt::format("{} nan nan nan nan nan nan nan\n", i);
   writeWhole(file, text);
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "estancia/core/frame.hpp"
 #include "estancia/core/pose.hpp"
 
 namespace estancia {
@@ -32,6 +33,12 @@ Trajectory readTrajectory(const std::filesystem::path& file);
 /// Writes the points in TUM form, every number with all its digits: reading it back gives the same
 /// trajectory. Throws Error when a point has no time stamp or pose, or the file cannot be written.
 void writeTrajectory(const std::filesystem::path& file, const std::vector<TrajectoryPoint>& points);
+
+/// Writes the poses of these frames in TUM form such that SequenceOptions::poses finds them again. Frames
+/// without a pose are left out where all frames have time stamps; otherwise poses go by order: frames are
+/// numbered from 0 instead, and those without a pose are kept as `nan`. Throws Error when no frame has a pose
+/// or the file cannot be written.
+void writePoses(const std::filesystem::path& file, const std::vector<Frame>& frames);
 
 /// The pose of a rigid transform camera → map, row-major 3×4. Nothing when it is not finite or its left part
 /// is no rotation (columns off by more than 1 % from unit length or right angles, or mirrored).

@@ -1,0 +1,166 @@
+// estancia odometry: where the camera stood in every picture of an RGB-D sequence.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <filesystem>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/trajectory.hpp"
+#include "estancia/odometry/rgbd.hpp"
+#include "estancia/stats/trajectory_error.hpp"
+#include "labelling.hpp"
+
+namespace estancia::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  SequenceArguments sequence;
+  ModelArguments model;
+  RgbdOptions options;
+  std::string output;
+  bool noLoops = false, overwrite = false, json = false;
+};
+
+/// The estimate beside the poses that the sequence came with.
+struct Comparison {
+  AbsoluteTrajectoryError absolute;
+  RelativePoseError relative;
+  double path = 0;  ///< of the true poses that were estimated [m]
+};
+
+std::optional<Comparison> compareWithTruth(const Sequence& sequence, const RgbdTrajectory& trajectory) {
+  std::vector<Pose> estimated, truth;
+  for (std::size_t i = 0; i < sequence.size(); ++i)
+    if (trajectory.poses[i] && sequence.frame(i).pose) {
+      estimated.push_back(*trajectory.poses[i]);
+      truth.push_back(*sequence.frame(i).pose);
+    }
+  if (truth.empty()) return std::nullopt;
+  return Comparison{absoluteTrajectoryError(estimated, truth), relativePoseError(estimated, truth),
+                    pathLength(truth)};
+}
+
+void tell(const Arguments& arguments, const Sequence& sequence, const RgbdTrajectory& trajectory,
+          double seconds) {
+  const std::size_t placed = sequence.size() - trajectory.lost.size();
+  const double rate = static_cast<double>(sequence.size()) / seconds;
+  const auto comparison = compareWithTruth(sequence, trajectory);
+  if (arguments.json) {
+    nlohmann::ordered_json json{{"trajectory", arguments.output},
+                                {"frames", sequence.size()},
+                                {"placed", placed},
+                                {"keyframes", trajectory.keyframes.size()},
+                                {"loops", trajectory.loops.size()},
+                                {"frames_per_second", rate}};
+    for (const auto& [frame, why] : trajectory.lost)
+      json["lost"].push_back({{"frame", sequence.frame(frame).name}, {"why", why}});
+    if (comparison)
+      json["error"] = {{"poses", comparison->absolute.poses},
+                       {"rmse", comparison->absolute.rmse},
+                       {"mean", comparison->absolute.mean},
+                       {"median", comparison->absolute.median},
+                       {"max", comparison->absolute.max},
+                       {"path", comparison->path},
+                       {"relative_translation", comparison->relative.translationRmse},
+                       {"relative_rotation", comparison->relative.rotationRmse}};
+    print(json);
+    return;
+  }
+  fmt::print("{}: {} of {} frames placed, {} keyframes, {} loops; {:.1f} frames/s\n", arguments.output,
+             placed, sequence.size(), trajectory.keyframes.size(), trajectory.loops.size(), rate);
+  if (!comparison) return;
+  const auto& [absolute, relative, path] = *comparison;
+  fmt::print(
+      "beside the poses of the sequence, {} of them, a path of {:.2f} m: off by {:.3f} m (root mean square; "
+      "median {:.3f}, most {:.3f}",
+      absolute.poses, path, absolute.rmse, absolute.median, absolute.max);
+  if (path > 0)
+    fmt::print("), {:.1f} % of the path", 100 * absolute.rmse / path);
+  else
+    fmt::print(")");
+  fmt::print("; from frame to frame by {:.3f} m and {:.2f}°\n", relative.translationRmse,
+             relative.rotationRmse);
+}
+
+void run(const Arguments& arguments) {
+  if (fs::exists(arguments.output) && !arguments.overwrite)
+    throw Error(fmt::format("{} exists; replace it with --overwrite", arguments.output));
+  const fs::path folder = fs::path(arguments.output).parent_path();
+  if (!folder.empty() && !fs::is_directory(folder))
+    throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
+
+  std::unique_ptr<Sequence> unlabelled;
+  std::unique_ptr<Labelling> labelling;
+  FrameWords words;
+  if (arguments.noLoops) {
+    unlabelled = arguments.sequence.open();
+  } else {
+    labelling = std::make_unique<Labelling>(arguments.sequence, arguments.model);
+    words.describe = [&labelling](std::size_t frame) { return labelling->words(frame); };
+    words.parts = labelling->vocabulary().layout().parts;
+  }
+  const Sequence& sequence = labelling ? labelling->sequence() : *unlabelled;
+
+  const auto start = std::chrono::steady_clock::now();
+  const auto progress = makeStderrProgress();
+  const RgbdTrajectory trajectory = trackRgbd(sequence, arguments.options, words, progress.get());
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+
+  constexpr std::size_t shown = 5;
+  for (const std::string& note : trajectory.notes) spdlog::warn("{}", note);
+  for (std::size_t i = 0; i < std::min(shown, trajectory.lost.size()); ++i)
+    spdlog::warn("no pose for {}: {}", sequence.frame(trajectory.lost[i].frame).name, trajectory.lost[i].why);
+  if (trajectory.lost.size() > shown)
+    spdlog::warn("no pose for {} frames in all; --json lists them", trajectory.lost.size());
+
+  std::vector<Frame> frames;
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    frames.push_back(sequence.frame(i));
+    frames.back().pose = trajectory.poses[i];
+  }
+  writePoses(arguments.output, frames);
+  tell(arguments, sequence, trajectory, seconds.count());
+}
+
+}  // namespace
+
+void addOdometryCommand(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("odometry", "Find where the camera stood in every picture that has depth");
+  arguments->sequence.addTo(*command);
+  command
+      ->add_option("-o,--output", arguments->output,
+                   "The trajectory (TUM), for --poses of the other commands")
+      ->required();
+  arguments->model.addTo(*command, "Whose words propose loops");
+  RgbdOptions& o = arguments->options;
+  command->add_flag("--no-loops", arguments->noLoops, "Only track: no words, no loops; drift stays");
+  command
+      ->add_option("--term", o.term,
+                   "What is aligned: depth, colour, hybrid, or auto: depth, hybrid where depth would slide")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"auto", "depth", "colour", "hybrid"}));
+  command->add_option("--width", o.width, "Pictures are reduced to this width [pixels]")
+      ->capture_default_str();
+  command->add_option("--farthest", o.farthest, "Depth beyond is not used [m]")->capture_default_str();
+  command
+      ->add_option("--loop-features", o.loopFeatures,
+                   "So many features must agree for a loop; more where rooms look alike")
+      ->capture_default_str();
+  command->add_flag("--overwrite", arguments->overwrite, "Replace an existing file");
+  addJsonOption(*command, arguments->json);
+  addExamples(*command,
+              "  estancia check ~/kitchen\n"
+              "  estancia odometry ~/kitchen -o kitchen.txt\n"
+              "  estancia map ~/kitchen --poses kitchen.txt -o kitchen.estancia");
+  command->callback([arguments] {
+    if (arguments->noLoops) arguments->options.loopCandidates = 0;
+    run(*arguments);
+  });
+}
+
+}  // namespace estancia::apps

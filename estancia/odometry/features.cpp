@@ -1,0 +1,67 @@
+#include "estancia/odometry/features.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace estancia::odometry {
+
+Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera, int most,
+                    double farthest) {
+  Features features;
+  features.camera = camera.scaledTo(bgr.cols, bgr.rows);
+  const CameraIntrinsics c = features.camera;
+  cv::Mat grey, descriptors;
+  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  std::vector<cv::KeyPoint> corners;
+  cv::ORB::create(most, 1.2F, 8, 15, 0, 2, cv::ORB::HARRIS_SCORE, 15)
+      ->detectAndCompute(grey, cv::noArray(), corners, descriptors);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const cv::Point2f& at = corners[i].pt;
+    const int x = static_cast<int>(at.x * static_cast<float>(depth.cols) / static_cast<float>(bgr.cols));
+    const int y = static_cast<int>(at.y * static_cast<float>(depth.rows) / static_cast<float>(bgr.rows));
+    const float z = depth.at<float>(std::clamp(y, 0, depth.rows - 1), std::clamp(x, 0, depth.cols - 1));
+    if (!(z > 0 && z <= farthest)) continue;
+    features.pixels.push_back(at);
+    features.points.emplace_back(static_cast<float>((at.x - c.cx) / c.fx) * z,
+                                 static_cast<float>((at.y - c.cy) / c.fy) * z, z);
+    features.descriptors.push_back(descriptors.row(static_cast<int>(i)));
+  }
+  return features;
+}
+
+std::optional<cv::Affine3d> guessFromFeatures(const Features& source, const Features& target, int fewest) {
+  if (static_cast<int>(std::min(source.points.size(), target.points.size())) < fewest) return std::nullopt;
+  std::vector<cv::DMatch> matches;
+  cv::BFMatcher(cv::NORM_HAMMING, /*crossCheck=*/true).match(source.descriptors, target.descriptors, matches);
+  std::vector<cv::Point3f> points;
+  std::vector<cv::Point2f> pixels;
+  constexpr float kAlike = 64;  // of 256 bits: beyond, ORB matches are mostly chance
+  for (const cv::DMatch& match : matches) {
+    if (match.distance > kAlike) continue;
+    points.push_back(source.points[static_cast<std::size_t>(match.queryIdx)]);
+    pixels.push_back(target.pixels[static_cast<std::size_t>(match.trainIdx)]);
+  }
+  if (static_cast<int>(points.size()) < fewest) return std::nullopt;
+  const CameraIntrinsics& c = target.camera;
+  const cv::Matx33d camera(c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1);
+  cv::Vec3d rotation, translation;
+  std::vector<int> inliers;
+  const auto tolerance =
+      static_cast<float>(0.01 * c.width);  // [pixels]; depth and colour may be a little apart
+  try {
+    if (!cv::solvePnPRansac(points, pixels, camera, cv::noArray(), rotation, translation, false, 300,
+                            tolerance, 0.99, inliers, cv::SOLVEPNP_EPNP))
+      return std::nullopt;
+  } catch (const cv::Exception&) {  // degenerate points
+    return std::nullopt;
+  }
+  if (static_cast<int>(inliers.size()) < fewest || !std::isfinite(cv::norm(rotation)) ||
+      !std::isfinite(cv::norm(translation)))
+    return std::nullopt;
+  return cv::Affine3d(rotation, translation);
+}
+
+}  // namespace estancia::odometry

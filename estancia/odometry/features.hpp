@@ -1,0 +1,30 @@
+// Points that look alike in two pictures: a first guess where views lie far apart.
+#pragma once
+
+#include <opencv2/core/affine.hpp>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <vector>
+
+#include "estancia/core/camera.hpp"
+
+namespace estancia::odometry {
+
+/// Corners of a picture that have depth.
+struct Features {
+  CameraIntrinsics camera;  ///< of the picture
+  std::vector<cv::Point2f> pixels;
+  std::vector<cv::Point3f> points;  ///< in the camera's frame [m]
+  cv::Mat descriptors;              ///< a row each (ORB, Rublee et al. 2011)
+};
+
+/// At most `most` features of the picture; `depth` [m, CV_32F] shows the same view in any size, `camera` is
+/// scaled to both.
+Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera, int most,
+                    double farthest);
+
+/// T_target_source from features that are matched both ways and agree on one motion (RANSAC with a fixed
+/// seed); nothing when fewer than `fewest` agree.
+std::optional<cv::Affine3d> guessFromFeatures(const Features& source, const Features& target, int fewest);
+
+}  // namespace estancia::odometry

@@ -1,0 +1,159 @@
+#include "estancia/odometry/keyframes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <set>
+#include <thread>
+
+#include "estancia/core/cores.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/rigid.hpp"
+
+namespace estancia::odometry {
+namespace {
+
+constexpr int kLevels = 3;
+constexpr int kFeatures = 800;
+constexpr double kLeastDepth = 0.02;  // share of the pixels: below, there is nothing to hold on to
+
+}  // namespace
+
+AlignmentTerm alignmentTerm(const std::string& name) {
+  if (name == "auto") return AlignmentTerm::automatic;
+  if (name == "depth") return AlignmentTerm::depth;
+  if (name == "colour") return AlignmentTerm::colour;
+  if (name == "hybrid") return AlignmentTerm::hybrid;
+  throw Error(fmt::format("odometry aligns by auto, depth, colour or hybrid, not by \"{}\"", name));
+}
+
+std::unique_ptr<FrameView> viewOf(const Sequence& sequence, std::size_t frame, const RgbdOptions& options) {
+  auto view = std::make_unique<FrameView>();
+  view->frame = frame;
+  try {
+    view->depth = sequence.depth(frame);
+    view->bgr = sequence.image(frame);
+    const CameraIntrinsics camera = sequence.intrinsics()->scaledTo(view->depth.cols, view->depth.rows);
+    view->picture = reducedPicture(view->bgr, view->depth, camera, options.width, options.farthest);
+    const int usable = cv::countNonZero(view->picture.depth);
+    if (usable < kLeastDepth * static_cast<double>(view->picture.depth.total()))
+      view->problem =
+          fmt::format("{} of {} pixels have depth up to {} m (see --depth-scale and `estancia check`)",
+                      usable, view->picture.depth.total(), options.farthest);
+    else
+      view->pyramid = pyramidOf(view->picture, kLevels);
+  } catch (const Error& e) {
+    view->problem = e.what();
+  }
+  return view;
+}
+
+Keyframes::Keyframes(const RgbdOptions& options, const FrameWords& words)
+    : options_(options), words_(words), recall_(words.parts) {
+  alignment_.term = alignmentTerm(options.term);
+}
+
+const Pyramid& Keyframes::pyramid(std::size_t k) const {
+  const auto found = std::ranges::find(atHand_, k, &std::pair<std::size_t, Pyramid>::first);
+  if (found != atHand_.end()) {
+    std::rotate(atHand_.begin(), found, found + 1);
+  } else {
+    if (atHand_.size() > 1) atHand_.pop_back();
+    atHand_.insert(atHand_.begin(), {k, pyramidOf(keyframes_[k].picture, kLevels)});
+  }
+  return atHand_.front().second;
+}
+
+Features Keyframes::featuresOf(const FrameView& view) const {
+  return odometry::featuresOf(view.bgr, view.depth, view.picture.camera, kFeatures, options_.farthest);
+}
+
+std::size_t Keyframes::add(const FrameView& view, const cv::Affine3d& pose) {
+  keyframes_.push_back({view.frame, pose, view.picture, featuresOf(view)});
+  recall_.add(words_.describe ? words_.describe(view.frame) : LexicalDescriptor());
+  return keyframes_.size() - 1;
+}
+
+void Keyframes::connect(std::size_t from, std::size_t to, const Alignment& alignment) {
+  edges_.push_back({from, to, matrixOf(alignment.transform), alignment.information, false});
+}
+
+std::optional<cv::Affine3d> Keyframes::guess(const FrameView& view, std::size_t k) const {
+  return guessFromFeatures(featuresOf(view), keyframes_[k].features, options_.loopFeatures);
+}
+
+std::vector<std::size_t> Keyframes::sayingTheSame(const FrameView& view) const {
+  if (!words_.describe) return {};
+  return recall_.nearest(words_.describe(view.frame), static_cast<std::size_t>(options_.loopCandidates),
+                         [](std::size_t) { return true; });
+}
+
+std::optional<PoseGraphEdge> Keyframes::verified(std::size_t source, std::size_t target) const {
+  const Keyframe &a = keyframes_[source], &b = keyframes_[target];
+  const auto guess = guessFromFeatures(a.features, b.features, options_.loopFeatures);
+  if (!guess) return std::nullopt;
+  const Alignment found =
+      align(pyramidOf(a.picture, kLevels), pyramidOf(b.picture, kLevels), *guess, alignment_);
+  if (!found.solved || found.overlap < options_.loopOverlap || found.rmse > options_.mostRmse ||
+      found.likeness < options_.leastLikeness)
+    return std::nullopt;
+  return PoseGraphEdge{source, target, matrixOf(found.transform), found.information, true};
+}
+
+void Keyframes::closeLoops(Progress& progress) {
+  std::set<std::pair<std::size_t, std::size_t>> unique;
+  const auto most = static_cast<std::size_t>(options_.loopCandidates),
+             apart = static_cast<std::size_t>(options_.loopKeyframes);
+  for (std::size_t k = 0; k < size(); ++k)
+    for (const std::size_t other :
+         recall_.nearest(k, most, [&](std::size_t o) { return o + apart <= k || k + apart <= o; }))
+      unique.insert({std::max(k, other), std::min(k, other)});
+  const std::vector<std::pair<std::size_t, std::size_t>> pairs(unique.begin(), unique.end());
+  progress.begin("closing loops", pairs.size());
+  std::vector<std::optional<PoseGraphEdge>> loops(pairs.size());
+  std::atomic<std::size_t> next = 0;
+  std::mutex mutex;
+  std::exception_ptr failure;
+  const auto work = [&] {
+    try {
+      for (std::size_t i; (i = next++) < pairs.size() && !interrupted();) {
+        loops[i] = verified(pairs[i].first, pairs[i].second);
+        const std::lock_guard lock(mutex);
+        progress.advance();
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      failure = std::current_exception();
+      next = pairs.size();
+    }
+  };
+  {
+    const int count = options_.threads > 0 ? options_.threads : freeCores();
+    std::vector<std::jthread> threads;
+    for (int t = 1; t < count; ++t) threads.emplace_back(work);
+    work();
+  }
+  if (failure) std::rethrow_exception(failure);
+  if (interrupted())
+    throw Interrupted("stopped while closing loops; nothing was written, odometry starts anew");
+  progress.end();
+  for (const auto& loop : loops)
+    if (loop) edges_.push_back(*loop);
+}
+
+std::vector<std::pair<std::size_t, std::size_t>> Keyframes::optimize() {
+  std::vector<std::pair<std::size_t, std::size_t>> believed;
+  if (std::ranges::none_of(edges_, &PoseGraphEdge::uncertain)) return believed;
+  std::vector<Matrix4> nodes;
+  for (const Keyframe& k : keyframes_) nodes.push_back(matrixOf(k.pose));
+  std::vector<bool> kept;
+  if (!open3d().optimize(nodes, edges_, alignment_.sameSurface, kept)) return believed;
+  const cv::Affine3d back = keyframes_.front().pose * rigidOf(nodes.front()).inv();
+  for (std::size_t k = 0; k < size(); ++k) keyframes_[k].pose = back * rigidOf(nodes[k]);
+  for (std::size_t e = 0; e < edges_.size(); ++e)
+    if (edges_[e].uncertain && kept[e]) believed.emplace_back(edges_[e].source, edges_[e].target);
+  return believed;
+}
+
+}  // namespace estancia::odometry

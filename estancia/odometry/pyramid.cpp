@@ -1,0 +1,118 @@
+#include "estancia/odometry/pyramid.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+namespace estancia::odometry {
+namespace {
+
+constexpr float kNoDepth = std::numeric_limits<float>::quiet_NaN();
+constexpr float kSameSurface = 0.03F;  // of the depth: pixels that differ by more lie on two surfaces
+constexpr int kSmallest = 24;
+
+/// The mean of the nearest surface in every 2 × 2 pixels: averaging across an edge would invent points in
+/// mid-air.
+cv::Mat halvedDepth(const cv::Mat& depth) {
+  cv::Mat half(depth.rows / 2, depth.cols / 2, CV_32F);
+  for (int y = 0; y < half.rows; ++y) {
+    const float* above = depth.ptr<float>(2 * y);
+    const float* below = depth.ptr<float>(2 * y + 1);
+    for (int x = 0; x < half.cols; ++x) {
+      const float four[] = {above[2 * x], above[2 * x + 1], below[2 * x], below[2 * x + 1]};
+      float nearest = std::numeric_limits<float>::infinity(), sum = 0;
+      for (const float z : four)
+        if (z > 0) nearest = std::min(nearest, z);
+      int count = 0;
+      for (const float z : four)
+        if (z > 0 && z <= nearest * (1 + kSameSurface)) sum += z, ++count;
+      half.at<float>(y, x) = count > 0 ? sum / static_cast<float>(count) : 0;
+    }
+  }
+  return half;
+}
+
+RgbdPicture halved(const RgbdPicture& picture) {
+  const CameraIntrinsics& c = picture.camera;
+  RgbdPicture half;
+  half.depth = halvedDepth(picture.depth);
+  // An odd last row or column is left out, so that pixels keep their rays.
+  half.camera = {half.depth.cols, half.depth.rows,        c.fx / 2,
+                 c.fy / 2,        (c.cx + 0.5) / 2 - 0.5, (c.cy + 0.5) / 2 - 0.5};
+  const cv::Rect even(0, 0, half.depth.cols * 2, half.depth.rows * 2);
+  cv::resize(picture.grey(even), half.grey, half.depth.size(), 0, 0, cv::INTER_AREA);
+  return half;
+}
+
+cv::Mat pointsOf(const cv::Mat& depth, const CameraIntrinsics& camera) {
+  cv::Mat points(depth.size(), CV_32FC3);
+  for (int y = 0; y < depth.rows; ++y)
+    for (int x = 0; x < depth.cols; ++x) {
+      const float z = depth.at<float>(y, x);
+      points.at<cv::Vec3f>(y, x) = {static_cast<float>((x - camera.cx) / camera.fx) * z,
+                                    static_cast<float>((y - camera.cy) / camera.fy) * z, z};
+    }
+  return points;
+}
+
+/// From the points on the four sides; none across the edge of a surface.
+cv::Mat normalsOf(const cv::Mat& points) {
+  cv::Mat normals(points.size(), CV_32FC3, cv::Scalar::all(kNoDepth));
+  for (int y = 1; y + 1 < points.rows; ++y)
+    for (int x = 1; x + 1 < points.cols; ++x) {
+      const cv::Vec3f across = points.at<cv::Vec3f>(y, x + 1) - points.at<cv::Vec3f>(y, x - 1);
+      const cv::Vec3f down = points.at<cv::Vec3f>(y + 1, x) - points.at<cv::Vec3f>(y - 1, x);
+      const float edge = 3 * kSameSurface * points.at<cv::Vec3f>(y, x)[2];
+      const cv::Vec3f normal = down.cross(across);
+      const auto length = static_cast<float>(cv::norm(normal));
+      if (length > 0 && std::abs(across[2]) < edge && std::abs(down[2]) < edge)  // false for NaN
+        normals.at<cv::Vec3f>(y, x) = normal * (1 / length);
+    }
+  return normals;
+}
+
+PyramidLevel levelOf(const RgbdPicture& picture) {
+  PyramidLevel level;
+  level.camera = picture.camera;
+  cv::GaussianBlur(picture.grey, level.grey, {3, 3}, 0);
+  level.depth = picture.depth.clone();
+  level.depth.setTo(kNoDepth, picture.depth <= 0);
+  level.points = pointsOf(level.depth, level.camera);
+  level.normals = normalsOf(level.points);
+  cv::Sobel(level.grey, level.greyDx, CV_32F, 1, 0);
+  cv::Sobel(level.grey, level.greyDy, CV_32F, 0, 1);
+  cv::Sobel(level.depth, level.depthDx, CV_32F, 1, 0);
+  cv::Sobel(level.depth, level.depthDy, CV_32F, 0, 1);
+  return level;
+}
+
+}  // namespace
+
+RgbdPicture reducedPicture(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,
+                           int width, double farthest) {
+  RgbdPicture picture;
+  picture.camera = camera;
+  picture.depth = depth.clone();
+  picture.depth.setTo(0, depth > farthest);
+  cv::Mat grey;
+  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  cv::resize(grey, grey, depth.size(), 0, 0, grey.cols > depth.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
+  grey.convertTo(picture.grey, CV_32F, 1.0 / 255);
+  while (picture.depth.cols > width && std::min(picture.depth.cols, picture.depth.rows) / 2 >= kSmallest)
+    picture = halved(picture);
+  return picture;
+}
+
+Pyramid pyramidOf(const RgbdPicture& picture, int levels) {
+  Pyramid pyramid{levelOf(picture)};
+  RgbdPicture next = picture;
+  while (static_cast<int>(pyramid.size()) < levels &&
+         std::min(next.depth.cols, next.depth.rows) / 2 >= kSmallest) {
+    next = halved(next);
+    pyramid.push_back(levelOf(next));
+  }
+  return pyramid;
+}
+
+}  // namespace estancia::odometry

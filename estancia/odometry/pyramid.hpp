@@ -1,0 +1,37 @@
+// An RGB-D picture at several sizes, as alignment wants it.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "estancia/core/camera.hpp"
+
+namespace estancia::odometry {
+
+/// Grey values and depth of one moment, seen by one camera.
+struct RgbdPicture {
+  CameraIntrinsics camera;
+  cv::Mat grey;   ///< CV_32F, 0 to 1
+  cv::Mat depth;  ///< CV_32F [m], same size; 0 where there is none
+};
+
+/// One size of a picture and what alignment derives from it; everything CV_32F (or CV_32FC3), contiguous, NaN
+/// where there is no depth.
+struct PyramidLevel {
+  CameraIntrinsics camera;
+  cv::Mat grey, depth, points, normals;
+  cv::Mat greyDx, greyDy, depthDx, depthDy;
+};
+
+/// From the finest to the coarsest.
+using Pyramid = std::vector<PyramidLevel>;
+
+/// The picture in depth's size, halved until it is at most `width` wide. `camera` is that of `depth` (metres,
+/// CV_32F); what lies beyond `farthest` [m] counts as no depth. `bgr` shows the same view in any size.
+RgbdPicture reducedPicture(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,
+                           int width, double farthest);
+
+/// At most `levels` sizes, none less than 24 pixels wide or high.
+Pyramid pyramidOf(const RgbdPicture& picture, int levels);
+
+}  // namespace estancia::odometry

@@ -1,0 +1,42 @@
+// Which earlier pictures say the same words.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "estancia/core/descriptor.hpp"
+#include "estancia/core/vocabulary.hpp"
+
+namespace estancia::odometry {
+
+/// Lexical descriptors of pictures, compared as maps compare them (standardized-clr: what measurement found
+/// best). What has no words is never found and finds nothing.
+class Recall {
+ public:
+  explicit Recall(std::vector<LabelPart> parts) : parts_(std::move(parts)) {}
+
+  /// The number of the picture is how many were added before it. Throws Error when the number of labels
+  /// changes.
+  void add(const LexicalDescriptor& descriptor);
+
+  std::size_t size() const { return embedded_.size(); }
+
+  /// At most `most` pictures that `eligible` admits, the nearest first. Standardised by the pictures so far.
+  std::vector<std::size_t> nearest(const LexicalDescriptor& descriptor, std::size_t most,
+                                   const std::function<bool(std::size_t)>& eligible) const;
+  std::vector<std::size_t> nearest(std::size_t picture, std::size_t most,
+                                   const std::function<bool(std::size_t)>& eligible) const;
+
+ private:
+  std::vector<float> embed(const LexicalDescriptor& descriptor) const;
+  std::vector<std::size_t> nearestEmbedded(const std::vector<float>& query, std::size_t most,
+                                           const std::function<bool(std::size_t)>& eligible) const;
+
+  std::vector<LabelPart> parts_;
+  std::size_t labels_ = 0, described_ = 0;
+  std::vector<std::vector<float>> embedded_;  ///< empty without words
+  std::vector<double> sum_, squares_;
+};
+
+}  // namespace estancia::odometry

@@ -1,0 +1,183 @@
+#include "estancia/odometry/rgbd.hpp"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+
+#include "estancia/core/error.hpp"
+#include "odometry/room.hpp"
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::string refusal(const Sequence& sequence, const RgbdOptions& options = {}) {
+  try {
+    trackRgbd(sequence, options);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+std::vector<std::size_t> lostFrames(const RgbdTrajectory& trajectory) {
+  std::vector<std::size_t> frames;
+  for (const auto& lost : trajectory.lost) {
+    frames.push_back(lost.frame);
+    EXPECT_FALSE(trajectory.poses[lost.frame]) << lost.frame;
+    EXPECT_NE(lost.why, "");
+  }
+  return frames;
+}
+
+class Terms : public testing::TestWithParam<std::string> {};
+
+TEST_P(Terms, ACameraIsFollowedThroughARoom) {
+  const Drive drive(turnAround(40, -20));
+  const auto trajectory = trackRgbd(drive, {.term = GetParam()});
+  EXPECT_THAT(lostFrames(trajectory), IsEmpty());
+  ASSERT_EQ(trajectory.poses.size(), 20U);
+  EXPECT_LT(errorOf(trajectory, drive), 0.02);
+  EXPECT_GT(trajectory.keyframes.size(), 2U);
+  EXPECT_LT(trajectory.keyframes.size(), 20U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rgbd, Terms, testing::Values("auto", "hybrid"),
+                         [](const auto& term) { return term.param; });
+
+TEST(Rgbd, TheMapBeginsAtTheFirstCameraWhichIsLevelAndLooksAlongX) {
+  const auto trajectory = trackRgbd(Drive(turnAround(40, -35)));
+  ASSERT_TRUE(trajectory.poses[0]);
+  EXPECT_NEAR(distanceBetween(*trajectory.poses[0], {}), 0, 1e-9);
+  EXPECT_NEAR(trajectory.poses[0]->forward()[0], 1, 1e-9);
+  ASSERT_TRUE(trajectory.poses[4]);
+  EXPECT_NEAR(trajectory.poses[4]->z, 0, 0.02);                 // the floor stays below
+  EXPECT_GT(trajectory.poses[4]->forward()[1], std::sin(0.5));  // it turned left by 36°
+}
+
+TEST(Rgbd, LoopsTakeDriftAway) {
+  const Drive drive(turnAround(30, 8), 1);
+  const RgbdOptions options{.keyframeOverlap = 0.9, .loopFeatures = 15};  // many keyframes, much drift
+  const auto drifting = trackRgbd(drive, options);
+  const auto closed = trackRgbd(drive, options, wordsByHeading(drive));
+  EXPECT_THAT(drifting.loops, IsEmpty());
+  ASSERT_FALSE(closed.loops.empty());
+  EXPECT_LT(errorOf(closed, drive), errorOf(drifting, drive));
+}
+
+TEST(Rgbd, WordsThatLieCloseNoFalseLoops) {
+  const Drive drive(turnAround(30, -6), 1);
+  const FrameWords always{.describe =
+                              [](std::size_t i) {
+                                return LexicalDescriptor{0.5F + 0.001F * static_cast<float>(i % 3), 0.5F};
+                              },
+                          .parts = {}};
+  const auto trajectory = trackRgbd(drive, {.loopFeatures = 15}, always);
+  EXPECT_LT(errorOf(trajectory, drive), 0.1);
+}
+
+TEST(Rgbd, ThreadsChangeNoBit) {
+  const Drive drive(turnAround(30, 4), 1);
+  const RgbdOptions one{.loopFeatures = 15, .threads = 1}, four{.loopFeatures = 15, .threads = 4};
+  const auto a = trackRgbd(drive, one, wordsByHeading(drive)),
+             b = trackRgbd(drive, four, wordsByHeading(drive));
+  ASSERT_FALSE(a.loops.empty());
+  EXPECT_EQ(a.loops, b.loops);
+  for (std::size_t i = 0; i < a.poses.size(); ++i) {
+    ASSERT_TRUE(a.poses[i] && b.poses[i]);
+    EXPECT_EQ(a.poses[i]->x, b.poses[i]->x) << i;
+    EXPECT_EQ(a.poses[i]->qz, b.poses[i]->qz) << i;
+  }
+}
+
+TEST(Rgbd, FramesWithoutUsableDepthAreLostAndTheOthersAreNot) {
+  Drive drive(turnAround(60, -48));
+  drive.noDepthFile = {3};
+  drive.noDepthValues = {6};
+  drive.covered = {8};
+  const auto trajectory = trackRgbd(drive, {.loopFeatures = 12});
+  EXPECT_THAT(lostFrames(trajectory), ElementsAre(3, 6, 8));
+  EXPECT_THAT(trajectory.lost[0].why, HasSubstr("no depth picture"));
+  EXPECT_THAT(trajectory.lost[1].why, HasSubstr("0 of 19200 pixels have depth"));
+  EXPECT_LT(errorOf(trajectory, drive), 0.06);  // a bare wall, and only 19,200 pixels
+  ASSERT_EQ(trajectory.notes.size(), 3U);
+  EXPECT_THAT(trajectory.notes[0], HasSubstr("found again at frame 4"));
+}
+
+TEST(Rgbd, ACameraCarriedAwayIsFoundByItsWordsWhereItWasBefore) {
+  auto path = turnAround(40, -20);  // half a turn, and then back at the beginning
+  const auto start = turnAround(80, -76);
+  path.insert(path.end(), start.begin(), start.end());
+  const Drive drive(path);
+  const auto blind = trackRgbd(drive, {.loopFeatures = 12});
+  EXPECT_THAT(lostFrames(blind), ElementsAre(20, 21, 22, 23));
+  const auto found = trackRgbd(drive, {.loopFeatures = 12}, wordsByHeading(drive));
+  EXPECT_THAT(lostFrames(found), IsEmpty());
+  EXPECT_LT(errorOf(found, drive), 0.04);
+}
+
+TEST(Rgbd, ATimeGapIsSaidAndBridged) {
+  Drive drive(turnAround(60, -52));
+  drive.stamp({0, 0.1, 0.2, 0.3, 7.3, 7.4, 7.5, 7.6});
+  const auto trajectory = trackRgbd(drive);
+  EXPECT_THAT(lostFrames(trajectory), IsEmpty());
+  EXPECT_THAT(trajectory.notes, ElementsAre(HasSubstr("7.0 s without a picture before frame 4")));
+}
+
+TEST(Rgbd, OneImageStandsAtTheOrigin) {
+  const auto trajectory = trackRgbd(Drive({Pose::planar(1, 1, 1)}));
+  ASSERT_EQ(trajectory.poses.size(), 1U);
+  ASSERT_TRUE(trajectory.poses[0]);
+  EXPECT_NEAR(distanceBetween(*trajectory.poses[0], {}), 0, 1e-9);
+}
+
+TEST(Rgbd, DepthMayBeSmallerThanThePicture) {
+  Drive drive(turnAround(60, -52));
+  drive.shrink = 2;
+  const auto trajectory = trackRgbd(drive);
+  EXPECT_THAT(lostFrames(trajectory), IsEmpty());
+  EXPECT_LT(errorOf(trajectory, drive), 0.06);  // a bare wall, and only 4,800 pixels
+}
+
+TEST(Rgbd, RefusesWhatCannotBeTracked) {
+  Drive drive(turnAround(60, -57));
+  drive.unit = 1000;  // millimetres taken for metres: all beyond the horizon
+  EXPECT_THAT(refusal(drive), HasSubstr("--depth-scale"));
+  drive.unit = 1;
+  drive.noDepthFile = {0, 1, 2};
+  EXPECT_THAT(refusal(drive), HasSubstr("no frame can be placed"));
+  drive.forgetCamera();
+  EXPECT_THAT(refusal(drive), HasSubstr("--intrinsics"));
+  EXPECT_THAT(refusal(drive), HasSubstr("estancia check"));
+  drive.depthKnown = false;
+  EXPECT_THAT(refusal(drive), HasSubstr("no depth pictures"));
+  EXPECT_THAT(refusal(Drive({})), HasSubstr("no frames"));
+}
+
+TEST(Rgbd, RefusesOptionsOutOfRange) {
+  const Drive drive({Pose{}});
+  EXPECT_THAT(refusal(drive, {.term = "sonar"}), HasSubstr("\"sonar\""));
+  EXPECT_THAT(refusal(drive, {.width = 10}), HasSubstr("width"));
+  EXPECT_THAT(refusal(drive, {.farthest = std::nan("")}), HasSubstr("farthest"));
+  EXPECT_THAT(refusal(drive, {.keyframeOverlap = 1.5}), HasSubstr("overlaps"));
+  EXPECT_THAT(refusal(drive, {.keyframeOverlap = 0.2}), HasSubstr("must not exceed"));
+  EXPECT_THAT(refusal(drive, {.mostRmse = 0}), HasSubstr("mostRmse"));
+  EXPECT_THAT(refusal(drive, {.loopFeatures = 3}), HasSubstr("6 features"));
+  EXPECT_THAT(refusal(drive, {.threads = -1}), HasSubstr("threads"));
+}
+
+TEST(Rgbd, ARealKitchenWithoutLoops) {
+  const auto folder = findData("sevenscenes_redkitchen");
+  ESTANCIA_NEEDS(folder, "the data set sevenscenes_redkitchen is missing (ESTANCIA_DATA)");
+  const auto kitchen = openSequence(*folder);
+  const auto trajectory = trackRgbd(*kitchen);
+  EXPECT_THAT(lostFrames(trajectory), IsEmpty());
+  EXPECT_LT(errorOf(trajectory, *kitchen), 0.10);
+}
+
+}  // namespace
+}  // namespace estancia::test
