@@ -3,34 +3,43 @@
 #include <spdlog/spdlog.h>
 
 #include <array>
+#include <optional>
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/report/map_page.hpp"
+#include "estancia/report/zones_page.hpp"
 #include "estancia/topology/quality.hpp"
 #include "estancia/topology/store.hpp"
+#include "estancia/zones/measure.hpp"
+#include "estancia/zones/zone_file.hpp"
 
 namespace estancia::apps {
 namespace {
 
 struct Arguments {
-  std::string map, output, title, label, floorPlan;
+  std::string file, output, title, label, floorPlan, zones, map;
   std::array<double, 4> extent{};
 };
 
-void run(const Arguments& arguments, const CLI::App& command) {
-  const MapStore store = MapStore::open(arguments.map, MapStore::Access::read);
+std::string titleOf(const Arguments& arguments) {
+  return arguments.title.empty() ? std::filesystem::path(arguments.file).stem().string() : arguments.title;
+}
+
+void writeMap(const Arguments& arguments, const CLI::App& command) {
+  if (!arguments.map.empty())
+    throw Error(fmt::format("--map gives pictures to zones; {} is a map and has its own", arguments.file));
+  const MapStore store = MapStore::open(arguments.file, MapStore::Access::read);
   const TopologicalMap map = store.load();
   MapPage page{map};
-  page.title =
-      arguments.title.empty() ? std::filesystem::path(arguments.map).stem().string() : arguments.title;
+  page.title = titleOf(arguments);
   page.measures = measuresOf(evaluate(map));
   if (!arguments.label.empty()) {
     const auto labels = findLabels(map.vocabulary, arguments.label);
     if (labels.empty())
       throw Error(fmt::format("no label of the map means \"{}\"; try estancia ask {} \"{}\"", arguments.label,
-                              arguments.map, arguments.label));
+                              arguments.file, arguments.label));
     page.label = labels.front();
   }
   if (!arguments.floorPlan.empty()) {
@@ -39,9 +48,31 @@ void run(const Arguments& arguments, const CLI::App& command) {
           "--floor-plan needs --extent XMIN YMIN XMAX YMAX: where the picture's edges are in the map [m]");
     page.floorPlan = readFloorPlan(arguments.floorPlan, arguments.extent);
   }
-  page.pictureFrames = store.pictureFrames();
-  page.picture = [&store](std::size_t frame) { return store.picture(frame); };
+  std::optional<Zones> zones;
+  if (!arguments.zones.empty()) page.zones = &zones.emplace(readZoneFile(arguments.zones));
+  page.pictures.frames = store.pictureFrames();
+  page.pictures.read = [&store](std::size_t frame) { return store.picture(frame); };
   writeMapPage(arguments.output, page);
+}
+
+void writeZones(const Arguments& arguments) {
+  for (const auto& [name, value] : {std::pair("--label", arguments.label),
+                                    {"--floor-plan", arguments.floorPlan},
+                                    {"--zones", arguments.zones}})
+    if (!value.empty()) throw Error(fmt::format("{} goes with a map; {} holds zones", name, arguments.file));
+  const Zones zones = readZoneFile(arguments.file);
+  ZonesPage page{zones};
+  page.title = titleOf(arguments);
+  page.measures = measuresOf(evaluate(zones));
+  std::optional<MapStore> map;
+  if (!arguments.map.empty())
+    page.pictures =
+        picturesOf(map.emplace(MapStore::open(arguments.map, MapStore::Access::read)), zones.frames);
+  writeZonesPage(arguments.output, page);
+}
+
+void run(const Arguments& arguments, const CLI::App& command) {
+  isZoneFile(arguments.file) ? writeZones(arguments) : writeMap(arguments, command);
   spdlog::info("wrote {}", arguments.output);
 }
 
@@ -50,18 +81,25 @@ void run(const Arguments& arguments, const CLI::App& command) {
 void addReportCommand(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
-      app.add_subcommand("report", "Write a page that shows the map: one HTML file, no network");
-  command->add_option("MAP", arguments->map, "The map file")->required();
+      app.add_subcommand("report", "Write a page that shows a map or zones: one HTML file, no network");
+  command->add_option("FILE", arguments->file, "The map file (*.estancia) or the file of zones (*.zones)")
+      ->required();
   command->add_option("-o,--output", arguments->output, "The HTML file to write")->required();
-  command->add_option("--title", arguments->title, "Title of the page; default: the map's name");
+  command->add_option("--title", arguments->title, "Title of the page; default: the file's name");
   command->add_option("--label", arguments->label, "Start as the heat map of this label");
   command->add_option("--floor-plan", arguments->floorPlan, "A picture of the building to draw the map on")
       ->check(CLI::ExistingFile);
   command->add_option("--extent", arguments->extent,
                       "The floor plan's edges in the map [m]: XMIN YMIN XMAX YMAX");
+  command->add_option("--zones", arguments->zones, "Lay these zones of the same run over the map")
+      ->check(CLI::ExistingFile);
+  command->add_option("--map", arguments->map, "Show zones with the pictures of this map of the same run")
+      ->check(CLI::ExistingFile);
   addExamples(*command,
               "  estancia report home.estancia -o home.html\n"
-              "  estancia report home.estancia -o home.html --label refrigerator");
+              "  estancia report home.estancia -o home.html --label refrigerator\n"
+              "  estancia report home.estancia -o home.html --zones home.zones\n"
+              "  estancia report home.zones -o zones.html --map home.estancia");
   command->callback([arguments, command] { run(*arguments, *command); });
 }
 

@@ -1,12 +1,16 @@
-# The pages' styles and script, compiled into the library so that a page needs no files beside it.
+# The pages' styles and scripts, compiled into the library so that a page needs no files beside it.
 function(estancia_embed target)
   set(folder ${PROJECT_SOURCE_DIR}/estancia/report)
-  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${folder}/map_page.css ${folder}/map_page.js
-               ${folder}/findings_page.css)
-  file(READ ${folder}/map_page.css MAP_PAGE_CSS)
-  file(READ ${folder}/map_page.js MAP_PAGE_SCRIPT)
-  file(READ ${folder}/findings_page.css FINDINGS_PAGE_CSS)
-  configure_file(${PROJECT_SOURCE_DIR}/cmake/map_page_assets.cpp.in ${PROJECT_BINARY_DIR}/map_page_assets.cpp @ONLY)
-  target_sources(${target} PRIVATE ${PROJECT_BINARY_DIR}/map_page_assets.cpp)
+  set(PAGE_ASSETS "")
+  foreach(asset IN ITEMS mapPageCss:map_page.css mapPageScript:map_page.js findingsPageCss:findings_page.css
+                         zonesPageCss:zones_page.css zonesPageScript:zones_page.js)
+    string(REGEX MATCH "(.*):(.*)" found ${asset})
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${folder}/${CMAKE_MATCH_2})
+    set(name ${CMAKE_MATCH_1})
+    file(READ ${folder}/${CMAKE_MATCH_2} text)
+    string(APPEND PAGE_ASSETS "const std::string ${name} = R\"asset(${text})asset\";\n\n")
+  endforeach()
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/page_assets.cpp.in ${PROJECT_BINARY_DIR}/page_assets.cpp @ONLY)
+  target_sources(${target} PRIVATE ${PROJECT_BINARY_DIR}/page_assets.cpp)
 endfunction()
 estancia_embed(estancia)

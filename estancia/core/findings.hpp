@@ -16,22 +16,27 @@ struct ResultTable {
     std::string name;
     int decimals = 2;
     Best best = Best::none;  ///< which of its values are pointed out
+    bool operator==(const Column&) const = default;
   };
   struct Row {
     std::string name;
     std::vector<std::optional<double>> values;  ///< one a column; absent where unknown
+    bool operator==(const Row&) const = default;
   };
   std::string title, caption;
   std::string rowsAre;  ///< what the rows are: "model"
   std::vector<Column> columns;
   std::vector<Row> rows;
+
+  bool operator==(const ResultTable&) const = default;
 };
 
 /// One curve for each thing that was compared, over the same positions.
 struct LineChart {
   struct Line {
     std::string name;
-    std::vector<double> y;  ///< one a position
+    std::vector<double> y;                      ///< one a position
+    std::optional<double> mark = std::nullopt;  ///< a position that is pointed out, if it is one of x
   };
   std::string title, caption, xName, yName;
   bool logarithmic = false;  ///< the y axis; what is not above 0 then lies at its foot
@@ -50,11 +55,21 @@ struct StackedBars {
   std::vector<Bar> bars;
 };
 
+/// A number for each pair of things, as heat.
+struct Matrix {
+  std::string title, caption;
+  std::vector<std::string> names;  ///< of rows and columns
+  std::vector<double> values;      ///< row-major; not finite where unknown
+  int decimals = 2;
+
+  double at(std::size_t row, std::size_t column) const { return values[row * names.size() + column]; }
+};
+
 struct Findings {
   std::string title, summary;                              ///< the summary is one sentence: the answer
   std::vector<std::pair<std::string, std::string>> facts;  ///< under what circumstances
   std::vector<std::string> notes;                          ///< what was left out, and why
-  std::vector<std::variant<ResultTable, LineChart, StackedBars>> sections;
+  std::vector<std::variant<ResultTable, LineChart, StackedBars, Matrix>> sections;
 };
 
 }  // namespace estancia

@@ -4,13 +4,14 @@
 
 #include <algorithm>
 #include <functional>
-#include <iterator>
+#include <variant>
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/experiment/grid.hpp"
 #include "estancia/experiment/model_choice.hpp"
 #include "estancia/experiment/place_tasks.hpp"
+#include "estancia/experiment/zone_tables.hpp"
 
 namespace estancia {
 namespace {
@@ -38,6 +39,8 @@ constexpr Kind kKinds[] = {
      prepare<readModelChoice, chooseModel>},
     {"places", "places mapped, found again, and rooms told apart", placeTasksColumns, true,
      prepare<readPlaceTasks, comparePlaceTasks>},
+    {"zones", "zones against rooms, by model, distance, linkage and cut (thesis 5.5)", zoneTablesColumns,
+     false, prepare<readZoneTables, compareZones>},
 };
 
 template <class T>
@@ -77,7 +80,15 @@ Findings runExperiment(const std::vector<std::filesystem::path>& configs, const 
     all.summary += (all.summary.empty() ? "" : " ") + findings.summary;
     addNew(all.facts, findings.facts);
     addNew(all.notes, findings.notes);
-    std::move(findings.sections.begin(), findings.sections.end(), std::back_inserter(all.sections));
+    for (auto& section : findings.sections) {
+      // What all of them print beside their own, as the thesis' tables, comes once and last.
+      if (const auto* table = std::get_if<ResultTable>(&section))
+        std::erase_if(all.sections, [table](const auto& known) {
+          const auto* other = std::get_if<ResultTable>(&known);
+          return other != nullptr && *other == *table;
+        });
+      all.sections.push_back(std::move(section));
+    }
   }
   grid.writeCsv();
   return all;

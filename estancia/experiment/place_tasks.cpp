@@ -4,7 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <map>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -13,9 +13,8 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/experiment/posed_descriptors.hpp"
-#include "estancia/io/csv.hpp"
+#include "estancia/experiment/room_table.hpp"
 #include "estancia/label/model.hpp"
-#include "estancia/label/record.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
@@ -46,27 +45,8 @@ struct Task {
   const PlaceTasksOptions::Rooms* rooms = nullptr;
 };
 
-class Recorder {
- public:
-  Recorder(Labeler& labeler, std::string model, LabelCache* cache, Progress& progress)
-      : labeler_(labeler), model_(std::move(model)), cache_(cache), progress_(progress) {}
-
-  Recording of(const Sequence& sequence) {
-    progress_.begin(fmt::format("{}: labelling {}", model_, sequence.name()), sequence.size());
-    Recording recording = record(sequence, labeler_, {.cache = cache_}, [this](const LabelledFrame&) {
-      progress_.advance();
-      if (interrupted()) throw Interrupted("stopped; run it again to go on");
-    });
-    progress_.end();
-    return recording;
-  }
-
- private:
-  Labeler& labeler_;
-  std::string model_;
-  LabelCache* cache_;
-  Progress& progress_;
-};
+/// Labels sequences of one model.
+using Recorder = std::function<Recording(const Sequence&)>;
 
 /// A map in a file of its own, as `estancia map` makes it; gone in the end.
 class ScratchMap {
@@ -106,12 +86,12 @@ LocalizationAccuracy find(const Recording& queries, const MapReader& map, std::s
   return measureLocalization(map.map(), queries.frames, numbers, answers, truth);
 }
 
-CellResults drive(const Task& task, Recorder& recorder, const fs::path& scratch) {
+CellResults drive(const Task& task, const Recorder& recorder, const fs::path& scratch) {
   const auto images = openImages(task.drive->images);
   const auto again = openImages(task.drive->again);
-  const ScratchMap file(recorder.of(*images), scratch);
+  const ScratchMap file(recorder(*images), scratch);
   const MapReader map(file.path());
-  const Recording queries = recorder.of(*again);
+  const Recording queries = recorder(*again);
   const AdmissibleImages truth =
       task.drive->truth.empty() ? AdmissibleImages{} : readAdmissibleImages(task.drive->truth);
   CellResults results;
@@ -129,48 +109,23 @@ CellResults drive(const Task& task, Recorder& recorder, const fs::path& scratch)
   return results;
 }
 
-/// Which images of the sequence belong to which room and half. Images are named by their file's name, with or
-/// without its extension, or by the number in it.
+/// Which images of the sequence belong to which room and half.
 struct Halves {
   std::vector<std::size_t> train, test;
   std::vector<std::string> rooms;  ///< of every image
 };
 
-std::string stemOf(const std::string& name) {
-  const std::string stem = fs::path(name).stem().string();
-  const auto digits = stem.find_first_not_of('0');
-  const bool number = !stem.empty() && stem.find_first_not_of("0123456789") == std::string::npos;
-  return number ? (digits == std::string::npos ? "0" : stem.substr(digits)) : stem;
-}
-
 Halves readHalves(const PlaceTasksOptions::Rooms& rooms, const std::vector<Frame>& frames) {
-  const auto rows = io::readCsv(rooms.table);
-  if (rows.empty()) throw Error(fmt::format("{}: an empty table", rooms.table.string()));
-  const auto column = [&](const std::string& name) {
-    const auto& header = rows[0].cells;
-    const auto found = std::find(header.begin(), header.end(), name);
-    if (found == header.end())
-      throw Error(fmt::format("{}:1: there is no column `{}`", rooms.table.string(), name));
-    return static_cast<std::size_t>(found - header.begin());
-  };
-  const std::size_t image = column(rooms.imageColumn), room = column(rooms.roomColumn),
-                    split = column(rooms.splitColumn);
-  std::map<std::string, std::size_t> byStem;
-  for (std::size_t i = 0; i < frames.size(); ++i) byStem.emplace(stemOf(frames[i].name), i);
+  const RoomTable table(rooms.table, rooms.imageColumn, frames);
   Halves halves;
-  halves.rooms.resize(frames.size());
-  for (std::size_t r = 1; r < rows.size(); ++r) {
-    const auto& cells = rows[r].cells;
-    if (cells.size() != rows[0].cells.size())
-      throw Error(fmt::format("{}:{}: {} cells under a header of {}", rooms.table.string(), rows[r].line,
-                              cells.size(), rows[0].cells.size()));
-    const auto frame = byStem.find(stemOf(cells[image]));
-    const bool wanted = rooms.rooms.empty() ||
-                        std::find(rooms.rooms.begin(), rooms.rooms.end(), cells[room]) != rooms.rooms.end();
-    if (frame == byStem.end() || !wanted) continue;
-    halves.rooms[frame->second] = cells[room];
-    if (cells[split] == rooms.train) halves.train.push_back(frame->second);
-    if (cells[split] == rooms.test) halves.test.push_back(frame->second);
+  halves.rooms = table.column(rooms.roomColumn);
+  const auto splits = table.column(rooms.splitColumn);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const bool wanted = rooms.rooms.empty() || std::find(rooms.rooms.begin(), rooms.rooms.end(),
+                                                         halves.rooms[i]) != rooms.rooms.end();
+    if (halves.rooms[i].empty() || !wanted) continue;
+    if (splits[i] == rooms.train) halves.train.push_back(i);
+    if (splits[i] == rooms.test) halves.test.push_back(i);
   }
   if (halves.train.empty() || halves.test.empty())
     throw Error(fmt::format("{}: {} images to learn from and {} to ask; both halves need some",
@@ -204,9 +159,9 @@ double nearestNeighbour(const Recording& words, const std::vector<std::string>& 
   return static_cast<double>(right) / static_cast<double>(test.size());
 }
 
-CellResults rooms(const Task& task, Recorder& recorder) {
+CellResults rooms(const Task& task, const Recorder& recorder) {
   const auto images = openImages(task.rooms->images);
-  const Recording words = recorder.of(*images);
+  const Recording words = recorder(*images);
   const Halves halves = readHalves(*task.rooms, words.frames);
   return {{"nearest_neighbour", "", nearestNeighbour(words, halves.rooms, halves.train, halves.test)},
           {"halves_exchanged", "", nearestNeighbour(words, halves.rooms, halves.test, halves.train)}};
@@ -345,7 +300,9 @@ Findings comparePlaceTasks(const PlaceTasksOptions& options, Grid& grid, const E
     names.push_back(model.name);
     const auto labeler = loadModel(model.model, run.labeler);
     identities.emplace_back("Model", labeler->identity());
-    Recorder recorder(*labeler, model.name, run.cache, progress);
+    const Recorder recorder = [&](const Sequence& sequence) {
+      return labelAll(sequence, *labeler, model.name, run.cache, progress);
+    };
     std::vector<Cell> grids;
     for (const Task& task : tasks)
       grids.push_back({{model.name, task.name},

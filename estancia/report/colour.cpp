@@ -24,6 +24,22 @@ double luminance(const Colour& colour) {
   return 0.2126 * linear(colour.red) + 0.7152 * linear(colour.green) + 0.0722 * linear(colour.blue);
 }
 
+constexpr std::array<Colour, 7> hues{{{0x00, 0x72, 0xb2},
+                                      {0xe6, 0x9f, 0x00},
+                                      {0x00, 0x9e, 0x73},
+                                      {0xcc, 0x79, 0xa7},
+                                      {0x56, 0xb4, 0xe9},
+                                      {0xd5, 0x5e, 0x00},
+                                      {0xf0, 0xe4, 0x42}}};
+constexpr std::size_t shapes = 5;
+
+ClassStyle styleOf(std::size_t hue, std::size_t shape, std::size_t tone) {
+  constexpr std::array<Colour, 3> towards{{{0, 0, 0}, {255, 255, 255}, {0, 0, 0}}};
+  static_assert(hues.size() * shapes * towards.size() == distinctClasses);
+  tone %= towards.size();
+  return {mix(hues[hue % hues.size()], towards[tone], tone == 0 ? 0 : 0.45), shape % shapes};
+}
+
 }  // namespace
 
 std::string Colour::hex() const {
@@ -51,18 +67,15 @@ Colour viridis(double t) {
 }
 
 ClassStyle classStyle(std::size_t i) {
-  // Okabe & Ito 2008, in an order that keeps neighbours far apart
-  constexpr std::array<Colour, 7> hues{{{0x00, 0x72, 0xb2},
-                                        {0xe6, 0x9f, 0x00},
-                                        {0x00, 0x9e, 0x73},
-                                        {0xcc, 0x79, 0xa7},
-                                        {0x56, 0xb4, 0xe9},
-                                        {0xd5, 0x5e, 0x00},
-                                        {0xf0, 0xe4, 0x42}}};
-  constexpr std::size_t shapes = 5;
-  constexpr std::array<Colour, 3> towards{{{0, 0, 0}, {255, 255, 255}, {0, 0, 0}}};
-  const std::size_t tone = i / (hues.size() * shapes) % towards.size();
-  return {mix(hues[i % hues.size()], towards[tone], tone == 0 ? 0 : 0.45), i / hues.size() % shapes};
+  return styleOf(i, i / hues.size(), i / (hues.size() * shapes));
+}
+
+ClassStyle symbolStyle(std::size_t i) {
+  return styleOf(i, i, i / (hues.size() * shapes));  // 7 and 5 have no common divisor
+}
+
+ClassStyle plainStyle() {
+  return {{0x8a, 0x93, 0x9e}, 0};
 }
 
 }  // namespace estancia::report

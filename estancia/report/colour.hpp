@@ -21,12 +21,22 @@ const std::vector<Colour>& viridisStops();
 /// viridis between its stops; t is clamped to [0, 1].
 Colour viridis(double t);
 
-/// How the i-th of many classes is drawn: hues first (Okabe & Ito's seven), then shapes, then lightness. Up
-/// to 105 classes differ from each other in at least one of them.
 struct ClassStyle {
   Colour fill;
   std::size_t shape = 0;  ///< 0 circle, 1 square, 2 diamond, 3 hexagon, 4 triangle
 };
+
+/// So many classes differ from each other in hue, shape or lightness.
+constexpr std::size_t distinctClasses = 105;
+
+/// How the i-th of many classes is drawn: hues first (Okabe & Ito's seven), then shapes, then lightness.
 ClassStyle classStyle(std::size_t i);
+
+/// The same for symbols too small to hold a name: hue and shape change together, so that the first five
+/// differ in shape alone, and the first 35 in hue or shape.
+ClassStyle symbolStyle(std::size_t i);
+
+/// What has no class of its own: a grey disc.
+ClassStyle plainStyle();
 
 }  // namespace estancia::report

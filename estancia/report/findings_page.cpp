@@ -8,7 +8,9 @@
 #include "estancia/core/output_file.hpp"
 #include "estancia/report/html.hpp"
 #include "estancia/report/line_chart.hpp"
-#include "estancia/report/map_page_assets.hpp"
+#include "estancia/report/matrix.hpp"
+#include "estancia/report/page_assets.hpp"
+#include "estancia/report/page_parts.hpp"
 
 namespace estancia {
 namespace {
@@ -91,6 +93,10 @@ Markup section(const LineChart& chart) {
   return lineChart(chart);
 }
 
+Markup section(const Matrix& matrix) {
+  return matrixTable(matrix);
+}
+
 }  // namespace
 
 std::string renderFindingsPage(const Findings& findings) {
@@ -104,10 +110,10 @@ std::string renderFindingsPage(const Findings& findings) {
     body.close();
   }
   if (!findings.facts.empty() || !findings.notes.empty()) {
-    body.open("section").element("h2", "Circumstances").open("dl", {{"class", "facts"}});
+    Facts facts;
     for (const auto& [name, value] : findings.facts)
-      body.open("div").element("dt", shorten(name, 60)).element("dd", shorten(value, 200)).close();
-    body.close();
+      facts.emplace_back(shorten(name, 60), shorten(value, 200));
+    body.open("section").element("h2", "Circumstances").add(factList(facts));
     for (const std::string& note : findings.notes) body.element("p", {{"class", "note"}}, shorten(note, 400));
     body.close();
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <opencv2/core.hpp>
 
 // Boost.Graph hides an iterator pair in an optional, which GCC 12 takes for uninitialized memory.
 #pragma GCC diagnostic push
@@ -18,39 +17,6 @@
 
 namespace estancia::report {
 namespace {
-
-using Position = std::array<double, 3>;
-
-double dot(const Position& a, const Position& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-Position cross(const Position& a, const Position& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-
-/// Positions beyond this are errors of a trajectory, not places [m].
-bool isPlausible(const Pose& pose) {
-  constexpr double limit = 1e7;
-  return pose.isFinite() && std::max({std::abs(pose.x), std::abs(pose.y), std::abs(pose.z)}) < limit;
-}
-
-Position positionOf(const Pose& pose) {
-  return {pose.x, pose.y, pose.z};
-}
-
-cv::Matx33d covariance(const std::vector<Position>& positions) {
-  Position mean{};
-  for (const Position& p : positions)
-    for (std::size_t i = 0; i < 3; ++i) mean[i] += p[i] / static_cast<double>(positions.size());
-  cv::Matx33d sum = cv::Matx33d::zeros();
-  for (const Position& p : positions)
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j)
-        sum(i, j) += (p[static_cast<std::size_t>(i)] - mean[static_cast<std::size_t>(i)]) *
-                     (p[static_cast<std::size_t>(j)] - mean[static_cast<std::size_t>(j)]);
-  return sum;
-}
 
 /// Ends Kamada–Kawai when it has converged or, in large graphs or should it circle, after so many moves (each
 /// costs time in proportion to the number of vertices).
@@ -102,44 +68,6 @@ void fillGaps(const std::vector<Link>& links, std::vector<std::optional<Point>>&
 
 }  // namespace
 
-Point Plane::project(const Position& position) const {
-  return {dot(position, right), dot(position, up)};
-}
-
-Plane planeOf(const std::vector<Position>& positions) {
-  if (positions.empty()) return {};
-  const cv::Matx33d spread = covariance(positions);
-  const std::array<double, 3> variance{spread(0, 0), spread(1, 1), spread(2, 2)};
-  const double least = *std::min_element(variance.begin(), variance.end());
-  std::array<double, 3> sorted = variance;
-  std::sort(sorted.begin(), sorted.end());
-  // "clearly least": half the standard deviation of the next axis, or nothing to choose between at all
-  if (sorted[0] <= 0.25 * sorted[1] || sorted[1] == 0) {
-    if (variance[2] == least) return {};
-    if (variance[1] == least) return {{1, 0, 0}, {0, 0, 1}};
-    return {{0, 1, 0}, {0, 0, 1}};
-  }
-  cv::Mat values, vectors;  // rows of eigenvectors, largest first
-  cv::eigen(cv::Mat(spread), values, vectors);
-  const auto axis = [&vectors](int row) {
-    return Position{vectors.at<double>(row, 0), vectors.at<double>(row, 1), vectors.at<double>(row, 2)};
-  };
-  // The signs of eigenvectors are arbitrary: right points along its largest component, and the viewer is
-  // above the plane (+z; −y in a camera's frame) so that the map is not mirrored.
-  Position right = axis(0), normal = axis(2);
-  const auto largest = [](const Position& v) {
-    return *std::max_element(v.begin(), v.end(),
-                             [](double a, double b) { return std::abs(a) < std::abs(b); });
-  };
-  const auto flip = [](Position& v) {
-    for (double& value : v) value = -value;
-  };
-  if (largest(right) < 0) flip(right);
-  const double height = largest(normal) == normal[1] ? -normal[1] : largest(normal);
-  if (height < 0) flip(normal);
-  return {right, cross(normal, right)};
-}
-
 std::vector<Point> layoutGraph(std::size_t vertices, const std::vector<Link>& edges) {
   using Weight = boost::property<boost::edge_weight_t, double>;
   using Graph =
@@ -188,7 +116,7 @@ Fit fitInto(const std::vector<Point>& points, const Box& box, bool mayTurn) {
   const auto scale = [&box](double w, double h) { return std::min(box.width / w, box.height / h); };
   fit.turned = mayTurn && scale(height, width) > scale(width, height);
   fit.scale = fit.turned ? scale(height, width) : scale(width, height);
-  if (std::max(width, height) <= tiny) fit.scale = 1;  // one place only
+  if (std::max(width, height) <= tiny) fit.scale = 0;  // one place only
   return fit;
 }
 
@@ -226,22 +154,17 @@ void separate(std::vector<Point>& centres, const std::vector<double>& radii, dou
 }
 
 MapLayout layoutMap(const MapSummary& summary, bool fromAbove) {
-  const auto& frames = summary.map->frames;
-  std::vector<Position> positions;
-  for (const MappedFrame& frame : frames)
-    if (frame.pose && isPlausible(*frame.pose)) positions.push_back(positionOf(*frame.pose));
+  std::vector<std::optional<Pose>> poses;
+  for (const MappedFrame& frame : summary.map->frames) poses.push_back(frame.pose);
+  const DrivenPath path = projectPath(poses, fromAbove);
 
   MapLayout layout;
-  layout.metric = !positions.empty();
+  layout.metric = !path.empty;
   if (!layout.metric) {
     layout.nodes = layoutGraph(summary.nodes.size(), summary.links);
     return layout;
   }
-  if (!fromAbove) layout.plane = planeOf(positions);
-  layout.frames.resize(frames.size());
-  for (std::size_t i = 0; i < frames.size(); ++i)
-    if (frames[i].pose && isPlausible(*frames[i].pose))
-      layout.frames[i] = layout.plane.project(positionOf(*frames[i].pose));
+  layout.frames = path.points;
 
   std::vector<std::optional<Point>> nodes(summary.nodes.size());
   for (std::size_t n = 0; n < nodes.size(); ++n) {

@@ -1,26 +1,14 @@
 // Where to draw nodes: from their poses, else from the graph alone. Everything here is deterministic.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <vector>
 
+#include "estancia/report/plane.hpp"
 #include "estancia/report/summary.hpp"
 #include "estancia/report/svg.hpp"
 
 namespace estancia::report {
-
-/// An orthonormal pair of axes that turns positions of the map [m] into the page's plane (x right, y up).
-struct Plane {
-  std::array<double, 3> right{1, 0, 0}, up{0, 1, 0};
-
-  Point project(const std::array<double, 3>& position) const;
-};
-
-/// The plane that shows a set of positions best. A map whose positions spread least along one of its axes is
-/// seen along that axis and keeps its orientation: from above in z-up maps (x right, y up), and, in maps that
-/// hang on a first camera (y down), with x right and z up. Otherwise the plane of largest spread (PCA).
-Plane planeOf(const std::vector<std::array<double, 3>>& positions);
 
 /// Positions of a graph's vertices without any knowledge but its edges, so that drawn distances follow the
 /// number of edges between (Kamada & Kawai 1989). Unconnected parts are drawn side by side.
@@ -29,7 +17,7 @@ std::vector<Point> layoutGraph(std::size_t vertices, const std::vector<Link>& ed
 /// Turns, scales (one factor for both axes) and moves points into the middle of a box. `mayTurn` allows a
 /// quarter turn that fits better. y grows downwards afterwards.
 struct Fit {
-  double scale = 1;  ///< page units a metre (or an edge)
+  double scale = 1;  ///< page units a metre (or an edge); 0 where all points are one
   bool turned = false;
   Point from, to;  ///< centre before and after
 
@@ -46,7 +34,6 @@ struct MapLayout {
   std::vector<Point> nodes;                  ///< one a node of the summary, all finite
   std::vector<std::optional<Point>> frames;  ///< the driven path, one a frame; empty without poses
   bool metric = false;                       ///< positions come from poses
-  Plane plane;
 };
 /// `fromAbove` uses x and y whatever their spread, as a floor plan needs it.
 MapLayout layoutMap(const MapSummary& summary, bool fromAbove);

@@ -103,6 +103,14 @@ Markup lineChart(const LineChart& chart) {
     if (path.empty()) continue;
     figure.open("path", {{"class", curveClass(i)}, {"d", path.str()}});
     figure.element("title", shorten(chart.lines[i].name, 60)).close();
+    const auto marked =
+        chart.lines[i].mark ? std::find(chart.x.begin(), chart.x.end(), *chart.lines[i].mark) : chart.x.end();
+    if (marked == chart.x.end()) continue;
+    const double y = chart.lines[i].y[static_cast<std::size_t>(marked - chart.x.begin())];
+    if (!std::isfinite(y)) continue;
+    Path dot;  // a line without length and with round ends stays round however the figure is stretched
+    dot.move(across(*marked), down(y)).line(across(*marked), down(y));
+    figure.leaf("path", {{"class", fmt::format("mark c{}", i % 7)}, {"d", dot.str()}});
   }
   figure.close().open("div", {{"class", "ticks-x"}, {"aria-hidden", "true"}});
   for (double x = std::ceil(first / xStep) * xStep; x <= first + range; x += xStep)

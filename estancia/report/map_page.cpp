@@ -11,51 +11,31 @@
 #include "estancia/core/output_file.hpp"
 #include "estancia/report/decision_chart.hpp"
 #include "estancia/report/map_figure.hpp"
-#include "estancia/report/map_page_assets.hpp"
 #include "estancia/report/node_cards.hpp"
+#include "estancia/report/page_assets.hpp"
+#include "estancia/report/page_parts.hpp"
 
 namespace estancia {
 namespace {
 
 using namespace report;
 
-/// Digests are for machines: a run of more than 16 hex digits keeps its first 12.
-std::string abbreviate(const std::string& text) {
-  std::string out;
-  for (std::size_t i = 0; i < text.size();) {
-    const std::size_t end = std::min(text.find_first_not_of("0123456789abcdef", i), text.size());
-    out += end - i > 16 ? text.substr(i, 12) + "…" : text.substr(i, end - i);
-    if (end < text.size()) out += text[end];
-    i = end + 1;
-  }
-  return shorten(out, 120);
-}
-
-void addHeader(Markup& body, const MapPage& page, const MapSummary& summary) {
+Markup headerOf(const MapPage& page, const MapSummary& summary) {
   const TopologicalMap& map = page.map;
-  body.open("header", {{"class", "top"}}).element("h1", shorten(page.title, 160));
-  body.open("dl", {{"class", "figures"}});
-  const auto figure = [&body](std::size_t count, const std::string& noun) {
-    body.open("div").element("dt", noun + (count == 1 ? "" : "s")).element("dd", grouped(count)).close();
-  };
-  figure(map.frames.size(), "frame");
-  figure(map.nodes.size(), "node");
-  figure(map.transitions.size(), "transition");
-  if (!map.merges.empty()) figure(map.merges.size(), "merge");
-  if (summary.roomsDriven > 0) figure(summary.roomsDriven, "room");
-  body.close().open("dl", {{"class", "facts"}});
-  const auto fact = [&body](const char* name, const std::string& value) {
-    if (!value.empty()) body.open("div").element("dt", name).element("dd", value).close();
-  };
-  fact("Sequence", shorten(page.sequence, 200));
-  fact("Model", abbreviate(map.model));
-  fact("Distance", shorten(map.distance, 120));
+  std::vector<std::pair<std::size_t, std::string>> counts{
+      {map.frames.size(), "frame"}, {map.nodes.size(), "node"}, {map.transitions.size(), "transition"}};
+  if (!map.merges.empty()) counts.emplace_back(map.merges.size(), "merge");
+  if (summary.roomsDriven > 0) counts.emplace_back(summary.roomsDriven, "room");
+  Facts facts{{"Sequence", shorten(page.sequence, 200)},
+              {"Model", abbreviate(map.model)},
+              {"Distance", shorten(map.distance, 120)}};
   if (!map.decisions.empty())
-    fact("Thresholds", fmt::format("τ join {}, τ revisit {}", significant(map.decisions.back().tauJoin),
+    facts.emplace_back("Thresholds",
+                       fmt::format("τ join {}, τ revisit {}", significant(map.decisions.back().tauJoin),
                                    significant(map.decisions.back().tauRevisit)));
-  fact("Vocabulary", counted(map.vocabulary.size(), "label"));
-  fact("Date", shorten(page.date, 60));
-  body.close().close();
+  facts.emplace_back("Vocabulary", counted(map.vocabulary.size(), "label"));
+  facts.emplace_back("Date", shorten(page.date, 60));
+  return pageHeader(page.title, counts, facts);
 }
 
 void addRanking(Markup& body, const MapSummary& summary, const HeatMap& heat) {
@@ -79,7 +59,7 @@ void addRanking(Markup& body, const MapSummary& summary, const HeatMap& heat) {
   body.close().close();
 }
 
-void addGuide(Markup& body, bool metric) {
+void addGuide(Markup& body, bool metric, bool zones) {
   body.open("div", {{"class", "panel guide"}}).element("h2", "How to read this page");
   body.element(
       "p",
@@ -93,11 +73,19 @@ void addGuide(Markup& body, bool metric) {
                         "how often they were driven."
                       : "No poses are known, so nodes are placed by the number of transitions between them. "
                         "Symbols grow with the number of images, lines with how often they were driven.");
+  if (zones)
+    body.element(
+        "p",
+        "A zone holds images whose words are alike, wherever they were taken; a node has the colour and "
+        "shape of the zone that most of its images are in.");
   body.close();
 }
 
-void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary) {
-  const bool byHeat = page.label.has_value() || summary.rooms.empty();
+void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, const NodeZones* zones) {
+  const Painting painting = page.label              ? Painting::heat
+                            : zones != nullptr      ? Painting::zones
+                            : summary.rooms.empty() ? Painting::heat
+                                                    : Painting::rooms;
   const HeatMap heat = heatMapOf(page.map, page.label.value_or(mostTellingLabel(page.map)));
   const FloorPlan* plan = page.floorPlan ? &*page.floorPlan : nullptr;
   const MapLayout layout = layoutMap(summary, plan != nullptr);
@@ -116,42 +104,39 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary) {
                       {"placeholder", "e.g. " + shorten(firstSynonym(page.map.vocabulary[heat.label]), 30)}});
   body.element("datalist", {{"id", "words"}}, "");
   body.element("button", {{"type", "submit"}}, "Show");
-  if (!summary.rooms.empty())
+  const auto chooser = [&body, painting](const char* id, Painting what, const char* text) {
     body.element("button",
-                 {{"type", "button"}, {"id", "by-room"}, {"aria-pressed", byHeat ? "false" : "true"}},
-                 "Colour by room");
+                 {{"type", "button"}, {"id", id}, {"aria-pressed", painting == what ? "true" : "false"}},
+                 text);
+  };
+  if (!summary.rooms.empty()) chooser("by-rooms", Painting::rooms, "Colour by room");
+  if (zones != nullptr) chooser("by-zones", Painting::zones, "Colour by zone");
   body.close().open("p", {{"id", "hint"}, {"aria-live", "polite"}}).close().close();
 
   body.open("div", {{"class", "figure"}});
-  body.add(mapFigure(summary, layout, heat, byHeat, plan, {780, 580, 12.5, true, "wide"}));
-  body.add(mapFigure(summary, layout, heat, byHeat, plan, {358, 440, 11, false, "narrow"}));
-  Attributes rooms{{"id", "legend-rooms"}}, scale{{"id", "legend-heat"}};
-  (byHeat ? rooms : scale).push_back({"hidden", ""});
-  body.open("div", rooms).add(roomLegend(summary)).close();
-  body.open("div", scale).add(heatLegend(heat)).close();
+  const MapColours colours{heat, zones, painting};
+  body.add(mapFigure(summary, layout, colours, plan, {780, 580, 12.5, true, "wide"}));
+  body.add(mapFigure(summary, layout, colours, plan, {358, 440, 11, false, "narrow"}));
+  const auto legend = [&body, painting](const char* id, Painting what, const Markup& entries) {
+    Attributes attributes{{"id", id}};
+    if (painting != what) attributes.push_back({"hidden", ""});
+    body.open("div", attributes).add(entries).close();
+  };
+  legend("legend-rooms", Painting::rooms, roomLegend(summary));
+  if (zones != nullptr) legend("legend-zones", Painting::zones, zoneLegend(*zones));
+  legend("legend-heat", Painting::heat, heatLegend(heat));
   body.close().open("div", {{"class", "side"}});
   addRanking(body, summary, heat);
   body.element("div", {{"class", "panel"}, {"id", "detail"}, {"hidden", ""}, {"tabindex", "-1"}}, "");
   body.close();
-  addGuide(body, layout.metric);
+  addGuide(body, layout.metric, zones != nullptr);
   body.close();
-}
-
-void addMeasures(Markup& body, const std::vector<Measure>& measures) {
-  if (measures.empty()) return;
-  body.open("section", {{"id", "measures"}}).element("h2", "Measures").open("table").open("tbody");
-  for (const Measure& measure : measures)
-    body.open("tr")
-        .element("th", {{"scope", "row"}}, shorten(measure.name, 120))
-        .element("td", {{"class", "value"}}, shorten(measure.text(), 60))
-        .element("td", shorten(measure.explanation, 400))
-        .close();
-  body.close().close().close();
 }
 
 /// What the script needs: labels, nodes, and for each node its labels as a flat list of
 /// (step from the previous label, p in 1/10,000).
-std::string searchIndex(const MapPage& page, const MapSummary& summary, double& threshold) {
+std::string searchIndex(const MapPage& page, const MapSummary& summary, const NodeZones* zones,
+                        double& threshold) {
   const auto entries = [&page](double least) {
     std::size_t count = 0;
     for (const Node& node : page.map.nodes)
@@ -162,7 +147,8 @@ std::string searchIndex(const MapPage& page, const MapSummary& summary, double& 
   threshold = 0.0005;
   while (threshold < 1 && entries(threshold) > page.indexEntries) threshold *= 2;
 
-  nlohmann::json index = nlohmann::json::array(), nodes = index, labels = index, colours = index;
+  nlohmann::json index = nlohmann::json::array(), nodes = index, labels = index, colours = index,
+                 shapes = index;
   std::vector<char> used(page.map.vocabulary.size(), 0);
   for (const NodeSummary& node : summary.nodes) {
     nlohmann::json row = nlohmann::json::array();
@@ -176,14 +162,20 @@ std::string searchIndex(const MapPage& page, const MapSummary& summary, double& 
         used[label] = 1;
       }
     index.push_back(std::move(row));
-    nodes.push_back({node.node->id, shorten(node.room.empty() ? node.title : node.room, 40),
-                     summary.styleOf(node).fill.hex()});
+    const ClassStyle room = summary.styleOf(node);
+    nodes.push_back({node.node->id, shorten(node.room.empty() ? node.title : node.room, 40), room.fill.hex(),
+                     room.shape});
+    if (zones != nullptr) {
+      const ClassStyle zone = zones->styleOf(nodes.size() - 1);
+      nodes.back().insert(nodes.back().end(), {zone.fill.hex(), zone.shape});
+    }
   }
   // a label no node holds stays in the list, so that searching for it can say so
   for (const std::string& label : page.map.vocabulary.labels()) labels.push_back(shorten(label, 200));
   for (const Colour& colour : viridisStops()) colours.push_back({colour.red, colour.green, colour.blue});
-  nlohmann::json data{
-      {"labels", labels}, {"nodes", nodes}, {"index", index}, {"colours", colours}, {"least", threshold}};
+  for (std::size_t shape = 0; shape < 5; ++shape) shapes.push_back(shapePath(shape, unitRadius));
+  nlohmann::json data{{"labels", labels},   {"nodes", nodes},   {"index", index},
+                      {"colours", colours}, {"shapes", shapes}, {"least", threshold}};
   return data.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -209,18 +201,21 @@ FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<doub
 
 std::string renderMapPage(const MapPage& page) {
   const MapSummary summary = summarize(page.map);
+  std::optional<NodeZones> laidOver;
+  if (page.zones != nullptr) laidOver = zonesOf(summary, *page.zones);
+  const NodeZones* zones = laidOver ? &*laidOver : nullptr;
   double threshold = 0;
-  const std::string data = searchIndex(page, summary, threshold);
+  const std::string data = searchIndex(page, summary, zones, threshold);
 
   Markup body;
   body.element("a", {{"class", "skip"}, {"href", "#places"}}, "Skip to the places");
   body.open("main");
-  addHeader(body, page, summary);
+  body.add(headerOf(page, summary));
   if (page.map.nodes.empty()) {
     body.element("p", {{"class", "note"}}, "This map has no nodes yet.");
   } else {
-    addExplorer(body, page, summary);
-    const NodeCards cards = nodeCards(summary, page);
+    addExplorer(body, page, summary, zones);
+    const NodeCards cards = nodeCards(summary, page, zones);
     body.open("section", {{"id", "places"}}).element("h2", "Places");
     std::string limits;
     if (cards.carded < summary.nodes.size())
@@ -243,7 +238,7 @@ std::string renderMapPage(const MapPage& page) {
     body.open("section", {{"id", "decisions"}}).element("h2", "Decisions over time");
     body.add(decisionChart(page.map)).close();
   }
-  addMeasures(body, page.measures);
+  body.add(measuresSection(page.measures));
   body.close();
   return htmlDocument(page.title, mapPageCss, body, data, mapPageScript);
 }

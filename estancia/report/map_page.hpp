@@ -4,13 +4,14 @@
 #include <array>
 #include <cstddef>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "estancia/report/measures.hpp"
+#include "estancia/report/pictures.hpp"
 #include "estancia/topology/map.hpp"
+#include "estancia/zones/zones.hpp"
 
 namespace estancia {
 
@@ -33,20 +34,17 @@ struct MapPage {
   std::vector<Measure> measures = {};       ///< shown in this order
   std::optional<std::size_t> label = {};    ///< the map starts as this label's heat map
   std::optional<FloorPlan> floorPlan = {};  ///< needs poses in a z-up map
+  const Zones* zones = nullptr;             ///< of the same run, to lay over the nodes
+  PagePictures pictures = {};
 
-  /// Frames that have a picture, ascending, and the picture's bytes (as MapStore gives them).
-  std::vector<std::size_t> pictureFrames = {};
-  std::function<std::vector<unsigned char>(std::size_t)> picture = {};
-
-  std::size_t cards = 60;           ///< only this many of the largest nodes get pictures and a word cloud
-  std::size_t picturesPerNode = 4;  ///< at most
-  std::size_t pictureBytes = 1'800'000;  ///< all pictures together, before they grow by a third in the page
+  std::size_t cards = 60;  ///< only this many of the largest nodes get pictures and a word cloud
   std::size_t indexEntries =
       200'000;  ///< values in the search index; smaller probabilities are left out first
 };
 
 /// The whole page. The same input gives the same bytes.
-/// Throws Error when page.label is not in the vocabulary or the floor plan cannot be used.
+/// Throws Error when page.label is not in the vocabulary, the floor plan cannot be used, or the zones are of
+/// another run.
 std::string renderMapPage(const MapPage& page);
 
 /// Renders and writes the page beside `path`, then renames it. Throws Error, also when it cannot be written.

@@ -33,17 +33,18 @@
   };
   const fromHex = hex => [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16));
   const drawn = [...document.querySelectorAll('.map .node')];
-  const paint = colourOf => drawn.forEach(element => {
-    const rgb = colourOf(+element.dataset.node);
-    element.querySelector('path').setAttribute('fill', `rgb(${rgb})`);
+  const paint = styleOf => drawn.forEach(element => {
+    const [rgb, shape] = styleOf(data.nodes[element.dataset.node], +element.dataset.node);
+    const path = element.querySelector('path');
+    path.setAttribute('fill', `rgb(${rgb})`);
+    path.setAttribute('d', data.shapes[shape]);
     const text = element.querySelector('text');
     if (text) text.setAttribute('fill', ink(rgb));
   });
-  const legend = heat => {
-    byId('legend-heat').hidden = !heat;
-    byId('legend-rooms').hidden = heat;
-    if (byId('by-room')) byId('by-room').setAttribute('aria-pressed', String(!heat));
-  };
+  const legend = shown => ['heat', 'rooms', 'zones'].forEach(name => {
+    if (byId(`legend-${name}`)) byId(`legend-${name}`).hidden = name !== shown;
+    if (byId(`by-${name}`)) byId(`by-${name}`).setAttribute('aria-pressed', String(name === shown));
+  });
 
   // ---- one label: heat map and ranking
   const panel = name => {
@@ -54,8 +55,8 @@
     const held = holders[label], largest = held.length ? held[0][1] : 0;
     const p = new Float32Array(data.nodes.length);
     held.forEach(([node, value]) => { p[node] = value; });
-    paint(node => mixed(largest ? p[node] / largest : 0));
-    legend(true);
+    paint((node, i) => [mixed(largest ? p[i] / largest : 0), node[3]]);
+    legend('heat');
     document.querySelectorAll('.heat-ticks span').forEach((tick, i) => {
       tick.textContent = significant(largest * i / 2);
     });
@@ -147,9 +148,11 @@
     search(text);
   });
   byId('word').addEventListener('change', () => byId('search').requestSubmit());
-  if (byId('by-room')) byId('by-room').addEventListener('click', () => {
-    paint(node => fromHex(data.nodes[node][2]));
-    legend(false);
+  [['rooms', 2], ['zones', 4]].forEach(([name, at]) => {
+    if (byId(`by-${name}`)) byId(`by-${name}`).addEventListener('click', () => {
+      paint(node => [fromHex(node[at]), node[at + 1]]);
+      legend(name);
+    });
   });
   function follow() {
     const [key, value] = location.hash.slice(1).split('=');

@@ -6,6 +6,7 @@
 
 #include "estancia/report/html.hpp"
 #include "estancia/report/map_page.hpp"
+#include "estancia/report/node_zones.hpp"
 #include "estancia/report/summary.hpp"
 
 namespace estancia::report {
@@ -14,9 +15,10 @@ struct NodeCards {
   Markup cards;              ///< <article>s of the largest nodes, in order of id
   Markup rows;               ///< shorter <article>s of all others; empty when there are none
   std::size_t carded = 0;    ///< how many nodes have a full card
-  std::size_t withheld = 0;  ///< pictures left out because page.pictureBytes were used up
+  std::size_t withheld = 0;  ///< pictures left out because page.pictures.bytes were used up
 };
 
-NodeCards nodeCards(const MapSummary& summary, const MapPage& page);
+/// `zones` may be nullptr.
+NodeCards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZones* zones);
 
 }  // namespace estancia::report

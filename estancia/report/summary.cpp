@@ -18,10 +18,7 @@ void gatherFrames(const TopologicalMap& map, const Positions& positions, MapSumm
     if (found == positions.end()) continue;
     NodeSummary& node = summary.nodes[found->second];
     node.frames.push_back(i);
-    if (node.visits.empty() || node.visits.back().last + 1 < i)
-      node.visits.push_back({i, i});
-    else
-      node.visits.back().last = i;
+    addFrame(node.visits, i);
     if (!map.frames[i].room.empty()) ++votes[found->second][map.frames[i].room];
   }
   std::set<std::string> rooms;
@@ -58,7 +55,7 @@ const NodeSummary* MapSummary::find(int id) const {
 
 ClassStyle MapSummary::styleOf(const NodeSummary& node) const {
   const auto found = roomStyles.find(node.room);
-  return found == roomStyles.end() ? ClassStyle{{0x8a, 0x93, 0x9e}, 0} : found->second;
+  return found == roomStyles.end() ? plainStyle() : found->second;
 }
 
 MapSummary summarize(const TopologicalMap& map) {

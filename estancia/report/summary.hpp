@@ -8,14 +8,10 @@
 #include <vector>
 
 #include "estancia/report/colour.hpp"
-#include "estancia/report/svg.hpp"
+#include "estancia/report/visits.hpp"
 #include "estancia/topology/map.hpp"
 
 namespace estancia::report {
-
-struct Visit {
-  std::size_t first = 0, last = 0;  ///< frame numbers, both included
-};
 
 struct NodeSummary {
   const Node* node = nullptr;       ///< of the summarized map

@@ -35,11 +35,11 @@ Path& Path::step(char command, double x, double y) {
   return *this;
 }
 
-std::string shapePath(std::size_t shape, double radius) {
+std::string shapePath(std::size_t shape, double radius, const Point& centre) {
   using std::numbers::pi;
   if (shape == 0) {
-    return fmt::format("M-{0} 0a{0} {0} 0 1 0 {1} 0a{0} {0} 0 1 0 -{1} 0Z", number(radius),
-                       number(2 * radius));
+    return fmt::format("M{2} {3}a{0} {0} 0 1 0 {1} 0a{0} {0} 0 1 0 -{1} 0Z", number(radius),
+                       number(2 * radius), number(centre.x - radius), number(centre.y));
   }
   const int corners = shape == 3 ? 6 : shape == 4 ? 3 : 4;
   const double start =
@@ -49,7 +49,7 @@ std::string shapePath(std::size_t shape, double radius) {
   Path path;
   for (int i = 0; i < corners; ++i) {
     const double angle = start + 2 * pi * i / corners;
-    const double x = corner * std::cos(angle), y = -corner * std::sin(angle);
+    const double x = centre.x + corner * std::cos(angle), y = centre.y - corner * std::sin(angle);
     i == 0 ? path.move(x, y) : path.line(x, y);
   }
   return path.close().str();

@@ -45,8 +45,8 @@ class Path {
   std::string d_;
 };
 
-/// A node's outline around (0, 0), of the area of a circle with this radius; see ClassStyle::shape.
-std::string shapePath(std::size_t shape, double radius);
+/// A symbol's outline around `centre`, of the area of a circle with this radius; see ClassStyle::shape.
+std::string shapePath(std::size_t shape, double radius, const Point& centre = {});
 
 /// A step of 1, 2 or 5 · 10ⁿ between the ticks of an axis, so that about `count` steps reach `range` > 0.
 double niceStep(double range, double count);

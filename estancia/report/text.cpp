@@ -90,6 +90,13 @@ double textWidth(std::string_view text) {
   return width;
 }
 
+std::string shortenToWidth(std::string_view text, double width) {
+  std::string shortened = cleanText(text);
+  for (std::size_t length = shortened.size(); length > 1 && textWidth(shortened) > width;)
+    shortened = shorten(text, --length);
+  return shortened;
+}
+
 std::string number(double value, int decimals) {
   std::string text = fmt::format("{:.{}f}", value, decimals);
   if (text.find('.') != std::string::npos) {

@@ -20,6 +20,10 @@ std::string firstSynonym(std::string_view label);
 /// Estimated width in a proportional sans-serif of size 1 (Helvetica's advance widths; wide scripts count 1).
 double textWidth(std::string_view text);
 
+/// The text, shortened until it is at most `width` wide in size 1, as textWidth() estimates it; one code
+/// point stays.
+std::string shortenToWidth(std::string_view text, double width);
+
 /// A number without trailing zeros, with a point whatever the locale: 1.50 → "1.5", -0.001 → "0".
 std::string number(double value, int decimals = 2);
 

@@ -159,5 +159,41 @@ TEST(Experiments, OfTheRepositoryAreReadable) {
   }
 }
 
+/// The figures that the project promises, by the repository's own configurations with the grid made small.
+TEST(ZonesExperiment, FindsTheRoomsAndPlacesByItself) {
+  const auto rooms = findData("nyuv2_half"), panoramas = findFetched("panoramas"),
+             inception = findFetched("models/inception-v3/graph.lite"),
+             coco = findFetched("models/coco-ssd/model.json");
+  ESTANCIA_NEEDS(rooms && panoramas && inception && coco,
+                 "the rooms, the panoramas or the networks are not here");
+  const ScratchFolder scratch;
+  std::vector<std::string> arguments{"experiment"};
+  for (const std::string name : {"nyu.toml", "tour.toml"}) {
+    std::string text = readFile(fs::path(ESTANCIA_SOURCE_DIR) / "experiments/zones" / name);
+    const auto first = text.find("\n[[data]]") + 1, second = text.find("\n[[data]]", first);
+    text = text.substr(0, second);  // labelling once will do
+    text.insert(first, "distances = [\"standardized-clr\", \"ks\"]\nlinkages = [\"ward\", \"average\"]\n");
+    writeFile(scratch / name, text);
+    arguments.push_back(scratch / name);
+  }
+  arguments.insert(arguments.end(), {"-o", scratch / "out", "--models", "inception-v3+coco-ssd"});
+  const auto result = run(arguments);
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const std::string csv = readFile(scratch / "out/results.csv");
+  EXPECT_THAT(csv, testing::StartsWith("data,model,distance,linkage,cut,zones,v_measure,ari,purity,m\n"));
+  const auto vMeasure = [&csv](const std::string& row) {
+    const auto begin = csv.find("\n" + row + ",");
+    if (begin == std::string::npos) throw std::runtime_error("no row " + row);
+    return std::stod(csv.substr(csv.find(',', begin + row.size() + 2) + 1));
+  };
+  for (const auto& [data, least] : {std::pair{"nyuv2_half", 0.45}, {"tour", 0.93}}) {
+    const std::string ours = std::string(data) + ",inception-v3+coco-ssd,standardized-clr,ward,",
+                      thesis = std::string(data) + ",inception-v3+coco-ssd,ks,average,";
+    EXPECT_GE(vMeasure(ours + "auto"), least);
+    EXPECT_LE(vMeasure(ours + "best") - vMeasure(ours + "auto"), 0.03);
+    EXPECT_GT(vMeasure(ours + "auto"), vMeasure(thesis + "best") + 0.1) << "far better than Eq. 5.1";
+  }
+}
+
 }  // namespace
 }  // namespace estancia::test

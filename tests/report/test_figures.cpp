@@ -58,7 +58,7 @@ TEST(MapFigure, NamesEveryRoomWhereThereIsSpace) {
     const TopologicalMap map = sampleMap({.nodes = 20, .poses = poses});
     const MapSummary summary = summarize(map);
     const std::string svg =
-        mapFigure(summary, layoutMap(summary, false), heatMapOf(map, 0), false, nullptr, {}).str();
+        mapFigure(summary, layoutMap(summary, false), {heatMapOf(map, 0), nullptr}, nullptr, {}).str();
     for (const std::string& room : summary.rooms)
       EXPECT_NE(svg.find(">" + room + "</text>"), std::string::npos) << room;
   }

@@ -9,11 +9,13 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/report/line_chart.hpp"
+#include "html_checks.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
+using test::count;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -33,13 +35,8 @@ Findings sample() {
   findings.sections.emplace_back(LineChart{
       "Curves", "", "k", "left", false, {1, 2, 3, 4}, {{"a", {100, 50, 25, 0}}, {"b", {80, 60, NAN, 10}}}});
   findings.sections.emplace_back(StackedBars{"Bars", "", {"wins", "losses"}, {{"a", {3, 1}}, {"b", {0, 4}}}});
+  findings.sections.emplace_back(Matrix{"Heat", "", {"hall", "lab"}, {0.25, 1, 1, NAN}, 2});
   return findings;
-}
-
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-  return found;
 }
 
 TEST(FindingsPage, ShowsTablesCurvesBarsAndNotes) {
@@ -47,7 +44,7 @@ TEST(FindingsPage, ShowsTablesCurvesBarsAndNotes) {
   for (const char* text : {"Which one?", "That one.", "Ranks", "Lower is better.", "Curves", "Bars", "tour",
                            "kitchen was left out", "width:75%"})
     EXPECT_THAT(html, HasSubstr(text));
-  EXPECT_EQ(count(html, "<td"), 9U);
+  EXPECT_EQ(count(html, "<td"), 9U + 4U);
   EXPECT_EQ(count(html, "<path class=\"curve"), 2U + 2U) << "curves and their legend";
 }
 
@@ -57,6 +54,20 @@ TEST(FindingsPage, PointsOutTheBestAndWhatReadsTheSame) {
   EXPECT_EQ(count(html, "class=\"best\">7<"), 1U);
   EXPECT_EQ(count(html, "class=\"best\""), 3U);
   EXPECT_THAT(html, HasSubstr("<td>–</td>"));
+}
+
+TEST(FindingsPage, DrawsAMatrixAsHeatBetweenItsOwnExtremes) {
+  const std::string html = renderFindingsPage(sample());
+  EXPECT_THAT(html, HasSubstr("background:#440154;color:#fff"));
+  EXPECT_THAT(html, HasSubstr("background:#fde725;color:#000\" title=\"hall · lab: 1.00\">1.00<"));
+  EXPECT_THAT(html, HasSubstr("<td class=\"unknown\">–</td>"));
+  Findings large;
+  large.sections.emplace_back(
+      Matrix{"Heat", "", std::vector<std::string>(21, "x"), std::vector<double>(21 * 21, 0.5), 2});
+  EXPECT_EQ(count(renderFindingsPage(large), ">0.50</td>"), 0U) << "no room for numbers";
+  EXPECT_EQ(count(renderFindingsPage(large), "x · x: 0.50"), 21U * 21U);
+  large.sections = {Matrix{"Heat", "", {"a"}, {NAN}, 2}, Matrix{"Heat", "", {}, {}, 2}};
+  EXPECT_THAT(renderFindingsPage(large), Not(HasSubstr("inf")));
 }
 
 TEST(FindingsPage, NeedsNoNetworkAndHasNoForeignMarkup) {
@@ -71,6 +82,8 @@ TEST(FindingsPage, NeedsNoNetworkAndHasNoForeignMarkup) {
   chart.title = chart.caption = chart.xName = chart.yName = chart.lines[0].name = hostile;
   auto& bars = std::get<StackedBars>(findings.sections[2]);
   bars.title = bars.caption = bars.parts[0] = bars.bars[0].name = hostile;
+  auto& matrix = std::get<Matrix>(findings.sections[3]);
+  matrix.title = matrix.caption = matrix.names[0] = hostile;
   const std::string html = renderFindingsPage(findings);
   EXPECT_EQ(count(html, "<script"), 1U);
   EXPECT_THAT(html, Not(HasSubstr("<img")));
@@ -137,6 +150,15 @@ TEST(LineChart, TellsManyCurvesApart) {
   EXPECT_NE(report::curveClass(0), report::curveClass(7));
   EXPECT_EQ(report::curveClass(1).substr(0, 8), report::curveClass(8).substr(0, 8))
       << "colour again, other dashes";
+}
+
+TEST(LineChartFigure, PointsOutAMarkThatIsOneOfItsPositions) {
+  LineChart chart{"Curves", "", "k", "V", false, {1, 2, 3}, {{"a", {0.1, 0.2, NAN}, 2.0}}};
+  EXPECT_EQ(count(report::lineChart(chart).str(), "class=\"mark c0\""), 1U);
+  for (const double elsewhere : {3.0, 7.0}) {
+    chart.lines[0].mark = elsewhere;
+    EXPECT_EQ(count(report::lineChart(chart).str(), "class=\"mark"), 0U) << elsewhere;
+  }
 }
 
 }  // namespace

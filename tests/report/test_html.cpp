@@ -30,6 +30,17 @@ TEST(Text, IsShortenedByCodePointsNotBytes) {
   EXPECT_EQ(shorten("", 4), "");
 }
 
+TEST(Text, IsShortenedToAWidthInAnyScript) {
+  EXPECT_EQ(shortenToWidth("corridor", 10), "corridor");
+  for (const std::string text : {"a corridor with a view", "日本語の名前の廊下"}) {
+    const std::string cut = shortenToWidth(text, 5);
+    EXPECT_LE(textWidth(cut), 5) << cut;
+    EXPECT_GT(textWidth(cut), 3) << cut;
+    EXPECT_TRUE(cut.ends_with("…"));
+  }
+  EXPECT_EQ(shortenToWidth("corridor", 0), "…");
+}
+
 TEST(Text, FirstSynonymEndsAtTheComma) {
   EXPECT_EQ(firstSynonym("cup, mug"), "cup");
   EXPECT_EQ(firstSynonym("umbrella"), "umbrella");
@@ -76,10 +87,19 @@ TEST(Colour, ViridisRunsFromPurpleToYellowAndStaysInside) {
   EXPECT_EQ(viridis(1).ink(), "#000");
 }
 
-TEST(Colour, AHundredRoomsLookDifferent) {
-  std::set<std::pair<std::string, std::size_t>> seen;
-  for (std::size_t i = 0; i < 100; ++i) seen.emplace(classStyle(i).fill.hex(), classStyle(i).shape);
-  EXPECT_EQ(seen.size(), 100U);
+TEST(Colour, ManyClassesLookDifferent) {
+  for (const auto style : {classStyle, symbolStyle}) {
+    std::set<std::pair<std::string, std::size_t>> seen;
+    for (std::size_t i = 0; i < distinctClasses; ++i) seen.emplace(style(i).fill.hex(), style(i).shape);
+    EXPECT_EQ(seen.size(), distinctClasses);
+  }
+}
+
+TEST(Colour, SmallSymbolsOfNeighboursDifferInHueAndShape) {
+  for (std::size_t i = 0; i + 1 < distinctClasses; ++i) {
+    EXPECT_NE(symbolStyle(i).shape, symbolStyle(i + 1).shape);
+    EXPECT_NE(symbolStyle(i).fill.hex(), symbolStyle(i + 1).fill.hex());
+  }
 }
 
 }  // namespace

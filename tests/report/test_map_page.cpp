@@ -7,12 +7,17 @@
 #include <regex>
 
 #include "estancia/core/error.hpp"
+#include "html_checks.hpp"
 #include "sample_map.hpp"
+#include "sample_zones.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
+using test::count;
+using test::expectNothingFromOutside;
+using test::expectWellFormed;
 using test::sampleMap;
 using test::ScratchFolder;
 using testing::HasSubstr;
@@ -22,40 +27,13 @@ const std::vector<unsigned char> jpeg{0xFF, 0xD8, 0xFF, 0xE0, 1, 2, 3};
 
 MapPage withPictures(const TopologicalMap& map, std::size_t bytes = 7) {
   MapPage page{map};
-  for (std::size_t i = 0; i < map.frames.size(); ++i) page.pictureFrames.push_back(i);
-  page.picture = [bytes](std::size_t) {
+  for (std::size_t i = 0; i < map.frames.size(); ++i) page.pictures.frames.push_back(i);
+  page.pictures.read = [bytes](std::size_t) {
     std::vector<unsigned char> picture = jpeg;
     picture.resize(bytes);
     return picture;
   };
   return page;
-}
-
-std::size_t count(const std::string& text, const std::string& part) {
-  std::size_t found = 0;
-  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
-  return found;
-}
-
-/// The elements of the body are properly nested: nothing that came from outside has opened or closed one.
-void expectWellFormed(const std::string& html) {
-  const std::string body = html.substr(html.find("<body>"));
-  std::vector<std::string> open{"html"};
-  for (std::size_t at = body.find('<'); at != std::string::npos; at = body.find('<', at + 1)) {
-    const std::size_t end = body.find('>', at);
-    ASSERT_NE(end, std::string::npos);
-    const std::string tag = body.substr(at + 1, end - at - 1);
-    const std::string name = tag.substr(0, tag.find_first_of(" />", 1));
-    if (tag[0] == '/') {
-      ASSERT_FALSE(open.empty());
-      ASSERT_EQ(tag.substr(1), open.back()) << body.substr(at > 200 ? at - 200 : 0, 300);
-      open.pop_back();
-    } else if (tag.back() != '/') {
-      open.push_back(name);
-      if (name == "script") at = body.find("</script", at) - 1;
-    }
-  }
-  EXPECT_TRUE(open.empty()) << open.back();
 }
 
 nlohmann::json dataOf(const std::string& html) {
@@ -67,13 +45,7 @@ nlohmann::json dataOf(const std::string& html) {
 TEST(MapPage, NeedsNothingFromOutside) {
   const TopologicalMap map = sampleMap();
   const std::string html = renderMapPage(withPictures(map));
-  EXPECT_FALSE(std::regex_search(html, std::regex("https?:|//[a-z]+\\.|@import|url\\(|<link|<iframe")));
-  const std::regex reference("(src|href|action|data)=\"([^\"]{0,12})");
-  for (std::sregex_iterator it(html.begin(), html.end(), reference), end; it != end; ++it) {
-    const std::string target = (*it)[2];
-    EXPECT_TRUE(target.starts_with("#") || target.starts_with("data:image/")) << target;
-  }
-  EXPECT_THAT(html, HasSubstr("default-src 'none'"));
+  expectNothingFromOutside(html);
 }
 
 TEST(MapPage, ShowsNodesPicturesDecisionsAndMeasures) {
@@ -100,7 +72,7 @@ TEST(MapPage, EveryPictureHasAnAlternativeText) {
 
 TEST(MapPage, HostileTextsStayTexts) {
   test::SampleOptions options;
-  options.marker = "</script><script>alert(1)</script><img src=x onerror='a'>\"'&\xFF]]>--><!--";
+  options.marker = test::hostileText;
   const TopologicalMap map = sampleMap(options);
   MapPage page = withPictures(map);
   page.title = page.sequence = page.date = options.marker;
@@ -186,7 +158,7 @@ TEST(MapPage, AThousandNodesStaySmallAndSayWhatIsLeftOut) {
 TEST(MapPage, EveryNodeHasAPictureBeforeAnyHasTwo) {
   const TopologicalMap map = sampleMap();
   MapPage page = withPictures(map, 1000);
-  page.pictureBytes = 5500;
+  page.pictures.bytes = 5500;
   const std::string html = renderMapPage(page);
   EXPECT_EQ(count(html, "<img "), 5U);
   EXPECT_EQ(count(html, "class=\"pictures p1\""), 5U);
@@ -208,6 +180,46 @@ TEST(MapPage, FloorPlanIsCheckedAndEmbedded) {
   MapPage impossible{unposed};
   impossible.floorPlan = page.floorPlan;
   EXPECT_THROW(renderMapPage(impossible), Error);
+}
+
+/// Zones of the frames of a map: its nodes 0 and 1 are one zone, all others another.
+Zones zonesOf(const TopologicalMap& map) {
+  Recording recording{map.vocabulary, map.model, {}, DescriptorMatrix(map.vocabulary.size())};
+  std::vector<int> groups;
+  for (const MappedFrame& frame : map.frames) {
+    recording.frames.push_back(frame);
+    recording.descriptors.append(map.nodes.at(static_cast<std::size_t>(frame.node)).mean);
+    groups.push_back(frame.node < 2 ? 1 : 0);
+  }
+  return describeZones(recording, groups);
+}
+
+TEST(MapPage, ZonesColourNodesAndAreNamedOnTheirCards) {
+  const TopologicalMap map = sampleMap();
+  const Zones zones = zonesOf(map);
+  MapPage page{map};
+  page.zones = &zones;
+  const std::string html = renderMapPage(page);
+  expectWellFormed(html);
+  expectNothingFromOutside(html);
+  EXPECT_THAT(html, HasSubstr("id=\"by-zones\" aria-pressed=\"true\""));
+  EXPECT_THAT(html, HasSubstr("id=\"by-rooms\" aria-pressed=\"false\""));
+  EXPECT_THAT(html, HasSubstr("<div id=\"legend-zones\">"));
+  EXPECT_EQ(count(html, "In zone 1, "), 2U);
+  EXPECT_EQ(count(html, "In zone 0, "), 3U);
+  EXPECT_EQ(count(html, ": 100 % of its images"), 5U);
+  const nlohmann::json data = dataOf(html);
+  EXPECT_EQ(data["nodes"][0][4], data["nodes"][1][4]) << "one zone, one colour";
+  EXPECT_NE(data["nodes"][1][4], data["nodes"][2][4]);
+  EXPECT_NE(data["nodes"][1][5], data["nodes"][2][5]) << "zones differ in shape, too";
+}
+
+TEST(MapPage, ZonesOfAnotherRunAreRefused) {
+  const TopologicalMap map = sampleMap();
+  const Zones zones = test::sampleZones();
+  MapPage page{map};
+  page.zones = &zones;
+  EXPECT_THROW(renderMapPage(page), Error);
 }
 
 TEST(MapPage, IsWrittenWholeOrNotAtAll) {

@@ -1,0 +1,20 @@
+// Which class of which category an image belongs to, for measures of zones.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "estancia/core/frame.hpp"
+
+namespace estancia {
+
+/// Classes of images that follow each other: a new one begins where the room changes, where the value of
+/// `marks` (one a frame; none: no such thing) changes, and where names of nothing but digits leave a number
+/// out. Each such run is cut into `parts` equal parts, in order. "kitchen 1", "kitchen 2" …, one a frame; ""
+/// where `rooms` is "".
+std::vector<std::string> classesOfRuns(const std::vector<Frame>& frames,
+                                       const std::vector<std::string>& rooms,
+                                       const std::vector<std::string>& marks, std::size_t parts);
+
+}  // namespace estancia

@@ -1,0 +1,53 @@
+#include "estancia/report/driven_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace estancia::report {
+
+double neededHeight(const Fit& fit, const std::vector<Point>& extent, const FigureStyle& style,
+                    double borders) {
+  double low = fit.to.y, high = fit.to.y;
+  for (const Point& p : extent) {
+    low = std::min(low, fit(p).y);
+    high = std::max(high, fit(p).y);
+  }
+  return std::clamp(std::ceil(high - low + borders), 0.55 * style.width, style.height);
+}
+
+void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, const Fit& fit) {
+  constexpr double step = 1.5;
+  Path path;
+  std::optional<Point> last;
+  for (const auto& point : points) {
+    if (!point) {
+      last.reset();
+      continue;
+    }
+    const Point p = fit(*point);
+    if (last && std::hypot(p.x - last->x, p.y - last->y) < step) continue;
+    last ? path.line(p.x, p.y) : path.move(p.x, p.y);
+    last = p;
+  }
+  if (!path.empty()) svg.leaf("path", {{"class", "driven"}, {"d", path.str()}});
+}
+
+Box drawScale(Markup& svg, double scale, const FigureStyle& style) {
+  if (!(scale > 0)) return {};
+  const double most = 0.2 * style.width / scale;
+  double metres = std::pow(10, std::floor(std::log10(most)));
+  for (const double factor : {5.0, 2.0})
+    if (factor * metres <= most) {
+      metres *= factor;
+      break;
+    }
+  const double x = figureMargin, y = style.height - figureMargin, length = metres * scale;
+  svg.leaf("path",
+           {{"class", "scale"},
+            {"d", Path().move(x, y - 5).line(x, y).line(x + length, y).line(x + length, y - 5).str()}});
+  svg.element("text", {{"class", "scale-text"}, {"x", x + 6}, {"y", y - 6}, {"font-size", style.fontSize}},
+              significant(metres) + " m");
+  return {x, y - 8 - style.fontSize, std::max(length, 50.0), 8 + style.fontSize};
+}
+
+}  // namespace estancia::report

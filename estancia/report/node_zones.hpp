@@ -1,0 +1,35 @@
+// Zones laid over the nodes of a map.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "estancia/report/html.hpp"
+#include "estancia/report/summary.hpp"
+#include "estancia/report/zone_summary.hpp"
+
+namespace estancia::report {
+
+struct NodeZone {
+  std::size_t zone = 0;  ///< of most of the node's frames
+  double share = 0;      ///< of its frames that are in it
+};
+
+struct NodeZones {
+  ZonesSummary zones;
+  std::vector<std::optional<NodeZone>> nodes;  ///< as MapSummary::nodes; none for a node without frames
+
+  ClassStyle styleOf(std::size_t node) const;
+};
+
+/// Throws Error when the zones are of another run than the map.
+NodeZones zonesOf(const MapSummary& summary, const Zones& zones);
+
+/// The zones that nodes are in, with their symbols, numbers and words.
+Markup zoneLegend(const NodeZones& zones);
+
+/// "▲ In zone 3, corridor, lobby: 80 % of its images"; empty when nothing is known of the node.
+Markup zoneLine(const NodeZones& zones, std::size_t node);
+
+}  // namespace estancia::report

@@ -1,0 +1,29 @@
+// What every page has: a header with counts and facts, a table of measures.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "estancia/report/html.hpp"
+#include "estancia/report/measures.hpp"
+
+namespace estancia::report {
+
+using Facts = std::vector<std::pair<std::string, std::string>>;
+
+/// Names and values in a row; those without a value are left out.
+Markup factList(const Facts& facts);
+
+/// `counts` are numbers with their nouns, in the singular.
+Markup pageHeader(const std::string& title, const std::vector<std::pair<std::size_t, std::string>>& counts,
+                  const Facts& facts);
+
+/// A <section>; empty without measures.
+Markup measuresSection(const std::vector<Measure>& measures);
+
+/// Digests are for machines: a run of more than 16 hex digits keeps its first 12. At most 120 characters.
+std::string abbreviate(const std::string& text);
+
+}  // namespace estancia::report

@@ -1,0 +1,31 @@
+// The page of semantic zones: one HTML file that needs nothing else and no network.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "estancia/report/measures.hpp"
+#include "estancia/report/pictures.hpp"
+#include "estancia/zones/zones.hpp"
+
+namespace estancia {
+
+/// Everything the page shows. Texts may hold anything; they are escaped.
+struct ZonesPage {
+  const Zones& zones;  ///< must outlive the rendering
+  std::string title = "A run and its zones";
+  std::string date = {};               ///< shown as it is; "" keeps pages reproducible
+  std::vector<Measure> measures = {};  ///< shown in this order
+  PagePictures pictures = {};          ///< by the numbers of Zones::frames
+  std::size_t cards = 60;              ///< only this many of the largest zones get pictures and words
+};
+
+/// The whole page. The same input gives the same bytes.
+std::string renderZonesPage(const ZonesPage& page);
+
+/// Renders and writes the page beside `path`, then renames it. Throws Error when it cannot be written.
+void writeZonesPage(const std::filesystem::path& path, const ZonesPage& page);
+
+}  // namespace estancia

@@ -1,0 +1,47 @@
+#include "sample_zones.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "estancia/core/progress.hpp"
+
+namespace estancia::test {
+
+Zones sampleZones(const SampleZonesOptions& options) {
+  std::vector<std::string> labels;
+  for (std::size_t l = 0; l < options.labels; ++l)
+    labels.push_back(fmt::format("word{}{}", l, options.marker));
+  Recording recording{Vocabulary(labels), "model" + options.marker, {}, DescriptorMatrix(labels.size())};
+  std::vector<int> groups;
+  for (int round = 0; round < 2; ++round)
+    for (std::size_t z = 0; z < options.zones; ++z) {
+      const std::size_t more = round == 0 && 2 * z < options.zones ? 1 : 0;
+      for (std::size_t i = 0; i < options.imagesPerZone / 2 + more; ++i) {
+        Frame frame;
+        const std::size_t number = recording.frames.size();
+        frame.name = fmt::format("frame{:05}{}.jpg", number, options.marker);
+        const double angle = 6.28 * (static_cast<double>(z) + 0.1 * static_cast<double>(i)) /
+                             static_cast<double>(options.zones);
+        if (options.poses) frame.pose = Pose::planar(5 * std::cos(angle), 3 * std::sin(angle), angle);
+        if (options.rooms) frame.room = fmt::format("room {}{}", z % 7, options.marker);
+        recording.frames.push_back(frame);
+        LexicalDescriptor words(options.labels, 0.001F);
+        words[z % options.labels] = 0.8F - 0.001F * static_cast<float>(number % 97);
+        recording.descriptors.append(words);
+        groups.push_back(static_cast<int>(z));
+      }
+    }
+  if (!options.dendrogram) {
+    Zones zones = describeZones(recording, groups);
+    zones.distance = "ks" + options.marker;
+    zones.linkage = "average" + options.marker;
+    zones.cut = 0.5;
+    zones.cutReason = "the test says so" + options.marker;
+    return zones;
+  }
+  Progress silent;
+  return findZones(recording, ZoneOptions::thesis(), silent);
+}
+
+}  // namespace estancia::test
