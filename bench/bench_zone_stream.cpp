@@ -56,7 +56,7 @@ Recording madeUp(std::size_t frames, std::size_t labels) {
 
 void measure(const Recording& recording, const ZoneStreamOptions& options) {
   const std::size_t frames = recording.frames.size();
-  ZoneStream stream(recording.vocabulary.layout(), {}, options);
+  ZoneStream stream(recording.vocabulary, {}, options);
   std::vector<double> times;
   for (std::size_t i = 0; i < frames; ++i) {
     const auto start = Clock::now();

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "estancia/core/error.hpp"
 #include "estancia/zones/cut.hpp"
+#include "estancia/zones/naming.hpp"
 
 namespace estancia {
 namespace {
@@ -19,15 +21,14 @@ constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
 
-ZoneStream::ZoneStream(const DescriptorLayout& layout, const ZoneOptions& options,
-                       const ZoneStreamOptions& stream)
-    : zoneOptions_(options),
+ZoneStream::ZoneStream(Vocabulary vocabulary, const ZoneOptions& options, const ZoneStreamOptions& stream)
+    : vocabulary_(std::move(vocabulary)),
+      zoneOptions_(options),
       options_(stream),
-      distance_(getDistance(options.distance, layout.parts)),
+      distance_(getDistance(options.distance, vocabulary_.layout().parts)),
       linkage_(getLinkage(options.linkage)),
       comparison_(comparisonFor(distance_, linkage_)),
-      scale_(distance_, layout.labels()),
-      labels_(layout.labels()) {
+      scale_(distance_, vocabulary_.size()) {
   requireSound(options);
   if (stream.groups < 2 || stream.relinkEvery < 1)
     throw Error("a stream of zones needs two groups or more, and is linked after one image or more");
@@ -38,12 +39,13 @@ ZoneStream::ZoneStream(const DescriptorLayout& layout, const ZoneOptions& option
 }
 
 int ZoneStream::add(DescriptorView descriptor) {
-  requireProbabilities(descriptor, labels_, "an image of the stream");
-  std::vector<float> embedded(labels_);
+  const std::size_t labels = vocabulary_.size();
+  requireProbabilities(descriptor, labels, "an image of the stream");
+  std::vector<float> embedded(labels);
   embed(distance_.embedding, descriptor, embedded, distance_.parts);
   scale_.add(descriptor, embedded);
   Group& group =
-      groups_.emplace_back(Group{{images()}, Moments(labels_, false), Moments(labels_, true), {}, -1});
+      groups_.emplace_back(Group{{images()}, Moments(labels, false), Moments(labels, true), {}, -1});
   group.embedded.add(embedded);
   group.probabilities.add(descriptor);
   groupOf_.push_back(groups_.size() - 1);
@@ -97,7 +99,7 @@ void ZoneStream::findNearest(std::size_t i) {
 void ZoneStream::rescale() {
   standardization_ = scale_.standardization();
   keyframesOfScale_ = scale_.memory().keyframes;
-  DescriptorMatrix vectors(labels_);
+  DescriptorMatrix vectors(vocabulary_.size());
   for (Group& group : groups_) {
     group.vector = comparedVector(distance_, standardization_, group.embedded.mean());
     vectors.append(group.vector);
@@ -199,6 +201,12 @@ void ZoneStream::number(const std::vector<int>& clusters) {
   }
 }
 
+std::size_t ZoneStream::zoneCount() const {
+  std::set<int> zones;
+  for (const Group& group : groups_) zones.insert(group.zone);
+  return zones.size();
+}
+
 std::vector<int> ZoneStream::zoneOf() const {
   std::vector<int> zones;
   for (const std::size_t group : groupOf_) zones.push_back(groups_[group].zone);
@@ -207,20 +215,46 @@ std::vector<int> ZoneStream::zoneOf() const {
 
 std::vector<StreamedZone> ZoneStream::zones() const {
   std::map<int, Moments> moments;
+  Moments run(vocabulary_.size(), false);
   for (const Group& group : groups_) {
     const auto [entry, isNew] = moments.emplace(group.zone, group.probabilities);
     if (!isNew) entry->second.merge(group.probabilities);
+    run.add(group.probabilities.mean(), group.probabilities.weight());
   }
   std::vector<StreamedZone> zones;
   for (const auto& [id, of] : moments) {
-    StreamedZone zone{id, static_cast<std::uint64_t>(std::llround(of.weight())), {}, {}};
+    StreamedZone zone{id, "", static_cast<std::uint64_t>(std::llround(of.weight())), {}, {}};
     zone.mean.assign(of.mean().begin(), of.mean().end());
     for (const float variance : of.variance()) zone.sigma.push_back(std::sqrt(variance));
     zones.push_back(std::move(zone));
   }
   std::stable_sort(zones.begin(), zones.end(),
                    [](const StreamedZone& a, const StreamedZone& b) { return a.images > b.images; });
+  std::vector<std::vector<float>> means;
+  for (const StreamedZone& zone : zones) means.push_back(zone.mean);
+  const std::vector<std::string> names = nameZones(vocabulary_, means, run.mean());
+  for (std::size_t i = 0; i < zones.size(); ++i) zones[i].name = names[i];
   return zones;
+}
+
+StreamAgreement compareWithExact(const Recording& recording, std::span<const int> zoneOf,
+                                 const ZoneOptions& options, Progress& progress, std::size_t most) {
+  const std::size_t frames = recording.frames.size(), compared = std::min(frames, most);
+  if (zoneOf.size() != frames)
+    throw Error(
+        fmt::format("{} zone numbers do not belong to {} frames; give one a frame", zoneOf.size(), frames));
+  Recording some{recording.vocabulary, recording.model, {}, DescriptorMatrix(recording.vocabulary.size())};
+  std::vector<int> streamed;
+  for (std::size_t i = 0; i < compared; ++i) {
+    const std::size_t frame = i * frames / compared;
+    some.frames.push_back(recording.frames[frame]);
+    some.descriptors.append(recording.descriptors.row(frame));
+    streamed.push_back(zoneOf[frame]);
+  }
+  ZoneOptions exactly = options;
+  if (exactly.count) exactly.count = std::min(*exactly.count, compared);
+  const Zones exact = findZones(some, exactly, progress);
+  return {compared, exact.zones.size(), measureAgreement(exact.zoneOf, streamed)};
 }
 
 }  // namespace estancia

@@ -3,12 +3,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/vocabulary.hpp"
+#include "estancia/stats/agreement.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/label_scale.hpp"
@@ -30,7 +32,8 @@ struct ZoneStreamOptions {
 
 /// A zone as a stream knows it.
 struct StreamedZone {
-  int id = 0;  ///< kept as long as most of the zone's images stay together; never given to another
+  int id = 0;        ///< kept as long as most of the zone's images stay together; never given to another
+  std::string name;  ///< its most telling words
   std::uint64_t images = 0;
   std::vector<float> mean, sigma;  ///< of each label's probability
 };
@@ -43,7 +46,7 @@ struct StreamedZone {
 class ZoneStream {
  public:
   /// Throws Error for unknown names and options that do not go together, as findZones() does.
-  explicit ZoneStream(const DescriptorLayout& layout, const ZoneOptions& options = {},
+  explicit ZoneStream(Vocabulary vocabulary, const ZoneOptions& options = {},
                       const ZoneStreamOptions& stream = {});
 
   /// Returns the image's zone as things stand. Throws Error unless the descriptor holds one probability a
@@ -57,6 +60,7 @@ class ZoneStream {
   std::size_t groups() const { return groups_.size(); }
   double cut() const { return cut_; }  ///< τ_d of the last linking
   const std::string& cutReason() const { return cutReason_; }
+  std::size_t zoneCount() const;
   std::vector<int> zoneOf() const;          ///< of every image so far
   std::vector<StreamedZone> zones() const;  ///< by falling size
 
@@ -83,6 +87,7 @@ class ZoneStream {
   CondensedDistances condensed() const;
   void number(const std::vector<int>& clusters);  // zones of the groups, by their numbers of before
 
+  Vocabulary vocabulary_;
   ZoneOptions zoneOptions_;
   ZoneStreamOptions options_;
   Distance distance_;
@@ -90,7 +95,6 @@ class ZoneStream {
   Comparison comparison_;
   LabelScale scale_;
   Standardization standardization_;
-  std::size_t labels_;
   std::size_t keyframesOfScale_ = 0;  ///< that the standardization is made of
   std::size_t sinceLinked_ = 0;       ///< images
   std::vector<Group> groups_;
@@ -101,5 +105,17 @@ class ZoneStream {
   std::string cutReason_;
   int nextZone_ = 0;
 };
+
+/// How far a stream's zones are from those that findZones() makes of the same images.
+struct StreamAgreement {
+  std::size_t images = 0;  ///< that were compared
+  std::size_t zones = 0;   ///< that findZones() makes of them
+  Agreement agreement;     ///< of the two, as if findZones() told the truth
+};
+
+/// Compares `zoneOf`, the stream's zones of the recording's frames, on all images or, where there are more
+/// than `most`, on so many spread evenly over the run. Throws as findZones() does.
+StreamAgreement compareWithExact(const Recording& recording, std::span<const int> zoneOf,
+                                 const ZoneOptions& options, Progress& progress, std::size_t most = 5000);
 
 }  // namespace estancia

@@ -23,7 +23,7 @@ using testing::HasSubstr;
 
 ZoneStream streamOf(const Recording& recording, const ZoneOptions& options = {},
                     const ZoneStreamOptions& stream = {}) {
-  ZoneStream zones(recording.vocabulary.layout(), options, stream);
+  ZoneStream zones(recording.vocabulary, options, stream);
   for (std::size_t i = 0; i < recording.frames.size(); ++i) zones.add(recording.descriptors.row(i));
   zones.update();
   return zones;
@@ -74,7 +74,7 @@ TEST(ZoneStream, KeepsTheNumbersOfItsZones) {
   const Recording recording = driveThrough({0, 1, 0, 2, 1, 0}, 20);
   ZoneOptions options;
   options.count = 2;
-  ZoneStream stream(recording.vocabulary.layout(), options, {.groups = 30, .relinkEvery = 5});
+  ZoneStream stream(recording.vocabulary, options, {.groups = 30, .relinkEvery = 5});
   std::vector<int> atTheTime;
   for (std::size_t i = 0; i < recording.frames.size(); ++i)
     atTheTime.push_back(stream.add(recording.descriptors.row(i)));
@@ -122,13 +122,26 @@ TEST(ZoneStream, TakesWhatIsHardlyARun) {
   EXPECT_EQ(streamOf(alike, {}, {4, 3}).zones().size(), 1U);
   const Recording nothing = recordingOf(std::vector<std::vector<float>>(30, {0, 0, 0}));
   EXPECT_EQ(streamOf(nothing, {}, {4, 3}).zones().size(), 1U);
-  ZoneStream empty(DescriptorLayout(3));
+  ZoneStream empty(Vocabulary({"desk", "cup", "bed"}));
   empty.update();
   EXPECT_TRUE(empty.zones().empty());
 }
 
+TEST(ZoneStream, SaysHowFarItIsFromTheExactResult) {
+  Progress silent;
+  const ZoneStream stream = streamOf(drive(), {}, {40, 20});
+  const StreamAgreement all = compareWithExact(drive(), stream.zoneOf(), {}, silent);
+  EXPECT_EQ(all.images, drive().frames.size());
+  const std::vector<int> exact = findZones(drive(), {}, silent).zoneOf;
+  EXPECT_EQ(all.zones, std::set<int>(exact.begin(), exact.end()).size());
+  EXPECT_EQ(all.agreement.adjustedRandIndex, measureAgreement(exact, stream.zoneOf()).adjustedRandIndex);
+  EXPECT_EQ(compareWithExact(drive(), exact, {}, silent).agreement.adjustedRandIndex, 1);
+  EXPECT_EQ(compareWithExact(drive(), stream.zoneOf(), {}, silent, 50).images, 50U);
+  EXPECT_NE(errorOf([&] { compareWithExact(drive(), std::vector<int>{1}, {}, silent); }), "");
+}
+
 TEST(ZoneStream, RefusesWhatIsNoProbability) {
-  ZoneStream stream(DescriptorLayout(2));
+  ZoneStream stream(Vocabulary({"desk", "cup"}));
   EXPECT_THAT(errorOf([&] { stream.add(std::vector<float>{0.5F}); }), HasSubstr("2"));
   const std::vector<float> nan{0.5F, std::numeric_limits<float>::quiet_NaN()};
   EXPECT_NE(errorOf([&] { stream.add(nan); }), "");
@@ -139,12 +152,12 @@ TEST(ZoneStream, RefusesOptionsThatDoNotGoTogether) {
   ZoneOptions both;
   both.cut = 0.5;
   both.count = 3;
-  EXPECT_NE(errorOf([&] { ZoneStream(DescriptorLayout(2), both); }), "");
+  EXPECT_NE(errorOf([&] { ZoneStream(Vocabulary({"desk", "cup"}), both); }), "");
   ZoneOptions unknown;
   unknown.distance = "miles";
-  EXPECT_THAT(errorOf([&] { ZoneStream(DescriptorLayout(2), unknown); }), HasSubstr("clr-cosine"));
-  EXPECT_NE(errorOf([&] { ZoneStream(DescriptorLayout(2), {}, {1, 20}); }), "");
-  EXPECT_NE(errorOf([&] { ZoneStream(DescriptorLayout(2), {}, {10, 0}); }), "");
+  EXPECT_THAT(errorOf([&] { ZoneStream(Vocabulary({"desk", "cup"}), unknown); }), HasSubstr("clr-cosine"));
+  EXPECT_NE(errorOf([&] { ZoneStream(Vocabulary({"desk", "cup"}), {}, {1, 20}); }), "");
+  EXPECT_NE(errorOf([&] { ZoneStream(Vocabulary({"desk", "cup"}), {}, {10, 0}); }), "");
 }
 
 }  // namespace
