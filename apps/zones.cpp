@@ -19,6 +19,7 @@
 #include "estancia/zones/naming.hpp"
 #include "estancia/zones/rooms.hpp"
 #include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zone_stream.hpp"
 #include "labelling.hpp"
 
 namespace estancia::apps {
@@ -33,7 +34,7 @@ struct Arguments {
   std::string output;
   std::string distance, linkage, cut, preset;
   std::size_t count = 0;
-  bool overwrite = false, json = false;
+  bool stream = false, overwrite = false, json = false;
 };
 
 ZoneOptions zoneOptions(const Arguments& arguments, const CLI::App& command) {
@@ -74,7 +75,56 @@ void sayMemory(std::size_t images, std::size_t labels) {
       mebibytes < 1024 ? fmt::format("{:.0f} MiB", mebibytes) : fmt::format("{:.1f} GiB", mebibytes / 1024));
 }
 
-Recording recordingOf(const Arguments& arguments) {
+/// Zones while the images come, and what is said of them.
+class Stream {
+ public:
+  Stream(const Vocabulary& words, const ZoneOptions& options, bool json)
+      : zones_(words, options), options_(options), json_(json) {}
+
+  void see(const Frame& frame, DescriptorView descriptor) {
+    const int zone = zones_.add(descriptor);
+    if (json_) print({{"image", frame.name}, {"zone", zone}, {"zones", zones_.zoneCount()}});
+    if (zone == last_) return;
+    last_ = zone;
+    if (json_) return;
+    for (const StreamedZone& now : zones_.zones())
+      if (now.id == zone)
+        fmt::print("{}: zone {} ({}), one of {}\n", frame.name, zone, now.name, zones_.zoneCount());
+  }
+
+  Zones finish(const Recording& recording) {
+    zones_.update();
+    zoneOf_ = zones_.zoneOf();
+    Zones zones = describeZones(recording, zoneOf_);
+    zones.distance = options_.distance;
+    zones.linkage = options_.linkage;
+    zones.cut = zones_.cut();
+    zones.cutReason = zones_.cutReason();
+    return zones;
+  }
+
+  /// After finish().
+  StreamAgreement agreement(const Recording& recording) const {
+    const auto progress = makeStderrProgress();
+    return compareWithExact(recording, zoneOf_, options_, *progress);
+  }
+
+ private:
+  ZoneStream zones_;
+  ZoneOptions options_;
+  bool json_;
+  int last_ = -1;
+  std::vector<int> zoneOf_;
+};
+
+/// The words of all images. With --stream the zones follow as they come, else the memory is asked for first.
+Recording recordingOf(const Arguments& arguments, const ZoneOptions& options, std::optional<Stream>& stream) {
+  const auto begin = [&](std::size_t images, const Vocabulary& words) {
+    if (arguments.stream)
+      stream.emplace(words, options, arguments.json);
+    else
+      sayMemory(images, words.size());
+  };
   const std::string& path = arguments.sequence.path;
   if (isMapFile(path) || path.ends_with(".estancia")) {
     if (!arguments.model.model.empty())
@@ -83,17 +133,20 @@ Recording recordingOf(const Arguments& arguments) {
       throw Error(
           fmt::format("{} knows the poses and rooms of its frames; leave out --poses and --rooms", path));
     Recording recording = readMapRecording(path);
-    sayMemory(recording.frames.size(), recording.vocabulary.size());
+    begin(recording.frames.size(), recording.vocabulary);
+    for (std::size_t i = 0; stream && i < recording.frames.size(); ++i)
+      stream->see(recording.frames[i], recording.descriptors.row(i));
     return recording;
   }
   Labelling labelling(arguments.sequence, arguments.model);
-  sayMemory(labelling.sequence().size(), labelling.vocabulary().size());
+  begin(labelling.sequence().size(), labelling.vocabulary());
   Recording recording{
       labelling.vocabulary(), labelling.identity(), {}, DescriptorMatrix(labelling.vocabulary().size())};
   try {
     labelling.forEach(0, "labelling", [&](const LabelledFrame& frame) {
       recording.frames.push_back(labelling.sequence().frame(frame.index));
       recording.descriptors.append(frame.descriptor);
+      if (stream) stream->see(recording.frames.back(), frame.descriptor);
     });
   } catch (const Interrupted& e) {
     if (arguments.model.noCache) throw;
@@ -136,7 +189,8 @@ Json zoneJson(const Zone& zone, const Zones& zones, const std::vector<float>& ru
   return json;
 }
 
-void printJson(const std::string& file, const Zones& zones, const std::vector<Measure>& measures) {
+void printJson(const std::string& file, const Zones& zones, const std::vector<Measure>& measures,
+               const std::optional<StreamAgreement>& exact) {
   const std::vector<float> run = runMean(zones);
   Json json{{"file", file},
             {"model", zones.model},
@@ -145,12 +199,18 @@ void printJson(const std::string& file, const Zones& zones, const std::vector<Me
             {"cut", zones.cut},
             {"cut_reason", zones.cutReason}};
   json["measures"] = toJson(measures);
+  if (exact)
+    json["exact"] = {{"images", exact->images},
+                     {"zones", exact->zones},
+                     {"ari", exact->agreement.adjustedRandIndex},
+                     {"v_measure", exact->agreement.vMeasure}};
   for (const Zone& zone : zones.zones) json["zones"].push_back(zoneJson(zone, zones, run));
   json["rooms"] = Json::parse(toRoomsJson(zones));
   print(json);
 }
 
-void printTable(const std::string& file, const Zones& zones, const std::vector<Measure>& measures) {
+void printTable(const std::string& file, const Zones& zones, const std::vector<Measure>& measures,
+                const std::optional<StreamAgreement>& exact) {
   fmt::print("{}: {} zones of {} images ({}, {} linkage, cut at {:.3g}: {})\n\n", file, zones.zones.size(),
              zones.frames.size(), zones.distance, zones.linkage, zones.cut, zones.cutReason);
   fmt::print("zone  images   share  words\n");
@@ -167,19 +227,28 @@ void printTable(const std::string& file, const Zones& zones, const std::vector<M
   }
   fmt::print("\n");
   print(measures);
+  if (exact)
+    fmt::print(
+        "\nExact zones of {} of {} images at once: {}; agreement with the stream's: ARI {:.3f}, V-measure "
+        "{:.3f}\n",
+        exact->images, zones.frames.size(), exact->zones, exact->agreement.adjustedRandIndex,
+        exact->agreement.vMeasure);
 }
 
 void run(const Arguments& arguments, const CLI::App& command) {
   const ZoneOptions options = zoneOptions(arguments, command);
   requireOutput(arguments);
-  const Recording recording = recordingOf(arguments);
-  const Zones zones = clustered(recording, options);
+  std::optional<Stream> stream;
+  const Recording recording = recordingOf(arguments, options, stream);
+  const Zones zones = stream ? stream->finish(recording) : clustered(recording, options);
   writeZoneFile(zones, arguments.output);
   const std::vector<Measure> measures = measuresOf(evaluate(zones));
+  std::optional<StreamAgreement> exact;
+  if (stream) exact = stream->agreement(recording);
   if (arguments.json)
-    printJson(arguments.output, zones, measures);
+    printJson(arguments.output, zones, measures, exact);
   else
-    printTable(arguments.output, zones, measures);
+    printTable(arguments.output, zones, measures, exact);
 }
 
 /// "auto" or a distance.
@@ -206,6 +275,9 @@ void addZonesCommand(CLI::App& app) {
   // Rooms are told apart by their things more than places are, which the detector adds (docs/zones.md).
   arguments->model.byDefault = "inception-v3+coco-ssd";
   arguments->model.addTo(*command, "What labels the images");
+  command->add_flag("--stream", arguments->stream,
+                    "Say the zone of each image as it comes, in time and memory that do not grow with their "
+                    "square; the file's zones are numbered by size in the end");
   command->add_flag("--overwrite", arguments->overwrite, "Replace an existing file of zones");
   const auto zones = "Zones";
   const ZoneOptions defaults;
@@ -240,6 +312,7 @@ void addZonesCommand(CLI::App& app) {
   addExamples(*command,
               "  estancia zones ~/pictures -o home.zones\n"
               "  estancia zones home.estancia -o home.zones --count 8\n"
+              "  estancia zones drive.mp4 -o drive.zones --stream\n"
               "  estancia zones pictures.labels -o thesis.zones --preset thesis");
   command->callback([arguments, command] { run(*arguments, *command); });
 }

@@ -20,19 +20,28 @@ std::vector<double> modularities(const Dendrogram& tree, const Neighbours& neigh
     double share = 0;  ///< A_c / W
   };
   const std::size_t items = tree.leaves();
-  const auto links = static_cast<double>(items * neighbours.each);
-  std::vector<std::vector<std::uint32_t>> linked(items);  // every link, of weight ½, at both its ends
+  struct Link {
+    std::uint32_t other;
+    double weight;
+  };
+  std::vector<std::vector<Link>> linked(items);  // every link at both its ends, half of its weight at each
+  std::vector<double> at(items);
+  double links = 0;
   for (std::uint32_t i = 0; i < items; ++i)
-    for (std::size_t k = 0; k < neighbours.each; ++k) {
-      const std::uint32_t j = neighbours.nearest[i * neighbours.each + k];
-      linked[i].push_back(j);
-      linked[j].push_back(i);
+    for (std::size_t k = i * neighbours.each; k < (i + 1) * neighbours.each; ++k) {
+      const double weight = neighbours.weights.empty() ? 1 : neighbours.weights[k];
+      const std::uint32_t j = neighbours.nearest[k];
+      linked[i].push_back({j, weight});
+      linked[j].push_back({i, weight});
+      at[i] += weight / 2;
+      at[j] += weight / 2;
+      links += weight;
     }
   std::vector<Part> parts(items);
   std::vector<std::uint32_t> partOf(items);
   double q = 0;
   for (std::uint32_t i = 0; i < items; ++i) {
-    parts[i] = {{i}, static_cast<double>(linked[i].size()) / 2 / links};
+    parts[i] = {{i}, at[i] / links};
     partOf[i] = i;
     q -= parts[i].share * parts[i].share;
   }
@@ -41,11 +50,11 @@ std::vector<double> modularities(const Dendrogram& tree, const Neighbours& neigh
     Part small = std::move(parts[merge.left]), large = std::move(parts[merge.right]);
     if (small.items.size() > large.items.size()) std::swap(small, large);
     const std::uint32_t name = partOf[large.items.front()];
-    std::ptrdiff_t between = 0;
+    double between = 0;
     for (const std::uint32_t item : small.items)
-      between += std::count_if(linked[item].begin(), linked[item].end(),
-                               [&](std::uint32_t other) { return partOf[other] == name; });
-    q += static_cast<double>(between) / links - 2 * small.share * large.share;
+      for (const Link& link : linked[item])
+        if (partOf[link.other] == name) between += link.weight;
+    q += between / links - 2 * small.share * large.share;
     for (const std::uint32_t item : small.items) partOf[item] = name;
     large.items.insert(large.items.end(), small.items.begin(), small.items.end());
     large.share += small.share;
@@ -64,7 +73,7 @@ std::size_t neighboursForCut(std::size_t items) {
 Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count) {
   const std::size_t items = distances.items();
   if (count == 0) count = neighboursForCut(items);
-  Neighbours neighbours{std::min(count, items - std::min<std::size_t>(items, 1)), {}};
+  Neighbours neighbours{std::min(count, items - std::min<std::size_t>(items, 1)), {}, {}};
   const std::size_t each = neighbours.each;
   if (each == 0) return neighbours;
   neighbours.nearest.resize(items * each);
@@ -90,6 +99,22 @@ Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count
     rest = rest.subspan(items - i - 1);
   }
   return neighbours;
+}
+
+void weighBySize(Neighbours& neighbours, std::span<const std::size_t> sizes) {
+  const std::size_t each = neighbours.each;
+  if (neighbours.nearest.size() != sizes.size() * each)
+    throw Error(
+        fmt::format("{} neighbours do not belong to {} groups", neighbours.nearest.size(), sizes.size()));
+  neighbours.weights.assign(neighbours.nearest.size(), 0);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    std::size_t wanted = each;
+    for (std::size_t k = i * each; k < (i + 1) * each && wanted > 0; ++k) {
+      const std::size_t found = std::min(wanted, sizes[neighbours.nearest[k]]);
+      neighbours.weights[k] = static_cast<double>(sizes[i] * found);
+      wanted -= found;
+    }
+  }
 }
 
 SuggestedCut suggestCut(const Dendrogram& dendrogram, const Neighbours& neighbours) {

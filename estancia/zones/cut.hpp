@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@ namespace estancia {
 struct Neighbours {
   std::size_t each = 0;                ///< how many an item has: at most one less than there are items
   std::vector<std::uint32_t> nearest;  ///< N×each, row-major, nearest first, of equal ones the lower number
+  std::vector<double> weights;         ///< N×each, how much a link counts; empty: all alike
 };
 
 /// How many neighbours suggestCut() wants of each of so many items: √N / 3, at least 3 (docs/zones.md).
@@ -22,6 +24,10 @@ std::size_t neighboursForCut(std::size_t items);
 
 /// `count` of each, 0: neighboursForCut(). O(N²).
 Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count = 0);
+
+/// For items that are groups of so many images each: an item's links weigh as if each of its images were
+/// linked to the `each` nearest images of other groups.
+void weighBySize(Neighbours& neighbours, std::span<const std::size_t> sizes);
 
 struct SuggestedCut {
   double distance = 0;    ///< τ_d: merge up to here

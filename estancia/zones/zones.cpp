@@ -83,32 +83,6 @@ std::vector<RoomWords> roomsOf(const Recording& recording) {
   return rooms;
 }
 
-void requireSound(const ZoneOptions& options) {
-  if (options.cut && options.count)
-    throw Error("zones are cut at a distance or by their number, not by both");
-  if (options.cut && !(std::isfinite(*options.cut) && *options.cut >= 0))
-    throw Error(fmt::format("a cut at {} is none; give a distance of 0 or more", *options.cut));
-}
-
-struct Cut {
-  std::vector<int> groups;
-  double distance;
-  std::string reason;
-};
-
-Cut cutOf(const ImageTree& images, const ZoneOptions& options) {
-  const Dendrogram& tree = images.dendrogram;
-  if (options.count) {
-    std::vector<int> groups = tree.cutInto(*options.count);
-    const std::size_t done = tree.leaves() - *options.count;
-    return {std::move(groups), done == 0 ? 0 : tree.merges()[done - 1].height,
-            fmt::format("{} zones were asked for", *options.count)};
-  }
-  if (options.cut) return {tree.cutAt(*options.cut), *options.cut, "it was given"};
-  SuggestedCut suggested = suggestCut(tree, images.neighbours);
-  return {tree.cutAt(suggested.distance), suggested.distance, std::move(suggested.reason)};
-}
-
 }  // namespace
 
 ZoneOptions ZoneOptions::thesis() {
@@ -117,6 +91,25 @@ ZoneOptions ZoneOptions::thesis() {
   options.linkage = "average";
   options.cut = 0.5;
   return options;
+}
+
+void requireSound(const ZoneOptions& options) {
+  if (options.cut && options.count)
+    throw Error("zones are cut at a distance or by their number, not by both");
+  if (options.cut && !(std::isfinite(*options.cut) && *options.cut >= 0))
+    throw Error(fmt::format("a cut at {} is none; give a distance of 0 or more", *options.cut));
+}
+
+ZoneCut cutTree(const Dendrogram& tree, const Neighbours& neighbours, const ZoneOptions& options) {
+  if (options.count) {
+    std::vector<int> groups = tree.cutInto(*options.count);
+    const std::size_t done = tree.leaves() - *options.count;
+    return {std::move(groups), done == 0 ? 0 : tree.merges()[done - 1].height,
+            fmt::format("{} zones were asked for", *options.count)};
+  }
+  if (options.cut) return {tree.cutAt(*options.cut), *options.cut, "it was given"};
+  SuggestedCut suggested = suggestCut(tree, neighbours);
+  return {tree.cutAt(suggested.distance), suggested.distance, std::move(suggested.reason)};
 }
 
 CondensedDistances compareImages(const Recording& recording, const ZoneOptions& options, Progress& progress) {
@@ -142,7 +135,7 @@ Zones findZones(const Recording& recording, const ZoneOptions& options, Progress
   // wrong way round (line 12: "Dist < τ_d"); meant is that merging stops once the smallest distance is above
   // τ_d (5.5.3). Here all mergers are made and the tree is cut at τ_d, which comes to the same.
   ImageTree tree = linkImages(recording, options, progress);
-  const Cut cut = cutOf(tree, options);
+  const ZoneCut cut = cutTree(tree.dendrogram, tree.neighbours, options);
   Zones zones = describeZones(recording, cut.groups);
   zones.distance = options.distance;
   zones.linkage = options.linkage;

@@ -87,6 +87,19 @@ struct ImageTree {
 };
 ImageTree linkImages(const Recording& recording, const ZoneOptions& options, Progress& progress);
 
+/// Throws Error when both a cut and a count are asked for, or a cut that is none.
+void requireSound(const ZoneOptions& options);
+
+/// Where findZones() cuts.
+struct ZoneCut {
+  std::vector<int> groups;  ///< of the leaves
+  double distance;          ///< τ_d
+  std::string reason;       ///< one sentence for people
+};
+
+/// At options.cut, into options.count groups, or where suggestCut() says.
+ZoneCut cutTree(const Dendrogram& tree, const Neighbours& neighbours, const ZoneOptions& options);
+
 /// The distances of all pairs of images by options.distance, as options.linkage needs them. Throws as above.
 CondensedDistances compareImages(const Recording& recording, const ZoneOptions& options, Progress& progress);
 

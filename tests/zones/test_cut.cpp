@@ -61,9 +61,10 @@ double slowModularity(const Neighbours& neighbours, const std::vector<int>& part
   std::vector<std::vector<double>> weights(n, std::vector<double>(n));
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = 0; k < neighbours.each; ++k) {
-      const std::size_t j = neighbours.nearest[i * neighbours.each + k];
-      weights[i][j] += 0.5;
-      weights[j][i] += 0.5;
+      const std::size_t link = i * neighbours.each + k, j = neighbours.nearest[link];
+      const double weight = neighbours.weights.empty() ? 1 : neighbours.weights[link];
+      weights[i][j] += weight / 2;
+      weights[j][i] += weight / 2;
     }
   std::vector<double> degrees(n);
   double total = 0, q = 0;
@@ -83,10 +84,15 @@ TEST(SuggestedCut, HasTheLargestModularityOfAllCuts) {
   std::normal_distribution<double> normal;
   for (int trial = 0; trial < 10; ++trial) {
     std::vector<double> points;
-    for (int i = 0; i < 60; ++i) points.push_back(normal(random) + 4.0 * static_cast<double>(random() % 5));
+    std::vector<std::size_t> sizes;
+    for (int i = 0; i < 60; ++i) {
+      points.push_back(normal(random) + 4.0 * static_cast<double>(random() % 5));
+      sizes.push_back(1 + random() % 4);
+    }
     for (const Linkage linkage : {Linkage::average, Linkage::single, Linkage::ward}) {
       const Dendrogram tree = link(distancesOf(points), linkage);
-      const Neighbours neighbours = findNeighbours(distancesOf(points), 5);
+      Neighbours neighbours = findNeighbours(distancesOf(points), 5);
+      if (trial % 2 == 1) weighBySize(neighbours, sizes);
       double best = 0;
       for (std::size_t count = 1; count <= points.size(); ++count)
         best = std::max(best, slowModularity(neighbours, tree.cutInto(count)));
@@ -95,6 +101,17 @@ TEST(SuggestedCut, HasTheLargestModularityOfAllCuts) {
       EXPECT_NEAR(slowModularity(neighbours, tree.cutAt(cut.distance)), best, 1e-9) << "the cut that is said";
     }
   }
+}
+
+TEST(Neighbours, OfGroupsWeighAsTheirImages) {
+  Neighbours neighbours = findNeighbours(distancesOf({0, 1, 3, 7}), 3);
+  weighBySize(neighbours, std::vector<std::size_t>{2, 1, 5, 1});
+  EXPECT_THAT(neighbours.nearest, ElementsAre(1, 2, 3, 0, 2, 3, 1, 0, 3, 2, 1, 0));
+  EXPECT_THAT(neighbours.weights, ElementsAre(2, 4, 0, 2, 1, 0, 5, 10, 0, 3, 0, 0));
+  EXPECT_THAT(errorOf([&] {
+                weighBySize(neighbours, std::vector<std::size_t>{1, 2});
+              }),
+              HasSubstr("2 groups"));
 }
 
 TEST(SuggestedCut, PartsGroups) {

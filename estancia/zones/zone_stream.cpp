@@ -1,0 +1,260 @@
+#include "estancia/zones/zone_stream.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "estancia/core/error.hpp"
+#include "estancia/zones/cut.hpp"
+#include "estancia/zones/naming.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr double scaleGrowth = 1.25;  // keyframes after which the labels' scale is found again
+constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+
+}  // namespace
+
+ZoneStream::ZoneStream(Vocabulary vocabulary, const ZoneOptions& options, const ZoneStreamOptions& stream)
+    : vocabulary_(std::move(vocabulary)),
+      zoneOptions_(options),
+      options_(stream),
+      distance_(getDistance(options.distance, vocabulary_.layout().parts)),
+      linkage_(getLinkage(options.linkage)),
+      comparison_(comparisonFor(distance_, linkage_)),
+      scale_(distance_, vocabulary_.size()) {
+  requireSound(options);
+  if (stream.groups < 2 || stream.relinkEvery < 1)
+    throw Error("a stream of zones needs two groups or more, and is linked after one image or more");
+  if (options.count && (*options.count < 1 || *options.count > stream.groups))
+    throw Error(fmt::format("{} zones cannot be made of {} groups; choose 1 to {}", *options.count,
+                            stream.groups, stream.groups));
+  distances_.resize((stream.groups + 1) * (stream.groups + 1));
+}
+
+int ZoneStream::add(DescriptorView descriptor) {
+  const std::size_t labels = vocabulary_.size();
+  requireProbabilities(descriptor, labels, "an image of the stream");
+  std::vector<float> embedded(labels);
+  embed(distance_.embedding, descriptor, embedded, distance_.parts);
+  scale_.add(descriptor, embedded);
+  Group& group =
+      groups_.emplace_back(Group{{images()}, Moments(labels, false), Moments(labels, true), {}, -1});
+  group.embedded.add(embedded);
+  group.probabilities.add(descriptor);
+  groupOf_.push_back(groups_.size() - 1);
+  nearest_.push_back(none);
+  const std::size_t added = groups_.size() - 1;
+  if (scaleIsOlderThan(scaleGrowth)) {
+    rescale();
+  } else {
+    group.vector = comparedVector(distance_, standardization_, group.embedded.mean());
+    measure(added);
+  }
+  if (nearest_[added] != none) groups_[added].zone = groups_[nearest_[added]].zone;
+  while (groups_.size() > options_.groups) mergeNearest();
+  if (++sinceLinked_ >= options_.relinkEvery || images() <= options_.relinkEvery) relink();
+  return groups_[groupOf_.back()].zone;
+}
+
+/// Whether the run has more than `growth` times the keyframes that its labels were standardized by.
+bool ZoneStream::scaleIsOlderThan(double growth) const {
+  return distance_.standardized &&
+         static_cast<double>(scale_.memory().keyframes) > growth * static_cast<double>(keyframesOfScale_);
+}
+
+/// As the linkage will judge it: Ward's merges cost the more the more images they move.
+double ZoneStream::mergeCost(std::size_t i, std::size_t j) const {
+  if (linkage_ != Linkage::ward) return distance(i, j);
+  const auto a = static_cast<double>(groups_[i].images.size()),
+             b = static_cast<double>(groups_[j].images.size());
+  return std::sqrt(2 * a * b / (a + b)) * distance(i, j);
+}
+
+void ZoneStream::measure(std::size_t i) {
+  for (std::size_t j = 0; j < groups_.size(); ++j)
+    if (j != i) distance(i, j) = distance(j, i) = compare(comparison_, groups_[i].vector, groups_[j].vector);
+  findNearest(i);
+  for (std::size_t j = 0; j < groups_.size(); ++j) {
+    if (j == i) continue;
+    if (nearest_[j] == i)
+      findNearest(j);
+    else if (nearest_[j] == none || mergeCost(j, i) < mergeCost(j, nearest_[j]))
+      nearest_[j] = i;
+  }
+}
+
+void ZoneStream::findNearest(std::size_t i) {
+  nearest_[i] = none;
+  for (std::size_t j = 0; j < groups_.size(); ++j)
+    if (j != i && (nearest_[i] == none || mergeCost(i, j) < mergeCost(i, nearest_[i]))) nearest_[i] = j;
+}
+
+void ZoneStream::rescale() {
+  standardization_ = scale_.standardization();
+  keyframesOfScale_ = scale_.memory().keyframes;
+  DescriptorMatrix vectors(vocabulary_.size());
+  for (Group& group : groups_) {
+    group.vector = comparedVector(distance_, standardization_, group.embedded.mean());
+    vectors.append(group.vector);
+  }
+  const CondensedDistances all = pairwiseDistances(vectors, comparison_, {.threads = zoneOptions_.threads});
+  for (std::size_t i = 0; i < groups_.size(); ++i)
+    for (std::size_t j = i + 1; j < groups_.size(); ++j) distance(i, j) = distance(j, i) = all(i, j);
+  for (std::size_t i = 0; i < groups_.size(); ++i) findNearest(i);
+}
+
+void ZoneStream::mergeNearest() {
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < groups_.size(); ++i)
+    if (mergeCost(i, nearest_[i]) < mergeCost(best, nearest_[best])) best = i;
+  const auto [kept, absorbed] = std::minmax(best, nearest_[best]);
+  merge(kept, absorbed);
+}
+
+void ZoneStream::merge(std::size_t kept, std::size_t absorbed) {
+  Group& into = groups_[kept];
+  Group& from = groups_[absorbed];
+  if (into.images.size() < from.images.size()) into.zone = from.zone;
+  into.embedded.merge(from.embedded);
+  into.probabilities.merge(from.probabilities);
+  into.vector = comparedVector(distance_, standardization_, into.embedded.mean());
+  for (const std::size_t image : from.images) groupOf_[image] = kept;
+  into.images.insert(into.images.end(), from.images.begin(), from.images.end());
+  remove(absorbed);
+  measure(kept);
+}
+
+/// The last group takes the place of group i. The nearest of those that were nearest to i is found anew.
+void ZoneStream::remove(std::size_t i) {
+  const std::size_t last = groups_.size() - 1;
+  if (i != last) {
+    groups_[i] = std::move(groups_[last]);
+    for (const std::size_t image : groups_[i].images) groupOf_[image] = i;
+    for (std::size_t j = 0; j < last; ++j) distance(i, j) = distance(j, i) = distance(last, j);
+    nearest_[i] = nearest_[last];
+  }
+  groups_.pop_back();
+  nearest_.pop_back();
+  for (std::size_t j = 0; j < groups_.size(); ++j) {
+    if (nearest_[j] == i)
+      findNearest(j);
+    else if (nearest_[j] == last)
+      nearest_[j] = i;
+  }
+}
+
+CondensedDistances ZoneStream::condensed() const {
+  CondensedDistances all(groups_.size());
+  for (std::size_t i = 0; i < groups_.size(); ++i)
+    std::copy_n(&distances_[i * (options_.groups + 1) + i + 1], groups_.size() - i - 1, all.after(i));
+  return all;
+}
+
+void ZoneStream::update() {
+  if (groups_.empty()) return;
+  if (scaleIsOlderThan(1)) rescale();
+  relink();
+}
+
+void ZoneStream::relink() {
+  CondensedDistances all = condensed();
+  LinkageOptions linking;
+  for (const Group& group : groups_) linking.sizes.push_back(group.images.size());
+  Neighbours neighbours = findNeighbours(all, neighboursForCut(images()));
+  weighBySize(neighbours, linking.sizes);
+  const Dendrogram tree = link(std::move(all), linkage_, linking);
+  ZoneOptions options = zoneOptions_;
+  if (options.count) options.count = std::min(*options.count, groups_.size());  // at the start of a run
+  ZoneCut cut = cutTree(tree, neighbours, options);
+  number(cut.groups);
+  cut_ = cut.distance;
+  cutReason_ = std::move(cut.reason);
+  sinceLinked_ = 0;
+}
+
+void ZoneStream::number(const std::vector<int>& clusters) {
+  std::map<std::pair<int, int>, std::size_t> shared;  // images of cluster and former zone
+  for (std::size_t i = 0; i < groups_.size(); ++i)
+    shared[{clusters[i], groups_[i].zone}] += groups_[i].images.size();
+  std::vector<std::tuple<std::size_t, int, int>> byImages;
+  for (const auto& [pair, images] : shared)
+    if (pair.second >= 0) byImages.emplace_back(images, pair.first, pair.second);
+  std::stable_sort(byImages.begin(), byImages.end(),
+                   [](const auto& a, const auto& b) { return std::get<0>(a) > std::get<0>(b); });
+  std::map<int, int> zoneOf, clusterOf;
+  for (const auto& [images, cluster, zone] : byImages)
+    if (!zoneOf.contains(cluster) && !clusterOf.contains(zone)) {
+      zoneOf[cluster] = zone;
+      clusterOf[zone] = cluster;
+    }
+  for (std::size_t i = 0; i < groups_.size(); ++i) {
+    const auto [entry, isNew] = zoneOf.emplace(clusters[i], nextZone_);
+    if (isNew) ++nextZone_;
+    groups_[i].zone = entry->second;
+  }
+}
+
+std::size_t ZoneStream::zoneCount() const {
+  std::set<int> zones;
+  for (const Group& group : groups_) zones.insert(group.zone);
+  return zones.size();
+}
+
+std::vector<int> ZoneStream::zoneOf() const {
+  std::vector<int> zones;
+  for (const std::size_t group : groupOf_) zones.push_back(groups_[group].zone);
+  return zones;
+}
+
+std::vector<StreamedZone> ZoneStream::zones() const {
+  std::map<int, Moments> moments;
+  Moments run(vocabulary_.size(), false);
+  for (const Group& group : groups_) {
+    const auto [entry, isNew] = moments.emplace(group.zone, group.probabilities);
+    if (!isNew) entry->second.merge(group.probabilities);
+    run.add(group.probabilities.mean(), group.probabilities.weight());
+  }
+  std::vector<StreamedZone> zones;
+  for (const auto& [id, of] : moments) {
+    StreamedZone zone{id, "", static_cast<std::uint64_t>(std::llround(of.weight())), {}, {}};
+    zone.mean.assign(of.mean().begin(), of.mean().end());
+    for (const float variance : of.variance()) zone.sigma.push_back(std::sqrt(variance));
+    zones.push_back(std::move(zone));
+  }
+  std::stable_sort(zones.begin(), zones.end(),
+                   [](const StreamedZone& a, const StreamedZone& b) { return a.images > b.images; });
+  std::vector<std::vector<float>> means;
+  for (const StreamedZone& zone : zones) means.push_back(zone.mean);
+  const std::vector<std::string> names = nameZones(vocabulary_, means, run.mean());
+  for (std::size_t i = 0; i < zones.size(); ++i) zones[i].name = names[i];
+  return zones;
+}
+
+StreamAgreement compareWithExact(const Recording& recording, std::span<const int> zoneOf,
+                                 const ZoneOptions& options, Progress& progress, std::size_t most) {
+  const std::size_t frames = recording.frames.size(), compared = std::min(frames, most);
+  if (zoneOf.size() != frames)
+    throw Error(
+        fmt::format("{} zone numbers do not belong to {} frames; give one a frame", zoneOf.size(), frames));
+  Recording some{recording.vocabulary, recording.model, {}, DescriptorMatrix(recording.vocabulary.size())};
+  std::vector<int> streamed;
+  for (std::size_t i = 0; i < compared; ++i) {
+    const std::size_t frame = i * frames / compared;
+    some.frames.push_back(recording.frames[frame]);
+    some.descriptors.append(recording.descriptors.row(frame));
+    streamed.push_back(zoneOf[frame]);
+  }
+  ZoneOptions exactly = options;
+  if (exactly.count) exactly.count = std::min(*exactly.count, compared);
+  const Zones exact = findZones(some, exactly, progress);
+  return {compared, exact.zones.size(), measureAgreement(exact.zoneOf, streamed)};
+}
+
+}  // namespace estancia

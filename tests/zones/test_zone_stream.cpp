@@ -1,0 +1,164 @@
+// Zones that are kept while a robot drives, beside those of the whole run at once.
+#include "estancia/zones/zone_stream.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <set>
+
+#include "estancia/core/error.hpp"
+#include "estancia/stats/agreement.hpp"
+#include "recordings.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::driveThrough;
+using test::errorOf;
+using test::recordingOf;
+using testing::HasSubstr;
+
+ZoneStream streamOf(const Recording& recording, const ZoneOptions& options = {},
+                    const ZoneStreamOptions& stream = {}) {
+  ZoneStream zones(recording.vocabulary, options, stream);
+  for (std::size_t i = 0; i < recording.frames.size(); ++i) zones.add(recording.descriptors.row(i));
+  zones.update();
+  return zones;
+}
+
+double agreementWithExact(const Recording& recording, const ZoneOptions& options, std::size_t groups) {
+  Progress silent;
+  const std::vector<int> exact = findZones(recording, options, silent).zoneOf;
+  const ZoneStream stream = streamOf(recording, options, {groups, 20});
+  EXPECT_LE(stream.groups(), groups);
+  return measureAgreement(exact, stream.zoneOf()).adjustedRandIndex;
+}
+
+const Recording& drive() {
+  static const Recording recording = driveThrough({0, 1, 2, 0, 3, 1, 4, 2}, 20);
+  return recording;
+}
+
+class EveryWay : public testing::TestWithParam<std::pair<const char*, const char*>> {
+ protected:
+  static ZoneOptions options() {
+    ZoneOptions options;
+    options.distance = GetParam().first;
+    options.linkage = GetParam().second;
+    return options;
+  }
+};
+
+TEST_P(EveryWay, IsExactWhileThereAreGroupsForAllImages) {
+  EXPECT_EQ(agreementWithExact(drive(), options(), 160), 1);
+}
+
+TEST_P(EveryWay, FindsTheRoomsWithFewGroups) {
+  const ZoneStream stream = streamOf(drive(), options(), {40, 20});
+  std::vector<int> rooms;
+  for (const Frame& frame : drive().frames) rooms.push_back(frame.room.back());
+  EXPECT_GT(measureAgreement(rooms, stream.zoneOf()).vMeasure, 0.9);
+  EXPECT_EQ(stream.groups(), 40U);
+}
+
+INSTANTIATE_TEST_SUITE_P(ZoneStream, EveryWay,
+                         testing::Values(std::pair{"standardized-clr", "ward"},
+                                         std::pair{"standardized-clr", "average"},
+                                         std::pair{"clr-cosine", "ward"}, std::pair{"hellinger", "average"},
+                                         std::pair{"l2", "complete"}));
+
+TEST(ZoneStream, KeepsTheNumbersOfItsZones) {
+  const Recording recording = driveThrough({0, 1, 0, 2, 1, 0}, 20);
+  ZoneOptions options;
+  options.count = 2;
+  ZoneStream stream(recording.vocabulary, options, {.groups = 30, .relinkEvery = 5});
+  std::vector<int> atTheTime;
+  for (std::size_t i = 0; i < recording.frames.size(); ++i)
+    atTheTime.push_back(stream.add(recording.descriptors.row(i)));
+  stream.update();
+  const std::vector<int> inTheEnd = stream.zoneOf();
+  std::size_t same = 0;
+  for (std::size_t i = 40; i < 60; ++i) same += atTheTime[i] == inTheEnd[i] ? 1 : 0;
+  EXPECT_GE(same, 18U) << "images of a room seen before go to its zone at once";
+}
+
+TEST(ZoneStream, TellsItsZonesInWords) {
+  const Recording recording = recordingOf({{1, 0}, {0, 1}, {0.5F, 0.5F}});
+  ZoneOptions options;
+  options.distance = "l2";
+  options.linkage = "average";
+  options.count = 1;
+  const ZoneStream stream = streamOf(recording, options);
+  const std::vector<StreamedZone> zones = stream.zones();
+  ASSERT_EQ(zones.size(), 1U);
+  EXPECT_EQ(zones[0].images, 3U);
+  EXPECT_FLOAT_EQ(zones[0].mean[0], 0.5F);
+  EXPECT_NEAR(zones[0].sigma[0], 0.408248, 1e-6);
+}
+
+TEST(ZoneStream, AddsUpToTheImages) {
+  const ZoneStream stream = streamOf(drive(), {}, {25, 7});
+  std::size_t images = 0;
+  for (const StreamedZone& zone : stream.zones()) images += zone.images;
+  EXPECT_EQ(images, drive().frames.size());
+  const std::vector<int> zoneOf = stream.zoneOf();
+  for (const StreamedZone& zone : stream.zones())
+    EXPECT_EQ(static_cast<std::size_t>(std::count(zoneOf.begin(), zoneOf.end(), zone.id)), zone.images);
+}
+
+TEST(ZoneStream, DoesNotDependOnThreads) {
+  ZoneOptions one, three;
+  one.threads = 1;
+  three.threads = 3;
+  EXPECT_EQ(streamOf(drive(), one, {50, 20}).zoneOf(), streamOf(drive(), three, {50, 20}).zoneOf());
+}
+
+TEST(ZoneStream, TakesWhatIsHardlyARun) {
+  EXPECT_TRUE(streamOf(recordingOf({{0.5F, 0.5F}})).zoneOf() == std::vector<int>{0});
+  const Recording alike = recordingOf(std::vector<std::vector<float>>(30, {0.2F, 0.8F}));
+  EXPECT_EQ(streamOf(alike, {}, {4, 3}).zones().size(), 1U);
+  const Recording nothing = recordingOf(std::vector<std::vector<float>>(30, {0, 0, 0}));
+  EXPECT_EQ(streamOf(nothing, {}, {4, 3}).zones().size(), 1U);
+  ZoneStream empty(Vocabulary({"desk", "cup", "bed"}));
+  empty.update();
+  EXPECT_TRUE(empty.zones().empty());
+}
+
+TEST(ZoneStream, SaysHowFarItIsFromTheExactResult) {
+  Progress silent;
+  const ZoneStream stream = streamOf(drive(), {}, {40, 20});
+  const StreamAgreement all = compareWithExact(drive(), stream.zoneOf(), {}, silent);
+  EXPECT_EQ(all.images, drive().frames.size());
+  const std::vector<int> exact = findZones(drive(), {}, silent).zoneOf;
+  EXPECT_EQ(all.zones, std::set<int>(exact.begin(), exact.end()).size());
+  EXPECT_EQ(all.agreement.adjustedRandIndex, measureAgreement(exact, stream.zoneOf()).adjustedRandIndex);
+  EXPECT_EQ(compareWithExact(drive(), exact, {}, silent).agreement.adjustedRandIndex, 1);
+  EXPECT_EQ(compareWithExact(drive(), stream.zoneOf(), {}, silent, 50).images, 50U);
+  EXPECT_NE(errorOf([&] { compareWithExact(drive(), std::vector<int>{1}, {}, silent); }), "");
+}
+
+TEST(ZoneStream, RefusesWhatIsNoProbability) {
+  ZoneStream stream(Vocabulary({"desk", "cup"}));
+  EXPECT_THAT(errorOf([&] { stream.add(std::vector<float>{0.5F}); }), HasSubstr("2"));
+  const std::vector<float> nan{0.5F, std::numeric_limits<float>::quiet_NaN()};
+  EXPECT_NE(errorOf([&] { stream.add(nan); }), "");
+  EXPECT_EQ(stream.images(), 0U) << "nothing of it was kept";
+}
+
+TEST(ZoneStream, RefusesOptionsThatDoNotGoTogether) {
+  ZoneOptions both;
+  both.cut = 0.5;
+  both.count = 3;
+  EXPECT_NE(errorOf([&] { ZoneStream(Vocabulary({"desk", "cup"}), both); }), "");
+  ZoneOptions unknown;
+  unknown.distance = "miles";
+  EXPECT_THAT(errorOf([&] { ZoneStream(Vocabulary({"desk", "cup"}), unknown); }), HasSubstr("clr-cosine"));
+  EXPECT_NE(errorOf([&] { ZoneStream(Vocabulary({"desk", "cup"}), {}, {1, 20}); }), "");
+  EXPECT_NE(errorOf([&] { ZoneStream(Vocabulary({"desk", "cup"}), {}, {10, 0}); }), "");
+}
+
+}  // namespace
+}  // namespace estancia
