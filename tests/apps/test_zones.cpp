@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "estancia/io/recording.hpp"
 #include "support/support.hpp"
@@ -85,6 +86,27 @@ TEST_F(ZonesCommand, TakesItsSettings) {
   EXPECT_EQ(thesis["cut"], 0.5);
   EXPECT_EQ(zones({"--preset", "thesis", "--count", "4"})["zones"].size(), 4U);
   EXPECT_EQ(zones({"--distance", "hellinger", "--linkage", "complete"})["linkage"], "complete");
+}
+
+TEST_F(ZonesCommand, FollowsAStreamAndSaysHowFarItIsFromTheExactResult) {
+  const auto lines = run({"zones", words_, "-o", file_, "--stream", "--json", "--count", "3"});
+  ASSERT_EQ(lines.exitCode, 0) << lines.err;
+  std::istringstream in(lines.out);
+  std::string line;
+  for (std::size_t i = 0; i < 40; ++i) {
+    ASSERT_TRUE(std::getline(in, line));
+    EXPECT_EQ(json::parse(line)["image"], "frame " + std::to_string(i));
+    EXPECT_GE(json::parse(line)["zone"], 0);
+  }
+  std::getline(in, line);
+  const json end = json::parse(line);
+  EXPECT_EQ(end["exact"]["images"], 40);
+  EXPECT_EQ(end["exact"]["ari"], 1) << "few images are all kept";
+  json exact = zones({"--count", "3"});
+  EXPECT_EQ(end["zones"], exact["zones"]);
+  const auto shown = run({"zones", words_, "-o", file_, "--stream", "--overwrite"});
+  EXPECT_THAT(shown.out, AllOf(HasSubstr("frame 0: zone 0"), HasSubstr("Exact zones of 40 of 40 images")));
+  EXPECT_THAT(shown.err, Not(HasSubstr("of memory"))) << "no matrix of all pairs is made first";
 }
 
 TEST_F(ZonesCommand, TakesTheWordsOfAMap) {
