@@ -132,6 +132,7 @@ void addOdometryCommand(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("odometry", "Find where the camera stood in every picture that has depth");
   arguments->sequence.addTo(*command);
+  arguments->sequence.addDepthTo(*command);
   command
       ->add_option("-o,--output", arguments->output,
                    "The trajectory (TUM), for --poses of the other commands")

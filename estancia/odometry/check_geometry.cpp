@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/rigid.hpp"
 #include "estancia/odometry/check_parts.hpp"
 #include "estancia/odometry/reprojection.hpp"
 
@@ -51,11 +52,8 @@ struct Hypothesis {
 
 cv::Affine3d poseOf(Pose p, const Hypothesis& h) {
   if (h.wFirst) std::tie(p.qw, p.qx, p.qy, p.qz) = std::make_tuple(p.qx, p.qy, p.qz, p.qw);
-  const double x = p.qx, y = p.qy, z = p.qz, w = p.qw;
-  const cv::Matx33d rotation(1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w),  //
-                             2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w),  //
-                             2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y));
-  cv::Affine3d pose(rotation, h.scale * cv::Vec3d(p.x, p.y, p.z));
+  cv::Affine3d pose = rigidOf(p);
+  pose.translation(h.scale * pose.translation());
   if (h.inverted) pose = pose.inv();
   return pose * cv::Affine3d(kFrames[h.frame].rotation);
 }

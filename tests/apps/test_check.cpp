@@ -34,7 +34,7 @@ class CheckCommand : public testing::Test {
   void writePoses(const std::function<cv::Affine3d(cv::Affine3d)>& change) {
     std::vector<TrajectoryPoint> points;
     for (std::size_t i = 0; i < room_.size(); ++i)
-      points.push_back({room_.frame(i).timestamp, poseOf(change(affineOf(*room_.frame(i).pose)))});
+      points.push_back({room_.frame(i).timestamp, poseOf(change(rigidOf(*room_.frame(i).pose)))});
     writeTrajectory(folder_ / "poses.txt", points);
   }
 

@@ -13,25 +13,11 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/rigid.hpp"
 #include "estancia/io/sequence.hpp"
 #include "estancia/io/trajectory.hpp"
 
 namespace estancia::test {
-
-inline cv::Affine3d affineOf(const Pose& p) {
-  const double x = p.qx, y = p.qy, z = p.qz, w = p.qw;
-  return {cv::Matx33d(1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w), 2 * (x * y + z * w),
-                      1 - 2 * (x * x + z * z), 2 * (y * z - x * w), 2 * (x * z - y * w), 2 * (y * z + x * w),
-                      1 - 2 * (x * x + y * y)),
-          {p.x, p.y, p.z}};
-}
-
-inline Pose poseOf(const cv::Affine3d& t) {
-  std::array<double, 12> rows{};
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 4; ++c) rows[static_cast<std::size_t>(4 * r + c)] = t.matrix(r, c);
-  return poseOfMatrix(rows).value();
-}
 
 /// Walls, floor, ceiling and some boxes, rendered by casting rays; z up, metres.
 class RecordedRoom : public Sequence {
@@ -42,7 +28,7 @@ class RecordedRoom : public Sequence {
       const auto t = static_cast<double>(i);
       const Pose level = Pose::planar(1.2 * std::sin(0.13 * t), 0.9 * std::cos(0.09 * t), 0.4 + 0.05 * t);
       const cv::Affine3d tilt(cv::Vec3d(0.25 * std::sin(0.21 * t), 0, 0.15 * std::sin(0.17 * t)));
-      cv::Affine3d camera = affineOf(level) * tilt;
+      cv::Affine3d camera = rigidOf(level) * tilt;
       camera.translation(camera.translation() + cv::Vec3d(0, 0, 0.3 * std::sin(0.11 * t)));
       frames_.push_back({"frame " + std::to_string(i), 10 + t / 30, poseOf(camera), ""});
     }
@@ -54,7 +40,7 @@ class RecordedRoom : public Sequence {
 
   cv::Mat depth(std::size_t i) const override {
     cv::Mat depth(intrinsics_->height, intrinsics_->width, CV_32F);
-    const cv::Affine3d camera = affineOf(*frames_[i].pose);
+    const cv::Affine3d camera = rigidOf(*frames_[i].pose);
     depth.forEach<float>([&](float& d, const int* at) {
       d = std::round(1000 * static_cast<float>(hit(camera, at[1], at[0]))) / 1000;  // as sensors do
     });
@@ -63,7 +49,7 @@ class RecordedRoom : public Sequence {
 
   cv::Mat image(std::size_t i) const override {
     cv::Mat picture(intrinsics_->height, intrinsics_->width, CV_8UC3);
-    const cv::Affine3d camera = affineOf(*frames_[i].pose);
+    const cv::Affine3d camera = rigidOf(*frames_[i].pose);
     picture.forEach<cv::Vec3b>([&](cv::Vec3b& pixel, const int* at) {
       const cv::Vec3d p = camera * (hit(camera, at[1], at[0]) * ray(at[1], at[0]));
       for (int c = 0; c < 3; ++c)
@@ -151,7 +137,7 @@ class Altered : public Sequence {
   /// Changes every pose as a transform.
   void pose(const std::function<cv::Affine3d(cv::Affine3d)>& change) {
     for (Frame& frame : frames)
-      if (frame.pose) frame.pose = poseOf(change(affineOf(*frame.pose)));
+      if (frame.pose) frame.pose = poseOf(change(rigidOf(*frame.pose)));
   }
 
   /// Frame i gets the pose of frame i + by, at the ends the nearest.

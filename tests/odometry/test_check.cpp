@@ -186,7 +186,7 @@ TEST(Check, SaysHowToMendIt) {
   body.pose([](const cv::Affine3d& t) { return t * kBodyFromOptical.inv(); });
   EXPECT_THAT(onlyFault(check(body)).fix, HasSubstr("(-0.5, 0.5, -0.5, 0.5)"));
   // The quaternion that it names is the rotation that mends the poses.
-  const cv::Affine3d named = test::affineOf({0, 0, 0, -0.5, 0.5, -0.5, 0.5});
+  const cv::Affine3d named = rigidOf({0, 0, 0, -0.5, 0.5, -0.5, 0.5});
   EXPECT_EQ(cv::norm(named.matrix, kBodyFromOptical.matrix, cv::NORM_INF), 0);
   late.shiftPoses(-3);
   EXPECT_THAT(onlyFault(check(late)).what, HasSubstr("3 frames (0.100 s) too late"));
@@ -308,7 +308,7 @@ TEST(Check, ClaimsNothingOfACameraThatHardlyMoves) {
   const RecordedRoom room;
   Altered still(room);
   still.pose([&](const cv::Affine3d& t) {
-    const cv::Affine3d first = test::affineOf(*room.frame(0).pose);
+    const cv::Affine3d first = rigidOf(*room.frame(0).pose);
     cv::Affine3d step = first.inv() * t;
     return first * cv::Affine3d(1e-3 * step.rvec(), 1e-3 * step.translation());
   });

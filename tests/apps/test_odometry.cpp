@@ -1,0 +1,96 @@
+// `estancia odometry` as a user runs it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+
+class OdometryCommand : public testing::Test {
+ protected:
+  /// Two pictures of a wall, one metre away by millimetres; without a camera file.
+  void SetUp() override {
+    cv::Mat picture(120, 160, CV_8UC3);
+    cv::theRNG().state = 7;
+    cv::randu(picture, 0, 255);
+    const cv::Mat depth(120, 160, CV_16U, cv::Scalar(1000));
+    for (const std::string folder : {"rgb", "depth"}) std::filesystem::create_directories(room_ / folder);
+    for (const std::string name : {"0.png", "1.png"}) {
+      cv::imwrite((room_ / "rgb" / name).string(), picture);
+      cv::imwrite((room_ / "depth" / name).string(), depth);
+    }
+    writeFile(scratch_ / "camera.txt", "140 140 79.5 59.5\n");
+  }
+
+  CommandResult odometry(std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {"odometry", room_.string(), "-o", file_, "--no-loops", "--overwrite"});
+    return run(more);
+  }
+
+  ScratchFolder scratch_;
+  const std::filesystem::path room_ = std::filesystem::path(scratch_ / "room");
+  const std::string file_ = scratch_ / "traj.txt";
+};
+
+TEST_F(OdometryCommand, FollowsACameraThatStands) {
+  const auto result = odometry({"--intrinsics", scratch_ / "camera.txt", "--json"});
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const json found = json::parse(result.out);
+  EXPECT_EQ(found["frames"], 2);
+  EXPECT_EQ(found["placed"], 2);
+  EXPECT_FALSE(found.contains("error")) << "there are no true poses";
+  EXPECT_THAT(result.err, Not(HasSubstr("Open3D")));
+}
+
+TEST_F(OdometryCommand, NamesWhatIsMissing) {
+  const auto blind = odometry();
+  EXPECT_EQ(blind.exitCode, 2);
+  EXPECT_THAT(blind.err, HasSubstr("--intrinsics"));
+  const auto flat = run({"odometry", room_ / "rgb", "-o", file_, "--intrinsics", scratch_ / "camera.txt"});
+  EXPECT_EQ(flat.exitCode, 2);
+  EXPECT_THAT(flat.err, HasSubstr("depth"));
+  EXPECT_FALSE(std::filesystem::exists(file_)) << "nothing half done";
+}
+
+TEST_F(OdometryCommand, TakesTheScaleOfDepth) {
+  const auto far = odometry({"--intrinsics", scratch_ / "camera.txt", "--depth-scale", "10"});
+  EXPECT_EQ(far.exitCode, 2) << "a wall 100 m away is beyond --farthest";
+  EXPECT_THAT(far.err, HasSubstr("--depth-scale"));
+}
+
+TEST_F(OdometryCommand, ReplacesNothingUntold) {
+  writeFile(file_, "mine");
+  const auto result = run({"odometry", room_.string(), "-o", file_, "--no-loops"});
+  EXPECT_EQ(result.exitCode, 2);
+  EXPECT_THAT(result.err, HasSubstr("--overwrite"));
+  EXPECT_EQ(readFile(file_), "mine");
+}
+
+TEST(Kitchen, IsTrackedWithLoopsAndItsZonesArePlaced) {
+  const auto data = findData("sevenscenes_redkitchen");
+  ESTANCIA_NEEDS(data && findFetched("models/inception-v3/graph.lite"),
+                 "the kitchen sequence or the default network is not here");
+  const ScratchFolder scratch;
+  const std::string file = scratch / "traj.txt";
+  const auto result = run({"odometry", *data, "-o", file, "--json"});
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const json found = json::parse(result.out);
+  EXPECT_EQ(found["placed"], 200);
+  EXPECT_GE(found["loops"], 5);
+  EXPECT_LE(found["error"]["rmse"], 0.08);
+  const auto zones = run({"zones", *data, "--poses", file, "--model", "inception-v3", "-o",
+                          scratch / "kitchen.zones", "--json"});
+  ASSERT_EQ(zones.exitCode, 0) << zones.err;
+  EXPECT_TRUE(json::parse(zones.out)["zones"][0]["position"].is_array());
+}
+
+}  // namespace
+}  // namespace estancia::test
