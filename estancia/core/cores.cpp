@@ -12,6 +12,8 @@
 #include <sstream>
 #include <thread>
 
+#include "estancia/core/cgroup.hpp"
+
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
@@ -39,27 +41,11 @@ double quotaOf(const std::string& limits, double most) {
   return text >> quota >> period && quota > 0 && period > 0 ? std::min(most, quota / period) : most;
 }
 
-/// The tightest limit of the cgroup `group` (as /proc/self/cgroup names it) and the groups around it.
-double quotaAlong(const fs::path& mount, const fs::path& group, double most) {
-  for (fs::path at = mount / group.relative_path();; at = at.parent_path()) {
-    most = quotaOf(textOf(at / "cpu.max"), most);                                              // v2
-    most = quotaOf(textOf(at / "cpu.cfs_quota_us") + textOf(at / "cpu.cfs_period_us"), most);  // v1
-    if (at == mount || !at.has_relative_path()) return most;
-  }
-}
-
+/// The tightest limit of the cgroups around this process.
 double cgroupQuota(const fs::path& root, double most) {
-  std::istringstream groups(textOf(root / "proc/self/cgroup"));  // lines ID:CONTROLLERS:PATH
-  const fs::path mount = root / "sys/fs/cgroup";
-  for (std::string line; std::getline(groups, line);) {
-    const auto first = line.find(':'), second = line.find(':', first + 1);
-    if (second == std::string::npos) continue;
-    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
-    const fs::path group = line.substr(second + 1);
-    if (controllers == ",,")
-      most = quotaAlong(mount, group, most);
-    else if (controllers.find(",cpu,") != std::string::npos)
-      most = quotaAlong(mount / "cpu", group, most);
+  for (const fs::path& group : cgroupFolders(root, "cpu")) {
+    most = quotaOf(textOf(group / "cpu.max"), most);                                                 // v2
+    most = quotaOf(textOf(group / "cpu.cfs_quota_us") + textOf(group / "cpu.cfs_period_us"), most);  // v1
   }
   return most;
 }

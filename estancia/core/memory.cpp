@@ -4,8 +4,9 @@
 #include <fstream>
 #include <limits>
 #include <optional>
-#include <sstream>
 #include <string>
+
+#include "estancia/core/cgroup.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -33,33 +34,15 @@ std::uint64_t leftOf(const fs::path& group, const char* limitFile, const char* u
   return *limit - std::min(*limit, used);
 }
 
-/// The tightest limit of the cgroup `group` (as /proc/self/cgroup names it) and the groups around it.
-std::uint64_t leftAlong(const fs::path& mount, const fs::path& group) {
-  std::uint64_t left = unlimited;
-  for (fs::path at = mount / group.relative_path();; at = at.parent_path()) {
-    left = std::min(left, leftOf(at, "memory.max", "memory.current", "inactive_file"));  // v2
-    left = std::min(left, leftOf(at, "memory.limit_in_bytes", "memory.usage_in_bytes",
-                                 "total_inactive_file"));  // v1
-    if (at == mount || !at.has_relative_path()) return left;
-  }
-}
-
 }  // namespace
 
 std::uint64_t availableMemory(const fs::path& root) {
   std::uint64_t available = unlimited;
   if (const auto kilobytes = numberIn(root / "proc/meminfo", "MemAvailable:")) available = *kilobytes * 1024;
-  const fs::path mount = root / "sys/fs/cgroup";
-  std::ifstream groups(root / "proc/self/cgroup");  // lines ID:CONTROLLERS:PATH
-  for (std::string line; std::getline(groups, line);) {
-    const auto first = line.find(':'), second = line.find(':', first + 1);
-    if (second == std::string::npos) continue;
-    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
-    const fs::path group = line.substr(second + 1);
-    if (controllers == ",,")
-      available = std::min(available, leftAlong(mount, group));
-    else if (controllers.find(",memory,") != std::string::npos)
-      available = std::min(available, leftAlong(mount / "memory", group));
+  for (const fs::path& group : cgroupFolders(root, "memory")) {
+    available = std::min(available, leftOf(group, "memory.max", "memory.current", "inactive_file"));  // v2
+    available = std::min(available, leftOf(group, "memory.limit_in_bytes", "memory.usage_in_bytes",
+                                           "total_inactive_file"));  // v1
   }
   return available;
 }

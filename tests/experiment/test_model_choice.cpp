@@ -10,8 +10,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/experiment/experiment.hpp"
-#include "support/model_support.hpp"
-#include "support/support.hpp"
+#include "experiment/colour_drive.hpp"
 
 namespace estancia {
 namespace {
@@ -34,35 +33,10 @@ class Counting final : public Progress {
 class ModelChoice : public testing::Test {
  protected:
   void SetUp() override {
-    writeModel("sharp", "0.02");
-    writeModel("blind", "1e-9");
-    writePictures(scratch / "drive", 0);
-    writePictures(scratch / "again", 1);
-  }
-
-  /// A network that knows four colours, from pixels times `scale`.
-  void writeModel(const std::string& name, const std::string& scale) {
-    test::writeSmallModel(scratch / name, "scale = " + scale);
-    std::string toml = readFile(scratch / name / "model.toml");
-    toml.replace(toml.find("small"), 5, name);
-    writeFile(scratch / name / "model.toml", toml);
-  }
-
-  /// Four places in a row of 3 m, each of its own colour, seen ten times each, with a TUM trajectory.
-  static void writePictures(const fs::path& folder, std::uint64_t seed) {
-    fs::create_directories(folder);
-    const std::vector<cv::Scalar> colours{{20, 20, 230}, {20, 230, 20}, {230, 20, 20}, {230, 230, 230}};
-    cv::RNG random(seed);
-    std::string poses;
-    for (int i = 0; i < 40; ++i) {
-      cv::Mat picture(48, 64, CV_8UC3, colours[static_cast<std::size_t>(i / 10)]),
-          noise(picture.size(), CV_8SC3);
-      random.fill(noise, cv::RNG::NORMAL, 0, 20);
-      cv::add(picture, noise, picture, {}, CV_8UC3);
-      cv::imwrite((folder / ("p" + std::to_string(i) + ".png")).string(), picture);
-      poses += std::to_string(i) + " " + std::to_string(3 * (i / 10)) + " 0 0 0 0 0 1\n";
-    }
-    writeFile(folder / "poses.txt", poses);
+    test::writeColourModel(scratch, "sharp", "0.02");
+    test::writeColourModel(scratch, "blind", "1e-9");
+    test::writeColourDrive(scratch / "drive", 0);
+    test::writeColourDrive(scratch / "again", 1);
   }
 
   std::string config(const std::string& head = "", const std::string& sequence = "") {
@@ -144,10 +118,10 @@ TEST_F(ModelChoice, ComputesOnlyWhatHasChanged) {
   EXPECT_EQ(std::exchange(progress.computed, 0), 4U);
   run(config("distances = [\"l2\", \"hellinger\"]"));
   EXPECT_EQ(std::exchange(progress.computed, 0), 2U) << "l2 is known";
-  writeModel("blind", "1e-8");
+  test::writeColourModel(scratch, "blind", "1e-8");
   run(config(two));
   EXPECT_EQ(std::exchange(progress.computed, 0), 2U) << "the model has changed";
-  fs::remove(scratch / "drive" / "p7.png");
+  fs::remove(scratch / "drive" / "0007.png");
   writeFile(scratch / "drive" / "poses.txt", readFile(scratch / "again" / "poses.txt").erase(0, 16));
   run(config(two));
   EXPECT_EQ(std::exchange(progress.computed, 0), 4U) << "the drive has changed";
@@ -235,7 +209,7 @@ TEST_F(ModelChoice, SeveralModelsAtWorkTogetherAreOneCandidate) {
 }
 
 TEST_F(ModelChoice, UnreadableImagesAreLeftOutAndTold) {
-  writeFile(scratch / "drive" / "p12.png", "no picture");
+  writeFile(scratch / "drive" / "0012.png", "no picture");
   const Findings findings = run(config());
   EXPECT_THAT(findings.notes, testing::Contains(HasSubstr("1 unreadable images were left out")));
 }

@@ -10,8 +10,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/experiment/experiment.hpp"
-#include "support/model_support.hpp"
-#include "support/support.hpp"
+#include "experiment/colour_drive.hpp"
 
 namespace estancia {
 namespace {
@@ -26,39 +25,14 @@ namespace fs = std::filesystem;
 class PlaceTasks : public testing::Test {
  protected:
   void SetUp() override {
-    writeModel("sharp", "0.02");
-    writeModel("blind", "1e-9");
-    writePictures(scratch_ / "drive", 1);
-    writePictures(scratch_ / "again", 2);
+    test::writeColourModel(scratch_, "sharp", "0.02");
+    test::writeColourModel(scratch_, "blind", "1e-9");
+    test::writeColourDrive(scratch_ / "drive", 1);
+    test::writeColourDrive(scratch_ / "again", 2);
     std::string table = "number,kind,half\n";
     for (int i = 0; i < 40; ++i)
       table += std::to_string(i) + ",colour" + std::to_string(i / 10) + (i % 2 == 0 ? ",train\n" : ",test\n");
     writeFile(scratch_ / "table.csv", table);
-  }
-
-  void writeModel(const std::string& name, const std::string& scale) {
-    test::writeSmallModel(scratch_ / name, "scale = " + scale);
-    std::string toml = readFile(scratch_ / name / "model.toml");
-    toml.replace(toml.find("small"), 5, name);
-    writeFile(scratch_ / name / "model.toml", toml);
-  }
-
-  /// Four rooms, each of its own colour, ten pictures each.
-  static void writePictures(const fs::path& folder, std::uint64_t seed) {
-    fs::create_directories(folder);
-    const std::vector<cv::Scalar> colours{{20, 20, 230}, {20, 230, 20}, {230, 20, 20}, {230, 230, 230}};
-    cv::RNG random(seed);
-    std::string rooms = "image,room\n";
-    for (int i = 0; i < 40; ++i) {
-      cv::Mat picture(48, 64, CV_8UC3, colours[static_cast<std::size_t>(i / 10)]),
-          noise(picture.size(), CV_8SC3);
-      random.fill(noise, cv::RNG::NORMAL, 0, 20);
-      cv::add(picture, noise, picture, {}, CV_8UC3);
-      const std::string name = (i < 10 ? "000" : "00") + std::to_string(i) + ".png";
-      cv::imwrite((folder / name).string(), picture);
-      rooms += name + ",room" + std::to_string(i / 10) + "\n";
-    }
-    writeFile(folder / "rooms.csv", rooms);
   }
 
   const std::string drive_ =
