@@ -57,6 +57,7 @@ void tell(const Arguments& arguments, const Sequence& sequence, const RgbdTrajec
                                 {"frames_per_second", rate}};
     for (const auto& [frame, why] : trajectory.lost)
       json["lost"].push_back({{"frame", sequence.frame(frame).name}, {"why", why}});
+    if (!trajectory.notes.empty()) json["notes"] = trajectory.notes;
     if (comparison)
       json["error"] = {{"poses", comparison->absolute.poses},
                        {"rmse", comparison->absolute.rmse},
@@ -110,7 +111,10 @@ void run(const Arguments& arguments) {
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
   constexpr std::size_t shown = 5;
-  for (const std::string& note : trajectory.notes) spdlog::warn("{}", note);
+  for (std::size_t i = 0; i < std::min(shown, trajectory.notes.size()); ++i)
+    spdlog::warn("{}", trajectory.notes[i]);
+  if (trajectory.notes.size() > shown)
+    spdlog::warn("{} such notes in all; --json lists them", trajectory.notes.size());
   for (std::size_t i = 0; i < std::min(shown, trajectory.lost.size()); ++i)
     spdlog::warn("no pose for {}: {}", sequence.frame(trajectory.lost[i].frame).name, trajectory.lost[i].why);
   if (trajectory.lost.size() > shown)

@@ -22,6 +22,11 @@ using odometry::FrameView;
 using odometry::Keyframes;
 using odometry::viewOf;
 
+/// A small motion, so many times.
+cv::Affine3d times(const cv::Affine3d& motion, double count) {
+  return {count * motion.rvec(), count * motion.translation()};
+}
+
 /// Where a frame was seen: it moves along when its keyframe is moved.
 struct Placed {
   std::size_t keyframe;
@@ -66,10 +71,10 @@ class Tracker {
  private:
   bool good(const Alignment& a, double leastOverlap) const;
   bool follow(const FrameView& view);
-  bool relocalise(const FrameView& view);
+  std::optional<std::size_t> relocalise(const FrameView& view);
   std::optional<Alignment> against(std::size_t keyframe, const FrameView& view,
                                    const cv::Affine3d& guess) const;
-  bool place(const FrameView& view, std::size_t keyframe, const Alignment& alignment);
+  void place(const FrameView& view, std::size_t keyframe, const Alignment& alignment);
   bool tooFar(const cv::Affine3d& motion) const;
 
   cv::Affine3d poseOfFrame(const Placed& placed) const {
@@ -81,7 +86,7 @@ class Tracker {
   Keyframes keyframes_;
   std::vector<std::optional<Placed>> placed_;
   std::unique_ptr<FrameView> last_;   ///< the latest tracked frame
-  cv::Affine3d lastPose_, velocity_;  ///< its pose, and its motion since the frame before
+  cv::Affine3d lastPose_, velocity_;  ///< its pose, and its motion a frame
   std::size_t current_ = 0;           ///< the keyframe that frames are tracked against
   bool lost_ = false;
   RgbdTrajectory result_;
@@ -107,7 +112,7 @@ std::optional<Alignment> Tracker::against(std::size_t keyframe, const FrameView&
 }
 
 /// Writes down where the frame is; one that shares little with its keyframe becomes the next.
-bool Tracker::place(const FrameView& view, std::size_t keyframe, const Alignment& alignment) {
+void Tracker::place(const FrameView& view, std::size_t keyframe, const Alignment& alignment) {
   placed_[view.frame] = Placed{keyframe, alignment.transform};
   current_ = keyframe;
   if (alignment.overlap < options_.keyframeOverlap) {
@@ -116,12 +121,26 @@ bool Tracker::place(const FrameView& view, std::size_t keyframe, const Alignment
     placed_[view.frame] = Placed{added, cv::Affine3d::Identity()};
     current_ = added;
   }
-  return true;
 }
 
 /// By the motion so far, without it, by features; then the same beside the previous frame, as the next
-/// keyframe.
+/// keyframe. Past frames without depth features go first: so far from the last frame, planes slide.
 bool Tracker::follow(const FrameView& view) {
+  const std::size_t steps = view.frame - last_->frame;
+  const auto fits = [&](const cv::Affine3d& guess) {
+    const auto found = against(current_, view, guess);
+    if (!found || tooFar(lastPose_.inv() * keyframes_.pose(current_) * found->transform)) return false;
+    place(view, current_, *found);
+    return true;
+  };
+  const auto byMotion = [&] {
+    const bool moves = cv::norm(velocity_.translation()) + angleOf(velocity_) > 0.01;
+    return fits(lastPose_ * times(velocity_, static_cast<double>(steps))) || (moves && fits(lastPose_));
+  };
+  const auto byFeatures = [&] {
+    const auto seen = keyframes_.guess(view, current_);
+    return seen && fits(keyframes_.pose(current_) * *seen);
+  };
   for (const bool promoted : {false, true}) {
     if (promoted) {
       if (keyframes_.frame(current_) == last_->frame) return false;
@@ -134,42 +153,32 @@ bool Tracker::follow(const FrameView& view) {
       placed_[last_->frame] = Placed{added, cv::Affine3d::Identity()};
       current_ = added;
     }
-    std::vector<cv::Affine3d> guesses{lastPose_ * velocity_};
-    if (cv::norm(velocity_.translation()) + angleOf(velocity_) > 0.01) guesses.push_back(lastPose_);
-    for (std::size_t attempt = 0; attempt <= guesses.size(); ++attempt) {
-      std::optional<cv::Affine3d> guess;
-      if (attempt < guesses.size())
-        guess = guesses[attempt];
-      else if (const auto seen = keyframes_.guess(view, current_))
-        guess = keyframes_.pose(current_) * *seen;
-      if (!guess) continue;
-      const auto found = against(current_, view, *guess);
-      if (!found || tooFar(lastPose_.inv() * keyframes_.pose(current_) * found->transform)) continue;
-      return place(view, current_, *found);
-    }
+    if (steps == 1 ? byMotion() || byFeatures() : byFeatures() || byMotion()) return true;
   }
   return false;
 }
 
 /// Anywhere: where the camera was lost, and where the same words were seen. Features must agree, for a wall
-/// aligns with any wall.
-bool Tracker::relocalise(const FrameView& view) {
+/// aligns with any wall. The keyframe beside which it was found.
+std::optional<std::size_t> Tracker::relocalise(const FrameView& view) {
   std::vector<std::size_t> candidates{current_};
   for (const std::size_t k : keyframes_.sayingTheSame(view))
     if (k != current_) candidates.push_back(k);
   for (const std::size_t k : candidates)
     if (const auto guess = keyframes_.guess(view, k))
-      if (const auto found = against(k, view, keyframes_.pose(k) * *guess)) return place(view, k, *found);
-  return false;
+      if (const auto found = against(k, view, keyframes_.pose(k) * *guess)) {
+        place(view, k, *found);
+        return k;
+      }
+  return std::nullopt;
 }
 
 void Tracker::add(std::unique_ptr<FrameView> view) {
   const std::size_t i = view->frame;
-  const auto lose = [&](std::string why) {
-    result_.lost.push_back({i, std::move(why)});
-    lost_ = keyframes_.size() > 0;
-  };
-  if (!view->problem.empty()) return lose(view->problem);
+  if (!view->problem.empty()) {  // it says nothing about where the camera is: the next one is followed
+    result_.lost.push_back({i, view->problem});
+    return;
+  }
   if (keyframes_.size() == 0) {
     placed_[i] = Placed{keyframes_.add(*view, rigidOf(Pose::planar(0, 0, 0))), cv::Affine3d::Identity()};
   } else {
@@ -177,18 +186,25 @@ void Tracker::add(std::unique_ptr<FrameView> view) {
     if (before && now && std::abs(*now - *before) > options_.gap) {
       velocity_ = cv::Affine3d::Identity();
       if (!lost_)
-        result_.notes.push_back(
-            fmt::format("{:.1f} s without a picture before {}", *now - *before, sequence_.frame(i).name));
+        result_.notes.push_back(fmt::format("{:.1f} s without {} before {}", *now - *before,
+                                            last_->frame + 1 == i ? "a picture" : "usable depth",
+                                            sequence_.frame(i).name));
     }
-    const bool found = (!lost_ && follow(*view)) || relocalise(*view);
-    if (!found) return lose("it fits no keyframe");
-    if (lost_)
-      result_.notes.push_back(fmt::format("found again at {}, beside {}", sequence_.frame(i).name,
-                                          sequence_.frame(keyframes_.frame(current_)).name));
+    if (lost_ || !follow(*view)) {
+      const auto beside = relocalise(*view);
+      if (!beside) {
+        result_.lost.push_back({i, "it fits no keyframe"});
+        lost_ = true;
+        return;
+      }
+      if (lost_)
+        result_.notes.push_back(fmt::format("found again at {}, beside {}", sequence_.frame(i).name,
+                                            sequence_.frame(keyframes_.frame(*beside)).name));
+    }
   }
   const cv::Affine3d pose = poseOfFrame(*placed_[i]);
-  const bool steady = last_ && !lost_ && last_->frame + 1 == i;
-  velocity_ = steady ? lastPose_.inv() * pose : cv::Affine3d::Identity();
+  velocity_ = last_ && !lost_ ? times(lastPose_.inv() * pose, 1 / static_cast<double>(i - last_->frame))
+                              : cv::Affine3d::Identity();
   lastPose_ = pose;
   last_ = std::move(view);
   lost_ = false;
