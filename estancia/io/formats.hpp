@@ -23,6 +23,7 @@ class ListedSequence : public Sequence {
   std::vector<Frame>& frames() { return frames_; }
   void warn(std::string sentence) { warnings_.push_back(std::move(sentence)); }
   void setIntrinsics(const CameraIntrinsics& camera) { intrinsics_ = camera; }
+  void setPoseSource(const PoseSource& source) { poseSource_ = source; }
 
  protected:
   explicit ListedSequence(std::string name) : name_(std::move(name)) {}

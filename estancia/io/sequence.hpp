@@ -15,6 +15,12 @@
 
 namespace estancia {
 
+/// What is known of the trajectory that poses were taken from.
+struct PoseSource {
+  /// Its first and last time stamp [s], where frames have stamps, too, but none fits: poses went by order.
+  std::optional<std::pair<double, double>> otherClock;
+};
+
 /// Frames in driving order. What is known without pixels is listed at once; pixels are read on request.
 class Sequence {
  public:
@@ -53,6 +59,9 @@ class Sequence {
   /// The camera of the pictures and of depth; scaledTo() fits it to a size. Absent where unknown.
   const std::optional<CameraIntrinsics>& intrinsics() const { return intrinsics_; }
 
+  /// Absent where nobody gave poses. Frames may lack theirs all the same, as where a trajectory is all NaN.
+  const std::optional<PoseSource>& poseSource() const { return poseSource_; }
+
   /// Sentences about what the reader found odd in the whole sequence (unordered or missing stamps, poses with
   /// NaN …).
   const std::vector<std::string>& warnings() const { return warnings_; }
@@ -60,6 +69,7 @@ class Sequence {
  protected:
   std::vector<std::string> warnings_;
   std::optional<CameraIntrinsics> intrinsics_;
+  std::optional<PoseSource> poseSource_;
 };
 
 /// How to open a sequence. The defaults find the format by themselves.

@@ -89,6 +89,7 @@ Opened openSevenScenes(const fs::path& path, const SequenceOptions& options) {
   auto sequence =
       std::make_unique<ImageFiles>(nameOf(path), options.depthScale > 0 ? options.depthScale : kMillimetres);
   sequence->setIntrinsics(kPublished);
+  if (!table.empty()) sequence->setPoseSource({});
   std::size_t without = 0;
   std::string first;
   for (const auto& file : files) {
@@ -101,8 +102,10 @@ Opened openSevenScenes(const fs::path& path, const SequenceOptions& options) {
     const fs::path poseFile = beside(".pose.txt");
     if (const auto number = numberOf(file); number && table.contains(*number))
       frame.pose = table[*number];
-    else if (fs::exists(poseFile))
+    else if (fs::exists(poseFile)) {
       frame.pose = poseOfFile(poseFile);
+      sequence->setPoseSource({});
+    }
     if (!frame.pose && without++ == 0) first = frame.name;
     DepthFile depth;
     if (fs::exists(beside(".depth.png"))) depth.file = beside(".depth.png");

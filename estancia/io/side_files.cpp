@@ -65,6 +65,7 @@ void attachPoses(ListedSequence& sequence, const Trajectory& trajectory, const f
   if (timed)
     for (std::size_t i = 0; i < frames.size(); ++i)
       matches[i] = nearest(points, *frames[i].timestamp, maxGap);
+  PoseSource source;
   std::size_t unmatched = static_cast<std::size_t>(std::ranges::count(matches, nullptr));
   if (unmatched == frames.size()) {
     if (trajectory.points.size() != frames.size())
@@ -72,11 +73,14 @@ void attachPoses(ListedSequence& sequence, const Trajectory& trajectory, const f
           fmt::format("{}: its {} poses fit the {} frames of {} neither by time (at most {} s apart) nor by "
                       "number; give the trajectory of these frames",
                       name, trajectory.points.size(), frames.size(), sequence.name(), maxGap));
-    if (timed)
+    if (timed) {
       sequence.warn(fmt::format("{}: no time stamp fits a frame; its poses are matched by order", name));
+      source.otherClock = {*points.front().timestamp, *points.back().timestamp};
+    }
     for (std::size_t i = 0; i < frames.size(); ++i) matches[i] = &trajectory.points[i];
     unmatched = 0;
   }
+  sequence.setPoseSource(source);
   for (std::size_t i = 0; i < frames.size(); ++i)
     frames[i].pose = matches[i] ? matches[i]->pose : std::nullopt;
   if (unmatched > 0)

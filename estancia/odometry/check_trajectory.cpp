@@ -196,8 +196,14 @@ void checkTrajectory(const Sequence& sequence, Checklist& list) {
       posed.pose.push_back(*pose);
     }
   constexpr std::size_t fewest = 3;
-  if (posed.pose.empty()) return;
   const std::size_t before = list.faults();
+  if (posed.pose.empty()) {
+    if (sequence.poseSource() && sequence.size() > 0)
+      list.add(Severity::problem, "pose-missing", "No pose can be used: all are missing, NaN or no rotation",
+               share(sequence.size(), sequence.size(), "frames have none"),
+               "give the trajectory that the tracker found, with unit quaternions (t x y z qx qy qz qw)");
+    return;
+  }
   checkCoverage(sequence, posed, list);
   if (posed.pose.size() < fewest) return;
   const Steps steps = stepsOf(posed.pose);

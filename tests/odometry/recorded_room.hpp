@@ -133,6 +133,7 @@ class Altered : public Sequence {
     return depthDelay ? std::optional(*frames[i].timestamp + *depthDelay) : std::nullopt;
   }
   std::optional<CameraIntrinsics>& camera() { return intrinsics_; }
+  std::optional<PoseSource>& source() { return poseSource_; }
 
   /// Changes every pose as a transform.
   void pose(const std::function<cv::Affine3d(cv::Affine3d)>& change) {

@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <opencv2/imgcodecs.hpp>
 #include <random>
 #include <sstream>
 
@@ -145,6 +146,12 @@ const std::vector<Fault>& geometricFaults() {
          for (Frame& f : s.frames) f.pose.reset();
        },
        {}},
+      {"a trajectory of NaN",
+       [](Altered& s) {
+         for (Frame& f : s.frames) f.pose.reset();
+         s.source() = PoseSource{};
+       },
+       {"pose-missing"}},
       {"no depth", [](Altered& s) { s.depthThere = false; }, {}},
   };
   return faults;
@@ -168,6 +175,27 @@ TEST(Check, FindsExactlyWhatIsWrongInTheRedKitchen) {
     fault.spoil(spoilt);
     EXPECT_THAT(faultsOf(spoilt), ::testing::ElementsAreArray(fault.found)) << fault.name;
   }
+}
+
+TEST(Check, ATrajectoryWithoutOnePoseIsAProblem) {
+  test::ScratchFolder folder;
+  cv::Mat picture(48, 64, CV_8UC3);
+  for (const std::string name : {"1.0.png", "2.0.png", "3.0.png"}) {
+    cv::randu(picture, 0, 255);
+    cv::imwrite(folder / name, picture);
+  }
+  const auto checked = [&](const std::string& values) {
+    std::string lines;
+    for (const char* stamp : {"1.0", "2.0", "3.0"}) lines += stamp + values + "\n";
+    test::writeFile(folder / "poses.txt", lines);
+    return check(*openSequence(folder.path()));
+  };
+  for (const char* values : {" nan nan nan nan nan nan nan", " 1 2 3 0 0 0 0"}) {
+    const CheckReport report = checked(values);
+    EXPECT_THAT(faults(report), ElementsAre("pose-missing")) << values;
+    EXPECT_EQ(report.count(Severity::problem), 1U) << values;
+  }
+  EXPECT_THAT(faults(checked(" 1 2 3 0 0 0 1")), ElementsAre("pose-constant"));
 }
 
 const CheckItem& onlyFault(const CheckReport& report) {
