@@ -12,6 +12,8 @@
 
 namespace estancia::odometry {
 
+constexpr double kSynchronous = 0.02;  ///< at most so far apart are a picture and its depth [s]
+
 /// What the parts write on.
 class Checklist {
  public:

@@ -78,6 +78,12 @@ cv::Size lookAtPicture(const Sequence& sequence, std::size_t i, PictureTally& ta
   return picture.size();
 }
 
+/// Whether the nearest depth was taken at another time than the picture: checkTimes says so.
+bool isOutOfTime(const Sequence& sequence, std::size_t i) {
+  const auto time = sequence.frame(i).timestamp, depthTime = sequence.depthTimestamp(i);
+  return time && depthTime && std::abs(*depthTime - *time) > kSynchronous;
+}
+
 /// Takes about `pixels` of the frame's pixels.
 cv::Size lookAtDepth(const Sequence& sequence, std::size_t i, cv::Size picture, std::size_t pixels,
                      DepthTally& tally) {
@@ -87,6 +93,7 @@ cv::Size lookAtDepth(const Sequence& sequence, std::size_t i, cv::Size picture, 
   try {
     depth = sequence.depth(i);
   } catch (const Error& error) {
+    if (isOutOfTime(sequence, i)) return {};
     tally.missing.add(name);
     if (tally.firstError.empty()) tally.firstError = error.what();
     return {};
@@ -162,16 +169,14 @@ void judgeRange(const DepthTally& tally, double median, Checklist& list) {
                   small ? best : 1 / best, small ? "small" : "large"));
 }
 
-void judgeDepth(const Sequence& sequence, const DepthTally& tally, Checklist& list) {
+void judgeDepth(const DepthTally& tally, Checklist& list) {
   const std::size_t before = list.faults();
-  // Depth that is missing because its stamps fit no picture is a matter of time: checkTimes says so.
-  bool untimed = true;
-  for (std::size_t i = 0; i < sequence.size() && untimed; ++i) untimed = !sequence.depthTimestamp(i);
-  if (tally.missing.count > 0 && untimed)
+  if (tally.missing.count > 0)
     list.add(
-        severityOfMissing(tally.missing.count, tally.looked), "depth-missing", "Depth is missing",
+        severityOfMissing(tally.missing.count, tally.looked), "depth-missing",
+        "Depth is missing or cannot be read",
         fmt::format("{} looked at: {}", share(tally.missing.count, tally.looked, "frames"), tally.firstError),
-        "give every picture a depth file of its name, or leave these frames out");
+        "give every picture a depth file that can be read, or leave these frames out");
   if (tally.empty.count > 0)
     list.add(severityOfMissing(tally.empty.count, tally.looked), "depth-empty", "Depth holds no valid pixel",
              fmt::format("{} looked at, first {}", share(tally.empty.count, tally.looked, "frames"),
@@ -203,8 +208,8 @@ void judgeDepth(const Sequence& sequence, const DepthTally& tally, Checklist& li
              "write 0 instead of the furthest value where nothing was measured");
   if (list.faults() == before)
     list.fine("depth", "Depth is there and plausible",
-              fmt::format("median {:.1f} m, {:.0f} % of the pixels, {} frames looked at", median, 100 * valid,
-                          tally.looked));
+              fmt::format("median {:.1f} m, {:.0f} % of the pixels, {} looked at", median, 100 * valid,
+                          share(tally.validShares.size(), tally.looked, "frames")));
 }
 
 }  // namespace
@@ -230,7 +235,7 @@ DepthFacts checkPictures(const Sequence& sequence, const CheckOptions& options, 
   progress.end();
   judgePictures(pictures, list);
   if (!sequence.hasDepth()) return facts;
-  judgeDepth(sequence, depths, list);
+  judgeDepth(depths, list);
   if (!depths.medians.empty()) facts.median = medianOf(depths.medians);
   return facts;
 }

@@ -9,8 +9,6 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr double kSynchronous = 0.02;  // [s] between a picture and its depth
-
 /// A robot may wait; what breaks maps is that it went on meanwhile.
 void checkGaps(const Sequence& sequence, double median, Checklist& list) {
   constexpr double harmless = 2;  // [m]

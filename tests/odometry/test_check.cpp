@@ -262,6 +262,27 @@ TEST(Check, LooksAtDepthWithoutPosesToo) {
               ElementsAre("depth-sparse"));
 }
 
+TEST(Check, DepthThatCannotBeReadIsFoundWhateverItsStamps) {
+  const RecordedRoom room;
+  Altered spoilt(room);
+  spoilt.depthDelay = 0.001;
+  const auto tear = [&spoilt](std::size_t every) {
+    spoilt.alterDepth = [every](std::size_t i, cv::Mat&) {
+      if (i % every == 0) throw Error("torn");
+    };
+    return onlyFault(check(spoilt, 90));
+  };
+  EXPECT_EQ(tear(1).severity, Severity::problem);
+  EXPECT_EQ(tear(1).name, "depth-missing");
+  EXPECT_EQ(tear(2).severity, Severity::problem);
+  EXPECT_THAT(tear(2).evidence, HasSubstr("45 of 90 frames looked at: torn"));
+  EXPECT_EQ(tear(30).severity, Severity::warning);
+  EXPECT_THAT(tear(30).evidence, HasSubstr("3 of 90 frames"));
+  spoilt.depthDelay = 0.5;  // no picture's own: said once
+  tear(1);
+  EXPECT_THAT(faultsOf(spoilt), ElementsAre("depth-time"));
+}
+
 TEST(Check, LooksAtCameraAndPictures) {
   const RecordedRoom room;
   const auto found = [&room](const std::function<void(Altered&)>& spoil) {
