@@ -102,6 +102,29 @@ struct Posed {
   std::vector<Pose> pose;
 };
 
+/// What is wrong with the clock of a trajectory that fits no frame, and what mends it.
+std::string mendedClock(std::pair<double, double> trajectory, std::pair<double, double> frames) {
+  const double longer = (trajectory.second - trajectory.first) / (frames.second - frames.first);
+  for (const auto& [factor, unit] :
+       {std::pair{1e3, "milliseconds"}, std::pair{1e6, "microseconds"}, std::pair{1e9, "nanoseconds"}})
+    if (std::abs(longer / factor - 1) < 0.1)
+      return fmt::format("its stamps look like {}: divide them by {:.0f}", unit, factor);
+  return "stamp it by the clock of the pictures, in seconds, or allow a larger --pose-gap";
+}
+
+void checkClock(const Sequence& sequence, Checklist& list) {
+  const auto& source = sequence.poseSource();
+  if (!source || !source->otherClock) return;
+  const Frame &first = sequence.frame(0), &last = sequence.frame(sequence.size() - 1);
+  if (!first.timestamp || !last.timestamp) return;
+  const auto [begin, end] = *source->otherClock;
+  list.add(Severity::warning, "pose-clock",
+           "The trajectory is of another clock: none of its stamps fits a picture, poses went by order",
+           fmt::format("it lasts from {:.3f} to {:.3f}, {} pictures from {:.3f} to {:.3f} s", begin, end,
+                       sequence.size(), *first.timestamp, *last.timestamp),
+           mendedClock({begin, end}, {*first.timestamp, *last.timestamp}));
+}
+
 void checkCoverage(const Sequence& sequence, const Posed& posed, Checklist& list) {
   const std::size_t all = sequence.size(), missing = all - posed.pose.size();
   if (missing == 0) return;
@@ -187,6 +210,8 @@ void checkTimes(const Sequence& sequence, Checklist& list) {
 }
 
 void checkTrajectory(const Sequence& sequence, Checklist& list) {
+  const std::size_t before = list.faults();
+  checkClock(sequence, list);
   Posed posed;
   for (std::size_t i = 0; i < sequence.size(); ++i)
     if (const auto& pose = sequence.frame(i).pose) {
@@ -194,7 +219,6 @@ void checkTrajectory(const Sequence& sequence, Checklist& list) {
       posed.pose.push_back(*pose);
     }
   constexpr std::size_t fewest = 3;
-  const std::size_t before = list.faults();
   if (posed.pose.empty()) {
     if (sequence.poseSource() && sequence.size() > 0)
       list.add(Severity::problem, "pose-missing", "No pose can be used: all are missing, NaN or no rotation",

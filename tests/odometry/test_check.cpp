@@ -177,18 +177,29 @@ TEST(Check, FindsExactlyWhatIsWrongInTheRedKitchen) {
   }
 }
 
-TEST(Check, ATrajectoryWithoutOnePoseIsAProblem) {
-  test::ScratchFolder folder;
-  cv::Mat picture(48, 64, CV_8UC3);
-  for (const std::string name : {"1.0.png", "2.0.png", "3.0.png"}) {
-    cv::randu(picture, 0, 255);
-    cv::imwrite(folder / name, picture);
+/// Three pictures, one a second.
+class PictureFolder {
+ public:
+  PictureFolder() {
+    cv::Mat picture(48, 64, CV_8UC3);
+    for (const std::string name : {"1.0.png", "2.0.png", "3.0.png"}) {
+      cv::randu(picture, 0, 255);
+      cv::imwrite(folder_ / name, picture);
+    }
   }
+  CheckReport check(const std::string& trajectory) const {
+    test::writeFile(folder_ / "poses.txt", trajectory);
+    return estancia::check(*openSequence(folder_.path()));
+  }
+
+ private:
+  test::ScratchFolder folder_;
+};
+
+TEST(Check, ATrajectoryWithoutOnePoseIsAProblem) {
+  const PictureFolder folder;
   const auto checked = [&](const std::string& values) {
-    std::string lines;
-    for (const char* stamp : {"1.0", "2.0", "3.0"}) lines += stamp + values + "\n";
-    test::writeFile(folder / "poses.txt", lines);
-    return check(*openSequence(folder.path()));
+    return folder.check("1.0" + values + "\n2.0" + values + "\n3.0" + values + "\n");
   };
   for (const char* values : {" nan nan nan nan nan nan nan", " 1 2 3 0 0 0 0"}) {
     const CheckReport report = checked(values);
@@ -203,6 +214,35 @@ const CheckItem& onlyFault(const CheckReport& report) {
   for (const CheckItem& item : report.items)
     if (item.severity != Severity::fine) return item;
   return none;
+}
+
+TEST(Check, ATrajectoryOfAnotherClockIsFound) {
+  const RecordedRoom room;
+  const double begin = *room.frame(0).timestamp, end = *room.frame(room.size() - 1).timestamp;
+  const auto fix = [&](double from, double to) {
+    Altered spoilt(room);
+    spoilt.source() = PoseSource{std::pair(from, to)};
+    const CheckReport report = check(spoilt);
+    EXPECT_THAT(faults(report), ElementsAre("pose-clock"));
+    EXPECT_EQ(report.count(Severity::warning), 1U);
+    return onlyFault(report).fix;
+  };
+  EXPECT_THAT(fix(begin * 1e3, end * 1e3), HasSubstr("milliseconds: divide them by 1000"));
+  EXPECT_THAT(fix(begin * 1e9, end * 1e9), HasSubstr("nanoseconds: divide them by 1000000000"));
+  EXPECT_THAT(fix(begin + 500, end + 500), HasSubstr("by the clock of the pictures"));
+  EXPECT_THAT(fix(0, 0), HasSubstr("by the clock of the pictures"));
+  Altered ofTheSame(room);
+  ofTheSame.source() = PoseSource{};
+  EXPECT_THAT(faultsOf(ofTheSame), IsEmpty());
+}
+
+TEST(Check, TheFoldersTrajectoryOfAnotherClockIsFound) {
+  const CheckReport report =
+      PictureFolder().check("1000 0 0 0 0 0 0 1\n2000 1 0 0 0 0 0 1\n3000 2 0 0 0 0 0 1\n");
+  EXPECT_THAT(faults(report), ElementsAre("pose-clock"));
+  EXPECT_THAT(onlyFault(report).fix, HasSubstr("divide them by 1000"));
+  EXPECT_THAT(onlyFault(report).evidence,
+              HasSubstr("from 1000.000 to 3000.000, 3 pictures from 1.000 to 3.000 s"));
 }
 
 TEST(Check, SaysHowToMendIt) {
