@@ -9,25 +9,36 @@
 namespace estancia::odometry {
 namespace {
 
-/// A robot may wait; what breaks maps is that it went on meanwhile.
-void checkGaps(const Sequence& sequence, double median, Checklist& list) {
+/// A robot may wait; what breaks maps is that it went on meanwhile. Says in which gaps it waited, "" for
+/// none.
+std::string checkGaps(const Sequence& sequence, double median, Checklist& list) {
   constexpr double harmless = 2;  // [m]
   const double longest = std::max(1.0, 10 * median);
-  std::size_t gaps = 0;
-  double largest = 0;
-  std::string first;
+  std::size_t gaps = 0, waits = 0;
+  double largest = 0, longestWait = 0;
+  std::string first, waitedBefore;
   for (std::size_t i = 1; i < sequence.size(); ++i) {
     const Frame &from = sequence.frame(i - 1), &to = sequence.frame(i);
     if (!from.timestamp || !to.timestamp || !(*to.timestamp - *from.timestamp > longest)) continue;
-    if (from.pose && to.pose && distanceBetween(*from.pose, *to.pose) < harmless) continue;
+    const double lasted = *to.timestamp - *from.timestamp;
+    if (from.pose && to.pose && distanceBetween(*from.pose, *to.pose) < harmless) {
+      ++waits;
+      if (lasted > longestWait) waitedBefore = to.name;
+      longestWait = std::max(longestWait, lasted);
+      continue;
+    }
     if (gaps++ == 0) first = to.name;
-    largest = std::max(largest, *to.timestamp - *from.timestamp);
+    largest = std::max(largest, lasted);
   }
   if (gaps > 0)
     list.add(Severity::warning, "time-gap", "There are gaps in time",
              fmt::format("{} between {} frames, the first before {}, the largest {:.1f} s; usually {:.3f} s",
                          gaps, sequence.size(), first, largest, median),
              "record without pauses, or treat the parts as sequences of their own");
+  if (waits == 0) return "";
+  return fmt::format(
+      "{} without pictures, the longest {:.1f} s before {}; the poses move less than {} m there", waits,
+      longestWait, waitedBefore, harmless);
 }
 
 void checkOrder(const Sequence& sequence, Checklist& list) {
@@ -62,10 +73,14 @@ void checkOrder(const Sequence& sequence, Checklist& list) {
              "stamp every frame, or none");
   const auto median = frameInterval(sequence);
   if (!median) return;
-  checkGaps(sequence, *median, list);
-  if (list.faults() == before)
-    list.fine("times", "Time stamps are in order and without gaps",
-              fmt::format("{} frames, every {:.3f} s", stamped, *median));
+  const std::string waits = checkGaps(sequence, *median, list);
+  if (list.faults() != before) return;
+  const std::string evidence = fmt::format("{} frames, every {:.3f} s", stamped, *median);
+  if (waits.empty())
+    list.fine("times", "Time stamps are in order and without gaps", evidence);
+  else
+    list.fine("times", "Time stamps are in order; in their gaps the camera waited",
+              evidence + "; gaps: " + waits);
 }
 
 void checkDepthTimes(const Sequence& sequence, Checklist& list) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
@@ -383,6 +384,22 @@ TEST(Check, LooksAtTimeStamps) {
               IsEmpty());
   EXPECT_THAT(found([](Altered& s) { s.depthDelay = 0.012; }), IsEmpty());
   EXPECT_THAT(found([](Altered& s) { s.depthDelay = -0.35; }), ElementsAre("depth-time"));
+}
+
+TEST(Check, AGapInWhichTheCameraWaitedIsNoFaultButSaid) {
+  const RecordedRoom room;
+  Altered waiting(room);
+  for (std::size_t i = 50; i < waiting.size(); ++i) *waiting.frames[i].timestamp += 100;
+  const auto times = [&] {
+    const CheckReport report = check(waiting);
+    EXPECT_THAT(faults(report), IsEmpty());
+    const auto item = std::ranges::find(report.items, "times", &CheckItem::name);
+    return item == report.items.end() ? "" : item->what + ": " + item->evidence;
+  };
+  EXPECT_THAT(times(), ::testing::AllOf(HasSubstr("waited"), HasSubstr("1 without pictures"),
+                                        HasSubstr("100.0 s before frame 50")));
+  waiting.frames = Altered(room).frames;
+  EXPECT_THAT(times(), HasSubstr("without gaps"));
 }
 
 TEST(Check, JudgesPositionsBySpeedWhereThereIsNoDepth) {
