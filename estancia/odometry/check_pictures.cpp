@@ -7,6 +7,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/odometry/check_parts.hpp"
+#include "estancia/odometry/pyramid.hpp"
 
 namespace estancia::odometry {
 namespace {
@@ -37,11 +38,6 @@ struct DepthTally {
   std::vector<double> medians, validShares;
   std::vector<float> values;  ///< some pixels of every frame
 };
-
-bool sameShape(cv::Size a, cv::Size b) {
-  const double ratio = static_cast<double>(a.width) * b.height / (static_cast<double>(a.height) * b.width);
-  return std::abs(ratio - 1) < 0.02;
-}
 
 std::string text(cv::Size size) {
   return fmt::format("{} × {}", size.width, size.height);

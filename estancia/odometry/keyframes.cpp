@@ -34,6 +34,11 @@ std::unique_ptr<FrameView> viewOf(const Sequence& sequence, std::size_t frame, c
   try {
     view->depth = sequence.depth(frame);
     view->bgr = sequence.image(frame);
+    if (!sameShape(view->bgr.size(), view->depth.size()))
+      throw Error(fmt::format(
+          "depth has {} × {} pixels and the picture {} × {}: they show different views; export depth "
+          "registered to colour (see `estancia check`)",
+          view->depth.cols, view->depth.rows, view->bgr.cols, view->bgr.rows));
     const CameraIntrinsics camera = sequence.intrinsics()->scaledTo(view->depth.cols, view->depth.rows);
     view->picture = reducedPicture(view->bgr, view->depth, camera, options.width, options.farthest);
     const int usable = cv::countNonZero(view->picture.depth);

@@ -89,6 +89,11 @@ PyramidLevel levelOf(const RgbdPicture& picture) {
 
 }  // namespace
 
+bool sameShape(cv::Size a, cv::Size b) {
+  const double ratio = static_cast<double>(a.width) * b.height / (static_cast<double>(a.height) * b.width);
+  return std::abs(ratio - 1) < 0.02;
+}
+
 RgbdPicture reducedPicture(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,
                            int width, double farthest) {
   RgbdPicture picture;

@@ -26,6 +26,9 @@ struct PyramidLevel {
 /// From the finest to the coarsest.
 using Pyramid = std::vector<PyramidLevel>;
 
+/// Whether both have the same proportions within 2 %, as depth and the picture of the same view do.
+bool sameShape(cv::Size a, cv::Size b);
+
 /// The picture in depth's size, halved until it is at most `width` wide. `camera` is that of `depth` (metres,
 /// CV_32F); what lies beyond `farthest` [m] counts as no depth. `bgr` shows the same view in any size.
 RgbdPicture reducedPicture(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,

@@ -108,6 +108,7 @@ cv::Mat Drive::depth(std::size_t i) const {
   const CameraIntrinsics camera = smallCamera().scaledTo(160 / shrink, 120 / shrink);
   cv::Mat depth = render(*frames_[i].pose, camera, noise_, static_cast<unsigned>(i)).depth;
   if (noDepthValues.contains(i)) depth.setTo(0);
+  if (cutDepth > 0) depth = depth.colRange(0, depth.cols - cutDepth).clone();
   return depth * unit;
 }
 

@@ -163,6 +163,14 @@ TEST(Rgbd, DepthMayBeSmallerThanThePicture) {
   EXPECT_LT(errorOf(trajectory, drive), 0.06);  // a bare wall, and only 4,800 pixels
 }
 
+TEST(Rgbd, RefusesDepthOfAnotherShape) {
+  Drive drive(turnAround(60, -57));
+  drive.cutDepth = 40;
+  EXPECT_THAT(refusal(drive), HasSubstr("depth has 120 × 120 pixels and the picture 160 × 120"));
+  drive.cutDepth = 1;
+  EXPECT_EQ(refusal(drive), "accepted");
+}
+
 TEST(Rgbd, RefusesWhatCannotBeTracked) {
   Drive drive(turnAround(60, -57));
   drive.unit = 1000;  // millimetres taken for metres: all beyond the horizon
