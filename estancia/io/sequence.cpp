@@ -213,8 +213,7 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
   }
   requireUniqueNames(*sequence);
   warnOfOddTimes(*sequence);
-  if (sequence->size() == 1)
-    sequence->warn("there is only one image; a map of places needs a drive through several");
+  if (sequence->size() == 1) sequence->warn("there is only one image");
   return sequence;
 }
 

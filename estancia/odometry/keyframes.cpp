@@ -115,6 +115,7 @@ void Keyframes::closeLoops(Progress& progress) {
          recall_.nearest(k, most, [&](std::size_t o) { return o + apart <= k || k + apart <= o; }))
       unique.insert({std::max(k, other), std::min(k, other)});
   const std::vector<std::pair<std::size_t, std::size_t>> pairs(unique.begin(), unique.end());
+  if (pairs.empty()) return;
   progress.begin("closing loops", pairs.size());
   std::vector<std::optional<PoseGraphEdge>> loops(pairs.size());
   std::atomic<std::size_t> next = 0;

@@ -70,6 +70,17 @@ TEST(Rgbd, LoopsTakeDriftAway) {
   EXPECT_LT(errorOf(closed, drive), errorOf(drifting, drive));
 }
 
+TEST(Rgbd, WithoutLoopsNoneAreSpokenOf) {
+  struct Told : Progress {
+    std::vector<std::string> what;
+    void begin(const std::string& work, std::size_t, std::size_t) override { what.push_back(work); }
+  } told;
+  const Drive drive(turnAround(60, -57));
+  trackRgbd(drive, {.loopCandidates = 0}, wordsByHeading(drive), &told);
+  trackRgbd(drive, {}, {}, &told);
+  EXPECT_THAT(told.what, ElementsAre("tracking", "tracking"));
+}
+
 TEST(Rgbd, WordsThatLieCloseNoFalseLoops) {
   const Drive drive(turnAround(30, -6), 1);
   const FrameWords always{.describe =
