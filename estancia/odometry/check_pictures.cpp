@@ -204,7 +204,7 @@ void judgeDepth(const DepthTally& tally, Checklist& list) {
              "write 0 instead of the furthest value where nothing was measured");
   if (list.faults() == before)
     list.fine("depth", "Depth is there and plausible",
-              fmt::format("median {:.1f} m, {:.0f} % of the pixels, {} looked at", median, 100 * valid,
+              fmt::format("median {:.1f} m, {:.0f} % of the pixels, in {} looked at", median, 100 * valid,
                           share(tally.validShares.size(), tally.looked, "frames")));
 }
 

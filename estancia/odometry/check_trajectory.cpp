@@ -36,9 +36,8 @@ std::string checkGaps(const Sequence& sequence, double median, Checklist& list) 
                          gaps, sequence.size(), first, largest, median),
              "record without pauses, or treat the parts as sequences of their own");
   if (waits == 0) return "";
-  return fmt::format(
-      "{} without pictures, the longest {:.1f} s before {}; the poses move less than {} m there", waits,
-      longestWait, waitedBefore, harmless);
+  return fmt::format("gaps: {}, the longest {:.1f} s before {}; the poses move less than {} m there", waits,
+                     longestWait, waitedBefore, harmless);
 }
 
 void checkOrder(const Sequence& sequence, Checklist& list) {
@@ -79,8 +78,8 @@ void checkOrder(const Sequence& sequence, Checklist& list) {
   if (waits.empty())
     list.fine("times", "Time stamps are in order and without gaps", evidence);
   else
-    list.fine("times", "Time stamps are in order; in their gaps the camera waited",
-              evidence + "; gaps: " + waits);
+    list.fine("times", "Time stamps are in order; in their gaps the camera hardly moved",
+              evidence + "; " + waits);
 }
 
 void checkDepthTimes(const Sequence& sequence, Checklist& list) {
