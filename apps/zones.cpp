@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 
@@ -87,12 +88,13 @@ class Stream {
     if (zone == last_) return;
     last_ = zone;
     if (json_) return;
-    for (const StreamedZone& now : zones_.zones())
-      if (now.id == zone)
-        fmt::print("{}: zone {} ({}), one of {}\n", frame.name, zone, now.name, zones_.zoneCount());
+    fmt::print("{}: zone {} ({}), one of {}\n", frame.name, zone, zones_.nameOf(zone), zones_.zoneCount());
   }
 
   Zones finish(const Recording& recording) {
+    if (options_.count && *options_.count > recording.frames.size())
+      throw Error(fmt::format("{} images cannot make {} zones; choose 1 to {}", recording.frames.size(),
+                              *options_.count, recording.frames.size()));
     zones_.update();
     zoneOf_ = zones_.zoneOf();
     Zones zones = describeZones(recording, zoneOf_);
@@ -149,7 +151,11 @@ Recording recordingOf(const Arguments& arguments, const ZoneOptions& options, st
       if (stream) stream->see(recording.frames.back(), frame.descriptor);
     });
   } catch (const Interrupted& e) {
-    if (arguments.model.noCache) throw;
+    if (stream && !recording.frames.empty()) {
+      writeZoneFile(stream->finish(recording), arguments.output);
+      throw Interrupted(fmt::format("{}; the zones until then are in {}", e.what(), arguments.output));
+    }
+    if (arguments.model.noCache || isRecording(path)) throw;
     throw Interrupted(fmt::format("{}; their labels are kept in the cache: run it again to go on", e.what()));
   }
   return recording;
@@ -256,7 +262,8 @@ CLI::Validator cutText() {
   return CLI::Validator(
       [](const std::string& text) {
         double value = 0;
-        const bool sound = text == "auto" || (CLI::detail::lexical_cast(text, value) && value >= 0);
+        const bool sound =
+            text == "auto" || (CLI::detail::lexical_cast(text, value) && value >= 0 && std::isfinite(value));
         return sound ? std::string() : text + " is neither \"auto\" nor a number of 0 or more";
       },
       "auto|DISTANCE");
@@ -275,15 +282,16 @@ void addZonesCommand(CLI::App& app) {
   // Rooms are told apart by their things more than places are, which the detector adds (docs/zones.md).
   arguments->model.byDefault = "inception-v3+coco-ssd";
   arguments->model.addTo(*command, "What labels the images");
-  command->add_flag("--stream", arguments->stream,
-                    "Say the zone of each image as it comes, in time and memory that do not grow with their "
-                    "square; the file's zones are numbered by size in the end");
+  command->add_flag(
+      "--stream", arguments->stream,
+      "Say when the zone changes while images come (with --json the zone of each), in time and memory "
+      "that do not grow with their square; the file's zones are numbered by size in the end");
   command->add_flag("--overwrite", arguments->overwrite, "Replace an existing file of zones");
   const auto zones = "Zones";
   const ZoneOptions defaults;
   std::string distances = "Distance of two images:";
   for (const Distance& distance : baseDistances())
-    distances += fmt::format("\n{} ({})", distance.name, distance.explanation);
+    if (!distance.sigmaWeighted) distances += fmt::format("\n{} ({})", distance.name, distance.explanation);
   command
       ->add_option("--distance", arguments->distance,
                    fmt::format("{}\ndefault: {}", distances, defaults.distance))

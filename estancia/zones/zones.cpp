@@ -115,6 +115,8 @@ ZoneCut cutTree(const Dendrogram& tree, const Neighbours& neighbours, const Zone
 CondensedDistances compareImages(const Recording& recording, const ZoneOptions& options, Progress& progress) {
   const Distance distance = getDistance(options.distance, recording.vocabulary.layout().parts);
   const Comparison comparison = comparisonFor(distance, getLinkage(options.linkage));
+  for (std::size_t i = 0; i < recording.frames.size(); ++i)
+    requireProbabilities(recording.descriptors.row(i), recording.vocabulary.size(), recording.frames[i].name);
   requireClusteringMemory(recording.frames.size(), recording.vocabulary.size());
   const DescriptorMatrix vectors = comparedVectors(recording.descriptors, distance);
   return pairwiseDistances(vectors, comparison, {.threads = options.threads, .progress = &progress});
