@@ -235,7 +235,7 @@ std::string renderMapPage(const MapPage& page) {
     body.open("div", {{"class", "cards"}}).add(cards.cards).close();
     if (!cards.rows.empty()) {
       body.open("details", {{"id", "smaller"}});
-      body.element("summary", fmt::format("The {} smaller nodes", summary.nodes.size() - cards.carded));
+      body.element("summary", "The " + counted(summary.nodes.size() - cards.carded, "smaller node"));
       body.add(cards.rows).close();
     }
     body.close();

@@ -153,6 +153,9 @@ TEST(MapPage, AThousandNodesStaySmallAndSayWhatIsLeftOut) {
   EXPECT_THAT(html, HasSubstr("left out to keep this page small"));
   EXPECT_THAT(html, HasSubstr("leaves out probabilities below"));
   EXPECT_EQ(count(html, "<article"), 1000U);
+  MapPage folded{map};
+  folded.cards = 999;
+  EXPECT_THAT(renderMapPage(folded), HasSubstr("<summary>The 1 smaller node</summary>"));
 }
 
 TEST(MapPage, EveryNodeHasAPictureBeforeAnyHasTwo) {
