@@ -12,6 +12,7 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/report/measures.hpp"
+#include "estancia/report/text.hpp"
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/topology/map_recording.hpp"
@@ -28,6 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+using report::counted;
 
 struct Arguments {
   SequenceArguments sequence;
@@ -72,7 +74,7 @@ void sayMemory(std::size_t images, std::size_t labels) {
   requireClusteringMemory(images, labels);
   const double mebibytes = static_cast<double>(clusteringMemory(images, labels)) / (1 << 20);
   spdlog::info(
-      "zones of {} images in {} words take {} of memory", images, labels,
+      "zones of {} in {} take {} of memory", counted(images, "image"), counted(labels, "word"),
       mebibytes < 1024 ? fmt::format("{:.0f} MiB", mebibytes) : fmt::format("{:.1f} GiB", mebibytes / 1024));
 }
 
@@ -217,13 +219,14 @@ void printJson(const std::string& file, const Zones& zones, const std::vector<Me
 
 void printTable(const std::string& file, const Zones& zones, const std::vector<Measure>& measures,
                 const std::optional<StreamAgreement>& exact) {
-  fmt::print("{}: {} zones of {} images ({}, {} linkage, cut at {:.3g}: {})\n\n", file, zones.zones.size(),
-             zones.frames.size(), zones.distance, zones.linkage, zones.cut, zones.cutReason);
+  fmt::print("{}: {} of {} ({}, {} linkage, cut at {:.3g}: {})\n\n", file,
+             counted(zones.zones.size(), "zone"), counted(zones.frames.size(), "image"), zones.distance,
+             zones.linkage, zones.cut, zones.cutReason);
   fmt::print("zone  images   share  words\n");
   constexpr std::size_t shown = 40;
   for (const Zone& zone : zones.zones) {
     if (zone.id == shown) {
-      fmt::print("… and {} smaller ones; --json tells all\n", zones.zones.size() - shown);
+      fmt::print("… and {}; --json tells all\n", counted(zones.zones.size() - shown, "smaller one"));
       break;
     }
     const std::string room =
@@ -235,10 +238,10 @@ void printTable(const std::string& file, const Zones& zones, const std::vector<M
   print(measures);
   if (exact)
     fmt::print(
-        "\nExact zones of {} of {} images at once: {}; agreement with the stream's: ARI {:.3f}, V-measure "
+        "\nExact zones of {} of {} at once: {}; agreement with the stream's: ARI {:.3f}, V-measure "
         "{:.3f}\n",
-        exact->images, zones.frames.size(), exact->zones, exact->agreement.adjustedRandIndex,
-        exact->agreement.vMeasure);
+        exact->images, counted(zones.frames.size(), "image"), exact->zones,
+        exact->agreement.adjustedRandIndex, exact->agreement.vMeasure);
 }
 
 void run(const Arguments& arguments, const CLI::App& command) {
