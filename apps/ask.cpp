@@ -8,6 +8,7 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
+#include "estancia/report/node_zones.hpp"
 #include "estancia/topology/ask.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/store.hpp"
@@ -29,9 +30,7 @@ class PlacesInZones {
   PlacesInZones(const std::string& file, const TopologicalMap& map) {
     if (file.empty()) return;
     zones_ = readZoneFile(file);
-    std::vector<GroupedFrame> frames;
-    for (const MappedFrame& frame : map.frames) frames.push_back({frame.name, frame.node});
-    places_ = overlayZones(*zones_, frames);
+    places_ = overlayZones(*zones_, report::groupedRun(map));
   }
 
   /// nullptr when nothing is known of the place.

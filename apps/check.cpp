@@ -5,9 +5,12 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/recording.hpp"
 #include "estancia/odometry/check.hpp"
+#include "estancia/report/text.hpp"
 
 namespace estancia::apps {
 namespace {
+
+using report::counted;
 
 struct Arguments {
   SequenceArguments sequence;
@@ -24,12 +27,9 @@ void printForPeople(const CheckReport& report, const std::vector<std::string>& n
                item.fix);
   }
   for (const std::string& note : notes) fmt::print("note     {}\n", note);
-  const auto counted = [&report](Severity severity, const char* what) {
-    const std::size_t count = report.count(severity);
-    return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-  };
-  fmt::print("{} frames: {}, {}\n", report.frames, counted(Severity::problem, "problem"),
-             counted(Severity::warning, "warning"));
+  fmt::print("{}: {}, {}\n", counted(report.frames, "frame"),
+             counted(report.count(Severity::problem), "problem"),
+             counted(report.count(Severity::warning), "warning"));
 }
 
 void printForMachines(const CheckReport& report, const std::vector<std::string>& notes) {

@@ -5,6 +5,10 @@
 
 #include <cstdio>
 
+#include "estancia/core/error.hpp"
+#include "estancia/topology/store.hpp"
+#include "estancia/zones/zone_file.hpp"
+
 namespace estancia::apps {
 
 void SequenceArguments::addTo(CLI::App& command, bool required) {
@@ -62,6 +66,13 @@ std::unique_ptr<Sequence> SequenceArguments::open() const {
   auto sequence = openSequence(path, options);
   for (const std::string& warning : sequence->warnings()) spdlog::warn("{}", warning);
   return sequence;
+}
+
+void requireNoData(const std::filesystem::path& output) {
+  if (isMapFile(output) || isZoneFile(output))
+    throw Error(fmt::format(
+        "{} is a map or a file of zones, which is not replaced by something else; give another name",
+        output.string()));
 }
 
 CLI::Validator positive() {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -29,6 +30,9 @@ struct SequenceArguments {
   /// Opens the sequence and logs its warnings.
   std::unique_ptr<Sequence> open() const;
 };
+
+/// Throws Error when a command that writes something else is about to replace a map or a file of zones.
+void requireNoData(const std::filesystem::path& output);
 
 /// Accepts numbers above 0.
 CLI::Validator positive();

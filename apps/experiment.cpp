@@ -22,7 +22,7 @@ struct Arguments {
 };
 
 std::string cellText(const ResultTable::Column& column, const std::optional<double>& value) {
-  return value ? fmt::format("{:.{}f}", *value, column.decimals) : "unknown";
+  return value ? fmt::format("{:.{}f}", *value, column.decimals) : "–";
 }
 
 void printTable(const ResultTable& table) {

@@ -6,12 +6,14 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/recording.hpp"
+#include "estancia/report/text.hpp"
 #include "labelling.hpp"
 
 namespace estancia::apps {
 namespace {
 
 namespace fs = std::filesystem;
+using report::counted;
 
 struct Arguments {
   SequenceArguments sequence;
@@ -56,8 +58,9 @@ void run(const Arguments& arguments) {
            {"model", recording.model},
            {"remembered", labelling.remembered()}});
   else
-    fmt::print("{}: {} frames, {} words ({} frames from the cache)\n", arguments.output,
-               recording.frames.size(), recording.vocabulary.size(), labelling.remembered());
+    fmt::print("{}: {}, {} ({} from the cache)\n", arguments.output,
+               counted(recording.frames.size(), "frame"), counted(recording.vocabulary.size(), "word"),
+               counted(labelling.remembered(), "frame"));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/picture.hpp"
 #include "estancia/io/recording.hpp"
+#include "estancia/report/text.hpp"
 #include "estancia/topology/session.hpp"
 #include "labelling.hpp"
 
@@ -16,6 +17,7 @@ namespace estancia::apps {
 namespace {
 
 namespace fs = std::filesystem;
+using report::counted;
 
 struct Arguments {
   SequenceArguments sequence;
@@ -95,9 +97,10 @@ void run(const Arguments& arguments, const CLI::App& command) {
            {"tau_join", mapper.thresholds().join},
            {"tau_revisit", mapper.thresholds().revisit}});
   } else {
-    fmt::print("{}: {} frames, {} places, {} transitions (τ_join {:.3g}, τ_revisit {:.3g})\n",
-               arguments.output, session->frames(), mapper.bank().size(), mapper.transitions().size(),
-               mapper.thresholds().join, mapper.thresholds().revisit);
+    fmt::print("{}: {}, {}, {} (τ_join {:.3g}, τ_revisit {:.3g})\n", arguments.output,
+               counted(session->frames(), "frame"), counted(mapper.bank().size(), "place"),
+               counted(mapper.transitions().size(), "transition"), mapper.thresholds().join,
+               mapper.thresholds().revisit);
   }
 }
 

@@ -9,6 +9,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/report/map_page.hpp"
+#include "estancia/report/node_zones.hpp"
 #include "estancia/report/zones_page.hpp"
 #include "estancia/topology/quality.hpp"
 #include "estancia/topology/store.hpp"
@@ -65,13 +66,16 @@ void writeZones(const Arguments& arguments) {
   page.title = titleOf(arguments);
   page.measures = measuresOf(evaluate(zones));
   std::optional<MapStore> map;
-  if (!arguments.map.empty())
-    page.pictures =
-        picturesOf(map.emplace(MapStore::open(arguments.map, MapStore::Access::read)), zones.frames);
+  if (!arguments.map.empty()) {
+    map.emplace(MapStore::open(arguments.map, MapStore::Access::read));
+    overlayZones(zones, report::groupedRun(map->load()));  // throws where the map is of another run
+    page.pictures = picturesOf(*map, zones.frames);
+  }
   writeZonesPage(arguments.output, page);
 }
 
 void run(const Arguments& arguments, const CLI::App& command) {
+  requireNoData(arguments.output);
   isZoneFile(arguments.file) ? writeZones(arguments) : writeMap(arguments, command);
   spdlog::info("wrote {}", arguments.output);
 }

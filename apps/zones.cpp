@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 
@@ -11,6 +12,7 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/report/measures.hpp"
+#include "estancia/report/text.hpp"
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/topology/map_recording.hpp"
@@ -27,6 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+using report::counted;
 
 struct Arguments {
   SequenceArguments sequence;
@@ -71,7 +74,7 @@ void sayMemory(std::size_t images, std::size_t labels) {
   requireClusteringMemory(images, labels);
   const double mebibytes = static_cast<double>(clusteringMemory(images, labels)) / (1 << 20);
   spdlog::info(
-      "zones of {} images in {} words take {} of memory", images, labels,
+      "zones of {} in {} take {} of memory", counted(images, "image"), counted(labels, "word"),
       mebibytes < 1024 ? fmt::format("{:.0f} MiB", mebibytes) : fmt::format("{:.1f} GiB", mebibytes / 1024));
 }
 
@@ -87,12 +90,13 @@ class Stream {
     if (zone == last_) return;
     last_ = zone;
     if (json_) return;
-    for (const StreamedZone& now : zones_.zones())
-      if (now.id == zone)
-        fmt::print("{}: zone {} ({}), one of {}\n", frame.name, zone, now.name, zones_.zoneCount());
+    fmt::print("{}: zone {} ({}), one of {}\n", frame.name, zone, zones_.nameOf(zone), zones_.zoneCount());
   }
 
   Zones finish(const Recording& recording) {
+    if (options_.count && *options_.count > recording.frames.size())
+      throw Error(fmt::format("{} images cannot make {} zones; choose 1 to {}", recording.frames.size(),
+                              *options_.count, recording.frames.size()));
     zones_.update();
     zoneOf_ = zones_.zoneOf();
     Zones zones = describeZones(recording, zoneOf_);
@@ -149,7 +153,11 @@ Recording recordingOf(const Arguments& arguments, const ZoneOptions& options, st
       if (stream) stream->see(recording.frames.back(), frame.descriptor);
     });
   } catch (const Interrupted& e) {
-    if (arguments.model.noCache) throw;
+    if (stream && !recording.frames.empty()) {
+      writeZoneFile(stream->finish(recording), arguments.output);
+      throw Interrupted(fmt::format("{}; the zones until then are in {}", e.what(), arguments.output));
+    }
+    if (arguments.model.noCache || isRecording(path)) throw;
     throw Interrupted(fmt::format("{}; their labels are kept in the cache: run it again to go on", e.what()));
   }
   return recording;
@@ -211,13 +219,14 @@ void printJson(const std::string& file, const Zones& zones, const std::vector<Me
 
 void printTable(const std::string& file, const Zones& zones, const std::vector<Measure>& measures,
                 const std::optional<StreamAgreement>& exact) {
-  fmt::print("{}: {} zones of {} images ({}, {} linkage, cut at {:.3g}: {})\n\n", file, zones.zones.size(),
-             zones.frames.size(), zones.distance, zones.linkage, zones.cut, zones.cutReason);
+  fmt::print("{}: {} of {} ({}, {} linkage, cut at {:.3g}: {})\n\n", file,
+             counted(zones.zones.size(), "zone"), counted(zones.frames.size(), "image"), zones.distance,
+             zones.linkage, zones.cut, zones.cutReason);
   fmt::print("zone  images   share  words\n");
   constexpr std::size_t shown = 40;
   for (const Zone& zone : zones.zones) {
     if (zone.id == shown) {
-      fmt::print("… and {} smaller ones; --json tells all\n", zones.zones.size() - shown);
+      fmt::print("… and {}; --json tells all\n", counted(zones.zones.size() - shown, "smaller one"));
       break;
     }
     const std::string room =
@@ -229,10 +238,10 @@ void printTable(const std::string& file, const Zones& zones, const std::vector<M
   print(measures);
   if (exact)
     fmt::print(
-        "\nExact zones of {} of {} images at once: {}; agreement with the stream's: ARI {:.3f}, V-measure "
+        "\nExact zones of {} of {} at once: {}; agreement with the stream's: ARI {:.3f}, V-measure "
         "{:.3f}\n",
-        exact->images, zones.frames.size(), exact->zones, exact->agreement.adjustedRandIndex,
-        exact->agreement.vMeasure);
+        exact->images, counted(zones.frames.size(), "image"), exact->zones,
+        exact->agreement.adjustedRandIndex, exact->agreement.vMeasure);
 }
 
 void run(const Arguments& arguments, const CLI::App& command) {
@@ -256,7 +265,8 @@ CLI::Validator cutText() {
   return CLI::Validator(
       [](const std::string& text) {
         double value = 0;
-        const bool sound = text == "auto" || (CLI::detail::lexical_cast(text, value) && value >= 0);
+        const bool sound =
+            text == "auto" || (CLI::detail::lexical_cast(text, value) && value >= 0 && std::isfinite(value));
         return sound ? std::string() : text + " is neither \"auto\" nor a number of 0 or more";
       },
       "auto|DISTANCE");
@@ -275,15 +285,16 @@ void addZonesCommand(CLI::App& app) {
   // Rooms are told apart by their things more than places are, which the detector adds (docs/zones.md).
   arguments->model.byDefault = "inception-v3+coco-ssd";
   arguments->model.addTo(*command, "What labels the images");
-  command->add_flag("--stream", arguments->stream,
-                    "Say the zone of each image as it comes, in time and memory that do not grow with their "
-                    "square; the file's zones are numbered by size in the end");
+  command->add_flag(
+      "--stream", arguments->stream,
+      "Say when the zone changes while images come (with --json the zone of each), in time and memory "
+      "that do not grow with their square; the file's zones are numbered by size in the end");
   command->add_flag("--overwrite", arguments->overwrite, "Replace an existing file of zones");
   const auto zones = "Zones";
   const ZoneOptions defaults;
   std::string distances = "Distance of two images:";
   for (const Distance& distance : baseDistances())
-    distances += fmt::format("\n{} ({})", distance.name, distance.explanation);
+    if (!distance.sigmaWeighted) distances += fmt::format("\n{} ({})", distance.name, distance.explanation);
   command
       ->add_option("--distance", arguments->distance,
                    fmt::format("{}\ndefault: {}", distances, defaults.distance))

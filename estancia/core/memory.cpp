@@ -1,5 +1,7 @@
 #include "estancia/core/memory.hpp"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <fstream>
 #include <limits>
@@ -39,6 +41,12 @@ std::uint64_t leftOf(const fs::path& group, const char* limitFile, const char* u
 std::uint64_t availableMemory(const fs::path& root) {
   std::uint64_t available = unlimited;
   if (const auto kilobytes = numberIn(root / "proc/meminfo", "MemAvailable:")) available = *kilobytes * 1024;
+  rlimit limit{};
+  if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {  // `ulimit -v`
+    const std::uint64_t own = numberIn(root / "proc/self/status", "VmSize:").value_or(0) * 1024;
+    available =
+        std::min<std::uint64_t>(available, limit.rlim_cur - std::min<std::uint64_t>(limit.rlim_cur, own));
+  }
   for (const fs::path& group : cgroupFolders(root, "memory")) {
     available = std::min(available, leftOf(group, "memory.max", "memory.current", "inactive_file"));  // v2
     available = std::min(available, leftOf(group, "memory.limit_in_bytes", "memory.usage_in_bytes",

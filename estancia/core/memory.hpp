@@ -7,8 +7,8 @@
 namespace estancia {
 
 /// Bytes that this process may still take without pushing others out: what the system has available, at most
-/// what the limits of its cgroups (v1 and v2) leave. The largest number when the machine does not tell.
-/// `root` is where /proc and /sys are looked for, for tests.
+/// what the limits of its cgroups (v1 and v2) and of its address space leave. The largest number when the
+/// machine does not tell. `root` is where /proc and /sys are looked for, for tests.
 std::uint64_t availableMemory(const std::filesystem::path& root = "/");
 
 }  // namespace estancia

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <deque>
 #include <map>
 #include <memory>
@@ -185,7 +186,7 @@ ZoneCell compute(const Labelled& labelled, const Compared& compared, const std::
                                    cell.vMeasures.begin()) +
           1);
     else
-      zones = tree.cutAt(std::stod(cut));
+      zones = tree.cutAt(std::strtod(cut.c_str(), nullptr));  // denormals, too, which stod refuses
     cell.readings.push_back(readingOf(labelled, cut, zones));
   }
   return cell;

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <fstream>
 #include <mutex>
 #include <opencv2/videoio.hpp>
 #include <opencv2/videoio/registry.hpp>
+#include <string_view>
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
@@ -132,6 +135,17 @@ std::string Video::fingerprint(std::size_t i) const {
   return fmt::format("{} frame {}", digest_, i);
 }
 
+/// Begins with nothing but lines of text.
+bool isText(const fs::path& file) {
+  std::array<char, 512> head{};
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(head.data(), head.size());
+  const std::string_view text(head.data(), static_cast<std::size_t>(stream.gcount()));
+  return !text.empty() && std::ranges::none_of(text, [](char c) {
+    return static_cast<unsigned char>(c) < ' ' && c != '\n' && c != '\r' && c != '\t' && c != '\f';
+  });
+}
+
 }  // namespace
 
 bool isVideo(const fs::path& path) {
@@ -141,6 +155,8 @@ bool isVideo(const fs::path& path) {
 Opened openVideo(const fs::path& path, const SequenceOptions&) {
   if (hasSuffix(path, imageSuffixes()))
     throw Error(fmt::format("{}: a single picture; open its folder", printable(path.string())));
+  if (isText(path))  // which FFmpeg would play as a terminal's screen
+    throw Error(fmt::format("{}: a text file is no video", printable(path.string())));
   return std::make_unique<Video>(path);
 }
 

@@ -25,12 +25,13 @@ class LabelPlaces {
               const std::vector<double>& radii, std::vector<std::pair<std::size_t, std::size_t>> lines = {});
 
   /// The best of eight places round a disc for a label of this size, touching no disc and no other label, and
-  /// as few lines as can be; nothing when there is none.
+  /// as few lines as can be; nothing when there is none. It stays in the frame in a wider font, too.
   std::optional<LabelPlace> take(std::size_t disc, double width, double height);
 
   void block(const Box& box) { taken_.push_back(box); }
 
  private:
+  bool isInside(const LabelPlace& place) const;
   bool isFree(const Box& box) const;
 
   Box frame_;

@@ -25,9 +25,6 @@ struct MapColours {
   std::vector<std::size_t> shapesOf(const MapSummary& summary, std::size_t node) const;
 };
 
-/// Symbols of nodes are drawn with this radius, and scaled.
-constexpr double unitRadius = 10;
-
 /// An <svg> in which every node is a link to `#node-<id>` and carries its position as data-node.
 Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapColours& colours,
                  const FloorPlan* plan, FigureStyle style);

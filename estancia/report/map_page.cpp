@@ -14,6 +14,7 @@
 #include "estancia/report/node_cards.hpp"
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"
+#include "estancia/report/symbols.hpp"
 
 namespace estancia {
 namespace {
@@ -81,11 +82,16 @@ void addGuide(Markup& body, bool metric, bool zones) {
   body.close();
 }
 
+/// What the page starts as.
+Painting paintingOf(const MapPage& page, const MapSummary& summary) {
+  return page.label              ? Painting::heat
+         : page.zones != nullptr ? Painting::zones
+         : summary.rooms.empty() ? Painting::heat
+                                 : Painting::rooms;
+}
+
 void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, const NodeZones* zones) {
-  const Painting painting = page.label              ? Painting::heat
-                            : zones != nullptr      ? Painting::zones
-                            : summary.rooms.empty() ? Painting::heat
-                                                    : Painting::rooms;
+  const Painting painting = paintingOf(page, summary);
   const HeatMap heat = heatMapOf(page.map, page.label.value_or(mostTellingLabel(page.map)));
   const FloorPlan* plan = page.floorPlan ? &*page.floorPlan : nullptr;
   const MapLayout layout = layoutMap(summary, plan != nullptr);
@@ -215,7 +221,7 @@ std::string renderMapPage(const MapPage& page) {
     body.element("p", {{"class", "note"}}, "This map has no nodes yet.");
   } else {
     addExplorer(body, page, summary, zones);
-    const NodeCards cards = nodeCards(summary, page, zones);
+    const NodeCards cards = nodeCards(summary, page, zones, paintingOf(page, summary));
     body.open("section", {{"id", "places"}}).element("h2", "Places");
     std::string limits;
     if (cards.carded < summary.nodes.size())
@@ -229,7 +235,7 @@ std::string renderMapPage(const MapPage& page) {
     body.open("div", {{"class", "cards"}}).add(cards.cards).close();
     if (!cards.rows.empty()) {
       body.open("details", {{"id", "smaller"}});
-      body.element("summary", fmt::format("The {} smaller nodes", summary.nodes.size() - cards.carded));
+      body.element("summary", "The " + counted(summary.nodes.size() - cards.carded, "smaller node"));
       body.add(cards.rows).close();
     }
     body.close();

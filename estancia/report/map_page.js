@@ -33,13 +33,19 @@
   };
   const fromHex = hex => [1, 3, 5].map(i => parseInt(hex.slice(i, i + 2), 16));
   const drawn = [...document.querySelectorAll('.map .node')];
-  const paint = styleOf => drawn.forEach(element => {
-    const [rgb, shape] = styleOf(data.nodes[element.dataset.node], +element.dataset.node);
+  const dye = (element, [rgb, shape]) => {
     const path = element.querySelector('path');
     path.setAttribute('fill', `rgb(${rgb})`);
     path.setAttribute('d', data.shapes[shape]);
     const text = element.querySelector('text');
     if (text) text.setAttribute('fill', ink(rgb));
+  };
+  const paint = styleOf => drawn.forEach(element =>
+    dye(element, styleOf(data.nodes[element.dataset.node], +element.dataset.node)));
+  // the badges of cards, and of the card in the panel, tell the room or the zone: `at` is where a node has its colour
+  const paintBadges = at => document.querySelectorAll('.card[data-node]').forEach(card => {
+    const node = data.nodes[card.dataset.node];
+    dye(card.querySelector('.badge'), [fromHex(node[at]), node[at + 1]]);
   });
   const legend = shown => ['heat', 'rooms', 'zones'].forEach(name => {
     if (byId(`legend-${name}`)) byId(`legend-${name}`).hidden = name !== shown;
@@ -56,6 +62,7 @@
     const p = new Float32Array(data.nodes.length);
     held.forEach(([node, value]) => { p[node] = value; });
     paint((node, i) => [mixed(largest ? p[i] / largest : 0), node[3]]);
+    paintBadges(2);
     legend('heat');
     document.querySelectorAll('.heat-ticks span').forEach((tick, i) => {
       tick.textContent = significant(largest * i / 2);
@@ -151,6 +158,7 @@
   [['rooms', 2], ['zones', 4]].forEach(([name, at]) => {
     if (byId(`by-${name}`)) byId(`by-${name}`).addEventListener('click', () => {
       paint(node => [fromHex(node[at]), node[at + 1]]);
+      paintBadges(at);
       legend(name);
     });
   });

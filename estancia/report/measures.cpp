@@ -14,14 +14,18 @@ double count(std::size_t n) {
   return static_cast<double>(n);
 }
 
-/// The five measures of places or zones ("they": what the clusters are) beside rooms.
-std::vector<Measure> measuresOf(const std::optional<Agreement>& rooms, const std::string& it,
-                                const std::string& they) {
+/// Adds the five measures of places or zones ("they": what the clusters are) beside rooms, and of how many
+/// images they tell, where there are some.
+void addRooms(std::vector<Measure>& measures, const std::optional<Agreement>& rooms,
+              std::size_t framesWithRoom, const std::string& it, const std::string& they) {
   const auto value = [&rooms](double Agreement::*member) -> std::optional<double> {
     if (!rooms) return std::nullopt;
     return (*rooms).*member;
   };
-  return {
+  if (framesWithRoom > 0)
+    measures.push_back({"frames_with_room", "Frames with a room", count(framesWithRoom), 0,
+                        "Images that the next five are about"});
+  const std::vector<Measure> five{
       {"v_measure", "V-measure", value(&Agreement::vMeasure), 3,
        "Agreement of " + they + " and rooms, 1 is best"},
       {"homogeneity", "Homogeneity", value(&Agreement::homogeneity), 3,
@@ -30,6 +34,7 @@ std::vector<Measure> measuresOf(const std::optional<Agreement>& rooms, const std
       {"ari", "Adjusted Rand index", value(&Agreement::adjustedRandIndex), 3,
        "Pairs judged alike; 0 is chance"},
       {"purity", "Purity", value(&Agreement::purity), 3, "Share of images in the main room of their " + it}};
+  measures.insert(measures.end(), five.begin(), five.end());
 }
 
 }  // namespace
@@ -39,11 +44,8 @@ std::vector<Measure> measuresOf(const MapQuality& q) {
       {"frames", "Frames", count(q.frames), 0, "Images in the map"},
       {"nodes", "Places", count(q.nodes), 0, "Nodes of the map"},
       {"transitions", "Transitions", count(q.transitions), 0, "Ways driven, each direction of its own"},
-      {"frames_with_room", "Frames with a room", count(q.framesWithRoom), 0,
-       "Images that the next five are about"},
   };
-  const std::vector<Measure> rooms = measuresOf(q.rooms, "place", "places");
-  measures.insert(measures.end(), rooms.begin(), rooms.end());
+  addRooms(measures, q.rooms, q.framesWithRoom, "place", "places");
   const std::vector<Measure> more{
       {"spatial_spread", "Spatial spread [m]", q.spatialSpread, 2,
        "Mean distance of images to their place's centre"},
@@ -84,11 +86,8 @@ std::vector<Measure> measuresOf(const ZoneQuality& q) {
   std::vector<Measure> measures{
       {"frames", "Frames", count(q.frames), 0, "Images that were clustered"},
       {"zones", "Zones", count(q.zones), 0, "Areas that were found"},
-      {"frames_with_room", "Frames with a room", count(q.framesWithRoom), 0,
-       "Images that the next five are about"},
   };
-  const std::vector<Measure> rooms = measuresOf(q.rooms, "zone", "zones");
-  measures.insert(measures.end(), rooms.begin(), rooms.end());
+  addRooms(measures, q.rooms, q.framesWithRoom, "zone", "zones");
   measures.push_back({"spatial_spread", "Spatial spread [m]", q.spatialSpread, 2,
                       "Mean distance of images to their zone's centre"});
   return measures;

@@ -34,10 +34,16 @@ void addNeighbours(Markup& card, const MapSummary& summary, std::size_t position
 }
 
 void addCard(Markup& out, const MapSummary& summary, std::size_t position, const NodeZones* zones,
-             const LoadedPictures& pictures) {
+             Painting painting, const LoadedPictures& pictures) {
   const NodeSummary& node = summary.nodes[position];
-  out.open("article", {{"class", "card"}, {"id", fmt::format("node-{}", node.node->id)}, {"tabindex", "-1"}});
-  out.open("header").add(badge(summary.styleOf(node), std::to_string(node.node->id))).open("div");
+  const bool byZone = painting == Painting::zones && zones != nullptr;
+  out.open("article", {{"class", "card"},
+                       {"id", fmt::format("node-{}", node.node->id)},
+                       {"data-node", position},
+                       {"tabindex", "-1"}});
+  out.open("header")
+      .add(badge(byZone ? zones->styleOf(position) : summary.styleOf(node), std::to_string(node.node->id)))
+      .open("div");
   out.element("h3", shorten(node.room.empty() ? node.title : node.room, 48));
   out.element("p", fmt::format("Node {} · {} · {:.1f} %", node.node->id, counted(node.node->frames, "frame"),
                                100 * node.share));
@@ -71,7 +77,8 @@ void addRow(Markup& out, const MapSummary& summary, std::size_t position, const 
 
 }  // namespace
 
-NodeCards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZones* zones) {
+NodeCards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZones* zones,
+                    Painting painting) {
   std::vector<std::size_t> order(summary.nodes.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&summary](std::size_t a, std::size_t b) {
@@ -88,7 +95,7 @@ NodeCards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZo
   const LoadedPictures pictures = loadPictures(withCards, page.pictures);
   result.withheld = pictures.withheld;
   for (std::size_t i = 0; i < order.size(); ++i)
-    large[i] != 0 ? addCard(result.cards, summary, i, zones, pictures)
+    large[i] != 0 ? addCard(result.cards, summary, i, zones, painting, pictures)
                   : addRow(result.rows, summary, i, zones);
   return result;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "estancia/report/html.hpp"
+#include "estancia/report/map_figure.hpp"
 #include "estancia/report/map_page.hpp"
 #include "estancia/report/node_zones.hpp"
 #include "estancia/report/summary.hpp"
@@ -18,7 +19,9 @@ struct NodeCards {
   std::size_t withheld = 0;  ///< pictures left out because page.pictures.bytes were used up
 };
 
-/// `zones` may be nullptr.
-NodeCards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZones* zones);
+/// `zones` may be nullptr. Badges have the colours of zones where the painting is of zones, else of rooms;
+/// every card carries the node's position as data-node.
+NodeCards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZones* zones,
+                    Painting painting);
 
 }  // namespace estancia::report

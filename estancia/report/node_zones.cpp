@@ -5,7 +5,7 @@
 #include <set>
 
 #include "estancia/report/symbols.hpp"
-#include "estancia/zones/overlay.hpp"
+#include "estancia/stats/moments.hpp"
 
 namespace estancia::report {
 
@@ -13,10 +13,17 @@ ClassStyle NodeZones::styleOf(std::size_t node) const {
   return nodes[node] ? zones.list[nodes[node]->zone].style : plainStyle();
 }
 
+GroupedRun groupedRun(const TopologicalMap& map) {
+  GroupedRun run{{}, map.vocabulary, {}};
+  for (const MappedFrame& frame : map.frames) run.frames.push_back({frame.name, frame.node});
+  Moments mean(map.vocabulary.size(), false);
+  for (const Node& node : map.nodes) mean.add(node.mean, static_cast<double>(node.frames));
+  run.mean.assign(mean.mean().begin(), mean.mean().end());
+  return run;
+}
+
 NodeZones zonesOf(const MapSummary& summary, const Zones& zones) {
-  std::vector<GroupedFrame> frames;
-  for (const MappedFrame& frame : summary.map->frames) frames.push_back({frame.name, frame.node});
-  const std::vector<GroupZones> groups = overlayZones(zones, frames);
+  const std::vector<GroupZones> groups = overlayZones(zones, groupedRun(*summary.map));
   NodeZones result{summarize(zones), {}};
   for (const NodeSummary& node : summary.nodes) {
     auto& entry = result.nodes.emplace_back();

@@ -8,8 +8,13 @@
 #include "estancia/report/html.hpp"
 #include "estancia/report/summary.hpp"
 #include "estancia/report/zone_summary.hpp"
+#include "estancia/topology/map.hpp"
+#include "estancia/zones/overlay.hpp"
 
 namespace estancia::report {
+
+/// The map's frames and words, for overlayZones().
+GroupedRun groupedRun(const TopologicalMap& map);
 
 struct NodeZone {
   std::size_t zone = 0;  ///< of most of the node's frames

@@ -1,5 +1,7 @@
 #include "estancia/report/symbols.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 
@@ -26,7 +28,9 @@ Markup symbol(const ClassStyle& style) {
 Markup badge(const ClassStyle& style, const std::string& text) {
   Markup icon;
   icon.open("svg", {{"class", "badge"}, {"viewBox", "-20 -20 40 40"}, {"aria-hidden", "true"}});
-  icon.leaf("path", {{"d", shapePath(style.shape, 15)}, {"fill", style.fill.hex()}});
+  icon.leaf("path", {{"d", shapePath(style.shape, unitRadius)},
+                     {"transform", fmt::format("scale({})", number(15 / unitRadius))},
+                     {"fill", style.fill.hex()}});
   icon.element("text",
                {{"y", 4.5}, {"font-size", std::min(13.0, 22 / textWidth(text))}, {"fill", style.fill.ink()}},
                text);

@@ -9,6 +9,9 @@
 
 namespace estancia::report {
 
+/// Symbols that a page's script repaints are drawn with this radius, and scaled.
+constexpr double unitRadius = 10;
+
 /// Width for a text inside a symbol, in radii.
 double textRoom(std::size_t shape);
 

@@ -108,7 +108,7 @@ void addCards(Markup& body, const ZonesPage& page, const ZonesSummary& summary) 
   body.element("p", {{"class", "note"}}, limits).open("div", {{"class", "cards"}}).add(cards.cards).close();
   if (!cards.rows.empty()) {
     body.open("details", {{"id", "smaller"}});
-    body.element("summary", fmt::format("{} smaller zones", grouped(cards.listed))).add(cards.rows).close();
+    body.element("summary", counted(cards.listed, "smaller zone")).add(cards.rows).close();
   }
   body.close();
 }

@@ -36,8 +36,7 @@ std::vector<int> Dendrogram::cutAt(double distance) const {
 
 std::vector<int> Dendrogram::cutInto(std::size_t clusters) const {
   if (clusters > leaves_ || (clusters == 0 && leaves_ > 0))
-    throw Error(
-        fmt::format("{} leaves cannot be cut into {} clusters; choose 1 to {}", leaves_, clusters, leaves_));
+    throw Error(fmt::format("{} images cannot make {} clusters; choose 1 to {}", leaves_, clusters, leaves_));
   return afterMerges(leaves_ - clusters);
 }
 

@@ -190,12 +190,14 @@ CondensedDistances::CondensedDistances(std::size_t items) : items_(items), size_
   constexpr std::size_t page = std::size_t{2} << 20;
   if (items < 2) size_ = 0;
   const std::uint64_t whole = (bytes(items) + page - 1) / page * page;
-  void* memory = items < (std::size_t{1} << 31)
+  void* memory = items <= (std::size_t{1} << 30)
                      ? std::aligned_alloc(page, std::max<std::uint64_t>(whole, page))
                      : nullptr;
   if (memory == nullptr)
-    throw Error(fmt::format("no memory for the distances of {} items ({:.1f} GiB); take fewer", items,
-                            static_cast<double>(bytes(items)) / (1 << 30)));
+    throw Error(
+        fmt::format("no memory for the distances of {} items ({:.1f} GiB); take fewer, or the streaming "
+                    "mode: estancia zones --stream",
+                    items, static_cast<double>(bytes(items)) / (1 << 30)));
 #ifdef MADV_HUGEPAGE
   madvise(memory, whole, MADV_HUGEPAGE);  // columns are read across all pages
 #endif

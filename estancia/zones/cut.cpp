@@ -26,8 +26,12 @@ std::vector<double> modularities(const Dendrogram& tree, const Neighbours& neigh
   };
   std::vector<std::vector<Link>> linked(items);  // every link at both its ends, half of its weight at each
   std::vector<double> at(items);
-  double links = 0;
-  for (std::uint32_t i = 0; i < items; ++i)
+  double links = 0, within = 0;
+  for (std::uint32_t i = 0; i < items; ++i) {
+    if (!neighbours.within.empty()) {
+      at[i] += neighbours.within[i];
+      within += neighbours.within[i];
+    }
     for (std::size_t k = i * neighbours.each; k < (i + 1) * neighbours.each; ++k) {
       const double weight = neighbours.weights.empty() ? 1 : neighbours.weights[k];
       const std::uint32_t j = neighbours.nearest[k];
@@ -37,9 +41,11 @@ std::vector<double> modularities(const Dendrogram& tree, const Neighbours& neigh
       at[j] += weight / 2;
       links += weight;
     }
+  }
+  links += within;
   std::vector<Part> parts(items);
   std::vector<std::uint32_t> partOf(items);
-  double q = 0;
+  double q = links > 0 ? within / links : 0;
   for (std::uint32_t i = 0; i < items; ++i) {
     parts[i] = {{i}, at[i] / links};
     partOf[i] = i;
@@ -73,7 +79,8 @@ std::size_t neighboursForCut(std::size_t items) {
 Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count) {
   const std::size_t items = distances.items();
   if (count == 0) count = neighboursForCut(items);
-  Neighbours neighbours{std::min(count, items - std::min<std::size_t>(items, 1)), {}, {}};
+  Neighbours neighbours;
+  neighbours.each = std::min(count, items - std::min<std::size_t>(items, 1));
   const std::size_t each = neighbours.each;
   if (each == 0) return neighbours;
   neighbours.nearest.resize(items * each);
@@ -106,9 +113,11 @@ void weighBySize(Neighbours& neighbours, std::span<const std::size_t> sizes) {
   if (neighbours.nearest.size() != sizes.size() * each)
     throw Error(
         fmt::format("{} neighbours do not belong to {} groups", neighbours.nearest.size(), sizes.size()));
+  neighbours.within.clear();
   neighbours.weights.assign(neighbours.nearest.size(), 0);
   for (std::size_t i = 0; i < sizes.size(); ++i) {
-    std::size_t wanted = each;
+    std::size_t wanted = each - std::min(each, sizes[i] - 1);
+    neighbours.within.push_back(static_cast<double>(sizes[i] * (each - wanted)));
     for (std::size_t k = i * each; k < (i + 1) * each && wanted > 0; ++k) {
       const std::size_t found = std::min(wanted, sizes[neighbours.nearest[k]]);
       neighbours.weights[k] = static_cast<double>(sizes[i] * found);

@@ -17,6 +17,7 @@ struct Neighbours {
   std::size_t each = 0;                ///< how many an item has: at most one less than there are items
   std::vector<std::uint32_t> nearest;  ///< N×each, row-major, nearest first, of equal ones the lower number
   std::vector<double> weights;         ///< N×each, how much a link counts; empty: all alike
+  std::vector<double> within;          ///< N, how much an item is linked to itself; empty: not at all
 };
 
 /// How many neighbours suggestCut() wants of each of so many items: √N / 3, at least 3 (docs/zones.md).
@@ -25,8 +26,8 @@ std::size_t neighboursForCut(std::size_t items);
 /// `count` of each, 0: neighboursForCut(). O(N²).
 Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count = 0);
 
-/// For items that are groups of so many images each: an item's links weigh as if each of its images were
-/// linked to the `each` nearest images of other groups.
+/// For items that are groups of so many images each: links weigh as if every image stood at its group's mean,
+/// nearest to the others of its own group, then to those of the nearest groups, until it has `each`.
 void weighBySize(Neighbours& neighbours, std::span<const std::size_t> sizes);
 
 struct SuggestedCut {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <string_view>
 #include <unordered_map>
@@ -10,24 +11,43 @@
 #include "estancia/core/error.hpp"
 
 namespace estancia {
+namespace {
 
-std::vector<GroupZones> overlayZones(const Zones& zones, std::span<const GroupedFrame> frames) {
+// Share of all probability by which two runs may differ and be the same: a map may give less weight to images
+// on the way between places. Two drives through one corridor differ by .3.
+constexpr double sameRun = 0.15;
+
+bool saysTheSame(const Zones& zones, const GroupedRun& run) {
+  if (!(zones.vocabulary == run.vocabulary)) return true;  // other words, of which nothing is known
+  const std::vector<float> mean = runMean(zones);
+  double difference = 0, sum = 0;
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    difference += std::abs(static_cast<double>(mean[i]) - static_cast<double>(run.mean[i]));
+    sum += static_cast<double>(mean[i]);
+  }
+  return difference <= sameRun * sum;
+}
+
+}  // namespace
+
+std::vector<GroupZones> overlayZones(const Zones& zones, const GroupedRun& run) {
   const auto fail = [](const std::string& how) {
     throw Error(
         fmt::format("the zones are of another run than the map ({}); make them of the map itself: estancia "
                     "zones MAP -o FILE",
                     how));
   };
-  if (frames.size() != zones.frames.size())
-    fail(fmt::format("{} frames, the map has {}", zones.frames.size(), frames.size()));
+  if (run.frames.size() != zones.frames.size())
+    fail(fmt::format("{} frames, the map has {}", zones.frames.size(), run.frames.size()));
   std::unordered_map<std::string_view, std::size_t> byName;
   for (std::size_t i = 0; i < zones.frames.size(); ++i) byName.emplace(zones.frames[i].name, i);
   std::map<int, std::map<int, std::size_t>> counts;
-  for (const GroupedFrame& frame : frames) {
+  for (const auto& frame : run.frames) {
     const auto found = byName.find(frame.name);
     if (found == byName.end()) fail(fmt::format("it has no frame \"{}\"", frame.name));
     ++counts[frame.group][zones.zoneOf[found->second]];
   }
+  if (!saysTheSame(zones, run)) fail("the frames have the same names, but other words");
   std::vector<GroupZones> groups;
   for (const auto& [group, shares] : counts) {
     GroupZones& entry = groups.emplace_back();

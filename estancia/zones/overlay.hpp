@@ -16,6 +16,13 @@ struct GroupedFrame {
   int group = 0;
 };
 
+/// The other grouping.
+struct GroupedRun {
+  std::vector<GroupedFrame> frames;
+  Vocabulary vocabulary;
+  std::vector<float> mean;  ///< mean probability of each label over the run
+};
+
 /// Which zones a group's frames are in.
 struct GroupZones {
   struct Share {
@@ -29,9 +36,10 @@ struct GroupZones {
   int zone() const { return shares.front().zone; }
 };
 
-/// One entry a group, by number. Frames are told apart by their names. Throws Error when the two are not
-/// about the same frames.
-std::vector<GroupZones> overlayZones(const Zones& zones, std::span<const GroupedFrame> frames);
+/// One entry a group, by number. Frames are told apart by their names, which two drives may share
+/// ("frame 000000" …); so runs that say the same words must say them about as often, too. Throws Error when
+/// the two are not about the same frames.
+std::vector<GroupZones> overlayZones(const Zones& zones, const GroupedRun& run);
 
 /// nullptr when there is no such group.
 const GroupZones* findGroup(std::span<const GroupZones> groups, int group);

@@ -16,7 +16,7 @@
 namespace estancia {
 namespace {
 
-constexpr double scaleGrowth = 1.25;  // keyframes after which the labels' scale is found again
+constexpr double scaleGrowth = 1.25;  // of the run, after which the labels' scale is found again
 constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
@@ -28,10 +28,13 @@ ZoneStream::ZoneStream(Vocabulary vocabulary, const ZoneOptions& options, const 
       distance_(getDistance(options.distance, vocabulary_.layout().parts)),
       linkage_(getLinkage(options.linkage)),
       comparison_(comparisonFor(distance_, linkage_)),
-      scale_(distance_, vocabulary_.size()) {
+      embedded_(vocabulary_.size(), true),
+      probabilities_(vocabulary_.size(), false) {
   requireSound(options);
-  if (stream.groups < 2 || stream.relinkEvery < 1)
-    throw Error("a stream of zones needs two groups or more, and is linked after one image or more");
+  constexpr std::size_t most = 20'000;  // a matrix of 3 GiB
+  if (stream.groups < 2 || stream.groups > most || stream.relinkEvery < 1)
+    throw Error(
+        fmt::format("a stream of zones needs 2 to {} groups, and is linked after one image or more", most));
   if (options.count && (*options.count < 1 || *options.count > stream.groups))
     throw Error(fmt::format("{} zones cannot be made of {} groups; choose 1 to {}", *options.count,
                             stream.groups, stream.groups));
@@ -43,7 +46,8 @@ int ZoneStream::add(DescriptorView descriptor) {
   requireProbabilities(descriptor, labels, "an image of the stream");
   std::vector<float> embedded(labels);
   embed(distance_.embedding, descriptor, embedded, distance_.parts);
-  scale_.add(descriptor, embedded);
+  embedded_.add(embedded);
+  probabilities_.add(descriptor);
   Group& group =
       groups_.emplace_back(Group{{images()}, Moments(labels, false), Moments(labels, true), {}, -1});
   group.embedded.add(embedded);
@@ -63,10 +67,10 @@ int ZoneStream::add(DescriptorView descriptor) {
   return groups_[groupOf_.back()].zone;
 }
 
-/// Whether the run has more than `growth` times the keyframes that its labels were standardized by.
+/// Whether the run has more than `growth` times the images that its labels were standardized by.
 bool ZoneStream::scaleIsOlderThan(double growth) const {
   return distance_.standardized &&
-         static_cast<double>(scale_.memory().keyframes) > growth * static_cast<double>(keyframesOfScale_);
+         static_cast<double>(images()) > growth * static_cast<double>(imagesOfScale_);
 }
 
 /// As the linkage will judge it: Ward's merges cost the more the more images they move.
@@ -97,8 +101,8 @@ void ZoneStream::findNearest(std::size_t i) {
 }
 
 void ZoneStream::rescale() {
-  standardization_ = scale_.standardization();
-  keyframesOfScale_ = scale_.memory().keyframes;
+  if (distance_.standardized) standardization_ = standardizationBy(embedded_);
+  imagesOfScale_ = images();
   DescriptorMatrix vectors(vocabulary_.size());
   for (Group& group : groups_) {
     group.vector = comparedVector(distance_, standardization_, group.embedded.mean());
@@ -215,11 +219,9 @@ std::vector<int> ZoneStream::zoneOf() const {
 
 std::vector<StreamedZone> ZoneStream::zones() const {
   std::map<int, Moments> moments;
-  Moments run(vocabulary_.size(), false);
   for (const Group& group : groups_) {
     const auto [entry, isNew] = moments.emplace(group.zone, group.probabilities);
     if (!isNew) entry->second.merge(group.probabilities);
-    run.add(group.probabilities.mean(), group.probabilities.weight());
   }
   std::vector<StreamedZone> zones;
   for (const auto& [id, of] : moments) {
@@ -232,9 +234,17 @@ std::vector<StreamedZone> ZoneStream::zones() const {
                    [](const StreamedZone& a, const StreamedZone& b) { return a.images > b.images; });
   std::vector<std::vector<float>> means;
   for (const StreamedZone& zone : zones) means.push_back(zone.mean);
-  const std::vector<std::string> names = nameZones(vocabulary_, means, run.mean());
+  const std::vector<std::string> names = nameZones(vocabulary_, means, probabilities_.mean());
   for (std::size_t i = 0; i < zones.size(); ++i) zones[i].name = names[i];
   return zones;
+}
+
+std::string ZoneStream::nameOf(int zone) const {
+  Moments mean(vocabulary_.size(), false);
+  for (const Group& group : groups_)
+    if (group.zone == zone) mean.add(group.probabilities.mean(), group.probabilities.weight());
+  if (mean.weight() == 0) throw Error(fmt::format("the stream has no zone {} now", zone));
+  return nameZones(vocabulary_, {{mean.mean().begin(), mean.mean().end()}}, probabilities_.mean()).front();
 }
 
 StreamAgreement compareWithExact(const Recording& recording, std::span<const int> zoneOf,

@@ -63,6 +63,8 @@ class ZoneStream {
   std::size_t zoneCount() const;
   std::vector<int> zoneOf() const;          ///< of every image so far
   std::vector<StreamedZone> zones() const;  ///< by falling size
+  /// The most telling words of a zone. Throws Error when there is none of that number.
+  std::string nameOf(int zone) const;
 
  private:
   struct Group {
@@ -93,10 +95,11 @@ class ZoneStream {
   Distance distance_;
   Linkage linkage_;
   Comparison comparison_;
-  LabelScale scale_;
+  Moments embedded_;       ///< of all images, by which a standardized distance scales
+  Moments probabilities_;  ///< of all images
   Standardization standardization_;
-  std::size_t keyframesOfScale_ = 0;  ///< that the standardization is made of
-  std::size_t sinceLinked_ = 0;       ///< images
+  std::size_t imagesOfScale_ = 0;  ///< that the standardization is made of
+  std::size_t sinceLinked_ = 0;    ///< images
   std::vector<Group> groups_;
   std::vector<double> distances_;     ///< of all pairs of groups
   std::vector<std::size_t> nearest_;  ///< the other group that each is cheapest to merge with

@@ -105,7 +105,8 @@ ZoneCut cutTree(const Dendrogram& tree, const Neighbours& neighbours, const Zone
     std::vector<int> groups = tree.cutInto(*options.count);
     const std::size_t done = tree.leaves() - *options.count;
     return {std::move(groups), done == 0 ? 0 : tree.merges()[done - 1].height,
-            fmt::format("{} zones were asked for", *options.count)};
+            *options.count == 1 ? "1 zone was asked for"
+                                : fmt::format("{} zones were asked for", *options.count)};
   }
   if (options.cut) return {tree.cutAt(*options.cut), *options.cut, "it was given"};
   SuggestedCut suggested = suggestCut(tree, neighbours);
@@ -115,6 +116,8 @@ ZoneCut cutTree(const Dendrogram& tree, const Neighbours& neighbours, const Zone
 CondensedDistances compareImages(const Recording& recording, const ZoneOptions& options, Progress& progress) {
   const Distance distance = getDistance(options.distance, recording.vocabulary.layout().parts);
   const Comparison comparison = comparisonFor(distance, getLinkage(options.linkage));
+  for (std::size_t i = 0; i < recording.frames.size(); ++i)
+    requireProbabilities(recording.descriptors.row(i), recording.vocabulary.size(), recording.frames[i].name);
   requireClusteringMemory(recording.frames.size(), recording.vocabulary.size());
   const DescriptorMatrix vectors = comparedVectors(recording.descriptors, distance);
   return pairwiseDistances(vectors, comparison, {.threads = options.threads, .progress = &progress});

@@ -69,6 +69,18 @@ TEST_F(ExperimentCommand, PrintsTheTablesAndWritesThePage) {
   EXPECT_EQ(cellsOnDisk(), 1U);
 }
 
+TEST_F(ExperimentCommand, CellsWithoutAValueAreDashes) {
+  writeFile(config_,
+            "type = \"zones\"\ndistances = [\"standardized-clr\"]\nlinkages = [\"ward\"]\n"
+            "[[data]]\nname = \"tour\"\npath = \"" +
+                panoramas_->string() + "\"\nviews = 4\n");
+  const auto result = run(arguments());
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("     5.1: V  5.1: zones     5.1: M  5.1: auto V  5.1: best V\n"));
+  EXPECT_THAT(result.out, HasSubstr("          –           –          –            –            –\n"));
+  EXPECT_THAT(result.out, testing::Not(HasSubstr("unknown")));
+}
+
 TEST_F(ExperimentCommand, JsonIsForMachines) {
   const auto result = run(arguments({"--json"}));
   ASSERT_EQ(result.exitCode, 0) << result.err;

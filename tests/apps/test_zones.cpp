@@ -195,6 +195,11 @@ TEST_F(ZonesCommand, TakesHardlyAnythingAndRefusesWhatIsNothing) {
     return run({"zones", scratch_ / "words.csv", "-o", file_, "--overwrite", "--json"});
   };
   EXPECT_EQ(json::parse(ofText("image,a,b\none,0.1,0.9\n").out)["zones"].size(), 1U);
+  const auto one = run({"zones", scratch_ / "words.csv", "-o", file_, "--overwrite", "--count", "1"});
+  EXPECT_THAT(one.out, HasSubstr("1 zone of 1 image ("));
+  EXPECT_THAT(one.out, HasSubstr("1 zone was asked for"));
+  EXPECT_THAT(one.out, Not(HasSubstr("Frames with a room"))) << "no row tells of rooms";
+  EXPECT_THAT(one.err, HasSubstr("zones of 1 image in 2 words"));
   EXPECT_EQ(json::parse(ofText("image,a\none,0.1\ntwo,0.4\n").out)["zones"].size(), 1U);
   EXPECT_EQ(json::parse(ofText("image,a,b\none,0,0\ntwo,0,0\n").out)["zones"][0]["name"], "no words");
   const auto refused = ofText("image,a,b\none,nan,0.9\n");

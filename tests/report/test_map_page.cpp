@@ -153,6 +153,9 @@ TEST(MapPage, AThousandNodesStaySmallAndSayWhatIsLeftOut) {
   EXPECT_THAT(html, HasSubstr("left out to keep this page small"));
   EXPECT_THAT(html, HasSubstr("leaves out probabilities below"));
   EXPECT_EQ(count(html, "<article"), 1000U);
+  MapPage folded{map};
+  folded.cards = 999;
+  EXPECT_THAT(renderMapPage(folded), HasSubstr("<summary>The 1 smaller node</summary>"));
 }
 
 TEST(MapPage, EveryNodeHasAPictureBeforeAnyHasTwo) {
@@ -212,6 +215,35 @@ TEST(MapPage, ZonesColourNodesAndAreNamedOnTheirCards) {
   EXPECT_EQ(data["nodes"][0][4], data["nodes"][1][4]) << "one zone, one colour";
   EXPECT_NE(data["nodes"][1][4], data["nodes"][2][4]);
   EXPECT_NE(data["nodes"][1][5], data["nodes"][2][5]) << "zones differ in shape, too";
+}
+
+/// The badge of a node's card: colour and text.
+std::string badgeOf(const std::string& html, int node) {
+  const std::size_t card = html.find("<article class=\"card\" id=\"node-" + std::to_string(node) + "\"");
+  const std::size_t from = html.find("<svg class=\"badge\"", card);
+  return html.substr(from, html.find("</svg>", from) - from);
+}
+
+TEST(MapPage, BadgesOfCardsHaveTheColoursOfTheMap) {
+  const TopologicalMap map = sampleMap();
+  const Zones zones = zonesOf(map);
+  MapPage page{map};
+  page.zones = &zones;
+  const auto expectColumn = [&page](std::size_t column) {
+    const std::string html = renderMapPage(page);
+    const nlohmann::json data = dataOf(html);
+    for (int n = 0; n < 5; ++n) {
+      const nlohmann::json& node = data["nodes"].at(static_cast<std::size_t>(n));
+      const std::string badge = badgeOf(html, n);
+      EXPECT_THAT(badge, HasSubstr(node.at(column).get<std::string>())) << n;
+      EXPECT_THAT(badge, HasSubstr(data["shapes"].at(node.at(column + 1).get<std::size_t>()))) << n;
+      EXPECT_THAT(html, HasSubstr("id=\"node-" + std::to_string(n) + "\" data-node=\"" + std::to_string(n)))
+          << "the script finds it";
+    }
+  };
+  expectColumn(4);
+  page.label = 0;
+  expectColumn(2);  // a heat map keeps the shapes of the rooms
 }
 
 TEST(MapPage, ZonesOfAnotherRunAreRefused) {

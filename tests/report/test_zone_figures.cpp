@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <regex>
 #include <set>
 
 #include "estancia/report/count_table.hpp"
@@ -78,6 +79,30 @@ TEST(ZoneFigure, EverySymbolIsInsideTheFigure) {
       EXPECT_LT(x, 780);
     }
   }
+}
+
+TEST(ZoneFigure, NamesStayInsideInTheWidestFonts) {
+  constexpr double widest = 1.4;  // DejaVu Sans Bold, in Helvetica's widths
+  const FigureStyle style{358, 440, 11, false, "narrow"};
+  std::size_t named = 0;
+  for (const std::string marker : {"", "on a", "theatre"}) {
+    const Zones zones = sampleZones({.zones = 17, .imagesPerZone = 3, .marker = marker});
+    std::vector<std::optional<Pose>> poses;
+    for (const Frame& frame : zones.frames) poses.push_back(frame.pose);
+    const std::string svg = zoneFigure(summarize(zones), projectPath(poses), style).str();
+    const std::regex name(
+        R"re(<text class="room" x="([^"]*)" y="[^"]*" text-anchor="(\w+)"[^>]*>([^<]*)</text>)re");
+    for (std::sregex_iterator at(svg.begin(), svg.end(), name); at != std::sregex_iterator(); ++at, ++named) {
+      const std::string anchor = (*at)[2], text = (*at)[3];
+      const double width = widest * style.fontSize * textWidth(text);
+      const double left = std::stod((*at)[1]) - (anchor == "end"      ? width
+                                                 : anchor == "middle" ? width / 2
+                                                                      : 0);
+      EXPECT_GE(left, 0) << text;
+      EXPECT_LE(left + width, style.width) << text;
+    }
+  }
+  EXPECT_GT(named, 3 * 14U);
 }
 
 TEST(TimeStrip, ShortRunsAreShownImageByImage) {

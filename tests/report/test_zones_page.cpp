@@ -92,6 +92,10 @@ TEST(ZonesPage, OneZoneAndOneImageArePages) {
     expectSound(html);
     EXPECT_THAT(html, HasSubstr("<dt>zone</dt><dd>1</dd>"));
   }
+  const Zones two = sampleZones({.zones = 2});
+  ZonesPage folded{two};
+  folded.cards = 1;
+  EXPECT_THAT(renderZonesPage(folded), HasSubstr("<summary>1 smaller zone</summary>"));
 }
 
 TEST(ZonesPage, ZonesThatWereNotClusteredAtOnceHaveNoTree) {

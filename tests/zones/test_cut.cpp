@@ -66,6 +66,7 @@ double slowModularity(const Neighbours& neighbours, const std::vector<int>& part
       weights[i][j] += weight / 2;
       weights[j][i] += weight / 2;
     }
+  for (std::size_t i = 0; i < neighbours.within.size(); ++i) weights[i][i] += neighbours.within[i];
   std::vector<double> degrees(n);
   double total = 0, q = 0;
   for (std::size_t i = 0; i < n; ++i)
@@ -107,7 +108,8 @@ TEST(Neighbours, OfGroupsWeighAsTheirImages) {
   Neighbours neighbours = findNeighbours(distancesOf({0, 1, 3, 7}), 3);
   weighBySize(neighbours, std::vector<std::size_t>{2, 1, 5, 1});
   EXPECT_THAT(neighbours.nearest, ElementsAre(1, 2, 3, 0, 2, 3, 1, 0, 3, 2, 1, 0));
-  EXPECT_THAT(neighbours.weights, ElementsAre(2, 4, 0, 2, 1, 0, 5, 10, 0, 3, 0, 0));
+  EXPECT_THAT(neighbours.within, ElementsAre(2, 0, 15, 0));
+  EXPECT_THAT(neighbours.weights, ElementsAre(2, 2, 0, 2, 1, 0, 0, 0, 0, 3, 0, 0));
   EXPECT_THAT(errorOf([&] {
                 weighBySize(neighbours, std::vector<std::size_t>{1, 2});
               }),

@@ -19,9 +19,14 @@ Zones fourFrames() {  // "0" and "1" in zone 0, "2" and "3" in zones 1 and 2
                        std::vector<int>{0, 0, 1, 2});
 }
 
+/// Those frames, in the words of fourFrames().
+GroupedRun runOf(std::vector<GroupedFrame> frames) {
+  const Zones zones = fourFrames();
+  return {std::move(frames), zones.vocabulary, runMean(zones)};
+}
+
 TEST(Overlay, TellsTheZoneOfMostFramesAndAllShares) {
-  const auto groups =
-      overlayZones(fourFrames(), std::vector<GroupedFrame>{{"3", 9}, {"2", 4}, {"1", 9}, {"0", 9}});
+  const auto groups = overlayZones(fourFrames(), runOf({{"3", 9}, {"2", 4}, {"1", 9}, {"0", 9}}));
   ASSERT_EQ(groups.size(), 2U);
   EXPECT_EQ(groups[0].group, 4);
   EXPECT_EQ(groups[0].zone(), 1);
@@ -36,21 +41,28 @@ TEST(Overlay, TellsTheZoneOfMostFramesAndAllShares) {
 }
 
 TEST(Overlay, OfEqualSharesTakesTheLargerZone) {
-  const auto groups =
-      overlayZones(fourFrames(), std::vector<GroupedFrame>{{"3", 1}, {"2", 1}, {"1", 2}, {"0", 2}});
+  const auto groups = overlayZones(fourFrames(), runOf({{"3", 1}, {"2", 1}, {"1", 2}, {"0", 2}}));
   EXPECT_EQ(groups[0].zone(), 1) << "zone ids go by size";
+}
+
+TEST(Overlay, RefusesARunWhoseFramesAreOnlyNamedAlike) {
+  GroupedRun other = runOf({{"0", 1}, {"1", 1}, {"2", 1}, {"3", 1}});
+  std::swap(other.mean.front(), other.mean.back());
+  EXPECT_THAT(errorOf([&] { overlayZones(fourFrames(), other); }), HasSubstr("other words"));
+  other.vocabulary = Vocabulary({"of", "another"});
+  other.mean = {0.5F, 0.5F};
+  EXPECT_EQ(overlayZones(fourFrames(), other).size(), 1U) << "words of another model tell nothing";
 }
 
 TEST(Overlay, RefusesAnotherRun) {
   EXPECT_THAT(errorOf([] {
-                overlayZones(fourFrames(), std::vector<GroupedFrame>{{"0", 1}});
+                overlayZones(fourFrames(), runOf({{"0", 1}}));
               }),
               HasSubstr("4 frames, the map has 1"));
-  EXPECT_THAT(
-      errorOf([] {
-        overlayZones(fourFrames(), std::vector<GroupedFrame>{{"0", 1}, {"1", 1}, {"2", 1}, {"other", 1}});
-      }),
-      HasSubstr("no frame \"other\""));
+  EXPECT_THAT(errorOf([] {
+                overlayZones(fourFrames(), runOf({{"0", 1}, {"1", 1}, {"2", 1}, {"other", 1}}));
+              }),
+              HasSubstr("no frame \"other\""));
 }
 
 }  // namespace

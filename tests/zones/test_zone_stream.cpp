@@ -57,7 +57,9 @@ TEST_P(EveryWay, IsExactWhileThereAreGroupsForAllImages) {
 }
 
 TEST_P(EveryWay, FindsTheRoomsWithFewGroups) {
-  const ZoneStream stream = streamOf(drive(), options(), {40, 20});
+  ZoneOptions five = options();
+  five.count = 5;
+  const ZoneStream stream = streamOf(drive(), five, {40, 20});
   std::vector<int> rooms;
   for (const Frame& frame : drive().frames) rooms.push_back(frame.room.back());
   EXPECT_GT(measureAgreement(rooms, stream.zoneOf()).vMeasure, 0.9);
@@ -125,6 +127,21 @@ TEST(ZoneStream, TakesWhatIsHardlyARun) {
   ZoneStream empty(Vocabulary({"desk", "cup", "bed"}));
   empty.update();
   EXPECT_TRUE(empty.zones().empty());
+}
+
+TEST(ZoneStream, IsExactForARobotThatStandsToo) {
+  std::vector<std::vector<float>> images(60, {0.7F, 0.2F, 0.1F, 0, 0});
+  for (std::size_t i = 0; i < 40; ++i) {
+    const DescriptorView moving = drive().descriptors.row(4 * i);
+    images.emplace_back(moving.begin(), moving.begin() + 5);
+  }
+  const Recording recording = recordingOf(images);
+  EXPECT_EQ(agreementWithExact(recording, {}, 100), 1);
+}
+
+TEST(ZoneStream, OfManyLapsIsNearTheExactResult) {
+  const Recording laps = driveThrough({0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5}, 60);
+  EXPECT_GT(agreementWithExact(laps, {}, 200), 0.9);
 }
 
 TEST(ZoneStream, SaysHowFarItIsFromTheExactResult) {
