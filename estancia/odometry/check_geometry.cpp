@@ -325,7 +325,10 @@ void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& 
   Hypothesis turning = best.hypothesis;
   turning.scale = 0;
   const Scores turned = geometry.under(turning);
-  if (!isBetter(best.scores, unmoved) || isBetter(turned, best.scores)) {
+  // Whoever claims that positions are inverted, scaled or late must do clearly better than without any.
+  const bool asGiven = meanOf(best.scores) <= given;
+  const bool positionsFit = asGiven ? !isBetter(turned, best.scores) : isBetter(best.scores, turned);
+  if (!isBetter(best.scores, unmoved) || !positionsFit) {
     list.add(
         Severity::problem, "pose-unfit",
         "Poses do not fit the depth, whatever convention, scale or delay is tried",
