@@ -139,8 +139,10 @@ TEST(NoVideo, IsRefusedWithASentence) {
   test::writeFile(folder / "a.mp4", "Dear reader, this is text.");
   test::writeFile(folder / "b.mp4", "");
   test::writeFile(folder / "c.PNG", test::encoded(".png", test::plain(4, 4, {})));
-  EXPECT_THAT(errorOf([&] { openSequence(folder / "a.mp4"); }),
-              HasSubstr("a.mp4: not a video that OpenCV can open"));
+  test::writeFile(folder / "d.mp4", std::string("no video\0\1\2", 11));
+  EXPECT_THAT(errorOf([&] { openSequence(folder / "a.mp4"); }), HasSubstr("a.mp4: a text file is no video"));
+  EXPECT_THAT(errorOf([&] { openSequence(folder / "d.mp4"); }),
+              HasSubstr("d.mp4: not a video that OpenCV can open"));
   EXPECT_THAT(errorOf([&] { openSequence(folder / "b.mp4"); }), HasSubstr("b.mp4: not a video"));
   EXPECT_THAT(errorOf([&] { openSequence(folder / "c.PNG"); }),
               HasSubstr("c.PNG: a single picture; open its folder"));
