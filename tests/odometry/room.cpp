@@ -17,7 +17,9 @@ namespace {
 
 /// 0 to 1, the same for the same cell of the same wall.
 double cellValue(std::int64_t x, std::int64_t y, int wall) {
-  auto h = static_cast<std::uint64_t>(x * 73856093 ^ y * 19349663 ^ (wall + 7) * 83492791);
+  auto h =
+      static_cast<std::uint64_t>(x * 73856093 ^ y * 19349663 ^
+                                 static_cast<std::int32_t>(static_cast<std::uint32_t>(wall + 7) * 83492791U));
   h = (h ^ (h >> 31)) * 0x9E3779B97F4A7C15ULL;
   return static_cast<double>((h >> 33) % 1024) / 1023;
 }
