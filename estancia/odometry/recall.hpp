@@ -3,10 +3,13 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/vocabulary.hpp"
+#include "estancia/stats/distance.hpp"
+#include "estancia/stats/moments.hpp"
 
 namespace estancia::odometry {
 
@@ -14,7 +17,7 @@ namespace estancia::odometry {
 /// best). What has no words is never found and finds nothing.
 class Recall {
  public:
-  explicit Recall(std::vector<LabelPart> parts) : parts_(std::move(parts)) {}
+  explicit Recall(const std::vector<LabelPart>& parts) : distance_(getDistance("standardized-clr", parts)) {}
 
   /// The number of the picture is how many were added before it. Throws Error when the number of labels
   /// changes.
@@ -33,10 +36,9 @@ class Recall {
   std::vector<std::size_t> nearestEmbedded(const std::vector<float>& query, std::size_t most,
                                            const std::function<bool(std::size_t)>& eligible) const;
 
-  std::vector<LabelPart> parts_;
-  std::size_t labels_ = 0, described_ = 0;
+  Distance distance_;
   std::vector<std::vector<float>> embedded_;  ///< empty without words
-  std::vector<double> sum_, squares_;
+  std::optional<Moments> moments_;            ///< of those that have words; absent while none has
 };
 
 }  // namespace estancia::odometry

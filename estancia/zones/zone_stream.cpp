@@ -101,7 +101,7 @@ void ZoneStream::findNearest(std::size_t i) {
 }
 
 void ZoneStream::rescale() {
-  if (distance_.standardized) standardization_ = standardizationBy(embedded_);
+  standardization_ = standardizationBy(embedded_);
   imagesOfScale_ = images();
   DescriptorMatrix vectors(vocabulary_.size());
   for (Group& group : groups_) {
