@@ -242,11 +242,15 @@ Dendrogram dendrogramOf(std::size_t leaves, std::vector<Link> links, const std::
 
 void check(const CondensedDistances& distances, const std::vector<std::size_t>& sizes) {
   constexpr double most = 1e100;  // squares of such still add up
-  for (std::size_t i = 0, n = distances.items(); i + 1 < n; ++i)
-    for (std::size_t j = i + 1; j < n; ++j)
-      if (const double d = distances(i, j); !(d >= 0 && d <= most))
-        throw Error(fmt::format("the distance of items {} and {} is {}; clusters need distances from 0 to {}",
-                                i, j, d, most));
+  const auto values = distances.values();
+  const auto wrong = std::ranges::find_if(values, [](double d) { return !(d >= 0 && d <= most); });
+  if (wrong != values.end()) {
+    auto rest = static_cast<std::size_t>(wrong - values.begin());
+    std::size_t item = 0;
+    for (std::size_t row = distances.items() - 1; rest >= row; ++item) rest -= row--;
+    throw Error(fmt::format("the distance of items {} and {} is {}; clusters need distances from 0 to {}",
+                            item, item + 1 + rest, *wrong, most));
+  }
   if (sizes.empty()) return;
   if (sizes.size() != distances.items() || std::count(sizes.begin(), sizes.end(), std::size_t{0}) > 0)
     throw Error(fmt::format("{} sizes, each at least 1, are needed for {} leaves, not {}", distances.items(),
