@@ -44,14 +44,32 @@ class PlacesInZones {
   std::vector<GroupZones> places_;
 };
 
+void addPredicted(nlohmann::ordered_json& json, const Place& place) {
+  if (place.predicted.empty()) return;
+  json["predicted_room"] = place.predicted.front().room;
+  json["room_probability"] = place.predicted.front().probability;
+}
+
+std::string reasonOf(const PlaceAnswer& answer, const TopologicalMap& map) {
+  return answer.room.empty()
+             ? fmt::format("\"{}\" is its word no. {}", shortLabel(map.vocabulary[answer.label]), answer.rank)
+             : fmt::format("\"{}\" is its room no. {}", answer.room, answer.rank);
+}
+
+std::string roomOf(const Place& place) {
+  const std::string room = place.roomForPeople();
+  return room.empty() ? "" : "  (" + room + ")";
+}
+
 void run(const Arguments& arguments) {
   const TopologicalMap map = MapStore::open(arguments.map, MapStore::Access::read).load();
   const PlacesInZones zones(arguments.zones, map);
-  if (findLabels(map.vocabulary, arguments.words).empty()) {
+  if (findMeaning(map, arguments.words).empty()) {
     const auto near = findNearSpellings(map.vocabulary, arguments.words);
     if (arguments.json)
       print({{"words", arguments.words},
              {"labels", nlohmann::json::array()},
+             {"rooms", nlohmann::json::array()},
              {"near_spellings", near},
              {"places", nlohmann::json::array()}});
     else
@@ -63,14 +81,17 @@ void run(const Arguments& arguments) {
   const std::vector<Place> places = placesOf(map);
   std::vector<std::string> labels;
   for (const std::size_t label : answers.labels) labels.push_back(map.vocabulary[label]);
-  nlohmann::ordered_json json{
-      {"words", arguments.words}, {"labels", labels}, {"places", nlohmann::json::array()}};
+  nlohmann::ordered_json json{{"words", arguments.words},
+                              {"labels", labels},
+                              {"rooms", answers.rooms},
+                              {"places", nlohmann::json::array()}};
   if (!arguments.json) {
     std::vector<std::string> shown;
     for (const std::string& label : labels) shown.push_back(shortLabel(label));
+    for (const std::string& room : answers.rooms) shown.push_back("room " + room);
     fmt::print("{} → {}\n", arguments.words, fmt::join(shown, ", "));
-    if (std::none_of(answers.places.begin(), answers.places.end(),
-                     [](const auto& a) { return a.amongBest5; }))
+    if (answers.rooms.empty() && std::none_of(answers.places.begin(), answers.places.end(),
+                                              [](const auto& a) { return a.amongBest5; }))
       fmt::print("No place has it among its five best words; the likeliest are\n");
   }
   for (const PlaceAnswer& answer : answers.places) {
@@ -78,16 +99,17 @@ void run(const Arguments& arguments) {
     json["places"].push_back({{"node", answer.node},
                               {"probability", answer.probability},
                               {"lift", answer.lift},
-                              {"label", map.vocabulary[answer.label]},
+                              {"label", nullptr},
                               {"rank", answer.rank},
                               {"among_best_5", answer.amongBest5},
                               {"room", place.room}});
+    if (answer.room.empty()) json["places"].back()["label"] = map.vocabulary[answer.label];
+    addPredicted(json["places"].back(), place);
     const Zone* zone = zones.find(answer.node);
     if (zone != nullptr) json["places"].back()["zone"] = {{"id", zone->id}, {"name", zone->name}};
     if (!arguments.json)
-      fmt::print("place {:<5} {:>5.1f} %  {:>5.1f}× the map's mean  \"{}\" is its word no. {}{}{}\n",
-                 answer.node, 100 * answer.probability, answer.lift, shortLabel(map.vocabulary[answer.label]),
-                 answer.rank, place.room.empty() ? "" : "  (" + place.room + ")",
+      fmt::print("place {:<5} {:>5.1f} %  {:>5.1f}× the map's mean  {}{}{}\n", answer.node,
+                 100 * answer.probability, answer.lift, reasonOf(answer, map), roomOf(place),
                  zone == nullptr ? "" : fmt::format("  in zone {} ({})", zone->id, zone->name));
   }
   if (arguments.json) print(json);

@@ -60,18 +60,22 @@ void run(Arguments& arguments) {
                                 {"unit", route.metric ? "m" : "transitions"}};
     if (found) {
       json["words"] = arguments.to;
-      json["label"] = map.vocabulary[found->goal.label];
+      if (found->goal.room.empty())
+        json["label"] = map.vocabulary[found->goal.label];
+      else
+        json["room"] = found->goal.room;
       json["probability"] = found->goal.probability;
     }
     print(json);
     return;
   }
   if (found)
-    fmt::print("\"{}\" is at place {} ({:.1f} %)\n", shortLabel(map.vocabulary[found->goal.label]),
+    fmt::print("\"{}\" is at place {} ({:.1f} %)\n",
+               found->goal.room.empty() ? shortLabel(map.vocabulary[found->goal.label]) : found->goal.room,
                found->goal.node, 100 * found->goal.probability);
   std::vector<std::string> steps;
   for (const int node : route.nodes) {
-    const std::string& room = places[indexOf(map, node)].room;
+    const std::string room = places[indexOf(map, node)].roomForPeople();
     steps.push_back(room.empty() ? std::to_string(node) : fmt::format("{} ({})", node, room));
   }
   fmt::print(

@@ -119,6 +119,11 @@ std::vector<std::size_t> findLabels(const Vocabulary& vocabulary, std::string_vi
   return {};
 }
 
+bool sameWords(std::string_view a, std::string_view b) {
+  const Words wordsOfA = splitWords(a), wordsOfB = splitWords(b);
+  return !wordsOfA.empty() && wordsOfA.size() == wordsOfB.size() && holds(wordsOfA, wordsOfB);
+}
+
 std::vector<std::string> findNearSpellings(const Vocabulary& vocabulary, std::string_view words,
                                            std::size_t count) {
   const std::string asked = joined(splitWords(words));

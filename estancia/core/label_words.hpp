@@ -18,6 +18,9 @@ namespace estancia {
 /// longest such synonyms). Empty when none does.
 std::vector<std::size_t> findLabels(const Vocabulary& vocabulary, std::string_view words);
 
+/// Whether the two say the same but for case, hyphens, underscores and plural forms.
+bool sameWords(std::string_view a, std::string_view b);
+
 /// Up to `count` synonyms, or words of them, spelt nearly like `words` (Damerau–Levenshtein distance of at
 /// most a third of the length), nearest first.
 std::vector<std::string> findNearSpellings(const Vocabulary& vocabulary, std::string_view words,

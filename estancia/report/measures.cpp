@@ -46,6 +46,12 @@ std::vector<Measure> measuresOf(const MapQuality& q) {
       {"transitions", "Transitions", count(q.transitions), 0, "Ways driven, each direction of its own"},
   };
   addRooms(measures, q.rooms, q.framesWithRoom, "place", "places");
+  if (q.predictedRoom) {
+    measures.push_back({"predicted_room", "Predicted room, image", q.predictedRoom, 3,
+                        "Share of images that the classifier takes for their true room"});
+    measures.push_back({"predicted_node_room", "Predicted room, place", q.predictedNodeRoom, 3,
+                        "Share of images whose place it takes for their true room"});
+  }
   const std::vector<Measure> more{
       {"spatial_spread", "Spatial spread [m]", q.spatialSpread, 2,
        "Mean distance of images to their place's centre"},

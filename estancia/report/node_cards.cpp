@@ -33,6 +33,11 @@ void addNeighbours(Markup& card, const MapSummary& summary, std::size_t position
   card.close();
 }
 
+/// What a classifier takes the place for.
+void addPrediction(Markup& card, const NodeSummary& node) {
+  if (!node.predicted.empty()) card.element("p", "Taken for " + shorten(node.predicted, 90));
+}
+
 void addCard(Markup& out, const MapSummary& summary, std::size_t position, const NodeZones* zones,
              Painting painting, const LoadedPictures& pictures) {
   const NodeSummary& node = summary.nodes[position];
@@ -47,6 +52,7 @@ void addCard(Markup& out, const MapSummary& summary, std::size_t position, const
   out.element("h3", shorten(node.room.empty() ? node.title : node.room, 48));
   out.element("p", fmt::format("Node {} · {} · {:.1f} %", node.node->id, counted(node.node->frames, "frame"),
                                100 * node.share));
+  addPrediction(out, node);
   if (zones != nullptr) out.add(zoneLine(*zones, position));
   out.close().close();
   const auto nameOf = [&summary](std::size_t frame) { return summary.map->frames[frame].name; };
@@ -70,6 +76,7 @@ void addRow(Markup& out, const MapSummary& summary, std::size_t position, const 
     words += fmt::format("{} {:.3f}  ", shorten(firstSynonym(summary.map->vocabulary[label]), 32),
                          node.node->mean[label]);
   out.element("p", words);
+  addPrediction(out, node);
   if (zones != nullptr) out.add(zoneLine(*zones, position));
   addNeighbours(out, summary, position);
   out.close();

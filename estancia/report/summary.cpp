@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "estancia/report/text.hpp"
+#include "estancia/topology/places.hpp"
 
 namespace estancia::report {
 namespace {
@@ -62,12 +63,18 @@ MapSummary summarize(const TopologicalMap& map) {
   MapSummary summary;
   summary.map = &map;
   Positions positions;
+  const std::vector<Place> places = placesOf(map);
   for (const Node& node : map.nodes) {
     positions[node.id] = summary.nodes.size();
     NodeSummary& entry = summary.nodes.emplace_back();
     entry.node = &node;
+    const auto& rooms = places[summary.nodes.size() - 1].predicted;
+    entry.predicted = describeRooms(rooms);
     const auto best = bestLabels(node, 1);
-    if (!best.empty()) entry.title = firstSynonym(map.vocabulary[best.front()]);
+    if (!rooms.empty())
+      entry.title = rooms.front().room;
+    else if (!best.empty())
+      entry.title = firstSynonym(map.vocabulary[best.front()]);
     if (!map.frames.empty())
       entry.share = static_cast<double>(node.frames) / static_cast<double>(map.frames.size());
   }

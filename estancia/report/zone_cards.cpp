@@ -37,6 +37,8 @@ void addFacts(Markup& card, const ZonesSummary& summary, const ZoneSummary& entr
   card.element("p", describeVisits(entry.visits));
   const std::string rooms = roomsOf(summary, *entry.zone);
   if (!rooms.empty()) card.element("p", "Rooms: " + rooms);
+  if (const std::string taken = describeRooms(entry.zone->predicted); !taken.empty())
+    card.element("p", "Taken for " + shorten(taken, 90));
   if (entry.zone->extent) card.element("p", positionOf(*entry.zone->extent));
 }
 

@@ -7,21 +7,22 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
+#include "estancia/topology/places.hpp"
 
 namespace estancia {
 namespace {
 
-std::vector<std::size_t> getLabels(const Vocabulary& vocabulary, const std::string& words) {
-  std::vector<std::size_t> labels = findLabels(vocabulary, words);
-  if (!labels.empty()) return labels;
+Meaning getMeaning(const TopologicalMap& map, const std::string& words) {
+  Meaning meaning = findMeaning(map, words);
+  if (!meaning.empty()) return meaning;
   constexpr std::size_t shown = 60;
   const std::string asked = words.size() > shown ? words.substr(0, shown) + "…" : words;
-  const std::vector<std::string> near = findNearSpellings(vocabulary, words);
+  const std::vector<std::string> near = findNearSpellings(map.vocabulary, words);
   if (near.empty())
     throw NoAnswerError(fmt::format("none of the map's {} labels matches \"{}\"; ask for another word",
-                                    vocabulary.size(), asked));
+                                    map.vocabulary.size(), asked));
   throw NoAnswerError(fmt::format("none of the map's {} labels matches \"{}\"; did you mean \"{}\"?",
-                                  vocabulary.size(), asked, fmt::join(near, "\" or \"")));
+                                  map.vocabulary.size(), asked, fmt::join(near, "\" or \"")));
 }
 
 /// The rank of a label among all of a node's labels, from 1; equal labels in order of the vocabulary.
@@ -33,22 +34,57 @@ std::size_t rankOf(const Node& node, std::size_t label) {
   return rank;
 }
 
+void lookForLabels(const Node& node, const std::vector<std::size_t>& labels, PlaceAnswer& answer) {
+  answer.label = labels.front();
+  for (const std::size_t label : labels) {
+    answer.probability += static_cast<double>(node.mean[label]);
+    if (node.mean[label] > node.mean[answer.label]) answer.label = label;
+  }
+  answer.rank = rankOf(node, answer.label);
+}
+
+/// `known` rooms are there in all.
+void lookForRooms(const Place& place, const std::vector<std::string>& rooms, std::size_t known,
+                  PlaceAnswer& answer) {
+  answer.room = rooms.front();
+  answer.rank = known;  // where nothing was said
+  for (std::size_t i = 0; i < place.predicted.size(); ++i) {
+    const auto& [room, probability] = place.predicted[i];
+    if (std::find(rooms.begin(), rooms.end(), room) == rooms.end()) continue;
+    if (answer.probability == 0) answer.rank = i + 1, answer.room = room;
+    answer.probability += probability;
+  }
+}
+
 }  // namespace
 
+Meaning findMeaning(const TopologicalMap& map, const std::string& words) {
+  Meaning meaning;
+  const std::vector<std::string> none;
+  const std::vector<std::string>& rooms = map.predictions ? map.predictions->rooms : none;
+  for (const std::string& room : rooms)
+    if (sameWords(room, words)) meaning.rooms.push_back(room);
+  if (!meaning.rooms.empty()) return meaning;
+  meaning.labels = findLabels(map.vocabulary, words);
+  if (meaning.labels.empty() && !rooms.empty())
+    for (const std::size_t room : findLabels(Vocabulary(rooms), words)) meaning.rooms.push_back(rooms[room]);
+  return meaning;
+}
+
 Answers ask(const TopologicalMap& map, const std::string& words, std::size_t count) {
-  Answers answers{getLabels(map.vocabulary, words), {}};
+  Answers answers{getMeaning(map, words), {}};
   if (map.nodes.empty()) throw Error("the map has no places yet; map some images first");
+  const std::vector<Place> places = answers.rooms.empty() ? std::vector<Place>() : placesOf(map);
   double sum = 0, images = 0;
-  for (const Node& node : map.nodes) {
+  for (std::size_t i = 0; i < map.nodes.size(); ++i) {
+    const Node& node = map.nodes[i];
     PlaceAnswer answer;
     answer.node = node.id;
-    answer.label = answers.labels.front();
-    for (const std::size_t label : answers.labels) {
-      answer.probability += static_cast<double>(node.mean[label]);
-      if (node.mean[label] > node.mean[answer.label]) answer.label = label;
-    }
+    if (answers.rooms.empty())
+      lookForLabels(node, answers.labels, answer);
+    else
+      lookForRooms(places[i], answers.rooms, map.predictions->rooms.size(), answer);
     answer.probability = std::min(answer.probability, 1.0);
-    answer.rank = rankOf(node, answer.label);
     answer.amongBest5 = answer.rank <= 5;
     sum += answer.probability * static_cast<double>(node.frames);
     images += static_cast<double>(node.frames);

@@ -7,6 +7,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/topology/places.hpp"
 
 namespace estancia {
 namespace {
@@ -97,6 +98,17 @@ void explainMerges(const TopologicalMap& map, const Decision& d, Sentences& sent
   }
 }
 
+/// What a classifier takes the frame and the place that it is in now for.
+void explainRooms(const TopologicalMap& map, std::size_t frame, Sentences& sentences) {
+  if (!map.predictions) return;
+  const auto own = roomsOf(*map.predictions, frame);
+  const std::size_t place = indexOf(map, map.frames[frame].node);
+  if (own.empty() || place == map.nodes.size()) return;
+  sentences.push_back(
+      fmt::format("The room classifier takes this image for: {}; its place, node {}, for: {}.",
+                  describeRooms(own), map.frames[frame].node, describeRooms(placesOf(map)[place].predicted)));
+}
+
 }  // namespace
 
 std::size_t getFrame(const TopologicalMap& map, const std::string& nameOrNumber) {
@@ -141,6 +153,7 @@ std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame) {
       break;
   }
   explainMerges(map, d, sentences);
+  explainRooms(map, frame, sentences);
   return sentences;
 }
 

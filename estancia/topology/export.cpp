@@ -27,8 +27,11 @@ std::string dump(const Json& json) {
 }
 
 /// Six decimals say all, and 0.2F as a double would be 0.20000000298.
+double rounded(double probability) {
+  return std::round(probability * 1e6) / 1e6;
+}
 double rounded(float probability) {
-  return std::round(static_cast<double>(probability) * 1e6) / 1e6;
+  return rounded(static_cast<double>(probability));
 }
 
 std::vector<std::string> bestWords(const TopologicalMap& map, const Node& node, std::size_t count) {
@@ -64,9 +67,14 @@ struct Attribute {
   const char* element;
   const char* type;
 };
-constexpr Attribute attributes[] = {{"words", "node", "string"}, {"room", "node", "string"},
-                                    {"x", "node", "double"},     {"y", "node", "double"},
-                                    {"z", "node", "double"},     {"frames", "node", "long"},
+constexpr Attribute attributes[] = {{"words", "node", "string"},
+                                    {"room", "node", "string"},
+                                    {"predicted_room", "node", "string"},
+                                    {"room_probability", "node", "double"},
+                                    {"x", "node", "double"},
+                                    {"y", "node", "double"},
+                                    {"z", "node", "double"},
+                                    {"frames", "node", "long"},
                                     {"count", "edge", "long"}};
 
 std::string data(const char* key, const std::string& value) {
@@ -83,9 +91,14 @@ Json pointFeature(const TopologicalMap& map, const Node& node, const Place& plac
   }
   // Nav2's loader knows numbers, texts, truth values and lists of these; null makes it fail.
   Json metadata;
-  metadata["class"] =
-      !place.room.empty() ? place.room : shortLabel(map.vocabulary[bestLabels(node, 1).at(0)]);
+  metadata["class"] = !place.room.empty()        ? place.room
+                      : !place.predicted.empty() ? place.predicted.front().room
+                                                 : shortLabel(map.vocabulary[bestLabels(node, 1).at(0)]);
   if (!place.room.empty()) metadata["room"] = place.room;
+  if (!place.predicted.empty()) {
+    metadata["predicted_room"] = place.predicted.front().room;
+    metadata["room_probability"] = rounded(place.predicted.front().probability);
+  }
   metadata["labels"] = labels;
   metadata["probabilities"] = probabilities;
   metadata["frames"] = node.frames;
@@ -144,6 +157,10 @@ std::string toGraphml(const TopologicalMap& map, const ExportOptions& options) {
     text += fmt::format("    <node id=\"n{}\">\n", node.id);
     text += data("words", fmt::format("{}", fmt::join(bestWords(map, node, options.words), ", ")));
     if (!places[i].room.empty()) text += data("room", places[i].room);
+    if (const auto& rooms = places[i].predicted; !rooms.empty()) {
+      text += data("predicted_room", rooms.front().room);
+      text += data("room_probability", fmt::format("{}", rounded(rooms.front().probability)));
+    }
     if (const auto& position = places[i].position) {
       text += data("x", fmt::format("{}", (*position)[0]));
       text += data("y", fmt::format("{}", (*position)[1]));
@@ -171,6 +188,8 @@ std::string toPlacesJson(const TopologicalMap& map, const ExportOptions& options
     Json place{
         {"id", node.id}, {"words", words}, {"room", nullptr}, {"position", nullptr}, {"frames", node.frames}};
     if (!places[i].room.empty()) place["room"] = places[i].room;
+    for (const RoomProbability& room : places[i].predicted)
+      place["predicted_rooms"].push_back({{"room", room.room}, {"p", rounded(room.probability)}});
     if (places[i].position) place["position"] = *places[i].position;
     json["places"].push_back(std::move(place));
   }

@@ -17,18 +17,21 @@ struct ExportOptions {
   bool bothWays = true;       ///< nav2: an edge each way for every transition; false: only as it was driven
 };
 
-/// GraphML 1.0: nodes with words, room, x, y, z [m] and frames, directed edges with counts. What is not known
-/// is left out.
+/// GraphML 1.0: nodes with words, room (the true one), predicted_room and room_probability (a classifier's),
+/// x, y, z [m] and frames, directed edges with counts. What is not known is left out.
 std::string toGraphml(const TopologicalMap& map, const ExportOptions& options = {});
 
 /// Places → words: {"format": "estancia-places", "version": 1, "vocabulary": digest, "model", "distance",
-/// "places": [{"id", "words": [{"label", "p"}], "room", "position": [x, y, z], "frames"}],
-/// "transitions": [{"from", "to", "count"}]}. Unknown rooms and positions are null.
+/// "places": [{"id", "words": [{"label", "p"}], "room", "position": [x, y, z], "frames",
+/// "predicted_rooms": [{"room", "p"}]}],
+/// "transitions": [{"from", "to", "count"}]}. Unknown rooms and positions are null; predicted
+/// rooms, best first, are there when a classifier has named them.
 std::string toPlacesJson(const TopologicalMap& map, const ExportOptions& options = {});
 
 /// The GeoJSON that the route server of Nav2 (nav2_route, GeoJsonGraphFileLoader) reads: nodes as points with
-/// metadata (class = room or best label, labels, probabilities, frames), edges as lines whose cost is their
-/// length [m]. Throws Error when a node has no position or there is no transition: Nav2 refuses such graphs.
+/// metadata (class = true or predicted room or best label, labels, probabilities, frames), edges as lines
+/// whose cost is their length [m]. Throws Error when a node has no position or there is no transition: Nav2
+/// refuses such graphs.
 std::string toNav2(const TopologicalMap& map, const ExportOptions& options = {});
 
 /// The names for exportMap(), each with one line of explanation.

@@ -3,10 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "estancia/core/frame.hpp"
+#include "estancia/core/room_predictions.hpp"
 #include "estancia/core/vocabulary.hpp"
 
 namespace estancia {
@@ -68,6 +70,9 @@ struct TopologicalMap {
   std::vector<MappedFrame> frames;  ///< position = frame number
   std::vector<Decision> decisions;  ///< one a frame
   std::vector<Merge> merges;
+  /// What a room classifier said of the frames, a row a frame; rows may be missing at the end (frames that
+  /// were mapped later). Absent when none was asked.
+  std::optional<RoomPredictions> predictions = std::nullopt;
 
   /// nullptr when there is no such node.
   const Node* findNode(int id) const;

@@ -1,7 +1,10 @@
 #include "estancia/topology/places.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace estancia {
 
@@ -12,8 +15,10 @@ double distanceBetween(const Position& a, const Position& b) {
 std::vector<Place> placesOf(const TopologicalMap& map) {
   std::vector<Place> places(map.nodes.size());
   std::vector<std::size_t> posed(map.nodes.size(), 0);
+  std::vector<std::size_t> placeOf;
   for (const MappedFrame& frame : map.frames) {
     const std::size_t i = indexOf(map, frame.node);
+    placeOf.push_back(i);
     if (i == places.size()) continue;
     if (!frame.room.empty()) ++places[i].rooms[frame.room];
     if (!frame.pose) continue;
@@ -32,7 +37,16 @@ std::vector<Place> placesOf(const TopologicalMap& map) {
                                        [](const auto& a, const auto& b) { return a.second < b.second; });
     if (most != rooms.end()) places[i].room = most->first;
   }
+  if (map.predictions) {
+    auto pooled = poolRooms(*map.predictions, placeOf, places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) places[i].predicted = std::move(pooled[i]);
+  }
   return places;
+}
+
+std::string Place::roomForPeople() const {
+  if (!room.empty() || predicted.empty()) return room;
+  return fmt::format("{} {:.0f} %", predicted.front().room, 100 * predicted.front().probability);
 }
 
 std::size_t indexOf(const TopologicalMap& map, int node) {

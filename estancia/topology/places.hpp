@@ -21,6 +21,11 @@ struct Place {
   std::map<std::string, std::size_t>
       rooms;         ///< how many of its frames are in which room; unknown rooms left out
   std::string room;  ///< the most frequent of them, "" when none is known
+  /// What a classifier takes it for, best first; empty when none was asked. Not the truth.
+  std::vector<RoomProbability> predicted;
+
+  /// The name of the room for people: the true one, else the predicted one, else "".
+  std::string roomForPeople() const;
 };
 
 /// One place a node, in the order of map.nodes; one pass over the frames.

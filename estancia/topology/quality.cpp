@@ -145,6 +145,22 @@ void compareWithPath(const TopologicalMap& map, const std::vector<Place>& places
   quality.edgeRecall = meanOf(static_cast<double>(found.size()), driven.size());
 }
 
+void judgePredictions(const TopologicalMap& map, const std::vector<Place>& places, MapQuality& quality) {
+  if (!map.predictions) return;
+  std::size_t judged = 0, right = 0, rightByNode = 0;
+  for (std::size_t i = 0; i < map.frames.size(); ++i) {
+    const MappedFrame& frame = map.frames[i];
+    const std::size_t place = indexOf(map, frame.node);
+    const std::vector<RoomProbability> own = roomsOf(*map.predictions, i);
+    if (frame.room.empty() || place == places.size() || own.empty()) continue;
+    ++judged;
+    if (own.front().room == frame.room) ++right;
+    if (places[place].predicted.front().room == frame.room) ++rightByNode;
+  }
+  quality.predictedRoom = meanOf(static_cast<double>(right), judged);
+  quality.predictedNodeRoom = meanOf(static_cast<double>(rightByNode), judged);
+}
+
 }  // namespace
 
 MapQuality evaluate(const TopologicalMap& map) {
@@ -162,6 +178,7 @@ MapQuality evaluate(const TopologicalMap& map) {
   quality.spatialSpread = spatialSpread(map, places);
   quality.original = originalScore(map, places, links, quality.spatialSpread);
   compareWithPath(map, places, links, quality);
+  judgePredictions(map, places, quality);
   return quality;
 }
 

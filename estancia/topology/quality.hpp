@@ -38,6 +38,10 @@ struct MapQuality {
 
   OriginalScore original;
 
+  /// What a classifier said beside the truth: share of the frames with both whose own most probable room, or
+  /// that of whose node, is the true one. Absent when no classifier was asked.
+  std::optional<double> predictedRoom, predictedNodeRoom;
+
   /// Mean distance of posed frames to the centre of their node [m].
   std::optional<double> spatialSpread;
 

@@ -94,7 +94,7 @@ WordRoute routeToWords(const TopologicalMap& map, int from, const std::string& w
   if (goal == nullptr)
     throw NoAnswerError(fmt::format("no place with \"{}\" can be reached from node {}{}", words, from,
                                     onlyForwards(options)));
-  return {*goal, answers.labels, ways.routeTo(goal->node)};
+  return {*goal, answers, ways.routeTo(goal->node)};
 }
 
 }  // namespace estancia

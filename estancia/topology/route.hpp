@@ -31,12 +31,12 @@ Route getRoute(const TopologicalMap& map, int from, int to, const RouteOptions& 
 
 struct WordRoute {
   PlaceAnswer goal;
-  std::vector<std::size_t> labels;  ///< what the words were taken for
+  Meaning meaning;  ///< what the words were taken for
   Route route;
 };
 
 /// The way to the place that holds `words` best among those that can be reached (see
-/// RouteOptions::tolerance). Throws Error when no label matches, or no place with a probability above 0 can
+/// RouteOptions::tolerance). Throws Error when nothing matches, or no place with a probability above 0 can
 /// be reached.
 WordRoute routeToWords(const TopologicalMap& map, int from, const std::string& words,
                        const RouteOptions& options = {});

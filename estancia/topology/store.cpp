@@ -29,6 +29,7 @@ using sqlite::Statement;
 
 constexpr std::int64_t applicationId = 0x45737461;  // "Esta", in SQLite's header
 constexpr std::int64_t formatVersion = 2;           // 1: log-ratios with another floor
+constexpr std::int64_t formatWithRooms = 3;         // rooms that a classifier has named, too
 constexpr int lockPatience = 1000;  ///< a reader may hold a lock for a moment while it recovers [ms]
 
 // Decisions, merges and first frames are history: they may name nodes that have been absorbed since.
@@ -50,6 +51,13 @@ CREATE TABLE decisions(frame INTEGER PRIMARY KEY, kind INTEGER NOT NULL, node IN
 CREATE TABLE merges(id INTEGER PRIMARY KEY, frame INTEGER NOT NULL, kept INTEGER NOT NULL,
                     absorbed INTEGER NOT NULL, distance REAL, threshold REAL);
 CREATE TABLE state(key TEXT PRIMARY KEY, bytes BLOB NOT NULL);
+)sql";
+
+constexpr const char* schemaOfRooms = R"sql(
+DROP TABLE IF EXISTS predicted_rooms;
+DROP TABLE IF EXISTS predictions;
+CREATE TABLE predicted_rooms(id INTEGER PRIMARY KEY, name TEXT NOT NULL);
+CREATE TABLE predictions(frame INTEGER PRIMARY KEY, probabilities BLOB NOT NULL);
 )sql";
 
 fs::path folderOf(const fs::path& path) {
@@ -159,11 +167,11 @@ void requireOurFormat(Database& database) {
         "{}: another program's SQLite file, not an Estancia map; give a file that `estancia map` has written",
         path));
   const std::int64_t version = database.number("PRAGMA user_version");
-  if (version > formatVersion)
+  if (version > formatWithRooms)
     throw Error(
         fmt::format("{}: written in map format {} by a newer Estancia; this one reads up to format {}: "
                     "update Estancia",
-                    path, version, formatVersion));
+                    path, version, formatWithRooms));
   if (version == 1)
     throw Error(fmt::format(
         "{}: written in map format 1 by an older Estancia, which compared otherwise; map the sequence again",
@@ -410,6 +418,31 @@ void MapStore::clearMap() {
 
 void MapStore::clearTransitions() {
   impl_->write("DELETE FROM transitions");
+}
+
+void MapStore::putPredictions(const RoomPredictions& predictions) {
+  impl_->requireWriting();
+  const std::size_t rows = predictions.probabilities.size(), rooms = predictions.rooms.size();
+  if (rows > impl_->frames || rooms == 0 || predictions.probabilities.labels() != rooms)
+    throw Error(
+        fmt::format("{}: the rooms of {} frames with {} probabilities each do not fit {} frames and {} rooms",
+                    impl_->path.string(), rows, predictions.probabilities.labels(), impl_->frames, rooms));
+  for (const std::string& room : predictions.rooms)
+    if (room.empty()) throw Error(fmt::format("{}: a predicted room has no name", impl_->path.string()));
+  impl_->statements.clear();  // those of the older tables
+  impl_->allOrNothing([&] {
+    impl_->database.run(schemaOfRooms);
+    impl_->database.run(fmt::format("PRAGMA user_version = {}", formatWithRooms));
+  });
+  impl_->write("INSERT OR REPLACE INTO meta VALUES('classifier', ?1)",
+               std::string_view(predictions.classifier));
+  for (std::size_t i = 0; i < rooms; ++i)
+    impl_->write("INSERT INTO predicted_rooms VALUES(?1, ?2)", i, std::string_view(predictions.rooms[i]));
+  for (std::size_t i = 0; i < rows; ++i) {
+    const DescriptorView row = predictions.probabilities.row(i);
+    requireProbabilities(row, rooms, fmt::format("the rooms of frame {}", i));
+    impl_->write("INSERT INTO predictions VALUES(?1, ?2)", i, std::as_bytes(row));
+  }
 }
 
 void MapStore::putState(const std::string& key, const std::string& bytes) {

@@ -65,6 +65,10 @@ class MapStore {
   void clearMap();
   /// Forgets all transitions: their new list follows (after a merge).
   void clearTransitions();
+  /// What a room classifier says of the frames, row i of frame i, in the place of what was said before.
+  /// Throws Error when there are more rows than frames, a room has no name, or a value is no probability. A
+  /// map that says this has format 3; others stay in format 2, which older programs read.
+  void putPredictions(const RoomPredictions& predictions);
   /// Named blobs of the mapper's memory, replaced.
   void putState(const std::string& key, const std::string& bytes);
   void commit();

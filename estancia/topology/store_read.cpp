@@ -131,6 +131,37 @@ void readMerges(Database& database, TopologicalMap& map) {
   }
 }
 
+void readPredictions(Database& database, TopologicalMap& map) {
+  {
+    Statement table(database,
+                    "SELECT 1 FROM sqlite_master WHERE type = 'table' AND name = 'predicted_rooms'");
+    if (!table.next()) return;
+  }
+  std::vector<std::string> rooms;
+  Statement names(database, "SELECT id, name FROM predicted_rooms ORDER BY id");
+  while (names.next()) {
+    rooms.push_back(names.text(1));
+    if (names.integer(0) != static_cast<std::int64_t>(rooms.size()) - 1 || rooms.back().empty())
+      database.failDamaged("its predicted rooms have gaps");
+  }
+  if (rooms.empty()) database.failDamaged("it has no predicted rooms");
+  const std::size_t count = rooms.size();
+  RoomPredictions predictions{readMeta(database, "classifier"), std::move(rooms), DescriptorMatrix(count)};
+  Statement rows(database, "SELECT frame, probabilities FROM predictions ORDER BY frame");
+  std::vector<float> row;
+  while (rows.next()) {
+    const std::string name = fmt::format("the rooms of frame {}", predictions.probabilities.size());
+    if (rows.integer(0) != static_cast<std::int64_t>(predictions.probabilities.size()) ||
+        predictions.probabilities.size() == map.frames.size())
+      database.failDamaged(name + " are missing, or of no frame");
+    readValues(database, rows.bytes(1), count, name, row);
+    for (const float value : row)
+      if (value < -0.001F || value > 1.001F) database.failDamaged(fmt::format("{} hold {}", name, value));
+    predictions.probabilities.append(row);
+  }
+  map.predictions = std::move(predictions);
+}
+
 /// The settings' "distance", "" when they name none.
 std::string distanceOf(const std::string& settings) {
   const auto parsed = nlohmann::json::parse(settings, nullptr, false);
@@ -200,6 +231,7 @@ TopologicalMap readMap(Database& database, const MapStore::Identity& identity) {
   readTransitions(database, map);
   readDecisions(database, map);
   readMerges(database, map);
+  readPredictions(database, map);
   return map;
 }
 

@@ -14,6 +14,33 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Zones that are taken for one room, in order of the largest.
+struct PredictedRoom {
+  std::string name;
+  std::vector<int> zones;
+  std::size_t images = 0;
+  double probability = 0;   ///< mean over the images
+  std::vector<float> mean;  ///< mean over the images
+};
+
+std::vector<PredictedRoom> predictedRooms(const Zones& zones) {
+  std::vector<PredictedRoom> rooms;
+  for (const Zone& zone : zones.zones) {
+    if (zone.predicted.empty()) continue;
+    const auto& [name, probability] = zone.predicted.front();
+    auto room = std::ranges::find(rooms, name, &PredictedRoom::name);
+    if (room == rooms.end())
+      room = rooms.insert(rooms.end(), {name, {}, 0, 0, std::vector<float>(zone.mean.size(), 0)});
+    room->zones.push_back(zone.id);
+    room->images += zone.images.size();
+    const double share = static_cast<double>(zone.images.size()) / static_cast<double>(room->images);
+    room->probability += share * (probability - room->probability);
+    for (std::size_t i = 0; i < zone.mean.size(); ++i)
+      room->mean[i] += static_cast<float>(share) * (zone.mean[i] - room->mean[i]);
+  }
+  return rooms;
+}
+
 }  // namespace
 
 std::string toRoomsJson(const Zones& zones, std::size_t words) {
@@ -32,7 +59,14 @@ std::string toRoomsJson(const Zones& zones, std::size_t words) {
   };
   for (std::size_t i = 0; i < zones.rooms.size(); ++i)
     add(zones.rooms[i].name, zones.rooms[i].images, zones.rooms[i].mean, i);
-  if (zones.rooms.empty())
+  const std::vector<PredictedRoom> predicted =
+      zones.rooms.empty() ? predictedRooms(zones) : std::vector<PredictedRoom>();
+  for (const PredictedRoom& room : predicted) {
+    add(room.name, room.images, room.mean, 0);
+    json[room.name]["predicted"] = std::round(room.probability * 1e6) / 1e6;
+    json[room.name]["zones"] = room.zones;
+  }
+  if (zones.rooms.empty() && predicted.empty())
     for (std::size_t i = 0; i < zones.zones.size(); ++i)
       add(zones.zones[i].name, zones.zones[i].images.size(), zones.zones[i].mean, i);
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";

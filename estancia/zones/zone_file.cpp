@@ -25,6 +25,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view format = "estancia-zones";
 constexpr std::uint64_t version = 1;
+constexpr std::uint64_t versionWithRooms = 2;  // rooms that a classifier has named, too
 constexpr std::size_t mostBytes = std::size_t{2} << 30;
 constexpr int deepest = 8;
 
@@ -72,6 +73,8 @@ Json toJson(const Zone& zone) {
   if (zone.extent)
     json["extent"] = {
         {"centre", zone.extent->centre}, {"spread", zone.extent->spread}, {"images", zone.extent->images}};
+  for (const auto& [room, probability] : zone.predicted)
+    json["predicted"].push_back({{"room", toJson(room)}, {"p", probability}});
   json["mean"] = toJson(zone.mean);
   json["sigma"] = toJson(zone.sigma);
   return json;
@@ -207,6 +210,10 @@ Zone zoneIn(const Json& json, int id, std::vector<std::size_t> images, const Zon
                              numberIn(extent.at("spread"), "the spread of a zone"),
                              indexIn(extent.at("images"), end, "a number of posed images")};
   }
+  if (json.contains("predicted"))
+    for (const Json& room : listIn(json, "predicted"))
+      zone.predicted.push_back(
+          {textIn(room.at("room")), numberIn(room.at("p"), "the probability of a predicted room")});
   zone.mean =
       probabilitiesIn(json.at("mean"), zones.vocabulary.size(), fmt::format("the mean of zone {}", id));
   zone.sigma =
@@ -260,6 +267,7 @@ Zones zonesIn(const Json& json) {
   for (std::size_t id = 0; id < list.size(); ++id)
     zones.zones.push_back(zoneIn(list[id], static_cast<int>(id), std::move(images[id]), zones));
   for (const Json& room : listIn(json, "rooms")) zones.rooms.push_back(roomIn(room, zones));
+  if (json.contains("classifier")) zones.classifier = textIn(json["classifier"]);
   if (json.contains("dendrogram"))
     zones.dendrogram = dendrogramIn(listIn(json, "dendrogram"), zones.frames.size());
   return zones;
@@ -268,15 +276,16 @@ Zones zonesIn(const Json& json) {
 }  // namespace
 
 std::string zoneFileText(const Zones& zones) {
-  const Json head{{"format", format},
-                  {"version", version},
-                  {"vocabulary", toJson(zones.vocabulary)},
-                  {"model", toJson(zones.model)},
-                  {"settings",
-                   {{"distance", zones.distance},
-                    {"linkage", zones.linkage},
-                    {"cut", zones.cut},
-                    {"cut_reason", toJson(zones.cutReason)}}}};
+  Json head{{"format", format},
+            {"version", zones.classifier.empty() ? version : versionWithRooms},
+            {"vocabulary", toJson(zones.vocabulary)},
+            {"model", toJson(zones.model)},
+            {"settings",
+             {{"distance", zones.distance},
+              {"linkage", zones.linkage},
+              {"cut", zones.cut},
+              {"cut_reason", toJson(zones.cutReason)}}}};
+  if (!zones.classifier.empty()) head["classifier"] = toJson(zones.classifier);
   Json list = Json::array(), rooms = Json::array(), frames = Json::array();
   for (const Zone& zone : zones.zones) list.push_back(toJson(zone));
   for (const RoomWords& room : zones.rooms)
@@ -307,14 +316,15 @@ Zones readZoneFile(const fs::path& file) {
   try {
     const Json json = parse(text);
     found = indexIn(json.at("version"), std::numeric_limits<std::uint64_t>::max(), "the version");
-    if (found == version) return zonesIn(json);
+    if (found == version || found == versionWithRooms) return zonesIn(json);
   } catch (const Json::exception& e) {
     fail(e.what());
   } catch (const Error& e) {
     fail(e.what());
   }
-  throw Error(fmt::format("{}: a zone file of version {}, this program reads version {}; update Estancia",
-                          name, found, version));
+  throw Error(
+      fmt::format("{}: a zone file of version {}, this program reads up to version {}; update Estancia", name,
+                  found, versionWithRooms));
 }
 
 bool isZoneFile(const fs::path& file) {

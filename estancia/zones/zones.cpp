@@ -175,6 +175,16 @@ Zones describeZones(const Recording& recording, std::span<const int> groups) {
   return result;
 }
 
+void nameRooms(Zones& zones, const RoomPredictions& predictions) {
+  if (predictions.probabilities.size() != zones.frames.size())
+    throw Error(fmt::format("the rooms of {} images were predicted, but the zones are of {}",
+                            predictions.probabilities.size(), zones.frames.size()));
+  const std::vector<std::size_t> groups(zones.zoneOf.begin(), zones.zoneOf.end());
+  auto pooled = poolRooms(predictions, groups, zones.zones.size());
+  for (std::size_t i = 0; i < zones.zones.size(); ++i) zones.zones[i].predicted = std::move(pooled[i]);
+  zones.classifier = predictions.classifier;
+}
+
 std::vector<float> runMean(const Zones& zones) {
   Moments mean(zones.vocabulary.size(), false);
   for (const Zone& zone : zones.zones) mean.add(zone.mean, static_cast<double>(zone.images.size()));

@@ -9,6 +9,7 @@
 
 #include "estancia/core/frame.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/core/room_predictions.hpp"
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/io/recording.hpp"
 #include "estancia/stats/dendrogram.hpp"
@@ -51,6 +52,8 @@ struct Zone {
   std::string room;                  ///< the room that most of its images are known to be in, or ""
   double roomShare = 0;              ///< their share of its images whose room is known
   std::optional<ZoneExtent> extent;  ///< absent when no image has a pose
+  /// What a classifier takes it for, best first (poolRooms()); empty when none was asked. Not the truth.
+  std::vector<RoomProbability> predicted;
 };
 
 /// What a true room looks like in words; only to be compared with the zones.
@@ -72,6 +75,7 @@ struct Zones {
   std::vector<Zone> zones;               ///< by falling size, of equal ones the one seen first; ids 0, 1, …
   std::vector<RoomWords> rooms;          ///< by name; empty where no room is known
   std::optional<Dendrogram> dendrogram;  ///< of the frames; absent where they were not clustered all at once
+  std::string classifier = {};           ///< what named the zones' predicted rooms, "" for nothing
 };
 
 /// Algorithm 5.1. Throws Error for an empty recording, unknown names, both a cut and a count or one that is
@@ -107,6 +111,10 @@ CondensedDistances compareImages(const Recording& recording, const ZoneOptions& 
 /// the zones anew by size and fills in all but distance, linkage, cut and dendrogram. Throws Error when there
 /// is no frame or not one number a frame.
 Zones describeZones(const Recording& recording, std::span<const int> groups);
+
+/// Names the zones by what a room classifier says of the run's frames, row i of frame i. Throws Error unless
+/// there is a row a frame.
+void nameRooms(Zones& zones, const RoomPredictions& predictions);
 
 /// The mean probability of each label over the whole run.
 std::vector<float> runMean(const Zones& zones);
