@@ -15,4 +15,7 @@ namespace estancia {
 void inParallel(std::size_t count, int threads, Progress& progress, const std::string& stopped,
                 const std::function<void(std::size_t)>& task);
 
+/// The same in silence, to the end; of several exceptions that of the lowest number is thrown again.
+void inParallel(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& work);
+
 }  // namespace estancia
