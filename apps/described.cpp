@@ -1,0 +1,121 @@
+#include "described.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <set>
+#include <sstream>
+#include <unordered_map>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/progress.hpp"
+#include "estancia/io/recording.hpp"
+#include "estancia/topology/map_recording.hpp"
+#include "estancia/topology/store.hpp"
+
+namespace estancia::apps {
+namespace {
+
+std::vector<std::string> namesIn(const std::string& descriptor) {
+  std::vector<std::string> names;
+  std::istringstream list(descriptor);
+  for (std::string name; std::getline(list, name, '+');) names.push_back(name);
+  return names;
+}
+
+/// The rows of the frames that `sequence` lists: with its rooms and poses, and only those it selects.
+Features asListedIn(const Sequence& sequence, const Features& features) {
+  std::unordered_map<std::string, std::size_t> rowOf;
+  for (std::size_t i = 0; i < features.frames.size(); ++i) rowOf.emplace(features.frames[i].name, i);
+  std::vector<std::size_t> rows;
+  std::vector<Frame> frames;
+  for (std::size_t i = 0; i < sequence.size(); ++i)
+    if (const auto row = rowOf.find(sequence.frame(i).name); row != rowOf.end()) {
+      rows.push_back(row->second);
+      frames.push_back(sequence.frame(i));
+    }
+  Features listed = withRows(features, rows);
+  listed.frames = std::move(frames);
+  return listed;
+}
+
+/// Maps and tables know all of their frames: only rooms can be chosen.
+Features chosen(const Features& features, const SequenceArguments& source) {
+  const SequenceOptions& given = source.options;
+  if (!given.poses.empty() || !given.rooms.empty() || !given.split.empty())
+    throw Error(fmt::format(
+        "{} knows the poses and rooms of its frames, and no splits; leave out --poses, --rooms and --split",
+        source.path));
+  if (given.only.empty()) return features;
+  std::set<std::string> known;
+  for (const Frame& frame : features.frames) known.insert(frame.room);
+  known.erase("");
+  for (const std::string& room : given.only)
+    if (!known.contains(room))
+      throw Error(fmt::format("{}: there is no room \"{}\"; known are {}", source.path, room,
+                              fmt::join(known, ", ")));
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < features.frames.size(); ++i)
+    if (std::ranges::find(given.only, features.frames[i].room) != given.only.end()) rows.push_back(i);
+  return withRows(features, rows);
+}
+
+bool isMap(const std::string& path) {
+  return isMapFile(path) || path.ends_with(".estancia");
+}
+
+}  // namespace
+
+bool holdsNumbers(const std::string& path) {
+  return isMap(path) || isRecording(path);
+}
+
+void DescribingArguments::addTo(CLI::App& command) {
+  ModelArguments model;
+  const auto describing = "Describing";
+  command.add_option("--engine", options.engine, "What runs a network; default: the fastest at hand")
+      ->check(CLI::IsMember({"onnxruntime", "opencv"}))
+      ->group(describing);
+  command.add_option("--threads", options.threads, "Threads of all the work; default: one a free core")
+      ->check(CLI::Range(1, 1024))
+      ->group(describing);
+  command.add_flag("--no-cache", noCache, "Label anew instead of remembering earlier runs")->group(describing);
+}
+
+Describing::Describing(const DescribingArguments& arguments) : Describing(arguments.options, arguments.noCache) {}
+
+Describing::Describing(const LabelerOptions& options, bool noCache)
+    : cache_(noCache ? nullptr : std::make_unique<LabelCache>()), progress_(makeStderrProgress()) {
+  options_.labeler = options;
+  options_.cache = cache_.get();
+}
+
+Features Describing::features(const SequenceArguments& source, const std::string& descriptor) {
+  const auto parts = [&](const Features& all) {
+    return descriptor.empty() ? all : withParts(all, namesIn(descriptor));
+  };
+  if (isMap(source.path)) return parts(chosen(featuresOf(readMapRecording(source.path)), source));
+  const auto sequence = source.open();
+  if (isRecording(source.path)) return parts(asListedIn(*sequence, featuresOf(readRecording(source.path))));
+  std::vector<std::string> problems;
+  Features features = describeSequence(*sequence, descriptor, options_, *progress_, &problems);
+  warn(problems);
+  return features;
+}
+
+RoomPredictions Describing::rooms(const RoomClassifier& classifier, const Recording& words,
+                                  const Sequence* sequence) {
+  std::vector<std::string> problems;
+  const Features features = featuresFor(classifier, words, sequence, options_, *progress_, &problems);
+  warn(problems);
+  return predictRooms(classifier, features, words.frames, options_.labeler.threads);
+}
+
+void Describing::warn(const std::vector<std::string>& problems) const {
+  for (const std::string& problem : problems) spdlog::warn("left out: {}", problem);
+  if (cache_ && !cache_->problem().empty()) spdlog::warn("{}", cache_->problem());
+}
+
+}  // namespace estancia::apps

@@ -1,0 +1,50 @@
+// What classifiers work on: images, words or tables as numbers, and the rooms that they are taken for.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common.hpp"
+#include "estancia/classify/predict_rooms.hpp"
+#include "estancia/describe/features.hpp"
+#include "labelling.hpp"
+
+namespace estancia::apps {
+
+/// How to describe images.
+struct DescribingArguments {
+  LabelerOptions options;
+  bool noCache = false;
+  /// Adds `--engine`, `--threads` and `--no-cache`.
+  void addTo(CLI::App& command);
+};
+
+/// Describes with a progress bar and the cache, and warns of images that cannot be described.
+class Describing {
+ public:
+  explicit Describing(const DescribingArguments& arguments);
+  Describing(const LabelerOptions& options, bool noCache);
+
+  /// SEQ: a map, a label file, a table of features, or images, which are described by `descriptor` (of the
+  /// others: the parts that it names; "": all there are).
+  Features features(const SequenceArguments& source, const std::string& descriptor);
+
+  /// What `classifier` says of the frames whose words are known; `sequence` (nullptr: not at hand) shows
+  /// what the words do not tell.
+  RoomPredictions rooms(const RoomClassifier& classifier, const Recording& words, const Sequence* sequence);
+
+ private:
+  void warn(const std::vector<std::string>& problems) const;
+
+  DescribeOptions options_;
+  std::unique_ptr<LabelCache> cache_;
+  std::unique_ptr<Progress> progress_;
+};
+
+/// Whether SEQ holds numbers instead of pictures.
+bool holdsNumbers(const std::string& path);
+
+}  // namespace estancia::apps

@@ -1,0 +1,93 @@
+#include "estancia/classify/predict_rooms.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <string_view>
+#include <unordered_map>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+std::unordered_map<std::string_view, std::size_t> placesOf(const std::vector<Frame>& frames) {
+  std::unordered_map<std::string_view, std::size_t> places;
+  for (std::size_t i = 0; i < frames.size(); ++i) places.emplace(frames[i].name, i);
+  return places;
+}
+
+/// The frames of `left` that `right` holds, too, with the parts of both.
+Features joined(const Features& left, const Features& right) {
+  Features both{left.parts, {}, DescriptorMatrix(left.values.labels() + right.values.labels())};
+  both.parts.insert(both.parts.end(), right.parts.begin(), right.parts.end());
+  const auto places = placesOf(right.frames);
+  std::vector<float> row;
+  for (std::size_t i = 0; i < left.frames.size(); ++i) {
+    const auto found = places.find(left.frames[i].name);
+    if (found == places.end()) continue;
+    const DescriptorView first = left.values.row(i), second = right.values.row(found->second);
+    row.assign(first.begin(), first.end());
+    row.insert(row.end(), second.begin(), second.end());
+    both.frames.push_back(left.frames[i]);
+    both.values.append(row);
+  }
+  return both;
+}
+
+}  // namespace
+
+std::string descriptorOf(const RoomClassifier& classifier) {
+  std::string all;
+  for (const PartEmbedding& learned : classifier.embedding().parts())
+    all += (all.empty() ? "" : "+") + learned.part.name;
+  return all;
+}
+
+std::string nameOf(const RoomClassifier& classifier) {
+  return fmt::format("{} on {}", classifier.classifier().type(), descriptorOf(classifier));
+}
+
+RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& features,
+                             const std::vector<Frame>& frames, int threads) {
+  const std::size_t rooms = classifier.rooms().size();
+  const DescriptorMatrix said = classifier.predict(features, threads);
+  const auto places = placesOf(features.frames);
+  RoomPredictions predictions{nameOf(classifier), classifier.rooms(), DescriptorMatrix(rooms)};
+  predictions.probabilities.reserve(frames.size());
+  const std::vector<float> nothing(rooms, 0);
+  for (const Frame& frame : frames) {
+    const auto found = places.find(frame.name);
+    predictions.probabilities.append(found == places.end() ? DescriptorView(nothing)
+                                                           : said.row(found->second));
+  }
+  return predictions;
+}
+
+Features featuresFor(const RoomClassifier& classifier, const Recording& words, const Sequence* sequence,
+                     const DescribeOptions& options, Progress& progress, std::vector<std::string>* problems) {
+  const Features known = featuresOf(words);
+  std::vector<std::string> taken, missing;
+  bool unlike = false;  // a part of the same name is another
+  for (const PartEmbedding& learned : classifier.embedding().parts()) {
+    const auto found = std::ranges::find(known.parts, learned.part.name, &DescriptorPart::name);
+    const bool same = found != known.parts.end() && found->identity == learned.part.identity;
+    unlike = unlike || (found != known.parts.end() && !same);
+    (same ? taken : missing).push_back(learned.part.name);
+  }
+  if (missing.empty() || (sequence == nullptr && unlike)) return known;  // predict() says what is unlike
+  if (sequence == nullptr)
+    throw Error(fmt::format("the room classifier needs {}, which is not in these words; give the images, too",
+                            fmt::join(missing, "+")));
+  Features described =
+      describeSequence(*sequence, fmt::format("{}", fmt::join(missing, "+")), options, progress, problems);
+  Features both = taken.empty() ? std::move(described) : joined(withParts(known, taken), described);
+  if (both.frames.empty())
+    throw Error(fmt::format("{}: none of its images is one of those whose words are known; give the images "
+                            "that these were made of",
+                            sequence->name()));
+  return both;
+}
+
+}  // namespace estancia
