@@ -58,6 +58,7 @@ void addLabelCommand(CLI::App& app);
 void addOdometryCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
 void addZonesCommand(CLI::App& app);
+void addClassifyCommand(CLI::App& app);
 void addAskCommand(CLI::App& app);
 void addRouteCommand(CLI::App& app);
 void addLocalizeCommand(CLI::App& app);

@@ -73,7 +73,6 @@ bool holdsNumbers(const std::string& path) {
 }
 
 void DescribingArguments::addTo(CLI::App& command) {
-  ModelArguments model;
   const auto describing = "Describing";
   command.add_option("--engine", options.engine, "What runs a network; default: the fastest at hand")
       ->check(CLI::IsMember({"onnxruntime", "opencv"}))
@@ -81,14 +80,13 @@ void DescribingArguments::addTo(CLI::App& command) {
   command.add_option("--threads", options.threads, "Threads of all the work; default: one a free core")
       ->check(CLI::Range(1, 1024))
       ->group(describing);
-  command.add_flag("--no-cache", noCache, "Label anew instead of remembering earlier runs")->group(describing);
+  command.add_flag("--no-cache", noCache, "Label anew instead of remembering earlier runs")
+      ->group(describing);
 }
 
-Describing::Describing(const DescribingArguments& arguments) : Describing(arguments.options, arguments.noCache) {}
-
-Describing::Describing(const LabelerOptions& options, bool noCache)
-    : cache_(noCache ? nullptr : std::make_unique<LabelCache>()), progress_(makeStderrProgress()) {
-  options_.labeler = options;
+Describing::Describing(const DescribingArguments& arguments)
+    : cache_(arguments.noCache ? nullptr : std::make_unique<LabelCache>()), progress_(makeStderrProgress()) {
+  options_.labeler = arguments.options;
   options_.cache = cache_.get();
 }
 
@@ -99,8 +97,12 @@ Features Describing::features(const SequenceArguments& source, const std::string
   if (isMap(source.path)) return parts(chosen(featuresOf(readMapRecording(source.path)), source));
   const auto sequence = source.open();
   if (isRecording(source.path)) return parts(asListedIn(*sequence, featuresOf(readRecording(source.path))));
+  return features(*sequence, descriptor);
+}
+
+Features Describing::features(const Sequence& sequence, const std::string& descriptor) {
   std::vector<std::string> problems;
-  Features features = describeSequence(*sequence, descriptor, options_, *progress_, &problems);
+  Features features = describeSequence(sequence, descriptor, options_, *progress_, &problems);
   warn(problems);
   return features;
 }
@@ -116,6 +118,26 @@ RoomPredictions Describing::rooms(const RoomClassifier& classifier, const Record
 void Describing::warn(const std::vector<std::string>& problems) const {
   for (const std::string& problem : problems) spdlog::warn("left out: {}", problem);
   if (cache_ && !cache_->problem().empty()) spdlog::warn("{}", cache_->problem());
+}
+
+void nameRooms(const std::string& map, const RoomClassifier& classifier, const Sequence* sequence,
+               Describing& describing) {
+  const RoomPredictions predictions = describing.rooms(classifier, readMapRecording(map), sequence);
+  MapStore store = MapStore::open(map, MapStore::Access::write);
+  store.putPredictions(predictions);
+  store.commit();
+}
+
+void addClassifierOption(CLI::App& command, std::string& classifier) {
+  command.add_option("--classifier", classifier,
+                     "Name the rooms by this room classifier (of `estancia classify train`)");
+}
+
+std::optional<RoomClassifier> openClassifier(const std::string& file, bool pictures) {
+  if (file.empty()) return std::nullopt;
+  RoomClassifier classifier = RoomClassifier::load(file);
+  if (pictures) requireDescribable(classifier);
+  return classifier;
 }
 
 }  // namespace estancia::apps

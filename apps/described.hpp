@@ -26,11 +26,12 @@ struct DescribingArguments {
 class Describing {
  public:
   explicit Describing(const DescribingArguments& arguments);
-  Describing(const LabelerOptions& options, bool noCache);
 
   /// SEQ: a map, a label file, a table of features, or images, which are described by `descriptor` (of the
   /// others: the parts that it names; "": all there are).
   Features features(const SequenceArguments& source, const std::string& descriptor);
+
+  Features features(const Sequence& sequence, const std::string& descriptor);
 
   /// What `classifier` says of the frames whose words are known; `sequence` (nullptr: not at hand) shows
   /// what the words do not tell.
@@ -46,5 +47,15 @@ class Describing {
 
 /// Whether SEQ holds numbers instead of pictures.
 bool holdsNumbers(const std::string& path);
+
+/// Names the places of a map file by what `classifier` says of its frames; `sequence` as for rooms().
+void nameRooms(const std::string& map, const RoomClassifier& classifier, const Sequence* sequence,
+               Describing& describing);
+
+/// Adds `--classifier`, for the commands that name what they find.
+void addClassifierOption(CLI::App& command, std::string& classifier);
+
+/// The file of `--classifier`, checked before the long work begins; absent for "". `pictures`: SEQ has some.
+std::optional<RoomClassifier> openClassifier(const std::string& file, bool pictures);
 
 }  // namespace estancia::apps

@@ -67,6 +67,7 @@ int main(int argc, char** argv) {
   addOdometryCommand(app);
   addMapCommand(app);
   addZonesCommand(app);
+  addClassifyCommand(app);
   addAskCommand(app);
   addRouteCommand(app);
   addLocalizeCommand(app);

@@ -3,13 +3,16 @@
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
+#include <map>
 #include <optional>
 
 #include "common.hpp"
+#include "described.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/picture.hpp"
 #include "estancia/io/recording.hpp"
 #include "estancia/report/text.hpp"
+#include "estancia/topology/places.hpp"
 #include "estancia/topology/session.hpp"
 #include "labelling.hpp"
 
@@ -22,7 +25,7 @@ using report::counted;
 struct Arguments {
   SequenceArguments sequence;
   ModelArguments model;
-  std::string output;
+  std::string output, classifier;
   std::string distance, preset;
   double tauJoin = 0, tauRevisit = 0;
   std::size_t blur = 0;
@@ -39,9 +42,32 @@ MapperOptions mapperOptions(MapperOptions options, const Arguments& arguments, c
   return options;
 }
 
+/// Names the places of the finished map.
+std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, const RoomClassifier& classifier,
+                                                 const Sequence* sequence) {
+  const auto later = [&arguments](const std::exception& why) {
+    return fmt::format("{}; the map is in {}, name its places by `estancia classify name {} {}`", why.what(),
+                       arguments.output, arguments.classifier, arguments.output);
+  };
+  try {
+    Describing describing({arguments.model.options, arguments.model.noCache});
+    nameRooms(arguments.output, classifier, sequence, describing);
+  } catch (const Interrupted& e) {
+    throw Interrupted(later(e));
+  } catch (const Error& e) {
+    throw Error(later(e));
+  }
+  std::map<std::string, std::size_t> places;
+  for (const Place& place : placesOf(MapStore::open(arguments.output, MapStore::Access::read).load()))
+    if (!place.predicted.empty()) ++places[place.predicted.front().room];
+  return places;
+}
+
 void run(const Arguments& arguments, const CLI::App& command) {
   const MapperOptions options = mapperOptions({}, arguments, command);
   getDistance(options.distance);
+  const bool pictures = !isRecording(arguments.sequence.path);
+  const auto classifier = openClassifier(arguments.classifier, pictures);
   if (fs::exists(arguments.output) && !arguments.goOn && !arguments.overwrite)
     throw Error(
         fmt::format("{} exists; continue it with --continue, replace it with --overwrite", arguments.output));
@@ -63,7 +89,6 @@ void run(const Arguments& arguments, const CLI::App& command) {
     first = firstUnmapped(MapStore::open(arguments.output, MapStore::Access::read).load(), sequence);
   }
   const std::size_t before = session ? session->frames() : 0;
-  const bool pictures = !isRecording(arguments.sequence.path);
   const auto add = [&](const LabelledFrame& frame) {
     if (!session)  // an old map goes only once there is something to put in its place
       session = MappingSession::create(
@@ -87,21 +112,27 @@ void run(const Arguments& arguments, const CLI::App& command) {
   session->finish();
 
   const Mapper& mapper = session->mapper();
-  if (arguments.json) {
-    print({{"map", arguments.output},
-           {"frames", session->frames()},
-           {"new_frames", session->frames() - before},
-           {"skipped", skipped},
-           {"nodes", mapper.bank().size()},
-           {"transitions", mapper.transitions().size()},
-           {"tau_join", mapper.thresholds().join},
-           {"tau_revisit", mapper.thresholds().revisit}});
-  } else {
+  nlohmann::ordered_json json{{"map", arguments.output},
+                              {"frames", session->frames()},
+                              {"new_frames", session->frames() - before},
+                              {"skipped", skipped},
+                              {"nodes", mapper.bank().size()},
+                              {"transitions", mapper.transitions().size()},
+                              {"tau_join", mapper.thresholds().join},
+                              {"tau_revisit", mapper.thresholds().revisit}};
+  if (!arguments.json)
     fmt::print("{}: {}, {}, {} (τ_join {:.3g}, τ_revisit {:.3g})\n", arguments.output,
                counted(session->frames(), "frame"), counted(mapper.bank().size(), "place"),
                counted(mapper.transitions().size(), "transition"), mapper.thresholds().join,
                mapper.thresholds().revisit);
+  session.reset();  // the rooms are written into its file
+  if (classifier) {
+    const auto places = placesPerRoom(arguments, *classifier, pictures ? &sequence : nullptr);
+    json["predicted_rooms"] = places;
+    for (const auto& [room, count] : places)
+      if (!arguments.json) fmt::print("  {:<24} {}\n", room, counted(count, "place"));
   }
+  if (arguments.json) print(json);
 }
 
 }  // namespace
@@ -112,6 +143,7 @@ void addMapCommand(CLI::App& app) {
   arguments->sequence.addTo(*command);
   command->add_option("-o,--output", arguments->output, "The map file, NAME.estancia")->required();
   arguments->model.addTo(*command, "What labels the images");
+  addClassifierOption(*command, arguments->classifier);
   command->add_flag("--continue", arguments->goOn, "Go on with the map where an earlier run stopped");
   command->add_flag("--overwrite", arguments->overwrite, "Replace an existing map")->excludes("--continue");
   std::string distances = "Distance of an image to a place:";
@@ -139,7 +171,8 @@ void addMapCommand(CLI::App& app) {
   addExamples(*command,
               "  estancia map ~/pictures -o home.estancia\n"
               "  estancia map drive.mp4 -o drive.estancia --poses drive.txt\n"
-              "  estancia map ~/pictures -o home.estancia --continue");
+              "  estancia map ~/pictures -o home.estancia --continue\n"
+              "  estancia map ~/pictures -o home.estancia --classifier rooms.classifier");
   command->callback([arguments, command] { run(*arguments, *command); });
 }
 

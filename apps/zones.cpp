@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "common.hpp"
+#include "described.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/progress.hpp"
@@ -34,7 +35,7 @@ using report::counted;
 struct Arguments {
   SequenceArguments sequence;
   ModelArguments model;
-  std::string output;
+  std::string output, classifier;
   std::string distance, linkage, cut, preset;
   std::size_t count = 0;
   bool stream = false, overwrite = false, json = false;
@@ -172,6 +173,15 @@ Zones clustered(const Recording& recording, const ZoneOptions& options) {
   }
 }
 
+/// Names the zones by what `classifier` says of their images.
+void name(Zones& zones, const Recording& recording, const RoomClassifier& classifier,
+          const Arguments& arguments) {
+  const std::string& path = arguments.sequence.path;
+  const auto sequence = holdsNumbers(path) ? nullptr : openSequence(path, arguments.sequence.options);
+  Describing describing({arguments.model.options, arguments.model.noCache});
+  nameRooms(zones, describing.rooms(classifier, recording, sequence.get()));
+}
+
 double shareOf(const Zone& zone, const Zones& zones) {
   return static_cast<double>(zone.images.size()) / static_cast<double>(zones.frames.size());
 }
@@ -190,6 +200,8 @@ Json zoneJson(const Zone& zone, const Zones& zones, const std::vector<float>& ru
     json["room"] = zone.room;
     json["room_share"] = zone.roomShare;
   }
+  for (const auto& [room, probability] : zone.predicted)
+    json["predicted_rooms"].push_back({{"room", room}, {"p", probability}});
   if (zone.extent) {
     json["position"] = zone.extent->centre;
     json["spread"] = zone.extent->spread;
@@ -231,8 +243,9 @@ void printTable(const std::string& file, const Zones& zones, const std::vector<M
     }
     const std::string room =
         zone.room.empty() ? "" : fmt::format("  ({}, {:.0f} %)", zone.room, 100 * zone.roomShare);
-    fmt::print("{:>4}  {:>6}  {:>4.1f} %  {}{}\n", zone.id, zone.images.size(), 100 * shareOf(zone, zones),
-               zone.name, room);
+    const std::string taken = zone.predicted.empty() ? "" : "  taken for " + describeRooms(zone.predicted, 1);
+    fmt::print("{:>4}  {:>6}  {:>4.1f} %  {}{}{}\n", zone.id, zone.images.size(), 100 * shareOf(zone, zones),
+               zone.name, room, taken);
   }
   fmt::print("\n");
   print(measures);
@@ -247,9 +260,11 @@ void printTable(const std::string& file, const Zones& zones, const std::vector<M
 void run(const Arguments& arguments, const CLI::App& command) {
   const ZoneOptions options = zoneOptions(arguments, command);
   requireOutput(arguments);
+  const auto classifier = openClassifier(arguments.classifier, !holdsNumbers(arguments.sequence.path));
   std::optional<Stream> stream;
   const Recording recording = recordingOf(arguments, options, stream);
-  const Zones zones = stream ? stream->finish(recording) : clustered(recording, options);
+  Zones zones = stream ? stream->finish(recording) : clustered(recording, options);
+  if (classifier) name(zones, recording, *classifier, arguments);
   writeZoneFile(zones, arguments.output);
   const std::vector<Measure> measures = measuresOf(evaluate(zones));
   std::optional<StreamAgreement> exact;
@@ -285,6 +300,7 @@ void addZonesCommand(CLI::App& app) {
   // Rooms are told apart by their things more than places are, which the detector adds (docs/zones.md).
   arguments->model.byDefault = "inception-v3+coco-ssd";
   arguments->model.addTo(*command, "What labels the images");
+  addClassifierOption(*command, arguments->classifier);
   command->add_flag(
       "--stream", arguments->stream,
       "Say when the zone changes while images come (with --json the zone of each), in time and memory "
@@ -324,7 +340,8 @@ void addZonesCommand(CLI::App& app) {
               "  estancia zones ~/pictures -o home.zones\n"
               "  estancia zones home.estancia -o home.zones --count 8\n"
               "  estancia zones drive.mp4 -o drive.zones --stream\n"
-              "  estancia zones pictures.labels -o thesis.zones --preset thesis");
+              "  estancia zones pictures.labels -o thesis.zones --preset thesis\n"
+              "  estancia zones ~/pictures -o home.zones --classifier rooms.classifier");
   command->callback([arguments, command] { run(*arguments, *command); });
 }
 

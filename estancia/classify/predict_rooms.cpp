@@ -49,6 +49,21 @@ std::string nameOf(const RoomClassifier& classifier) {
   return fmt::format("{} on {}", classifier.classifier().type(), descriptorOf(classifier));
 }
 
+void requireDescribable(const RoomClassifier& classifier) {
+  for (const PartEmbedding& learned : classifier.embedding().parts()) {
+    const std::string& name = learned.part.name;
+    if (findDescriptor(name)) continue;
+    try {
+      getModelFolder(name);
+    } catch (const Error& e) {
+      throw Error(
+          fmt::format("the room classifier has learned from {}: {}; install it by `estancia models get {}` "
+                      "or `estancia models add FOLDER`",
+                      name, e.what(), name));
+    }
+  }
+}
+
 RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& features,
                              const std::vector<Frame>& frames, int threads) {
   const std::size_t rooms = classifier.rooms().size();
@@ -84,9 +99,10 @@ Features featuresFor(const RoomClassifier& classifier, const Recording& words, c
       describeSequence(*sequence, fmt::format("{}", fmt::join(missing, "+")), options, progress, problems);
   Features both = taken.empty() ? std::move(described) : joined(withParts(known, taken), described);
   if (both.frames.empty())
-    throw Error(fmt::format("{}: none of its images is one of those whose words are known; give the images "
-                            "that these were made of",
-                            sequence->name()));
+    throw Error(
+        fmt::format("{}: none of its images is one of those whose words are known; give the images "
+                    "that these were made of",
+                    sequence->name()));
   return both;
 }
 

@@ -18,6 +18,9 @@ std::string descriptorOf(const RoomClassifier& classifier);
 /// "svm-rbf on inception-v3+gist"
 std::string nameOf(const RoomClassifier& classifier);
 
+/// Throws Error, saying what to install, unless pictures can be described by that here.
+void requireDescribable(const RoomClassifier& classifier);
+
 /// A row a frame of `frames`, found in the features by name; all 0 for frames that these do not hold. Throws
 /// Error as RoomClassifier::predict() does.
 RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& features,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -114,6 +115,13 @@ RoomClassifier RoomClassifier::load(const fs::path& file) {
       classifier->columns() != embedding.columns())
     in.fail("it is damaged (its rooms, parts and classifier do not fit)");
   return {std::move(rooms), std::move(embedding), std::move(classifier)};
+}
+
+bool isRoomClassifier(const fs::path& file) {
+  std::string start(magic.size(), ' ');
+  if (fs::is_regular_file(file))
+    std::ifstream(file, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
+  return start == magic;
 }
 
 }  // namespace estancia

@@ -46,4 +46,7 @@ class RoomClassifier {
   std::shared_ptr<const Classifier> classifier_;
 };
 
+/// Whether the file begins as a room classifier does, sound or not, whatever its name.
+bool isRoomClassifier(const std::filesystem::path& file);
+
 }  // namespace estancia

@@ -15,6 +15,7 @@
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
+#include "estancia/label/ensemble.hpp"
 #include "estancia/label/record.hpp"
 
 namespace estancia {
@@ -47,14 +48,14 @@ std::vector<std::string> namesOfParts(const std::string& name, std::size_t count
 std::vector<DescriptorPart> partsOfWords(const Vocabulary& vocabulary, const std::string& identity) {
   const std::vector<LabelPart>& layout = vocabulary.layout().parts;
   const std::vector<std::string> names = namesOfParts(nameIn(identity), layout.size());
+  std::vector<std::string> own = identitiesOfMembers(identity);
+  for (std::size_t i = own.size(); i < layout.size(); ++i)
+    own.push_back(layout.size() == 1 ? identity : fmt::format("part {} of {}", i + 1, identity));
   std::vector<DescriptorPart> parts;
   auto label = vocabulary.labels().begin();
   for (std::size_t i = 0; i < layout.size(); ++i) {
     const auto end = label + static_cast<std::ptrdiff_t>(layout[i].size);
-    parts.push_back({names[i],
-                     PartKind::probabilities,
-                     {label, end},
-                     layout.size() == 1 ? identity : fmt::format("part {} of {}", i + 1, identity)});
+    parts.push_back({names[i], PartKind::probabilities, {label, end}, own[i]});
     label = end;
   }
   return parts;

@@ -66,3 +66,26 @@ Opened openImageFolder(const fs::path& path, const SequenceOptions&) {
 }
 
 }  // namespace estancia::io
+
+namespace estancia {
+
+bool isImageFile(const std::filesystem::path& file) {
+  return std::filesystem::is_regular_file(file) && io::hasSuffix(file, io::imageSuffixes());
+}
+
+std::unique_ptr<Sequence> openImages(const std::vector<std::filesystem::path>& files) {
+  if (files.empty()) throw Error("there are no pictures to open; name at least one");
+  auto sequence = std::make_unique<io::ImageFiles>(files.size() == 1 ? io::nameOf(files[0]) : "pictures");
+  for (const auto& file : files) {
+    const std::string name = io::printable(file.string());
+    if (!std::filesystem::exists(file)) throw Error(fmt::format("{}: there is no such file", name));
+    if (!isImageFile(file))
+      throw Error(fmt::format("{}: no picture (jpg, png, bmp, tif, webp, pgm, ppm)", name));
+    Frame frame;
+    frame.name = name;
+    sequence->add(std::move(frame), file);
+  }
+  return sequence;
+}
+
+}  // namespace estancia

@@ -111,6 +111,13 @@ struct SequenceOptions {
 std::unique_ptr<Sequence> openSequence(const std::filesystem::path& path,
                                        const SequenceOptions& options = {});
 
+/// Single picture files, in the order given; each frame is called as its file is given. Throws Error for what
+/// is no file, or no picture by its name.
+std::unique_ptr<Sequence> openImages(const std::vector<std::filesystem::path>& files);
+
+/// Whether the file is a picture by its name.
+bool isImageFile(const std::filesystem::path& file);
+
 /// The known values of SequenceOptions::type, each with one line of explanation.
 std::vector<std::pair<std::string, std::string>> sequenceTypes();
 

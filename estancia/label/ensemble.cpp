@@ -204,4 +204,19 @@ std::unique_ptr<Labeler> openEnsemble(const std::string& names, const LabelerOpt
   return std::make_unique<Ensemble>(names, std::move(members), Fusion::distances);
 }
 
+std::vector<std::string> identitiesOfMembers(const std::string& identity) {
+  std::vector<std::string> identities;
+  const std::string names = identity.substr(0, identity.rfind(' '));
+  if (names.find('+') == std::string::npos) return identities;
+  LabelerOptions unopened;
+  unopened.onDemand = true;
+  try {
+    const auto ensemble = openEnsemble(names, unopened);
+    if (ensemble->identity() != identity) return identities;
+    for (const Labeler* member : ensemble->members()) identities.push_back(member->identity());
+  } catch (const Error&) {  // not at hand
+  }
+  return identities;
+}
+
 }  // namespace estancia

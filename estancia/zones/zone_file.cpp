@@ -211,9 +211,11 @@ Zone zoneIn(const Json& json, int id, std::vector<std::size_t> images, const Zon
                              indexIn(extent.at("images"), end, "a number of posed images")};
   }
   if (json.contains("predicted"))
-    for (const Json& room : listIn(json, "predicted"))
-      zone.predicted.push_back(
-          {textIn(room.at("room")), numberIn(room.at("p"), "the probability of a predicted room")});
+    for (const Json& room : listIn(json, "predicted")) {
+      const double p = numberIn(room.at("p"), "the probability of a predicted room");
+      if (p < 0 || p > 1) damaged(fmt::format("the probability of a predicted room is {}", p));
+      zone.predicted.push_back({textIn(room.at("room")), p});
+    }
   zone.mean =
       probabilitiesIn(json.at("mean"), zones.vocabulary.size(), fmt::format("the mean of zone {}", id));
   zone.sigma =

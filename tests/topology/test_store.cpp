@@ -331,7 +331,7 @@ TEST(MapStoreRefuses, ANewerFormatNamingBothVersions) {
   const fs::path path = storedMap(folder);
   tamper(path, "PRAGMA user_version = 9");
   EXPECT_THAT(openError(path), HasSubstr("written in map format 9 by a newer Estancia"));
-  EXPECT_THAT(openError(path), HasSubstr("up to format 2"));
+  EXPECT_THAT(openError(path), HasSubstr("up to format 3"));
 }
 
 TEST(MapStoreRefuses, ATruncatedFileAtEveryLength) {

@@ -130,8 +130,8 @@ TEST_F(ZoneFile, IsRefusedWhenItIsNone) {
   EXPECT_THAT(errorOf([&] { readZoneFile(scratch_ / "text"); }), HasSubstr("no zone file"));
   writeFile(scratch_ / "empty", "");
   EXPECT_THAT(errorOf([&] { readZoneFile(scratch_ / "empty"); }), HasSubstr("no zone file"));
-  EXPECT_THAT(complaint([](ordered_json& json) { json["version"] = 2; }),
-              AllOf(HasSubstr("version 2"), HasSubstr("update Estancia")));
+  EXPECT_THAT(complaint([](ordered_json& json) { json["version"] = 3; }),
+              AllOf(HasSubstr("version 3"), HasSubstr("update Estancia")));
 }
 
 TEST_F(ZoneFile, IsRefusedWhereverItIsCutOff) {

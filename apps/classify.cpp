@@ -1,0 +1,323 @@
+// estancia classify: rooms learned from examples, and found again.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include "described.hpp"
+#include "estancia/classify/room_classifier.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
+#include "estancia/core/progress.hpp"
+#include "estancia/io/csv.hpp"
+#include "estancia/report/text.hpp"
+#include "estancia/topology/places.hpp"
+#include "estancia/topology/store.hpp"
+
+namespace estancia::apps {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using report::counted;
+
+/// What is learned from unless told otherwise.
+const std::string defaultDescriptor = "inception-v3";
+
+struct Arguments {
+  SequenceArguments source;
+  DescribingArguments describing;
+  ClassifierOptions classifier;
+  std::string descriptor, model, output, map;
+  std::vector<std::string> images;
+  double least = 0;
+  bool overwrite = false, unbalanced = false, json = false;
+};
+
+// ---- train
+
+/// An older room classifier may be replaced when the user says so, and nothing else.
+void requireOutput(const Arguments& arguments) {
+  const fs::path output = arguments.output, folder = output.parent_path();
+  if (!folder.empty() && !fs::is_directory(folder))
+    throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
+  if (!fs::exists(output)) return;
+  if (!arguments.overwrite)
+    throw Error(fmt::format("{} exists; replace it with --overwrite", arguments.output));
+  if (!isRoomClassifier(output))
+    throw Error(
+        fmt::format("{}: no room classifier, so it is not replaced; give another name or remove it first",
+                    arguments.output));
+}
+
+std::map<std::string, std::size_t> imagesByRoom(const Features& features) {
+  std::map<std::string, std::size_t> images;
+  for (const Frame& frame : features.frames)
+    if (!frame.room.empty()) ++images[frame.room];
+  return images;
+}
+
+void train(const Arguments& arguments) {
+  requireOutput(arguments);
+  Describing describing(arguments.describing);
+  const bool words = holdsNumbers(arguments.source.path);
+  const Features features = describing.features(
+      arguments.source, arguments.descriptor.empty() && !words ? defaultDescriptor : arguments.descriptor);
+  const auto progress = makeStderrProgress();
+  ClassifierOptions options = arguments.classifier;
+  options.balanced = !arguments.unbalanced;
+  options.threads = arguments.describing.options.threads;
+  const RoomClassifier classifier = RoomClassifier::train(features, options, *progress);
+  classifier.save(arguments.output);
+  const auto images = imagesByRoom(features);
+  std::size_t learned = 0;
+  for (const auto& [room, count] : images) learned += count;
+  if (arguments.json) {
+    print({{"classifier", arguments.output},
+           {"type", classifier.classifier().type()},
+           {"descriptor", descriptorOf(classifier)},
+           {"columns", classifier.embedding().columns()},
+           {"images", learned},
+           {"without_room", features.frames.size() - learned},
+           {"rooms", images},
+           {"choice", classifier.choice()}});
+    return;
+  }
+  fmt::print("{}: {} of {} by {}\n", arguments.output, counted(images.size(), "room"),
+             counted(learned, "image"), nameOf(classifier));
+  for (const auto& [room, count] : images) fmt::print("  {:<24} {:>6}\n", room, counted(count, "image"));
+  if (learned < features.frames.size())
+    fmt::print("{} without a room were left out\n", counted(features.frames.size() - learned, "image"));
+  fmt::print("{}\n", classifier.choice());
+}
+
+// ---- predict
+
+bool isUnsure(const std::vector<RoomProbability>& rooms, double least) {
+  return rooms.empty() || rooms.front().probability < least;
+}
+
+void printLine(const std::string& image, const std::vector<RoomProbability>& rooms,
+               const Arguments& arguments) {
+  const bool unsure = isUnsure(rooms, arguments.least);
+  if (arguments.json) {
+    Json json{{"image", image}, {"room", nullptr}, {"probability", nullptr}, {"rooms", Json::object()}};
+    if (!unsure) json["room"] = rooms.front().room;
+    if (!rooms.empty()) json["probability"] = rooms.front().probability;
+    for (const auto& [room, probability] : rooms) json["rooms"][room] = probability;
+    print(json);
+    return;
+  }
+  if (rooms.empty()) return;
+  const std::string second =
+      rooms.size() < 2 ? "" : fmt::format("{} {:.1f} %", rooms[1].room, 100 * rooms[1].probability);
+  fmt::print("{:<32} {:<20} {:>5.1f} %   {}{}\n", image, unsure ? "?" : rooms[0].room,
+             100 * rooms[0].probability, unsure ? fmt::format("perhaps {}, ", rooms[0].room) : "", second);
+}
+
+std::string csvOf(const RoomPredictions& said, const std::vector<Frame>& frames, double least) {
+  std::string text = "image,predicted_room,probability,second,second_probability\n";
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto rooms = roomsOf(said, i);
+    text += io::csvCell(frames[i].name) + ',' + (isUnsure(rooms, least) ? "" : io::csvCell(rooms[0].room));
+    for (std::size_t r = 0; r < 2; ++r) {
+      if (r == 1) text += ',' + (rooms.size() > 1 ? io::csvCell(rooms[1].room) : "");
+      text += ',' + (r < rooms.size() ? fmt::format("{:.6f}", rooms[r].probability) : "");
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+/// One sequence, or any number of single pictures.
+Features featuresToPredict(const Arguments& arguments, const RoomClassifier& classifier) {
+  Describing describing(arguments.describing);
+  std::vector<std::string> paths{arguments.source.path};
+  paths.insert(paths.end(), arguments.images.begin(), arguments.images.end());
+  if (paths.size() == 1 && !isImageFile(paths[0])) {
+    if (!holdsNumbers(paths[0])) requireDescribable(classifier);
+    return describing.features(arguments.source, holdsNumbers(paths[0]) ? "" : descriptorOf(classifier));
+  }
+  requireDescribable(classifier);
+  return describing.features(*openImages({paths.begin(), paths.end()}), descriptorOf(classifier));
+}
+
+void predict(const Arguments& arguments) {
+  if (!arguments.output.empty()) requireNoData(arguments.output);
+  const RoomClassifier classifier = RoomClassifier::load(arguments.model);
+  const Features features = featuresToPredict(arguments, classifier);
+  const RoomPredictions said =
+      predictRooms(classifier, features, features.frames, arguments.describing.options.threads);
+  if (!arguments.output.empty()) {
+    writeWhole(arguments.output, csvOf(said, features.frames, arguments.least));
+    spdlog::info("wrote {}", arguments.output);
+    return;
+  }
+  for (std::size_t i = 0; i < features.frames.size(); ++i)
+    printLine(features.frames[i].name, roomsOf(said, i), arguments);
+}
+
+// ---- show, name
+
+void show(const Arguments& arguments) {
+  const RoomClassifier classifier = RoomClassifier::load(arguments.model);
+  if (arguments.json) {
+    Json parts = Json::array();
+    for (const PartEmbedding& learned : classifier.embedding().parts())
+      parts.push_back({{"name", learned.part.name},
+                       {"columns", learned.part.size()},
+                       {"identity", learned.part.identity}});
+    print({{"classifier", arguments.model},
+           {"type", classifier.classifier().type()},
+           {"rooms", classifier.rooms()},
+           {"parts", parts},
+           {"choice", classifier.choice()}});
+    return;
+  }
+  fmt::print("{}: {}\nrooms: {}\n", arguments.model, nameOf(classifier), fmt::join(classifier.rooms(), ", "));
+  for (const PartEmbedding& learned : classifier.embedding().parts())
+    fmt::print("part {}: {} ({})\n", learned.part.name, counted(learned.part.size(), "number"),
+               learned.part.identity);
+  fmt::print("{}\n", classifier.choice());
+}
+
+Json placeJson(int node, const Place& place) {
+  Json json{{"node", node}, {"predicted_rooms", Json::array()}};
+  for (const auto& [room, probability] : place.predicted)
+    json["predicted_rooms"].push_back({{"room", room}, {"p", probability}});
+  return json;
+}
+
+void name(const Arguments& arguments) {
+  const RoomClassifier classifier = RoomClassifier::load(arguments.model);
+  const auto sequence = arguments.source.path.empty() ? nullptr : arguments.source.open();
+  Describing describing(arguments.describing);
+  nameRooms(arguments.map, classifier, sequence.get(), describing);
+  const TopologicalMap map = MapStore::open(arguments.map, MapStore::Access::read).load();
+  const std::vector<Place> places = placesOf(map);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    if (arguments.json)
+      print(placeJson(map.nodes[i].id, places[i]));
+    else
+      fmt::print("place {:<5} {}\n", map.nodes[i].id,
+                 places[i].predicted.empty() ? "nothing is known of its images"
+                                             : describeRooms(places[i].predicted));
+}
+
+using Shared = std::shared_ptr<Arguments>;
+
+void addModel(CLI::App& command, const Shared& arguments) {
+  command.add_option("MODEL", arguments->model, "The room classifier, of `estancia classify train`")
+      ->required();
+}
+
+void addTrain(CLI::App& classify, const Shared& arguments) {
+  CLI::App* command = classify.add_subcommand("train", "Learn the rooms of images whose rooms are known");
+  arguments->source.addTo(*command);
+  command->get_option("SEQ")->description(
+      "Images with rooms (rooms.csv, a data set, a folder a room), their words (*.labels …), or a map");
+  command->add_option("-o,--output", arguments->output, "The room classifier, NAME.classifier")->required();
+  std::string descriptors = "What to learn from: models of `models list`, and";
+  for (const auto& [name, explanation] : descriptorTypes())
+    descriptors += fmt::format("\n{} ({})", name, explanation);
+  command->add_option("--descriptor", arguments->descriptor,
+                      fmt::format("{}\nseveral joined by +; default: {}, of words and maps all they hold",
+                                  descriptors, defaultDescriptor));
+  std::string types = "What learns:";
+  std::vector<std::string> names;
+  for (const auto& [name, explanation] : classifierTypes()) {
+    types += fmt::format("\n{} ({})", name, explanation);
+    names.push_back(name);
+  }
+  command->add_option("--classifier", arguments->classifier.type, types)
+      ->check(CLI::IsMember(names))
+      ->capture_default_str();
+  command->add_flag("--overwrite", arguments->overwrite, "Replace an existing room classifier");
+  const auto learning = "Learning";
+  command
+      ->add_flag("--unbalanced", arguments->unbalanced,
+                 "Each image counts alike; otherwise each room does, however many images it has")
+      ->group(learning);
+  command
+      ->add_option("--folds", arguments->classifier.folds,
+                   "Parts that are held out in turn to find what is not given")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str()
+      ->group(learning);
+  command->add_option("--seed", arguments->classifier.seed, "Of whatever is random in learning")
+      ->capture_default_str()
+      ->group(learning);
+  arguments->describing.addTo(*command);
+  addJsonOption(*command, arguments->json);
+  addExamples(
+      *command,
+      "  estancia classify train ~/pictures -o rooms.classifier\n"
+      "  estancia classify train nyu -o rooms.classifier --split train --only kitchen,bathroom,bedroom\n"
+      "  estancia classify train pictures.labels --rooms rooms.csv -o rooms.classifier --classifier forest");
+  command->callback([arguments] { train(*arguments); });
+}
+
+void addPredict(CLI::App& classify, const Shared& arguments) {
+  CLI::App* command = classify.add_subcommand("predict", "Tell which room each image shows");
+  addModel(*command, arguments);
+  arguments->source.addTo(*command);
+  command->get_option("SEQ")->description(
+      "Pictures, or a sequence as of other commands, its words, or a map");
+  command->add_option("IMAGE", arguments->images, "More pictures");
+  command->add_option("--least", arguments->least, "Say nothing of images that are less probable than this")
+      ->check(CLI::Range(0.0, 1.0));
+  command->add_option("-o,--output", arguments->output, "Write a CSV instead");
+  arguments->describing.addTo(*command);
+  addJsonOption(*command, arguments->json);
+  addExamples(*command,
+              "  estancia classify predict rooms.classifier picture.jpg another.jpg\n"
+              "  estancia classify predict rooms.classifier ~/pictures --json\n"
+              "  estancia classify predict rooms.classifier home.estancia --least 0.5 -o rooms.csv");
+  command->callback([arguments] { predict(*arguments); });
+}
+
+void addShow(CLI::App& classify, const Shared& arguments) {
+  CLI::App* command = classify.add_subcommand("show", "Tell what a room classifier knows");
+  addModel(*command, arguments);
+  addJsonOption(*command, arguments->json);
+  addExamples(*command, "  estancia classify show rooms.classifier");
+  command->callback([arguments] { show(*arguments); });
+}
+
+void addName(CLI::App& classify, const Shared& arguments) {
+  CLI::App* command =
+      classify.add_subcommand("name", "Name the places of an existing map, or name them anew");
+  addModel(*command, arguments);
+  command->add_option("MAP", arguments->map, "The map file")->required();
+  arguments->source.addTo(*command, false);
+  command->get_option("SEQ")->description(
+      "The images that the map was made of; needed where its words are not all that MODEL has learned from");
+  arguments->source.addDepthTo(*command);
+  arguments->describing.addTo(*command);
+  addJsonOption(*command, arguments->json);
+  addExamples(*command, "  estancia classify name rooms.classifier home.estancia");
+  command->callback([arguments] { name(*arguments); });
+}
+
+}  // namespace
+
+void addClassifyCommand(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("classify", "Learn rooms from examples, and tell which room images show");
+  command->require_subcommand(1);
+  addExamples(*command,
+              "  estancia classify train ~/pictures -o rooms.classifier\n"
+              "  estancia classify test rooms.classifier ~/other-pictures\n"
+              "  estancia classify predict rooms.classifier picture.jpg\n"
+              "  estancia map ~/drive -o home.estancia --classifier rooms.classifier");
+  addTrain(*command, arguments);
+  addPredict(*command, arguments);
+  addShow(*command, arguments);
+  addName(*command, arguments);
+}
+
+}  // namespace estancia::apps

@@ -1,0 +1,36 @@
+// Which room is this? Learned from pictures whose rooms are known (rooms.csv beside them, or a folder a room),
+// then told of every place of a map, which can be asked for a room from then on.
+//   06_rooms PICTURES MAP [ROOM]
+#include <estancia/classify/predict_rooms.hpp>
+#include <estancia/topology/ask.hpp>
+#include <estancia/topology/map_recording.hpp>
+#include <estancia/topology/store.hpp>
+
+#include <cstdio>
+#include <exception>
+
+int main(int argc, char** argv) try {
+  if (argc < 3) return std::fputs("usage: 06_rooms PICTURES MAP [ROOM]\n", stderr), 2;
+  estancia::Progress silent;
+  estancia::LabelCache cache;
+  estancia::DescribeOptions describing;
+  describing.cache = &cache;
+  const auto pictures = estancia::openSequence(argv[1]);
+  const auto known = estancia::describeSequence(*pictures, "inception-v3", describing, silent);
+  const auto classifier = estancia::RoomClassifier::train(known, {}, silent);
+  std::printf("%s\n", classifier.choice().c_str());
+
+  // The words that the map was made of say enough; nothing is labelled again.
+  const auto words = estancia::readMapRecording(argv[2]);
+  const auto features = estancia::featuresFor(classifier, words, nullptr, describing, silent);
+  {
+    auto store = estancia::MapStore::open(argv[2], estancia::MapStore::Access::write);
+    store.putPredictions(estancia::predictRooms(classifier, features, words.frames));
+    store.commit();
+  }
+  const auto map = estancia::MapStore::open(argv[2], estancia::MapStore::Access::read).load();
+  for (const auto& place : estancia::ask(map, argc > 3 ? argv[3] : classifier.rooms().front()).places)
+    std::printf("place %d: %.1f %%\n", place.node, 100 * place.probability);
+} catch (const std::exception& e) {
+  return std::fprintf(stderr, "error: %s\n", e.what()), 2;
+}

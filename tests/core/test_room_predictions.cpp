@@ -1,0 +1,63 @@
+#include "estancia/core/room_predictions.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estancia/core/label_words.hpp"
+
+namespace estancia {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+RoomPredictions predictions(const std::vector<std::vector<float>>& rows) {
+  RoomPredictions made{"test", {"kitchen", "office"}, DescriptorMatrix(2)};
+  for (const auto& row : rows) made.probabilities.append(row);
+  return made;
+}
+
+TEST(RoomPredictions, ArePooledByTheirMean) {
+  const auto pooled =
+      poolRooms(predictions({{0.9F, 0.1F}, {0.6F, 0.4F}, {0, 1}}), std::vector<std::size_t>{0, 0, 1}, 2);
+  ASSERT_EQ(pooled.size(), 2U);
+  EXPECT_EQ(pooled[0][0].room, "kitchen");
+  EXPECT_NEAR(pooled[0][0].probability, 0.75, 1e-6);
+  EXPECT_NEAR(pooled[0][1].probability, 0.25, 1e-6);
+  EXPECT_EQ(pooled[1][0].room, "office");
+}
+
+TEST(RoomPredictions, DoNotChangeWhenImagesRepeat) {
+  const auto once = poolRooms(predictions({{0.7F, 0.3F}, {0.2F, 0.8F}}), std::vector<std::size_t>{0, 0}, 1);
+  const auto often = poolRooms(predictions({{0.7F, 0.3F}, {0.2F, 0.8F}, {0.7F, 0.3F}, {0.2F, 0.8F}}),
+                               std::vector<std::size_t>{0, 0, 0, 0}, 1);
+  EXPECT_EQ(once, often);
+}
+
+TEST(RoomPredictions, LeaveOutImagesOfWhichNothingWasSaid) {
+  const auto pooled = poolRooms(predictions({{0.9F, 0.1F}, {0, 0}, {0, 0}, {0.5F, 0.5F}}),
+                                std::vector<std::size_t>{0, 0, 1, 7, 0}, 2);
+  EXPECT_NEAR(pooled[0][0].probability, 0.9, 1e-6);
+  EXPECT_THAT(pooled[1], IsEmpty());
+  EXPECT_THAT(roomsOf(predictions({{0, 0}}), 0), IsEmpty());
+  EXPECT_THAT(roomsOf(predictions({{0.2F, 0.8F}}), 1), IsEmpty());
+  EXPECT_EQ(roomsOf(predictions({{0.2F, 0.8F}}), 0).front().room, "office");
+}
+
+TEST(RoomPredictions, AreDescribedShortly) {
+  EXPECT_EQ(describeRooms({{"kitchen", 0.83}, {"office", 0.166}, {"hall", 0.004}}),
+            "kitchen 83 %, office 17 %");
+  EXPECT_EQ(describeRooms({{"kitchen", 0.83}, {"office", 0.17}}, 1), "kitchen 83 %");
+  EXPECT_EQ(describeRooms({}), "");
+}
+
+TEST(SameWords, DoNotMindCaseHyphensAndPlurals) {
+  EXPECT_TRUE(sameWords("dining_room", "Dining rooms"));
+  EXPECT_TRUE(sameWords("Kitchen", "kitchens"));
+  EXPECT_FALSE(sameWords("kitchen", "kitchen table"));
+  EXPECT_FALSE(sameWords("", ""));
+  EXPECT_FALSE(sameWords("room 1", "room 2"));
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,233 @@
+// Rooms that a classifier has named: kept in the map file, asked, exported, explained and judged.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <nlohmann/json.hpp>
+
+#include "estancia/topology/ask.hpp"
+#include "estancia/topology/explain.hpp"
+#include "estancia/topology/export.hpp"
+#include "estancia/topology/places.hpp"
+#include "estancia/topology/quality.hpp"
+#include "estancia/topology/route.hpp"
+#include "estancia/topology/store.hpp"
+#include "support/support.hpp"
+#include "topology/sample_map.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using Access = MapStore::Access;
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+/// Of the sample map's seven frames the last was mapped later. Frame c is taken for an office.
+RoomPredictions predictions() {
+  RoomPredictions made{"svm-rbf on test", {"entrance hall", "kitchen", "office"}, DescriptorMatrix(3)};
+  const std::vector<std::vector<float>> rows{{0.25F, 0.75F, 0}, {0, 1, 0},         {0.25F, 0, 0.75F},
+                                             {0.75F, 0, 0.25F}, {0, 0.25F, 0.75F}, {0, 0.25F, 0.75F}};
+  for (const auto& row : rows) made.probabilities.append(row);
+  return made;
+}
+
+TopologicalMap namedMap() {
+  TopologicalMap map = test::sampleMap();
+  map.predictions = predictions();
+  for (MappedFrame& frame : map.frames)
+    if (frame.room == "hall") frame.room = "entrance hall";
+  return map;
+}
+
+TopologicalMap withoutTruth(TopologicalMap map) {
+  for (MappedFrame& frame : map.frames) frame.room.clear();
+  return map;
+}
+
+TEST(PredictedRooms, NameThePlaces) {
+  const std::vector<Place> places = placesOf(withoutTruth(namedMap()));
+  EXPECT_EQ(places[0].predicted.front(), (RoomProbability{"kitchen", 0.875}));
+  EXPECT_EQ(places[1].predicted.front(), (RoomProbability{"entrance hall", 0.5}))
+      << "of equal ones the first";
+  EXPECT_EQ(places[2].predicted.front(), (RoomProbability{"office", 0.75}));
+  EXPECT_EQ(places[0].room, "") << "what is predicted is never the truth";
+  EXPECT_EQ(places[0].roomForPeople(), "kitchen 88 %");
+  EXPECT_EQ(placesOf(namedMap())[2].roomForPeople(), "office");
+  EXPECT_EQ(placesOf(withoutTruth(test::sampleMap()))[0].roomForPeople(), "");
+}
+
+TEST(PredictedRooms, AreAsked) {
+  const Answers answers = ask(namedMap(), "Offices");
+  EXPECT_THAT(answers.rooms, ElementsAre("office"));
+  EXPECT_THAT(answers.labels, IsEmpty());
+  EXPECT_EQ(answers.places[0].node, 3);
+  EXPECT_DOUBLE_EQ(answers.places[0].probability, 0.75);
+  EXPECT_EQ(answers.places[0].room, "office");
+  EXPECT_EQ(answers.places[0].rank, 1U);
+  EXPECT_EQ(answers.places[1].node, 1);
+  EXPECT_EQ(answers.places[1].rank, 2U);
+  EXPECT_EQ(answers.places[2].probability, 0);
+  // (2·0 + 3·0.5 + 2·0.75) / 7
+  EXPECT_NEAR(answers.places[0].lift, 0.75 / (3.0 / 7), 1e-9);
+}
+
+TEST(PredictedRooms, GiveWayToLabelsUnlessTheyAreNamedThemselves) {
+  TopologicalMap map = namedMap();
+  EXPECT_THAT(findMeaning(map, "umbrella").labels, ElementsAre(3U));
+  EXPECT_THAT(findMeaning(map, "hall").rooms, ElementsAre("entrance hall")) << "no label of that name";
+  map.vocabulary = Vocabulary({"coffee mug", "cup, mug", "hall", "umbrella", "kitchen"});
+  EXPECT_THAT(findMeaning(map, "hall").labels, ElementsAre(2U));
+  EXPECT_THAT(findMeaning(map, "kitchen").rooms, ElementsAre("kitchen")) << "the classifier was taught it";
+  EXPECT_THAT(findMeaning(map, "kitchen").labels, IsEmpty());
+  EXPECT_TRUE(findMeaning(map, "xylophone").empty());
+  EXPECT_TRUE(findMeaning(test::sampleMap(), "office").empty());
+}
+
+TEST(PredictedRooms, AreDrivenTo) {
+  const WordRoute way = routeToWords(namedMap(), 0, "office");
+  EXPECT_THAT(way.route.nodes, ElementsAre(0, 1, 3));
+  EXPECT_EQ(way.goal.room, "office");
+  EXPECT_THAT(way.meaning.rooms, ElementsAre("office"));
+}
+
+TEST(PredictedRooms, AreExportedBesideTheTruth) {
+  const json places = json::parse(toPlacesJson(namedMap()));
+  EXPECT_EQ(places["places"][0]["room"], "kitchen");
+  EXPECT_EQ(places["places"][0]["predicted_rooms"][0], (json{{"room", "kitchen"}, {"p", 0.875}}));
+  EXPECT_EQ(json::parse(toPlacesJson(withoutTruth(namedMap())))["places"][2]["room"], nullptr);
+  const std::string graph = toGraphml(namedMap());
+  EXPECT_THAT(graph, HasSubstr("<data key=\"predicted_room\">office</data>"));
+  EXPECT_THAT(graph, HasSubstr("<data key=\"room_probability\">0.75</data>"));
+  EXPECT_THAT(toGraphml(test::sampleMap()), Not(HasSubstr("<data key=\"predicted_room\"")));
+  const json nav2 = json::parse(toNav2(withoutTruth(namedMap())));
+  EXPECT_EQ(nav2["features"][2]["properties"]["metadata"]["class"], "office");
+  EXPECT_EQ(nav2["features"][2]["properties"]["metadata"]["predicted_room"], "office");
+  EXPECT_FALSE(nav2["features"][2]["properties"]["metadata"].contains("room"));
+}
+
+TEST(PredictedRooms, AreExplained) {
+  EXPECT_THAT(explain(namedMap(), 2).back(),
+              HasSubstr("takes this image for: office 75 %, entrance hall 25 %; its place, node 1, for: "
+                        "entrance hall 50 %, office 50 %."));
+  EXPECT_EQ(explain(namedMap(), 6), explain(test::sampleMap(), 6)) << "nothing was said of the last frame";
+}
+
+TEST(PredictedRooms, AreJudgedByTheTruth) {
+  const MapQuality quality = evaluate(namedMap());
+  EXPECT_DOUBLE_EQ(*quality.predictedRoom, 5.0 / 6) << "frame c is not in an office";
+  EXPECT_DOUBLE_EQ(*quality.predictedNodeRoom, 1);
+  EXPECT_FALSE(evaluate(withoutTruth(namedMap())).predictedRoom);
+  EXPECT_FALSE(evaluate(test::sampleMap()).predictedRoom);
+}
+
+fs::path storedMap(const test::ScratchFolder& folder, bool named = true) {
+  const TopologicalMap map = test::sampleMap();
+  const fs::path path = folder / "map.estancia";
+  MapStore store = MapStore::create(path, {map.vocabulary, "model-1", "{}"});
+  for (const Node& node : map.nodes) store.putNode(node, "");
+  for (std::size_t i = 0; i < map.frames.size(); ++i)
+    store.addFrame(i, map.frames[i], LexicalDescriptor(map.vocabulary.size(), 0.2F));
+  if (named) store.putPredictions(predictions());
+  store.commit();
+  return path;
+}
+
+std::int64_t versionOf(const fs::path& path) {
+  const std::string bytes = test::readFile(path);
+  constexpr std::size_t userVersion = 60;  // in SQLite's header, big-endian
+  std::int64_t version = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    version = version << 8 | static_cast<unsigned char>(bytes[userVersion + i]);
+  return version;
+}
+
+TEST(PredictedRooms, AreKeptInTheMapFile) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder);
+  EXPECT_EQ(versionOf(path), 3);
+  const auto kept = MapStore::open(path, Access::read).load().predictions;
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(kept->classifier, "svm-rbf on test");
+  EXPECT_EQ(kept->rooms, predictions().rooms);
+  EXPECT_EQ(kept->probabilities.values(), predictions().probabilities.values());
+}
+
+TEST(PredictedRooms, LeaveMapsWithoutThemReadableByOlderPrograms) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder, false);
+  EXPECT_EQ(versionOf(path), 2);
+  EXPECT_FALSE(MapStore::open(path, Access::read).load().predictions);
+}
+
+TEST(PredictedRooms, ReplaceEarlierOnesInAMapOfAnyFormat) {
+  const test::ScratchFolder folder;
+  const fs::path path = storedMap(folder, false);
+  for (const char* name : {"first", "second"}) {
+    MapStore store = MapStore::open(path, Access::write);
+    RoomPredictions made{name, {"a", std::string("b ") + name}, DescriptorMatrix(2)};
+    made.probabilities.append(std::vector<float>{0.25F, 0.75F});
+    store.putPredictions(made);
+    store.commit();
+  }
+  const TopologicalMap map = MapStore::open(path, Access::read).load();
+  EXPECT_EQ(map.predictions->classifier, "second");
+  EXPECT_THAT(map.predictions->rooms, ElementsAre("a", "b second"));
+  EXPECT_EQ(map.predictions->probabilities.size(), 1U);
+  EXPECT_EQ(map.frames[0].room, "kitchen") << "the truth stays what it was";
+}
+
+TEST(PredictedRooms, ThatFitNoMapAreRefused) {
+  const test::ScratchFolder folder;
+  const auto problem = [&](const std::function<void(RoomPredictions&)>& spoil) {
+    RoomPredictions made = predictions();
+    spoil(made);
+    return test::errorOf([&] {
+      const fs::path path = storedMap(folder, false);
+      MapStore store = MapStore::open(path, Access::write);
+      fs::remove(path);
+      store.putPredictions(made);
+    });
+  };
+  EXPECT_THAT(problem([](auto& p) { p.rooms.pop_back(); }), HasSubstr("do not fit"));
+  EXPECT_THAT(problem([](auto& p) { p.rooms[1].clear(); }), HasSubstr("no name"));
+  EXPECT_THAT(problem([](auto& p) {
+                for (int i = 0; i < 2; ++i) p.probabilities.append(std::vector<float>{0, 0, 1});
+              }),
+              HasSubstr("do not fit"));
+  EXPECT_THAT(problem([](auto& p) {
+                p.probabilities.append(std::vector<float>{0, 0, 7});
+              }),
+              HasSubstr("no probability"));
+}
+
+TEST(PredictedRooms, InADamagedFileAreNotBelieved) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"UPDATE predictions SET probabilities = x'00' WHERE frame = 1", "has 1 bytes for 3 labels"},
+      {"UPDATE predictions SET probabilities = x'0000c07f0000000000000000' WHERE frame = 2", "holds nan"},
+      {"UPDATE predictions SET probabilities = x'0000004100000000000000c1' WHERE frame = 2", "hold 8"},
+      {"DELETE FROM predictions WHERE frame = 1", "are missing"},
+      {"INSERT INTO predictions VALUES(6, zeroblob(12)); INSERT INTO predictions VALUES(7, zeroblob(12))",
+       "of no frame"},
+      {"UPDATE predicted_rooms SET id = 9 WHERE id = 1", "have gaps"},
+      {"UPDATE predicted_rooms SET name = ''", "have gaps"},
+      {"DELETE FROM predicted_rooms", "no predicted rooms"},
+      {"DELETE FROM meta WHERE key = 'classifier'", "its classifier is missing"},
+      {"DROP TABLE predictions", "no such table"}};
+  for (const auto& [sql, expected] : cases) {
+    const test::ScratchFolder folder;
+    const fs::path path = storedMap(folder);
+    sqlite3* database = nullptr;
+    ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+    ASSERT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sql;
+    sqlite3_close(database);
+    EXPECT_THAT(test::errorOf([&] { MapStore::open(path, Access::read).load(); }), HasSubstr(expected))
+        << sql;
+  }
+}
+
+}  // namespace
+}  // namespace estancia
