@@ -5,12 +5,15 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <fstream>
 #include <set>
 #include <sstream>
 #include <unordered_map>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/describe/table_features.hpp"
+#include "estancia/io/files.hpp"
 #include "estancia/io/recording.hpp"
 #include "estancia/topology/map_recording.hpp"
 #include "estancia/topology/store.hpp"
@@ -41,7 +44,7 @@ Features asListedIn(const Sequence& sequence, const Features& features) {
   return listed;
 }
 
-/// Maps and tables know all of their frames: only rooms can be chosen.
+/// Maps and tables of features know all of their frames: only rooms can be chosen.
 Features chosen(const Features& features, const SequenceArguments& source) {
   const SequenceOptions& given = source.options;
   if (!given.poses.empty() || !given.rooms.empty() || !given.split.empty())
@@ -60,6 +63,21 @@ Features chosen(const Features& features, const SequenceArguments& source) {
   for (std::size_t i = 0; i < features.frames.size(); ++i)
     if (std::ranges::find(given.only, features.frames[i].room) != given.only.end()) rows.push_back(i);
   return withRows(features, rows);
+}
+
+/// A CSV that says the room of each line holds numbers that others computed; others hold words.
+bool isFeatureTable(const std::string& path) {
+  if (!io::hasSuffix(path, {".csv"})) return false;
+  std::ifstream file(path);
+  constexpr std::size_t longest = std::size_t{1} << 22;
+  std::string header(longest, '\0');
+  file.getline(header.data(), static_cast<std::streamsize>(longest));
+  std::istringstream cells(header.c_str());
+  for (std::string cell; std::getline(cells, cell, ',');) {
+    std::erase_if(cell, [](char c) { return c == '"' || c == ' ' || c == '\r'; });
+    if (cell == "room" || cell == "class") return true;
+  }
+  return false;
 }
 
 bool isMap(const std::string& path) {
@@ -95,6 +113,7 @@ Features Describing::features(const SequenceArguments& source, const std::string
     return descriptor.empty() ? all : withParts(all, namesIn(descriptor));
   };
   if (isMap(source.path)) return parts(chosen(featuresOf(readMapRecording(source.path)), source));
+  if (isFeatureTable(source.path)) return parts(chosen(featuresOf(readFeatureTable(source.path)), source));
   const auto sequence = source.open();
   if (isRecording(source.path)) return parts(asListedIn(*sequence, featuresOf(readRecording(source.path))));
   return features(*sequence, descriptor);
