@@ -9,11 +9,14 @@
 
 #include "described.hpp"
 #include "estancia/classify/room_classifier.hpp"
+#include "estancia/classify/scores.hpp"
+#include "estancia/classify/selection.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/report/text.hpp"
+#include "estancia/stats/proportion.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/store.hpp"
 
@@ -33,8 +36,10 @@ struct Arguments {
   ClassifierOptions classifier;
   std::string descriptor, model, output, map;
   std::vector<std::string> images;
+  std::size_t labels = 0;  ///< 0: all
+  std::string criterion = "mutual-information";
   double least = 0;
-  bool overwrite = false, unbalanced = false, json = false;
+  bool overwrite = false, json = false;
 };
 
 // ---- train
@@ -64,11 +69,12 @@ void train(const Arguments& arguments) {
   requireOutput(arguments);
   Describing describing(arguments.describing);
   const bool words = holdsNumbers(arguments.source.path);
-  const Features features = describing.features(
+  Features features = describing.features(
       arguments.source, arguments.descriptor.empty() && !words ? defaultDescriptor : arguments.descriptor);
+  if (arguments.labels > 0)
+    features = withColumns(features, selectColumns(features, arguments.criterion, arguments.labels));
   const auto progress = makeStderrProgress();
   ClassifierOptions options = arguments.classifier;
-  options.balanced = !arguments.unbalanced;
   options.threads = arguments.describing.options.threads;
   const RoomClassifier classifier = RoomClassifier::train(features, options, *progress);
   classifier.save(arguments.output);
@@ -92,6 +98,66 @@ void train(const Arguments& arguments) {
   if (learned < features.frames.size())
     fmt::print("{} without a room were left out\n", counted(features.frames.size() - learned, "image"));
   fmt::print("{}\n", classifier.choice());
+}
+
+// ---- test
+
+/// What images are described by when `classifier` is to tell their rooms.
+Features described(const Arguments& arguments, const RoomClassifier& classifier) {
+  Describing describing(arguments.describing);
+  const bool numbers = holdsNumbers(arguments.source.path);
+  if (!numbers) requireDescribable(classifier);
+  return describing.features(arguments.source, numbers ? "" : descriptorOf(classifier));
+}
+
+/// Rows are true rooms, columns, by number, what they are taken for.
+void printConfusion(const Confusion& confusion) {
+  fmt::print("\n{:<24}", "true room, taken for");
+  for (std::size_t r = 0; r < confusion.rooms.size(); ++r) fmt::print(" {:>5}", r + 1);
+  fmt::print("   right\n");
+  for (std::size_t r = 0; r < confusion.rooms.size(); ++r) {
+    std::size_t all = 0;
+    fmt::print("{:>3} {:<20}", r + 1, confusion.rooms[r]);
+    for (const std::size_t count : confusion.counts[r]) {
+      fmt::print(" {:>5}", count);
+      all += count;
+    }
+    fmt::print("   {}\n", all == 0
+                              ? "never true"
+                              : fmt::format("{:.1f} %", 100 * static_cast<double>(confusion.counts[r][r]) /
+                                                            static_cast<double>(all)));
+  }
+}
+
+void test(const Arguments& arguments) {
+  const RoomClassifier classifier = RoomClassifier::load(arguments.model);
+  const Features features = described(arguments, classifier);
+  const Confusion confusion = testRooms(classifier, features, arguments.describing.options.threads);
+  const std::size_t total = confusion.total();
+  std::size_t right = 0;
+  for (std::size_t r = 0; r < confusion.rooms.size(); ++r) right += confusion.counts[r][r];
+  const auto [low, high] = wilsonInterval(right, total);
+  if (arguments.json) {
+    print({{"classifier", arguments.model},
+           {"images", total},
+           {"without_room", features.frames.size() - total},
+           {"right", right},
+           {"accuracy", confusion.accuracy()},
+           {"interval", {low, high}},
+           {"balanced_accuracy", confusion.balancedAccuracy()},
+           {"rooms", confusion.rooms},
+           {"confusion", confusion.counts}});
+    return;
+  }
+  fmt::print("{}: {} of {} right by {}\n", arguments.model, right, counted(total, "image"),
+             nameOf(classifier));
+  fmt::print("accuracy           {:>5.1f} %   95 % interval {:.1f} … {:.1f} %, if images were independent\n",
+             100 * confusion.accuracy(), 100 * low, 100 * high);
+  fmt::print("balanced accuracy  {:>5.1f} %   the mean of the rooms' own\n",
+             100 * confusion.balancedAccuracy());
+  printConfusion(confusion);
+  if (total < features.frames.size())
+    fmt::print("{} without a room were left out\n", counted(features.frames.size() - total, "image"));
 }
 
 // ---- predict
@@ -134,15 +200,11 @@ std::string csvOf(const RoomPredictions& said, const std::vector<Frame>& frames,
 
 /// One sequence, or any number of single pictures.
 Features featuresToPredict(const Arguments& arguments, const RoomClassifier& classifier) {
-  Describing describing(arguments.describing);
-  std::vector<std::string> paths{arguments.source.path};
+  std::vector<fs::path> paths{arguments.source.path};
   paths.insert(paths.end(), arguments.images.begin(), arguments.images.end());
-  if (paths.size() == 1 && !isImageFile(paths[0])) {
-    if (!holdsNumbers(paths[0])) requireDescribable(classifier);
-    return describing.features(arguments.source, holdsNumbers(paths[0]) ? "" : descriptorOf(classifier));
-  }
+  if (paths.size() == 1 && !isImageFile(paths[0])) return described(arguments, classifier);
   requireDescribable(classifier);
-  return describing.features(*openImages({paths.begin(), paths.end()}), descriptorOf(classifier));
+  return Describing(arguments.describing).features(*openImages(paths), descriptorOf(classifier));
 }
 
 void predict(const Arguments& arguments) {
@@ -219,6 +281,7 @@ void addTrain(CLI::App& classify, const Shared& arguments) {
   arguments->source.addTo(*command);
   command->get_option("SEQ")->description(
       "Images with rooms (rooms.csv, a data set, a folder a room), their words (*.labels …), or a map");
+  arguments->source.addDepthTo(*command);
   command->add_option("-o,--output", arguments->output, "The room classifier, NAME.classifier")->required();
   std::string descriptors = "What to learn from: models of `models list`, and";
   for (const auto& [name, explanation] : descriptorTypes())
@@ -238,8 +301,24 @@ void addTrain(CLI::App& classify, const Shared& arguments) {
   command->add_flag("--overwrite", arguments->overwrite, "Replace an existing room classifier");
   const auto learning = "Learning";
   command
-      ->add_flag("--unbalanced", arguments->unbalanced,
-                 "Each image counts alike; otherwise each room does, however many images it has")
+      ->add_option("--labels", arguments->labels,
+                   "Learn from this many labels (or other numbers) only, the best by --by; default: all")
+      ->check(positive())
+      ->group(learning);
+  std::string criteria = "What makes labels good:";
+  std::vector<std::string> known;
+  for (const auto& [name, explanation] : selectionCriteria()) {
+    criteria += fmt::format("\n{} ({})", name, explanation);
+    known.push_back(name);
+  }
+  command->add_option("--by", arguments->criterion, criteria)
+      ->check(CLI::IsMember(known))
+      ->capture_default_str()
+      ->needs("--labels")
+      ->group(learning);
+  command
+      ->add_flag("--balanced", arguments->classifier.balanced,
+                 "Each room counts alike, however many images it has; otherwise each image does")
       ->group(learning);
   command
       ->add_option("--folds", arguments->classifier.folds,
@@ -260,12 +339,29 @@ void addTrain(CLI::App& classify, const Shared& arguments) {
   command->callback([arguments] { train(*arguments); });
 }
 
+void addTest(CLI::App& classify, const Shared& arguments) {
+  CLI::App* command =
+      classify.add_subcommand("test", "Measure a room classifier on images whose rooms are known");
+  addModel(*command, arguments);
+  arguments->source.addTo(*command);
+  command->get_option("SEQ")->description(
+      "Images with rooms, their words, or a map; not those it has learned from");
+  arguments->source.addDepthTo(*command);
+  arguments->describing.addTo(*command);
+  addJsonOption(*command, arguments->json);
+  addExamples(*command,
+              "  estancia classify test rooms.classifier ~/other-pictures\n"
+              "  estancia classify test rooms.classifier nyu --split test --json");
+  command->callback([arguments] { test(*arguments); });
+}
+
 void addPredict(CLI::App& classify, const Shared& arguments) {
   CLI::App* command = classify.add_subcommand("predict", "Tell which room each image shows");
   addModel(*command, arguments);
   arguments->source.addTo(*command);
   command->get_option("SEQ")->description(
       "Pictures, or a sequence as of other commands, its words, or a map");
+  arguments->source.addDepthTo(*command);
   command->add_option("IMAGE", arguments->images, "More pictures");
   command->add_option("--least", arguments->least, "Say nothing of images that are less probable than this")
       ->check(CLI::Range(0.0, 1.0));
@@ -315,6 +411,7 @@ void addClassifyCommand(CLI::App& app) {
               "  estancia classify predict rooms.classifier picture.jpg\n"
               "  estancia map ~/drive -o home.estancia --classifier rooms.classifier");
   addTrain(*command, arguments);
+  addTest(*command, arguments);
   addPredict(*command, arguments);
   addShow(*command, arguments);
   addName(*command, arguments);

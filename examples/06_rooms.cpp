@@ -1,5 +1,5 @@
-// Which room is this? Learned from pictures whose rooms are known (rooms.csv beside them, or a folder a room),
-// then told of every place of a map, which can be asked for a room from then on.
+// Which room is this? Learned from pictures whose rooms are known (rooms.csv beside them, or a folder a
+// room), then told of every place of a map, which can be asked for a room from then on.
 //   06_rooms PICTURES MAP [ROOM]
 #include <estancia/classify/predict_rooms.hpp>
 #include <estancia/topology/ask.hpp>

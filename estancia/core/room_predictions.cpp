@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace estancia {
 
 namespace {
+
+constexpr double leastProbability = 0.001;
 
 /// Best first, scaled so that they add up to 1; none where there is nothing to scale.
 std::vector<RoomProbability> ranked(const std::vector<std::string>& names, std::span<const double> sums) {
@@ -32,16 +35,23 @@ std::vector<std::vector<RoomProbability>> poolRooms(const RoomPredictions& predi
                                                     std::span<const std::size_t> groupOf,
                                                     std::size_t groups) {
   const std::size_t rooms = predictions.rooms.size();
-  std::vector<double> sums(groups * rooms, 0);
+  std::vector<double> sums(groups * rooms, 0);  // of logarithms
+  std::vector<std::size_t> counts(groups, 0);
   const std::size_t images = std::min(groupOf.size(), predictions.probabilities.size());
   for (std::size_t i = 0; i < images; ++i) {
-    if (groupOf[i] >= groups) continue;
     const DescriptorView row = predictions.probabilities.row(i);
-    for (std::size_t r = 0; r < rooms; ++r) sums[groupOf[i] * rooms + r] += static_cast<double>(row[r]);
+    if (groupOf[i] >= groups || std::ranges::all_of(row, [](float p) { return p <= 0; })) continue;
+    ++counts[groupOf[i]];
+    for (std::size_t r = 0; r < rooms; ++r)
+      sums[groupOf[i] * rooms + r] += std::log(std::max(leastProbability, static_cast<double>(row[r])));
   }
-  std::vector<std::vector<RoomProbability>> pooled;
-  for (std::size_t g = 0; g < groups; ++g)
-    pooled.push_back(ranked(predictions.rooms, std::span(sums).subspan(g * rooms, rooms)));
+  std::vector<std::vector<RoomProbability>> pooled(groups);
+  for (std::size_t g = 0; g < groups; ++g) {
+    if (counts[g] == 0) continue;
+    const std::span<double> own = std::span(sums).subspan(g * rooms, rooms);
+    for (double& value : own) value = std::exp(value / static_cast<double>(counts[g]));
+    pooled[g] = ranked(predictions.rooms, own);
+  }
   return pooled;
 }
 

@@ -61,8 +61,8 @@ std::unique_ptr<Labeler> openEnsemble(const ModelSpec& spec, const LabelerOption
 /// "A+B+…": these models with their own weights, distances fused.
 std::unique_ptr<Labeler> openEnsemble(const std::string& names, const LabelerOptions& options);
 
-/// The identities of the models behind the ensemble "A+B+…" of this identity, in order; none unless all of them
-/// are at hand as they were.
+/// The identities of the models behind the ensemble "A+B+…" of this identity, in order; none unless all of
+/// them are at hand as they were.
 std::vector<std::string> identitiesOfMembers(const std::string& identity);
 
 }  // namespace estancia

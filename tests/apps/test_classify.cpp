@@ -134,6 +134,51 @@ TEST_F(ClassifyCommand, LearnsRoomsAndFindsThemAgain) {
   EXPECT_THAT(shown.out, AllOf(HasSubstr("frame 0 "), HasSubstr(" kitchen "), HasSubstr(" %")));
 }
 
+TEST_F(ClassifyCommand, IsTestedOnOtherImages) {
+  train();
+  const json scores = json::parse(run({"classify", "test", model_, others_, "--json"}).out);
+  EXPECT_EQ(scores["images"], 54);
+  EXPECT_GE(scores["accuracy"], 0.9);
+  EXPECT_EQ(scores["balanced_accuracy"], scores["accuracy"]) << "as many images of each room";
+  EXPECT_LT(scores["interval"][0], scores["accuracy"]);
+  EXPECT_EQ(scores["rooms"], (json{"bath", "bedroom", "kitchen"}));
+  std::size_t right = 0;
+  for (std::size_t r = 0; r < 3; ++r) right += scores["confusion"][r][r].get<std::size_t>();
+  EXPECT_EQ(scores["right"], right);
+  EXPECT_THAT(run({"classify", "test", model_, others_}).out,
+              AllOf(HasSubstr("54 images right by svm-rbf on test"), HasSubstr("balanced accuracy"),
+                    HasSubstr("1 bath")));
+  const json part = json::parse(run({"classify", "test", model_, others_, "--only", "bath", "--json"}).out);
+  EXPECT_EQ(part["images"], 18);
+  expectError({"classify", "test", model_, unknown_}, "room");
+}
+
+TEST_F(ClassifyCommand, LearnsFromTheBestLabelsOnly) {
+  EXPECT_EQ(train({"--labels", "4", "--by", "chi2"})["columns"], 4);
+  EXPECT_GE(json::parse(run({"classify", "test", model_, others_, "--json"}).out)["accuracy"], 0.8)
+      << "they are found again among all";
+  expectError({"classify", "train", words_, "-o", model_, "--overwrite", "--labels", "13"}, "12");
+  expectError({"classify", "train", words_, "-o", model_, "--overwrite", "--labels", "4", "--by", "luck"},
+              "mean");
+}
+
+TEST_F(ClassifyCommand, LearnsFromTheNumbersOfOthers) {
+  std::string table = "image,room,g0,g1\n";
+  for (int i = 0; i < 24; ++i) {
+    const bool hall = i / 4 % 2 == 0;
+    table += "f" + std::to_string(i) + (hall ? ",hall," : ",lab,") +
+             std::to_string((hall ? 1 : 5) + i % 3 * 0.1) + ",-" + std::to_string(i % 4) + "\n";
+  }
+  writeFile(scratch_ / "table.csv", table);
+  const auto trained =
+      run({"classify", "train", scratch_ / "table.csv", "-o", model_, "--classifier", "knn"});
+  ASSERT_EQ(trained.exitCode, 0) << trained.err;
+  EXPECT_THAT(trained.out, HasSubstr("2 rooms of 24 images by knn on g"));
+  EXPECT_EQ(json::parse(run({"classify", "test", model_, scratch_ / "table.csv", "--json"}).out)["accuracy"],
+            1);
+  expectError({"classify", "test", model_, scratch_ / "table.csv", "--split", "test"}, "no splits");
+}
+
 TEST_F(ClassifyCommand, LearnsTheSameFromTheSame) {
   train();
   const std::string first = readFile(model_);

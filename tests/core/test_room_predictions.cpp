@@ -17,21 +17,23 @@ RoomPredictions predictions(const std::vector<std::vector<float>>& rows) {
   return made;
 }
 
-TEST(RoomPredictions, ArePooledByTheirMean) {
+TEST(RoomPredictions, ArePooledByTheMeanOfTheirLogarithms) {
   const auto pooled =
       poolRooms(predictions({{0.9F, 0.1F}, {0.6F, 0.4F}, {0, 1}}), std::vector<std::size_t>{0, 0, 1}, 2);
   ASSERT_EQ(pooled.size(), 2U);
   EXPECT_EQ(pooled[0][0].room, "kitchen");
-  EXPECT_NEAR(pooled[0][0].probability, 0.75, 1e-6);
-  EXPECT_NEAR(pooled[0][1].probability, 0.25, 1e-6);
+  // √(0.9 · 0.6) / (√(0.9 · 0.6) + √(0.1 · 0.4))
+  EXPECT_NEAR(pooled[0][0].probability, 0.7860501, 1e-6);
+  EXPECT_NEAR(pooled[0][0].probability + pooled[0][1].probability, 1, 1e-12);
   EXPECT_EQ(pooled[1][0].room, "office");
+  EXPECT_NEAR(pooled[1][0].probability, 1 / 1.001, 1e-9) << "a 0 is no proof";
 }
 
 TEST(RoomPredictions, DoNotChangeWhenImagesRepeat) {
   const auto once = poolRooms(predictions({{0.7F, 0.3F}, {0.2F, 0.8F}}), std::vector<std::size_t>{0, 0}, 1);
   const auto often = poolRooms(predictions({{0.7F, 0.3F}, {0.2F, 0.8F}, {0.7F, 0.3F}, {0.2F, 0.8F}}),
                                std::vector<std::size_t>{0, 0, 0, 0}, 1);
-  EXPECT_EQ(once, often);
+  EXPECT_NEAR(once[0][0].probability, often[0][0].probability, 1e-12);
 }
 
 TEST(RoomPredictions, LeaveOutImagesOfWhichNothingWasSaid) {

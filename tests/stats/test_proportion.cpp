@@ -1,0 +1,31 @@
+#include "estancia/stats/proportion.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+// scipy.stats.binomtest(k, n).proportion_ci(method="wilson")
+TEST(WilsonInterval, IsSciPys) {
+  const auto expectInterval = [](std::size_t hits, std::size_t trials, double low, double high) {
+    const auto interval = wilsonInterval(hits, trials);
+    EXPECT_NEAR(interval.first, low, 1e-9) << hits;
+    EXPECT_NEAR(interval.second, high, 1e-9) << hits;
+  };
+  expectInterval(0, 10, 0, 0.277532799863);
+  expectInterval(10, 10, 0.722467200137, 1);
+  expectInterval(1, 1, 0.206549314377, 1);
+  expectInterval(397, 516, 0.731124278461, 0.803654153084);
+  expectInterval(4, 7, 0.250458364528, 0.841780144749);
+}
+
+TEST(WilsonInterval, RefusesWhatIsNoShare) {
+  EXPECT_THAT(test::errorOf([] { wilsonInterval(0, 0); }), testing::HasSubstr("no share"));
+  EXPECT_THAT(test::errorOf([] { wilsonInterval(3, 2); }), testing::HasSubstr("no share"));
+}
+
+}  // namespace
+}  // namespace estancia
