@@ -15,6 +15,9 @@
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/csv.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/report/confusion_findings.hpp"
+#include "estancia/report/findings_page.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/stats/proportion.hpp"
 #include "estancia/topology/places.hpp"
@@ -130,13 +133,21 @@ void printConfusion(const Confusion& confusion) {
 }
 
 void test(const Arguments& arguments) {
+  if (!arguments.output.empty()) requireNoData(arguments.output);
   const RoomClassifier classifier = RoomClassifier::load(arguments.model);
   const Features features = described(arguments, classifier);
   const Confusion confusion = testRooms(classifier, features, arguments.describing.options.threads);
-  const std::size_t total = confusion.total();
-  std::size_t right = 0;
-  for (std::size_t r = 0; r < confusion.rooms.size(); ++r) right += confusion.counts[r][r];
+  const std::size_t total = confusion.total(), right = rightOf(confusion);
   const auto [low, high] = wilsonInterval(right, total);
+  if (!arguments.output.empty()) {
+    writeFindingsPage(
+        arguments.output,
+        findingsOf(confusion, fs::path(arguments.model).stem().string(),
+                   {{"classifier", nameOf(classifier)},
+                    {"chosen", classifier.choice()},
+                    {"tested on", io::printable(fs::path(arguments.source.path).filename().string())}}));
+    spdlog::info("wrote {}", arguments.output);
+  }
   if (arguments.json) {
     print({{"classifier", arguments.model},
            {"images", total},
@@ -347,11 +358,13 @@ void addTest(CLI::App& classify, const Shared& arguments) {
   command->get_option("SEQ")->description(
       "Images with rooms, their words, or a map; not those it has learned from");
   arguments->source.addDepthTo(*command);
+  command->add_option("-o,--output", arguments->output, "Write a page, too");
   arguments->describing.addTo(*command);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia classify test rooms.classifier ~/other-pictures\n"
-              "  estancia classify test rooms.classifier nyu --split test --json");
+              "  estancia classify test rooms.classifier nyu --split test --json\n"
+              "  estancia classify test rooms.classifier ~/other-pictures -o test.html");
   command->callback([arguments] { test(*arguments); });
 }
 

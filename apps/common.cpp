@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/zones/zone_file.hpp"
@@ -79,10 +80,11 @@ std::unique_ptr<Sequence> SequenceArguments::open() const {
 }
 
 void requireNoData(const std::filesystem::path& output) {
-  if (isMapFile(output) || isZoneFile(output))
-    throw Error(fmt::format(
-        "{} is a map or a file of zones, which is not replaced by something else; give another name",
-        output.string()));
+  if (isMapFile(output) || isZoneFile(output) || isRoomClassifier(output))
+    throw Error(
+        fmt::format("{} is a map, a file of zones or a room classifier, which is not replaced by something "
+                    "else; give another name",
+                    output.string()));
 }
 
 CLI::Validator positive() {

@@ -31,7 +31,8 @@ struct SequenceArguments {
   std::unique_ptr<Sequence> open() const;
 };
 
-/// Throws Error when a command that writes something else is about to replace a map or a file of zones.
+/// Throws Error when a command that writes something else is about to replace a map, a file of zones or a
+/// room classifier.
 void requireNoData(const std::filesystem::path& output);
 
 /// Accepts numbers above 0.

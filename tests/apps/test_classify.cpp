@@ -151,6 +151,9 @@ TEST_F(ClassifyCommand, IsTestedOnOtherImages) {
   const json part = json::parse(run({"classify", "test", model_, others_, "--only", "bath", "--json"}).out);
   EXPECT_EQ(part["images"], 18);
   expectError({"classify", "test", model_, unknown_}, "room");
+  ASSERT_EQ(run({"classify", "test", model_, others_, "-o", scratch_ / "test.html"}).exitCode, 0);
+  EXPECT_THAT(readFile(scratch_ / "test.html"),
+              AllOf(HasSubstr("What is taken for what"), HasSubstr("svm-rbf on test")));
 }
 
 TEST_F(ClassifyCommand, LearnsFromTheBestLabelsOnly) {
