@@ -19,4 +19,5 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/estanciaConfig.cmake.i
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/estanciaConfigVersion.cmake
                                  COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/estanciaConfig.cmake ${PROJECT_BINARY_DIR}/estanciaConfigVersion.cmake
+              ${PROJECT_SOURCE_DIR}/cmake/FindSvm.cmake ${PROJECT_SOURCE_DIR}/cmake/FindLinear.cmake
         DESTINATION ${package_folder})
