@@ -48,8 +48,7 @@ std::string summaryOf(const MethodComparison& comparison) {
   if (!comparison.differ)
     return fmt::format(
         "No difference is found between {} methods in {} tests (Friedman, p = {}); {} has the best mean "
-        "rank, "
-        "{:.2f}.",
+        "rank, {:.2f}.",
         methods, tests, pText(friedman.fP), nameOf(comparison, best.method), best.meanRank);
   std::vector<std::string> equals, others;
   for (const auto& row : comparison.rows)
@@ -58,16 +57,15 @@ std::string summaryOf(const MethodComparison& comparison) {
   const std::string control = controlName(comparison);
   std::string text =
       fmt::format("{} methods differ over {} tests (Friedman, p = {}). ", methods, tests, pText(friedman.fP));
-  if (best.method != comparison.control)
-    text +=
-        fmt::format("{} has the best mean rank, {:.2f}. ", nameOf(comparison, best.method), best.meanRank);
-  text += best.method == comparison.control
-              ? fmt::format("{} is the best (mean rank {:.2f})", control, best.meanRank)
-              : control;
-  if (others.empty()) return text + ", but is not found to differ from any other.";
-  if (equals.empty()) return text + " and differs from all others.";
-  return text + fmt::format(" and is not found to differ from {}; it differs from {}.", someOf(equals),
-                            someOf(others));
+  const bool isBest = best.method == comparison.control;
+  text += isBest ? fmt::format("{} is the best (mean rank {:.2f})", control, best.meanRank)
+                 : fmt::format("{} has the best mean rank, {:.2f}. {}", nameOf(comparison, best.method),
+                               best.meanRank, control);
+  if (others.empty()) return text + (isBest ? ", but" : "") + " is not found to differ from any other.";
+  if (isBest) text += " and";
+  if (equals.empty()) return text + " differs from all others.";
+  return text +
+         fmt::format(" is not found to differ from {}; it differs from {}.", someOf(equals), someOf(others));
 }
 
 /// Adjusted p-values of all pairs, in the order of the rows.
