@@ -9,6 +9,7 @@ namespace estancia {
 namespace {
 
 std::string pText(double p) {
+  if (p < 1e-300) return "0";  // below what a number can hold, or nearly
   return p < 0.001 ? fmt::format("{:.1e}", p) : fmt::format("{:.3f}", p);
 }
 
