@@ -176,10 +176,10 @@ Findings comparisonFindings(const MethodComparison& comparison) {
     findings.notes.push_back("Of two methods only, Wilcoxon's signed-rank test is the better one: " +
                              wilcoxonText(*comparison.wilcoxon) + ".");
   else if (friedman.undefined.empty() && (tests <= 10 || methods <= 5))
-    findings.notes.push_back(
+    findings.notes.emplace_back(
         "With at most 10 tests or 5 methods the p-values of Friedman's test are rough (Demšar 2006).");
   if (!comparison.differ && methods > 1)
-    findings.notes.push_back(
+    findings.notes.emplace_back(
         "Friedman's test does not reject that all methods are equivalent, so no pair is called different, "
         "whatever its own p-value.");
   return findings;
