@@ -12,6 +12,7 @@
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/recording.hpp"
+#include "estancia/io/selection.hpp"
 #include "estancia/io/side_files.hpp"
 #include "estancia/io/trajectory.hpp"
 
@@ -56,8 +57,15 @@ constexpr Format kFormats[] = {
     {"panorama", "views out of equirectangular panoramas: .exr, .hdr, .exr.js (.jpg, .png only by this type)",
      io::isPanoramas, io::openPanoramas},
     {"idol2", "KTH-IDOL2: t<time>_r<room>_x<x>_y<y>_a<theta>.png", io::isIdol2, io::openIdol2},
+    {"nyu", "NYU Depth V2: rgb/0000.jpg, depth/0000.png, scenes.csv (index, scene, split)", io::isNyu,
+     io::openNyu},
     {"rgbd", "two folders: rgb/ (or color/, image/) and depth/, files of equal names", io::isRgbdFolders,
      io::openRgbdFolders},
+    {"vidrilo", "ViDRILO: pictures and organised PCD clouds of equal numbers, annotations as text",
+     io::isVidrilo, io::openVidrilo},
+    {"classes",
+     "a folder a room, full of images, perhaps in train/ and test/ (those alone are found by auto)",
+     io::isClasses, io::openClasses},
     {"folder", "a folder of images, in the natural order of their names", io::isImageFolder,
      io::openImageFolder},
 };
@@ -68,7 +76,7 @@ std::string typeNames() {
   return names;
 }
 
-/// "; its folders a, b hold some", or "".
+/// "; its folders a, b hold some …", or "".
 std::string foldersWithImages(const fs::path& path) {
   constexpr std::size_t most = 100;  // entries looked at
   std::vector<std::string> folders;
@@ -80,8 +88,9 @@ std::string foldersWithImages(const fs::path& path) {
       folders.push_back(io::printable(entry->path().filename().string()));
   if (folders.empty()) return "";
   std::sort(folders.begin(), folders.end());
-  return fmt::format("; its folder{} {} hold{} some", folders.size() > 1 ? "s" : "", fmt::join(folders, ", "),
-                     folders.size() > 1 ? "" : "s");
+  if (folders.size() == 1) return fmt::format("; its folder {} holds some", folders[0]);
+  return fmt::format("; its folders {} hold some: open one, or all as type \"classes\" if each is a room",
+                     fmt::join(folders, ", "));
 }
 
 const Format& formatOf(const fs::path& path, const std::string& type) {
@@ -214,7 +223,7 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
   requireUniqueNames(*sequence);
   warnOfOddTimes(*sequence);
   if (sequence->size() == 1) sequence->warn("there is only one image");
-  return sequence;
+  return io::selectFrames(std::move(sequence), options);
 }
 
 std::vector<std::pair<std::string, std::string>> sequenceTypes() {
