@@ -116,12 +116,13 @@ Features Describing::features(const SequenceArguments& source, const std::string
   if (isFeatureTable(source.path)) return parts(chosen(featuresOf(readFeatureTable(source.path)), source));
   const auto sequence = source.open();
   if (isRecording(source.path)) return parts(asListedIn(*sequence, featuresOf(readRecording(source.path))));
-  return features(*sequence, descriptor);
+  return features(*sequence, descriptor, source.strict);
 }
 
-Features Describing::features(const Sequence& sequence, const std::string& descriptor) {
+Features Describing::features(const Sequence& sequence, const std::string& descriptor, bool strict) {
   std::vector<std::string> problems;
   Features features = describeSequence(sequence, descriptor, options_, *progress_, &problems);
+  if (strict && !problems.empty()) throw Error(problems.front());
   warn(problems);
   return features;
 }

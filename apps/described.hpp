@@ -31,7 +31,8 @@ class Describing {
   /// others: the parts that it names; "": all there are).
   Features features(const SequenceArguments& source, const std::string& descriptor);
 
-  Features features(const Sequence& sequence, const std::string& descriptor);
+  /// `strict`: an image that cannot be described is an Error.
+  Features features(const Sequence& sequence, const std::string& descriptor, bool strict = false);
 
   /// What `classifier` says of the frames whose words are known; `sequence` (nullptr: not at hand) shows
   /// what the words do not tell.

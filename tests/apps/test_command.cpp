@@ -59,7 +59,7 @@ class Command : public testing::Test {
 
 TEST_F(Command, EveryHelpHasAnExample) {
   for (const char* name : {"label", "map", "ask", "route", "localize", "evaluate", "explain", "export",
-                           "report", "experiment", "models", "cache"}) {
+                           "report", "experiment", "models", "cache", "classify"}) {
     const auto result = run({name, "--help"});
     EXPECT_EQ(result.exitCode, 0) << name;
     EXPECT_THAT(result.out, HasSubstr(std::string("  estancia ") + name)) << name;
