@@ -49,7 +49,10 @@ void addCard(Markup& out, const MapSummary& summary, std::size_t position, const
   out.open("header")
       .add(badge(byZone ? zones->styleOf(position) : summary.styleOf(node), std::to_string(node.node->id)))
       .open("div");
-  out.element("h3", shorten(node.room.empty() ? node.title : node.room, 48));
+  out.element("h3", shorten(!node.room.empty()            ? node.room
+                            : !node.predictedRoom.empty() ? node.predictedRoom
+                                                          : node.title,
+                            48));
   out.element("p", fmt::format("Node {} · {} · {:.1f} %", node.node->id, counted(node.node->frames, "frame"),
                                100 * node.share));
   addPrediction(out, node);

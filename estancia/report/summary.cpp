@@ -70,11 +70,9 @@ MapSummary summarize(const TopologicalMap& map) {
     entry.node = &node;
     const auto& rooms = places[summary.nodes.size() - 1].predicted;
     entry.predicted = describeRooms(rooms);
+    if (!rooms.empty()) entry.predictedRoom = rooms.front().room;
     const auto best = bestLabels(node, 1);
-    if (!rooms.empty())
-      entry.title = rooms.front().room;
-    else if (!best.empty())
-      entry.title = firstSynonym(map.vocabulary[best.front()]);
+    if (!best.empty()) entry.title = firstSynonym(map.vocabulary[best.front()]);
     if (!map.frames.empty())
       entry.share = static_cast<double>(node.frames) / static_cast<double>(map.frames.size());
   }

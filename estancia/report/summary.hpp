@@ -16,8 +16,9 @@ namespace estancia::report {
 struct NodeSummary {
   const Node* node = nullptr;       ///< of the summarized map
   std::string room;                 ///< the room most of its frames are in, "" when unknown
-  std::string predicted;            ///< what a classifier takes it for: "kitchen 83 %, office 10 %", or ""
-  std::string title;                ///< the best predicted room, else its best label's first synonym
+  std::string predictedRoom;        ///< what a classifier takes it for, "" when none was asked
+  std::string predicted;            ///< the same with other candidates: "kitchen 83 %, office 10 %"
+  std::string title;                ///< its best label's first synonym
   double share = 0;                 ///< of all frames, 0 … 1
   std::vector<std::size_t> frames;  ///< ascending
   std::vector<Visit> visits;        ///< ascending, uninterrupted stays
