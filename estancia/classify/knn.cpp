@@ -98,9 +98,10 @@ DescriptorMatrix toUnit(const DescriptorMatrix& x) {
 
 class Knn final : public Classifier {
  public:
+  /// Of the cosine, rows of length 1.
   Knn(DescriptorMatrix rows, std::vector<int> of, std::vector<double> weightsOfClasses, std::size_t k,
       bool unit, std::string how)
-      : x(unit ? toUnit(rows) : std::move(rows)),
+      : x(std::move(rows)),
         classes(std::move(of)),
         weights(std::move(weightsOfClasses)),
         neighbours(k),
@@ -209,7 +210,7 @@ std::unique_ptr<Classifier> trainKnn(const Samples& samples, const ClassifierOpt
       cosine = isCosine;
     }
   }
-  return std::make_unique<Knn>(samples.x, samples.classes, search.weights,
+  return std::make_unique<Knn>(cosine ? toUnit(samples.x) : samples.x, samples.classes, search.weights,
                                static_cast<std::size_t>(neighbours), cosine,
                                fmt::format("{} neighbours, {}: {:.1f} % of what was held out", neighbours,
                                            cosine ? "cosine" : "Euclidean", 100 * best));

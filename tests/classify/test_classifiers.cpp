@@ -311,6 +311,18 @@ TEST(Knn, TheCosineIgnoresLengths) {
             trained(samples, options)->predict(longer.x).values());
 }
 
+TEST(Knn, TheCosineIsReadBackExactly) {
+  const Samples samples = clouds(3, 20, 31, 2, 1), queries = clouds(3, 20, 31, 2, 2);
+  ClassifierOptions options = typed("knn");
+  options.metric = "cosine";
+  const auto classifier = trained(samples, options);
+  const std::string bytes = bytesOf(*classifier);
+  ByteReader in(bytes, "bytes", "look again");
+  const auto back = readClassifier(in);
+  EXPECT_EQ(bytesOf(*back), bytes);
+  EXPECT_EQ(back->predict(queries.x).values(), classifier->predict(queries.x).values());
+}
+
 TEST(Knn, ASampleItselfOutvotesAllOthers) {
   const Samples samples = clouds(3, 20, 5, 3, 1);
   ClassifierOptions options = typed("knn");
