@@ -119,7 +119,7 @@ TEST(RouteToWords, EndsWhereTheWordIsMostProbable) {
   const WordRoute found = routeToWords(test::sampleMap(), 0, "desk");
   EXPECT_EQ(found.goal.node, 3);
   EXPECT_THAT(found.route.nodes, ElementsAre(0, 1, 3));
-  EXPECT_THAT(found.labels, ElementsAre(2U));
+  EXPECT_THAT(found.meaning.labels, ElementsAre(2U));
 }
 
 TEST(RouteToWords, TakesTheNearestOfPlacesThatAreEquallyGood) {
