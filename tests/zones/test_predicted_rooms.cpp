@@ -34,7 +34,7 @@ Zones namedZones(bool truth = false) {
   return zones;
 }
 
-TEST(PredictedRoomsOfZones, AreTheirImagesMean) {
+TEST(PredictedRoomsOfZones, ArePooledOverTheirImages) {
   const Zones zones = namedZones();
   EXPECT_EQ(zones.zones[0].predicted.front(), (RoomProbability{"kitchen", 0.875}));
   EXPECT_EQ(zones.zones[1].predicted.back(), (RoomProbability{"bath", 0.375}));
