@@ -64,7 +64,7 @@ Variances compareBy(const std::vector<std::vector<std::vector<double>>>& testsOf
       for (const auto& tests : testsOfDrives) sum += tests[k][m];
       result.curves[m].push_back(100 * sum / static_cast<double>(testsOfDrives.size()));
     }
-  result.standings = standings(all);
+  result.standings = standings(all, Better::smaller);
   result.order = ascending(models, [&](std::size_t m) { return result.standings[m].meanRank; });
   return result;
 }

@@ -10,12 +10,14 @@
 
 namespace estancia {
 
-std::vector<double> ranks(std::span<const double> values) {
+std::vector<double> ranks(std::span<const double> values, Better better) {
   if (!std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); }))
     throw Error("values that are not finite have no rank");
   std::vector<std::size_t> order(values.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return better == Better::smaller ? values[a] < values[b] : values[a] > values[b];
+  });
   std::vector<double> result(values.size());
   for (std::size_t first = 0, end = 0; first < order.size(); first = end) {
     while (end < order.size() && values[order[end]] == values[order[first]]) ++end;
@@ -25,20 +27,41 @@ std::vector<double> ranks(std::span<const double> values) {
   return result;
 }
 
-std::vector<Standing> standings(const std::vector<std::vector<double>>& tests) {
+std::vector<double> meanRanks(const std::vector<std::vector<double>>& tests, Better better) {
   if (tests.empty()) throw Error("without tests nobody can be ranked");
-  std::vector<Standing> result(tests.front().size());
+  std::vector<double> means(tests.front().size());
   for (const auto& test : tests) {
-    if (test.size() != result.size())
-      throw Error(fmt::format("a test of {} competitors beside one of {}", test.size(), result.size()));
-    const std::vector<double> rank = ranks(test);
-    for (std::size_t c = 0; c < test.size(); ++c) {
-      result[c].meanRank += rank[c] / static_cast<double>(tests.size());
-      for (std::size_t other = 0; other < test.size(); ++other)
-        if (other != c)
-          ++(test[c] < test[other]   ? result[c].wins
-             : test[c] > test[other] ? result[c].losses
-                                     : result[c].ties);
+    if (test.size() != means.size())
+      throw Error(fmt::format("a test of {} competitors beside one of {}", test.size(), means.size()));
+    const std::vector<double> rank = ranks(test, better);
+    for (std::size_t c = 0; c < rank.size(); ++c) means[c] += rank[c];  // halves: exact
+  }
+  for (double& mean : means) mean /= static_cast<double>(tests.size());
+  return means;
+}
+
+Record recordAgainst(const std::vector<std::vector<double>>& tests, std::size_t one, std::size_t other,
+                     Better better) {
+  Record record;
+  for (const auto& test : tests) {
+    const double ahead =
+        better == Better::smaller ? test.at(other) - test.at(one) : test.at(one) - test.at(other);
+    ++(ahead > 0 ? record.wins : ahead < 0 ? record.losses : record.ties);
+  }
+  return record;
+}
+
+std::vector<Standing> standings(const std::vector<std::vector<double>>& tests, Better better) {
+  const std::vector<double> means = meanRanks(tests, better);
+  std::vector<Standing> result(means.size());
+  for (std::size_t c = 0; c < result.size(); ++c) {
+    result[c].meanRank = means[c];
+    for (std::size_t other = 0; other < result.size(); ++other) {
+      if (other == c) continue;
+      const Record record = recordAgainst(tests, c, other, better);
+      result[c].wins += record.wins;
+      result[c].ties += record.ties;
+      result[c].losses += record.losses;
     }
   }
   return result;

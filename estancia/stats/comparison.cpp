@@ -1,0 +1,118 @@
+#include "estancia/stats/comparison.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+void requireUnique(const std::vector<std::string>& names, const char* what) {
+  std::set<std::string> known;
+  for (const std::string& name : names)
+    if (!known.insert(name).second) throw Error(fmt::format("two {}s are called \"{}\"", what, name));
+}
+
+void check(const Scores& scores, double alpha) {
+  if (scores.methods.empty() || scores.tests.empty())
+    throw Error(fmt::format("{} methods and {} tests are nothing to compare", scores.methods.size(),
+                            scores.tests.size()));
+  requireUnique(scores.methods, "method");
+  requireUnique(scores.tests, "test");
+  if (scores.values.size() != scores.tests.size())
+    throw Error(fmt::format("scores of {} tests beside {} names", scores.values.size(), scores.tests.size()));
+  for (std::size_t t = 0; t < scores.tests.size(); ++t) {
+    if (scores.values[t].size() != scores.methods.size())
+      throw Error(fmt::format("test \"{}\" has {} scores for {} methods", scores.tests[t],
+                              scores.values[t].size(), scores.methods.size()));
+    for (std::size_t m = 0; m < scores.methods.size(); ++m)
+      if (!std::isfinite(scores.values[t][m]))
+        throw Error(fmt::format("the score of \"{}\" in test \"{}\" is {}; it must be a number",
+                                scores.methods[m], scores.tests[t], scores.values[t][m]));
+  }
+  if (!(alpha > 0 && alpha < 1)) throw Error(fmt::format("alpha is {}; it lies between 0 and 1", alpha));
+}
+
+/// The stretches of rows that groups() of Comparison promises.
+std::vector<std::pair<std::size_t, std::size_t>> groupsOf(const Comparison& result) {
+  const std::size_t k = result.rows.size();
+  if (k < 2) return {};
+  if (!result.differ) return {{0, k - 1}};
+  const auto rowOf = [&] {
+    std::vector<std::size_t> rows(k);
+    for (std::size_t r = 0; r < k; ++r) rows[result.rows[r].method] = r;
+    return rows;
+  }();
+  // All tests judge by the difference of mean ranks alone, so each row's equals reach up to some last row.
+  std::vector<std::size_t> last(k);
+  std::iota(last.begin(), last.end(), std::size_t{0});
+  for (const PairTest& pair : result.pairs) {
+    if (pair.adjusted <= result.options.alpha) continue;
+    const auto [low, high] = std::minmax(rowOf[pair.first], rowOf[pair.second]);
+    last[low] = std::max(last[low], high);
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> groups;
+  if (result.options.postHoc == PostHoc::holm) {
+    const std::size_t control = rowOf[result.control];
+    std::size_t first = control;
+    while (first > 0 && last[first - 1] >= control) --first;
+    if (last[control] > first) groups.emplace_back(first, last[control]);
+    return groups;
+  }
+  for (std::size_t r = 0; r < k; ++r)
+    if (last[r] > r && (groups.empty() || last[r] > groups.back().second)) groups.emplace_back(r, last[r]);
+  return groups;
+}
+
+}  // namespace
+
+Comparison compareMethods(Scores scores, const ComparisonOptions& options) {
+  check(scores, options.alpha);
+  Comparison result;
+  const std::size_t k = scores.methods.size();
+  const std::vector<double> rank = meanRanks(scores.values, options.better);
+  const auto chosen =
+      options.control.empty()
+          ? scores.methods.begin() + (std::min_element(rank.begin(), rank.end()) - rank.begin())
+          : std::find(scores.methods.begin(), scores.methods.end(), options.control);
+  if (chosen == scores.methods.end())
+    throw Error(fmt::format("no method is called \"{}\"; there are {}", options.control,
+                            fmt::join(scores.methods, ", ")));
+  result.control = static_cast<std::size_t>(chosen - scores.methods.begin());
+  result.friedman = friedmanTest(scores.values);
+  result.differ = result.friedman.fP <= options.alpha;
+  result.pairs = postHocTests(options.postHoc, rank, scores.tests.size(), result.control);
+  if (options.postHoc == PostHoc::nemenyi && k > 1)
+    result.criticalDifference = criticalDifference(options.alpha, k, scores.tests.size());
+
+  std::vector<std::optional<double>> p(k);
+  for (const PairTest& pair : result.pairs)
+    if (pair.first == result.control || pair.second == result.control)
+      p[pair.first == result.control ? pair.second : pair.first] = pair.adjusted;
+  for (std::size_t m = 0; m < k; ++m)
+    result.rows.push_back(
+        {m, rank[m], p[m], result.differ && p[m] && *p[m] <= options.alpha,
+         m == result.control ? Record{} : recordAgainst(scores.values, result.control, m, options.better)});
+  std::stable_sort(result.rows.begin(), result.rows.end(),
+                   [](const auto& a, const auto& b) { return a.meanRank < b.meanRank; });
+  if (k == 2) {
+    std::vector<double> first, second;
+    for (const auto& test : scores.values) {
+      first.push_back(test[0]);
+      second.push_back(test[1]);
+    }
+    result.wilcoxon = wilcoxonTest(first, second);
+  }
+  result.scores = std::move(scores);
+  result.options = options;
+  result.groups = groupsOf(result);
+  return result;
+}
+
+}  // namespace estancia
