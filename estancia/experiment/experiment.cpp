@@ -11,6 +11,7 @@
 #include "estancia/experiment/grid.hpp"
 #include "estancia/experiment/model_choice.hpp"
 #include "estancia/experiment/place_tasks.hpp"
+#include "estancia/experiment/scenes.hpp"
 #include "estancia/experiment/zone_tables.hpp"
 
 namespace estancia {
@@ -39,6 +40,8 @@ constexpr Kind kKinds[] = {
      prepare<readModelChoice, chooseModel>},
     {"places", "places mapped, found again, and rooms told apart", placeTasksColumns, true,
      prepare<readPlaceTasks, comparePlaceTasks>},
+    {"scenes", "rooms named by every descriptor with every classifier (thesis 3.5)", scenesColumns, false,
+     prepare<readScenes, compareScenes>},
     {"zones", "zones against rooms, by model, distance, linkage and cut (thesis 5.5)", zoneTablesColumns,
      false, prepare<readZoneTables, compareZones>},
 };

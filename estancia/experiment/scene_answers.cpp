@@ -36,13 +36,13 @@ double effectiveSize(const SceneTest& test, const std::vector<double>& right, do
 
 Share shareRight(const SceneTest& test, const std::vector<double>& right) {
   if (right.empty()) throw Error("no image was asked about, so that there is no share of right answers");
-  const double share =
-      std::accumulate(right.begin(), right.end(), 0.0) / static_cast<double>(right.size());
+  const double share = std::accumulate(right.begin(), right.end(), 0.0) / static_cast<double>(right.size());
   const double n = effectiveSize(test, right, share);
   constexpr double z = 1.959963984540054;
   const double middle = (share + z * z / (2 * n)) / (1 + z * z / n);
   const double half = z / (1 + z * z / n) * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n));
-  return {share, std::min(share, std::max(0.0, middle - half)), std::max(share, std::min(1.0, middle + half))};
+  return {share, std::min(share, std::max(0.0, middle - half)),
+          std::max(share, std::min(1.0, middle + half))};
 }
 
 std::vector<double> SceneAnswers::right(const SceneTest& test) const {

@@ -30,7 +30,8 @@ void numberTests(const ScenesData& data, ScenesResults& results) {
   results.rooms.assign(rooms.begin(), rooms.end());
   for (const ScenesData::Pair& pair : data.pairs) {
     const SceneImages &train = data.images[pair.train], &test = data.images[pair.test];
-    ScenesResults::Pair numbered{train.name, test.name, {}, {}, {}, train.runs.size(), pair.train == pair.test};
+    ScenesResults::Pair numbered{
+        train.name, test.name, {}, {}, {}, train.runs.size(), pair.train == pair.test};
     std::map<std::string, int> runs;
     for (std::size_t i = 0; i < test.runs.size(); ++i) {
       const Frame& frame = test.features.frames[i];
@@ -165,8 +166,8 @@ void runSubsets(const ScenesOptions& options, const ScenesData& data, const Expe
       for (std::size_t p = 0; p < data.pairs.size(); ++p) {
         trials.push_back({&data, &results, p, &*descriptor, subsets.classifier, &options,
                           count == labels ? "" : rule, count == labels ? 0 : count});
-        cells.push_back({{descriptor->name, subsets.classifier, results.pairs[p].train,
-                          results.pairs[p].test, rule, std::to_string(count)},
+        cells.push_back({{descriptor->name, subsets.classifier, results.pairs[p].train, results.pairs[p].test,
+                          rule, std::to_string(count)},
                          trials.back().inputs()});
       }
   const auto answers = runTrials(trials, cells, grid, progress, "choosing labels");
@@ -197,9 +198,9 @@ Findings compareScenes(const ScenesOptions& options, Grid& grid, const Experimen
   numberTests(data, results);
   for (const SceneDescriptor& descriptor : data.descriptors) {
     const Features features = withParts(withRows(data.images[0].features, {}), descriptor.parts);
-    const bool words = std::all_of(features.parts.begin(), features.parts.end(), [](const DescriptorPart& part) {
-      return part.kind == PartKind::probabilities;
-    });
+    const bool words =
+        std::all_of(features.parts.begin(), features.parts.end(),
+                    [](const DescriptorPart& part) { return part.kind == PartKind::probabilities; });
     results.descriptors.push_back({descriptor.name, words, descriptor.parts.size()});
   }
   results.classifiers = options.classifiers;

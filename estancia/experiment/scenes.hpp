@@ -27,11 +27,11 @@ struct ScenesOptions {
     SequenceSource images;
     std::filesystem::path table;  ///< CSV with a header, one line an image; "": the images know their rooms
     std::string imageColumn = "image", roomColumn = "room";
-    std::string splitColumn;                      ///< of the table; "": all images belong together
-    std::string train = "train", test = "test";   ///< its values
-    std::optional<SequenceSource> asked;          ///< the images to ask about: [data.test]
-    std::vector<std::string> only;                ///< these rooms; none: all
-    bool optional = false;                        ///< left out, with a note, when it is not there
+    std::string splitColumn;                     ///< of the table; "": all images belong together
+    std::string train = "train", test = "test";  ///< its values
+    std::optional<SequenceSource> asked;         ///< the images to ask about: [data.test]
+    std::vector<std::string> only;               ///< these rooms; none: all
+    bool optional = false;                       ///< left out, with a note, when it is not there
   };
   /// A descriptor in fewer labels (3.5.3, Fig. 3.11).
   struct Subsets {
@@ -45,8 +45,8 @@ struct ScenesOptions {
   std::vector<std::string> optionalDescriptors;  ///< left out, with a note, where a model is not installed
   std::vector<std::string> classifiers;          ///< none: all
   std::vector<std::uint64_t> seeds{1};           ///< each cell is the mean over them
-  int folds = 5;                 ///< of the cross-validation in which classifiers choose their parameters
-  bool sameSequence = true;      ///< also pairs of a sequence with itself (without a split)
+  int folds = 5;             ///< of the cross-validation in which classifiers choose their parameters
+  bool sameSequence = true;  ///< also pairs of a sequence with itself (without a split)
   std::optional<Subsets> subsets;
   std::vector<Data> data;  ///< at least one
 };

@@ -41,8 +41,8 @@ std::string imagePart(const std::string& part) {
   try {
     return readModelSpec(getModelFolder(part)).name;
   } catch (const Error& problem) {
-    throw Error(fmt::format("the descriptor {} is none of {}, and no model: {}", part,
-                            fmt::join(types, ", "), problem.what()));
+    throw Error(fmt::format("the descriptor {} is none of {}, and no model: {}", part, fmt::join(types, ", "),
+                            problem.what()));
   }
 }
 
@@ -64,7 +64,8 @@ Wanted findDescriptors(const ScenesOptions& options, const ExperimentRun& run,
     for (const std::string& source : sources) found.parts.push_back(images ? imagePart(source) : source);
     found.name = fmt::format("{}", fmt::join(found.parts, "+"));
     for (const Features* table : tables) withParts(withRows(*table, {}), found.parts);
-    if (!names.insert(found.name).second) throw Error(fmt::format("two descriptors are called {}", found.name));
+    if (!names.insert(found.name).second)
+      throw Error(fmt::format("two descriptors are called {}", found.name));
     for (const std::string& source : sources)
       if (std::find(wanted.sources.begin(), wanted.sources.end(), source) == wanted.sources.end())
         wanted.sources.push_back(source);
@@ -85,9 +86,9 @@ struct Source {
   std::string name;
   const Data* data;
   SequenceSource from;
-  std::string split;                    ///< value of the data's split column; "": all
-  std::unique_ptr<Sequence> sequence;   ///< either this …
-  std::optional<Features> table;        ///< … or this
+  std::string split;                   ///< value of the data's split column; "": all
+  std::unique_ptr<Sequence> sequence;  ///< either this …
+  std::optional<Features> table;       ///< … or this
 };
 
 Source open(const std::string& name, const Data& data, SequenceSource from, const std::string& split) {
@@ -115,10 +116,11 @@ SceneImages withRooms(const Source& source, const Features& all) {
         (data.only.empty() || std::find(data.only.begin(), data.only.end(), rooms[i]) != data.only.end()))
       kept.push_back(i);
   if (kept.empty())
-    throw Error(fmt::format("{}: no image has a known room{}{}; name them by `table`, or in the images' own "
-                            "rooms.csv",
-                            source.name, data.only.empty() ? "" : " that is wanted by `only`",
-                            source.split.empty() ? "" : " and is \"" + source.split + "\""));
+    throw Error(
+        fmt::format("{}: no image has a known room{}{}; name them by `table`, or in the images' own "
+                    "rooms.csv",
+                    source.name, data.only.empty() ? "" : " that is wanted by `only`",
+                    source.split.empty() ? "" : " and is \"" + source.split + "\""));
   SceneImages images{source.name, withRows(all, kept), {}, {}, {}};
   std::vector<std::string> keptRooms;
   for (std::size_t k = 0; k < kept.size(); ++k) {
@@ -132,14 +134,15 @@ SceneImages withRooms(const Source& source, const Features& all) {
 void digest(SceneImages& images) {
   std::string told;
   for (std::size_t i = 0; i < images.runs.size(); ++i)
-    told += images.features.frames[i].name + '\n' + images.features.frames[i].room + '\n' + images.runs[i] + '\n';
+    told +=
+        images.features.frames[i].name + '\n' + images.features.frames[i].room + '\n' + images.runs[i] + '\n';
   images.framesDigest = sha256(told);
   for (const DescriptorPart& part : images.features.parts) {
     const Features one = withParts(images.features, {part.name});
     const auto& values = one.values.values();
-    images.partDigests[part.name] =
-        sha256(sha256({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)}) +
-               part.identity + fmt::format("\n{}\n{}", static_cast<int>(part.kind), fmt::join(part.columns, "\n")));
+    images.partDigests[part.name] = sha256(
+        sha256({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)}) +
+        part.identity + fmt::format("\n{}\n{}", static_cast<int>(part.kind), fmt::join(part.columns, "\n")));
   }
 }
 
@@ -183,9 +186,10 @@ std::vector<Source> openAll(const ScenesOptions& options, std::vector<std::strin
       if (train != test || options.sameSequence) pairs.push_back({train, test});
   if (sources.empty()) throw Error("none of the data is there; name yours by [[data]]");
   if (pairs.empty())
-    throw Error(fmt::format("{}: one sequence alone makes no pair; add another, part it by `split_column` or "
-                            "[data.test], or let `same_sequence` be true",
-                            sources[0].name));
+    throw Error(
+        fmt::format("{}: one sequence alone makes no pair; add another, part it by `split_column` or "
+                    "[data.test], or let `same_sequence` be true",
+                    sources[0].name));
   return sources;
 }
 
@@ -208,33 +212,32 @@ ScenesData describeScenes(const ScenesOptions& options, const ExperimentRun& run
   const Wanted wanted = findDescriptors(options, run, tables, images, notes);
   data.descriptors = wanted.descriptors;
 
-  Features features;  // of the last sequence: halves by a column are described once
+  std::optional<Features> features;  // of the last sequence: halves by a column are described once
   for (std::size_t s = 0; s < sources.size(); ++s) {
     const Source& source = sources[s];
     if (!source.split.empty() && s > 0 && sources[s - 1].data == source.data) {
-      data.images.push_back(withRooms(source, source.table ? *source.table : features));
+      data.images.push_back(withRooms(source, source.table ? *source.table : *features));
       digest(data.images.back());
       continue;
     }
-    for (const std::string& warning : source.sequence ? source.sequence->warnings() : std::vector<std::string>{})
+    for (const std::string& warning :
+         source.sequence ? source.sequence->warnings() : std::vector<std::string>{})
       notes.push_back(fmt::format("{}: {}", source.name, warning));
     if (source.table) {
       data.images.push_back(withRooms(source, *source.table));
     } else {
       std::vector<std::string> problems;
-      features =
-          describeSequence(*source.sequence, fmt::format("{}", fmt::join(wanted.sources, "+")),
-                           {run.labeler, run.cache}, progress, &problems);
+      features = describeSequence(*source.sequence, fmt::format("{}", fmt::join(wanted.sources, "+")),
+                                  {run.labeler, run.cache}, progress, &problems);
       if (!problems.empty())
         notes.push_back(fmt::format("{}: {} images were left out, for all descriptors alike; the first: {}",
                                     source.name, problems.size(), problems[0]));
-      data.images.push_back(withRooms(source, features));
+      data.images.push_back(withRooms(source, *features));
     }
     digest(data.images.back());
   }
   for (const auto& pair : data.pairs) requireLearnable(data.images[pair.train]);
-  for (const DescriptorPart& part : data.images[0].features.parts)
-    data.identities.push_back(part.identity);
+  for (const DescriptorPart& part : data.images[0].features.parts) data.identities.push_back(part.identity);
   return data;
 }
 

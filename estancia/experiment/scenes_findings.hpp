@@ -13,10 +13,10 @@ namespace estancia {
 struct ScenesResults {
   struct Pair {
     std::string train, test;
-    SceneTest images;                     ///< of the test
+    SceneTest images;                      ///< of the test
     std::vector<std::string> names, runs;  ///< of the images, and of the run of each number
-    std::size_t learned = 0;              ///< images
-    bool same = false;                    ///< the very images it was trained with
+    std::size_t learned = 0;               ///< images
+    bool same = false;                     ///< the very images it was trained with
   };
   struct Descriptor {
     std::string name;

@@ -140,7 +140,8 @@ double accuracyOfChoice(const ScenesResults& results, const std::vector<std::siz
     double left = 0;
     for (std::size_t r = 0; r < right.size(); ++r) {
       for (std::size_t c = 0; c < cells.size(); ++c)
-        (drawn[r] > 0 ? inside : outside)[c] += right[r][c] * std::max<double>(1, static_cast<double>(drawn[r]));
+        (drawn[r] > 0 ? inside : outside)[c] +=
+            right[r][c] * std::max<double>(1, static_cast<double>(drawn[r]));
       if (drawn[r] == 0) left += images[r];
     }
     if (left <= 0) continue;
