@@ -9,19 +9,9 @@ import scipy
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import pdist
 
+from scipy_random import Random
+
 METHODS = ["single", "complete", "average", "weighted", "ward"]
-
-
-class Random:
-    """A linear congruential generator that both sides have (Knuth's MMIX)."""
-
-    def __init__(self, seed):
-        self.state = seed
-
-    def uniform(self):
-        """A multiple of 2^-24 in [0, 1)."""
-        self.state = (self.state * 6364136223846793005 + 1442695040888963407) % 2**64
-        return (self.state >> 40) / 2**24
 
 
 def descriptors(seed, items, labels, places):

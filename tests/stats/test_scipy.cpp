@@ -9,24 +9,13 @@
 #include "estancia/core/error.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/linkage.hpp"
+#include "scipy_random.hpp"
 
 namespace estancia {
 namespace {
 
 using Json = nlohmann::json;
-
-/// See scipy_linkage.py.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : state_(seed) {}
-  double uniform() {
-    state_ = state_ * 6364136223846793005U + 1442695040888963407U;
-    return static_cast<double>(state_ >> 40) / 0x1p24;
-  }
-
- private:
-  std::uint64_t state_;
-};
+using test::Random;
 
 DescriptorMatrix descriptors(std::uint64_t seed, std::size_t items, std::size_t labels, std::size_t places) {
   Random random(seed);

@@ -29,7 +29,7 @@ struct ComparisonOptions {
 
 /// Friedman's test and a post-hoc test with what tables and pictures show of them (thesis Table 3.2; Demšar,
 /// JMLR 7 (2006)).
-struct Comparison {
+struct MethodComparison {
   /// One method beside the control.
   struct Row {
     std::size_t method = 0;
@@ -56,6 +56,6 @@ struct Comparison {
 /// mean ranks stay in the order of the methods. Throws Error when a score is not finite, saying whose and
 /// where, the table has holes, no method, no test or a name twice, alpha is not inside (0, 1), the control is
 /// unknown (lists the known ones), and as postHocTests() does.
-Comparison compareMethods(Scores scores, const ComparisonOptions& options = {});
+MethodComparison compareMethods(Scores scores, const ComparisonOptions& options = {});
 
 }  // namespace estancia

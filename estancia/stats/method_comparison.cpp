@@ -1,4 +1,4 @@
-#include "estancia/stats/comparison.hpp"
+#include "estancia/stats/method_comparison.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -39,8 +39,8 @@ void check(const Scores& scores, double alpha) {
   if (!(alpha > 0 && alpha < 1)) throw Error(fmt::format("alpha is {}; it lies between 0 and 1", alpha));
 }
 
-/// The stretches of rows that groups() of Comparison promises.
-std::vector<std::pair<std::size_t, std::size_t>> groupsOf(const Comparison& result) {
+/// The stretches of rows that groups() of MethodComparison promises.
+std::vector<std::pair<std::size_t, std::size_t>> groupsOf(const MethodComparison& result) {
   const std::size_t k = result.rows.size();
   if (k < 2) return {};
   if (!result.differ) return {{0, k - 1}};
@@ -72,9 +72,9 @@ std::vector<std::pair<std::size_t, std::size_t>> groupsOf(const Comparison& resu
 
 }  // namespace
 
-Comparison compareMethods(Scores scores, const ComparisonOptions& options) {
+MethodComparison compareMethods(Scores scores, const ComparisonOptions& options) {
   check(scores, options.alpha);
-  Comparison result;
+  MethodComparison result;
   const std::size_t k = scores.methods.size();
   const std::vector<double> rank = meanRanks(scores.values, options.better);
   const auto chosen =
