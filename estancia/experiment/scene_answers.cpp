@@ -53,6 +53,11 @@ std::vector<double> SceneAnswers::right(const SceneTest& test) const {
   return shares;
 }
 
+double SceneAnswers::accuracy(const SceneTest& test) const {
+  const auto shares = right(test);
+  return std::accumulate(shares.begin(), shares.end(), 0.0) / static_cast<double>(shares.size());
+}
+
 std::vector<double> SceneAnswers::confusion(const SceneTest& test) const {
   std::vector<double> counts(static_cast<std::size_t>(test.roomCount) *
                              static_cast<std::size_t>(test.roomCount));

@@ -35,6 +35,7 @@ struct SceneAnswers {
 
   /// Share of the seeds that were right about each image.
   std::vector<double> right(const SceneTest& test) const;
+  double accuracy(const SceneTest& test) const;
   /// Mean over the rooms that the test shows of the share of their images that were recognised.
   double balancedAccuracy(const SceneTest& test) const;
   /// rooms × rooms, the true one a row: images, a mean over the seeds.

@@ -9,8 +9,9 @@
 #include <numeric>
 #include <optional>
 
+#include "estancia/experiment/scenes_rankings.hpp"
 #include "estancia/experiment/scenes_statistics.hpp"
-#include "estancia/experiment/thesis_scenes.hpp"
+#include "estancia/experiment/scenes_subsets.hpp"
 #include "estancia/io/csv.hpp"
 
 namespace estancia {
@@ -23,16 +24,7 @@ using Pair = ScenesResults::Pair;
 constexpr std::size_t mostPairsTold = 4;  // with a table each; of more, means only
 constexpr std::size_t mostCellsTold = 25;
 constexpr std::size_t mostImagesTold = 15;
-constexpr std::size_t thesisCount = 75;  // labels, of 793
 constexpr std::uint64_t choiceSeed = 1;
-
-double mean(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
-
-double accuracy(const SceneAnswers& answers, const SceneTest& test) {
-  return mean(answers.right(test));
-}
 
 class Sections {
  public:
@@ -57,7 +49,8 @@ class Sections {
     std::vector<double> values;
     for (std::size_t p = 0; p < results_.pairs.size(); ++p)
       if (which(results_.pairs[p])) values.push_back(100 * of(cell(p, number), results_.pairs[p].images));
-    return values.empty() ? std::nullopt : std::optional(mean(values));
+    if (values.empty()) return std::nullopt;
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
   }
 
   /// Descriptors down, classifiers across.
@@ -73,12 +66,6 @@ class Sections {
       table.rows.push_back(std::move(row));
     }
     return table;
-  }
-
-  /// What pairs tell about a classifier elsewhere: those whose test was not learned, where there are such.
-  bool tells(const Pair& pair) const {
-    return !pair.same || std::all_of(results_.pairs.begin(), results_.pairs.end(),
-                                     [](const Pair& other) { return other.same; });
   }
 
   /// The cells whose descriptor is wanted, best mean accuracy first.
@@ -122,16 +109,16 @@ class Sections {
       } else {
         low = 100;
         for (std::size_t p = 0; p < results_.pairs.size(); ++p) {
-          if (!tells(results_.pairs[p])) continue;
-          const double value = 100 * accuracy(cell(p, c), results_.pairs[p].images);
+          if (!results_.tells(results_.pairs[p])) continue;
+          const double value = 100 * cell(p, c).accuracy(results_.pairs[p].images);
           low = std::min(low, value);
           high = std::max(high, value);
         }
       }
-      const Which told = [this](const Pair& pair) { return tells(pair); };
-      table.rows.push_back(
-          {nameOf(c),
-           {percent(c, accuracy, told), low, high, percent(c, &SceneAnswers::balancedAccuracy, told)}});
+      const Which told = [this](const Pair& pair) { return results_.tells(pair); };
+      table.rows.push_back({nameOf(c),
+                            {percent(c, &SceneAnswers::accuracy, told), low, high,
+                             percent(c, &SceneAnswers::balancedAccuracy, told)}});
     }
     return table;
   }
@@ -141,7 +128,7 @@ class Sections {
     const std::size_t rooms = results_.rooms.size();
     std::vector<double> sums(rooms * rooms);
     for (std::size_t p = 0; p < results_.pairs.size(); ++p) {
-      if (!tells(results_.pairs[p])) continue;
+      if (!results_.tells(results_.pairs[p])) continue;
       const auto counts = cell(p, number).confusion(results_.pairs[p].images);
       for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += counts[i];
     }
@@ -160,67 +147,6 @@ class Sections {
                                            : std::numeric_limits<double>::quiet_NaN());
     }
     return matrix;
-  }
-
-  std::optional<LineChart> curve() const {
-    if (results_.curves.empty()) return std::nullopt;
-    LineChart chart{fmt::format("{}: {} in fewer labels, {}", results_.name, results_.curveDescriptor,
-                                results_.curveClassifier),
-                    "Labels are chosen on the training images alone (Fig. 3.11 of the thesis chose them on "
-                    "all images). " +
-                        subsetAnswer(),
-                    "labels",
-                    "accuracy [%]",
-                    false,
-                    {},
-                    {}};
-    for (const std::size_t count : results_.counts) chart.x.push_back(static_cast<double>(count));
-    for (const auto& line : results_.curves) {
-      std::vector<double> y;
-      for (std::size_t k = 0; k < results_.counts.size(); ++k) y.push_back(100 * mean(curveShares(line, k)));
-      chart.lines.push_back({line.rule, std::move(y)});
-    }
-    return chart;
-  }
-
-  ResultTable curveTable() const {
-    ResultTable table{
-        fmt::format("{}: accuracy of {} in fewer labels", results_.name, results_.curveDescriptor),
-        fmt::format("{}, in percent. All cells are in {}-subsets.csv.", results_.curveClassifier,
-                    results_.name),
-        "labels",
-        {},
-        {}};
-    for (const auto& line : results_.curves) table.columns.push_back({line.rule, 1, Best::largest});
-    for (std::size_t k = 0; k < results_.counts.size(); ++k) {
-      auto& row = table.rows.emplace_back(ResultTable::Row{std::to_string(results_.counts[k]), {}});
-      for (const auto& line : results_.curves) row.values.push_back(100 * mean(curveShares(line, k)));
-    }
-    return table;
-  }
-
-  /// Whether 75 labels beat all; "" where they were not tried.
-  std::string subsetAnswer() const {
-    const auto few = std::find(results_.counts.begin(), results_.counts.end(), thesisCount);
-    if (results_.curves.empty() || few == results_.counts.end() || results_.counts.back() <= thesisCount)
-      return "";
-    const std::size_t all = results_.counts.size() - 1;
-    std::string told;
-    for (const auto& line : results_.curves) {
-      const auto fewer = curveShares(line, static_cast<std::size_t>(few - results_.counts.begin()));
-      const auto whole = curveShares(line, all);
-      const double difference = 100 * (mean(fewer) - mean(whole));
-      const WilcoxonTest test = wilcoxonTest(
-          curveBlocks(line, static_cast<std::size_t>(few - results_.counts.begin())), curveBlocks(line, all));
-      told += fmt::format("{}{:+.1f} points by {} (Wilcoxon p = {:.2g})", told.empty() ? "" : ", ",
-                          difference, line.rule, test.p);
-      if (&line == &results_.curves.front())
-        told = fmt::format("“{} labels beat all” {}: against all {}, {}", thesisCount,
-                           difference > 0 ? test.p < 0.05 ? "holds here" : "holds here, but not beyond chance"
-                                          : "does not hold here",
-                           results_.counts.back(), told);
-    }
-    return told + ".";
   }
 
   ResultTable hardest() const {
@@ -255,7 +181,7 @@ class Sections {
     std::vector<Image> all;
     for (std::size_t p = 0; p < results_.pairs.size(); ++p) {
       const SceneTest& test = results_.pairs[p].images;
-      if (!tells(results_.pairs[p])) continue;
+      if (!results_.tells(results_.pairs[p])) continue;
       for (std::size_t i = 0; i < test.rooms.size(); ++i) {
         std::vector<double> said(results_.rooms.size());
         for (std::size_t c = 0; c < cellCount(); ++c)
@@ -293,26 +219,6 @@ class Sections {
   }
 
  private:
-  /// Accuracy in each pair that tells, with the labels of number k.
-  std::vector<double> curveShares(const ScenesResults::Curve& line, std::size_t k) const {
-    std::vector<double> shares;
-    for (std::size_t p = 0; p < results_.pairs.size(); ++p)
-      if (tells(results_.pairs[p])) shares.push_back(accuracy(line.answers[k][p], results_.pairs[p].images));
-    return shares;
-  }
-
-  /// The same in each block of the statistics.
-  std::vector<double> curveBlocks(const ScenesResults::Curve& line, std::size_t k) const {
-    ScenesResults alone;
-    alone.pairs = results_.pairs;
-    alone.descriptors = {{"", true, 1}};
-    alone.classifiers = {""};
-    alone.cells = line.answers[k];
-    std::vector<double> values;
-    for (const auto& block : blocksOf(alone).values) values.push_back(block[0]);
-    return values;
-  }
-
   const ScenesResults& results_;
 };
 
@@ -324,7 +230,8 @@ void addAccuracies(const ScenesResults& results, const Sections& sections, Findi
     return std::count_if(results.pairs.begin(), results.pairs.end(), which);
   };
   const auto add = [&](const std::string& what, const Sections::Which& which, const std::string& caption) {
-    findings.sections.emplace_back(sections.byDescriptor("accuracy" + what, caption, accuracy, which));
+    findings.sections.emplace_back(
+        sections.byDescriptor("accuracy" + what, caption, &SceneAnswers::accuracy, which));
   };
   findings.sections.emplace_back(sections.best());
   if (results.pairs.size() == 1) {
@@ -351,39 +258,21 @@ void addAccuracies(const ScenesResults& results, const Sections& sections, Findi
   findings.sections.emplace_back(sections.byDescriptor(
       "balanced accuracy",
       "In percent: the mean over the rooms of the share of their images that were recognised.",
-      &SceneAnswers::balancedAccuracy, [&](const Pair& pair) { return sections.tells(pair); }));
-}
-
-/// Friedman's and Holm's tests, and what their tests are.
-void addStatistics(const ScenesResults& results, Findings& findings) {
-  const SceneBlocks blocks = blocksOf(results);
-  if (blocks.values.size() < 2) {
-    findings.notes.push_back(results.name +
-                             ": the test images are one run in one room, so there is nothing to rank over");
-    return;
-  }
-  const std::string tests =
-      blocks.runs
-          ? fmt::format(
-                "The {} tests are the runs of the test images: each shows one room, in images taken one "
-                "after another. So it is asked whether these classifiers, as they were trained, differ in "
-                "other rooms like these; not whether they would after learning from other images.",
-                blocks.values.size())
-          : fmt::format(
-                "The {} tests are the pairs of training and test, as in the thesis. They share "
-                "sequences, so that p-values are too small.",
-                blocks.values.size());
-  (void)tests;
+      &SceneAnswers::balancedAccuracy, [&](const Pair& pair) { return results.tells(pair); }));
 }
 
 }  // namespace
+
+bool ScenesResults::tells(const Pair& pair) const {
+  return !pair.same || std::all_of(pairs.begin(), pairs.end(), [](const Pair& other) { return other.same; });
+}
 
 Findings findingsOf(const ScenesResults& results) {
   const Sections sections(results);
   Findings findings;
   findings.title = "Which room is this";
   addAccuracies(results, sections, findings);
-  addStatistics(results, findings);
+  addRankings(results, findings);
 
   const auto words = sections.ranked([](const Descriptor& d) { return d.words && d.parts == 1; });
   const auto together = sections.ranked([](const Descriptor& d) { return d.parts > 1; });
@@ -398,10 +287,10 @@ Findings findingsOf(const ScenesResults& results) {
     findings.sections.emplace_back(sections.confusion(words.front(), "The best single lexical descriptor"));
   if (!together.empty())
     findings.sections.emplace_back(sections.confusion(together.front(), "The best conjunction"));
-  if (auto curve = sections.curve()) {
-    findings.sections.emplace_back(std::move(*curve));
-    findings.sections.emplace_back(sections.curveTable());
-    if (const std::string answer = sections.subsetAnswer(); !answer.empty()) findings.summary += " " + answer;
+  if (!results.curves.empty()) {
+    findings.sections.emplace_back(subsetCurve(results));
+    findings.sections.emplace_back(subsetTable(results));
+    if (const std::string answer = subsetAnswer(results); !answer.empty()) findings.summary += " " + answer;
   }
   findings.sections.emplace_back(sections.hardest());
 

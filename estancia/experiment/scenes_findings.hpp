@@ -39,6 +39,10 @@ struct ScenesResults {
   std::vector<std::size_t> counts;  ///< of labels; the last is all of them
   std::vector<Curve> curves;
 
+  /// Whether it tells what a classifier is worth elsewhere: the test was not learned. Where there are no such
+  /// pairs, all of them have to do.
+  bool tells(const Pair& pair) const;
+
   const SceneAnswers& cell(std::size_t pair, std::size_t descriptor, std::size_t classifier) const {
     return cells[(pair * descriptors.size() + descriptor) * classifiers.size() + classifier];
   }

@@ -20,20 +20,11 @@ const SceneAnswers& cellOf(const ScenesResults& results, std::size_t pair, std::
   return results.cells[pair * cellCount(results) + cell];
 }
 
-/// Pairs that tell what a classifier is worth elsewhere; all of them where there are no others.
-std::vector<std::size_t> askedElsewhere(const ScenesResults& results) {
+std::vector<std::size_t> pairsThatTell(const ScenesResults& results) {
   std::vector<std::size_t> pairs;
   for (std::size_t p = 0; p < results.pairs.size(); ++p)
-    if (!results.pairs[p].same) pairs.push_back(p);
-  if (pairs.empty())
-    for (std::size_t p = 0; p < results.pairs.size(); ++p) pairs.push_back(p);
+    if (results.tells(results.pairs[p])) pairs.push_back(p);
   return pairs;
-}
-
-double accuracyOf(const ScenesResults& results, std::size_t pair, std::size_t cell) {
-  const SceneTest& test = results.pairs[pair].images;
-  const auto right = cellOf(results, pair, cell).right(test);
-  return std::accumulate(right.begin(), right.end(), 0.0) / static_cast<double>(right.size());
 }
 
 }  // namespace
@@ -44,12 +35,13 @@ SceneBlocks blocksOf(const ScenesResults& results) {
     for (std::size_t p = 0; p < results.pairs.size(); ++p) {
       blocks.names.push_back(fmt::format("{} → {}", results.pairs[p].train, results.pairs[p].test));
       auto& values = blocks.values.emplace_back();
-      for (std::size_t c = 0; c < cellCount(results); ++c) values.push_back(accuracyOf(results, p, c));
+      for (std::size_t c = 0; c < cellCount(results); ++c)
+        values.push_back(cellOf(results, p, c).accuracy(results.pairs[p].images));
     }
     return blocks;
   }
   blocks.runs = true;
-  for (const std::size_t p : askedElsewhere(results)) {
+  for (const std::size_t p : pairsThatTell(results)) {
     const Pair& pair = results.pairs[p];
     const std::size_t first = blocks.values.size();
     for (const std::string& run : pair.runs) {
@@ -96,10 +88,10 @@ Scores scoresOfClassifiers(const ScenesResults& results, const SceneBlocks& bloc
 
 std::vector<double> meanAccuracies(const ScenesResults& results, const std::vector<std::size_t>& cells) {
   std::vector<double> means;
-  const auto pairs = askedElsewhere(results);
+  const auto pairs = pairsThatTell(results);
   for (const std::size_t cell : cells) {
     double sum = 0;
-    for (const std::size_t p : pairs) sum += accuracyOf(results, p, cell);
+    for (const std::size_t p : pairs) sum += cellOf(results, p, cell).accuracy(results.pairs[p].images);
     means.push_back(sum / static_cast<double>(pairs.size()));
   }
   return means;
@@ -112,7 +104,7 @@ double accuracyOfChoice(const ScenesResults& results, const std::vector<std::siz
   std::vector<std::vector<double>> right;
   std::vector<double> images;
   std::map<std::pair<std::string, std::string>, std::size_t> places;
-  for (const std::size_t p : askedElsewhere(results)) {
+  for (const std::size_t p : pairsThatTell(results)) {
     const Pair& pair = results.pairs[p];
     const SceneTest& test = pair.images;
     std::vector<std::size_t> place;

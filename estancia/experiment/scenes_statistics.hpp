@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "estancia/experiment/scenes_findings.hpp"
-#include "estancia/stats/comparison.hpp"
+#include "estancia/stats/method_comparison.hpp"
 
 namespace estancia {
 
