@@ -4,18 +4,16 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <exception>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <thread>
 #include <utility>
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/core/parallel.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 
@@ -25,34 +23,6 @@ namespace {
 
 constexpr int cellVersion = 2;
 constexpr std::size_t mostCellBytes = 16 << 20;
-
-/// Calls work(i) for all i below `count`, on `threads` threads. Stops early after an exception and throws
-/// that of the lowest i.
-void inParallel(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& work) {
-  std::atomic<std::size_t> next{0};
-  std::mutex mutex;
-  std::size_t failedAt = count;
-  std::exception_ptr failure;
-  const auto labour = [&] {
-    for (std::size_t i = next++; i < count; i = next++) {
-      try {
-        work(i);
-      } catch (...) {
-        const std::lock_guard lock(mutex);
-        next = count;
-        if (i < failedAt) {
-          failedAt = i;
-          failure = std::current_exception();
-        }
-      }
-    }
-  };
-  std::vector<std::thread> others;
-  for (std::size_t i = 1; i < std::min(threads, count); ++i) others.emplace_back(labour);
-  labour();
-  for (std::thread& other : others) other.join();
-  if (failure) std::rethrow_exception(failure);
-}
 
 }  // namespace
 

@@ -15,6 +15,7 @@
 #include "estancia/experiment/posed_descriptors.hpp"
 #include "estancia/experiment/room_table.hpp"
 #include "estancia/label/model.hpp"
+#include "estancia/label/record.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
@@ -301,7 +302,8 @@ Findings comparePlaceTasks(const PlaceTasksOptions& options, Grid& grid, const E
     const auto labeler = loadModel(model.model, run.labeler);
     identities.emplace_back("Model", labeler->identity());
     const Recorder recorder = [&](const Sequence& sequence) {
-      return labelAll(sequence, *labeler, model.name, run.cache, progress);
+      return labelAll(sequence, *labeler, fmt::format("{}: labelling {}", model.name, sequence.name()),
+                      run.cache, progress);
     };
     std::vector<Cell> grids;
     for (const Task& task : tasks)

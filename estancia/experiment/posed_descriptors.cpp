@@ -39,18 +39,11 @@ void PosedDescriptors::widen(const Vocabulary& words) {
 
 PosedDescriptors labelPosed(const Sequence& sequence, Labeler& labeler, LabelCache* cache, Progress& progress,
                             const std::string& what) {
-  LabelStreamOptions options;
-  options.cache = cache;
   std::vector<std::size_t> labelled;
-  progress.begin(what, sequence.size());
-  const Recording recording = record(sequence, labeler, options, [&](const LabelledFrame& frame) {
-    if (interrupted())
-      throw Interrupted(
-          "stopped; what is labelled and computed is kept, the same command goes on from there");
-    if (frame.labelled()) labelled.push_back(frame.index);
-    progress.advance();
-  });
-  progress.end();
+  const Recording recording =
+      labelAll(sequence, labeler, what, cache, progress, [&labelled](const LabelledFrame& frame) {
+        if (frame.labelled()) labelled.push_back(frame.index);
+      });
   PosedDescriptors result(recording.vocabulary);
   result.unreadable = sequence.size() - labelled.size();
   for (std::size_t i = 0; i < labelled.size(); ++i) {

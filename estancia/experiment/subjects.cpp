@@ -2,13 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cstdint>
 #include <filesystem>
 #include <set>
 
 #include "estancia/core/error.hpp"
+#include "estancia/io/recording.hpp"
 #include "estancia/label/model.hpp"
-#include "estancia/label/record.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -38,17 +37,6 @@ std::vector<ConfigFile::Key> sourceKeys(ConfigFile& config, SequenceSource& sour
       {"exposure", false, "[EV]", number(how.exposure, -20, 20)},
       {"rounds", false, "of the tour", whole(how.rounds, 1000)},
   };
-}
-
-Recording labelAll(const Sequence& sequence, Labeler& labeler, const std::string& model, LabelCache* cache,
-                   Progress& progress) {
-  progress.begin(fmt::format("{}: labelling {}", model, sequence.name()), sequence.size());
-  Recording recording = record(sequence, labeler, {.cache = cache}, [&progress](const LabelledFrame&) {
-    progress.advance();
-    if (interrupted()) throw Interrupted("stopped; run it again to go on");
-  });
-  progress.end();
-  return recording;
 }
 
 namespace {

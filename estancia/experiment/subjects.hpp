@@ -8,9 +8,7 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/experiment/experiment.hpp"
-#include "estancia/io/recording.hpp"
 #include "estancia/io/sequence.hpp"
-#include "estancia/label/labeler.hpp"
 
 namespace estancia {
 
@@ -25,11 +23,6 @@ std::unique_ptr<Sequence> openImages(const SequenceSource& source);
 
 /// The keys that say where images are and how to open them.
 std::vector<ConfigFile::Key> sourceKeys(ConfigFile& config, SequenceSource& source, bool pathRequired);
-
-/// The words of all images; those that cannot be read are left out. Throws Error when there are none,
-/// Interrupted when the user asks to stop.
-Recording labelAll(const Sequence& sequence, Labeler& labeler, const std::string& model, LabelCache* cache,
-                   Progress& progress);
 
 struct Candidate {
   std::string model;  ///< for loadModel()

@@ -21,6 +21,7 @@
 #include "estancia/experiment/room_table.hpp"
 #include "estancia/experiment/zone_tables_findings.hpp"
 #include "estancia/label/model.hpp"
+#include "estancia/label/record.hpp"
 #include "estancia/stats/agreement.hpp"
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/linkage.hpp"
@@ -252,7 +253,9 @@ std::vector<std::vector<Labelled>> labelData(const std::vector<const Data*>& dat
     const auto labeler = loadModel(model.model, run.labeler);
     told.facts.emplace_back("Model", labeler->identity());
     for (std::size_t d = 0; d < data.size(); ++d) {
-      const Recording words = labelAll(*sequences[d], *labeler, model.name, run.cache, progress);
+      const Recording words =
+          labelAll(*sequences[d], *labeler, fmt::format("{}: labelling {}", model.name, sequences[d]->name()),
+                   run.cache, progress);
       if (words.frames.size() < sequences[d]->size())
         told.notes.push_back(fmt::format("{}: {} unreadable images were left out ({})", data[d]->name,
                                          sequences[d]->size() - words.frames.size(), model.name));

@@ -33,4 +33,18 @@ Recording record(const Sequence& sequence, Labeler& labeler, const LabelStreamOp
   return recording;
 }
 
+Recording labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what, LabelCache* cache,
+                   Progress& progress, const std::function<void(const LabelledFrame&)>& watch) {
+  progress.begin(what, sequence.size());
+  Recording recording = record(sequence, labeler, {.cache = cache}, [&](const LabelledFrame& frame) {
+    if (watch) watch(frame);
+    progress.advance();
+    if (interrupted())
+      throw Interrupted(fmt::format("stopped; {}the same command goes on from there",
+                                    cache != nullptr ? "what is labelled is kept, " : ""));
+  });
+  progress.end();
+  return recording;
+}
+
 }  // namespace estancia

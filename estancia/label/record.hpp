@@ -3,7 +3,9 @@
 
 #include <cstddef>
 #include <functional>
+#include <string>
 
+#include "estancia/core/progress.hpp"
 #include "estancia/io/recording.hpp"
 #include "estancia/label/label_stream.hpp"
 
@@ -14,5 +16,9 @@ namespace estancia {
 /// Throws Error when no frame at all has words, and what the stream throws.
 Recording record(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options = {},
                  const std::function<void(const LabelledFrame&)>& watch = {});
+
+/// The same with a bar, called `what` for people. Throws Interrupted when the user asks to stop.
+Recording labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what, LabelCache* cache,
+                   Progress& progress, const std::function<void(const LabelledFrame&)>& watch = {});
 
 }  // namespace estancia

@@ -1,0 +1,303 @@
+#include "estancia/describe/features.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <numeric>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "estancia/core/cores.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/parallel.hpp"
+#include "estancia/label/record.hpp"
+
+namespace estancia {
+namespace {
+
+std::vector<std::string> splitAtPlus(const std::string& text) {
+  std::vector<std::string> names;
+  std::istringstream list(text);
+  for (std::string name; std::getline(list, name, '+');) names.push_back(name);
+  if (names.empty() || text.ends_with('+')) names.emplace_back();
+  return names;
+}
+
+/// Of "NAME DIGEST", as labelers identify themselves.
+std::string nameIn(const std::string& identity) {
+  return identity.substr(0, identity.rfind(' '));
+}
+
+/// Names of the models behind `count` parts: "A+B" has two. Those of other ensembles are numbered.
+std::vector<std::string> namesOfParts(const std::string& name, std::size_t count) {
+  if (count == 1) return {name};
+  std::vector<std::string> names = splitAtPlus(name);
+  for (std::string& each : names) each = std::filesystem::path(each).filename().string();
+  if (names.size() == count && std::set(names.begin(), names.end()).size() == count) return names;
+  names.clear();
+  for (std::size_t i = 1; i <= count; ++i) names.push_back(fmt::format("{} {}", name, i));
+  return names;
+}
+
+std::vector<DescriptorPart> partsOfWords(const Vocabulary& vocabulary, const std::string& identity) {
+  const std::vector<LabelPart>& layout = vocabulary.layout().parts;
+  const std::vector<std::string> names = namesOfParts(nameIn(identity), layout.size());
+  std::vector<DescriptorPart> parts;
+  auto label = vocabulary.labels().begin();
+  for (std::size_t i = 0; i < layout.size(); ++i) {
+    const auto end = label + static_cast<std::ptrdiff_t>(layout[i].size);
+    parts.push_back({names[i],
+                     PartKind::probabilities,
+                     {label, end},
+                     layout.size() == 1 ? identity : fmt::format("part {} of {}", i + 1, identity)});
+    label = end;
+  }
+  return parts;
+}
+
+/// One name of the list, opened.
+struct Source {
+  std::string name;
+  std::unique_ptr<Descriptor> descriptor;  ///< this one, or …
+  std::unique_ptr<Labeler> labeler;        ///< … that one
+};
+
+/// Numbers of a source for the frames of a sequence.
+struct Column {
+  std::vector<DescriptorPart> parts;
+  std::vector<std::vector<float>> rows;  ///< one a frame; empty where there is none
+};
+
+std::vector<Source> openSources(const std::string& descriptors, const DescribeOptions& options) {
+  std::vector<Source> sources;
+  std::set<std::string> seen;
+  // A path may hold a plus sign.
+  for (const std::string& name :
+       std::filesystem::exists(descriptors) ? std::vector{descriptors} : splitAtPlus(descriptors)) {
+    if (name.empty())
+      throw Error(fmt::format("\"{}\": name the descriptors between the plus signs", descriptors));
+    if (!seen.insert(name).second)
+      throw Error(fmt::format("\"{}\": {} stands there twice; once is enough", descriptors, name));
+    Source source{name, findDescriptor(name), nullptr};
+    if (!source.descriptor) {
+      try {
+        getModelFolder(name);
+      } catch (const Error& e) {
+        std::vector<std::string> types;
+        for (const auto& [type, what] : descriptorTypes()) types.push_back(type);
+        throw Error(
+            fmt::format("{}; descriptors that need no model are {}", e.what(), fmt::join(types, ", ")));
+      }
+      LabelerOptions how = options.labeler;
+      how.onDemand = how.onDemand || options.cache != nullptr;
+      source.labeler = loadModel(name, how);
+    }
+    sources.push_back(std::move(source));
+  }
+  return sources;
+}
+
+/// Why frames have no numbers: the first reason of each.
+class Problems {
+ public:
+  explicit Problems(const Sequence& sequence) : sequence_(sequence), sentences_(sequence.size()) {}
+
+  /// Safe to call from several threads for different frames.
+  void tell(std::size_t frame, const std::string& descriptor, const std::string& what) {
+    std::string& sentence = sentences_[frame];
+    if (sentence.empty())
+      sentence = fmt::format("{}: no {}: {}", sequence_.frame(frame).name, descriptor, what);
+  }
+  std::vector<std::string> sentences() const {
+    std::vector<std::string> told;
+    std::ranges::copy_if(sentences_, std::back_inserter(told), [](auto& s) { return !s.empty(); });
+    return told;
+  }
+
+ private:
+  const Sequence& sequence_;
+  std::vector<std::string> sentences_;
+};
+
+Column labelled(const Sequence& sequence, const Source& source, LabelCache* cache, Progress& progress,
+                Problems& problems) {
+  std::vector<std::size_t> frames;
+  const Recording words =
+      labelAll(sequence, *source.labeler, fmt::format("{}: labelling {}", source.name, sequence.name()),
+               cache, progress, [&](const LabelledFrame& frame) {
+                 if (frame.labelled())
+                   frames.push_back(frame.index);
+                 else
+                   problems.tell(frame.index, source.name, frame.problem);
+               });
+  Column column{partsOfWords(words.vocabulary, words.model), {}};
+  column.rows.resize(sequence.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const DescriptorView row = words.descriptors.row(i);
+    column.rows[frames[i]].assign(row.begin(), row.end());
+  }
+  return column;
+}
+
+View viewOf(const Sequence& sequence, std::size_t frame, bool image, bool depth) {
+  View view;
+  view.frame = sequence.frame(frame).name;
+  if (image) view.image = sequence.image(frame);
+  if (depth) {
+    view.depth = sequence.depth(frame);
+    view.camera = sequence.intrinsics()->scaledTo(view.depth.cols, view.depth.rows);
+  }
+  return view;
+}
+
+/// All that needs no model, so that every picture is decoded once.
+std::vector<Column> computed(const Sequence& sequence, const std::vector<const Source*>& sources, int threads,
+                             Progress& progress, Problems& problems) {
+  std::vector<Column> columns;
+  std::vector<std::string> names;
+  bool image = false, depth = false;
+  for (const Source* source : sources) {
+    columns.push_back({{source->descriptor->part()}, {}});
+    columns.back().rows.resize(sequence.size());
+    names.push_back(source->name);
+    image = image || source->descriptor->needsImage();
+    depth = depth || source->descriptor->needsDepth();
+    if (!source->descriptor->needsDepth()) continue;
+    if (!sequence.hasDepth())
+      throw Error(fmt::format("{}: {} needs depth, and there is none; name other descriptors",
+                              sequence.name(), source->name));
+    if (!sequence.intrinsics())
+      throw Error(fmt::format("{}: {} needs to know the depth camera; give its intrinsics", sequence.name(),
+                              source->name));
+  }
+  std::mutex mutex;
+  progress.begin(fmt::format("{}: describing {}", fmt::join(names, "+"), sequence.name()), sequence.size());
+  inParallel(sequence.size(), static_cast<std::size_t>(threads > 0 ? threads : freeCores()),
+             [&](std::size_t frame) {
+               if (interrupted()) throw Interrupted("stopped while describing; nothing was written");
+               std::size_t at = 0;
+               try {
+                 const View view = viewOf(sequence, frame, image, depth);
+                 for (; at < sources.size(); ++at)
+                   columns[at].rows[frame] = sources[at]->descriptor->describe(view);
+               } catch (const Error& e) {
+                 problems.tell(frame, names[at], e.what());
+               }
+               const std::lock_guard lock(mutex);
+               progress.advance();
+             });
+  progress.end();
+  return columns;
+}
+
+}  // namespace
+
+std::string Features::name() const {
+  std::string all;
+  for (const DescriptorPart& part : parts) all += (all.empty() ? "" : "+") + part.name;
+  return all;
+}
+
+Features describeSequence(const Sequence& sequence, const std::string& descriptors,
+                          const DescribeOptions& options, Progress& progress,
+                          std::vector<std::string>* problems) {
+  const std::vector<Source> sources = openSources(descriptors, options);
+  Problems told(sequence);
+  std::vector<const Source*> direct;
+  for (const Source& source : sources)
+    if (source.descriptor) direct.push_back(&source);
+  // Before labelling: it is quick, and it refuses what cannot be done.
+  std::vector<Column> numbers = direct.empty()
+                                    ? std::vector<Column>{}
+                                    : computed(sequence, direct, options.labeler.threads, progress, told);
+  std::vector<Column> columns;
+  auto next = numbers.begin();
+  for (const Source& source : sources)
+    columns.push_back(source.descriptor ? std::move(*next++)
+                                        : labelled(sequence, source, options.cache, progress, told));
+
+  Features features{{}, {}, DescriptorMatrix(0)};
+  std::set<std::string> names;
+  std::size_t size = 0;
+  for (Column& column : columns)
+    for (DescriptorPart& part : column.parts) {
+      if (!names.insert(part.name).second)
+        throw Error(fmt::format("\"{}\": two of its descriptors are called {}", descriptors, part.name));
+      size += part.size();
+      features.parts.push_back(std::move(part));
+    }
+  features.values = DescriptorMatrix(size);
+  std::vector<float> row;
+  for (std::size_t frame = 0; frame < sequence.size(); ++frame) {
+    if (std::ranges::any_of(columns, [&](const Column& c) { return c.rows[frame].empty(); })) continue;
+    row.clear();
+    for (Column& column : columns) {
+      row.insert(row.end(), column.rows[frame].begin(), column.rows[frame].end());
+      std::vector<float>().swap(column.rows[frame]);
+    }
+    features.values.append(row);
+    features.frames.push_back(sequence.frame(frame));
+  }
+  const std::vector<std::string> sentences = told.sentences();
+  if (problems != nullptr) problems->insert(problems->end(), sentences.begin(), sentences.end());
+  if (features.frames.empty())
+    throw Error(fmt::format("{}: not one of its frames can be described{}", sequence.name(),
+                            sentences.empty() ? "" : "; " + sentences.front()));
+  return features;
+}
+
+Features featuresOf(const Recording& recording) {
+  return {partsOfWords(recording.vocabulary, recording.model), recording.frames, recording.descriptors};
+}
+
+Features withParts(const Features& features, const std::vector<std::string>& names) {
+  std::vector<std::size_t> begins(1, 0);
+  std::vector<std::string> known;
+  for (const DescriptorPart& part : features.parts) {
+    begins.push_back(begins.back() + part.size());
+    known.push_back(part.name);
+  }
+  Features result{{}, features.frames, DescriptorMatrix(0)};
+  std::vector<std::size_t> chosen;
+  std::size_t size = 0;
+  for (const std::string& name : names) {
+    const auto found = std::ranges::find(known, name);
+    if (found == known.end())
+      throw Error(fmt::format("there is no part {}; there are {}", name, fmt::join(known, ", ")));
+    chosen.push_back(static_cast<std::size_t>(found - known.begin()));
+    result.parts.push_back(features.parts[chosen.back()]);
+    size += result.parts.back().size();
+  }
+  result.values = DescriptorMatrix(size);
+  result.values.reserve(features.frames.size());
+  std::vector<float> row;
+  for (std::size_t i = 0; i < features.values.size(); ++i) {
+    row.clear();
+    const DescriptorView all = features.values.row(i);
+    for (const std::size_t c : chosen) {
+      const DescriptorView part = all.subspan(begins[c], features.parts[c].size());
+      row.insert(row.end(), part.begin(), part.end());
+    }
+    result.values.append(row);
+  }
+  return result;
+}
+
+Features withRows(const Features& features, const std::vector<std::size_t>& rows) {
+  Features result{features.parts, {}, DescriptorMatrix(features.values.labels())};
+  result.values.reserve(rows.size());
+  for (const std::size_t i : rows) {
+    if (i >= features.frames.size())
+      throw Error(fmt::format("there is no row {}; there are {}", i, features.frames.size()));
+    result.frames.push_back(features.frames[i]);
+    result.values.append(features.values.row(i));
+  }
+  return result;
+}
+
+}  // namespace estancia
