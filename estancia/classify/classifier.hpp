@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +13,9 @@
 #include "estancia/core/progress.hpp"
 
 namespace estancia {
+
+class ByteReader;
+class ByteWriter;
 
 /// What a classifier learns from. Invariant: one class and one group a row of x, classes 0 … count - 1.
 struct Samples {
@@ -26,8 +30,14 @@ struct ClassifierOptions {
   bool balanced = true;          ///< each class counts alike, however many samples it has
   int folds = 5;                 ///< of the grouped cross-validation that finds what is not given below
   std::uint64_t seed = 1;
-  int threads = 0;  ///< 0: one a free core; the result does not depend on it
-  // One struct a classifier follows: C, gamma, trees, neighbours …; absent means: search.
+  int threads = 0;  ///< 0: one a usable core; the result does not depend on it
+
+  /// svm-linear, svm-rbf, linear: what an error costs, > 0; the larger, the closer the training set is
+  /// followed.
+  std::optional<double> c;
+  std::optional<double> gamma;    ///< svm-rbf: k(a, b) = exp(−gamma |a − b|²), > 0
+  std::optional<int> neighbours;  ///< knn: how many vote
+  int trees = 500;                ///< forest
 };
 
 /// A trained classifier. Safe to use from several threads.
@@ -38,16 +48,26 @@ class Classifier {
   virtual std::size_t columns() const = 0;
   virtual int classCount() const = 0;
 
-  /// N × classes probabilities that add up to 1. `threads` = 0: one a free core.
+  /// What training chose and how well that did: "C 10, gamma 0.5: 77.1 % of what was held out".
+  virtual std::string choice() const = 0;
+
+  /// N × classes probabilities that add up to 1; 0 for classes without training samples. `threads` = 0: one a
+  /// usable core. Throws Error when x has not columns() columns or holds what is not finite.
   virtual DescriptorMatrix predict(const DescriptorMatrix& x, int threads = 0) const = 0;
+
+  /// For readClassifier().
+  virtual void write(ByteWriter& out) const = 0;
 };
 
 /// svm-linear, svm-rbf, linear, forest, knn, each with one line of explanation.
 std::vector<std::pair<std::string, std::string>> classifierTypes();
 
-/// Throws Error on an unknown type (listing the known ones), fewer than two classes with samples, values that
-/// are not finite; Interrupted when the user asks to stop.
+/// Throws Error on an unknown type (listing the known ones), options out of range, fewer than two classes
+/// with samples, values that are not finite; Interrupted when the user asks to stop.
 std::unique_ptr<Classifier> trainClassifier(const Samples& samples, const ClassifierOptions& options,
                                             Progress& progress);
+
+/// What write() wrote. Throws Error on anything else.
+std::unique_ptr<Classifier> readClassifier(ByteReader& in);
 
 }  // namespace estancia

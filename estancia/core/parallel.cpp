@@ -7,6 +7,9 @@
 #include <thread>
 #include <vector>
 
+#include "estancia/core/cores.hpp"
+#include "estancia/core/error.hpp"
+
 namespace estancia {
 
 void inParallel(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& work) {
@@ -33,6 +36,17 @@ void inParallel(std::size_t count, std::size_t threads, const std::function<void
   labour();
   for (std::thread& other : others) other.join();
   if (failure) std::rethrow_exception(failure);
+}
+
+void inParallel(std::size_t count, int threads, Progress& progress, const std::string& stopped,
+                const std::function<void(std::size_t)>& work) {
+  std::mutex mutex;
+  inParallel(count, static_cast<std::size_t>(threads > 0 ? threads : usableCores()), [&](std::size_t i) {
+    if (interrupted()) throw Interrupted(stopped);
+    work(i);
+    const std::lock_guard lock(mutex);
+    progress.advance();
+  });
 }
 
 }  // namespace estancia

@@ -3,11 +3,19 @@
 
 #include <cstddef>
 #include <functional>
+#include <string>
+
+#include "estancia/core/progress.hpp"
 
 namespace estancia {
 
 /// Calls work(i) for all i below `count`, on `threads` threads. Stops early after an exception and throws
 /// that of the lowest i.
 void inParallel(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& work);
+
+/// The same, telling `progress` of each one that is done; `threads` = 0: one a usable core. Throws
+/// Interrupted, saying `stopped`, when the user asks to stop.
+void inParallel(std::size_t count, int threads, Progress& progress, const std::string& stopped,
+                const std::function<void(std::size_t)>& work);
 
 }  // namespace estancia

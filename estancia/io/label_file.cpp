@@ -3,17 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 
+#include "estancia/core/bytes.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/files.hpp"
@@ -22,59 +20,11 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "label files are little-endian");
-
 constexpr std::string_view magic = "ESTLABEL";
 constexpr std::uint32_t version = 1;
 constexpr std::size_t mostBytes = std::size_t{64} << 30;
 
-class Writer {
- public:
-  template <class Value>
-  void number(Value value) {
-    static_assert(std::is_arithmetic_v<Value>);
-    bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
-  }
-  void text(std::string_view text) {
-    number(static_cast<std::uint32_t>(text.size()));
-    raw(text);
-  }
-  void raw(std::string_view bytes) { bytes_ += bytes; }
-  const std::string& bytes() const { return bytes_; }
-
- private:
-  std::string bytes_;
-};
-
-/// Takes values off the front; never beyond the end.
-class Reader {
- public:
-  Reader(std::string_view bytes, std::string name) : rest_(bytes), name_(std::move(name)) {}
-
-  template <class Value>
-  Value number() {
-    Value value{};
-    std::memcpy(&value, raw(sizeof value).data(), sizeof value);
-    return value;
-  }
-  std::string text() { return std::string(raw(number<std::uint32_t>())); }
-  std::string_view raw(std::size_t bytes) {
-    if (bytes > rest_.size()) fail("it is cut short");
-    const std::string_view taken = rest_.substr(0, bytes);
-    rest_.remove_prefix(bytes);
-    return taken;
-  }
-  std::size_t left() const { return rest_.size(); }
-  [[noreturn]] void fail(std::string_view why) const {
-    throw Error(fmt::format("{}: {}; label the sequence again", name_, why));
-  }
-
- private:
-  std::string_view rest_;
-  std::string name_;
-};
-
-void write(Writer& out, const Frame& frame) {
+void write(ByteWriter& out, const Frame& frame) {
   out.text(frame.name);
   out.text(frame.room);
   out.number(static_cast<std::uint8_t>((frame.timestamp ? 1 : 0) | (frame.pose ? 2 : 0)));
@@ -83,7 +33,7 @@ void write(Writer& out, const Frame& frame) {
     for (const double value : {p->x, p->y, p->z, p->qx, p->qy, p->qz, p->qw}) out.number(value);
 }
 
-Frame readFrame(Reader& in) {
+Frame readFrame(ByteReader& in) {
   Frame frame;
   frame.name = in.text();
   frame.room = in.text();
@@ -101,7 +51,7 @@ Frame readFrame(Reader& in) {
 }  // namespace
 
 void writeLabelFile(const Recording& recording, const fs::path& file) {
-  Writer out;
+  ByteWriter out;
   out.raw(magic);
   out.number(version);
   out.raw(recording.vocabulary.digest());
@@ -123,7 +73,7 @@ void writeLabelFile(const Recording& recording, const fs::path& file) {
 
 Recording readLabelFile(const fs::path& file) {
   const std::string bytes = readBytes(file, mostBytes);
-  Reader in(bytes, printable(file.string()));
+  ByteReader in(bytes, printable(file.string()), "label the sequence again");
   if (!bytes.starts_with(magic))
     throw Error(fmt::format("{}: no label file; give one that `estancia label` has written",
                             printable(file.string())));

@@ -4,16 +4,13 @@
 #include <sys/mman.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstdlib>
-#include <mutex>
-#include <thread>
 #include <utility>
 #include <vector>
 
-#include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/parallel.hpp"
 #include "estancia/core/simd.hpp"
 
 namespace estancia {
@@ -159,31 +156,6 @@ void requireFinite(const DescriptorMatrix& rows) {
                                 i, value));
 }
 
-/// Runs task(0) … task(count − 1), each once, on several threads. The caller's own thread tells of progress.
-template <class Task>
-void share(std::size_t count, int threads, Progress& progress, Task task) {
-  std::atomic<std::size_t> next = 0, done = 0;
-  const auto work = [&](auto&& tell) {
-    for (std::size_t i = next++; i < count && !interrupted(); i = next++) {
-      task(i);
-      ++done;
-      tell();
-    }
-  };
-  std::vector<std::thread> others;
-  const std::size_t most = std::min(count, static_cast<std::size_t>(threads > 0 ? threads : usableCores()));
-  for (std::size_t t = 1; t < most; ++t) others.emplace_back(work, [] {});
-  std::size_t told = 0;
-  work([&] {
-    const std::size_t now = done;
-    progress.advance(now - told);
-    told = now;
-  });
-  for (std::thread& other : others) other.join();
-  if (done < count) throw Interrupted("stopped while the distances of all pairs were computed");
-  progress.advance(count - told);
-}
-
 }  // namespace
 
 CondensedDistances::CondensedDistances(std::size_t items) : items_(items), size_(items * (items - 1) / 2) {
@@ -244,10 +216,11 @@ CondensedDistances pairwiseDistances(const DescriptorMatrix& rows, Comparison co
   Progress& progress = options.progress != nullptr ? *options.progress : silent;
   const std::size_t blocks = (n + block - 1) / block;
   progress.begin("distances of all pairs", blocks);
-  share(blocks, options.threads, progress, [&](std::size_t b) {
-    const std::size_t begin = b * block, end = std::min(n, begin + block);
-    tiled ? byTiles(begin, end) : pairByPair(begin, end);
-  });
+  inParallel(blocks, options.threads, progress, "stopped while the distances of all pairs were computed",
+             [&](std::size_t b) {
+               const std::size_t begin = b * block, end = std::min(n, begin + block);
+               tiled ? byTiles(begin, end) : pairByPair(begin, end);
+             });
   progress.end();
   return distances;
 }

@@ -1,0 +1,214 @@
+#include "estancia/classify/embedding.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+#include "estancia/stats/distance.hpp"
+
+namespace estancia {
+namespace {
+
+Embedding embeddingOf(PartKind kind) {
+  switch (kind) {
+    case PartKind::probabilities:
+      return Embedding::centredLogRatio;
+    case PartKind::histogram:
+      return Embedding::squareRoot;
+    case PartKind::energies:
+      return Embedding::identity;
+  }
+  throw Error("a part of unknown kind");
+}
+
+void requireSound(const DescriptorPart& part, std::span<const float> values, const std::string& frame) {
+  for (std::size_t c = 0; c < values.size(); ++c) {
+    if (!std::isfinite(values[c]))
+      throw Error(fmt::format("{}: column \"{}\" of {} is {}; describe the frame again or leave it out",
+                              frame, part.columns[c], part.name, values[c]));
+    if (values[c] < 0 && part.kind != PartKind::energies)
+      throw Error(fmt::format("{}: column \"{}\" of {} is {}, but no share or probability is below 0", frame,
+                              part.columns[c], part.name, values[c]));
+  }
+}
+
+/// Where the columns of a learned part stand in the features; nothing for words not known there.
+struct Place {
+  const DescriptorPart* part;
+  std::size_t first;  ///< column of the features
+  std::vector<std::optional<std::size_t>> columns;
+};
+
+/// The n-th column of a name is matched with the n-th of that name: ImageNet has two cranes.
+std::vector<std::optional<std::size_t>> matched(const std::vector<std::string>& wanted,
+                                                const std::vector<std::string>& there) {
+  std::map<std::pair<std::string, int>, std::size_t> places;
+  std::map<std::string, int> seen;
+  for (std::size_t c = 0; c < there.size(); ++c) places[{there[c], seen[there[c]]++}] = c;
+  seen.clear();
+  std::vector<std::optional<std::size_t>> columns;
+  for (const std::string& name : wanted) {
+    const auto found = places.find({name, seen[name]++});
+    columns.push_back(found == places.end() ? std::nullopt : std::optional(found->second));
+  }
+  return columns;
+}
+
+Place placeOf(const DescriptorPart& learned, const Features& features) {
+  std::vector<std::string> names;
+  std::size_t first = 0;
+  for (const DescriptorPart& part : features.parts) {
+    names.push_back(part.name);
+    if (part.name != learned.name) {
+      first += part.size();
+      continue;
+    }
+    if (part.identity != learned.identity || part.kind != learned.kind)
+      throw Error(
+          fmt::format("this room classifier has learned from {} as {}, but here it is {}; describe the "
+                      "images with that one, or train anew",
+                      learned.name, learned.identity, part.identity));
+    Place place{&part, first, matched(learned.columns, part.columns)};
+    const auto known = static_cast<std::size_t>(std::count_if(place.columns.begin(), place.columns.end(),
+                                                              [](const auto& c) { return c.has_value(); }));
+    const bool words = learned.kind == PartKind::probabilities;
+    if (known == 0 || (!words && part.columns != learned.columns))
+      throw Error(
+          fmt::format("this room classifier has learned from the {} columns of {} (\"{}\" …), but here "
+                      "they are {} (\"{}\" …); describe the images with that vocabulary, or train anew",
+                      learned.size(), learned.name, learned.columns.front(), part.size(),
+                      part.columns.empty() ? "" : part.columns.front()));
+    return place;
+  }
+  throw Error(
+      fmt::format("this room classifier needs {}, but the images are described by {} only; describe them "
+                  "with it, too, or train anew",
+                  learned.name, fmt::join(names, ", ")));
+}
+
+}  // namespace
+
+std::size_t FeatureEmbedding::columns() const {
+  std::size_t sum = 0;
+  for (const PartEmbedding& part : parts_) sum += part.part.size();
+  return sum;
+}
+
+FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
+  if (features.parts.empty() || features.values.size() == 0)
+    throw Error("there are no described images to learn from");
+  FeatureEmbedding embedding;
+  const auto n = static_cast<double>(features.values.size());
+  std::size_t first = 0;
+  for (const DescriptorPart& part : features.parts) {
+    const std::size_t size = part.size();
+    if (size == 0) throw Error(fmt::format("{} has no columns to learn from", part.name));
+    std::vector<double> sums(size), squares(size);
+    std::vector<float> mean(size), scale(size), row(size);
+    const auto embedded = [&](std::size_t i) {
+      const DescriptorView values = features.values.row(i).subspan(first, size);
+      embed(embeddingOf(part.kind), values, row);
+    };
+    for (std::size_t i = 0; i < features.values.size(); ++i) {
+      requireSound(part, features.values.row(i).subspan(first, size), features.frames[i].name);
+      embedded(i);
+      for (std::size_t c = 0; c < size; ++c) sums[c] += row[c];
+    }
+    for (std::size_t c = 0; c < size; ++c) mean[c] = static_cast<float>(sums[c] / n);
+    for (std::size_t i = 0; i < features.values.size(); ++i) {
+      embedded(i);
+      for (std::size_t c = 0; c < size; ++c) {
+        const double d = static_cast<double>(row[c]) - mean[c];
+        squares[c] += d * d;
+      }
+    }
+    std::size_t varying = 0;
+    std::vector<double> sigma(size);
+    for (std::size_t c = 0; c < size; ++c) {
+      sigma[c] = std::sqrt(squares[c] / n);
+      // What differs by rounding alone is one value.
+      if (sigma[c] <= 1e-6 * std::fabs(mean[c]) || sigma[c] < 1e-12) sigma[c] = 0;
+      varying += sigma[c] > 0 ? 1 : 0;
+    }
+    const double share = 1 / std::sqrt(static_cast<double>(std::max<std::size_t>(varying, 1)) *
+                                       static_cast<double>(features.parts.size()));
+    for (std::size_t c = 0; c < size; ++c) scale[c] = sigma[c] > 0 ? static_cast<float>(share / sigma[c]) : 0;
+    embedding.parts_.push_back({part, std::move(mean), std::move(scale)});
+    first += size;
+  }
+  return embedding;
+}
+
+DescriptorMatrix FeatureEmbedding::apply(const Features& features) const {
+  std::vector<Place> places;
+  for (const PartEmbedding& part : parts_) places.push_back(placeOf(part.part, features));
+  DescriptorMatrix result(columns());
+  result.reserve(features.values.size());
+  std::vector<float> row(columns());
+  for (std::size_t i = 0; i < features.values.size(); ++i) {
+    std::size_t first = 0;
+    for (std::size_t p = 0; p < parts_.size(); ++p) {
+      const PartEmbedding& learned = parts_[p];
+      const DescriptorView values = features.values.row(i).subspan(places[p].first, places[p].part->size());
+      requireSound(*places[p].part, values, features.frames[i].name);
+      const std::span<float> out = std::span(row).subspan(first, learned.part.size());
+      for (std::size_t c = 0; c < out.size(); ++c)
+        out[c] = places[p].columns[c] ? values[*places[p].columns[c]] : 0;
+      embed(embeddingOf(learned.part.kind), out, out);
+      for (std::size_t c = 0; c < out.size(); ++c) out[c] = (out[c] - learned.mean[c]) * learned.scale[c];
+      first += out.size();
+    }
+    result.append(row);
+  }
+  return result;
+}
+
+void FeatureEmbedding::write(ByteWriter& out) const {
+  out.number(static_cast<std::uint64_t>(parts_.size()));
+  for (const PartEmbedding& part : parts_) {
+    out.text(part.part.name);
+    out.number(static_cast<std::uint8_t>(part.part.kind));
+    out.text(part.part.identity);
+    out.number(static_cast<std::uint64_t>(part.part.size()));
+    for (const std::string& column : part.part.columns) out.text(column);
+    out.numbers(part.mean);
+    out.numbers(part.scale);
+  }
+}
+
+FeatureEmbedding FeatureEmbedding::read(ByteReader& in) {
+  FeatureEmbedding embedding;
+  const std::size_t parts = in.count(1);
+  if (parts == 0) in.fail("it is damaged (it has no parts)");
+  for (std::size_t p = 0; p < parts; ++p) {
+    PartEmbedding part;
+    part.part.name = in.text();
+    const auto kind = in.number<std::uint8_t>();
+    if (kind > static_cast<std::uint8_t>(PartKind::energies))
+      in.fail("it is damaged (a part of unknown kind)");
+    part.part.kind = static_cast<PartKind>(kind);
+    part.part.identity = in.text();
+    const std::size_t columns = in.count(sizeof(std::uint32_t));
+    for (std::size_t c = 0; c < columns; ++c) part.part.columns.push_back(in.text());
+    part.mean = in.numbers<float>();
+    part.scale = in.numbers<float>();
+    const auto finite = [](float v) { return std::isfinite(v); };
+    if (columns == 0 || part.mean.size() != columns || part.scale.size() != columns ||
+        !std::all_of(part.mean.begin(), part.mean.end(), finite) ||
+        !std::all_of(part.scale.begin(), part.scale.end(), finite))
+      in.fail(fmt::format("it is damaged (the numbers of {} are not sound)", part.part.name));
+    embedding.parts_.push_back(std::move(part));
+  }
+  return embedding;
+}
+
+}  // namespace estancia

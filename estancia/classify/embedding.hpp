@@ -1,0 +1,44 @@
+// Numbers of several kinds → coordinates that are worth comparing.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "estancia/core/bytes.hpp"
+#include "estancia/core/descriptor.hpp"
+#include "estancia/describe/features.hpp"
+
+namespace estancia {
+
+/// What was learned of one part. A number v of the descriptor becomes (e(v) − mean) · scale, with e after the
+/// part's kind: probabilities → centred log-ratio (stats/distance.hpp), histogram → square root, energies →
+/// as they are.
+struct PartEmbedding {
+  DescriptorPart part;
+  std::vector<float> mean, scale;  ///< one a column; scale is 0 where training saw one value only
+};
+
+/// Puts parts side by side: each column has variance 1, and each part the same share of the squared
+/// distances, however many columns it has; the mean squared norm of all is 1 on the training data.
+class FeatureEmbedding {
+ public:
+  /// Learns from training data. Throws Error naming frame and column when a value is not finite, or is
+  /// negative in a part that cannot be.
+  static FeatureEmbedding learn(const Features& features);
+
+  const std::vector<PartEmbedding>& parts() const { return parts_; }
+  std::size_t columns() const;
+
+  /// N × columns(). Parts are found by name and may stand in any order; of a source that has discovered more
+  /// words since, the new ones are ignored, and words that it did not know yet are 0. Throws Error saying
+  /// what differs and what to do when a part is missing or another.
+  DescriptorMatrix apply(const Features& features) const;
+
+  void write(ByteWriter& out) const;
+  static FeatureEmbedding read(ByteReader& in);
+
+ private:
+  std::vector<PartEmbedding> parts_;
+};
+
+}  // namespace estancia

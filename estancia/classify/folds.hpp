@@ -1,0 +1,21 @@
+// Cross-validation that does not fool itself: neighbouring images stay together.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "estancia/core/frame.hpp"
+
+namespace estancia {
+
+/// One group a run of frames: it ends where the room changes, or where the numbers in the frames' names jump
+/// by more than twice their usual step. A room of fewer runs than `least` has its longest ones cut, so that
+/// each room can be learned and held out.
+std::vector<int> runsOfRooms(const std::vector<Frame>& frames, int least);
+
+/// The fold (0 … folds − 1) of each sample: groups whole, classes spread as evenly as they allow. Greedy, the
+/// largest groups first; equal ones in an order that the seed shuffles.
+std::vector<int> groupedFolds(const std::vector<int>& classes, const std::vector<int>& groups, int folds,
+                              std::uint64_t seed);
+
+}  // namespace estancia

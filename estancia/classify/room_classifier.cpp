@@ -1,0 +1,119 @@
+#include "estancia/classify/room_classifier.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <string_view>
+#include <utility>
+
+#include "estancia/classify/folds.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
+#include "estancia/io/files.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::string_view magic = "ESTROOMS";
+constexpr std::uint32_t version = 1;
+constexpr std::size_t digits = 64;  // of a SHA-256
+constexpr std::size_t mostBytes = std::size_t{64} << 30;
+
+/// The frames whose room is known.
+Features withRooms(const Features& features) {
+  Features result{features.parts, {}, DescriptorMatrix(features.values.labels())};
+  for (std::size_t i = 0; i < features.frames.size(); ++i) {
+    if (features.frames[i].room.empty()) continue;
+    result.frames.push_back(features.frames[i]);
+    result.values.append(features.values.row(i));
+  }
+  return result;
+}
+
+std::vector<std::string> roomsOf(const std::vector<Frame>& frames) {
+  std::map<std::string, std::size_t> images;
+  for (const Frame& frame : frames) ++images[frame.room];
+  std::vector<std::string> rooms;
+  for (const auto& [room, count] : images) {
+    if (count < 2)
+      throw Error(fmt::format("room \"{}\" has one image only, {}; give it more, or leave it out", room,
+                              std::find_if(frames.begin(), frames.end(), [&r = room](const Frame& frame) {
+                                return frame.room == r;
+                              })->name));
+    rooms.push_back(room);
+  }
+  if (rooms.size() < 2)
+    throw Error(rooms.empty()
+                    ? "no image has a room to learn; give a table of rooms (--rooms)"
+                    : fmt::format("all images are of one room, \"{}\"; a classifier needs two or more "
+                                  "to tell apart",
+                                  rooms.front()));
+  return rooms;
+}
+
+}  // namespace
+
+RoomClassifier::RoomClassifier(std::vector<std::string> rooms, FeatureEmbedding embedding,
+                               std::shared_ptr<const Classifier> classifier)
+    : rooms_(std::move(rooms)), embedding_(std::move(embedding)), classifier_(std::move(classifier)) {}
+
+RoomClassifier RoomClassifier::train(const Features& features, const ClassifierOptions& options,
+                                     Progress& progress) {
+  const Features known = withRooms(features);
+  std::vector<std::string> rooms = roomsOf(known.frames);
+  FeatureEmbedding embedding = FeatureEmbedding::learn(known);
+  Samples samples{
+      embedding.apply(known), {}, runsOfRooms(known.frames, options.folds), static_cast<int>(rooms.size())};
+  for (const Frame& frame : known.frames)
+    samples.classes.push_back(
+        static_cast<int>(std::lower_bound(rooms.begin(), rooms.end(), frame.room) - rooms.begin()));
+  return {std::move(rooms), std::move(embedding), trainClassifier(samples, options, progress)};
+}
+
+DescriptorMatrix RoomClassifier::predict(const Features& features, int threads) const {
+  return classifier_->predict(embedding_.apply(features), threads);
+}
+
+void RoomClassifier::save(const fs::path& file) const {
+  ByteWriter content;
+  content.number(static_cast<std::uint64_t>(rooms_.size()));
+  for (const std::string& room : rooms_) content.text(room);
+  embedding_.write(content);
+  classifier_->write(content);
+  ByteWriter out;
+  out.raw(magic);
+  out.number(version);
+  out.raw(sha256(content.bytes()));
+  out.raw(content.bytes());
+  writeWhole(file, out.bytes());
+}
+
+RoomClassifier RoomClassifier::load(const fs::path& file) {
+  const std::string name = io::printable(file.string()), bytes = io::readBytes(file, mostBytes);
+  ByteReader in(bytes, name, "train the room classifier again");
+  if (!bytes.starts_with(magic))
+    throw Error(
+        fmt::format("{}: no room classifier; give one that `estancia classify train` has written", name));
+  in.raw(magic.size());
+  if (const auto found = in.number<std::uint32_t>(); found != version)
+    throw Error(
+        fmt::format("{}: a room classifier of version {}, this program reads version {}; update Estancia",
+                    name, found, version));
+  const std::string digest(in.raw(digits));
+  if (sha256(std::string_view(bytes).substr(bytes.size() - in.left())) != digest)
+    in.fail("it is cut short or damaged (its digest is another)");
+  const std::size_t count = in.count(sizeof(std::uint32_t));
+  std::vector<std::string> rooms;
+  for (std::size_t i = 0; i < count; ++i) rooms.push_back(in.text());
+  FeatureEmbedding embedding = FeatureEmbedding::read(in);
+  std::shared_ptr<const Classifier> classifier = readClassifier(in);
+  if (in.left() != 0 || static_cast<std::size_t>(classifier->classCount()) != rooms.size() ||
+      classifier->columns() != embedding.columns())
+    in.fail("it is damaged (its rooms, parts and classifier do not fit)");
+  return {std::move(rooms), std::move(embedding), std::move(classifier)};
+}
+
+}  // namespace estancia

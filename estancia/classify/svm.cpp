@@ -1,0 +1,368 @@
+// svm-linear and svm-rbf: the search for C and gamma, and prediction.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "estancia/classify/coupling.hpp"
+#include "estancia/classify/folds.hpp"
+#include "estancia/classify/svm_training.hpp"
+#include "estancia/classify/trainers.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/memory.hpp"
+#include "estancia/core/parallel.hpp"
+#include "estancia/stats/products.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr double surest = 1 - 1e-7;  // no pair of classes is ever settled, as in libsvm
+
+/// k(v, x) = exp(−gamma |v − x|²) out of products, in place.
+void toKernel(std::span<float> products, std::span<const float> norms, float norm, double gamma) {
+  for (std::size_t j = 0; j < products.size(); ++j)
+    products[j] = std::exp(static_cast<float>(-gamma) * std::max(norms[j] + norm - 2 * products[j], 0.0F));
+}
+
+class Svm final : public Classifier {
+ public:
+  std::string type() const override { return gamma ? "svm-rbf" : "svm-linear"; }
+  std::size_t columns() const override { return vectors.labels(); }
+  int classCount() const override { return static_cast<int>(machines.classes()); }
+  std::string choice() const override { return chosen; }
+  DescriptorMatrix predict(const DescriptorMatrix& x, int threads) const override;
+  void write(ByteWriter& out) const override;
+
+  std::optional<double> gamma;
+  KernelMachines machines;
+  DescriptorMatrix vectors{0};  ///< the support vectors; linear: the weights of each pair
+  std::vector<Sigmoid> sigmoids;
+  std::string chosen;
+
+  void prepare() {
+    packed = std::make_unique<PackedRows>(vectors);
+    norms = squaredNorms(vectors);
+  }
+
+ private:
+  std::vector<double> probabilities(std::span<const double> decisions) const;
+  std::unique_ptr<PackedRows> packed;
+  std::vector<float> norms;
+};
+
+DescriptorMatrix Svm::predict(const DescriptorMatrix& x, int threads) const {
+  const std::size_t k = machines.classes();
+  const std::vector<float> own = squaredNorms(x);
+  std::vector<float> all(x.size() * k);
+  rowProducts(x, *packed, threads, [&](std::size_t i, std::span<float> products) {
+    std::vector<double> decisions;
+    if (gamma) {
+      toKernel(products, norms, own[i], *gamma);
+      decisions = machines.decisions(products);
+    } else {
+      for (std::size_t p = 0; p < products.size(); ++p) decisions.push_back(products[p] - machines.rho[p]);
+    }
+    const std::vector<double> p = probabilities(decisions);
+    std::copy(p.begin(), p.end(), all.begin() + static_cast<std::ptrdiff_t>(i * k));
+  });
+  DescriptorMatrix result(k);
+  result.reserve(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) result.append(std::span(all).subspan(i * k, k));
+  return result;
+}
+
+std::vector<double> Svm::probabilities(std::span<const double> decisions) const {
+  const std::size_t k = machines.classes();
+  std::vector<double> r(k * k);
+  for (std::size_t i = 0, p = 0; i < k; ++i)
+    for (std::size_t j = i + 1; j < k; ++j, ++p) {
+      r[i * k + j] = std::clamp(sigmoids[p](decisions[p]), 1 - surest, surest);
+      r[j * k + i] = 1 - r[i * k + j];
+    }
+  return couplePairs(r, k);
+}
+
+// ---- training
+
+constexpr int repetitions = 3;  // of the folds, shuffled anew: the score of one alone is a matter of luck
+constexpr std::size_t mostSearched = 3000;  // samples: the time of a search grows with their square
+constexpr double costs[] = {0.1, 0.3, 1, 3, 10, 30, 100};
+constexpr double gammas[] = {0.125, 0.25, 0.5, 1, 2};  // in units of 1 / the samples' variance
+
+/// What a search learns from.
+struct Search {
+  DescriptorMatrix x;
+  std::vector<int> classes;
+  std::vector<std::vector<int>> folds;           ///< of each sample, for each repetition
+  std::vector<double> weights;                   ///< of the classes
+  std::vector<float> products = {}, norms = {};  ///< x xᵀ and its diagonal
+
+  std::size_t size() const { return classes.size(); }
+  std::size_t pairs() const { return weights.size() * (weights.size() - 1) / 2; }
+};
+
+std::vector<float> productsOf(const DescriptorMatrix& x, int threads) {
+  const std::size_t n = x.size();
+  std::vector<float> products(n * n);
+  rowProducts(x, PackedRows(x), threads, [&](std::size_t i, std::span<float> row) {
+    std::copy(row.begin(), row.end(), products.begin() + static_cast<std::ptrdiff_t>(i * n));
+  });
+  return products;
+}
+
+std::vector<float> kernelOf(std::vector<float> products, std::span<const float> norms,
+                            std::optional<double> gamma) {
+  const std::size_t n = norms.size();
+  for (std::size_t i = 0; gamma && i < n; ++i)
+    toKernel(std::span(products).subspan(i * n, n), norms, norms[i], *gamma);
+  return products;
+}
+
+/// All samples, or of each class as many, evenly spread, as may be searched.
+std::vector<std::size_t> searched(const Samples& samples) {
+  std::vector<std::vector<std::size_t>> ofClass(static_cast<std::size_t>(samples.classCount));
+  for (std::size_t i = 0; i < samples.classes.size(); ++i)
+    ofClass[static_cast<std::size_t>(samples.classes[i])].push_back(i);
+  std::vector<std::size_t> rows;
+  for (const auto& members : ofClass) {
+    const double share = std::max(1.0, static_cast<double>(samples.classes.size()) / mostSearched);
+    for (double at = 0; at < static_cast<double>(members.size()); at += share)
+      rows.push_back(members[static_cast<std::size_t>(at)]);
+  }
+  std::sort(rows.begin(), rows.end());
+  return rows;
+}
+
+Search searchOf(const Samples& samples, const ClassifierOptions& options) {
+  Search search{.x = DescriptorMatrix(samples.x.labels()),
+                .classes = {},
+                .folds = {},
+                .weights = classWeights(samples, options.balanced)};
+  std::vector<int> groups;
+  const std::vector<std::size_t> rows = searched(samples);
+  search.x = rowsOf(samples.x, rows);
+  for (const std::size_t row : rows) {
+    search.classes.push_back(samples.classes[row]);
+    groups.push_back(samples.groups[row]);
+  }
+  for (int r = 0; r < repetitions; ++r)
+    search.folds.push_back(
+        groupedFolds(search.classes, groups, options.folds, options.seed + static_cast<std::uint64_t>(r)));
+  search.products = productsOf(search.x, options.threads);
+  search.norms = squaredNorms(search.x);
+  return search;
+}
+
+/// Decision values of all pairs for the samples of one fold, learned from the others; left as they are where
+/// a pair has no machine.
+void holdOut(const Search& search, const SvmSamples& samples, std::span<const float> kernel,
+             const std::vector<int>& folds, int fold, double c, std::span<double> decisions) {
+  const std::size_t n = search.size();
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < n; ++i)
+    if (folds[i] != fold) rows.push_back(i);
+  if (std::all_of(rows.begin(), rows.end(),
+                  [&](std::size_t row) { return search.classes[row] == search.classes[rows.front()]; }))
+    return;
+  const TrainedMachines trained = samples.train(rows, search.classes, c, search.weights);
+  std::vector<float> values(trained.vectors.size());
+  for (std::size_t i = 0; i < n; ++i) {
+    if (folds[i] != fold) continue;
+    for (std::size_t v = 0; v < values.size(); ++v) values[v] = kernel[i * n + trained.vectors[v]];
+    const std::vector<double> f = trained.machines.decisions(values);
+    for (std::size_t a = 0, p = 0; a < trained.classes.size(); ++a)
+      for (std::size_t b = a + 1; b < trained.classes.size(); ++b, ++p)
+        decisions[i * search.pairs() + pairIndex(static_cast<std::size_t>(trained.classes[a]),
+                                                 static_cast<std::size_t>(trained.classes[b]),
+                                                 search.weights.size())] = f[p];
+  }
+}
+
+/// The class that wins most pairs; −1 when there is none.
+int mostVotes(std::span<const double> decisions, std::size_t k) {
+  std::vector<int> votes(k);
+  for (std::size_t i = 0, p = 0; i < k; ++i)
+    for (std::size_t j = i + 1; j < k; ++j, ++p)
+      if (!std::isnan(decisions[p])) ++votes[decisions[p] > 0 ? i : j];
+  const auto most = std::max_element(votes.begin(), votes.end());
+  return *most > 0 ? static_cast<int>(most - votes.begin()) : -1;
+}
+
+struct Choice {
+  double c = 1;
+  std::optional<double> gamma;
+  double score = -1;
+  std::vector<double> decisions;  ///< held out: n × pairs, one repetition after the other
+};
+
+/// The best C of one kernel, if it is better than what `best` has.
+void tryKernel(const Search& search, std::optional<double> gamma, std::span<const double> cs,
+               const ClassifierOptions& options, Progress& progress, Choice& best) {
+  const std::vector<float> kernel = kernelOf(search.products, search.norms, gamma);
+  const SvmSamples samples(kernel, search.size());
+  const std::size_t folds = static_cast<std::size_t>(options.folds), size = search.size() * search.pairs();
+  std::vector<std::vector<double>> decisions(cs.size(),
+                                             std::vector<double>(repetitions * size, std::nan("")));
+  inParallel(cs.size() * repetitions * folds, options.threads, progress,
+             "stopped while C and gamma were sought", [&](std::size_t task) {
+               const std::size_t c = task % cs.size(), r = task / cs.size() % repetitions;
+               const auto fold = static_cast<int>(task / cs.size() / repetitions);
+               holdOut(search, samples, kernel, search.folds[r], fold, cs[c],
+                       std::span(decisions[c]).subspan(r * size, size));
+             });
+  for (std::size_t c = 0; c < cs.size(); ++c) {
+    double score = 0;
+    for (std::size_t r = 0; r < repetitions; ++r) {
+      for (std::size_t i = 0; i < search.size(); ++i)
+        if (mostVotes(std::span(decisions[c]).subspan(r * size + i * search.pairs(), search.pairs()),
+                      search.weights.size()) == search.classes[i])
+          score += 1.0 / static_cast<double>(repetitions * search.size());
+    }
+    if (score > best.score + 1e-9) best = {cs[c], gamma, score, std::move(decisions[c])};
+  }
+}
+
+Choice choose(const Search& search, const ClassifierOptions& options, bool rbf, Progress& progress) {
+  // Their variance is the natural unit of squared distances.
+  const double n = static_cast<double>(search.size());
+  const double mean = std::accumulate(search.products.begin(), search.products.end(), 0.0) / n / n;
+  const double variance = std::accumulate(search.norms.begin(), search.norms.end(), 0.0) / n - mean;
+  std::vector<std::optional<double>> kernels;
+  if (!rbf)
+    kernels.emplace_back();
+  else if (options.gamma)
+    kernels.emplace_back(*options.gamma);
+  else
+    for (const double gamma : gammas) kernels.emplace_back(gamma / (variance > 1e-12 ? variance : 1));
+  const std::vector<double> cs =
+      options.c ? std::vector<double>{*options.c} : std::vector<double>(std::begin(costs), std::end(costs));
+  Choice best;
+  progress.begin("choosing C and gamma",
+                 kernels.size() * cs.size() * repetitions * static_cast<std::size_t>(options.folds));
+  for (const auto& gamma : kernels) tryKernel(search, gamma, cs, options, progress, best);
+  progress.end();
+  return best;
+}
+
+std::vector<Sigmoid> sigmoidsOf(const Search& search, const Choice& choice) {
+  std::vector<Sigmoid> sigmoids;
+  for (std::size_t i = 0; i < search.weights.size(); ++i)
+    for (std::size_t j = i + 1; j < search.weights.size(); ++j) {
+      std::vector<double> decisions, weights;
+      std::vector<char> isFirst;
+      for (std::size_t s = 0; s < repetitions * search.size(); ++s) {
+        const auto c = static_cast<std::size_t>(search.classes[s % search.size()]);
+        const double f = choice.decisions[s * search.pairs() + sigmoids.size()];
+        if ((c != i && c != j) || std::isnan(f)) continue;
+        decisions.push_back(f);
+        weights.push_back(search.weights[c] / repetitions);
+        isFirst.push_back(c == i ? 1 : 0);
+      }
+      sigmoids.push_back(fitSigmoid(decisions, isFirst, weights));
+    }
+  return sigmoids;
+}
+
+/// Weights of each pair instead of its support vectors: the kernel of a linear machine is a product.
+DescriptorMatrix weightsOf(const KernelMachines& machines, const DescriptorMatrix& vectors) {
+  const std::size_t k = machines.classes();
+  std::vector<std::vector<double>> sums(machines.rho.size(), std::vector<double>(vectors.labels()));
+  for (std::size_t i = 0; i < k; ++i)
+    for (std::size_t v = machines.starts[i]; v < machines.starts[i + 1]; ++v)
+      for (std::size_t other = 0; other + 1 < k; ++other) {
+        auto& sum = sums[other < i ? pairIndex(other, i, k) : pairIndex(i, other + 1, k)];
+        const double coefficient = machines.coefficients[v * (k - 1) + other];
+        for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += coefficient * vectors.row(v)[c];
+      }
+  DescriptorMatrix weights(vectors.labels());
+  for (const auto& sum : sums) weights.append(std::vector<float>(sum.begin(), sum.end()));
+  return weights;
+}
+
+TrainedMachines trainOnAll(const Samples& samples, const Choice& choice, const ClassifierOptions& options) {
+  std::vector<std::size_t> rows(samples.x.size());
+  std::iota(rows.begin(), rows.end(), std::size_t{0});
+  const std::vector<double> weights = classWeights(samples, options.balanced);
+  if (rows.size() * rows.size() * 24 < availableMemory() / 2) {
+    const std::vector<float> kernel =
+        kernelOf(productsOf(samples.x, options.threads), squaredNorms(samples.x), choice.gamma);
+    return SvmSamples(kernel, rows.size()).train(rows, samples.classes, choice.c, weights);
+  }
+  return SvmSamples(samples.x, choice.gamma).train(rows, samples.classes, choice.c, weights);
+}
+
+}  // namespace
+
+std::unique_ptr<Classifier> trainSvm(const Samples& samples, const ClassifierOptions& options,
+                                     Progress& progress) {
+  const bool rbf = options.type == "svm-rbf";
+  const Search search = searchOf(samples, options);
+  const Choice choice = choose(search, options, rbf, progress);
+  TrainedMachines trained = trainOnAll(samples, choice, options);
+  auto svm = std::make_unique<Svm>();
+  svm->gamma = choice.gamma;
+  svm->machines = std::move(trained.machines);
+  svm->vectors = rowsOf(samples.x, trained.vectors);
+  svm->sigmoids = sigmoidsOf(search, choice);
+  svm->chosen = fmt::format("C {:.4g}{}: {:.1f} % of what was held out", choice.c,
+                            rbf ? fmt::format(", gamma {:.4g}", *choice.gamma) : "", 100 * choice.score);
+  if (!rbf) {
+    svm->vectors = weightsOf(svm->machines, svm->vectors);
+    svm->machines.coefficients.clear();
+    std::fill(svm->machines.starts.begin(), svm->machines.starts.end(), std::size_t{0});
+  }
+  svm->prepare();
+  return svm;
+}
+
+void Svm::write(ByteWriter& out) const {
+  out.number(gamma.value_or(0));
+  out.numbers(std::vector<std::uint64_t>(machines.starts.begin(), machines.starts.end()));
+  out.numbers(machines.coefficients);
+  out.numbers(machines.rho);
+  for (const Sigmoid& sigmoid : sigmoids) {
+    out.number(sigmoid.a);
+    out.number(sigmoid.b);
+  }
+  writeMatrix(out, vectors);
+  out.text(chosen);
+}
+
+std::unique_ptr<Classifier> readSvm(ByteReader& in) {
+  auto svm = std::make_unique<Svm>();
+  if (const auto gamma = in.number<double>(); gamma != 0) svm->gamma = gamma;
+  if (svm->gamma && !(*svm->gamma > 0 && std::isfinite(*svm->gamma))) in.fail("it is damaged (gamma)");
+  KernelMachines& machines = svm->machines;
+  const auto starts = in.numbers<std::uint64_t>();
+  machines.starts.assign(starts.begin(), starts.end());
+  machines.coefficients = in.numbers<double>();
+  machines.rho = in.numbers<double>();
+  const std::size_t k = starts.size() - 1, pairs = machines.rho.size();
+  if (starts.size() < 3 || k > 1U << 16 || pairs != k * (k - 1) / 2)
+    in.fail("it is damaged (classes and pairs of them do not match)");
+  for (std::size_t p = 0; p < pairs; ++p) {
+    const double a = in.number<double>(), b = in.number<double>();
+    if (!std::isfinite(a) || !std::isfinite(b) || !std::isfinite(machines.rho[p]))
+      in.fail("it is damaged (a value is not finite)");
+    svm->sigmoids.push_back({a, b});
+  }
+  svm->vectors = readMatrix(in);
+  const std::size_t m = svm->vectors.size();
+  if (!std::is_sorted(starts.begin(), starts.end()) || starts.front() != 0)
+    in.fail("it is damaged (support vectors without order)");
+  if (svm->gamma ? starts.back() != m || machines.coefficients.size() / (k - 1) != m ||
+                       machines.coefficients.size() % (k - 1) != 0
+                 : starts.back() != 0 || !machines.coefficients.empty() || m != pairs)
+    in.fail("it is damaged (support vectors and their coefficients do not match)");
+  if (!std::all_of(machines.coefficients.begin(), machines.coefficients.end(),
+                   [](double c) { return std::isfinite(c); }))
+    in.fail("it is damaged (a value is not finite)");
+  svm->chosen = in.text();
+  svm->prepare();
+  return svm;
+}
+
+}  // namespace estancia

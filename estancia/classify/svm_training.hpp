@@ -1,0 +1,51 @@
+// libsvm at work: machines for all pairs of classes, from a kernel matrix that is computed once.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "estancia/core/descriptor.hpp"
+
+namespace estancia {
+
+/// One machine a pair of classes i < j, all over the same support vectors:
+/// f_ij(x) = Σ coefficient · k(vector, x) − rho_ij, and f > 0 speaks for i (see pairIndex()).
+struct KernelMachines {
+  std::vector<std::size_t> starts;   ///< where the vectors of each class start; at the end, their number
+  std::vector<double> coefficients;  ///< (classes − 1) a vector: against each other class, ascending
+  std::vector<double> rho;           ///< one a pair
+
+  std::size_t classes() const { return starts.size() - 1; }
+  /// f of all pairs; `kernel` holds k(vector, x) of all vectors.
+  std::vector<double> decisions(std::span<const float> kernel) const;
+};
+
+struct TrainedMachines {
+  KernelMachines machines;
+  std::vector<int> classes;          ///< those that had samples, ascending; the machines count these
+  std::vector<std::size_t> vectors;  ///< which samples became support vectors, class by class
+};
+
+/// Samples in the layout that libsvm reads, shared by all machines that learn from some of them.
+class SvmSamples {
+ public:
+  /// Samples known by their kernel matrix alone: symmetric, n × n. Takes 16 n² bytes.
+  SvmSamples(std::span<const float> kernel, std::size_t n);
+  /// Samples whose kernel libsvm computes as it goes (without gamma: a · b): slower, but 16 n · columns
+  /// bytes.
+  SvmSamples(const DescriptorMatrix& x, std::optional<double> gamma);
+  ~SvmSamples();
+
+  /// Learns from the `rows`, whose classes are classes[row] and whose errors cost c · weights[classes[row]].
+  TrainedMachines train(const std::vector<std::size_t>& rows, const std::vector<int>& classes, double c,
+                        const std::vector<double>& weights) const;
+
+ private:
+  struct Nodes;
+  std::unique_ptr<Nodes> nodes_;
+};
+
+}  // namespace estancia

@@ -1,0 +1,28 @@
+// The kinds of classifier, for classifier.cpp: one trainer and one reader each.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "estancia/classify/classifier.hpp"
+#include "estancia/core/bytes.hpp"
+
+namespace estancia {
+
+/// All trainers take samples that trainClassifier() has checked: each class 0 … classCount − 1 has one.
+std::unique_ptr<Classifier> trainSvm(const Samples& samples, const ClassifierOptions& options,
+                                     Progress& progress);
+std::unique_ptr<Classifier> readSvm(ByteReader& in);
+
+/// Σ weights of each class are equal, and of all samples N; all 1 unless balanced.
+std::vector<double> classWeights(const Samples& samples, bool balanced);
+
+/// The rows that are named, in that order.
+DescriptorMatrix rowsOf(const DescriptorMatrix& matrix, const std::vector<std::size_t>& rows);
+
+void writeMatrix(ByteWriter& out, const DescriptorMatrix& matrix);
+/// Throws Error when a value is not finite.
+DescriptorMatrix readMatrix(ByteReader& in);
+
+}  // namespace estancia
