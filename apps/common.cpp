@@ -23,7 +23,17 @@ void SequenceArguments::addTo(CLI::App& command, bool required) {
       .add_option("--poses", options.poses,
                   "TUM or KITTI trajectory of the frames; default: poses.txt in SEQ")
       ->group(sequence);
-  command.add_option("--rooms", options.rooms, "CSV image,room for evaluation; default: rooms.csv in SEQ")
+  command
+      .add_option("--rooms", options.rooms,
+                  "CSV image,room or image,room,split for evaluation; default: rooms.csv in SEQ")
+      ->group(sequence);
+  command
+      .add_option("--split", options.split,
+                  "Only the images of this part of the data set: train, test, or what it is called there")
+      ->group(sequence);
+  command.add_option("--only", options.only, "Only the images in these rooms, with commas between them")
+      ->delimiter(',')
+      ->allow_extra_args(false)
       ->group(sequence);
   command.add_option("--pose-gap", options.maxPoseGap, "Most seconds between an image and its pose")
       ->capture_default_str()

@@ -29,6 +29,7 @@ std::vector<ConfigFile::Key> sourceKeys(ConfigFile& config, SequenceSource& sour
   return {
       {"path", pathRequired, "where the images are", [&](auto& n) { source.path = config.anywhere(n); }},
       {"type", false, "how to read them", [&](auto& n) { how.type = config.text(n); }},
+      {"split", false, "train, test …", [&](auto& n) { how.split = config.text(n); }},
       {"poses", false, "a trajectory", [&](auto& n) { how.poses = config.anywhere(n); }},
       {"max_pose_gap", false, "[s]", number(how.maxPoseGap, 0, 1e9)},
       {"views", false, "of a panorama", whole(how.views, 360)},

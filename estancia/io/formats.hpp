@@ -21,6 +21,9 @@ class ListedSequence : public Sequence {
 
   /// For openSequence, which adds poses and rooms from side files before anybody else sees the frames.
   std::vector<Frame>& frames() { return frames_; }
+  /// The part of the data set ("train", "test" …) that each frame is of, "" where nobody says; empty where
+  /// that is so for all.
+  std::vector<std::string>& splits() { return splits_; }
   void warn(std::string sentence) { warnings_.push_back(std::move(sentence)); }
   void setIntrinsics(const CameraIntrinsics& camera) { intrinsics_ = camera; }
   void setPoseSource(const PoseSource& source) { poseSource_ = source; }
@@ -30,6 +33,7 @@ class ListedSequence : public Sequence {
 
   std::string name_;
   std::vector<Frame> frames_;
+  std::vector<std::string> splits_;
 };
 
 /// A frame's depth picture: "" where it has none.
@@ -71,6 +75,8 @@ bool isPanoramas(const std::filesystem::path& path);
 Opened openPanoramas(const std::filesystem::path& path, const SequenceOptions& options);
 bool isIdol2(const std::filesystem::path& path);
 Opened openIdol2(const std::filesystem::path& path, const SequenceOptions& options);
+bool isNyu(const std::filesystem::path& path);
+Opened openNyu(const std::filesystem::path& path, const SequenceOptions& options);
 bool isRgbdFolders(const std::filesystem::path& path);
 Opened openRgbdFolders(const std::filesystem::path& path, const SequenceOptions& options);
 bool isImageFolder(const std::filesystem::path& path);

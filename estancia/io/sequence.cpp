@@ -12,6 +12,7 @@
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/recording.hpp"
+#include "estancia/io/selection.hpp"
 #include "estancia/io/side_files.hpp"
 #include "estancia/io/trajectory.hpp"
 
@@ -56,6 +57,8 @@ constexpr Format kFormats[] = {
     {"panorama", "views out of equirectangular panoramas: .exr, .hdr, .exr.js (.jpg, .png only by this type)",
      io::isPanoramas, io::openPanoramas},
     {"idol2", "KTH-IDOL2: t<time>_r<room>_x<x>_y<y>_a<theta>.png", io::isIdol2, io::openIdol2},
+    {"nyu", "NYU Depth V2: rgb/0000.jpg, depth/0000.png, scenes.csv (index, scene, split)", io::isNyu,
+     io::openNyu},
     {"rgbd", "two folders: rgb/ (or color/, image/) and depth/, files of equal names", io::isRgbdFolders,
      io::openRgbdFolders},
     {"folder", "a folder of images, in the natural order of their names", io::isImageFolder,
@@ -214,7 +217,7 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
   requireUniqueNames(*sequence);
   warnOfOddTimes(*sequence);
   if (sequence->size() == 1) sequence->warn("there is only one image");
-  return sequence;
+  return io::selectFrames(std::move(sequence), options);
 }
 
 std::vector<std::pair<std::string, std::string>> sequenceTypes() {

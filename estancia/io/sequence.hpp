@@ -79,8 +79,13 @@ struct SequenceOptions {
   /// A trajectory (TUM `t x y z qx qy qz qw` or KITTI), matched by time stamp or order; "" takes `poses.txt`
   /// in the folder when it is there.
   std::filesystem::path poses;
-  /// A CSV `image,room`; "" takes `rooms.csv` in the folder when it is there.
+  /// A CSV `image,room` or `image,room,split`; "" takes `rooms.csv` in the folder when it is there.
   std::filesystem::path rooms;
+  /// Only the frames of this part of the data set: "train", "test" or what the data set or the CSV of rooms
+  /// calls it; "" takes all.
+  std::string split;
+  /// Only the frames in these rooms; none takes all, those of unknown rooms included.
+  std::vector<std::string> only;
   /// A pose further away in time than this belongs to no frame [s].
   double maxPoseGap = 0.05;
 
@@ -101,7 +106,8 @@ struct SequenceOptions {
 };
 
 /// Opens `path` (a folder, a video file, a folder of panoramas …).
-/// Throws Error when there is nothing to read, the format is not recognised, or a side file is wrong.
+/// Throws Error when there is nothing to read, the format is not recognised, a side file is wrong, or there
+/// is no such split or room (listing the known ones).
 std::unique_ptr<Sequence> openSequence(const std::filesystem::path& path,
                                        const SequenceOptions& options = {});
 

@@ -102,27 +102,40 @@ void attachRooms(ListedSequence& sequence, const fs::path& file) {
     const auto last = byLastComponent.find(lastComponent(image));
     return last == byLastComponent.end() ? kAmbiguous : last->second;
   };
-  std::unordered_map<std::size_t, std::string> rooms;
+  struct Place {
+    std::string room, split;
+  };
+  std::unordered_map<std::size_t, Place> places;
   std::size_t unknown = 0, rowCount = 0;
   std::string firstUnknown;
   const auto rows = readCsv(file);
+  const bool splits = !rows.empty() && rows.front().cells.size() == 3;
   for (const CsvRow& row : rows) {
-    if (row.cells.size() != 2)
-      throw Error(fmt::format("{}:{}: {} cells; a line is `image,room`", name, row.line, row.cells.size()));
-    const std::string image = printable(row.cells[0]), room = printable(row.cells[1]);
+    if (row.cells.size() != (splits ? 3 : 2))
+      throw Error(fmt::format("{}:{}: {} cells; a line is `image,room`, or all are `image,room,split`", name,
+                              row.line, row.cells.size()));
+    const std::string image = printable(row.cells[0]), room = printable(row.cells[1]),
+                      split = splits ? printable(row.cells[2]) : "";
     const std::size_t found = find(image);
     if (found == kAmbiguous) {
-      if (&row == &rows.front() && lowerCase(room) == "room") continue;  // the header
+      if (&row == &rows.front() && lowerCase(room) == "room" && (!splits || lowerCase(split) == "split"))
+        continue;  // the header
       if (unknown++ == 0) firstUnknown = image;
     } else {
-      const auto [entry, isNew] = rooms.emplace(found, room);
-      if (!isNew && entry->second != room)
-        throw Error(fmt::format("{}:{}: {} is in \"{}\" here and in \"{}\" above; keep one of them", name,
-                                row.line, image, room, entry->second));
+      const auto [entry, isNew] = places.emplace(found, Place{room, split});
+      const Place& above = entry->second;
+      for (const auto& [here, there] : {std::pair{room, above.room}, {split, above.split}})
+        if (here != there)
+          throw Error(fmt::format("{}:{}: {} is in \"{}\" here and in \"{}\" above; keep one of them", name,
+                                  row.line, image, here, there));
     }
     ++rowCount;
   }
-  for (const auto& [i, room] : rooms) frames[i].room = room;
+  if (splits) sequence.splits().resize(frames.size());
+  for (const auto& [i, place] : places) {
+    frames[i].room = place.room;
+    if (splits) sequence.splits()[i] = place.split;
+  }
   if (unknown > 0)
     sequence.warn(fmt::format("{}: {} of {} lines name images that are not there (first: {})", name, unknown,
                               rowCount, firstUnknown));

@@ -15,9 +15,9 @@ namespace estancia::io {
 void attachPoses(ListedSequence& sequence, const Trajectory& trajectory, const std::filesystem::path& file,
                  double maxGap);
 
-/// Sets the rooms of the frames that the CSV `image,room` names (by frame name or its last component); a
-/// header line is optional. Names without a frame are counted in a warning. Throws Error naming the line that
-/// is wrong.
+/// Sets the rooms of the frames that the CSV `image,room` names (by frame name or its last component), and
+/// their splits where it has a third column; a header line is optional. Names without a frame are counted in
+/// a warning. Throws Error naming the line that is wrong.
 void attachRooms(ListedSequence& sequence, const std::filesystem::path& file);
 
 }  // namespace estancia::io

@@ -133,7 +133,7 @@ TEST_F(ImageFolder, RefusesUnknownTypesAndListsTheKnown) {
   options_.type = "movie";
   EXPECT_THAT(errorOfOpening(),
               HasSubstr("unknown type of sequence \"movie\"; known are auto, recording, video, tum"));
-  EXPECT_EQ(sequenceTypes().size(), 8U);
+  EXPECT_EQ(sequenceTypes().size(), 9U);
 }
 
 TEST_F(ImageFolder, TakesTimeStampsFromNamesThatAreSuch) {
@@ -232,6 +232,10 @@ TEST_F(ImageFolder, NamesTheWrongLineOfARoomsFile) {
   EXPECT_THAT(errorOfOpening(), HasSubstr("r.csv:2: 3 cells; a line is `image,room`"));
   write("r.csv", "a.png,kitchen\na.png,hall\n");
   EXPECT_THAT(errorOfOpening(), HasSubstr("r.csv:2: a.png is in \"hall\" here and in \"kitchen\" above"));
+  write("r.csv", "a.png,kitchen,train\nb.png,hall\n");
+  EXPECT_THAT(errorOfOpening(), HasSubstr("r.csv:2: 2 cells"));
+  write("r.csv", "a.png,kitchen,train\na.png,kitchen,test\n");
+  EXPECT_THAT(errorOfOpening(), HasSubstr("r.csv:2: a.png is in \"test\" here and in \"train\" above"));
 }
 
 TEST_F(ImageFolder, IsReadAlikeFromSeveralThreads) {

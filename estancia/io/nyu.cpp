@@ -1,0 +1,111 @@
+// NYU Depth V2, the labelled frames (Silberman et al., ECCV 2012), as they are passed around: rgb/0000.jpg
+// and depth/0000.png, numbered from 0 as in nyu_depth_v2_labeled.mat, and scenes.csv with a header: `index`,
+// `scene` and, where the official halves are known, `split`. Depth of 8 bits has 255 for 10 m, like depth of
+// any folder. Frames without a line have no room and are in no split.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <string>
+#include <unordered_map>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/csv.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/formats.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+/// Of the colour camera, to which depth is registered: camera_params.m of the data set's own toolbox
+/// (fx_rgb, fy_rgb, cx_rgb, cy_rgb), which is for 640 × 480; the pictures say by their size what it becomes.
+constexpr CameraIntrinsics kPublished = {
+    640, 480, 518.85790117450188, 519.46961112127485, 325.58244941119034, 253.73616633400465};
+
+constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
+
+std::size_t columnOf(const std::vector<std::string>& header, const char* name) {
+  const auto found = std::ranges::find(header, name);
+  return found == header.end() ? kNowhere : static_cast<std::size_t>(found - header.begin());
+}
+
+/// What all digits of `text` say: "0012" and "12" are the same.
+std::optional<std::string> indexOf(const std::string& text) {
+  constexpr std::size_t most = 9;
+  if (text.empty() || text.size() > most || text.find_first_not_of("0123456789") != std::string::npos)
+    return std::nullopt;
+  return text.substr(std::min(text.find_first_not_of('0'), text.size() - 1));
+}
+
+struct Scene {
+  std::string room, split;
+  std::size_t line;
+};
+
+std::unordered_map<std::string, Scene> readScenes(const fs::path& file) {
+  const std::string name = printable(file.string());
+  std::unordered_map<std::string, Scene> scenes;
+  std::vector<std::string> header;
+  std::size_t index = 0, room = 0, split = 0;
+  forEachCsvRow(file, [&](const CsvRow& row) {
+    const std::string where = fmt::format("{}:{}", name, row.line);
+    if (header.empty()) {
+      header = row.cells;
+      index = columnOf(header, "index");
+      room = columnOf(header, "scene");
+      split = columnOf(header, "split");
+      if (index == kNowhere || room == kNowhere)
+        throw Error(fmt::format("{}: the header has no columns `index` and `scene`", where));
+      return;
+    }
+    if (row.cells.size() != header.size())
+      throw Error(fmt::format("{}: {} cells, the header has {}", where, row.cells.size(), header.size()));
+    const auto number = indexOf(row.cells[index]);
+    if (!number)
+      throw Error(fmt::format("{}: \"{}\" is no index of a frame", where, printable(row.cells[index])));
+    const Scene scene{printable(row.cells[room]), split == kNowhere ? "" : printable(row.cells[split]),
+                      row.line};
+    const auto [entry, isNew] = scenes.emplace(*number, scene);
+    if (!isNew)
+      throw Error(fmt::format("{}: frame {} is in line {} already; keep one of them", where, *number,
+                              entry->second.line));
+  });
+  return scenes;
+}
+
+}  // namespace
+
+bool isNyu(const fs::path& path) {
+  if (!fs::is_regular_file(path / "scenes.csv") || !isRgbdFolders(path)) return false;
+  std::string header(200, '\0');
+  std::ifstream stream(path / "scenes.csv", std::ios::binary);
+  stream.read(header.data(), static_cast<std::streamsize>(header.size()));
+  header.resize(std::min(header.find_first_of("\r\n"), static_cast<std::size_t>(stream.gcount())));
+  header = "," + header + ",";
+  return header.find(",index,") != std::string::npos && header.find(",scene,") != std::string::npos;
+}
+
+Opened openNyu(const fs::path& path, const SequenceOptions& options) {
+  auto sequence = openRgbdFolders(path, options);
+  sequence->setIntrinsics(kPublished);
+  auto scenes = readScenes(path / "scenes.csv");
+  auto& splits = sequence->splits();
+  splits.resize(sequence->size());
+  for (std::size_t i = 0; i < sequence->size(); ++i) {
+    Frame& frame = sequence->frames()[i];
+    const auto number = indexOf(fs::path(frame.name).stem().string());
+    const auto found = number ? scenes.find(*number) : scenes.end();
+    if (found == scenes.end()) continue;
+    frame.room = found->second.room;
+    splits[i] = found->second.split;
+    found->second.line = 0;  // taken
+  }
+  const auto left = std::ranges::count_if(scenes, [](const auto& entry) { return entry.second.line > 0; });
+  if (left > 0)
+    sequence->warn(
+        fmt::format("scenes.csv: {} of {} lines are of pictures that are not there", left, scenes.size()));
+  return sequence;
+}
+
+}  // namespace estancia::io
