@@ -48,8 +48,21 @@ void numberTests(const ScenesData& data, ScenesResults& results) {
   }
 }
 
-/// The part with the labels that `rule` takes for the most telling on these images, or all where count is 0.
-std::vector<std::size_t> chooseLabels(const Features& train, const std::string& rule, std::size_t count);
+/// Says which rooms are asked about in vain.
+void noteUnlearned(const ScenesData& data, std::vector<std::string>& notes) {
+  for (const ScenesData::Pair& pair : data.pairs) {
+    const SceneImages &train = data.images[pair.train], &test = data.images[pair.test];
+    std::set<std::string> learned;
+    for (const Frame& frame : train.features.frames) learned.insert(frame.room);
+    std::map<std::string, std::size_t> unlearned;
+    for (const Frame& frame : test.features.frames)
+      if (!learned.contains(frame.room)) ++unlearned[frame.room];
+    for (const auto& [room, images] : unlearned)
+      notes.push_back(
+          fmt::format("{} → {}: {} is asked about but never learned: {} images that all count as wrong",
+                      train.name, test.name, room, images));
+  }
+}
 
 /// One classifier, learned and asked. The number of threads is the grid's: cells run side by side.
 struct Trial {
@@ -196,6 +209,7 @@ Findings compareScenes(const ScenesOptions& options, Grid& grid, const Experimen
   ScenesResults results;
   results.name = options.name;
   numberTests(data, results);
+  noteUnlearned(data, notes);
   for (const SceneDescriptor& descriptor : data.descriptors) {
     const Features features = withParts(withRows(data.images[0].features, {}), descriptor.parts);
     const bool words =

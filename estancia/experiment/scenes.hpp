@@ -31,6 +31,7 @@ struct ScenesOptions {
     std::string train = "train", test = "test";  ///< its values
     std::optional<SequenceSource> asked;         ///< the images to ask about: [data.test]
     std::vector<std::string> only;               ///< these rooms; none: all
+    std::vector<std::string> ignored;            ///< columns of a table of features that are none
     bool optional = false;                       ///< left out, with a note, when it is not there
   };
   /// A descriptor in fewer labels (3.5.3, Fig. 3.11).

@@ -55,6 +55,8 @@ Data readData(ConfigFile& config, const toml::table& table) {
                     }});
   keys.push_back({"only", false, "only these rooms",
                   each(config, data.only, [&config](auto& n) { return config.text(n); })});
+  keys.push_back({"ignored", false, "columns that are no features",
+                  each(config, data.ignored, [&config](auto& n) { return config.text(n); })});
   keys.push_back({"test", false, "the images to ask about", [&](auto& n) { asked = &config.subtable(n); }});
   config.read(table, keys);
   if (columns != nullptr && data.table.empty())

@@ -12,8 +12,12 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/describe/table_features.hpp"
 #include "estancia/experiment/room_classes.hpp"
 #include "estancia/experiment/room_table.hpp"
+#include "estancia/io/csv.hpp"
+#include "estancia/io/feature_table.hpp"
+#include "estancia/io/recording.hpp"
 #include "estancia/label/model.hpp"
 
 namespace estancia {
@@ -91,11 +95,33 @@ struct Source {
   std::optional<Features> table;       ///< … or this
 };
 
+/// Words or other numbers that are in a file already; nothing when there are images.
+std::optional<Features> readTable(const Data& data, const SequenceSource& from) {
+  const fs::path& file = from.path;
+  if (!fs::is_regular_file(file) || !isRecording(file)) return std::nullopt;
+  if (!from.options.split.empty())
+    throw Error(
+        fmt::format("{}: `split` parts sequences of images; name the other half by [data.test], or a "
+                    "`split_column` of a `table`",
+                    file.string()));
+  if (file.extension() == ".csv") {
+    std::vector<std::string> header;
+    io::forEachCsvRow(file, [&](const io::CsvRow& row) {
+      if (header.empty()) header = row.cells;
+    });
+    for (const char* column : {"room", "class"})
+      if (std::find(header.begin(), header.end(), column) != header.end())
+        return featuresOf(readFeatureTable(file, {data.ignored}));
+  }
+  return featuresOf(readRecording(file));
+}
+
 Source open(const std::string& name, const Data& data, SequenceSource from, const std::string& split) {
   // The reader knows the rooms unless a table does, and complains of unknown ones.
   if (data.table.empty()) from.options.only = data.only;
   Source source{name, &data, std::move(from), split, nullptr, std::nullopt};
-  source.sequence = openSequence(source.from.path, source.from.options);
+  source.table = readTable(data, source.from);
+  if (!source.table) source.sequence = openSequence(source.from.path, source.from.options);
   return source;
 }
 

@@ -41,7 +41,7 @@ class Sections {
     return results_.descriptors[number / results_.classifiers.size()];
   }
   std::string nameOf(std::size_t number) const {
-    return descriptorOf(number).name + ", " + results_.classifiers[number % results_.classifiers.size()];
+    return descriptorOf(number).name + "/" + results_.classifiers[number % results_.classifiers.size()];
   }
 
   /// Mean over some pairs, in percent; absent where there are none.
@@ -252,7 +252,7 @@ void addAccuracies(const ScenesResults& results, const Sections& sections, Findi
   if (results.pairs.size() > 1 && results.pairs.size() <= mostPairsTold)
     for (const Pair& pair : results.pairs)
       add(
-          fmt::format(", {} → {}", pair.train, pair.test), [&pair](const Pair& p) { return &p == &pair; },
+          fmt::format(", {}→{}", pair.train, pair.test), [&pair](const Pair& p) { return &p == &pair; },
           fmt::format("In percent, of {} images in {} runs; learned from {} images.", pair.names.size(),
                       pair.runs.size(), pair.learned));
   findings.sections.emplace_back(sections.byDescriptor(
@@ -295,7 +295,7 @@ Findings findingsOf(const ScenesResults& results) {
   findings.sections.emplace_back(sections.hardest());
 
   for (const Pair& pair : results.pairs)
-    findings.facts.emplace_back(fmt::format("{} → {}", pair.train, pair.test),
+    findings.facts.emplace_back(fmt::format("{}→{}", pair.train, pair.test),
                                 fmt::format("learned from {} images; asked about {} in {} runs", pair.learned,
                                             pair.names.size(), pair.runs.size()));
   return findings;

@@ -33,7 +33,7 @@ SceneBlocks blocksOf(const ScenesResults& results) {
   SceneBlocks blocks;
   if (results.pairs.size() >= fewestPairs) {
     for (std::size_t p = 0; p < results.pairs.size(); ++p) {
-      blocks.names.push_back(fmt::format("{} → {}", results.pairs[p].train, results.pairs[p].test));
+      blocks.names.push_back(fmt::format("{}→{}", results.pairs[p].train, results.pairs[p].test));
       auto& values = blocks.values.emplace_back();
       for (std::size_t c = 0; c < cellCount(results); ++c)
         values.push_back(cellOf(results, p, c).accuracy(results.pairs[p].images));
@@ -45,7 +45,7 @@ SceneBlocks blocksOf(const ScenesResults& results) {
     const Pair& pair = results.pairs[p];
     const std::size_t first = blocks.values.size();
     for (const std::string& run : pair.runs) {
-      blocks.names.push_back(fmt::format("{} → {}: {}", pair.train, pair.test, run));
+      blocks.names.push_back(fmt::format("{}→{}: {}", pair.train, pair.test, run));
       blocks.values.emplace_back(cellCount(results));
     }
     for (std::size_t c = 0; c < cellCount(results); ++c) {
@@ -60,7 +60,7 @@ Scores scoresOfCells(const ScenesResults& results, const SceneBlocks& blocks) {
   Scores scores{{}, blocks.names, blocks.values};
   for (const auto& descriptor : results.descriptors)
     for (const std::string& classifier : results.classifiers)
-      scores.methods.push_back(fmt::format("{}, {}", descriptor.name, classifier));
+      scores.methods.push_back(fmt::format("{}/{}", descriptor.name, classifier));
   return scores;
 }
 

@@ -30,7 +30,7 @@ struct SceneBlocks {
 /// trained. (Where a run is one image, Friedman's test is Cochran's Q.)
 SceneBlocks blocksOf(const ScenesResults& results);
 
-/// All cells, named "descriptor, classifier".
+/// All cells, named "descriptor/classifier".
 Scores scoresOfCells(const ScenesResults& results, const SceneBlocks& blocks);
 /// Descriptors by their mean over the classifiers, and the other way round.
 Scores scoresOfDescriptors(const ScenesResults& results, const SceneBlocks& blocks);

@@ -136,7 +136,7 @@ TEST(SceneBlocks, AreRunsOfOneTestAndPairsOfMany) {
   const SceneBlocks runs = blocksOf(results);
   EXPECT_TRUE(runs.runs);
   ASSERT_EQ(runs.values.size(), 10U);
-  EXPECT_EQ(runs.names[3], "train → test: run 3");
+  EXPECT_EQ(runs.names[3], "train→test: run 3");
   const auto shares = runShares(results.pairs[0].images, results.cells[1].right(results.pairs[0].images));
   for (std::size_t r = 0; r < 10; ++r) EXPECT_EQ(runs.values[r][1], shares[r]);
 
@@ -155,7 +155,7 @@ TEST(SceneBlocks, AreRunsOfOneTestAndPairsOfMany) {
   const SceneBlocks pairs = blocksOf(results);
   EXPECT_FALSE(pairs.runs);
   ASSERT_EQ(pairs.values.size(), fewestPairs);
-  EXPECT_EQ(pairs.names[1], "test → test");
+  EXPECT_EQ(pairs.names[1], "test→test");
   EXPECT_DOUBLE_EQ(pairs.values[2][0], meanAccuracies(results, {0})[0]);
 }
 
@@ -166,7 +166,7 @@ TEST(SceneScores, AreMeansOverTheOther) {
   const SceneBlocks blocks = blocksOf(results);
   const Scores cells = scoresOfCells(results, blocks), descriptors = scoresOfDescriptors(results, blocks),
                classifiers = scoresOfClassifiers(results, blocks);
-  EXPECT_THAT(cells.methods, ElementsAre("words, svm", "words, knn", "gist, svm", "gist, knn"));
+  EXPECT_THAT(cells.methods, ElementsAre("words/svm", "words/knn", "gist/svm", "gist/knn"));
   EXPECT_THAT(descriptors.methods, ElementsAre("words", "gist"));
   EXPECT_THAT(classifiers.methods, ElementsAre("svm", "knn"));
   for (std::size_t b = 0; b < 4; ++b) {

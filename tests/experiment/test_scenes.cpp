@@ -287,17 +287,17 @@ TEST_F(Scenes, SubsetsOfLabelsHaveATableOfTheirOwn) {
 
 TEST_F(Scenes, TellTheBestWithItsConfusions) {
   const Findings findings = run(models({"sharp", "blind", "phog", "blind+phog"}) + pair_);
-  EXPECT_THAT(findings.summary, HasSubstr("words of one model: sharp, "));
-  EXPECT_THAT(findings.summary, HasSubstr("conjunctions: blind+phog, "));
-  EXPECT_THAT(findings.summary, HasSubstr("other single descriptors: phog, "));
+  EXPECT_THAT(findings.summary, HasSubstr("words of one model: sharp/"));
+  EXPECT_THAT(findings.summary, HasSubstr("conjunctions: blind+phog/"));
+  EXPECT_THAT(findings.summary, HasSubstr("other single descriptors: phog/"));
   std::vector<std::string> titles;
   for (const auto& section : findings.sections)
     std::visit([&](const auto& part) { titles.push_back(part.title); }, section);
   EXPECT_THAT(titles, Contains(HasSubstr("study: accuracy, different sequences")));
   EXPECT_THAT(titles, Contains(HasSubstr("study: accuracy, the same sequence")));
   EXPECT_THAT(titles, Contains(HasSubstr("study: balanced accuracy")));
-  EXPECT_THAT(titles, Contains(HasSubstr("study: rooms taken for others by sharp, ")));
-  EXPECT_THAT(titles, Contains(HasSubstr("study: rooms taken for others by blind+phog, ")));
+  EXPECT_THAT(titles, Contains(HasSubstr("study: rooms taken for others by sharp/")));
+  EXPECT_THAT(titles, Contains(HasSubstr("study: rooms taken for others by blind+phog/")));
   EXPECT_THAT(titles, Contains(HasSubstr("study: all cells, mean ranks")));
   EXPECT_THAT(titles, Contains(HasSubstr("Table 3.2 of the thesis")));
   EXPECT_THAT(readFile(scratch_ / "out/study-confusions.csv"),
