@@ -24,6 +24,10 @@ struct Kind {
 constexpr Kind kinds[] = {
     {"svm-linear", "support vector machines, one a pair of classes", trainSvm, readSvm},
     {"svm-rbf", "the same with Gaussian kernels: borders may be curved", trainSvm, readSvm},
+    {"linear", "logistic regression, one class against the others", trainLinear, readLinear},
+    {"forest", "random forest: trees grown on random draws of samples and columns vote", trainForest,
+     readForest},
+    {"knn", "the nearest training images vote", trainKnn, readKnn},
 };
 
 const Kind& getKind(const std::string& name) {

@@ -27,7 +27,7 @@ struct Samples {
 
 struct ClassifierOptions {
   std::string type = "svm-rbf";  ///< one of classifierTypes()
-  bool balanced = true;          ///< each class counts alike, however many samples it has
+  bool balanced = false;         ///< each class counts alike, however many samples it has
   int folds = 5;                 ///< of the grouped cross-validation that finds what is not given below
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: one a usable core; the result does not depend on it

@@ -18,14 +18,27 @@
 namespace estancia {
 namespace {
 
-Embedding embeddingOf(PartKind kind) {
+/// How one kind of part is treated, after measurements on NYU's rooms.
+struct Treatment {
+  /// Whether each column is scaled to variance 1. Words are not: those that hardly vary are mostly noise.
+  bool standardised;
+  double weight;  ///< of the part's squared distances among all
+};
+
+Treatment treatmentOf(PartKind kind) {
+  return kind == PartKind::probabilities ? Treatment{false, 1} : Treatment{true, 0.2};
+}
+
+void embedPart(PartKind kind, std::span<const float> values, std::span<float> out) {
   switch (kind) {
     case PartKind::probabilities:
-      return Embedding::centredLogRatio;
+      return embed(Embedding::centredLogRatio, values, out);
     case PartKind::histogram:
-      return Embedding::squareRoot;
+      return embed(Embedding::squareRoot, values, out);
     case PartKind::energies:
-      return Embedding::identity;
+      for (std::size_t c = 0; c < values.size(); ++c)
+        out[c] = std::copysign(std::sqrt(std::fabs(values[c])), values[c]);
+      return;
   }
   throw Error("a part of unknown kind");
 }
@@ -108,6 +121,8 @@ FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
     throw Error("there are no described images to learn from");
   FeatureEmbedding embedding;
   const auto n = static_cast<double>(features.values.size());
+  double weights = 0;
+  for (const DescriptorPart& part : features.parts) weights += treatmentOf(part.kind).weight;
   std::size_t first = 0;
   for (const DescriptorPart& part : features.parts) {
     const std::size_t size = part.size();
@@ -116,7 +131,7 @@ FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
     std::vector<float> mean(size), scale(size), row(size);
     const auto embedded = [&](std::size_t i) {
       const DescriptorView values = features.values.row(i).subspan(first, size);
-      embed(embeddingOf(part.kind), values, row);
+      embedPart(part.kind, values, row);
     };
     for (std::size_t i = 0; i < features.values.size(); ++i) {
       requireSound(part, features.values.row(i).subspan(first, size), features.frames[i].name);
@@ -131,17 +146,18 @@ FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
         squares[c] += d * d;
       }
     }
-    std::size_t varying = 0;
-    std::vector<double> sigma(size);
+    const Treatment treatment = treatmentOf(part.kind);
+    double all = 0;  // the part's variance after scaling
     for (std::size_t c = 0; c < size; ++c) {
-      sigma[c] = std::sqrt(squares[c] / n);
+      const double sigma = std::sqrt(squares[c] / n);
       // What differs by rounding alone is one value.
-      if (sigma[c] <= 1e-6 * std::fabs(mean[c]) || sigma[c] < 1e-12) sigma[c] = 0;
-      varying += sigma[c] > 0 ? 1 : 0;
+      if (sigma <= 1e-6 * std::fabs(mean[c]) || sigma < 1e-12) continue;
+      const double inverse = treatment.standardised ? 1 / sigma : 1;
+      all += inverse * inverse * sigma * sigma;
+      scale[c] = static_cast<float>(inverse);
     }
-    const double share = 1 / std::sqrt(static_cast<double>(std::max<std::size_t>(varying, 1)) *
-                                       static_cast<double>(features.parts.size()));
-    for (std::size_t c = 0; c < size; ++c) scale[c] = sigma[c] > 0 ? static_cast<float>(share / sigma[c]) : 0;
+    const double share = all > 0 ? std::sqrt(treatment.weight / weights / all) : 0;
+    for (float& value : scale) value = static_cast<float>(value * share);
     embedding.parts_.push_back({part, std::move(mean), std::move(scale)});
     first += size;
   }
@@ -163,7 +179,7 @@ DescriptorMatrix FeatureEmbedding::apply(const Features& features) const {
       const std::span<float> out = std::span(row).subspan(first, learned.part.size());
       for (std::size_t c = 0; c < out.size(); ++c)
         out[c] = places[p].columns[c] ? values[*places[p].columns[c]] : 0;
-      embed(embeddingOf(learned.part.kind), out, out);
+      embedPart(learned.part.kind, out, out);
       for (std::size_t c = 0; c < out.size(); ++c) out[c] = (out[c] - learned.mean[c]) * learned.scale[c];
       first += out.size();
     }

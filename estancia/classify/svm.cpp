@@ -3,12 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <utility>
 
 #include "estancia/classify/coupling.hpp"
-#include "estancia/classify/folds.hpp"
+#include "estancia/classify/search.hpp"
 #include "estancia/classify/svm_training.hpp"
 #include "estancia/classify/trainers.hpp"
 #include "estancia/core/error.hpp"
@@ -25,6 +26,18 @@ constexpr double surest = 1 - 1e-7;  // no pair of classes is ever settled, as i
 void toKernel(std::span<float> products, std::span<const float> norms, float norm, double gamma) {
   for (std::size_t j = 0; j < products.size(); ++j)
     products[j] = std::exp(static_cast<float>(-gamma) * std::max(norms[j] + norm - 2 * products[j], 0.0F));
+}
+
+/// Probabilities of the classes.
+std::vector<double> coupled(std::span<const double> decisions, const std::vector<Sigmoid>& sigmoids,
+                            std::size_t k) {
+  std::vector<double> r(k * k);
+  for (std::size_t i = 0, p = 0; i < k; ++i)
+    for (std::size_t j = i + 1; j < k; ++j, ++p) {
+      r[i * k + j] = std::clamp(sigmoids[p](decisions[p]), 1 - surest, surest);
+      r[j * k + i] = 1 - r[i * k + j];
+    }
+  return couplePairs(r, k);
 }
 
 class Svm final : public Classifier {
@@ -48,7 +61,6 @@ class Svm final : public Classifier {
   }
 
  private:
-  std::vector<double> probabilities(std::span<const double> decisions) const;
   std::unique_ptr<PackedRows> packed;
   std::vector<float> norms;
 };
@@ -65,7 +77,7 @@ DescriptorMatrix Svm::predict(const DescriptorMatrix& x, int threads) const {
     } else {
       for (std::size_t p = 0; p < products.size(); ++p) decisions.push_back(products[p] - machines.rho[p]);
     }
-    const std::vector<double> p = probabilities(decisions);
+    const std::vector<double> p = coupled(decisions, sigmoids, k);
     std::copy(p.begin(), p.end(), all.begin() + static_cast<std::ptrdiff_t>(i * k));
   });
   DescriptorMatrix result(k);
@@ -74,44 +86,10 @@ DescriptorMatrix Svm::predict(const DescriptorMatrix& x, int threads) const {
   return result;
 }
 
-std::vector<double> Svm::probabilities(std::span<const double> decisions) const {
-  const std::size_t k = machines.classes();
-  std::vector<double> r(k * k);
-  for (std::size_t i = 0, p = 0; i < k; ++i)
-    for (std::size_t j = i + 1; j < k; ++j, ++p) {
-      r[i * k + j] = std::clamp(sigmoids[p](decisions[p]), 1 - surest, surest);
-      r[j * k + i] = 1 - r[i * k + j];
-    }
-  return couplePairs(r, k);
-}
-
 // ---- training
 
-constexpr int repetitions = 3;  // of the folds, shuffled anew: the score of one alone is a matter of luck
-constexpr std::size_t mostSearched = 3000;  // samples: the time of a search grows with their square
-constexpr double costs[] = {0.1, 0.3, 1, 3, 10, 30, 100};
-constexpr double gammas[] = {0.125, 0.25, 0.5, 1, 2};  // in units of 1 / the samples' variance
-
-/// What a search learns from.
-struct Search {
-  DescriptorMatrix x;
-  std::vector<int> classes;
-  std::vector<std::vector<int>> folds;           ///< of each sample, for each repetition
-  std::vector<double> weights;                   ///< of the classes
-  std::vector<float> products = {}, norms = {};  ///< x xᵀ and its diagonal
-
-  std::size_t size() const { return classes.size(); }
-  std::size_t pairs() const { return weights.size() * (weights.size() - 1) / 2; }
-};
-
-std::vector<float> productsOf(const DescriptorMatrix& x, int threads) {
-  const std::size_t n = x.size();
-  std::vector<float> products(n * n);
-  rowProducts(x, PackedRows(x), threads, [&](std::size_t i, std::span<float> row) {
-    std::copy(row.begin(), row.end(), products.begin() + static_cast<std::ptrdiff_t>(i * n));
-  });
-  return products;
-}
+constexpr double costs[] = {0.1, 0.3, 1, 3, 10, 30};
+constexpr double gammas[] = {0.25, 0.5, 1, 2};  // in units of 1 / the samples' variance
 
 std::vector<float> kernelOf(std::vector<float> products, std::span<const float> norms,
                             std::optional<double> gamma) {
@@ -121,39 +99,8 @@ std::vector<float> kernelOf(std::vector<float> products, std::span<const float> 
   return products;
 }
 
-/// All samples, or of each class as many, evenly spread, as may be searched.
-std::vector<std::size_t> searched(const Samples& samples) {
-  std::vector<std::vector<std::size_t>> ofClass(static_cast<std::size_t>(samples.classCount));
-  for (std::size_t i = 0; i < samples.classes.size(); ++i)
-    ofClass[static_cast<std::size_t>(samples.classes[i])].push_back(i);
-  std::vector<std::size_t> rows;
-  for (const auto& members : ofClass) {
-    const double share = std::max(1.0, static_cast<double>(samples.classes.size()) / mostSearched);
-    for (double at = 0; at < static_cast<double>(members.size()); at += share)
-      rows.push_back(members[static_cast<std::size_t>(at)]);
-  }
-  std::sort(rows.begin(), rows.end());
-  return rows;
-}
-
-Search searchOf(const Samples& samples, const ClassifierOptions& options) {
-  Search search{.x = DescriptorMatrix(samples.x.labels()),
-                .classes = {},
-                .folds = {},
-                .weights = classWeights(samples, options.balanced)};
-  std::vector<int> groups;
-  const std::vector<std::size_t> rows = searched(samples);
-  search.x = rowsOf(samples.x, rows);
-  for (const std::size_t row : rows) {
-    search.classes.push_back(samples.classes[row]);
-    groups.push_back(samples.groups[row]);
-  }
-  for (int r = 0; r < repetitions; ++r)
-    search.folds.push_back(
-        groupedFolds(search.classes, groups, options.folds, options.seed + static_cast<std::uint64_t>(r)));
-  search.products = productsOf(search.x, options.threads);
-  search.norms = squaredNorms(search.x);
-  return search;
+std::size_t pairsOf(const Search& search) {
+  return search.weights.size() * (search.weights.size() - 1) / 2;
 }
 
 /// Decision values of all pairs for the samples of one fold, learned from the others; left as they are where
@@ -175,53 +122,79 @@ void holdOut(const Search& search, const SvmSamples& samples, std::span<const fl
     const std::vector<double> f = trained.machines.decisions(values);
     for (std::size_t a = 0, p = 0; a < trained.classes.size(); ++a)
       for (std::size_t b = a + 1; b < trained.classes.size(); ++b, ++p)
-        decisions[i * search.pairs() + pairIndex(static_cast<std::size_t>(trained.classes[a]),
-                                                 static_cast<std::size_t>(trained.classes[b]),
-                                                 search.weights.size())] = f[p];
+        decisions[i * pairsOf(search) + pairIndex(static_cast<std::size_t>(trained.classes[a]),
+                                                  static_cast<std::size_t>(trained.classes[b]),
+                                                  search.weights.size())] = f[p];
   }
 }
 
-/// The class that wins most pairs; −1 when there is none.
-int mostVotes(std::span<const double> decisions, std::size_t k) {
-  std::vector<int> votes(k);
-  for (std::size_t i = 0, p = 0; i < k; ++i)
-    for (std::size_t j = i + 1; j < k; ++j, ++p)
-      if (!std::isnan(decisions[p])) ++votes[decisions[p] > 0 ? i : j];
-  const auto most = std::max_element(votes.begin(), votes.end());
-  return *most > 0 ? static_cast<int>(most - votes.begin()) : -1;
+std::vector<Sigmoid> sigmoidsOf(const Search& search, const std::vector<double>& decisionsOfAll) {
+  std::vector<Sigmoid> sigmoids;
+  for (std::size_t i = 0; i < search.weights.size(); ++i)
+    for (std::size_t j = i + 1; j < search.weights.size(); ++j) {
+      std::vector<double> decisions, weights;
+      std::vector<char> isFirst;
+      for (std::size_t s = 0; s < Search::repetitions * search.size(); ++s) {
+        const auto c = static_cast<std::size_t>(search.classes[s % search.size()]);
+        const double f = decisionsOfAll[s * pairsOf(search) + sigmoids.size()];
+        if ((c != i && c != j) || std::isnan(f)) continue;
+        decisions.push_back(f);
+        weights.push_back(search.weights[c] / Search::repetitions);
+        isFirst.push_back(c == i ? 1 : 0);
+      }
+      sigmoids.push_back(fitSigmoid(decisions, isFirst, weights));
+    }
+  return sigmoids;
 }
 
 struct Choice {
   double c = 1;
   std::optional<double> gamma;
-  double score = -1;
+  double score = -1;                                      ///< share of held-out samples found right
+  double loss = std::numeric_limits<double>::infinity();  ///< mean −ln of the probability of what is right
   std::vector<double> decisions;  ///< held out: n × pairs, one repetition after the other
+  std::vector<Sigmoid> sigmoids;
 };
 
-/// The best C of one kernel, if it is better than what `best` has.
+void judge(const Search& search, Choice& choice) {
+  double score = 0, loss = 0;
+  const auto n = static_cast<double>(Search::repetitions * search.size());
+  for (std::size_t s = 0; s < Search::repetitions * search.size(); ++s) {
+    const auto truth = static_cast<std::size_t>(search.classes[s % search.size()]);
+    std::vector<double> f(choice.decisions.begin() + static_cast<std::ptrdiff_t>(s * pairsOf(search)),
+                          choice.decisions.begin() + static_cast<std::ptrdiff_t>((s + 1) * pairsOf(search)));
+    for (double& value : f)
+      if (std::isnan(value)) value = 0;  // no machine, no opinion
+    const std::vector<double> p = coupled(f, choice.sigmoids, search.weights.size());
+    const auto best = static_cast<std::size_t>(std::max_element(p.begin(), p.end()) - p.begin());
+    score += best == truth ? search.weights[truth] / n : 0;
+    loss -= std::log(std::max(p[truth], 1e-9)) * search.weights[truth] / n;
+  }
+  choice.score = score;
+  choice.loss = loss;
+}
+
+/// The best C of one kernel, if its held-out probabilities are better than what `best` has: they tell more
+/// than the share of hits, which moves in steps of one sample.
 void tryKernel(const Search& search, std::optional<double> gamma, std::span<const double> cs,
                const ClassifierOptions& options, Progress& progress, Choice& best) {
   const std::vector<float> kernel = kernelOf(search.products, search.norms, gamma);
   const SvmSamples samples(kernel, search.size());
-  const std::size_t folds = static_cast<std::size_t>(options.folds), size = search.size() * search.pairs();
+  const std::size_t folds = static_cast<std::size_t>(options.folds), size = search.size() * pairsOf(search);
   std::vector<std::vector<double>> decisions(cs.size(),
-                                             std::vector<double>(repetitions * size, std::nan("")));
-  inParallel(cs.size() * repetitions * folds, options.threads, progress,
+                                             std::vector<double>(Search::repetitions * size, std::nan("")));
+  inParallel(cs.size() * Search::repetitions * folds, options.threads, progress,
              "stopped while C and gamma were sought", [&](std::size_t task) {
-               const std::size_t c = task % cs.size(), r = task / cs.size() % repetitions;
-               const auto fold = static_cast<int>(task / cs.size() / repetitions);
+               const std::size_t c = task % cs.size(), r = task / cs.size() % Search::repetitions;
+               const auto fold = static_cast<int>(task / cs.size() / Search::repetitions);
                holdOut(search, samples, kernel, search.folds[r], fold, cs[c],
                        std::span(decisions[c]).subspan(r * size, size));
              });
   for (std::size_t c = 0; c < cs.size(); ++c) {
-    double score = 0;
-    for (std::size_t r = 0; r < repetitions; ++r) {
-      for (std::size_t i = 0; i < search.size(); ++i)
-        if (mostVotes(std::span(decisions[c]).subspan(r * size + i * search.pairs(), search.pairs()),
-                      search.weights.size()) == search.classes[i])
-          score += 1.0 / static_cast<double>(repetitions * search.size());
-    }
-    if (score > best.score + 1e-9) best = {cs[c], gamma, score, std::move(decisions[c])};
+    Choice choice{cs[c], gamma, 0, 0, std::move(decisions[c]), {}};
+    choice.sigmoids = sigmoidsOf(search, choice.decisions);
+    judge(search, choice);
+    if (choice.loss < best.loss - 1e-9) best = std::move(choice);
   }
 }
 
@@ -241,29 +214,10 @@ Choice choose(const Search& search, const ClassifierOptions& options, bool rbf, 
       options.c ? std::vector<double>{*options.c} : std::vector<double>(std::begin(costs), std::end(costs));
   Choice best;
   progress.begin("choosing C and gamma",
-                 kernels.size() * cs.size() * repetitions * static_cast<std::size_t>(options.folds));
+                 kernels.size() * cs.size() * Search::repetitions * static_cast<std::size_t>(options.folds));
   for (const auto& gamma : kernels) tryKernel(search, gamma, cs, options, progress, best);
   progress.end();
   return best;
-}
-
-std::vector<Sigmoid> sigmoidsOf(const Search& search, const Choice& choice) {
-  std::vector<Sigmoid> sigmoids;
-  for (std::size_t i = 0; i < search.weights.size(); ++i)
-    for (std::size_t j = i + 1; j < search.weights.size(); ++j) {
-      std::vector<double> decisions, weights;
-      std::vector<char> isFirst;
-      for (std::size_t s = 0; s < repetitions * search.size(); ++s) {
-        const auto c = static_cast<std::size_t>(search.classes[s % search.size()]);
-        const double f = choice.decisions[s * search.pairs() + sigmoids.size()];
-        if ((c != i && c != j) || std::isnan(f)) continue;
-        decisions.push_back(f);
-        weights.push_back(search.weights[c] / repetitions);
-        isFirst.push_back(c == i ? 1 : 0);
-      }
-      sigmoids.push_back(fitSigmoid(decisions, isFirst, weights));
-    }
-  return sigmoids;
 }
 
 /// Weights of each pair instead of its support vectors: the kernel of a linear machine is a product.
@@ -300,13 +254,13 @@ std::unique_ptr<Classifier> trainSvm(const Samples& samples, const ClassifierOpt
                                      Progress& progress) {
   const bool rbf = options.type == "svm-rbf";
   const Search search = searchOf(samples, options);
-  const Choice choice = choose(search, options, rbf, progress);
+  Choice choice = choose(search, options, rbf, progress);
   TrainedMachines trained = trainOnAll(samples, choice, options);
   auto svm = std::make_unique<Svm>();
   svm->gamma = choice.gamma;
   svm->machines = std::move(trained.machines);
   svm->vectors = rowsOf(samples.x, trained.vectors);
-  svm->sigmoids = sigmoidsOf(search, choice);
+  svm->sigmoids = choice.sigmoids;
   svm->chosen = fmt::format("C {:.4g}{}: {:.1f} % of what was held out", choice.c,
                             rbf ? fmt::format(", gamma {:.4g}", *choice.gamma) : "", 100 * choice.score);
   if (!rbf) {

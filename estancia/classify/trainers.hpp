@@ -14,6 +14,15 @@ namespace estancia {
 std::unique_ptr<Classifier> trainSvm(const Samples& samples, const ClassifierOptions& options,
                                      Progress& progress);
 std::unique_ptr<Classifier> readSvm(ByteReader& in);
+std::unique_ptr<Classifier> trainKnn(const Samples& samples, const ClassifierOptions& options,
+                                     Progress& progress);
+std::unique_ptr<Classifier> readKnn(ByteReader& in);
+std::unique_ptr<Classifier> trainForest(const Samples& samples, const ClassifierOptions& options,
+                                        Progress& progress);
+std::unique_ptr<Classifier> readForest(ByteReader& in);
+std::unique_ptr<Classifier> trainLinear(const Samples& samples, const ClassifierOptions& options,
+                                        Progress& progress);
+std::unique_ptr<Classifier> readLinear(ByteReader& in);
 
 /// Σ weights of each class are equal, and of all samples N; all 1 unless balanced.
 std::vector<double> classWeights(const Samples& samples, bool balanced);

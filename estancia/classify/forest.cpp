@@ -1,0 +1,194 @@
+// forest: many trees, each grown on a draw of the samples, vote (Breiman 2001). OpenCV grows them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/ml.hpp>
+#include <utility>
+
+#include "estancia/classify/search.hpp"
+#include "estancia/classify/trainers.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/parallel.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr int batch = 10;    // trees that share a random generator; batches share the threads
+constexpr int deepest = 25;  // OpenCV's most
+constexpr std::size_t rowsAtOnce = 64;
+
+/// x[column] ≤ threshold leads to `below`, else to `above`; a leaf has column −1 and its class in `below`.
+struct Branch {
+  std::int32_t column = -1, below = 0, above = 0;
+  float threshold = 0;
+};
+
+struct Trees {
+  std::vector<Branch> branches;
+  std::vector<std::uint32_t> roots;
+};
+
+class Forest final : public Classifier {
+ public:
+  Forest(Trees all, std::size_t width, int count, std::string how)
+      : trees(std::move(all)), columnCount(width), classes(count), chosen(std::move(how)) {}
+  std::string type() const override { return "forest"; }
+  std::size_t columns() const override { return columnCount; }
+  int classCount() const override { return classes; }
+  std::string choice() const override { return chosen; }
+
+  DescriptorMatrix predict(const DescriptorMatrix& x, int threads) const override {
+    const auto k = static_cast<std::size_t>(classes);
+    std::vector<float> all(x.size() * k);
+    Progress silent;
+    inParallel((x.size() + rowsAtOnce - 1) / rowsAtOnce, threads, silent,
+               "stopped while rooms were predicted", [&](std::size_t task) {
+                 const std::size_t end = std::min(x.size(), (task + 1) * rowsAtOnce);
+                 for (const std::uint32_t root : trees.roots)
+                   for (std::size_t i = task * rowsAtOnce; i < end; ++i)
+                     all[i * k + classOf(root, x.row(i))] += 1.0F / static_cast<float>(trees.roots.size());
+               });
+    DescriptorMatrix result(k);
+    result.reserve(x.size());
+    for (std::size_t i = 0; i < x.size(); ++i) result.append(std::span(all).subspan(i * k, k));
+    return result;
+  }
+
+  void write(ByteWriter& out) const override {
+    out.number(static_cast<std::uint64_t>(columnCount));
+    out.number(static_cast<std::int32_t>(classes));
+    out.number(static_cast<std::uint64_t>(trees.branches.size()));
+    for (const Branch& b : trees.branches) {
+      for (const std::int32_t value : {b.column, b.below, b.above}) out.number(value);
+      out.number(b.threshold);
+    }
+    out.numbers(trees.roots);
+    out.text(chosen);
+  }
+
+ private:
+  std::size_t classOf(std::uint32_t root, DescriptorView x) const {
+    const Branch* branch = &trees.branches[root];
+    while (branch->column >= 0)
+      branch = &trees.branches[static_cast<std::size_t>(
+          x[static_cast<std::size_t>(branch->column)] <= branch->threshold ? branch->below : branch->above)];
+    return static_cast<std::size_t>(branch->below);
+  }
+
+  Trees trees;
+  std::size_t columnCount;
+  int classes;
+  std::string chosen;
+};
+
+/// OpenCV draws from a generator that belongs to the thread: seeded here, given back as it was.
+class SeededGenerator {
+ public:
+  explicit SeededGenerator(std::uint64_t seed) : before_(cv::theRNG()) { cv::theRNG() = cv::RNG(seed); }
+  ~SeededGenerator() { cv::theRNG() = before_; }
+  SeededGenerator(const SeededGenerator&) = delete;
+  SeededGenerator& operator=(const SeededGenerator&) = delete;
+
+ private:
+  cv::RNG before_;
+};
+
+/// Trees as we keep them: children after their parents, so that no walk can run in a circle.
+void append(const cv::ml::RTrees& grown, Trees& trees) {
+  const auto& nodes = grown.getNodes();
+  const auto& splits = grown.getSplits();
+  for (const int root : grown.getRoots()) {
+    trees.roots.push_back(static_cast<std::uint32_t>(trees.branches.size()));
+    std::vector<std::pair<int, std::size_t>> waiting{{root, trees.branches.size()}};
+    trees.branches.emplace_back();
+    while (!waiting.empty()) {
+      const auto [index, place] = waiting.back();
+      waiting.pop_back();
+      const auto& node = nodes[static_cast<std::size_t>(index)];
+      if (node.split < 0) {
+        trees.branches[place] = {-1, node.classIdx, 0, 0};
+        continue;
+      }
+      const auto& split = splits[static_cast<std::size_t>(node.split)];
+      const auto below = static_cast<std::int32_t>(trees.branches.size());
+      trees.branches.resize(trees.branches.size() + 2);
+      trees.branches[place] = {split.varIdx, below, below + 1, split.c};
+      waiting.emplace_back(split.inversed ? node.right : node.left, below);
+      waiting.emplace_back(split.inversed ? node.left : node.right, below + 1);
+    }
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<Classifier> trainForest(const Samples& samples, const ClassifierOptions& options,
+                                        Progress& progress) {
+  const cv::Mat x(static_cast<int>(samples.x.size()), static_cast<int>(samples.x.labels()), CV_32F,
+                  const_cast<float*>(samples.x.values().data()));  // only read
+  const cv::Mat classes(samples.classes, true);
+  const auto batches = static_cast<std::size_t>((options.trees + batch - 1) / batch);
+  std::vector<Trees> grown(batches);
+  progress.begin("growing trees", batches);
+  inParallel(batches, options.threads, progress, "stopped while trees grew", [&](std::size_t b) {
+    const auto data = cv::ml::TrainData::create(x, cv::ml::ROW_SAMPLE, classes);
+    const auto forest = cv::ml::RTrees::create();
+    forest->setMaxDepth(deepest);
+    forest->setMinSampleCount(2);
+    forest->setActiveVarCount(0);  // √columns at each split
+    forest->setCVFolds(0);
+    forest->setUseSurrogates(false);
+    forest->setTruncatePrunedTree(false);
+    const int count = std::min(batch, options.trees - static_cast<int>(b) * batch);
+    forest->setTermCriteria({cv::TermCriteria::COUNT, count, 0});
+    if (options.balanced) {
+      const std::vector<double> weights = classWeights(samples, true);
+      forest->setPriors(cv::Mat(weights, true));
+    }
+    const SeededGenerator generator(options.seed * 1000003 + b);
+    forest->train(data);
+    append(*forest, grown[b]);
+  });
+  progress.end();
+  Trees all;
+  for (const Trees& trees : grown) {
+    const auto offset = static_cast<std::int32_t>(all.branches.size());
+    for (const std::uint32_t root : trees.roots)
+      all.roots.push_back(root + static_cast<std::uint32_t>(offset));
+    for (Branch branch : trees.branches) {
+      if (branch.column >= 0) {
+        branch.below += offset;
+        branch.above += offset;
+      }
+      all.branches.push_back(branch);
+    }
+  }
+  return std::make_unique<Forest>(std::move(all), samples.x.labels(), samples.classCount,
+                                  fmt::format("{} trees", options.trees));
+}
+
+std::unique_ptr<Classifier> readForest(ByteReader& in) {
+  const auto columns = in.number<std::uint64_t>();
+  const auto classes = in.number<std::int32_t>();
+  Trees trees;
+  trees.branches.resize(in.count(sizeof(Branch)));
+  const auto size = static_cast<std::int64_t>(trees.branches.size());
+  for (std::int64_t i = 0; i < size; ++i) {
+    Branch& b = trees.branches[static_cast<std::size_t>(i)];
+    for (std::int32_t* value : {&b.column, &b.below, &b.above}) *value = in.number<std::int32_t>();
+    b.threshold = in.number<float>();
+    const bool sound = b.column < 0 ? b.below >= 0 && b.below < classes
+                                    : static_cast<std::uint64_t>(b.column) < columns && b.below > i &&
+                                          b.below < size && b.above > i && b.above < size;
+    if (!sound) in.fail("it is damaged (a tree grows into nowhere)");
+  }
+  trees.roots = in.numbers<std::uint32_t>();
+  for (const std::uint32_t root : trees.roots)
+    if (root >= trees.branches.size()) in.fail("it is damaged (a tree without root)");
+  if (trees.roots.empty() || classes < 2) in.fail("it is damaged (it has no trees)");
+  std::string chosen = in.text();
+  return std::make_unique<Forest>(std::move(trees), columns, classes, std::move(chosen));
+}
+
+}  // namespace estancia

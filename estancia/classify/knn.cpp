@@ -1,0 +1,211 @@
+// knn: the nearest training samples vote.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "estancia/classify/search.hpp"
+#include "estancia/classify/trainers.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/parallel.hpp"
+#include "estancia/core/simd.hpp"
+#include "estancia/stats/distance.hpp"
+#include "estancia/stats/products.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr int neighbourCounts[] = {1, 3, 5, 9, 15, 25, 40};
+constexpr std::size_t stripe = 32;  // keys that are looked at together
+constexpr std::size_t spare = 4;    // candidates beyond k: rounding may have put a neighbour there
+
+struct Neighbour {
+  float distance;
+  std::size_t row;
+  bool operator<(const Neighbour& other) const {
+    return distance != other.distance ? distance < other.distance : row < other.row;
+  }
+};
+
+/// keys[j] = norms[j] − 2 products[j], which sorts as distances do; the smallest of each stripe to `least`.
+ESTANCIA_MULTIVERSION
+void sortKeys(const float* norms, float* products, std::size_t n, float* least) {
+  for (std::size_t first = 0; first < n; first += stripe) {
+    const std::size_t count = std::min(stripe, n - first);
+    float smallest = std::numeric_limits<float>::infinity();
+#pragma omp simd reduction(min : smallest)
+    for (std::size_t j = first; j < first + count; ++j) {
+      products[j] = norms[j] - 2 * products[j];
+      smallest = products[j] < smallest ? products[j] : smallest;
+    }
+    least[first / stripe] = smallest;
+  }
+}
+
+/// The k smallest keys. Most stripes hold none of them and are passed over.
+std::vector<Neighbour> smallest(std::span<const float> keys, std::span<const float> least, std::size_t k) {
+  std::vector<Neighbour> heap;  // the largest on top
+  heap.reserve(k + 1);
+  for (std::size_t first = 0; first < keys.size(); first += stripe) {
+    if (heap.size() == k && least[first / stripe] >= heap.front().distance) continue;
+    for (std::size_t j = first; j < std::min(first + stripe, keys.size()); ++j) {
+      if (heap.size() == k && keys[j] >= heap.front().distance) continue;
+      heap.push_back({keys[j], j});
+      std::push_heap(heap.begin(), heap.end());
+      if (heap.size() > k) {
+        std::pop_heap(heap.begin(), heap.end());
+        heap.pop_back();
+      }
+    }
+  }
+  std::sort(heap.begin(), heap.end());
+  return heap;
+}
+
+/// Votes of the first k: 1 / distance, times the weight of the class. Samples at distance 0 outvote all
+/// others.
+std::vector<double> votes(std::span<const Neighbour> neighbours, std::size_t k,
+                          const std::vector<int>& classes, const std::vector<double>& weights) {
+  std::vector<double> sums(weights.size());
+  const bool same = neighbours.front().distance == 0;
+  double all = 0;
+  for (const Neighbour& neighbour : neighbours.first(std::min(k, neighbours.size()))) {
+    if (same && neighbour.distance > 0) break;
+    const auto c = static_cast<std::size_t>(classes[neighbour.row]);
+    const double vote = weights[c] / (same ? 1 : neighbour.distance);
+    sums[c] += vote;
+    all += vote;
+  }
+  for (double& sum : sums) sum /= all;
+  return sums;
+}
+
+class Knn final : public Classifier {
+ public:
+  Knn(DescriptorMatrix rows, std::vector<int> of, std::vector<double> weightsOfClasses, std::size_t k,
+      std::string how)
+      : x(std::move(rows)),
+        classes(std::move(of)),
+        weights(std::move(weightsOfClasses)),
+        neighbours(k),
+        chosen(std::move(how)),
+        packed(x),
+        norms(squaredNorms(x)) {}
+  std::string type() const override { return "knn"; }
+  std::size_t columns() const override { return x.labels(); }
+  int classCount() const override { return static_cast<int>(weights.size()); }
+  std::string choice() const override { return chosen; }
+  DescriptorMatrix predict(const DescriptorMatrix& queries, int threads) const override;
+  void write(ByteWriter& out) const override;
+
+ private:
+  DescriptorMatrix x;
+  std::vector<int> classes;
+  std::vector<double> weights;
+  std::size_t neighbours;
+  std::string chosen;
+  PackedRows packed;
+  std::vector<float> norms;
+};
+
+DescriptorMatrix Knn::predict(const DescriptorMatrix& queries, int threads) const {
+  const std::size_t k = weights.size();
+  std::vector<float> all(queries.size() * k);
+  rowProducts(queries, packed, threads, [&](std::size_t i, std::span<float> products) {
+    std::vector<float> least((products.size() + stripe - 1) / stripe);
+    sortKeys(norms.data(), products.data(), products.size(), least.data());
+    std::vector<Neighbour> nearest = smallest(products, least, std::min(neighbours + spare, x.size()));
+    // Keys round off what is close; differences do not.
+    for (Neighbour& neighbour : nearest)
+      neighbour.distance =
+          static_cast<float>(compare(Comparison::euclidean, queries.row(i), x.row(neighbour.row)));
+    std::sort(nearest.begin(), nearest.end());
+    const std::vector<double> p = votes(nearest, neighbours, classes, weights);
+    std::copy(p.begin(), p.end(), all.begin() + static_cast<std::ptrdiff_t>(i * k));
+  });
+  DescriptorMatrix result(k);
+  result.reserve(queries.size());
+  for (std::size_t i = 0; i < queries.size(); ++i) result.append(std::span(all).subspan(i * k, k));
+  return result;
+}
+
+/// The share of held-out samples that each number of neighbours finds right.
+std::vector<double> scoresOf(const Search& search, const std::vector<int>& counts,
+                             const ClassifierOptions& options, Progress& progress) {
+  const std::size_t n = search.size();
+  std::vector<std::vector<int>> right(n, std::vector<int>(counts.size()));  // times, of all repetitions
+  progress.begin("choosing the number of neighbours", n);
+  inParallel(
+      n, options.threads, progress, "stopped while the number of neighbours was sought", [&](std::size_t i) {
+        std::vector<Neighbour> all(n);
+        for (std::size_t j = 0; j < n; ++j)
+          all[j] = {
+              std::sqrt(std::max(search.norms[i] + search.norms[j] - 2 * search.products[i * n + j], 0.0F)),
+              j};
+        std::sort(all.begin(), all.end());
+        for (const std::vector<int>& folds : search.folds) {
+          std::vector<Neighbour> nearest;
+          for (const Neighbour& neighbour : all)
+            if (folds[neighbour.row] != folds[i] &&
+                nearest.size() < static_cast<std::size_t>(*std::max_element(counts.begin(), counts.end())))
+              nearest.push_back(neighbour);
+          if (nearest.empty()) continue;
+          for (std::size_t c = 0; c < counts.size(); ++c) {
+            const auto p =
+                votes(nearest, static_cast<std::size_t>(counts[c]), search.classes, search.weights);
+            right[i][c] += std::max_element(p.begin(), p.end()) - p.begin() == search.classes[i] ? 1 : 0;
+          }
+        }
+      });
+  progress.end();
+  std::vector<double> scores(counts.size());
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t c = 0; c < counts.size(); ++c)
+      scores[c] += search.weights[static_cast<std::size_t>(search.classes[i])] * right[i][c] /
+                   static_cast<double>(n * Search::repetitions);
+  return scores;
+}
+
+}  // namespace
+
+std::unique_ptr<Classifier> trainKnn(const Samples& samples, const ClassifierOptions& options,
+                                     Progress& progress) {
+  const Search search = searchOf(samples, options);
+  const std::vector<int> counts =
+      options.neighbours ? std::vector<int>{*options.neighbours}
+                         : std::vector<int>(std::begin(neighbourCounts), std::end(neighbourCounts));
+  const std::vector<double> scores = scoresOf(search, counts, options, progress);
+  const auto best = static_cast<std::size_t>(std::max_element(scores.begin(), scores.end()) - scores.begin());
+  return std::make_unique<Knn>(
+      samples.x, samples.classes, search.weights, static_cast<std::size_t>(counts[best]),
+      fmt::format("{} neighbours: {:.1f} % of what was held out", counts[best], 100 * scores[best]));
+}
+
+void Knn::write(ByteWriter& out) const {
+  writeMatrix(out, x);
+  out.numbers(std::vector<std::int32_t>(classes.begin(), classes.end()));
+  out.numbers(weights);
+  out.number(static_cast<std::uint64_t>(neighbours));
+  out.text(chosen);
+}
+
+std::unique_ptr<Classifier> readKnn(ByteReader& in) {
+  DescriptorMatrix x = readMatrix(in);
+  const auto classes = in.numbers<std::int32_t>();
+  const auto weights = in.numbers<double>();
+  const auto neighbours = in.number<std::uint64_t>();
+  if (classes.size() != x.size() || classes.empty() || neighbours < 1)
+    in.fail("it is damaged (samples and classes do not match)");
+  for (const std::int32_t c : classes)
+    if (c < 0 || static_cast<std::size_t>(c) >= weights.size()) in.fail("it is damaged (an unknown class)");
+  for (const double weight : weights)
+    if (!(weight > 0 && std::isfinite(weight))) in.fail("it is damaged (a weight is not above 0)");
+  const std::size_t most = std::min<std::uint64_t>(neighbours, x.size());
+  std::string chosen = in.text();
+  return std::make_unique<Knn>(std::move(x), std::vector<int>(classes.begin(), classes.end()), weights, most,
+                               std::move(chosen));
+}
+
+}  // namespace estancia

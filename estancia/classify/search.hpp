@@ -1,0 +1,32 @@
+// What all searches for the best parameters share: samples, folds, and products of all pairs.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "estancia/classify/classifier.hpp"
+
+namespace estancia {
+
+/// Samples to search with. When there are many, some of each class, evenly spread: the time of a search grows
+/// with their square, and what is found hardly changes.
+struct Search {
+  static constexpr std::size_t most = 3000;  ///< samples
+  /// The folds are shuffled anew so many times: the score of one alone is a matter of luck.
+  static constexpr std::size_t repetitions = 3;
+
+  DescriptorMatrix x{0};
+  std::vector<int> classes;
+  std::vector<std::vector<int>> folds;  ///< of each sample, for each repetition
+  std::vector<double> weights;          ///< of the classes; all 1 unless balanced
+  std::vector<float> products, norms;   ///< x xᵀ (n × n) and its diagonal
+
+  std::size_t size() const { return classes.size(); }
+};
+
+Search searchOf(const Samples& samples, const ClassifierOptions& options);
+
+/// x xᵀ, n × n.
+std::vector<float> productsOf(const DescriptorMatrix& x, int threads);
+
+}  // namespace estancia
