@@ -49,9 +49,12 @@ std::vector<Measure> measure(const Arguments& arguments) {
 
 void run(const Arguments& arguments) {
   const SequenceArguments& given = arguments.sequence;
-  if (given.path.empty() &&
-      !(given.options.poses.empty() && given.options.rooms.empty() && arguments.truth.empty()))
-    throw Error("--poses, --rooms and --truth tell about SEQ, the images to find in the map; name it, too");
+  const SequenceOptions& how = given.options;
+  if (given.path.empty() && !(how.poses.empty() && how.rooms.empty() && how.split.empty() &&
+                              how.only.empty() && arguments.truth.empty()))
+    throw Error(
+        "--poses, --rooms, --split, --only and --truth tell about SEQ, the images to find in the map; name "
+        "it, too");
   const bool localized = !arguments.sequence.path.empty();
   const std::vector<Measure> measures = measure(arguments);
   if (arguments.json) {

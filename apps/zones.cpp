@@ -133,9 +133,12 @@ Recording recordingOf(const Arguments& arguments, const ZoneOptions& options, st
   if (isMapFile(path) || path.ends_with(".estancia")) {
     if (!arguments.model.model.empty())
       throw Error(fmt::format("{} holds words already; leave out --model", path));
-    if (const auto& given = arguments.sequence.options; !given.poses.empty() || !given.rooms.empty())
+    if (const auto& given = arguments.sequence.options;
+        !given.poses.empty() || !given.rooms.empty() || !given.split.empty() || !given.only.empty())
       throw Error(
-          fmt::format("{} knows the poses and rooms of its frames; leave out --poses and --rooms", path));
+          fmt::format("{} knows its frames, their poses and rooms; leave out --poses, --rooms, --split and "
+                      "--only",
+                      path));
     Recording recording = readMapRecording(path);
     begin(recording.frames.size(), recording.vocabulary);
     for (std::size_t i = 0; stream && i < recording.frames.size(); ++i)

@@ -11,6 +11,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_file.hpp"
+#include "estancia/io/pcd.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;
@@ -38,9 +39,21 @@ cv::Mat onlyChannel(const cv::Mat& picture, const fs::path& file) {
   return first;
 }
 
+cv::Mat depthOfCloud(const fs::path& file, double unitsPerMetre) {
+  const PointCloud cloud = readPcd(file);
+  if (!cloud.organised())
+    throw Error(
+        fmt::format("{}: its points are in no order, so that it has no depth picture; save it organised",
+                    printable(file.string())));
+  cv::Mat metres = depthOf(cloud);
+  if (unitsPerMetre > 0) metres.convertTo(metres, CV_32F, 1 / unitsPerMetre);
+  return metres;
+}
+
 }  // namespace
 
 cv::Mat readDepth(const fs::path& file, double unitsPerMetre) {
+  if (hasSuffix(file, {".pcd"})) return depthOfCloud(file, unitsPerMetre);
   const cv::Mat raw = onlyChannel(decodePicture(file, cv::IMREAD_UNCHANGED), file);
   const int kind = raw.depth();
   if (kind != CV_8U && kind != CV_16U && kind != CV_32F && kind != CV_64F)

@@ -11,9 +11,10 @@
 namespace estancia::io {
 
 /// Reads a depth picture (one channel, or several equal ones; 8 or 16 bits, or float: PNG, TIFF, OpenEXR,
-/// PFM, PGM) as metres, CV_32F. `unitsPerMetre` is what a metre is in its numbers; 0 takes what is usual for
-/// its kind (see SequenceOptions::depthScale). 0, what is not finite or negative, and 65535 in 16 bits become
-/// 0: no depth. Throws Error when the file cannot be read or holds colours.
+/// PFM, PGM; PCD: z of an organised cloud) as metres, CV_32F. `unitsPerMetre` is what a metre is in its
+/// numbers; 0 takes what is usual for its kind (see SequenceOptions::depthScale). 0, what is not finite or
+/// negative, and 65535 in 16 bits become 0: no depth. Throws Error when the file cannot be read or holds
+/// colours.
 cv::Mat readDepth(const std::filesystem::path& file, double unitsPerMetre);
 
 /// Suffixes of the files that readDepth takes from folders, lower case; JPEG would blur depth.

@@ -79,6 +79,10 @@ bool isNyu(const std::filesystem::path& path);
 Opened openNyu(const std::filesystem::path& path, const SequenceOptions& options);
 bool isRgbdFolders(const std::filesystem::path& path);
 Opened openRgbdFolders(const std::filesystem::path& path, const SequenceOptions& options);
+bool isVidrilo(const std::filesystem::path& path);
+Opened openVidrilo(const std::filesystem::path& path, const SequenceOptions& options);
+bool isClasses(const std::filesystem::path& path);
+Opened openClasses(const std::filesystem::path& path, const SequenceOptions& options);
 bool isImageFolder(const std::filesystem::path& path);
 Opened openImageFolder(const std::filesystem::path& path, const SequenceOptions& options);
 

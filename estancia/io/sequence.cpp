@@ -61,6 +61,11 @@ constexpr Format kFormats[] = {
      io::openNyu},
     {"rgbd", "two folders: rgb/ (or color/, image/) and depth/, files of equal names", io::isRgbdFolders,
      io::openRgbdFolders},
+    {"vidrilo", "ViDRILO: pictures and organised PCD clouds of equal numbers, annotations as text",
+     io::isVidrilo, io::openVidrilo},
+    {"classes",
+     "a folder a room, full of images, perhaps in train/ and test/ (those alone are found by auto)",
+     io::isClasses, io::openClasses},
     {"folder", "a folder of images, in the natural order of their names", io::isImageFolder,
      io::openImageFolder},
 };
@@ -71,7 +76,7 @@ std::string typeNames() {
   return names;
 }
 
-/// "; its folders a, b hold some", or "".
+/// "; its folders a, b hold some …", or "".
 std::string foldersWithImages(const fs::path& path) {
   constexpr std::size_t most = 100;  // entries looked at
   std::vector<std::string> folders;
@@ -83,8 +88,9 @@ std::string foldersWithImages(const fs::path& path) {
       folders.push_back(io::printable(entry->path().filename().string()));
   if (folders.empty()) return "";
   std::sort(folders.begin(), folders.end());
-  return fmt::format("; its folder{} {} hold{} some", folders.size() > 1 ? "s" : "", fmt::join(folders, ", "),
-                     folders.size() > 1 ? "" : "s");
+  if (folders.size() == 1) return fmt::format("; its folder {} holds some", folders[0]);
+  return fmt::format("; its folders {} hold some: open one, or all as type \"classes\" if each is a room",
+                     fmt::join(folders, ", "));
 }
 
 const Format& formatOf(const fs::path& path, const std::string& type) {

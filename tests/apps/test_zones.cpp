@@ -118,7 +118,7 @@ TEST_F(ZonesCommand, TakesTheWordsOfAMap) {
   EXPECT_THAT(result.err, Not(HasSubstr("labelling")));
   expectError({"zones", map_, "-o", scratch_ / "c.zones", "--model", "inception-v3"}, "leave out --model");
   expectError({"zones", map_, "-o", scratch_ / "c.zones", "--rooms", "r.csv"},
-              "leave out --poses and --rooms");
+              "leave out --poses, --rooms, --split and --only");
   expectError({"zones", scratch_ / "missing.estancia", "-o", scratch_ / "c.zones"}, "no such map");
 }
 

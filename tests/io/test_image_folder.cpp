@@ -133,7 +133,7 @@ TEST_F(ImageFolder, RefusesUnknownTypesAndListsTheKnown) {
   options_.type = "movie";
   EXPECT_THAT(errorOfOpening(),
               HasSubstr("unknown type of sequence \"movie\"; known are auto, recording, video, tum"));
-  EXPECT_EQ(sequenceTypes().size(), 9U);
+  EXPECT_EQ(sequenceTypes().size(), 11U);
 }
 
 TEST_F(ImageFolder, TakesTimeStampsFromNamesThatAreSuch) {

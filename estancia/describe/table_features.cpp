@@ -1,0 +1,46 @@
+#include "estancia/describe/table_features.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "estancia/core/digest.hpp"
+
+namespace estancia {
+namespace {
+
+PartKind kindOf(const FeatureTable& table, const FeaturePart& part) {
+  constexpr double tolerance = 1e-3;
+  double whole = 0;
+  if (part.size < 2) return PartKind::energies;
+  for (std::size_t i = 0; i < table.values.size(); ++i) {
+    double sum = 0;
+    for (const float value : table.values.row(i).subspan(part.first, part.size)) {
+      if (value < 0) return PartKind::energies;
+      sum += value;
+    }
+    if (whole == 0) whole = sum;
+    if (sum > 0 && std::abs(sum - whole) > tolerance * whole) return PartKind::energies;
+  }
+  return whole > 0 ? PartKind::histogram : PartKind::energies;
+}
+
+}  // namespace
+
+Features featuresOf(const FeatureTable& table) {
+  Features features{{}, table.frames, table.values};
+  for (const FeaturePart& part : table.parts) {
+    DescriptorPart& described = features.parts.emplace_back();
+    described.name = part.name;
+    described.kind = kindOf(table, part);
+    const auto first = table.columns.begin() + static_cast<std::ptrdiff_t>(part.first);
+    described.columns.assign(first, first + static_cast<std::ptrdiff_t>(part.size));
+    described.identity = "table " + sha256(fmt::format("{}", fmt::join(described.columns, "\n")));
+  }
+  return features;
+}
+
+}  // namespace estancia

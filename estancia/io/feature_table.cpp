@@ -1,0 +1,140 @@
+#include "estancia/io/feature_table.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/csv.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/frame_list.hpp"
+
+namespace estancia {
+namespace {
+
+/// Where in a line the things are.
+struct Layout {
+  std::vector<std::string> header;
+  std::optional<std::size_t> room, image, group;
+  std::vector<std::size_t> numbers;
+};
+
+/// "g12" → "g" and 12. Nothing without digits, or without anything before them.
+std::optional<std::pair<std::string, std::uint64_t>> stemAndNumber(const std::string& name) {
+  constexpr std::size_t mostDigits = 9;
+  const auto last = name.find_last_not_of("0123456789");
+  if (last == std::string::npos || last + 1 == name.size() || name.size() - last - 1 > mostDigits)
+    return std::nullopt;
+  return std::pair{name.substr(0, last + 1), std::stoull(name.substr(last + 1))};
+}
+
+std::vector<FeaturePart> partsOf(const std::vector<std::string>& columns, const std::string& where) {
+  std::vector<FeaturePart> parts;
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const auto here = stemAndNumber(columns[c]);
+    const auto before = c > 0 ? stemAndNumber(columns[c - 1]) : std::nullopt;
+    if (here && before && here->first == before->first && here->second == before->second + 1) {
+      parts.back().name = here->first;
+      ++parts.back().size;
+    } else {
+      parts.push_back({columns[c], c, 1});
+    }
+  }
+  std::set<std::string> names;
+  for (const FeaturePart& part : parts)
+    if (!names.insert(part.name).second)
+      throw Error(
+          fmt::format("{}: {} is the name of two parts; put the columns {}0, {}1 … next to each other, or "
+                      "rename some",
+                      where, part.name, part.name, part.name));
+  return parts;
+}
+
+Layout readHeader(const std::vector<std::string>& cells, const FeatureTableOptions& options,
+                  const std::string& where) {
+  Layout layout{cells, {}, {}, {}, {}};
+  std::set<std::string> names;
+  for (const std::string& cell : cells) {
+    if (cell.empty()) throw Error(fmt::format("{}: a column has no name", where));
+    if (!names.insert(cell).second)
+      throw Error(fmt::format("{}: two columns are called {}", where, io::printable(cell)));
+  }
+  for (const std::string& name : options.ignored)
+    if (!names.contains(name))
+      throw Error(fmt::format("{}: there is no column {} to ignore", where, io::printable(name)));
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    if (std::ranges::find(options.ignored, cells[c]) != options.ignored.end()) continue;
+    if (cells[c] == "room" || cells[c] == "class") {
+      if (layout.room)
+        throw Error(fmt::format("{}: there are columns `room` and `class`; ignore one of them", where));
+      layout.room = c;
+    } else if (cells[c] == "image") {
+      layout.image = c;
+    } else if (cells[c] == "group") {
+      layout.group = c;
+    } else {
+      layout.numbers.push_back(c);
+    }
+  }
+  if (!layout.room) throw Error(fmt::format("{}: the header has no column `room` or `class`", where));
+  if (layout.numbers.empty()) throw Error(fmt::format("{}: there are no columns of numbers", where));
+  return layout;
+}
+
+float numberIn(const io::CsvRow& row, std::size_t column, const Layout& layout, const std::string& where) {
+  const std::string& cell = row.cells[column];
+  const auto value = io::toNumber(cell);
+  constexpr double most = std::numeric_limits<float>::max();
+  if (value && std::abs(*value) <= most) return static_cast<float>(*value);
+  throw Error(fmt::format("{}:{}: \"{}\" {} for {}; mend it, or ignore the column", where, column + 1,
+                          io::printable(cell), value ? "is no finite number" : "is no number",
+                          io::printable(layout.header[column])));
+}
+
+}  // namespace
+
+FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTableOptions& options) {
+  const std::string name = io::printable(file.string());
+  FeatureTable table;
+  std::optional<Layout> layout;
+  io::UniqueNames names;
+  std::vector<float> values;
+  io::forEachCsvRow(file, [&](const io::CsvRow& row) {
+    const std::string where = fmt::format("{}:{}", name, row.line);
+    if (!layout) {
+      layout = readHeader(row.cells, options, where);
+      for (const std::size_t c : layout->numbers) table.columns.push_back(io::printable(row.cells[c]));
+      table.parts = partsOf(table.columns, where);
+      table.values = DescriptorMatrix(table.columns.size());
+      return;
+    }
+    if (row.cells.size() != layout->header.size())
+      throw Error(
+          fmt::format("{}: {} cells, the header has {}", where, row.cells.size(), layout->header.size()));
+    if (row.cells == layout->header)
+      throw Error(fmt::format("{}: the header is here again; leave one table in the file", where));
+    values.clear();
+    for (const std::size_t c : layout->numbers) values.push_back(numberIn(row, c, *layout, where));
+    Frame frame;
+    frame.name = layout->image ? io::printable(row.cells[*layout->image]) : fmt::format("line {}", row.line);
+    frame.room = io::printable(row.cells[*layout->room]);
+    names.add(frame.name, file, row.line);
+    table.frames.push_back(std::move(frame));
+    if (layout->group) table.groups.push_back(io::printable(row.cells[*layout->group]));
+    table.values.append(values);
+  });
+  if (table.frames.empty())
+    throw Error(fmt::format("{}: holds no {}; a header with `room` and a line an image are needed", name,
+                            layout ? "lines below its header" : "table"));
+  return table;
+}
+
+}  // namespace estancia

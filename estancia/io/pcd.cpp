@@ -1,0 +1,331 @@
+#include "estancia/io/pcd.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/lzf.hpp"
+
+namespace estancia {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "PCD files hold the bytes of such machines");
+
+/// One column of a cloud: `count` numbers a point.
+struct Field {
+  std::string name;
+  char type = 'F';  ///< I, U or F
+  std::size_t size = 4, count = 1;
+  std::size_t offset = 0;  ///< of its first byte in a point
+
+  std::size_t bytes() const { return size * count; }
+};
+
+struct Header {
+  std::vector<Field> fields;
+  std::size_t width = 0, height = 0;
+  std::string data;       ///< ascii, binary or binary_compressed
+  std::size_t begin = 0;  ///< of the data in the file
+
+  std::size_t points() const { return width * height; }
+  std::size_t stride() const { return fields.back().offset + fields.back().bytes(); }
+  const Field* find(std::string_view name) const {
+    const auto found = std::ranges::find(fields, name, &Field::name);
+    return found == fields.end() ? nullptr : &*found;
+  }
+};
+
+std::size_t wholeNumber(std::string_view word, std::string_view key) {
+  constexpr std::size_t most = std::size_t{1} << 31U;
+  std::size_t value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size() || value > most)
+    throw Error(fmt::format("{} is \"{}\" instead of a whole number", key, io::printable(word)));
+  return value;
+}
+
+/// Gives each field its value of a line like "SIZE 4 4 4".
+template <typename Use>
+void forEachField(std::vector<Field>& fields, const std::vector<std::string_view>& words, const Use& use) {
+  if (words.size() != fields.size() + 1)
+    throw Error(fmt::format("{} has {} values for {} fields", io::printable(words[0]), words.size() - 1,
+                            fields.size()));
+  for (std::size_t i = 0; i < fields.size(); ++i) use(fields[i], words[i + 1]);
+}
+
+/// Checks what the lines say together, and places the fields.
+void finish(Header& header, bool sized, bool typed, std::optional<std::size_t> points) {
+  constexpr std::size_t largestPoint = std::size_t{1} << 16U;
+  if (header.fields.empty() || !sized || !typed) throw Error("FIELDS, SIZE or TYPE is missing");
+  std::size_t offset = 0;
+  for (Field& field : header.fields) {
+    const bool known =
+        field.type == 'F' ? field.size == 4 || field.size == 8 : std::has_single_bit(field.size);
+    if (!known || field.size > 8)
+      throw Error(fmt::format("there is no type {} of {} bytes", field.type, field.size));
+    if (field.count > largestPoint) throw Error("a point is larger than 64 kB");
+    field.offset = offset;
+    offset += field.bytes();
+    if (offset > largestPoint) throw Error("a point is larger than 64 kB");
+  }
+  for (const char* name : {"x", "y", "z", "rgb", "rgba"}) {
+    const auto same = [name](const Field& field) { return field.name == name; };
+    if (std::ranges::count_if(header.fields, same) > 1)
+      throw Error(fmt::format("there are two fields {}", name));
+    const Field* field = header.find(name);
+    const bool colour = *name == 'r';
+    if (field == nullptr && !colour) throw Error(fmt::format("there is no field {}", name));
+    if (field != nullptr && (field->count != 1 || (colour && field->size != 4)))
+      throw Error(fmt::format("the field {} is not one number{} a point", name, colour ? " of 4 bytes" : ""));
+  }
+  if (header.width == 0 || header.height == 0) throw Error("it holds no points");
+  if (points && *points != header.points())
+    throw Error(
+        fmt::format("{} × {} are not the {} points that it tells of", header.width, header.height, *points));
+}
+
+Header readHeader(std::string_view file) {
+  constexpr std::size_t longest = std::size_t{1} << 16U;
+  Header header;
+  bool sized = false, typed = false;
+  std::optional<std::size_t> points;
+  for (std::size_t begin = 0; header.data.empty();) {
+    const std::size_t end = file.substr(0, longest).find('\n', begin);
+    if (end == std::string_view::npos) throw Error("its header has no line DATA");
+    std::string_view line = file.substr(begin, end - begin);
+    begin = end + 1;
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    const auto words = io::wordsOf(line);
+    if (words.empty() || words[0].starts_with('#')) continue;
+    const std::string_view key = words[0];
+    const auto only = [&] {
+      if (words.size() != 2)
+        throw Error(fmt::format("{} has {} values instead of one", key, words.size() - 1));
+      return words[1];
+    };
+    if (key == "VERSION") {
+      if (const auto version = only(); version != "0.7" && version != ".7")
+        throw Error(
+            fmt::format("its version is {}; read is 0.7, which PCL's tools write", io::printable(version)));
+    } else if (key == "FIELDS") {
+      if (!header.fields.empty()) throw Error("FIELDS is there twice");
+      for (std::size_t i = 1; i < words.size(); ++i) header.fields.emplace_back().name = words[i];
+    } else if (key == "SIZE") {
+      forEachField(header.fields, words, [&](Field& f, auto word) { f.size = wholeNumber(word, key); });
+      sized = true;
+    } else if (key == "TYPE") {
+      forEachField(header.fields, words, [&](Field& f, auto word) {
+        if (word != "I" && word != "U" && word != "F")
+          throw Error(fmt::format("there is no type {}", io::printable(word)));
+        f.type = word[0];
+      });
+      typed = true;
+    } else if (key == "COUNT") {
+      forEachField(header.fields, words, [&](Field& f, auto word) { f.count = wholeNumber(word, key); });
+    } else if (key == "WIDTH") {
+      header.width = wholeNumber(only(), key);
+    } else if (key == "HEIGHT") {
+      header.height = wholeNumber(only(), key);
+    } else if (key == "POINTS") {
+      points = wholeNumber(only(), key);
+    } else if (key == "DATA") {
+      header.data = only();
+    } else if (key != "VIEWPOINT") {
+      throw Error(fmt::format("its header has a line \"{}\"", io::printable(key)));
+    }
+    header.begin = begin;
+  }
+  finish(header, sized, typed, points);
+  return header;
+}
+
+template <typename T>
+T valueAt(const char* bytes) {
+  T value;
+  std::memcpy(&value, bytes, sizeof value);
+  return value;
+}
+
+float numberAt(const Field& field, const char* bytes) {
+  if (field.type == 'F')
+    return field.size == 4 ? valueAt<float>(bytes) : static_cast<float>(valueAt<double>(bytes));
+  if (field.type == 'I') switch (field.size) {
+      case 1:
+        return valueAt<std::int8_t>(bytes);
+      case 2:
+        return valueAt<std::int16_t>(bytes);
+      case 4:
+        return static_cast<float>(valueAt<std::int32_t>(bytes));
+      default:
+        return static_cast<float>(valueAt<std::int64_t>(bytes));
+    }
+  switch (field.size) {
+    case 1:
+      return valueAt<std::uint8_t>(bytes);
+    case 2:
+      return valueAt<std::uint16_t>(bytes);
+    case 4:
+      return static_cast<float>(valueAt<std::uint32_t>(bytes));
+    default:
+      return static_cast<float>(valueAt<std::uint64_t>(bytes));
+  }
+}
+
+cv::Vec3b colourOf(std::uint32_t packed) {
+  return {static_cast<uchar>(packed & 0xFFU), static_cast<uchar>(packed >> 8U & 0xFFU),
+          static_cast<uchar>(packed >> 16U & 0xFFU)};
+}
+
+/// The fields that a cloud is made of.
+struct Wanted {
+  explicit Wanted(const Header& header) : xyz{header.find("x"), header.find("y"), header.find("z")} {
+    colour = header.find("rgb") != nullptr ? header.find("rgb") : header.find("rgba");
+  }
+  const Field* xyz[3];
+  const Field* colour;
+};
+
+/// Points whose values `at(field, i)` gives as the bytes of the first number.
+template <typename At>
+void fill(PointCloud& cloud, const Header& header, const At& at) {
+  const Wanted wanted(header);
+  cloud.points.resize(header.points());
+  if (wanted.colour != nullptr) cloud.colours.resize(header.points());
+  for (std::size_t i = 0; i < header.points(); ++i) {
+    const auto number = [&](int axis) { return numberAt(*wanted.xyz[axis], at(*wanted.xyz[axis], i)); };
+    cloud.points[i] = {number(0), number(1), number(2)};
+    if (wanted.colour != nullptr) cloud.colours[i] = colourOf(valueAt<std::uint32_t>(at(*wanted.colour, i)));
+  }
+}
+
+Error cutShort(const Header& header, std::size_t there) {
+  return Error(fmt::format("it is cut short: {} bytes are too few for {} × {} points", there, header.width,
+                           header.height));
+}
+
+void readBinary(PointCloud& cloud, const Header& header, std::string_view data) {
+  const std::size_t stride = header.stride();
+  if (data.size() / stride < header.points()) throw cutShort(header, data.size());
+  fill(cloud, header,
+       [&](const Field& field, std::size_t i) { return data.data() + i * stride + field.offset; });
+}
+
+/// Two sizes, then all x, all y, …, packed.
+void readCompressed(PointCloud& cloud, const Header& header, std::string_view data) {
+  constexpr std::size_t sizes = 2 * sizeof(std::uint32_t);
+  if (data.size() < sizes) throw cutShort(header, data.size());
+  const std::size_t packed = valueAt<std::uint32_t>(data.data());
+  const std::size_t size = valueAt<std::uint32_t>(data.data() + sizeof(std::uint32_t));
+  data.remove_prefix(sizes);
+  if (packed > data.size()) throw cutShort(header, data.size());
+  if (size % header.stride() != 0 || size / header.stride() != header.points())
+    throw Error(fmt::format("{} bytes are not what {} × {} points have", size, header.width, header.height));
+  const std::string all = io::unpackLzf(data.substr(0, packed), size);
+  fill(cloud, header, [&](const Field& field, std::size_t i) {
+    return all.data() + field.offset * header.points() + i * field.bytes();
+  });
+}
+
+/// A colour may be written as a whole number, or as the float that has its bits.
+std::uint32_t packedColour(const Field& field, double value) {
+  if (field.type == 'F') return std::bit_cast<std::uint32_t>(static_cast<float>(value));
+  return static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
+}
+
+void readAscii(PointCloud& cloud, const Header& header, std::string_view data, std::size_t firstLine) {
+  std::size_t columns = 0;
+  for (const Field& field : header.fields) columns += field.count;
+  if (data.size() / (2 * columns) + 1 < header.points()) throw cutShort(header, data.size());
+  const Wanted wanted(header);
+  const auto columnOf = [&](const Field* wantedField) {
+    std::size_t column = 0;
+    for (const Field* field = header.fields.data(); field != wantedField; ++field) column += field->count;
+    return column;
+  };
+  const std::size_t colourColumn = wanted.colour != nullptr ? columnOf(wanted.colour) : 0;
+  const std::size_t x = columnOf(wanted.xyz[0]), y = columnOf(wanted.xyz[1]), z = columnOf(wanted.xyz[2]);
+  cloud.points.reserve(header.points());
+  for (std::size_t line = firstLine; cloud.points.size() < header.points(); ++line) {
+    if (data.empty())
+      throw Error(
+          fmt::format("it is cut short: {} of {} points are there", cloud.points.size(), header.points()));
+    const auto end = data.find('\n');
+    std::string_view text = data.substr(0, end);
+    data.remove_prefix(end == std::string_view::npos ? data.size() : end + 1);
+    if (text.ends_with('\r')) text.remove_suffix(1);
+    const auto words = io::wordsOf(text);
+    if (words.empty()) continue;
+    if (words.size() != columns)
+      throw Error(fmt::format("line {}: {} numbers instead of {}", line, words.size(), columns));
+    const auto number = [&](std::size_t column) {
+      const auto value = io::toNumber(words[column]);
+      if (!value)
+        throw Error(fmt::format("line {}: \"{}\" is no number", line, io::printable(words[column])));
+      return *value;
+    };
+    cloud.points.emplace_back(static_cast<float>(number(x)), static_cast<float>(number(y)),
+                              static_cast<float>(number(z)));
+    if (wanted.colour == nullptr) continue;
+    const double colour = number(colourColumn);
+    constexpr double most = std::numeric_limits<std::uint32_t>::max();
+    if (wanted.colour->type != 'F' && !(std::abs(colour) <= most))
+      throw Error(fmt::format("line {}: {} is no colour", line, colour));
+    cloud.colours.push_back(colourOf(packedColour(*wanted.colour, colour)));
+  }
+}
+
+}  // namespace
+
+PointCloud readPcd(const std::filesystem::path& file) {
+  constexpr std::size_t largest = std::size_t{1} << 32U;
+  const std::string bytes = io::readBytes(file, largest);
+  try {
+    const Header header = readHeader(bytes);
+    const std::string_view data = std::string_view(bytes).substr(header.begin);
+    PointCloud cloud;
+    cloud.width = header.width;
+    cloud.height = header.height;
+    if (header.data == "binary")
+      readBinary(cloud, header, data);
+    else if (header.data == "binary_compressed")
+      readCompressed(cloud, header, data);
+    else if (header.data == "ascii")
+      readAscii(cloud, header, data,
+                1 + static_cast<std::size_t>(std::count(
+                        bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(header.begin), '\n')));
+    else
+      throw Error(fmt::format("DATA is \"{}\"; known are ascii, binary, binary_compressed",
+                              io::printable(header.data)));
+    return cloud;
+  } catch (const Error& error) {
+    throw Error(
+        fmt::format("{}: no point cloud that can be read: {}", io::printable(file.string()), error.what()));
+  }
+}
+
+cv::Mat depthOf(const PointCloud& cloud) {
+  if (!cloud.organised())
+    throw Error(fmt::format("a cloud of {} points in no order has no depth picture; save it organised",
+                            cloud.points.size()));
+  cv::Mat depth(static_cast<int>(cloud.height), static_cast<int>(cloud.width), CV_32F);
+  auto* pixels = depth.ptr<float>();
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    const float z = cloud.points[i].z;
+    pixels[i] = std::isfinite(z) && z > 0 ? z : 0;
+  }
+  return depth;
+}
+
+}  // namespace estancia
