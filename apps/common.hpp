@@ -66,6 +66,7 @@ void addExplainCommand(CLI::App& app);
 void addExportCommand(CLI::App& app);
 void addReportCommand(CLI::App& app);
 void addExperimentCommand(CLI::App& app);
+void addCompareCommand(CLI::App& app);
 void addModelsCommand(CLI::App& app);
 void addCacheCommand(CLI::App& app);
 

@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <filesystem>
 
 #include "common.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/experiment/experiment.hpp"
+#include "estancia/io/result_table.hpp"
 #include "estancia/report/findings_page.hpp"
 #include "labelling.hpp"
 
@@ -20,24 +20,6 @@ struct Arguments {
   ModelArguments labelling;
   bool json = false;
 };
-
-std::string cellText(const ResultTable::Column& column, const std::optional<double>& value) {
-  return value ? fmt::format("{:.{}f}", *value, column.decimals) : "–";
-}
-
-void printTable(const ResultTable& table) {
-  std::size_t first = table.rowsAre.size();
-  for (const auto& row : table.rows) first = std::max(first, row.name.size());
-  fmt::print("\n{}\n{:<{}}", table.title, table.rowsAre, first);
-  for (const auto& column : table.columns) fmt::print("  {:>9}", column.name);
-  for (const auto& row : table.rows) {
-    fmt::print("\n{:<{}}", row.name, first);
-    for (std::size_t c = 0; c < table.columns.size(); ++c)
-      fmt::print("  {:>{}}", cellText(table.columns[c], row.values[c]),
-                 std::max<std::size_t>(9, table.columns[c].name.size()));
-  }
-  fmt::print("\n");
-}
 
 nlohmann::ordered_json jsonOf(const Findings& findings) {
   nlohmann::ordered_json json{{"title", findings.title}, {"summary", findings.summary}};
@@ -77,7 +59,8 @@ void run(const Arguments& arguments) {
   } else {
     fmt::print("{}\n", findings.summary);
     for (const auto& section : findings.sections)
-      if (const auto* table = std::get_if<ResultTable>(&section)) printTable(*table);
+      if (const auto* table = std::get_if<ResultTable>(&section))
+        fmt::print("\n{}\n{}", table->title, io::textTable(*table));
   }
   spdlog::info("wrote {} and {}", (folder / "report.html").string(), (folder / "results.csv").string());
 }

@@ -75,6 +75,7 @@ int main(int argc, char** argv) {
   addExportCommand(app);
   addReportCommand(app);
   addExperimentCommand(app);
+  addCompareCommand(app);
   addModelsCommand(app);
   addCacheCommand(app);
 

@@ -1,6 +1,7 @@
 // What an experiment found, as plain data: experiments write it, the command prints it, pages draw it.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
@@ -12,10 +13,16 @@ namespace estancia {
 /// Numbers in rows and columns, one thing that was compared a row.
 struct ResultTable {
   enum class Best { none, smallest, largest };
+  enum class Form {
+    fixed,       ///< 0.05
+    scientific,  ///< 5.00e-02: p-values
+    yesNo        ///< 0 is no, everything else is yes
+  };
   struct Column {
     std::string name;
     int decimals = 2;
     Best best = Best::none;  ///< which of its values are pointed out
+    Form form = Form::fixed;
     bool operator==(const Column&) const = default;
   };
   struct Row {
@@ -30,6 +37,12 @@ struct ResultTable {
 
   bool operator==(const ResultTable&) const = default;
 };
+
+/// What a cell shows; "–" where the value is absent.
+std::string cellText(const ResultTable::Column& column, const std::optional<double>& value);
+
+/// What the best cells of a column show; values that read the same are equally good. "" points out none.
+std::string bestText(const ResultTable& table, std::size_t column);
 
 /// One curve for each thing that was compared, over the same positions.
 struct LineChart {
@@ -65,11 +78,25 @@ struct Matrix {
   double at(std::size_t row, std::size_t column) const { return values[row * names.size() + column]; }
 };
 
+/// Methods on the axis of their mean ranks, bars joining those that are not found to differ: the critical
+/// difference diagram of Demšar, JMLR 7 (2006).
+struct RankDiagram {
+  struct Method {
+    std::string name;
+    double meanRank = 1;  ///< 1 … number of methods
+  };
+  std::string title, caption;
+  std::vector<Method> methods;                              ///< best first
+  std::vector<std::pair<std::size_t, std::size_t>> groups;  ///< first and last method that a bar joins
+  std::optional<double> criticalDifference;                 ///< of Nemenyi's test, drawn as a length
+  std::optional<std::size_t> control;                       ///< pointed out
+};
+
 struct Findings {
   std::string title, summary;                              ///< the summary is one sentence: the answer
   std::vector<std::pair<std::string, std::string>> facts;  ///< under what circumstances
   std::vector<std::string> notes;                          ///< what was left out, and why
-  std::vector<std::variant<ResultTable, LineChart, StackedBars, Matrix>> sections;
+  std::vector<std::variant<ResultTable, LineChart, StackedBars, Matrix, RankDiagram>> sections;
 };
 
 }  // namespace estancia

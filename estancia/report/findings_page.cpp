@@ -11,28 +11,12 @@
 #include "estancia/report/matrix.hpp"
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"
+#include "estancia/report/rank_diagram.hpp"
 
 namespace estancia {
 namespace {
 
 using namespace report;
-
-std::string cellText(const ResultTable::Column& column, const std::optional<double>& value) {
-  return value ? fmt::format("{:.{}f}", *value, column.decimals) : "–";
-}
-
-/// What the best cells of a column show; values that read the same are equally good. "" points out none.
-std::string bestText(const ResultTable& table, std::size_t c) {
-  const ResultTable::Column& column = table.columns[c];
-  if (column.best == ResultTable::Best::none || table.rows.size() < 2) return "";
-  std::optional<double> best;
-  for (const auto& row : table.rows) {
-    const auto& value = row.values[c];
-    if (value && (!best || (column.best == ResultTable::Best::smallest ? *value < *best : *value > *best)))
-      best = value;
-  }
-  return best ? cellText(column, best) : "";
-}
 
 Markup section(const ResultTable& table) {
   Markup out;
@@ -95,6 +79,10 @@ Markup section(const LineChart& chart) {
 
 Markup section(const Matrix& matrix) {
   return matrixTable(matrix);
+}
+
+Markup section(const RankDiagram& diagram) {
+  return rankDiagram(diagram);
 }
 
 }  // namespace

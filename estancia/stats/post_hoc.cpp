@@ -58,7 +58,7 @@ const std::vector<NamedPostHoc>& postHocs() {
   static const std::vector<NamedPostHoc> all = {
       {"holm", PostHoc::holm, "each method against one control"},
       {"shaffer", PostHoc::shaffer, "all pairs of methods"},
-      {"nemenyi", PostHoc::nemenyi, "all pairs, less powerful, one critical difference for all"},
+      {"nemenyi", PostHoc::nemenyi, "all pairs, by one critical difference, as a rule less powerful"},
   };
   return all;
 }

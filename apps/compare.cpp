@@ -1,0 +1,155 @@
+// estancia compare: scores of methods in tests → which methods differ.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+
+#include "common.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
+#include "estancia/experiment/comparison_findings.hpp"
+#include "estancia/io/result_table.hpp"
+#include "estancia/io/score_table.hpp"
+#include "estancia/report/findings_page.hpp"
+#include "estancia/report/rank_diagram.hpp"
+
+namespace estancia::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::string scores, output, postHoc = "holm", column = "accuracy";
+  ComparisonOptions options;
+  bool smaller = false, json = false;
+};
+
+nlohmann::ordered_json jsonOf(const MethodComparison& comparison) {
+  using Json = nlohmann::ordered_json;
+  const auto name = [&](std::size_t method) { return comparison.scores.methods[method]; };
+  const FriedmanTest& friedman = comparison.friedman;
+  Json json{{"tests", comparison.scores.tests},
+            {"alpha", comparison.options.alpha},
+            {"better", comparison.options.better == Better::larger ? "larger" : "smaller"},
+            {"friedman",
+             {{"chi_squared", friedman.chiSquared},
+              {"degrees", friedman.degrees},
+              {"p", friedman.p},
+              {"f", friedman.f},
+              {"f_degrees", {friedman.fDegrees, friedman.fOtherDegrees}},
+              {"f_p", friedman.fP}}},
+            {"differ", comparison.differ},
+            {"control", name(comparison.control)}};
+  if (!friedman.undefined.empty()) json["friedman"]["undefined"] = friedman.undefined;
+  if (comparison.criticalDifference) json["critical_difference"] = *comparison.criticalDifference;
+  if (comparison.wilcoxon)
+    json["wilcoxon"] = {{"p", comparison.wilcoxon->p}, {"exact", comparison.wilcoxon->exact}};
+  for (const auto& row : comparison.rows)
+    json["methods"].push_back({{"method", name(row.method)},
+                               {"p", row.p ? Json(*row.p) : Json()},
+                               {"rejected", row.rejected},
+                               {"rank", row.meanRank},
+                               {"win", row.control.wins},
+                               {"tie", row.control.ties},
+                               {"loss", row.control.losses}});
+  for (const PairTest& pair : comparison.pairs)
+    json["pairs"].push_back({{"first", name(pair.first)},
+                             {"second", name(pair.second)},
+                             {"z", pair.z},
+                             {"p", pair.p},
+                             {"adjusted", pair.adjusted}});
+  return json;
+}
+
+std::string markdownOf(const Findings& findings, const ResultTable& table) {
+  std::string text =
+      fmt::format("# {}\n\n{}\n\n", io::escapeMarkdown(findings.title), io::escapeMarkdown(findings.summary));
+  for (const auto& [fact, value] : findings.facts)
+    text += fmt::format("* {}: {}\n", io::escapeMarkdown(fact), io::escapeMarkdown(value));
+  text += fmt::format("\n{}\n{}\n", io::markdownTable(table), io::escapeMarkdown(table.caption));
+  for (const std::string& note : findings.notes) text += "\n" + io::escapeMarkdown(note) + "\n";
+  return text;
+}
+
+void writeAll(const fs::path& folder, const MethodComparison& comparison, const Findings& findings) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error)
+    throw Error(fmt::format("cannot make the folder {}: {}; choose another with -o", folder.string(),
+                            error.message()));
+  const ResultTable table = comparisonTable(comparison);
+  writeWhole(folder / "comparison.md", markdownOf(findings, table));
+  writeWhole(folder / "comparison.csv", io::csvTable(table));
+  writeWhole(folder / "comparison.tex", io::latexTable(table));
+  writeWhole(folder / "comparison.svg", renderRankDiagram(comparisonDiagram(comparison)));
+  writeFindingsPage(folder / "comparison.html", findings);
+  spdlog::info("wrote comparison.md, .csv, .tex, .html and .svg into {}", folder.string());
+}
+
+void run(const Arguments& arguments) {
+  ComparisonOptions options = arguments.options;
+  options.postHoc = getPostHoc(arguments.postHoc);
+  options.better = arguments.smaller ? Better::smaller : Better::larger;
+  Scores scores = io::readScores(arguments.scores, arguments.column);
+  const auto requireTwo = [&](const std::vector<std::string>& names, const char* what) {
+    if (names.size() < 2)
+      throw Error(fmt::format("{} has one {} ({}); a comparison needs at least 2 methods and 2 tests",
+                              arguments.scores, what, names.front()));
+  };
+  requireTwo(scores.methods, "method");
+  requireTwo(scores.tests, "test");
+  const MethodComparison comparison = compareMethods(std::move(scores), options);
+  const Findings findings = comparisonFindings(comparison);
+  if (!arguments.output.empty()) writeAll(arguments.output, comparison, findings);
+  if (arguments.json) {
+    print(jsonOf(comparison));
+    return;
+  }
+  fmt::print("{}\n\n", findings.summary);
+  for (const auto& [fact, value] : findings.facts) fmt::print("{}: {}\n", fact, value);
+  fmt::print("\n{}", io::textTable(comparisonTable(comparison)));
+  for (const std::string& note : findings.notes) spdlog::warn("{}", note);
+}
+
+}  // namespace
+
+void addCompareCommand(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand(
+      "compare", "Compare methods over several tests: Friedman's test, post-hoc tests, ranks, wins");
+  command
+      ->add_option(
+          "SCORES", arguments->scores,
+          "CSV: a row a test, its name first, then a column a method; or results.csv of an experiment "
+          "on scenes (columns descriptor,classifier,train,test,accuracy: a method is "
+          "descriptor/classifier, a test train→test)")
+      ->required();
+  command->add_option("-o,--output", arguments->output,
+                      "Folder for comparison.md, .csv, .tex (tables), .html (page) and .svg (diagram)");
+  std::string tests = "What follows Friedman's test:";
+  for (const NamedPostHoc& one : postHocs()) tests += fmt::format("\n{} ({})", one.name, one.explanation);
+  command->add_option("--post-hoc", arguments->postHoc, tests)->capture_default_str();
+  command
+      ->add_option("--alpha", arguments->options.alpha,
+                   "Chance, between 0 and 1, of finding a difference where there is none")
+      ->capture_default_str();
+  command->add_option("--control", arguments->options.control,
+                      "The method that the others are compared with; default: the best mean rank");
+  command->add_option("--score", arguments->column, "The column of an experiment's scores that is compared")
+      ->capture_default_str();
+  command->add_flag("--smaller-is-better", arguments->smaller, "Scores are errors or times, not accuracies");
+  addJsonOption(*command, arguments->json);
+  addExamples(*command,
+              "  estancia compare accuracies.csv\n"
+              "  estancia compare nyu/results.csv --score balanced_accuracy -o nyu/comparison\n"
+              "  estancia compare errors.csv --smaller-is-better --post-hoc nemenyi --json\n"
+              "\n"
+              "accuracies.csv:\n"
+              "  test,GIST/SVM,ESF/forest,PHOG/kNN\n"
+              "  day→day,0.91,0.93,0.71\n"
+              "  day→night,0.62,0.70,0.44\n"
+              "  night→day,0.66,0.69,0.40");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace estancia::apps

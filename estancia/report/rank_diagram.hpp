@@ -1,0 +1,23 @@
+// The critical-difference diagram: who is how good, and who is not found to differ (Demšar, JMLR 7 (2006)).
+#pragma once
+
+#include <string>
+
+#include "estancia/core/findings.hpp"
+#include "estancia/report/html.hpp"
+
+namespace estancia::report {
+
+/// A figure of a page. The best rank is at the left; the better half of the methods is named at the left, the
+/// other at the right. Long names lose their middle.
+Markup rankDiagram(const RankDiagram& diagram);
+
+}  // namespace estancia::report
+
+namespace estancia {
+
+/// The same as a picture of its own, an SVG file that suits light and dark screens and needs nothing else;
+/// programs that know no media queries draw it dark on white.
+std::string renderRankDiagram(const RankDiagram& diagram);
+
+}  // namespace estancia

@@ -1,0 +1,159 @@
+// `estancia compare` as a user runs it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+namespace fs = std::filesystem;
+
+class CompareCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    // In each of 12 tests ESF/RFs beats GIST/SVM by a little, and PHOG/kNN is far behind.
+    std::string wide = "test,GIST/SVM,PHOG/kNN,ESF/RFs\n";
+    std::string rows = "descriptor,classifier,train,test,accuracy,balanced_accuracy\n";
+    for (int t = 0; t < 12; ++t) {
+      const std::string test = std::to_string(t), tenth = "0." + std::to_string(20 + t);
+      const std::string good = t % 3 == 0 ? "0.91" : "0.89";
+      wide += "A→" + test;
+      wide += ",0.90," + tenth;
+      wide += "," + good;
+      wide += "\n";
+      for (const auto& [method, score] : {std::pair{std::string("GIST,SVM"), std::string("0.90")},
+                                          {"PHOG,kNN", tenth},
+                                          {"ESF,RFs", good}}) {
+        rows += method + ",A,";
+        rows += test + "," + score;
+        rows += ",0.5\n";
+      }
+    }
+    writeFile(wide_, wide);
+    writeFile(long_, rows);
+  }
+
+  json jsonOf(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), "compare");
+    arguments.emplace_back("--json");
+    const auto result = run(arguments);
+    EXPECT_EQ(result.exitCode, 0) << result.err;
+    return json::parse(result.out);
+  }
+
+  void refuses(std::vector<std::string> arguments, const std::string& words) const {
+    arguments.insert(arguments.begin(), "compare");
+    const auto result = run(arguments);
+    EXPECT_EQ(result.exitCode, 2);
+    EXPECT_EQ(result.out, "");
+    EXPECT_THAT(result.err, StartsWith("error: "));
+    EXPECT_THAT(result.err, HasSubstr(words));
+  }
+
+  ScratchFolder scratch_;
+  const std::string wide_ = scratch_ / "wide.csv", long_ = scratch_ / "results.csv";
+};
+
+TEST_F(CompareCommand, PrintsTheTableOfTheThesis) {
+  const auto result = run({"compare", wide_});
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(result.out, StartsWith("3 methods differ over 12 tests (Friedman, p = "));
+  EXPECT_THAT(result.out, HasSubstr("GIST/SVM is the best (mean rank 1.33) and is not found to differ from "
+                                    "ESF/RFs; it differs from PHOG/kNN."));
+  EXPECT_THAT(result.out, HasSubstr("Friedman: χ²(2) = 18.667, p = 8.8e-05\n"));
+  EXPECT_THAT(result.out,
+              HasSubstr("\nmethod       p-value   rejected       rank        win        tie       loss\n"
+                        "GIST/SVM           –         no       1.33          –          –          –\n"
+                        "ESF/RFs   4.1422e-01         no       1.67          8          0          4\n"));
+  EXPECT_THAT(result.err, HasSubstr("at most 10 tests or 5 methods"));
+}
+
+TEST_F(CompareCommand, TakesTheResultsOfAnExperiment) {
+  json wide = jsonOf({wide_}), rows = jsonOf({long_});
+  EXPECT_EQ(rows["tests"][0], "A→0");
+  EXPECT_EQ(wide, rows);
+  EXPECT_EQ(wide["control"], "GIST/SVM");
+  EXPECT_EQ(wide["methods"].size(), 3U);
+  EXPECT_TRUE(wide["methods"][0]["p"].is_null());
+  EXPECT_EQ(wide["methods"][2]["rejected"], true);
+  EXPECT_EQ(wide["pairs"].size(), 2U);
+  EXPECT_NEAR(wide["friedman"]["chi_squared"].get<double>(), 56.0 / 3, 1e-9);
+  const json equal = jsonOf({long_, "--score", "balanced_accuracy"});
+  EXPECT_EQ(equal["differ"], false);
+  EXPECT_EQ(equal["friedman"]["p"], 1);
+  EXPECT_THAT(equal["friedman"]["undefined"].get<std::string>(), HasSubstr("the same in every test"));
+}
+
+TEST_F(CompareCommand, HasAChoiceOfTests) {
+  const json control = jsonOf({wide_, "--control", "PHOG/kNN"});
+  EXPECT_EQ(control["control"], "PHOG/kNN");
+  EXPECT_EQ(control["methods"][0]["loss"], 12);
+  const json nemenyi = jsonOf({wide_, "--post-hoc", "nemenyi"});
+  EXPECT_NEAR(nemenyi["critical_difference"].get<double>(), 2.343701 * std::sqrt(12.0 / 72), 1e-6);
+  EXPECT_EQ(nemenyi["pairs"].size(), 3U);
+  const json shaffer = jsonOf({wide_, "--post-hoc", "shaffer"});
+  EXPECT_EQ(shaffer["pairs"].size(), 3U);
+  EXPECT_DOUBLE_EQ(shaffer["pairs"][0]["adjusted"].get<double>(), 3 * shaffer["pairs"][0]["p"].get<double>());
+  EXPECT_EQ(jsonOf({wide_, "--smaller-is-better"})["control"], "PHOG/kNN");
+  EXPECT_EQ(jsonOf({wide_, "--alpha", "1e-9"})["differ"], false);
+}
+
+TEST_F(CompareCommand, OfTwoMethodsAsksWilcoxon) {
+  writeFile(wide_, "test,a,b\n1,0.5,0.1\n2,0.6,0.3\n3,0.9,0.4\n");
+  const json found = jsonOf({wide_});
+  EXPECT_EQ(found["wilcoxon"]["exact"], true);
+  EXPECT_DOUBLE_EQ(found["wilcoxon"]["p"].get<double>(), 0.25);
+  EXPECT_TRUE(found["friedman"]["f"].is_null()) << "infinite";
+  EXPECT_THAT(run({"compare", wide_}).err, HasSubstr("Wilcoxon's signed-rank test is the better one"));
+}
+
+TEST_F(CompareCommand, WritesTablesPageAndDiagram) {
+  const fs::path out = scratch_ / "some" / "where";
+  const auto result = run({"compare", wide_, "--post-hoc", "shaffer", "-o", out.string()});
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(readFile(out / "comparison.md"),
+              StartsWith("# 3 methods compared over 12 tests\n\n3 methods differ"));
+  EXPECT_THAT(readFile(out / "comparison.md"), HasSubstr("\n| GIST/SVM | – | no | **1.33** | – | – | – |\n"));
+  EXPECT_THAT(readFile(out / "comparison.csv"),
+              StartsWith("method,p-value,rejected,rank,win,tie,loss\nGIST/SVM,,no,1.3333333333333333,,,\n"));
+  EXPECT_THAT(readFile(out / "comparison.tex"), HasSubstr("\\begin{tabular}{lrrrrrr}\n"));
+  EXPECT_THAT(readFile(out / "comparison.svg"), StartsWith("<?xml"));
+  const std::string page = readFile(out / "comparison.html");
+  EXPECT_THAT(page, HasSubstr("class=\"group\""));
+  EXPECT_THAT(page, HasSubstr("Adjusted p-values of all pairs"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(out), fs::directory_iterator()), 5);
+}
+
+TEST_F(CompareCommand, SaysWhatIsWrong) {
+  refuses({(scratch_ / "missing.csv").string()}, "missing.csv");
+  refuses({wide_, "--control", "ESF"}, "no method is called \"ESF\"; there are GIST/SVM, PHOG/kNN, ESF/RFs");
+  refuses({wide_, "--post-hoc", "tukey"}, "there are holm, shaffer, nemenyi");
+  refuses({wide_, "--alpha", "5"}, "between 0 and 1");
+  refuses({long_, "--score", "f1"}, "no column \"f1\"");
+  refuses({wide_, "-o", wide_}, "cannot make the folder");
+  writeFile(wide_, "test,a,b\nx,1,2\ny,3,\n");
+  refuses({wide_}, "no score of b in y");
+  writeFile(wide_, "test,a\nx,1\ny,3\n");
+  refuses({wide_}, "one method (a)");
+  writeFile(wide_, "test,a,b\nx,1,2\n");
+  refuses({wide_}, "one test (x)");
+}
+
+TEST_F(CompareCommand, ItsExampleWorks) {
+  const std::string help = run({"compare", "--help"}).out;
+  const auto head = help.find("test,GIST/SVM");
+  ASSERT_NE(head, std::string::npos);
+  writeFile(wide_, help.substr(head));
+  EXPECT_EQ(jsonOf({wide_})["control"], "ESF/forest");
+}
+
+}  // namespace
+}  // namespace estancia::test
