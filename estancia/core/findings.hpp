@@ -97,6 +97,8 @@ struct Findings {
   std::vector<std::pair<std::string, std::string>> facts;  ///< under what circumstances
   std::vector<std::string> notes;                          ///< what was left out, and why
   std::vector<std::variant<ResultTable, LineChart, StackedBars, Matrix, RankDiagram>> sections;
+  std::vector<Findings> apart;  ///< what is also written in files of its own …
+  std::string file = {};        ///< … of this name, without an ending
 };
 
 }  // namespace estancia

@@ -83,6 +83,7 @@ Findings runExperiment(const std::vector<std::filesystem::path>& configs, const 
     all.summary += (all.summary.empty() ? "" : " ") + findings.summary;
     addNew(all.facts, findings.facts);
     addNew(all.notes, findings.notes);
+    for (Findings& part : findings.apart) all.apart.push_back(std::move(part));
     for (auto& section : findings.sections) {
       // What all of them print beside their own, as the thesis' tables, comes once and last.
       if (const auto* table = std::get_if<ResultTable>(&section))

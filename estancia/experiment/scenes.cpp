@@ -88,7 +88,7 @@ struct Trial {
     Features train = withParts(data->images[images.train].features, descriptor->parts);
     Features test = withParts(data->images[images.test].features, descriptor->parts);
     if (count > 0) {
-      const auto labels = selectLabels(train, rule, count);  // the test has no say
+      const auto labels = selectColumns(train, rule, count);  // the test has no say
       train = withColumns(train, labels);
       test = withColumns(test, labels);
     }

@@ -82,7 +82,7 @@ ScenesOptions::Subsets readSubsets(ConfigFile& config, const toml::table& table)
                {"classifier", true, "that learns", [&](auto& n) { subsets.classifier = classifier(n); }},
                {"counts", true, "how many labels", each(config, subsets.counts, count)},
                {"by", true, "the rules that choose them",
-                each(config, subsets.by, oneOf(config, selectionRules()))}});
+                each(config, subsets.by, oneOf(config, selectionCriteria()))}});
   // A curve needs ascending positions; all labels come last.
   std::sort(subsets.counts.begin(), subsets.counts.end(),
             [](std::size_t a, std::size_t b) { return a - 1 < b - 1; });

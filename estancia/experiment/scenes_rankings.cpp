@@ -4,6 +4,7 @@
 
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "estancia/experiment/comparison_findings.hpp"
 #include "estancia/experiment/scenes_statistics.hpp"
@@ -40,30 +41,33 @@ void addRankings(const ScenesResults& results, Findings& findings) {
     return;
   }
   findings.facts.emplace_back(results.name + ", tests of the ranks", describe(blocks));
-  const auto add = [&](const std::string& what, const std::string& of, Scores scores) {
+  const auto add = [&](const std::string& what, const std::string& file, const std::string& of,
+                       Scores scores) {
     if (scores.methods.size() < 2) return;
     const MethodComparison comparison = compareMethods(std::move(scores));
-    const Findings found = comparisonFindings(comparison);
+    Findings found = comparisonFindings(comparison);
     const std::string title = fmt::format("{}: {}", results.name, what);
     findings.facts.emplace_back(title, found.summary);
-    for (const auto& [name, value] : found.facts)
-      if (name == "Friedman" || name == "Iman–Davenport")
-        findings.facts.emplace_back(fmt::format("{}, {}", title, name), value);
-    if (comparison.rows.size() <= mostDrawn) {
-      RankDiagram diagram = comparisonDiagram(comparison);
-      diagram.title = title + ", mean ranks";
-      diagram.caption = found.summary + " " + diagram.caption;
-      findings.sections.emplace_back(std::move(diagram));
+    for (auto& section : found.sections) {
+      if (auto* table = std::get_if<ResultTable>(&section)) {
+        table->title = fmt::format("{}, against the best (Table 3.2)", title);
+        table->caption = fmt::format("{} {}{}", describe(blocks), of, table->caption);
+      }
+      if (auto* diagram = std::get_if<RankDiagram>(&section)) {
+        diagram->title = title + ", mean ranks";
+        diagram->caption = found.summary + " " + diagram->caption;
+        if (diagram->methods.size() > mostDrawn) continue;
+      }
+      findings.sections.push_back(section);
     }
-    ResultTable table = comparisonTable(comparison);
-    table.title = fmt::format("{}, against the best (Table 3.2)", title);
-    table.caption = fmt::format("{} {} {}{}", found.summary, describe(blocks), of, table.caption);
-    findings.sections.emplace_back(std::move(table));
+    found.title = title + ", which differ";
+    found.file = fmt::format("{}-{}", results.name, file);
+    findings.apart.push_back(std::move(found));
   };
-  add("all cells", "", scoresOfCells(results, blocks));
-  add("descriptors", "A descriptor's score is its mean over the classifiers. ",
+  add("all cells", "statistics", "", scoresOfCells(results, blocks));
+  add("descriptors", "descriptors", "A descriptor's score is its mean over the classifiers. ",
       scoresOfDescriptors(results, blocks));
-  add("classifiers", "A classifier's score is its mean over the descriptors. ",
+  add("classifiers", "classifiers", "A classifier's score is its mean over the descriptors. ",
       scoresOfClassifiers(results, blocks));
   findings.sections.emplace_back(thesisScenes());
 }
