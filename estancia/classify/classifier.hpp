@@ -34,10 +34,10 @@ struct ClassifierOptions {
 
   /// svm-linear, svm-rbf, linear: what an error costs, > 0; the larger, the closer the training set is
   /// followed.
-  std::optional<double> c;
-  std::optional<double> gamma;    ///< svm-rbf: k(a, b) = exp(−gamma |a − b|²), > 0
-  std::optional<int> neighbours;  ///< knn: how many vote
-  int trees = 500;                ///< forest
+  std::optional<double> c = {};
+  std::optional<double> gamma = {};    ///< svm-rbf: k(a, b) = exp(−gamma |a − b|²), > 0
+  std::optional<int> neighbours = {};  ///< knn: how many vote
+  int trees = 500;                     ///< forest
 };
 
 /// A trained classifier. Safe to use from several threads.

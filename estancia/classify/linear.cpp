@@ -16,7 +16,7 @@
 namespace estancia {
 namespace {
 
-constexpr double costs[] = {0.3, 1, 3, 10, 30, 100, 300};
+constexpr double costs[] = {0.3, 1, 3, 10, 30};
 
 /// Weights of the columns and a last one that is added, a row a class.
 using Weights = std::vector<std::vector<double>>;

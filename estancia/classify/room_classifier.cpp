@@ -24,13 +24,10 @@ constexpr std::size_t mostBytes = std::size_t{64} << 30;
 
 /// The frames whose room is known.
 Features withRooms(const Features& features) {
-  Features result{features.parts, {}, DescriptorMatrix(features.values.labels())};
-  for (std::size_t i = 0; i < features.frames.size(); ++i) {
-    if (features.frames[i].room.empty()) continue;
-    result.frames.push_back(features.frames[i]);
-    result.values.append(features.values.row(i));
-  }
-  return result;
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < features.frames.size(); ++i)
+    if (!features.frames[i].room.empty()) rows.push_back(i);
+  return withRows(features, rows);
 }
 
 std::vector<std::string> roomsOf(const std::vector<Frame>& frames) {

@@ -40,13 +40,18 @@ void inParallel(std::size_t count, std::size_t threads, const std::function<void
 
 void inParallel(std::size_t count, int threads, Progress& progress, const std::string& stopped,
                 const std::function<void(std::size_t)>& work) {
-  std::mutex mutex;
+  std::atomic<std::size_t> done = 0;
+  std::size_t told = 0;  // by the caller's own thread, which alone may touch its progress
+  const auto caller = std::this_thread::get_id();
   inParallel(count, static_cast<std::size_t>(threads > 0 ? threads : usableCores()), [&](std::size_t i) {
     if (interrupted()) throw Interrupted(stopped);
     work(i);
-    const std::lock_guard lock(mutex);
-    progress.advance();
+    const std::size_t now = ++done;
+    if (std::this_thread::get_id() != caller) return;
+    progress.advance(now - told);
+    told = now;
   });
+  progress.advance(count - told);
 }
 
 }  // namespace estancia

@@ -13,8 +13,8 @@ namespace estancia {
 /// that of the lowest i.
 void inParallel(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& work);
 
-/// The same, telling `progress` of each one that is done; `threads` = 0: one a usable core. Throws
-/// Interrupted, saying `stopped`, when the user asks to stop.
+/// The same on `threads` threads (0: one a usable core), telling `progress` of what is done. Throws
+/// Interrupted with the sentence `stopped` when the user asks to stop.
 void inParallel(std::size_t count, int threads, Progress& progress, const std::string& stopped,
                 const std::function<void(std::size_t)>& work);
 

@@ -1,0 +1,436 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <opencv2/ml.hpp>
+#include <set>
+
+#include "estancia/classify/coupling.hpp"
+#include "estancia/classify/folds.hpp"
+#include "estancia/core/error.hpp"
+#include "samples.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::bytesOf;
+using test::clouds;
+using test::errorOf;
+using test::trained;
+using test::typed;
+
+std::vector<std::string> types() {
+  std::vector<std::string> names;
+  for (const auto& [name, explanation] : classifierTypes()) names.push_back(name);
+  return names;
+}
+
+double accuracy(const Classifier& classifier, const Samples& samples) {
+  const DescriptorMatrix p = classifier.predict(samples.x);
+  double right = 0;
+  for (std::size_t i = 0; i < p.size(); ++i)
+    right +=
+        std::max_element(p.row(i).begin(), p.row(i).end()) - p.row(i).begin() == samples.classes[i] ? 1 : 0;
+  return right / static_cast<double>(p.size());
+}
+
+class EachType : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Classifiers, EachType, testing::ValuesIn(types()), [](const auto& type) {
+  std::string name = type.param;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+});
+
+TEST_P(EachType, LearnsCloudsThatHardlyOverlap) {
+  EXPECT_GT(accuracy(*trained(clouds(4, 40, 10, 0.6, 1), typed(GetParam())), clouds(4, 40, 10, 0.6, 2)),
+            0.95);
+}
+
+TEST_P(EachType, ProbabilitiesAddUpToOne) {
+  const DescriptorMatrix p =
+      trained(clouds(5, 20, 8, 2, 1), typed(GetParam()))->predict(clouds(5, 20, 8, 5, 2).x);
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    double sum = 0;
+    for (const float value : p.row(i)) {
+      EXPECT_GE(value, 0);
+      sum += value;
+    }
+    EXPECT_NEAR(sum, 1, 1e-5);
+  }
+}
+
+TEST_P(EachType, LearnsTheSameWithAnyNumberOfThreads) {
+  const Samples samples = clouds(3, 41, 9, 1.5, 1), queries = clouds(3, 67, 9, 1.5, 2);
+  ClassifierOptions one = typed(GetParam()), three = one;
+  one.threads = 1;
+  three.threads = 3;
+  const auto a = trained(samples, one), b = trained(samples, three);
+  EXPECT_EQ(bytesOf(*a), bytesOf(*b));
+  EXPECT_EQ(a->predict(queries.x, 1).values(), b->predict(queries.x, 3).values());
+}
+
+TEST_P(EachType, IsReadBackExactly) {
+  const auto classifier = trained(clouds(3, 20, 7, 1.5, 1), typed(GetParam()));
+  const std::string bytes = bytesOf(*classifier);
+  ByteReader in(bytes, "bytes", "look again");
+  const auto back = readClassifier(in);
+  EXPECT_EQ(in.left(), 0U);
+  EXPECT_EQ(bytesOf(*back), bytes);
+  EXPECT_EQ(back->type(), GetParam());
+  EXPECT_EQ(back->choice(), classifier->choice());
+  const Samples queries = clouds(3, 30, 7, 1.5, 2);
+  EXPECT_EQ(back->predict(queries.x).values(), classifier->predict(queries.x).values());
+}
+
+TEST_P(EachType, HostileBytesAreRefusedOrHarmless) {
+  Samples samples = clouds(3, 8, 4, 1.5, 1);
+  ClassifierOptions options = typed(GetParam());
+  options.trees = 5;
+  const std::string bytes = bytesOf(*trained(samples, options));
+  std::mt19937 random(3);
+  int refused = 0;
+  for (int i = 0; i < 2000; ++i) {
+    std::string mutant = bytes;
+    if (i % 4 == 0) {
+      mutant.resize(random() % bytes.size());
+    } else {
+      // Counts stand in the front: most of the blows fall there.
+      const std::size_t end = i % 2 == 0 ? std::min<std::size_t>(bytes.size(), 120) : bytes.size();
+      for (int blows = 0; blows < 1 + i % 3; ++blows) mutant[random() % end] = static_cast<char>(random());
+    }
+    try {
+      ByteReader in(mutant, "mutant", "look again");
+      const auto classifier = readClassifier(in);
+      if (classifier->columns() == samples.x.labels()) classifier->predict(samples.x, 1);
+    } catch (const Error&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 700);
+}
+
+TEST_P(EachType, ConstantColumnsChangeNothingButWidth) {
+  Samples samples = clouds(2, 30, 5, 0.5, 1);
+  DescriptorMatrix wide(7);
+  for (std::size_t i = 0; i < samples.x.size(); ++i) {
+    std::vector<float> row(samples.x.row(i).begin(), samples.x.row(i).end());
+    row.insert(row.end(), {0, 0});
+    wide.append(row);
+  }
+  samples.x = wide;
+  EXPECT_GT(accuracy(*trained(samples, typed(GetParam())), samples), 0.9);
+}
+
+TEST_P(EachType, SamplesThatAreAllAlikeAreLearnedWithoutACrash) {
+  Samples samples = clouds(2, 6, 3, 1, 1);
+  DescriptorMatrix same(3);
+  for (std::size_t i = 0; i < samples.x.size(); ++i) same.append(std::vector<float>{1, 2, 3});
+  samples.x = same;
+  const DescriptorMatrix p = trained(samples, typed(GetParam()))->predict(same);
+  for (std::size_t i = 0; i < p.size(); ++i) EXPECT_NEAR(p.row(i)[0] + p.row(i)[1], 1, 1e-5);
+}
+
+TEST_P(EachType, AClassOfOneSampleIsLearned) {
+  Samples samples = clouds(3, 10, 5, 0.5, 1);
+  DescriptorMatrix x(5);
+  for (std::size_t i = 0; i < 21; ++i) x.append(samples.x.row(i));
+  samples.x = x;
+  samples.classes.resize(21);
+  samples.groups.resize(21);
+  const DescriptorMatrix p = trained(samples, typed(GetParam()))->predict(x);
+  EXPECT_EQ(p.labels(), 3U);
+  for (std::size_t i = 0; i < 20; ++i)
+    EXPECT_GT(p.row(i)[static_cast<std::size_t>(samples.classes[i])], 0.4F);
+}
+
+TEST_P(EachType, AClassWithoutSamplesGetsNoProbability) {
+  Samples samples = clouds(2, 12, 5, 0.5, 1);
+  for (int& c : samples.classes) c = c == 0 ? 1 : 3;
+  samples.classCount = 5;
+  const auto classifier = trained(samples, typed(GetParam()));
+  EXPECT_EQ(classifier->classCount(), 5);
+  const DescriptorMatrix p = classifier->predict(samples.x);
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    EXPECT_EQ(p.row(i)[0] + p.row(i)[2] + p.row(i)[4], 0);
+    EXPECT_GT(p.row(i)[static_cast<std::size_t>(samples.classes[i])], 0.5F);
+  }
+  const std::string bytes = bytesOf(*classifier);
+  ByteReader in(bytes, "bytes", "look again");
+  EXPECT_EQ(readClassifier(in)->predict(samples.x).values(), p.values());
+}
+
+TEST_P(EachType, BadInputIsRefused) {
+  const Samples good = clouds(2, 10, 4, 1, 1);
+  const auto trainOn = [&](const Samples& samples) {
+    return errorOf([&] { trained(samples, typed(GetParam())); });
+  };
+  for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    Samples samples = good;
+    DescriptorMatrix x(4);
+    for (std::size_t i = 0; i < good.x.size(); ++i) {
+      std::vector<float> row(good.x.row(i).begin(), good.x.row(i).end());
+      if (i == 7) row[2] = bad;
+      x.append(row);
+    }
+    samples.x = x;
+    EXPECT_THAT(trainOn(samples), testing::HasSubstr("sample 7, column 2"));
+    const auto classifier = trained(good, typed(GetParam()));
+    EXPECT_THAT(errorOf([&] { classifier->predict(x); }), testing::HasSubstr("sample 7, column 2"));
+    EXPECT_THAT(errorOf([&] { classifier->predict(DescriptorMatrix(3)); }), testing::HasSubstr("4 columns"));
+    EXPECT_EQ(classifier->predict(DescriptorMatrix(4)).size(), 0U);
+  }
+  Samples one = good;
+  std::fill(one.classes.begin(), one.classes.end(), 1);
+  EXPECT_THAT(trainOn(one), testing::HasSubstr("all samples are of one class"));
+  EXPECT_THAT(trainOn({DescriptorMatrix(4), {}, {}, 2}), testing::HasSubstr("there are none"));
+  Samples uneven = good;
+  uneven.groups.pop_back();
+  EXPECT_THAT(trainOn(uneven), testing::HasSubstr("19 groups"));
+  Samples unknown = good;
+  unknown.classes[3] = 2;
+  EXPECT_THAT(trainOn(unknown), testing::HasSubstr("class 2 is none of 0 … 1"));
+}
+
+TEST(Classifier, AnUnknownTypeListsTheKnown) {
+  EXPECT_THAT(errorOf([] { trained(clouds(2, 5, 2, 1, 1), typed("net")); }),
+              testing::HasSubstr("svm-linear, svm-rbf, linear, forest, knn"));
+}
+
+TEST(Classifier, OptionsOutOfRangeAreRefused) {
+  const Samples samples = clouds(2, 5, 2, 1, 1);
+  ClassifierOptions c, gamma, neighbours, trees, folds;
+  c.c = 0;
+  gamma.gamma = -1;
+  neighbours.neighbours = 0;
+  trees.trees = 0;
+  folds.folds = 1;
+  for (const ClassifierOptions& options : {c, gamma, neighbours, trees, folds})
+    EXPECT_NE(errorOf([&] { trained(samples, options); }), "");
+}
+
+TEST(Classifier, BalancingHelpsTheRareClass) {
+  // Two clouds that overlap, one of them rare.
+  Samples samples = clouds(2, 200, 3, 2.5, 1);
+  DescriptorMatrix x(3);
+  for (std::size_t i = 0; i < 220; ++i) x.append(samples.x.row(i));
+  samples.x = x;
+  samples.classes.resize(220);
+  samples.groups.resize(220);
+  const Samples queries = clouds(2, 200, 3, 2.5, 2);
+  for (const std::string& type : types()) {
+    ClassifierOptions plain = typed(type), balanced = plain;
+    balanced.balanced = true;
+    const auto rare = [&](const ClassifierOptions& options) {
+      const DescriptorMatrix p = trained(samples, options)->predict(queries.x);
+      double sum = 0;
+      for (std::size_t i = 200; i < 400; ++i) sum += p.row(i)[1];
+      return sum / 200;
+    };
+    EXPECT_GT(rare(balanced), rare(plain) + 0.1) << type;
+  }
+}
+
+/// Of two normal clouds the probability of each class is known.
+TEST(Classifier, ProbabilitiesAreCalibrated) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  const auto draw = [&](int count) {
+    Samples samples{DescriptorMatrix(2), {}, {}, 2};
+    for (int i = 0; i < count; ++i) {
+      const int c = i % 2;
+      samples.x.append(std::vector<float>{static_cast<float>(normal(random) + 1.5 * c),
+                                          static_cast<float>(normal(random))});
+      samples.classes.push_back(c);
+      samples.groups.push_back(i / 10);
+    }
+    return samples;
+  };
+  const Samples samples = draw(600), queries = draw(400);
+  for (const char* type : {"svm-linear", "svm-rbf", "linear"}) {
+    const DescriptorMatrix p = trained(samples, typed(type))->predict(queries.x);
+    double error = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      const double x = queries.x.row(i)[0];
+      error += std::fabs(p.row(i)[1] - 1 / (1 + std::exp(-1.5 * (x - 0.75))));
+    }
+    EXPECT_LT(error / static_cast<double>(p.size()), 0.05) << type;
+  }
+}
+
+TEST(Knn, IsWhatBruteForceFinds) {
+  const Samples samples = clouds(4, 57, 33, 2, 1), queries = clouds(4, 50, 33, 2, 2);
+  for (const int k : {1, 4, 9, 228, 500}) {
+    ClassifierOptions options = typed("knn");
+    options.neighbours = k;
+    const DescriptorMatrix p = trained(samples, options)->predict(queries.x);
+    for (std::size_t i = 0; i < queries.x.size(); ++i) {
+      std::vector<std::pair<double, std::size_t>> all;
+      for (std::size_t j = 0; j < samples.x.size(); ++j) {
+        double sum = 0;
+        for (std::size_t c = 0; c < 33; ++c) {
+          const double d = static_cast<double>(queries.x.row(i)[c]) - samples.x.row(j)[c];
+          sum += d * d;
+        }
+        all.emplace_back(std::sqrt(sum), j);
+      }
+      std::sort(all.begin(), all.end());
+      std::vector<double> votes(4);
+      double sum = 0;
+      for (std::size_t n = 0; n < std::min<std::size_t>(static_cast<std::size_t>(k), all.size()); ++n) {
+        votes[static_cast<std::size_t>(samples.classes[all[n].second])] += 1 / all[n].first;
+        sum += 1 / all[n].first;
+      }
+      for (std::size_t c = 0; c < 4; ++c) ASSERT_NEAR(p.row(i)[c], votes[c] / sum, 1e-5) << k << " " << i;
+    }
+  }
+}
+
+TEST(Knn, ASampleItselfOutvotesAllOthers) {
+  const Samples samples = clouds(3, 20, 5, 3, 1);
+  ClassifierOptions options = typed("knn");
+  options.neighbours = 9;
+  const DescriptorMatrix p = trained(samples, options)->predict(samples.x);
+  for (std::size_t i = 0; i < p.size(); ++i)
+    EXPECT_EQ(p.row(i)[static_cast<std::size_t>(samples.classes[i])], 1);
+}
+
+/// A forest of one batch is OpenCV's own with that seed.
+TEST(Forest, VotesAreThoseOfOpenCv) {
+  const Samples samples = clouds(3, 30, 8, 2, 1), queries = clouds(3, 30, 8, 2, 2);
+  ClassifierOptions options = typed("forest");
+  options.trees = 10;
+  const DescriptorMatrix p = trained(samples, options)->predict(queries.x);
+  const auto toMat = [](const Samples& s) {
+    return cv::Mat(static_cast<int>(s.x.size()), 8, CV_32F, const_cast<float*>(s.x.values().data())).clone();
+  };
+  const auto forest = cv::ml::RTrees::create();
+  forest->setMaxDepth(25);
+  forest->setMinSampleCount(2);
+  forest->setTermCriteria({cv::TermCriteria::COUNT, 10, 0});
+  cv::theRNG() = cv::RNG(options.seed * 1000003);
+  forest->train(toMat(samples), cv::ml::ROW_SAMPLE, cv::Mat(samples.classes, true));
+  cv::Mat votes;
+  forest->getVotes(toMat(queries), votes, 0);
+  for (int i = 0; i < 90; ++i)
+    for (int c = 0; c < 3; ++c)
+      EXPECT_NEAR(p.row(static_cast<std::size_t>(i))[static_cast<std::size_t>(c)],
+                  votes.at<int>(i + 1, c) / 10.0, 1e-6);
+}
+
+// ---- probabilities out of decisions
+
+TEST(Coupling, SigmoidIsFoundAgain) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(-4, 4), chance(0, 1);
+  std::vector<double> f, weights;
+  std::vector<char> first;
+  for (int i = 0; i < 20000; ++i) {
+    f.push_back(uniform(random));
+    weights.push_back(1);
+    first.push_back(chance(random) < 1 / (1 + std::exp(-1.7 * f.back() + 0.4)) ? 1 : 0);
+  }
+  const Sigmoid sigmoid = fitSigmoid(f, first, weights);
+  EXPECT_NEAR(sigmoid.a, -1.7, 0.06);
+  EXPECT_NEAR(sigmoid.b, 0.4, 0.06);
+  EXPECT_EQ(sigmoid(-1e9), 0);
+  EXPECT_EQ(sigmoid(1e9), 1);
+}
+
+/// The optimum of Wu, Lin & Weng's second method solves Q p = b, Σ p = 1 (their Eq. 21): by elimination.
+TEST(Coupling, PairsAreCoupledAsTheLinearSystemSays) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> uniform(0.05, 0.95);
+  for (const std::size_t k : {2U, 3U, 7U}) {
+    std::vector<double> r(k * k);
+    for (std::size_t i = 0; i < k; ++i)
+      for (std::size_t j = i + 1; j < k; ++j) r[j * k + i] = 1 - (r[i * k + j] = uniform(random));
+    std::vector<std::vector<double>> a(k + 1, std::vector<double>(k + 2));
+    for (std::size_t i = 0; i < k; ++i) {
+      for (std::size_t j = 0; j < k; ++j) {
+        if (i == j) continue;
+        a[i][i] += r[j * k + i] * r[j * k + i];
+        a[i][j] = -r[j * k + i] * r[i * k + j];
+      }
+      a[i][k] = a[k][i] = 1;
+    }
+    a[k][k + 1] = 1;
+    for (std::size_t c = 0; c <= k; ++c) {
+      std::size_t pivot = c;
+      for (std::size_t i = c; i <= k; ++i)
+        if (std::fabs(a[i][c]) > std::fabs(a[pivot][c])) pivot = i;
+      std::swap(a[c], a[pivot]);
+      for (std::size_t i = 0; i <= k; ++i) {
+        if (i == c) continue;
+        const double factor = a[i][c] / a[c][c];
+        for (std::size_t j = c; j < k + 2; ++j) a[i][j] -= factor * a[c][j];
+      }
+    }
+    const std::vector<double> p = couplePairs(r, k);
+    for (std::size_t i = 0; i < k; ++i) EXPECT_NEAR(p[i], a[i][k + 1] / a[i][i], 5e-3);
+  }
+}
+
+// ---- folds
+
+TEST(Folds, NeverPartAGroup) {
+  std::mt19937 random(5);
+  std::vector<int> classes, groups;
+  for (int g = 0; g < 60; ++g)
+    for (unsigned i = 0, n = 1 + random() % 9; i < n; ++i) {
+      classes.push_back(g % 4);
+      groups.push_back(g);
+    }
+  const std::vector<int> folds = groupedFolds(classes, groups, 5, 1);
+  std::map<int, std::set<int>> ofGroup;
+  std::map<std::pair<int, int>, double> counts;
+  std::map<int, double> totals;
+  for (std::size_t i = 0; i < folds.size(); ++i) {
+    ofGroup[groups[i]].insert(folds[i]);
+    ++counts[{folds[i], classes[i]}];
+    ++totals[classes[i]];
+  }
+  for (const auto& [group, of] : ofGroup) EXPECT_EQ(of.size(), 1U);
+  for (int f = 0; f < 5; ++f)
+    for (int c = 0; c < 4; ++c) EXPECT_NEAR(counts[std::pair(f, c)] / totals[c], 0.2, 0.1);
+  EXPECT_EQ(folds, groupedFolds(classes, groups, 5, 1));
+  EXPECT_NE(folds, groupedFolds(classes, groups, 5, 2));
+}
+
+std::vector<Frame> framesOf(const std::vector<std::pair<std::string, std::string>>& names) {
+  std::vector<Frame> frames;
+  for (const auto& [name, room] : names) {
+    Frame frame;
+    frame.name = name;
+    frame.room = room;
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+TEST(Folds, RunsEndWhereRoomsChangeAndNumbersJump) {
+  EXPECT_EQ(runsOfRooms(framesOf({{"0001.jpg", "a"},
+                                  {"0002.jpg", "a"},
+                                  {"0003.jpg", "a"},
+                                  {"0040.jpg", "a"},
+                                  {"0041.jpg", "b"},
+                                  {"0042.jpg", "b"},
+                                  {"0043.jpg", "a"}}),
+                        1),
+            (std::vector<int>{0, 0, 0, 1, 3, 3, 2}));
+}
+
+TEST(Folds, ARoomOfOneLongRunIsCut) {
+  std::vector<std::pair<std::string, std::string>> names;
+  for (int i = 0; i < 40; ++i) names.emplace_back("x" + std::to_string(i) + ".png", i < 20 ? "a" : "b");
+  const std::vector<int> groups = runsOfRooms(framesOf(names), 5);
+  EXPECT_EQ(std::set<int>(groups.begin(), groups.begin() + 20).size(), 5U);
+  for (std::size_t i = 1; i < 20; ++i) EXPECT_LE(std::abs(groups[i] - groups[i - 1]), 4);
+  EXPECT_EQ(runsOfRooms(framesOf({{"one", "a"}, {"two", "a"}}), 5), (std::vector<int>{0, 1}));
+}
+
+}  // namespace
+}  // namespace estancia

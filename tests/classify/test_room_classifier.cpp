@@ -1,0 +1,301 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "estancia/classify/room_classifier.hpp"
+#include "estancia/classify/scores.hpp"
+#include "estancia/classify/selection.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "samples.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::errorOf;
+using test::madeUpRooms;
+using testing::HasSubstr;
+
+RoomClassifier learned(const Features& features, const std::string& type = "svm-linear") {
+  Progress silent;
+  ClassifierOptions options = test::typed(type);
+  options.c = 1;
+  return RoomClassifier::train(features, options, silent);
+}
+
+/// The same frames with columns in another order; −1 is a new one, of 0.1.
+Features reordered(const Features& features, const std::vector<std::vector<int>>& columns) {
+  Features result{features.parts, features.frames, DescriptorMatrix(0)};
+  std::size_t width = 0;
+  for (std::size_t p = 0; p < columns.size(); ++p) {
+    result.parts[p].columns.clear();
+    for (const int c : columns[p])
+      result.parts[p].columns.push_back(c < 0 ? "new"
+                                              : features.parts[p].columns[static_cast<std::size_t>(c)]);
+    width += columns[p].size();
+  }
+  result.values = DescriptorMatrix(width);
+  for (std::size_t i = 0; i < features.values.size(); ++i) {
+    std::vector<float> row;
+    std::size_t first = 0;
+    for (std::size_t p = 0; p < columns.size(); ++p) {
+      for (const int c : columns[p])
+        row.push_back(c < 0 ? 0.1F : features.values.row(i)[first + static_cast<std::size_t>(c)]);
+      first += features.parts[p].size();
+    }
+    result.values.append(row);
+  }
+  return result;
+}
+
+std::vector<int> firstOnes(std::size_t count) {
+  std::vector<int> all(count);
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+TEST(RoomClassifier, NamesRoomsOfNewImages) {
+  const RoomClassifier classifier = learned(madeUpRooms(4, 25, 1));
+  EXPECT_EQ(classifier.rooms(), (std::vector<std::string>{"room 0", "room 1", "room 2", "room 3"}));
+  const Confusion confusion = testRooms(classifier, madeUpRooms(4, 25, 2));
+  EXPECT_GT(confusion.accuracy(), 0.9);
+  EXPECT_EQ(confusion.total(), 100U);
+  EXPECT_THAT(classifier.choice(), HasSubstr("C 1: "));
+}
+
+TEST(RoomClassifier, FramesWithoutRoomAreLeftOut) {
+  Features features = madeUpRooms(3, 10, 1);
+  const RoomClassifier all = learned(features);
+  Frame stray;
+  stray.name = "stray";
+  features.frames.push_back(stray);
+  features.values.append(std::vector<float>(18, 0.5F));
+  EXPECT_EQ(learned(features).predict(features).values(), all.predict(features).values());
+  EXPECT_EQ(testRooms(all, features).total(), 30U);
+}
+
+TEST(RoomClassifier, IsLoadedExactly) {
+  const test::ScratchFolder scratch;
+  const Features features = madeUpRooms(3, 12, 1), queries = madeUpRooms(3, 12, 2);
+  for (const auto& [type, explanation] : classifierTypes()) {
+    const RoomClassifier classifier = learned(features, type);
+    classifier.save(scratch / "rooms");
+    const RoomClassifier back = RoomClassifier::load(scratch / "rooms");
+    EXPECT_EQ(back.rooms(), classifier.rooms());
+    EXPECT_EQ(back.choice(), classifier.choice());
+    EXPECT_EQ(back.predict(queries).values(), classifier.predict(queries).values());
+    back.save(scratch / "again");
+    EXPECT_EQ(test::readFile(scratch / "again"), test::readFile(scratch / "rooms"));
+  }
+}
+
+TEST(RoomClassifier, DamagedFilesAreRefused) {
+  const test::ScratchFolder scratch;
+  learned(madeUpRooms(3, 8, 1)).save(scratch / "rooms");
+  const std::string bytes = test::readFile(scratch / "rooms");
+  const auto load = [&](const std::string& changed) {
+    test::writeFile(scratch / "changed", changed);
+    return errorOf([&] { RoomClassifier::load(scratch / "changed"); });
+  };
+  std::mt19937 random(1);
+  for (int i = 0; i < 300; ++i) {
+    std::string mutant = bytes;
+    const std::size_t at = random() % bytes.size();
+    if (i % 3 == 0)
+      mutant.resize(at);
+    else
+      mutant[at] = static_cast<char>(mutant[at] ^ static_cast<char>(1 + random() % 255));
+    EXPECT_NE(load(mutant), "") << "byte " << at;
+  }
+  EXPECT_NE(load(bytes + "x"), "");
+  EXPECT_THAT(load("hello"), HasSubstr("no room classifier"));
+  EXPECT_THAT(load(""), HasSubstr("no room classifier"));
+  std::string newer = bytes;
+  newer[8] = 9;
+  EXPECT_THAT(load(newer), HasSubstr("version 9, this program reads version 1; update Estancia"));
+  EXPECT_NE(errorOf([&] { RoomClassifier::load(scratch / "none"); }), "");
+}
+
+/// A forger can sign what he likes: what stands behind the digest is checked as well.
+TEST(RoomClassifier, ForgedFilesAreRefusedOrHarmless) {
+  const test::ScratchFolder scratch;
+  const Features features = madeUpRooms(3, 8, 1);
+  learned(features).save(scratch / "rooms");
+  const std::string bytes = test::readFile(scratch / "rooms");
+  constexpr std::size_t head = 8 + 4 + 64;
+  std::mt19937 random(2);
+  int refused = 0;
+  for (int i = 0; i < 1500; ++i) {
+    std::string content = bytes.substr(head);
+    if (i % 4 == 0)
+      content.resize(random() % content.size());
+    else
+      for (int blows = 0; blows < 1 + i % 3; ++blows)
+        content[random() % content.size()] = static_cast<char>(random());
+    test::writeFile(scratch / "forged", bytes.substr(0, 12) + sha256(content) + content);
+    try {
+      RoomClassifier::load(scratch / "forged").predict(features, 1);
+    } catch (const Error&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 400);
+}
+
+TEST(RoomClassifier, PartsMayStandInAnyOrderAmongOthers) {
+  const Features features = madeUpRooms(3, 10, 1);
+  const RoomClassifier classifier = learned(features);
+  Features other{{features.parts[1], {"gist", PartKind::energies, {"g"}, "gist 1"}, features.parts[0]},
+                 features.frames,
+                 DescriptorMatrix(19)};
+  for (std::size_t i = 0; i < features.values.size(); ++i) {
+    const DescriptorView whole = features.values.row(i);
+    std::vector<float> row(whole.begin() + 12, whole.end());
+    row.push_back(3);
+    row.insert(row.end(), whole.begin(), whole.begin() + 12);
+    other.values.append(row);
+  }
+  EXPECT_EQ(classifier.predict(other).values(), classifier.predict(features).values());
+}
+
+TEST(RoomClassifier, WordsFoundSinceAreIgnoredAndThoseNotYetFoundAreZero) {
+  const Features features = madeUpRooms(3, 10, 1);
+  const RoomClassifier classifier = learned(features);
+  const Features grown = reordered(features, {{3, -1, 0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11}, firstOnes(6)});
+  EXPECT_EQ(classifier.predict(grown).values(), classifier.predict(features).values());
+  Features zero = features;
+  zero.values = DescriptorMatrix(18);
+  for (std::size_t i = 0; i < features.values.size(); ++i) {
+    std::vector<float> row(features.values.row(i).begin(), features.values.row(i).end());
+    row[11] = 0;
+    zero.values.append(row);
+  }
+  EXPECT_EQ(classifier.predict(reordered(features, {firstOnes(11), firstOnes(6)})).values(),
+            classifier.predict(zero).values());
+}
+
+TEST(RoomClassifier, OtherDescriptorsAreRefused) {
+  const Features features = madeUpRooms(3, 10, 1);
+  const RoomClassifier classifier = learned(features);
+  const auto refusal = [&](const Features& other) { return errorOf([&] { classifier.predict(other); }); };
+  Features missing = features;
+  missing.parts[0].name = "places";
+  EXPECT_THAT(refusal(missing), HasSubstr("needs words, but the images are described by places, bins only"));
+  Features model = features;
+  model.parts[0].identity = "words 2";
+  EXPECT_THAT(refusal(model), HasSubstr("learned from words as words 1, but here it is words 2"));
+  Features vocabulary = features;
+  for (std::string& word : vocabulary.parts[0].columns) word = "Wort " + word;
+  EXPECT_THAT(refusal(vocabulary), HasSubstr("vocabulary"));
+  Features parameters = reordered(features, {firstOnes(12), firstOnes(5)});
+  EXPECT_THAT(refusal(parameters), HasSubstr("6 columns of bins"));
+}
+
+TEST(RoomClassifier, BadTrainingDataIsRefused) {
+  const auto refusal = [](const Features& features) { return errorOf([&] { learned(features); }); };
+  Features nan = madeUpRooms(3, 6, 1);
+  DescriptorMatrix values(18);
+  for (std::size_t i = 0; i < nan.values.size(); ++i) {
+    std::vector<float> row(nan.values.row(i).begin(), nan.values.row(i).end());
+    if (i == 4) row[13] = std::nanf("");
+    values.append(row);
+  }
+  nan.values = values;
+  EXPECT_THAT(refusal(nan), testing::AllOf(HasSubstr(nan.frames[4].name), HasSubstr("bin 1")));
+  Features single = madeUpRooms(3, 6, 1);
+  single.frames[0].room = "cellar";
+  EXPECT_THAT(refusal(single), HasSubstr("room \"cellar\" has one image only"));
+  Features one = madeUpRooms(1, 6, 1);
+  EXPECT_THAT(refusal(one), HasSubstr("all images are of one room, \"room 0\""));
+  Features none = madeUpRooms(2, 6, 1);
+  for (Frame& frame : none.frames) frame.room.clear();
+  EXPECT_THAT(refusal(none), HasSubstr("no image has a room"));
+  EXPECT_NE(refusal({{}, {}, DescriptorMatrix(0)}), "");
+}
+
+TEST(FeatureEmbedding, BalancesPartsWhateverTheirNumberOfColumns) {
+  const Features features = madeUpRooms(3, 20, 1, 40, 3);
+  const DescriptorMatrix x = FeatureEmbedding::learn(features).apply(features);
+  double words = 0, bins = 0;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    for (std::size_t c = 0; c < x.labels(); ++c)
+      (c < 40 ? words : bins) +=
+          static_cast<double>(x.row(i)[c]) * x.row(i)[c] / static_cast<double>(x.size());
+  EXPECT_NEAR(words, 1 / 1.2, 1e-4);
+  EXPECT_NEAR(bins, 0.2 / 1.2, 1e-4);
+}
+
+TEST(FeatureEmbedding, ConstantColumnsBecomeZero) {
+  Features features = madeUpRooms(2, 10, 1);
+  DescriptorMatrix values(18);
+  for (std::size_t i = 0; i < features.values.size(); ++i) {
+    std::vector<float> row(features.values.row(i).begin(), features.values.row(i).end());
+    row[15] = 0.37F;
+    values.append(row);
+  }
+  features.values = values;
+  const DescriptorMatrix x = FeatureEmbedding::learn(features).apply(features);
+  for (std::size_t i = 0; i < x.size(); ++i) EXPECT_EQ(x.row(i)[15], 0);
+}
+
+// ---- selection
+
+TEST(Selection, FindsTheColumnsThatTell) {
+  const Features features = madeUpRooms(3, 40, 1, 12, 6);  // bins 0 … 2 tell of the rooms, 3 … 5 do not
+  for (const char* criterion : {"mutual-information", "chi2"}) {
+    const std::vector<double> scores = columnScores(features, criterion);
+    for (const std::size_t telling : {12U, 13U, 14U})
+      for (const std::size_t silent : {15U, 16U, 17U})
+        EXPECT_GT(scores[telling], scores[silent]) << criterion;
+  }
+  const std::vector<std::size_t> best = selectColumns(features, "mean", 3);
+  const std::vector<double> means = columnScores(features, "mean");
+  EXPECT_EQ(best.size(), 3U);
+  EXPECT_EQ(means[best[0]], *std::max_element(means.begin(), means.end()));
+  EXPECT_GE(means[best[1]], means[best[2]]);
+}
+
+TEST(Selection, AClassifierOfFewWordsReadsWholeDescriptors) {
+  const Features features = madeUpRooms(3, 15, 1), queries = madeUpRooms(3, 15, 2);
+  const std::vector<std::size_t> columns{0, 3, 5, 7};
+  const RoomClassifier classifier = learned(withColumns(features, columns));
+  EXPECT_EQ(classifier.embedding().columns(), 4U);
+  EXPECT_EQ(classifier.predict(queries).values(), classifier.predict(withColumns(queries, columns)).values());
+}
+
+TEST(Selection, BadRequestsAreRefused) {
+  const Features features = madeUpRooms(2, 5, 1);
+  EXPECT_THAT(errorOf([&] { selectColumns(features, "mean", 19); }), HasSubstr("has 18; choose 1 to 18"));
+  EXPECT_THAT(errorOf([&] { selectColumns(features, "mean", 0); }), HasSubstr("choose 1 to 18"));
+  EXPECT_THAT(errorOf([&] { selectColumns(features, "size", 2); }),
+              HasSubstr("mean, mutual-information, chi2"));
+  EXPECT_NE(errorOf([&] { withColumns(features, {18}); }), "");
+  EXPECT_NE(errorOf([&] { withColumns(features, {}); }), "");
+}
+
+// ---- scores
+
+TEST(Scores, ConfusionCountsWhatWasTakenForWhat) {
+  const Confusion confusion = confusionOf({"a", "a", "a", "b", "c"}, {"a", "b", "a", "b", "d"});
+  EXPECT_EQ(confusion.rooms, (std::vector<std::string>{"a", "b", "c", "d"}));
+  EXPECT_EQ(confusion.counts[0], (std::vector<std::size_t>{2, 1, 0, 0}));
+  EXPECT_DOUBLE_EQ(confusion.accuracy(), 0.6);
+  EXPECT_DOUBLE_EQ(confusion.balancedAccuracy(), (2.0 / 3 + 1 + 0) / 3);
+  EXPECT_NE(errorOf([] { confusionOf({}, {}); }), "");
+  EXPECT_NE(errorOf([] { confusionOf({"a"}, {}); }), "");
+}
+
+TEST(Scores, ARoomNeverLearnedCanOnlyBeWrong) {
+  const RoomClassifier classifier = learned(madeUpRooms(3, 10, 1));
+  const Confusion confusion = testRooms(classifier, madeUpRooms(4, 10, 2));
+  EXPECT_EQ(confusion.counts[3][3], 0U);
+  EXPECT_EQ(confusion.total(), 40U);
+  EXPECT_LE(confusion.accuracy(), 0.75);
+}
+
+}  // namespace
+}  // namespace estancia
