@@ -56,10 +56,11 @@ struct Wanted {
   std::vector<std::string> sources;  ///< of all parts, each once: names of types, models or their folders
 };
 
-/// The names in `tables`, data that is described already, or else those of types and models.
+/// Names of types and models; any names where there are no images to describe.
 Wanted findDescriptors(const ScenesOptions& options, const ExperimentRun& run,
-                       const std::vector<const Features*>& tables, bool images,
                        std::vector<std::string>& notes) {
+  const bool images = std::any_of(options.data.begin(), options.data.end(),
+                                  [](const Data& data) { return !isRecording(data.images.path); });
   Wanted wanted;
   std::set<std::string> names;
   const auto add = [&](const std::string& descriptor) {
@@ -67,7 +68,6 @@ Wanted findDescriptors(const ScenesOptions& options, const ExperimentRun& run,
     const auto sources = partsOf(descriptor);
     for (const std::string& source : sources) found.parts.push_back(images ? imagePart(source) : source);
     found.name = fmt::format("{}", fmt::join(found.parts, "+"));
-    for (const Features* table : tables) withParts(withRows(*table, {}), found.parts);
     if (!names.insert(found.name).second)
       throw Error(fmt::format("two descriptors are called {}", found.name));
     for (const std::string& source : sources)
@@ -230,13 +230,13 @@ std::string SceneImages::digest(const std::vector<std::string>& parts) const {
 ScenesData describeScenes(const ScenesOptions& options, const ExperimentRun& run, Progress& progress,
                           std::vector<std::string>& notes) {
   ScenesData data;
-  const std::vector<Source> sources = openAll(options, notes, data.pairs);
-  std::vector<const Features*> tables;
-  for (const Source& source : sources)
-    if (source.table) tables.push_back(&*source.table);
-  const bool images = tables.size() < sources.size();
-  const Wanted wanted = findDescriptors(options, run, tables, images, notes);
+  const Wanted wanted = findDescriptors(options, run, notes);
   data.descriptors = wanted.descriptors;
+  const std::vector<Source> sources = openAll(options, notes, data.pairs);
+  for (const Source& source : sources)
+    if (source.table)
+      for (const SceneDescriptor& descriptor : wanted.descriptors)
+        withParts(withRows(*source.table, {}), descriptor.parts);  // throws where one is not there
 
   std::optional<Features> features;  // of the last sequence: halves by a column are described once
   for (std::size_t s = 0; s < sources.size(); ++s) {

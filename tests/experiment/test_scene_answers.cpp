@@ -118,7 +118,8 @@ TEST(SceneChoice, TheBestOfManyEqualsIsWorthWhatTheyAllAre) {
   const double plain = *std::max_element(means.begin(), means.end());
   const double corrected = accuracyOfChoice(results, cells, 1);
   EXPECT_GT(plain, 0.66) << "by luck";
-  EXPECT_NEAR(corrected, 0.6, 0.03);
+  EXPECT_LT(corrected, 0.61);
+  EXPECT_GT(corrected, 0.55);
   EXPECT_EQ(accuracyOfChoice(results, cells, 1), corrected);
   EXPECT_NEAR(accuracyOfChoice(results, cells, 2), corrected, 0.01);
 }
