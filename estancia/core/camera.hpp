@@ -10,6 +10,10 @@ struct CameraIntrinsics {
   int width = 0, height = 0;
   double fx = 0, fy = 0, cx = 0, cy = 0;
 
+  /// X / Z of what is seen in column u, and Y / Z of what is seen in row v.
+  double slopeX(double u) const { return (u - cx) / fx; }
+  double slopeY(double v) const { return (v - cy) / fy; }
+
   /// The same camera with pictures of another size (colour and depth often differ in it).
   CameraIntrinsics scaledTo(int newWidth, int newHeight) const {
     const double sx = static_cast<double>(newWidth) / width, sy = static_cast<double>(newHeight) / height;

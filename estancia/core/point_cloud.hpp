@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstddef>
-#include <opencv2/core/types.hpp>
+#include <opencv2/core/mat.hpp>
 #include <vector>
+
+#include "estancia/core/camera.hpp"
 
 namespace estancia {
 
@@ -15,5 +17,10 @@ struct PointCloud {
 
   bool organised() const { return height > 1; }
 };
+
+/// What a depth picture (CV_32F, metres) saw, organised, in the optical frame of `camera`, whose pictures may
+/// have another size. Pixels with 0, NaN or anything else that is no depth become holes. Throws Error on
+/// pictures of another type and on a camera without a size or focal length.
+PointCloud backProject(const cv::Mat& depth, const CameraIntrinsics& camera);
 
 }  // namespace estancia

@@ -108,10 +108,9 @@ class Problems {
   explicit Problems(const Sequence& sequence) : sequence_(sequence), sentences_(sequence.size()) {}
 
   /// Safe to call from several threads for different frames.
-  void tell(std::size_t frame, const std::string& descriptor, const std::string& what) {
+  void tell(std::size_t frame, const std::string& what) {
     std::string& sentence = sentences_[frame];
-    if (sentence.empty())
-      sentence = fmt::format("{}: no {}: {}", sequence_.frame(frame).name, descriptor, what);
+    if (sentence.empty()) sentence = fmt::format("{}: {}", sequence_.frame(frame).name, what);
   }
   std::vector<std::string> sentences() const {
     std::vector<std::string> told;
@@ -133,7 +132,7 @@ Column labelled(const Sequence& sequence, const Source& source, LabelCache* cach
                  if (frame.labelled())
                    frames.push_back(frame.index);
                  else
-                   problems.tell(frame.index, source.name, frame.problem);
+                   problems.tell(frame.index, fmt::format("{}: {}", source.name, frame.problem));
                });
   Column column{partsOfWords(words.vocabulary, words.model), {}};
   column.rows.resize(sequence.size());
@@ -180,13 +179,12 @@ std::vector<Column> computed(const Sequence& sequence, const std::vector<const S
   inParallel(sequence.size(), static_cast<std::size_t>(threads > 0 ? threads : freeCores()),
              [&](std::size_t frame) {
                if (interrupted()) throw Interrupted("stopped while describing; nothing was written");
-               std::size_t at = 0;
                try {
                  const View view = viewOf(sequence, frame, image, depth);
-                 for (; at < sources.size(); ++at)
-                   columns[at].rows[frame] = sources[at]->descriptor->describe(view);
+                 for (std::size_t i = 0; i < sources.size(); ++i)
+                   columns[i].rows[frame] = sources[i]->descriptor->describe(view);
                } catch (const Error& e) {
-                 problems.tell(frame, names[at], e.what());
+                 problems.tell(frame, e.what());
                }
                const std::lock_guard lock(mutex);
                progress.advance();

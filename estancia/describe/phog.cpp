@@ -108,7 +108,9 @@ std::vector<float> phog(const cv::Mat& image, const PhogOptions& options) {
     for (int x = 0; x < grey.cols; ++x) {
       if (edge[x] == 0) continue;
       double angle = std::atan2(static_cast<float>(dy[x]), static_cast<float>(dx[x]));
-      if (angle < 0) angle += turn;  // for 180 degrees, the opposite direction
+      if (angle < 0)  // opposite directions are the same for 180 degrees, to the last bit
+        angle = options.range == 360 ? angle + turn
+                                     : std::atan2(static_cast<float>(-dy[x]), static_cast<float>(-dx[x]));
       const int bin = static_cast<int>(angle / turn * bins) % bins;
       const int cell = row * side + static_cast<int>(static_cast<long>(x) * side / grey.cols);
       votes[static_cast<std::size_t>(cell * bins + bin)] += std::hypot(dx[x], dy[x]);

@@ -25,8 +25,8 @@ Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrin
     const float z = depth.at<float>(std::clamp(y, 0, depth.rows - 1), std::clamp(x, 0, depth.cols - 1));
     if (!(z > 0 && z <= farthest)) continue;
     features.pixels.push_back(at);
-    features.points.emplace_back(static_cast<float>((at.x - c.cx) / c.fx) * z,
-                                 static_cast<float>((at.y - c.cy) / c.fy) * z, z);
+    features.points.emplace_back(static_cast<float>(c.slopeX(at.x)) * z,
+                                 static_cast<float>(c.slopeY(at.y)) * z, z);
     features.descriptors.push_back(descriptors.row(static_cast<int>(i)));
   }
   return features;

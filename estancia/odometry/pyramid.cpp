@@ -50,8 +50,8 @@ cv::Mat pointsOf(const cv::Mat& depth, const CameraIntrinsics& camera) {
   for (int y = 0; y < depth.rows; ++y)
     for (int x = 0; x < depth.cols; ++x) {
       const float z = depth.at<float>(y, x);
-      points.at<cv::Vec3f>(y, x) = {static_cast<float>((x - camera.cx) / camera.fx) * z,
-                                    static_cast<float>((y - camera.cy) / camera.fy) * z, z};
+      points.at<cv::Vec3f>(y, x) = {static_cast<float>(camera.slopeX(x)) * z,
+                                    static_cast<float>(camera.slopeY(y)) * z, z};
     }
   return points;
 }

@@ -28,7 +28,7 @@ DepthView::DepthView(const cv::Mat& depth, const CameraIntrinsics& camera) {
   for (int v = kStride / 2; v < height; v += kStride)
     for (int u = kStride / 2; u < width; u += kStride)
       if (const double z = depth_.at<float>(v, u); z > 0)
-        points_.emplace_back((u - camera_.cx) / camera_.fx * z, (v - camera_.cy) / camera_.fy * z, z);
+        points_.emplace_back(camera_.slopeX(u) * z, camera_.slopeY(v) * z, z);
 }
 
 double DepthView::depthTowards(const cv::Vec3d& p) const {

@@ -83,7 +83,7 @@ TEST_F(DescribeSequence, LeavesOutFramesThatCannotBeDescribedAndTellsWhy) {
   const Features features = describe("phog+" + model("a"));
   ASSERT_EQ(features.frames.size(), 7U);
   EXPECT_EQ(features.frames[6].name, "0007.png");
-  EXPECT_THAT(problems_, ElementsAre("0006.png: no phog: cannot be read"));
+  EXPECT_THAT(problems_, ElementsAre("0006.png: cannot be read"));
 }
 
 TEST_F(DescribeSequence, RefusesWhatItCannotDo) {
@@ -116,10 +116,10 @@ TEST_F(DescribeSequence, TakesWordsOutOfTheCache) {
 }
 
 TEST_F(DescribeSequence, GivesAllFramesTheWordsThatAreDiscovered) {
-  test::writeFile(
-      scratch_ / "discover/model.toml",
-      "name = \"discover\"\ntype = \"process\"\ncommand = [\"awk\", \"{ n++; printf "
-      "\\\"{\\\\\\\"labels\\\\\\\": {\\\\\\\"word %d\\\\\\\": 0.5}}\\\\n\\\", n; fflush() }\"]\n");
+  test::writeFile(scratch_ / "discover/model.toml", R"(name = "discover"
+type = "process"
+command = ["sh", "-c", 'n=0; while read -r image; do n=$((n+1)); echo "{\"image\": \"$image\", \"labels\": {\"word $n\": 0.5}}"; done']
+)");
   const Features features = describe((scratch_ / "discover").string());
   ASSERT_EQ(features.parts.size(), 1U);
   EXPECT_EQ(features.parts[0].size(), 6U);

@@ -1,0 +1,15 @@
+# The Point Cloud Library, beside which tests and benchmarks measure ours; the library itself does not need it.
+# estancia_use_pcl(target): defines ESTANCIA_HAS_PCL where it is at hand.
+include_guard()
+find_package(PCL 1.12 QUIET COMPONENTS common features)
+if(NOT PCL_FOUND)
+  message(STATUS "PCL not found: nothing is compared with it (libpcl-dev)")
+endif()
+
+function(estancia_use_pcl target)
+  if(PCL_FOUND)
+    target_include_directories(${target} SYSTEM PRIVATE ${PCL_INCLUDE_DIRS})
+    target_compile_definitions(${target} PRIVATE ESTANCIA_HAS_PCL)
+    target_link_libraries(${target} PRIVATE ${PCL_COMMON_LIBRARIES} ${PCL_FEATURES_LIBRARIES})
+  endif()
+endfunction()

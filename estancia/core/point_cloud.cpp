@@ -1,0 +1,39 @@
+#include "estancia/core/point_cloud.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+
+PointCloud backProject(const cv::Mat& depth, const CameraIntrinsics& camera) {
+  if (depth.empty() || depth.type() != CV_32FC1)
+    throw Error("a depth picture must have one channel of 32-bit floats [m]; convert it");
+  if (camera.width <= 0 || camera.height <= 0 || !(camera.fx > 0) || !(camera.fy > 0) ||
+      !std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy))
+    throw Error(fmt::format("no camera has {} x {} pixels, fx {}, fy {}, cx {}, cy {}; give its intrinsics",
+                            camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy));
+  const CameraIntrinsics own = camera.scaledTo(depth.cols, depth.rows);
+  constexpr float hole = std::numeric_limits<float>::quiet_NaN();
+  PointCloud cloud;
+  cloud.width = static_cast<std::size_t>(depth.cols);
+  cloud.height = static_cast<std::size_t>(depth.rows);
+  cloud.points.reserve(cloud.width * cloud.height);
+  for (int v = 0; v < depth.rows; ++v) {
+    const auto* row = depth.ptr<float>(v);
+    const auto y = static_cast<float>(own.slopeY(v));
+    for (int u = 0; u < depth.cols; ++u) {
+      const float z = row[u];
+      if (z > 0 && std::isfinite(z))
+        cloud.points.emplace_back(static_cast<float>(own.slopeX(u)) * z, y * z, z);
+      else
+        cloud.points.emplace_back(hole, hole, hole);
+    }
+  }
+  return cloud;
+}
+
+}  // namespace estancia

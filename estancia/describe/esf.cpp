@@ -1,0 +1,228 @@
+#include "estancia/describe/esf.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <optional>
+#include <span>
+
+#include "estancia/core/error.hpp"
+#include "estancia/describe/voxel_lines.hpp"
+
+namespace estancia {
+namespace {
+
+using describe::VoxelGrid;
+
+constexpr int kBins = 64;
+constexpr float kRadius = VoxelGrid::kSide / 2;  // of the sphere that the cloud is scaled to [voxels]
+constexpr float kLeastArea = 0.001F;             // the square of an area below this is none [voxels⁴]
+// PCL's limits, in voxels: a line with so few marked is outside, a triangle with at most so many, too …
+constexpr int kOutside = 7, kTriangleOutside = 21;
+// … and one with so few that are not marked is inside.
+constexpr int kInside = 1, kTriangleInside = 3;
+constexpr std::array<float, 10> kWeights{0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 1, 0.5F, 2, 2, 1};
+
+enum Where : std::size_t { inside, outside, mixed };
+using Histogram = std::array<float, kBins>;
+
+/// Random numbers that are the same everywhere (splitmix64, Steele et al. 2014).
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : state_(seed) {}
+  /// Below n.
+  std::size_t below(std::size_t n) {
+    std::uint64_t z = state_ += 0x9e3779b97f4a7c15ULL;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ULL;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebULL;
+    return static_cast<std::size_t>(((z ^ z >> 31) >> 32) * n >> 32);
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+void requireValid(const EsfOptions& options) {
+  if (options.samples < 1 || options.samples > 1'000'000)
+    throw Error(fmt::format("esf: {} samples; 1 to 1,000,000 can be had", options.samples));
+  if (options.points != 0 && (options.points < 3 || options.points > 100'000'000))
+    throw Error(fmt::format("esf: {} points; 3 to 100,000,000 can be had, 0 for all", options.points));
+}
+
+/// The finite points, at most `most` of them: one of every run of equal length.
+std::vector<cv::Point3f> thinned(const PointCloud& cloud, std::size_t most, Random& random) {
+  std::vector<cv::Point3f> points;
+  points.reserve(cloud.points.size());
+  for (const cv::Point3f& p : cloud.points)
+    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) points.push_back(p);
+  if (most == 0 || points.size() <= most) return points;
+  const std::size_t all = points.size();
+  for (std::size_t i = 0; i < most; ++i) {
+    const std::size_t begin = i * all / most, end = (i + 1) * all / most;
+    points[i] = points[begin + random.below(end - begin)];  // begin ≥ i: it is still there
+  }
+  points.resize(most);
+  return points;
+}
+
+/// Moves the centre of gravity to the origin and the furthest point to the distance kRadius.
+void scale(std::vector<cv::Point3f>& points) {
+  cv::Point3d centre;
+  for (const cv::Point3f& p : points) centre += cv::Point3d(p);
+  centre *= 1.0 / static_cast<double>(points.size());
+  cv::Point3d furthest;
+  for (const cv::Point3f& p : points)
+    if (const cv::Point3d d = cv::Point3d(p) - centre; d.dot(d) > furthest.dot(furthest)) furthest = d;
+  const double radius = std::sqrt(furthest.dot(furthest));
+  if (!(radius > 0)) throw Error("esf: all points are the same; that is no shape");
+  double thickness = 0;
+  for (cv::Point3f& p : points) {
+    const cv::Point3d d = (cv::Point3d(p) - centre) * (1 / radius), off = d.cross(furthest * (1 / radius));
+    thickness = std::max(thickness, off.dot(off));
+    p = cv::Point3f(d * kRadius);
+  }
+  if (thickness < 1e-10) throw Error("esf: the points lie in one line; that is no shape");
+}
+
+std::size_t binOf(float share) {
+  return std::min(static_cast<std::size_t>(share * (kBins - 1) + 0.5F), static_cast<std::size_t>(kBins - 1));
+}
+
+/// Of the angle between two directions, 0 to 90 degrees, whose cosine is given.
+std::size_t binOfAngle(float cosine) {
+  return binOf(std::acos(std::min(std::abs(cosine), 1.0F)) * static_cast<float>(2 / std::numbers::pi));
+}
+
+Where whereOf(const VoxelGrid::Line& side) {
+  return side.marked >= side.voxels - kInside ? inside : side.marked <= kOutside ? outside : mixed;
+}
+
+Where whereOf(std::span<const VoxelGrid::Line, 3> sides) {
+  const int marked = sides[0].marked + sides[1].marked + sides[2].marked,
+            voxels = sides[0].voxels + sides[1].voxels + sides[2].voxels;
+  return marked <= kTriangleOutside ? outside : voxels - marked <= kTriangleInside ? inside : mixed;
+}
+
+/// Three points that are no line.
+struct Triangle {
+  std::array<float, 3> lengths;  ///< from the first point to the second, first to third, second to third
+  std::array<float, 3> cosines;  ///< of the angles opposite of these sides
+  float area;                    ///< its square root [voxels]
+};
+
+/// Three random points.
+struct Draw {
+  std::size_t i, j, k;
+
+  Draw(const std::vector<cv::Point3f>& points, Random& random)
+      : i(random.below(points.size())), j(random.below(points.size())), k(random.below(points.size())) {
+#ifdef __GNUC__
+    for (const std::size_t at : {i, j, k}) __builtin_prefetch(&points[at]);
+#endif
+  }
+};
+
+std::optional<Triangle> triangleOf(const std::vector<cv::Point3f>& points, const Draw& draw) {
+  if (draw.i == draw.j || draw.i == draw.k || draw.j == draw.k) return std::nullopt;
+  const cv::Point3f &p = points[draw.i], &q = points[draw.j], &r = points[draw.k];
+  const cv::Point3f pq = q - p, pr = r - p, rq = q - r;
+  const float a = std::sqrt(pq.dot(pq)), b = std::sqrt(pr.dot(pr)), c = std::sqrt(rq.dot(rq));
+  const float s = (a + b + c) * 0.5F, square = s * (s - a) * (s - b) * (s - c);  // Heron
+  if (!(square > kLeastArea)) return std::nullopt;
+  return Triangle{{a, b, c},
+                  {rq.dot(pr) / (c * b), rq.dot(pq) / (c * a), pq.dot(pr) / (a * b)},
+                  std::sqrt(std::sqrt(square))};
+}
+
+struct Triangles {
+  std::vector<Triangle> shapes;
+  std::vector<VoxelGrid::Line> sides;  ///< three each, as their lengths
+};
+
+Triangles drawTriangles(const std::vector<cv::Point3f>& points, std::size_t count, Random& random) {
+  const VoxelGrid grid(points);
+  Triangles triangles;
+  triangles.shapes.reserve(count);
+  triangles.sides.reserve(3 * count);
+  Draw next(points, random);
+  for (std::size_t tries = 0; triangles.shapes.size() < count; ++tries) {
+    if (tries >= 100 * count + 1000) throw Error("esf: nearly all points are the same; that is no shape");
+    const Draw draw = next;
+    next = Draw(points, random);  // memory fetches its points meanwhile
+    const auto triangle = triangleOf(points, draw);
+    if (!triangle) continue;
+    triangles.shapes.push_back(*triangle);
+    const std::int32_t p = grid.voxelOf(draw.i), q = grid.voxelOf(draw.j), r = grid.voxelOf(draw.k);
+    triangles.sides.insert(triangles.sides.end(), {{p, q, 0, 0}, {p, r, 0, 0}, {q, r, 0, 0}});
+  }
+  grid.trace(triangles.sides);
+  return triangles;
+}
+
+}  // namespace
+
+std::vector<float> esf(const PointCloud& cloud, const EsfOptions& options) {
+  requireValid(options);
+  Random random(options.seed);
+  std::vector<cv::Point3f> points = thinned(cloud, static_cast<std::size_t>(options.points), random);
+  if (points.size() < 3)
+    throw Error(fmt::format("esf: {} points with coordinates; a shape has at least three", points.size()));
+  scale(points);
+  const auto [triangles, lines] = drawTriangles(points, static_cast<std::size_t>(options.samples), random);
+
+  float longest = 0, largest = 0;
+  for (const Triangle& t : triangles) {
+    longest = std::max({longest, t.lengths[0], t.lengths[1], t.lengths[2]});
+    largest = std::max(largest, t.area);
+  }
+  std::array<Histogram, 10> histograms{};
+  Histogram *angles = &histograms[0], *areas = &histograms[3], *distances = &histograms[6],
+            &ratios = histograms[9];
+  for (std::size_t n = 0; n < triangles.size(); ++n) {
+    const Triangle& t = triangles[n];
+    const std::span<const VoxelGrid::Line, 3> sides(&lines[3 * n], 3);
+    const Where where = whereOf(sides);
+    ++areas[where][binOf(t.area / largest)];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto voxels = static_cast<float>(sides[i].voxels), marked = static_cast<float>(sides[i].marked);
+      angles[where][binOfAngle(t.cosines[i])] += voxels / 32;
+      ++distances[whereOf(sides[i])][binOf(t.lengths[i] / longest)];
+      if (whereOf(sides[i]) == mixed) ++ratios[binOf(marked / voxels)];
+    }
+  }
+
+  std::vector<float> descriptor;
+  for (std::size_t h = 0; h < histograms.size(); ++h)
+    for (const float v : histograms[h]) descriptor.push_back(v * kWeights[h]);
+  const float sum = std::accumulate(descriptor.begin(), descriptor.end(), 0.0F);
+  for (float& v : descriptor) v /= sum;
+  return descriptor;
+}
+
+Esf::Esf(const EsfOptions& options) : options_(options) {
+  requireValid(options);
+}
+
+DescriptorPart Esf::part() const {
+  DescriptorPart part{"esf",
+                      PartKind::histogram,
+                      {},
+                      fmt::format("esf 1, {} samples of {} points, seed {}", options_.samples,
+                                  options_.points, options_.seed)};
+  for (const char* what : {"angle inside", "angle outside", "angle mixed", "area inside", "area outside",
+                           "area mixed", "distance inside", "distance outside", "distance mixed", "ratio"})
+    for (int bin = 0; bin < kBins; ++bin) part.columns.push_back(fmt::format("esf {} {}", what, bin));
+  return part;
+}
+
+std::vector<float> Esf::describe(const View& view) const {
+  if (view.depth.empty()) throw Error("esf: there is no depth");
+  if (!view.camera) throw Error("esf: the depth camera is unknown; give its intrinsics");
+  return esf(backProject(view.depth, *view.camera), options_);
+}
+
+}  // namespace estancia

@@ -1,0 +1,53 @@
+#include "estancia/describe/gist.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+#include "estancia/core/error.hpp"
+#include "estancia/describe/gist_filters.hpp"
+#include "estancia/describe/local_contrast.hpp"
+
+namespace estancia {
+namespace {
+
+using namespace describe;
+
+/// The picture's central square, the mean of its channels, 0 to 255.
+cv::Mat square(const cv::Mat& image) {
+  if (image.empty()) throw Error("gist: there is no picture");
+  if (image.type() != CV_8UC3 && image.type() != CV_8UC1)
+    throw Error("gist: the picture is neither BGR nor grey with 8 bits; convert it");
+  const int side = std::min(image.cols, image.rows);
+  const cv::Mat part = image({(image.cols - side) / 2, (image.rows - side) / 2, side, side});
+  cv::Mat grey, sized;
+  part.convertTo(grey, CV_32F);
+  if (grey.channels() == 3) cv::transform(grey, grey, cv::Matx13f(1, 1, 1));
+  cv::resize(grey, sized, {kGistSide, kGistSide}, 0, 0, side > kGistSide ? cv::INTER_AREA : cv::INTER_LINEAR);
+  double least = 0, most = 0;
+  cv::minMaxLoc(sized, &least, &most);
+  if (!(most > least)) return cv::Mat::zeros(sized.size(), CV_32F);
+  sized.convertTo(sized, CV_32F, 255 / (most - least), -255 * least / (most - least));
+  return sized;
+}
+
+}  // namespace
+
+std::vector<float> gist(const cv::Mat& image) {
+  return meanAnswers(withEqualContrast(square(image)));
+}
+
+DescriptorPart Gist::part() const {
+  DescriptorPart part{
+      "gist", PartKind::energies, {}, "gist 1, 256 pixels, 4 scales, 8 orientations, 4 blocks"};
+  for (int scale = 0; scale < kGistScales; ++scale)
+    for (int orientation = 0; orientation < kGistOrientations; ++orientation)
+      for (int block = 0; block < kGistBlocks * kGistBlocks; ++block)
+        part.columns.push_back(fmt::format("gist {}.{}.{}", scale, orientation, block));
+  return part;
+}
+
+}  // namespace estancia

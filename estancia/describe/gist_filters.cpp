@@ -1,0 +1,166 @@
+#include "estancia/describe/gist_filters.hpp"
+
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+#include "estancia/core/simd.hpp"
+
+namespace estancia::describe {
+namespace {
+
+constexpr int kBorder = 32;  // mirrored around the picture [pixels]
+constexpr int kWhole = kGistSide + 2 * kBorder;
+constexpr double kNothing = 1e-4;  // filters are left out where they pass less than this
+
+/// A filter's answer is band-limited, so its magnitude is smooth and need not be known everywhere. In each
+/// kStep × kStep pixels these places are looked at: as many in every row and column, with the mean position
+/// of all pixels, so that edges fall on them as on all. The two coarse scales need but the first two. The
+/// answers at one place of every tile are an inverse Fourier transform of 1/kStep² the size.
+constexpr int kStep = 4;
+constexpr int kSmall = kWhole / kStep;
+struct Place {
+  int x, y;
+};
+constexpr std::array<Place, 4> kPlaces{{{0, 1}, {3, 2}, {1, 3}, {2, 0}}};
+constexpr std::array<std::size_t, kGistScales> kPlacesOf{4, 4, 2, 2};
+
+/// A transfer function where it is not 0, as pieces of rows. Each is added to a smaller spectrum (aliased).
+struct Filter {
+  struct Piece {
+    int from, to, length;  ///< numbers of the spectrum, of the smaller one, and how many
+  };
+  std::vector<Piece> pieces;
+  std::vector<float> weights;  ///< piece by piece, each twice: for the real and the imaginary part
+};
+
+/// The transfer function of the authors' createGabor; frequencies in cycles a picture of kWhole pixels.
+double transfer(int scale, int orientation, int fx, int fy) {
+  const double centre = 0.3 / std::pow(1.85, scale);
+  double angle = std::atan2(fy, fx) + std::numbers::pi / kGistOrientations * orientation;
+  if (angle > std::numbers::pi) angle -= 2 * std::numbers::pi;
+  const double off = std::hypot(fx, fy) / kWhole / centre - 1;
+  return std::exp(-3.5 * off * off - 2 * std::numbers::pi * angle * angle);
+}
+
+Filter makeFilter(int scale, int orientation) {
+  const auto frequency = [](int k) { return k < kWhole / 2 ? k : k - kWhole; };
+  Filter filter;
+  std::array<float, kSmall> row{};
+  for (int y = 0; y < kWhole; ++y)
+    for (int tile = 0; tile < kWhole; tile += kSmall) {
+      int first = kSmall, last = -1;
+      for (int x = 0; x < kSmall; ++x) {
+        const double passes = transfer(scale, orientation, frequency(tile + x), frequency(y));
+        row[static_cast<std::size_t>(x)] = static_cast<float>(passes / (kWhole * kWhole));
+        if (passes < kNothing) continue;
+        first = std::min(first, x);
+        last = x;
+      }
+      if (last < 0) continue;
+      filter.pieces.push_back({y * kWhole + tile + first, y % kSmall * kSmall + first, last + 1 - first});
+      for (int x = first; x <= last; ++x)
+        filter.weights.insert(filter.weights.end(), 2, row[static_cast<std::size_t>(x)]);
+    }
+  return filter;
+}
+
+std::vector<Filter> makeFilters() {
+  std::vector<Filter> filters;
+  for (int scale = 0; scale < kGistScales; ++scale)
+    for (int orientation = 0; orientation < kGistOrientations; ++orientation)
+      filters.push_back(makeFilter(scale, orientation));
+  return filters;
+}
+
+/// e^(2πi k p / n) for k = 0 … n-1, real and imaginary parts in turn.
+std::vector<float> turnsOf(int p) {
+  std::vector<float> turns;
+  for (int k = 0; k < kWhole; ++k) {
+    const double phase = 2 * std::numbers::pi * (k * p % kWhole) / kWhole;
+    turns.push_back(static_cast<float>(std::cos(phase)));
+    turns.push_back(static_cast<float>(std::sin(phase)));
+  }
+  return turns;
+}
+
+/// The spectrum of the picture moved so that what was at the place becomes the origin.
+ESTANCIA_MULTIVERSION void move(const float* spectrum, const float* turnsX, const float* turnsY,
+                                float* moved) {
+  for (int y = 0; y < kWhole; ++y) {
+    const float cy = turnsY[2 * y], sy = turnsY[2 * y + 1];
+    const float* in = spectrum + static_cast<std::ptrdiff_t>(2) * y * kWhole;
+    float* out = moved + static_cast<std::ptrdiff_t>(2) * y * kWhole;
+#pragma omp simd
+    for (int x = 0; x < kWhole; ++x) {
+      const float c = turnsX[2 * x] * cy - turnsX[2 * x + 1] * sy;
+      const float s = turnsX[2 * x] * sy + turnsX[2 * x + 1] * cy;
+      out[2 * x] = in[2 * x] * c - in[2 * x + 1] * s;
+      out[2 * x + 1] = in[2 * x] * s + in[2 * x + 1] * c;
+    }
+  }
+}
+
+ESTANCIA_MULTIVERSION void apply(const Filter& filter, const float* spectrum, float* small) {
+  const float* weights = filter.weights.data();
+  for (const Filter::Piece& piece : filter.pieces) {
+    const float* in = spectrum + static_cast<std::ptrdiff_t>(2) * piece.from;
+    float* out = small + static_cast<std::ptrdiff_t>(2) * piece.to;
+#pragma omp simd
+    for (int i = 0; i < 2 * piece.length; ++i) out[i] += weights[i] * in[i];
+    weights += static_cast<std::ptrdiff_t>(2) * piece.length;
+  }
+}
+
+/// Adds the magnitudes of `count` answers to those of the rows above.
+ESTANCIA_MULTIVERSION void addMagnitudes(const float* answers, float* columns, int count) {
+#pragma omp simd
+  for (int i = 0; i < count; ++i)
+    columns[i] += std::sqrt(answers[2 * i] * answers[2 * i] + answers[2 * i + 1] * answers[2 * i + 1]);
+}
+
+/// Adds the answers at one place of every tile to the sums of the blocks, row by row.
+void addBlocks(const cv::Mat& answers, float* sums) {
+  constexpr int side = kGistSide / kGistBlocks / kStep;
+  for (int row = 0; row < kGistBlocks; ++row) {
+    std::array<float, kGistSide / kStep> columns{};
+    for (int y = row * side; y < (row + 1) * side; ++y)
+      addMagnitudes(answers.ptr<float>(y), columns.data(), kGistSide / kStep);
+    for (int x = 0; x < kGistSide / kStep; ++x)
+      sums[row * kGistBlocks + x / side] += columns[static_cast<std::size_t>(x)];
+  }
+}
+
+}  // namespace
+
+std::vector<float> meanAnswers(const cv::Mat& picture) {
+  static const std::vector<Filter> filters = makeFilters();
+  cv::Mat bordered, spectrum;
+  cv::copyMakeBorder(picture, bordered, kBorder, kBorder, kBorder, kBorder, cv::BORDER_REFLECT);
+  cv::dft(bordered, spectrum, cv::DFT_COMPLEX_OUTPUT);
+
+  constexpr std::size_t blocks = kGistBlocks * kGistBlocks;
+  std::vector<float> means(filters.size() * blocks);
+  cv::Mat moved(spectrum.size(), CV_32FC2), answers(kSmall, kSmall, CV_32FC2);
+  for (std::size_t p = 0; p < kPlaces.size(); ++p) {
+    // The picture begins where its border ends.
+    move(spectrum.ptr<float>(), turnsOf(kBorder + kPlaces[p].x).data(),
+         turnsOf(kBorder + kPlaces[p].y).data(), moved.ptr<float>());
+    for (std::size_t f = 0; f < filters.size(); ++f) {
+      if (p >= kPlacesOf[f / kGistOrientations]) continue;
+      answers.setTo(0);
+      apply(filters[f], moved.ptr<float>(), answers.ptr<float>());
+      cv::dft(answers, answers, cv::DFT_INVERSE);
+      addBlocks(answers, &means[f * blocks]);
+    }
+  }
+  for (std::size_t i = 0; i < means.size(); ++i)
+    means[i] /= static_cast<float>(kGistSide * kGistSide) / (kStep * kStep * blocks) *
+                static_cast<float>(kPlacesOf[i / (kGistOrientations * blocks)]);
+  return means;
+}
+
+}  // namespace estancia::describe

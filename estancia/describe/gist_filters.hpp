@@ -1,0 +1,15 @@
+// The Gabor filters of GIST, and their mean answers.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+namespace estancia::describe {
+
+constexpr int kGistSide = 256;  ///< of the picture [pixels]
+constexpr int kGistBlocks = 4, kGistScales = 4, kGistOrientations = 8;
+
+/// `picture` is CV_32F, kGistSide × kGistSide. A number a scale, orientation and block, in that order.
+std::vector<float> meanAnswers(const cv::Mat& picture);
+
+}  // namespace estancia::describe

@@ -1,0 +1,36 @@
+// A surface as voxels, and how much of a straight line lies in it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <opencv2/core/types.hpp>
+#include <span>
+#include <vector>
+
+namespace estancia::describe {
+
+/// 64³ voxels, one bit each: 32 KB, which stay in the nearest cache.
+class VoxelGrid {
+ public:
+  static constexpr int kSide = 64;
+
+  /// Marks the voxel of every point, and its 26 neighbours. Coordinates lie within ±32.
+  explicit VoxelGrid(std::span<const cv::Point3f> points);
+
+  /// The number of a point's voxel.
+  std::int32_t voxelOf(std::size_t point) const { return voxels_[point]; }
+
+  /// From one voxel to another, which is itself left out (PCL's lci()).
+  struct Line {
+    std::int32_t from, to;
+    std::int32_t voxels, marked;  ///< that it passes, at least 1, and how many of them are marked
+  };
+  /// Fills in `voxels` and `marked`.
+  void trace(std::span<Line> lines) const;
+
+ private:
+  std::vector<std::int32_t> voxels_;  ///< of the points: (x · 64 + y) · 64 + z
+  std::vector<std::uint32_t> bits_;   ///< in that order
+};
+
+}  // namespace estancia::describe

@@ -1,0 +1,328 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <set>
+#include <thread>
+#include <tuple>
+
+#ifdef ESTANCIA_HAS_PCL
+#include <pcl/features/esf.h>
+#include <pcl/point_types.h>
+#endif
+
+#include "describe/made_up_sequence.hpp"
+#include "estancia/describe/esf.hpp"
+#include "estancia/describe/features.hpp"
+#include "estancia/describe/voxel_lines.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using describe::VoxelGrid;
+using test::errorOf;
+using testing::AllOf;
+using testing::HasSubstr;
+
+const CameraIntrinsics kCamera{320, 240, 290, 290, 159.5, 119.5};
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+/// The surface of a bent sheet with a ball on it.
+PointCloud sheetAndBall(std::size_t count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  std::normal_distribution<float> normal;
+  PointCloud cloud;
+  while (cloud.points.size() < count) {
+    const float x = uniform(random), y = uniform(random);
+    cloud.points.emplace_back(x, y, 0.3F * x * x);
+    const cv::Point3f d(normal(random), normal(random), normal(random));
+    cloud.points.push_back(d * (0.4F / std::sqrt(d.dot(d))) + cv::Point3f(0.2F, 0.1F, 0.8F));
+  }
+  cloud.width = cloud.points.size();
+  cloud.height = 1;
+  return cloud;
+}
+
+PointCloud moved(PointCloud cloud, float scale, cv::Point3f by = {}) {
+  for (cv::Point3f& p : cloud.points) p = p * scale + by;
+  return cloud;
+}
+
+double overlap(const std::vector<float>& a, const std::vector<float>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += std::min(a[i], b[i]);
+  return sum;
+}
+
+TEST(VoxelLines, AreThoseOfBresenham) {
+  std::mt19937 random(5);
+  std::uniform_int_distribution<int> voxel(0, 63);
+  std::vector<cv::Point3f> points;
+  using Voxel = std::array<int, 3>;
+  std::vector<Voxel> at;
+  std::set<Voxel> marked;
+  for (int i = 0; i < 3000; ++i) {
+    const Voxel v = i < 2 ? Voxel{63 * i, 63 * i, 63 * i}  // the corners
+                          : Voxel{voxel(random), voxel(random), voxel(random)};
+    at.push_back(v);
+    points.emplace_back(v[0] - 31.5F, v[1] - 31.5F, v[2] - 31.5F);  // the voxels' centres
+    for (int x = -1; x <= 1; ++x)
+      for (int y = -1; y <= 1; ++y)
+        for (int z = -1; z <= 1; ++z) marked.insert({v[0] + x, v[1] + y, v[2] + z});
+  }
+  const VoxelGrid grid(points);
+  std::vector<VoxelGrid::Line> lines;
+  for (std::size_t i = 0; i + 1 < points.size(); ++i)
+    lines.push_back({grid.voxelOf(i), grid.voxelOf(i + (i % 10 == 9 ? 0 : 1)), 0, 0});
+  grid.trace(lines);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    Voxel v = at[i];
+    const Voxel to = at[i + (i % 10 == 9 ? 0 : 1)];
+    Voxel length{}, error{};
+    for (std::size_t k = 0; k < 3; ++k) length[k] = std::abs(to[k] - v[k]);
+    const auto most =
+        static_cast<std::size_t>(std::max_element(length.begin(), length.end()) - length.begin());
+    for (std::size_t k = 0; k < 3; ++k) error[k] = 2 * length[k] - length[most];
+    int voxels = 0, inside = 0;
+    do {
+      ++voxels;
+      inside += static_cast<int>(marked.contains(v));
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (k == most || error[k] > 0) v[k] += to[k] < at[i][k] ? -1 : 1;
+        if (k != most && error[k] > 0) error[k] -= 2 * length[most];
+        error[k] += 2 * length[k];
+      }
+    } while (v[most] != to[most] && length[most] > 0);
+    EXPECT_EQ(lines[i].voxels, voxels) << i;
+    EXPECT_EQ(lines[i].marked, inside) << i;
+  }
+}
+
+TEST(Esf, IsADistribution) {
+  const auto v = esf(sheetAndBall(5000, 1));
+  ASSERT_EQ(v.size(), 640U);
+  for (const float x : v) EXPECT_GE(x, 0);
+  EXPECT_NEAR(std::accumulate(v.begin(), v.end(), 0.0), 1, 1e-4);
+}
+
+TEST(Esf, TheSameSeedGivesTheSameBytesInAnyThread) {
+  const PointCloud cloud = sheetAndBall(30000, 2);  // thinned, too
+  const auto once = esf(cloud, {.seed = 7});
+  std::vector<std::vector<float>> results(6);
+  {
+    std::vector<std::jthread> threads;
+    for (auto& result : results) threads.emplace_back([&] { result = esf(cloud, {.seed = 7}); });
+  }
+  for (const auto& result : results) EXPECT_EQ(result, once);
+  EXPECT_NE(esf(cloud, {.seed = 8}), once);
+  EXPECT_GT(overlap(esf(cloud, {.seed = 8}), once), 0.93);
+}
+
+TEST(Esf, UnitAndPlaceDoNotCount) {
+  const PointCloud metres = sheetAndBall(8000, 3);
+  const auto v = esf(metres);
+  // Powers of two change no bit of the points; thousands round some over a limit.
+  EXPECT_EQ(esf(moved(metres, 1024)), v);
+  EXPECT_GT(overlap(esf(moved(metres, 1000)), v), 0.999);
+  EXPECT_GT(overlap(esf(moved(metres, 1e-3F)), v), 0.999);
+  EXPECT_GT(overlap(esf(moved(metres, 1, {5, -3, 9})), v), 0.995);
+}
+
+TEST(Esf, TellsShapesApart) {
+  PointCloud sheet = sheetAndBall(8000, 4), ball;
+  for (std::size_t i = 1; i < sheet.points.size(); i += 2) ball.points.push_back(sheet.points[i]);
+  const auto other = esf(sheetAndBall(8000, 5));
+  EXPECT_GT(overlap(esf(sheet), other), 0.9);
+  EXPECT_LT(overlap(esf(ball), other), 0.75);
+}
+
+TEST(Esf, LeavesOutPointsThatAreNone) {
+  PointCloud cloud = sheetAndBall(3000, 6);
+  const auto v = esf(cloud);
+  cloud.points.insert(cloud.points.begin(), {kNan, 0, 0});
+  cloud.points.insert(cloud.points.begin() + 50, {0, std::numeric_limits<float>::infinity(), 0});
+  cloud.points.emplace_back(0.0F, 0.0F, kNan);
+  EXPECT_EQ(esf(cloud), v);
+}
+
+TEST(Esf, TakesPlanesAndThreePoints) {
+  PointCloud plane = sheetAndBall(2000, 7);
+  for (cv::Point3f& p : plane.points) p.z = 0;
+  EXPECT_NEAR(overlap(esf(plane), esf(plane)), 1, 1e-4);
+  const auto three = esf({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, 3, 1});
+  EXPECT_NEAR(std::accumulate(three.begin(), three.end(), 0.0), 1, 1e-4);
+}
+
+TEST(Esf, RefusesWhatHasNoShape) {
+  EXPECT_THAT(errorOf([] { esf({}); }), HasSubstr("0 points"));
+  EXPECT_THAT(errorOf([] { esf({{{0, 0, 0}, {1, 0, 0}}, {}, 2, 1}); }), HasSubstr("2 points"));
+  EXPECT_THAT(errorOf([] { esf({{{0, 0, 0}, {1, 0, 0}, {kNan, 1, 1}}, {}, 3, 1}); }), HasSubstr("2 points"));
+  EXPECT_THAT(errorOf([] {
+                esf({std::vector<cv::Point3f>(500, {1, 2, 3}), {}, 500, 1});
+              }),
+              HasSubstr("all points are the same"));
+  PointCloud line;
+  for (int i = 0; i < 500; ++i) line.points.emplace_back(static_cast<float>(i), 0.0F, 1.0F);
+  EXPECT_THAT(errorOf([&] { esf(line); }), HasSubstr("in one line"));
+  for (cv::Point3f& p : line.points) p = {3 * p.x, -7 * p.x, 11 * p.x};
+  EXPECT_THAT(errorOf([&] { esf(line); }), HasSubstr("in one line"));
+  PointCloud pair{std::vector<cv::Point3f>(5000, {0, 0, 0}), {}, 5002, 1};
+  pair.points.push_back({1, 0, 0});
+  pair.points.push_back({0, 1, 0});
+  EXPECT_THAT(errorOf([&] { esf(pair); }), HasSubstr("nearly all points are the same"));
+  const PointCloud cloud = sheetAndBall(100, 8);
+  EXPECT_THAT(errorOf([&] { esf(cloud, {.samples = 0}); }), HasSubstr("0 samples"));
+  EXPECT_THAT(errorOf([&] { esf(cloud, {.points = 2}); }), HasSubstr("2 points"));
+}
+
+cv::Mat roomDepth(std::uint64_t seed) {
+  cv::Mat depth(240, 320, CV_32F);
+  cv::RNG random(seed);
+  for (int y = 0; y < depth.rows; ++y)
+    for (int x = 0; x < depth.cols; ++x) {
+      const double floor = y > 120 ? 1.4 / kCamera.slopeY(y) : 1e9;
+      const bool box = x > 100 && x < 180 && y > 90 && y < 190;
+      depth.at<float>(y, x) =
+          static_cast<float>(std::min({3.0, floor, box ? 1.8 : 1e9}) + random.gaussian(0.005));
+    }
+  return depth;
+}
+
+TEST(Esf, DescribesAView) {
+  View view{{}, roomDepth(1), kCamera, "a"};
+  const auto v = Esf().describe(view);
+  EXPECT_EQ(v, esf(backProject(view.depth, kCamera)));
+  view.depth.rowRange(0, 5).setTo(0);
+  view.depth.rowRange(5, 9).setTo(kNan);
+  EXPECT_GT(overlap(Esf().describe(view), v), 0.9);
+
+  view.depth = cv::Mat::zeros(240, 320, CV_32F);
+  EXPECT_THAT(errorOf([&] { Esf().describe(view); }), HasSubstr("0 points"));
+  view.depth = roomDepth(1);
+  view.camera.reset();
+  EXPECT_THAT(errorOf([&] { Esf().describe(view); }), HasSubstr("camera is unknown"));
+  view.depth.release();
+  EXPECT_THAT(errorOf([&] { Esf().describe(view); }), HasSubstr("no depth"));
+}
+
+TEST(Esf, OfASequenceLeavesOutFramesWithoutDepth) {
+  test::MadeUpSequence sequence;
+  Progress silent;
+  const cv::Mat picture = test::busyPicture({320, 240}, 1);
+  for (std::uint64_t i = 0; i < 4; ++i) sequence.add(picture, i == 1 ? cv::Mat() : roomDepth(i));
+  sequence.add(picture, cv::Mat::zeros(240, 320, CV_32F));
+  EXPECT_THAT(errorOf([&] { describeSequence(sequence, "esf", {}, silent); }), HasSubstr("intrinsics"));
+  sequence.setCamera({640, 480, 580, 580, 319.5, 239.5});  // of pictures twice the size
+  std::vector<std::string> problems;
+  const Features features = describeSequence(sequence, "gist+esf", {}, silent, &problems);
+  EXPECT_EQ(features.frames.size(), 3U);
+  EXPECT_EQ(features.values.labels(), 512U + 640U);
+  EXPECT_THAT(problems,
+              testing::ElementsAre("0001.png: no depth picture", HasSubstr("0004.png: esf: 0 points")));
+
+  test::MadeUpSequence flat;
+  flat.add(picture);
+  EXPECT_THAT(errorOf([&] { describeSequence(flat, "phog+esf", {}, silent); }),
+              AllOf(HasSubstr("esf needs depth"), HasSubstr("there is none")));
+}
+
+TEST(BackProjection, PutsPixelsWhereTheCameraSawThem) {
+  cv::Mat depth = cv::Mat::zeros(2, 3, CV_32F);
+  depth.at<float>(1, 2) = 2;
+  depth.at<float>(0, 0) = -1;
+  depth.at<float>(0, 1) = std::numeric_limits<float>::infinity();
+  const PointCloud cloud = backProject(depth, {3, 2, 10, 20, 1, 0.5});
+  EXPECT_TRUE(cloud.organised());
+  ASSERT_EQ(cloud.points.size(), 6U);
+  EXPECT_EQ(cloud.width, 3U);
+  EXPECT_FLOAT_EQ(cloud.points[5].x, 0.2F);
+  EXPECT_FLOAT_EQ(cloud.points[5].y, 0.05F);
+  EXPECT_FLOAT_EQ(cloud.points[5].z, 2);
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(std::isnan(cloud.points[static_cast<std::size_t>(i)].z));
+  EXPECT_THAT(errorOf([&] { backProject({}, kCamera); }), HasSubstr("32-bit floats"));
+  EXPECT_THAT(errorOf([&] { backProject(cv::Mat(2, 2, CV_16U), kCamera); }), HasSubstr("32-bit floats"));
+  EXPECT_THAT(errorOf([&] { backProject(depth, {}); }), HasSubstr("intrinsics"));
+}
+
+#ifdef ESTANCIA_HAS_PCL
+/// One run of PCL's. Its random numbers start anew with the second that it is run in, so that runs differ by
+/// the order of the points instead.
+std::vector<float> pclEsf(const PointCloud& cloud, unsigned run) {
+  std::vector<cv::Point3f> points = cloud.points;
+  std::shuffle(points.begin(), points.end(), std::mt19937(run));
+  const auto input = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
+  for (const cv::Point3f& p : points) input->emplace_back(p.x, p.y, p.z);
+  pcl::ESFEstimation<pcl::PointXYZ> estimation;
+  estimation.setInputCloud(input);
+  pcl::PointCloud<pcl::ESFSignature640> output;
+  estimation.compute(output);
+  return {output[0].histogram, output[0].histogram + 640};
+}
+
+struct Moments {
+  std::vector<double> mean = std::vector<double>(640), variance = std::vector<double>(640);
+
+  explicit Moments(const std::vector<std::vector<float>>& runs) {
+    const auto n = static_cast<double>(runs.size());
+    for (std::size_t i = 0; i < 640; ++i) {
+      for (const auto& run : runs) mean[i] += run[i] / n;
+      for (const auto& run : runs) variance[i] += (run[i] - mean[i]) * (run[i] - mean[i]) / (n - 1);
+    }
+  }
+};
+
+/// Welch's test in every bin. A |t| of 8 with 80 degrees of freedom happens once in 10^11 by chance, so that
+/// the 640 bins of four clouds never fail without a reason; the mean of t² is 1 by chance, and above 2 when
+/// bins differ by as little as half a standard deviation of one run.
+void expectSameDistribution(const PointCloud& cloud) {
+  constexpr unsigned runs = 48;
+  std::vector<std::vector<float>> ours, theirs;
+  for (unsigned run = 0; run < runs; ++run) {
+    ours.push_back(esf(cloud, {.points = 0, .seed = run + 1}));
+    theirs.push_back(pclEsf(cloud, run));
+  }
+  const Moments a(ours), b(theirs);
+  double sum = 0;
+  int tested = 0;
+  for (std::size_t i = 0; i < 640; ++i) {
+    // About 120,000 counts: a bin with less than a dozen is no normal distribution.
+    if (std::max(a.mean[i], b.mean[i]) < 1e-4) {
+      EXPECT_NEAR(a.mean[i], b.mean[i], 1e-4) << i;
+      continue;
+    }
+    const double t = (a.mean[i] - b.mean[i]) / std::sqrt((a.variance[i] + b.variance[i]) / runs);
+    EXPECT_LT(std::abs(t), 8) << "bin " << i << ": " << a.mean[i] << " and " << b.mean[i];
+    sum += t * t;
+    ++tested;
+  }
+  EXPECT_GT(tested, 150);
+  EXPECT_LT(sum / tested, 2);
+}
+
+TEST(EsfAsPcl, OfAMadeUpCloud) {
+  expectSameDistribution(sheetAndBall(6000, 9));
+}
+
+TEST(EsfAsPcl, OfRooms) {
+  const auto nyuv2 = test::findData("nyuv2_half");
+  ESTANCIA_NEEDS(nyuv2, "nyuv2_half is not there");
+  const auto sequence = openSequence(*nyuv2);
+  for (const std::size_t frame : {10U, 400U, 800U}) {
+    const PointCloud all = backProject(sequence->depth(frame), kCamera);
+    PointCloud cloud;
+    for (std::size_t i = 0; i < all.points.size(); i += 7)
+      if (!std::isnan(all.points[i].z)) cloud.points.push_back(all.points[i]);
+    expectSameDistribution(cloud);
+  }
+}
+#endif
+
+}  // namespace
+}  // namespace estancia

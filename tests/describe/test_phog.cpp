@@ -1,0 +1,205 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "describe/made_up_sequence.hpp"
+#include "estancia/describe/phog.hpp"
+#include "support/model_support.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::busyPicture;
+using test::errorOf;
+using testing::HasSubstr;
+
+constexpr double pi = std::numbers::pi;
+
+double sumOf(const std::vector<float>& v, std::size_t begin = 0, std::size_t end = std::string::npos) {
+  const auto at = [&](std::size_t i) {
+    return v.begin() + static_cast<std::ptrdiff_t>(std::min(i, v.size()));
+  };
+  return std::accumulate(at(begin), at(end), 0.0);
+}
+
+/// Sobel's 3 × 3 mask, pixels outside being those at the edge.
+cv::Vec2d sobel(const cv::Mat& grey, int y, int x) {
+  const auto at = [&](int dy, int dx) {
+    return static_cast<double>(
+        grey.at<uchar>(std::clamp(y + dy, 0, grey.rows - 1), std::clamp(x + dx, 0, grey.cols - 1)));
+  };
+  return {at(-1, 1) + 2 * at(0, 1) + at(1, 1) - at(-1, -1) - 2 * at(0, -1) - at(1, -1),
+          at(1, -1) + 2 * at(1, 0) + at(1, 1) - at(-1, -1) - 2 * at(-1, 0) - at(-1, 1)};
+}
+
+/// Cell by cell, level by level, every pixel of each looked at again. OpenCV's Canny finds the edges.
+std::vector<double> slowPhog(const cv::Mat& bgr, int bins, int levels, int range) {
+  cv::Mat grey, smooth;
+  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  cv::GaussianBlur(grey, smooth, {9, 9}, std::sqrt(2), 0, cv::BORDER_REPLICATE);
+  cv::Mat dx(grey.size(), CV_16S), dy(grey.size(), CV_16S), edges;
+  std::vector<double> magnitudes;
+  for (int y = 0; y < grey.rows; ++y)
+    for (int x = 0; x < grey.cols; ++x) {
+      const cv::Vec2d g = sobel(smooth, y, x);
+      dx.at<short>(y, x) = static_cast<short>(g[0]);
+      dy.at<short>(y, x) = static_cast<short>(g[1]);
+      magnitudes.push_back(cv::norm(g));
+    }
+  std::sort(magnitudes.begin(), magnitudes.end());
+  const double step = magnitudes.back() / 64,
+               at70 = magnitudes[static_cast<std::size_t>(0.7 * static_cast<double>(magnitudes.size()))],
+               high = (std::floor(at70 / step) + 1) * step;
+  cv::Canny(dx, dy, edges, 0.4 * high, high, true);
+
+  std::vector<double> all;
+  for (int level = 0; level <= levels; ++level) {
+    const int n = 1 << level;
+    for (int row = 0; row < n; ++row)
+      for (int column = 0; column < n; ++column) {
+        std::vector<double> histogram(static_cast<std::size_t>(bins));
+        for (int y = 0; y < grey.rows; ++y)
+          for (int x = 0; x < grey.cols; ++x) {
+            if (edges.at<uchar>(y, x) == 0 || y * n / grey.rows != row || x * n / grey.cols != column)
+              continue;
+            const cv::Vec2d g = sobel(grey, y, x);
+            double degrees = std::atan2(g[1], g[0]) * 180 / pi;
+            while (degrees < 0) degrees += range;
+            while (degrees >= range) degrees -= range;
+            histogram[static_cast<std::size_t>(degrees / range * bins)] += cv::norm(g);
+          }
+        all.insert(all.end(), histogram.begin(), histogram.end());
+      }
+  }
+  const double sum = std::accumulate(all.begin(), all.end(), 0.0);
+  for (double& v : all) v /= sum;
+  return all;
+}
+
+/// Dark on the left of a line through the middle whose normal stands at `degrees`.
+cv::Mat edgeAt(double degrees) {
+  cv::Mat picture(120, 120, CV_8UC3);
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 120; ++x) {
+      const double side =
+          (x - 59.5) * std::cos(degrees * pi / 180) + (y - 59.5) * std::sin(degrees * pi / 180);
+      picture.at<cv::Vec3b>(y, x) = cv::Vec3b::all(cv::saturate_cast<uchar>(128 + 60 * std::tanh(side)));
+    }
+  return picture;
+}
+
+std::ptrdiff_t strongestBin(const std::vector<float>& v, int bins) {
+  return std::max_element(v.begin(), v.begin() + bins) - v.begin();
+}
+
+TEST(Phog, IsThatOfThePaper) {
+  for (const cv::Size size : {cv::Size(64, 48), {101, 77}, {33, 90}})
+    for (const int range : {180, 360}) {
+      const cv::Mat picture = busyPicture(size, 3);
+      const std::vector<float> ours = phog(picture, {.range = range});
+      const std::vector<double> slow = slowPhog(picture, 30, 2, range);
+      ASSERT_EQ(ours.size(), 630U);
+      ASSERT_EQ(slow.size(), 630U);
+      // Directions on the very limit of two bins may fall to either side.
+      double difference = 0;
+      for (std::size_t i = 0; i < 630; ++i) difference += std::abs(ours[i] - slow[i]);
+      EXPECT_LT(difference, 2e-3) << size << " " << range;
+    }
+}
+
+TEST(Phog, IsThatOfThePaperOnPhotographs) {
+  const auto nyuv2 = test::findData("nyuv2_half");
+  ESTANCIA_NEEDS(nyuv2, "nyuv2_half is not there");
+  for (const cv::Mat& photograph : test::photographs(*nyuv2, 3)) {
+    const std::vector<float> ours = phog(photograph);
+    const std::vector<double> slow = slowPhog(photograph, 30, 2, 360);
+    double difference = 0;
+    for (std::size_t i = 0; i < 630; ++i) difference += std::abs(ours[i] - slow[i]);
+    EXPECT_LT(difference, 2e-3);
+  }
+}
+
+TEST(Phog, ATurnedEdgeMovesThroughTheBins) {
+  for (int bin = 0; bin < 30; ++bin) EXPECT_EQ(strongestBin(phog(edgeAt(12 * bin + 6)), 30), bin);
+  for (int bin = 0; bin < 30; ++bin) {
+    const PhogOptions half{.range = 180};
+    EXPECT_EQ(strongestBin(phog(edgeAt(6 * bin + 3), half), 30), bin);
+    EXPECT_EQ(strongestBin(phog(edgeAt(6 * bin + 183), half), 30), bin);
+  }
+}
+
+TEST(Phog, EveryLevelHasTheSameEnergyAndCellsAddUp) {
+  const auto v = phog(busyPicture({123, 91}, 4), {.levels = 3});
+  ASSERT_EQ(v.size(), 30U * 85);
+  EXPECT_NEAR(sumOf(v), 1, 1e-5);
+  for (const auto& [begin, end] : {std::pair{0U, 30U}, {30U, 150U}, {150U, 630U}, {630U, 2550U}})
+    EXPECT_NEAR(sumOf(v, begin, end), 0.25, 1e-5);
+  for (std::size_t bin = 0; bin < 30; ++bin)  // the upper left quarter
+    EXPECT_NEAR(v[30 + bin], v[150 + bin] + v[180 + bin] + v[270 + bin] + v[300 + bin], 1e-6);
+}
+
+TEST(Phog, CellsAreRowByRow) {
+  cv::Mat picture(96, 96, CV_8UC3, cv::Scalar::all(90));
+  cv::circle(picture, {84, 36}, 6, cv::Scalar::all(200), cv::FILLED);  // fourth column, second row
+  const auto v = phog(picture);
+  EXPECT_NEAR(sumOf(v, 30 * (1 + 1), 30 * (1 + 2)), 1 / 3.0, 1e-5);
+  EXPECT_NEAR(sumOf(v, 30 * (5 + 7), 30 * (5 + 8)), 1 / 3.0, 1e-5);
+}
+
+TEST(Phog, IsZeroWithoutEdges) {
+  EXPECT_EQ(phog(cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(99))), std::vector<float>(630, 0.0F));
+  EXPECT_EQ(phog(cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(99))), std::vector<float>(630, 0.0F));
+}
+
+TEST(Phog, TakesPicturesOfAnySizeGreyOrColour) {
+  for (const cv::Size size : {cv::Size(1, 500), {500, 1}, {1, 9000}, {2, 2}, {3, 3}, {5, 2}, {4000, 3000}}) {
+    const auto v = phog(busyPicture(size, 5));
+    ASSERT_EQ(v.size(), 630U);
+    for (const float x : v) ASSERT_TRUE(std::isfinite(x) && x >= 0) << size;
+    const double sum = sumOf(v);
+    EXPECT_TRUE(sum == 0 || std::abs(sum - 1) < 1e-5) << size << sum;
+  }
+  const cv::Mat grey = busyPicture({200, 100}, 9, 1);
+  cv::Mat colour;
+  cv::cvtColor(grey, colour, cv::COLOR_GRAY2BGR);
+  EXPECT_EQ(phog(grey), phog(colour));
+}
+
+TEST(Phog, DoesNotDependOnThreadsOfOpenCV) {
+  const cv::Mat picture = busyPicture({640, 480}, 10);
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
+  const auto one = phog(picture);
+  cv::setNumThreads(4);
+  EXPECT_EQ(phog(picture), one);
+  cv::setNumThreads(threads);
+}
+
+TEST(Phog, RefusesWhatItCannotDo) {
+  EXPECT_THAT(errorOf([] { phog({}); }), HasSubstr("phog: there is no picture"));
+  EXPECT_THAT(errorOf([] { phog(cv::Mat(9, 9, CV_16UC3)); }), HasSubstr("neither BGR nor grey"));
+  const cv::Mat picture = busyPicture({20, 20}, 1);
+  EXPECT_THAT(errorOf([&] { phog(picture, {.bins = 0}); }), HasSubstr("0 bins"));
+  EXPECT_THAT(errorOf([&] { phog(picture, {.levels = 9}); }), HasSubstr("level 9"));
+  EXPECT_THAT(errorOf([&] { phog(picture, {.range = 90}); }), HasSubstr("90 degrees"));
+  EXPECT_THAT(errorOf([&] { phog(picture, {.longestSide = 1}); }), HasSubstr("1 pixels"));
+  EXPECT_THAT(errorOf([&] { Phog({.levels = -1}); }), HasSubstr("level -1"));
+}
+
+TEST(Phog, NamesItsNumbers) {
+  const DescriptorPart part = Phog().part();
+  EXPECT_EQ(part.size(), 630U);
+  EXPECT_EQ(part.columns[30 * 6 + 2], "phog 2.1.2");
+  EXPECT_EQ(part.kind, PartKind::histogram);
+  EXPECT_NE(part.identity, Phog({.range = 180}).part().identity);
+}
+
+}  // namespace
+}  // namespace estancia
