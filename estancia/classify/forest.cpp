@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <opencv2/ml.hpp>
+#include <random>
 #include <utility>
 
 #include "estancia/classify/search.hpp"
@@ -95,6 +97,33 @@ class SeededGenerator {
   cv::RNG before_;
 };
 
+std::vector<std::size_t> allRows(const Samples& samples) {
+  std::vector<std::size_t> rows(samples.classes.size());
+  std::iota(rows.begin(), rows.end(), std::size_t{0});
+  return rows;
+}
+
+/// As many samples of each class as the smallest has (Chen, Liaw & Breiman, "Using random forest to learn
+/// imbalanced data", 2004; weights do not help trees that grow until their leaves are pure), but not so few
+/// that one tiny class starves the others: it is repeated then.
+std::vector<std::size_t> balancedDraw(const Samples& samples, std::uint64_t seed) {
+  std::vector<std::vector<std::size_t>> ofClass(static_cast<std::size_t>(samples.classCount));
+  for (std::size_t i = 0; i < samples.classes.size(); ++i)
+    ofClass[static_cast<std::size_t>(samples.classes[i])].push_back(i);
+  std::size_t count = samples.classes.size();
+  for (const auto& members : ofClass) count = std::min(count, members.size());
+  count = std::max(count, samples.classes.size() / (4 * ofClass.size()));
+  std::mt19937_64 random(seed);
+  std::vector<std::size_t> rows;
+  for (auto& members : ofClass)
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t place = i % members.size();
+      if (i < members.size()) std::swap(members[place], members[place + random() % (members.size() - place)]);
+      rows.push_back(members[place]);
+    }
+  return rows;
+}
+
 /// Trees as we keep them: children after their parents, so that no walk can run in a circle.
 void append(const cv::ml::RTrees& grown, Trees& trees) {
   const auto& nodes = grown.getNodes();
@@ -125,14 +154,18 @@ void append(const cv::ml::RTrees& grown, Trees& trees) {
 
 std::unique_ptr<Classifier> trainForest(const Samples& samples, const ClassifierOptions& options,
                                         Progress& progress) {
-  const cv::Mat x(static_cast<int>(samples.x.size()), static_cast<int>(samples.x.labels()), CV_32F,
-                  const_cast<float*>(samples.x.values().data()));  // only read
-  const cv::Mat classes(samples.classes, true);
   const auto batches = static_cast<std::size_t>((options.trees + batch - 1) / batch);
   std::vector<Trees> grown(batches);
   progress.begin("growing trees", batches);
   inParallel(batches, options.threads, progress, "stopped while trees grew", [&](std::size_t b) {
-    const auto data = cv::ml::TrainData::create(x, cv::ml::ROW_SAMPLE, classes);
+    const std::uint64_t seed = options.seed * 1000003 + b;
+    const std::vector<std::size_t> rows = options.balanced ? balancedDraw(samples, seed) : allRows(samples);
+    const DescriptorMatrix values = rowsOf(samples.x, rows);
+    std::vector<int> classes;
+    for (const std::size_t row : rows) classes.push_back(samples.classes[row]);
+    const cv::Mat x(static_cast<int>(values.size()), static_cast<int>(values.labels()), CV_32F,
+                    const_cast<float*>(values.values().data()));  // only read
+    const auto data = cv::ml::TrainData::create(x, cv::ml::ROW_SAMPLE, cv::Mat(classes, true));
     const auto forest = cv::ml::RTrees::create();
     forest->setMaxDepth(deepest);
     forest->setMinSampleCount(2);
@@ -142,11 +175,7 @@ std::unique_ptr<Classifier> trainForest(const Samples& samples, const Classifier
     forest->setTruncatePrunedTree(false);
     const int count = std::min(batch, options.trees - static_cast<int>(b) * batch);
     forest->setTermCriteria({cv::TermCriteria::COUNT, count, 0});
-    if (options.balanced) {
-      const std::vector<double> weights = classWeights(samples, true);
-      forest->setPriors(cv::Mat(weights, true));
-    }
-    const SeededGenerator generator(options.seed * 1000003 + b);
+    const SeededGenerator generator(seed);
     forest->train(data);
     append(*forest, grown[b]);
   });

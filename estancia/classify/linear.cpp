@@ -93,9 +93,13 @@ class LinearSamples {
     }
     const std::size_t n = width_ - 1;
     const problem all{static_cast<int>(x.size()), static_cast<int>(n), y.data(), x.data(), -1};
-    std::vector<int> labels(classWeight.size());
-    std::iota(labels.begin(), labels.end(), 0);
-    std::vector<double> weights = classWeight, start;
+    std::vector<int> labels;
+    std::vector<double> weights, start;
+    for (const std::size_t row : order) {
+      if (!labels.empty() && labels.back() == classes[row]) continue;
+      labels.push_back(classes[row]);
+      weights.push_back(classWeight[static_cast<std::size_t>(classes[row])]);
+    }
     parameter how{};
     how.solver_type = L2R_LR;  // the primal one: a trust region, no random order
     how.eps = 0.01;

@@ -4,7 +4,6 @@
 #include <libsvm/svm.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "estancia/classify/coupling.hpp"
 #include "estancia/core/error.hpp"
@@ -57,9 +56,13 @@ TrainedMachines SvmSamples::train(const std::vector<std::size_t>& rows, const st
     y.push_back(classes[row]);
   }
   svm_problem problem{static_cast<int>(x.size()), y.data(), x.data()};
-  std::vector<int> labels(weights.size());
-  std::iota(labels.begin(), labels.end(), 0);
-  std::vector<double> costs = weights;
+  std::vector<int> labels;
+  std::vector<double> costs;
+  for (const std::size_t row : order) {
+    if (!labels.empty() && labels.back() == classes[row]) continue;
+    labels.push_back(classes[row]);
+    costs.push_back(weights[static_cast<std::size_t>(classes[row])]);
+  }
   svm_parameter parameter = nodes_->parameter;
   parameter.svm_type = C_SVC;
   parameter.C = c;

@@ -66,6 +66,20 @@ TEST_F(Labelling, ASecondRunLabelsNothing) {
   EXPECT_EQ(label(pictures_, scratch_ / "d.labels")["remembered"], 0);
 }
 
+TEST_F(Labelling, ASplitOrSomeRoomsAreLabelledAlone) {
+  std::string rooms;
+  for (int i = 0; i < 24; ++i)
+    rooms += "frame" + std::to_string(10 + i) + ".png,room" + std::to_string(i / 6) +
+             (i % 3 == 0 ? ",test\n" : ",train\n");
+  writeFile(fs::path(pictures_) / "rooms.csv", rooms);
+  EXPECT_EQ(label(pictures_, scratch_ / "a.labels", {"--split", "test"})["frames"], 8);
+  EXPECT_EQ(label(pictures_, scratch_ / "b.labels", {"--split", "train", "--only", "room0,room3"})["frames"],
+            8);
+  EXPECT_THAT(
+      refusal({"label", pictures_, "-o", scratch_ / "c.labels", "--model", model_, "--split", "tset"}),
+      HasSubstr("there is no split \"tset\"; there are test, train"));
+}
+
 TEST_F(Labelling, ACacheThatIsCutOffIsRepaired) {
   label(pictures_, scratch_ / "a.labels");
   for (const auto& entry : fs::directory_iterator(scratch_ / "cache"))
