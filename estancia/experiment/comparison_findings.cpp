@@ -9,6 +9,7 @@ namespace estancia {
 namespace {
 
 std::string pText(double p) {
+  if (p < 1e-300) return "0";  // below what a number can hold, or nearly
   return p < 0.001 ? fmt::format("{:.1e}", p) : fmt::format("{:.3f}", p);
 }
 
@@ -48,8 +49,7 @@ std::string summaryOf(const MethodComparison& comparison) {
   if (!comparison.differ)
     return fmt::format(
         "No difference is found between {} methods in {} tests (Friedman, p = {}); {} has the best mean "
-        "rank, "
-        "{:.2f}.",
+        "rank, {:.2f}.",
         methods, tests, pText(friedman.fP), nameOf(comparison, best.method), best.meanRank);
   std::vector<std::string> equals, others;
   for (const auto& row : comparison.rows)
@@ -58,16 +58,15 @@ std::string summaryOf(const MethodComparison& comparison) {
   const std::string control = controlName(comparison);
   std::string text =
       fmt::format("{} methods differ over {} tests (Friedman, p = {}). ", methods, tests, pText(friedman.fP));
-  if (best.method != comparison.control)
-    text +=
-        fmt::format("{} has the best mean rank, {:.2f}. ", nameOf(comparison, best.method), best.meanRank);
-  text += best.method == comparison.control
-              ? fmt::format("{} is the best (mean rank {:.2f})", control, best.meanRank)
-              : control;
-  if (others.empty()) return text + ", but is not found to differ from any other.";
-  if (equals.empty()) return text + " and differs from all others.";
-  return text + fmt::format(" and is not found to differ from {}; it differs from {}.", someOf(equals),
-                            someOf(others));
+  const bool isBest = best.method == comparison.control;
+  text += isBest ? fmt::format("{} is the best (mean rank {:.2f})", control, best.meanRank)
+                 : fmt::format("{} has the best mean rank, {:.2f}. {}", nameOf(comparison, best.method),
+                               best.meanRank, control);
+  if (others.empty()) return text + (isBest ? ", but" : "") + " is not found to differ from any other.";
+  if (isBest) text += " and";
+  if (equals.empty()) return text + " differs from all others.";
+  return text +
+         fmt::format(" is not found to differ from {}; it differs from {}.", someOf(equals), someOf(others));
 }
 
 /// Adjusted p-values of all pairs, in the order of the rows.
@@ -177,10 +176,10 @@ Findings comparisonFindings(const MethodComparison& comparison) {
     findings.notes.push_back("Of two methods only, Wilcoxon's signed-rank test is the better one: " +
                              wilcoxonText(*comparison.wilcoxon) + ".");
   else if (friedman.undefined.empty() && (tests <= 10 || methods <= 5))
-    findings.notes.push_back(
+    findings.notes.emplace_back(
         "With at most 10 tests or 5 methods the p-values of Friedman's test are rough (Demšar 2006).");
   if (!comparison.differ && methods > 1)
-    findings.notes.push_back(
+    findings.notes.emplace_back(
         "Friedman's test does not reject that all methods are equivalent, so no pair is called different, "
         "whatever its own p-value.");
   return findings;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
+#include <cmath>
 #include <limits>
 
 #include "estancia/stats/ranks.hpp"
@@ -48,13 +49,14 @@ FriedmanTest friedmanTest(const std::vector<std::vector<double>>& tests) {
   result.chiSquared = std::min(12 * n / (k * (k + 1)) * spread / untied, most);
   using namespace boost::math;
   result.p = cdf(complement(chi_squared(k - 1), result.chiSquared));
+  double chance = 0;
   if (most - result.chiSquared > 1e-12 * most) {
     result.f = (n - 1) * result.chiSquared / (most - result.chiSquared);
-    result.fP = cdf(complement(fisher_f(k - 1, (k - 1) * (n - 1)), result.f));
+    chance = cdf(complement(fisher_f(k - 1, (k - 1) * (n - 1)), result.f));
   } else {
     result.f = std::numeric_limits<double>::infinity();
-    result.fP = 0;
   }
+  result.fP = std::max(chance, std::exp((1 - n) * std::lgamma(k + 1)));
   return result;
 }
 

@@ -15,7 +15,9 @@ struct FriedmanTest {
   double p = 1;                                 ///< of χ²_F, by the χ² distribution
   double f = 0;                                 ///< F_F; infinite when all tests rank the methods alike
   std::size_t fDegrees = 0, fOtherDegrees = 0;  ///< k − 1 and (k − 1)(N − 1)
-  double fP = 1;                                ///< of F_F, by the F distribution
+  /// Of F_F, by the F distribution, but at least the chance k!^(1 − N) that N tests rank alike by luck, which
+  /// no outcome can be below: for a few tests that agree the distribution would say 0.
+  double fP = 1;
   /// A sentence when there is nothing to test (one method, one test, all values equal); both p are 1 then.
   std::string undefined;
 };

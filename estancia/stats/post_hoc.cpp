@@ -101,6 +101,7 @@ std::vector<PairTest> postHocTests(PostHoc postHoc, std::span<const double> mean
     return pairs;
   }
   std::vector<double> p;
+  p.reserve(pairs.size());
   for (const PairTest& pair : pairs) p.push_back(pair.p);
   const std::vector<double> adjusted = withControl ? holmAdjusted(p) : shafferAdjusted(p, k);
   for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i].adjusted = adjusted[i];

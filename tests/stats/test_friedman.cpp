@@ -71,11 +71,12 @@ TEST(Friedman, RejectsTruthAtItsLevel) {
   EXPECT_GE(f, chi) << "Iman and Davenport's is the less conservative";
 }
 
-TEST(Friedman, PerfectAgreementIsCertain) {
+TEST(Friedman, PerfectAgreementIsNoBetterThanItsChance) {
   const FriedmanTest found = friedmanTest(Table(6, {3, 2, 1}));
   EXPECT_DOUBLE_EQ(found.chiSquared, 12);
   EXPECT_TRUE(std::isinf(found.f));
-  EXPECT_EQ(found.fP, 0);
+  EXPECT_NEAR(found.fP, std::pow(6, -5), 1e-15) << "five tests rank as the first did";
+  EXPECT_NEAR(friedmanTest(Table(3, {1, 2})).fP, 0.25, 1e-15) << "three tosses of a coin";
   EXPECT_NEAR(found.p, std::exp(-6), 1e-12) << "χ² of 2 degrees";
 }
 
