@@ -55,6 +55,7 @@ struct LineChart {
   bool logarithmic = false;  ///< the y axis; what is not above 0 then lies at its foot
   std::vector<double> x;     ///< ascending
   std::vector<Line> lines;
+  bool closeUp = false;  ///< positions stand evenly, each named; the y axis begins near the least value
 };
 
 /// Shares of a whole, a bar for each thing that was compared: wins, ties and losses.

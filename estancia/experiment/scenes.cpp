@@ -16,6 +16,7 @@
 #include "estancia/experiment/scene_answers.hpp"
 #include "estancia/experiment/scenes_data.hpp"
 #include "estancia/experiment/scenes_findings.hpp"
+#include "estancia/experiment/scenes_statistics.hpp"
 
 namespace estancia {
 namespace {
@@ -225,6 +226,9 @@ Findings compareScenes(const ScenesOptions& options, Grid& grid, const Experimen
   if (options.subsets) runSubsets(options, data, run, progress, notes, results);
   writeWhole(run.folder / (options.name + "-confusions.csv"), confusionsCsv(results));
   writeWhole(run.folder / (options.name + "-images.csv"), imagesCsv(results));
+
+  writeWhole(run.folder / (options.name + "-scores.csv"),
+             scoresCsv(scoresOfCells(results, blocksOf(results))));
 
   Findings findings = findingsOf(results);
   for (const std::string& identity : data.identities) findings.facts.emplace_back("Part", identity);

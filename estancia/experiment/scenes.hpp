@@ -59,7 +59,8 @@ ScenesOptions readScenes(ConfigFile& config);
 GridColumns scenesColumns();
 
 /// Runs the experiment. Beside the grid's results it writes NAME-confusions.csv, NAME-images.csv (how often
-/// each image was taken for another room) and, where subsets are asked for, NAME-subsets.csv. Throws Error
+/// each image was taken for another room), NAME-scores.csv (what the ranks are made of, for `estancia
+/// compare`) and, where subsets are asked for, NAME-subsets.csv. Throws Error
 /// when a descriptor is unknown, data that is not optional cannot be opened, or a training half shows fewer
 /// than two rooms or a room in one image only.
 Findings compareScenes(const ScenesOptions& options, Grid& grid, const ExperimentRun& run,

@@ -1,11 +1,14 @@
 #include "estancia/experiment/scenes_statistics.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
 #include <numeric>
 #include <random>
+
+#include "estancia/io/csv.hpp"
 
 namespace estancia {
 namespace {
@@ -84,6 +87,14 @@ Scores scoresOfClassifiers(const ScenesResults& results, const SceneBlocks& bloc
       values[c % results.classifiers.size()] += block[c] / static_cast<double>(results.descriptors.size());
   }
   return scores;
+}
+
+std::string scoresCsv(const Scores& scores) {
+  std::string text = "test";
+  for (const std::string& method : scores.methods) text += "," + io::csvCell(method);
+  for (std::size_t t = 0; t < scores.tests.size(); ++t)
+    text += fmt::format("\n{},{}", io::csvCell(scores.tests[t]), fmt::join(scores.values[t], ","));
+  return text + "\n";
 }
 
 std::vector<double> meanAccuracies(const ScenesResults& results, const std::vector<std::size_t>& cells) {

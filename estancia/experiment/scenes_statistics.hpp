@@ -36,6 +36,9 @@ Scores scoresOfCells(const ScenesResults& results, const SceneBlocks& blocks);
 Scores scoresOfDescriptors(const ScenesResults& results, const SceneBlocks& blocks);
 Scores scoresOfClassifiers(const ScenesResults& results, const SceneBlocks& blocks);
 
+/// CSV for `estancia compare`: a row a test, its name first, then a column a method.
+std::string scoresCsv(const Scores& scores);
+
 /// Mean accuracy over the pairs of each cell of `cells` (their numbers as in SceneBlocks), in their order.
 std::vector<double> meanAccuracies(const ScenesResults& results, const std::vector<std::size_t>& cells);
 

@@ -45,7 +45,8 @@ LineChart subsetCurve(const ScenesResults& results) {
                   "accuracy [%]",
                   false,
                   {results.counts.begin(), results.counts.end()},
-                  {}};
+                  {},
+                  true};
   for (const Curve& curve : results.curves) {
     auto& line = chart.lines.emplace_back(LineChart::Line{curve.rule, {}});
     for (std::size_t k = 0; k < results.counts.size(); ++k) line.y.push_back(percent(results, curve, k));

@@ -69,6 +69,14 @@ TEST_F(ScenesCommand, PrintsTheTablesAndWritesTheStatistics) {
   }
 }
 
+TEST_F(ScenesCommand, ItsScoresCanBeComparedAnew) {
+  writeConfig(1);
+  ASSERT_EQ(run(arguments("out")).exitCode, 0);
+  const auto result = run({"compare", scratch_ / "out/study-scores.csv", "--post-hoc", "nemenyi"});
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("phog/forest"));
+}
+
 TEST_F(ScenesCommand, AKilledRunGoesOnAndEndsInTheSameTable) {
   writeConfig(12);
   const pid_t child = fork();
