@@ -234,9 +234,11 @@ ScenesData describeScenes(const ScenesOptions& options, const ExperimentRun& run
   data.descriptors = wanted.descriptors;
   const std::vector<Source> sources = openAll(options, notes, data.pairs);
   for (const Source& source : sources)
-    if (source.table)
-      for (const SceneDescriptor& descriptor : wanted.descriptors)
-        withParts(withRows(*source.table, {}), descriptor.parts);  // throws where one is not there
+    for (const SceneDescriptor& descriptor : wanted.descriptors) try {
+        if (source.table) withParts(withRows(*source.table, {}), descriptor.parts);
+      } catch (const Error& problem) {
+        throw Error(fmt::format("{}: {}", source.from.path.string(), problem.what()));
+      }
 
   std::optional<Features> features;  // of the last sequence: halves by a column are described once
   for (std::size_t s = 0; s < sources.size(); ++s) {
