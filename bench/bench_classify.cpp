@@ -109,6 +109,7 @@ void compareWith(const fs::path& folder, const Samples& train, const DescriptorM
   options.c = c;
   options.gamma = gamma;
   options.neighbours = neighbours;
+  options.metric = "euclidean";
   const auto classifier = trainClassifier(train, options, silent);
   DescriptorMatrix answer(0);
   const Seconds ours = bestOfThree([&] { answer = classifier->predict(test, threads); });

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
@@ -29,10 +30,28 @@ Treatment treatmentOf(PartKind kind) {
   return kind == PartKind::probabilities ? Treatment{false, 1} : Treatment{true, 0.2};
 }
 
-void embedPart(PartKind kind, std::span<const float> values, std::span<float> out) {
+/// Whether some image's probabilities add up to more than 1: a distribution, or a choice of its words, never
+/// does.
+bool areIndependent(const Features& features, std::size_t first, std::size_t size) {
+  for (std::size_t i = 0; i < features.values.size(); ++i) {
+    const DescriptorView values = features.values.row(i).subspan(first, size);
+    if (std::accumulate(values.begin(), values.end(), 0.0) > 1.001) return true;
+  }
+  return false;
+}
+
+/// ln(p / (1 − p)). What is impossible or certain to a float is taken for 1e-7 short of it.
+float logOdds(float p) {
+  const double kept = std::clamp(static_cast<double>(p), 1e-7, 1 - 1e-7);
+  return static_cast<float>(std::log(kept / (1 - kept)));
+}
+
+void embedPart(PartKind kind, bool independent, std::span<const float> values, std::span<float> out) {
   switch (kind) {
     case PartKind::probabilities:
-      return embed(Embedding::centredLogRatio, values, out);
+      if (!independent) return embed(Embedding::centredLogRatio, values, out);
+      std::transform(values.begin(), values.end(), out.begin(), logOdds);
+      return;
     case PartKind::histogram:
       return embed(Embedding::squareRoot, values, out);
     case PartKind::energies:
@@ -43,12 +62,14 @@ void embedPart(PartKind kind, std::span<const float> values, std::span<float> ou
   throw Error("a part of unknown kind");
 }
 
-void requireSound(const DescriptorPart& part, std::span<const float> values, const std::string& frame) {
+/// `kind` is the learned one: the numbers of a table may look like another elsewhere.
+void requireSound(const DescriptorPart& part, PartKind kind, std::span<const float> values,
+                  const std::string& frame) {
   for (std::size_t c = 0; c < values.size(); ++c) {
     if (!std::isfinite(values[c]))
       throw Error(fmt::format("{}: column \"{}\" of {} is {}; describe the frame again or leave it out",
                               frame, part.columns[c], part.name, values[c]));
-    if (values[c] < 0 && part.kind != PartKind::energies)
+    if (values[c] < 0 && kind != PartKind::energies)
       throw Error(fmt::format("{}: column \"{}\" of {} is {}, but no share or probability is below 0", frame,
                               part.columns[c], part.name, values[c]));
   }
@@ -85,7 +106,7 @@ Place placeOf(const DescriptorPart& learned, const Features& features) {
       first += part.size();
       continue;
     }
-    if (part.identity != learned.identity || part.kind != learned.kind)
+    if (part.identity != learned.identity)
       throw Error(
           fmt::format("this room classifier has learned from {} as {}, but here it is {}; describe the "
                       "images with that one, or train anew",
@@ -129,12 +150,13 @@ FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
     if (size == 0) throw Error(fmt::format("{} has no columns to learn from", part.name));
     std::vector<double> sums(size), squares(size);
     std::vector<float> mean(size), scale(size), row(size);
+    const bool independent = part.kind == PartKind::probabilities && areIndependent(features, first, size);
     const auto embedded = [&](std::size_t i) {
       const DescriptorView values = features.values.row(i).subspan(first, size);
-      embedPart(part.kind, values, row);
+      embedPart(part.kind, independent, values, row);
     };
     for (std::size_t i = 0; i < features.values.size(); ++i) {
-      requireSound(part, features.values.row(i).subspan(first, size), features.frames[i].name);
+      requireSound(part, part.kind, features.values.row(i).subspan(first, size), features.frames[i].name);
       embedded(i);
       for (std::size_t c = 0; c < size; ++c) sums[c] += row[c];
     }
@@ -158,7 +180,7 @@ FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
     }
     const double share = all > 0 ? std::sqrt(treatment.weight / weights / all) : 0;
     for (float& value : scale) value = static_cast<float>(value * share);
-    embedding.parts_.push_back({part, std::move(mean), std::move(scale)});
+    embedding.parts_.push_back({part, independent, std::move(mean), std::move(scale)});
     first += size;
   }
   return embedding;
@@ -175,11 +197,11 @@ DescriptorMatrix FeatureEmbedding::apply(const Features& features) const {
     for (std::size_t p = 0; p < parts_.size(); ++p) {
       const PartEmbedding& learned = parts_[p];
       const DescriptorView values = features.values.row(i).subspan(places[p].first, places[p].part->size());
-      requireSound(*places[p].part, values, features.frames[i].name);
+      requireSound(*places[p].part, learned.part.kind, values, features.frames[i].name);
       const std::span<float> out = std::span(row).subspan(first, learned.part.size());
       for (std::size_t c = 0; c < out.size(); ++c)
         out[c] = places[p].columns[c] ? values[*places[p].columns[c]] : 0;
-      embedPart(learned.part.kind, out, out);
+      embedPart(learned.part.kind, learned.independent, out, out);
       for (std::size_t c = 0; c < out.size(); ++c) out[c] = (out[c] - learned.mean[c]) * learned.scale[c];
       first += out.size();
     }
@@ -193,6 +215,7 @@ void FeatureEmbedding::write(ByteWriter& out) const {
   for (const PartEmbedding& part : parts_) {
     out.text(part.part.name);
     out.number(static_cast<std::uint8_t>(part.part.kind));
+    out.number(static_cast<std::uint8_t>(part.independent ? 1 : 0));
     out.text(part.part.identity);
     out.number(static_cast<std::uint64_t>(part.part.size()));
     for (const std::string& column : part.part.columns) out.text(column);
@@ -212,6 +235,7 @@ FeatureEmbedding FeatureEmbedding::read(ByteReader& in) {
     if (kind > static_cast<std::uint8_t>(PartKind::energies))
       in.fail("it is damaged (a part of unknown kind)");
     part.part.kind = static_cast<PartKind>(kind);
+    part.independent = in.number<std::uint8_t>() != 0;
     part.part.identity = in.text();
     const std::size_t columns = in.count(sizeof(std::uint32_t));
     for (std::size_t c = 0; c < columns; ++c) part.part.columns.push_back(in.text());

@@ -11,9 +11,12 @@
 namespace estancia {
 
 /// What was learned of one part. A number v of the descriptor becomes (e(v) − mean) · scale, with e after the
-/// part's kind: probabilities → centred log-ratio (stats/distance.hpp), histogram and energies → square root.
+/// part's kind: probabilities of words → centred log-ratio (stats/distance.hpp), or log-odds where they are
+/// independent; histogram and energies → square root.
 struct PartEmbedding {
   DescriptorPart part;
+  /// Probabilities that are not shares of one whole, as a detector's: some image's add up to more than 1.
+  bool independent = false;
   std::vector<float> mean, scale;  ///< one a column; scale is 0 where training saw one value only
 };
 

@@ -82,14 +82,30 @@ std::vector<double> votes(std::span<const Neighbour> neighbours, std::size_t k,
   return sums;
 }
 
+/// Rows of length 1: their Euclidean distance sorts as the cosine does. Rows of zeros stay.
+DescriptorMatrix toUnit(const DescriptorMatrix& x) {
+  DescriptorMatrix result(x.labels());
+  result.reserve(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    std::vector<float> row(x.row(i).begin(), x.row(i).end());
+    const float norm = std::sqrt(dot(row, row));
+    if (norm > 0)
+      for (float& value : row) value /= norm;
+    result.append(row);
+  }
+  return result;
+}
+
 class Knn final : public Classifier {
  public:
+  /// Of the cosine, rows of length 1.
   Knn(DescriptorMatrix rows, std::vector<int> of, std::vector<double> weightsOfClasses, std::size_t k,
-      std::string how)
+      bool unit, std::string how)
       : x(std::move(rows)),
         classes(std::move(of)),
         weights(std::move(weightsOfClasses)),
         neighbours(k),
+        cosine(unit),
         chosen(std::move(how)),
         packed(x),
         norms(squaredNorms(x)) {}
@@ -97,7 +113,7 @@ class Knn final : public Classifier {
   std::size_t columns() const override { return x.labels(); }
   int classCount() const override { return static_cast<int>(weights.size()); }
   std::string choice() const override { return chosen; }
-  DescriptorMatrix predict(const DescriptorMatrix& queries, int threads) const override;
+  DescriptorMatrix predict(const DescriptorMatrix& samples, int threads) const override;
   void write(ByteWriter& out) const override;
 
  private:
@@ -105,12 +121,15 @@ class Knn final : public Classifier {
   std::vector<int> classes;
   std::vector<double> weights;
   std::size_t neighbours;
+  bool cosine;
   std::string chosen;
   PackedRows packed;
   std::vector<float> norms;
 };
 
-DescriptorMatrix Knn::predict(const DescriptorMatrix& queries, int threads) const {
+DescriptorMatrix Knn::predict(const DescriptorMatrix& samples, int threads) const {
+  const DescriptorMatrix unit = cosine ? toUnit(samples) : DescriptorMatrix(0);
+  const DescriptorMatrix& queries = cosine ? unit : samples;
   const std::size_t k = weights.size();
   std::vector<float> all(queries.size() * k);
   rowProducts(queries, packed, threads, [&](std::size_t i, std::span<float> products) {
@@ -132,7 +151,7 @@ DescriptorMatrix Knn::predict(const DescriptorMatrix& queries, int threads) cons
 }
 
 /// The share of held-out samples that each number of neighbours finds right.
-std::vector<double> scoresOf(const Search& search, const std::vector<int>& counts,
+std::vector<double> scoresOf(const Search& search, bool cosine, const std::vector<int>& counts,
                              const ClassifierOptions& options, Progress& progress) {
   const std::size_t n = search.size();
   std::vector<std::vector<int>> right(n, std::vector<int>(counts.size()));  // times, of all repetitions
@@ -140,10 +159,12 @@ std::vector<double> scoresOf(const Search& search, const std::vector<int>& count
   inParallel(
       n, options.threads, progress, "stopped while the number of neighbours was sought", [&](std::size_t i) {
         std::vector<Neighbour> all(n);
-        for (std::size_t j = 0; j < n; ++j)
-          all[j] = {
-              std::sqrt(std::max(search.norms[i] + search.norms[j] - 2 * search.products[i * n + j], 0.0F)),
-              j};
+        for (std::size_t j = 0; j < n; ++j) {
+          const float product = search.products[i * n + j], a = search.norms[i], b = search.norms[j];
+          const float square =
+              cosine ? 2 - 2 * product / std::sqrt(std::max(a * b, 1e-30F)) : a + b - 2 * product;
+          all[j] = {std::sqrt(std::max(square, 0.0F)), j};
+        }
         std::sort(all.begin(), all.end());
         for (const std::vector<int>& folds : search.folds) {
           std::vector<Neighbour> nearest;
@@ -176,11 +197,23 @@ std::unique_ptr<Classifier> trainKnn(const Samples& samples, const ClassifierOpt
   const std::vector<int> counts =
       options.neighbours ? std::vector<int>{*options.neighbours}
                          : std::vector<int>(std::begin(neighbourCounts), std::end(neighbourCounts));
-  const std::vector<double> scores = scoresOf(search, counts, options, progress);
-  const auto best = static_cast<std::size_t>(std::max_element(scores.begin(), scores.end()) - scores.begin());
-  return std::make_unique<Knn>(
-      samples.x, samples.classes, search.weights, static_cast<std::size_t>(counts[best]),
-      fmt::format("{} neighbours: {:.1f} % of what was held out", counts[best], 100 * scores[best]));
+  double best = -1;
+  int neighbours = 0;
+  bool cosine = false;
+  for (const bool isCosine : {false, true}) {
+    if (!options.metric.empty() && isCosine != (options.metric == "cosine")) continue;
+    const std::vector<double> scores = scoresOf(search, isCosine, counts, options, progress);
+    for (std::size_t c = 0; c < counts.size(); ++c) {
+      if (scores[c] <= best) continue;
+      best = scores[c];
+      neighbours = counts[c];
+      cosine = isCosine;
+    }
+  }
+  return std::make_unique<Knn>(cosine ? toUnit(samples.x) : samples.x, samples.classes, search.weights,
+                               static_cast<std::size_t>(neighbours), cosine,
+                               fmt::format("{} neighbours, {}: {:.1f} % of what was held out", neighbours,
+                                           cosine ? "cosine" : "Euclidean", 100 * best));
 }
 
 void Knn::write(ByteWriter& out) const {
@@ -188,6 +221,7 @@ void Knn::write(ByteWriter& out) const {
   out.numbers(std::vector<std::int32_t>(classes.begin(), classes.end()));
   out.numbers(weights);
   out.number(static_cast<std::uint64_t>(neighbours));
+  out.number(static_cast<std::uint8_t>(cosine ? 1 : 0));
   out.text(chosen);
 }
 
@@ -196,6 +230,7 @@ std::unique_ptr<Classifier> readKnn(ByteReader& in) {
   const auto classes = in.numbers<std::int32_t>();
   const auto weights = in.numbers<double>();
   const auto neighbours = in.number<std::uint64_t>();
+  const auto cosine = in.number<std::uint8_t>();
   if (classes.size() != x.size() || classes.empty() || neighbours < 1)
     in.fail("it is damaged (samples and classes do not match)");
   for (const std::int32_t c : classes)
@@ -205,7 +240,7 @@ std::unique_ptr<Classifier> readKnn(ByteReader& in) {
   const std::size_t most = std::min<std::uint64_t>(neighbours, x.size());
   std::string chosen = in.text();
   return std::make_unique<Knn>(std::move(x), std::vector<int>(classes.begin(), classes.end()), weights, most,
-                               std::move(chosen));
+                               cosine != 0, std::move(chosen));
 }
 
 }  // namespace estancia

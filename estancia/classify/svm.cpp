@@ -89,6 +89,7 @@ DescriptorMatrix Svm::predict(const DescriptorMatrix& x, int threads) const {
 // ---- training
 
 constexpr double costs[] = {0.1, 0.3, 1, 3, 10, 30};
+constexpr double highestCost = 800;
 constexpr double gammas[] = {0.25, 0.5, 1, 2};  // in units of 1 / the samples' variance
 
 std::vector<float> kernelOf(std::vector<float> products, std::span<const float> norms,
@@ -217,6 +218,12 @@ Choice choose(const Search& search, const ClassifierOptions& options, bool rbf, 
                  kernels.size() * cs.size() * Search::repetitions * static_cast<std::size_t>(options.folds));
   for (const auto& gamma : kernels) tryKernel(search, gamma, cs, options, progress, best);
   progress.end();
+  // Large costs take long where classes overlap: they are tried only while they help.
+  for (double c = cs.back(); !options.c && best.c == c && c < highestCost;) {
+    progress.begin("trying a larger C", Search::repetitions * static_cast<std::size_t>(options.folds));
+    tryKernel(search, best.gamma, std::vector<double>{c *= 3}, options, progress, best);
+    progress.end();
+  }
   return best;
 }
 

@@ -202,13 +202,14 @@ TEST(Classifier, AnUnknownTypeListsTheKnown) {
 
 TEST(Classifier, OptionsOutOfRangeAreRefused) {
   const Samples samples = clouds(2, 5, 2, 1, 1);
-  ClassifierOptions c, gamma, neighbours, trees, folds;
+  ClassifierOptions c, gamma, neighbours, metric, trees, folds;
   c.c = 0;
   gamma.gamma = -1;
   neighbours.neighbours = 0;
+  metric.metric = "taxi";
   trees.trees = 0;
   folds.folds = 1;
-  for (const ClassifierOptions& options : {c, gamma, neighbours, trees, folds})
+  for (const ClassifierOptions& options : {c, gamma, neighbours, metric, trees, folds})
     EXPECT_NE(errorOf([&] { trained(samples, options); }), "");
 }
 
@@ -222,7 +223,11 @@ TEST(Classifier, BalancingHelpsTheRareClass) {
   samples.groups.resize(220);
   const Samples queries = clouds(2, 200, 3, 2.5, 2);
   for (const std::string& type : types()) {
-    ClassifierOptions plain = typed(type), balanced = plain;
+    ClassifierOptions plain = typed(type);
+    plain.c = 1;
+    plain.gamma = 0.1;
+    plain.neighbours = 15;
+    ClassifierOptions balanced = plain;
     balanced.balanced = true;
     const auto rare = [&](const ClassifierOptions& options) {
       const DescriptorMatrix p = trained(samples, options)->predict(queries.x);
@@ -266,6 +271,7 @@ TEST(Knn, IsWhatBruteForceFinds) {
   for (const int k : {1, 4, 9, 228, 500}) {
     ClassifierOptions options = typed("knn");
     options.neighbours = k;
+    options.metric = "euclidean";
     const DescriptorMatrix p = trained(samples, options)->predict(queries.x);
     for (std::size_t i = 0; i < queries.x.size(); ++i) {
       std::vector<std::pair<double, std::size_t>> all;
@@ -287,6 +293,34 @@ TEST(Knn, IsWhatBruteForceFinds) {
       for (std::size_t c = 0; c < 4; ++c) ASSERT_NEAR(p.row(i)[c], votes[c] / sum, 1e-5) << k << " " << i;
     }
   }
+}
+
+TEST(Knn, TheCosineIgnoresLengths) {
+  const Samples samples = clouds(3, 20, 5, 1, 1);
+  ClassifierOptions options = typed("knn");
+  options.neighbours = 5;
+  options.metric = "cosine";
+  Samples longer = samples;
+  longer.x = DescriptorMatrix(5);
+  for (std::size_t i = 0; i < samples.x.size(); ++i) {
+    std::vector<float> row(samples.x.row(i).begin(), samples.x.row(i).end());
+    for (float& value : row) value *= static_cast<float>(1U << (i % 5));  // exact in float32
+    longer.x.append(row);
+  }
+  EXPECT_EQ(trained(longer, options)->predict(samples.x).values(),
+            trained(samples, options)->predict(longer.x).values());
+}
+
+TEST(Knn, TheCosineIsReadBackExactly) {
+  const Samples samples = clouds(3, 20, 31, 2, 1), queries = clouds(3, 20, 31, 2, 2);
+  ClassifierOptions options = typed("knn");
+  options.metric = "cosine";
+  const auto classifier = trained(samples, options);
+  const std::string bytes = bytesOf(*classifier);
+  ByteReader in(bytes, "bytes", "look again");
+  const auto back = readClassifier(in);
+  EXPECT_EQ(bytesOf(*back), bytes);
+  EXPECT_EQ(back->predict(queries.x).values(), classifier->predict(queries.x).values());
 }
 
 TEST(Knn, ASampleItselfOutvotesAllOthers) {

@@ -242,6 +242,38 @@ TEST(FeatureEmbedding, ConstantColumnsBecomeZero) {
   for (std::size_t i = 0; i < x.size(); ++i) EXPECT_EQ(x.row(i)[15], 0);
 }
 
+/// Two images with these probabilities, embedded.
+DescriptorMatrix embeddedPair(const std::vector<float>& a, const std::vector<float>& b) {
+  Features features{{{"model", PartKind::probabilities, {"bed", "lamp", "sofa"}, "model 1"}},
+                    std::vector<Frame>(2),
+                    DescriptorMatrix(3)};
+  features.values.append(a);
+  features.values.append(b);
+  return FeatureEmbedding::learn(features).apply(features);
+}
+
+/// Of two images the centred coordinates are ± half the difference, scaled alike.
+void expectDirection(const DescriptorMatrix& x, const std::vector<double>& expected) {
+  double norm = 0;
+  for (const double v : expected) norm += v * v;
+  for (std::size_t c = 0; c < expected.size(); ++c)
+    EXPECT_NEAR(x.row(0)[c], expected[c] / std::sqrt(norm), 1e-3) << "column " << c;
+}
+
+TEST(FeatureEmbedding, SharesOfAWholeAreComparedByLogRatios) {
+  const double a = std::log(0.2 / 0.5), b = std::log(0.3 / 0.4), c = std::log(0.5 / 0.1),
+               mean = (a + b + c) / 3;
+  expectDirection(embeddedPair({0.2F, 0.3F, 0.5F}, {0.5F, 0.4F, 0.1F}), {a - mean, b - mean, c - mean});
+}
+
+TEST(FeatureEmbedding, IndependentProbabilitiesAreComparedByLogOdds) {
+  const auto odds = [](double p) { return std::log(p / (1 - p)); };
+  expectDirection(embeddedPair({0.9F, 0.3F, 0.5F}, {0.5F, 0.4F, 0.8F}),
+                  {odds(0.9) - odds(0.5), odds(0.3) - odds(0.4), odds(0.5) - odds(0.8)});
+  const DescriptorMatrix extremes = embeddedPair({1, 0, 1}, {1, 1, 0});
+  for (const float v : extremes.values()) EXPECT_TRUE(std::isfinite(v));
+}
+
 // ---- selection
 
 TEST(Selection, FindsTheColumnsThatTell) {

@@ -131,6 +131,7 @@ TEST(Sklearn, LogisticProbabilitiesAreTheSame) {
 TEST(Sklearn, VotesOfNeighboursAreTheSame) {
   ClassifierOptions options = test::typed("knn");
   options.neighbours = 7;
+  options.metric = "euclidean";
   expectProbabilities("knn", options, 1e-5);
 }
 
