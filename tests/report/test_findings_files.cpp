@@ -23,8 +23,8 @@ TEST(FindingsFiles, AreAPageATableAndADiagram) {
   findings.facts = {{"Tests", "7"}};
   findings.notes = {"one was left out"};
   findings.sections.emplace_back(RankDiagram{"Ranks", "", {{"a", 1.25}, {"b", 1.75}}, {{0, 1}}, {}, 0});
-  findings.sections.emplace_back(
-      ResultTable{"Table", "Less is better.", "method", {{"rank", 2}}, {{"a", {1.25}}, {"b", {}}}});
+  findings.sections.emplace_back(ResultTable{
+      "Table", "Less is better.", "method", {{"rank", 2}}, {{"a", {1.25}}, {"b", {std::nullopt}}}});
   writeFindingsFiles(scratch / "v1.2", findings);
   const std::string markdown = readFile(scratch / "v1.2.md");
   for (const char* text :
