@@ -6,12 +6,10 @@
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/output_file.hpp"
 #include "estancia/experiment/comparison_findings.hpp"
 #include "estancia/io/result_table.hpp"
 #include "estancia/io/score_table.hpp"
-#include "estancia/report/findings_page.hpp"
-#include "estancia/report/rank_diagram.hpp"
+#include "estancia/report/findings_files.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -61,28 +59,13 @@ nlohmann::ordered_json jsonOf(const MethodComparison& comparison) {
   return json;
 }
 
-std::string markdownOf(const Findings& findings, const ResultTable& table) {
-  std::string text =
-      fmt::format("# {}\n\n{}\n\n", io::escapeMarkdown(findings.title), io::escapeMarkdown(findings.summary));
-  for (const auto& [fact, value] : findings.facts)
-    text += fmt::format("* {}: {}\n", io::escapeMarkdown(fact), io::escapeMarkdown(value));
-  text += fmt::format("\n{}\n{}\n", io::markdownTable(table), io::escapeMarkdown(table.caption));
-  for (const std::string& note : findings.notes) text += "\n" + io::escapeMarkdown(note) + "\n";
-  return text;
-}
-
-void writeAll(const fs::path& folder, const MethodComparison& comparison, const Findings& findings) {
+void writeAll(const fs::path& folder, const Findings& findings) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error)
     throw Error(fmt::format("cannot make the folder {}: {}; choose another with -o", folder.string(),
                             error.message()));
-  const ResultTable table = comparisonTable(comparison);
-  writeWhole(folder / "comparison.md", markdownOf(findings, table));
-  writeWhole(folder / "comparison.csv", io::csvTable(table));
-  writeWhole(folder / "comparison.tex", io::latexTable(table));
-  writeWhole(folder / "comparison.svg", renderRankDiagram(comparisonDiagram(comparison)));
-  writeFindingsPage(folder / "comparison.html", findings);
+  writeFindingsFiles(folder / "comparison", findings);
   spdlog::info("wrote comparison.md, .csv, .tex, .html and .svg into {}", folder.string());
 }
 
@@ -100,7 +83,7 @@ void run(const Arguments& arguments) {
   requireTwo(scores.tests, "test");
   const MethodComparison comparison = compareMethods(std::move(scores), options);
   const Findings findings = comparisonFindings(comparison);
-  if (!arguments.output.empty()) writeAll(arguments.output, comparison, findings);
+  if (!arguments.output.empty()) writeAll(arguments.output, findings);
   if (arguments.json) {
     print(jsonOf(comparison));
     return;

@@ -8,6 +8,7 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/experiment/experiment.hpp"
 #include "estancia/io/result_table.hpp"
+#include "estancia/report/findings_files.hpp"
 #include "estancia/report/findings_page.hpp"
 #include "labelling.hpp"
 
@@ -54,6 +55,7 @@ void run(const Arguments& arguments) {
       *progress);
   for (const std::string& note : findings.notes) spdlog::warn("{}", note);
   writeFindingsPage(folder / "report.html", findings);
+  for (const Findings& part : findings.apart) writeFindingsFiles(folder / part.file, part);
   if (arguments.json) {
     print(jsonOf(findings));
   } else {

@@ -55,6 +55,7 @@ struct LineChart {
   bool logarithmic = false;  ///< the y axis; what is not above 0 then lies at its foot
   std::vector<double> x;     ///< ascending
   std::vector<Line> lines;
+  bool closeUp = false;  ///< positions stand evenly, each named; the y axis begins near the least value
 };
 
 /// Shares of a whole, a bar for each thing that was compared: wins, ties and losses.
@@ -97,6 +98,8 @@ struct Findings {
   std::vector<std::pair<std::string, std::string>> facts;  ///< under what circumstances
   std::vector<std::string> notes;                          ///< what was left out, and why
   std::vector<std::variant<ResultTable, LineChart, StackedBars, Matrix, RankDiagram>> sections;
+  std::vector<Findings> apart;  ///< what is also written in files of its own …
+  std::string file = {};        ///< … of this name, without an ending
 };
 
 }  // namespace estancia

@@ -11,6 +11,7 @@
 #include "estancia/experiment/grid.hpp"
 #include "estancia/experiment/model_choice.hpp"
 #include "estancia/experiment/place_tasks.hpp"
+#include "estancia/experiment/scenes.hpp"
 #include "estancia/experiment/zone_tables.hpp"
 
 namespace estancia {
@@ -39,6 +40,8 @@ constexpr Kind kKinds[] = {
      prepare<readModelChoice, chooseModel>},
     {"places", "places mapped, found again, and rooms told apart", placeTasksColumns, true,
      prepare<readPlaceTasks, comparePlaceTasks>},
+    {"scenes", "rooms named by every descriptor with every classifier (thesis 3.5)", scenesColumns, false,
+     prepare<readScenes, compareScenes>},
     {"zones", "zones against rooms, by model, distance, linkage and cut (thesis 5.5)", zoneTablesColumns,
      false, prepare<readZoneTables, compareZones>},
 };
@@ -80,6 +83,7 @@ Findings runExperiment(const std::vector<std::filesystem::path>& configs, const 
     all.summary += (all.summary.empty() ? "" : " ") + findings.summary;
     addNew(all.facts, findings.facts);
     addNew(all.notes, findings.notes);
+    for (Findings& part : findings.apart) all.apart.push_back(std::move(part));
     for (auto& section : findings.sections) {
       // What all of them print beside their own, as the thesis' tables, comes once and last.
       if (const auto* table = std::get_if<ResultTable>(&section))

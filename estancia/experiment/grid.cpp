@@ -125,7 +125,7 @@ std::vector<CellResults> Grid::run(const std::vector<Cell>& cells,
   return all;
 }
 
-void Grid::writeCsv() const {
+void Grid::writeCsv(const std::string& name) const {
   std::vector<std::string> head = columns_.coordinates;
   if (!columns_.at.empty()) head.push_back(columns_.at);
   head.insert(head.end(), columns_.measures.begin(), columns_.measures.end());
@@ -151,7 +151,7 @@ void Grid::writeCsv() const {
       text += fmt::format("{}\n", fmt::join(row, ","));
     }
   }
-  writeWhole(folder_ / "results.csv", text);
+  writeWhole(folder_ / name, text);
 }
 
 }  // namespace estancia

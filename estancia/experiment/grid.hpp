@@ -53,9 +53,9 @@ class Grid {
                                const std::function<CellResults(std::size_t)>& compute, Progress& progress,
                                const std::string& what);
 
-  /// Writes FOLDER/results.csv: all cells of all runs, in order, a row a cell and `at`; a measure that it
-  /// does not have there is left empty.
-  void writeCsv() const;
+  /// Writes FOLDER/NAME: all cells of all runs, in order, a row a cell and `at`; a measure that it does not
+  /// have there is left empty.
+  void writeCsv(const std::string& name = "results.csv") const;
 
  private:
   std::filesystem::path fileOf(const Cell& cell) const;

@@ -90,7 +90,7 @@ Markup section(const RankDiagram& diagram) {
 std::string renderFindingsPage(const Findings& findings) {
   Markup body;
   body.open("main").open("header", {{"class", "top"}}).element("h1", shorten(findings.title, 160));
-  if (!findings.summary.empty()) body.element("p", {{"class", "answer"}}, shorten(findings.summary, 400));
+  if (!findings.summary.empty()) body.element("p", {{"class", "answer"}}, shorten(findings.summary, 2000));
   body.close();
   for (const auto& part : findings.sections) {
     body.open("section");
@@ -100,9 +100,9 @@ std::string renderFindingsPage(const Findings& findings) {
   if (!findings.facts.empty() || !findings.notes.empty()) {
     Facts facts;
     for (const auto& [name, value] : findings.facts)
-      facts.emplace_back(shorten(name, 60), shorten(value, 200));
+      facts.emplace_back(shorten(name, 60), shorten(value, 600));
     body.open("section").element("h2", "Circumstances").add(factList(facts));
-    for (const std::string& note : findings.notes) body.element("p", {{"class", "note"}}, shorten(note, 400));
+    for (const std::string& note : findings.notes) body.element("p", {{"class", "note"}}, shorten(note, 600));
     body.close();
   }
   body.close();

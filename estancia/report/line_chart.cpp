@@ -43,15 +43,16 @@ class ValueAxis {
         for (const double factor : {1.0, 2.0, 5.0})
           if (power * factor >= foot_ && power * factor <= top_) ticks_.push_back(power * factor);
     } else {
-      top_ = 1.03 * largest;
-      const double step = niceStep(largest, 4);
-      for (double y = 0; y <= top_; y += step) ticks_.push_back(y);
+      const double step = niceStep(chart.closeUp && largest > least ? largest - least : largest, 4);
+      if (chart.closeUp) foot_ = step * std::floor(least / step);
+      top_ = foot_ + 1.03 * (largest - foot_);
+      for (double y = foot_; y <= top_; y += step) ticks_.push_back(y);
     }
   }
 
   double at(double y) const {
-    const double share =
-        logarithmic_ ? std::log(std::max(y, foot_) / foot_) / std::log(top_ / foot_) : y / top_;
+    const double share = logarithmic_ ? std::log(std::max(y, foot_) / foot_) / std::log(top_ / foot_)
+                                      : (y - foot_) / (top_ - foot_);
     return std::clamp(share, 0.0, 1.0);
   }
   const std::vector<double>& ticks() const { return ticks_; }
@@ -72,7 +73,12 @@ Markup lineChart(const LineChart& chart) {
   const ValueAxis values(chart);
   const double first = chart.x.empty() ? 0 : chart.x.front();
   const double range = chart.x.size() < 2 ? 1 : chart.x.back() - first;
-  const auto across = [&](double x) { return plotWidth * (x - first) / range; };
+  const auto across = [&](double x) {
+    if (!chart.closeUp) return plotWidth * (x - first) / range;
+    const auto position = std::lower_bound(chart.x.begin(), chart.x.end(), x) - chart.x.begin();
+    return plotWidth * static_cast<double>(position) /
+           static_cast<double>(std::max<std::size_t>(chart.x.size(), 2) - 1);
+  };
   const auto down = [&](double y) { return plotHeight * (1 - values.at(y)); };
 
   Markup figure;
@@ -113,7 +119,11 @@ Markup lineChart(const LineChart& chart) {
     figure.leaf("path", {{"class", fmt::format("mark c{}", i % 7)}, {"d", dot.str()}});
   }
   figure.close().open("div", {{"class", "ticks-x"}, {"aria-hidden", "true"}});
-  for (double x = std::ceil(first / xStep) * xStep; x <= first + range; x += xStep)
+  std::vector<double> named;
+  if (chart.closeUp) named = chart.x;
+  if (!chart.closeUp)
+    for (double x = std::ceil(first / xStep) * xStep; x <= first + range; x += xStep) named.push_back(x);
+  for (const double x : named)
     figure.element("span", {{"style", fmt::format("left:{}%", number(100 * across(x) / plotWidth))}},
                    number(x, 6));
   figure.close().close();

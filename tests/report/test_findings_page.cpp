@@ -138,6 +138,18 @@ TEST(LineChart, DrawsRatiosInProportionOnALogarithmicAxis) {
   EXPECT_DOUBLE_EQ(y[3], 280) << "0 lies at the foot";
 }
 
+TEST(LineChart, ACloseUpBeginsNearTheLeastValueAndSpacesPositionsEvenly) {
+  LineChart chart{"", "", "", "", false, {10, 20, 1000}, {{"a", {71, 75, 79}}}, true};
+  const auto found = heights(chart);
+  ASSERT_EQ(found.size(), 3U);
+  EXPECT_NEAR(found[1] - found[0], found[2] - found[1], 1e-6);
+  EXPECT_GT(found[0] - found[2], 0.5 * 280) << "the differences fill the picture";
+  const std::string html = report::lineChart(chart).str();
+  for (const char* text : {"left:0%", "left:50%", "left:100%", ">1000<"}) EXPECT_THAT(html, HasSubstr(text));
+  chart.lines[0].y = {75, 75, 75};
+  EXPECT_EQ(heights(chart).size(), 3U) << "no differences are no error";
+}
+
 TEST(LineChart, BreaksWhereNothingIsKnown) {
   LineChart chart{"", "", "", "", false, {1, 2, 3, 4, 5}, {{"a", {1, 2, NAN, 3, 4}}}};
   const std::string svg = report::lineChart(chart).str();

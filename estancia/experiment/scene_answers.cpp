@@ -1,0 +1,123 @@
+#include "estancia/experiment/scene_answers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr const char* answerMeasure = "answer";
+
+std::size_t at(const SceneTest& test, int truth, int answer) {
+  return static_cast<std::size_t>(truth) * static_cast<std::size_t>(test.roomCount) +
+         static_cast<std::size_t>(answer);
+}
+
+/// How many independent images would leave as much doubt.
+double effectiveSize(const SceneTest& test, const std::vector<double>& right, double share) {
+  const double runs = test.runCount, images = static_cast<double>(right.size());
+  if (share <= 0 || share >= 1) return runs;
+  if (test.runCount < 2) return 1;
+  // The variance of a ratio: right answers over images, with the runs as what was drawn (Cochran 1977, 6.4).
+  std::vector<double> excess(static_cast<std::size_t>(test.runCount));
+  for (std::size_t i = 0; i < right.size(); ++i)
+    excess[static_cast<std::size_t>(test.runs[i])] += right[i] - share;
+  const double variance = runs / (runs - 1) *
+                          std::inner_product(excess.begin(), excess.end(), excess.begin(), 0.0) /
+                          (images * images);
+  if (variance <= 0) return images;
+  return std::clamp(share * (1 - share) / variance, 1.0, images);
+}
+
+}  // namespace
+
+Share shareRight(const SceneTest& test, const std::vector<double>& right) {
+  if (right.empty()) throw Error("no image was asked about, so that there is no share of right answers");
+  const double share = std::accumulate(right.begin(), right.end(), 0.0) / static_cast<double>(right.size());
+  const double n = effectiveSize(test, right, share);
+  constexpr double z = 1.959963984540054;
+  const double middle = (share + z * z / (2 * n)) / (1 + z * z / n);
+  const double half = z / (1 + z * z / n) * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n));
+  return {share, std::min(share, std::max(0.0, middle - half)),
+          std::max(share, std::min(1.0, middle + half))};
+}
+
+std::vector<double> SceneAnswers::right(const SceneTest& test) const {
+  std::vector<double> shares(test.rooms.size());
+  for (const auto& seed : answers)
+    for (std::size_t i = 0; i < shares.size(); ++i) shares[i] += seed[i] == test.rooms[i] ? 1 : 0;
+  for (double& share : shares) share /= static_cast<double>(answers.size());
+  return shares;
+}
+
+double SceneAnswers::accuracy(const SceneTest& test) const {
+  const auto shares = right(test);
+  return std::accumulate(shares.begin(), shares.end(), 0.0) / static_cast<double>(shares.size());
+}
+
+std::vector<double> SceneAnswers::confusion(const SceneTest& test) const {
+  std::vector<double> counts(static_cast<std::size_t>(test.roomCount) *
+                             static_cast<std::size_t>(test.roomCount));
+  for (const auto& seed : answers)
+    for (std::size_t i = 0; i < test.rooms.size(); ++i) counts[at(test, test.rooms[i], seed[i])] += 1;
+  for (double& count : counts) count /= static_cast<double>(answers.size());
+  return counts;
+}
+
+double SceneAnswers::balancedAccuracy(const SceneTest& test) const {
+  const auto counts = confusion(test);
+  double sum = 0, shown = 0;
+  for (int room = 0; room < test.roomCount; ++room) {
+    double images = 0;
+    for (int answer = 0; answer < test.roomCount; ++answer) images += counts[at(test, room, answer)];
+    if (images <= 0) continue;
+    sum += counts[at(test, room, room)] / images;
+    shown += 1;
+  }
+  return sum / shown;
+}
+
+CellResults SceneAnswers::toResults(const SceneTest& test) const {
+  const Share accuracy = shareRight(test, right(test));
+  CellResults results{{"accuracy", "", accuracy.value},
+                      {"balanced_accuracy", "", balancedAccuracy(test)},
+                      {"accuracy_low", "", accuracy.low},
+                      {"accuracy_high", "", accuracy.high}};
+  for (const auto& seed : answers)
+    for (const int answer : seed) results.push_back({answerMeasure, "", static_cast<double>(answer)});
+  return results;
+}
+
+SceneAnswers SceneAnswers::fromResults(const CellResults& results, const SceneTest& test, std::size_t seeds) {
+  std::vector<int> all;
+  for (const CellResult& result : results) {
+    if (result.measure != answerMeasure) continue;
+    if (!(result.value >= 0 && result.value < test.roomCount))
+      throw Error("a cell answers with a room that there is not; remove the folder `cells`");
+    all.push_back(static_cast<int>(result.value));
+  }
+  const std::size_t images = test.rooms.size();
+  if (all.size() != seeds * images)
+    throw Error("a cell has not as many answers as there are images; remove the folder `cells`");
+  SceneAnswers found;
+  for (std::size_t s = 0; s < seeds; ++s)
+    found.answers.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(s * images),
+                               all.begin() + static_cast<std::ptrdiff_t>((s + 1) * images));
+  return found;
+}
+
+std::vector<double> runShares(const SceneTest& test, const std::vector<double>& right) {
+  std::vector<double> sums(static_cast<std::size_t>(test.runCount)), images(sums.size());
+  for (std::size_t i = 0; i < right.size(); ++i) {
+    const auto run = static_cast<std::size_t>(test.runs[i]);
+    sums[run] += right[i];
+    images[run] += 1;
+  }
+  for (std::size_t r = 0; r < sums.size(); ++r) sums[r] /= std::max(images[r], 1.0);
+  return sums;
+}
+
+}  // namespace estancia

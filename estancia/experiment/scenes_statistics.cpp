@@ -1,0 +1,158 @@
+#include "estancia/experiment/scenes_statistics.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <random>
+
+#include "estancia/io/csv.hpp"
+
+namespace estancia {
+namespace {
+
+using Pair = ScenesResults::Pair;
+
+std::size_t cellCount(const ScenesResults& results) {
+  return results.descriptors.size() * results.classifiers.size();
+}
+
+const SceneAnswers& cellOf(const ScenesResults& results, std::size_t pair, std::size_t cell) {
+  return results.cells[pair * cellCount(results) + cell];
+}
+
+std::vector<std::size_t> pairsThatTell(const ScenesResults& results) {
+  std::vector<std::size_t> pairs;
+  for (std::size_t p = 0; p < results.pairs.size(); ++p)
+    if (results.tells(results.pairs[p])) pairs.push_back(p);
+  return pairs;
+}
+
+}  // namespace
+
+SceneBlocks blocksOf(const ScenesResults& results) {
+  SceneBlocks blocks;
+  if (results.pairs.size() >= fewestPairs) {
+    for (std::size_t p = 0; p < results.pairs.size(); ++p) {
+      blocks.names.push_back(fmt::format("{}→{}", results.pairs[p].train, results.pairs[p].test));
+      auto& values = blocks.values.emplace_back();
+      for (std::size_t c = 0; c < cellCount(results); ++c)
+        values.push_back(cellOf(results, p, c).accuracy(results.pairs[p].images));
+    }
+    return blocks;
+  }
+  blocks.runs = true;
+  for (const std::size_t p : pairsThatTell(results)) {
+    const Pair& pair = results.pairs[p];
+    const std::size_t first = blocks.values.size();
+    for (const std::string& run : pair.runs) {
+      blocks.names.push_back(fmt::format("{}→{}: {}", pair.train, pair.test, run));
+      blocks.values.emplace_back(cellCount(results));
+    }
+    for (std::size_t c = 0; c < cellCount(results); ++c) {
+      const auto shares = runShares(pair.images, cellOf(results, p, c).right(pair.images));
+      for (std::size_t r = 0; r < shares.size(); ++r) blocks.values[first + r][c] = shares[r];
+    }
+  }
+  return blocks;
+}
+
+Scores scoresOfCells(const ScenesResults& results, const SceneBlocks& blocks) {
+  Scores scores{{}, blocks.names, blocks.values};
+  for (const auto& descriptor : results.descriptors)
+    for (const std::string& classifier : results.classifiers)
+      scores.methods.push_back(fmt::format("{}/{}", descriptor.name, classifier));
+  return scores;
+}
+
+Scores scoresOfDescriptors(const ScenesResults& results, const SceneBlocks& blocks) {
+  Scores scores{{}, blocks.names, {}};
+  const std::size_t classifiers = results.classifiers.size();
+  for (const auto& descriptor : results.descriptors) scores.methods.push_back(descriptor.name);
+  for (const auto& block : blocks.values) {
+    auto& values = scores.values.emplace_back(results.descriptors.size());
+    for (std::size_t c = 0; c < block.size(); ++c)
+      values[c / classifiers] += block[c] / static_cast<double>(classifiers);
+  }
+  return scores;
+}
+
+Scores scoresOfClassifiers(const ScenesResults& results, const SceneBlocks& blocks) {
+  Scores scores{results.classifiers, blocks.names, {}};
+  for (const auto& block : blocks.values) {
+    auto& values = scores.values.emplace_back(results.classifiers.size());
+    for (std::size_t c = 0; c < block.size(); ++c)
+      values[c % results.classifiers.size()] += block[c] / static_cast<double>(results.descriptors.size());
+  }
+  return scores;
+}
+
+std::string scoresCsv(const Scores& scores) {
+  std::string text = "test";
+  for (const std::string& method : scores.methods) text += "," + io::csvCell(method);
+  for (std::size_t t = 0; t < scores.tests.size(); ++t)
+    text += fmt::format("\n{},{}", io::csvCell(scores.tests[t]), fmt::join(scores.values[t], ","));
+  return text + "\n";
+}
+
+std::vector<double> meanAccuracies(const ScenesResults& results, const std::vector<std::size_t>& cells) {
+  std::vector<double> means;
+  const auto pairs = pairsThatTell(results);
+  for (const std::size_t cell : cells) {
+    double sum = 0;
+    for (const std::size_t p : pairs) sum += cellOf(results, p, cell).accuracy(results.pairs[p].images);
+    means.push_back(sum / static_cast<double>(pairs.size()));
+  }
+  return means;
+}
+
+double accuracyOfChoice(const ScenesResults& results, const std::vector<std::size_t>& cells,
+                        std::uint64_t seed) {
+  constexpr int draws = 1000;
+  // Right answers and images of each run, wherever it was asked about.
+  std::vector<std::vector<double>> right;
+  std::vector<double> images;
+  std::map<std::pair<std::string, std::string>, std::size_t> places;
+  for (const std::size_t p : pairsThatTell(results)) {
+    const Pair& pair = results.pairs[p];
+    const SceneTest& test = pair.images;
+    std::vector<std::size_t> place;
+    for (const std::string& run : pair.runs) {
+      place.push_back(places.emplace(std::pair{pair.test, run}, places.size()).first->second);
+      right.resize(places.size(), std::vector<double>(cells.size()));
+      images.resize(places.size());
+    }
+    for (const int run : test.runs) images[place[static_cast<std::size_t>(run)]] += 1;
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+      const auto answers = cellOf(results, p, cells[c]).right(test);
+      for (std::size_t i = 0; i < answers.size(); ++i)
+        right[place[static_cast<std::size_t>(test.runs[i])]][c] += answers[i];
+    }
+  }
+  const auto means = meanAccuracies(results, cells);
+  const double plain = *std::max_element(means.begin(), means.end());
+  std::mt19937_64 random(seed);
+  double sum = 0;
+  int measured = 0;
+  for (int draw = 0; draw < draws; ++draw) {
+    std::vector<std::size_t> drawn(right.size());
+    for (std::size_t r = 0; r < right.size(); ++r) ++drawn[random() % right.size()];
+    std::vector<double> inside(cells.size()), outside(cells.size());
+    double left = 0;
+    for (std::size_t r = 0; r < right.size(); ++r) {
+      for (std::size_t c = 0; c < cells.size(); ++c)
+        (drawn[r] > 0 ? inside : outside)[c] +=
+            right[r][c] * std::max<double>(1, static_cast<double>(drawn[r]));
+      if (drawn[r] == 0) left += images[r];
+    }
+    if (left <= 0) continue;
+    const auto chosen = std::max_element(inside.begin(), inside.end()) - inside.begin();
+    sum += outside[static_cast<std::size_t>(chosen)] / left;
+    ++measured;
+  }
+  return measured == 0 ? plain : std::min(plain, sum / measured);
+}
+
+}  // namespace estancia

@@ -1,0 +1,115 @@
+// `estancia experiment` of the type scenes, as a user runs it.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <map>
+#include <thread>
+
+#include "experiment/colour_drive.hpp"
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class ScenesCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    writeColourModel(scratch_, "blind", "1e-9");
+    writeColourDrive(scratch_ / "one", 1);
+    writeColourDrive(scratch_ / "two", 2);
+  }
+
+  void writeConfig(int seeds) const {
+    std::string list;
+    for (int seed = 1; seed <= seeds; ++seed) list += (seed > 1 ? ", " : "") + std::to_string(seed);
+    writeFile(scratch_ / "study.toml",
+              "type = \"scenes\"\nseeds = [" + list + "]\ndescriptors = [\"phog\", \"" +
+                  (scratch_ / "blind").string() + "+phog\"]\nclassifiers = [\"forest\", \"svm-linear\"]\n" +
+                  "[[data]]\nname = \"one\"\npath = \"one\"\n[[data]]\nname = \"two\"\npath = \"two\"\n");
+  }
+  std::vector<std::string> arguments(const std::string& out) const {
+    return {"experiment", scratch_ / "study.toml", "-o", scratch_ / out, "--threads", "1"};
+  }
+
+  /// Names and times of the finished cells.
+  std::map<std::string, fs::file_time_type> cells(const std::string& out) const {
+    std::map<std::string, fs::file_time_type> found;
+    std::error_code none;
+    for (const auto& file : fs::directory_iterator(scratch_ / out / "cells", none))
+      if (file.path().extension() == ".json") found[file.path().filename()] = file.last_write_time();
+    return found;
+  }
+
+  ScratchFolder scratch_;
+};
+
+TEST_F(ScenesCommand, PrintsTheTablesAndWritesTheStatistics) {
+  writeConfig(1);
+  const auto result = run(arguments("out"));
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(result.out, testing::StartsWith("study: right answers by the best of "));
+  EXPECT_THAT(result.out, HasSubstr("\nstudy: balanced accuracy\n"));
+  EXPECT_THAT(readFile(scratch_ / "out/report.html"), HasSubstr("Which room is this"));
+  for (const std::string file : {"study-statistics", "study-descriptors", "study-classifiers"}) {
+    for (const std::string ending : {".md", ".html"})
+      EXPECT_THAT(readFile(scratch_ / "out" / (file + ending)), HasSubstr("Friedman")) << file << ending;
+    EXPECT_THAT(readFile(scratch_ / "out" / (file + ".svg")), HasSubstr("<svg"));
+    EXPECT_THAT(readFile(scratch_ / "out" / (file + ".tex")), HasSubstr("\\begin{tabular}"));
+    EXPECT_THAT(readFile(scratch_ / "out" / (file + ".csv")),
+                HasSubstr("p-value,rejected,rank,win,tie,loss\n"));
+  }
+}
+
+TEST_F(ScenesCommand, ItsScoresCanBeComparedAnew) {
+  writeConfig(1);
+  ASSERT_EQ(run(arguments("out")).exitCode, 0);
+  const auto result = run({"compare", scratch_ / "out/study-scores.csv", "--post-hoc", "nemenyi"});
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("phog/forest"));
+}
+
+TEST_F(ScenesCommand, AKilledRunGoesOnAndEndsInTheSameTable) {
+  writeConfig(12);
+  const pid_t child = fork();
+  if (child == 0) {
+    const int nowhere = open("/dev/null", O_RDWR);
+    for (const int stream : {0, 1, 2}) dup2(nowhere, stream);
+    const auto all = arguments("killed");
+    std::vector<char*> argv{const_cast<char*>(ESTANCIA_COMMAND)};
+    for (const std::string& argument : all) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    setenv("ESTANCIA_CACHE", (scratch_ / "cache").c_str(), 1);
+    execv(ESTANCIA_COMMAND, argv.data());
+    _exit(127);
+  }
+  int status = 0;
+  const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(240);
+  while (cells("killed").size() < 3 && std::chrono::steady_clock::now() < patience &&
+         waitpid(child, &status, WNOHANG) == 0)
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  kill(child, SIGKILL);
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status)) << "it had finished before it could be killed";
+  const auto kept = cells("killed");
+  ASSERT_GE(kept.size(), 3U);
+  ASSERT_LT(kept.size(), 16U);
+  EXPECT_FALSE(fs::exists(scratch_ / "killed/results.csv"));
+  ASSERT_EQ(run(arguments("killed")).exitCode, 0);
+  const auto all = cells("killed");
+  EXPECT_EQ(all.size(), 16U);
+  for (const auto& [name, time] : kept) EXPECT_EQ(all.at(name), time) << "not computed again";
+  ASSERT_EQ(run(arguments("whole")).exitCode, 0);
+  EXPECT_EQ(readFile(scratch_ / "killed/results.csv"), readFile(scratch_ / "whole/results.csv"));
+}
+
+}  // namespace
+}  // namespace estancia::test
