@@ -14,7 +14,8 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t mostDrawn = 40;  // methods of a diagram
+constexpr std::size_t mostDrawn = 40;   // methods of a diagram
+constexpr std::size_t mostListed = 25;  // of a table among others, when not all are drawn
 
 std::string describe(const SceneBlocks& blocks) {
   if (!blocks.runs)
@@ -52,6 +53,11 @@ void addRankings(const ScenesResults& results, Findings& findings) {
       if (auto* table = std::get_if<ResultTable>(&section)) {
         table->title = fmt::format("{}, against the best (Table 3.2)", title);
         table->caption = fmt::format("{} {}{}", describe(blocks), of, table->caption);
+        if (const std::size_t all = table->rows.size(); all > mostDrawn) {
+          table->rows.resize(mostListed);
+          table->caption +=
+              fmt::format(" The best {} of {}; all are in {}-{}.csv.", mostListed, all, results.name, file);
+        }
       }
       if (auto* diagram = std::get_if<RankDiagram>(&section)) {
         diagram->title = title + ", mean ranks";

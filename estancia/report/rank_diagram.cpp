@@ -62,9 +62,10 @@ struct Geometry {
     double names1 = 0, names2 = 0;
     names = drawnNames(diagram);
     for (std::size_t m = 0; m < count; ++m) {
-      names[m] = shortenMiddleToWidth(names[m], widest / (wider * fontSize));
+      const double bold = diagram.control == m ? 1.12 : 1;  // so much wider
+      names[m] = shortenMiddleToWidth(names[m], widest / (wider * fontSize * bold));
       double& side = m < atLeft ? names1 : names2;
-      side = std::max(side, drawnWidth(names[m], fontSize) + gap +
+      side = std::max(side, bold * drawnWidth(names[m], fontSize) + gap +
                                 drawnWidth(rankText(diagram.methods[m].meanRank), smallSize));
     }
     left = edge + names1 + gap;
