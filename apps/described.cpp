@@ -11,6 +11,7 @@
 #include <unordered_map>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/plus_names.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/describe/table_features.hpp"
 #include "estancia/io/files.hpp"
@@ -20,13 +21,6 @@
 
 namespace estancia::apps {
 namespace {
-
-std::vector<std::string> namesIn(const std::string& descriptor) {
-  std::vector<std::string> names;
-  std::istringstream list(descriptor);
-  for (std::string name; std::getline(list, name, '+');) names.push_back(name);
-  return names;
-}
 
 /// The rows of the frames that `sequence` lists: with its rooms and poses, and only those it selects.
 Features asListedIn(const Sequence& sequence, const Features& features) {
@@ -110,7 +104,7 @@ Describing::Describing(const DescribingArguments& arguments)
 
 Features Describing::features(const SequenceArguments& source, const std::string& descriptor) {
   const auto parts = [&](const Features& all) {
-    return descriptor.empty() ? all : withParts(all, namesIn(descriptor));
+    return descriptor.empty() ? all : withParts(all, splitAtPlus(descriptor));
   };
   if (isMap(source.path)) return parts(chosen(featuresOf(readMapRecording(source.path)), source));
   if (isFeatureTable(source.path)) return parts(chosen(featuresOf(readFeatureTable(source.path)), source));

@@ -2,6 +2,7 @@
 // room), then told of every place of a map, which can be asked for a room from then on.
 //   06_rooms PICTURES MAP [ROOM]
 #include <estancia/classify/predict_rooms.hpp>
+#include <estancia/describe/load_descriptor.hpp>
 #include <estancia/topology/ask.hpp>
 #include <estancia/topology/map_recording.hpp>
 #include <estancia/topology/store.hpp>
@@ -19,6 +20,13 @@ int main(int argc, char** argv) try {
   const auto known = estancia::describeSequence(*pictures, "inception-v3", describing, silent);
   const auto classifier = estancia::RoomClassifier::train(known, {}, silent);
   std::printf("%s\n", classifier.choice().c_str());
+
+  // A robot asks about what it sees now; here that is the first of the pictures.
+  const auto descriptor = estancia::loadDescriptor(estancia::descriptorOf(classifier));
+  const auto seen =
+      classifier.predict(estancia::featuresOf(*descriptor, {pictures->image(0), {}, {}, "now"}));
+  for (std::size_t room = 0; room < classifier.rooms().size(); ++room)
+    std::printf("%s %.1f %%\n", classifier.rooms()[room].c_str(), 100 * seen.row(0)[room]);
 
   // The words that the map was made of say enough; nothing is labelled again.
   const auto words = estancia::readMapRecording(argv[2]);

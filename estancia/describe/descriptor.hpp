@@ -45,20 +45,22 @@ class Descriptor {
  public:
   virtual ~Descriptor() = default;
 
-  /// What the numbers are. A labeler that discovers words has those known so far.
-  virtual DescriptorPart part() const = 0;
+  /// What the numbers are, in their order: one part, or several of what is put together. A labeler that
+  /// discovers words has those known so far.
+  virtual std::vector<DescriptorPart> parts() const = 0;
   virtual bool needsImage() const { return true; }
   virtual bool needsDepth() const { return false; }
 
-  /// part().size() numbers. Safe to call from several threads. Throws Error when this view cannot be
-  /// described (no depth, too few points …): the next may be.
+  /// As many numbers as parts() have. Safe to call from several threads. Throws Error when this view cannot
+  /// be described (no depth, too few points …): the next may be.
   virtual std::vector<float> describe(const View& view) const = 0;
 };
 
 /// The descriptors that are no words, each with one line of explanation: phog, gist, esf.
 std::vector<std::pair<std::string, std::string>> descriptorTypes();
 
-/// One of descriptorTypes(), with its standard parameters; null for other names, which are models.
+/// One of descriptorTypes(), with its standard parameters; null for other names, which are models
+/// (load_descriptor.hpp opens both).
 std::unique_ptr<Descriptor> findDescriptor(const std::string& name);
 
 }  // namespace estancia

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <utility>
 
 #include "estancia/core/error.hpp"
 #include "estancia/describe/voxel_lines.hpp"
@@ -207,7 +208,7 @@ Esf::Esf(const EsfOptions& options) : options_(options) {
   requireValid(options);
 }
 
-DescriptorPart Esf::part() const {
+std::vector<DescriptorPart> Esf::parts() const {
   DescriptorPart part{"esf",
                       PartKind::histogram,
                       {},
@@ -216,7 +217,7 @@ DescriptorPart Esf::part() const {
   for (const char* what : {"angle inside", "angle outside", "angle mixed", "area inside", "area outside",
                            "area mixed", "distance inside", "distance outside", "distance mixed", "ratio"})
     for (int bin = 0; bin < kBins; ++bin) part.columns.push_back(fmt::format("esf {} {}", what, bin));
-  return part;
+  return {std::move(part)};
 }
 
 std::vector<float> Esf::describe(const View& view) const {

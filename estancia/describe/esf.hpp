@@ -29,7 +29,7 @@ std::vector<float> esf(const PointCloud& cloud, const EsfOptions& options = {});
 class Esf final : public Descriptor {
  public:
   explicit Esf(const EsfOptions& options = {});
-  DescriptorPart part() const override;
+  std::vector<DescriptorPart> parts() const override;
   bool needsImage() const override { return false; }
   bool needsDepth() const override { return true; }
   std::vector<float> describe(const View& view) const override;

@@ -4,104 +4,27 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <numeric>
 #include <set>
-#include <sstream>
 #include <utility>
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
-#include "estancia/label/ensemble.hpp"
+#include "estancia/describe/load_descriptor.hpp"
+#include "estancia/describe/words.hpp"
 #include "estancia/label/record.hpp"
 
 namespace estancia {
 namespace {
-
-std::vector<std::string> splitAtPlus(const std::string& text) {
-  std::vector<std::string> names;
-  std::istringstream list(text);
-  for (std::string name; std::getline(list, name, '+');) names.push_back(name);
-  if (names.empty() || text.ends_with('+')) names.emplace_back();
-  return names;
-}
-
-/// Of "NAME DIGEST", as labelers identify themselves.
-std::string nameIn(const std::string& identity) {
-  return identity.substr(0, identity.rfind(' '));
-}
-
-/// Names of the models behind `count` parts: "A+B" has two. Those of other ensembles are numbered.
-std::vector<std::string> namesOfParts(const std::string& name, std::size_t count) {
-  if (count == 1) return {name};
-  std::vector<std::string> names = splitAtPlus(name);
-  for (std::string& each : names) each = std::filesystem::path(each).filename().string();
-  if (names.size() == count && std::set(names.begin(), names.end()).size() == count) return names;
-  names.clear();
-  for (std::size_t i = 1; i <= count; ++i) names.push_back(fmt::format("{} {}", name, i));
-  return names;
-}
-
-std::vector<DescriptorPart> partsOfWords(const Vocabulary& vocabulary, const std::string& identity) {
-  const std::vector<LabelPart>& layout = vocabulary.layout().parts;
-  const std::vector<std::string> names = namesOfParts(nameIn(identity), layout.size());
-  std::vector<std::string> own = identitiesOfMembers(identity);
-  for (std::size_t i = own.size(); i < layout.size(); ++i)
-    own.push_back(layout.size() == 1 ? identity : fmt::format("part {} of {}", i + 1, identity));
-  std::vector<DescriptorPart> parts;
-  auto label = vocabulary.labels().begin();
-  for (std::size_t i = 0; i < layout.size(); ++i) {
-    const auto end = label + static_cast<std::ptrdiff_t>(layout[i].size);
-    parts.push_back({names[i], PartKind::probabilities, {label, end}, own[i]});
-    label = end;
-  }
-  return parts;
-}
-
-/// One name of the list, opened.
-struct Source {
-  std::string name;
-  std::unique_ptr<Descriptor> descriptor;  ///< this one, or …
-  std::unique_ptr<Labeler> labeler;        ///< … that one
-};
 
 /// Numbers of a source for the frames of a sequence.
 struct Column {
   std::vector<DescriptorPart> parts;
   std::vector<std::vector<float>> rows;  ///< one a frame; empty where there is none
 };
-
-std::vector<Source> openSources(const std::string& descriptors, const DescribeOptions& options) {
-  std::vector<Source> sources;
-  std::set<std::string> seen;
-  // A path may hold a plus sign.
-  for (const std::string& name :
-       std::filesystem::exists(descriptors) ? std::vector{descriptors} : splitAtPlus(descriptors)) {
-    if (name.empty())
-      throw Error(fmt::format("\"{}\": name the descriptors between the plus signs", descriptors));
-    if (!seen.insert(name).second)
-      throw Error(fmt::format("\"{}\": {} stands there twice; once is enough", descriptors, name));
-    Source source{name, findDescriptor(name), nullptr};
-    if (!source.descriptor) {
-      try {
-        getModelFolder(name);
-      } catch (const Error& e) {
-        std::vector<std::string> types;
-        for (const auto& [type, what] : descriptorTypes()) types.push_back(type);
-        throw Error(
-            fmt::format("{}; descriptors that need no model are {}", e.what(), fmt::join(types, ", ")));
-      }
-      LabelerOptions how = options.labeler;
-      how.onDemand = how.onDemand || options.cache != nullptr;
-      source.labeler = loadModel(name, how);
-    }
-    sources.push_back(std::move(source));
-  }
-  return sources;
-}
 
 /// Why frames have no numbers: the first reason of each.
 class Problems {
@@ -124,17 +47,22 @@ class Problems {
   std::vector<std::string> sentences_;
 };
 
-Column labelled(const Sequence& sequence, const Source& source, LabelCache* cache, Progress& progress,
-                Problems& problems) {
+/// The labelled part of the work goes through the stream, ahead and with the cache; null: it is computed.
+Words* wordsIn(const NamedDescriptor& source) {
+  return dynamic_cast<Words*>(source.descriptor.get());
+}
+
+Column labelled(const Sequence& sequence, const NamedDescriptor& source, LabelCache* cache,
+                Progress& progress, Problems& problems) {
   std::vector<std::size_t> frames;
-  const Recording words =
-      labelAll(sequence, *source.labeler, fmt::format("{}: labelling {}", source.name, sequence.name()),
-               cache, progress, [&](const LabelledFrame& frame) {
-                 if (frame.labelled())
-                   frames.push_back(frame.index);
-                 else
-                   problems.tell(frame.index, fmt::format("{}: {}", source.name, frame.problem));
-               });
+  const Recording words = labelAll(
+      sequence, wordsIn(source)->labeler(), fmt::format("{}: labelling {}", source.name, sequence.name()),
+      cache, progress, [&](const LabelledFrame& frame) {
+        if (frame.labelled())
+          frames.push_back(frame.index);
+        else
+          problems.tell(frame.index, fmt::format("{}: {}", source.name, frame.problem));
+      });
   Column column{partsOfWords(words.vocabulary, words.model), {}};
   column.rows.resize(sequence.size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -156,13 +84,13 @@ View viewOf(const Sequence& sequence, std::size_t frame, bool image, bool depth)
 }
 
 /// All that needs no model, so that every picture is decoded once.
-std::vector<Column> computed(const Sequence& sequence, const std::vector<const Source*>& sources, int threads,
-                             Progress& progress, Problems& problems) {
+std::vector<Column> computed(const Sequence& sequence, const std::vector<const NamedDescriptor*>& sources,
+                             int threads, Progress& progress, Problems& problems) {
   std::vector<Column> columns;
   std::vector<std::string> names;
   bool image = false, depth = false;
-  for (const Source* source : sources) {
-    columns.push_back({{source->descriptor->part()}, {}});
+  for (const NamedDescriptor* source : sources) {
+    columns.push_back({source->descriptor->parts(), {}});
     columns.back().rows.resize(sequence.size());
     names.push_back(source->name);
     image = image || source->descriptor->needsImage();
@@ -205,20 +133,22 @@ std::string Features::name() const {
 Features describeSequence(const Sequence& sequence, const std::string& descriptors,
                           const DescribeOptions& options, Progress& progress,
                           std::vector<std::string>* problems) {
-  const std::vector<Source> sources = openSources(descriptors, options);
+  LabelerOptions how = options.labeler;
+  how.onDemand = how.onDemand || options.cache != nullptr;
+  const std::vector<NamedDescriptor> sources = loadDescriptors(descriptors, how);
   Problems told(sequence);
-  std::vector<const Source*> direct;
-  for (const Source& source : sources)
-    if (source.descriptor) direct.push_back(&source);
+  std::vector<const NamedDescriptor*> direct;
+  for (const NamedDescriptor& source : sources)
+    if (!wordsIn(source)) direct.push_back(&source);
   // Before labelling: it is quick, and it refuses what cannot be done.
   std::vector<Column> numbers = direct.empty()
                                     ? std::vector<Column>{}
                                     : computed(sequence, direct, options.labeler.threads, progress, told);
   std::vector<Column> columns;
   auto next = numbers.begin();
-  for (const Source& source : sources)
-    columns.push_back(source.descriptor ? std::move(*next++)
-                                        : labelled(sequence, source, options.cache, progress, told));
+  for (const NamedDescriptor& source : sources)
+    columns.push_back(wordsIn(source) ? labelled(sequence, source, options.cache, progress, told)
+                                      : std::move(*next++));
 
   Features features{{}, {}, DescriptorMatrix(0)};
   std::set<std::string> names;
@@ -247,6 +177,14 @@ Features describeSequence(const Sequence& sequence, const std::string& descripto
   if (features.frames.empty())
     throw Error(fmt::format("{}: not one of its frames can be described{}", sequence.name(),
                             sentences.empty() ? "" : "; " + sentences.front()));
+  return features;
+}
+
+Features featuresOf(const Descriptor& descriptor, const View& view) {
+  const std::vector<float> numbers = descriptor.describe(view);
+  Features features{descriptor.parts(), {}, DescriptorMatrix(numbers.size())};
+  features.frames.emplace_back().name = view.frame;
+  features.values.append(numbers);
   return features;
 }
 

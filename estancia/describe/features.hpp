@@ -39,6 +39,9 @@ Features describeSequence(const Sequence& sequence, const std::string& descripto
                           const DescribeOptions& options, Progress& progress,
                           std::vector<std::string>* problems = nullptr);
 
+/// What is seen now, as one frame of the view's name. Throws Error as describe() does.
+Features featuresOf(const Descriptor& descriptor, const View& view);
+
 /// The words of a recording (a label file, a map) as features; one part a model of it.
 Features featuresOf(const Recording& recording);
 

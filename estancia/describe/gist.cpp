@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "estancia/core/error.hpp"
 #include "estancia/describe/gist_filters.hpp"
@@ -40,14 +41,14 @@ std::vector<float> gist(const cv::Mat& image) {
   return meanAnswers(withEqualContrast(square(image)));
 }
 
-DescriptorPart Gist::part() const {
+std::vector<DescriptorPart> Gist::parts() const {
   DescriptorPart part{
       "gist", PartKind::energies, {}, "gist 1, 256 pixels, 4 scales, 8 orientations, 4 blocks"};
   for (int scale = 0; scale < kGistScales; ++scale)
     for (int orientation = 0; orientation < kGistOrientations; ++orientation)
       for (int block = 0; block < kGistBlocks * kGistBlocks; ++block)
         part.columns.push_back(fmt::format("gist {}.{}.{}", scale, orientation, block));
-  return part;
+  return {std::move(part)};
 }
 
 }  // namespace estancia

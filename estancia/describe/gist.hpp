@@ -21,7 +21,7 @@ std::vector<float> gist(const cv::Mat& image);
 /// gist() of the view's image.
 class Gist final : public Descriptor {
  public:
-  DescriptorPart part() const override;
+  std::vector<DescriptorPart> parts() const override;
   std::vector<float> describe(const View& view) const override { return gist(view.image); }
 };
 

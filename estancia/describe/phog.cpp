@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "estancia/core/error.hpp"
 
@@ -143,7 +144,7 @@ Phog::Phog(const PhogOptions& options) : options_(options) {
   requireValid(options);
 }
 
-DescriptorPart Phog::part() const {
+std::vector<DescriptorPart> Phog::parts() const {
   DescriptorPart part{"phog",
                       PartKind::histogram,
                       {},
@@ -153,7 +154,7 @@ DescriptorPart Phog::part() const {
     for (int cell = 0; cell < 1 << (2 * level); ++cell)
       for (int bin = 0; bin < options_.bins; ++bin)
         part.columns.push_back(fmt::format("phog {}.{}.{}", level, cell, bin));
-  return part;
+  return {std::move(part)};
 }
 
 }  // namespace estancia

@@ -27,7 +27,7 @@ std::vector<float> phog(const cv::Mat& image, const PhogOptions& options = {});
 class Phog final : public Descriptor {
  public:
   explicit Phog(const PhogOptions& options = {});
-  DescriptorPart part() const override;
+  std::vector<DescriptorPart> parts() const override;
   std::vector<float> describe(const View& view) const override { return phog(view.image, options_); }
 
  private:

@@ -12,6 +12,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/plus_names.hpp"
 #include "estancia/describe/table_features.hpp"
 #include "estancia/experiment/room_classes.hpp"
 #include "estancia/experiment/room_table.hpp"
@@ -25,17 +26,6 @@ namespace fs = std::filesystem;
 namespace {
 
 using Data = ScenesOptions::Data;
-
-/// Splits at +.
-std::vector<std::string> partsOf(const std::string& descriptor) {
-  if (fs::exists(descriptor)) return {descriptor};  // the folder of a model
-  std::vector<std::string> parts;
-  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
-    end = descriptor.find('+', begin);
-    parts.push_back(descriptor.substr(begin, end - begin));
-  }
-  return parts;
-}
 
 /// What a part is called in the features of images. Throws Error listing the known ones.
 std::string imagePart(const std::string& part) {
@@ -65,7 +55,7 @@ Wanted findDescriptors(const ScenesOptions& options, const ExperimentRun& run,
   std::set<std::string> names;
   const auto add = [&](const std::string& descriptor) {
     SceneDescriptor found;
-    const auto sources = partsOf(descriptor);
+    const auto sources = splitAtPlus(descriptor);
     for (const std::string& source : sources) found.parts.push_back(images ? imagePart(source) : source);
     found.name = fmt::format("{}", fmt::join(found.parts, "+"));
     if (!names.insert(found.name).second)

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/plus_names.hpp"
 #include "estancia/io/recording.hpp"
 #include "estancia/label/model.hpp"
 
@@ -44,13 +45,9 @@ namespace {
 
 /// Throws Error when there is no such model, or it is described wrongly.
 std::string nameOf(const std::string& model) {
-  if (model.find('+') == std::string::npos || fs::exists(model))
-    return readModelSpec(getModelFolder(model)).name;
   std::string names;  // several at work together
-  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
-    end = model.find('+', begin);
-    names += (begin > 0 ? "+" : "") + nameOf(model.substr(begin, end - begin));
-  }
+  for (const std::string& each : splitAtPlus(model))
+    names += (names.empty() ? "" : "+") + readModelSpec(getModelFolder(each)).name;
   return names;
 }
 

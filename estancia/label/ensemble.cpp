@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <sstream>
 #include <utility>
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/plus_names.hpp"
 
 namespace estancia {
 namespace {
@@ -196,8 +196,7 @@ std::unique_ptr<Labeler> openEnsemble(const ModelSpec& spec, const LabelerOption
 
 std::unique_ptr<Labeler> openEnsemble(const std::string& names, const LabelerOptions& options) {
   std::vector<EnsembleMember> members;
-  std::istringstream list(names);
-  for (std::string name; std::getline(list, name, '+');) {
+  for (const std::string& name : splitAtPlus(names)) {
     if (name.empty()) throw Error(fmt::format("\"{}\": name the models between the plus signs", names));
     members.push_back({loadModel(name, options), std::nullopt, 1});
   }

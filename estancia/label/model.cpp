@@ -15,6 +15,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/home.hpp"
+#include "estancia/core/plus_names.hpp"
 #include "estancia/label/ensemble.hpp"
 #include "estancia/label/http.hpp"
 #include "estancia/label/human.hpp"
@@ -166,7 +167,7 @@ fs::path getModelFolder(const std::string& model) {
 }
 
 std::unique_ptr<Labeler> loadModel(const std::string& model, const LabelerOptions& options) {
-  if (model.find('+') != std::string::npos && !fs::exists(model)) return openEnsemble(model, options);
+  if (splitAtPlus(model).size() > 1) return openEnsemble(model, options);
   return loadModel(readModelSpec(getModelFolder(model)), options);
 }
 

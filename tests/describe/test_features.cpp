@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <opencv2/core.hpp>
+#include <thread>
 
 #include "describe/made_up_sequence.hpp"
 #include "estancia/describe/features.hpp"
+#include "estancia/describe/load_descriptor.hpp"
 #include "estancia/describe/phog.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
@@ -61,7 +63,7 @@ TEST_F(DescribeSequence, GivesEveryNameItsOwnPart) {
   EXPECT_EQ(features.parts[0].kind, PartKind::probabilities);
   EXPECT_EQ(features.parts[0].identity, loadModel(a)->identity());
   EXPECT_EQ(features.parts[0].columns, loadModel(a)->vocabulary().labels());
-  EXPECT_EQ(features.parts[1], Phog().part());
+  EXPECT_EQ(features.parts[1], Phog().parts().front());
   EXPECT_THAT(problems_, testing::IsEmpty());
 
   const auto labeler = loadModel(b);
@@ -71,6 +73,28 @@ TEST_F(DescribeSequence, GivesEveryNameItsOwnPart) {
     EXPECT_TRUE(std::equal(edges.begin(), edges.end(), row.begin() + 4));
     EXPECT_TRUE(std::equal(words.begin(), words.end(), row.begin() + 634));
   }
+}
+
+TEST_F(DescribeSequence, OneViewHasTheSameNumbersWhoeverAsks) {
+  const std::string names = model("a") + "+phog";
+  const Features all = describe(names);
+  const auto descriptor = loadDescriptor(names);
+  EXPECT_EQ(descriptor->parts(), all.parts);
+  EXPECT_TRUE(descriptor->needsImage());
+  EXPECT_FALSE(descriptor->needsDepth());
+  EXPECT_TRUE(loadDescriptor("phog+esf")->needsDepth());
+  std::vector<std::vector<float>> rows(all.frames.size());
+  std::vector<std::thread> robots;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    robots.emplace_back([&, i] {
+      const Features one = featuresOf(*descriptor, {sequence_.image(i), {}, {}, "now"});
+      EXPECT_EQ(one.frames.at(0).name, "now");
+      rows[i] = one.values.values();
+    });
+  for (std::thread& robot : robots) robot.join();
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    EXPECT_TRUE(std::ranges::equal(rows[i], all.values.row(i))) << "view " << i;
+  EXPECT_THAT(errorOf([&] { featuresOf(*descriptor, View{}); }), testing::Not(testing::IsEmpty()));
 }
 
 TEST_F(DescribeSequence, DoesNotDependOnThreads) {

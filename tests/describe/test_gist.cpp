@@ -229,7 +229,7 @@ TEST(Gist, DoesNotDependOnThreadsOfOpenCV) {
 }
 
 TEST(Gist, NamesItsNumbers) {
-  const DescriptorPart part = Gist().part();
+  const DescriptorPart part = Gist().parts().front();
   EXPECT_EQ(part.size(), 512U);
   EXPECT_EQ(part.columns[17], "gist 0.1.1");
   EXPECT_EQ(part.kind, PartKind::energies);

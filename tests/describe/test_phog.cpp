@@ -194,11 +194,11 @@ TEST(Phog, RefusesWhatItCannotDo) {
 }
 
 TEST(Phog, NamesItsNumbers) {
-  const DescriptorPart part = Phog().part();
+  const DescriptorPart part = Phog().parts().front();
   EXPECT_EQ(part.size(), 630U);
   EXPECT_EQ(part.columns[30 * 6 + 2], "phog 2.1.2");
   EXPECT_EQ(part.kind, PartKind::histogram);
-  EXPECT_NE(part.identity, Phog({.range = 180}).part().identity);
+  EXPECT_NE(part.identity, Phog({.range = 180}).parts().front().identity);
 }
 
 }  // namespace

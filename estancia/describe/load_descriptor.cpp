@@ -1,0 +1,79 @@
+#include "estancia/describe/load_descriptor.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/plus_names.hpp"
+#include "estancia/describe/words.hpp"
+
+namespace estancia {
+namespace {
+
+/// Several side by side.
+class Conjunction final : public Descriptor {
+ public:
+  explicit Conjunction(std::vector<NamedDescriptor> members) : members_(std::move(members)) {}
+
+  std::vector<DescriptorPart> parts() const override {
+    std::vector<DescriptorPart> all;
+    for (const NamedDescriptor& member : members_)
+      for (DescriptorPart& part : member.descriptor->parts()) all.push_back(std::move(part));
+    return all;
+  }
+  bool needsImage() const override {
+    return std::ranges::any_of(members_, [](auto& member) { return member.descriptor->needsImage(); });
+  }
+  bool needsDepth() const override {
+    return std::ranges::any_of(members_, [](auto& member) { return member.descriptor->needsDepth(); });
+  }
+  std::vector<float> describe(const View& view) const override {
+    std::vector<float> all;
+    for (const NamedDescriptor& member : members_) {
+      const std::vector<float> numbers = member.descriptor->describe(view);
+      all.insert(all.end(), numbers.begin(), numbers.end());
+    }
+    return all;
+  }
+
+ private:
+  std::vector<NamedDescriptor> members_;
+};
+
+std::unique_ptr<Descriptor> loadOne(const std::string& name, const LabelerOptions& options) {
+  if (auto found = findDescriptor(name)) return found;
+  try {
+    getModelFolder(name);
+  } catch (const Error& e) {
+    std::vector<std::string> types;
+    for (const auto& [type, what] : descriptorTypes()) types.push_back(type);
+    throw Error(fmt::format("{}; descriptors that need no model are {}", e.what(), fmt::join(types, ", ")));
+  }
+  return std::make_unique<Words>(loadModel(name, options));
+}
+
+}  // namespace
+
+std::vector<NamedDescriptor> loadDescriptors(const std::string& names, const LabelerOptions& options) {
+  std::vector<NamedDescriptor> loaded;
+  std::set<std::string> seen;
+  for (const std::string& name : splitAtPlus(names)) {
+    if (name.empty()) throw Error(fmt::format("\"{}\": name the descriptors between the plus signs", names));
+    if (!seen.insert(name).second)
+      throw Error(fmt::format("\"{}\": {} stands there twice; once is enough", names, name));
+    loaded.push_back({name, loadOne(name, options)});
+  }
+  return loaded;
+}
+
+std::unique_ptr<Descriptor> loadDescriptor(const std::string& names, const LabelerOptions& options) {
+  std::vector<NamedDescriptor> loaded = loadDescriptors(names, options);
+  if (loaded.size() == 1) return std::move(loaded.front().descriptor);
+  return std::make_unique<Conjunction>(std::move(loaded));
+}
+
+}  // namespace estancia
