@@ -175,6 +175,13 @@ DescriptorMatrix rowsOf(const DescriptorMatrix& matrix, const std::vector<std::s
   return result;
 }
 
+DescriptorMatrix matrixOf(std::span<const float> values, std::size_t columns) {
+  DescriptorMatrix matrix(columns);
+  matrix.reserve(values.size() / columns);
+  for (std::size_t i = 0; i < values.size(); i += columns) matrix.append(values.subspan(i, columns));
+  return matrix;
+}
+
 void writeMatrix(ByteWriter& out, const DescriptorMatrix& matrix) {
   out.number(static_cast<std::uint64_t>(matrix.labels()));
   out.numbers(matrix.values());
@@ -186,11 +193,7 @@ DescriptorMatrix readMatrix(ByteReader& in) {
   if (columns == 0 || values.size() % columns != 0) in.fail("it is damaged (a matrix of uneven rows)");
   if (!std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); }))
     in.fail("it is damaged (a value is not finite)");
-  DescriptorMatrix matrix(columns);
-  matrix.reserve(values.size() / columns);
-  for (std::size_t i = 0; i < values.size(); i += columns)
-    matrix.append(std::span(values).subspan(i, columns));
-  return matrix;
+  return matrixOf(values, columns);
 }
 
 }  // namespace estancia

@@ -144,10 +144,7 @@ DescriptorMatrix Knn::predict(const DescriptorMatrix& samples, int threads) cons
     const std::vector<double> p = votes(nearest, neighbours, classes, weights);
     std::copy(p.begin(), p.end(), all.begin() + static_cast<std::ptrdiff_t>(i * k));
   });
-  DescriptorMatrix result(k);
-  result.reserve(queries.size());
-  for (std::size_t i = 0; i < queries.size(); ++i) result.append(std::span(all).subspan(i * k, k));
-  return result;
+  return matrixOf(all, k);
 }
 
 /// The share of held-out samples that each number of neighbours finds right.

@@ -46,10 +46,7 @@ class Linear final : public Classifier {
       const std::vector<double> p = shares(std::move(f));
       std::copy(p.begin(), p.end(), all.begin() + static_cast<std::ptrdiff_t>(i * k));
     });
-    DescriptorMatrix result(k);
-    result.reserve(x.size());
-    for (std::size_t i = 0; i < x.size(); ++i) result.append(std::span(all).subspan(i * k, k));
-    return result;
+    return matrixOf(all, k);
   }
   void write(ByteWriter& out) const override {
     writeMatrix(out, weights);

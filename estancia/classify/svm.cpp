@@ -80,10 +80,7 @@ DescriptorMatrix Svm::predict(const DescriptorMatrix& x, int threads) const {
     const std::vector<double> p = coupled(decisions, sigmoids, k);
     std::copy(p.begin(), p.end(), all.begin() + static_cast<std::ptrdiff_t>(i * k));
   });
-  DescriptorMatrix result(k);
-  result.reserve(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) result.append(std::span(all).subspan(i * k, k));
-  return result;
+  return matrixOf(all, k);
 }
 
 // ---- training

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "estancia/classify/classifier.hpp"
@@ -29,6 +30,9 @@ std::vector<double> classWeights(const Samples& samples, bool balanced);
 
 /// The rows that are named, in that order.
 DescriptorMatrix rowsOf(const DescriptorMatrix& matrix, const std::vector<std::size_t>& rows);
+
+/// Rows of so many columns, one after the other.
+DescriptorMatrix matrixOf(std::span<const float> values, std::size_t columns);
 
 void writeMatrix(ByteWriter& out, const DescriptorMatrix& matrix);
 /// Throws Error when a value is not finite.
