@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <numeric>
 #include <opencv2/ml.hpp>
 #include <random>
 #include <utility>
@@ -52,10 +51,7 @@ class Forest final : public Classifier {
                    for (std::size_t i = task * rowsAtOnce; i < end; ++i)
                      all[i * k + classOf(root, x.row(i))] += 1.0F / static_cast<float>(trees.roots.size());
                });
-    DescriptorMatrix result(k);
-    result.reserve(x.size());
-    for (std::size_t i = 0; i < x.size(); ++i) result.append(std::span(all).subspan(i * k, k));
-    return result;
+    return matrixOf(all, k);
   }
 
   void write(ByteWriter& out) const override {
@@ -96,12 +92,6 @@ class SeededGenerator {
  private:
   cv::RNG before_;
 };
-
-std::vector<std::size_t> allRows(const Samples& samples) {
-  std::vector<std::size_t> rows(samples.classes.size());
-  std::iota(rows.begin(), rows.end(), std::size_t{0});
-  return rows;
-}
 
 /// As many samples of each class as the smallest has (Chen, Liaw & Breiman, "Using random forest to learn
 /// imbalanced data", 2004; weights do not help trees that grow until their leaves are pure), but not so few
@@ -159,10 +149,16 @@ std::unique_ptr<Classifier> trainForest(const Samples& samples, const Classifier
   progress.begin("growing trees", batches);
   inParallel(batches, options.threads, progress, "stopped while trees grew", [&](std::size_t b) {
     const std::uint64_t seed = options.seed * 1000003 + b;
-    const std::vector<std::size_t> rows = options.balanced ? balancedDraw(samples, seed) : allRows(samples);
-    const DescriptorMatrix values = rowsOf(samples.x, rows);
+    DescriptorMatrix drawn(0);
     std::vector<int> classes;
-    for (const std::size_t row : rows) classes.push_back(samples.classes[row]);
+    if (options.balanced) {
+      const std::vector<std::size_t> rows = balancedDraw(samples, seed);
+      drawn = rowsOf(samples.x, rows);
+      for (const std::size_t row : rows) classes.push_back(samples.classes[row]);
+    } else {
+      classes = samples.classes;
+    }
+    const DescriptorMatrix& values = options.balanced ? drawn : samples.x;
     const cv::Mat x(static_cast<int>(values.size()), static_cast<int>(values.labels()), CV_32F,
                     const_cast<float*>(values.values().data()));  // only read
     const auto data = cv::ml::TrainData::create(x, cv::ml::ROW_SAMPLE, cv::Mat(classes, true));
