@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "estancia/core/bytes.hpp"
@@ -10,14 +11,21 @@
 
 namespace estancia {
 
+/// What the probabilities of words add up to; numbered as in files.
+enum class WordSums : std::uint8_t {
+  whole,        ///< 1: shares of one whole, as of a softmax
+  independent,  ///< to more than 1 in some images, as a detector's
+  selection     ///< to less than 1: some words of a whole
+};
+
 /// What was learned of one part. A number v of the descriptor becomes (e(v) − mean) · scale, with e after the
-/// part's kind: probabilities of words → centred log-ratio (stats/distance.hpp), or log-odds where they are
-/// independent; histogram and energies → square root.
+/// part's kind: probabilities of words → centred log-ratio (stats/distance.hpp), of a selection centred over
+/// its words and the rest that they leave of 1; log-odds where they are independent; histogram and energies →
+/// square root.
 struct PartEmbedding {
   DescriptorPart part;
-  /// Probabilities that are not shares of one whole, as a detector's: some image's add up to more than 1.
-  bool independent = false;
-  std::vector<float> mean, scale;  ///< one a column; scale is 0 where training saw one value only
+  WordSums sums = WordSums::whole;  ///< of probabilities
+  std::vector<float> mean, scale;   ///< one a column; scale is 0 where training saw one value only
 };
 
 /// Puts parts side by side, balanced: however many columns a part has, its share of the squared distances is

@@ -274,6 +274,59 @@ TEST(FeatureEmbedding, IndependentProbabilitiesAreComparedByLogOdds) {
   for (const float v : extremes.values()) EXPECT_TRUE(std::isfinite(v));
 }
 
+/// Images of one word each, at these probabilities, of two rooms by turns.
+Features oneWord(const std::vector<float>& probabilities) {
+  Features features{{{"model", PartKind::probabilities, {"bed"}, "model 1"}}, {}, DescriptorMatrix(1)};
+  for (const float p : probabilities) {
+    Frame frame;
+    frame.name = "frame " + std::to_string(features.frames.size());
+    frame.room = features.frames.size() % 2 == 0 ? "bedroom" : "kitchen";
+    features.frames.push_back(frame);
+    features.values.append(std::vector<float>{p});
+  }
+  return features;
+}
+
+TEST(FeatureEmbedding, ASelectionOfSharesIsComparedWithTheRest) {
+  // The first two of three: what they leave of 1 is the third.
+  const double a = std::log(0.2 / 0.5), b = std::log(0.3 / 0.1), rest = std::log(0.5 / 0.4),
+               mean = (a + b + rest) / 3;
+  Features features{{{"model", PartKind::probabilities, {"bed", "lamp"}, "model 1"}},
+                    std::vector<Frame>(2),
+                    DescriptorMatrix(2)};
+  features.values.append(std::vector<float>{0.2F, 0.3F});
+  features.values.append(std::vector<float>{0.5F, 0.1F});
+  expectDirection(FeatureEmbedding::learn(features).apply(features), {a - mean, b - mean});
+}
+
+TEST(FeatureEmbedding, OneTellingWordIsEnough) {
+  std::vector<float> probabilities;
+  for (int i = 0; i < 20; ++i) {
+    probabilities.push_back(0.6F + 0.01F * static_cast<float>(i));
+    probabilities.push_back(0.05F + 0.01F * static_cast<float>(i));
+  }
+  const Features features = oneWord(probabilities);
+  const RoomClassifier classifier = learned(features, "linear");
+  EXPECT_EQ(testRooms(classifier, features).accuracy(), 1);
+  const test::ScratchFolder scratch;
+  classifier.save(scratch / "rooms");
+  EXPECT_EQ(RoomClassifier::load(scratch / "rooms").predict(features).values(),
+            classifier.predict(features).values());
+}
+
+TEST(FeatureEmbedding, OneSlipDoesNotMakeWordsIndependent) {
+  Features features = madeUpRooms(3, 20, 1);
+  const auto kept = FeatureEmbedding::learn(features).parts()[0].sums;
+  std::vector<float> row(features.values.row(0).begin(), features.values.row(0).end());
+  row[0] += 0.0015F;
+  Frame frame = features.frames[0];
+  frame.name = "slip";
+  features.frames.push_back(frame);
+  features.values.append(row);
+  EXPECT_EQ(kept, WordSums::whole);
+  EXPECT_EQ(FeatureEmbedding::learn(features).parts()[0].sums, WordSums::whole);
+}
+
 // ---- selection
 
 TEST(Selection, FindsTheColumnsThatTell) {
