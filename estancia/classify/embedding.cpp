@@ -19,6 +19,8 @@
 namespace estancia {
 namespace {
 
+constexpr float rounding = 1e-3F;  // of probabilities and their sums, in float32 or a file's few digits
+
 /// How one kind of part is treated, after measurements on NYU's rooms.
 struct Treatment {
   /// Whether each column is scaled to variance 1. Words are not: those that hardly vary are mostly noise.
@@ -100,6 +102,11 @@ void requireSound(const DescriptorPart& part, PartKind kind, std::span<const flo
     if (values[c] < 0 && kind != PartKind::energies)
       throw Error(fmt::format("{}: column \"{}\" of {} is {}, but no share or probability is below 0", frame,
                               part.columns[c], part.name, values[c]));
+    if (values[c] > 1 + rounding && kind == PartKind::probabilities)
+      throw Error(
+          fmt::format("{}: column \"{}\" of {} is {}, but no probability is above 1; does its network need "
+                      "softmax or sigmoid?",
+                      frame, part.columns[c], part.name, values[c]));
   }
 }
 
@@ -170,8 +177,8 @@ FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
     throw Error("there are no described images to learn from");
   FeatureEmbedding embedding;
   const auto n = static_cast<double>(features.values.size());
-  double weights = 0;
-  for (const DescriptorPart& part : features.parts) weights += treatmentOf(part.kind).weight;
+  double weights = 0;  // of the parts that tell something
+  std::vector<double> variances;
   std::size_t first = 0;
   for (const DescriptorPart& part : features.parts) {
     const std::size_t size = part.size();
@@ -207,10 +214,21 @@ FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
       all += inverse * inverse * sigma * sigma;
       scale[c] = static_cast<float>(inverse);
     }
-    const double share = all > 0 ? std::sqrt(treatment.weight / weights / all) : 0;
-    for (float& value : scale) value = static_cast<float>(value * share);
+    if (all > 0) weights += treatment.weight;
+    variances.push_back(all);
     embedding.parts_.push_back({part, sum, std::move(mean), std::move(scale)});
     first += size;
+  }
+  if (weights == 0)
+    throw Error(
+        fmt::format("all {} images have the same numbers in {}: nothing tells the rooms apart; describe them "
+                    "with something else",
+                    features.values.size(), features.name()));
+  for (std::size_t p = 0; p < variances.size(); ++p) {
+    PartEmbedding& part = embedding.parts_[p];
+    if (variances[p] == 0) continue;
+    const double share = std::sqrt(treatmentOf(part.part.kind).weight / weights / variances[p]);
+    for (float& value : part.scale) value = static_cast<float>(value * share);
   }
   return embedding;
 }

@@ -327,6 +327,40 @@ TEST(FeatureEmbedding, OneSlipDoesNotMakeWordsIndependent) {
   EXPECT_EQ(FeatureEmbedding::learn(features).parts()[0].sums, WordSums::whole);
 }
 
+TEST(FeatureEmbedding, AWordAboveOneIsRefused) {
+  Features features = madeUpRooms(3, 6, 1);
+  const RoomClassifier classifier = learned(features);
+  std::vector<float> row(features.values.row(0).begin(), features.values.row(0).end());
+  row[3] = 50;
+  features.values.append(row);
+  features.frames.push_back(features.frames[0]);
+  features.frames.back().name = "loud";
+  const auto says =
+      testing::AllOf(HasSubstr("loud: column \"word 3\" of words is 50"), HasSubstr("softmax or sigmoid"));
+  EXPECT_THAT(errorOf([&] { learned(features); }), says);
+  EXPECT_THAT(errorOf([&] { classifier.predict(features); }), says);
+}
+
+TEST(FeatureEmbedding, ImagesThatAreAllAlikeTeachNothing) {
+  EXPECT_THAT(errorOf([] { learned(oneWord(std::vector<float>(8, 0.3F))); }),
+              HasSubstr("all 8 images have the same numbers in model: nothing tells the rooms apart"));
+}
+
+TEST(FeatureEmbedding, PartsThatAreAllAlikeHaveNoShare) {
+  Features features = madeUpRooms(3, 20, 1);
+  DescriptorMatrix values(18);
+  for (std::size_t i = 0; i < features.values.size(); ++i) {
+    std::vector<float> row(features.values.row(i).begin(), features.values.row(i).end());
+    std::fill(row.begin(), row.begin() + 12, 1.0F / 12);
+    values.append(row);
+  }
+  features.values = values;
+  const DescriptorMatrix x = FeatureEmbedding::learn(features).apply(features);
+  double norm = 0;
+  for (const float v : x.values()) norm += static_cast<double>(v) * v / static_cast<double>(x.size());
+  EXPECT_NEAR(norm, 1, 1e-4);
+}
+
 // ---- selection
 
 TEST(Selection, FindsTheColumnsThatTell) {
