@@ -1,5 +1,7 @@
 #include "estancia/classify/search.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "estancia/classify/folds.hpp"
@@ -9,12 +11,11 @@
 namespace estancia {
 namespace {
 
-std::vector<std::size_t> searched(const Samples& samples) {
+std::vector<std::size_t> searched(const Samples& samples, std::size_t most) {
   std::vector<std::vector<std::size_t>> ofClass(static_cast<std::size_t>(samples.classCount));
   for (std::size_t i = 0; i < samples.classes.size(); ++i)
     ofClass[static_cast<std::size_t>(samples.classes[i])].push_back(i);
-  const double step =
-      std::max(1.0, static_cast<double>(samples.classes.size()) / static_cast<double>(Search::most));
+  const double step = std::max(1.0, static_cast<double>(samples.classes.size()) / static_cast<double>(most));
   std::vector<std::size_t> rows;
   for (const auto& members : ofClass)
     for (double at = 0; at < static_cast<double>(members.size()); at += step)
@@ -34,10 +35,10 @@ std::vector<float> productsOf(const DescriptorMatrix& x, int threads) {
   return products;
 }
 
-Search searchOf(const Samples& samples, const ClassifierOptions& options) {
+Search searchOf(const Samples& samples, const ClassifierOptions& options, std::size_t most) {
   Search search;
   std::vector<int> groups;
-  const std::vector<std::size_t> rows = searched(samples);
+  const std::vector<std::size_t> rows = searched(samples, most);
   search.x = rowsOf(samples.x, rows);
   for (const std::size_t row : rows) {
     search.classes.push_back(samples.classes[row]);
@@ -49,6 +50,11 @@ Search searchOf(const Samples& samples, const ClassifierOptions& options) {
   search.products = productsOf(search.x, options.threads);
   search.norms = squaredNorms(search.x);
   return search;
+}
+
+std::string heldOut(double share, const ClassifierOptions& options) {
+  return fmt::format("{:.1f} % of what was held out{}", 100 * share,
+                     options.balanced ? ", each class counting alike" : "");
 }
 
 }  // namespace estancia

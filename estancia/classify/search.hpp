@@ -1,7 +1,10 @@
 // What all searches for the best parameters share: samples, folds, and products of all pairs.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "estancia/classify/classifier.hpp"
@@ -24,7 +27,21 @@ struct Search {
   std::size_t size() const { return classes.size(); }
 };
 
-Search searchOf(const Samples& samples, const ClassifierOptions& options);
+/// At most `most` samples, but one of each class.
+Search searchOf(const Samples& samples, const ClassifierOptions& options, std::size_t most = Search::most);
+
+/// "79.5 % of what was held out", for a share of the weights.
+std::string heldOut(double share, const ClassifierOptions& options);
+
+/// work() under a line of progress: libraries that learn do not say how far they are.
+template <class Work>
+auto learnFromAll(const Samples& samples, Progress& progress, Work work) {
+  progress.begin(fmt::format("learning from all {} images", samples.x.size()), 1);
+  auto learned = work();
+  progress.advance();
+  progress.end();
+  return learned;
+}
 
 /// x xᵀ, n × n.
 std::vector<float> productsOf(const DescriptorMatrix& x, int threads);

@@ -85,6 +85,9 @@ DescriptorMatrix Svm::predict(const DescriptorMatrix& x, int threads) const {
 
 // ---- training
 
+/// What the held-out decisions of one C may take: with many classes, fewer samples are searched.
+constexpr std::size_t mostBytes = std::size_t{512} << 20;
+constexpr std::size_t judgedAtOnce = 64;  // samples
 constexpr double costs[] = {0.1, 0.3, 1, 3, 10, 30};
 constexpr double highestCost = 800;
 constexpr double gammas[] = {0.25, 0.5, 1, 2};  // in units of 1 / the samples' variance
@@ -104,7 +107,7 @@ std::size_t pairsOf(const Search& search) {
 /// Decision values of all pairs for the samples of one fold, learned from the others; left as they are where
 /// a pair has no machine.
 void holdOut(const Search& search, const SvmSamples& samples, std::span<const float> kernel,
-             const std::vector<int>& folds, int fold, double c, std::span<double> decisions) {
+             const std::vector<int>& folds, int fold, double c, std::span<float> decisions) {
   const std::size_t n = search.size();
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < n; ++i)
@@ -122,27 +125,25 @@ void holdOut(const Search& search, const SvmSamples& samples, std::span<const fl
       for (std::size_t b = a + 1; b < trained.classes.size(); ++b, ++p)
         decisions[i * pairsOf(search) + pairIndex(static_cast<std::size_t>(trained.classes[a]),
                                                   static_cast<std::size_t>(trained.classes[b]),
-                                                  search.weights.size())] = f[p];
+                                                  search.weights.size())] = static_cast<float>(f[p]);
   }
 }
 
-std::vector<Sigmoid> sigmoidsOf(const Search& search, const std::vector<double>& decisionsOfAll) {
-  std::vector<Sigmoid> sigmoids;
-  for (std::size_t i = 0; i < search.weights.size(); ++i)
-    for (std::size_t j = i + 1; j < search.weights.size(); ++j) {
-      std::vector<double> decisions, weights;
-      std::vector<char> isFirst;
-      for (std::size_t s = 0; s < Search::repetitions * search.size(); ++s) {
-        const auto c = static_cast<std::size_t>(search.classes[s % search.size()]);
-        const double f = decisionsOfAll[s * pairsOf(search) + sigmoids.size()];
-        if ((c != i && c != j) || std::isnan(f)) continue;
-        decisions.push_back(f);
-        weights.push_back(search.weights[c] / Search::repetitions);
-        isFirst.push_back(c == i ? 1 : 0);
-      }
-      sigmoids.push_back(fitSigmoid(decisions, isFirst, weights));
-    }
-  return sigmoids;
+/// `decisionsOfAll`: held out, n × pairs, one repetition after the other.
+Sigmoid sigmoidOf(const Search& search, std::span<const float> decisionsOfAll, std::size_t i, std::size_t j) {
+  const std::size_t pair = pairIndex(i, j, search.weights.size()), pairs = pairsOf(search);
+  std::vector<double> decisions, weights;
+  std::vector<char> isFirst;
+  for (std::size_t s = 0; s < Search::repetitions * search.size(); ++s) {
+    const auto c = static_cast<std::size_t>(search.classes[s % search.size()]);
+    if (c != i && c != j) continue;
+    const float f = decisionsOfAll[s * pairs + pair];
+    if (std::isnan(f)) continue;
+    decisions.push_back(f);
+    weights.push_back(search.weights[c] / Search::repetitions);
+    isFirst.push_back(c == i ? 1 : 0);
+  }
+  return fitSigmoid(decisions, isFirst, weights);
 }
 
 struct Choice {
@@ -150,57 +151,88 @@ struct Choice {
   std::optional<double> gamma;
   double score = -1;                                      ///< share of held-out samples found right
   double loss = std::numeric_limits<double>::infinity();  ///< mean −ln of the probability of what is right
-  std::vector<double> decisions;  ///< held out: n × pairs, one repetition after the other
   std::vector<Sigmoid> sigmoids;
 };
 
-void judge(const Search& search, Choice& choice) {
-  double score = 0, loss = 0;
-  const auto n = static_cast<double>(Search::repetitions * search.size());
-  for (std::size_t s = 0; s < Search::repetitions * search.size(); ++s) {
-    const auto truth = static_cast<std::size_t>(search.classes[s % search.size()]);
-    std::vector<double> f(choice.decisions.begin() + static_cast<std::ptrdiff_t>(s * pairsOf(search)),
-                          choice.decisions.begin() + static_cast<std::ptrdiff_t>((s + 1) * pairsOf(search)));
-    for (double& value : f)
-      if (std::isnan(value)) value = 0;  // no machine, no opinion
-    const std::vector<double> p = coupled(f, choice.sigmoids, search.weights.size());
-    const auto best = static_cast<std::size_t>(std::max_element(p.begin(), p.end()) - p.begin());
-    score += best == truth ? search.weights[truth] / n : 0;
-    loss -= std::log(std::max(p[truth], 1e-9)) * search.weights[truth] / n;
-  }
-  choice.score = score;
-  choice.loss = loss;
+constexpr const char* stopped = "stopped while C and gamma were sought";
+
+/// Steps of progress that one C takes: those of holdOut(), of sigmoids (a class each) and of judge().
+std::size_t stepsOf(const Search& search, const ClassifierOptions& options) {
+  const std::size_t samples = Search::repetitions * search.size();
+  return Search::repetitions * static_cast<std::size_t>(options.folds) + search.weights.size() +
+         (samples + judgedAtOnce - 1) / judgedAtOnce;
 }
+
+/// Finds the sigmoids of a C from its decisions, and how good the probabilities are that they give.
+void judge(const Search& search, std::span<const float> decisions, const ClassifierOptions& options,
+           Progress& progress, Choice& choice) {
+  const std::size_t k = search.weights.size(), pairs = pairsOf(search);
+  const std::size_t samples = Search::repetitions * search.size();
+  choice.sigmoids.resize(pairs);
+  inParallel(k, options.threads, progress, stopped, [&](std::size_t i) {
+    for (std::size_t j = i + 1; j < k; ++j)
+      choice.sigmoids[pairIndex(i, j, k)] = sigmoidOf(search, decisions, i, j);
+  });
+  std::vector<double> scores(samples), losses(samples);
+  inParallel(
+      (samples + judgedAtOnce - 1) / judgedAtOnce, options.threads, progress, stopped, [&](std::size_t task) {
+        for (std::size_t s = task * judgedAtOnce; s < std::min(samples, (task + 1) * judgedAtOnce); ++s) {
+          const auto truth = static_cast<std::size_t>(search.classes[s % search.size()]);
+          const std::span<const float> held = decisions.subspan(s * pairs, pairs);
+          std::vector<double> f(held.begin(), held.end());
+          for (double& value : f)
+            if (std::isnan(value)) value = 0;  // no machine, no opinion
+          const std::vector<double> p = coupled(f, choice.sigmoids, k);
+          const auto best = static_cast<std::size_t>(std::max_element(p.begin(), p.end()) - p.begin());
+          const double weight = search.weights[truth] / static_cast<double>(samples);
+          scores[s] = best == truth ? weight : 0;
+          losses[s] = -std::log(std::max(p[truth], 1e-9)) * weight;
+        }
+      });
+  choice.score = std::accumulate(scores.begin(), scores.end(), 0.0);
+  choice.loss = std::accumulate(losses.begin(), losses.end(), 0.0);
+}
+
+/// x xᵀ of what is searched, and its diagonal.
+struct Products {
+  std::vector<float> products, norms;
+};
 
 /// The best C of one kernel, if its held-out probabilities are better than what `best` has: they tell more
 /// than the share of hits, which moves in steps of one sample.
-void tryKernel(const Search& search, std::optional<double> gamma, std::span<const double> cs,
-               const ClassifierOptions& options, Progress& progress, Choice& best) {
-  const std::vector<float> kernel = kernelOf(search.products, search.norms, gamma);
+void tryKernel(const Search& search, const Products& products, std::optional<double> gamma,
+               std::span<const double> cs, const ClassifierOptions& options, Progress& progress,
+               Choice& best) {
+  const std::vector<float> kernel = kernelOf(products.products, products.norms, gamma);
   const SvmSamples samples(kernel, search.size());
   const std::size_t folds = static_cast<std::size_t>(options.folds), size = search.size() * pairsOf(search);
-  std::vector<std::vector<double>> decisions(cs.size(),
-                                             std::vector<double>(Search::repetitions * size, std::nan("")));
-  inParallel(cs.size() * Search::repetitions * folds, options.threads, progress,
-             "stopped while C and gamma were sought", [&](std::size_t task) {
-               const std::size_t c = task % cs.size(), r = task / cs.size() % Search::repetitions;
-               const auto fold = static_cast<int>(task / cs.size() / Search::repetitions);
-               holdOut(search, samples, kernel, search.folds[r], fold, cs[c],
-                       std::span(decisions[c]).subspan(r * size, size));
-             });
-  for (std::size_t c = 0; c < cs.size(); ++c) {
-    Choice choice{cs[c], gamma, 0, 0, std::move(decisions[c]), {}};
-    choice.sigmoids = sigmoidsOf(search, choice.decisions);
-    judge(search, choice);
-    if (choice.loss < best.loss - 1e-9) best = std::move(choice);
+  const std::size_t each = Search::repetitions * size;  // decisions of one C
+  const std::size_t atOnce = std::clamp(mostBytes / (each * sizeof(float)), std::size_t{1}, cs.size());
+  std::vector<float> decisions(atOnce * each);
+  for (std::size_t first = 0; first < cs.size(); first += atOnce) {
+    const std::span<const double> some = cs.subspan(first, std::min(atOnce, cs.size() - first));
+    std::fill(decisions.begin(), decisions.end(), std::nanf(""));
+    inParallel(some.size() * Search::repetitions * folds, options.threads, progress, stopped,
+               [&](std::size_t task) {
+                 const std::size_t c = task % some.size(), r = task / some.size() % Search::repetitions;
+                 const auto fold = static_cast<int>(task / some.size() / Search::repetitions);
+                 holdOut(search, samples, kernel, search.folds[r], fold, some[c],
+                         std::span(decisions).subspan(c * each + r * size, size));
+               });
+    for (std::size_t c = 0; c < some.size(); ++c) {
+      Choice choice{some[c], gamma, 0, 0, {}};
+      judge(search, std::span(decisions).subspan(c * each, each), options, progress, choice);
+      if (choice.loss < best.loss - 1e-9) best = std::move(choice);
+    }
   }
 }
 
 Choice choose(const Search& search, const ClassifierOptions& options, bool rbf, Progress& progress) {
   // Their variance is the natural unit of squared distances.
   const double n = static_cast<double>(search.size());
-  const double mean = std::accumulate(search.products.begin(), search.products.end(), 0.0) / n / n;
-  const double variance = std::accumulate(search.norms.begin(), search.norms.end(), 0.0) / n - mean;
+  const Products products{productsOf(search.x, options.threads), squaredNorms(search.x)};
+  const double mean = std::accumulate(products.products.begin(), products.products.end(), 0.0) / n / n;
+  const double variance = std::accumulate(products.norms.begin(), products.norms.end(), 0.0) / n - mean;
   std::vector<std::optional<double>> kernels;
   if (!rbf)
     kernels.emplace_back();
@@ -211,17 +243,22 @@ Choice choose(const Search& search, const ClassifierOptions& options, bool rbf, 
   const std::vector<double> cs =
       options.c ? std::vector<double>{*options.c} : std::vector<double>(std::begin(costs), std::end(costs));
   Choice best;
-  progress.begin("choosing C and gamma",
-                 kernels.size() * cs.size() * Search::repetitions * static_cast<std::size_t>(options.folds));
-  for (const auto& gamma : kernels) tryKernel(search, gamma, cs, options, progress, best);
+  progress.begin("choosing C and gamma", kernels.size() * cs.size() * stepsOf(search, options));
+  for (const auto& gamma : kernels) tryKernel(search, products, gamma, cs, options, progress, best);
   progress.end();
   // Large costs take long where classes overlap: they are tried only while they help.
   for (double c = cs.back(); !options.c && best.c == c && c < highestCost;) {
-    progress.begin("trying a larger C", Search::repetitions * static_cast<std::size_t>(options.folds));
-    tryKernel(search, best.gamma, std::vector<double>{c *= 3}, options, progress, best);
+    progress.begin("trying a larger C", stepsOf(search, options));
+    tryKernel(search, products, best.gamma, std::vector<double>{c *= 3}, options, progress, best);
     progress.end();
   }
   return best;
+}
+
+std::size_t mostSearched(const Samples& samples) {
+  const auto k = static_cast<std::size_t>(samples.classCount);
+  const std::size_t ofOne = Search::repetitions * (k * (k - 1) / 2) * sizeof(float);
+  return std::clamp(mostBytes / ofOne, std::size_t{1}, Search::most);
 }
 
 /// Weights of each pair instead of its support vectors: the kernel of a linear machine is a product.
@@ -257,16 +294,17 @@ TrainedMachines trainOnAll(const Samples& samples, const Choice& choice, const C
 std::unique_ptr<Classifier> trainSvm(const Samples& samples, const ClassifierOptions& options,
                                      Progress& progress) {
   const bool rbf = options.type == "svm-rbf";
-  const Search search = searchOf(samples, options);
-  Choice choice = choose(search, options, rbf, progress);
-  TrainedMachines trained = trainOnAll(samples, choice, options);
+  const Choice choice = choose(searchOf(samples, options, mostSearched(samples)), options, rbf, progress);
+  TrainedMachines trained =
+      learnFromAll(samples, progress, [&] { return trainOnAll(samples, choice, options); });
   auto svm = std::make_unique<Svm>();
   svm->gamma = choice.gamma;
   svm->machines = std::move(trained.machines);
   svm->vectors = rowsOf(samples.x, trained.vectors);
   svm->sigmoids = choice.sigmoids;
-  svm->chosen = fmt::format("C {:.4g}{}: {:.1f} % of what was held out", choice.c,
-                            rbf ? fmt::format(", gamma {:.4g}", *choice.gamma) : "", 100 * choice.score);
+  svm->chosen =
+      fmt::format("C {:.4g}{}: {}", choice.c, rbf ? fmt::format(", gamma {:.4g}", *choice.gamma) : "",
+                  heldOut(choice.score, options));
   if (!rbf) {
     svm->vectors = weightsOf(svm->machines, svm->vectors);
     svm->machines.coefficients.clear();
