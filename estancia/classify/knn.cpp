@@ -82,18 +82,56 @@ std::vector<double> votes(std::span<const Neighbour> neighbours, std::size_t k,
   return sums;
 }
 
-/// Rows of length 1: their Euclidean distance sorts as the cosine does. Rows of zeros stay.
+/// Rows of length 1: their Euclidean distance sorts as the cosine does. Rows of zeros stay. Throws Error when
+/// a length does not fit into float32.
 DescriptorMatrix toUnit(const DescriptorMatrix& x) {
   DescriptorMatrix result(x.labels());
   result.reserve(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) {
     std::vector<float> row(x.row(i).begin(), x.row(i).end());
     const float norm = std::sqrt(dot(row, row));
+    if (!std::isfinite(norm))
+      throw Error(fmt::format("sample {} is too long for a direction in float32; scale the columns", i));
     if (norm > 0)
       for (float& value : row) value /= norm;
     result.append(row);
   }
   return result;
+}
+
+constexpr float mostSquared = 1e37F;  // sums of a few such stay finite
+
+/// Column means. Sums do not overflow: the rows are float32.
+std::vector<float> meanOf(const DescriptorMatrix& x) {
+  std::vector<double> sums(x.labels());
+  for (std::size_t i = 0; i < x.size(); ++i)
+    for (std::size_t c = 0; c < sums.size(); ++c) sums[c] += x.row(i)[c];
+  std::vector<float> mean;
+  for (const double sum : sums) mean.push_back(static_cast<float>(sum / static_cast<double>(x.size())));
+  return mean;
+}
+
+/// Rows moved by the mean: far from the origin, products round off what sets neighbours apart. Throws Error
+/// when a product of two rows might not fit into float32.
+DescriptorMatrix centred(const DescriptorMatrix& x, std::span<const float> mean) {
+  DescriptorMatrix result(x.labels());
+  result.reserve(x.size());
+  std::vector<float> row(x.labels());
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    for (std::size_t c = 0; c < row.size(); ++c) row[c] = x.row(i)[c] - mean[c];
+    if (!(dot(row, row) <= mostSquared))
+      throw Error(
+          fmt::format("sample {} is too far from the others for distances in float32; scale the columns", i));
+    result.append(row);
+  }
+  return result;
+}
+
+/// Distances that keys have rounded off, exactly; sorted.
+void measure(const DescriptorMatrix& x, DescriptorView query, std::vector<Neighbour>& nearest) {
+  for (Neighbour& neighbour : nearest)
+    neighbour.distance = static_cast<float>(compare(Comparison::euclidean, query, x.row(neighbour.row)));
+  std::sort(nearest.begin(), nearest.end());
 }
 
 class Knn final : public Classifier {
@@ -107,8 +145,9 @@ class Knn final : public Classifier {
         neighbours(k),
         cosine(unit),
         chosen(std::move(how)),
-        packed(x),
-        norms(squaredNorms(x)) {}
+        mean(meanOf(x)),
+        packed(centred(x, mean)),
+        norms(squaredNorms(centred(x, mean))) {}
   std::string type() const override { return "knn"; }
   std::size_t columns() const override { return x.labels(); }
   int classCount() const override { return static_cast<int>(weights.size()); }
@@ -123,7 +162,8 @@ class Knn final : public Classifier {
   std::size_t neighbours;
   bool cosine;
   std::string chosen;
-  PackedRows packed;
+  std::vector<float> mean;
+  PackedRows packed;  ///< centred, as norms
   std::vector<float> norms;
 };
 
@@ -132,15 +172,11 @@ DescriptorMatrix Knn::predict(const DescriptorMatrix& samples, int threads) cons
   const DescriptorMatrix& queries = cosine ? unit : samples;
   const std::size_t k = weights.size();
   std::vector<float> all(queries.size() * k);
-  rowProducts(queries, packed, threads, [&](std::size_t i, std::span<float> products) {
+  rowProducts(centred(queries, mean), packed, threads, [&](std::size_t i, std::span<float> products) {
     std::vector<float> least((products.size() + stripe - 1) / stripe);
     sortKeys(norms.data(), products.data(), products.size(), least.data());
     std::vector<Neighbour> nearest = smallest(products, least, std::min(neighbours + spare, x.size()));
-    // Keys round off what is close; differences do not.
-    for (Neighbour& neighbour : nearest)
-      neighbour.distance =
-          static_cast<float>(compare(Comparison::euclidean, queries.row(i), x.row(neighbour.row)));
-    std::sort(nearest.begin(), nearest.end());
+    measure(x, queries.row(i), nearest);
     const std::vector<double> p = votes(nearest, neighbours, classes, weights);
     std::copy(p.begin(), p.end(), all.begin() + static_cast<std::ptrdiff_t>(i * k));
   });
@@ -151,25 +187,27 @@ DescriptorMatrix Knn::predict(const DescriptorMatrix& samples, int threads) cons
 std::vector<double> scoresOf(const Search& search, bool cosine, const std::vector<int>& counts,
                              const ClassifierOptions& options, Progress& progress) {
   const std::size_t n = search.size();
+  const auto most = static_cast<std::size_t>(*std::max_element(counts.begin(), counts.end()));
+  const DescriptorMatrix unit = cosine ? toUnit(search.x) : DescriptorMatrix(0);
+  const DescriptorMatrix& x = cosine ? unit : search.x;
+  const DescriptorMatrix moved = centred(x, meanOf(x));
+  const std::vector<float> products = productsOf(moved, options.threads), norms = squaredNorms(moved);
   std::vector<std::vector<int>> right(n, std::vector<int>(counts.size()));  // times, of all repetitions
   progress.begin("choosing the number of neighbours", n);
   inParallel(
       n, options.threads, progress, "stopped while the number of neighbours was sought", [&](std::size_t i) {
         std::vector<Neighbour> all(n);
         for (std::size_t j = 0; j < n; ++j) {
-          const float product = search.products[i * n + j], a = search.norms[i], b = search.norms[j];
-          const float square =
-              cosine ? 2 - 2 * product / std::sqrt(std::max(a * b, 1e-30F)) : a + b - 2 * product;
-          all[j] = {std::sqrt(std::max(square, 0.0F)), j};
+          all[j] = {norms[j] - 2 * products[i * n + j], j};
         }
         std::sort(all.begin(), all.end());
         for (const std::vector<int>& folds : search.folds) {
           std::vector<Neighbour> nearest;
           for (const Neighbour& neighbour : all)
-            if (folds[neighbour.row] != folds[i] &&
-                nearest.size() < static_cast<std::size_t>(*std::max_element(counts.begin(), counts.end())))
+            if (folds[neighbour.row] != folds[i] && nearest.size() < most + spare)
               nearest.push_back(neighbour);
           if (nearest.empty()) continue;
+          measure(x, x.row(i), nearest);
           for (std::size_t c = 0; c < counts.size(); ++c) {
             const auto p =
                 votes(nearest, static_cast<std::size_t>(counts[c]), search.classes, search.weights);
@@ -209,8 +247,8 @@ std::unique_ptr<Classifier> trainKnn(const Samples& samples, const ClassifierOpt
   }
   return std::make_unique<Knn>(cosine ? toUnit(samples.x) : samples.x, samples.classes, search.weights,
                                static_cast<std::size_t>(neighbours), cosine,
-                               fmt::format("{} neighbours, {}: {:.1f} % of what was held out", neighbours,
-                                           cosine ? "cosine" : "Euclidean", 100 * best));
+                               fmt::format("{} neighbours, {}: {}", neighbours,
+                                           cosine ? "cosine" : "Euclidean", heldOut(best, options)));
 }
 
 void Knn::write(ByteWriter& out) const {
