@@ -17,6 +17,7 @@ namespace estancia {
 namespace {
 
 constexpr double costs[] = {0.3, 1, 3, 10, 30};
+constexpr double highestCost = 800;
 
 /// Weights of the columns and a last one that is added, a row a class.
 using Weights = std::vector<std::vector<double>>;
@@ -144,6 +145,54 @@ int mostProbable(const Weights& weights, DescriptorView x) {
   return best;
 }
 
+/// Cross-validation, a task a fold of each repetition; weights for one C start from those for the last.
+class HeldOut {
+ public:
+  HeldOut(const Search& search, const ClassifierOptions& options)
+      : search_(search),
+        options_(options),
+        samples_(search.x),
+        weights_(Search::repetitions * static_cast<std::size_t>(options.folds)) {}
+
+  /// The weights of the held-out samples that each C (ascending) finds right.
+  std::vector<double> right(const std::vector<double>& cs, Progress& progress) {
+    std::vector<std::vector<double>> right(weights_.size(), std::vector<double>(cs.size()));
+    progress.begin("choosing C", right.size());
+    inParallel(right.size(), options_.threads, progress, "stopped while C was sought",
+               [&](std::size_t task) { learn(task, cs, right[task]); });
+    progress.end();
+    std::vector<double> sums(cs.size());
+    for (const auto& task : right)
+      for (std::size_t c = 0; c < cs.size(); ++c) sums[c] += task[c];
+    return sums;
+  }
+
+ private:
+  void learn(std::size_t task, const std::vector<double>& cs, std::vector<double>& right) {
+    const auto folds = static_cast<std::size_t>(options_.folds);
+    const std::vector<int>& foldOf = search_.folds[task / folds];
+    const auto fold = static_cast<int>(task % folds);
+    std::vector<std::size_t> rows;
+    for (std::size_t i = 0; i < search_.size(); ++i)
+      if (foldOf[i] != fold) rows.push_back(i);
+    if (std::all_of(rows.begin(), rows.end(),
+                    [&](std::size_t row) { return search_.classes[row] == search_.classes[rows.front()]; }))
+      return;
+    Weights& weights = weights_[task];
+    for (std::size_t c = 0; c < cs.size() && !interrupted(); ++c) {
+      weights = samples_.train(rows, search_.classes, cs[c], search_.weights, weights);
+      for (std::size_t i = 0; i < search_.size(); ++i)
+        if (foldOf[i] == fold && mostProbable(weights, search_.x.row(i)) == search_.classes[i])
+          right[c] += search_.weights[static_cast<std::size_t>(search_.classes[i])];
+    }
+  }
+
+  const Search& search_;
+  const ClassifierOptions& options_;
+  LinearSamples samples_;
+  std::vector<Weights> weights_;
+};
+
 }  // namespace
 
 std::unique_ptr<Classifier> trainLinear(const Samples& samples, const ClassifierOptions& options,
@@ -151,36 +200,24 @@ std::unique_ptr<Classifier> trainLinear(const Samples& samples, const Classifier
   const Search search = searchOf(samples, options);
   const std::vector<double> cs =
       options.c ? std::vector<double>{*options.c} : std::vector<double>(std::begin(costs), std::end(costs));
-  const LinearSamples searched(search.x);
-  const auto folds = static_cast<std::size_t>(options.folds);
-  std::vector<std::vector<double>> right(Search::repetitions * folds, std::vector<double>(cs.size()));
-  progress.begin("choosing C", right.size());
-  inParallel(right.size(), options.threads, progress, "stopped while C was sought", [&](std::size_t task) {
-    const std::vector<int>& foldOf = search.folds[task / folds];
-    const auto fold = static_cast<int>(task % folds);
-    std::vector<std::size_t> rows;
-    for (std::size_t i = 0; i < search.size(); ++i)
-      if (foldOf[i] != fold) rows.push_back(i);
-    if (std::all_of(rows.begin(), rows.end(),
-                    [&](std::size_t row) { return search.classes[row] == search.classes[rows.front()]; }))
-      return;
-    Weights weights;
-    for (std::size_t c = 0; c < cs.size() && !interrupted(); ++c) {
-      weights = searched.train(rows, search.classes, cs[c], search.weights, weights);
-      for (std::size_t i = 0; i < search.size(); ++i)
-        if (foldOf[i] == fold && mostProbable(weights, search.x.row(i)) == search.classes[i])
-          right[task][c] += search.weights[static_cast<std::size_t>(search.classes[i])];
+  HeldOut heldOutSamples(search, options);
+  double best = 0, most = -1;
+  const auto tryCosts = [&](const std::vector<double>& some) {
+    const std::vector<double> right = heldOutSamples.right(some, progress);
+    for (std::size_t i = 0; i < some.size(); ++i) {
+      if (right[i] <= most) continue;
+      most = right[i];
+      best = some[i];
     }
-  });
-  progress.end();
-  std::vector<double> sums(cs.size());
-  for (const auto& task : right)
-    for (std::size_t c = 0; c < cs.size(); ++c) sums[c] += task[c];
-  const auto best = static_cast<std::size_t>(std::max_element(sums.begin(), sums.end()) - sums.begin());
+  };
+  tryCosts(cs);
+  for (double c = cs.back(); !options.c && best == c && c < highestCost;) tryCosts({c *= 3});
 
   std::vector<std::size_t> rows(samples.x.size());
   std::iota(rows.begin(), rows.end(), std::size_t{0});
-  const Weights weights = LinearSamples(samples.x).train(rows, samples.classes, cs[best], search.weights, {});
+  const Weights weights = learnFromAll(samples, progress, [&] {
+    return LinearSamples(samples.x).train(rows, samples.classes, best, search.weights, {});
+  });
   DescriptorMatrix matrix(samples.x.labels());
   std::vector<double> bias;
   for (const auto& row : weights) {
@@ -189,8 +226,8 @@ std::unique_ptr<Classifier> trainLinear(const Samples& samples, const Classifier
   }
   return std::make_unique<Linear>(
       matrix, std::move(bias),
-      fmt::format("C {:.4g}: {:.1f} % of what was held out", cs[best],
-                  100 * sums[best] / static_cast<double>(search.size() * Search::repetitions)));
+      fmt::format("C {:.4g}: {}", best,
+                  heldOut(most / static_cast<double>(search.size() * Search::repetitions), options)));
 }
 
 std::unique_ptr<Classifier> readLinear(ByteReader& in) {

@@ -47,8 +47,6 @@ Search searchOf(const Samples& samples, const ClassifierOptions& options, std::s
   for (std::size_t r = 0; r < Search::repetitions; ++r)
     search.folds.push_back(groupedFolds(search.classes, groups, options.folds, options.seed + r));
   search.weights = classWeights(samples, options.balanced);
-  search.products = productsOf(search.x, options.threads);
-  search.norms = squaredNorms(search.x);
   return search;
 }
 

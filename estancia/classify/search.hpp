@@ -22,7 +22,6 @@ struct Search {
   std::vector<int> classes;
   std::vector<std::vector<int>> folds;  ///< of each sample, for each repetition
   std::vector<double> weights;          ///< of the classes; all 1 unless balanced
-  std::vector<float> products, norms;   ///< x xᵀ (n × n) and its diagonal
 
   std::size_t size() const { return classes.size(); }
 };

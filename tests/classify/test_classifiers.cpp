@@ -332,6 +332,126 @@ TEST(Knn, ASampleItselfOutvotesAllOthers) {
     EXPECT_EQ(p.row(i)[static_cast<std::size_t>(samples.classes[i])], 1);
 }
 
+/// The same samples moved and scaled.
+Samples changed(const Samples& samples, float added, float factor) {
+  Samples result = samples;
+  result.x = DescriptorMatrix(samples.x.labels());
+  for (std::size_t i = 0; i < samples.x.size(); ++i) {
+    std::vector<float> row(samples.x.row(i).begin(), samples.x.row(i).end());
+    for (float& value : row) value = value * factor + added;
+    result.x.append(row);
+  }
+  return result;
+}
+
+TEST(Knn, TheOriginMayBeFarAway) {
+  // Values are rounded to what float32 holds out there, so that distances are the same.
+  const Samples far = changed(clouds(4, 60, 5, 2, 1), 1000, 1),
+                farQueries = changed(clouds(4, 60, 5, 2, 2), 1000, 1);
+  const Samples near = changed(far, -1000, 1), queries = changed(farQueries, -1000, 1);
+  for (const int k : {0, 3}) {
+    ClassifierOptions options = typed("knn");
+    options.metric = "euclidean";
+    if (k > 0) options.neighbours = k;
+    const auto classifier = trained(far, options), expected = trained(near, options);
+    EXPECT_EQ(classifier->choice(), expected->choice());
+    EXPECT_EQ(classifier->predict(farQueries.x).values(), expected->predict(queries.x).values());
+  }
+}
+
+TEST(Knn, NumbersTooLargeForDistancesAreRefused) {
+  const Samples good = clouds(2, 10, 4, 1, 1), huge = changed(good, 0, 1e20F);
+  for (const char* metric : {"euclidean", "cosine"}) {
+    ClassifierOptions options = typed("knn");
+    options.metric = metric;
+    const auto classifier = trained(good, options);
+    EXPECT_THAT(errorOf([&] { trained(huge, options); }), testing::HasSubstr("float32"));
+    EXPECT_THAT(errorOf([&] { classifier->predict(huge.x); }), testing::HasSubstr("float32"));
+  }
+}
+
+/// "1 neighbours, cosine: 75.0 % of what was held out" → 75.
+double heldOutShare(const Classifier& classifier) {
+  const std::string choice = classifier.choice();
+  return std::stod(choice.substr(choice.find(": ") + 2));
+}
+
+/// Class 0 is zeros, which have no direction, class 1 short and long rows of one: the nearest of each is its
+/// own.
+TEST(Knn, TheSearchMeasuresAsThePredictionDoes) {
+  Samples samples{DescriptorMatrix(2), {}, {}, 2};
+  for (int i = 0; i < 40; ++i) {
+    const int c = i % 2;
+    const auto length = static_cast<float>(c * (i + 1));
+    samples.x.append(std::vector<float>{3 * length, 4 * length});
+    samples.classes.push_back(c);
+    samples.groups.push_back(i);
+  }
+  ClassifierOptions options = typed("knn");
+  options.neighbours = 1;
+  options.metric = "cosine";
+  const auto classifier = trained(samples, options);
+  EXPECT_EQ(accuracy(*classifier, samples), 1);
+  EXPECT_EQ(heldOutShare(*classifier), 100);
+}
+
+/// Twins are at distance 0, and outvote all others, wherever they lie.
+TEST(Knn, TheSearchFindsTwins) {
+  Samples samples = clouds(2, 30, 9, 0.01, 1);
+  DescriptorMatrix x(9);
+  for (std::size_t i = 0; i < samples.x.size(); ++i) {
+    std::vector<float> row(samples.x.row(i / 2 * 2).begin(), samples.x.row(i / 2 * 2).end());
+    row[0] += 30;
+    x.append(row);
+    samples.classes[i] = static_cast<int>(i / 2 % 2);  // nothing but its twin tells of a sample
+    samples.groups[i] = static_cast<int>(i);
+  }
+  samples.x = x;
+  ClassifierOptions options = typed("knn");
+  options.neighbours = 25;
+  options.metric = "euclidean";
+  options.folds = 60;
+  EXPECT_EQ(heldOutShare(*trained(samples, options)), 100);
+}
+
+TEST(Linear, CGrowsWhileItHelps) {
+  // Numbers so small that no weight is large enough before C is.
+  const Samples samples = changed(clouds(4, 40, 10, 1.5, 1), 0, 0.01F);
+  const std::string choice = trained(samples, typed("linear"))->choice();
+  EXPECT_GT(std::stod(choice.substr(2)), 30) << choice;
+}
+
+TEST_P(EachType, ABalancedShareSaysSo) {
+  const Samples samples = clouds(3, 12, 4, 1, 1);
+  ClassifierOptions options = typed(GetParam());
+  const bool searches = options.type != "forest";
+  EXPECT_EQ(trained(samples, options)->choice().ends_with(" % of what was held out"), searches);
+  options.balanced = true;
+  EXPECT_EQ(trained(samples, options)->choice().ends_with("held out, each class counting alike"), searches);
+}
+
+class Listening final : public Progress {
+ public:
+  void begin(const std::string& what, std::size_t total, std::size_t) override {
+    lines.push_back(what);
+    totals.push_back(total);
+    dones.push_back(0);
+  }
+  void advance(std::size_t count) override { dones.back() += count; }
+  std::vector<std::string> lines;
+  std::vector<std::size_t> totals, dones;
+};
+
+TEST_P(EachType, ProgressIsToldToTheEnd) {
+  const Samples samples = clouds(3, 30, 4, 1, 1);
+  Listening progress;
+  trainClassifier(samples, typed(GetParam()), progress);
+  EXPECT_EQ(progress.dones, progress.totals);
+  if (GetParam() != "forest" && GetParam() != "knn") {
+    EXPECT_EQ(progress.lines.back(), "learning from all 90 images");
+  }
+}
+
 /// A forest of one batch is OpenCV's own with that seed.
 TEST(Forest, VotesAreThoseOfOpenCv) {
   const Samples samples = clouds(3, 30, 8, 2, 1), queries = clouds(3, 30, 8, 2, 2);
