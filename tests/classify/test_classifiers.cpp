@@ -397,11 +397,11 @@ TEST(Knn, TheSearchMeasuresAsThePredictionDoes) {
 
 /// Twins are at distance 0, and outvote all others, wherever they lie.
 TEST(Knn, TheSearchFindsTwins) {
-  Samples samples = clouds(2, 30, 9, 0.01, 1);
+  Samples samples = clouds(2, 30, 9, 0.001, 1);
   DescriptorMatrix x(9);
   for (std::size_t i = 0; i < samples.x.size(); ++i) {
     std::vector<float> row(samples.x.row(i / 2 * 2).begin(), samples.x.row(i / 2 * 2).end());
-    row[0] += 30;
+    for (float& value : row) value += 30;
     x.append(row);
     samples.classes[i] = static_cast<int>(i / 2 % 2);  // nothing but its twin tells of a sample
     samples.groups[i] = static_cast<int>(i);
