@@ -1,6 +1,7 @@
 // Made-up samples, and classifiers taken apart.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -34,9 +35,31 @@ inline Samples clouds(int classes, int perClass, std::size_t columns, double spr
   return samples;
 }
 
+/// The same samples moved and scaled.
+inline Samples changed(const Samples& samples, float added, float factor) {
+  Samples result = samples;
+  result.x = DescriptorMatrix(samples.x.labels());
+  for (std::size_t i = 0; i < samples.x.size(); ++i) {
+    std::vector<float> row(samples.x.row(i).begin(), samples.x.row(i).end());
+    for (float& value : row) value = value * factor + added;
+    result.x.append(row);
+  }
+  return result;
+}
+
 inline std::unique_ptr<Classifier> trained(const Samples& samples, ClassifierOptions options) {
   Progress silent;
   return trainClassifier(samples, options, silent);
+}
+
+/// The share of samples whose most probable class is theirs.
+inline double accuracy(const Classifier& classifier, const Samples& samples) {
+  const DescriptorMatrix p = classifier.predict(samples.x);
+  double right = 0;
+  for (std::size_t i = 0; i < p.size(); ++i)
+    right +=
+        std::max_element(p.row(i).begin(), p.row(i).end()) - p.row(i).begin() == samples.classes[i] ? 1 : 0;
+  return right / static_cast<double>(p.size());
 }
 
 inline ClassifierOptions typed(const std::string& type) {
