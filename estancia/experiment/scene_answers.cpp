@@ -53,9 +53,18 @@ std::vector<double> SceneAnswers::right(const SceneTest& test) const {
   return shares;
 }
 
+std::vector<std::size_t> SceneAnswers::rightInRuns(const SceneTest& test) const {
+  std::vector<std::size_t> counts(static_cast<std::size_t>(test.runCount));
+  for (const auto& seed : answers)
+    for (std::size_t i = 0; i < test.rooms.size(); ++i)
+      if (seed[i] == test.rooms[i]) ++counts[static_cast<std::size_t>(test.runs[i])];
+  return counts;
+}
+
 double SceneAnswers::accuracy(const SceneTest& test) const {
-  const auto shares = right(test);
-  return std::accumulate(shares.begin(), shares.end(), 0.0) / static_cast<double>(shares.size());
+  const auto counts = rightInRuns(test);
+  return static_cast<double>(std::accumulate(counts.begin(), counts.end(), std::size_t{0})) /
+         static_cast<double>(answers.size() * test.rooms.size());
 }
 
 std::vector<double> SceneAnswers::confusion(const SceneTest& test) const {
@@ -107,17 +116,6 @@ SceneAnswers SceneAnswers::fromResults(const CellResults& results, const SceneTe
     found.answers.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(s * images),
                                all.begin() + static_cast<std::ptrdiff_t>((s + 1) * images));
   return found;
-}
-
-std::vector<double> runShares(const SceneTest& test, const std::vector<double>& right) {
-  std::vector<double> sums(static_cast<std::size_t>(test.runCount)), images(sums.size());
-  for (std::size_t i = 0; i < right.size(); ++i) {
-    const auto run = static_cast<std::size_t>(test.runs[i]);
-    sums[run] += right[i];
-    images[run] += 1;
-  }
-  for (std::size_t r = 0; r < sums.size(); ++r) sums[r] /= std::max(images[r], 1.0);
-  return sums;
 }
 
 }  // namespace estancia

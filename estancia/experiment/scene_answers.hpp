@@ -35,6 +35,9 @@ struct SceneAnswers {
 
   /// Share of the seeds that were right about each image.
   std::vector<double> right(const SceneTest& test) const;
+  /// Right answers in each run, of all seeds: whole numbers, so that equals are equal however they are
+  /// summed.
+  std::vector<std::size_t> rightInRuns(const SceneTest& test) const;
   double accuracy(const SceneTest& test) const;
   /// Mean over the rooms that the test shows of the share of their images that were recognised.
   double balancedAccuracy(const SceneTest& test) const;
@@ -45,8 +48,5 @@ struct SceneAnswers {
   /// Throws Error when these are not `seeds` answers for each of the images of `test`.
   static SceneAnswers fromResults(const CellResults& results, const SceneTest& test, std::size_t seeds);
 };
-
-/// Share of right answers in each run.
-std::vector<double> runShares(const SceneTest& test, const std::vector<double>& right);
 
 }  // namespace estancia

@@ -30,6 +30,21 @@ std::vector<std::size_t> pairsThatTell(const ScenesResults& results) {
   return pairs;
 }
 
+/// A method's score is the share of right answers of its cells together, the mean of theirs.
+template <class MethodOf>
+Scores pooled(const SceneBlocks& blocks, std::size_t methods, MethodOf methodOf) {
+  Scores scores{{}, blocks.names, {}};
+  for (std::size_t b = 0; b < blocks.right.size(); ++b) {
+    std::vector<std::size_t> right(methods);
+    for (std::size_t c = 0; c < blocks.right[b].size(); ++c) right[methodOf(c)] += blocks.right[b][c];
+    const std::size_t answers = blocks.answers[b] * (blocks.right[b].size() / methods);
+    auto& values = scores.values.emplace_back();
+    for (const std::size_t count : right)
+      values.push_back(static_cast<double>(count) / static_cast<double>(answers));
+  }
+  return scores;
+}
+
 }  // namespace
 
 SceneBlocks blocksOf(const ScenesResults& results) {
@@ -37,30 +52,37 @@ SceneBlocks blocksOf(const ScenesResults& results) {
   if (results.pairs.size() >= fewestPairs) {
     for (std::size_t p = 0; p < results.pairs.size(); ++p) {
       blocks.names.push_back(fmt::format("{}→{}", results.pairs[p].train, results.pairs[p].test));
-      auto& values = blocks.values.emplace_back();
-      for (std::size_t c = 0; c < cellCount(results); ++c)
-        values.push_back(cellOf(results, p, c).accuracy(results.pairs[p].images));
+      const SceneTest& test = results.pairs[p].images;
+      blocks.answers.push_back(test.rooms.size() * cellOf(results, p, 0).answers.size());
+      auto& right = blocks.right.emplace_back();
+      for (std::size_t c = 0; c < cellCount(results); ++c) {
+        const auto counts = cellOf(results, p, c).rightInRuns(test);
+        right.push_back(std::accumulate(counts.begin(), counts.end(), std::size_t{0}));
+      }
     }
     return blocks;
   }
   blocks.runs = true;
   for (const std::size_t p : pairsThatTell(results)) {
     const Pair& pair = results.pairs[p];
-    const std::size_t first = blocks.values.size();
+    const std::size_t first = blocks.right.size();
     for (const std::string& run : pair.runs) {
       blocks.names.push_back(fmt::format("{}→{}: {}", pair.train, pair.test, run));
-      blocks.values.emplace_back(cellCount(results));
+      blocks.right.emplace_back(cellCount(results));
+      blocks.answers.push_back(0);
     }
+    for (const int run : pair.images.runs)
+      blocks.answers[first + static_cast<std::size_t>(run)] += cellOf(results, p, 0).answers.size();
     for (std::size_t c = 0; c < cellCount(results); ++c) {
-      const auto shares = runShares(pair.images, cellOf(results, p, c).right(pair.images));
-      for (std::size_t r = 0; r < shares.size(); ++r) blocks.values[first + r][c] = shares[r];
+      const auto counts = cellOf(results, p, c).rightInRuns(pair.images);
+      for (std::size_t r = 0; r < counts.size(); ++r) blocks.right[first + r][c] = counts[r];
     }
   }
   return blocks;
 }
 
 Scores scoresOfCells(const ScenesResults& results, const SceneBlocks& blocks) {
-  Scores scores{{}, blocks.names, blocks.values};
+  Scores scores = pooled(blocks, cellCount(results), [](std::size_t cell) { return cell; });
   for (const auto& descriptor : results.descriptors)
     for (const std::string& classifier : results.classifiers)
       scores.methods.push_back(fmt::format("{}/{}", descriptor.name, classifier));
@@ -68,24 +90,17 @@ Scores scoresOfCells(const ScenesResults& results, const SceneBlocks& blocks) {
 }
 
 Scores scoresOfDescriptors(const ScenesResults& results, const SceneBlocks& blocks) {
-  Scores scores{{}, blocks.names, {}};
   const std::size_t classifiers = results.classifiers.size();
+  Scores scores = pooled(blocks, results.descriptors.size(),
+                         [classifiers](std::size_t cell) { return cell / classifiers; });
   for (const auto& descriptor : results.descriptors) scores.methods.push_back(descriptor.name);
-  for (const auto& block : blocks.values) {
-    auto& values = scores.values.emplace_back(results.descriptors.size());
-    for (std::size_t c = 0; c < block.size(); ++c)
-      values[c / classifiers] += block[c] / static_cast<double>(classifiers);
-  }
   return scores;
 }
 
 Scores scoresOfClassifiers(const ScenesResults& results, const SceneBlocks& blocks) {
-  Scores scores{results.classifiers, blocks.names, {}};
-  for (const auto& block : blocks.values) {
-    auto& values = scores.values.emplace_back(results.classifiers.size());
-    for (std::size_t c = 0; c < block.size(); ++c)
-      values[c % results.classifiers.size()] += block[c] / static_cast<double>(results.descriptors.size());
-  }
+  const std::size_t classifiers = results.classifiers.size();
+  Scores scores = pooled(blocks, classifiers, [classifiers](std::size_t cell) { return cell % classifiers; });
+  scores.methods = results.classifiers;
   return scores;
 }
 

@@ -20,8 +20,10 @@ inline constexpr std::size_t fewestPairs = 6;
 struct SceneBlocks {
   bool runs = false;               ///< else whole pairs, as in the thesis
   std::vector<std::string> names;  ///< each once
-  /// values[block][cell]: share of right answers; cell = descriptor · classifiers + classifier.
-  std::vector<std::vector<double>> values;
+  /// right[block][cell]: right answers of all seeds; cell = descriptor · classifiers + classifier. Shares are
+  /// divided last: a sum of shares differs in its last bit from an equal one, which ranks would count.
+  std::vector<std::vector<std::size_t>> right;
+  std::vector<std::size_t> answers;  ///< that each cell gave in each block, right or wrong
 };
 
 /// Whole pairs of training and test where there are at least `fewestPairs`. Else the runs of the test images

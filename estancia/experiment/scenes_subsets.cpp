@@ -29,8 +29,9 @@ double percent(const ScenesResults& results, const Curve& curve, std::size_t k) 
 }
 
 std::vector<double> blockShares(const ScenesResults& results, const Curve& curve, std::size_t k) {
+  const ScenesResults point = pointOf(results, curve, k);
   std::vector<double> shares;
-  for (const auto& block : blocksOf(pointOf(results, curve, k)).values) shares.push_back(block[0]);
+  for (const auto& block : scoresOfCells(point, blocksOf(point)).values) shares.push_back(block[0]);
   return shares;
 }
 

@@ -76,7 +76,7 @@ TEST(SceneAnswers, CountConfusionsAsAMeanOverSeeds) {
   EXPECT_THAT(answers.right(test), ElementsAre(1, 0.5, 1, 0));
   EXPECT_THAT(answers.confusion(test), ElementsAre(1.5, 0.5, 0, 0, 0, 1, 0, 0, 0, 0.5, 0, 0.5, 0, 0, 0, 0));
   EXPECT_DOUBLE_EQ(answers.balancedAccuracy(test), (0.75 + 1 + 0) / 3) << "room 3 is not asked about";
-  EXPECT_THAT(runShares(test, answers.right(test)), ElementsAre(0.75, 1, 0));
+  EXPECT_THAT(answers.rightInRuns(test), ElementsAre(3, 2, 0));
 }
 
 TEST(SceneAnswers, ReadBackWhatTheyTold) {
@@ -136,17 +136,18 @@ TEST(SceneBlocks, AreRunsOfOneTestAndPairsOfMany) {
   ScenesResults results = guesses(10, {0.9, 0.6});
   const SceneBlocks runs = blocksOf(results);
   EXPECT_TRUE(runs.runs);
-  ASSERT_EQ(runs.values.size(), 10U);
+  ASSERT_EQ(runs.right.size(), 10U);
   EXPECT_EQ(runs.names[3], "train→test: run 3");
-  const auto shares = runShares(results.pairs[0].images, results.cells[1].right(results.pairs[0].images));
-  for (std::size_t r = 0; r < 10; ++r) EXPECT_EQ(runs.values[r][1], shares[r]);
+  const auto counts = results.cells[1].rightInRuns(results.pairs[0].images);
+  for (std::size_t r = 0; r < 10; ++r) EXPECT_EQ(runs.right[r][1], counts[r]);
+  EXPECT_THAT(runs.answers, Each(2));
 
   // Beside another test, a pair of a sequence with itself says nothing of runs.
   results.pairs.push_back(results.pairs[0]);
   results.pairs[1].same = true;
   results.pairs[1].train = "test";
   results.cells.insert(results.cells.end(), {results.cells[0], results.cells[1]});
-  EXPECT_EQ(blocksOf(results).values.size(), 10U);
+  EXPECT_EQ(blocksOf(results).right.size(), 10U);
 
   while (results.pairs.size() < fewestPairs) {
     results.pairs.push_back(results.pairs[0]);
@@ -155,9 +156,9 @@ TEST(SceneBlocks, AreRunsOfOneTestAndPairsOfMany) {
   }
   const SceneBlocks pairs = blocksOf(results);
   EXPECT_FALSE(pairs.runs);
-  ASSERT_EQ(pairs.values.size(), fewestPairs);
+  ASSERT_EQ(pairs.right.size(), fewestPairs);
   EXPECT_EQ(pairs.names[1], "test→test");
-  EXPECT_DOUBLE_EQ(pairs.values[2][0], meanAccuracies(results, {0})[0]);
+  EXPECT_DOUBLE_EQ(scoresOfCells(results, pairs).values[2][0], meanAccuracies(results, {0})[0]);
 }
 
 TEST(SceneScores, AreMeansOverTheOther) {
@@ -175,6 +176,31 @@ TEST(SceneScores, AreMeansOverTheOther) {
     EXPECT_DOUBLE_EQ(descriptors.values[b][1], (block[2] + block[3]) / 2);
     EXPECT_DOUBLE_EQ(classifiers.values[b][0], (block[0] + block[2]) / 2);
   }
+}
+
+TEST(SceneScores, EqualSharesAreEqual) {
+  // One run of ten images; of the first descriptor's five classifiers 2, 5, 6, 7, 9 answers are right, and as
+  // many of the others' in other orders.
+  ScenesResults results;
+  results.rooms = {"a", "b"};
+  results.classifiers = {"1", "2", "3", "4", "5"};
+  results.pairs.push_back({"train", "test", testOf(1, 10), {}, {"run"}, 9, false});
+  std::vector<int> right{2, 5, 6, 7, 9};
+  do {
+    results.descriptors.push_back({std::to_string(results.descriptors.size()), true, 1});
+    for (const int count : right) {
+      auto& cell = results.cells.emplace_back();
+      for (const int more : {0, 1, 0}) {  // three seeds, one of which knows one image more
+        cell.answers.push_back(results.pairs[0].images.rooms);
+        for (int i = count + more; i < 10; ++i) cell.answers.back()[static_cast<std::size_t>(i)] = 1;
+      }
+    }
+  } while (std::next_permutation(right.begin(), right.end()));
+  ASSERT_EQ(results.descriptors.size(), 120U);
+  const Scores descriptors = scoresOfDescriptors(results, blocksOf(results));
+  EXPECT_THAT(descriptors.values[0], Each((3 * 29 + 5) / 150.0));
+  const Scores classifiers = scoresOfClassifiers(results, blocksOf(results));
+  EXPECT_THAT(classifiers.values[0], Each((3 * 29 + 5) / 150.0));
 }
 
 }  // namespace
