@@ -132,6 +132,49 @@ TEST(SceneChoice, AClearWinnerKeepsItsValue) {
   EXPECT_LE(corrected, means[0]);
 }
 
+TEST(SceneChoice, IsAMeanOverPairsAsThePlainFigure) {
+  // Two cells of the same answers: right about all of 50 images, and about every other one of 500.
+  ScenesResults results;
+  results.rooms = {"a", "b"};
+  results.descriptors = {{"words", true, 1}};
+  results.classifiers = {"1", "2"};
+  for (const int runs : {10, 100}) {
+    auto& pair = results.pairs.emplace_back(
+        ScenesResults::Pair{"train", std::to_string(runs), testOf(runs, 5, 1), {}, {}, 9, false});
+    for (int r = 0; r < runs; ++r) pair.runs.push_back(std::to_string(r));
+    SceneAnswers answers{{pair.images.rooms}};
+    if (runs == 100)
+      for (std::size_t i = 0; i < 500; ++i) answers.answers[0][i] = i / 5 % 2 == 0 ? 0 : 1;
+    results.cells.insert(results.cells.end(), 2, answers);
+  }
+  EXPECT_THAT(meanAccuracies(results, {0, 1}), ElementsAre(0.75, 0.75));
+  EXPECT_NEAR(accuracyOfChoice(results, {0, 1}, 1), 0.75, 0.005);
+}
+
+TEST(SceneChoice, AmongEqualsIsNotTheLuckyOne) {
+  // On runs drawn of three, cells are often equally good: the first of them is no better choice than the
+  // last.
+  const auto choice = [](const std::vector<std::vector<int>>& right) {
+    ScenesResults results;
+    results.rooms = {"a", "b"};
+    results.descriptors = {{"words", true, 1}};
+    auto& pair = results.pairs.emplace_back(
+        ScenesResults::Pair{"train", "test", testOf(3, 3, 1), {}, {"0", "1", "2"}, 9, false});
+    std::vector<std::size_t> cells;
+    for (const auto& counts : right) {
+      cells.push_back(cells.size());
+      results.classifiers.push_back(std::to_string(cells.size()));
+      auto& answers = results.cells.emplace_back().answers.emplace_back(pair.images.rooms);
+      for (std::size_t i = 0; i < answers.size(); ++i)
+        answers[i] = static_cast<int>(i % 3) < counts[i / 3] ? 0 : 1;
+    }
+    return accuracyOfChoice(results, cells, 1);
+  };
+  const double one = choice({{3, 1, 2}, {2, 2, 1}, {1, 3, 1}}),
+               other = choice({{1, 3, 1}, {2, 2, 1}, {3, 1, 2}});
+  EXPECT_NEAR(one, other, 1e-12) << "the order of cells says nothing";
+}
+
 TEST(SceneBlocks, AreRunsOfOneTestAndPairsOfMany) {
   ScenesResults results = guesses(10, {0.9, 0.6});
   const SceneBlocks runs = blocksOf(results);
