@@ -1,10 +1,12 @@
 #include "estancia/experiment/scene_answers.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <numeric>
 
 #include "estancia/core/error.hpp"
+#include "estancia/stats/proportion.hpp"
 
 namespace estancia {
 namespace {
@@ -28,8 +30,11 @@ double effectiveSize(const SceneTest& test, const std::vector<double>& right, do
   const double variance = runs / (runs - 1) *
                           std::inner_product(excess.begin(), excess.end(), excess.begin(), 0.0) /
                           (images * images);
-  if (variance <= 0) return images;
-  return std::clamp(share * (1 - share) / variance, 1.0, images);
+  const double independent = variance > 0 ? std::min(share * (1 - share) / variance, images) : images;
+  // Few runs tell their variance badly, as Student's t knows.
+  using namespace boost::math;
+  const double doubt = quantile(normal(), 0.975) / quantile(students_t(runs - 1), 0.975);
+  return std::max(independent * doubt * doubt, 1.0);
 }
 
 }  // namespace
@@ -38,11 +43,8 @@ Share shareRight(const SceneTest& test, const std::vector<double>& right) {
   if (right.empty()) throw Error("no image was asked about, so that there is no share of right answers");
   const double share = std::accumulate(right.begin(), right.end(), 0.0) / static_cast<double>(right.size());
   const double n = effectiveSize(test, right, share);
-  constexpr double z = 1.959963984540054;
-  const double middle = (share + z * z / (2 * n)) / (1 + z * z / n);
-  const double half = z / (1 + z * z / n) * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n));
-  return {share, std::min(share, std::max(0.0, middle - half)),
-          std::max(share, std::min(1.0, middle + half))};
+  const auto [low, high] = wilsonInterval(share, n);
+  return {share, low, high};
 }
 
 std::vector<double> SceneAnswers::right(const SceneTest& test) const {

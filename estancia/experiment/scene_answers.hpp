@@ -25,7 +25,8 @@ struct Share {
 
 /// The share of right answers: Wilson's interval (J. Am. Stat. Assoc. 22 (1927)), with as many images as
 /// independent ones would tell as much (Kish's effective sample size, from the variance between runs; Korn &
-/// Graubard, Survey Methodology 24 (1998)). Where all or none are right, each run counts as one image.
+/// Graubard, Survey Methodology 24 (1998), with their correction for few runs by Student's t). Where all or
+/// none are right, each run counts as one image.
 /// `right[i]` in [0, 1], one an image. Throws Error when there are no images.
 Share shareRight(const SceneTest& test, const std::vector<double>& right);
 

@@ -5,11 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <utility>
 
 #include "estancia/core/error.hpp"
 #include "estancia/experiment/scenes_statistics.hpp"
+#include "estancia/experiment/scenes_subsets.hpp"
+#include "estancia/stats/proportion.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -35,9 +38,30 @@ SceneTest testOf(int runs, int length, int rooms = 2) {
 TEST(SceneShare, OfIndependentImagesIsWilsonsInterval) {
   const Share share = shareRight(testOf(10, 1), {1, 1, 1, 1, 1, 1, 1, 1, 0, 0});
   EXPECT_DOUBLE_EQ(share.value, 0.8);
-  // Wilson's interval of 7.2 in 9: the variance between ten runs leaves nine degrees of freedom.
-  EXPECT_NEAR(share.low, 0.4738, 2e-4);
-  EXPECT_NEAR(share.high, 0.9467, 2e-4);
+  // Wilson's interval with 9 · (1.95996 / 2.26216)² images: ten runs leave nine degrees of freedom.
+  const auto [low, high] = wilsonInterval(0.8, 9 * std::pow(1.95996398 / 2.26215716, 2));
+  EXPECT_NEAR(share.low, low, 1e-7);
+  EXPECT_NEAR(share.high, high, 1e-7);
+}
+
+TEST(SceneShare, IntervalsOfFewRunsCoverTheTrueShare) {
+  // Runs of 20 images each; a run's own share of right answers is uniform between 0.4 and 1.
+  std::mt19937_64 random(11);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) / 9007199254740992.0; };
+  for (const int runs : {4, 5, 10, 30}) {
+    const SceneTest test = testOf(runs, 20);
+    int covered = 0;
+    for (int trial = 0; trial < 4000; ++trial) {
+      std::vector<double> right;
+      for (int r = 0; r < runs; ++r) {
+        const double share = 0.4 + 0.6 * uniform();
+        for (int i = 0; i < 20; ++i) right.push_back(uniform() < share ? 1 : 0);
+      }
+      const Share found = shareRight(test, right);
+      covered += found.low <= 0.7 && 0.7 <= found.high ? 1 : 0;
+    }
+    EXPECT_GE(covered, 0.94 * 4000) << runs << " runs";
+  }
 }
 
 TEST(SceneShare, ImagesOfARunAreOneWitness) {
@@ -219,6 +243,19 @@ TEST(SceneScores, AreMeansOverTheOther) {
     EXPECT_DOUBLE_EQ(descriptors.values[b][1], (block[2] + block[3]) / 2);
     EXPECT_DOUBLE_EQ(classifiers.values[b][0], (block[0] + block[2]) / 2);
   }
+}
+
+TEST(SceneSubsets, AllLabelsAreSpokenOfWhenTheyWereTried) {
+  ScenesResults results = guesses(60, {0.9, 0.6});
+  results.curveDescriptor = "words";
+  results.curveClassifier = "knn";
+  results.counts = {75, 300};
+  results.curves.push_back({"mean", {{results.cells[0]}, {results.cells[1]}}});
+  results.labels = 793;
+  EXPECT_EQ(subsetAnswer(results), "") << "300 labels are not all of them";
+  results.labels = 300;
+  EXPECT_THAT(subsetAnswer(results),
+              HasSubstr("That 75 labels beat all of them holds here: against all 300"));
 }
 
 TEST(SceneScores, EqualSharesAreEqual) {
