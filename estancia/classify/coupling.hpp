@@ -15,7 +15,7 @@ struct Sigmoid {
 
 /// Maximum likelihood with Platt's smoothed targets, by the method of Lin, Lin & Weng, "A note on Platt's
 /// probabilistic outputs" (2007). Weights (one a value, ≥ 0) make the classes count alike. The default
-/// sigmoid where one of the two classes has no values.
+/// sigmoid where one of the two classes has no values; never one that falls where decisions grow.
 Sigmoid fitSigmoid(std::span<const double> decisions, std::span<const char> isFirst,
                    std::span<const double> weights);
 

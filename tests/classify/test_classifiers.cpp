@@ -374,6 +374,23 @@ TEST(Coupling, SigmoidIsFoundAgain) {
   EXPECT_EQ(sigmoid(1e9), 1);
 }
 
+TEST(Coupling, ASigmoidNeverTurnsDecisionsRound) {
+  const std::vector<double> f = {-1, -0.5, 0.5, 1}, weights(4, 1);
+  const Sigmoid sigmoid = fitSigmoid(f, std::vector<char>{1, 1, 0, 0}, weights);
+  EXPECT_LT(sigmoid.a, 0);
+  EXPECT_LT(sigmoid(-1), sigmoid(1));
+}
+
+TEST(Svm, RoomsOfTwoImagesAreToldApart) {
+  for (const char* type : {"svm-linear", "svm-rbf"}) {
+    Samples samples = test::clouds(2, 2, 10, 0.1, 3);
+    std::iota(samples.groups.begin(), samples.groups.end(), 0);  // each held out in turn
+    const DescriptorMatrix p = test::trained(samples, test::typed(type))->predict(samples.x);
+    for (std::size_t i = 0; i < 4; ++i)
+      EXPECT_GT(p.row(i)[static_cast<std::size_t>(samples.classes[i])], 0.5) << type << ", image " << i;
+  }
+}
+
 /// The optimum of Wu, Lin & Weng's second method solves Q p = b, Σ p = 1 (their Eq. 21): by elimination.
 TEST(Coupling, PairsAreCoupledAsTheLinearSystemSays) {
   std::mt19937 random(2);

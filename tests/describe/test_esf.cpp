@@ -22,6 +22,17 @@
 #include "estancia/describe/voxel_lines.hpp"
 #include "support/support.hpp"
 
+#ifdef ESTANCIA_HAS_PCL
+namespace {
+unsigned pclSeed = 1;
+}
+/// PCL starts its random numbers with the second that it is run in; here they are different in every run, and
+/// the same in every test: the program's own srand stands before the C library's.
+extern "C" void srand(unsigned) noexcept {
+  srandom(pclSeed);
+}
+#endif
+
 namespace estancia {
 namespace {
 
@@ -252,13 +263,10 @@ TEST(BackProjection, PutsPixelsWhereTheCameraSawThem) {
 }
 
 #ifdef ESTANCIA_HAS_PCL
-/// One run of PCL's. Its random numbers start anew with the second that it is run in, so that runs differ by
-/// the order of the points instead.
 std::vector<float> pclEsf(const PointCloud& cloud, unsigned run) {
-  std::vector<cv::Point3f> points = cloud.points;
-  std::shuffle(points.begin(), points.end(), std::mt19937(run));
+  pclSeed = run + 1;
   const auto input = std::make_shared<pcl::PointCloud<pcl::PointXYZ>>();
-  for (const cv::Point3f& p : points) input->emplace_back(p.x, p.y, p.z);
+  for (const cv::Point3f& p : cloud.points) input->emplace_back(p.x, p.y, p.z);
   pcl::ESFEstimation<pcl::PointXYZ> estimation;
   estimation.setInputCloud(input);
   pcl::PointCloud<pcl::ESFSignature640> output;

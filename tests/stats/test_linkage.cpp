@@ -14,6 +14,11 @@
 #include "estancia/core/error.hpp"
 
 namespace estancia {
+
+void PrintTo(const NamedLinkage& linkage, std::ostream* out) {
+  *out << linkage.name;
+}
+
 namespace {
 
 using Matrix = std::vector<std::vector<double>>;
