@@ -26,12 +26,12 @@ struct Experiment {
   std::function<Findings(Grid& grid, const ExperimentRun& run, Progress& progress)> run;
 };
 
-/// Of sequences, models and classifiers that are not optional.
+/// Of the sequences that are there, and of descriptors that are not optional.
 std::vector<std::vector<std::string>> scenesCells(const ScenesOptions& options) {
   std::vector<std::pair<std::string, std::string>> pairs;
   std::vector<std::string> sequences, classifiers = options.classifiers;
   for (const ScenesOptions::Data& data : options.data) {
-    if (data.optional) continue;
+    if (data.optional && !std::filesystem::exists(data.images.path)) continue;
     if (data.asked || !data.splitColumn.empty())
       pairs.emplace_back(data.name + " train", data.name + " test");
     else

@@ -354,7 +354,7 @@ TEST_F(ClassifyCommand, NeverReplacesWhatItReads) {
   expectError({"classify", "predict", classifier, picture, "-o", picture}, "is read here");
   expectError({"classify", "predict", classifier, scratch_ / "lines", "-o", picture}, "exists");
   writeFile(scratch_ / "broken.png", "no picture");
-  expectError({"classify", "predict", classifier, scratch_ / "broken.png"}, "cannot be decoded");
+  expectError({"classify", "predict", classifier, scratch_ / "broken.png"}, "not a picture");
   EXPECT_EQ(readFile(picture), pixels);
   expectError({"classify", "test", model_, others_, "-o", others_}, "is read here");
   expectError({"classify", "test", model_, words_, "-o", others_}, "exists");
