@@ -1,82 +1,52 @@
 #include "estancia/classify/folds.hpp"
 
 #include <algorithm>
-#include <cctype>
-#include <cstdlib>
 #include <limits>
 #include <map>
 #include <numeric>
-#include <optional>
 #include <random>
 #include <string>
+
+#include "estancia/core/frame_runs.hpp"
 
 namespace estancia {
 namespace {
 
-/// The last number in a name, its extension apart: 12 of "rgb/0012.png".
-std::optional<long long> numberOf(const std::string& name) {
-  const auto isDigit = [&](std::size_t i) { return std::isdigit(static_cast<unsigned char>(name[i])) != 0; };
-  const std::size_t dot = name.find_last_of('.');
-  std::size_t end = dot == std::string::npos || dot == 0 || dot + 5 < name.size() ? name.size() : dot;
-  while (end > 0 && !isDigit(end - 1)) --end;
-  std::size_t begin = end;
-  while (begin > 0 && isDigit(begin - 1) && end - begin < 18) --begin;
-  if (begin == end) return std::nullopt;
-  return std::strtoll(name.substr(begin, end - begin).c_str(), nullptr, 10);
-}
+/// Frames that a piece of a cut run keeps at least: next neighbours are all but copies, and single frames
+/// would answer for each other.
+constexpr std::size_t shortestPiece = 3;
 
-/// The median of the steps from frame to frame inside a room; nothing when names hold no rising numbers.
-std::optional<long long> usualStep(const std::vector<Frame>& frames) {
-  std::vector<long long> steps;
-  for (std::size_t i = 1; i < frames.size(); ++i) {
-    if (frames[i].room != frames[i - 1].room) continue;
-    const auto from = numberOf(frames[i - 1].name), to = numberOf(frames[i].name);
-    if (from && to && *to > *from) steps.push_back(*to - *from);
+/// Cuts runs into equal pieces, the longest pieces first, until there are `least` or all are short.
+std::vector<FrameRun> cut(const std::vector<FrameRun>& runs, std::size_t least) {
+  std::vector<std::size_t> pieces(runs.size(), 1);
+  const auto ifCutOnceMore = [&](std::size_t r) { return runs[r].size / (pieces[r] + 1); };
+  for (std::size_t count = runs.size(); count < least; ++count) {
+    std::size_t longest = 0;
+    for (std::size_t r = 1; r < runs.size(); ++r)
+      if (ifCutOnceMore(r) > ifCutOnceMore(longest)) longest = r;
+    if (ifCutOnceMore(longest) < shortestPiece) break;
+    ++pieces[longest];
   }
-  if (steps.empty()) return std::nullopt;
-  std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
-  return steps[steps.size() / 2];
-}
-
-struct Run {
-  std::size_t first, size;
-};
-
-/// Halves the longest runs until there are `least`, or only single frames.
-void cut(std::vector<Run>& runs, std::size_t least) {
-  while (runs.size() < least) {
-    const auto longest = std::max_element(runs.begin(), runs.end(),
-                                          [](const Run& a, const Run& b) { return a.size < b.size; });
-    if (longest->size < 2) return;
-    const std::size_t half = longest->size / 2;
-    const Run rest{longest->first + half, longest->size - half};
-    longest->size = half;
-    runs.push_back(rest);
-  }
+  std::vector<FrameRun> cut;
+  for (std::size_t r = 0; r < runs.size(); ++r)
+    for (std::size_t p = 0; p < pieces[r]; ++p) {
+      const std::size_t begin = runs[r].size * p / pieces[r], end = runs[r].size * (p + 1) / pieces[r];
+      cut.push_back({runs[r].first + begin, end - begin});
+    }
+  return cut;
 }
 
 }  // namespace
 
 std::vector<int> runsOfRooms(const std::vector<Frame>& frames, int least) {
-  const std::optional<long long> step = usualStep(frames);
-  const auto follows = [&](std::size_t i) {
-    if (frames[i].room != frames[i - 1].room) return false;
-    const auto from = numberOf(frames[i - 1].name), to = numberOf(frames[i].name);
-    return !step || !from || !to || (*to >= *from && *to - *from <= 2 * *step);
-  };
-  std::map<std::string, std::vector<Run>> runs;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    auto& ofRoom = runs[frames[i].room];
-    if (i > 0 && follows(i))
-      ++ofRoom.back().size;
-    else
-      ofRoom.push_back({i, 1});
-  }
+  std::vector<std::string> rooms;
+  for (const Frame& frame : frames) rooms.push_back(frame.room);
+  std::map<std::string, std::vector<FrameRun>> runs;
+  for (const FrameRun& run : frameRuns(frames, rooms)) runs[rooms[run.first]].push_back(run);
   std::vector<int> groups(frames.size());
   int group = 0;
-  for (auto& [room, ofRoom] : runs) {
-    cut(ofRoom, static_cast<std::size_t>(std::max(least, 1)));
-    for (const Run& run : ofRoom) {
+  for (const auto& [room, ofRoom] : runs) {
+    for (const FrameRun& run : cut(ofRoom, static_cast<std::size_t>(std::max(least, 1)))) {
       const auto first = groups.begin() + static_cast<std::ptrdiff_t>(run.first);
       std::fill(first, first + static_cast<std::ptrdiff_t>(run.size), group++);
     }

@@ -8,9 +8,8 @@
 
 namespace estancia {
 
-/// One group a run of frames: it ends where the room changes, or where the numbers in the frames' names jump
-/// by more than twice their usual step. A room of fewer runs than `least` has its longest ones cut, so that
-/// each room can be learned and held out.
+/// One group a run of frames of one room (core/frame_runs.hpp). A room of fewer runs than `least` has its
+/// longest ones cut, so that each room can be learned and held out; but into pieces of a few frames at least.
 std::vector<int> runsOfRooms(const std::vector<Frame>& frames, int least);
 
 /// The fold (0 … folds − 1) of each sample: groups whole, classes spread as evenly as they allow. Greedy, the

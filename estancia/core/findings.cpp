@@ -8,6 +8,7 @@ std::string cellText(const ResultTable::Column& column, const std::optional<doub
   if (!value) return "–";
   switch (column.form) {
     case ResultTable::Form::scientific:
+      if (*value >= 0 && *value < 1e-300) return "< 1e-300";  // below what a number can hold, or nearly
       return fmt::format("{:.{}e}", *value, column.decimals);
     case ResultTable::Form::yesNo:
       return *value != 0 ? "yes" : "no";

@@ -15,7 +15,7 @@ struct ResultTable {
   enum class Best { none, smallest, largest };
   enum class Form {
     fixed,       ///< 0.05
-    scientific,  ///< 5.00e-02: p-values
+    scientific,  ///< 5.00e-02: p-values; none is 0, but < 1e-300
     yesNo        ///< 0 is no, everything else is yes
   };
   struct Column {

@@ -8,11 +8,6 @@
 namespace estancia {
 namespace {
 
-std::string pText(double p) {
-  if (p < 1e-300) return "0";  // below what a number can hold, or nearly
-  return p < 0.001 ? fmt::format("{:.1e}", p) : fmt::format("{:.3f}", p);
-}
-
 const std::string& nameOf(const MethodComparison& comparison, std::size_t method) {
   return comparison.scores.methods[method];
 }
@@ -34,7 +29,7 @@ std::string someOf(const std::vector<std::string>& names) {
 }
 
 std::string wilcoxonText(const WilcoxonTest& test) {
-  return fmt::format("p = {} ({})", pText(test.p),
+  return fmt::format("{} ({})", pText(test.p),
                      test.exact            ? "exact"
                      : test.different == 0 ? "nowhere different"
                                            : "normal approximation");
@@ -48,7 +43,7 @@ std::string summaryOf(const MethodComparison& comparison) {
   const auto& best = comparison.rows.front();
   if (!comparison.differ)
     return fmt::format(
-        "No difference is found between {} methods in {} tests (Friedman, p = {}); {} has the best mean "
+        "No difference is found between {} methods in {} tests (Friedman, {}); {} has the best mean "
         "rank, {:.2f}.",
         methods, tests, pText(friedman.fP), nameOf(comparison, best.method), best.meanRank);
   std::vector<std::string> equals, others;
@@ -57,7 +52,7 @@ std::string summaryOf(const MethodComparison& comparison) {
       (row.rejected ? others : equals).push_back(nameOf(comparison, row.method));
   const std::string control = controlName(comparison);
   std::string text =
-      fmt::format("{} methods differ over {} tests (Friedman, p = {}). ", methods, tests, pText(friedman.fP));
+      fmt::format("{} methods differ over {} tests (Friedman, {}). ", methods, tests, pText(friedman.fP));
   const bool isBest = best.method == comparison.control;
   text += isBest ? fmt::format("{} is the best (mean rank {:.2f})", control, best.meanRank)
                  : fmt::format("{} has the best mean rank, {:.2f}. {}", nameOf(comparison, best.method),
@@ -91,6 +86,11 @@ Matrix pairMatrix(const MethodComparison& comparison) {
 }
 
 }  // namespace
+
+std::string pText(double p) {
+  if (p < 1e-300) return "p < 1e-300";  // below what a number can hold, or nearly
+  return p < 0.001 ? fmt::format("p = {:.1e}", p) : fmt::format("p = {:.3f}", p);
+}
 
 ResultTable comparisonTable(const MethodComparison& comparison) {
   const bool allPairs = comparison.options.postHoc != PostHoc::holm;
@@ -155,8 +155,8 @@ Findings comparisonFindings(const MethodComparison& comparison) {
   findings.summary = summaryOf(comparison);
   findings.facts = {
       {"Friedman",
-       fmt::format("χ²({}) = {:.3f}, p = {}", friedman.degrees, friedman.chiSquared, pText(friedman.p))},
-      {"Iman–Davenport", fmt::format("F({}, {}) = {:.3f}, p = {}", friedman.fDegrees, friedman.fOtherDegrees,
+       fmt::format("χ²({}) = {:.3f}, {}", friedman.degrees, friedman.chiSquared, pText(friedman.p))},
+      {"Iman–Davenport", fmt::format("F({}, {}) = {:.3f}, {}", friedman.fDegrees, friedman.fOtherDegrees,
                                      friedman.f, pText(friedman.fP))},
       {"Post-hoc test",
        postHocName(comparison.options.postHoc) + (comparison.options.postHoc == PostHoc::holm

@@ -8,6 +8,9 @@
 
 namespace estancia {
 
+/// "p = 0.012", "p = 3.4e-05", "p < 1e-300": never 0.
+std::string pText(double p);
+
 /// The thesis' Table 3.2: a row a method, the best mean rank first, with p-value against the control, whether
 /// it is rejected that both are equivalent, mean rank, and how often the control won, tied and lost.
 ResultTable comparisonTable(const MethodComparison& comparison);

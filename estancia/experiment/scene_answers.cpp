@@ -1,10 +1,12 @@
 #include "estancia/experiment/scene_answers.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <numeric>
 
 #include "estancia/core/error.hpp"
+#include "estancia/stats/proportion.hpp"
 
 namespace estancia {
 namespace {
@@ -28,8 +30,11 @@ double effectiveSize(const SceneTest& test, const std::vector<double>& right, do
   const double variance = runs / (runs - 1) *
                           std::inner_product(excess.begin(), excess.end(), excess.begin(), 0.0) /
                           (images * images);
-  if (variance <= 0) return images;
-  return std::clamp(share * (1 - share) / variance, 1.0, images);
+  const double independent = variance > 0 ? std::min(share * (1 - share) / variance, images) : images;
+  // Few runs tell their variance badly, as Student's t knows.
+  using namespace boost::math;
+  const double doubt = quantile(normal(), 0.975) / quantile(students_t(runs - 1), 0.975);
+  return std::max(independent * doubt * doubt, 1.0);
 }
 
 }  // namespace
@@ -38,11 +43,8 @@ Share shareRight(const SceneTest& test, const std::vector<double>& right) {
   if (right.empty()) throw Error("no image was asked about, so that there is no share of right answers");
   const double share = std::accumulate(right.begin(), right.end(), 0.0) / static_cast<double>(right.size());
   const double n = effectiveSize(test, right, share);
-  constexpr double z = 1.959963984540054;
-  const double middle = (share + z * z / (2 * n)) / (1 + z * z / n);
-  const double half = z / (1 + z * z / n) * std::sqrt(share * (1 - share) / n + z * z / (4 * n * n));
-  return {share, std::min(share, std::max(0.0, middle - half)),
-          std::max(share, std::min(1.0, middle + half))};
+  const auto [low, high] = wilsonInterval(share, n);
+  return {share, low, high};
 }
 
 std::vector<double> SceneAnswers::right(const SceneTest& test) const {
@@ -53,9 +55,18 @@ std::vector<double> SceneAnswers::right(const SceneTest& test) const {
   return shares;
 }
 
+std::vector<std::size_t> SceneAnswers::rightInRuns(const SceneTest& test) const {
+  std::vector<std::size_t> counts(static_cast<std::size_t>(test.runCount));
+  for (const auto& seed : answers)
+    for (std::size_t i = 0; i < test.rooms.size(); ++i)
+      if (seed[i] == test.rooms[i]) ++counts[static_cast<std::size_t>(test.runs[i])];
+  return counts;
+}
+
 double SceneAnswers::accuracy(const SceneTest& test) const {
-  const auto shares = right(test);
-  return std::accumulate(shares.begin(), shares.end(), 0.0) / static_cast<double>(shares.size());
+  const auto counts = rightInRuns(test);
+  return static_cast<double>(std::accumulate(counts.begin(), counts.end(), std::size_t{0})) /
+         static_cast<double>(answers.size() * test.rooms.size());
 }
 
 std::vector<double> SceneAnswers::confusion(const SceneTest& test) const {
@@ -107,17 +118,6 @@ SceneAnswers SceneAnswers::fromResults(const CellResults& results, const SceneTe
     found.answers.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(s * images),
                                all.begin() + static_cast<std::ptrdiff_t>((s + 1) * images));
   return found;
-}
-
-std::vector<double> runShares(const SceneTest& test, const std::vector<double>& right) {
-  std::vector<double> sums(static_cast<std::size_t>(test.runCount)), images(sums.size());
-  for (std::size_t i = 0; i < right.size(); ++i) {
-    const auto run = static_cast<std::size_t>(test.runs[i]);
-    sums[run] += right[i];
-    images[run] += 1;
-  }
-  for (std::size_t r = 0; r < sums.size(); ++r) sums[r] /= std::max(images[r], 1.0);
-  return sums;
 }
 
 }  // namespace estancia

@@ -25,7 +25,8 @@ struct Share {
 
 /// The share of right answers: Wilson's interval (J. Am. Stat. Assoc. 22 (1927)), with as many images as
 /// independent ones would tell as much (Kish's effective sample size, from the variance between runs; Korn &
-/// Graubard, Survey Methodology 24 (1998)). Where all or none are right, each run counts as one image.
+/// Graubard, Survey Methodology 24 (1998), with their correction for few runs by Student's t). Where all or
+/// none are right, each run counts as one image.
 /// `right[i]` in [0, 1], one an image. Throws Error when there are no images.
 Share shareRight(const SceneTest& test, const std::vector<double>& right);
 
@@ -35,6 +36,9 @@ struct SceneAnswers {
 
   /// Share of the seeds that were right about each image.
   std::vector<double> right(const SceneTest& test) const;
+  /// Right answers in each run, of all seeds: whole numbers, so that equals are equal however they are
+  /// summed.
+  std::vector<std::size_t> rightInRuns(const SceneTest& test) const;
   double accuracy(const SceneTest& test) const;
   /// Mean over the rooms that the test shows of the share of their images that were recognised.
   double balancedAccuracy(const SceneTest& test) const;
@@ -45,8 +49,5 @@ struct SceneAnswers {
   /// Throws Error when these are not `seeds` answers for each of the images of `test`.
   static SceneAnswers fromResults(const CellResults& results, const SceneTest& test, std::size_t seeds);
 };
-
-/// Share of right answers in each run.
-std::vector<double> runShares(const SceneTest& test, const std::vector<double>& right);
 
 }  // namespace estancia

@@ -21,7 +21,7 @@
 namespace estancia {
 namespace {
 
-constexpr int methodVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int methodVersion = 2;  // of what follows: cells of another one are computed anew
 
 /// The images of each pair as numbers.
 void numberTests(const ScenesData& data, ScenesResults& results) {
@@ -159,14 +159,16 @@ void runSubsets(const ScenesOptions& options, const ScenesData& data, const Expe
       withParts(withRows(data.images[0].features, {}), descriptor->parts).values.labels();
   std::vector<std::size_t> more;
   for (const std::size_t count : subsets.counts)
-    if (count >= labels)
+    if (count > labels)
       more.push_back(count);
-    else
-      results.counts.push_back(count == 0 ? labels : count);
+    else if (const std::size_t asked = count == 0 ? labels : count;
+             results.counts.empty() || results.counts.back() != asked)
+      results.counts.push_back(asked);
   if (!more.empty())
     notes.push_back(fmt::format("subsets: {} has {} labels; asked for {}, which was left out",
                                 subsets.descriptor, labels, fmt::join(more, ", ")));
   if (results.counts.empty()) return;
+  results.labels = labels;
   results.curveDescriptor = descriptor->name;
   results.curveClassifier = subsets.classifier;
 

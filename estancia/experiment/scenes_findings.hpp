@@ -36,7 +36,8 @@ struct ScenesResults {
   std::vector<SceneAnswers> cells;
 
   std::string curveDescriptor, curveClassifier;
-  std::vector<std::size_t> counts;  ///< of labels; the last is all of them
+  std::vector<std::size_t> counts;  ///< of labels, rising
+  std::size_t labels = 0;           ///< all that the curve's descriptor has, whether asked about or not
   std::vector<Curve> curves;
 
   /// Whether it tells what a classifier is worth elsewhere: the test was not learned. Where there are no such

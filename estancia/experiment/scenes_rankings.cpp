@@ -22,20 +22,20 @@ std::string describe(const SceneBlocks& blocks) {
     return fmt::format(
         "The {} tests are the pairs of training and test, as in the thesis. They share sequences, so that "
         "p-values are smaller than they should be.",
-        blocks.values.size());
+        blocks.right.size());
   return fmt::format(
       "The {} tests are the runs of the test images: each shows one room, in images taken one after another. "
       "So it is asked whether these classifiers, as they were trained, differ in other rooms of the kind; "
       "not "
       "whether they would after learning from other images.",
-      blocks.values.size());
+      blocks.right.size());
 }
 
 }  // namespace
 
 void addRankings(const ScenesResults& results, Findings& findings) {
   const SceneBlocks blocks = blocksOf(results);
-  if (blocks.values.size() < 2) {
+  if (blocks.right.size() < 2) {
     findings.notes.push_back(results.name +
                              ": all test images are one run in one room, so there is nothing "
                              "to rank over");

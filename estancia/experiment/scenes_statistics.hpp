@@ -20,8 +20,10 @@ inline constexpr std::size_t fewestPairs = 6;
 struct SceneBlocks {
   bool runs = false;               ///< else whole pairs, as in the thesis
   std::vector<std::string> names;  ///< each once
-  /// values[block][cell]: share of right answers; cell = descriptor · classifiers + classifier.
-  std::vector<std::vector<double>> values;
+  /// right[block][cell]: right answers of all seeds; cell = descriptor · classifiers + classifier. Shares are
+  /// divided last: a sum of shares differs in its last bit from an equal one, which ranks would count.
+  std::vector<std::vector<std::size_t>> right;
+  std::vector<std::size_t> answers;  ///< that each cell gave in each block, right or wrong
 };
 
 /// Whole pairs of training and test where there are at least `fewestPairs`. Else the runs of the test images
@@ -43,9 +45,10 @@ std::string scoresCsv(const Scores& scores);
 std::vector<double> meanAccuracies(const ScenesResults& results, const std::vector<std::size_t>& cells);
 
 /// What the best of `cells` is worth when the test that it was chosen by is not the one that it is measured
-/// by: chosen on runs drawn with repetition, measured on those that were not drawn, over 1,000 draws, weighed
-/// by images (bootstrap bias correction; Tsamardinos et al., Machine Learning 107 (2018), who find it a
-/// little too low). Never above the plain accuracy of the best.
+/// by: chosen on runs drawn with repetition, measured on those that were not drawn, over 1,000 draws
+/// (bootstrap bias correction; Tsamardinos et al., Machine Learning 107 (2018), who find it a little too
+/// low). Both by the mean over the pairs, as meanAccuracies(); cells that are chosen alike are measured by
+/// their mean. Never above the plain accuracy of the best.
 double accuracyOfChoice(const ScenesResults& results, const std::vector<std::size_t>& cells,
                         std::uint64_t seed);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "estancia/experiment/comparison_findings.hpp"
 #include "estancia/experiment/scenes_statistics.hpp"
 #include "estancia/stats/wilcoxon.hpp"
 
@@ -29,8 +30,9 @@ double percent(const ScenesResults& results, const Curve& curve, std::size_t k) 
 }
 
 std::vector<double> blockShares(const ScenesResults& results, const Curve& curve, std::size_t k) {
+  const ScenesResults point = pointOf(results, curve, k);
   std::vector<double> shares;
-  for (const auto& block : blocksOf(pointOf(results, curve, k)).values) shares.push_back(block[0]);
+  for (const auto& block : scoresOfCells(point, blocksOf(point)).values) shares.push_back(block[0]);
   return shares;
 }
 
@@ -73,7 +75,9 @@ ResultTable subsetTable(const ScenesResults& results) {
 
 std::string subsetAnswer(const ScenesResults& results) {
   const auto found = std::find(results.counts.begin(), results.counts.end(), thesisCount);
-  if (found == results.counts.end() || results.counts.back() <= thesisCount) return "";
+  if (found == results.counts.end() || results.labels <= thesisCount ||
+      results.counts.back() != results.labels)
+    return "";
   const auto few = static_cast<std::size_t>(found - results.counts.begin());
   const std::size_t all = results.counts.size() - 1;
   std::string verdict, differences;
@@ -84,8 +88,8 @@ std::string subsetAnswer(const ScenesResults& results) {
       verdict = difference <= 0 ? "does not hold here"
                 : p < 0.05      ? "holds here"
                                 : "holds here by chance at most";
-    differences += fmt::format("{}{:+.1f} points by {} (Wilcoxon p = {:.2g})",
-                               differences.empty() ? "" : ", ", difference, curve.rule, p);
+    differences += fmt::format("{}{:+.1f} points by {} (Wilcoxon {})", differences.empty() ? "" : ", ",
+                               difference, curve.rule, pText(p));
   }
   return fmt::format("That {} labels beat all of them {}: against all {}, {}.", thesisCount, verdict,
                      results.counts.back(), differences);

@@ -14,7 +14,8 @@ namespace estancia {
 LineChart subsetCurve(const ScenesResults& results);
 ResultTable subsetTable(const ScenesResults& results);
 
-/// Whether the thesis' finding, that 75 labels beat all, holds: a sentence; "" where 75 were not tried.
+/// Whether the thesis' finding, that 75 labels beat all, holds: a sentence; "" where 75 or all were not
+/// tried.
 std::string subsetAnswer(const ScenesResults& results);
 
 }  // namespace estancia

@@ -12,12 +12,18 @@ namespace estancia {
 std::pair<double, double> wilsonInterval(std::size_t hits, std::size_t trials) {
   if (trials == 0 || hits > trials)
     throw Error(fmt::format("{} hits in {} trials are no share; count at least one trial", hits, trials));
-  constexpr double z = 1.959963984540054;  // of the normal distribution at 97.5 %
   const auto n = static_cast<double>(trials);
-  const double p = static_cast<double>(hits) / n;
-  const double middle = (p + z * z / (2 * n)) / (1 + z * z / n);
-  const double half = z / (1 + z * z / n) * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n));
-  return {std::max(0.0, middle - half), std::min(1.0, middle + half)};
+  return wilsonInterval(static_cast<double>(hits) / n, n);
+}
+
+std::pair<double, double> wilsonInterval(double share, double trials) {
+  if (!(share >= 0 && share <= 1 && trials > 0))
+    throw Error(fmt::format("{} of {} trials is no share; give 0 to 1 of more than 0", share, trials));
+  constexpr double z = 1.959963984540054;  // of the normal distribution at 97.5 %
+  const double scale = 1 + z * z / trials;
+  const double middle = (share + z * z / (2 * trials)) / scale;
+  const double half = z / scale * std::sqrt(share * (1 - share) / trials + z * z / (4 * trials * trials));
+  return {std::clamp(middle - half, 0.0, share), std::clamp(middle + half, share, 1.0)};
 }
 
 }  // namespace estancia

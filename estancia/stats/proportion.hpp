@@ -11,4 +11,8 @@ namespace estancia {
 /// more hits than trials.
 std::pair<double, double> wilsonInterval(std::size_t hits, std::size_t trials);
 
+/// The same of a `share` that was seen in what is worth `trials` independent ones, whole or not. The interval
+/// holds the share. Throws Error unless the share is in [0, 1] and the trials are more than 0.
+std::pair<double, double> wilsonInterval(double share, double trials);
+
 }  // namespace estancia

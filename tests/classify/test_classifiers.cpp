@@ -10,6 +10,7 @@
 
 #include "estancia/classify/coupling.hpp"
 #include "estancia/classify/folds.hpp"
+#include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/error.hpp"
 #include "samples.hpp"
 #include "support/support.hpp"
@@ -480,7 +481,55 @@ TEST(Folds, ARoomOfOneLongRunIsCut) {
   const std::vector<int> groups = runsOfRooms(framesOf(names), 5);
   EXPECT_EQ(std::set<int>(groups.begin(), groups.begin() + 20).size(), 5U);
   for (std::size_t i = 1; i < 20; ++i) EXPECT_LE(std::abs(groups[i] - groups[i - 1]), 4);
-  EXPECT_EQ(runsOfRooms(framesOf({{"one", "a"}, {"two", "a"}}), 5), (std::vector<int>{0, 1}));
+}
+
+TEST(Folds, NeighboursAreNotPartedIntoSingleImages) {
+  EXPECT_EQ(runsOfRooms(framesOf({{"one", "a"}, {"two", "a"}}), 5), (std::vector<int>{0, 0}));
+  std::vector<std::pair<std::string, std::string>> names;
+  for (int i = 0; i < 7; ++i) names.emplace_back(std::to_string(i), "a");
+  EXPECT_EQ(runsOfRooms(framesOf(names), 5), (std::vector<int>{0, 0, 0, 1, 1, 1, 1}));
+}
+
+TEST(Folds, NamesThatEndInFractionsAreOneRun) {
+  // As IDOL2 and TUM name images: the last digits say nothing about what follows what.
+  std::vector<std::pair<std::string, std::string>> idol, tum;
+  for (int i = 0; i < 12; ++i) {
+    idol.emplace_back("t" + std::to_string(10 + i) + ".25_a0." + std::to_string(i * 7919 % 9973) + ".jpg",
+                      "a");
+    tum.emplace_back("13050311" + std::to_string(10 + i) + "." + std::to_string(i * 7919 % 9973) + ".png",
+                     "a");
+  }
+  EXPECT_EQ(runsOfRooms(framesOf(idol), 1), std::vector<int>(12, 0));
+  EXPECT_EQ(runsOfRooms(framesOf(tum), 1), std::vector<int>(12, 0));
+}
+
+TEST(Folds, ARoomOfOneShortRunIsLearned) {
+  // It cannot be held out and learned at once, which no classifier may stumble over.
+  Features features{{{"look", PartKind::energies, {"a", "b"}, "look"}}, {}, DescriptorMatrix(2)};
+  const auto add = [&](const std::string& room, int images, float at) {
+    for (int i = 0; i < images; ++i) {
+      Frame frame;
+      frame.name = std::to_string(features.frames.size());
+      frame.room = room;
+      features.frames.push_back(frame);
+      features.values.append(std::vector<float>{at + 0.01F * static_cast<float>(i), 1 - at});
+    }
+  };
+  add("hall", 20, 0);
+  add("lab", 20, 0.4F);
+  add("shed", 2, 0.8F);
+  Progress silent;
+  for (const auto& [type, explanation] : classifierTypes()) {
+    ClassifierOptions options;
+    options.type = type;
+    const RoomClassifier learned = RoomClassifier::train(features, options, silent);
+    const DescriptorMatrix found = learned.predict(features, 1);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      double sum = 0;
+      for (const float share : found.row(i)) sum += share;
+      EXPECT_NEAR(sum, 1, 1e-4) << type << ", image " << i;
+    }
+  }
 }
 
 }  // namespace

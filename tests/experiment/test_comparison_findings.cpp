@@ -39,6 +39,17 @@ TEST(ComparisonFindings, TellTheAnswerInASentence) {
   EXPECT_THAT(compare({{"a"}, {"t"}, {{1}}}).summary, HasSubstr("one method alone"));
 }
 
+TEST(ComparisonFindings, NoPIsZero) {
+  const Findings findings = compare(sample(1000));
+  EXPECT_THAT(findings.summary, HasSubstr("(Friedman, p < 1e-300)"));
+  for (const auto& [name, value] : findings.facts)
+    EXPECT_THAT(value, testing::Not(testing::ContainsRegex("p = (0$|0[^.]|<)"))) << name;
+  EXPECT_EQ(pText(0), "p < 1e-300");
+  EXPECT_EQ(pText(1e-299), "p = 1.0e-299");
+  EXPECT_EQ(pText(0.0123), "p = 0.012");
+  EXPECT_EQ(cellText(comparisonTable(compareMethods(sample(20))).columns[0], 0.0), "< 1e-300");
+}
+
 TEST(ComparisonFindings, AreTheTableOfTheThesis) {
   const ResultTable table = comparisonTable(compareMethods(sample(20)));
   std::vector<std::string> columns;

@@ -52,9 +52,15 @@ TEST(RoomClasses, AreRunsOfOneRoomInARow) {
 
 TEST(RoomClasses, BeginAnewWhereMarksChangeOrNumbersAreLeftOut) {
   const std::vector<std::string> rooms(6, "hall");
-  EXPECT_THAT(classesOfRuns(named({"1.png", "2.png", "4.png", "5.png", "6.png", "x.png"}), rooms,
+  EXPECT_THAT(classesOfRuns(named({"1.png", "2.png", "4.png", "5.png", "6.png", "7.png"}), rooms,
                             {"a", "a", "a", "a", "b", "b"}, 1),
               ElementsAre("hall 1", "hall 1", "hall 2", "hall 2", "hall 3", "hall 3"));
+}
+
+TEST(RoomClasses, OfEveryThirdImageAreThoseOfAll) {
+  EXPECT_THAT(classesOfRuns(named({"00.png", "03.png", "06.png", "09.png", "12.png", "15.png"}),
+                            {"hall", "hall", "hall", "lab", "lab", "lab"}, {}, 1),
+              ElementsAre("hall 1", "hall 1", "hall 1", "lab 1", "lab 1", "lab 1"));
 }
 
 TEST(RoomClasses, CutsRunsIntoEqualParts) {

@@ -5,11 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <utility>
 
 #include "estancia/core/error.hpp"
 #include "estancia/experiment/scenes_statistics.hpp"
+#include "estancia/experiment/scenes_subsets.hpp"
+#include "estancia/stats/proportion.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -35,9 +38,30 @@ SceneTest testOf(int runs, int length, int rooms = 2) {
 TEST(SceneShare, OfIndependentImagesIsWilsonsInterval) {
   const Share share = shareRight(testOf(10, 1), {1, 1, 1, 1, 1, 1, 1, 1, 0, 0});
   EXPECT_DOUBLE_EQ(share.value, 0.8);
-  // Wilson's interval of 7.2 in 9: the variance between ten runs leaves nine degrees of freedom.
-  EXPECT_NEAR(share.low, 0.4738, 2e-4);
-  EXPECT_NEAR(share.high, 0.9467, 2e-4);
+  // Wilson's interval with 9 · (1.95996 / 2.26216)² images: ten runs leave nine degrees of freedom.
+  const auto [low, high] = wilsonInterval(0.8, 9 * std::pow(1.95996398 / 2.26215716, 2));
+  EXPECT_NEAR(share.low, low, 1e-7);
+  EXPECT_NEAR(share.high, high, 1e-7);
+}
+
+TEST(SceneShare, IntervalsOfFewRunsCoverTheTrueShare) {
+  // Runs of 20 images each; a run's own share of right answers is uniform between 0.4 and 1.
+  std::mt19937_64 random(11);
+  const auto uniform = [&] { return static_cast<double>(random() >> 11) / 9007199254740992.0; };
+  for (const int runs : {4, 5, 10, 30}) {
+    const SceneTest test = testOf(runs, 20);
+    int covered = 0;
+    for (int trial = 0; trial < 4000; ++trial) {
+      std::vector<double> right;
+      for (int r = 0; r < runs; ++r) {
+        const double share = 0.4 + 0.6 * uniform();
+        for (int i = 0; i < 20; ++i) right.push_back(uniform() < share ? 1 : 0);
+      }
+      const Share found = shareRight(test, right);
+      covered += found.low <= 0.7 && 0.7 <= found.high ? 1 : 0;
+    }
+    EXPECT_GE(covered, 0.94 * 4000) << runs << " runs";
+  }
 }
 
 TEST(SceneShare, ImagesOfARunAreOneWitness) {
@@ -76,7 +100,7 @@ TEST(SceneAnswers, CountConfusionsAsAMeanOverSeeds) {
   EXPECT_THAT(answers.right(test), ElementsAre(1, 0.5, 1, 0));
   EXPECT_THAT(answers.confusion(test), ElementsAre(1.5, 0.5, 0, 0, 0, 1, 0, 0, 0, 0.5, 0, 0.5, 0, 0, 0, 0));
   EXPECT_DOUBLE_EQ(answers.balancedAccuracy(test), (0.75 + 1 + 0) / 3) << "room 3 is not asked about";
-  EXPECT_THAT(runShares(test, answers.right(test)), ElementsAre(0.75, 1, 0));
+  EXPECT_THAT(answers.rightInRuns(test), ElementsAre(3, 2, 0));
 }
 
 TEST(SceneAnswers, ReadBackWhatTheyTold) {
@@ -132,21 +156,65 @@ TEST(SceneChoice, AClearWinnerKeepsItsValue) {
   EXPECT_LE(corrected, means[0]);
 }
 
+TEST(SceneChoice, IsAMeanOverPairsAsThePlainFigure) {
+  // Two cells of the same answers: right about all of 50 images, and about every other one of 500.
+  ScenesResults results;
+  results.rooms = {"a", "b"};
+  results.descriptors = {{"words", true, 1}};
+  results.classifiers = {"1", "2"};
+  for (const int runs : {10, 100}) {
+    auto& pair = results.pairs.emplace_back(
+        ScenesResults::Pair{"train", std::to_string(runs), testOf(runs, 5, 1), {}, {}, 9, false});
+    for (int r = 0; r < runs; ++r) pair.runs.push_back(std::to_string(r));
+    SceneAnswers answers{{pair.images.rooms}};
+    if (runs == 100)
+      for (std::size_t i = 0; i < 500; ++i) answers.answers[0][i] = i / 5 % 2 == 0 ? 0 : 1;
+    results.cells.insert(results.cells.end(), 2, answers);
+  }
+  EXPECT_THAT(meanAccuracies(results, {0, 1}), ElementsAre(0.75, 0.75));
+  EXPECT_NEAR(accuracyOfChoice(results, {0, 1}, 1), 0.75, 0.005);
+}
+
+TEST(SceneChoice, AmongEqualsIsNotTheLuckyOne) {
+  // On runs drawn of three, cells are often equally good: the first of them is no better choice than the
+  // last.
+  const auto choice = [](const std::vector<std::vector<int>>& right) {
+    ScenesResults results;
+    results.rooms = {"a", "b"};
+    results.descriptors = {{"words", true, 1}};
+    auto& pair = results.pairs.emplace_back(
+        ScenesResults::Pair{"train", "test", testOf(3, 3, 1), {}, {"0", "1", "2"}, 9, false});
+    std::vector<std::size_t> cells;
+    for (const auto& counts : right) {
+      cells.push_back(cells.size());
+      results.classifiers.push_back(std::to_string(cells.size()));
+      auto& answers = results.cells.emplace_back().answers.emplace_back(pair.images.rooms);
+      for (std::size_t i = 0; i < answers.size(); ++i)
+        answers[i] = static_cast<int>(i % 3) < counts[i / 3] ? 0 : 1;
+    }
+    return accuracyOfChoice(results, cells, 1);
+  };
+  const double one = choice({{3, 1, 2}, {2, 2, 1}, {1, 3, 1}}),
+               other = choice({{1, 3, 1}, {2, 2, 1}, {3, 1, 2}});
+  EXPECT_NEAR(one, other, 1e-12) << "the order of cells says nothing";
+}
+
 TEST(SceneBlocks, AreRunsOfOneTestAndPairsOfMany) {
   ScenesResults results = guesses(10, {0.9, 0.6});
   const SceneBlocks runs = blocksOf(results);
   EXPECT_TRUE(runs.runs);
-  ASSERT_EQ(runs.values.size(), 10U);
+  ASSERT_EQ(runs.right.size(), 10U);
   EXPECT_EQ(runs.names[3], "train→test: run 3");
-  const auto shares = runShares(results.pairs[0].images, results.cells[1].right(results.pairs[0].images));
-  for (std::size_t r = 0; r < 10; ++r) EXPECT_EQ(runs.values[r][1], shares[r]);
+  const auto counts = results.cells[1].rightInRuns(results.pairs[0].images);
+  for (std::size_t r = 0; r < 10; ++r) EXPECT_EQ(runs.right[r][1], counts[r]);
+  EXPECT_THAT(runs.answers, Each(2));
 
   // Beside another test, a pair of a sequence with itself says nothing of runs.
   results.pairs.push_back(results.pairs[0]);
   results.pairs[1].same = true;
   results.pairs[1].train = "test";
   results.cells.insert(results.cells.end(), {results.cells[0], results.cells[1]});
-  EXPECT_EQ(blocksOf(results).values.size(), 10U);
+  EXPECT_EQ(blocksOf(results).right.size(), 10U);
 
   while (results.pairs.size() < fewestPairs) {
     results.pairs.push_back(results.pairs[0]);
@@ -155,9 +223,9 @@ TEST(SceneBlocks, AreRunsOfOneTestAndPairsOfMany) {
   }
   const SceneBlocks pairs = blocksOf(results);
   EXPECT_FALSE(pairs.runs);
-  ASSERT_EQ(pairs.values.size(), fewestPairs);
+  ASSERT_EQ(pairs.right.size(), fewestPairs);
   EXPECT_EQ(pairs.names[1], "test→test");
-  EXPECT_DOUBLE_EQ(pairs.values[2][0], meanAccuracies(results, {0})[0]);
+  EXPECT_DOUBLE_EQ(scoresOfCells(results, pairs).values[2][0], meanAccuracies(results, {0})[0]);
 }
 
 TEST(SceneScores, AreMeansOverTheOther) {
@@ -175,6 +243,44 @@ TEST(SceneScores, AreMeansOverTheOther) {
     EXPECT_DOUBLE_EQ(descriptors.values[b][1], (block[2] + block[3]) / 2);
     EXPECT_DOUBLE_EQ(classifiers.values[b][0], (block[0] + block[2]) / 2);
   }
+}
+
+TEST(SceneSubsets, AllLabelsAreSpokenOfWhenTheyWereTried) {
+  ScenesResults results = guesses(60, {0.9, 0.6});
+  results.curveDescriptor = "words";
+  results.curveClassifier = "knn";
+  results.counts = {75, 300};
+  results.curves.push_back({"mean", {{results.cells[0]}, {results.cells[1]}}});
+  results.labels = 793;
+  EXPECT_EQ(subsetAnswer(results), "") << "300 labels are not all of them";
+  results.labels = 300;
+  EXPECT_THAT(subsetAnswer(results),
+              HasSubstr("That 75 labels beat all of them holds here: against all 300"));
+}
+
+TEST(SceneScores, EqualSharesAreEqual) {
+  // One run of ten images; of the first descriptor's five classifiers 2, 5, 6, 7, 9 answers are right, and as
+  // many of the others' in other orders.
+  ScenesResults results;
+  results.rooms = {"a", "b"};
+  results.classifiers = {"1", "2", "3", "4", "5"};
+  results.pairs.push_back({"train", "test", testOf(1, 10), {}, {"run"}, 9, false});
+  std::vector<int> right{2, 5, 6, 7, 9};
+  do {
+    results.descriptors.push_back({std::to_string(results.descriptors.size()), true, 1});
+    for (const int count : right) {
+      auto& cell = results.cells.emplace_back();
+      for (const int more : {0, 1, 0}) {  // three seeds, one of which knows one image more
+        cell.answers.push_back(results.pairs[0].images.rooms);
+        for (int i = count + more; i < 10; ++i) cell.answers.back()[static_cast<std::size_t>(i)] = 1;
+      }
+    }
+  } while (std::next_permutation(right.begin(), right.end()));
+  ASSERT_EQ(results.descriptors.size(), 120U);
+  const Scores descriptors = scoresOfDescriptors(results, blocksOf(results));
+  EXPECT_THAT(descriptors.values[0], Each((3 * 29 + 5) / 150.0));
+  const Scores classifiers = scoresOfClassifiers(results, blocksOf(results));
+  EXPECT_THAT(classifiers.values[0], Each((3 * 29 + 5) / 150.0));
 }
 
 }  // namespace

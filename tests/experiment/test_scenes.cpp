@@ -265,7 +265,7 @@ TEST_F(Scenes, ARoomThatIsNeverLearnedCountsAsWrong) {
 
 TEST_F(Scenes, SubsetsOfLabelsHaveATableOfTheirOwn) {
   const std::string subsets =
-      "[subsets]\ndescriptor = \"sharp\"\nclassifier = \"svm-linear\"\ncounts = [100, \"all\", 2]\n"
+      "[subsets]\ndescriptor = \"sharp\"\nclassifier = \"svm-linear\"\ncounts = [100, \"all\", 2, 4]\n"
       "by = [\"mean\", \"chi2\"]\n";
   const Findings findings =
       run("same_sequence = false\n" + models({"sharp", "blind"}) + svm_ + subsets + pair_);
@@ -277,7 +277,8 @@ TEST_F(Scenes, SubsetsOfLabelsHaveATableOfTheirOwn) {
   EXPECT_EQ(found.at({"sharp", "svm-linear", "one", "two", "chi2", "4"}),
             rows().at({"sharp", "svm-linear", "one", "two"}))
       << "all labels are all labels";
-  EXPECT_THAT(findings.notes, Contains(HasSubstr("sharp has 4 labels; asked for 100, which was left out")));
+  EXPECT_THAT(findings.notes, Contains(HasSubstr("sharp has 4 labels; asked for 100, which was left out")))
+      << "but not 4, which are all";
   const auto chart = std::find_if(findings.sections.begin(), findings.sections.end(),
                                   [](const auto& s) { return std::holds_alternative<LineChart>(s); });
   ASSERT_NE(chart, findings.sections.end());

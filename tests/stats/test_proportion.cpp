@@ -23,8 +23,12 @@ TEST(WilsonInterval, IsSciPys) {
 }
 
 TEST(WilsonInterval, RefusesWhatIsNoShare) {
-  EXPECT_THAT(test::errorOf([] { wilsonInterval(0, 0); }), testing::HasSubstr("no share"));
-  EXPECT_THAT(test::errorOf([] { wilsonInterval(3, 2); }), testing::HasSubstr("no share"));
+  EXPECT_THAT(test::errorOf([] { wilsonInterval(std::size_t{0}, std::size_t{0}); }),
+              testing::HasSubstr("no share"));
+  EXPECT_THAT(test::errorOf([] { wilsonInterval(std::size_t{3}, std::size_t{2}); }),
+              testing::HasSubstr("no share"));
+  EXPECT_THAT(test::errorOf([] { wilsonInterval(1.5, 2.0); }), testing::HasSubstr("no share"));
+  EXPECT_THAT(test::errorOf([] { wilsonInterval(0.5, 0.0); }), testing::HasSubstr("no share"));
 }
 
 }  // namespace
