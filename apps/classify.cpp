@@ -14,6 +14,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/describe/table_features.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/report/confusion_findings.hpp"
@@ -68,12 +69,34 @@ std::map<std::string, std::size_t> imagesByRoom(const Features& features) {
   return images;
 }
 
+/// Tables often hold, beside descriptors, what people saw in the images: whoever learns from that learns
+/// nothing about images.
+void warnOfAnswers(const Features& features) {
+  std::vector<std::string> answers, others;
+  std::size_t column = 0;
+  for (const DescriptorPart& part : features.parts) {
+    bool binary = part.size() == 1 && isOfTable(part);
+    for (std::size_t i = 0; binary && i < features.values.size(); ++i) {
+      const float value = features.values.row(i)[column];
+      binary = value == 0 || value == 1;
+    }
+    (binary ? answers : others).push_back(part.name);
+    column += part.size();
+  }
+  if (answers.empty()) return;
+  spdlog::warn(
+      "learning from {}, too, which {} only 0 and 1: answers of people?{}", fmt::join(answers, ", "),
+      answers.size() == 1 ? "holds" : "hold",
+      others.empty() ? "" : fmt::format(" Leave them out by --descriptor {}", fmt::join(others, "+")));
+}
+
 void train(const Arguments& arguments) {
   requireOutput(arguments);
   Describing describing(arguments.describing);
   const bool words = holdsNumbers(arguments.source.path);
   Features features = describing.features(
       arguments.source, arguments.descriptor.empty() && !words ? defaultDescriptor : arguments.descriptor);
+  warnOfAnswers(features);
   if (arguments.labels > 0)
     features = withColumns(features, selectColumns(features, arguments.criterion, arguments.labels));
   const auto progress = makeStderrProgress();
@@ -100,7 +123,8 @@ void train(const Arguments& arguments) {
   for (const auto& [room, count] : images) fmt::print("  {:<24} {:>6}\n", room, counted(count, "image"));
   if (learned < features.frames.size())
     fmt::print("{} without a room were left out\n", counted(features.frames.size() - learned, "image"));
-  fmt::print("{}\n", classifier.choice());
+  fmt::print("{}{}\n", classifier.choice(),
+             arguments.labels > 0 ? ", too much so: the labels were chosen with these images, too" : "");
 }
 
 // ---- test
@@ -133,12 +157,15 @@ void printConfusion(const Confusion& confusion) {
 }
 
 void test(const Arguments& arguments) {
-  if (!arguments.output.empty()) requireNoData(arguments.output);
+  if (!arguments.output.empty())
+    requireNoData(arguments.output, {arguments.model, arguments.source.path}, pageStart);
   const RoomClassifier classifier = RoomClassifier::load(arguments.model);
   const Features features = described(arguments, classifier);
   const Confusion confusion = testRooms(classifier, features, arguments.describing.options.threads);
   const std::size_t total = confusion.total(), right = rightOf(confusion);
   const auto [low, high] = wilsonInterval(right, total);
+  auto unlearned = imagesByRoom(features);
+  for (const std::string& room : classifier.rooms()) unlearned.erase(room);
   if (!arguments.output.empty()) {
     writeFindingsPage(
         arguments.output,
@@ -152,6 +179,7 @@ void test(const Arguments& arguments) {
     print({{"classifier", arguments.model},
            {"images", total},
            {"without_room", features.frames.size() - total},
+           {"never_learned", unlearned},
            {"right", right},
            {"accuracy", confusion.accuracy()},
            {"interval", {low, high}},
@@ -167,6 +195,9 @@ void test(const Arguments& arguments) {
   fmt::print("balanced accuracy  {:>5.1f} %   the mean of the rooms' own\n",
              100 * confusion.balancedAccuracy());
   printConfusion(confusion);
+  for (const auto& [room, count] : unlearned)
+    fmt::print("{} of room \"{}\", which it has never learned: they cannot be right\n",
+               counted(count, "image"), room);
   if (total < features.frames.size())
     fmt::print("{} without a room were left out\n", counted(features.frames.size() - total, "image"));
 }
@@ -195,8 +226,10 @@ void printLine(const std::string& image, const std::vector<RoomProbability>& roo
              100 * rooms[0].probability, unsure ? fmt::format("perhaps {}, ", rooms[0].room) : "", second);
 }
 
+constexpr std::string_view csvHeader = "image,predicted_room,probability,second,second_probability\n";
+
 std::string csvOf(const RoomPredictions& said, const std::vector<Frame>& frames, double least) {
-  std::string text = "image,predicted_room,probability,second,second_probability\n";
+  std::string text(csvHeader);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const auto rooms = roomsOf(said, i);
     text += io::csvCell(frames[i].name) + ',' + (isUnsure(rooms, least) ? "" : io::csvCell(rooms[0].room));
@@ -210,16 +243,26 @@ std::string csvOf(const RoomPredictions& said, const std::vector<Frame>& frames,
 }
 
 /// One sequence, or any number of single pictures.
-Features featuresToPredict(const Arguments& arguments, const RoomClassifier& classifier) {
-  std::vector<fs::path> paths{arguments.source.path};
+std::vector<std::string> pathsToPredict(const Arguments& arguments) {
+  std::vector<std::string> paths{arguments.source.path};
   paths.insert(paths.end(), arguments.images.begin(), arguments.images.end());
+  return paths;
+}
+
+Features featuresToPredict(const Arguments& arguments, const RoomClassifier& classifier) {
+  const auto names = pathsToPredict(arguments);
+  const std::vector<fs::path> paths(names.begin(), names.end());
   if (paths.size() == 1 && !isImageFile(paths[0])) return described(arguments, classifier);
   requireDescribable(classifier);
   return Describing(arguments.describing).features(*openImages(paths), descriptorOf(classifier));
 }
 
 void predict(const Arguments& arguments) {
-  if (!arguments.output.empty()) requireNoData(arguments.output);
+  if (!arguments.output.empty()) {
+    auto inputs = pathsToPredict(arguments);
+    inputs.push_back(arguments.model);
+    requireNoData(arguments.output, inputs, csvHeader);
+  }
   const RoomClassifier classifier = RoomClassifier::load(arguments.model);
   const Features features = featuresToPredict(arguments, classifier);
   const RoomPredictions said =
@@ -298,7 +341,8 @@ void addTrain(CLI::App& classify, const Shared& arguments) {
   for (const auto& [name, explanation] : descriptorTypes())
     descriptors += fmt::format("\n{} ({})", name, explanation);
   command->add_option("--descriptor", arguments->descriptor,
-                      fmt::format("{}\nseveral joined by +; default: {}, of words and maps all they hold",
+                      fmt::format("{}\nseveral joined by +; default: {}, of words, maps and tables "
+                                  "all they hold (of a table's columns g0, g1 …, d0, d1 …: g+d)",
                                   descriptors, defaultDescriptor));
   std::string types = "What learns:";
   std::vector<std::string> names;
@@ -346,6 +390,7 @@ void addTrain(CLI::App& classify, const Shared& arguments) {
       *command,
       "  estancia classify train ~/pictures -o rooms.classifier\n"
       "  estancia classify train nyu -o rooms.classifier --split train --only kitchen,bathroom,bedroom\n"
+      "  estancia classify train table.csv -o table.classifier --descriptor g+d\n"
       "  estancia classify train pictures.labels --rooms rooms.csv -o rooms.classifier --classifier forest");
   command->callback([arguments] { train(*arguments); });
 }
@@ -384,7 +429,7 @@ void addPredict(CLI::App& classify, const Shared& arguments) {
   addExamples(*command,
               "  estancia classify predict rooms.classifier picture.jpg another.jpg\n"
               "  estancia classify predict rooms.classifier ~/pictures --json\n"
-              "  estancia classify predict rooms.classifier home.estancia --least 0.5 -o rooms.csv");
+              "  estancia classify predict rooms.classifier ~/pictures --least 0.5 -o said.csv");
   command->callback([arguments] { predict(*arguments); });
 }
 
@@ -403,11 +448,13 @@ void addName(CLI::App& classify, const Shared& arguments) {
   command->add_option("MAP", arguments->map, "The map file")->required();
   arguments->source.addTo(*command, false);
   command->get_option("SEQ")->description(
-      "The images that the map was made of; needed where its words are not all that MODEL has learned from");
+      "The images that the map was made of; needed where its words are not all that MODEL has learned from, "
+      "as "
+      "with what `train` and `map` take by default");
   arguments->source.addDepthTo(*command);
   arguments->describing.addTo(*command);
   addJsonOption(*command, arguments->json);
-  addExamples(*command, "  estancia classify name rooms.classifier home.estancia");
+  addExamples(*command, "  estancia classify name rooms.classifier home.estancia ~/pictures");
   command->callback([arguments] { name(*arguments); });
 }
 

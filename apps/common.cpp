@@ -4,9 +4,12 @@
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/zones/zone_file.hpp"
 
@@ -79,11 +82,27 @@ std::unique_ptr<Sequence> SequenceArguments::open() const {
   return sequence;
 }
 
-void requireNoData(const std::filesystem::path& output) {
+void requireNoData(const std::filesystem::path& output, const std::vector<std::string>& inputs,
+                   std::string_view start) {
+  namespace fs = std::filesystem;
+  const fs::path target = outputTarget(output);
+  std::error_code none;  // an input that is not there will be told of by whoever reads it
+  for (const std::string& input : inputs)
+    if (fs::equivalent(target, input, none))
+      throw Error(
+          fmt::format("{} is read here, so it cannot be written, too; give another name", output.string()));
   if (isMapFile(output) || isZoneFile(output) || isRoomClassifier(output))
     throw Error(
         fmt::format("{} is a map, a file of zones or a room classifier, which is not replaced by something "
                     "else; give another name",
+                    output.string()));
+  if (start.empty() || !fs::is_regular_file(target) || fs::file_size(target) == 0) return;
+  std::string there(start.size(), '\0');
+  std::ifstream(target, std::ios::binary).read(there.data(), static_cast<std::streamsize>(there.size()));
+  if (there != start)
+    throw Error(
+        fmt::format("{} exists and is not what is written here, so it is not replaced; give another "
+                    "name or remove it first",
                     output.string()));
 }
 

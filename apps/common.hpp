@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "estancia/io/sequence.hpp"
@@ -31,9 +32,13 @@ struct SequenceArguments {
   std::unique_ptr<Sequence> open() const;
 };
 
-/// Throws Error when a command that writes something else is about to replace a map, a file of zones or a
-/// room classifier.
-void requireNoData(const std::filesystem::path& output);
+/// Throws Error when a command is about to replace one of its `inputs`, a map, a file of zones or a room
+/// classifier, what is no file (a device, a pipe), or, unless `start` is "", a file that begins otherwise.
+void requireNoData(const std::filesystem::path& output, const std::vector<std::string>& inputs,
+                   std::string_view start = {});
+
+/// What the pages that we write begin with.
+constexpr std::string_view pageStart = "<!DOCTYPE html>\n";
 
 /// Accepts numbers above 0.
 CLI::Validator positive();

@@ -124,7 +124,7 @@ void addCompareCommand(CLI::App& app) {
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia compare accuracies.csv\n"
-              "  estancia compare nyu/results.csv --score balanced_accuracy -o nyu/comparison\n"
+              "  estancia compare nyu/nyu-scores.csv -o nyu/comparison\n"
               "  estancia compare errors.csv --smaller-is-better --post-hoc nemenyi --json\n"
               "\n"
               "accuracies.csv:\n"

@@ -14,6 +14,7 @@
 #include "estancia/core/plus_names.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/describe/table_features.hpp"
+#include "estancia/describe/words.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/recording.hpp"
 #include "estancia/topology/map_recording.hpp"
@@ -76,6 +77,15 @@ bool isFeatureTable(const std::string& path) {
 
 bool isMap(const std::string& path) {
   return isMapFile(path) || path.ends_with(".estancia");
+}
+
+/// Of the words that a map or a label file holds.
+std::vector<DescriptorPart> partsOfFile(const std::string& path) {
+  if (isMap(path)) {
+    const MapStore::Identity words = MapStore::open(path, MapStore::Access::read).identity();
+    return partsOfWords(words.vocabulary, words.model);
+  }
+  return withRows(featuresOf(readRecording(path)), {}).parts;
 }
 
 }  // namespace
@@ -147,10 +157,13 @@ void addClassifierOption(CLI::App& command, std::string& classifier) {
                      "Name the rooms by this room classifier (of `estancia classify train`)");
 }
 
-std::optional<RoomClassifier> openClassifier(const std::string& file, bool pictures) {
+std::optional<RoomClassifier> openClassifier(const std::string& file, const SequenceArguments& source) {
   if (file.empty()) return std::nullopt;
   RoomClassifier classifier = RoomClassifier::load(file);
-  if (pictures) requireDescribable(classifier);
+  if (holdsNumbers(source.path))
+    requireParts(classifier, partsOfFile(source.path));
+  else
+    requireDescribable(classifier, *openSequence(source.path, source.options));
   return classifier;
 }
 

@@ -56,7 +56,8 @@ void nameRooms(const std::string& map, const RoomClassifier& classifier, const S
 /// Adds `--classifier`, for the commands that name what they find.
 void addClassifierOption(CLI::App& command, std::string& classifier);
 
-/// The file of `--classifier`, checked before the long work begins; absent for "". `pictures`: SEQ has some.
-std::optional<RoomClassifier> openClassifier(const std::string& file, bool pictures);
+/// The file of `--classifier`, absent for "". Throws Error, before the long work begins, when it could not
+/// tell the rooms of `source`.
+std::optional<RoomClassifier> openClassifier(const std::string& file, const SequenceArguments& source);
 
 }  // namespace estancia::apps

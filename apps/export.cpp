@@ -65,7 +65,7 @@ void addExportCommand(CLI::App& app) {
     if (arguments->output.empty()) {
       fmt::print("{}", text);
     } else {
-      requireNoData(arguments->output);
+      requireNoData(arguments->output, {arguments->map});
       writeWhole(arguments->output, text);
       spdlog::info("wrote {}", arguments->output);
     }

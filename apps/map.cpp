@@ -45,9 +45,10 @@ MapperOptions mapperOptions(MapperOptions options, const Arguments& arguments, c
 /// Names the places of the finished map.
 std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, const RoomClassifier& classifier,
                                                  const Sequence* sequence) {
-  const auto later = [&arguments](const std::exception& why) {
-    return fmt::format("{}; the map is in {}, name its places by `estancia classify name {} {}`", why.what(),
-                       arguments.output, arguments.classifier, arguments.output);
+  const auto later = [&arguments, sequence](const std::exception& why) {
+    return fmt::format("{}; the map is in {}, name its places by `estancia classify name {} {}{}`",
+                       why.what(), arguments.output, arguments.classifier, arguments.output,
+                       sequence == nullptr ? "" : " " + arguments.sequence.path);
   };
   try {
     Describing describing({arguments.model.options, arguments.model.noCache});
@@ -67,7 +68,7 @@ void run(const Arguments& arguments, const CLI::App& command) {
   const MapperOptions options = mapperOptions({}, arguments, command);
   getDistance(options.distance);
   const bool pictures = !isRecording(arguments.sequence.path);
-  const auto classifier = openClassifier(arguments.classifier, pictures);
+  const auto classifier = openClassifier(arguments.classifier, arguments.sequence);
   if (fs::exists(arguments.output) && !arguments.goOn && !arguments.overwrite)
     throw Error(
         fmt::format("{} exists; continue it with --continue, replace it with --overwrite", arguments.output));

@@ -89,7 +89,7 @@ void tell(const Arguments& arguments, const Sequence& sequence, const RgbdTrajec
 void run(const Arguments& arguments) {
   if (fs::exists(arguments.output) && !arguments.overwrite)
     throw Error(fmt::format("{} exists; replace it with --overwrite", arguments.output));
-  requireNoData(arguments.output);
+  requireNoData(arguments.output, {arguments.sequence.path, arguments.sequence.options.poses});
   const fs::path folder = fs::path(arguments.output).parent_path();
   if (!folder.empty() && !fs::is_directory(folder))
     throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));

@@ -75,7 +75,8 @@ void writeZones(const Arguments& arguments) {
 }
 
 void run(const Arguments& arguments, const CLI::App& command) {
-  requireNoData(arguments.output);
+  requireNoData(arguments.output, {arguments.file, arguments.map, arguments.zones, arguments.floorPlan},
+                pageStart);
   isZoneFile(arguments.file) ? writeZones(arguments) : writeMap(arguments, command);
   spdlog::info("wrote {}", arguments.output);
 }

@@ -263,7 +263,7 @@ void printTable(const std::string& file, const Zones& zones, const std::vector<M
 void run(const Arguments& arguments, const CLI::App& command) {
   const ZoneOptions options = zoneOptions(arguments, command);
   requireOutput(arguments);
-  const auto classifier = openClassifier(arguments.classifier, !holdsNumbers(arguments.sequence.path));
+  const auto classifier = openClassifier(arguments.classifier, arguments.sequence);
   std::optional<Stream> stream;
   const Recording recording = recordingOf(arguments, options, stream);
   Zones zones = stream ? stream->finish(recording) : clustered(recording, options);

@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "estancia/core/error.hpp"
+#include "estancia/describe/table_features.hpp"
 
 namespace estancia {
 namespace {
@@ -52,16 +53,51 @@ std::string nameOf(const RoomClassifier& classifier) {
 void requireDescribable(const RoomClassifier& classifier) {
   for (const PartEmbedding& learned : classifier.embedding().parts()) {
     const std::string& name = learned.part.name;
+    if (isOfTable(learned.part))
+      throw Error(
+          fmt::format("the room classifier has learned from {} {} of a table, which no picture has; give a "
+                      "table with the same columns, or train on pictures",
+                      learned.part.size() == 1 ? "the column" : "the columns", name));
     if (findDescriptor(name)) continue;
     try {
       getModelFolder(name);
     } catch (const Error& e) {
       throw Error(
           fmt::format("the room classifier has learned from {}: {}; install it by `estancia models get {}` "
-                      "or `estancia models add FOLDER`",
+                      "or `estancia models add FOLDER`, or give words of it (`*.labels` …) instead of "
+                      "pictures",
                       name, e.what(), name));
     }
   }
+}
+
+void requireDescribable(const RoomClassifier& classifier, const Sequence& sequence) {
+  requireDescribable(classifier);
+  for (const PartEmbedding& learned : classifier.embedding().parts()) {
+    const auto descriptor = findDescriptor(learned.part.name);
+    if (!descriptor || !descriptor->needsDepth()) continue;
+    if (!sequence.hasDepth())
+      throw Error(
+          fmt::format("{}: the room classifier has learned from {}, which needs depth, and there is none; "
+                      "give one that has learned from other descriptors",
+                      sequence.name(), learned.part.name));
+    if (!sequence.intrinsics())
+      throw Error(
+          fmt::format("{}: the room classifier has learned from {}, which needs to know the depth "
+                      "camera; give its intrinsics",
+                      sequence.name(), learned.part.name));
+  }
+}
+
+void requireParts(const RoomClassifier& classifier, const std::vector<DescriptorPart>& words) {
+  for (const PartEmbedding& learned : classifier.embedding().parts())
+    if (std::ranges::none_of(words, [&](const DescriptorPart& part) {
+          return part.name == learned.part.name && part.identity == learned.part.identity;
+        }))
+      throw Error(
+          fmt::format("the room classifier needs {} ({}), which is not in these words; give the images "
+                      "instead, or a classifier that has learned from such words",
+                      learned.part.name, learned.part.identity));
 }
 
 RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& features,

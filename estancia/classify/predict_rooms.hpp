@@ -18,8 +18,14 @@ std::string descriptorOf(const RoomClassifier& classifier);
 /// "svm-rbf on inception-v3+gist"
 std::string nameOf(const RoomClassifier& classifier);
 
-/// Throws Error, saying what to install, unless pictures can be described by that here.
+/// Throws Error, saying what to install or to give, unless pictures can be described by that here.
 void requireDescribable(const RoomClassifier& classifier);
+
+/// The same for the images of `sequence`, which needs depth where the classifier does.
+void requireDescribable(const RoomClassifier& classifier, const Sequence& sequence);
+
+/// Throws Error, saying what is missing, unless words of these parts are all that the classifier needs.
+void requireParts(const RoomClassifier& classifier, const std::vector<DescriptorPart>& words);
 
 /// A row a frame of `frames`, found in the features by name; all 0 for frames that these do not hold. Throws
 /// Error as RoomClassifier::predict() does.

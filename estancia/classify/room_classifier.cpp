@@ -1,6 +1,7 @@
 #include "estancia/classify/room_classifier.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <fstream>
@@ -12,6 +13,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/describe/table_features.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia {
@@ -52,6 +54,30 @@ std::vector<std::string> roomsOf(const std::vector<Frame>& frames) {
   return rooms;
 }
 
+/// "a, b, c …": those of `columns` that `others` lacks.
+std::string lackingOf(const std::vector<std::string>& columns, const std::vector<std::string>& others) {
+  constexpr std::size_t shown = 3;
+  std::vector<std::string> lacking;
+  for (const std::string& column : columns)
+    if (std::ranges::find(others, column) == others.end()) lacking.push_back(column);
+  const bool more = lacking.size() > shown;
+  if (more) lacking.resize(shown);
+  return lacking.empty() ? "none" : fmt::format("{}{}", fmt::join(lacking, ", "), more ? " …" : "");
+}
+
+/// Of tables: what differs tells more than two digests.
+void requireSameColumns(const DescriptorPart& learned, const std::vector<DescriptorPart>& parts) {
+  const auto found = std::ranges::find(parts, learned.name, &DescriptorPart::name);
+  if (found == parts.end() || !isOfTable(learned) || !isOfTable(*found) || found->columns == learned.columns)
+    return;
+  throw Error(
+      fmt::format("this room classifier has learned from a table whose part {} has {} columns, but here it "
+                  "has {} (only there: {}; only here: {}); give the same columns in the same order, or train "
+                  "anew",
+                  learned.name, learned.size(), found->size(), lackingOf(learned.columns, found->columns),
+                  lackingOf(found->columns, learned.columns)));
+}
+
 }  // namespace
 
 RoomClassifier::RoomClassifier(std::vector<std::string> rooms, FeatureEmbedding embedding,
@@ -72,6 +98,7 @@ RoomClassifier RoomClassifier::train(const Features& features, const ClassifierO
 }
 
 DescriptorMatrix RoomClassifier::predict(const Features& features, int threads) const {
+  for (const PartEmbedding& learned : embedding_.parts()) requireSameColumns(learned.part, features.parts);
   return classifier_->predict(embedding_.apply(features), threads);
 }
 
@@ -108,6 +135,12 @@ RoomClassifier RoomClassifier::load(const fs::path& file) {
   for (std::size_t i = 0; i < count; ++i) rooms.push_back(in.text());
   FeatureEmbedding embedding = FeatureEmbedding::read(in);
   std::shared_ptr<const Classifier> classifier = readClassifier(in);
+  std::vector<std::string> shown = rooms;
+  shown.push_back(classifier->choice());
+  for (const PartEmbedding& learned : embedding.parts())
+    shown.insert(shown.end(), {learned.part.name, learned.part.identity});
+  for (const std::string& text : shown)  // goes to terminals
+    if (io::printable(text) != text) in.fail("a name in it holds control characters or is no UTF-8");
   if (in.left() != 0 || static_cast<std::size_t>(classifier->classCount()) != rooms.size() ||
       classifier->columns() != embedding.columns())
     in.fail("it is damaged (its rooms, parts and classifier do not fit)");

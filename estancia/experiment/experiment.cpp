@@ -1,11 +1,14 @@
 #include "estancia/experiment/experiment.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <variant>
 
+#include "estancia/classify/classifier.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/experiment/grid.hpp"
@@ -18,13 +21,50 @@ namespace estancia {
 namespace {
 
 /// What a configuration asks for, read and checked.
-using Experiment = std::function<Findings(Grid& grid, const ExperimentRun& run, Progress& progress)>;
+struct Experiment {
+  std::vector<std::vector<std::string>> cells;  ///< coordinates of those that are sure to be; may be empty
+  std::function<Findings(Grid& grid, const ExperimentRun& run, Progress& progress)> run;
+};
+
+/// Of the sequences that are there, and of descriptors that are not optional.
+std::vector<std::vector<std::string>> scenesCells(const ScenesOptions& options) {
+  std::vector<std::pair<std::string, std::string>> pairs;
+  std::vector<std::string> sequences, classifiers = options.classifiers;
+  for (const ScenesOptions::Data& data : options.data) {
+    if (data.optional && !std::filesystem::exists(data.images.path)) continue;
+    if (data.asked || !data.splitColumn.empty())
+      pairs.emplace_back(data.name + " train", data.name + " test");
+    else
+      sequences.push_back(data.name);
+  }
+  for (const std::string& train : sequences)
+    for (const std::string& test : sequences)
+      if (train != test || options.sameSequence) pairs.emplace_back(train, test);
+  if (classifiers.empty())
+    for (const auto& [type, explanation] : classifierTypes()) classifiers.push_back(type);
+  std::vector<std::vector<std::string>> cells;
+  for (const std::string& descriptor : options.descriptors)
+    for (const std::string& classifier : classifiers)
+      for (const auto& [train, test] : pairs) cells.push_back({descriptor, classifier, train, test});
+  return cells;
+}
+
+template <class Options>
+std::vector<std::vector<std::string>> sureCells(const Options&) {
+  return {};
+}
+
+template <>
+std::vector<std::vector<std::string>> sureCells(const ScenesOptions& options) {
+  return scenesCells(options);
+}
 
 template <auto readOptions, auto findings>
 Experiment prepare(ConfigFile& config) {
-  return [options = readOptions(config)](Grid& grid, const ExperimentRun& run, Progress& progress) {
-    return findings(options, grid, run, progress);
-  };
+  const auto options = readOptions(config);
+  return {sureCells(options), [options](Grid& grid, const ExperimentRun& run, Progress& progress) {
+            return findings(options, grid, run, progress);
+          }};
 }
 
 struct Kind {
@@ -52,6 +92,27 @@ void addNew(std::vector<T>& to, const std::vector<T>& from) {
     if (std::find(to.begin(), to.end(), one) == to.end()) to.push_back(one);
 }
 
+/// Refuses, before anything is computed, what would be found twice or replace what another has written.
+void requireDifferent(const std::vector<std::filesystem::path>& configs,
+                      const std::vector<Experiment>& experiments) {
+  std::map<std::vector<std::string>, std::size_t> known;
+  for (std::size_t i = 0; i < configs.size(); ++i) {
+    const std::string here = configs[i].string();
+    for (const auto& cell : experiments[i].cells) {
+      const auto [other, isNew] = known.emplace(cell, i);
+      if (!isNew && other->second != i)
+        throw Error(
+            fmt::format("{} and {} both ask for {}; leave it out of one, or run them one by one into "
+                        "folders of their own (-o)",
+                        configs[other->second].string(), here, fmt::join(cell, ", ")));
+    }
+    for (std::size_t j = 0; j < i; ++j)
+      if (!experiments[i].cells.empty() && configs[j].stem() == configs[i].stem())
+        throw Error(fmt::format("{} and {} have the same name, by which their tables are called; rename one",
+                                configs[j].string(), here));
+  }
+}
+
 }  // namespace
 
 Findings runExperiment(const std::vector<std::filesystem::path>& configs, const ExperimentRun& run,
@@ -75,10 +136,13 @@ Findings runExperiment(const std::vector<std::filesystem::path>& configs, const 
   }
   if (experiments.empty()) throw Error("no experiment is named");
 
+  requireDifferent(configs, experiments);
   Grid grid(run.folder, chosen->columns(), chosen->cellsLabel ? 1 : run.labeler.threads);
+  grid.makeFolder();
   Findings all;
-  for (const Experiment& experiment : experiments) {
-    Findings findings = experiment(grid, run, progress);
+  for (std::size_t i = 0; i < experiments.size(); ++i) {
+    grid.setSource(configs[i].string());
+    Findings findings = experiments[i].run(grid, run, progress);
     all.title = findings.title;
     all.summary += (all.summary.empty() ? "" : " ") + findings.summary;
     addNew(all.facts, findings.facts);

@@ -3,8 +3,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -65,6 +69,17 @@ void Grid::store(const Cell& cell, const CellResults& results) const {
   writeWhole(fileOf(cell), json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
 }
 
+void Grid::makeFolder() const {
+  std::error_code problem;
+  fs::create_directories(folder_ / "cells", problem);
+  if (problem)
+    throw Error(fmt::format("{}: the folder cannot be made ({})", folder_.string(), problem.message()));
+  for (const fs::path& folder : {folder_, folder_ / "cells"})
+    if (access(folder.c_str(), W_OK | X_OK) != 0)
+      throw Error(fmt::format("{}: the folder cannot be written ({}); give another one by -o",
+                              folder.string(), std::strerror(errno)));
+}
+
 bool Grid::has(const Cell& cell) {
   const std::string name = fileOf(cell).filename().string();
   if (known_.contains(name)) return true;
@@ -76,19 +91,19 @@ bool Grid::has(const Cell& cell) {
 std::vector<CellResults> Grid::run(const std::vector<Cell>& cells,
                                    const std::function<CellResults(std::size_t)>& compute, Progress& progress,
                                    const std::string& what) {
-  std::error_code problem;
-  fs::create_directories(folder_ / "cells", problem);
-  if (problem)
-    throw Error(fmt::format("{}: the folder cannot be made ({})", folder_.string(), problem.message()));
+  makeFolder();
   std::vector<std::size_t> missing;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const Cell& cell = cells[i];
     if (cell.coordinates.size() != columns_.coordinates.size())
       throw Error(fmt::format("a cell with {} coordinates in a grid of {}", cell.coordinates.size(),
                               fmt::join(columns_.coordinates, ", ")));
-    if (!named_.insert(cell.coordinates).second)
-      throw Error(fmt::format("the {} {} are there twice; give them different names",
-                              fmt::join(columns_.coordinates, ", "), fmt::join(cell.coordinates, ", ")));
+    const auto [named, isNew] = named_.emplace(cell.coordinates, source_);
+    if (!isNew)
+      throw Error(
+          fmt::format("the {} {} are there twice{}; give them different names",
+                      fmt::join(columns_.coordinates, ", "), fmt::join(cell.coordinates, ", "),
+                      source_.empty() ? "" : fmt::format(", in {} and in {}", named->second, source_)));
     if (!has(cell)) missing.push_back(i);
   }
   if (!missing.empty()) {

@@ -6,7 +6,6 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -42,6 +41,12 @@ class Grid {
   /// `threads` = 0 takes one a free core. The folder is made by run().
   Grid(std::filesystem::path folder, GridColumns columns, int threads = 0);
 
+  /// Makes the folder, before anything long is begun. Throws Error when it cannot be made or written.
+  void makeFolder() const;
+
+  /// Cells of the next runs come from this file, for errors.
+  void setSource(const std::string& source) { source_ = source; }
+
   /// Whether the results of the cell are at hand.
   bool has(const Cell& cell);
 
@@ -65,8 +70,9 @@ class Grid {
   std::filesystem::path folder_;
   GridColumns columns_;
   std::size_t threads_;
-  std::map<std::string, CellResults> known_;  ///< by file name
-  std::set<std::vector<std::string>> named_;  ///< the coordinates of all cells of all runs
+  std::map<std::string, CellResults> known_;               ///< by file name
+  std::map<std::vector<std::string>, std::string> named_;  ///< coordinates of all cells → their source
+  std::string source_;
   std::vector<std::pair<std::vector<std::string>, CellResults>> table_;  ///< what run() returned
 };
 

@@ -131,6 +131,9 @@ void attachRooms(ListedSequence& sequence, const fs::path& file) {
     }
     ++rowCount;
   }
+  if (rowCount == 0)
+    throw Error(
+        fmt::format("{}: names no image; write a line `image,room` for each whose room is known", name));
   if (splits) sequence.splits().resize(frames.size());
   for (const auto& [i, place] : places) {
     frames[i].room = place.room;

@@ -13,15 +13,18 @@ Recording record(const Sequence& sequence, Labeler& labeler, const LabelStreamOp
                  const std::function<void(const LabelledFrame&)>& watch) {
   std::vector<Frame> frames;
   std::vector<LexicalDescriptor> words;
+  std::string problem;  // the first
   LabelStream stream(sequence, labeler, options);
   while (auto frame = stream.next()) {
     if (watch) watch(*frame);
+    if (problem.empty()) problem = frame->problem;
     if (!frame->labelled()) continue;
     frames.push_back(sequence.frame(frame->index));
     words.push_back(std::move(frame->descriptor));
   }
   if (frames.empty())
-    throw Error(fmt::format("{}: not one of its frames could be labelled", sequence.name()));
+    throw Error(fmt::format("{}: not one of its frames could be labelled{}", sequence.name(),
+                            problem.empty() ? "" : "; " + problem));
   Recording recording{labeler.vocabulary(), labeler.identity(), std::move(frames),
                       DescriptorMatrix(labeler.vocabulary().size())};
   recording.descriptors.reserve(words.size());

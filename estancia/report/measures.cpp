@@ -94,6 +94,9 @@ std::vector<Measure> measuresOf(const ZoneQuality& q) {
       {"zones", "Zones", count(q.zones), 0, "Areas that were found"},
   };
   addRooms(measures, q.rooms, q.framesWithRoom, "zone", "zones");
+  if (q.predictedRoom)
+    measures.push_back({"predicted_zone_room", "Predicted room, zone", q.predictedRoom, 3,
+                        "Share of images whose zone the classifier takes for their true room"});
   measures.push_back({"spatial_spread", "Spatial spread [m]", q.spatialSpread, 2,
                       "Mean distance of images to their zone's centre"});
   return measures;

@@ -35,7 +35,7 @@ Distribution distributionOf(const std::vector<int>& zones) {
 }  // namespace
 
 ZoneQuality evaluate(const Zones& zones) {
-  ZoneQuality quality{zones.zones.size(), zones.frames.size(), 0, {}, {}};
+  ZoneQuality quality{zones.zones.size(), zones.frames.size(), 0, {}, {}, {}};
   std::map<std::string, int> numbers;
   std::vector<int> rooms, clusters;
   for (std::size_t i = 0; i < zones.frames.size(); ++i) {
@@ -46,6 +46,14 @@ ZoneQuality evaluate(const Zones& zones) {
   }
   quality.framesWithRoom = rooms.size();
   if (!rooms.empty()) quality.rooms = measureAgreement(rooms, clusters);
+  std::size_t judged = 0, right = 0;
+  for (std::size_t i = 0; i < zones.frames.size(); ++i) {
+    const auto& predicted = zones.zones[static_cast<std::size_t>(zones.zoneOf[i])].predicted;
+    if (zones.frames[i].room.empty() || predicted.empty()) continue;
+    ++judged;
+    if (predicted.front().room == zones.frames[i].room) ++right;
+  }
+  if (judged > 0) quality.predictedRoom = static_cast<double>(right) / static_cast<double>(judged);
   double sum = 0;
   std::size_t posed = 0;
   for (const Zone& zone : zones.zones) {

@@ -182,6 +182,24 @@ TEST_F(ClassifyCommand, LearnsFromTheNumbersOfOthers) {
   expectError({"classify", "test", model_, scratch_ / "table.csv", "--split", "test"}, "no splits");
 }
 
+TEST_F(ClassifyCommand, SaysWhichNumbersOfOthersItNeeds) {
+  const auto table = [&](const char* name, const char* head, const char* more) {
+    std::string text = head;
+    for (int i = 0; i < 24; ++i)
+      text += (i / 4 % 2 == 0 ? "hall,1," : "lab,5,") + std::to_string(i % 3) + more + "\n";
+    writeFile(scratch_ / name, text);
+    return std::string(scratch_ / name);
+  };
+  const std::string three = table("three.csv", "room,g0,g1,g2\n", ",1"),
+                    two = table("two.csv", "room,g0,g1\n", "");
+  ASSERT_EQ(run({"classify", "train", three, "-o", model_, "--classifier", "knn"}).exitCode, 0);
+  expectError({"classify", "test", model_, two}, "3 columns, but here it has 2 (only there: g2");
+  writeLines(scratch_ / "lines", 8);
+  expectError({"classify", "predict", model_, scratch_ / "lines"}, "of a table");
+  expectError({"map", unknown_, "-o", map_, "--classifier", model_}, "needs g ");
+  EXPECT_FALSE(fs::exists(map_)) << "known before the mapping begins";
+}
+
 TEST_F(ClassifyCommand, LearnsTheSameFromTheSame) {
   train();
   const std::string first = readFile(model_);
@@ -277,6 +295,37 @@ TEST_F(ClassifyCommand, NamesZones) {
               HasSubstr("taken for "));
 }
 
+TEST_F(ClassifyCommand, ZonesAreJudgedByTheTruthToo) {
+  train();
+  ASSERT_EQ(run({"zones", others_, "-o", zones_, "--count", "3", "--classifier", model_}).exitCode, 0);
+  EXPECT_GE(json::parse(run({"evaluate", zones_, "--json"}).out)["predicted_zone_room"], 0.8);
+  EXPECT_THAT(run({"evaluate", zones_}).out, HasSubstr("Predicted room, zone"));
+}
+
+TEST_F(ClassifyCommand, WarnsOfAnswersInATable) {
+  std::string table = "room,Chair,g0,g1\n";
+  for (int i = 0; i < 24; ++i)
+    table += (i / 4 % 2 == 0 ? "hall,1,1," : "lab,0,5,") + std::to_string(i % 3) + "\n";
+  writeFile(scratch_ / "table.csv", table);
+  const auto all = run({"classify", "train", scratch_ / "table.csv", "-o", model_, "--classifier", "knn"});
+  EXPECT_EQ(all.exitCode, 0) << all.err;
+  EXPECT_THAT(all.err, AllOf(HasSubstr("from Chair, too"), HasSubstr("--descriptor g")));
+  EXPECT_THAT(all.out, HasSubstr("knn on Chair+g"));
+  const auto some = run({"classify", "train", scratch_ / "table.csv", "-o", model_, "--classifier", "knn",
+                         "--overwrite", "--descriptor", "g"});
+  EXPECT_THAT(some.out, HasSubstr("knn on g\n"));
+  EXPECT_THAT(some.err, Not(HasSubstr("Chair")));
+}
+
+TEST_F(ClassifyCommand, SaysWhatItNeverLearned) {
+  const std::string two = scratch_ / "two.classifier";
+  ASSERT_EQ(run({"classify", "train", words_, "-o", two, "--only", "kitchen,bath"}).exitCode, 0);
+  EXPECT_THAT(run({"classify", "test", two, others_}).out,
+              HasSubstr("18 images of room \"bedroom\", which it has never learned"));
+  EXPECT_EQ(json::parse(run({"classify", "test", two, others_, "--json"}).out)["never_learned"],
+            (json{{"bedroom", 18}}));
+}
+
 TEST_F(ClassifyCommand, ShowsWhatAModelKnows) {
   train();
   const json known = json::parse(run({"classify", "show", model_, "--json"}).out);
@@ -293,6 +342,30 @@ TEST_F(ClassifyCommand, ReplacesRoomClassifiersOnlyAndOnlyWhenTold) {
   expectError({"classify", "train", words_, "-o", words_, "--overwrite"}, "no room classifier");
   EXPECT_EQ(readFile(words_), words);
   expectError({"classify", "train", words_, "-o", scratch_ / "none/rooms.classifier"}, "no such folder");
+}
+
+TEST_F(ClassifyCommand, NeverReplacesWhatItReads) {
+  writeLines(scratch_ / "lines", 16);
+  const std::string picture = scratch_ / "lines/line0.png", classifier = scratch_ / "lines.classifier";
+  ASSERT_EQ(run({"classify", "train", scratch_ / "lines", "-o", classifier, "--descriptor", "phog"}).exitCode,
+            0);
+  train();
+  const std::string pixels = readFile(picture), words = readFile(others_);
+  expectError({"classify", "predict", classifier, picture, "-o", picture}, "is read here");
+  expectError({"classify", "predict", classifier, scratch_ / "lines", "-o", picture}, "exists");
+  writeFile(scratch_ / "broken.png", "no picture");
+  expectError({"classify", "predict", classifier, scratch_ / "broken.png"}, "not a picture");
+  EXPECT_EQ(readFile(picture), pixels);
+  expectError({"classify", "test", model_, others_, "-o", others_}, "is read here");
+  expectError({"classify", "test", model_, words_, "-o", others_}, "exists");
+  EXPECT_EQ(readFile(others_), words);
+
+  const std::string csv = scratch_ / "said.csv", page = scratch_ / "test.html";
+  for (int twice = 0; twice < 2; ++twice) {
+    EXPECT_EQ(run({"classify", "predict", model_, others_, "-o", csv}).exitCode, 0);
+    EXPECT_EQ(run({"classify", "test", model_, others_, "-o", page}).exitCode, 0);
+  }
+  expectError({"classify", "test", model_, others_, "-o", csv}, "exists");
 }
 
 TEST_F(ClassifyCommand, WrongInputIsOneLine) {
@@ -318,6 +391,9 @@ TEST_F(ClassifyCommand, WrongInputIsOneLine) {
   EXPECT_FALSE(fs::exists(map_)) << "known before the mapping begins";
   expectError({"zones", unknown_, "-o", zones_, "--classifier", words_}, "no room classifier");
   expectError({"classify", "name", model_, scratch_ / "missing.estancia"}, "no such map");
+  writeFile(scratch_ / "none.csv", "image,room\n");
+  expectError({"classify", "train", unknown_, "-o", other, "--rooms", scratch_ / "none.csv"},
+              "names no image");
   expectError({"classify", "learn"}, "see estancia classify --help");
 }
 

@@ -144,7 +144,8 @@ TEST_F(ExperimentCommand, SeveralOfOneTypeAreRunAsOne) {
   const auto twice =
       run({"experiment", config_, second, "-o", out_.string(), "--models", scratch_ / "model", "--no-cache"});
   EXPECT_EQ(twice.exitCode, 2);
-  EXPECT_THAT(twice.err, HasSubstr("small, tour, standardized-clr are there twice"));
+  EXPECT_THAT(twice.err,
+              AllOf(HasSubstr("small, tour, standardized-clr are there twice"), HasSubstr("second.toml")));
   text.replace(text.find("\"tour\""), 6, "\"walk\"");
   writeFile(second, text);
   const auto result =

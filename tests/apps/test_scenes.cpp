@@ -69,6 +69,22 @@ TEST_F(ScenesCommand, PrintsTheTablesAndWritesTheStatistics) {
   }
 }
 
+TEST_F(ScenesCommand, WhatTwoFilesAskForIsRefusedBeforeAnyOfItIsFound) {
+  writeConfig(1);
+  fs::copy_file(scratch_ / "study.toml", scratch_ / "again.toml");
+  auto both = arguments("out");
+  both.insert(both.begin() + 1, scratch_ / "again.toml");
+  const auto result = run(both);
+  EXPECT_EQ(result.exitCode, 2);
+  EXPECT_THAT(result.err, testing::AllOf(HasSubstr("again.toml and "), HasSubstr("study.toml both ask for"),
+                                         HasSubstr("phog, forest, one, one")));
+  EXPECT_FALSE(fs::exists(scratch_ / "out"));
+  writeFile(scratch_ / "file", "");
+  const auto nowhere = run(arguments("file/out"));
+  EXPECT_EQ(nowhere.exitCode, 2);
+  EXPECT_THAT(nowhere.err, testing::Not(HasSubstr("labelling"))) << "known before the long work";
+}
+
 TEST_F(ScenesCommand, ItsScoresCanBeComparedAnew) {
   writeConfig(1);
   ASSERT_EQ(run(arguments("out")).exitCode, 0);

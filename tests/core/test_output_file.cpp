@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -31,6 +32,37 @@ TEST(WriteWhole, RefusesAFolderAndAMissingFolder) {
   EXPECT_THROW(writeWhole(folder.path(), "x"), Error);
   EXPECT_THROW(writeWhole(folder / "none/a.json", "x"), Error);
   EXPECT_EQ(filesIn(folder.path()), 0U);
+}
+
+TEST(WriteWhole, NeverTakesThePlaceOfAPipe) {
+  const test::ScratchFolder folder;
+  const fs::path pipe = folder / "pipe", link = folder / "link";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  fs::create_symlink("pipe", link);
+  for (const fs::path& path : {pipe, link}) try {
+      writeWhole(path, "x");
+      ADD_FAILURE() << path << " was replaced";
+    } catch (const Error& e) {
+      EXPECT_NE(std::string(e.what()).find("a pipe"), std::string::npos) << e.what();
+    }
+  EXPECT_TRUE(fs::is_fifo(pipe));
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_EQ(filesIn(folder.path()), 2U);
+}
+
+TEST(WriteWhole, WritesWhereALinkLeads) {
+  const test::ScratchFolder folder;
+  fs::create_directory(folder / "there");
+  fs::create_symlink("there/a.json", folder / "first");
+  fs::create_symlink("first", folder / "second");
+  for (const char* text : {"new", "replaced"}) {
+    writeWhole(folder / "second", text);
+    EXPECT_EQ(test::readFile(folder / "there/a.json"), text);
+  }
+  EXPECT_TRUE(fs::is_symlink(folder / "second"));
+  EXPECT_EQ(filesIn(folder / "there"), 1U);
+  fs::create_symlink("circle", folder / "circle");
+  EXPECT_THROW(writeWhole(folder / "circle", "x"), Error);
 }
 
 TEST(WriteWhole, KeepsTheOldFileWhenTheDiskIsFull) {
