@@ -103,6 +103,11 @@ void train(const Arguments& arguments) {
   ClassifierOptions options = arguments.classifier;
   options.threads = arguments.describing.options.threads;
   const RoomClassifier classifier = RoomClassifier::train(features, options, *progress);
+  if (!classifier.embedding().tells())
+    throw Error(fmt::format(
+        "all images have the same numbers in {}: nothing tells the rooms apart; describe them with "
+        "something else",
+        features.name()));
   classifier.save(arguments.output);
   const auto images = imagesByRoom(features);
   std::size_t learned = 0;

@@ -172,6 +172,12 @@ std::size_t FeatureEmbedding::columns() const {
   return sum;
 }
 
+bool FeatureEmbedding::tells() const {
+  return std::ranges::any_of(parts_, [](const PartEmbedding& part) {
+    return std::ranges::any_of(part.scale, [](float scale) { return scale != 0; });
+  });
+}
+
 FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
   if (features.parts.empty() || features.values.size() == 0)
     throw Error("there are no described images to learn from");
@@ -219,11 +225,6 @@ FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
     embedding.parts_.push_back({part, sum, std::move(mean), std::move(scale)});
     first += size;
   }
-  if (weights == 0)
-    throw Error(
-        fmt::format("all {} images have the same numbers in {}: nothing tells the rooms apart; describe them "
-                    "with something else",
-                    features.values.size(), features.name()));
   for (std::size_t p = 0; p < variances.size(); ++p) {
     PartEmbedding& part = embedding.parts_[p];
     if (variances[p] == 0) continue;

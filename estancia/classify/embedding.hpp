@@ -40,6 +40,8 @@ class FeatureEmbedding {
 
   const std::vector<PartEmbedding>& parts() const { return parts_; }
   std::size_t columns() const;
+  /// False where all training images had the same numbers, so that nothing can be told from them.
+  bool tells() const;
 
   /// N × columns(). Parts are found by name and may stand in any order; of a source that has discovered more
   /// words since, the new ones are ignored, and words that it did not know yet are 0. Throws Error saying
