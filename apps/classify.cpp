@@ -36,7 +36,7 @@ const std::string defaultDescriptor = "inception-v3+coco-ssd";
 
 struct Arguments {
   SequenceArguments source;
-  DescribingArguments describing;
+  ModelArguments describing;
   ClassifierOptions classifier;
   std::string descriptor, model, output, map;
   std::vector<std::string> images;
@@ -47,20 +47,6 @@ struct Arguments {
 };
 
 // ---- train
-
-/// An older room classifier may be replaced when the user says so, and nothing else.
-void requireOutput(const Arguments& arguments) {
-  const fs::path output = arguments.output, folder = output.parent_path();
-  if (!folder.empty() && !fs::is_directory(folder))
-    throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
-  if (!fs::exists(output)) return;
-  if (!arguments.overwrite)
-    throw Error(fmt::format("{} exists; replace it with --overwrite", arguments.output));
-  if (!isRoomClassifier(output))
-    throw Error(
-        fmt::format("{}: no room classifier, so it is not replaced; give another name or remove it first",
-                    arguments.output));
-}
 
 std::map<std::string, std::size_t> imagesByRoom(const Features& features) {
   std::map<std::string, std::size_t> images;
@@ -91,7 +77,7 @@ void warnOfAnswers(const Features& features) {
 }
 
 void train(const Arguments& arguments) {
-  requireOutput(arguments);
+  requireReplaceable(arguments.output, arguments.overwrite, isRoomClassifier, "room classifier");
   Describing describing(arguments.describing);
   const bool words = holdsNumbers(arguments.source.path);
   Features features = describing.features(
@@ -389,7 +375,7 @@ void addTrain(CLI::App& classify, const Shared& arguments) {
   command->add_option("--seed", arguments->classifier.seed, "Of whatever is random in learning")
       ->capture_default_str()
       ->group(learning);
-  arguments->describing.addTo(*command);
+  arguments->describing.addRunningTo(*command);
   addJsonOption(*command, arguments->json);
   addExamples(
       *command,
@@ -409,7 +395,7 @@ void addTest(CLI::App& classify, const Shared& arguments) {
       "Images with rooms, their words, or a map; not those it has learned from");
   arguments->source.addDepthTo(*command);
   command->add_option("-o,--output", arguments->output, "Write a page, too");
-  arguments->describing.addTo(*command);
+  arguments->describing.addRunningTo(*command);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia classify test rooms.classifier ~/other-pictures\n"
@@ -429,7 +415,7 @@ void addPredict(CLI::App& classify, const Shared& arguments) {
   command->add_option("--least", arguments->least, "Say nothing of images that are less probable than this")
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("-o,--output", arguments->output, "Write a CSV instead");
-  arguments->describing.addTo(*command);
+  arguments->describing.addRunningTo(*command);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia classify predict rooms.classifier picture.jpg another.jpg\n"
@@ -457,7 +443,7 @@ void addName(CLI::App& classify, const Shared& arguments) {
       "as "
       "with what `train` and `map` take by default");
   arguments->source.addDepthTo(*command);
-  arguments->describing.addTo(*command);
+  arguments->describing.addRunningTo(*command);
   addJsonOption(*command, arguments->json);
   addExamples(*command, "  estancia classify name rooms.classifier home.estancia ~/pictures");
   command->callback([arguments] { name(*arguments); });

@@ -106,6 +106,19 @@ void requireNoData(const std::filesystem::path& output, const std::vector<std::s
                     output.string()));
 }
 
+void requireReplaceable(const std::filesystem::path& output, bool overwrite,
+                        bool (*isOurs)(const std::filesystem::path&), std::string_view what) {
+  namespace fs = std::filesystem;
+  const fs::path folder = output.parent_path();
+  if (!folder.empty() && !fs::is_directory(folder))
+    throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
+  if (!fs::exists(output)) return;
+  if (!overwrite) throw Error(fmt::format("{} exists; replace it with --overwrite", output.string()));
+  if (!isOurs(output))
+    throw Error(fmt::format("{}: no {}, so it is not replaced; give another name or remove it first",
+                            output.string(), what));
+}
+
 CLI::Validator positive() {
   return CLI::Validator(
       [](const std::string& text) {

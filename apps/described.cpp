@@ -94,19 +94,7 @@ bool holdsNumbers(const std::string& path) {
   return isMap(path) || isRecording(path);
 }
 
-void DescribingArguments::addTo(CLI::App& command) {
-  const auto describing = "Describing";
-  command.add_option("--engine", options.engine, "What runs a network; default: the fastest at hand")
-      ->check(CLI::IsMember({"onnxruntime", "opencv"}))
-      ->group(describing);
-  command.add_option("--threads", options.threads, "Threads of all the work; default: one a free core")
-      ->check(CLI::Range(1, 1024))
-      ->group(describing);
-  command.add_flag("--no-cache", noCache, "Label anew instead of remembering earlier runs")
-      ->group(describing);
-}
-
-Describing::Describing(const DescribingArguments& arguments)
+Describing::Describing(const ModelArguments& arguments)
     : cache_(arguments.noCache ? nullptr : std::make_unique<LabelCache>()), progress_(makeStderrProgress()) {
   options_.labeler = arguments.options;
   options_.cache = cache_.get();

@@ -14,18 +14,10 @@
 
 namespace estancia::apps {
 
-/// How to describe images.
-struct DescribingArguments {
-  LabelerOptions options;
-  bool noCache = false;
-  /// Adds `--engine`, `--threads` and `--no-cache`.
-  void addTo(CLI::App& command);
-};
-
 /// Describes with a progress bar and the cache, and warns of images that cannot be described.
 class Describing {
  public:
-  explicit Describing(const DescribingArguments& arguments);
+  explicit Describing(const ModelArguments& arguments);
 
   /// SEQ: a map, a label file, a table of features, or images, which are described by `descriptor` (of the
   /// others: the parts that it names; "": all there are).

@@ -81,10 +81,7 @@ void addExperimentCommand(CLI::App& app) {
       "Folder for report.html, results.csv and what is needed to go on after Ctrl-C; default: "
       "CONFIG's name, here (of several, their folder's)");
   command->add_option("--models", arguments->models, "Only these models, by name or folder")->delimiter(',');
-  arguments->labelling.addOptionsTo(*command);
-  command
-      ->add_flag("--no-cache", arguments->labelling.noCache, "Label anew instead of remembering earlier runs")
-      ->group("Labelling");
+  arguments->labelling.addRunningTo(*command);
   addJsonOption(*command, arguments->json);
   addExamples(
       *command,

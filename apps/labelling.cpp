@@ -59,6 +59,10 @@ void ModelArguments::addTo(CLI::App& command, const std::string& what) {
   command.add_option("--model", model,
                      fmt::format("{}: a name of `models list`, a folder, or several joined by +; default: {}",
                                  what, byDefault));
+  addRunningTo(command);
+}
+
+void ModelArguments::addRunningTo(CLI::App& command) {
   addOptionsTo(command);
   command.add_flag("--no-cache", noCache, "Label anew instead of remembering earlier runs")
       ->group("Labelling");
@@ -69,7 +73,7 @@ void ModelArguments::addOptionsTo(CLI::App& command) {
   command.add_option("--engine", options.engine, "What runs the network; default: the fastest at hand")
       ->check(CLI::IsMember({"onnxruntime", "opencv"}))
       ->group(labelling);
-  command.add_option("--threads", options.threads, "Threads of the network; default: one a free core")
+  command.add_option("--threads", options.threads, "Threads of the work; default: one a free core")
       ->check(CLI::Range(1, 1024))
       ->group(labelling);
 }

@@ -51,7 +51,7 @@ std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, con
                        sequence == nullptr ? "" : " " + arguments.sequence.path);
   };
   try {
-    Describing describing({arguments.model.options, arguments.model.noCache});
+    Describing describing(arguments.model);
     nameRooms(arguments.output, classifier, sequence, describing);
   } catch (const Interrupted& e) {
     throw Interrupted(later(e));

@@ -57,19 +57,6 @@ ZoneOptions zoneOptions(const Arguments& arguments, const CLI::App& command) {
   return options;
 }
 
-/// An older file of zones may be replaced when the user says so, and nothing else.
-void requireOutput(const Arguments& arguments) {
-  const fs::path output = arguments.output, folder = output.parent_path();
-  if (!folder.empty() && !fs::is_directory(folder))
-    throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
-  if (!fs::exists(output)) return;
-  if (!arguments.overwrite)
-    throw Error(fmt::format("{} exists; replace it with --overwrite", arguments.output));
-  if (!isZoneFile(output))
-    throw Error(fmt::format("{}: no zone file, so it is not replaced; give another name or remove it first",
-                            arguments.output));
-}
-
 /// What the clustering will take, known before any image is labelled; and whether it fits.
 void sayMemory(std::size_t images, std::size_t labels) {
   requireClusteringMemory(images, labels);
@@ -181,7 +168,7 @@ void name(Zones& zones, const Recording& recording, const RoomClassifier& classi
           const Arguments& arguments) {
   const std::string& path = arguments.sequence.path;
   const auto sequence = holdsNumbers(path) ? nullptr : openSequence(path, arguments.sequence.options);
-  Describing describing({arguments.model.options, arguments.model.noCache});
+  Describing describing(arguments.model);
   nameRooms(zones, describing.rooms(classifier, recording, sequence.get()));
 }
 
@@ -262,7 +249,7 @@ void printTable(const std::string& file, const Zones& zones, const std::vector<M
 
 void run(const Arguments& arguments, const CLI::App& command) {
   const ZoneOptions options = zoneOptions(arguments, command);
-  requireOutput(arguments);
+  requireReplaceable(arguments.output, arguments.overwrite, isZoneFile, "zone file");
   const auto classifier = openClassifier(arguments.classifier, arguments.sequence);
   std::optional<Stream> stream;
   const Recording recording = recordingOf(arguments, options, stream);

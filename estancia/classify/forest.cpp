@@ -12,6 +12,7 @@
 #include "estancia/classify/trainers.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
+#include "estancia/core/seeded_generator.hpp"
 
 namespace estancia {
 namespace {
@@ -79,18 +80,6 @@ class Forest final : public Classifier {
   std::size_t columnCount;
   int classes;
   std::string chosen;
-};
-
-/// OpenCV draws from a generator that belongs to the thread: seeded here, given back as it was.
-class SeededGenerator {
- public:
-  explicit SeededGenerator(std::uint64_t seed) : before_(cv::theRNG()) { cv::theRNG() = cv::RNG(seed); }
-  ~SeededGenerator() { cv::theRNG() = before_; }
-  SeededGenerator(const SeededGenerator&) = delete;
-  SeededGenerator& operator=(const SeededGenerator&) = delete;
-
- private:
-  cv::RNG before_;
 };
 
 /// As many samples of each class as the smallest has (Chen, Liaw & Breiman, "Using random forest to learn

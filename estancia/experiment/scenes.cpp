@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "estancia/classify/room_classifier.hpp"
+#include "estancia/classify/scores.hpp"
 #include "estancia/classify/selection.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
@@ -102,15 +103,10 @@ struct Trial {
       how.threads = 1;
       Progress silent;
       const RoomClassifier learned = RoomClassifier::train(train, how, silent);
-      const DescriptorMatrix probabilities = learned.predict(test, 1);
       auto& rooms = answers.answers.emplace_back();
-      for (std::size_t i = 0; i < probabilities.size(); ++i) {
-        const auto row = probabilities.row(i);
-        const std::string& room =
-            learned.rooms()[static_cast<std::size_t>(std::max_element(row.begin(), row.end()) - row.begin())];
+      for (const std::string& room : mostProbable(learned.rooms(), learned.predict(test, 1)))
         rooms.push_back(static_cast<int>(
             std::lower_bound(results->rooms.begin(), results->rooms.end(), room) - results->rooms.begin()));
-      }
     }
     return answers;
   }
@@ -228,7 +224,6 @@ Findings compareScenes(const ScenesOptions& options, Grid& grid, const Experimen
   if (options.subsets) runSubsets(options, data, run, progress, notes, results);
   writeWhole(run.folder / (options.name + "-confusions.csv"), confusionsCsv(results));
   writeWhole(run.folder / (options.name + "-images.csv"), imagesCsv(results));
-
   writeWhole(run.folder / (options.name + "-scores.csv"),
              scoresCsv(scoresOfCells(results, blocksOf(results))));
 

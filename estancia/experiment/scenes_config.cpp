@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -7,33 +5,13 @@
 #include "estancia/classify/classifier.hpp"
 #include "estancia/classify/selection.hpp"
 #include "estancia/core/config.hpp"
+#include "estancia/experiment/config_lists.hpp"
 #include "estancia/experiment/scenes.hpp"
 
 namespace estancia {
 namespace {
 
 using Data = ScenesOptions::Data;
-
-/// A list of anything, at least one, none twice.
-template <class T, class Read>
-auto each(const ConfigFile& config, std::vector<T>& to, const Read& read) {
-  return [&config, &to, read](const toml::node& node) {
-    to.clear();
-    for (const toml::node& element : config.list(node)) {
-      to.push_back(read(element));
-      if (std::count(to.begin(), to.end(), to.back()) > 1)
-        config.fail(element, fmt::format("`{}` names {} twice", config.key(), to.back()));
-    }
-    if (to.empty())
-      config.fail(node, fmt::format("`{}` is empty; leave it out for the default", config.key()));
-  };
-}
-
-auto oneOf(const ConfigFile& config, const std::vector<std::pair<std::string, std::string>>& named) {
-  std::vector<std::pair<std::string, std::string>> choices;
-  for (const auto& [name, explanation] : named) choices.emplace_back(name, name);
-  return [&config, choices](const toml::node& node) { return config.choice(node, choices); };
-}
 
 Data readData(ConfigFile& config, const toml::table& table) {
   Data data;

@@ -17,6 +17,7 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/experiment/config_lists.hpp"
 #include "estancia/experiment/room_classes.hpp"
 #include "estancia/experiment/room_table.hpp"
 #include "estancia/experiment/zone_tables_findings.hpp"
@@ -352,36 +353,19 @@ Data readData(ConfigFile& config, const toml::table& table) {
 
 ZoneTablesOptions readZoneTables(ConfigFile& config) {
   ZoneTablesOptions options;
-  /// A list of anything, at least one.
-  const auto each = [&config](std::vector<std::string>& to, const auto& read) {
-    return [&config, &to, read](const toml::node& node) {
-      to.clear();
-      for (const toml::node& element : config.list(node)) {
-        to.push_back(read(element));
-        if (std::count(to.begin(), to.end(), to.back()) > 1)
-          config.fail(element, fmt::format("`{}` names {} twice", config.key(), to.back()));
-      }
-      if (to.empty())
-        config.fail(node, fmt::format("`{}` is empty; leave it out for the default", config.key()));
-    };
-  };
-  const auto oneOf = [&config](const std::vector<std::string>& names) {
-    std::vector<std::pair<std::string, std::string>> choices;
-    for (const std::string& name : names) choices.emplace_back(name, name);
-    return [&config, choices](const toml::node& node) { return config.choice(node, choices); };
-  };
   const auto text = [&config](const toml::node& node) { return config.text(node); };
   const toml::array* data = nullptr;
-  config.read({{"type", true, "the kind of experiment", [](auto&) {}},
-               {"models", false, "the models to compare", each(options.models, text)},
-               {"optional_models", false, "and these where they are", each(options.optionalModels, text)},
-               {"distances", false, "", each(options.distances, oneOf(distancesBetweenImages()))},
-               {"linkages", false, "", each(options.linkages, oneOf(linkageNames()))},
-               {"cuts", false, "",
-                each(options.cuts, [&config](const toml::node& node) { return readCut(config, node); })},
-               {"most_zones", false, "",
-                [&](auto& n) { options.mostZones = static_cast<std::size_t>(config.integer(n, 1, 10000)); }},
-               {"data", true, "[[data]] names images with rooms", [&](auto& n) { data = &config.list(n); }}});
+  config.read(
+      {{"type", true, "the kind of experiment", [](auto&) {}},
+       {"models", false, "the models to compare", each(config, options.models, text)},
+       {"optional_models", false, "and these where they are", each(config, options.optionalModels, text)},
+       {"distances", false, "", each(config, options.distances, oneOf(config, distancesBetweenImages()))},
+       {"linkages", false, "", each(config, options.linkages, oneOf(config, linkageNames()))},
+       {"cuts", false, "",
+        each(config, options.cuts, [&config](const toml::node& node) { return readCut(config, node); })},
+       {"most_zones", false, "",
+        [&](auto& n) { options.mostZones = static_cast<std::size_t>(config.integer(n, 1, 10000)); }},
+       {"data", true, "[[data]] names images with rooms", [&](auto& n) { data = &config.list(n); }}});
   for (const toml::node& one : *data) options.data.push_back(readData(config, config.subtable(one)));
   return options;
 }

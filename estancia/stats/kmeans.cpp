@@ -5,24 +5,9 @@
 #include <opencv2/core.hpp>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/seeded_generator.hpp"
 
 namespace estancia {
-namespace {
-
-/// OpenCV draws from a generator that belongs to the thread: seeded here, given back as it was.
-class SeededGenerator {
- public:
-  explicit SeededGenerator(std::uint64_t seed) : before_(cv::theRNG()) { cv::theRNG() = cv::RNG(seed); }
-  ~SeededGenerator() { cv::theRNG() = before_; }
-  SeededGenerator(const SeededGenerator&) = delete;
-  SeededGenerator& operator=(const SeededGenerator&) = delete;
-
- private:
-  cv::RNG before_;
-};
-
-}  // namespace
-
 std::vector<int> kMeans(const DescriptorMatrix& rows, std::size_t k, const KMeansOptions& options) {
   if (k < 1 || k > rows.size())
     throw Error(
