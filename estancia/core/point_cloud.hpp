@@ -9,10 +9,12 @@
 
 namespace estancia {
 
-/// Points [m]. Invariant: width × height points, row by row; `colours` (BGR) is empty or has one a point.
+/// Points [m]. Invariant: width × height points, row by row; `colours` (BGR) and `normals` are empty or have
+/// one a point.
 struct PointCloud {
   std::vector<cv::Point3f> points;  ///< NaN where an organised cloud has a hole
   std::vector<cv::Vec3b> colours;
+  std::vector<cv::Point3f> normals;  ///< unit vectors, towards whoever looked; NaN where none is known
   std::size_t width = 0, height = 0;  ///< of the picture behind an organised cloud; else height is 1
 
   bool organised() const { return height > 1; }
