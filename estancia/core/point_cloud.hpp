@@ -14,7 +14,7 @@ namespace estancia {
 struct PointCloud {
   std::vector<cv::Point3f> points;  ///< NaN where an organised cloud has a hole
   std::vector<cv::Vec3b> colours;
-  std::vector<cv::Point3f> normals;  ///< unit vectors, towards whoever looked; NaN where none is known
+  std::vector<cv::Point3f> normals;   ///< unit vectors, towards whoever looked; NaN where none is known
   std::size_t width = 0, height = 0;  ///< of the picture behind an organised cloud; else height is 1
 
   bool organised() const { return height > 1; }
