@@ -42,15 +42,6 @@ ESTANCIA_MULTIVERSION std::size_t scan(const Neighbours::Block& block, float x, 
   return count;
 }
 
-/// From a place to the nearest point of a box, squared. Rounded as distances to points are, so never above
-/// any of those.
-float squaredTo(const Neighbours::Node& node, const cv::Point3f& p) {
-  const float dx = std::max({node.low[0] - p.x, p.x - node.high[0], 0.F});
-  const float dy = std::max({node.low[1] - p.y, p.y - node.high[1], 0.F});
-  const float dz = std::max({node.low[2] - p.z, p.z - node.high[2], 0.F});
-  return dx * dx + dy * dy + dz * dz;
-}
-
 /// Room for `count` more behind the first `used`.
 Neighbour* room(std::vector<Neighbour>& buffer, std::size_t used, std::size_t count) {
   if (buffer.size() < used + count) buffer.resize(2 * used + count + 8 * kBlock);
@@ -123,16 +114,9 @@ std::span<const Neighbour> Neighbours::within(const cv::Point3f& place, float ra
   if (!isFinite(place) || !(radius >= 0)) return {};
   const float squared = radius * radius;
   std::size_t count = 0;
-  for (std::size_t i = 0; i < nodes_.size();) {
-    const Node& node = nodes_[i];
-    if (squaredTo(node, place) > squared) {
-      i = node.skip;
-      continue;
-    }
-    if (node.last == node.first + 1)
-      count += scan(blocks_[node.first], place.x, place.y, place.z, squared, room(buffer, count, kBlock));
-    ++i;
-  }
+  eachBlock(place, squared, [&](std::uint32_t block) {
+    count += scan(blocks_[block], place.x, place.y, place.z, squared, room(buffer, count, kBlock));
+  });
   return {buffer.data(), count};
 }
 

@@ -49,6 +49,13 @@ class Neighbours {
   /// Their indices, such that neighbours in this list are neighbours in space: work in this order is quick.
   std::span<const std::uint32_t> order() const { return order_; }
 
+  /// Where the i-th point of order() is.
+  cv::Point3f place(std::size_t i) const {
+    const Block& block = blocks_[i / kBlock];
+    const std::size_t j = i % kBlock;
+    return {block.x[j], block.y[j], block.z[j]};
+  }
+
   /// The points at most `radius` [m] away, the one at `place` itself included; in a fixed order that means
   /// nothing. Lies in `buffer` until that is used again. Nothing when `place` is not finite.
   std::span<const Neighbour> within(const cv::Point3f& place, float radius,
@@ -78,11 +85,33 @@ class Neighbours {
     });
   }
 
+  /// Calls use(block) with the number of each block that may hold points at most √squared [m] from `place`.
+  template <class Use>
+  void eachBlock(const cv::Point3f& place, float squared, const Use& use) const {
+    for (std::size_t i = 0; i < nodes_.size();) {
+      const Node& node = nodes_[i];
+      if (!(squaredTo(node, place) <= squared)) {  // NaN is not
+        i = node.skip;
+        continue;
+      }
+      if (node.last == node.first + 1) use(node.first);
+      ++i;
+    }
+  }
   std::span<const Node> nodes() const { return nodes_; }
   std::span<const Block> blocks() const { return blocks_; }
 
  private:
   struct Item;
+
+  /// From a place to the nearest point of a box, squared. Rounded as distances to points are, so never above
+  /// any of those.
+  static float squaredTo(const Node& node, const cv::Point3f& p) {
+    const float dx = std::max({node.low[0] - p.x, p.x - node.high[0], 0.F});
+    const float dy = std::max({node.low[1] - p.y, p.y - node.high[1], 0.F});
+    const float dz = std::max({node.low[2] - p.z, p.z - node.high[2], 0.F});
+    return dx * dx + dy * dy + dz * dz;
+  }
   void build(std::span<Item> items, std::size_t node, std::size_t block, std::size_t threads);
 
   template <class Work>
@@ -93,11 +122,8 @@ class Neighbours {
                "stopped while points were looked at", [&](std::size_t chunk) {
                  std::vector<Neighbour> buffer;
                  const std::size_t end = std::min(order_.size(), (chunk + 1) * together * kBlock);
-                 for (std::size_t i = chunk * together * kBlock; i < end; ++i) {
-                   const Block& block = blocks_[i / kBlock];
-                   const std::size_t j = i % kBlock;
-                   work(order_[i], cv::Point3f(block.x[j], block.y[j], block.z[j]), buffer);
-                 }
+                 for (std::size_t i = chunk * together * kBlock; i < end; ++i)
+                   work(order_[i], place(i), buffer);
                });
   }
 
