@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "estancia/cloud/moments.hpp"
+#include "estancia/cloud/spread.hpp"
 
 namespace estancia {
 namespace {
@@ -56,7 +56,7 @@ std::optional<double> noiseAt(const Neighbours& points, const cv::Point3f& place
   collect(points, place, radius, near);
   if (near.size() < fewest) return std::nullopt;
   const cv::Vec3d n =
-      axesOf(momentsAround(points, place, static_cast<float>(radius * radius)).covariance).normal;
+      axesOf(spreadAround(points, place, static_cast<float>(radius * radius)).covariance).normal;
   if (!(n.dot(n) > 0)) return std::nullopt;
   const cv::Vec3d side = std::abs(n[0]) < 0.5 ? cv::Vec3d(1, 0, 0) : cv::Vec3d(0, 1, 0);
   const cv::Vec3d across = n.cross(side), u = across / cv::norm(across), v = n.cross(u);

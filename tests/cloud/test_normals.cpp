@@ -1,4 +1,4 @@
-// Normals and the moments behind them, beside exact shapes and PCL's.
+// Normals and the spread behind them, beside exact shapes and PCL's.
 #include "estancia/cloud/normals.hpp"
 
 #include <gmock/gmock.h>
@@ -9,7 +9,7 @@
 #include <opencv2/core.hpp>
 #include <random>
 
-#include "estancia/cloud/moments.hpp"
+#include "estancia/cloud/spread.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "support/support.hpp"
 
@@ -111,7 +111,7 @@ TEST(Normals, NoneWhereNoPlaneIs) {
     EXPECT_THAT(errorOf([&] { estimateNormals(cloudOf(same), wrong); }), HasSubstr("one of the two"));
 }
 
-TEST(Moments, AsSummedUpOneByOne) {
+TEST(Spread, AsSummedUpOneByOne) {
   const std::vector<cv::Point3f> points =
       grid(30, {5, -3, 2}, {0.02F, 0.01F, 0.003F}, {-0.004F, 0.02F, 0.01F});
   const Neighbours tree(points);
@@ -128,14 +128,14 @@ TEST(Moments, AsSummedUpOneByOne) {
     products += v * v.t();
     ++count;
   }
-  const Moments moments = momentsAround(tree, place, squared);
-  ASSERT_EQ(moments.count, count);
+  const Spread spread = spreadAround(tree, place, squared);
+  ASSERT_EQ(spread.count, count);
   const cv::Vec3d mean = sum / static_cast<double>(count);
-  EXPECT_LT(cv::norm(moments.offset - mean), 1e-8);
+  EXPECT_LT(cv::norm(spread.offset - mean), 1e-8);
   const cv::Matx33d covariance = products * (1.0 / static_cast<double>(count)) - mean * mean.t();
-  EXPECT_LT(cv::norm(moments.covariance - covariance), 1e-8);
-  EXPECT_EQ(momentsAround(tree, {kNaN, 0, 0}, 1).count, 0U);
-  EXPECT_EQ(momentsAround(tree, {500, 0, 0}, 1).count, 0U);
+  EXPECT_LT(cv::norm(spread.covariance - covariance), 1e-8);
+  EXPECT_EQ(spreadAround(tree, {kNaN, 0, 0}, 1).count, 0U);
+  EXPECT_EQ(spreadAround(tree, {500, 0, 0}, 1).count, 0U);
 }
 
 TEST(Axes, AsAnIterativeSolverHasThem) {

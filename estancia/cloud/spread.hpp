@@ -10,7 +10,7 @@
 
 namespace estancia {
 
-struct Moments {
+struct Spread {
   std::size_t count = 0;
   cv::Vec3d offset;        ///< of the points' mean from the place [m]
   cv::Matx33d covariance;  ///< of the points [m²], divided by their number
@@ -18,7 +18,7 @@ struct Moments {
 
 /// Of the points at most √squared [m] away. Sums are taken from the place on, so that they are as exact far
 /// from the origin as near it.
-Moments momentsAround(const Neighbours& points, const cv::Point3f& place, float squared);
+Spread spreadAround(const Neighbours& points, const cv::Point3f& place, float squared);
 
 /// Directions of a spread and the variances along them, smallest first.
 struct Axes {

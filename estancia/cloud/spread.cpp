@@ -1,4 +1,4 @@
-#include "estancia/cloud/moments.hpp"
+#include "estancia/cloud/spread.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -45,8 +45,8 @@ ESTANCIA_MULTIVERSION void add(const Neighbours::Block* all, const std::uint32_t
 
 }  // namespace
 
-Moments momentsAround(const Neighbours& points, const cv::Point3f& place, float squared) {
-  Moments moments;
+Spread spreadAround(const Neighbours& points, const cv::Point3f& place, float squared) {
+  Spread spread;
   std::array<double, kSums> totals{};
   std::array<float, kSums * kLanes> sums{};
   const auto take = [&] {  // floats count and add well for a while only
@@ -65,15 +65,15 @@ Moments momentsAround(const Neighbours& points, const cv::Point3f& place, float 
   });
   add(points.blocks().data(), blocks.data(), waiting, place.x, place.y, place.z, squared, sums.data());
   take();
-  moments.count = static_cast<std::size_t>(totals[0]);
-  if (moments.count == 0) return moments;
-  for (double& total : totals) total /= static_cast<double>(moments.count);
+  spread.count = static_cast<std::size_t>(totals[0]);
+  if (spread.count == 0) return spread;
+  for (double& total : totals) total /= static_cast<double>(spread.count);
   const auto& [one, x, y, z, xx, xy, xz, yy, yz, zz] = totals;
-  moments.offset = {x, y, z};
-  moments.covariance = {xx - x * x, xy - x * y, xz - x * z,  //
-                        xy - x * y, yy - y * y, yz - y * z,  //
-                        xz - x * z, yz - y * z, zz - z * z};
-  return moments;
+  spread.offset = {x, y, z};
+  spread.covariance = {xx - x * x, xy - x * y, xz - x * z,  //
+                       xy - x * y, yy - y * y, yz - y * z,  //
+                       xz - x * z, yz - y * z, zz - z * z};
+  return spread;
 }
 
 Axes axesOf(const cv::Matx33d& c) {
