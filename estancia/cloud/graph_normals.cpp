@@ -1,0 +1,91 @@
+#include "estancia/cloud/graph_normals.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <opencv2/core.hpp>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+/// Neighbours of all neurons, one after the other.
+class Neighbours {
+ public:
+  explicit Neighbours(const NeuralGas& gas)
+      : first_(gas.cloud.points.size() + 1), all_(2 * gas.edges.size()) {
+    const std::size_t neurons = gas.cloud.points.size();
+    for (const auto& edge : gas.edges)
+      for (const std::uint32_t end : edge) {
+        if (end >= neurons)
+          throw Error(fmt::format(
+              "an edge of the graph names neuron {} of {}; edges and neurons do not belong together", end,
+              neurons));
+        ++first_[end + 1];
+      }
+    for (std::size_t i = 0; i < neurons; ++i) first_[i + 1] += first_[i];
+    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
+    for (const auto& [a, b] : gas.edges) {
+      all_[next[a]++] = b;
+      all_[next[b]++] = a;
+    }
+  }
+  /// Adds those of i.
+  void append(std::uint32_t i, std::vector<std::uint32_t>& to) const {
+    to.insert(to.end(), all_.begin() + static_cast<std::ptrdiff_t>(first_[i]),
+              all_.begin() + static_cast<std::ptrdiff_t>(first_[i + 1]));
+  }
+
+ private:
+  std::vector<std::size_t> first_;
+  std::vector<std::uint32_t> all_;
+};
+
+cv::Point3f normal(const std::vector<cv::Point3f>& points, const std::vector<std::uint32_t>& members) {
+  constexpr float none = std::numeric_limits<float>::quiet_NaN();
+  cv::Vec3d mean;
+  for (const std::uint32_t i : members) mean += cv::Vec3d(points[i].x, points[i].y, points[i].z);
+  mean /= static_cast<double>(members.size());
+  cv::Matx33d covariance = cv::Matx33d::zeros();
+  for (const std::uint32_t i : members) {
+    const cv::Vec3d d = cv::Vec3d(points[i].x, points[i].y, points[i].z) - mean;
+    covariance += d * d.t();
+  }
+  cv::Vec3d values;
+  cv::Matx33d vectors;
+  cv::eigen(covariance, values, vectors);  // the largest first
+  // On a line (or less) any direction across it would do. Such spread as rounding makes is none.
+  if (!(values[1] > 1e-10 * values[0])) return {none, none, none};
+  return {static_cast<float>(vectors(2, 0)), static_cast<float>(vectors(2, 1)),
+          static_cast<float>(vectors(2, 2))};
+}
+
+}  // namespace
+
+std::vector<cv::Point3f> normalsFromGraph(const NeuralGas& gas, const cv::Point3f& viewpoint) {
+  const std::vector<cv::Point3f>& points = gas.cloud.points;
+  const Neighbours neighbours(gas);
+  std::vector<cv::Point3f> normals(points.size());
+  std::vector<std::uint32_t> ring, members;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    ring.clear();
+    neighbours.append(i, ring);
+    members = {i};
+    for (const std::uint32_t n : ring) {
+      members.push_back(n);
+      neighbours.append(n, members);
+    }
+    std::sort(members.begin(), members.end());
+    members.erase(std::unique(members.begin(), members.end()), members.end());
+    cv::Point3f n = normal(points, members);
+    if (n.dot(viewpoint - points[i]) < 0) n = -n;
+    normals[i] = n;
+  }
+  return normals;
+}
+
+}  // namespace estancia

@@ -1,0 +1,126 @@
+// The two nearest of some neurons.
+#pragma once
+
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include "estancia/cloud/neuron.hpp"
+
+namespace estancia {
+
+/// Of equally near neurons the one with the lower number comes first. Distances are infinite as long as there
+/// is no such neuron.
+class NearestTwo {
+ public:
+  void look(float squaredDistance, std::uint32_t i) {
+    // A distance and its neuron in one number: the bits of floats that are not negative order as they do.
+    const std::uint64_t key =
+        static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(squaredDistance)) << 32 | i;
+    const std::uint64_t worse = first_ > key ? first_ : key;
+    second_ = second_ < worse ? second_ : worse;
+    first_ = first_ < key ? first_ : key;
+  }
+  std::uint32_t first() const { return static_cast<std::uint32_t>(first_); }
+  std::uint32_t second() const { return static_cast<std::uint32_t>(second_); }
+  float squaredDistance() const { return std::bit_cast<float>(static_cast<std::uint32_t>(first_ >> 32)); }
+  float squaredDistanceOfSecond() const {
+    return std::bit_cast<float>(static_cast<std::uint32_t>(second_ >> 32));
+  }
+
+ private:
+  static constexpr std::uint64_t nobody =
+      static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity())) << 32;
+  std::uint64_t first_ = nobody, second_ = nobody;
+};
+
+/// Four floats that the compiler keeps in one register.
+using Vector = float __attribute__((vector_size(16)));
+using Bits = std::int32_t __attribute__((vector_size(16)));
+
+inline Vector load(const void* from) {
+  Vector v;
+  __builtin_memcpy(&v, from, sizeof v);
+  return v;
+}
+
+/// Bit k is set where lane k is.
+inline std::uint64_t signs(Bits lanes) {
+#ifdef __SSE2__
+  return static_cast<std::uint64_t>(_mm_movemask_ps(reinterpret_cast<__m128>(lanes)));
+#else
+  return (lanes[0] & 1U) | (lanes[1] & 2U) | (lanes[2] & 4U) | (lanes[3] & 8U);
+#endif
+}
+
+/// Of the neurons with these numbers, in any order.
+inline NearestTwo nearestAmong(const Point4& p, const std::uint32_t* members, std::uint32_t count,
+                               const Neuron* neurons) {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  constexpr std::uint32_t most = 64;
+  NearestTwo two;
+  if (count > most) {
+    for (std::uint32_t k = 0; k < count; ++k)
+      two.look(squaredDistance(p, neurons[members[k]].at()), members[k]);
+    return two;
+  }
+  // First the distances, four at once, and the two least of them in each of four columns …
+  const Vector px = Vector{} + p.x, py = Vector{} + p.y, pz = Vector{} + p.z;
+  Vector first = Vector{} + infinity, second = first, distances[most / 4];
+  const auto four = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+    const Vector na = load(&neurons[a]), nb = load(&neurons[b]), nc = load(&neurons[c]),
+                 nd = load(&neurons[d]);
+    const Vector ab = __builtin_shufflevector(na, nb, 0, 4, 1, 5),
+                 cd = __builtin_shufflevector(nc, nd, 0, 4, 1, 5);
+    const Vector x = px - __builtin_shufflevector(ab, cd, 0, 1, 4, 5);
+    const Vector y = py - __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
+    const Vector z = pz - __builtin_shufflevector(__builtin_shufflevector(na, nb, 2, 6, 3, 7),
+                                                  __builtin_shufflevector(nc, nd, 2, 6, 3, 7), 0, 1, 4, 5);
+    return (x * x + y * y) + z * z;
+  };
+  const auto keep = [&](Vector d) {
+    const Vector worse = first > d ? first : d;
+    second = second < worse ? second : worse;
+    first = first < d ? first : d;
+  };
+  std::uint32_t k = 0, column = 0;
+  for (; k + 4 <= count; k += 4) {
+    const Vector d = four(members[k], members[k + 1], members[k + 2], members[k + 3]);
+    distances[column++] = d;
+    keep(d);
+  }
+  if (k < count) {
+    const std::uint32_t rest = count - k, last = members[count - 1];
+    Vector d = four(members[k], rest > 1 ? members[k + 1] : last, rest > 2 ? members[k + 2] : last, last);
+    d = Bits{0, 1, 2, 3} < Bits{} + static_cast<std::int32_t>(rest) ? d : Vector{} + infinity;
+    distances[column++] = d;
+    keep(d);
+  }
+  // … then whoever has them: two on average, and more where distances are equal.
+  const auto fold = [&](Vector other, Vector otherSecond) {
+    const Vector worse = first > other ? first : other;
+    second = second < otherSecond ? second : otherSecond;
+    second = second < worse ? second : worse;
+    first = first < other ? first : other;
+  };
+  fold(__builtin_shufflevector(first, first, 2, 3, 0, 1),
+       __builtin_shufflevector(second, second, 2, 3, 0, 1));
+  fold(__builtin_shufflevector(first, first, 1, 0, 3, 2),
+       __builtin_shufflevector(second, second, 1, 0, 3, 2));
+  std::uint64_t near = 0;
+  for (std::uint32_t c = 0; c < column; ++c) near |= signs(distances[c] <= second) << (4 * c);
+  for (; near != 0; near &= near - 1) {
+    const auto at = static_cast<std::uint32_t>(std::countr_zero(near));
+    if (at < count) two.look(distances[at / 4][at % 4], members[at]);
+  }
+  return two;
+}
+
+}  // namespace estancia

@@ -1,0 +1,22 @@
+// A neuron as the search and the graph see it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "estancia/cloud/signals.hpp"
+
+namespace estancia {
+
+/// Half a cache line: what every signal reads of a neuron and of its neighbours. A neuron is listed under its
+/// home, from which it must not go too far.
+struct alignas(32) Neuron {
+  float x = 0, y = 0, z = 0;
+  std::uint32_t wins = 0;  ///< modulo 2^32
+  float homeX = 0, homeY = 0, homeZ = 0, zero = 0;
+
+  Point4 at() const { return {x, y, z, 0}; }
+};
+
+}  // namespace estancia

@@ -1,0 +1,69 @@
+// The neurons' errors: all decay at once, and the largest is known without a search.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace estancia {
+
+/// Errors only grow between insertions, so the maximum of a block of neurons is kept by looking at whoever
+/// wins. Decays are multiplied into one scale for all.
+class NeuronErrors {
+ public:
+  double at(std::uint32_t i) const { return values_[i]; }
+  void add(std::uint32_t i, double error) {
+    values_[i] += error * inverse_;
+    double& most = blocks_[i / block];
+    most = std::max(most, values_[i]);
+  }
+  void prefetch(std::uint32_t i) const { __builtin_prefetch(values_.data() + i, 1); }
+  void append(double value) {
+    values_.push_back(value);
+    if (blocks_.size() * block < values_.size()) blocks_.push_back(0);
+    refresh(values_.size() - 1);
+  }
+  void set(std::uint32_t i, double value) {
+    values_[i] = value;
+    refresh(i);
+  }
+  /// The last one takes the number of the one that goes.
+  void remove(std::uint32_t i) {
+    values_[i] = values_.back();
+    values_.pop_back();
+    refresh(i);
+    refresh(values_.size());
+    blocks_.resize((values_.size() + block - 1) / block);
+  }
+  /// Of equal errors that of the lowest number.
+  std::uint32_t largest() const {
+    const auto b =
+        static_cast<std::size_t>(std::max_element(blocks_.begin(), blocks_.end()) - blocks_.begin());
+    const auto begin = values_.begin() + static_cast<std::ptrdiff_t>(b * block);
+    const auto end = values_.begin() + static_cast<std::ptrdiff_t>(std::min(values_.size(), (b + 1) * block));
+    return static_cast<std::uint32_t>(std::max_element(begin, end) - values_.begin());
+  }
+  void decayAll(double factor) {
+    scale_ *= factor;
+    inverse_ = 1 / scale_;
+    if (scale_ > 1e-100) return;
+    for (double& v : values_) v *= scale_;
+    for (double& v : blocks_) v *= scale_;
+    scale_ = inverse_ = 1;
+  }
+
+ private:
+  static constexpr std::size_t block = 32;
+  void refresh(std::size_t i) {
+    const std::size_t b = i / block;
+    double most = 0;
+    for (std::size_t k = b * block; k < std::min(values_.size(), (b + 1) * block); ++k)
+      most = std::max(most, values_[k]);
+    blocks_[b] = most;
+  }
+  std::vector<double> values_, blocks_;
+  double scale_ = 1, inverse_ = 1;
+};
+
+}  // namespace estancia

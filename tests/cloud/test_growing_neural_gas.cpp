@@ -1,0 +1,309 @@
+#include "estancia/cloud/growing_neural_gas.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "estancia/cloud/graph_normals.hpp"
+#include "estancia/core/error.hpp"
+#include "tests/cloud/textbook_neural_gas.hpp"
+
+namespace estancia {
+namespace {
+
+PointCloud unorganised(std::vector<cv::Point3f> points) {
+  PointCloud cloud;
+  cloud.width = points.size();
+  cloud.height = 1;
+  cloud.points = std::move(points);
+  return cloud;
+}
+
+/// Made-up clouds of every kind a network may meet, by name.
+PointCloud made(const std::string& kind, std::size_t count, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> u(-1, 1);
+  std::normal_distribution<float> g;
+  std::vector<cv::Point3f> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    cv::Point3f p(u(random), u(random), u(random));
+    if (kind == "plane") p.z = 0.25F;
+    if (kind == "line") p = {p.x, 2 * p.x, -p.x};
+    if (kind == "surface") p.z = 0.3F * std::sin(4 * p.x) + 0.01F * g(random);
+    if (kind == "lattice")
+      p = {std::round(p.x * 6), std::round(p.y * 6), std::round(p.z * 6)};  // duplicates and ties
+    if (kind == "clusters")
+      p = p * (i % 3 == 0 ? 1e-4F : 0.1F) + cv::Point3f(static_cast<float>(i % 7), 0, 0);
+    if (kind == "uneven") p *= std::pow(std::abs(u(random)), 6.0F);
+    if (kind == "drifting" && i % 50 != 0) p *= 0.01F;
+    points.push_back(p);
+  }
+  return unorganised(std::move(points));
+}
+
+struct Case {
+  const char* kind;
+  std::size_t points, neurons, delta;
+  std::uint32_t maximalAge;
+  std::uint64_t seed;
+};
+
+void PrintTo(const Case& c, std::ostream* out) {
+  *out << c.kind << ", " << c.neurons << " neurons, delta " << c.delta << ", seed " << c.seed;
+}
+
+class NeuralGasIsTheTextbooks : public testing::TestWithParam<Case> {};
+
+TEST_P(NeuralGasIsTheTextbooks, BitByBit) {
+  const Case c = GetParam();
+  const PointCloud cloud = made(c.kind, c.points, static_cast<unsigned>(c.seed) + 5);
+  GngOptions options;
+  options.neurons = c.neurons;
+  options.signalsPerInsertion = c.delta;
+  options.maximalAge = c.maximalAge;
+  options.seed = c.seed;
+  Progress progress;
+  const NeuralGas gas = growNeuralGas(cloud, options, progress);
+
+  const Signals signals(cloud, c.seed);
+  TextbookNeuralGas textbook(signals, options);
+  const bool complete = textbook.grow(progress);
+  EXPECT_EQ(gas.stop, complete ? GngStop::neurons : GngStop::stalled);
+  ASSERT_EQ(gas.cloud.points.size(), textbook.size());
+  EXPECT_EQ(gas.signals, textbook.signalsSeen());
+  for (std::size_t i = 0; i < textbook.size(); ++i)
+    ASSERT_EQ(gas.cloud.points[i], signals.inCloud(textbook.at(i))) << "neuron " << i;
+  const auto edges = textbook.edges();
+  ASSERT_EQ(gas.edges.size(), edges.size());
+  ASSERT_EQ(gas.ages.size(), edges.size());
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    ASSERT_EQ(gas.edges[i], edges[i].first) << "edge " << i;
+    ASSERT_EQ(gas.ages[i], edges[i].second) << "edge " << i;
+  }
+  double sum = 0;
+  for (const Point4& p : signals.points()) sum += textbook.nearestTwo(p).second;
+  EXPECT_NEAR(gas.quantisationError,
+              std::sqrt(sum / static_cast<double>(signals.points().size())) / signals.scale(),
+              1e-9 * gas.quantisationError);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Clouds, NeuralGasIsTheTextbooks,
+    testing::Values(Case{"surface", 20000, 600, 200, 250, 1}, Case{"surface", 20000, 600, 200, 250, 2},
+                    Case{"surface", 3000, 2500, 20, 250, 3}, Case{"surface", 20000, 100, 2000, 250, 4},
+                    Case{"surface", 20000, 300, 300, 12, 5}, Case{"volume", 5000, 500, 200, 250, 6},
+                    Case{"volume", 5000, 500, 200, 20, 7}, Case{"plane", 5000, 500, 100, 250, 8},
+                    Case{"line", 5000, 500, 100, 250, 9}, Case{"lattice", 5000, 300, 100, 250, 10},
+                    Case{"lattice", 5000, 900, 100, 30, 11}, Case{"clusters", 5000, 400, 100, 250, 12},
+                    Case{"clusters", 5000, 1000, 50, 40, 13}, Case{"uneven", 20000, 800, 100, 250, 14},
+                    Case{"uneven", 20000, 800, 100, 30, 15}, Case{"drifting", 5000, 500, 60, 10, 16},
+                    Case{"volume", 2000, 2, 100, 250, 17}, Case{"surface", 60000, 4000, 100, 250, 18}));
+
+NeuralGas grown(const PointCloud& cloud, const GngOptions& options) {
+  Progress progress;
+  return growNeuralGas(cloud, options, progress);
+}
+
+GngOptions small(std::size_t neurons) {
+  GngOptions options;
+  options.neurons = neurons;
+  options.signalsPerInsertion = 100;
+  return options;
+}
+
+std::string messageOf(const PointCloud& cloud, const GngOptions& options) {
+  try {
+    grown(cloud, options);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "nothing was thrown";
+}
+
+TEST(GrowingNeuralGas, NeuronsThatNoLongerWinGo) {
+  // Half of the cloud is far away and hardly ever seen again; edges to it grow old.
+  const PointCloud cloud = made("drifting", 5000, 21);
+  GngOptions options = small(500);
+  options.signalsPerInsertion = 60;
+  options.maximalAge = 10;
+  options.seed = 16;
+  const Signals signals(cloud, options.seed);
+  TextbookNeuralGas textbook(signals, options);
+  Progress progress;
+  textbook.grow(progress);
+  EXPECT_GT(textbook.removed(), 0U);  // so that the comparison above has seen removals
+  EXPECT_EQ(grown(cloud, options).cloud.points.size(), 500U);
+}
+
+TEST(GrowingNeuralGas, SeedsDecide) {
+  const PointCloud cloud = made("surface", 5000, 3);
+  GngOptions options = small(200);
+  const NeuralGas a = grown(cloud, options), b = grown(cloud, options);
+  EXPECT_EQ(a.cloud.points, b.cloud.points);
+  EXPECT_EQ(a.edges, b.edges);
+  options.seed = 2;
+  EXPECT_NE(grown(cloud, options).cloud.points, a.cloud.points);
+}
+
+TEST(GrowingNeuralGas, UnitsDoNotMatter) {
+  PointCloud cloud = made("surface", 5000, 3);
+  const NeuralGas metres = grown(cloud, small(300));
+  for (const float unit : {1024.0F, 0x1p-80F, 0x1p80F}) {
+    PointCloud other = cloud;
+    for (cv::Point3f& p : other.points) p *= unit;
+    const NeuralGas scaled = grown(other, small(300));
+    EXPECT_EQ(scaled.edges, metres.edges) << unit;
+    for (std::size_t i = 0; i < 300; ++i) ASSERT_EQ(scaled.cloud.points[i], metres.cloud.points[i] * unit);
+    EXPECT_NEAR(scaled.quantisationError, metres.quantisationError * unit, 1e-9 * scaled.quantisationError);
+  }
+  PointCloud millimetres = cloud;
+  for (cv::Point3f& p : millimetres.points) p *= 1000;
+  EXPECT_NEAR(grown(millimetres, small(300)).quantisationError, 1000 * metres.quantisationError,
+              50 * metres.quantisationError);
+}
+
+TEST(GrowingNeuralGas, FollowsTheSurface) {
+  const PointCloud cloud = made("surface", 20000, 3);
+  const NeuralGas gas = grown(cloud, small(600));
+  for (const cv::Point3f& p : gas.cloud.points) EXPECT_NEAR(p.z, 0.3F * std::sin(4 * p.x), 0.05F);
+  EXPECT_FALSE(gas.cloud.organised());
+  EXPECT_EQ(gas.cloud.width, 600U);
+  EXPECT_EQ(gas.stop, GngStop::neurons);
+}
+
+TEST(GrowingNeuralGas, StopsAtAQuantisationError) {
+  const PointCloud cloud = made("surface", 20000, 3);
+  GngOptions options = small(5000);
+  options.signalsPerInsertion = 2000;
+  options.quantisationError = 0.08;
+  const NeuralGas gas = grown(cloud, options);
+  EXPECT_EQ(gas.stop, GngStop::quantisationError);
+  EXPECT_LT(gas.cloud.points.size(), 1000U);
+  EXPECT_NEAR(gas.quantisationError, 0.08, 0.008);
+}
+
+TEST(GrowingNeuralGas, StopsAtADeadline) {
+  GngOptions options = small(1000);
+  options.seconds = 1e-9;
+  const NeuralGas gas = grown(made("surface", 20000, 3), options);
+  EXPECT_EQ(gas.stop, GngStop::seconds);
+  EXPECT_EQ(gas.cloud.points.size(), 2U);
+}
+
+TEST(GrowingNeuralGas, PointsThatAreNotFiniteDoNotCount) {
+  PointCloud cloud = made("surface", 3000, 3);
+  const NeuralGas clean = grown(cloud, small(100));
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN(),
+                  infinity = std::numeric_limits<float>::infinity();
+  cloud.points.insert(cloud.points.begin(), {nan, 0, 0});
+  cloud.points.insert(cloud.points.begin() + 100, {0, infinity, 0});
+  cloud.points.insert(cloud.points.begin() + 200, {0, 0, -infinity});
+  cloud.width = cloud.points.size();
+  EXPECT_EQ(grown(cloud, small(100)).cloud.points, clean.cloud.points);
+}
+
+TEST(GrowingNeuralGas, FewerPointsThanNeuronsAreTheirOwnNetwork) {
+  const NeuralGas gas =
+      grown(unorganised({{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {10, 0, 0}, {1, 0, 0}}), small(10));
+  EXPECT_EQ(gas.stop, GngStop::points);
+  EXPECT_THAT(gas.cloud.points,
+              testing::ElementsAre(cv::Point3f(0, 0, 0), cv::Point3f(1, 0, 0), cv::Point3f(10, 0, 0)));
+  using Edge = std::array<std::uint32_t, 2>;
+  EXPECT_THAT(gas.edges, testing::ElementsAre(Edge{0, 1}, Edge{1, 2}));
+  EXPECT_EQ(gas.quantisationError, 0);
+  EXPECT_EQ(gas.signals, 0U);
+
+  const PointCloud many = made("volume", 3000, 4);
+  const NeuralGas all = grown(many, small(3000));
+  EXPECT_EQ(all.stop, GngStop::points);
+  ASSERT_EQ(all.cloud.points.size(), 3000U);
+  for (std::size_t i = 0; i < 3000; ++i) EXPECT_LT(cv::norm(all.cloud.points[i] - many.points[i]), 1e-6);
+
+  const NeuralGas one = grown(unorganised({{3, 4, 5}, {3, 4, 5}}), small(10));
+  EXPECT_EQ(one.stop, GngStop::points);
+  EXPECT_THAT(one.cloud.points, testing::ElementsAre(cv::Point3f(3, 4, 5)));
+  EXPECT_TRUE(one.edges.empty());
+}
+
+TEST(GrowingNeuralGas, HardlyMorePointsThanNeurons) {
+  const NeuralGas gas = grown(made("volume", 400, 4), small(399));
+  EXPECT_TRUE(gas.stop == GngStop::neurons ? gas.cloud.points.size() == 399 : gas.stop == GngStop::stalled);
+  // Two places, one of them seen nearly always.
+  PointCloud cloud = made("lattice", 3000, 4);
+  for (std::size_t i = 20; i < 3000; ++i) cloud.points[i] = {100, 100, 100};
+  const NeuralGas few = grown(cloud, small(15));
+  EXPECT_LE(few.cloud.points.size(), 15U);
+  EXPECT_GE(few.cloud.points.size(), 2U);
+}
+
+TEST(GrowingNeuralGas, HugeAndTinyCoordinates) {
+  PointCloud cloud = made("surface", 3000, 3);
+  for (std::size_t i = 0; i < 3000; i += 100) cloud.points[i] *= 1e30F;
+  for (const NeuralGas& gas : {grown(cloud, small(20)), grown(made("uneven", 3000, 3), small(500))})
+    for (const cv::Point3f& p : gas.cloud.points) EXPECT_TRUE(std::isfinite(p.x + p.y + p.z));
+  constexpr float most = std::numeric_limits<float>::max();
+  const NeuralGas widest =
+      grown(unorganised({{-most, 0, 0}, {most, 0, 0}, {0, most, 0}, {0, 0, -most}}), small(3));
+  EXPECT_EQ(widest.cloud.points.size(), 3U);
+  for (const cv::Point3f& p : widest.cloud.points) EXPECT_TRUE(std::isfinite(p.x) && std::isfinite(p.y));
+}
+
+TEST(GrowingNeuralGas, RefusesWhatMakesNoSense) {
+  using testing::HasSubstr;
+  const PointCloud cloud = made("surface", 100, 3);
+  EXPECT_THAT(messageOf({}, small(10)), HasSubstr("without finite points"));
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT(messageOf(unorganised({{nan, nan, nan}}), small(10)), HasSubstr("without finite points"));
+  for (const std::size_t neurons : {std::size_t{0}, std::size_t{1}, std::size_t{1} << 60})
+    EXPECT_THAT(messageOf(cloud, small(neurons)), HasSubstr("neurons; 2 to"));
+  const auto refused = [&](auto change) {
+    GngOptions options = small(10);
+    change(options);
+    return messageOf(cloud, options);
+  };
+  EXPECT_THAT(refused([](GngOptions& o) { o.signalsPerInsertion = 0; }), HasSubstr("no signals"));
+  EXPECT_THAT(refused([](GngOptions& o) { o.winnerRate = 0; }), HasSubstr("learning step of 0"));
+  EXPECT_THAT(refused([](GngOptions& o) { o.winnerRate = 1.5F; }), HasSubstr("learning step of 1.5"));
+  EXPECT_THAT(refused([](GngOptions& o) { o.neighbourRate = nan; }), HasSubstr("learning step of nan"));
+  EXPECT_THAT(refused([](GngOptions& o) { o.insertionDecay = -1; }), HasSubstr("decay at insertions of -1"));
+  EXPECT_THAT(refused([](GngOptions& o) { o.errorDecay = 0; }), HasSubstr("error decay of 0"));
+  EXPECT_THAT(refused([](GngOptions& o) { o.quantisationError = nan; }), HasSubstr("quantisation error"));
+  EXPECT_THAT(refused([](GngOptions& o) { o.seconds = -1; }), HasSubstr("seconds"));
+}
+
+TEST(NormalsFromGraph, ArePerpendicularToTheSurfaceAndLookAtTheViewer) {
+  PointCloud cloud = made("plane", 5000, 3);  // z = 0.25
+  const NeuralGas flat = grown(cloud, small(200));
+  for (const cv::Point3f& n : normalsFromGraph(flat)) EXPECT_LT(cv::norm(n - cv::Point3f(0, 0, -1)), 1e-3);
+  for (const cv::Point3f& n : normalsFromGraph(flat, {0, 0, 5}))
+    EXPECT_LT(cv::norm(n - cv::Point3f(0, 0, 1)), 1e-3);
+
+  for (cv::Point3f& p : cloud.points) p = 0.5F / static_cast<float>(cv::norm(p)) * p;  // part of a sphere
+  const NeuralGas sphere = grown(cloud, small(400));
+  const std::vector<cv::Point3f> normals = normalsFromGraph(sphere);
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const cv::Point3f& p = sphere.cloud.points[i];
+    EXPECT_GT(normals[i].dot(-p / static_cast<float>(cv::norm(p))), 0.8F);
+    EXPECT_NEAR(cv::norm(normals[i]), 1, 1e-5);
+  }
+}
+
+TEST(NormalsFromGraph, ThereIsNoneWithoutAPlane) {
+  for (const cv::Point3f& n : normalsFromGraph(grown(made("line", 3000, 3), small(50))))
+    EXPECT_TRUE(std::isnan(n.x));
+  EXPECT_TRUE(std::isnan(normalsFromGraph(grown(unorganised({{1, 2, 3}}), small(5)))[0].x));
+  EXPECT_TRUE(normalsFromGraph({}).empty());
+  NeuralGas broken;
+  broken.cloud = unorganised({{1, 2, 3}, {2, 2, 2}});
+  broken.edges = {{0, 2}};
+  EXPECT_THROW(normalsFromGraph(broken), Error);
+}
+
+}  // namespace
+}  // namespace estancia

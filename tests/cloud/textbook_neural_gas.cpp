@@ -1,0 +1,185 @@
+#include "tests/cloud/textbook_neural_gas.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "estancia/core/simd.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr std::size_t block = 64;
+constexpr float nowhere = 1e18F;  ///< coordinate of what fills the last block
+
+/// Squared distances of p to a block of points, as the bits of floats (which order as the floats do), and the
+/// least of them.
+ESTANCIA_MULTIVERSION std::uint32_t distances(const float* __restrict x, const float* __restrict y,
+                                              const float* __restrict z, Point4 p,
+                                              std::uint32_t* __restrict out) {
+  for (std::size_t i = 0; i < block; ++i) {
+    const float dx = p.x - x[i], dy = p.y - y[i], dz = p.z - z[i];
+    out[i] = std::bit_cast<std::uint32_t>((dx * dx + dy * dy) + dz * dz);
+  }
+  std::uint32_t least = out[0];
+  for (std::size_t i = 1; i < block; ++i) least = out[i] < least ? out[i] : least;
+  return least;
+}
+
+}  // namespace
+
+TextbookNeuralGas::TextbookNeuralGas(const Signals& signals, const GngOptions& options)
+    : signals_(signals), options_(options) {
+  const auto& points = signals.points();
+  const Point4 a = points[signals.draw(t_++)];
+  Point4 b = a;
+  while (a.x == b.x && a.y == b.y && a.z == b.z) b = points[signals.draw(t_++)];
+  add(a);
+  add(b);
+  first_ = t_;
+}
+
+std::pair<std::array<std::uint32_t, 2>, float> TextbookNeuralGas::nearestTwo(const Point4& p) const {
+  std::uint32_t d[block], best = 0xffffffff, second = 0xffffffff;
+  std::array<std::uint32_t, 2> nearest{};
+  for (std::size_t i = 0; i < size(); i += block) {
+    if (distances(&x_[i], &y_[i], &z_[i], p, d) >= second) continue;
+    for (std::size_t k = 0; k < block; ++k) {
+      if (d[k] < best) {
+        second = best;
+        nearest[1] = nearest[0];
+        best = d[k];
+        nearest[0] = static_cast<std::uint32_t>(i + k);
+      } else if (d[k] < second) {
+        second = d[k];
+        nearest[1] = static_cast<std::uint32_t>(i + k);
+      }
+    }
+  }
+  return {nearest, std::bit_cast<float>(best)};
+}
+
+double TextbookNeuralGas::learn() {
+  double sum = 0;
+  for (std::size_t k = 0; k < options_.signalsPerInsertion; ++k) {
+    const Point4 signal = signals_.points()[signals_.draw(t_++)];
+    const auto [nearest, squaredDistance] = nearestTwo(signal);
+    const auto [s1, s2] = nearest;
+    sum += squaredDistance;
+    for (Edge& e : neighbours_[s1]) {
+      ++e.age;
+      for (Edge& back : neighbours_[e.neighbour])
+        if (back.neighbour == s1) ++back.age;
+    }
+    errors_[s1] += squaredDistance;
+    attract(s1, signal, options_.winnerRate);
+    for (const Edge& e : neighbours_[s1]) attract(e.neighbour, signal, options_.neighbourRate);
+    bool connected = false;
+    for (Edge& e : neighbours_[s1])
+      if (e.neighbour == s2) {
+        connected = true;
+        e.age = 0;
+        for (Edge& back : neighbours_[s2])
+          if (back.neighbour == s1) back.age = 0;
+      }
+    if (!connected) connect(s1, s2);
+    std::vector<std::uint32_t> old;
+    for (const Edge& e : neighbours_[s1])
+      if (e.age > options_.maximalAge) old.push_back(e.neighbour);
+    if (old.empty()) continue;
+    for (const std::uint32_t n : old) disconnect(s1, n);
+    for (std::size_t i = size(); i-- > 0;)
+      if (neighbours_[i].empty()) remove(static_cast<std::uint32_t>(i));
+  }
+  return sum;
+}
+
+void TextbookNeuralGas::insert() {
+  const auto q =
+      static_cast<std::uint32_t>(std::max_element(errors_.begin(), errors_.end()) - errors_.begin());
+  std::uint32_t f = neighbours_[q][0].neighbour;
+  for (const Edge& e : neighbours_[q])
+    if (errors_[e.neighbour] > errors_[f] || (errors_[e.neighbour] == errors_[f] && e.neighbour < f))
+      f = e.neighbour;
+  const auto r = static_cast<std::uint32_t>(size());
+  add({0.5F * (x_[q] + x_[f]), 0.5F * (y_[q] + y_[f]), 0.5F * (z_[q] + z_[f]), 0});
+  disconnect(q, f);
+  connect(q, r);
+  connect(f, r);
+  errors_[q] *= options_.insertionDecay;
+  errors_[f] *= options_.insertionDecay;
+  errors_[r] = errors_[q];
+  for (double& e : errors_) e *= options_.errorDecay;
+}
+
+bool TextbookNeuralGas::grow(Progress& progress) {
+  std::size_t most = size(), idle = 0;
+  progress.begin("textbook", options_.neurons, most);
+  while (size() < options_.neurons) {
+    learn();
+    insert();
+    if (size() > most) {
+      progress.advance(size() - most);
+      most = size();
+      idle = 0;
+    } else if (++idle > 1000 + most) {
+      return false;
+    }
+  }
+  return true;
+}
+
+std::vector<std::pair<std::array<std::uint32_t, 2>, std::uint32_t>> TextbookNeuralGas::edges() const {
+  std::vector<std::pair<std::array<std::uint32_t, 2>, std::uint32_t>> edges;
+  for (std::uint32_t i = 0; i < size(); ++i)
+    for (const Edge& e : neighbours_[i])
+      if (i < e.neighbour) edges.push_back({{i, e.neighbour}, e.age});
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+void TextbookNeuralGas::add(const Point4& p) {
+  const std::size_t i = size();
+  if (i == x_.size())
+    for (std::vector<float>* v : {&x_, &y_, &z_}) v->resize(i + block, nowhere);
+  x_[i] = p.x;
+  y_[i] = p.y;
+  z_[i] = p.z;
+  errors_.push_back(0);
+  neighbours_.emplace_back();
+}
+
+void TextbookNeuralGas::connect(std::uint32_t a, std::uint32_t b) {
+  neighbours_[a].push_back({b, 0});
+  neighbours_[b].push_back({a, 0});
+}
+
+void TextbookNeuralGas::disconnect(std::uint32_t a, std::uint32_t b) {
+  std::erase_if(neighbours_[a], [b](const Edge& e) { return e.neighbour == b; });
+  std::erase_if(neighbours_[b], [a](const Edge& e) { return e.neighbour == a; });
+}
+
+void TextbookNeuralGas::remove(std::uint32_t i) {
+  ++removed_;
+  const auto last = static_cast<std::uint32_t>(size() - 1);
+  for (const Edge& e : neighbours_[last])
+    for (Edge& back : neighbours_[e.neighbour])
+      if (back.neighbour == last) back.neighbour = i;
+  x_[i] = x_[last];
+  y_[i] = y_[last];
+  z_[i] = z_[last];
+  errors_[i] = errors_[last];
+  neighbours_[i] = neighbours_[last];
+  x_[last] = y_[last] = z_[last] = nowhere;
+  errors_.pop_back();
+  neighbours_.pop_back();
+}
+
+void TextbookNeuralGas::attract(std::uint32_t i, const Point4& signal, float rate) {
+  x_[i] += rate * (signal.x - x_[i]);
+  y_[i] += rate * (signal.y - y_[i]);
+  z_[i] += rate * (signal.z - z_[i]);
+}
+
+}  // namespace estancia
