@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <fstream>
 #include <opencv2/imgproc.hpp>
+#include <string>
+#include <string_view>
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/camera_file.hpp"
@@ -51,6 +54,14 @@ PointCloud readCloud(const std::filesystem::path& file, const CloudFileOptions& 
   if (io::hasSuffix(file, io::depthSuffixes())) return readDepthPicture(file, options);
   throw Error(fmt::format("{}: no cloud by its name; read are .pcd, .ply, and depth pictures {}",
                           io::printable(file.string()), fmt::join(io::depthSuffixes(), ", ")));
+}
+
+bool isCloudFile(const std::filesystem::path& file) {
+  std::string start(8, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(start.data(), static_cast<std::streamsize>(start.size()));
+  const auto begins = [&](std::string_view magic) { return start.starts_with(magic); };
+  return begins("ply\n") || begins("ply\r") || begins("# .PCD v") || begins("VERSION ") || begins("FIELDS ");
 }
 
 void requireCloudFile(const std::filesystem::path& file, bool edges) {

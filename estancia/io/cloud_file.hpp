@@ -23,6 +23,9 @@ struct CloudFileOptions {
 /// when the file cannot be read, is none of these, or is a depth picture of an unknown camera.
 PointCloud readCloud(const std::filesystem::path& file, const CloudFileOptions& options = {});
 
+/// Whether a file begins as PCD or PLY files do, whatever its name.
+bool isCloudFile(const std::filesystem::path& file);
+
 /// Throws Error, naming the endings that are known, unless writeCloud can write such a file.
 void requireCloudFile(const std::filesystem::path& file, bool edges = false);
 
