@@ -67,6 +67,7 @@ void addExamples(CLI::App& command, const std::string& examples);
 void addCheckCommand(CLI::App& app);
 void addLabelCommand(CLI::App& app);
 void addOdometryCommand(CLI::App& app);
+void addFilterCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
 void addZonesCommand(CLI::App& app);
 void addClassifyCommand(CLI::App& app);

@@ -65,6 +65,7 @@ int main(int argc, char** argv) {
   addCheckCommand(app);
   addLabelCommand(app);
   addOdometryCommand(app);
+  addFilterCommand(app);
   addMapCommand(app);
   addZonesCommand(app);
   addClassifyCommand(app);

@@ -23,9 +23,21 @@ struct FilterOptions {
 /// The filters, each with one line of explanation: none, voxel, gng.
 std::vector<std::pair<std::string, std::string>> filterMethods();
 
-/// The filtered cloud; points that are not finite are left out by every method but none. A cloud that has no
-/// more than `points` points comes back as it is, whichever the method.
-/// Throws Error on an unknown method (naming the known ones) and on options that make no sense; Interrupted.
+/// What a filter leaves, and what it had to find out.
+struct FilteredCloud {
+  PointCloud cloud;
+  double leaf = 0;  ///< edge of the voxels [m]; 0 without voxels
+  NeuralGas
+      gas;  ///< the graph over the points, which are its neurons, and how it grew; its own cloud is empty
+};
+
+/// The filtered cloud. All methods but none leave out points that are not finite. Of a cloud that has no more
+/// than `points` of the others there is nothing to thin out: voxel keeps them unless it has a leaf, gng makes
+/// each place a neuron. Throws Error on an unknown method (naming the known ones), on options that make no
+/// sense, and when voxel or gng get a cloud without a finite point; Interrupted.
+FilteredCloud filterWithDetails(const PointCloud& cloud, const FilterOptions& options, Progress& progress);
+
+/// The same without the details.
 PointCloud filterCloud(const PointCloud& cloud, const FilterOptions& options, Progress& progress);
 
 }  // namespace estancia

@@ -4,10 +4,34 @@
 
 #include <cmath>
 #include <limits>
+#include <opencv2/core.hpp>
 
 #include "estancia/core/error.hpp"
 
 namespace estancia {
+
+void requireWhole(const PointCloud& cloud) {
+  const std::size_t n = cloud.points.size();
+  const bool shaped =
+      n == 0 || (cloud.height > 0 && n / cloud.height == cloud.width && n % cloud.height == 0);
+  if (shaped && (cloud.colours.empty() || cloud.colours.size() == n) &&
+      (cloud.normals.empty() || cloud.normals.size() == n))
+    return;
+  throw Error(
+      fmt::format("a cloud of {} × {} points has {} points, {} colours and {} normals; give each point "
+                  "one or none at all",
+                  cloud.width, cloud.height, n, cloud.colours.size(), cloud.normals.size()));
+}
+
+cv::Point3f asNormal(const cv::Point3f& vector) {
+  constexpr double unit = 1e-4;  // what is nearer to 1 stays as it is, bit by bit
+  const double length = cv::norm(cv::Vec3d(vector.x, vector.y, vector.z));
+  if (!(length > 0) || !std::isfinite(length)) {
+    constexpr float none = std::numeric_limits<float>::quiet_NaN();
+    return {none, none, none};
+  }
+  return std::abs(length - 1) < unit ? vector : cv::Point3f(cv::Point3d(vector) / length);
+}
 
 PointCloud backProject(const cv::Mat& depth, const CameraIntrinsics& camera) {
   if (depth.empty() || depth.type() != CV_32FC1)

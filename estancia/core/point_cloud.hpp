@@ -20,6 +20,13 @@ struct PointCloud {
   bool organised() const { return height > 1; }
 };
 
+/// Throws Error, naming what is off, on a cloud that breaks the invariant of PointCloud.
+void requireWhole(const PointCloud& cloud);
+
+/// A normal as a file or a user gives it, made to have unit length unless it has; NaN when it has no
+/// direction.
+cv::Point3f asNormal(const cv::Point3f& vector);
+
 /// What a depth picture (CV_32F, metres) saw, organised, in the optical frame of `camera`, whose pictures may
 /// have another size. Pixels with 0, NaN or anything else that is no depth become holes. Throws Error on
 /// pictures of another type and on a camera without a size or focal length.

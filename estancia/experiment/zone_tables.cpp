@@ -130,7 +130,7 @@ ZoneReading readingOf(const Labelled& labelled, const std::string& cut, const st
 /// What does not depend on the linkage.
 struct Compared {
   CondensedDistances distances;
-  Neighbours neighbours;
+  NearestItems neighbours;
 };
 
 /// Compares the images once for all linkages that want the same. Cells come in order, so that few are
@@ -151,7 +151,7 @@ class SharedComparisons {
     how.linkage = linkage;
     how.threads = threads_;
     CondensedDistances distances = compareImages(labelled.words, how, silent);
-    Neighbours neighbours = findNeighbours(distances, neighboursForCut(distances.items()));
+    NearestItems neighbours = findNeighbours(distances, neighboursForCut(distances.items()));
     recent_.emplace_front(key,
                           std::make_shared<Compared>(Compared{std::move(distances), std::move(neighbours)}));
     if (recent_.size() > most) recent_.pop_back();

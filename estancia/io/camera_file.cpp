@@ -108,4 +108,12 @@ CameraIntrinsics readIntrinsics(const fs::path& file) {
   return cameraOf(numbersOf(text, name), name);
 }
 
+std::filesystem::path findIntrinsics(const std::filesystem::path& folder) {
+  for (const char* name : {"camera-intrinsics.txt", "intrinsics.txt", "camera.yaml"}) {
+    std::error_code none;
+    if (std::filesystem::is_regular_file(folder / name, none)) return folder / name;
+  }
+  return {};
+}
+
 }  // namespace estancia::io

@@ -14,4 +14,8 @@ namespace estancia::io {
 /// above 0, skewed, transposed, not finite).
 CameraIntrinsics readIntrinsics(const std::filesystem::path& file);
 
+/// The file that usually holds the intrinsics of a folder's pictures: camera-intrinsics.txt, intrinsics.txt
+/// or camera.yaml; "" when there is none.
+std::filesystem::path findIntrinsics(const std::filesystem::path& folder);
+
 }  // namespace estancia::io

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -17,6 +18,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/lzf.hpp"
+#include "estancia/io/scalar.hpp"
 
 namespace estancia {
 namespace {
@@ -26,11 +28,11 @@ static_assert(std::endian::native == std::endian::little, "PCD files hold the by
 /// One column of a cloud: `count` numbers a point.
 struct Field {
   std::string name;
-  char type = 'F';  ///< I, U or F
-  std::size_t size = 4, count = 1;
+  io::Scalar scalar;
+  std::size_t count = 1;
   std::size_t offset = 0;  ///< of its first byte in a point
 
-  std::size_t bytes() const { return size * count; }
+  std::size_t bytes() const { return scalar.size * count; }
 };
 
 struct Header {
@@ -71,23 +73,21 @@ void finish(Header& header, bool sized, bool typed, std::optional<std::size_t> p
   if (header.fields.empty() || !sized || !typed) throw Error("FIELDS, SIZE or TYPE is missing");
   std::size_t offset = 0;
   for (Field& field : header.fields) {
-    const bool known =
-        field.type == 'F' ? field.size == 4 || field.size == 8 : std::has_single_bit(field.size);
-    if (!known || field.size > 8)
-      throw Error(fmt::format("there is no type {} of {} bytes", field.type, field.size));
+    if (!field.scalar.exists())
+      throw Error(fmt::format("there is no type {} of {} bytes", field.scalar.type, field.scalar.size));
     if (field.count > largestPoint) throw Error("a point is larger than 64 kB");
     field.offset = offset;
     offset += field.bytes();
     if (offset > largestPoint) throw Error("a point is larger than 64 kB");
   }
-  for (const char* name : {"x", "y", "z", "rgb", "rgba"}) {
+  for (const char* name : {"x", "y", "z", "rgb", "rgba", "normal_x", "normal_y", "normal_z"}) {
     const auto same = [name](const Field& field) { return field.name == name; };
     if (std::ranges::count_if(header.fields, same) > 1)
       throw Error(fmt::format("there are two fields {}", name));
     const Field* field = header.find(name);
-    const bool colour = *name == 'r';
-    if (field == nullptr && !colour) throw Error(fmt::format("there is no field {}", name));
-    if (field != nullptr && (field->count != 1 || (colour && field->size != 4)))
+    const bool colour = *name == 'r', place = name[1] == '\0';
+    if (field == nullptr && place) throw Error(fmt::format("there is no field {}", name));
+    if (field != nullptr && (field->count != 1 || (colour && field->scalar.size != 4)))
       throw Error(fmt::format("the field {} is not one number{} a point", name, colour ? " of 4 bytes" : ""));
   }
   if (header.width == 0 || header.height == 0) throw Error("it holds no points");
@@ -123,13 +123,14 @@ Header readHeader(std::string_view file) {
       if (!header.fields.empty()) throw Error("FIELDS is there twice");
       for (std::size_t i = 1; i < words.size(); ++i) header.fields.emplace_back().name = words[i];
     } else if (key == "SIZE") {
-      forEachField(header.fields, words, [&](Field& f, auto word) { f.size = wholeNumber(word, key); });
+      forEachField(header.fields, words,
+                   [&](Field& f, auto word) { f.scalar.size = wholeNumber(word, key); });
       sized = true;
     } else if (key == "TYPE") {
       forEachField(header.fields, words, [&](Field& f, auto word) {
         if (word != "I" && word != "U" && word != "F")
           throw Error(fmt::format("there is no type {}", io::printable(word)));
-        f.type = word[0];
+        f.scalar.type = word[0];
       });
       typed = true;
     } else if (key == "COUNT") {
@@ -158,31 +159,6 @@ T valueAt(const char* bytes) {
   return value;
 }
 
-float numberAt(const Field& field, const char* bytes) {
-  if (field.type == 'F')
-    return field.size == 4 ? valueAt<float>(bytes) : static_cast<float>(valueAt<double>(bytes));
-  if (field.type == 'I') switch (field.size) {
-      case 1:
-        return valueAt<std::int8_t>(bytes);
-      case 2:
-        return valueAt<std::int16_t>(bytes);
-      case 4:
-        return static_cast<float>(valueAt<std::int32_t>(bytes));
-      default:
-        return static_cast<float>(valueAt<std::int64_t>(bytes));
-    }
-  switch (field.size) {
-    case 1:
-      return valueAt<std::uint8_t>(bytes);
-    case 2:
-      return valueAt<std::uint16_t>(bytes);
-    case 4:
-      return static_cast<float>(valueAt<std::uint32_t>(bytes));
-    default:
-      return static_cast<float>(valueAt<std::uint64_t>(bytes));
-  }
-}
-
 cv::Vec3b colourOf(std::uint32_t packed) {
   return {static_cast<uchar>(packed & 0xFFU), static_cast<uchar>(packed >> 8U & 0xFFU),
           static_cast<uchar>(packed >> 16U & 0xFFU)};
@@ -190,22 +166,38 @@ cv::Vec3b colourOf(std::uint32_t packed) {
 
 /// The fields that a cloud is made of.
 struct Wanted {
-  explicit Wanted(const Header& header) : xyz{header.find("x"), header.find("y"), header.find("z")} {
-    colour = header.find("rgb") != nullptr ? header.find("rgb") : header.find("rgba");
+  explicit Wanted(const Header& header)
+      : xyz{header.find("x"), header.find("y"), header.find("z")},
+        normal{header.find("normal_x"), header.find("normal_y"), header.find("normal_z")},
+        colour(header.find("rgb") != nullptr ? header.find("rgb") : header.find("rgba")) {}
+
+  /// None where one of the three numbers is missing.
+  bool normals() const {
+    return std::ranges::all_of(normal, [](const Field* field) { return field != nullptr; });
   }
-  const Field* xyz[3];
+
+  std::array<const Field*, 3> xyz, normal;
   const Field* colour;
 };
+
+/// Three fields of a point, each of which `number` gives.
+template <typename Number>
+cv::Point3f pointOf(const std::array<const Field*, 3>& fields, const Number& number) {
+  return {static_cast<float>(number(*fields[0])), static_cast<float>(number(*fields[1])),
+          static_cast<float>(number(*fields[2]))};
+}
 
 /// Points whose values `at(field, i)` gives as the bytes of the first number.
 template <typename At>
 void fill(PointCloud& cloud, const Header& header, const At& at) {
   const Wanted wanted(header);
   cloud.points.resize(header.points());
+  if (wanted.normals()) cloud.normals.resize(header.points());
   if (wanted.colour != nullptr) cloud.colours.resize(header.points());
   for (std::size_t i = 0; i < header.points(); ++i) {
-    const auto number = [&](int axis) { return numberAt(*wanted.xyz[axis], at(*wanted.xyz[axis], i)); };
-    cloud.points[i] = {number(0), number(1), number(2)};
+    const auto number = [&](const Field& field) { return io::numberAt(field.scalar, at(field, i)); };
+    cloud.points[i] = pointOf(wanted.xyz, number);
+    if (wanted.normals()) cloud.normals[i] = asNormal(pointOf(wanted.normal, number));
     if (wanted.colour != nullptr) cloud.colours[i] = colourOf(valueAt<std::uint32_t>(at(*wanted.colour, i)));
   }
 }
@@ -240,7 +232,7 @@ void readCompressed(PointCloud& cloud, const Header& header, std::string_view da
 
 /// A colour may be written as a whole number, or as the float that has its bits.
 std::uint32_t packedColour(const Field& field, double value) {
-  if (field.type == 'F') return std::bit_cast<std::uint32_t>(static_cast<float>(value));
+  if (field.scalar.type == 'F') return std::bit_cast<std::uint32_t>(static_cast<float>(value));
   return static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
 }
 
@@ -249,13 +241,11 @@ void readAscii(PointCloud& cloud, const Header& header, std::string_view data, s
   for (const Field& field : header.fields) columns += field.count;
   if (data.size() / (2 * columns) + 1 < header.points()) throw cutShort(header, data.size());
   const Wanted wanted(header);
-  const auto columnOf = [&](const Field* wantedField) {
+  const auto columnOf = [&](const Field& wantedField) {
     std::size_t column = 0;
-    for (const Field* field = header.fields.data(); field != wantedField; ++field) column += field->count;
+    for (const Field* field = header.fields.data(); field != &wantedField; ++field) column += field->count;
     return column;
   };
-  const std::size_t colourColumn = wanted.colour != nullptr ? columnOf(wanted.colour) : 0;
-  const std::size_t x = columnOf(wanted.xyz[0]), y = columnOf(wanted.xyz[1]), z = columnOf(wanted.xyz[2]);
   cloud.points.reserve(header.points());
   for (std::size_t line = firstLine; cloud.points.size() < header.points(); ++line) {
     if (data.empty())
@@ -269,18 +259,18 @@ void readAscii(PointCloud& cloud, const Header& header, std::string_view data, s
     if (words.empty()) continue;
     if (words.size() != columns)
       throw Error(fmt::format("line {}: {} numbers instead of {}", line, words.size(), columns));
-    const auto number = [&](std::size_t column) {
-      const auto value = io::toNumber(words[column]);
-      if (!value)
-        throw Error(fmt::format("line {}: \"{}\" is no number", line, io::printable(words[column])));
+    const auto number = [&](const Field& field) {
+      const std::string_view word = words[columnOf(field)];
+      const auto value = io::toNumber(word);
+      if (!value) throw Error(fmt::format("line {}: \"{}\" is no number", line, io::printable(word)));
       return *value;
     };
-    cloud.points.emplace_back(static_cast<float>(number(x)), static_cast<float>(number(y)),
-                              static_cast<float>(number(z)));
+    cloud.points.push_back(pointOf(wanted.xyz, number));
+    if (wanted.normals()) cloud.normals.push_back(asNormal(pointOf(wanted.normal, number)));
     if (wanted.colour == nullptr) continue;
-    const double colour = number(colourColumn);
+    const double colour = number(*wanted.colour);
     constexpr double most = std::numeric_limits<std::uint32_t>::max();
-    if (wanted.colour->type != 'F' && !(std::abs(colour) <= most))
+    if (wanted.colour->scalar.type != 'F' && !(std::abs(colour) <= most))
       throw Error(fmt::format("line {}: {} is no colour", line, colour));
     cloud.colours.push_back(colourOf(packedColour(*wanted.colour, colour)));
   }

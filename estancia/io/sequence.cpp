@@ -138,10 +138,8 @@ void attachSideFiles(io::ListedSequence& sequence, const fs::path& path, const S
     io::attachPoses(sequence, readTrajectory(file), file, options.maxPoseGap);
   });
   attach(options.rooms, beside("rooms.csv"), [&](const fs::path& file) { io::attachRooms(sequence, file); });
-  fs::path camera;
-  for (const char* name : {"camera-intrinsics.txt", "intrinsics.txt", "camera.yaml"})
-    if (camera.empty()) camera = beside(name);
-  attach(options.intrinsics, camera, [&](const fs::path& file) { attachIntrinsics(sequence, file); });
+  attach(options.intrinsics, io::findIntrinsics(path),
+         [&](const fs::path& file) { attachIntrinsics(sequence, file); });
 }
 
 void requireUniqueNames(io::ListedSequence& sequence) {

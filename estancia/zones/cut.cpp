@@ -14,7 +14,7 @@ namespace {
 
 /// Modularity after 0, 1 … N−1 merges: Q = Σ_c (A_cc / W − (A_c / W)²) over the parts c, where A_cc are the
 /// weights inside, each link counted from both its ends, A_c all weights at its items and W all there are.
-std::vector<double> modularities(const Dendrogram& tree, const Neighbours& neighbours) {
+std::vector<double> modularities(const Dendrogram& tree, const NearestItems& neighbours) {
   struct Part {
     std::vector<std::uint32_t> items;
     double share = 0;  ///< A_c / W
@@ -76,10 +76,10 @@ std::size_t neighboursForCut(std::size_t items) {
   return std::max<std::size_t>(3, static_cast<std::size_t>(std::lround(std::sqrt(items) / 3)));
 }
 
-Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count) {
+NearestItems findNeighbours(const CondensedDistances& distances, std::size_t count) {
   const std::size_t items = distances.items();
   if (count == 0) count = neighboursForCut(items);
-  Neighbours neighbours;
+  NearestItems neighbours;
   neighbours.each = std::min(count, items - std::min<std::size_t>(items, 1));
   const std::size_t each = neighbours.each;
   if (each == 0) return neighbours;
@@ -108,7 +108,7 @@ Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count
   return neighbours;
 }
 
-void weighBySize(Neighbours& neighbours, std::span<const std::size_t> sizes) {
+void weighBySize(NearestItems& neighbours, std::span<const std::size_t> sizes) {
   const std::size_t each = neighbours.each;
   if (neighbours.nearest.size() != sizes.size() * each)
     throw Error(
@@ -126,7 +126,7 @@ void weighBySize(Neighbours& neighbours, std::span<const std::size_t> sizes) {
   }
 }
 
-SuggestedCut suggestCut(const Dendrogram& dendrogram, const Neighbours& neighbours) {
+SuggestedCut suggestCut(const Dendrogram& dendrogram, const NearestItems& neighbours) {
   const auto& merges = dendrogram.merges();
   if (neighbours.nearest.size() != dendrogram.leaves() * neighbours.each)
     throw Error(fmt::format("{} neighbours do not belong to a dendrogram of {} leaves",

@@ -13,7 +13,7 @@
 namespace estancia {
 
 /// The nearest other items of each item.
-struct Neighbours {
+struct NearestItems {
   std::size_t each = 0;                ///< how many an item has: at most one less than there are items
   std::vector<std::uint32_t> nearest;  ///< N×each, row-major, nearest first, of equal ones the lower number
   std::vector<double> weights;         ///< N×each, how much a link counts; empty: all alike
@@ -24,11 +24,11 @@ struct Neighbours {
 std::size_t neighboursForCut(std::size_t items);
 
 /// `count` of each, 0: neighboursForCut(). O(N²).
-Neighbours findNeighbours(const CondensedDistances& distances, std::size_t count = 0);
+NearestItems findNeighbours(const CondensedDistances& distances, std::size_t count = 0);
 
 /// For items that are groups of so many images each: links weigh as if every image stood at its group's mean,
 /// nearest to the others of its own group, then to those of the nearest groups, until it has `each`.
-void weighBySize(Neighbours& neighbours, std::span<const std::size_t> sizes);
+void weighBySize(NearestItems& neighbours, std::span<const std::size_t> sizes);
 
 struct SuggestedCut {
   double distance = 0;    ///< τ_d: merge up to here
@@ -42,6 +42,6 @@ struct SuggestedCut {
 /// the same height are parted. τ_d lies midway between the heights of the last merge done and the next. Items
 /// that are all alike, and so few that all are neighbours of all, are one zone. O(N k log N). Throws Error
 /// when the two are not of the same items.
-SuggestedCut suggestCut(const Dendrogram& dendrogram, const Neighbours& neighbours);
+SuggestedCut suggestCut(const Dendrogram& dendrogram, const NearestItems& neighbours);
 
 }  // namespace estancia

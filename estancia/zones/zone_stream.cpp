@@ -171,7 +171,7 @@ void ZoneStream::relink() {
   CondensedDistances all = condensed();
   LinkageOptions linking;
   for (const Group& group : groups_) linking.sizes.push_back(group.images.size());
-  Neighbours neighbours = findNeighbours(all, neighboursForCut(images()));
+  NearestItems neighbours = findNeighbours(all, neighboursForCut(images()));
   weighBySize(neighbours, linking.sizes);
   const Dendrogram tree = link(std::move(all), linkage_, linking);
   ZoneOptions options = zoneOptions_;

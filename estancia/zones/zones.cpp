@@ -100,7 +100,7 @@ void requireSound(const ZoneOptions& options) {
     throw Error(fmt::format("a cut at {} is none; give a distance of 0 or more", *options.cut));
 }
 
-ZoneCut cutTree(const Dendrogram& tree, const Neighbours& neighbours, const ZoneOptions& options) {
+ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbours, const ZoneOptions& options) {
   if (options.count) {
     std::vector<int> groups = tree.cutInto(*options.count);
     const std::size_t done = tree.leaves() - *options.count;
@@ -126,7 +126,7 @@ CondensedDistances compareImages(const Recording& recording, const ZoneOptions& 
 ImageTree linkImages(const Recording& recording, const ZoneOptions& options, Progress& progress) {
   if (recording.frames.empty()) throw Error("there are no zones without images; give at least one");
   CondensedDistances distances = compareImages(recording, options, progress);
-  Neighbours neighbours = findNeighbours(distances);
+  NearestItems neighbours = findNeighbours(distances);
   return {link(std::move(distances), getLinkage(options.linkage), {.sizes = {}, .progress = &progress}),
           std::move(neighbours)};
 }

@@ -87,7 +87,7 @@ Zones findZones(const Recording& recording, const ZoneOptions& options, Progress
 /// heights. `cut` and `count` do not matter. Throws as above.
 struct ImageTree {
   Dendrogram dendrogram;
-  Neighbours neighbours;
+  NearestItems neighbours;
 };
 ImageTree linkImages(const Recording& recording, const ZoneOptions& options, Progress& progress);
 
@@ -102,7 +102,7 @@ struct ZoneCut {
 };
 
 /// At options.cut, into options.count groups, or where suggestCut() says.
-ZoneCut cutTree(const Dendrogram& tree, const Neighbours& neighbours, const ZoneOptions& options);
+ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbours, const ZoneOptions& options);
 
 /// The distances of all pairs of images by options.distance, as options.linkage needs them. Throws as above.
 CondensedDistances compareImages(const Recording& recording, const ZoneOptions& options, Progress& progress);

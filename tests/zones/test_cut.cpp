@@ -33,8 +33,8 @@ SuggestedCut suggestionFor(const std::vector<double>& points, std::size_t neighb
                     findNeighbours(distancesOf(points), neighbours));
 }
 
-TEST(Neighbours, AreTheNearestOfEqualOnesTheFirst) {
-  const Neighbours two = findNeighbours(distancesOf({0, 1, 2, 10, 3}), 2);
+TEST(NearestItems, AreTheNearestOfEqualOnesTheFirst) {
+  const NearestItems two = findNeighbours(distancesOf({0, 1, 2, 10, 3}), 2);
   EXPECT_EQ(two.each, 2U);
   EXPECT_THAT(two.nearest, ElementsAre(1, 2,    // 0
                                        0, 2,    // 1: both at 1
@@ -43,20 +43,20 @@ TEST(Neighbours, AreTheNearestOfEqualOnesTheFirst) {
                                        2, 1));  // 3
 }
 
-TEST(Neighbours, AreAllOthersWhereThereAreFew) {
+TEST(NearestItems, AreAllOthersWhereThereAreFew) {
   EXPECT_THAT(findNeighbours(distancesOf({0, 5, 1}), 9).nearest, ElementsAre(2, 1, 2, 0, 0, 1));
   EXPECT_TRUE(findNeighbours(distancesOf({4}), 5).nearest.empty());
   EXPECT_TRUE(findNeighbours(distancesOf({}), 5).nearest.empty());
 }
 
-TEST(Neighbours, AreWantedByTheRootOfTheNumberOfItems) {
+TEST(NearestItems, AreWantedByTheRootOfTheNumberOfItems) {
   EXPECT_EQ(neighboursForCut(1), 3U);
   EXPECT_EQ(neighboursForCut(216), 5U);
   EXPECT_EQ(neighboursForCut(1173), 11U);
 }
 
 /// Newman's definition, term by term: Q = 1/W Σ_ij (A_ij − k_i k_j / W) [i and j in one part].
-double slowModularity(const Neighbours& neighbours, const std::vector<int>& parts) {
+double slowModularity(const NearestItems& neighbours, const std::vector<int>& parts) {
   const std::size_t n = parts.size();
   std::vector<std::vector<double>> weights(n, std::vector<double>(n));
   for (std::size_t i = 0; i < n; ++i)
@@ -92,7 +92,7 @@ TEST(SuggestedCut, HasTheLargestModularityOfAllCuts) {
     }
     for (const Linkage linkage : {Linkage::average, Linkage::single, Linkage::ward}) {
       const Dendrogram tree = link(distancesOf(points), linkage);
-      Neighbours neighbours = findNeighbours(distancesOf(points), 5);
+      NearestItems neighbours = findNeighbours(distancesOf(points), 5);
       if (trial % 2 == 1) weighBySize(neighbours, sizes);
       double best = 0;
       for (std::size_t count = 1; count <= points.size(); ++count)
@@ -104,8 +104,8 @@ TEST(SuggestedCut, HasTheLargestModularityOfAllCuts) {
   }
 }
 
-TEST(Neighbours, OfGroupsWeighAsTheirImages) {
-  Neighbours neighbours = findNeighbours(distancesOf({0, 1, 3, 7}), 3);
+TEST(NearestItems, OfGroupsWeighAsTheirImages) {
+  NearestItems neighbours = findNeighbours(distancesOf({0, 1, 3, 7}), 3);
   weighBySize(neighbours, std::vector<std::size_t>{2, 1, 5, 1});
   EXPECT_THAT(neighbours.nearest, ElementsAre(1, 2, 3, 0, 2, 3, 1, 0, 3, 2, 1, 0));
   EXPECT_THAT(neighbours.within, ElementsAre(2, 0, 15, 0));

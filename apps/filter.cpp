@@ -1,0 +1,192 @@
+// estancia filter: a cloud with fewer, better points; or with noise, normals, in another format.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+
+#include "common.hpp"
+#include "estancia/cloud/filter.hpp"
+#include "estancia/cloud/noise.hpp"
+#include "estancia/cloud/normals.hpp"
+#include "estancia/cloud/resolution.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/io/cloud_file.hpp"
+
+namespace estancia::apps {
+namespace {
+
+struct Arguments {
+  std::string input, output, graph;
+  CloudFileOptions file;
+  FilterOptions filter;
+  double noise = 0, normalRadius = 0;
+  std::uint64_t seed = 1;
+  bool normals = false, overwrite = false, json = false;
+};
+
+/// What was measured on the way.
+struct Account {
+  std::size_t all = 0, finite = 0;
+  double resolution = 0, noise = 0;  ///< [m] of the cloud that was filtered
+  double seconds = 0;                ///< of the filter alone
+};
+
+const char* nameOf(GngStop stop) {
+  switch (stop) {
+    case GngStop::neurons:
+      return "neurons";
+    case GngStop::quantisationError:
+      return "error";
+    case GngStop::seconds:
+      return "deadline";
+    case GngStop::points:
+      return "points";
+    case GngStop::stalled:
+      return "stalled";
+  }
+  return "";
+}
+
+void tell(const Arguments& arguments, const FilteredCloud& filtered, const Account& account) {
+  const NeuralGas& gas = filtered.gas;
+  const bool neural = arguments.filter.method == "gng";
+  if (arguments.json) {
+    nlohmann::ordered_json json{{"cloud", arguments.output},
+                                {"method", arguments.filter.method},
+                                {"points_in", account.all},
+                                {"finite", account.finite},
+                                {"points_out", filtered.cloud.points.size()},
+                                {"resolution", account.resolution},
+                                {"noise", account.noise},
+                                {"seconds", account.seconds}};
+    if (filtered.leaf > 0) json["leaf"] = filtered.leaf;
+    if (neural) {
+      json["edges"] = gas.edges.size();
+      json["signals"] = gas.signals;
+      json["quantisation_error"] = gas.quantisationError;
+      json["stopped_by"] = nameOf(gas.stop);
+    }
+    print(json);
+    return;
+  }
+  fmt::print("{}: {} of {} points", arguments.output, filtered.cloud.points.size(), account.all);
+  if (account.finite < account.all) fmt::print(", {} of which are finite", account.finite);
+  if (filtered.leaf > 0) fmt::print("; voxels of {:.3g} m", filtered.leaf);
+  if (neural)
+    fmt::print("; {} edges, {} signals, quantisation error {:.3g} m", gas.edges.size(), gas.signals,
+               gas.quantisationError);
+  fmt::print("; {:.2f} s\n", account.seconds);
+  fmt::print("the cloud's resolution is {:.3g} m and its noise {:.3g} m across the surface\n",
+             account.resolution, account.noise);
+}
+
+void requireOutputs(const Arguments& arguments) {
+  std::vector<std::string> outputs{arguments.output};
+  requireCloudFile(arguments.output);
+  if (!arguments.graph.empty()) {
+    if (arguments.filter.method != "gng")
+      throw Error("--graph needs --method gng; other filters have no graph");
+    requireCloudFile(arguments.graph, true);
+    if (std::filesystem::weakly_canonical(arguments.graph) ==
+        std::filesystem::weakly_canonical(arguments.output))
+      throw Error(
+          fmt::format("{} cannot hold both the cloud and the graph; give two names", arguments.output));
+    outputs.push_back(arguments.graph);
+  }
+  for (const std::string& output : outputs) {
+    requireReplaceable(output, arguments.overwrite, isCloudFile, "point cloud");
+    requireNoData(output, {arguments.input, arguments.file.intrinsics, arguments.file.colours});
+  }
+}
+
+void run(Arguments& arguments) {
+  requireOutputs(arguments);
+  arguments.filter.gng.seed = arguments.seed;
+  PointCloud cloud =
+      withGaussianNoise(readCloud(arguments.input, arguments.file), arguments.noise, arguments.seed);
+  const Neighbours around(cloud.points, 0);
+  Account account{cloud.points.size(), around.size(), resolutionOf(around), estimateNoise(around), 0};
+
+  const auto progress = makeStderrProgress();
+  const auto start = std::chrono::steady_clock::now();
+  FilteredCloud filtered = filterWithDetails(cloud, arguments.filter, *progress);
+  account.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+
+  if (arguments.normals) {
+    NormalOptions options;  // planes that are wide enough to show through the noise
+    options.radius = arguments.normalRadius > 0 ? arguments.normalRadius
+                                                : std::max(7 * account.resolution, 3 * account.noise);
+    if (options.radius == 0) throw Error("normals need points at different places; this cloud has none");
+    filtered.cloud.normals = estimateNormals(filtered.cloud.points, around, options);
+  }
+  writeCloud(arguments.output, filtered.cloud);
+  if (!arguments.graph.empty()) writeCloud(arguments.graph, filtered.cloud, filtered.gas.edges);
+  tell(arguments, filtered, account);
+}
+
+}  // namespace
+
+void addFilterCommand(CLI::App& app) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* command = app.add_subcommand("filter", "Thin out a point cloud and take the noise off it");
+  command->add_option("IN", arguments->input, "Cloud (.pcd, .ply) or depth picture (.png, .tif, .exr, …)")
+      ->required();
+  command->add_option("OUT", arguments->output, "The filtered cloud, .pcd or .ply")->required();
+  FilterOptions& filter = arguments->filter;
+  filter.method = "gng";
+  std::string methods = "The filter:";
+  std::vector<std::string> names;
+  for (const auto& [name, explanation] : filterMethods()) {
+    methods += fmt::format("\n{} ({})", name, explanation);
+    names.push_back(name);
+  }
+  command->add_option("--method", filter.method, methods)->capture_default_str()->check(CLI::IsMember(names));
+  command->add_option("--points", filter.points, "So many points are to be left: neurons, or voxels about")
+      ->capture_default_str()
+      ->check(CLI::Range(std::size_t{1}, std::size_t{100000000}));
+  command->add_option("--leaf", filter.leaf, "Edge of a voxel [m]; default: the one that leaves --points")
+      ->check(positive());
+  command
+      ->add_option("--error", filter.gng.quantisationError, "Neurons: stop below this quantisation error [m]")
+      ->check(positive());
+  command->add_option("--deadline", filter.gng.seconds, "Neurons: stop after so many seconds")
+      ->check(positive());
+  command->add_option("--graph", arguments->graph, "Neurons: write their graph, too (.ply with edges)");
+  command
+      ->add_option("--noise", arguments->noise,
+                   "First add Gaussian noise of this standard deviation to x, y and z [m]")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--seed", arguments->seed, "Of the noise, and of the signals that neurons learn from")
+      ->capture_default_str();
+  command->add_flag("--normals", arguments->normals, "Write normals, towards the sensor at the origin");
+  command
+      ->add_option("--normal-radius", arguments->normalRadius,
+                   "Of the points that a normal is fitted to [m]; default: follows resolution and noise")
+      ->check(positive());
+  command->add_flag("--overwrite", arguments->overwrite, "Replace existing clouds");
+  const auto depth = "Depth pictures";
+  command
+      ->add_option("--depth-scale", arguments->file.depthScale,
+                   "What a metre is in their numbers; default: 16 bits 1000, 8 bits 25.5, float 1")
+      ->check(positive())
+      ->group(depth);
+  command
+      ->add_option(
+          "--intrinsics", arguments->file.intrinsics,
+          "The camera: file with fx fy cx cy, a 3×3 matrix, or a calibration of ROS or OpenCV; default: "
+          "camera-intrinsics.txt, intrinsics.txt or camera.yaml beside the picture or above")
+      ->group(depth);
+  command->add_option("--colours", arguments->file.colours, "Colour picture of the same view")->group(depth);
+  addJsonOption(*command, arguments->json);
+  addExamples(
+      *command,
+      "  estancia filter scene.pcd small.ply --points 10000 --graph graph.ply\n"
+      "  estancia filter scene.pcd small.pcd --method voxel --points 10000 --normals\n"
+      "  estancia filter scene.pcd noisy.pcd --method none --noise 0.005 --seed 3\n"
+      "  estancia filter kitchen/frame-000000.depth.png kitchen.ply --method none --intrinsics camera.txt");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace estancia::apps

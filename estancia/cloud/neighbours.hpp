@@ -1,0 +1,135 @@
+// Which points of a cloud lie around a place.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <opencv2/core/types.hpp>
+#include <span>
+#include <vector>
+
+#include "estancia/core/parallel.hpp"
+
+namespace estancia {
+
+struct Neighbour {
+  std::uint32_t index;  ///< in the cloud
+  float squared;        ///< of its distance [m²]
+};
+
+/// A k-d tree (Bentley 1975) over the finite points of a cloud, whose leaves are blocks of points that are
+/// compared at once. Exact, for any density and extent. Immutable: any number of threads may ask, each with a
+/// buffer of its own, which grows to what is needed and is then used again.
+class Neighbours {
+ public:
+  static constexpr std::size_t kBlock = 32;
+
+  /// kBlock points, apart by coordinate; x is NaN behind the last point of the last block.
+  struct alignas(64) Block {
+    float x[kBlock], y[kBlock], z[kBlock];
+    std::uint32_t index[kBlock];
+  };
+
+  /// A box around all points below it. Nodes lie in depth-first order: the first child of an inner node is
+  /// the next one, the second is where the first one's `skip` leads.
+  struct Node {
+    float low[3], high[3];
+    std::uint32_t skip;         ///< the node after all below this one
+    std::uint32_t first, last;  ///< its blocks: first ≤ b < last; a leaf has one
+  };
+
+  /// Copies what it needs of `points`, on `threads` threads (0: one a usable core); the result does not
+  /// depend on them. Throws Error on more points than an index can tell apart.
+  explicit Neighbours(std::span<const cv::Point3f> points, int threads = 1);
+
+  /// How many points are finite.
+  std::size_t size() const { return order_.size(); }
+
+  /// Their indices, such that neighbours in this list are neighbours in space: work in this order is quick.
+  std::span<const std::uint32_t> order() const { return order_; }
+
+  /// Where the i-th point of order() is.
+  cv::Point3f place(std::size_t i) const {
+    const Block& block = blocks_[i / kBlock];
+    const std::size_t j = i % kBlock;
+    return {block.x[j], block.y[j], block.z[j]};
+  }
+
+  /// The points at most `radius` [m] away, the one at `place` itself included; in a fixed order that means
+  /// nothing. Lies in `buffer` until that is used again. Nothing when `place` is not finite.
+  std::span<const Neighbour> within(const cv::Point3f& place, float radius,
+                                    std::vector<Neighbour>& buffer) const;
+
+  /// The `count` nearest points (fewer when there are no more) not beyond `farthest` [m], nearest first, the
+  /// one at `place` itself included. Which of several equally far ones is left out is fixed but means
+  /// nothing.
+  std::span<const Neighbour> nearest(const cv::Point3f& place, std::size_t count,
+                                     std::vector<Neighbour>& buffer,
+                                     float farthest = std::numeric_limits<float>::infinity()) const;
+
+  /// Calls use(i, neighbours) for every finite point i of the cloud with what within() says of it, on
+  /// `threads` threads (0: one a usable core); each i once, in no order.
+  template <class Use>
+  void eachWithin(float radius, int threads, const Use& use) const {
+    each(threads, [&](std::uint32_t i, const cv::Point3f& place, std::vector<Neighbour>& buffer) {
+      use(i, within(place, radius, buffer));
+    });
+  }
+
+  /// The same with what nearest() says.
+  template <class Use>
+  void eachNearest(std::size_t count, int threads, const Use& use) const {
+    each(threads, [&](std::uint32_t i, const cv::Point3f& place, std::vector<Neighbour>& buffer) {
+      use(i, nearest(place, count, buffer));
+    });
+  }
+
+  /// Calls use(block) with the number of each block that may hold points at most √squared [m] from `place`.
+  template <class Use>
+  void eachBlock(const cv::Point3f& place, float squared, const Use& use) const {
+    for (std::size_t i = 0; i < nodes_.size();) {
+      const Node& node = nodes_[i];
+      if (!(squaredTo(node, place) <= squared)) {  // NaN is not
+        i = node.skip;
+        continue;
+      }
+      if (node.last == node.first + 1) use(node.first);
+      ++i;
+    }
+  }
+  std::span<const Node> nodes() const { return nodes_; }
+  std::span<const Block> blocks() const { return blocks_; }
+
+ private:
+  struct Item;
+
+  /// From a place to the nearest point of a box, squared. Rounded as distances to points are, so never above
+  /// any of those.
+  static float squaredTo(const Node& node, const cv::Point3f& p) {
+    const float dx = std::max({node.low[0] - p.x, p.x - node.high[0], 0.F});
+    const float dy = std::max({node.low[1] - p.y, p.y - node.high[1], 0.F});
+    const float dz = std::max({node.low[2] - p.z, p.z - node.high[2], 0.F});
+    return dx * dx + dy * dy + dz * dz;
+  }
+  void build(std::span<Item> items, std::size_t node, std::size_t block, std::size_t threads);
+
+  template <class Work>
+  void each(int threads, const Work& work) const {
+    constexpr std::size_t together = 16;  // blocks
+    Progress silent;
+    inParallel((blocks_.size() + together - 1) / together, threads, silent,
+               "stopped while points were looked at", [&](std::size_t chunk) {
+                 std::vector<Neighbour> buffer;
+                 const std::size_t end = std::min(order_.size(), (chunk + 1) * together * kBlock);
+                 for (std::size_t i = chunk * together * kBlock; i < end; ++i)
+                   work(order_[i], place(i), buffer);
+               });
+  }
+
+  std::vector<Node> nodes_;
+  std::vector<Block> blocks_;
+  std::vector<std::uint32_t> order_;  ///< the indices of all blocks
+};
+
+}  // namespace estancia

@@ -1,0 +1,48 @@
+#include "estancia/cloud/noise.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+/// Box and Muller 1958, as std::normal_distribution is another one in every library.
+class Gaussian {
+ public:
+  explicit Gaussian(std::uint64_t seed) : bits_(seed) {}
+
+  double operator()() {
+    if (kept_) return *std::exchange(kept_, std::nullopt);
+    const double radius = std::sqrt(-2 * std::log(1 - uniform())), angle = 2 * std::numbers::pi * uniform();
+    kept_ = radius * std::sin(angle);
+    return radius * std::cos(angle);
+  }
+
+ private:
+  /// In [0, 1).
+  double uniform() { return static_cast<double>(bits_() >> 11U) * 0x1p-53; }
+
+  std::mt19937_64 bits_;  // the standard fixes its numbers
+  std::optional<double> kept_;
+};
+
+}  // namespace
+
+PointCloud withGaussianNoise(PointCloud cloud, double sigma, std::uint64_t seed) {
+  if (!(sigma >= 0) || !std::isfinite(sigma))
+    throw Error(fmt::format("noise cannot have a standard deviation of {} m; give one of 0 or more", sigma));
+  if (sigma == 0) return cloud;
+  Gaussian draw(seed);
+  for (cv::Point3f& p : cloud.points)
+    for (float* value : {&p.x, &p.y, &p.z}) *value = static_cast<float>(*value + sigma * draw());
+  return cloud;
+}
+
+}  // namespace estancia

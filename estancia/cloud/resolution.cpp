@@ -1,0 +1,139 @@
+#include "estancia/cloud/resolution.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "estancia/cloud/spread.hpp"
+
+namespace estancia {
+namespace {
+
+/// Places of points all over the cloud: every so many in the tree's order.
+std::vector<cv::Point3f> sampleOf(const Neighbours& points, std::size_t count) {
+  std::vector<cv::Point3f> sample;
+  const std::size_t n = points.size();
+  count = std::min(count, n);
+  for (std::size_t i = 0; i < count; ++i) sample.push_back(points.place((2 * i + 1) * n / (2 * count)));
+  return sample;
+}
+
+/// The middle one, or another quantile; reorders.
+double quantileOf(std::vector<double>& values, double quantile = 0.5) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(quantile * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// To the nearest point at another place, unless more duplicates hide it than a sensor would make.
+std::optional<double> nearestOther(const Neighbours& points, const cv::Point3f& place,
+                                   std::vector<Neighbour>& buffer) {
+  for (const std::size_t count : {2U, 16U, 128U})
+    for (const Neighbour& near : points.nearest(place, count, buffer))
+      if (near.squared > 0) return std::sqrt(static_cast<double>(near.squared));
+  return std::nullopt;
+}
+
+/// The points within a ball, from its middle on; reuses `found`.
+void collect(const Neighbours& points, const cv::Point3f& middle, double radius,
+             std::vector<cv::Vec3d>& found) {
+  found.clear();
+  points.eachBlock(middle, static_cast<float>(radius * radius), [&](std::uint32_t number) {
+    const Neighbours::Block& block = points.blocks()[number];
+    for (std::size_t i = 0; i < Neighbours::kBlock; ++i) {
+      const cv::Vec3d p(block.x[i] - middle.x, block.y[i] - middle.y, block.z[i] - middle.z);
+      if (p.dot(p) <= radius * radius) found.push_back(p);
+    }
+  });
+}
+
+/// The standard deviation of what lies within `radius` of a place, across the quadric through it.
+std::optional<double> noiseAt(const Neighbours& points, const cv::Point3f& place, double radius) {
+  constexpr std::size_t parameters = 6, fewest = 5 * parameters, most = 1000;  // enough for a good median
+  std::vector<cv::Vec3d> near;
+  collect(points, place, radius, near);
+  if (near.size() < fewest) return std::nullopt;
+  const cv::Vec3d n =
+      axesOf(spreadAround(points, place, static_cast<float>(radius * radius)).covariance).normal;
+  if (!(n.dot(n) > 0)) return std::nullopt;
+  const cv::Vec3d side = std::abs(n[0]) < 0.5 ? cv::Vec3d(1, 0, 0) : cv::Vec3d(0, 1, 0);
+  const cv::Vec3d across = n.cross(side), u = across / cv::norm(across), v = n.cross(u);
+
+  using Terms = cv::Matx<double, parameters, 1>;
+  const auto termsOf = [&](const cv::Vec3d& p) {
+    const double x = p.dot(u) / radius, y = p.dot(v) / radius;
+    return Terms(1, x, y, x * x, x * y, y * y);
+  };
+  std::size_t used = 0;
+  for (std::size_t i = 0; i < near.size(); i += 1 + near.size() / most) near[used++] = near[i];
+  near.resize(used);
+  cv::Matx<double, parameters, parameters> squares;
+  Terms right, surface;
+  for (const cv::Vec3d& p : near) {
+    const Terms terms = termsOf(p);
+    squares += terms * terms.t();
+    right += terms * p.dot(n);
+  }
+  if (!cv::solve(squares, right, surface, cv::DECOMP_CHOLESKY)) return std::nullopt;
+  std::vector<double> residuals;
+  for (const cv::Vec3d& p : near) residuals.push_back(std::abs(p.dot(n) - termsOf(p).dot(surface)));
+  constexpr double gaussian =
+      1.4826;  // the median of the absolute values times this is the standard deviation
+  const double freedom = static_cast<double>(used) / static_cast<double>(used - parameters);
+  return gaussian * std::sqrt(freedom) * quantileOf(residuals);
+}
+
+/// Of patches of one size all over the cloud. Edges and corners only ever add: a bit below the middle.
+std::optional<double> noiseOf(const Neighbours& points, double radius, int threads) {
+  constexpr std::size_t patches = 200;
+  constexpr double quantile = 0.4;
+  const auto sample = sampleOf(points, patches);
+  std::vector<std::optional<double>> found(sample.size());
+  Progress silent;
+  inParallel(sample.size(), threads, silent, "stopped while the noise was estimated",
+             [&](std::size_t i) { found[i] = noiseAt(points, sample[i], radius); });
+  std::vector<double> levels;
+  for (const auto& level : found)
+    if (level) levels.push_back(*level);
+  if (levels.empty()) return std::nullopt;
+  return quantileOf(levels, quantile);
+}
+
+}  // namespace
+
+double resolutionOf(const Neighbours& points) {
+  constexpr std::size_t places = 2000;
+  std::vector<Neighbour> buffer;
+  std::vector<double> distances;
+  for (const cv::Point3f& place : sampleOf(points, places))
+    if (const auto distance = nearestOther(points, place, buffer)) distances.push_back(*distance);
+  return distances.empty() ? 0 : quantileOf(distances);
+}
+
+double resolutionOf(const PointCloud& cloud) {
+  return resolutionOf(Neighbours(cloud.points));
+}
+
+double estimateNoise(const Neighbours& points, int threads) {
+  constexpr double smallest = 10,
+                   enough = 6;  // radii, of the resolution and of the noise: a ball cuts it off
+  constexpr double growth = 2.5;
+  constexpr int rounds = 6;
+  double radius = smallest * resolutionOf(points);
+  std::optional<double> noise;
+  for (int round = 0; round < rounds && radius > 0; ++round) {
+    noise = noiseOf(points, radius, threads);
+    const double wanted = noise ? enough * *noise : growth * radius;
+    if (wanted <= 1.1 * radius) break;
+    radius = std::min(wanted, growth * radius);
+  }
+  return noise.value_or(0);
+}
+
+double estimateNoise(const PointCloud& cloud, int threads) {
+  return estimateNoise(Neighbours(cloud.points, threads), threads);
+}
+
+}  // namespace estancia

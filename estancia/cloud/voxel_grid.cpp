@@ -1,0 +1,158 @@
+#include "estancia/cloud/voxel_grid.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+
+bool isFinite(const cv::Point3f& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
+/// Finds out which voxel each point is in; used again for another leaf, it takes no new memory.
+class VoxelTable {
+ public:
+  explicit VoxelTable(const std::vector<cv::Point3f>& points) : points_(points) {
+    if (points.size() >= kNone / 4)
+      throw Error(
+          fmt::format("a cloud of {} points is too large for a voxel grid; cut it up", points.size()));
+    slots_.resize(std::bit_ceil(2 * points.size() + 2));
+  }
+
+  /// Calls use(point, voxel) for each finite point; voxels are numbered as they appear. Returns their number.
+  template <class Use>
+  std::size_t number(double leaf, const Use& use) {
+    if (!(leaf > 0) || !std::isfinite(leaf))
+      throw Error(fmt::format("a voxel cannot have an edge of {} m; give one above 0", leaf));
+    const auto perMetre = static_cast<float>(1 / leaf);
+    std::ranges::fill(slots_, kNone);
+    keys_.clear();
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (!isFinite(points_[i])) continue;
+      const cv::Point3f& p = points_[i];
+      use(i, find({cell(p.x, perMetre), cell(p.y, perMetre), cell(p.z, perMetre)}));
+    }
+    return keys_.size();
+  }
+
+ private:
+  /// A float as coordinates are: an integer would overflow where the voxels are many.
+  using Key = std::array<float, 3>;
+
+  static float cell(float value, float perMetre) {
+    const float cell = std::floor(value * perMetre) + 0.F;  // 0 is never -0
+    return std::isfinite(cell) ? cell : value;              // next to such a value there is no other voxel
+  }
+
+  std::uint32_t find(const Key& key) {
+    std::uint64_t hash = 0;
+    for (const float value : key)
+      hash = (std::rotl(hash, 25) ^ std::bit_cast<std::uint32_t>(value)) * 0x9E3779B97F4A7C15U;
+    const std::size_t last = slots_.size() - 1;
+    for (std::size_t slot = (hash >> 32U ^ hash >> 7U) & last;; slot = (slot + 1) & last) {
+      std::uint32_t& voxel = slots_[slot];
+      if (voxel == kNone) {
+        voxel = static_cast<std::uint32_t>(keys_.size());
+        keys_.push_back(key);
+        return voxel;
+      }
+      if (keys_[voxel] == key) return voxel;
+    }
+  }
+
+  const std::vector<cv::Point3f>& points_;
+  std::vector<std::uint32_t> slots_;
+  std::vector<Key> keys_;  ///< of the voxels
+};
+
+/// What is summed up over a voxel.
+struct Sums {
+  cv::Point3d points, normals;
+  cv::Vec<std::uint64_t, 3> colours;
+  std::uint32_t count = 0;
+};
+
+}  // namespace
+
+PointCloud voxelGrid(const PointCloud& cloud, double leaf) {
+  requireWhole(cloud);
+  std::vector<Sums> voxels;
+  VoxelTable(cloud.points).number(leaf, [&](std::size_t i, std::uint32_t voxel) {
+    if (voxel == voxels.size()) voxels.emplace_back();
+    Sums& sums = voxels[voxel];
+    ++sums.count;
+    sums.points += cv::Point3d(cloud.points[i]);
+    if (!cloud.normals.empty() && isFinite(cloud.normals[i])) sums.normals += cv::Point3d(cloud.normals[i]);
+    for (int c = 0; c < 3 && !cloud.colours.empty(); ++c) sums.colours[c] += cloud.colours[i][c];
+  });
+  PointCloud result;
+  result.width = voxels.size();
+  result.height = 1;
+  result.points.reserve(voxels.size());
+  for (const Sums& sums : voxels) {
+    result.points.emplace_back(sums.points / static_cast<double>(sums.count));
+    if (!cloud.normals.empty()) result.normals.push_back(asNormal(sums.normals));
+    if (cloud.colours.empty()) continue;
+    const auto mean = [&](int c) {
+      return static_cast<uchar>((sums.colours[c] + sums.count / 2) / sums.count);
+    };
+    result.colours.emplace_back(mean(0), mean(1), mean(2));
+  }
+  return result;
+}
+
+std::size_t voxelCount(const PointCloud& cloud, double leaf) {
+  return VoxelTable(cloud.points).number(leaf, [](std::size_t, std::uint32_t) {});
+}
+
+Leaf findLeaf(const PointCloud& cloud, std::size_t points) {
+  cv::Point3f low, high;
+  bool any = false;
+  for (const cv::Point3f& p : cloud.points) {
+    if (!isFinite(p)) continue;
+    if (!any) low = high = p;
+    any = true;
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  if (!any || points == 0)
+    throw Error(any ? "a voxel grid cannot leave 0 points; ask for some"
+                    : "a cloud without points has no voxels");
+  const double extent = std::max({static_cast<double>(high.x) - low.x, static_cast<double>(high.y) - low.y,
+                                  static_cast<double>(high.z) - low.z});
+  if (extent == 0) return {1, voxelCount(cloud, 1)};
+
+  VoxelTable table(cloud.points);
+  Leaf best;
+  const auto distance = [points](std::size_t count) {
+    return count > points ? count - points : points - count;
+  };
+  // Surfaces leave about (extent / leaf)² points: from every count follows a better leaf. Every third step
+  // halves what is left instead, until leaves hardly differ.
+  double small = extent * 0x1p-24, large = 2 * extent,
+         guess = extent / std::sqrt(static_cast<double>(points));
+  for (int step = 0; step < 100 && large / small > 1 + 1e-6; ++step) {
+    const bool sensible = guess > small && guess < large;
+    const double leaf = sensible && step % 3 != 2 ? guess : std::sqrt(small * large);
+    const std::size_t count = table.number(leaf, [](std::size_t, std::uint32_t) {});
+    if (best.points == 0 || distance(count) < distance(best.points)) best = {leaf, count};
+    if (count == points) break;
+    (count > points ? small : large) = leaf;
+    guess = leaf * std::sqrt(static_cast<double>(count) / static_cast<double>(points));
+  }
+  return best;
+}
+
+}  // namespace estancia

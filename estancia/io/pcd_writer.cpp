@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <iterator>
+#include <string>
+
+#include "estancia/core/bytes.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/pcd.hpp"
+
+namespace estancia {
+namespace {
+
+std::uint32_t packed(const cv::Vec3b& bgr) {
+  return std::uint32_t{bgr[2]} << 16U | std::uint32_t{bgr[1]} << 8U | std::uint32_t{bgr[0]};
+}
+
+std::string headerOf(const PointCloud& cloud, bool ascii) {
+  std::string fields = "x y z", sizes = "4 4 4", types = "F F F", counts = "1 1 1";
+  if (!cloud.colours.empty()) fields += " rgb", sizes += " 4", types += " U", counts += " 1";
+  if (!cloud.normals.empty())
+    fields += " normal_x normal_y normal_z", sizes += " 4 4 4", types += " F F F", counts += " 1 1 1";
+  return fmt::format(
+      "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS {}\nSIZE {}\nTYPE {}\nCOUNT {}\nWIDTH "
+      "{}\n"
+      "HEIGHT {}\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {}\nDATA {}\n",
+      fields, sizes, types, counts, cloud.width, cloud.height, cloud.points.size(),
+      ascii ? "ascii" : "binary");
+}
+
+std::string textOf(const PointCloud& cloud) {
+  std::string text;
+  const auto out = std::back_inserter(text);
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    const cv::Point3f& p = cloud.points[i];
+    fmt::format_to(out, "{} {} {}", p.x, p.y, p.z);
+    if (!cloud.colours.empty()) fmt::format_to(out, " {}", packed(cloud.colours[i]));
+    if (!cloud.normals.empty()) {
+      const cv::Point3f& n = cloud.normals[i];
+      fmt::format_to(out, " {} {} {}", n.x, n.y, n.z);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+std::string bytesOf(const PointCloud& cloud) {
+  ByteWriter bytes;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    for (const float value : {cloud.points[i].x, cloud.points[i].y, cloud.points[i].z}) bytes.number(value);
+    if (!cloud.colours.empty()) bytes.number(packed(cloud.colours[i]));
+    if (cloud.normals.empty()) continue;
+    for (const float value : {cloud.normals[i].x, cloud.normals[i].y, cloud.normals[i].z})
+      bytes.number(value);
+  }
+  return bytes.bytes();
+}
+
+}  // namespace
+
+void writePcd(const std::filesystem::path& file, const PointCloud& cloud, bool ascii) {
+  requireWhole(cloud);
+  if (cloud.points.empty())
+    throw Error(fmt::format("{}: a cloud without points is not written", io::printable(file.string())));
+  writeWhole(file, headerOf(cloud, ascii) + (ascii ? textOf(cloud) : bytesOf(cloud)));
+}
+
+}  // namespace estancia

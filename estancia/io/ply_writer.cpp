@@ -1,0 +1,100 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "estancia/core/bytes.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/ply.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr std::uint32_t kLeftOut = std::numeric_limits<std::uint32_t>::max();
+
+/// The vertex that each point becomes.
+std::vector<std::uint32_t> verticesOf(const PointCloud& cloud) {
+  std::vector<std::uint32_t> vertices;
+  vertices.reserve(cloud.points.size());
+  std::uint32_t next = 0;
+  for (const cv::Point3f& p : cloud.points)
+    vertices.push_back(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) ? next++ : kLeftOut);
+  return vertices;
+}
+
+std::string headerOf(const PointCloud& cloud, std::size_t vertices, std::size_t edges, bool ascii) {
+  std::string header = fmt::format("ply\nformat {} 1.0\nelement vertex {}\n",
+                                   ascii ? "ascii" : "binary_little_endian", vertices);
+  header += "property float x\nproperty float y\nproperty float z\n";
+  if (!cloud.normals.empty()) header += "property float nx\nproperty float ny\nproperty float nz\n";
+  if (!cloud.colours.empty()) header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  if (edges > 0)
+    header += fmt::format("element edge {}\nproperty int vertex1\nproperty int vertex2\n", edges);
+  return header + "end_header\n";
+}
+
+/// Numbers as they are, or as words of a line.
+class Body {
+ public:
+  explicit Body(bool ascii) : ascii_(ascii) {}
+  template <class Value>
+  void number(Value value) {
+    if (!ascii_)
+      binary_.number(value);
+    else
+      fmt::format_to(std::back_inserter(text_), "{} ", value);
+  }
+  void numbers(const cv::Point3f& p) {
+    for (const float value : {p.x, p.y, p.z}) number(value);
+  }
+  void endElement() {
+    if (ascii_) text_.back() = '\n';
+  }
+  const std::string& bytes() const { return ascii_ ? text_ : binary_.bytes(); }
+
+ private:
+  bool ascii_;
+  ByteWriter binary_;
+  std::string text_;
+};
+
+}  // namespace
+
+void writePly(const std::filesystem::path& file, const PointCloud& cloud, const CloudEdges& edges,
+              bool ascii) {
+  const auto refuse = [&](const std::string& why) {
+    throw Error(fmt::format("{}: {}", io::printable(file.string()), why));
+  };
+  requireWhole(cloud);
+  constexpr auto most = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());
+  if (cloud.points.size() > most) refuse("too many points for a PLY file; thin the cloud out");
+  const auto vertices = verticesOf(cloud);
+  Body body(ascii);
+  std::size_t written = 0;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (vertices[i] == kLeftOut) continue;
+    ++written;
+    body.numbers(cloud.points[i]);
+    if (!cloud.normals.empty()) body.numbers(cloud.normals[i]);
+    if (!cloud.colours.empty())
+      for (const int c : {2, 1, 0}) body.number(cloud.colours[i][c]);
+    body.endElement();
+  }
+  if (written == 0) refuse("a cloud without points is not written");
+  for (const auto& [from, to] : edges) {
+    if (from >= vertices.size() || to >= vertices.size() || vertices[from] == kLeftOut ||
+        vertices[to] == kLeftOut)
+      refuse(fmt::format("an edge leads from point {} to {}, of which one is not there", from, to));
+    body.number(static_cast<std::int32_t>(vertices[from]));
+    body.number(static_cast<std::int32_t>(vertices[to]));
+    body.endElement();
+  }
+  writeWhole(file, headerOf(cloud, written, edges.size(), ascii) + body.bytes());
+}
+
+}  // namespace estancia

@@ -1,0 +1,124 @@
+// The filters by name, and what each does with clouds that are hardly any.
+#include "estancia/cloud/filter.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "estancia/cloud/noise.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::errorOf;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+FilterOptions filterBy(const std::string& method, std::size_t points) {
+  FilterOptions options;
+  options.method = method;
+  options.points = points;
+  options.gng.signalsPerInsertion = 100;
+  return options;
+}
+
+PointCloud filtered(const PointCloud& cloud, const FilterOptions& options) {
+  Progress silent;
+  return filterCloud(cloud, options, silent);
+}
+
+/// An organised plane with holes, a bit rough.
+PointCloud plane() {
+  PointCloud cloud;
+  cloud.width = 80;
+  cloud.height = 60;
+  for (int i = 0; i < 4800; ++i) {
+    cloud.points.emplace_back(0.01F * static_cast<float>(i % 80), 0.01F * static_cast<float>(i / 80), 1.F);
+    if (i % 10 == 0) cloud.points.back().z = kNaN;
+    cloud.colours.emplace_back(i % 256, 1, 2);
+  }
+  return withGaussianNoise(cloud, 0.002, 1);
+}
+
+TEST(Filter, NoneLeavesTheCloudAsItIs) {
+  const PointCloud cloud = plane(), same = filtered(cloud, filterBy("none", 10));
+  EXPECT_EQ(same.points.size(), cloud.points.size());
+  EXPECT_EQ(same.colours, cloud.colours);
+  EXPECT_TRUE(same.organised());
+  EXPECT_TRUE(filtered({}, filterBy("none", 10)).points.empty());
+}
+
+TEST(Filter, LeavesSoManyPoints) {
+  const std::size_t voxels = filtered(plane(), filterBy("voxel", 500)).points.size();
+  EXPECT_NEAR(static_cast<double>(voxels), 500, 2);
+  Progress silent;
+  const FilteredCloud neurons = filterWithDetails(plane(), filterBy("gng", 300), silent);
+  EXPECT_EQ(neurons.cloud.points.size(), 300U);
+  EXPECT_EQ(neurons.cloud.width, 300U);
+  EXPECT_GT(neurons.gas.edges.size(), 300U);
+  EXPECT_EQ(neurons.gas.stop, GngStop::neurons);
+}
+
+TEST(Filter, ALeafGoesBeforeTheNumberOfPoints) {
+  FilterOptions options = filterBy("voxel", 10);
+  options.leaf = 0.1;
+  const std::size_t voxels = filtered(plane(), options).points.size();
+  EXPECT_GT(voxels, 47U);  // 8 × 6, and some where the noise reaches into the next
+  EXPECT_LT(voxels, 140U);
+  for (const double leaf : {-1.0, std::nan(""), HUGE_VAL}) {
+    options.leaf = leaf;
+    EXPECT_THAT(errorOf([&] { filtered(plane(), options); }), HasSubstr("edge")) << leaf;
+  }
+}
+
+TEST(Filter, KeepsAllFinitePointsWhereThereIsNothingToThinOut) {
+  for (const char* method : {"voxel", "gng"}) {
+    const PointCloud all = filtered(plane(), filterBy(method, 4320));
+    EXPECT_EQ(all.points.size(), 4320U) << method;
+    EXPECT_EQ(all.width, 4320U) << method;
+    EXPECT_FALSE(all.organised()) << method;
+  }
+  EXPECT_EQ(filtered(plane(), filterBy("voxel", 4320)).colours.size(), 4320U);
+}
+
+TEST(Filter, RefusesCloudsWithoutPoints) {
+  PointCloud holes;
+  holes.points.assign(12, {kNaN, kNaN, kNaN});
+  holes.width = 4;
+  holes.height = 3;
+  for (const char* method : {"voxel", "gng"}) {
+    EXPECT_THAT(errorOf([&] { filtered(holes, filterBy(method, 5)); }), HasSubstr("finite")) << method;
+    EXPECT_NE(errorOf([&] { filtered({}, filterBy(method, 5)); }), "") << method;
+  }
+}
+
+TEST(Filter, HardlyAnyPoints) {
+  PointCloud one;
+  one.points = {{1, 2, 3}};
+  one.width = one.height = 1;
+  PointCloud same = one;
+  same.points.assign(50, {1, 2, 3});
+  same.width = 50;
+  for (const char* method : {"voxel", "gng"}) {
+    EXPECT_EQ(filtered(one, filterBy(method, 5)).points.at(0), cv::Point3f(1, 2, 3)) << method;
+    EXPECT_EQ(filtered(same, filterBy(method, 5)).points.at(0), cv::Point3f(1, 2, 3)) << method;
+  }
+}
+
+TEST(Filter, RefusesOtherNamesAndTornClouds) {
+  EXPECT_THAT(errorOf([&] { filtered(plane(), filterBy("sieve", 5)); }),
+              AllOf(HasSubstr("\"sieve\""), HasSubstr("none, voxel, gng")));
+  PointCloud torn = plane();
+  torn.colours.pop_back();
+  for (const auto& [method, explanation] : filterMethods())
+    EXPECT_THAT(errorOf([&, name = method] { filtered(torn, filterBy(name, 5)); }),
+                HasSubstr("4799 colours"));
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,130 @@
+// Noise that is put into clouds, and found in them again.
+#include "estancia/cloud/noise.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "estancia/cloud/resolution.hpp"
+#include "estancia/io/pcd.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::errorOf;
+using ::testing::HasSubstr;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+PointCloud cloudOf(std::vector<cv::Point3f> points) {
+  PointCloud cloud;
+  cloud.points = std::move(points);
+  cloud.width = cloud.points.size();
+  cloud.height = 1;
+  return cloud;
+}
+
+/// A bowl of 2 m, a point each 10 mm.
+PointCloud bowl(float scale = 1) {
+  std::vector<cv::Point3f> points;
+  for (int y = -100; y < 100; ++y)
+    for (int x = -100; x < 100; ++x) {
+      const float u = 0.01F * static_cast<float>(x), v = 0.01F * static_cast<float>(y);
+      points.emplace_back(scale * u, scale * v, scale * (2 - 0.3F * (u * u + v * v)));
+    }
+  return cloudOf(std::move(points));
+}
+
+TEST(Noise, HasItsStandardDeviationAlongEachAxis) {
+  const PointCloud clean = bowl();
+  const PointCloud noisy = withGaussianNoise(clean, 0.01, 3);
+  cv::Matx33d products;
+  cv::Vec3d sum;
+  int inside = 0;
+  const auto n = static_cast<double>(clean.points.size());
+  for (std::size_t i = 0; i < clean.points.size(); ++i) {
+    const cv::Point3f d = noisy.points[i] - clean.points[i];
+    const cv::Vec3d v(d.x, d.y, d.z);
+    sum += v;
+    products += v * v.t();
+    inside += std::abs(d.x) < 0.01 ? 1 : 0;
+  }
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_NEAR(sum[a] / n, 0, 0.0002);
+    for (int b = 0; b < 3; ++b) EXPECT_NEAR(products(a, b) / n, a == b ? 1e-4 : 0, 3e-6);
+  }
+  EXPECT_NEAR(inside / n, 0.6827, 0.01);  // Gaussian
+}
+
+// The numbers themselves, so that no standard library's own distribution slips in.
+TEST(Noise, IsTheSameEverywhere) {
+  const PointCloud noisy = withGaussianNoise(cloudOf({{0, 0, 0}, {kNaN, 1, 1}, {0, 0, 0}}), 1, 42);
+  EXPECT_EQ(noisy.points[0], withGaussianNoise(cloudOf({{0, 0, 0}}), 1, 42).points[0]);
+  EXPECT_TRUE(std::isnan(noisy.points[1].x));
+  EXPECT_NE(noisy.points[2], noisy.points[0]);
+  const PointCloud whole = withGaussianNoise(cloudOf({{0, 0, 0}, {1, 1, 1}, {0, 0, 0}}), 1, 42);
+  EXPECT_EQ(whole.points[2], noisy.points[2]);  // a hole takes its share
+  EXPECT_NE(withGaussianNoise(cloudOf({{0, 0, 0}}), 1, 43).points[0], noisy.points[0]);
+  EXPECT_FLOAT_EQ(noisy.points[0].x, -1.07717454F);
+  EXPECT_FLOAT_EQ(noisy.points[0].y, -1.28606343F);
+  EXPECT_FLOAT_EQ(noisy.points[0].z, 1.09451985F);
+}
+
+TEST(Noise, RefusesWhatIsNoDeviation) {
+  for (const double sigma : {-0.001, std::nan(""), HUGE_VAL})
+    EXPECT_THAT(errorOf([&] { withGaussianNoise(bowl(), sigma, 1); }), HasSubstr("standard deviation"));
+  EXPECT_EQ(withGaussianNoise(bowl(), 0, 1).points, bowl().points);
+}
+
+TEST(Resolution, IsTheDistanceToTheNextPlace) {
+  EXPECT_NEAR(resolutionOf(bowl()), 0.0101, 0.0002);
+  EXPECT_NEAR(resolutionOf(bowl(1000)), 10.1, 0.2);
+  PointCloud twice = bowl();
+  const std::vector<cv::Point3f> once = twice.points;
+  for (int copy = 0; copy < 9; ++copy) twice.points.insert(twice.points.end(), once.begin(), once.end());
+  EXPECT_NEAR(resolutionOf(twice), 0.0101, 0.0002);
+  EXPECT_EQ(resolutionOf(PointCloud()), 0);
+  EXPECT_EQ(resolutionOf(cloudOf({{1, 2, 3}, {kNaN, 1, 1}})), 0);
+  EXPECT_EQ(resolutionOf(cloudOf(std::vector<cv::Point3f>(1000, {1, 2, 3}))), 0);
+  EXPECT_EQ(resolutionOf(cloudOf({{0, 0, 0}, {3, 4, 0}})), 5);
+}
+
+TEST(EstimateNoise, FindsWhatWasPutIn) {
+  for (const float scale : {1.F, 1000.F}) {
+    EXPECT_LT(estimateNoise(bowl(scale)), 1e-4 * scale);
+    for (const double sigma : {0.001, 0.005, 0.02}) {
+      const PointCloud noisy = withGaussianNoise(bowl(scale), sigma * scale, 9);
+      EXPECT_NEAR(estimateNoise(noisy, 2) / scale, sigma, 0.1 * sigma);
+      EXPECT_EQ(estimateNoise(noisy, 1), estimateNoise(noisy, 3));
+    }
+  }
+}
+
+TEST(EstimateNoise, IsNothingWhereThereIsNoSurface) {
+  EXPECT_EQ(estimateNoise(PointCloud()), 0);
+  EXPECT_EQ(estimateNoise(cloudOf({{1, 2, 3}})), 0);
+  EXPECT_EQ(estimateNoise(cloudOf(std::vector<cv::Point3f>(1000, {1, 2, 3}))), 0);
+  EXPECT_EQ(estimateNoise(cloudOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})), 0);
+  std::vector<cv::Point3f> line;
+  for (int i = 0; i < 500; ++i) line.emplace_back(static_cast<float>(i), 0.F, 0.F);
+  EXPECT_EQ(estimateNoise(cloudOf(line)), 0);
+}
+
+TEST(EstimateNoise, OnRealScenes) {
+  const auto data = test::findData("shot_kinect");
+  ESTANCIA_NEEDS(data, "shot_kinect is not unpacked");
+  const PointCloud scene = readPcd(*data / "scenes/scene001.pcd");
+  const double own = estimateNoise(scene);
+  EXPECT_GT(own, 0.0003);
+  EXPECT_LT(own, 0.001);
+  for (const double sigma : {0.001, 0.005, 0.01}) {
+    const double truth = std::hypot(own, sigma);
+    EXPECT_NEAR(estimateNoise(withGaussianNoise(scene, sigma, 1)), truth, 0.1 * truth);
+  }
+}
+
+}  // namespace
+}  // namespace estancia

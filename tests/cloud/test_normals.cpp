@@ -1,0 +1,190 @@
+// Normals and the spread behind them, beside exact shapes and PCL's.
+#include "estancia/cloud/normals.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <random>
+
+#include "estancia/cloud/spread.hpp"
+#include "estancia/io/cloud_file.hpp"
+#include "support/support.hpp"
+
+#ifdef ESTANCIA_HAS_PCL
+#include <pcl/features/normal_3d.h>
+#include <pcl/point_types.h>
+#endif
+
+namespace estancia {
+namespace {
+
+using test::errorOf;
+using ::testing::Each;
+using ::testing::HasSubstr;
+using ::testing::Truly;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+bool isNone(const cv::Point3f& n) {
+  return std::isnan(n.x) && std::isnan(n.y) && std::isnan(n.z);
+}
+
+PointCloud cloudOf(std::vector<cv::Point3f> points) {
+  PointCloud cloud;
+  cloud.points = std::move(points);
+  cloud.width = cloud.points.size();
+  cloud.height = 1;
+  return cloud;
+}
+
+NormalOptions within(double radius, int threads = 1) {
+  NormalOptions options;
+  options.radius = radius;
+  options.threads = threads;
+  return options;
+}
+
+std::vector<cv::Point3f> grid(int side, const cv::Point3f& start, const cv::Point3f& u,
+                              const cv::Point3f& v) {
+  std::vector<cv::Point3f> points;
+  for (int i = 0; i < side * side; ++i)
+    points.push_back(start + static_cast<float>(i % side) * u + static_cast<float>(i / side) * v);
+  return points;
+}
+
+TEST(Normals, OfAPlaneTowardsTheViewpoint) {
+  for (const float away : {0.F, 1000.F}) {  // as exact far from the origin, but for its coordinates
+    NormalOptions options = within(0.1);
+    options.viewpoint = {away, away, 5};
+    const auto normals =
+        estimateNormals(cloudOf(grid(40, {away, away, 0}, {0.015625F, 0, 0}, {0, 0.015625F, 0})), options);
+    for (const cv::Point3f& n : normals) EXPECT_LT(cv::norm(n - cv::Point3f(0, 0, 1)), 1e-6);
+    options.viewpoint.z = -5;
+    options.radius = 0;
+    options.neighbours = 8;
+    const auto others =
+        estimateNormals(cloudOf(grid(40, {away, away, 0}, {0.015625F, 0, 0}, {0, 0.015625F, 0})), options);
+    for (const cv::Point3f& n : others) EXPECT_LT(cv::norm(n - cv::Point3f(0, 0, -1)), 1e-6);
+  }
+}
+
+TEST(Normals, OfASphereInAnyUnit) {
+  for (const double scale : {1.0, 1000.0}) {
+    std::mt19937 random(3);
+    std::vector<cv::Point3f> points;
+    while (points.size() < 20000) {
+      const auto draw = [&] { return static_cast<double>(random()) / 2147483648.0 - 1; };
+      const cv::Point3d p(draw(), draw(), draw());
+      if (p.dot(p) < 1 && p.dot(p) > 0.01) points.emplace_back(p * (scale / cv::norm(p)));
+    }
+    const auto normals = estimateNormals(cloudOf(points), within(0.1 * scale));
+    for (std::size_t i = 0; i < points.size(); ++i) EXPECT_LT(normals[i].dot(points[i]) / scale, -0.99);
+    EXPECT_EQ(normals, estimateNormals(cloudOf(points), within(0.1 * scale, 4)));
+  }
+}
+
+TEST(Normals, AtOtherPlacesThanThePoints) {
+  const Neighbours plane(grid(20, {0, 0, 1}, {0.1F, 0, 0}, {0, 0.1F, 0}));
+  const std::vector<cv::Point3f> places = {{1.03F, 1.02F, 1.1F}, {50, 0, 1}, {kNaN, 0, 1}};
+  const auto normals = estimateNormals(places, plane, within(0.3));
+  EXPECT_LT(cv::norm(normals[0] - cv::Point3f(0, 0, -1)), 1e-5);
+  EXPECT_TRUE(isNone(normals[1]));
+  EXPECT_TRUE(isNone(normals[2]));
+}
+
+TEST(Normals, NoneWhereNoPlaneIs) {
+  EXPECT_TRUE(estimateNormals(PointCloud(), within(1)).empty());
+  EXPECT_THAT(estimateNormals(cloudOf({{0, 0, 1}}), within(1)), Each(Truly(isNone)));
+  EXPECT_THAT(estimateNormals(cloudOf({{0, 0, 1}, {0.1F, 0, 1}}), within(1)), Each(Truly(isNone)));
+  std::vector<cv::Point3f> line, same(100, {1, 2, 3});
+  for (int i = 0; i < 100; ++i) line.push_back(static_cast<float>(i) * cv::Point3f(0.1F, 0.3F, -0.2F));
+  EXPECT_THAT(estimateNormals(cloudOf(line), within(3)), Each(Truly(isNone)));
+  EXPECT_THAT(estimateNormals(cloudOf(same), within(3)), Each(Truly(isNone)));
+  NormalOptions nearest;
+  nearest.neighbours = 10;
+  EXPECT_THAT(estimateNormals(cloudOf(same), nearest), Each(Truly(isNone)));
+  for (const NormalOptions& wrong :
+       {NormalOptions{}, NormalOptions{1, 5}, NormalOptions{-1}, within(HUGE_VAL)})
+    EXPECT_THAT(errorOf([&] { estimateNormals(cloudOf(same), wrong); }), HasSubstr("one of the two"));
+}
+
+TEST(Spread, AsSummedUpOneByOne) {
+  const std::vector<cv::Point3f> points =
+      grid(30, {5, -3, 2}, {0.02F, 0.01F, 0.003F}, {-0.004F, 0.02F, 0.01F});
+  const Neighbours tree(points);
+  const cv::Point3f place(5.1F, -2.6F, 2.1F);
+  const float squared = 0.04F;
+  cv::Vec3d sum;
+  cv::Matx33d products;
+  std::size_t count = 0;
+  for (const cv::Point3f& p : points) {
+    const cv::Point3f d = p - place;
+    if (d.x * d.x + d.y * d.y + d.z * d.z > squared) continue;
+    const cv::Vec3d v(d.x, d.y, d.z);
+    sum += v;
+    products += v * v.t();
+    ++count;
+  }
+  const Spread spread = spreadAround(tree, place, squared);
+  ASSERT_EQ(spread.count, count);
+  const cv::Vec3d mean = sum / static_cast<double>(count);
+  EXPECT_LT(cv::norm(spread.offset - mean), 1e-8);
+  const cv::Matx33d covariance = products * (1.0 / static_cast<double>(count)) - mean * mean.t();
+  EXPECT_LT(cv::norm(spread.covariance - covariance), 1e-8);
+  EXPECT_EQ(spreadAround(tree, {kNaN, 0, 0}, 1).count, 0U);
+  EXPECT_EQ(spreadAround(tree, {500, 0, 0}, 1).count, 0U);
+}
+
+TEST(Axes, AsAnIterativeSolverHasThem) {
+  cv::RNG random(4);
+  for (int i = 0; i < 2000; ++i) {
+    cv::Matx33d factor;
+    for (double& v : factor.val) v = random.gaussian(1);
+    for (int c = 0; c < 3; ++c) factor(0, c) *= std::pow(10, -i % 5);  // flatter and flatter
+    const cv::Matx33d covariance = factor.t() * factor;
+    cv::Vec3d values;
+    cv::Matx33d vectors;
+    cv::eigen(covariance, values, vectors);  // largest first
+    const Axes axes = axesOf(covariance);
+    for (int k = 0; k < 3; ++k)
+      EXPECT_NEAR(axes.variances[static_cast<std::size_t>(k)], values[2 - k], 1e-10 * values[0]);
+    const cv::Vec3d expected(vectors(2, 0), vectors(2, 1), vectors(2, 2));
+    if (values[1] - values[2] > 1e-3 * values[0]) {
+      EXPECT_NEAR(std::abs(axes.normal.dot(expected)), 1, 1e-9);
+    }
+  }
+}
+
+#ifdef ESTANCIA_HAS_PCL
+TEST(Normals, AsPclHasThem) {
+  const auto data = test::findData("shot_kinect");
+  ESTANCIA_NEEDS(data, "shot_kinect is not unpacked");
+  const PointCloud cloud = readCloud(*data / "meshes/mario000_0.ply");
+  pcl::PointCloud<pcl::PointXYZ>::Ptr points(new pcl::PointCloud<pcl::PointXYZ>);
+  for (const cv::Point3f& p : cloud.points) points->push_back({p.x, p.y, p.z});
+  for (const double radius : {0.006, 0.02}) {
+    pcl::NormalEstimation<pcl::PointXYZ, pcl::Normal> estimation;
+    estimation.setInputCloud(points);
+    estimation.setRadiusSearch(radius);
+    pcl::PointCloud<pcl::Normal> theirs;
+    estimation.compute(theirs);
+    const auto ours = estimateNormals(cloud, within(radius));
+    std::size_t apart = 0;
+    for (std::size_t i = 0; i < ours.size(); ++i) {
+      const auto& n = theirs[i];
+      ASSERT_EQ(isNone(ours[i]), std::isnan(n.normal_x)) << i;
+      // They sum in single precision, and a point at the very radius may be in or out.
+      if (!isNone(ours[i]) &&
+          !(ours[i].dot({n.normal_x, n.normal_y, n.normal_z}) > std::cos(0.5 * CV_PI / 180)))
+        ++apart;
+    }
+    EXPECT_LE(apart, ours.size() / 500);
+  }
+}
+#endif
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,237 @@
+// Point clouds in PLY files: the three forms, what others put into them, and what must be refused.
+#include "estancia/io/ply.hpp"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::errorOf;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+template <typename T>
+std::string bytesOf(T value, bool swapped = false) {
+  std::string bytes(sizeof value, '\0');
+  std::memcpy(bytes.data(), &value, sizeof value);
+  if (swapped) std::ranges::reverse(bytes);
+  return bytes;
+}
+
+std::string header(const std::string& format, const std::string& elements) {
+  return "ply\nformat " + format + " 1.0\ncomment made by hand\n" + elements + "end_header\n";
+}
+const std::string kPoints = "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n";
+const std::string kFaces = "element face 1\nproperty list uchar int vertex_indices\n";
+
+class Ply : public ::testing::Test {
+ protected:
+  PointCloud read(const std::string& bytes) {
+    test::writeFile(folder_ / "cloud.ply", bytes);
+    return readPly(folder_ / "cloud.ply");
+  }
+  std::string refusal(const std::string& bytes) {
+    return errorOf([&] { read(bytes); });
+  }
+  test::ScratchFolder folder_;
+};
+
+void expectTwoPoints(const PointCloud& cloud) {
+  ASSERT_EQ(cloud.points.size(), 2U);
+  EXPECT_EQ(cloud.width, 2U);
+  EXPECT_EQ(cloud.height, 1U);
+  EXPECT_EQ(cloud.points[0], cv::Point3f(1, -2.5F, 3));
+  EXPECT_EQ(cloud.points[1].y, 5);
+  EXPECT_TRUE(std::isnan(cloud.points[1].z));
+}
+
+TEST_F(Ply, ReadsItsThreeForms) {
+  expectTwoPoints(read(header("ascii", kPoints) + "1 -2.5 3\n4 5 nan\n"));
+  expectTwoPoints(read(header("ascii", kPoints + kFaces) + "1 -2.5\t3\r\n4 5 nan\n3 0 1 0"));
+  for (const bool big : {false, true}) {
+    std::string data;
+    for (const float value : {1.F, -2.5F, 3.F, 4.F, 5.F, kNaN}) data += bytesOf(value, big);
+    const std::string format = big ? "binary_big_endian" : "binary_little_endian";
+    expectTwoPoints(read(header(format, kPoints) + data));
+    data += "\x02" + bytesOf(std::int32_t{0}, big) + bytesOf(std::int32_t{1}, big);
+    expectTwoPoints(read(header(format, kPoints + kFaces) + data));
+  }
+}
+
+TEST_F(Ply, TakesOtherNumbersAndPassesOverTheRest) {
+  const std::string elements =
+      "obj_info whatever this is\nelement camera 1\nproperty list ushort double view\nproperty int8 on\n"
+      "element nothing 18446744073709551615\nelement vertex 1\nproperty uchar blue\nproperty double z\n"
+      "property list int8 float32 weights\nproperty int16 y\nproperty float64 nx\nproperty float ny\n"
+      "property float nz\nproperty uint32 x\nproperty ushort green\nproperty float red\n";
+  for (const bool big : {false, true}) {
+    const std::string data = bytesOf(std::uint16_t{2}, big) + bytesOf(1.0, big) + bytesOf(2.0, big) + "\x01" +
+                             "\x10" + bytesOf(0.5, big) + "\x01" + bytesOf(9.F, big) +
+                             bytesOf(std::int16_t{-7}, big) + bytesOf(0.0, big) + bytesOf(0.F, big) +
+                             bytesOf(-2.F, big) + bytesOf(std::uint32_t{12}, big) +
+                             bytesOf(std::uint16_t{65535}, big) + bytesOf(0.2F, big);
+    const PointCloud cloud =
+        read(header(big ? "binary_big_endian" : "binary_little_endian", elements) + data);
+    EXPECT_THAT(cloud.points, ElementsAre(cv::Point3f(12, -7, 0.5F)));
+    EXPECT_THAT(cloud.normals, ElementsAre(cv::Point3f(0, 0, -1)));
+    EXPECT_THAT(cloud.colours, ElementsAre(cv::Vec3b(16, 255, 51)));
+  }
+  const PointCloud cloud =
+      read(header("ascii", elements) + "2 1 2 1\n16 0.5 3 7 7 7 -7 0 0 0 12 65535 0.2\n");
+  EXPECT_THAT(cloud.points, ElementsAre(cv::Point3f(12, -7, 0.5F)));
+  EXPECT_TRUE(std::isnan(cloud.normals.at(0).x));  // 0 0 0 has no direction
+  EXPECT_THAT(cloud.colours, ElementsAre(cv::Vec3b(16, 255, 51)));
+}
+
+PointCloud three() {
+  PointCloud cloud;
+  cloud.points = {{0.1F, 1e-8F, -3}, {kNaN, 1, 1}, {1.F / 3, 2e7F, 5}};
+  for (const int c : {1, 4, 255}) cloud.colours.emplace_back(c, c / 2, 255 - c);
+  cloud.normals = {{0, 0, -1}, {1, 0, 0}, {0.6F, 0.8F, 0}};
+  cloud.width = 3;
+  cloud.height = 1;
+  return cloud;
+}
+
+TEST_F(Ply, WhatIsWrittenIsReadAgain) {
+  for (const bool ascii : {false, true}) {
+    const PointCloud cloud = three();
+    writePly(folder_ / "a.ply", cloud, {{0, 2}}, ascii);
+    const PointCloud again = readPly(folder_ / "a.ply");
+    EXPECT_THAT(again.points, ElementsAre(cloud.points[0], cloud.points[2]));
+    EXPECT_THAT(again.colours, ElementsAre(cloud.colours[0], cloud.colours[2]));
+    EXPECT_THAT(again.normals, ElementsAre(cloud.normals[0], cloud.normals[2]));
+  }
+}
+
+TEST_F(Ply, WritesWhatTheFormatSays) {
+  PointCloud cloud = three();
+  cloud.normals.clear();
+  writePly(folder_ / "a.ply", cloud, {{2, 0}}, true);
+  const std::string colours = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  const std::string vertices =
+      "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n" + colours;
+  const std::string edges = "element edge 1\nproperty int vertex1\nproperty int vertex2\n";
+  EXPECT_EQ(test::readFile(folder_ / "a.ply"),
+            "ply\nformat ascii 1.0\n" + vertices + edges +
+                "end_header\n0.1 1e-08 -3 254 0 1\n0.33333334 20000000 5 0 127 255\n1 0\n");
+  cloud.points.resize(1);
+  cloud.colours.clear();
+  cloud.width = 1;
+  writePly(folder_ / "a.ply", cloud);
+  EXPECT_EQ(test::readFile(folder_ / "a.ply"),
+            "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+            "property float z\nend_header\n" +
+                bytesOf(0.1F) + bytesOf(1e-8F) + bytesOf(-3.F));
+}
+
+TEST_F(Ply, RefusesToWriteWhatIsNoCloud) {
+  PointCloud cloud = three();
+  const auto refusalOf = [&](const PointCloud& refused, const CloudEdges& edges = {}) {
+    return errorOf([&] { writePly(folder_ / "a.ply", refused, edges); });
+  };
+  EXPECT_THAT(refusalOf(cloud, {{0, 3}}), HasSubstr("an edge leads from point 0 to 3"));
+  EXPECT_THAT(refusalOf(cloud, {{1, 2}}), HasSubstr("an edge leads from point 1 to 2"));  // a hole
+  EXPECT_THAT(refusalOf({}), HasSubstr("without points"));
+  cloud.colours.pop_back();
+  EXPECT_THAT(refusalOf(cloud), HasSubstr("3 points, 2 colours and 3 normals"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "a.ply"));
+}
+
+TEST_F(Ply, RefusesWhatIsCutShort) {
+  std::string data;
+  for (const float value : {1.F, 2.F, 3.F, 4.F, 5.F, 6.F}) data += bytesOf(value);
+  const std::string faces = "\x02" + bytesOf(std::int32_t{0}) + bytesOf(std::int32_t{1});
+  const std::string files[] = {header("binary_little_endian", kPoints + kFaces) + data + faces,
+                               header("ascii", kPoints + kFaces) + "1 2 3\n4 5 6\n2 0 1"};
+  for (const std::string& file : files) {
+    EXPECT_EQ(refusal(file), "");
+    const bool ascii = file.find("ascii") != std::string::npos;
+    for (std::size_t size = 0; size < file.size(); ++size) {
+      const bool digits = ascii && size > file.size() - 1;  // half a number is a number, too
+      if (!digits) {
+        EXPECT_NE(refusal(file.substr(0, size)), "") << size;
+      }
+    }
+  }
+}
+
+TEST_F(Ply, RefusesHugeCountsWithoutTakingTheMemory) {
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"})
+    for (const char* count : {"4294967296", "18446744073709551615", "6148914691236517206"}) {
+      const std::string huge = "element vertex " + std::string(count) + kPoints.substr(16);
+      EXPECT_THAT(refusal(header(format, huge) + "1 2 3\n4 5 6\n"), HasSubstr("cut short")) << format;
+      const std::string list = "element face " + std::string(count) + kFaces.substr(14);
+      EXPECT_NE(refusal(header(format, list + kPoints) + "1 2 3\n4 5 6\n"), "") << format;
+    }
+  const std::string list = "element face 1\nproperty list uint double vertex_indices\n";
+  EXPECT_THAT(
+      refusal(header("binary_little_endian", list + kPoints) + bytesOf(0xFFFFFFFFU) + std::string(64, ' ')),
+      HasSubstr("cut short"));
+  EXPECT_THAT(refusal(header("ascii", list + kPoints) + "4294967295 1 2\n1 2 3\n4 5 6\n"),
+              HasSubstr("a list of 4294967295 numbers has 2"));
+}
+
+TEST_F(Ply, SaysWhatIsWrong) {
+  const std::string list = "element face 1\nproperty list char int vertex_indices\n";
+  const std::pair<std::string, const char*> files[] = {
+      {"", "\"ply\""},
+      {"plyformat ascii 1.0\n", "\"ply\""},
+      {"ply\n" + kPoints + "end_header\n", "no line \"format\""},
+      {"ply\nformat ascii 1.0\n" + kPoints, "no line \"end_header\""},
+      {"ply\n" + std::string(100000, '\n'), "no line \"end_header\""},
+      {"ply\nformat ascii 2.0\n", "its format is \"ascii 2.0\""},
+      {"ply\nformat b\xC3inary 1.0\n", "its format is"},
+      {"ply\nproperty float x\n", "line 2"},
+      {header("ascii", "element vertex -1\n"), "\"-1\" is no number"},
+      {header("ascii", "element vertex 1e3\n"), "no number"},
+      {header("ascii", "element vertex 99999999999999999999\n"), "no number"},
+      {header("ascii", "element vertex 1\nproperty quad x\n"), "no type \"quad\""},
+      {header("ascii", "element vertex 1\nproperty list float int x\n"), "counted in float"},
+      {header("ascii", "element vertex 1\nproperty list uchar int\n"), "\"property\""},
+      {header("ascii", "element vertex 1\nproperty float x\nproperty float y\n") + "1 2\n", "no x, y and z"},
+      {header("ascii", kPoints + "property float y\n") + "1 2 3 4\n1 2 3 4\n", "two properties y"},
+      {header("ascii", kPoints + kPoints) + "1 2 3\n1 2 3\n1 2 3\n1 2 3\n", "two elements vertex"},
+      {header("ascii",
+              "element vertex 1\nproperty float x\nproperty float y\nproperty list uchar float z\n") +
+           "1 2 1 3\n",
+       "z is a list"},
+      {header("ascii", "element vertex 0\nproperty float x\n"), "no points"},
+      {header("ascii", kFaces) + "1 0\n", "no element vertex"},
+      {header("ascii", kPoints) + "1 2 3\n10 200\n", "line 10: 2 numbers are too few for a vertex"},
+      {header("ascii", kPoints) + "1 2 3\n1 2 3 4\n", "line 10: 4 numbers are too many"},
+      {header("ascii", kPoints) + "1 2 3\n1 2 x\n", "\"x\" is no number"},
+      {header("ascii", list + kPoints) + "-1\n1 2 3\n1 2 3\n", "a list of -1 numbers"},
+      {header("ascii", list + kPoints) + "nan\n1 2 3\n1 2 3\n", "a list of nan numbers"},
+      {header("binary_little_endian", list + kPoints) + "\xFF" + std::string(24, '\0'), "has -1 numbers"},
+  };
+  for (const auto& [file, why] : files)
+    EXPECT_THAT(refusal(file),
+                AllOf(HasSubstr("cloud.ply: no point cloud that can be read"), HasSubstr(why)));
+  EXPECT_THAT(errorOf([&] { readPly(folder_ / "none.ply"); }), HasSubstr("none.ply"));
+}
+
+TEST_F(Ply, ReadsTheMeshesOfTheData) {
+  const auto data = test::findData("shot_kinect");
+  ESTANCIA_NEEDS(data, "shot_kinect is not unpacked");
+  const PointCloud cloud = readPly(*data / "meshes/mario000_0.ply");
+  EXPECT_EQ(cloud.points.size(), 12843U);
+  EXPECT_EQ(cloud.colours.size(), cloud.points.size());
+}
+
+}  // namespace
+}  // namespace estancia
