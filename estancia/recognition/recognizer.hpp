@@ -13,8 +13,8 @@
 
 namespace estancia {
 
-/// Which stages, and their lengths. A length of 0 follows the clouds: their resolution, and the noise that is
-/// estimated from the scene, so that clouds in other units give the same.
+/// Which stages, and their lengths. A length of 0 follows the scene, its resolution and its noise, so that
+/// clouds in other units give the same.
 struct RecognitionOptions {
   FilterOptions modelFilter, sceneFilter;
   std::string keypoints = "uniform";               ///< uniform, harris3d, iss
@@ -24,19 +24,32 @@ struct RecognitionOptions {
   double normalRadius = 0;                         ///< [m] of the points that a normal is fitted to
   double keypointSpacing = 0;                      ///< [m] between keypoints (uniform), or their support
   double descriptorRadius = 0;                     ///< [m] of what a descriptor sees
-  std::size_t neighbours = 1;                      ///< nearest descriptors that become matches
-  int threads = 0;                                 ///< 0: one a free core
+  double consistency = 0;           ///< [m] up to which matches agree: the bin of Hough voting, too
+  double tolerance = 0;             ///< [m] between a model point and the scene point that confirms it
+  std::string matchEach = "scene";  ///< scene, model: whose keypoints each get their nearest
+  std::size_t neighbours = 1;       ///< nearest descriptors that become matches
+  std::size_t minimalMatches = 3;   ///< that must agree
+  std::size_t hypotheses = 100;     ///< with most matches that are refined and verified
+  double accept = 0.6;              ///< share of what should be seen of a model that must be
+  int threads = 0;                  ///< 0: one a usable core
 
   /// Known sets: "default", "thesis", "tight", "wide". Throws Error on others, naming the known ones.
   static RecognitionOptions preset(const std::string& name);
+};
+
+/// The lengths [m] that a scene is looked at with: those of the options, else what fits the scene.
+struct RecognitionLengths {
+  double normalRadius = 0, keypointSpacing = 0, descriptorRadius = 0, consistency = 0, tolerance = 0;
+
+  bool operator==(const RecognitionLengths&) const = default;
 };
 
 /// An object that was found.
 struct Instance {
   std::string model;
   cv::Affine3d pose;        ///< T_scene_model
-  std::size_t inliers = 0;  ///< model points that the scene confirms
-  double confidence = 0;    ///< [0, 1]
+  std::size_t inliers = 0;  ///< model points that the scene confirms, of about 1,000 that are tried
+  double confidence = 0;  ///< how much of what should be seen of the model is, [0, 1]: Evidence in verify.hpp
 };
 
 /// What a stage took and left, for people.
@@ -46,13 +59,15 @@ struct StageReport {
   double seconds = 0;
 };
 
-class PreparedModel;  ///< filtered cloud, normals, keypoints, descriptors of a model
-class PreparedScene;  ///< the same of a scene, and its noise and resolution
+class PreparedModel;  ///< prepared.hpp: filtered cloud; normals, keypoints, descriptors for the lengths of a
+                      ///< scene
+class PreparedScene;  ///< prepared.hpp: the same of a scene, and its noise and resolution
 
-/// Looks for models in scenes. What a model or a scene needs is prepared once and shared; immutable and safe
-/// to use from several threads.
+/// Looks for models in scenes. What a model or a scene needs is prepared once and shared; safe to use from
+/// several threads, and the same for any number of them.
 class Recognizer {
  public:
+  /// Throws Error on unknown stages, naming the known ones, and on lengths and numbers that make no sense.
   explicit Recognizer(RecognitionOptions options);
 
   /// Throws Error, naming the cloud, on one that is empty or too small to be described.
@@ -60,7 +75,9 @@ class Recognizer {
   std::shared_ptr<const PreparedScene> prepareScene(const std::string& name, const PointCloud& cloud,
                                                     Progress& progress) const;
 
-  /// The instances of a model, best first; `stages`, when given, is told what each stage kept.
+  /// The instances of a model, best first; `stages`, when given, is told what each stage kept. What a model
+  /// needs for the scene's lengths is made when it is first needed, and kept. Throws Error on a model and a
+  /// scene in different units.
   std::vector<Instance> find(const PreparedModel& model, const PreparedScene& scene,
                              std::vector<StageReport>* stages = nullptr) const;
 

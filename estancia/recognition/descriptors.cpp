@@ -1,0 +1,71 @@
+#include "estancia/recognition/descriptors.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+struct Method {
+  const char *name, *explanation;
+  std::size_t length;
+};
+constexpr Method methods[] = {
+    {"shot", "signatures of histograms of normals in a local frame, 352 numbers", 352},
+    {"fpfh", "fast point feature histograms: angles between normals, 33 numbers", 33},
+    {"spin-image", "where points lie around the normal, 153 numbers", 153},
+};
+
+const Method& methodCalled(const std::string& name) {
+  std::vector<std::string> names;
+  for (const Method& m : methods) {
+    if (name == m.name) return m;
+    names.emplace_back(m.name);
+  }
+  throw Error(
+      fmt::format("no descriptor of a surface is called '{}'; known are {}", name, fmt::join(names, ", ")));
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> descriptorMethods() {
+  std::vector<std::pair<std::string, std::string>> known;
+  for (const Method& m : methods) known.emplace_back(m.name, m.explanation);
+  return known;
+}
+
+Features describe(const Surface& surface, std::span<const std::uint32_t> keypoints, const std::string& method,
+                  double radius, int threads) {
+  const auto& [name, explanation, length] = methodCalled(method);
+  surface.requireRadius(radius, "descriptor radius");
+  const std::vector<cv::Matx33f> frames = localFrames(surface, keypoints, radius, threads);
+  std::vector<float> values;
+  if (method == "shot")
+    describeShot(surface, keypoints, frames, radius, threads, values);
+  else if (method == "fpfh")
+    describeFpfh(surface, keypoints, radius, threads, values);
+  else
+    describeSpinImage(surface, keypoints, radius, threads, values);
+
+  Features features;
+  features.descriptors = DescriptorMatrix(length);
+  features.descriptors.reserve(keypoints.size());
+  for (std::size_t i = 0; i < keypoints.size(); ++i) {
+    const DescriptorView row(values.data() + i * length, length);
+    float sum = frames[i](0, 0);
+    for (const float v : row) sum += v;
+    if (!std::isfinite(sum)) continue;
+    features.descriptors.append(row);
+    features.frames.push_back(frames[i]);
+    features.keypoints.push_back(keypoints[i]);
+    features.points.push_back(surface.points()[keypoints[i]]);
+    features.normals.push_back(surface.normals()[keypoints[i]]);
+  }
+  return features;
+}
+
+}  // namespace estancia

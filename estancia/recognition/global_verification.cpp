@@ -1,0 +1,193 @@
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <unordered_map>
+
+#include "estancia/recognition/verify.hpp"
+
+namespace estancia {
+namespace {
+
+struct Weighed {
+  std::uint32_t point;  ///< of the scene
+  float weight;
+};
+
+/// What one hypothesis says of the scene (section 3.2 of the paper).
+struct Cues {
+  std::vector<Weighed> explained, unexplained;
+  double outliers = 0;
+};
+
+Cues cuesOf(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
+            std::span<const int> parts, const cv::Affine3d& pose, const GlobalVerificationOptions& options) {
+  const cv::Affine3f there(pose);
+  const cv::Matx33f turn = there.rotation();
+  const auto reach = static_cast<float>(options.tolerance);
+  const auto around =
+      static_cast<float>(options.clutterRadius > 0 ? options.clutterRadius : 2 * options.tolerance);
+  Cues cues;
+  std::vector<Neighbour> buffer;
+  struct Partner {
+    float squared, cosine;
+  };
+  std::unordered_map<std::uint32_t, Partner> explained;
+  for (std::size_t i = 0; i < model.points.size(); ++i) {
+    const cv::Point3f p = there * model.points[i], n = turn * model.normals[i];
+    if (view.known()) {  // what cannot be seen explains nothing and misses nothing
+      const auto depth = view.depth(p);
+      if (n.dot(p) > 0 || !depth || *depth < p.z - 2 * reach) continue;
+    }
+    const auto near = scene.neighbours().within(p, reach, buffer);
+    if (near.empty()) cues.outliers += 1;
+    for (const Neighbour& s : near) {
+      const Partner partner{s.squared, n.dot(scene.normals()[s.index])};
+      const auto [at, fresh] = explained.emplace(s.index, partner);
+      if (!fresh && partner.squared < at->second.squared) at->second = partner;
+    }
+  }
+  for (const auto& [point, partner] : explained)
+    cues.explained.push_back(
+        {point, (1 - partner.squared / (reach * reach)) * std::clamp(partner.cosine, 0.F, 1.F)});
+  const auto byPoint = [](const Weighed& a, const Weighed& b) { return a.point < b.point; };
+  std::sort(cues.explained.begin(), cues.explained.end(), byPoint);
+
+  std::unordered_map<std::uint32_t, float> unexplained;
+  for (const Weighed& e : cues.explained)
+    for (const Neighbour& s : scene.neighbours().within(scene.points()[e.point], around, buffer)) {
+      if (explained.contains(s.index)) continue;
+      const bool samePart = parts[s.index] != 0 && parts[s.index] == parts[e.point];
+      const float alike = std::clamp(scene.normals()[s.index].dot(scene.normals()[e.point]), 0.F, 1.F);
+      const float weight = (1 - s.squared / (around * around)) *
+                           (samePart ? static_cast<float>(options.clutterWeight) : alike);
+      float& most = unexplained[s.index];
+      most = std::max(most, weight);
+    }
+  for (const auto& [point, weight] : unexplained) cues.unexplained.push_back({point, weight});
+  std::sort(cues.unexplained.begin(), cues.unexplained.end(), byPoint);
+  return cues;
+}
+
+/// The cost of a set of hypotheses, kept up to date while they come and go.
+class Cost {
+ public:
+  Cost(std::size_t points, std::span<const Cues> cues, double outlierWeight)
+      : cues_(cues),
+        outlierWeight_(outlierWeight),
+        active_(cues.size(), false),
+        explained_(points),
+        weight_(points),
+        unexplained_(points) {}
+
+  double value() const { return value_; }
+  const std::vector<bool>& active() const { return active_; }
+
+  void flip(std::size_t h) {
+    active_[h] = !active_[h];
+    const int sign = active_[h] ? 1 : -1;
+    const auto change = [&](std::uint32_t p, auto&& what) {
+      value_ -= costOf(p);
+      what();
+      value_ += costOf(p);
+    };
+    for (const auto& [point, weight] : cues_[h].explained)
+      change(point, [&, p = point, w = weight] {
+        explained_[p] += sign, weight_[p] += sign * static_cast<double>(w);
+      });
+    for (const auto& [point, weight] : cues_[h].unexplained)
+      change(point, [&, p = point, w = weight] { unexplained_[p] += sign * static_cast<double>(w); });
+    value_ += sign * (outlierWeight_ * cues_[h].outliers + 1);
+  }
+
+ private:
+  /// What a scene point adds: less when explained, more when explained twice or left over.
+  double costOf(std::uint32_t p) const {
+    if (explained_[p] == 0) return unexplained_[p];
+    return (explained_[p] > 1 ? explained_[p] : 0) - weight_[p];
+  }
+
+  std::span<const Cues> cues_;
+  double outlierWeight_, value_ = 0;
+  std::vector<bool> active_;
+  std::vector<int> explained_;
+  std::vector<double> weight_, unexplained_;
+};
+
+}  // namespace
+
+std::vector<int> smoothPartsOf(const Surface& surface, double reach, int threads) {
+  constexpr float smooth = 0.98006658F;  // cos 0.2 rad
+  constexpr int small = 20;              // points
+  const auto size = static_cast<std::uint32_t>(surface.size());
+  std::vector<std::vector<std::uint32_t>> links(size);
+  surface.neighbours().eachWithin(
+      static_cast<float>(reach), threads, [&](std::uint32_t i, std::span<const Neighbour> near) {
+        for (const Neighbour& n : near)
+          if (n.index != i && surface.normals()[i].dot(surface.normals()[n.index]) > smooth)
+            links[i].push_back(n.index);
+      });
+  std::vector<int> parts(size, -1);
+  int part = 0;
+  std::vector<std::uint32_t> members;
+  for (std::uint32_t i = 0; i < size; ++i) {
+    if (parts[i] >= 0) continue;
+    ++part;
+    members.assign(1, i);
+    parts[i] = part;
+    for (std::size_t m = 0; m < members.size(); ++m)
+      for (const std::uint32_t j : links[members[m]])
+        if (parts[j] < 0) {
+          parts[j] = part;
+          members.push_back(j);
+        }
+    if (members.size() < small)
+      for (const std::uint32_t j : members) parts[j] = 0;
+  }
+  return parts;
+}
+
+std::vector<bool> verifyGlobally(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
+                                 std::span<const int> smoothParts, std::span<const cv::Affine3d> poses,
+                                 const GlobalVerificationOptions& options) {
+  if (poses.empty()) return {};
+  std::vector<Cues> cues;
+  for (const cv::Affine3d& pose : poses)
+    cues.push_back(cuesOf(model, scene, view, smoothParts, pose, options));
+  Cost cost(scene.size(), cues, options.outlierWeight);
+  std::vector<bool> best = cost.active();
+  double lowest = cost.value();
+  const auto keepBest = [&] {
+    if (cost.value() < lowest - 1e-9) lowest = cost.value(), best = cost.active();
+  };
+  std::mt19937_64 random(options.seed);
+  const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+  const std::size_t moves = 100 * poses.size();
+  double temperature = static_cast<double>(model.points.size()) / 4;
+  const double cooling = std::pow(1e-3, 1 / static_cast<double>(moves));
+  for (std::size_t move = 0; move < moves; ++move, temperature *= cooling) {
+    const std::size_t h = random() % poses.size();
+    const double before = cost.value();
+    cost.flip(h);
+    if (cost.value() > before && uniform() > std::exp((before - cost.value()) / temperature)) cost.flip(h);
+    keepBest();
+  }
+  // Down to the bottom of the best valley.
+  for (std::size_t h = 0; h < poses.size(); ++h)
+    if (cost.active()[h] != best[h]) cost.flip(h);
+  for (bool better = true; better;) {
+    better = false;
+    for (std::size_t h = 0; h < poses.size(); ++h) {
+      const double before = cost.value();
+      cost.flip(h);
+      if (cost.value() < before - 1e-6)
+        better = true;
+      else
+        cost.flip(h);
+    }
+  }
+  keepBest();
+  return best;
+}
+
+}  // namespace estancia

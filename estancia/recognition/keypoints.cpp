@@ -1,0 +1,152 @@
+#include "estancia/recognition/keypoints.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+std::vector<std::uint32_t> uniform(const Surface& surface, double spacing, int /*threads*/) {
+  const std::vector<cv::Point3f>& points = surface.points();
+  constexpr double most = 1 << 21;  // cells along an axis, three of which make one number
+  if (!(spacing > 0) || !(surface.extent() / spacing < most))
+    throw Error(fmt::format("{}: keypoints {} m apart on a cloud of {:.4g} m; a spacing of {:.4g} m would do",
+                            surface.name(), spacing, surface.extent(), 5 * surface.resolution()));
+  cv::Point3f low = points[0];
+  for (const cv::Point3f& p : points)
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+  struct Member {
+    std::uint64_t cell;
+    std::uint32_t index;
+    bool operator<(const Member& o) const { return cell < o.cell || (cell == o.cell && index < o.index); }
+  };
+  const auto along = [spacing](float x, float from) {
+    return static_cast<std::uint64_t>((static_cast<double>(x) - from) / spacing);
+  };
+  std::vector<Member> members(points.size());
+  for (std::uint32_t i = 0; i < points.size(); ++i)
+    members[i] = {
+        along(points[i].x, low.x) << 42 | along(points[i].y, low.y) << 21 | along(points[i].z, low.z), i};
+  std::sort(members.begin(), members.end());
+  std::vector<std::uint32_t> chosen;
+  for (auto begin = members.begin(), end = begin; begin != members.end(); begin = end) {
+    end = std::find_if(begin, members.end(), [&](const Member& m) { return m.cell != begin->cell; });
+    cv::Point3d mean;
+    for (auto m = begin; m != end; ++m)
+      mean += cv::Point3d(points[m->index]) / static_cast<double>(end - begin);
+    const auto away = [&](const Member& m) {
+      const cv::Point3d d = cv::Point3d(points[m.index]) - mean;
+      return d.dot(d);
+    };
+    chosen.push_back(std::min_element(begin, end, [&](const Member& m, const Member& o) {
+                       return away(m) < away(o);
+                     })->index);
+  }
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
+/// The points whose response is positive and the largest within `radius`; the first of several equal ones.
+std::vector<std::uint32_t> strongest(const Surface& surface, const std::vector<float>& response,
+                                     double radius, int threads) {
+  std::vector<char> isKeypoint(surface.size(), 0);
+  surface.neighbours().eachWithin(
+      static_cast<float>(radius), threads, [&](std::uint32_t i, std::span<const Neighbour> near) {
+        isKeypoint[i] =
+            response[i] > 0 && std::all_of(near.begin(), near.end(), [&](const Neighbour& n) {
+              return response[n.index] < response[i] || (response[n.index] == response[i] && n.index >= i);
+            });
+      });
+  std::vector<std::uint32_t> chosen;
+  for (std::uint32_t i = 0; i < surface.size(); ++i)
+    if (isKeypoint[i]) chosen.push_back(i);
+  return chosen;
+}
+
+std::vector<std::uint32_t> harris3d(const Surface& surface, double spacing, int threads) {
+  std::vector<float> response(surface.size(), 0);
+  surface.neighbours().eachWithin(
+      static_cast<float>(spacing), threads, [&](std::uint32_t i, std::span<const Neighbour> near) {
+        float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+        for (const Neighbour& n : near) {
+          const cv::Point3f& v = surface.normals()[n.index];
+          xx += v.x * v.x, xy += v.x * v.y, xz += v.x * v.z, yy += v.y * v.y, yz += v.y * v.z,
+              zz += v.z * v.z;
+        }
+        const double per = 1.0 / static_cast<double>(near.size());
+        const double trace = (xx + yy + zz) * per;
+        const double det =
+            per * per * per *
+            (static_cast<double>(xx) * yy * zz + 2.0 * xy * xz * yz - static_cast<double>(xz) * xz * yy -
+             static_cast<double>(xy) * xy * zz - static_cast<double>(yz) * yz * xx);
+        response[i] = static_cast<float>(0.04 + det - 0.04 * trace * trace);
+      });
+  // Unit normals have a trace of 1: what rounding leaves of 0.04 − 0.04 on a plane is no corner.
+  for (float& r : response)
+    if (r < 1e-6F) r = 0;
+  return strongest(surface, response, spacing, threads);
+}
+
+std::vector<std::uint32_t> iss(const Surface& surface, double spacing, int threads) {
+  constexpr double ratio = 0.975;
+  constexpr std::size_t few = 5;
+  std::vector<float> salience(surface.size(), 0);
+  surface.neighbours().eachWithin(
+      static_cast<float>(spacing), threads, [&](std::uint32_t i, std::span<const Neighbour> near) {
+        if (near.size() < few) return;
+        const cv::Point3f& p = surface.points()[i];
+        float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+        for (const Neighbour& n : near) {
+          const cv::Point3f d = surface.points()[n.index] - p;
+          xx += d.x * d.x, xy += d.x * d.y, xz += d.x * d.z, yy += d.y * d.y, yz += d.y * d.z,
+              zz += d.z * d.z;
+        }
+        Eigen::Matrix3d scatter;
+        scatter << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+        const Eigen::Vector3d e =
+            Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter, Eigen::EigenvaluesOnly).eigenvalues();
+        // Eigenvalues that rounding made are none: a plane has no salient point.
+        if (e[0] > 1e-6 * e[2] && e[1] < ratio * e[2] && e[0] < ratio * e[1])
+          salience[i] = static_cast<float>(e[0]);
+      });
+  return strongest(surface, salience, spacing * 2 / 3, threads);
+}
+
+struct Method {
+  const char *name, *explanation;
+  std::vector<std::uint32_t> (*find)(const Surface&, double, int);
+};
+constexpr Method methods[] = {
+    {"uniform", "one point a cell of a grid", uniform},
+    {"harris3d", "where normals vary in all directions", harris3d},
+    {"iss", "intrinsic shape signatures: where points spread in three different ways", iss},
+};
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> keypointMethods() {
+  std::vector<std::pair<std::string, std::string>> known;
+  for (const Method& m : methods) known.emplace_back(m.name, m.explanation);
+  return known;
+}
+
+std::vector<std::uint32_t> findKeypoints(const Surface& surface, const std::string& method, double spacing,
+                                         int threads) {
+  if (!(spacing > 0) || !std::isfinite(spacing))
+    throw Error(
+        fmt::format("{}: keypoints {} m apart; the spacing must be positive", surface.name(), spacing));
+  std::vector<std::string> names;
+  for (const Method& m : methods) {
+    if (method == m.name) return m.find(surface, spacing, threads);
+    names.emplace_back(m.name);
+  }
+  throw Error(fmt::format("no keypoints are called '{}'; known are {}", method, fmt::join(names, ", ")));
+}
+
+}  // namespace estancia

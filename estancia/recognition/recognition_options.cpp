@@ -1,0 +1,40 @@
+#include <fmt/format.h>
+
+#include "estancia/core/error.hpp"
+#include "estancia/recognition/recognizer.hpp"
+
+namespace estancia {
+
+RecognitionOptions RecognitionOptions::preset(const std::string& name) {
+  RecognitionOptions options;
+  if (name == "default") {
+    options.verification = "inliers";
+    options.matchEach = "model";
+    options.neighbours = 3;
+  } else if (name == "thesis" || name == "tight") {
+    // Radii of a Kinect cloud without noise, whose points lie 2 mm apart; the thesis tells none.
+    options.normalRadius = 0.015;
+    options.keypointSpacing = 0.010;
+    options.descriptorRadius = 0.035;
+    options.consistency = 0.010;
+    options.tolerance = 0.006;
+    options.minimalMatches = 4;
+    if (name == "tight") options.verification = "inliers";
+  } else if (name == "wide") {
+    options.normalRadius = 0.035;
+    options.keypointSpacing = 0.010;
+    options.descriptorRadius = 0.060;
+    options.consistency = 0.020;
+    options.tolerance = 0.008;
+    options.accept = 0.76;
+    options.matchEach = "model";
+    options.neighbours = 3;
+    options.verification = "inliers";
+  } else {
+    throw Error(fmt::format(
+        "no set of recognition options is called '{}'; known are default, thesis, tight, wide", name));
+  }
+  return options;
+}
+
+}  // namespace estancia

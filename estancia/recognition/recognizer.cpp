@@ -1,0 +1,253 @@
+#include "estancia/recognition/recognizer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "estancia/core/error.hpp"
+#include "estancia/recognition/grouping.hpp"
+#include "estancia/recognition/keypoints.hpp"
+#include "estancia/recognition/matching.hpp"
+#include "estancia/recognition/prepared.hpp"
+#include "estancia/recognition/verify.hpp"
+
+namespace estancia {
+namespace {
+
+using Described = PreparedModel::Described;
+
+/// Tells what each stage kept, and how long it took.
+class Account {
+ public:
+  explicit Account(std::vector<StageReport>* stages) : stages_(stages) {}
+
+  void add(const std::string& stage, std::string detail) {
+    const auto now = std::chrono::steady_clock::now();
+    if (stages_)
+      stages_->push_back({stage, std::move(detail), std::chrono::duration<double>(now - last_).count()});
+    last_ = now;
+  }
+
+ private:
+  std::vector<StageReport>* stages_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+template <class Known>
+void requireKnown(const std::string& what, const std::string& name, const Known& known) {
+  std::string names;
+  for (const auto& [one, explanation] : known) {
+    if (one == name) return;
+    names += (names.empty() ? "" : ", ") + one;
+  }
+  throw Error(fmt::format("no {} is called '{}'; known are {}", what, name, names));
+}
+
+using Names = std::vector<std::pair<std::string, std::string>>;
+
+void require(const RecognitionOptions& o) {
+  requireKnown("keypoint detector", o.keypoints, keypointMethods());
+  requireKnown("descriptor of a surface", o.descriptor, descriptorMethods());
+  requireKnown("grouping", o.grouping, groupingMethods());
+  requireKnown("verification", o.verification, Names{{"global", ""}, {"inliers", ""}});
+  requireKnown("side of matching", o.matchEach, Names{{"scene", ""}, {"model", ""}});
+  for (const double length :
+       {o.normalRadius, o.keypointSpacing, o.descriptorRadius, o.consistency, o.tolerance})
+    if (!(length >= 0) || !std::isfinite(length))
+      throw Error(fmt::format(
+          "a length of recognition is {} m; give a positive one, or 0 to follow the scene", length));
+  if (o.neighbours == 0 || o.hypotheses == 0)
+    throw Error("recognition without any match or hypothesis finds nothing; allow at least one");
+  if (!(o.accept >= 0 && o.accept <= 1))
+    throw Error(fmt::format("no share of a model is {}; give one in [0, 1]", o.accept));
+}
+
+PointCloud finitePoints(const std::string& name, const PointCloud& cloud) {
+  constexpr std::size_t few = 10;
+  PointCloud left;
+  for (const cv::Point3f& p : cloud.points)
+    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) left.points.push_back(p);
+  if (left.points.size() < few)
+    throw Error(fmt::format("{}: {} of its {} points are finite; too few to be described", name,
+                            left.points.size(), cloud.points.size()));
+  left.width = left.points.size();
+  left.height = 1;
+  return left;
+}
+
+PointCloud filtered(const std::string& name, const PointCloud& cloud, const FilterOptions& options,
+                    std::vector<StageReport>& stages, Progress& progress) {
+  Account account(&stages);
+  PointCloud left = filterCloud(cloud, options, progress);
+  account.add("filter",
+              fmt::format("{}: {} of {} points", options.method, left.points.size(), cloud.points.size()));
+  return finitePoints(name, left);
+}
+
+void requireSameUnits(const PreparedModel& model, const PreparedScene& scene) {
+  constexpr double apart = 100;
+  const double ratio = model.extent() / scene.surface().extent();
+  if (ratio > apart || ratio * apart * 10 < 1)
+    throw Error(
+        fmt::format("{} measures {:.4g} m and {} {:.4g} m: are they in different units? Scale one of them{}",
+                    model.name(), model.extent(), scene.name(), scene.surface().extent(),
+                    ratio > 300 && ratio < 3000 ? ", millimetres by 0.001" : ""));
+}
+
+struct Candidate {
+  cv::Affine3d pose;
+  std::size_t matches = 0;
+  Evidence evidence;
+};
+
+/// Same place within half a keypoint spacing or so and turned by less than 10°: one is enough.
+void dropTwins(std::vector<Candidate>& candidates, const cv::Point3d& middle, double distance) {
+  constexpr double alike = 0.985;  // cosine of 10°
+  std::vector<Candidate> left;
+  for (Candidate& c : candidates) {
+    const bool twin = std::any_of(left.begin(), left.end(), [&](const Candidate& l) {
+      const cv::Matx33d turn = l.pose.rotation().t() * c.pose.rotation();
+      return cv::norm(l.pose * middle - c.pose * middle) < distance && (cv::trace(turn) - 1) / 2 > alike;
+    });
+    if (!twin) left.push_back(std::move(c));
+  }
+  candidates = std::move(left);
+}
+
+cv::Point3d middleOf(const OrientedPoints& points) {
+  cv::Point3d sum;
+  for (const cv::Point3f& p : points.points) sum += cv::Point3d(p);
+  return sum / static_cast<double>(points.points.size());
+}
+
+std::vector<Candidate> candidatesOf(const std::vector<Hypothesis>& hypotheses, const Described& model,
+                                    const PreparedScene& scene, const RecognitionOptions& options) {
+  const RecognitionLengths& lengths = scene.lengths();
+  const cv::Point3d middle = middleOf(model.few);
+  std::vector<Candidate> candidates;
+  for (const Hypothesis& h : hypotheses) candidates.push_back({h.pose, h.matches.size(), {}});
+  if (candidates.size() > options.hypotheses) candidates.resize(options.hypotheses);
+  dropTwins(candidates, middle, lengths.consistency / 2);
+  Progress silent;
+  const auto each = [&](const auto& work) {
+    inParallel(candidates.size(), options.threads, silent, "stopped while poses were refined",
+               [&](std::size_t i) { work(candidates[i]); });
+  };
+  each([&](Candidate& c) {
+    c.pose = refinePose(model.few, scene.coarse(), c.pose, 2 * lengths.consistency, 15);
+    c.evidence = examine(model.few, scene.coarse(), scene.view(), c.pose, lengths.tolerance);
+  });
+  std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return a.evidence.inliers > b.evidence.inliers;
+  });
+  dropTwins(candidates, middle, lengths.consistency / 2);
+  constexpr std::size_t promising = 20;
+  if (candidates.size() > promising) candidates.resize(promising);
+  each([&](Candidate& c) {
+    c.pose = refinePose(model.many, scene.surface(), c.pose, 2 * lengths.tolerance, 15);
+    c.evidence = examine(model.many, scene.surface(), scene.view(), c.pose, lengths.tolerance);
+  });
+  std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return a.evidence.inliers > b.evidence.inliers;
+  });
+  dropTwins(candidates, middle, lengths.consistency);
+  return candidates;
+}
+
+void keepVerified(std::vector<Candidate>& candidates, const Described& model, const PreparedScene& scene,
+                  const RecognitionOptions& options) {
+  if (options.verification == "inliers") {
+    std::erase_if(candidates, [&](const Candidate& c) { return !isThere(c.evidence, options.accept); });
+    return;
+  }
+  std::vector<cv::Affine3d> poses;
+  for (const Candidate& c : candidates) poses.push_back(c.pose);
+  GlobalVerificationOptions global;
+  global.tolerance = scene.lengths().tolerance;
+  const OrientedPoints points = spreadPointsBy(*model.surface, scene.lengths().tolerance);
+  const std::vector<bool> there =
+      verifyGlobally(points, scene.coarse(), scene.view(), scene.parts(), poses, global);
+  std::vector<Candidate> left;
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (there[i]) left.push_back(candidates[i]);
+  candidates = std::move(left);
+}
+
+/// An object is where no better instance of it is.
+void dropOverlapping(std::vector<Candidate>& candidates, const cv::Point3d& middle, double extent) {
+  std::vector<Candidate> left;
+  for (Candidate& c : candidates)
+    if (std::none_of(left.begin(), left.end(), [&](const Candidate& l) {
+          return cv::norm(l.pose * middle - c.pose * middle) < extent / 4;
+        }))
+      left.push_back(std::move(c));
+  candidates = std::move(left);
+}
+
+}  // namespace
+
+Recognizer::Recognizer(RecognitionOptions options) : options_(std::move(options)) {
+  require(options_);
+}
+
+std::shared_ptr<const PreparedModel> Recognizer::prepareModel(const std::string& name,
+                                                              const PointCloud& cloud) const {
+  Progress silent;
+  std::vector<StageReport> stages;
+  PointCloud left = filtered(name, finitePoints(name, cloud), options_.modelFilter, stages, silent);
+  return std::make_shared<const PreparedModel>(name, std::move(left), options_, std::move(stages));
+}
+
+std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string& name,
+                                                              const PointCloud& cloud,
+                                                              Progress& progress) const {
+  std::vector<StageReport> stages;
+  PointCloud raw = finitePoints(name, cloud);
+  PointCloud left = filtered(name, raw, options_.sceneFilter, stages, progress);
+  return std::make_shared<const PreparedScene>(name, std::move(raw), std::move(left), options_,
+                                               std::move(stages));
+}
+
+std::vector<Instance> Recognizer::find(const PreparedModel& model, const PreparedScene& scene,
+                                       std::vector<StageReport>* stages) const {
+  requireSameUnits(model, scene);
+  Account account(stages);
+  const auto described = model.describedFor(scene.lengths());
+  if (stages) stages->insert(stages->end(), described->stages.begin(), described->stages.end());
+  account.add("model", fmt::format("{} keypoints", described->features.size()));
+
+  const bool eachScene = options_.matchEach == "scene";
+  const auto matches = matchDescriptors(described->features.descriptors, scene.features().descriptors,
+                                        eachScene ? MatchEach::scene : MatchEach::model, options_.neighbours,
+                                        options_.threads);
+  account.add("matching", fmt::format("each of the {} keypoints of the {} with {}: {} matches",
+                                      eachScene ? scene.features().size() : described->features.size(),
+                                      eachScene ? "scene" : "model", options_.neighbours, matches.size()));
+  const auto hypotheses =
+      groupMatches(described->features, scene.features(), matches, options_.grouping,
+                   scene.lengths().consistency, options_.minimalMatches, options_.threads);
+  account.add("grouping", fmt::format("{}, {:.4g} m: {} poses, {} matches agree on the first",
+                                      options_.grouping, scene.lengths().consistency, hypotheses.size(),
+                                      hypotheses.empty() ? 0 : hypotheses.front().matches.size()));
+  std::vector<Candidate> candidates = candidatesOf(hypotheses, *described, scene, options_);
+  account.add("refinement",
+              fmt::format("{} different poses{}", candidates.size(),
+                          candidates.empty()
+                              ? ""
+                              : fmt::format(", the best confirmed by {} of {} points, {:.2f} of what "
+                                            "should be seen",
+                                            candidates[0].evidence.inliers, candidates[0].evidence.facing,
+                                            candidates[0].evidence.confidence())));
+  keepVerified(candidates, *described, scene, options_);
+  dropOverlapping(candidates, middleOf(described->few), model.extent());
+  account.add("verification", fmt::format("{}: {} instances", options_.verification, candidates.size()));
+
+  std::vector<Instance> instances;
+  for (const Candidate& c : candidates)
+    instances.push_back({model.name(), c.pose, c.evidence.inliers, c.evidence.confidence()});
+  return instances;
+}
+
+}  // namespace estancia

@@ -1,0 +1,112 @@
+#include "estancia/recognition/refine.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "estancia/recognition/keypoints.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr double agreeing = 0.5;  // cosine of two normals that can be of the same surface
+constexpr std::size_t few = 10;
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+/// The normal equations of one round about the pose: turn around the model's middle `centre` in the scene,
+/// then shift.
+struct Equations {
+  Eigen::Matrix<double, 6, 6> left = Eigen::Matrix<double, 6, 6>::Zero();
+  Vector6 right = Vector6::Zero();
+  std::size_t partners = 0;
+};
+
+Equations equationsOf(const OrientedPoints& model, const Surface& scene, const cv::Affine3d& pose,
+                      const cv::Vec3d& centre, double reach) {
+  Equations sum;
+  std::vector<Neighbour> buffer;
+  const double reach2 = reach * reach;
+  for (std::size_t i = 0; i < model.points.size(); ++i) {
+    const cv::Point3d p = pose * cv::Point3d(model.points[i]);
+    const auto near = scene.neighbours().nearest(cv::Point3f(p), 1, buffer, static_cast<float>(reach));
+    if (near.empty()) continue;
+    const cv::Vec3d n(cv::Point3d(scene.normals()[near[0].index]));
+    const cv::Vec3d m = pose.rotation() * cv::Vec3d(cv::Point3d(model.normals[i]));
+    if (n.dot(m) < agreeing) continue;
+    const double shrink = 1 - static_cast<double>(near[0].squared) / reach2;
+    const double weight = shrink * shrink;
+    const cv::Vec3d q(cv::Point3d(scene.points()[near[0].index])), at(p);
+    const cv::Vec3d turn = (at - centre).cross(n);
+    Vector6 row;
+    row << turn[0], turn[1], turn[2], n[0], n[1], n[2];
+    sum.left += weight * row * row.transpose();
+    sum.right += weight * n.dot(q - at) * row;
+    ++sum.partners;
+  }
+  return sum;
+}
+
+}  // namespace
+
+OrientedPoints spreadPoints(const Surface& surface, std::size_t count) {
+  OrientedPoints spread;
+  const auto take = [&](std::uint32_t i) {
+    spread.points.push_back(surface.points()[i]);
+    spread.normals.push_back(surface.normals()[i]);
+  };
+  if (surface.size() <= count || !(surface.extent() > 0)) {
+    for (std::uint32_t i = 0; i < surface.size(); ++i) take(i);
+    return spread;
+  }
+  // A surface fills cells by the square of their edge; half as large an edge, four times as many points.
+  double low = surface.extent() / 1e5, high = surface.extent();
+  std::vector<std::uint32_t> best;
+  for (int step = 0; step < 12; ++step) {
+    const double middle = std::sqrt(low * high);
+    std::vector<std::uint32_t> chosen = findKeypoints(surface, "uniform", middle);
+    const bool many = chosen.size() > count;
+    if (best.empty() || (!many && chosen.size() > best.size()) || best.size() > count)
+      best = std::move(chosen);
+    (many ? low : high) = middle;
+  }
+  for (const std::uint32_t i : best) take(i);
+  return spread;
+}
+
+OrientedPoints spreadPointsBy(const Surface& surface, double spacing) {
+  OrientedPoints spread;
+  for (const std::uint32_t i : findKeypoints(surface, "uniform", spacing)) {
+    spread.points.push_back(surface.points()[i]);
+    spread.normals.push_back(surface.normals()[i]);
+  }
+  return spread;
+}
+
+cv::Affine3d refinePose(const OrientedPoints& model, const Surface& scene, const cv::Affine3d& pose,
+                        double reach, int rounds) {
+  cv::Point3d middle;
+  for (const cv::Point3f& p : model.points)
+    middle += cv::Point3d(p) / static_cast<double>(model.points.size());
+  double size = 0;
+  for (const cv::Point3f& p : model.points) size = std::max(size, cv::norm(cv::Point3d(p) - middle));
+  cv::Affine3d refined = pose;
+  for (int round = 0; round < rounds; ++round) {
+    const cv::Vec3d centre(refined * middle);
+    Equations e = equationsOf(model, scene, refined, centre, reach);
+    if (e.partners < few) return round == 0 ? pose : refined;
+    // A plane or a ball leaves directions open: there the pose stays.
+    for (int k = 0; k < 6; ++k)
+      e.left(k, k) += 1e-6 * static_cast<double>(e.partners) * (k < 3 ? size * size : 1);
+    const Vector6 x = e.left.ldlt().solve(e.right);
+    if (!x.allFinite()) return refined;
+    const cv::Affine3d turn(cv::Vec3d(x[0], x[1], x[2]));
+    const cv::Vec3d shift(x[3], x[4], x[5]);
+    // p → R (p − centre) + centre + shift
+    refined = cv::Affine3d(turn.rotation(), centre - turn.rotation() * centre + shift) * refined;
+    if (x.head<3>().norm() * size + x.tail<3>().norm() < 1e-3 * reach) break;
+  }
+  return refined;
+}
+
+}  // namespace estancia

@@ -1,0 +1,90 @@
+#include "estancia/recognition/surface.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "estancia/cloud/resolution.hpp"
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr std::size_t samples = 1000;  // places at which distances are looked at
+
+bool isFinite(const cv::Point3f& p) {
+  return std::isfinite(p.x + p.y + p.z);
+}
+
+std::vector<cv::Point3f> kept(const PointCloud& cloud, const std::vector<cv::Point3f>& values) {
+  std::vector<cv::Point3f> left;
+  if (cloud.normals.size() != cloud.points.size()) return left;
+  left.reserve(values.size());
+  for (std::size_t i = 0; i < cloud.points.size(); ++i)
+    if (isFinite(cloud.points[i]) && isFinite(cloud.normals[i])) left.push_back(values[i]);
+  return left;
+}
+
+}  // namespace
+
+Surface::Surface(std::string name, const PointCloud& cloud, int threads)
+    : name_(std::move(name)),
+      points_(kept(cloud, cloud.points)),
+      normals_(kept(cloud, cloud.normals)),
+      neighbours_(points_, threads) {
+  if (points_.empty())
+    throw Error(
+        fmt::format("{}: none of its {} points has a normal; a cloud of a surface is needed, and a normal "
+                    "radius that holds some points",
+                    name_, cloud.points.size()));
+  resolution_ = resolutionOf(neighbours_);
+  extent_ = extentOf(points_);
+}
+
+void Surface::requireRadius(double radius, const std::string& what) const {
+  estancia::requireRadius(name_, points_, neighbours_, radius, what);
+}
+
+double extentOf(std::span<const cv::Point3f> points) {
+  if (points.empty()) return 0;
+  cv::Point3f low = points[0], high = points[0];
+  for (const cv::Point3f& p : points) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  return cv::norm(high - low);
+}
+
+void requireRadius(const std::string& name, std::span<const cv::Point3f> points, const Neighbours& neighbours,
+                   double radius, const std::string& what) {
+  constexpr std::size_t few = 5;
+  if (!(radius > 0) || !std::isfinite(radius))
+    throw Error(fmt::format("{}: the {} is {} m; it must be positive", name, what, radius));
+  const double extent = extentOf(points), resolution = resolutionOf(neighbours);
+  if (!(resolution > 0))
+    throw Error(fmt::format("{}: all of its {} points lie in one place; a cloud of a surface is needed", name,
+                            points.size()));
+  if (radius > extent)
+    throw Error(
+        fmt::format("{}: the {} is {:.4g} m, but the whole cloud measures {:.4g} m; is it in other units? "
+                    "About {:.4g} m would do",
+                    name, what, radius, extent, std::min(extent / 4, 10 * resolution)));
+  std::vector<float> needed;  // to reach `few` others
+  std::vector<Neighbour> buffer;
+  const std::size_t step = std::max<std::size_t>(points.size() / samples, 1);
+  for (std::size_t i = 0; i < points.size(); i += step)
+    if (const auto near = neighbours.nearest(points[i], few + 1, buffer); near.size() == few + 1)
+      needed.push_back(near.back().squared);
+  if (needed.empty())
+    throw Error(fmt::format("{}: {} points are too few to be described", name, points.size()));
+  const auto middle = needed.begin() + static_cast<std::ptrdiff_t>(needed.size() / 2);
+  std::nth_element(needed.begin(), middle, needed.end());
+  if (std::sqrt(*middle) > radius)
+    throw Error(
+        fmt::format("{}: a {} of {:.4g} m leaves most points without neighbours, for they lie {:.4g} m "
+                    "apart; is it in other units? At least {:.4g} m would do",
+                    name, what, radius, resolution, 2 * std::sqrt(*middle)));
+}
+
+}  // namespace estancia

@@ -1,0 +1,49 @@
+// What keypoints and descriptors are computed from: oriented points, and a way to find those around a place.
+#pragma once
+
+#include <opencv2/core/matx.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "estancia/cloud/neighbours.hpp"
+#include "estancia/core/point_cloud.hpp"
+
+namespace estancia {
+
+/// Points that all have a normal. Immutable; any number of threads may ask it.
+class Surface {
+ public:
+  /// Keeps the points of `cloud` that are finite and have a finite normal. `name` is for messages. Throws
+  /// Error, naming the cloud, when none is left.
+  Surface(std::string name, const PointCloud& cloud, int threads = 1);
+
+  const std::string& name() const { return name_; }
+  std::size_t size() const { return points_.size(); }
+  const std::vector<cv::Point3f>& points() const { return points_; }    ///< [m]
+  const std::vector<cv::Point3f>& normals() const { return normals_; }  ///< unit vectors
+  const Neighbours& neighbours() const { return neighbours_; }          ///< of points()
+
+  double resolution() const { return resolution_; }  ///< median distance of a point to the nearest other [m]
+  double extent() const { return extent_; }          ///< diagonal of the box around the points [m]
+
+  /// requireRadius() for this surface.
+  void requireRadius(double radius, const std::string& what) const;
+
+ private:
+  std::string name_;
+  std::vector<cv::Point3f> points_, normals_;
+  Neighbours neighbours_;
+  double resolution_ = 0, extent_ = 0;
+};
+
+/// Throws Error unless `radius` [m] is finite, positive, holds some points around most of `points`, and is
+/// smaller than they reach: else it is likely to be in other units. The message says which radius would do.
+/// `name` is the cloud's, `what` the radius': "descriptor radius".
+void requireRadius(const std::string& name, std::span<const cv::Point3f> points, const Neighbours& neighbours,
+                   double radius, const std::string& what);
+
+/// Diagonal of the box around points [m]; 0 when there are none.
+double extentOf(std::span<const cv::Point3f> points);
+
+}  // namespace estancia

@@ -1,0 +1,59 @@
+// Is the model really there (thesis 2.4.7)?
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core/affine.hpp>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "estancia/recognition/range_picture.hpp"
+#include "estancia/recognition/refine.hpp"
+#include "estancia/recognition/surface.hpp"
+
+namespace estancia {
+
+/// What a scene says about a model in a pose, in numbers of the model's points.
+struct Evidence {
+  std::size_t facing = 0;       ///< turned to the sensor: what could be seen
+  std::size_t inliers = 0;      ///< of these, with a scene point near that is turned the same way
+  std::size_t occluded = 0;     ///< of these, behind something, or where the sensor saw nothing
+  std::size_t seenThrough = 0;  ///< of these, in front of what the sensor saw: there can be nothing
+
+  /// The share of what should be seen (facing − occluded) that is, times the root of the share of all that
+  /// faces the sensor: what little of a hidden model agrees may be chance. In [0, 1].
+  double confidence() const;
+};
+
+Evidence examine(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
+                 const cv::Affine3d& pose, double tolerance);
+
+/// The plain check: the confidence is at least `accept`, and the scene does not look through a fifth of the
+/// model.
+bool isThere(const Evidence& evidence, double accept);
+
+struct GlobalVerificationOptions {
+  double tolerance = 0.005;  ///< [m] between a scene point and the model point that explains it
+  double clutterRadius =
+      0;  ///< [m] around explained points in which unexplained ones count; 0: 2 × tolerance
+  double outlierWeight = 1;  ///< λ of the paper: a model point without a scene point near it
+  double clutterWeight = 3;  ///< κ of the paper: an unexplained point of the same smooth part
+  std::uint64_t seed = 1;    ///< of the simulated annealing
+};
+
+/// Global hypothesis verification (Aldoma, Tombari, Di Stefano, Vincze 2012): the set of hypotheses that
+/// together explains most of the scene with the fewest model points in the void, scene points explained
+/// twice, and points left unexplained on a smooth part of the scene that is partly explained; by simulated
+/// annealing. `smoothParts` is smoothPartsOf(scene). Points of model and scene should lie equally far apart.
+/// Returns whether each pose belongs to it.
+std::vector<bool> verifyGlobally(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
+                                 std::span<const int> smoothParts, std::span<const cv::Affine3d> poses,
+                                 const GlobalVerificationOptions& options);
+
+/// Parts of a surface over which the normal changes slowly: for each point the number of its part, 0 for
+/// those of small parts. Points of a part are linked by neighbours within `reach` [m] whose normals differ by
+/// < 0.2 rad.
+std::vector<int> smoothPartsOf(const Surface& surface, double reach, int threads = 1);
+
+}  // namespace estancia

@@ -1,0 +1,54 @@
+// Surfaces to describe, made up with seeds.
+#pragma once
+
+#include <cmath>
+#include <opencv2/core/affine.hpp>
+#include <random>
+
+#include "estancia/core/point_cloud.hpp"
+#include "estancia/recognition/surface.hpp"
+
+namespace estancia::test {
+
+/// A wavy sheet of about `side`² points over `size` × `size` metres with true normals, slightly rough.
+inline PointCloud wavySheet(int side, double size, std::uint32_t seed = 1, double rough = 0.0005) {
+  std::mt19937 random(seed);
+  const auto uniform = [&] { return static_cast<double>(random()) / 4294967296.0; };
+  PointCloud cloud;
+  for (int i = 0; i < side * side; ++i) {
+    const double x = uniform() * size, y = uniform() * size, k = 8 / size;
+    const double z =
+        size * (0.10 * std::sin(k * x) * std::cos(1.3 * k * y) + 0.05 * std::sin(2.1 * k * (x + 0.4 * y)));
+    const double dx =
+        size * k *
+        (0.10 * std::cos(k * x) * std::cos(1.3 * k * y) + 0.105 * std::cos(2.1 * k * (x + 0.4 * y)));
+    const double dy =
+        size * k *
+        (-0.13 * std::sin(k * x) * std::sin(1.3 * k * y) + 0.042 * std::cos(2.1 * k * (x + 0.4 * y)));
+    cv::Vec3d n(dx, dy, -1);
+    n *= 1 / cv::norm(n);
+    const cv::Vec3d p(x - size / 2, y - size / 2, z + 3 * size + rough * size * (uniform() - 0.5));
+    cloud.points.emplace_back(
+        cv::Point3f(static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])));
+    cloud.normals.emplace_back(
+        cv::Point3f(static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])));
+  }
+  cloud.width = cloud.points.size();
+  cloud.height = 1;
+  return cloud;
+}
+
+inline std::vector<std::uint32_t> everyNth(const Surface& surface, std::uint32_t n) {
+  std::vector<std::uint32_t> chosen;
+  for (std::uint32_t i = 0; i < surface.size(); i += n) chosen.push_back(i);
+  return chosen;
+}
+
+inline PointCloud moved(const PointCloud& cloud, const cv::Affine3d& by) {
+  PointCloud there = cloud;
+  for (cv::Point3f& p : there.points) p = cv::Affine3f(by) * p;
+  for (cv::Point3f& n : there.normals) n = cv::Affine3f(by).rotation() * n;
+  return there;
+}
+
+}  // namespace estancia::test

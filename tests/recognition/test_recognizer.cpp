@@ -1,0 +1,235 @@
+#include "estancia/recognition/recognizer.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "estancia/core/error.hpp"
+#include "estancia/recognition/prepared.hpp"
+#include "estancia/recognition/score.hpp"
+#include "recognition/made_up_surface.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+/// A wavy object in front of a wall.
+struct Scenery {
+  PointCloud scene, model;
+  cv::Affine3d truth{cv::Vec3d(0.15, -0.1, 0.4), cv::Vec3d(0.05, -0.02, 0.1)};
+
+  explicit Scenery(float scale = 1) {
+    scene = test::wavySheet(70, 0.25, 1, 0.001);
+    model = test::moved(scene, truth.inv());
+    for (const cv::Point3f& p : test::wavySheet(130, 0.65, 2).points)
+      scene.points.emplace_back(p.x, p.y, 1 + 0.05F * std::fmod(100 * p.x, 0.02F));
+    scene.normals.clear();
+    for (PointCloud* cloud : {&scene, &model})
+      for (cv::Point3f& p : cloud->points) p *= scale;
+    truth = cv::Affine3d(truth.rotation(), truth.translation() * scale);
+  }
+};
+
+std::vector<Instance> findIn(const RecognitionOptions& options, const PointCloud& model,
+                             const PointCloud& scene) {
+  const Recognizer recognizer(options);
+  Progress silent;
+  return recognizer.find(*recognizer.prepareModel("model", model),
+                         *recognizer.prepareScene("scene", scene, silent));
+}
+
+testing::AssertionResult isFound(const std::vector<Instance>& found, const Scenery& scenery,
+                                 double scale = 1) {
+  if (found.empty()) return testing::AssertionFailure() << "nothing found";
+  const PoseError e = poseError(found[0].pose, scenery.truth, centreOf(scenery.model));
+  if (e.translation > 0.004 * scale || e.rotation > 1.5)
+    return testing::AssertionFailure() << e.translation << " m, " << e.rotation << " degrees off";
+  if (found[0].model != "model" || !(found[0].confidence > 0.7) || found[0].inliers < 100)
+    return testing::AssertionFailure()
+           << found[0].model << ", " << found[0].confidence << ", " << found[0].inliers;
+  return testing::AssertionSuccess();
+}
+
+TEST(Recognizer, FindsTheModelWithEachPreset) {
+  const Scenery scenery;
+  for (const std::string preset : {"default", "thesis", "tight", "wide"})
+    EXPECT_TRUE(isFound(findIn(RecognitionOptions::preset(preset), scenery.model, scenery.scene), scenery))
+        << preset;
+}
+
+TEST(Recognizer, FindsTheModelWithEachStage) {
+  const Scenery scenery;
+  const auto with = [&](auto&& change) {
+    RecognitionOptions options = RecognitionOptions::preset("default");
+    change(options);
+    return isFound(findIn(options, scenery.model, scenery.scene), scenery);
+  };
+  EXPECT_TRUE(with([](auto& o) { o.descriptor = "fpfh"; }));
+  EXPECT_TRUE(with([](auto& o) { o.descriptor = "spin-image"; }));
+  EXPECT_TRUE(with([](auto& o) { o.keypoints = "harris3d"; }));
+  EXPECT_TRUE(with([](auto& o) { o.keypoints = "iss"; }));
+  EXPECT_TRUE(with([](auto& o) { o.grouping = "hough"; }));
+  EXPECT_TRUE(with([](auto& o) { o.verification = "global"; }));
+  EXPECT_TRUE(with([](auto& o) { o.matchEach = "scene"; }));
+}
+
+TEST(Recognizer, MillimetresGiveTheSame) {
+  const Scenery metres, millimetres(1024);  // a power of two: no rounding
+  const auto options = RecognitionOptions::preset("default");
+  const auto a = findIn(options, metres.model, metres.scene),
+             b = findIn(options, millimetres.model, millimetres.scene);
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_TRUE(isFound(b, millimetres, 1024));
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].inliers, b[i].inliers);
+    EXPECT_LT(cv::norm(a[i].pose.rotation() - b[i].pose.rotation()), 1e-6);
+    EXPECT_LT(cv::norm(1024 * a[i].pose.translation() - b[i].pose.translation()), 1e-2);
+  }
+}
+
+TEST(Recognizer, ThreadsDoNotMatter) {
+  const Scenery scenery;
+  RecognitionOptions options = RecognitionOptions::preset("default");
+  options.threads = 1;
+  const auto one = findIn(options, scenery.model, scenery.scene);
+  options.threads = 3;
+  const auto three = findIn(options, scenery.model, scenery.scene);
+  ASSERT_EQ(one.size(), three.size());
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    EXPECT_EQ(one[i].pose.matrix, three[i].pose.matrix);
+    EXPECT_EQ(one[i].confidence, three[i].confidence);
+  }
+}
+
+TEST(Recognizer, DoesNotFindWhatIsNotThere) {
+  const Scenery scenery;
+  PointCloud ball;  // the near half of one
+  for (int i = 0; i < 4000; ++i) {
+    const double turn = 2.39996 * i, height = (i + 0.5) / 4000, r = std::sqrt(1 - height * height);
+    ball.points.emplace_back(cv::Point3f(static_cast<float>(0.12 * r * std::cos(turn)),
+                                         static_cast<float>(0.12 * r * std::sin(turn)),
+                                         static_cast<float>(1.5 - 0.12 * height)));
+  }
+  for (const std::string preset : {"default", "thesis"})
+    EXPECT_TRUE(findIn(RecognitionOptions::preset(preset), ball, scenery.scene).empty()) << preset;
+}
+
+TEST(Recognizer, HolesAreLeftOut) {
+  Scenery scenery;
+  for (std::size_t i = 0; i < scenery.scene.points.size(); i += 7)
+    scenery.scene.points[i].x = std::numeric_limits<float>::quiet_NaN();
+  for (std::size_t i = 0; i < scenery.model.points.size(); i += 5)
+    scenery.model.points[i].z = std::numeric_limits<float>::infinity();
+  const auto found = findIn(RecognitionOptions::preset("default"), scenery.model, scenery.scene);
+  ASSERT_FALSE(found.empty());
+  EXPECT_LT(cv::norm(found[0].pose.translation() - scenery.truth.translation()), 0.02);
+}
+
+TEST(Recognizer, TellsWhatEachStageKept) {
+  const Scenery scenery;
+  const Recognizer recognizer(RecognitionOptions::preset("default"));
+  Progress silent;
+  const auto scene = recognizer.prepareScene("scene", scenery.scene, silent);
+  std::vector<StageReport> stages;
+  recognizer.find(*recognizer.prepareModel("model", scenery.model), *scene, &stages);
+  std::vector<std::string> names;
+  for (const StageReport& s : scene->stages()) names.push_back(s.stage);
+  EXPECT_THAT(names, testing::ElementsAre("filter", "noise", "normals", "keypoints", "descriptors", "view"));
+  names.clear();
+  for (const StageReport& s : stages) names.push_back(s.stage);
+  EXPECT_THAT(names, testing::IsSupersetOf({"matching", "grouping", "refinement", "verification"}));
+}
+
+TEST(Recognizer, AModelIsDescribedOnceForTheLengthsOfAScene) {
+  const Scenery scenery;
+  const Recognizer recognizer(RecognitionOptions::preset("default"));
+  const auto model = recognizer.prepareModel("model", scenery.model);
+  const RecognitionLengths some{0.02, 0.02, 0.04, 0.01, 0.005};
+  const auto described = model->describedFor(some);
+  EXPECT_EQ(described, model->describedFor(some));
+  RecognitionLengths others = some;
+  others.descriptorRadius = 0.05;
+  EXPECT_NE(described, model->describedFor(others));
+}
+
+TEST(Recognizer, CloudsInDifferentUnitsAreNoticed) {
+  const Scenery metres, millimetres(1000);
+  const auto options = RecognitionOptions::preset("default");
+  EXPECT_THAT(
+      test::errorOf([&] { findIn(options, millimetres.model, metres.scene); }),
+      AllOf(HasSubstr("different units"), HasSubstr("model"), HasSubstr("scene"), HasSubstr("0.001")));
+  EXPECT_THAT(test::errorOf([&] { findIn(options, metres.model, millimetres.scene); }),
+              HasSubstr("different units"));
+}
+
+TEST(Recognizer, LengthsInOtherUnitsAreNoticed) {
+  const Scenery millimetres(1000);
+  EXPECT_THAT(test::errorOf(
+                  [&] { findIn(RecognitionOptions::preset("tight"), millimetres.model, millimetres.scene); }),
+              HasSubstr("would do"));
+  RecognitionOptions options = RecognitionOptions::preset("default");
+  options.descriptorRadius = 35;
+  const Scenery metres;
+  EXPECT_THAT(test::errorOf([&] { findIn(options, metres.model, metres.scene); }),
+              AllOf(HasSubstr("other units"), HasSubstr("would do")));
+  options = RecognitionOptions::preset("default");
+  options.normalRadius = 15;
+  EXPECT_THAT(test::errorOf([&] { findIn(options, metres.model, metres.scene); }), HasSubstr("would do"));
+}
+
+TEST(Recognizer, UselessCloudsAreErrorsOrGiveNothing) {
+  const Scenery scenery;
+  const Recognizer recognizer(RecognitionOptions::preset("default"));
+  Progress silent;
+  PointCloud one, holes, same;
+  one.points = {{1, 2, 3}};
+  holes.points.assign(100, cv::Point3f(std::nanf(""), 0, 0));
+  same.points.assign(1000, cv::Point3f(1, 2, 3));
+  for (const PointCloud& cloud : {PointCloud(), one, holes, same}) {
+    EXPECT_THAT(test::errorOf([&] { recognizer.prepareScene("useless", cloud, silent); }),
+                HasSubstr("useless"));
+    EXPECT_THAT(test::errorOf([&] {
+                  recognizer.find(*recognizer.prepareModel("useless", cloud),
+                                  *recognizer.prepareScene("scene", scenery.scene, silent));
+                }),
+                HasSubstr("useless"));
+  }
+  PointCloud plane;
+  for (int i = 0; i < 25600; ++i)
+    plane.points.emplace_back(0.0025F * static_cast<float>(i % 160), 0.0025F * static_cast<float>(i / 160),
+                              1.F);
+  EXPECT_TRUE(findIn(RecognitionOptions::preset("default"), scenery.model, plane).empty());
+  PointCloud twice = scenery.scene;
+  twice.points.insert(twice.points.end(), scenery.scene.points.begin(), scenery.scene.points.end());
+  EXPECT_TRUE(isFound(findIn(RecognitionOptions::preset("default"), scenery.model, twice), scenery));
+}
+
+TEST(Recognizer, AModelLargerThanTheSceneIsNotFound) {
+  const Scenery scenery;
+  EXPECT_TRUE(findIn(RecognitionOptions::preset("default"), test::wavySheet(200, 1), scenery.model).empty());
+}
+
+TEST(Recognizer, RefusesOptionsThatMakeNoSense) {
+  const auto refused = [](auto&& change) {
+    RecognitionOptions options = RecognitionOptions::preset("default");
+    change(options);
+    return test::errorOf([&] { Recognizer r(options); });
+  };
+  EXPECT_THAT(refused([](auto& o) { o.keypoints = "sift"; }), HasSubstr("uniform, harris3d, iss"));
+  EXPECT_THAT(refused([](auto& o) { o.descriptor = "sift"; }), HasSubstr("shot, fpfh, spin-image"));
+  EXPECT_THAT(refused([](auto& o) { o.grouping = "ransac"; }), HasSubstr("geometric-consistency, hough"));
+  EXPECT_THAT(refused([](auto& o) { o.verification = "none"; }), HasSubstr("global, inliers"));
+  EXPECT_THAT(refused([](auto& o) { o.matchEach = "both"; }), HasSubstr("scene, model"));
+  EXPECT_THAT(refused([](auto& o) { o.normalRadius = -1; }), HasSubstr("-1"));
+  EXPECT_THAT(refused([](auto& o) { o.neighbours = 0; }), HasSubstr("at least one"));
+  EXPECT_THAT(refused([](auto& o) { o.accept = 2; }), HasSubstr("[0, 1]"));
+  EXPECT_THAT(test::errorOf([] { RecognitionOptions::preset("best"); }),
+              AllOf(HasSubstr("'best'"), HasSubstr("default, thesis, tight, wide")));
+}
+
+}  // namespace
+}  // namespace estancia
