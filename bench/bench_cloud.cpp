@@ -64,7 +64,7 @@ void print(const Row& row) {
 }
 
 #ifdef HAS_NANOFLANN
-struct Adaptor {
+struct Adaptor {  // NOLINTBEGIN(readability-identifier-naming): nanoflann's names
   const std::vector<cv::Point3f>& points;
   std::size_t kdtree_get_point_count() const { return points.size(); }
   float kdtree_get_pt(std::size_t i, std::size_t axis) const { return (&points[i].x)[axis]; }
@@ -73,6 +73,7 @@ struct Adaptor {
     return false;
   }
 };
+// NOLINTEND(readability-identifier-naming)
 using Nanoflann =
     nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Adaptor>, Adaptor, 3>;
 #endif

@@ -78,6 +78,7 @@ std::optional<double> noiseAt(const Neighbours& points, const cv::Point3f& place
   }
   if (!cv::solve(squares, right, surface, cv::DECOMP_CHOLESKY)) return std::nullopt;
   std::vector<double> residuals;
+  residuals.reserve(used);
   for (const cv::Vec3d& p : near) residuals.push_back(std::abs(p.dot(n) - termsOf(p).dot(surface)));
   constexpr double gaussian =
       1.4826;  // the median of the absolute values times this is the standard deviation

@@ -21,9 +21,11 @@ class Filter : public testing::Test {
  protected:
   void SetUp() override {
     PointCloud cloud;
-    for (int i = 0; i < 10000; ++i)
-      cloud.points.emplace_back(0.01F * static_cast<float>(i % 100), 0.01F * static_cast<float>(i / 100),
-                                1.F);
+    cloud.points.reserve(10000);
+    for (int i = 0; i < 10000; ++i) {
+      const int row = i / 100;
+      cloud.points.emplace_back(0.01F * static_cast<float>(i % 100), 0.01F * static_cast<float>(row), 1.F);
+    }
     cloud.width = 10000;
     cloud.height = 1;
     writeCloud(plane_, cloud);

@@ -38,7 +38,8 @@ PointCloud plane() {
   cloud.width = 80;
   cloud.height = 60;
   for (int i = 0; i < 4800; ++i) {
-    cloud.points.emplace_back(0.01F * static_cast<float>(i % 80), 0.01F * static_cast<float>(i / 80), 1.F);
+    const int row = i / 80;
+    cloud.points.emplace_back(0.01F * static_cast<float>(i % 80), 0.01F * static_cast<float>(row), 1.F);
     if (i % 10 == 0) cloud.points.back().z = kNaN;
     cloud.colours.emplace_back(i % 256, 1, 2);
   }

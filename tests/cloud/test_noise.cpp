@@ -109,6 +109,7 @@ TEST(EstimateNoise, IsNothingWhereThereIsNoSurface) {
   EXPECT_EQ(estimateNoise(cloudOf(std::vector<cv::Point3f>(1000, {1, 2, 3}))), 0);
   EXPECT_EQ(estimateNoise(cloudOf({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}})), 0);
   std::vector<cv::Point3f> line;
+  line.reserve(500);
   for (int i = 0; i < 500; ++i) line.emplace_back(static_cast<float>(i), 0.F, 0.F);
   EXPECT_EQ(estimateNoise(cloudOf(line)), 0);
 }

@@ -50,8 +50,11 @@ NormalOptions within(double radius, int threads = 1) {
 std::vector<cv::Point3f> grid(int side, const cv::Point3f& start, const cv::Point3f& u,
                               const cv::Point3f& v) {
   std::vector<cv::Point3f> points;
-  for (int i = 0; i < side * side; ++i)
-    points.push_back(start + static_cast<float>(i % side) * u + static_cast<float>(i / side) * v);
+  points.reserve(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+  for (int i = 0; i < side * side; ++i) {
+    const int row = i / side;
+    points.push_back(start + static_cast<float>(i % side) * u + static_cast<float>(row) * v);
+  }
   return points;
 }
 

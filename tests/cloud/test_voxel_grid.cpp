@@ -22,7 +22,6 @@ namespace estancia {
 namespace {
 
 using test::errorOf;
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -75,8 +74,10 @@ TEST(VoxelGrid, RefusesLeavesThatAreNone) {
 
 TEST(VoxelGrid, FindsTheLeafForANumberOfPoints) {
   PointCloud plane;
-  for (int i = 0; i < 40000; ++i)
-    plane.points.emplace_back(0.01F * static_cast<float>(i % 200), 0.01F * static_cast<float>(i / 200), 1.F);
+  for (int i = 0; i < 40000; ++i) {
+    const int row = i / 200;
+    plane.points.emplace_back(0.01F * static_cast<float>(i % 200), 0.01F * static_cast<float>(row), 1.F);
+  }
   plane = withGaussianNoise(cloudOf(plane.points), 0.002, 5);
   for (const double scale : {1.0, 1000.0}) {  // metres, millimetres
     PointCloud scaled = plane;

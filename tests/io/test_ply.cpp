@@ -20,7 +20,6 @@ using test::errorOf;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
@@ -67,7 +66,8 @@ TEST_F(Ply, ReadsItsThreeForms) {
     for (const float value : {1.F, -2.5F, 3.F, 4.F, 5.F, kNaN}) data += bytesOf(value, big);
     const std::string format = big ? "binary_big_endian" : "binary_little_endian";
     expectTwoPoints(read(header(format, kPoints) + data));
-    data += "\x02" + bytesOf(std::int32_t{0}, big) + bytesOf(std::int32_t{1}, big);
+    data += "\x02";
+    for (const std::int32_t vertex : {0, 1}) data += bytesOf(vertex, big);
     expectTwoPoints(read(header(format, kPoints + kFaces) + data));
   }
 }
