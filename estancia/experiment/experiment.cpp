@@ -137,7 +137,7 @@ Findings runExperiment(const std::vector<std::filesystem::path>& configs, const 
   if (experiments.empty()) throw Error("no experiment is named");
 
   requireDifferent(configs, experiments);
-  Grid grid(run.folder, chosen->columns(), chosen->cellsLabel ? 1 : run.labeler.threads);
+  Grid grid(run.folder, chosen->columns(), chosen->cellsLabel ? 1 : run.labeler.threads, run.distribution);
   grid.makeFolder();
   Findings all;
   for (std::size_t i = 0; i < experiments.size(); ++i) {
