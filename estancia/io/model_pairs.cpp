@@ -147,4 +147,21 @@ ModelPairs readModelPairs(const fs::path& list, const ModelPairsOptions& options
   return found;
 }
 
+ModelPairs onlyScenes(const ModelPairs& pairs, const std::vector<std::string>& names) {
+  ModelPairs chosen{{}, pairs.models, {}, pairs.leftOut};
+  for (const std::string& name : names) {
+    const auto scene = std::find_if(pairs.scenes.begin(), pairs.scenes.end(),
+                                    [&](const ModelPairs::Scene& s) { return s.name == name; });
+    if (scene == pairs.scenes.end())
+      throw Error(fmt::format("no scene of the pairs is called \"{}\"", io::printable(name)));
+    for (ModelPairs::Pair pair : pairs.pairs) {
+      if (pair.scene != static_cast<std::size_t>(scene - pairs.scenes.begin())) continue;
+      pair.scene = chosen.scenes.size();
+      chosen.pairs.push_back(std::move(pair));
+    }
+    chosen.scenes.push_back(*scene);
+  }
+  return chosen;
+}
+
 }  // namespace estancia

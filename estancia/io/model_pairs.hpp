@@ -44,4 +44,7 @@ struct ModelPairsOptions {
 /// that is not rigid.
 ModelPairs readModelPairs(const std::filesystem::path& list, const ModelPairsOptions& options = {});
 
+/// Those in the scenes of these names; all models stay. Throws Error on a name that no scene has.
+ModelPairs onlyScenes(const ModelPairs& pairs, const std::vector<std::string>& names);
+
 }  // namespace estancia

@@ -51,6 +51,21 @@ TEST_F(ModelPairsTest, KnowsScenesModelsAndPoses) {
   EXPECT_FALSE(found.holds(1, "cup"));
 }
 
+TEST_F(ModelPairsTest, SomeScenesMayBeChosen) {
+  const auto all = read(
+      "hall.pcd,mug,mug.pcd,pose.txt\nlab.pcd,mug,mug.pcd,pose.txt\n"
+      "hall.pcd,cup,cup.pcd,pose.txt\n");
+  const auto lab = onlyScenes(all, {"lab.pcd"});
+  ASSERT_EQ(lab.scenes.size(), 1U);
+  ASSERT_EQ(lab.pairs.size(), 1U);
+  EXPECT_EQ(lab.pairs[0].scene, 0U);
+  EXPECT_EQ(lab.models.size(), 2U);
+  EXPECT_FALSE(lab.holds(0, "cup"));
+  EXPECT_EQ(onlyScenes(all, {"lab.pcd", "hall.pcd"}).pairs.size(), 3U);
+  EXPECT_THAT(errorOf([&] { onlyScenes(all, {"attic"}); }),
+              HasSubstr("no scene of the pairs is called \"attic\""));
+}
+
 TEST_F(ModelPairsTest, ColumnsAndFilesMayBeCalledOtherwise) {
   const auto found = read("hall,1,mug,mug.pcd,pose.txt,0.7\nlab,0,cup,cup.pcd,none.txt,0.7\n",
                           "scene,scene_present,object,mesh,xf,overlap", {"mesh", "xf", "{}.pcd"});
