@@ -243,6 +243,13 @@ std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string&
                                                std::move(stages));
 }
 
+std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string& name,
+                                                              const PointCloud& cloud,
+                                                              const PointCloud& filtered) const {
+  return std::make_shared<const PreparedScene>(name, finitePoints(name, cloud), finitePoints(name, filtered),
+                                               options_, std::vector<StageReport>{});
+}
+
 std::vector<Instance> Recognizer::find(const PreparedModel& model, const PreparedScene& scene,
                                        std::vector<StageReport>* stages) const {
   requireSameUnits(model, scene);
