@@ -204,7 +204,7 @@ std::string toldOf(const std::vector<TriedPose>& poses) {
 
 /// Of the best pose, accepted or not: "; best pose 0.19 of 0.25 needed: 41 % supported, 12 % seen through".
 std::string comparison(const TriedPose& pose, double accept) {
-  const Agreement& a = pose.agreement;
+  const PoseAgreement& a = pose.agreement;
   return fmt::format(
       "; best pose {:.2f} of {:.2f} needed: {} % supported, {} % seen through, {} % elsewhere, "
       "{} % hidden, {} % turned away",
