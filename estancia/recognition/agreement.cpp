@@ -24,8 +24,8 @@ inline bool faces(const cv::Point3f& p, const cv::Point3f& n) {
 
 }  // namespace
 
-Agreement agreementOf(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
-                      const AgreementLimits& limits) {
+PoseAgreement agreementOf(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
+                          const AgreementLimits& limits) {
   const cv::Matx33f turn(pose.rotation());
   const cv::Point3f shift(cv::Vec3f(pose.translation()));
   const auto offset = static_cast<float>(limits.offset), freeSpace = static_cast<float>(limits.freeSpace),

@@ -27,7 +27,7 @@ struct AgreementLimits {
 };
 
 /// In shares of the weights of all points that were tried.
-struct Agreement {
+struct PoseAgreement {
   double facing = 0;       ///< turned to the sensor: what could be seen
   double supported = 0;    ///< of these, with a surface there that is turned the same way
   double seenThrough = 0;  ///< of these, in front of what the sensor saw: there can be nothing
@@ -42,8 +42,8 @@ struct Agreement {
   double vote() const { return support - seenThrough - behind - 0.25 * elsewhere; }
 };
 
-Agreement agreementOf(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
-                      const AgreementLimits& limits);
+PoseAgreement agreementOf(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
+                          const AgreementLimits& limits);
 
 /// Weights such that parts that face one way together count by a power of their size below 1, or a table's
 /// top would agree with the side of every box: the number of points whose normals differ by less than 20°, to

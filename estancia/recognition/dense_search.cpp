@@ -49,7 +49,7 @@ void each(std::size_t count, std::size_t together, int threads, const Work& work
 
 }  // namespace
 
-double evidenceFor(const Agreement& agreement, std::size_t tried, bool closed) {
+double evidenceFor(const PoseAgreement& agreement, std::size_t tried, bool closed) {
   constexpr double wholeArea = 700;
   constexpr double leastPart = 0.25;
   const double part = closed ? std::clamp(agreement.facing, leastPart, 1.0) : 1;

@@ -20,7 +20,7 @@ struct DenseModel {
 /// A pose and what the scene says of it.
 struct TriedPose {
   cv::Affine3d pose;  ///< T_scene_model
-  Agreement agreement;
+  PoseAgreement agreement;
   double score = 0;
 };
 
@@ -45,6 +45,6 @@ std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseMode
 /// The evidence that a model is there: the mean vote of its points times the root of its area, for the same
 /// share of a larger surface is less likely to be chance. The area is `tried`, the number of points, 700 of
 /// which count 1; of a closed model that of the points that face the sensor.
-double evidenceFor(const Agreement& agreement, std::size_t tried, bool closed);
+double evidenceFor(const PoseAgreement& agreement, std::size_t tried, bool closed);
 
 }  // namespace estancia

@@ -204,7 +204,7 @@ std::string toldOf(const std::vector<TriedPose>& poses) {
 
 /// Of the best pose, accepted or not: "; best pose 0.19 of 0.25 needed: 41 % supported, 12 % seen through".
 std::string comparison(const TriedPose& pose, double accept) {
-  const Agreement& a = pose.agreement;
+  const PoseAgreement& a = pose.agreement;
   return fmt::format(
       "; best pose {:.2f} of {:.2f} needed: {} % supported, {} % seen through, {} % elsewhere, "
       "{} % hidden, {} % turned away",
@@ -241,6 +241,13 @@ std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string&
   PointCloud left = filtered(name, raw, options_.sceneFilter, stages, progress);
   return std::make_shared<const PreparedScene>(name, std::move(raw), std::move(left), options_,
                                                std::move(stages));
+}
+
+std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string& name,
+                                                              const PointCloud& cloud,
+                                                              const PointCloud& filtered) const {
+  return std::make_shared<const PreparedScene>(name, finitePoints(name, cloud), finitePoints(name, filtered),
+                                               options_, std::vector<StageReport>{});
 }
 
 std::vector<Instance> Recognizer::find(const PreparedModel& model, const PreparedScene& scene,

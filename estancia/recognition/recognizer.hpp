@@ -85,6 +85,9 @@ class Recognizer {
   std::shared_ptr<const PreparedModel> prepareModel(const std::string& name, const PointCloud& cloud) const;
   std::shared_ptr<const PreparedScene> prepareScene(const std::string& name, const PointCloud& cloud,
                                                     Progress& progress) const;
+  /// The same of a cloud that was filtered before: `filtered` is described, `cloud` tells noise and view.
+  std::shared_ptr<const PreparedScene> prepareScene(const std::string& name, const PointCloud& cloud,
+                                                    const PointCloud& filtered) const;
 
   /// The instances of a model, best first; `stages`, when given, is told what each stage kept. What a model
   /// needs for the scene's lengths is made when it is first needed, and kept. Throws Error on a model and a
