@@ -42,7 +42,7 @@ Features describe(const Surface& surface, std::span<const std::uint32_t> keypoin
                   double radius, int threads, FrameSigns signs) {
   const auto& [name, explanation, length] = methodCalled(method);
   surface.requireRadius(radius, "descriptor radius");
-  const std::vector<cv::Matx33f> frames = localFrames(surface, keypoints, radius, signs, threads);
+  const std::vector<cv::Matx33f> frames = localFrames(surface, keypoints, radius, threads, signs);
   std::vector<float> values;
   if (method == "shot")
     describeShot(surface, keypoints, frames, radius, threads, values);

@@ -59,6 +59,6 @@ void describeSpinImage(const Surface& surface, std::span<const std::uint32_t> ke
 /// where fewer than five are near. With FrameSigns::majority PCL's SHOTLocalReferenceFrameEstimation within
 /// rounding.
 std::vector<cv::Matx33f> localFrames(const Surface& surface, std::span<const std::uint32_t> keypoints,
-                                     double radius, FrameSigns signs, int threads);
+                                     double radius, int threads, FrameSigns signs = FrameSigns::majority);
 
 }  // namespace estancia

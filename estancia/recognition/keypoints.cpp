@@ -14,6 +14,10 @@ namespace estancia {
 namespace {
 
 std::vector<std::uint32_t> uniform(const Surface& surface, double spacing, int /*threads*/) {
+  constexpr double least = 1e-6;  // of the resolution: such cells are another unit's, and a float's end
+  if (!(spacing > least * surface.resolution()))
+    throw Error(fmt::format("{}: keypoints {} m apart on a cloud of {:.4g} m; a spacing of {:.4g} m would do",
+                            surface.name(), spacing, surface.extent(), 5 * surface.resolution()));
   return onePerVoxel(surface.points(), spacing);
 }
 

@@ -48,6 +48,7 @@ void requireLengths(const std::string& name, const RecognitionLengths& lengths, 
                     "{:.4g} m apart; is it in other units? About {:.4g} m would do",
                     name, what, length, extent, resolution, good));
   };
+  require(lengths.normalRadius, "normal radius", resolution, 8 * resolution);
   require(lengths.keypointSpacing, "keypoint spacing", resolution / 10, 5 * resolution);
   require(lengths.consistency, "consistency", resolution / 10, 5 * resolution);
   require(lengths.tolerance, "tolerance", resolution / 10, 3 * resolution);
@@ -61,6 +62,8 @@ DescribedSurface describedSurface(const std::string& name, const PointCloud& raw
   DescribedSurface described;
   const Clock all;
   if (isMean(options)) {
+    if (options.normalRadius > 0 || options.keypointSpacing > 0 || options.tolerance > 0)
+      requireLengths(name, lengths, extentOf(raw.points), lengths.spacing);
     MeanSurfaceOptions smoothing = smoothingFor(lengths);
     smoothing.perPoint = perPoint;
     smoothing.away = orientation.outwards;

@@ -36,14 +36,13 @@ RangePicture::RangePicture(std::span<const cv::Point3f> points, double spacing) 
     farthest[cell] = std::max(farthest[cell], p.z);
   }
   constexpr double steep = 6;  // cells: a surface that is seen at 80° rises so much within one
-  constexpr std::size_t rare = 4;
   std::size_t seen = 0, twice = 0;
   for (std::size_t i = 0; i < cells; ++i) {
     if (farthest[i] == 0) continue;
     ++seen;
     if (farthest[i] - depths_[i] > steep * edge * depths_[i]) ++twice;
   }
-  if (twice * rare > seen) {
+  if (2 * twice > seen) {
     depths_.clear();
     return;
   }

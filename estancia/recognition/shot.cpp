@@ -244,7 +244,7 @@ void eachKeypoint(std::size_t count, int threads, const Work& work) {
 }  // namespace
 
 std::vector<cv::Matx33f> localFrames(const Surface& surface, std::span<const std::uint32_t> keypoints,
-                                     double radius, FrameSigns signs, int threads) {
+                                     double radius, int threads, FrameSigns signs) {
   std::vector<cv::Matx33f> frames(keypoints.size());
   eachKeypoint(keypoints.size(), threads, [&](std::size_t begin, std::size_t end) {
     std::vector<Neighbour> buffer;

@@ -56,7 +56,7 @@ testing::AssertionResult isFound(const std::vector<Instance>& found, const Scene
 
 TEST(Recognizer, FindsTheModelWithEachPreset) {
   const Scenery scenery;
-  for (const std::string preset : {"default", "thesis", "tight", "wide"})
+  for (const std::string preset : {"default", "classical", "thesis", "tight", "wide"})
     EXPECT_TRUE(isFound(findIn(RecognitionOptions::preset(preset), scenery.model, scenery.scene), scenery))
         << preset;
 }
@@ -64,7 +64,7 @@ TEST(Recognizer, FindsTheModelWithEachPreset) {
 TEST(Recognizer, FindsTheModelWithEachStage) {
   const Scenery scenery;
   const auto with = [&](auto&& change) {
-    RecognitionOptions options = RecognitionOptions::preset("default");
+    RecognitionOptions options = RecognitionOptions::preset("classical");
     change(options);
     return isFound(findIn(options, scenery.model, scenery.scene), scenery);
   };
@@ -79,7 +79,7 @@ TEST(Recognizer, FindsTheModelWithEachStage) {
 
 TEST(Recognizer, MillimetresGiveTheSame) {
   const Scenery metres, millimetres(1024);  // a power of two: no rounding
-  const auto options = RecognitionOptions::preset("default");
+  const auto options = RecognitionOptions::preset("classical");
   const auto a = findIn(options, metres.model, metres.scene),
              b = findIn(options, millimetres.model, millimetres.scene);
   ASSERT_EQ(a.size(), b.size());
@@ -93,7 +93,7 @@ TEST(Recognizer, MillimetresGiveTheSame) {
 
 TEST(Recognizer, ThreadsDoNotMatter) {
   const Scenery scenery;
-  RecognitionOptions options = RecognitionOptions::preset("default");
+  RecognitionOptions options = RecognitionOptions::preset("classical");
   options.threads = 1;
   const auto one = findIn(options, scenery.model, scenery.scene);
   options.threads = 3;
@@ -114,7 +114,7 @@ TEST(Recognizer, DoesNotFindWhatIsNotThere) {
                                          static_cast<float>(0.12 * r * std::sin(turn)),
                                          static_cast<float>(1.5 - 0.12 * height)));
   }
-  for (const std::string preset : {"default", "thesis"})
+  for (const std::string preset : {"default", "classical", "thesis"})
     EXPECT_TRUE(findIn(RecognitionOptions::preset(preset), ball, scenery.scene).empty()) << preset;
 }
 
@@ -131,7 +131,7 @@ TEST(Recognizer, HolesAreLeftOut) {
 
 TEST(Recognizer, TellsWhatEachStageKept) {
   const Scenery scenery;
-  const Recognizer recognizer(RecognitionOptions::preset("default"));
+  const Recognizer recognizer(RecognitionOptions::preset("classical"));
   Progress silent;
   const auto scene = recognizer.prepareScene("scene", scenery.scene, silent);
   std::vector<StageReport> stages;
@@ -146,9 +146,13 @@ TEST(Recognizer, TellsWhatEachStageKept) {
 
 TEST(Recognizer, AModelIsDescribedOnceForTheLengthsOfAScene) {
   const Scenery scenery;
-  const Recognizer recognizer(RecognitionOptions::preset("default"));
+  const Recognizer recognizer(RecognitionOptions::preset("classical"));
   const auto model = recognizer.prepareModel("model", scenery.model);
-  const RecognitionLengths some{0.02, 0.02, 0.04, 0.01, 0.005};
+  const RecognitionLengths some{.normalRadius = 0.02,
+                                .keypointSpacing = 0.02,
+                                .descriptorRadius = 0.04,
+                                .consistency = 0.01,
+                                .tolerance = 0.005};
   const auto described = model->describedFor(some);
   EXPECT_EQ(described, model->describedFor(some));
   RecognitionLengths others = some;
@@ -221,14 +225,15 @@ TEST(Recognizer, RefusesOptionsThatMakeNoSense) {
   };
   EXPECT_THAT(refused([](auto& o) { o.keypoints = "sift"; }), HasSubstr("uniform, harris3d, iss"));
   EXPECT_THAT(refused([](auto& o) { o.descriptor = "sift"; }), HasSubstr("shot, fpfh, spin-image"));
-  EXPECT_THAT(refused([](auto& o) { o.grouping = "ransac"; }), HasSubstr("geometric-consistency, hough"));
-  EXPECT_THAT(refused([](auto& o) { o.verification = "none"; }), HasSubstr("global, inliers"));
+  EXPECT_THAT(refused([](auto& o) { o.grouping = "ransac"; }),
+              HasSubstr("geometric-consistency, hough, local-frames"));
+  EXPECT_THAT(refused([](auto& o) { o.verification = "none"; }), HasSubstr("global, inliers, evidence"));
   EXPECT_THAT(refused([](auto& o) { o.matchEach = "both"; }), HasSubstr("scene, model"));
   EXPECT_THAT(refused([](auto& o) { o.normalRadius = -1; }), HasSubstr("-1"));
   EXPECT_THAT(refused([](auto& o) { o.neighbours = 0; }), HasSubstr("at least one"));
   EXPECT_THAT(refused([](auto& o) { o.accept = 2; }), HasSubstr("[0, 1]"));
   EXPECT_THAT(test::errorOf([] { RecognitionOptions::preset("best"); }),
-              AllOf(HasSubstr("'best'"), HasSubstr("default, thesis, tight, wide")));
+              AllOf(HasSubstr("'best'"), HasSubstr("default, classical, thesis, tight, wide")));
 }
 
 }  // namespace
