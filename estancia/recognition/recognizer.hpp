@@ -30,7 +30,7 @@ struct RecognitionOptions {
   std::size_t neighbours = 1;       ///< nearest descriptors that become matches
   std::size_t minimalMatches = 3;   ///< that must agree
   std::size_t hypotheses = 100;     ///< with most matches that are refined and verified
-  double accept = 0.6;              ///< share of what should be seen of a model that must be
+  double accept = 0.7;              ///< confidence of an instance, at least, when verified by inliers
   int threads = 0;                  ///< 0: one a usable core
 
   /// Known sets: "default", "thesis", "tight", "wide". Throws Error on others, naming the known ones.
