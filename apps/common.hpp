@@ -71,6 +71,7 @@ void addFilterCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
 void addZonesCommand(CLI::App& app);
 void addClassifyCommand(CLI::App& app);
+void addRecognizeCommand(CLI::App& app);
 void addAskCommand(CLI::App& app);
 void addRouteCommand(CLI::App& app);
 void addLocalizeCommand(CLI::App& app);

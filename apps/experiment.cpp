@@ -2,10 +2,13 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <cstdio>
 #include <filesystem>
+#include <memory>
 
 #include "common.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/experiment/distribution.hpp"
 #include "estancia/experiment/experiment.hpp"
 #include "estancia/io/result_table.hpp"
 #include "estancia/report/findings_files.hpp"
@@ -41,18 +44,33 @@ nlohmann::ordered_json jsonOf(const Findings& findings) {
   return json;
 }
 
+/// Of several processes one speaks, for all.
+void silence() {
+  for (std::FILE* stream : {stdout, stderr})
+    if (std::freopen("/dev/null", "w", stream) == nullptr) std::fclose(stream);
+}
+
 void run(const Arguments& arguments) {
   namespace fs = std::filesystem;
   const std::vector<fs::path> configs(arguments.configs.begin(), arguments.configs.end());
   fs::path folder = arguments.output;
   if (folder.empty())
     folder = configs.size() == 1 ? configs[0].stem() : fs::absolute(configs[0]).parent_path().filename();
-  const auto progress = makeStderrProgress();
+  std::unique_ptr<Distribution> distribution;
+  if (auto ranks = joinRanks()) distribution = std::make_unique<Distribution>(std::move(ranks));
+  const bool speaks = distribution == nullptr || distribution->isFirst();
+  if (!speaks) silence();
+  const auto progress = speaks ? makeStderrProgress() : std::make_unique<Progress>();
   LabelCache cache;
-  const Findings findings = runExperiment(
-      configs,
-      {folder, arguments.models, arguments.labelling.options, arguments.labelling.noCache ? nullptr : &cache},
-      *progress);
+  Findings findings;
+  const auto program = [&] {
+    findings = runExperiment(configs,
+                             {folder, arguments.models, arguments.labelling.options,
+                              arguments.labelling.noCache ? nullptr : &cache, distribution.get()},
+                             *progress);
+  };
+  distribution != nullptr ? distribution->together(program) : program();
+  if (!speaks) return;
   for (const std::string& note : findings.notes) spdlog::warn("{}", note);
   writeFindingsPage(folder / "report.html", findings);
   for (const Findings& part : findings.apart) writeFindingsFiles(folder / part.file, part);
@@ -86,7 +104,8 @@ void addExperimentCommand(CLI::App& app) {
   addExamples(
       *command,
       "  estancia experiment experiments/model-choice.toml\n"
-      "  estancia experiment experiments/model-choice.toml -o choice --models inception-v3,places365");
+      "  estancia experiment experiments/model-choice.toml -o choice --models inception-v3,places365\n"
+      "  mpirun -n 8 estancia experiment experiments/recognition/thesis.toml -o thesis");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -69,6 +69,7 @@ int main(int argc, char** argv) {
   addMapCommand(app);
   addZonesCommand(app);
   addClassifyCommand(app);
+  addRecognizeCommand(app);
   addAskCommand(app);
   addRouteCommand(app);
   addLocalizeCommand(app);

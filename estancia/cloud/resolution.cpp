@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -115,6 +116,24 @@ double resolutionOf(const Neighbours& points) {
 
 double resolutionOf(const PointCloud& cloud) {
   return resolutionOf(Neighbours(cloud.points));
+}
+
+double spacingOf(const Neighbours& points) {
+  constexpr std::size_t places = 40, fewest = 10, most = 2000;
+  const auto wanted = static_cast<double>(std::clamp(points.size() / 100, fewest, most));
+  std::vector<double> spacings;
+  const double resolution = resolutionOf(points);
+  if (!(resolution > 0)) return 0;
+  for (const cv::Point3f& place : sampleOf(points, places)) {
+    double radius = resolution * std::sqrt(wanted / std::numbers::pi);
+    std::size_t inside = 0;
+    for (int round = 0; round < 30; ++round, radius *= 1.3) {
+      inside = spreadAround(points, place, static_cast<float>(radius * radius)).count;
+      if (static_cast<double>(inside) >= wanted) break;
+    }
+    if (inside > 0) spacings.push_back(radius * std::sqrt(std::numbers::pi / static_cast<double>(inside)));
+  }
+  return quantileOf(spacings);
 }
 
 double estimateNoise(const Neighbours& points, int threads) {

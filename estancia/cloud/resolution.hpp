@@ -11,6 +11,11 @@ namespace estancia {
 double resolutionOf(const Neighbours& points);
 double resolutionOf(const PointCloud& cloud);
 
+/// How far apart the points would lie on a grid over the surface that they show [m]: from how many a ball has
+/// that is wide beside the noise, so noise hardly matters. The middle of 40 places; 0 when there is no other
+/// place than one.
+double spacingOf(const Neighbours& points);
+
 /// The standard deviation of the sensor's noise across the surface [m]: what is left of the points beside
 /// smooth patches (quadrics) of the surface, some 200 of them. The patches are as large as the noise asks
 /// for, so neither units nor density matter. 0 when no patch has points enough.

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "estancia/core/error.hpp"
@@ -24,7 +25,8 @@ bool isFinite(const cv::Point3f& p) {
 /// Finds out which voxel each point is in; used again for another leaf, it takes no new memory.
 class VoxelTable {
  public:
-  explicit VoxelTable(const std::vector<cv::Point3f>& points) : points_(points) {
+  explicit VoxelTable(const std::vector<cv::Point3f>& points, cv::Point3f origin = {})
+      : points_(points), origin_(std::move(origin)) {
     if (points.size() >= kNone / 4)
       throw Error(
           fmt::format("a cloud of {} points is too large for a voxel grid; cut it up", points.size()));
@@ -41,7 +43,7 @@ class VoxelTable {
     keys_.clear();
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (!isFinite(points_[i])) continue;
-      const cv::Point3f& p = points_[i];
+      const cv::Point3f p = points_[i] - origin_;
       use(i, find({cell(p.x, perMetre), cell(p.y, perMetre), cell(p.z, perMetre)}));
     }
     return keys_.size();
@@ -73,6 +75,7 @@ class VoxelTable {
   }
 
   const std::vector<cv::Point3f>& points_;
+  cv::Point3f origin_;
   std::vector<std::uint32_t> slots_;
   std::vector<Key> keys_;  ///< of the voxels
 };
@@ -86,7 +89,7 @@ struct Sums {
 
 }  // namespace
 
-PointCloud voxelGrid(const PointCloud& cloud, double leaf) {
+PointCloud voxelGrid(const PointCloud& cloud, double leaf, std::vector<std::uint32_t>* counts) {
   requireWhole(cloud);
   std::vector<Sums> voxels;
   VoxelTable(cloud.points).number(leaf, [&](std::size_t i, std::uint32_t voxel) {
@@ -101,7 +104,9 @@ PointCloud voxelGrid(const PointCloud& cloud, double leaf) {
   result.width = voxels.size();
   result.height = 1;
   result.points.reserve(voxels.size());
+  if (counts) counts->clear();
   for (const Sums& sums : voxels) {
+    if (counts) counts->push_back(sums.count);
     result.points.emplace_back(sums.points / static_cast<double>(sums.count));
     if (!cloud.normals.empty()) result.normals.push_back(asNormal(sums.normals));
     if (cloud.colours.empty()) continue;
@@ -111,6 +116,39 @@ PointCloud voxelGrid(const PointCloud& cloud, double leaf) {
     result.colours.emplace_back(mean(0), mean(1), mean(2));
   }
   return result;
+}
+
+std::vector<std::uint32_t> onePerVoxel(const std::vector<cv::Point3f>& points, double leaf) {
+  cv::Point3f low;
+  bool any = false;
+  for (const cv::Point3f& p : points) {
+    if (!isFinite(p)) continue;
+    low = any ? cv::Point3f(std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)) : p;
+    any = true;
+  }
+  struct Voxel {
+    cv::Point3d sum;
+    double count = 0, away = std::numeric_limits<double>::infinity();
+    std::uint32_t nearest = 0;
+  };
+  std::vector<Voxel> voxels;
+  std::vector<std::uint32_t> voxelOf(points.size(), kNone);
+  VoxelTable(points, low).number(leaf, [&](std::size_t i, std::uint32_t voxel) {
+    if (voxel == voxels.size()) voxels.emplace_back();
+    voxels[voxel].sum += cv::Point3d(points[i]);
+    ++voxels[voxel].count;
+    voxelOf[i] = voxel;
+  });
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (voxelOf[i] == kNone) continue;
+    Voxel& voxel = voxels[voxelOf[i]];
+    const cv::Point3d d = cv::Point3d(points[i]) - voxel.sum / voxel.count;
+    if (const double away = d.dot(d); away < voxel.away) voxel.away = away, voxel.nearest = i;
+  }
+  std::vector<std::uint32_t> chosen;
+  for (const Voxel& voxel : voxels) chosen.push_back(voxel.nearest);
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
 }
 
 std::size_t voxelCount(const PointCloud& cloud, double leaf) {

@@ -14,6 +14,7 @@
 #include "estancia/experiment/grid.hpp"
 #include "estancia/experiment/model_choice.hpp"
 #include "estancia/experiment/place_tasks.hpp"
+#include "estancia/experiment/recognition.hpp"
 #include "estancia/experiment/scenes.hpp"
 #include "estancia/experiment/zone_tables.hpp"
 
@@ -80,6 +81,8 @@ constexpr Kind kKinds[] = {
      prepare<readModelChoice, chooseModel>},
     {"places", "places mapped, found again, and rooms told apart", placeTasksColumns, true,
      prepare<readPlaceTasks, comparePlaceTasks>},
+    {"recognition", "known objects in noisy scenes, by filter, keypoints and descriptor (thesis 2.6)",
+     recognitionColumns, false, prepare<readRecognition, compareRecognition>},
     {"scenes", "rooms named by every descriptor with every classifier (thesis 3.5)", scenesColumns, false,
      prepare<readScenes, compareScenes>},
     {"zones", "zones against rooms, by model, distance, linkage and cut (thesis 5.5)", zoneTablesColumns,
@@ -137,7 +140,7 @@ Findings runExperiment(const std::vector<std::filesystem::path>& configs, const 
   if (experiments.empty()) throw Error("no experiment is named");
 
   requireDifferent(configs, experiments);
-  Grid grid(run.folder, chosen->columns(), chosen->cellsLabel ? 1 : run.labeler.threads);
+  Grid grid(run.folder, chosen->columns(), chosen->cellsLabel ? 1 : run.labeler.threads, run.distribution);
   grid.makeFolder();
   Findings all;
   for (std::size_t i = 0; i < experiments.size(); ++i) {

@@ -7,10 +7,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <thread>
 #include <utility>
 
 #include "estancia/core/cores.hpp"
@@ -18,6 +20,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/parallel.hpp"
+#include "estancia/experiment/distribution.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 
@@ -30,10 +33,13 @@ constexpr std::size_t mostCellBytes = 16 << 20;
 
 }  // namespace
 
-Grid::Grid(fs::path folder, GridColumns columns, int threads)
+Grid::Grid(fs::path folder, GridColumns columns, int threads, Distribution* distribution)
     : folder_(std::move(folder)),
       columns_(std::move(columns)),
-      threads_(static_cast<std::size_t>(threads > 0 ? threads : freeCores())) {}
+      threads_(static_cast<std::size_t>(threads > 0               ? threads
+                                        : distribution != nullptr ? 1
+                                                                  : freeCores())),
+      distribution_(distribution) {}
 
 fs::path Grid::fileOf(const Cell& cell) const {
   return folder_ / "cells" /
@@ -88,62 +94,97 @@ bool Grid::has(const Cell& cell) {
   return loaded.has_value();
 }
 
+void Grid::name(const std::vector<std::string>& coordinates) {
+  if (coordinates.size() != columns_.coordinates.size())
+    throw Error(fmt::format("a cell with {} coordinates in a grid of {}", coordinates.size(),
+                            fmt::join(columns_.coordinates, ", ")));
+  const auto [named, isNew] = named_.emplace(coordinates, source_);
+  if (!isNew)
+    throw Error(fmt::format("the {} {} are there twice{}; give them different names",
+                            fmt::join(columns_.coordinates, ", "), fmt::join(coordinates, ", "),
+                            source_.empty() ? "" : fmt::format(", in {} and in {}", named->second, source_)));
+}
+
+/// Takes what another process has stored, which a folder on a network may show a little later.
+void Grid::fetch(const Cell& cell) {
+  constexpr int tries = 300;
+  for (int i = 0; !has(cell); ++i) {
+    if (i == tries)
+      throw Error(
+          fmt::format("{}: what another process has written is not to be seen; do all processes share "
+                      "this folder?",
+                      fileOf(cell).string()));
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+}
+
 std::vector<CellResults> Grid::run(const std::vector<Cell>& cells,
                                    const std::function<CellResults(std::size_t)>& compute, Progress& progress,
                                    const std::string& what) {
   makeFolder();
   std::vector<std::size_t> missing;
+  std::string list;
   for (std::size_t i = 0; i < cells.size(); ++i) {
+    name(cells[i].coordinates);
+    list += fileOf(cells[i]).filename().string();
+    if (!has(cells[i])) missing.push_back(i);
+  }
+  std::mutex mutex;
+  std::size_t done = cells.size() - missing.size();
+  const auto work = [&](std::size_t i) {
     const Cell& cell = cells[i];
-    if (cell.coordinates.size() != columns_.coordinates.size())
-      throw Error(fmt::format("a cell with {} coordinates in a grid of {}", cell.coordinates.size(),
-                              fmt::join(columns_.coordinates, ", ")));
-    const auto [named, isNew] = named_.emplace(cell.coordinates, source_);
-    if (!isNew)
-      throw Error(
-          fmt::format("the {} {} are there twice{}; give them different names",
-                      fmt::join(columns_.coordinates, ", "), fmt::join(cell.coordinates, ", "),
-                      source_.empty() ? "" : fmt::format(", in {} and in {}", named->second, source_)));
-    if (!has(cell)) missing.push_back(i);
+    if (interrupted()) throw Interrupted("");
+    CellResults results = compute(i);
+    for (const CellResult& result : results)
+      if (!std::isfinite(result.value))
+        throw Error(fmt::format("{} of {} is not finite", result.measure, fmt::join(cell.coordinates, ", ")));
+    const std::lock_guard lock(mutex);
+    store(cell, results);
+    known_[fileOf(cell).filename().string()] = std::move(results);
+    ++done;
+    progress.advance();
+  };
+  if (!missing.empty()) progress.begin(what, cells.size(), done);
+  try {
+    if (distribution_ != nullptr)
+      distribution_->each(sha256(list), missing, threads_, work, [&] {
+        const std::lock_guard lock(mutex);
+        ++done;
+        progress.advance();
+      });
+    else
+      inParallel(missing.size(), threads_, [&](std::size_t m) { work(missing[m]); });
+  } catch (const Interrupted&) {
+    throw Interrupted(
+        fmt::format("stopped after {} of {} cells; the same command goes on from there", done, cells.size()));
   }
-  if (!missing.empty()) {
-    std::mutex mutex;
-    std::size_t done = cells.size() - missing.size();
-    progress.begin(what, cells.size(), done);
-    const auto work = [&](std::size_t m) {
-      const Cell& cell = cells[missing[m]];
-      if (interrupted()) throw Interrupted("");
-      CellResults results = compute(missing[m]);
-      for (const CellResult& result : results)
-        if (!std::isfinite(result.value))
-          throw Error(
-              fmt::format("{} of {} is not finite", result.measure, fmt::join(cell.coordinates, ", ")));
-      const std::lock_guard lock(mutex);
-      store(cell, results);
-      known_[fileOf(cell).filename().string()] = std::move(results);
-      ++done;
-      progress.advance();
-    };
-    try {
-      inParallel(missing.size(), threads_, work);
-    } catch (const Interrupted&) {
-      throw Interrupted(fmt::format("stopped after {} of {} cells; the same command goes on from there", done,
-                                    cells.size()));
-    }
-    progress.end();
-  }
+  if (!missing.empty()) progress.end();
   std::vector<CellResults> all;
   for (const Cell& cell : cells) {
+    fetch(cell);
     all.push_back(known_.at(fileOf(cell).filename().string()));
     table_.emplace_back(cell.coordinates, all.back());
   }
   return all;
 }
 
+void Grid::add(const std::vector<std::string>& coordinates, const CellResults& results) {
+  name(coordinates);
+  table_.emplace_back(coordinates, results);
+}
+
 void Grid::writeCsv(const std::string& name) const {
-  std::vector<std::string> head = columns_.coordinates;
+  if (distribution_ != nullptr && !distribution_->isFirst()) return;
+  const std::size_t first = columns_.coordinates.size() - columns_.last;
+  const auto addCoordinates = [](std::vector<std::string>& row, const std::vector<std::string>& coordinates,
+                                 std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c) row.push_back(io::csvCell(coordinates[c]));
+  };
+  std::vector<std::string> head;
+  addCoordinates(head, columns_.coordinates, 0, first);
   if (!columns_.at.empty()) head.push_back(columns_.at);
   head.insert(head.end(), columns_.measures.begin(), columns_.measures.end());
+  addCoordinates(head, columns_.coordinates, first, columns_.coordinates.size());
   std::string text = fmt::format("{}\n", fmt::join(head, ","));
   for (const auto& [coordinates, results] : table_) {
     std::vector<std::string> points;  // in the order of the results
@@ -157,12 +198,13 @@ void Grid::writeCsv(const std::string& name) const {
     }
     for (const std::string& point : points) {
       std::vector<std::string> row;
-      for (const std::string& coordinate : coordinates) row.push_back(io::csvCell(coordinate));
+      addCoordinates(row, coordinates, 0, first);
       if (!columns_.at.empty()) row.push_back(io::csvCell(point));
       for (const std::string& measure : columns_.measures) {
         const auto value = values[point].find(measure);
         row.push_back(value == values[point].end() ? "" : fmt::format("{}", value->second));
       }
+      addCoordinates(row, coordinates, first, coordinates.size());
       text += fmt::format("{}\n", fmt::join(row, ","));
     }
   }

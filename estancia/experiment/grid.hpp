@@ -13,6 +13,8 @@
 
 namespace estancia {
 
+class Distribution;
+
 /// One number that a cell found: `measure`, or `measure` at one of the points that the cell was read at.
 struct CellResult {
   std::string measure;
@@ -26,6 +28,7 @@ struct GridColumns {
   std::vector<std::string> coordinates;  ///< what tells the cells apart: model, sequence …
   std::string at;                        ///< what tells the rows of one cell apart; "" when each has but one
   std::vector<std::string> measures;     ///< those of the results that are shown there
+  std::size_t last = 0;                  ///< so many of the coordinates stand behind the measures
 };
 
 struct Cell {
@@ -38,8 +41,11 @@ struct Cell {
 /// as absent. An interrupted grid goes on where it stopped.
 class Grid {
  public:
-  /// `threads` = 0 takes one a free core. The folder is made by run().
-  Grid(std::filesystem::path folder, GridColumns columns, int threads = 0);
+  /// `threads` = 0 takes one a free core, or a single one where several processes share the cells by
+  /// `distribution`: these have the folder in common, and the first of them writes the table. The folder is
+  /// made by run().
+  Grid(std::filesystem::path folder, GridColumns columns, int threads = 0,
+       Distribution* distribution = nullptr);
 
   /// Makes the folder, before anything long is begun. Throws Error when it cannot be made or written.
   void makeFolder() const;
@@ -58,6 +64,9 @@ class Grid {
                                const std::function<CellResults(std::size_t)>& compute, Progress& progress,
                                const std::string& what);
 
+  /// Adds a row to the table that is not computed, but put together from cells. Throws Error as run() does.
+  void add(const std::vector<std::string>& coordinates, const CellResults& results);
+
   /// Writes FOLDER/NAME: all cells of all runs, in order, a row a cell and `at`; a measure that it does not
   /// have there is left empty.
   void writeCsv(const std::string& name = "results.csv") const;
@@ -66,10 +75,13 @@ class Grid {
   std::filesystem::path fileOf(const Cell& cell) const;
   std::optional<CellResults> load(const Cell& cell) const;
   void store(const Cell& cell, const CellResults& results) const;
+  void name(const std::vector<std::string>& coordinates);
+  void fetch(const Cell& cell);
 
   std::filesystem::path folder_;
   GridColumns columns_;
   std::size_t threads_;
+  Distribution* distribution_;
   std::map<std::string, CellResults> known_;               ///< by file name
   std::map<std::vector<std::string>, std::string> named_;  ///< coordinates of all cells → their source
   std::string source_;

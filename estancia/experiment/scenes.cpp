@@ -170,7 +170,7 @@ void runSubsets(const ScenesOptions& options, const ScenesData& data, const Expe
 
   Grid grid(run.folder,
             {{"descriptor", "classifier", "train", "test", "by", "labels"}, "", scenesColumns().measures},
-            run.labeler.threads);
+            run.labeler.threads, run.distribution);
   std::vector<Trial> trials;
   std::vector<Cell> cells;
   for (const std::string& rule : subsets.by)

@@ -273,7 +273,7 @@ void compareClasses(const std::vector<std::vector<Labelled>>& labelled, const Ex
   for (const std::string& distance : {ZoneOptions{}.distance, ZoneOptions::thesis().distance})
     if (std::find(results.distances.begin(), results.distances.end(), distance) != results.distances.end())
       shown.push_back(distance);
-  Grid grid(run.folder, {{"data", "model", "distance"}, "", {}}, run.labeler.threads);
+  Grid grid(run.folder, {{"data", "model", "distance"}, "", {}}, run.labeler.threads, run.distribution);
   std::vector<Cell> cells;
   for (std::size_t d = 0; d < labelled.size(); ++d)
     for (std::size_t m = 0; m < results.models.size(); ++m)

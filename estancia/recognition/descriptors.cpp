@@ -39,10 +39,10 @@ std::vector<std::pair<std::string, std::string>> descriptorMethods() {
 }
 
 Features describe(const Surface& surface, std::span<const std::uint32_t> keypoints, const std::string& method,
-                  double radius, int threads) {
+                  double radius, int threads, FrameSigns signs) {
   const auto& [name, explanation, length] = methodCalled(method);
   surface.requireRadius(radius, "descriptor radius");
-  const std::vector<cv::Matx33f> frames = localFrames(surface, keypoints, radius, threads);
+  const std::vector<cv::Matx33f> frames = localFrames(surface, keypoints, radius, signs, threads);
   std::vector<float> values;
   if (method == "shot")
     describeShot(surface, keypoints, frames, radius, threads, values);

@@ -26,11 +26,17 @@ struct Features {
   std::size_t size() const { return keypoints.size(); }
 };
 
+/// What tells one way along an axis of a local frame from the other.
+enum class FrameSigns {
+  majority,  ///< where more points lie, as PCL has it
+  normal  ///< z along the normal, x to where points lie further ahead: steadier where surfaces have normals
+};
+
 /// Describes keypoints by the surface within `radius` [m]. Left out are those around which it has fewer than
 /// five points. Throws Error on an unknown method, naming the known ones, and on a radius that cannot be
 /// (Surface::requireRadius). The same for any number of threads.
 Features describe(const Surface& surface, std::span<const std::uint32_t> keypoints, const std::string& method,
-                  double radius, int threads = 1);
+                  double radius, int threads = 1, FrameSigns signs = FrameSigns::majority);
 
 // ---- each for itself: rows of `values`, one a keypoint, full of NaN where too few points are near
 
@@ -49,10 +55,10 @@ void describeFpfh(const Surface& surface, std::span<const std::uint32_t> keypoin
 void describeSpinImage(const Surface& surface, std::span<const std::uint32_t> keypoints, double radius,
                        int threads, std::vector<float>& values);
 
-/// The local frames of SHOT: axes of the points within `radius`, weighted by how near they are, each turned
-/// to where more of them lie; full of NaN where fewer than five are near. PCL's
-/// SHOTLocalReferenceFrameEstimation within rounding.
+/// The local frames of SHOT: axes of the points within `radius`, weighted by how near they are; full of NaN
+/// where fewer than five are near. With FrameSigns::majority PCL's SHOTLocalReferenceFrameEstimation within
+/// rounding.
 std::vector<cv::Matx33f> localFrames(const Surface& surface, std::span<const std::uint32_t> keypoints,
-                                     double radius, int threads);
+                                     double radius, FrameSigns signs, int threads);
 
 }  // namespace estancia

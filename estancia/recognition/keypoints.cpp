@@ -7,49 +7,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estancia/cloud/voxel_grid.hpp"
 #include "estancia/core/error.hpp"
 
 namespace estancia {
 namespace {
 
 std::vector<std::uint32_t> uniform(const Surface& surface, double spacing, int /*threads*/) {
-  const std::vector<cv::Point3f>& points = surface.points();
-  constexpr double most = 1 << 21;  // cells along an axis, three of which make one number
-  if (!(spacing > 0) || !(surface.extent() / spacing < most))
-    throw Error(fmt::format("{}: keypoints {} m apart on a cloud of {:.4g} m; a spacing of {:.4g} m would do",
-                            surface.name(), spacing, surface.extent(), 5 * surface.resolution()));
-  cv::Point3f low = points[0];
-  for (const cv::Point3f& p : points)
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-  struct Member {
-    std::uint64_t cell;
-    std::uint32_t index;
-    bool operator<(const Member& o) const { return cell < o.cell || (cell == o.cell && index < o.index); }
-  };
-  const auto along = [spacing](float x, float from) {
-    return static_cast<std::uint64_t>((static_cast<double>(x) - from) / spacing);
-  };
-  std::vector<Member> members(points.size());
-  for (std::uint32_t i = 0; i < points.size(); ++i)
-    members[i] = {
-        along(points[i].x, low.x) << 42 | along(points[i].y, low.y) << 21 | along(points[i].z, low.z), i};
-  std::sort(members.begin(), members.end());
-  std::vector<std::uint32_t> chosen;
-  for (auto begin = members.begin(), end = begin; begin != members.end(); begin = end) {
-    end = std::find_if(begin, members.end(), [&](const Member& m) { return m.cell != begin->cell; });
-    cv::Point3d mean;
-    for (auto m = begin; m != end; ++m)
-      mean += cv::Point3d(points[m->index]) / static_cast<double>(end - begin);
-    const auto away = [&](const Member& m) {
-      const cv::Point3d d = cv::Point3d(points[m.index]) - mean;
-      return d.dot(d);
-    };
-    chosen.push_back(std::min_element(begin, end, [&](const Member& m, const Member& o) {
-                       return away(m) < away(o);
-                     })->index);
-  }
-  std::sort(chosen.begin(), chosen.end());
-  return chosen;
+  return onePerVoxel(surface.points(), spacing);
 }
 
 /// The points whose response is positive and the largest within `radius`; the first of several equal ones.

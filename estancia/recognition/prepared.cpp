@@ -2,19 +2,21 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
+#include "estancia/cloud/mean_surface.hpp"
+#include "estancia/cloud/noise.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/recognition/keypoints.hpp"
+#include "estancia/recognition/lengths.hpp"
 #include "estancia/recognition/verify.hpp"
 
 namespace estancia {
 namespace {
-
-constexpr std::size_t fewPoints = 300, manyPoints = 1000;  // of a model, to try poses with
 
 class Clock {
  public:
@@ -26,14 +28,14 @@ class Clock {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-/// What options leave open follows the resolution of the cloud and its noise: at 2 mm without noise and with
-/// 10 mm that is 16 and 36 mm for normals, 36 and 61 mm for descriptors.
-RecognitionLengths lengthsFor(const RecognitionOptions& options, double resolution, double noise) {
-  const auto or_ = [](double given, double automatic) { return given > 0 ? given : automatic; };
-  return {or_(options.normalRadius, 8 * resolution + 2 * noise), or_(options.keypointSpacing, 5 * resolution),
-          or_(options.descriptorRadius, 18 * resolution + 2.5 * noise),
-          or_(options.consistency, 5 * resolution + noise),
-          or_(options.tolerance, 3 * resolution + 0.6 * noise)};
+cv::Point3d meanOf(const std::vector<cv::Point3f>& points) {
+  cv::Point3d sum;
+  for (const cv::Point3f& p : points) sum += cv::Point3d(p);
+  return sum / static_cast<double>(points.size());
+}
+
+bool isMean(const RecognitionOptions& options) {
+  return options.surface == "mean";
 }
 
 /// A length that would silently find nothing, or everything, is likely to be in other units.
@@ -51,23 +53,40 @@ void requireLengths(const std::string& name, const RecognitionLengths& lengths, 
   require(lengths.tolerance, "tolerance", resolution / 10, 3 * resolution);
 }
 
-}  // namespace
-
-DescribedSurface DescribedSurface::of(const std::string& name, const PointCloud& cloud,
-                                      const RecognitionOptions& options, const RecognitionLengths& lengths) {
+/// The surface that was asked for, then its keypoints and descriptors. `raw`: what a mean surface averages.
+DescribedSurface describedSurface(const std::string& name, const PointCloud& raw,
+                                  const std::vector<cv::Point3f>& seeds, const PointCloud& filtered,
+                                  double perPoint, const Orientation& orientation,
+                                  const RecognitionOptions& options, const RecognitionLengths& lengths) {
   DescribedSurface described;
   const Clock all;
-  PointCloud oriented = cloud;
-  const Neighbours neighbours(cloud.points, options.threads);
-  requireRadius(name, cloud.points, neighbours, lengths.normalRadius, "normal radius");
-  requireLengths(name, lengths, extentOf(cloud.points), resolutionOf(neighbours));
-  oriented.normals =
-      estimateNormals(cloud.points, neighbours, {.radius = lengths.normalRadius, .threads = options.threads});
-  described.surface = std::make_unique<const Surface>(name, oriented, options.threads);
-  described.stages.push_back({"normals",
-                              fmt::format("radius {:.4g} m: {} of {} points", lengths.normalRadius,
-                                          described.surface->size(), cloud.points.size()),
-                              all.seconds()});
+  if (isMean(options)) {
+    MeanSurfaceOptions smoothing = smoothingFor(lengths);
+    smoothing.perPoint = perPoint;
+    smoothing.away = orientation.outwards;
+    if (orientation.outwards) smoothing.viewpoint = orientation.middle;
+    smoothing.threads = options.threads;
+    described.surface =
+        std::make_unique<const Surface>(name, meanSurface(seeds, raw, smoothing), options.threads);
+    described.stages.push_back(
+        {"mean surface",
+         fmt::format("of {} points over {:.4g} m, normals {:.4g} m: {} points {:.4g} m apart",
+                     raw.points.size(), smoothing.width, smoothing.radius, described.surface->size(),
+                     smoothing.spacing),
+         all.seconds()});
+  } else {
+    PointCloud oriented = filtered;
+    const Neighbours neighbours(filtered.points, options.threads);
+    requireRadius(name, filtered.points, neighbours, lengths.normalRadius, "normal radius");
+    requireLengths(name, lengths, extentOf(filtered.points), resolutionOf(neighbours));
+    oriented.normals = estimateNormals(filtered.points, neighbours,
+                                       {.radius = lengths.normalRadius, .threads = options.threads});
+    described.surface = std::make_unique<const Surface>(name, oriented, options.threads);
+    described.stages.push_back({"normals",
+                                fmt::format("radius {:.4g} m: {} of {} points", lengths.normalRadius,
+                                            described.surface->size(), filtered.points.size()),
+                                all.seconds()});
+  }
   const Clock detecting;
   const auto keypoints =
       findKeypoints(*described.surface, options.keypoints, lengths.keypointSpacing, options.threads);
@@ -77,8 +96,8 @@ DescribedSurface DescribedSurface::of(const std::string& name, const PointCloud&
                    keypoints.size(), described.surface->size()),
        detecting.seconds()});
   const Clock describing;
-  described.features =
-      describe(*described.surface, keypoints, options.descriptor, lengths.descriptorRadius, options.threads);
+  described.features = describe(*described.surface, keypoints, options.descriptor, lengths.descriptorRadius,
+                                options.threads, isMean(options) ? FrameSigns::normal : FrameSigns::majority);
   described.stages.push_back(
       {"descriptors",
        fmt::format("{}, {:.4g} m: {} of {} keypoints", options.descriptor, lengths.descriptorRadius,
@@ -87,58 +106,155 @@ DescribedSurface DescribedSurface::of(const std::string& name, const PointCloud&
   return described;
 }
 
-PreparedModel::PreparedModel(std::string name, PointCloud filtered, RecognitionOptions options,
-                             std::vector<StageReport> stages)
+/// Several draws of a cloud with noise, one after the other.
+PointCloud withDraws(const PointCloud& cloud, double noise, std::size_t draws) {
+  constexpr std::uint64_t seed = 7;
+  PointCloud all;
+  for (std::size_t draw = 0; draw < draws; ++draw) {
+    const PointCloud one = withGaussianNoise(cloud, noise, seed + draw);
+    all.points.insert(all.points.end(), one.points.begin(), one.points.end());
+    all.normals.insert(all.normals.end(), one.normals.begin(), one.normals.end());
+  }
+  all.width = all.points.size();
+  all.height = 1;
+  return all;
+}
+
+}  // namespace
+
+PreparedModel::PreparedModel(std::string name, PointCloud raw, PointCloud filtered,
+                             RecognitionOptions options, std::vector<StageReport> stages)
     : name_(std::move(name)),
       cloud_(std::move(filtered)),
       options_(std::move(options)),
       extent_(extentOf(cloud_.points)),
-      stages_(std::move(stages)) {}
+      centre_(meanOf(cloud_.points)),
+      stages_(std::move(stages)) {
+  if (!isMean(options_)) return;
+  const Clock measuring;
+  raw_ = std::move(raw);
+  const Neighbours neighbours(raw_.points, options_.threads);
+  noise_ = estimateNoise(neighbours, options_.threads);
+  const double spacing = spacingOf(neighbours);
+  orientation_ = {!RangePicture(raw_.points, spacing).known(), centre_};
+  stages_.push_back(
+      {"model",
+       fmt::format("{}; noise {:.4g} m, points {:.4g} m apart",
+                   orientation_.outwards ? "shows several sides" : "seen from the origin", noise_, spacing),
+       measuring.seconds()});
+}
 
 std::shared_ptr<const PreparedModel::Described> PreparedModel::describedFor(
     const RecognitionLengths& lengths) const {
+  constexpr std::size_t manyKept = 16;
   const std::lock_guard lock(mutex_);
   for (const auto& [known, described] : described_)
     if (known == lengths) return described;
   auto fresh = std::make_shared<Described>();
-  static_cast<DescribedSurface&>(*fresh) = DescribedSurface::of(name_, cloud_, options_, lengths);
-  fresh->few = spreadPoints(*fresh->surface, fewPoints);
-  fresh->many = spreadPoints(*fresh->surface, manyPoints);
+  DenseModel& tried = fresh->tried;
+  if (isMean(options_)) {
+    // The model as the scene's noise would show it, so that averages are like with like. Several draws, for
+    // the features are to be those of the noise, not of one draw of it.
+    constexpr std::size_t manyDraws = 3;
+    constexpr double hidden = 0.5;  // units, up to which noise is averaged away
+    const double added = lengths.noise > hidden * lengths.unit && lengths.noise > noise_
+                             ? std::sqrt(lengths.noise * lengths.noise - noise_ * noise_)
+                             : 0;
+    const std::size_t draws = added > 0 ? manyDraws : 1;
+    const std::vector<cv::Point3f> seeds =
+        options_.modelFilter.method == "none" ? std::vector<cv::Point3f>() : cloud_.points;
+    static_cast<DescribedSurface&>(*fresh) =
+        describedSurface(name_, withDraws(raw_, added, draws), seeds, cloud_, 1 / static_cast<double>(draws),
+                         orientation_, options_, lengths);
+    tried.few = spreadPointsBy(*fresh->surface, 9 * lengths.unit);
+    tried.many = spreadPointsBy(*fresh->surface, 4.5 * lengths.unit);
+    tried.closed = orientation_.outwards;
+    balanceNormals(tried.few);
+    balanceNormals(tried.many);
+  } else {
+    constexpr std::size_t fewPoints = 300, manyPoints = 1000;
+    static_cast<DescribedSurface&>(*fresh) =
+        describedSurface(name_, cloud_, {}, cloud_, 1, orientation_, options_, lengths);
+    tried.few = spreadPoints(*fresh->surface, fewPoints);
+    tried.many = spreadPoints(*fresh->surface, manyPoints);
+  }
+  tried.centre = centre_;
+  if (described_.size() >= manyKept) described_.erase(described_.begin());
   described_.emplace_back(lengths, fresh);
   return fresh;
 }
 
 PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filtered,
-                             const RecognitionOptions& options, std::vector<StageReport> stages)
-    : name_(std::move(name)), raw_(std::move(raw)), view_({}, 0), stages_(std::move(stages)) {
+                             RecognitionOptions options, std::vector<StageReport> stages)
+    : name_(std::move(name)),
+      raw_(std::move(raw)),
+      filtered_(std::move(filtered)),
+      options_(std::move(options)),
+      stages_(std::move(stages)) {
   const Clock measuring;
-  const Neighbours neighbours(raw_.points, options.threads);
+  const Neighbours neighbours(raw_.points, options_.threads);
   resolution_ = resolutionOf(neighbours);
-  if (!(resolution_ > 0))
-    throw Error(fmt::format("{}: all of its {} points lie in one place; a cloud of a surface is needed",
-                            name_, raw_.points.size()));
-  noise_ = estimateNoise(neighbours, options.threads);
-  lengths_ = lengthsFor(options, resolution_, noise_);
-  stages_.push_back({"noise",
-                     fmt::format("{:.4g} m across the surface, points {:.4g} m apart", noise_, resolution_),
-                     measuring.seconds()});
-  described_ = DescribedSurface::of(name_, filtered, options, lengths_);
-  stages_.insert(stages_.end(), described_.stages.begin(), described_.stages.end());
+  spacing_ = spacingOf(neighbours);
+  noise_ = estimateNoise(neighbours, options_.threads);
+  if (!(spacing_ > 0))
+    throw Error(fmt::format("{}: its {} points lie all at one place, or nearly; they show no surface", name_,
+                            raw_.points.size()));
+  lengths_ = estancia::lengthsFor(options_, resolution_, spacing_, noise_);
+  stages_.push_back(
+      {"noise",
+       fmt::format("{:.4g} m across the surface, points {:.4g} m apart, {:.4g} m from the nearest", noise_,
+                   spacing_, resolution_),
+       measuring.seconds()});
+  described_ = describe(lengths_);
+  stages_.insert(stages_.end(), described_->stages.begin(), described_->stages.end());
+}
 
-  const Clock thinning;
-  PointCloud thin;
-  for (const std::uint32_t i : findKeypoints(surface(), "uniform", lengths_.tolerance)) {
-    thin.points.push_back(surface().points()[i]);
-    thin.normals.push_back(surface().normals()[i]);
+RecognitionLengths PreparedScene::lengthsFor(const PreparedModel& model) const {
+  return isMean(options_) ? estancia::lengthsFor(options_, resolution_, spacing_, noise_, model.extent())
+                          : lengths_;
+}
+
+std::shared_ptr<const PreparedScene::Described> PreparedScene::describedFor(
+    const RecognitionLengths& lengths) const {
+  constexpr std::size_t manyKept = 4;
+  if (lengths == lengths_) return described_;
+  const std::lock_guard lock(mutex_);
+  for (const auto& known : others_)
+    if (known->lengths == lengths) return known;
+  if (others_.size() >= manyKept) others_.erase(others_.begin());
+  others_.push_back(describe(lengths));
+  return others_.back();
+}
+
+std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
+    const RecognitionLengths& lengths) const {
+  auto fresh = std::make_shared<Described>();
+  const std::vector<cv::Point3f> seeds =
+      options_.sceneFilter.method == "none" ? std::vector<cv::Point3f>() : filtered_.points;
+  static_cast<DescribedSurface&>(*fresh) =
+      describedSurface(name_, raw_, seeds, filtered_, 1, {}, options_, lengths);
+  fresh->lengths = lengths;
+  const Clock preparing;
+  const Surface& surface = *fresh->surface;
+  const bool evidence = options_.verification == "evidence";
+  if (evidence || options_.grouping == "local-frames")
+    fresh->field = NearestField(surface.points(), lengths.tolerance, 4 * lengths.tolerance, options_.threads);
+  if (!evidence) {
+    PointCloud thin;
+    for (const std::uint32_t i : findKeypoints(surface, "uniform", lengths.tolerance)) {
+      thin.points.push_back(surface.points()[i]);
+      thin.normals.push_back(surface.normals()[i]);
+    }
+    fresh->coarse = std::make_unique<const Surface>(name_, thin, options_.threads);
+    if (options_.verification == "global")
+      fresh->parts = smoothPartsOf(*fresh->coarse, 2 * lengths.tolerance, options_.threads);
   }
-  coarse_ = std::make_unique<const Surface>(name_, thin, options.threads);
-  if (options.verification == "global")
-    parts_ = smoothPartsOf(*coarse_, 2 * lengths_.tolerance, options.threads);
-  view_ = RangePicture(raw_.points, resolution_);
-  stages_.push_back({"view",
-                     fmt::format("{} points to verify with; {}", coarse_->size(),
-                                 view_.known() ? "seen from the origin" : "no view from the origin"),
-                     thinning.seconds()});
+  // The averaged surface has a wider spacing, and no noise.
+  fresh->view = isMean(options_) ? RangePicture(surface.points(), 1.8 * lengths.unit)
+                                 : RangePicture(raw_.points, resolution_);
+  fresh->stages.push_back({"view", fresh->view.known() ? "seen from the origin" : "no view from the origin",
+                           preparing.seconds()});
+  return fresh;
 }
 
 }  // namespace estancia

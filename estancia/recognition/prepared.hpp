@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/recognition/dense_search.hpp"
 #include "estancia/recognition/descriptors.hpp"
 #include "estancia/recognition/range_picture.hpp"
 #include "estancia/recognition/recognizer.hpp"
@@ -19,25 +20,28 @@ struct DescribedSurface {
   std::unique_ptr<const Surface> surface;
   Features features;
   std::vector<StageReport> stages;
+};
 
-  /// Normals, keypoints and descriptors of a cloud without noise or with it.
-  static DescribedSurface of(const std::string& name, const PointCloud& cloud,
-                             const RecognitionOptions& options, const RecognitionLengths& lengths);
+/// Whether normals look to the origin, where the cloud was seen from, or away from the middle of the cloud.
+struct Orientation {
+  bool outwards = false;
+  cv::Point3d middle;
 };
 
 class PreparedModel {
  public:
   /// As it is described for the lengths of a scene, and the points that poses are tried with.
   struct Described : DescribedSurface {
-    OrientedPoints few, many;
+    DenseModel tried;
   };
 
-  PreparedModel(std::string name, PointCloud filtered, RecognitionOptions options,
+  PreparedModel(std::string name, PointCloud raw, PointCloud filtered, RecognitionOptions options,
                 std::vector<StageReport> stages);
 
   const std::string& name() const { return name_; }
-  const PointCloud& cloud() const { return cloud_; }  ///< filtered; finite points only
-  double extent() const { return extent_; }           ///< diagonal of the box around it [m]
+  const PointCloud& cloud() const { return cloud_; }     ///< filtered; finite points only
+  double extent() const { return extent_; }              ///< diagonal of the box around it [m]
+  const cv::Point3d& centre() const { return centre_; }  ///< mean of its points
   const std::vector<StageReport>& stages() const { return stages_; }
 
   /// Made when first asked for, and kept.
@@ -45,9 +49,11 @@ class PreparedModel {
 
  private:
   std::string name_;
-  PointCloud cloud_;
+  PointCloud raw_, cloud_;
   RecognitionOptions options_;
-  double extent_ = 0;
+  double extent_ = 0, noise_ = 0;
+  cv::Point3d centre_;
+  Orientation orientation_;
   std::vector<StageReport> stages_;
   mutable std::mutex mutex_;
   mutable std::vector<std::pair<RecognitionLengths, std::shared_ptr<const Described>>> described_;
@@ -55,35 +61,45 @@ class PreparedModel {
 
 class PreparedScene {
  public:
-  PreparedScene(std::string name, PointCloud raw, PointCloud filtered, const RecognitionOptions& options,
+  /// As it is described for some lengths, and what poses are tried with.
+  struct Described : DescribedSurface {
+    RecognitionLengths lengths;
+    std::unique_ptr<const Surface> coarse;  ///< points of surface about a tolerance apart
+    std::vector<int> parts;                 ///< smoothPartsOf(coarse), for global verification
+    NearestField field;                     ///< of surface, for local frames and evidence
+    RangePicture view{{}, 0};
+    DenseScene dense() const { return {*surface, field, view}; }
+  };
+
+  PreparedScene(std::string name, PointCloud raw, PointCloud filtered, RecognitionOptions options,
                 std::vector<StageReport> stages);
 
   const std::string& name() const { return name_; }
-  const PointCloud& raw() const { return raw_; }  ///< finite points only
-  double resolution() const {
-    return resolution_;
-  }                                        ///< of the raw cloud: from a point to the nearest other [m]
-  double noise() const { return noise_; }  ///< standard deviation across the surface, estimated [m]
-  const RecognitionLengths& lengths() const { return lengths_; }
-  const Surface& surface() const { return *described_.surface; }  ///< filtered, with normals
-  const Features& features() const { return described_.features; }
-  const Surface& coarse() const { return *coarse_; }  ///< points of surface() about a tolerance apart
-  const std::vector<int>& parts() const {
-    return parts_;
-  }  ///< smoothPartsOf(coarse()), for global verification
-  const RangePicture& view() const { return view_; }
+  const PointCloud& raw() const { return raw_; }     ///< finite points only
+  double resolution() const { return resolution_; }  ///< of the raw cloud: resolutionOf() [m]
+  double noise() const { return noise_; }            ///< standard deviation across the surface, estimated [m]
+  const RecognitionLengths& lengths() const { return lengths_; }   ///< where no model asks for others
+  const Surface& surface() const { return *described_->surface; }  ///< for lengths()
   const std::vector<StageReport>& stages() const { return stages_; }
 
+  /// lengths(), unless these do not suit the size of a model.
+  RecognitionLengths lengthsFor(const PreparedModel& model) const;
+
+  /// Made when first asked for, and kept.
+  std::shared_ptr<const Described> describedFor(const RecognitionLengths& lengths) const;
+
  private:
+  std::shared_ptr<const Described> describe(const RecognitionLengths& lengths) const;
+
   std::string name_;
-  PointCloud raw_;
-  double resolution_ = 0, noise_ = 0;
+  PointCloud raw_, filtered_;
+  RecognitionOptions options_;
+  double resolution_ = 0, spacing_ = 0, noise_ = 0;
   RecognitionLengths lengths_;
-  DescribedSurface described_;
-  std::unique_ptr<const Surface> coarse_;
-  std::vector<int> parts_;
-  RangePicture view_;
+  std::shared_ptr<const Described> described_;
   std::vector<StageReport> stages_;
+  mutable std::mutex mutex_;
+  mutable std::vector<std::shared_ptr<const Described>> others_;
 };
 
 }  // namespace estancia

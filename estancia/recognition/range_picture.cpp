@@ -20,32 +20,53 @@ RangePicture::RangePicture(std::span<const cv::Point3f> points, double spacing) 
   if (zs.empty() || !(spacing > 0)) return;
   const auto middle = zs.begin() + static_cast<std::ptrdiff_t>(zs.size() / 2);
   std::nth_element(zs.begin(), middle, zs.end());
-  cell_ = std::max(2.5 * spacing / static_cast<double>(*middle),
-                   std::sqrt(static_cast<double>(right - left) * (bottom - top) / mostCells));
+  const double edge = std::max(2.5 * spacing / static_cast<double>(*middle),
+                               std::sqrt(static_cast<double>(right - left) * (bottom - top) / mostCells));
   left_ = left, top_ = top;
-  columns_ = static_cast<int>((right - left_) / cell_) + 1;
-  rows_ = static_cast<int>((bottom - top_) / cell_) + 1;
-  depths_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_),
-                 std::numeric_limits<float>::infinity());
+  perCell_ = static_cast<float>(1 / edge);
+  columns_ = static_cast<int>((right - left_) * perCell_) + 1;
+  rows_ = static_cast<int>((bottom - top_) * perCell_) + 1;
+  const auto cells = static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_);
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  depths_.assign(cells, infinity);
+  std::vector<float> farthest(cells, 0);
   for (const cv::Point3f& p : points) {
-    const int c = static_cast<int>((static_cast<double>(p.x / p.z) - left_) / cell_);
-    const int r = static_cast<int>((static_cast<double>(p.y / p.z) - top_) / cell_);
-    float& depth =
-        depths_[static_cast<std::size_t>(std::clamp(r, 0, rows_ - 1)) * static_cast<std::size_t>(columns_) +
-                static_cast<std::size_t>(std::clamp(c, 0, columns_ - 1))];
-    depth = std::min(depth, p.z);
+    const std::size_t cell = *cellOf(p);
+    depths_[cell] = std::min(depths_[cell], p.z);
+    farthest[cell] = std::max(farthest[cell], p.z);
   }
+  constexpr double steep = 6;  // cells: a surface that is seen at 80° rises so much within one
+  constexpr std::size_t rare = 4;
+  std::size_t seen = 0, twice = 0;
+  for (std::size_t i = 0; i < cells; ++i) {
+    if (farthest[i] == 0) continue;
+    ++seen;
+    if (farthest[i] - depths_[i] > steep * edge * depths_[i]) ++twice;
+  }
+  if (twice * rare > seen) {
+    depths_.clear();
+    return;
+  }
+  around_.assign(cells, {infinity, 0});
+  for (int r = 0; r < rows_; ++r)
+    for (int c = 0; c < columns_; ++c) {
+      const auto at = [&](int row, int column) {
+        return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+               static_cast<std::size_t>(column);
+      };
+      Depths& sum = around_[at(r, c)];
+      for (int y = std::max(0, r - 1); y <= std::min(rows_ - 1, r + 1); ++y)
+        for (int x = std::max(0, c - 1); x <= std::min(columns_ - 1, c + 1); ++x) {
+          sum.nearest = std::min(sum.nearest, depths_[at(y, x)]);
+          sum.farthest = std::max(sum.farthest, farthest[at(y, x)]);
+        }
+    }
 }
 
 std::optional<float> RangePicture::depth(const cv::Point3f& place) const {
-  if (depths_.empty() || !(place.z > 0)) return {};
-  const double c = std::floor((static_cast<double>(place.x / place.z) - left_) / cell_);
-  const double r = std::floor((static_cast<double>(place.y / place.z) - top_) / cell_);
-  if (!(c >= 0) || !(r >= 0) || c >= columns_ || r >= rows_) return {};
-  const float depth =
-      depths_[static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(c)];
-  if (std::isinf(depth)) return {};
-  return depth;
+  const auto cell = cellOf(place);
+  if (!cell || std::isinf(depths_[*cell])) return {};
+  return depths_[*cell];
 }
 
 }  // namespace estancia

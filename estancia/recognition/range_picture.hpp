@@ -9,9 +9,9 @@
 
 namespace estancia {
 
-/// The points of a scene as the sensor at the origin saw them, along +z (the optical frame). Cells hold the
-/// nearest depth. Says nothing when the scene does not look like such a view: points behind the sensor, or a
-/// wide angle.
+/// The points of a scene as the sensor at the origin saw them, along +z (the optical frame). Says nothing
+/// when the cloud does not look like such a view: points behind the sensor, a wide angle, or two surfaces
+/// behind each other all over, as of an object that was scanned from all sides.
 class RangePicture {
  public:
   /// `spacing` [m]: how far apart points lie where the scene is.
@@ -20,11 +20,30 @@ class RangePicture {
   /// Depth [m] of the surface that the sensor saw in the direction of `place`; none where it saw nothing.
   std::optional<float> depth(const cv::Point3f& place) const;
 
+  /// What the sensor saw in that direction and in the cells around it.
+  struct Depths {
+    float nearest, farthest;  ///< [m]
+  };
+  std::optional<Depths> depthsAround(const cv::Point3f& place) const {
+    const auto cell = cellOf(place);
+    if (!cell || around_[*cell].farthest == 0) return {};
+    return around_[*cell];
+  }
+
   bool known() const { return !depths_.empty(); }
 
  private:
+  std::optional<std::size_t> cellOf(const cv::Point3f& place) const {
+    if (depths_.empty() || !(place.z > 0)) return {};
+    const float c = (place.x / place.z - left_) * perCell_, r = (place.y / place.z - top_) * perCell_;
+    if (!(c >= 0) || !(r >= 0) || c >= static_cast<float>(columns_) || r >= static_cast<float>(rows_))
+      return {};
+    return static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(c);
+  }
+
   std::vector<float> depths_;
-  double left_ = 0, top_ = 0, cell_ = 0;  ///< slopes x / z, y / z
+  std::vector<Depths> around_;
+  float left_ = 0, top_ = 0, perCell_ = 0;  ///< slopes x / z, y / z; cells in a slope of 1
   int columns_ = 0, rows_ = 0;
 };
 

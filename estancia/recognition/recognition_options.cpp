@@ -8,6 +8,15 @@ namespace estancia {
 RecognitionOptions RecognitionOptions::preset(const std::string& name) {
   RecognitionOptions options;
   if (name == "default") {
+    options.surface = "mean";
+    options.grouping = "local-frames";
+    options.verification = "evidence";
+    options.matchEach = "model";
+    options.neighbours = 30;
+    options.hypotheses = 300;
+    options.accept = 0.24;
+    options.sceneFilter.gng.signalsPerInsertion = 25;  // neurons are but seeds of the surface
+  } else if (name == "classical") {
     options.verification = "inliers";
     options.matchEach = "model";
     options.neighbours = 3;
@@ -19,6 +28,7 @@ RecognitionOptions RecognitionOptions::preset(const std::string& name) {
     options.consistency = 0.010;
     options.tolerance = 0.006;
     options.minimalMatches = 4;
+    options.accept = 0.65;  // of which thesis makes no use
     if (name == "tight") options.verification = "inliers";
   } else if (name == "wide") {
     options.normalRadius = 0.035;
@@ -32,7 +42,8 @@ RecognitionOptions RecognitionOptions::preset(const std::string& name) {
     options.verification = "inliers";
   } else {
     throw Error(fmt::format(
-        "no set of recognition options is called '{}'; known are default, thesis, tight, wide", name));
+        "no set of recognition options is called '{}'; known are default, classical, thesis, tight, wide",
+        name));
   }
   return options;
 }

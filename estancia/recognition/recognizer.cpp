@@ -16,7 +16,8 @@
 namespace estancia {
 namespace {
 
-using Described = PreparedModel::Described;
+using DescribedModel = PreparedModel::Described;
+using DescribedScene = PreparedScene::Described;
 
 /// Tells what each stage kept, and how long it took.
 class Account {
@@ -50,8 +51,11 @@ using Names = std::vector<std::pair<std::string, std::string>>;
 void require(const RecognitionOptions& o) {
   requireKnown("keypoint detector", o.keypoints, keypointMethods());
   requireKnown("descriptor of a surface", o.descriptor, descriptorMethods());
-  requireKnown("grouping", o.grouping, groupingMethods());
-  requireKnown("verification", o.verification, Names{{"global", ""}, {"inliers", ""}});
+  Names groupings = groupingMethods();
+  groupings.emplace_back("local-frames", "each match is a pose by its two local frames");
+  requireKnown("grouping", o.grouping, groupings);
+  requireKnown("surface", o.surface, Names{{"filtered", ""}, {"mean", ""}});
+  requireKnown("verification", o.verification, Names{{"global", ""}, {"inliers", ""}, {"evidence", ""}});
   requireKnown("side of matching", o.matchEach, Names{{"scene", ""}, {"model", ""}});
   for (const double length :
        {o.normalRadius, o.keypointSpacing, o.descriptorRadius, o.consistency, o.tolerance})
@@ -67,8 +71,13 @@ void require(const RecognitionOptions& o) {
 PointCloud finitePoints(const std::string& name, const PointCloud& cloud) {
   constexpr std::size_t few = 10;
   PointCloud left;
-  for (const cv::Point3f& p : cloud.points)
-    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) left.points.push_back(p);
+  const bool normals = cloud.normals.size() == cloud.points.size();
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    const cv::Point3f& p = cloud.points[i];
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) continue;
+    left.points.push_back(p);
+    if (normals) left.normals.push_back(cloud.normals[i]);
+  }
   if (left.points.size() < few)
     throw Error(fmt::format("{}: {} of its {} points are finite; too few to be described", name,
                             left.points.size(), cloud.points.size()));
@@ -98,7 +107,6 @@ void requireSameUnits(const PreparedModel& model, const PreparedScene& scene) {
 
 struct Candidate {
   cv::Affine3d pose;
-  std::size_t matches = 0;
   Evidence evidence;
 };
 
@@ -122,13 +130,12 @@ cv::Point3d middleOf(const OrientedPoints& points) {
   return sum / static_cast<double>(points.points.size());
 }
 
-std::vector<Candidate> candidatesOf(const std::vector<Hypothesis>& hypotheses, const Described& model,
-                                    const PreparedScene& scene, const RecognitionOptions& options) {
-  const RecognitionLengths& lengths = scene.lengths();
-  const cv::Point3d middle = middleOf(model.few);
+std::vector<Candidate> candidatesOf(const std::vector<TriedPose>& poses, const DescribedModel& model,
+                                    const DescribedScene& scene, const RecognitionOptions& options) {
+  const RecognitionLengths& lengths = scene.lengths;
+  const cv::Point3d middle = middleOf(model.tried.few);
   std::vector<Candidate> candidates;
-  for (const Hypothesis& h : hypotheses) candidates.push_back({h.pose, h.matches.size(), {}});
-  if (candidates.size() > options.hypotheses) candidates.resize(options.hypotheses);
+  for (const TriedPose& p : poses) candidates.push_back({p.pose, {}});
   dropTwins(candidates, middle, lengths.consistency / 2);
   Progress silent;
   const auto each = [&](const auto& work) {
@@ -136,8 +143,8 @@ std::vector<Candidate> candidatesOf(const std::vector<Hypothesis>& hypotheses, c
                [&](std::size_t i) { work(candidates[i]); });
   };
   each([&](Candidate& c) {
-    c.pose = refinePose(model.few, scene.coarse(), c.pose, 2 * lengths.consistency, 15);
-    c.evidence = examine(model.few, scene.coarse(), scene.view(), c.pose, lengths.tolerance);
+    c.pose = refinePose(model.tried.few, *scene.coarse, c.pose, 2 * lengths.consistency, 15);
+    c.evidence = examine(model.tried.few, *scene.coarse, scene.view, c.pose, lengths.tolerance);
   });
   std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
     return a.evidence.inliers > b.evidence.inliers;
@@ -146,8 +153,8 @@ std::vector<Candidate> candidatesOf(const std::vector<Hypothesis>& hypotheses, c
   constexpr std::size_t promising = 20;
   if (candidates.size() > promising) candidates.resize(promising);
   each([&](Candidate& c) {
-    c.pose = refinePose(model.many, scene.surface(), c.pose, 2 * lengths.tolerance, 15);
-    c.evidence = examine(model.many, scene.surface(), scene.view(), c.pose, lengths.tolerance);
+    c.pose = refinePose(model.tried.many, *scene.surface, c.pose, 2 * lengths.tolerance, 15);
+    c.evidence = examine(model.tried.many, *scene.surface, scene.view, c.pose, lengths.tolerance);
   });
   std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
     return a.evidence.inliers > b.evidence.inliers;
@@ -156,8 +163,8 @@ std::vector<Candidate> candidatesOf(const std::vector<Hypothesis>& hypotheses, c
   return candidates;
 }
 
-void keepVerified(std::vector<Candidate>& candidates, const Described& model, const PreparedScene& scene,
-                  const RecognitionOptions& options) {
+void keepVerified(std::vector<Candidate>& candidates, const DescribedModel& model,
+                  const DescribedScene& scene, const RecognitionOptions& options) {
   if (options.verification == "inliers") {
     std::erase_if(candidates, [&](const Candidate& c) { return !isThere(c.evidence, options.accept); });
     return;
@@ -165,10 +172,10 @@ void keepVerified(std::vector<Candidate>& candidates, const Described& model, co
   std::vector<cv::Affine3d> poses;
   for (const Candidate& c : candidates) poses.push_back(c.pose);
   GlobalVerificationOptions global;
-  global.tolerance = scene.lengths().tolerance;
-  const OrientedPoints points = spreadPointsBy(*model.surface, scene.lengths().tolerance);
+  global.tolerance = scene.lengths.tolerance;
+  const OrientedPoints points = spreadPointsBy(*model.surface, scene.lengths.tolerance);
   const std::vector<bool> there =
-      verifyGlobally(points, scene.coarse(), scene.view(), scene.parts(), poses, global);
+      verifyGlobally(points, *scene.coarse, scene.view, scene.parts, poses, global);
   std::vector<Candidate> left;
   for (std::size_t i = 0; i < candidates.size(); ++i)
     if (there[i]) left.push_back(candidates[i]);
@@ -176,14 +183,38 @@ void keepVerified(std::vector<Candidate>& candidates, const Described& model, co
 }
 
 /// An object is where no better instance of it is.
-void dropOverlapping(std::vector<Candidate>& candidates, const cv::Point3d& middle, double extent) {
-  std::vector<Candidate> left;
-  for (Candidate& c : candidates)
-    if (std::none_of(left.begin(), left.end(), [&](const Candidate& l) {
+template <class Posed>
+void dropOverlapping(std::vector<Posed>& candidates, const cv::Point3d& middle, double extent) {
+  std::vector<Posed> left;
+  for (Posed& c : candidates)
+    if (std::none_of(left.begin(), left.end(), [&](const Posed& l) {
           return cv::norm(l.pose * middle - c.pose * middle) < extent / 4;
         }))
       left.push_back(std::move(c));
   candidates = std::move(left);
+}
+
+int percent(double share) {
+  return static_cast<int>(std::lround(100 * share));
+}
+
+std::string toldOf(const std::vector<TriedPose>& poses) {
+  return poses.empty() ? "" : fmt::format(", the best {} % supported", percent(poses[0].agreement.supported));
+}
+
+/// Of the best pose, accepted or not: "; best pose 0.19 of 0.25 needed: 41 % supported, 12 % seen through".
+std::string comparison(const TriedPose& pose, double accept) {
+  const PoseAgreement& a = pose.agreement;
+  return fmt::format(
+      "; best pose {:.2f} of {:.2f} needed: {} % supported, {} % seen through, {} % elsewhere, "
+      "{} % hidden, {} % turned away",
+      pose.score, accept, percent(a.supported), percent(a.seenThrough + a.behind), percent(a.elsewhere),
+      percent(a.occluded), percent(1 - a.facing));
+}
+
+/// Rises with the evidence from 0 to 1, is 0.5 where it is just enough.
+double confidenceOf(double score, double accept) {
+  return score > 0 ? score * score / (score * score + accept * accept) : 0;
 }
 
 }  // namespace
@@ -196,8 +227,10 @@ std::shared_ptr<const PreparedModel> Recognizer::prepareModel(const std::string&
                                                               const PointCloud& cloud) const {
   Progress silent;
   std::vector<StageReport> stages;
-  PointCloud left = filtered(name, finitePoints(name, cloud), options_.modelFilter, stages, silent);
-  return std::make_shared<const PreparedModel>(name, std::move(left), options_, std::move(stages));
+  PointCloud raw = finitePoints(name, cloud);
+  PointCloud left = filtered(name, raw, options_.modelFilter, stages, silent);
+  return std::make_shared<const PreparedModel>(name, std::move(raw), std::move(left), options_,
+                                               std::move(stages));
 }
 
 std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string& name,
@@ -210,28 +243,61 @@ std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string&
                                                std::move(stages));
 }
 
+std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string& name,
+                                                              const PointCloud& cloud,
+                                                              const PointCloud& filtered) const {
+  return std::make_shared<const PreparedScene>(name, finitePoints(name, cloud), finitePoints(name, filtered),
+                                               options_, std::vector<StageReport>{});
+}
+
 std::vector<Instance> Recognizer::find(const PreparedModel& model, const PreparedScene& scene,
                                        std::vector<StageReport>* stages) const {
   requireSameUnits(model, scene);
   Account account(stages);
-  const auto described = model.describedFor(scene.lengths());
+  const RecognitionLengths lengths = scene.lengthsFor(model);
+  const auto there = scene.describedFor(lengths);
+  if (stages && lengths != scene.lengths())
+    for (const StageReport& s : there->stages) stages->push_back({"scene's " + s.stage, s.detail, s.seconds});
+  const auto described = model.describedFor(lengths);
   if (stages) stages->insert(stages->end(), described->stages.begin(), described->stages.end());
   account.add("model", fmt::format("{} keypoints", described->features.size()));
 
   const bool eachScene = options_.matchEach == "scene";
-  const auto matches = matchDescriptors(described->features.descriptors, scene.features().descriptors,
+  const auto matches = matchDescriptors(described->features.descriptors, there->features.descriptors,
                                         eachScene ? MatchEach::scene : MatchEach::model, options_.neighbours,
                                         options_.threads);
   account.add("matching", fmt::format("each of the {} keypoints of the {} with {}: {} matches",
-                                      eachScene ? scene.features().size() : described->features.size(),
+                                      eachScene ? there->features.size() : described->features.size(),
                                       eachScene ? "scene" : "model", options_.neighbours, matches.size()));
-  const auto hypotheses =
-      groupMatches(described->features, scene.features(), matches, options_.grouping,
-                   scene.lengths().consistency, options_.minimalMatches, options_.threads);
-  account.add("grouping", fmt::format("{}, {:.4g} m: {} poses, {} matches agree on the first",
-                                      options_.grouping, scene.lengths().consistency, hypotheses.size(),
-                                      hypotheses.empty() ? 0 : hypotheses.front().matches.size()));
-  std::vector<Candidate> candidates = candidatesOf(hypotheses, *described, scene, options_);
+  const DenseLengths dense{lengths.unit, lengths.noise, lengths.tolerance};
+  std::vector<TriedPose> poses;
+  if (options_.grouping == "local-frames") {
+    poses = posesOfFrames(described->features, there->features, matches, described->tried, there->dense(),
+                          dense, options_.hypotheses, options_.threads);
+    account.add("grouping", fmt::format("local-frames: {} poses{}", poses.size(), toldOf(poses)));
+  } else {
+    const auto hypotheses = groupMatches(described->features, there->features, matches, options_.grouping,
+                                         lengths.consistency, options_.minimalMatches, options_.threads);
+    account.add("grouping", fmt::format("{}, {:.4g} m: {} poses, {} matches agree on the first",
+                                        options_.grouping, lengths.consistency, hypotheses.size(),
+                                        hypotheses.empty() ? 0 : hypotheses.front().matches.size()));
+    for (const Hypothesis& h : hypotheses)
+      if (poses.size() < options_.hypotheses) poses.push_back({h.pose, {}, 0});
+  }
+  std::vector<Instance> instances;
+  if (options_.verification == "evidence") {
+    poses = refinePoses(std::move(poses), described->tried, there->dense(), dense, options_.threads);
+    account.add("refinement", fmt::format("{} different poses{}", poses.size(), toldOf(poses)));
+    const std::string best = poses.empty() ? "" : comparison(poses[0], options_.accept);
+    std::erase_if(poses, [&](const TriedPose& p) { return p.score < options_.accept || !(p.score > 0); });
+    dropOverlapping(poses, model.centre(), model.extent());
+    for (const TriedPose& p : poses)
+      instances.push_back(
+          {model.name(), p.pose, p.agreement.points, confidenceOf(p.score, options_.accept), model.centre()});
+    account.add("verification", fmt::format("evidence: {} instances{}", instances.size(), best));
+    return instances;
+  }
+  std::vector<Candidate> candidates = candidatesOf(poses, *described, *there, options_);
   account.add("refinement",
               fmt::format("{} different poses{}", candidates.size(),
                           candidates.empty()
@@ -240,13 +306,11 @@ std::vector<Instance> Recognizer::find(const PreparedModel& model, const Prepare
                                             "should be seen",
                                             candidates[0].evidence.inliers, candidates[0].evidence.facing,
                                             candidates[0].evidence.confidence())));
-  keepVerified(candidates, *described, scene, options_);
-  dropOverlapping(candidates, middleOf(described->few), model.extent());
+  keepVerified(candidates, *described, *there, options_);
+  dropOverlapping(candidates, middleOf(described->tried.few), model.extent());
   account.add("verification", fmt::format("{}: {} instances", options_.verification, candidates.size()));
-
-  std::vector<Instance> instances;
   for (const Candidate& c : candidates)
-    instances.push_back({model.name(), c.pose, c.evidence.inliers, c.evidence.confidence()});
+    instances.push_back({model.name(), c.pose, c.evidence.inliers, c.evidence.confidence(), model.centre()});
   return instances;
 }
 

@@ -17,10 +17,13 @@ namespace estancia {
 /// clouds in other units give the same.
 struct RecognitionOptions {
   FilterOptions modelFilter, sceneFilter;
-  std::string keypoints = "uniform";               ///< uniform, harris3d, iss
-  std::string descriptor = "shot";                 ///< shot, fpfh, spin-image
-  std::string grouping = "geometric-consistency";  ///< geometric-consistency, hough
-  std::string verification = "global";             ///< global, inliers
+  std::string surface = "filtered";   ///< filtered: the filter's points as they are, plane normals;
+                                      ///< mean: averaged over the raw points around them, as noise
+                                      ///< asks for, and models are given the scene's noise
+  std::string keypoints = "uniform";  ///< uniform, harris3d, iss
+  std::string descriptor = "shot";    ///< shot, fpfh, spin-image
+  std::string grouping = "geometric-consistency";  ///< geometric-consistency, hough, local-frames
+  std::string verification = "global";             ///< global, inliers, evidence
   double normalRadius = 0;                         ///< [m] of the points that a normal is fitted to
   double keypointSpacing = 0;                      ///< [m] between keypoints (uniform), or their support
   double descriptorRadius = 0;                     ///< [m] of what a descriptor sees
@@ -30,16 +33,21 @@ struct RecognitionOptions {
   std::size_t neighbours = 1;       ///< nearest descriptors that become matches
   std::size_t minimalMatches = 3;   ///< that must agree
   std::size_t hypotheses = 100;     ///< with most matches that are refined and verified
-  double accept = 0.7;              ///< confidence of an instance, at least, when verified by inliers
-  int threads = 0;                  ///< 0: one a usable core
+  double accept = 0.6;  ///< share of what should be seen of a model that must be; or the least evidence
+  int threads = 0;      ///< 0: one a usable core
 
-  /// Known sets: "default", "thesis", "tight", "wide". Throws Error on others, naming the known ones.
+  /// Known sets: "default", "classical" (the thesis' stages, lengths that follow the scene), "thesis",
+  /// "tight", "wide". Throws Error on others, naming the known ones.
   static RecognitionOptions preset(const std::string& name);
 };
 
 /// The lengths [m] that a scene is looked at with: those of the options, else what fits the scene.
 struct RecognitionLengths {
   double normalRadius = 0, keypointSpacing = 0, descriptorRadius = 0, consistency = 0, tolerance = 0;
+  // Of mean surfaces, for which they are rounded, so that scenes alike share what models are prepared for:
+  double unit = 0;     ///< spacing of the scene's points, within what suits the model's size
+  double noise = 0;    ///< standard deviation
+  double spacing = 0;  ///< of the scene's points
 
   bool operator==(const RecognitionLengths&) const = default;
 };
@@ -48,8 +56,11 @@ struct RecognitionLengths {
 struct Instance {
   std::string model;
   cv::Affine3d pose;        ///< T_scene_model
-  std::size_t inliers = 0;  ///< model points that the scene confirms, of about 1,000 that are tried
-  double confidence = 0;  ///< how much of what should be seen of the model is, [0, 1]: Evidence in verify.hpp
+  std::size_t inliers = 0;  ///< model points that the scene confirms, of those that are tried
+  double confidence =
+      0;  ///< [0, 1]. How much of what should be seen of the model is: Evidence in verify.hpp; where evidence
+          ///< verifies: e² / (e² + accept²), 0.5 for what is just accepted
+  cv::Point3d centre;  ///< of the model's points, in the model's frame [m]
 };
 
 /// What a stage took and left, for people.
@@ -74,6 +85,9 @@ class Recognizer {
   std::shared_ptr<const PreparedModel> prepareModel(const std::string& name, const PointCloud& cloud) const;
   std::shared_ptr<const PreparedScene> prepareScene(const std::string& name, const PointCloud& cloud,
                                                     Progress& progress) const;
+  /// The same of a cloud that was filtered before: `filtered` is described, `cloud` tells noise and view.
+  std::shared_ptr<const PreparedScene> prepareScene(const std::string& name, const PointCloud& cloud,
+                                                    const PointCloud& filtered) const;
 
   /// The instances of a model, best first; `stages`, when given, is told what each stage kept. What a model
   /// needs for the scene's lengths is made when it is first needed, and kept. Throws Error on a model and a

@@ -8,9 +8,11 @@
 
 namespace estancia {
 
-/// Points [m] with unit normals, as a model is tried in a scene.
+/// Points [m] with unit normals, as a model is tried in a scene. `weights` say how much a point counts where
+/// agreement is asked for; empty: all 1.
 struct OrientedPoints {
   std::vector<cv::Point3f> points, normals;
+  std::vector<float> weights;
 };
 
 /// About `count` points of a surface, evenly spread over it, all when it has no more.

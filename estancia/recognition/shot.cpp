@@ -76,7 +76,18 @@ double signOf(const Eigen::Vector3d& axis, const Offsets& o) {
   return votes < 3 ? -1 : 1;
 }
 
-cv::Matx33f localFrame(const Surface& surface, std::uint32_t keypoint, float radius,
+/// Which way the axis goes along which neighbours lie, by how far ahead they are and how near the keypoint.
+double weightedSignOf(const Eigen::Vector3d& axis, const Offsets& o, double radius) {
+  double sum = 0;
+  for (std::size_t i = 0; i < o.size; ++i) {
+    const double along = axis[0] * o.x[i] + axis[1] * o.y[i] + axis[2] * o.z[i];
+    const double weight = radius - static_cast<double>(o.distance[i]);
+    sum += weight * weight * along * std::abs(along);
+  }
+  return sum < 0 ? -1 : 1;
+}
+
+cv::Matx33f localFrame(const Surface& surface, std::uint32_t keypoint, float radius, FrameSigns signs,
                        std::vector<Neighbour>& buffer, Offsets& offsets) {
   const cv::Point3f& p = surface.points()[keypoint];
   offsets.take(surface, p, surface.neighbours().within(p, radius, buffer));
@@ -87,8 +98,14 @@ cv::Matx33f localFrame(const Surface& surface, std::uint32_t keypoint, float rad
   scatter << s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5];
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(Eigen::Matrix3d(scatter / s[6]));
   Eigen::Vector3d x = axes.eigenvectors().col(2), z = axes.eigenvectors().col(0);
-  x *= signOf(x, offsets);
-  z *= signOf(z, offsets);
+  if (signs == FrameSigns::normal) {
+    const cv::Point3f& n = surface.normals()[keypoint];
+    if (z.dot(Eigen::Vector3d(n.x, n.y, n.z)) < 0) z = -z;
+    x *= weightedSignOf(x, offsets, radius);
+  } else {
+    x *= signOf(x, offsets);
+    z *= signOf(z, offsets);
+  }
   const Eigen::Vector3f fx = x.cast<float>(), fz = z.cast<float>(), fy = fz.cross(fx);
   return {fx[0], fx[1], fx[2], fy[0], fy[1], fy[2], fz[0], fz[1], fz[2]};
 }
@@ -227,13 +244,13 @@ void eachKeypoint(std::size_t count, int threads, const Work& work) {
 }  // namespace
 
 std::vector<cv::Matx33f> localFrames(const Surface& surface, std::span<const std::uint32_t> keypoints,
-                                     double radius, int threads) {
+                                     double radius, FrameSigns signs, int threads) {
   std::vector<cv::Matx33f> frames(keypoints.size());
   eachKeypoint(keypoints.size(), threads, [&](std::size_t begin, std::size_t end) {
     std::vector<Neighbour> buffer;
     Offsets offsets;
     for (std::size_t i = begin; i < end; ++i)
-      frames[i] = localFrame(surface, keypoints[i], static_cast<float>(radius), buffer, offsets);
+      frames[i] = localFrame(surface, keypoints[i], static_cast<float>(radius), signs, buffer, offsets);
   });
   return frames;
 }

@@ -34,11 +34,16 @@ Markup section(const ResultTable& table) {
     for (std::size_t c = 0; c < table.columns.size(); ++c) {
       const std::string text = cellText(table.columns[c], row.values[c]);
       const bool isBest = !best[c].empty() && text == best[c];
-      out.element("td", isBest ? Attributes{{"class", "best"}} : Attributes{}, text);
+      Attributes attributes = isBest ? Attributes{{"class", "best"}} : Attributes{};
+      if (table.hottest > 0 && row.values[c])
+        attributes.emplace_back("style", heatStyle(*row.values[c] / table.hottest));
+      out.element("td", attributes, text);
     }
     out.close();
   }
   out.close().close().close();
+  if (table.hottest > 0 && !table.columns.empty())
+    out.add(heatScale(cellText(table.columns[0], 0.0), cellText(table.columns[0], table.hottest)));
   if (!table.caption.empty()) out.element("p", {{"class", "note"}}, shorten(table.caption, 800));
   return out.close();
 }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "estancia/report/colour.hpp"
 #include "estancia/report/text.hpp"
@@ -14,7 +13,14 @@ namespace {
 
 constexpr std::size_t mostPrinted = 20;  // names; with more of them the cells are too small for numbers
 
-Markup scaleOf(const std::string& least, const std::string& most) {
+}  // namespace
+
+std::string heatStyle(double t) {
+  const Colour colour = viridis(t);
+  return "background:" + colour.hex() + ";color:" + colour.ink();
+}
+
+Markup heatScale(const std::string& least, const std::string& most) {
   std::string colours;
   for (const Colour& colour : viridisStops()) colours += (colours.empty() ? "" : ",") + colour.hex();
   Markup scale;
@@ -22,8 +28,6 @@ Markup scaleOf(const std::string& least, const std::string& most) {
   scale.element("i", {{"style", "background:linear-gradient(90deg," + colours + ")"}}, "");
   return scale.element("span", most).close();
 }
-
-}  // namespace
 
 Markup matrixTable(const Matrix& matrix) {
   const std::size_t n = matrix.names.size();
@@ -50,16 +54,15 @@ Markup matrixTable(const Matrix& matrix) {
         out.element("td", {{"class", "unknown"}}, "–");
         continue;
       }
-      const Colour colour = viridis(most > least ? (value - least) / (most - least) : 0.5);
       out.element("td",
-                  {{"style", "background:" + colour.hex() + ";color:" + colour.ink()},
+                  {{"style", heatStyle(most > least ? (value - least) / (most - least) : 0.5)},
                    {"title", fmt::format("{} · {}: {}", matrix.names[r], matrix.names[c], told(value))}},
                   n <= mostPrinted ? told(value) : "");
     }
     out.close();
   }
   out.close().close().close();
-  if (most >= least) out.add(scaleOf(told(least), told(most)));
+  if (most >= least) out.add(heatScale(told(least), told(most)));
   if (!matrix.caption.empty()) out.element("p", {{"class", "note"}}, shorten(matrix.caption, 800));
   return out.close();
 }

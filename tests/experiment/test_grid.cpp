@@ -183,6 +183,18 @@ TEST_F(GridTest, WithoutPointsHasARowACell) {
   EXPECT_EQ(readFile(folder / "results.csv"), "model,v,w\na,1,2\nb,,2\n");
 }
 
+TEST_F(GridTest, RowsMayBePutTogetherAndCoordinatesStandLast) {
+  Grid grid(folder, {{"model", "sequence", "preset"}, "", {"v"}, 1}, 1);
+  grid.makeFolder();
+  grid.add({"a", "tour", "wide"}, {{"v", "", 1}});
+  grid.add({"a", "tour", "tight, very"}, {{"v", "", 2}});
+  grid.writeCsv();
+  EXPECT_EQ(readFile(folder / "results.csv"),
+            "model,sequence,v,preset\na,tour,1,wide\na,tour,2,\"tight, very\"\n");
+  EXPECT_THAT(errorOf([&] { grid.add({"a", "tour", "wide"}, {}); }), HasSubstr("there twice"));
+  EXPECT_TRUE(fs::is_empty(folder / "cells"));
+}
+
 TEST_F(GridTest, RefusesTwoCellsOfOneName) {
   Grid grid(folder, columns, 1);
   grid.run(cells(2), found, silent, "testing");

@@ -56,6 +56,24 @@ TEST(FindingsPage, PointsOutTheBestAndWhatReadsTheSame) {
   EXPECT_THAT(html, HasSubstr("<td>–</td>"));
 }
 
+TEST(FindingsPage, ColoursATableWhereItIsAsked) {
+  Findings findings = sample();
+  EXPECT_EQ(count(renderFindingsPage(findings), "<td style"), 4U - 1U) << "the matrix' own";
+  auto& table = std::get<ResultTable>(findings.sections[0]);
+  table.hottest = 8;
+  const std::string html = renderFindingsPage(findings);
+  EXPECT_EQ(count(html, "<td style"), 3U + 5U) << "the unknown cell and those of the best are not these";
+  EXPECT_THAT(html, HasSubstr("<td>–</td>")) << "what is unknown has no colour";
+  table.rows[0].values[1] = 8.0;
+  table.rows[1].values[1] = 0.0;
+  const std::string ends = renderFindingsPage(findings);
+  EXPECT_THAT(ends, HasSubstr("class=\"best\" style=\"background:#fde725;color:#000\">8<"));
+  EXPECT_THAT(ends, HasSubstr("style=\"background:#440154;color:#fff\">0<"));
+  EXPECT_THAT(ends, HasSubstr("<span>8.00</span>")) << "the end of the scale";
+  table.rows[0].values[1] = 800.0;
+  EXPECT_THAT(renderFindingsPage(findings), HasSubstr("background:#fde725;color:#000\">800<")) << "no hotter";
+}
+
 TEST(FindingsPage, DrawsAMatrixAsHeatBetweenItsOwnExtremes) {
   const std::string html = renderFindingsPage(sample());
   EXPECT_THAT(html, HasSubstr("background:#440154;color:#fff"));

@@ -1,0 +1,190 @@
+// estancia recognize: known objects in a cloud, and their poses.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <optional>
+
+#include "common.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/io/cloud_file.hpp"
+#include "estancia/io/picture.hpp"
+#include "estancia/recognition/prepared.hpp"
+#include "estancia/recognition/recognizer.hpp"
+#include "estancia/report/cloud_picture.hpp"
+
+namespace estancia::apps {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  std::vector<std::string> models;
+  std::string scene, preset = "default", picture;
+  // What the user says goes before what the preset says.
+  std::optional<std::string> filter, keypoints, descriptor, grouping, verification;
+  std::optional<std::size_t> points;
+  std::optional<double> normalRadius, keypointSpacing, descriptorRadius;
+  int threads = 0;
+  bool explain = false, json = false;
+};
+
+template <class Value>
+void take(const std::optional<Value>& given, Value& option) {
+  if (given) option = *given;
+}
+
+RecognitionOptions optionsOf(const Arguments& a) {
+  RecognitionOptions options = RecognitionOptions::preset(a.preset);
+  take(a.filter, options.sceneFilter.method);
+  take(a.points, options.sceneFilter.points);
+  take(a.keypoints, options.keypoints);
+  take(a.descriptor, options.descriptor);
+  take(a.grouping, options.grouping);
+  take(a.verification, options.verification);
+  take(a.normalRadius, options.normalRadius);
+  take(a.keypointSpacing, options.keypointSpacing);
+  take(a.descriptorRadius, options.descriptorRadius);
+  options.threads = a.threads;
+  return options;
+}
+
+struct NamedCloud {
+  std::string name;
+  PointCloud cloud;
+};
+
+/// FILE, or NAME=FILE; of several files of one name the folder tells them apart.
+std::vector<NamedCloud> readModels(const std::vector<std::string>& words) {
+  std::vector<NamedCloud> models;
+  for (const std::string& word : words) {
+    const std::size_t equals = word.find('=');
+    const bool named = equals != std::string::npos && equals > 0 && !fs::exists(word);
+    const fs::path file = named ? word.substr(equals + 1) : word;
+    const std::string name = named ? word.substr(0, equals) : file.stem().string();
+    if (std::any_of(models.begin(), models.end(), [&](const NamedCloud& m) { return m.name == name; }))
+      throw Error(fmt::format("two models are called {}; name them: --model NAME=FILE", name));
+    models.push_back({name, readCloud(file)});
+  }
+  return models;
+}
+
+std::array<double, 16> rowMajor(const cv::Affine3d& pose) {
+  std::array<double, 16> numbers;
+  std::copy_n(pose.matrix.val, 16, numbers.begin());
+  return numbers;
+}
+
+void tellStages(const std::string& of, const std::vector<StageReport>& stages) {
+  fmt::print("{}\n", of);
+  for (const StageReport& s : stages) fmt::print("  {:<14} {}  ({:.2f} s)\n", s.stage, s.detail, s.seconds);
+}
+
+nlohmann::ordered_json toJson(const std::vector<StageReport>& stages) {
+  auto json = nlohmann::ordered_json::array();
+  for (const StageReport& s : stages)
+    json.push_back({{"stage", s.stage}, {"detail", s.detail}, {"seconds", s.seconds}});
+  return json;
+}
+
+/// Colours that tell instances apart, by Wong, Nature Methods 8 (2011), BGR.
+const std::array<cv::Vec3b, 6> instanceColours{
+    {{0, 159, 230}, {115, 158, 0}, {178, 114, 0}, {0, 94, 213}, {167, 121, 204}, {233, 180, 86}}};
+
+void drawInstances(const Arguments& arguments, const PointCloud& scene, const std::vector<NamedCloud>& models,
+                   const std::vector<Instance>& instances) {
+  std::vector<CloudLayer> layers(1);
+  layers[0].cloud = &scene;
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    for (const NamedCloud& model : models)
+      if (model.name == instances[i].model)
+        layers.push_back({&model.cloud, instances[i].pose, instanceColours[i % instanceColours.size()], {}});
+  writePng(arguments.picture, drawClouds(layers));
+}
+
+void run(const Arguments& arguments) {
+  if (!arguments.picture.empty()) {
+    std::vector<std::string> inputs = arguments.models;
+    inputs.push_back(arguments.scene);
+    requireNoData(arguments.picture, inputs, pngStart);
+  }
+  const Recognizer recognizer(optionsOf(arguments));
+  const std::vector<NamedCloud> models = readModels(arguments.models);
+  const PointCloud cloud = readCloud(arguments.scene);
+
+  const auto progress = makeStderrProgress();
+  const auto scene = recognizer.prepareScene(arguments.scene, cloud, *progress);
+  std::vector<Instance> instances;
+  nlohmann::ordered_json explained{{"scene", toJson(scene->stages())}};
+  if (arguments.explain && !arguments.json) tellStages(arguments.scene, scene->stages());
+  for (const NamedCloud& named : models) {
+    const auto model = recognizer.prepareModel(named.name, named.cloud);
+    std::vector<StageReport> stages = model->stages();
+    for (Instance& found : recognizer.find(*model, *scene, &stages)) instances.push_back(std::move(found));
+    explained["models"][named.name] = toJson(stages);
+    if (arguments.explain && !arguments.json) tellStages(named.name, stages);
+  }
+  std::stable_sort(instances.begin(), instances.end(),
+                   [](const Instance& a, const Instance& b) { return a.confidence > b.confidence; });
+
+  if (!arguments.picture.empty()) drawInstances(arguments, cloud, models, instances);
+  if (arguments.json) {
+    nlohmann::ordered_json json{{"instances", nlohmann::json::array()}};
+    for (const Instance& found : instances)
+      json["instances"].push_back({{"model", found.model},
+                                   {"pose", rowMajor(found.pose)},
+                                   {"inliers", found.inliers},
+                                   {"confidence", found.confidence}});
+    if (arguments.explain) json["stages"] = explained;
+    print(json);
+  } else {
+    for (const Instance& found : instances) {
+      const cv::Point3d at = found.pose * found.centre;
+      fmt::print("{:<20} at ({:.3f}, {:.3f}, {:.3f})  {:>6} inliers  confidence {:.2f}\n", found.model, at.x,
+                 at.y, at.z, found.inliers, found.confidence);
+    }
+    if (instances.empty())
+      fmt::print("{} is not in {}; --explain tells what each stage kept\n",
+                 models.size() == 1 ? models.front().name : "None of the models", arguments.scene);
+  }
+  if (instances.empty()) throw NoAnswer{};
+}
+
+}  // namespace
+
+void addRecognizeCommand(CLI::App& app) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("recognize", "Find known objects in a cloud, and how they lie there");
+  command->add_option("SCENE", a->scene, "The cloud that is looked through (PCD, PLY)")->required();
+  command->add_option("-m,--model", a->models, "An object's cloud: FILE or NAME=FILE; several may be given")
+      ->required();
+  command
+      ->add_option("--preset", a->preset,
+                   "default, or the thesis', tight, wide: fixed lengths to compare with")
+      ->capture_default_str();
+  command->add_option("--filter", a->filter, "What cleans the scene: none, voxel, gng");
+  command->add_option("--points", a->points, "Points that the filter leaves");
+  command->add_option("--keypoints", a->keypoints, "uniform, harris3d, iss");
+  command->add_option("--descriptor", a->descriptor, "shot, fpfh, spin-image");
+  command->add_option("--grouping", a->grouping, "geometric-consistency, hough");
+  command->add_option("--verification", a->verification, "global, inliers");
+  command->add_option("--normal-radius", a->normalRadius,
+                      "Points that a normal is fitted to [m]; 0: by noise");
+  command->add_option("--keypoint-spacing", a->keypointSpacing, "Between keypoints [m]; 0: by noise");
+  command->add_option("--descriptor-radius", a->descriptorRadius, "What a descriptor sees [m]; 0: by noise");
+  command->add_option("--picture", a->picture, "Draw the scene with what was found in it (PNG)");
+  command->add_option("--threads", a->threads, "Threads of the work; default: one a free core")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--explain", a->explain, "Tell what each stage took and kept");
+  addJsonOption(*command, a->json);
+  addExamples(*command,
+              "  estancia recognize --model mug.pcd table.pcd\n"
+              "  estancia recognize --model mug.pcd --model box=box_front.ply table.pcd --explain\n"
+              "  estancia recognize --model mug.pcd noisy.pcd --filter gng --picture found.png --json");
+  command->callback([a] { run(*a); });
+}
+
+}  // namespace estancia::apps

@@ -1,0 +1,217 @@
+#include "estancia/experiment/recognition_stages.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "estancia/cloud/noise.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/io/cloud_file.hpp"
+#include "estancia/recognition/prepared.hpp"
+#include "estancia/recognition/recognizer.hpp"
+#include "estancia/recognition/score.hpp"
+
+namespace estancia {
+namespace {
+
+using Options = RecognitionExperimentOptions;
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// The clouds are filtered before the recogniser sees them.
+RecognitionOptions optionsOf(const RecognitionUnit& unit) {
+  RecognitionOptions options = RecognitionOptions::preset(unit.preset);
+  options.keypoints = unit.keypoint;
+  options.descriptor = unit.descriptor;
+  options.modelFilter = options.sceneFilter = {};
+  options.threads = 1;
+  return options;
+}
+
+bool followsScene(const RecognitionOptions& o) {
+  return std::min({o.normalRadius, o.keypointSpacing, o.descriptorRadius, o.consistency, o.tolerance}) == 0;
+}
+
+std::string describe(const RecognitionOptions& o) {
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.keypoints, o.descriptor, o.grouping,
+                     o.verification, o.normalRadius, o.keypointSpacing, o.descriptorRadius, o.consistency,
+                     o.tolerance, o.matchEach, o.neighbours, o.minimalMatches, o.hypotheses, o.accept);
+}
+
+FilterOptions filterOf(const std::string& method, std::size_t points) {
+  FilterOptions filter;
+  filter.method = method;
+  filter.points = points;
+  return filter;
+}
+
+std::string describe(const cv::Affine3d& pose) {
+  std::string text;
+  for (const double value : pose.matrix.val) text += fmt::format(" {}", value);
+  return text;
+}
+
+/// Null where `describe` finds too little to describe.
+template <class Describe>
+auto unlessUndescribable(const Describe& describe) -> decltype(describe()) {
+  try {
+    return describe();
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const Error&) {
+    return nullptr;
+  }
+}
+
+}  // namespace
+
+/// Models are prepared when they are first needed.
+struct RecognitionStages::Recipe {
+  struct Entry {
+    std::once_flag made;
+    std::shared_ptr<const PreparedModel> model;  ///< null where it cannot be described
+  };
+  Recipe(const RecognitionOptions& options, std::size_t entries) : recognizer(options), models(entries) {}
+
+  Recognizer recognizer;
+  std::vector<Entry> models;  ///< [filter · models + model]
+};
+
+RecognitionStages::RecognitionStages(const Options& options, const ModelPairs& pairs,
+                                     const std::filesystem::path& folder)
+    : options_(options),
+      pairs_(pairs),
+      clouds_(folder / "filtered", std::uint64_t{options.keptMegabytes} << 20) {
+  for (const ModelPairs::Model& model : pairs.models) {
+    Model read{readCloud(model.file), sha256OfFile(model.file), {}, {}};
+    try {
+      read.centre = centreOf(read.cloud);
+    } catch (const Error& problem) {
+      throw Error(fmt::format("{}: {}", model.file.string(), problem.what()));
+    }
+    models_.push_back(std::move(read));
+  }
+  for (const Options::Symmetry& symmetry : options.symmetries) {
+    const auto model = std::find_if(pairs.models.begin(), pairs.models.end(),
+                                    [&](const auto& m) { return m.name == symmetry.model; });
+    if (model == pairs.models.end())
+      throw Error(
+          fmt::format("a symmetry of {}, which is no model of {}", symmetry.model, options.pairs.string()));
+    Model& turned = models_[static_cast<std::size_t>(model - pairs.models.begin())];
+    const auto turns = turnsAround(symmetry.point ? cv::Point3d(*symmetry.point) : turned.centre,
+                                   symmetry.axis, symmetry.fold);
+    turned.symmetries.insert(turned.symmetries.end(), turns.begin(), turns.end());
+  }
+  for (const ModelPairs::Scene& scene : pairs.scenes) sceneDigests_.push_back(sha256OfFile(scene.file));
+}
+
+RecognitionStages::~RecognitionStages() = default;
+
+std::string RecognitionStages::inputs(const RecognitionUnit& unit) const {
+  std::string text = describe(optionsOf(unit)) + "\n" + sceneDigests_[unit.scene] + "\n" +
+                     FilteredClouds::describe(filterOf(unit.sceneFilter, unit.size)) + "\n" +
+                     fmt::format("{} {}\n", options_.translation, options_.rotation);
+  for (const std::string& filter : options_.modelFilters)
+    text += FilteredClouds::describe(filterOf(filter, options_.modelPoints)) + "\n";
+  for (const Model& model : models_) {
+    text += model.digest + "\n";
+    for (const cv::Affine3d& symmetry : model.symmetries) text += describe(symmetry) + "\n";
+  }
+  for (const ModelPairs::Pair& pair : pairs_.pairs)
+    if (pair.scene == unit.scene)
+      for (const cv::Affine3d& pose : pair.poses) text += std::to_string(pair.model) + describe(pose) + "\n";
+  return sha256(text);
+}
+
+std::shared_ptr<RecognitionStages::Recipe> RecognitionStages::recipeOf(const RecognitionUnit& unit) {
+  const std::lock_guard lock(mutex_);
+  auto& known = recipes_[fmt::format("{}\n{}\n{}", unit.preset, unit.keypoint, unit.descriptor)];
+  std::shared_ptr<Recipe> recipe = known.lock();
+  if (recipe == nullptr)
+    known = recipe =
+        std::make_shared<Recipe>(optionsOf(unit), options_.modelFilters.size() * pairs_.models.size());
+  latest_ = recipe;  // the next unit mostly wants the same
+  return recipe;
+}
+
+bool RecognitionStages::isCorrect(const RecognitionTask& task, std::size_t model,
+                                  const cv::Affine3d& pose) const {
+  for (const ModelPairs::Pair& pair : pairs_.pairs) {
+    if (pair.scene != task.unit.scene || pair.model != model) continue;
+    for (const cv::Affine3d& truth : pair.poses)
+      if (estancia::isCorrect(poseError(pose, truth, models_[model].centre, models_[model].symmetries),
+                              options_.translation, options_.rotation))
+        return true;
+  }
+  return false;
+}
+
+void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& found) {
+  const RecognitionUnit& unit = task.unit;
+  const auto& [name, file] = pairs_.scenes[unit.scene];
+  PointCloud noisy = readCloud(file);
+  if (unit.noise > 0) noisy = withGaussianNoise(std::move(noisy), unit.noise, unit.seed);
+  const auto filtered = clouds_.get(
+      fmt::format("{} {} {}", sceneDigests_[unit.scene], unit.noise, unit.noise > 0 ? unit.seed : 0),
+      filterOf(unit.sceneFilter, unit.size), [&] { return noisy; });
+  found.filterSeconds = filtered.seconds;
+
+  const auto recipe = recipeOf(unit);
+  const auto start = Clock::now();
+  const auto scene =
+      unlessUndescribable([&] { return recipe->recognizer.prepareScene(name, noisy, filtered.cloud); });
+  found.describeSeconds = secondsSince(start);
+  for (RecognitionSearch& search : found.searches) {
+    if (interrupted()) throw Interrupted("");
+    const auto preparing = Clock::now();
+    const auto model = modelOf(*recipe, search);
+    search.failed = scene == nullptr || model == nullptr ||
+                    unlessUndescribable([&] { return model->describedFor(scene->lengths()); }) == nullptr;
+    if (search.failed) continue;
+    search.modelSeconds = secondsSince(preparing);
+    const auto looking = Clock::now();
+    const auto instances = recipe->recognizer.find(*model, *scene);
+    search.seconds = secondsSince(looking);
+    search.verified = !instances.empty();
+    search.correct = search.verified && isCorrect(task, search.model, instances.front().pose);
+  }
+}
+
+std::shared_ptr<const PreparedModel> RecognitionStages::modelOf(Recipe& recipe,
+                                                                const RecognitionSearch& search) {
+  const Model& model = models_[search.model];
+  const auto prepare = [&] {
+    const auto filtered =
+        clouds_.get(model.digest, filterOf(options_.modelFilters[search.modelFilter], options_.modelPoints),
+                    [&] { return model.cloud; });
+    return unlessUndescribable(
+        [&] { return recipe.recognizer.prepareModel(pairs_.models[search.model].name, filtered.cloud); });
+  };
+  // Of a model that is described anew for every scene, the descriptions would pile up.
+  if (followsScene(recipe.recognizer.options())) return prepare();
+  auto& entry = recipe.models[search.modelFilter * pairs_.models.size() + search.model];
+  std::call_once(entry.made, [&] { entry.model = prepare(); });
+  return entry.model;
+}
+
+RecognitionFound RecognitionStages::recognise(const RecognitionTask& task) {
+  RecognitionFound found;
+  for (std::size_t filter = 0; filter < options_.modelFilters.size(); ++filter)
+    for (const std::size_t model : task.models) {
+      RecognitionSearch search;
+      search.modelFilter = filter;
+      search.model = model;
+      found.searches.push_back(search);
+    }
+  look(task, found);
+  return found;
+}
+
+}  // namespace estancia

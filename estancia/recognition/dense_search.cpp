@@ -1,0 +1,114 @@
+#include "estancia/recognition/dense_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "estancia/core/parallel.hpp"
+#include "estancia/core/rigid.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr double alike = 0.15;  // [rad] between two poses that are one
+
+/// The best `most` of poses that differ by `apart` [m] at the centre or are turned.
+std::vector<TriedPose> different(std::vector<TriedPose> poses, const cv::Point3d& centre, double apart,
+                                 std::size_t most) {
+  std::stable_sort(poses.begin(), poses.end(),
+                   [](const TriedPose& a, const TriedPose& b) { return a.score > b.score; });
+  const double leastTrace = 1 + 2 * std::cos(alike);
+  std::vector<TriedPose> left;
+  std::vector<cv::Point3d> centres;
+  for (TriedPose& pose : poses) {
+    if (left.size() >= most) break;
+    const cv::Point3d at = pose.pose * centre;
+    bool known = false;
+    for (std::size_t i = 0; i < left.size() && !known; ++i) {
+      const cv::Point3d d = at - centres[i];
+      if (d.dot(d) >= apart * apart) continue;
+      // trace(Aᵀ B) is the sum of the products of their elements
+      known = left[i].pose.rotation().dot(pose.pose.rotation()) > leastTrace;
+    }
+    if (known) continue;
+    centres.push_back(at);
+    left.push_back(std::move(pose));
+  }
+  return left;
+}
+
+template <class Work>
+void each(std::size_t count, std::size_t together, int threads, const Work& work) {
+  Progress silent;
+  inParallel((count + together - 1) / together, threads, silent, "stopped while poses were tried",
+             [&](std::size_t chunk) {
+               for (std::size_t i = chunk * together; i < std::min(count, (chunk + 1) * together); ++i)
+                 work(i);
+             });
+}
+
+}  // namespace
+
+double evidenceFor(const PoseAgreement& agreement, std::size_t tried, bool closed) {
+  constexpr double wholeArea = 700;
+  constexpr double leastPart = 0.25;
+  const double part = closed ? std::clamp(agreement.facing, leastPart, 1.0) : 1;
+  return agreement.vote() / part * std::sqrt(part * static_cast<double>(tried) / wholeArea);
+}
+
+std::vector<TriedPose> posesOfFrames(const Features& model, const Features& scene,
+                                     const std::vector<Match>& matches, const DenseModel& tried,
+                                     const DenseScene& there, const DenseLengths& lengths, std::size_t most,
+                                     int threads) {
+  const AgreementLimits limits{6 * lengths.unit + lengths.noise, 10 * lengths.unit + 1.5 * lengths.noise,
+                               0.5};
+  const auto poseOf = [&](const Match& match) {
+    const cv::Matx33d turn = cv::Matx33d(scene.frames[match.scene].t() * model.frames[match.model]);
+    const cv::Vec3d from(cv::Point3d(model.points[match.model])), to(cv::Point3d(scene.points[match.scene]));
+    return cv::Affine3d(turn, to - turn * from);
+  };
+  // Most poses are nonsense, and a quarter of the points tells.
+  constexpr std::size_t part = 4, often = 5;
+  OrientedPoints quarter;
+  for (std::size_t i = 0; i < tried.few.points.size(); i += part) {
+    quarter.points.push_back(tried.few.points[i]);
+    quarter.normals.push_back(tried.few.normals[i]);
+    if (!tried.few.weights.empty()) quarter.weights.push_back(tried.few.weights[i]);
+  }
+  std::vector<std::pair<double, std::size_t>> order(matches.size());
+  each(matches.size(), 256, threads, [&](std::size_t i) {
+    order[i] = {-agreementOf(quarter, there, poseOf(matches[i]), limits).vote(), i};
+  });
+  const std::size_t left = std::min(order.size(), std::max(order.size() / often, 10 * most));
+  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(left), order.end());
+  std::vector<TriedPose> poses(left);
+  each(left, 64, threads, [&](std::size_t i) {
+    TriedPose& p = poses[i];
+    p.pose = poseOf(matches[order[i].second]);
+    p.agreement = agreementOf(tried.few, there, p.pose, limits);
+    p.score = p.agreement.vote();
+  });
+  return different(std::move(poses), tried.centre, 6 * lengths.unit, most);
+}
+
+std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseModel& tried,
+                                   const DenseScene& there, const DenseLengths& lengths, int threads) {
+  constexpr std::size_t promising = 30, last = 10;
+  const double unit = lengths.unit, noise = lengths.noise;
+  each(poses.size(), 4, threads, [&](std::size_t i) {
+    TriedPose& p = poses[i];
+    p.pose = refineInField(tried.few, tried.centre, there, p.pose, {10 * unit, 6 * unit, 10});
+    p.agreement = agreementOf(tried.few, there, p.pose, {4 * unit, 7.5 * unit + noise, 0.65});
+    p.score = p.agreement.vote();
+  });
+  poses = different(std::move(poses), tried.centre, 5 * unit, promising);
+  each(poses.size(), 1, threads, [&](std::size_t i) {
+    TriedPose& p = poses[i];
+    p.pose = refineInField(tried.many, tried.centre, there, p.pose, {7.5 * unit, 3 * unit + 0.2 * noise, 15});
+    p.agreement = agreementOf(tried.many, there, p.pose, {lengths.tolerance, 6 * unit + noise, 0.7});
+    p.score = evidenceFor(p.agreement, tried.many.points.size(), tried.closed && there.view.known());
+  });
+  return different(std::move(poses), tried.centre, 5 * unit, last);
+}
+
+}  // namespace estancia

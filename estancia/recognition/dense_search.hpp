@@ -1,0 +1,50 @@
+// Every match is tried as a pose of its own: thesis 2.4.5–2.4.7 for scenes so noisy that hardly two matches
+// agree.
+#pragma once
+
+#include <vector>
+
+#include "estancia/recognition/agreement.hpp"
+#include "estancia/recognition/descriptors.hpp"
+#include "estancia/recognition/matching.hpp"
+
+namespace estancia {
+
+/// A model as it is tried.
+struct DenseModel {
+  OrientedPoints few, many;  ///< test points: for the many poses that matches say, for the few that are left
+  cv::Point3d centre;
+  bool closed = false;  ///< shows all sides, of which a sensor sees but some
+};
+
+/// A pose and what the scene says of it.
+struct TriedPose {
+  cv::Affine3d pose;  ///< T_scene_model
+  PoseAgreement agreement;
+  double score = 0;
+};
+
+/// `unit` is about how far apart the points of the scene are, which all lengths are multiples of, and `noise`
+/// the standard deviation of its noise [m].
+struct DenseLengths {
+  double unit = 0, noise = 0;
+  double tolerance = 0;  ///< [m] across the surface, from which on a point no longer agrees in the end
+};
+
+/// The pose that brings the local frames of each match together, best first, `most` different ones.
+std::vector<TriedPose> posesOfFrames(const Features& model, const Features& scene,
+                                     const std::vector<Match>& matches, const DenseModel& tried,
+                                     const DenseScene& there, const DenseLengths& lengths, std::size_t most,
+                                     int threads);
+
+/// Refines poses with the few points, the best of these with the many, and scores them by evidenceFor(); best
+/// first, different ones.
+std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseModel& tried,
+                                   const DenseScene& there, const DenseLengths& lengths, int threads);
+
+/// The evidence that a model is there: the mean vote of its points times the root of its area, for the same
+/// share of a larger surface is less likely to be chance. The area is `tried`, the number of points, 700 of
+/// which count 1; of a closed model that of the points that face the sensor.
+double evidenceFor(const PoseAgreement& agreement, std::size_t tried, bool closed);
+
+}  // namespace estancia
