@@ -158,19 +158,17 @@ void addRecognizeCommand(CLI::App& app) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("recognize", "Find known objects in a cloud, and how they lie there");
-  command->add_option("SCENE", a->scene, "The cloud that is looked through (PCD, PLY)")->required();
+  command->add_option("SCENE", a->scene, "The cloud that is looked through (PCD, PLY)");
   command->add_option("-m,--model", a->models, "An object's cloud: FILE or NAME=FILE; several may be given")
       ->required();
-  command
-      ->add_option("--preset", a->preset,
-                   "default, or the thesis', tight, wide: fixed lengths to compare with")
+  command->add_option("--preset", a->preset, "default; to compare with: classical, thesis, tight, wide")
       ->capture_default_str();
   command->add_option("--filter", a->filter, "What cleans the scene: none, voxel, gng");
   command->add_option("--points", a->points, "Points that the filter leaves");
   command->add_option("--keypoints", a->keypoints, "uniform, harris3d, iss");
   command->add_option("--descriptor", a->descriptor, "shot, fpfh, spin-image");
-  command->add_option("--grouping", a->grouping, "geometric-consistency, hough");
-  command->add_option("--verification", a->verification, "global, inliers");
+  command->add_option("--grouping", a->grouping, "geometric-consistency, hough, local-frames");
+  command->add_option("--verification", a->verification, "global, inliers, evidence");
   command->add_option("--normal-radius", a->normalRadius,
                       "Points that a normal is fitted to [m]; 0: by noise");
   command->add_option("--keypoint-spacing", a->keypointSpacing, "Between keypoints [m]; 0: by noise");
@@ -184,7 +182,15 @@ void addRecognizeCommand(CLI::App& app) {
               "  estancia recognize --model mug.pcd table.pcd\n"
               "  estancia recognize --model mug.pcd --model box=box_front.ply table.pcd --explain\n"
               "  estancia recognize --model mug.pcd noisy.pcd --filter gng --picture found.png --json");
-  command->callback([a] { run(*a); });
+  command->callback([a] {
+    if (a->scene.empty() && a->models.size() > 1) {  // --model A B SCENE: the option took all three
+      a->scene = a->models.back();
+      a->models.pop_back();
+    }
+    if (a->scene.empty())
+      throw Error("SCENE is missing: the cloud that is looked through; see estancia recognize --help");
+    run(*a);
+  });
 }
 
 }  // namespace estancia::apps

@@ -16,6 +16,7 @@ Evidence examine(const OrientedPoints& model, const Surface& scene, const RangeP
   constexpr float agreeing = 0.7F;  // cosine of the normals of the same surface
   constexpr float grazing = 0.1F;   // cosine beyond which a sensor sees nothing of a surface
   Evidence evidence;
+  evidence.points = model.points.size();
   const cv::Affine3f there(pose);
   const cv::Matx33f turn = there.rotation();
   const auto reach = static_cast<float>(tolerance);
@@ -41,7 +42,7 @@ Evidence examine(const OrientedPoints& model, const Surface& scene, const RangeP
 
 bool isThere(const Evidence& evidence, double accept) {
   return evidence.inliers > 0 && evidence.confidence() >= accept &&
-         5 * evidence.seenThrough <= evidence.facing;
+         5 * evidence.seenThrough <= evidence.facing && 20 * evidence.facing >= 9 * evidence.points;
 }
 
 }  // namespace estancia

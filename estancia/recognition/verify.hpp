@@ -16,6 +16,7 @@ namespace estancia {
 
 /// What a scene says about a model in a pose, in numbers of the model's points.
 struct Evidence {
+  std::size_t points = 0;       ///< all of the model's
   std::size_t facing = 0;       ///< turned to the sensor: what could be seen
   std::size_t inliers = 0;      ///< of these, with a scene point near that is turned the same way
   std::size_t occluded = 0;     ///< of these, behind something, or where the sensor saw nothing
@@ -29,8 +30,8 @@ struct Evidence {
 Evidence examine(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
                  const cv::Affine3d& pose, double tolerance);
 
-/// The plain check: the confidence is at least `accept`, and the scene does not look through a fifth of the
-/// model.
+/// The plain check: the confidence is at least `accept`, the scene does not look through a fifth of the
+/// model, and not much more than half of the model is turned away, as no sensor would have seen it.
 bool isThere(const Evidence& evidence, double accept);
 
 struct GlobalVerificationOptions {

@@ -167,16 +167,19 @@ TEST(Esf, TakesPlanesAndThreePoints) {
   PointCloud plane = sheetAndBall(2000, 7);
   for (cv::Point3f& p : plane.points) p.z = 0;
   EXPECT_NEAR(overlap(esf(plane), esf(plane)), 1, 1e-4);
-  const auto three = esf({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, 3, 1});
+  const auto three = esf({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}, 3, 1});
   EXPECT_NEAR(std::accumulate(three.begin(), three.end(), 0.0), 1, 1e-4);
 }
 
 TEST(Esf, RefusesWhatHasNoShape) {
   EXPECT_THAT(errorOf([] { esf({}); }), HasSubstr("0 points"));
-  EXPECT_THAT(errorOf([] { esf({{{0, 0, 0}, {1, 0, 0}}, {}, 2, 1}); }), HasSubstr("2 points"));
-  EXPECT_THAT(errorOf([] { esf({{{0, 0, 0}, {1, 0, 0}, {kNan, 1, 1}}, {}, 3, 1}); }), HasSubstr("2 points"));
+  EXPECT_THAT(errorOf([] { esf({{{0, 0, 0}, {1, 0, 0}}, {}, {}, 2, 1}); }), HasSubstr("2 points"));
   EXPECT_THAT(errorOf([] {
-                esf({std::vector<cv::Point3f>(500, {1, 2, 3}), {}, 500, 1});
+                esf({{{0, 0, 0}, {1, 0, 0}, {kNan, 1, 1}}, {}, {}, 3, 1});
+              }),
+              HasSubstr("2 points"));
+  EXPECT_THAT(errorOf([] {
+                esf({std::vector<cv::Point3f>(500, {1, 2, 3}), {}, {}, 500, 1});
               }),
               HasSubstr("all points are the same"));
   PointCloud line;
@@ -184,7 +187,7 @@ TEST(Esf, RefusesWhatHasNoShape) {
   EXPECT_THAT(errorOf([&] { esf(line); }), HasSubstr("in one line"));
   for (cv::Point3f& p : line.points) p = {3 * p.x, -7 * p.x, 11 * p.x};
   EXPECT_THAT(errorOf([&] { esf(line); }), HasSubstr("in one line"));
-  PointCloud pair{std::vector<cv::Point3f>(5000, {0, 0, 0}), {}, 5002, 1};
+  PointCloud pair{std::vector<cv::Point3f>(5000, {0, 0, 0}), {}, {}, 5002, 1};
   pair.points.push_back({1, 0, 0});
   pair.points.push_back({0, 1, 0});
   EXPECT_THAT(errorOf([&] { esf(pair); }), HasSubstr("nearly all points are the same"));
