@@ -146,8 +146,9 @@ void run(const Arguments& arguments) {
                  at.y, at.z, found.inliers, found.confidence);
     }
     if (instances.empty())
-      fmt::print("{} is not in {}; --explain tells what each stage kept\n",
-                 models.size() == 1 ? models.front().name : "None of the models", arguments.scene);
+      fmt::print("{} in {}{}\n",
+                 models.size() == 1 ? models.front().name + " is not" : "None of the models is",
+                 arguments.scene, arguments.explain ? "" : "; --explain tells what each stage kept");
   }
   if (instances.empty()) throw NoAnswer{};
 }

@@ -108,14 +108,12 @@ bool isNear(const cv::Point3d& p, const Canvas& canvas) {
   return p.z > 0 && p.x > -64 && p.y > -64 && p.x < canvas.colour.cols + 64 && p.y < canvas.colour.rows + 64;
 }
 
-/// What lies on a layer before it, within two of its spacings, is drawn over it.
-void draw(const CloudLayer& layer, bool first, const Camera& camera, Canvas& canvas) {
+void draw(const CloudLayer& layer, double nearer, const Camera& camera, Canvas& canvas) {
   const PointCloud& cloud = *layer.cloud;
   const double spacing = resolutionOf(cloud);
   const auto colourOf = [&](std::size_t i) {
     return layer.colour ? *layer.colour : cloud.colours.empty() ? plainGrey : cloud.colours[i];
   };
-  const double nearer = first ? 0 : 2 * spacing;
   const auto place = [&](std::size_t i) {
     const cv::Point3f& p = cloud.points[i];
     return camera.project(layer.pose * cv::Vec3d(p.x, p.y, p.z)) - cv::Point3d(0, 0, nearer);
@@ -173,7 +171,9 @@ cv::Mat drawClouds(std::span<const CloudLayer> layers, const CloudView& view) {
   const Camera camera = placeCamera(points, view);
   Canvas canvas{cv::Mat(view.height, view.width, CV_8UC3, cv::Scalar(background)),
                 cv::Mat(view.height, view.width, CV_32F, cv::Scalar(nothing))};
-  for (const CloudLayer& layer : layers) draw(layer, &layer == layers.data(), camera, canvas);
+  // What lies on the first layer, within two of its spacings, is drawn over it.
+  const double nearer = 2 * resolutionOf(*layers.front().cloud);
+  for (const CloudLayer& layer : layers) draw(layer, &layer == layers.data() ? 0 : nearer, camera, canvas);
   shade(canvas);
   return canvas.colour;
 }

@@ -1,0 +1,106 @@
+// `estancia recognize` as a user runs it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <sstream>
+
+#include "estancia/io/cloud_file.hpp"
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class Recognize : public testing::Test {
+ protected:
+  void SetUp() override {
+    data_ = findData("shot_kinect");
+    ESTANCIA_NEEDS(data_, "shot_kinect is not unpacked");
+  }
+  std::string in(const std::string& name) const { return *data_ / name; }
+
+  std::optional<fs::path> data_;
+  ScratchFolder scratch_;
+};
+
+cv::Matx44d readPose(const fs::path& file) {
+  std::ifstream in(file);
+  cv::Matx44d pose;
+  for (double& number : pose.val) in >> number;
+  return pose;
+}
+
+TEST_F(Recognize, TellsModelsPosesRowByRowAndDrawsThem) {
+  const std::string picture = scratch_ / "found.png";
+  const CommandResult result =
+      run({"recognize", in("scenes/scene001.pcd"), "--model", "mario=" + in("meshes/mario000_0.ply"),
+           "--model", in("meshes/Squirrel011_0.ply"), "--json", "--picture", picture});
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  const json told = json::parse(result.out);
+  ASSERT_EQ(told["instances"].size(), 2U);
+  const std::map<std::string, std::string> truth{{"mario", "gt/scene001-rs0.xf"},
+                                                 {"Squirrel011_0", "gt/scene001-rs2.xf"}};
+  for (const json& found : told["instances"]) {
+    ASSERT_TRUE(truth.contains(found["model"])) << found;
+    const cv::Matx44d pose = readPose(in(truth.at(found["model"])));
+    const cv::Vec4d somewhere(0.05, -0.1, 1, 1);  // about where models are
+    const auto numbers = found["pose"].get<std::vector<double>>();
+    ASSERT_EQ(numbers.size(), 16U);
+    EXPECT_LT(cv::norm(cv::Matx44d(numbers.data()) * somewhere - pose * somewhere), 0.02);
+    EXPECT_GT(found["confidence"], 0.5);
+    EXPECT_GT(found["inliers"], 100);
+  }
+  const cv::Mat drawn = cv::imread(picture);
+  ASSERT_EQ(drawn.cols, 1280);
+  int orange = 0;  // the first instance's colour, shaded
+  for (int y = 0; y < drawn.rows; ++y)
+    for (int x = 0; x < drawn.cols; ++x) {
+      const cv::Vec3b bgr = drawn.at<cv::Vec3b>(y, x);
+      orange += bgr[0] == 0 && bgr[2] > 200 && bgr[1] > 120;
+    }
+  EXPECT_GT(orange, 1000);
+}
+
+TEST_F(Recognize, SaysWhatIsNotThereAndWhy) {
+  const CommandResult result = run({"recognize", "--model", in("meshes/Doll013_0.ply"),
+                                    in("meshes/Frog000_0.ply"), in("scenes/scene001.pcd"), "--explain"});
+  EXPECT_EQ(result.exitCode, 1);
+  EXPECT_THAT(result.out,
+              AllOf(HasSubstr("None of the models is in"), HasSubstr("Doll013_0\n"), HasSubstr("Frog000_0\n"),
+                    HasSubstr("of 0.24 needed"), HasSubstr("keypoints")));
+  EXPECT_EQ(result.err, "");
+  const CommandResult machines =
+      run({"recognize", "--model", in("meshes/Doll013_0.ply"), in("scenes/scene001.pcd"), "--json"});
+  EXPECT_EQ(machines.exitCode, 1);
+  EXPECT_EQ(json::parse(machines.out), json::parse(R"({"instances": []})"));
+}
+
+TEST_F(Recognize, RefusesWhatItCannotUse) {
+  const std::string mario = in("meshes/mario000_0.ply"), scene = in("scenes/scene001.pcd");
+  const auto refuses = [&](std::vector<std::string> arguments, const std::string& why) {
+    arguments.insert(arguments.begin(), "recognize");
+    const CommandResult result = run(arguments);
+    EXPECT_EQ(result.exitCode, 2);
+    EXPECT_THAT(result.err, AllOf(HasSubstr("error: "), HasSubstr(why)));
+  };
+  refuses({"--model", mario}, "SCENE is missing");
+  refuses({scene}, "--model");
+  refuses({"--model", "a=" + mario, "a=" + mario, scene}, "two models are called a");
+  refuses({"--model", mario, scene, "--preset", "magic"}, "known are default");
+  refuses({"--model", mario, scene, "--descriptor", "magic"}, "known are");
+  refuses({"--model", mario, scene, "--normal-radius", "-1"}, "-1");
+  refuses({"--model", mario, scene, "--picture", mario}, "is read here");
+  refuses({"--model", mario, scratch_ / "none.pcd"}, "none.pcd");
+}
+
+}  // namespace
+}  // namespace estancia::test
