@@ -1,5 +1,4 @@
-# All of the Point Cloud Library, beside which tests and benchmarks measure ours; the library itself needs little of it
-# (FindPclSearch.cmake).
+# The Point Cloud Library, beside which tests and benchmarks measure ours; the library itself does not need it.
 # estancia_use_pcl(target): defines ESTANCIA_HAS_PCL where it is at hand.
 include_guard()
 find_package(PCL 1.12 QUIET COMPONENTS common features filters keypoints registration search)
