@@ -58,7 +58,7 @@ RecognitionExperimentOptions readRecognition(ConfigFile& config) {
     return [&config, least, most](const toml::node& n) { return config.number(n, least, most); };
   };
   const toml::array* symmetries = nullptr;
-  const std::vector<std::string> presets{"default", "thesis", "tight", "wide"};
+  const std::vector<std::string> presets{"default", "classical", "thesis", "tight", "wide"};
   config.read(
       {{"type", true, "the kind of experiment", [](auto&) {}},
        {"pairs", true, "the CSV of models in scenes", [&](auto& n) { options.pairs = config.anywhere(n); }},

@@ -172,8 +172,9 @@ void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& foun
     if (interrupted()) throw Interrupted("");
     const auto preparing = Clock::now();
     const auto model = modelOf(*recipe, search);
-    search.failed = scene == nullptr || model == nullptr ||
-                    unlessUndescribable([&] { return model->describedFor(scene->lengths()); }) == nullptr;
+    search.failed =
+        scene == nullptr || model == nullptr ||
+        unlessUndescribable([&] { return model->describedFor(scene->lengthsFor(*model)); }) == nullptr;
     if (search.failed) continue;
     search.modelSeconds = secondsSince(preparing);
     const auto looking = Clock::now();

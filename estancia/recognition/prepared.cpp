@@ -165,7 +165,7 @@ std::shared_ptr<const PreparedModel::Described> PreparedModel::describedFor(
                              : 0;
     const std::size_t draws = added > 0 ? manyDraws : 1;
     const std::vector<cv::Point3f> seeds =
-        options_.modelFilter.method == "none" ? std::vector<cv::Point3f>() : cloud_.points;
+        cloud_.points == raw_.points ? std::vector<cv::Point3f>() : cloud_.points;
     static_cast<DescribedSurface&>(*fresh) =
         describedSurface(name_, withDraws(raw_, added, draws), seeds, cloud_, 1 / static_cast<double>(draws),
                          orientation_, options_, lengths);
@@ -191,7 +191,7 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
                              RecognitionOptions options, std::vector<StageReport> stages)
     : name_(std::move(name)),
       raw_(std::move(raw)),
-      filtered_(std::move(filtered)),
+      filtered_(filtered.points == raw_.points ? PointCloud() : std::move(filtered)),
       options_(std::move(options)),
       stages_(std::move(stages)) {
   const Clock measuring;
@@ -232,10 +232,9 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describedFor(
 std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
     const RecognitionLengths& lengths) const {
   auto fresh = std::make_shared<Described>();
-  const std::vector<cv::Point3f> seeds =
-      options_.sceneFilter.method == "none" ? std::vector<cv::Point3f>() : filtered_.points;
+  const PointCloud& left = filtered_.points.empty() ? raw_ : filtered_;
   static_cast<DescribedSurface&>(*fresh) =
-      describedSurface(name_, raw_, seeds, filtered_, 1, {}, options_, lengths);
+      describedSurface(name_, raw_, filtered_.points, left, 1, {}, options_, lengths);
   fresh->lengths = lengths;
   const Clock preparing;
   const Surface& surface = *fresh->surface;

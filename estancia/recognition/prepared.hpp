@@ -92,7 +92,7 @@ class PreparedScene {
   std::shared_ptr<const Described> describe(const RecognitionLengths& lengths) const;
 
   std::string name_;
-  PointCloud raw_, filtered_;
+  PointCloud raw_, filtered_;  ///< filtered_ is empty when no filter changed anything
   RecognitionOptions options_;
   double resolution_ = 0, spacing_ = 0, noise_ = 0;
   RecognitionLengths lengths_;

@@ -68,7 +68,8 @@ TEST_F(RecognitionConfig, WrongValuesAreRefusedWithTheirLine) {
   EXPECT_THAT(
       error("descriptors = [\"sift\"]"),
       HasSubstr("r.toml:3: `descriptors` must be one of \"shot\", \"fpfh\", \"spin-image\", not \"sift\""));
-  EXPECT_THAT(error("presets = [\"best\"]"), HasSubstr("\"default\", \"thesis\", \"tight\", \"wide\""));
+  EXPECT_THAT(error("presets = [\"best\"]"),
+              HasSubstr("\"default\", \"classical\", \"thesis\", \"tight\", \"wide\""));
   EXPECT_THAT(error("scene_filters = [\"median\"]"), HasSubstr("`scene_filters` must be one of"));
   EXPECT_THAT(error("sizes = [1]"), HasSubstr("`sizes` must be a whole number from 2"));
   EXPECT_THAT(error("sizes = []"), HasSubstr("`sizes` is empty"));

@@ -154,6 +154,18 @@ PointCloud seen(const PointCloud& object, const cv::Affine3d& pose) {
   return scene;
 }
 
+TEST(RecognitionInNoise, AFilterFromElsewhereSeedsTheSurface) {
+  const PointCloud scene = seen(lump(20000, true), cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, 0.9)));
+  PointCloud part;  // the left half of it
+  for (const cv::Point3f& p : scene.points)
+    if (p.x < 0) part.points.push_back(p);
+  const Recognizer recognizer(standard);
+  const auto whole = recognizer.prepareScene("scene", scene, scene);
+  const auto half = recognizer.prepareScene("scene", scene, part);
+  EXPECT_LT(half->surface().size(), whole->surface().size() * 6 / 10);
+  for (const cv::Point3f& p : half->surface().points()) EXPECT_LT(p.x, 0.01F);
+}
+
 TEST(RecognitionInNoise, FindsObjectsThatAreKnownFromAllSides) {
   const cv::Affine3d truth(cv::Vec3d(0.7, -1.1, 0.4), cv::Vec3d(0.05, -0.02, 0.9));
   const PointCloud scene = withGaussianNoise(seen(lump(40000, true), truth), 0.002, 4);
