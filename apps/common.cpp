@@ -114,7 +114,7 @@ void requireReplaceable(const std::filesystem::path& output, bool overwrite,
     throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
   if (!fs::exists(output)) return;
   if (!overwrite) throw Error(fmt::format("{} exists; replace it with --overwrite", output.string()));
-  if (!isOurs(output))
+  if (!fs::is_regular_file(output) || !isOurs(output))
     throw Error(fmt::format("{}: no {}, so it is not replaced; give another name or remove it first",
                             output.string(), what));
 }

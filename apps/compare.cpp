@@ -73,7 +73,7 @@ void run(const Arguments& arguments) {
   ComparisonOptions options = arguments.options;
   options.postHoc = getPostHoc(arguments.postHoc);
   options.better = arguments.smaller ? Better::smaller : Better::larger;
-  Scores scores = io::readScores(arguments.scores, arguments.column);
+  MethodScores scores = io::readScores(arguments.scores, arguments.column);
   const auto requireTwo = [&](const std::vector<std::string>& names, const char* what) {
     if (names.size() < 2)
       throw Error(fmt::format("{} has one {} ({}); a comparison needs at least 2 methods and 2 tests",
@@ -120,7 +120,8 @@ void addCompareCommand(CLI::App& app) {
                       "The method that the others are compared with; default: the best mean rank");
   command->add_option("--score", arguments->column, "The column of an experiment's scores that is compared")
       ->capture_default_str();
-  command->add_flag("--smaller-is-better", arguments->smaller, "Scores are errors or times, not accuracies");
+  command->add_flag("--smaller-is-better", arguments->smaller,
+                    "MethodScores are errors or times, not accuracies");
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia compare accuracies.csv\n"

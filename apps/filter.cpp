@@ -89,8 +89,10 @@ void requireOutputs(const Arguments& arguments) {
     if (arguments.filter.method != "gng")
       throw Error("--graph needs --method gng; other filters have no graph");
     requireCloudFile(arguments.graph, true);
-    if (std::filesystem::weakly_canonical(arguments.graph) ==
-        std::filesystem::weakly_canonical(arguments.output))
+    const auto place = [](const std::string& file) {
+      return std::filesystem::weakly_canonical(std::filesystem::absolute(file));
+    };
+    if (place(arguments.graph) == place(arguments.output))
       throw Error(
           fmt::format("{} cannot hold both the cloud and the graph; give two names", arguments.output));
     outputs.push_back(arguments.graph);
@@ -120,6 +122,12 @@ void run(Arguments& arguments) {
                                                 : std::max(7 * account.resolution, 3 * account.noise);
     if (options.radius == 0) throw Error("normals need points at different places; this cloud has none");
     filtered.cloud.normals = estimateNormals(filtered.cloud.points, around, options);
+    if (std::none_of(filtered.cloud.normals.begin(), filtered.cloud.normals.end(),
+                     [](const cv::Point3f& n) { return std::isfinite(n.x); }))
+      throw Error(
+          fmt::format("no point has enough others within {:.3g} m for a normal; the points lie {:.3g} m "
+                      "apart, so give a --normal-radius of {:.3g} m or more",
+                      options.radius, account.resolution, 4 * account.resolution));
   }
   writeCloud(arguments.output, filtered.cloud);
   if (!arguments.graph.empty()) writeCloud(arguments.graph, filtered.cloud, filtered.gas.edges);

@@ -27,6 +27,7 @@ struct Arguments {
   std::optional<std::string> filter, keypoints, descriptor, grouping, verification;
   std::optional<std::size_t> points;
   std::optional<double> normalRadius, keypointSpacing, descriptorRadius;
+  std::vector<double> viewpoint;
   int threads = 0;
   bool explain = false, json = false;
 };
@@ -47,6 +48,8 @@ RecognitionOptions optionsOf(const Arguments& a) {
   take(a.normalRadius, options.normalRadius);
   take(a.keypointSpacing, options.keypointSpacing);
   take(a.descriptorRadius, options.descriptorRadius);
+  if (a.viewpoint.size() == 3)
+    options.viewpoint = cv::Point3d(a.viewpoint[0], a.viewpoint[1], a.viewpoint[2]);
   options.threads = a.threads;
   return options;
 }
@@ -56,15 +59,20 @@ struct NamedCloud {
   PointCloud cloud;
 };
 
-/// FILE, or NAME=FILE; of several files of one name the folder tells them apart.
+/// Of FILE, or NAME=FILE: the name and the file.
+std::pair<std::string, fs::path> parted(const std::string& word) {
+  const std::size_t equals = word.find('=');
+  const bool named = equals != std::string::npos && equals > 0 && !fs::exists(word);
+  const fs::path file = named ? word.substr(equals + 1) : word;
+  return {named ? word.substr(0, equals) : file.stem().string(), file};
+}
+
 std::vector<NamedCloud> readModels(const std::vector<std::string>& words) {
   std::vector<NamedCloud> models;
   for (const std::string& word : words) {
-    const std::size_t equals = word.find('=');
-    const bool named = equals != std::string::npos && equals > 0 && !fs::exists(word);
-    const fs::path file = named ? word.substr(equals + 1) : word;
-    const std::string name = named ? word.substr(0, equals) : file.stem().string();
-    if (std::any_of(models.begin(), models.end(), [&](const NamedCloud& m) { return m.name == name; }))
+    const auto& [name, file] = parted(word);
+    if (std::any_of(models.begin(), models.end(),
+                    [&, &named = name](const NamedCloud& m) { return m.name == named; }))
       throw Error(fmt::format("two models are called {}; name them: --model NAME=FILE", name));
     models.push_back({name, readCloud(file)});
   }
@@ -106,8 +114,8 @@ void drawInstances(const Arguments& arguments, const PointCloud& scene, const st
 
 void run(const Arguments& arguments) {
   if (!arguments.picture.empty()) {
-    std::vector<std::string> inputs = arguments.models;
-    inputs.push_back(arguments.scene);
+    std::vector<std::string> inputs{arguments.scene};
+    for (const std::string& word : arguments.models) inputs.push_back(parted(word).second.string());
     requireNoData(arguments.picture, inputs, pngStart);
   }
   const Recognizer recognizer(optionsOf(arguments));
@@ -116,6 +124,12 @@ void run(const Arguments& arguments) {
 
   const auto progress = makeStderrProgress();
   const auto scene = recognizer.prepareScene(arguments.scene, cloud, *progress);
+  if (!scene->hasView())
+    spdlog::warn(
+        "{} does not look like a view from {}: what is hidden, or seen through, will not count, and little "
+        "may "
+        "be found; say where the sensor stood with --viewpoint X Y Z",
+        arguments.scene, arguments.viewpoint.empty() ? "its origin" : "there");
   std::vector<Instance> instances;
   nlohmann::ordered_json explained{{"scene", toJson(scene->stages())}};
   if (arguments.explain && !arguments.json) tellStages(arguments.scene, scene->stages());
@@ -165,7 +179,7 @@ void addRecognizeCommand(CLI::App& app) {
   command->add_option("--preset", a->preset, "default; to compare with: classical, thesis, tight, wide")
       ->capture_default_str();
   command->add_option("--filter", a->filter, "What cleans the scene: none, voxel, gng");
-  command->add_option("--points", a->points, "Points that the filter leaves");
+  command->add_option("--points", a->points, "Points that the filter leaves")->check(CLI::PositiveNumber);
   command->add_option("--keypoints", a->keypoints, "uniform, harris3d, iss");
   command->add_option("--descriptor", a->descriptor, "shot, fpfh, spin-image");
   command->add_option("--grouping", a->grouping, "geometric-consistency, hough, local-frames");
@@ -174,6 +188,11 @@ void addRecognizeCommand(CLI::App& app) {
                       "Points that a normal is fitted to [m]; 0: by noise");
   command->add_option("--keypoint-spacing", a->keypointSpacing, "Between keypoints [m]; 0: by noise");
   command->add_option("--descriptor-radius", a->descriptorRadius, "What a descriptor sees [m]; 0: by noise");
+  command
+      ->add_option(
+          "--viewpoint", a->viewpoint,
+          "Where the sensor stood, in the frame of the scene [m]; default: at its origin, looking along z")
+      ->expected(3);
   command->add_option("--picture", a->picture, "Draw the scene with what was found in it (PNG)");
   command->add_option("--threads", a->threads, "Threads of the work; default: one a free core")
       ->check(CLI::NonNegativeNumber);

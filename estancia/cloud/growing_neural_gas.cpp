@@ -216,7 +216,9 @@ NeuralGas itself(const Signals& signals, const std::vector<Point4>& points) {
   NeuronGrid grid(points);
   grid.fit(neurons, 1 / std::sqrt(static_cast<double>(points.size())));
   for (std::uint32_t i = 0; i < points.size(); ++i) {
-    const std::uint32_t n = grid.nearestTwo(i, neurons).second();  // itself comes first
+    const NearestTwo nearest = grid.nearestTwo(i, neurons);
+    // Itself comes first, but for distances whose squares are 0.
+    const std::uint32_t n = nearest.second() == i ? nearest.first() : nearest.second();
     gas.edges.push_back({std::min(i, n), std::max(i, n)});
   }
   std::sort(gas.edges.begin(), gas.edges.end());

@@ -40,13 +40,15 @@ bool followsScene(const RecognitionOptions& o) {
 }
 
 std::string describe(const RecognitionOptions& o) {
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.keypoints, o.descriptor, o.grouping,
-                     o.verification, o.normalRadius, o.keypointSpacing, o.descriptorRadius, o.consistency,
-                     o.tolerance, o.matchEach, o.neighbours, o.minimalMatches, o.hypotheses, o.accept);
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.surface, o.keypoints, o.descriptor,
+                     o.grouping, o.verification, o.normalRadius, o.keypointSpacing, o.descriptorRadius,
+                     o.consistency, o.tolerance, o.matchEach, o.neighbours, o.minimalMatches, o.hypotheses,
+                     o.accept);
 }
 
-FilterOptions filterOf(const std::string& method, std::size_t points) {
-  FilterOptions filter;
+/// As the preset would filter: it may need fewer signals of a neural gas.
+FilterOptions filterOf(const std::string& preset, const std::string& method, std::size_t points) {
+  FilterOptions filter = RecognitionOptions::preset(preset).sceneFilter;
   filter.method = method;
   filter.points = points;
   return filter;
@@ -70,6 +72,14 @@ auto unlessUndescribable(const Describe& describe) -> decltype(describe()) {
   }
 }
 
+/// What the search needs of both; the scene may be described again for a model of another size.
+std::shared_ptr<const PreparedModel::Described> describedFor(const PreparedModel& model,
+                                                             const PreparedScene& scene) {
+  const RecognitionLengths lengths = scene.lengthsFor(model);
+  scene.describedFor(lengths);
+  return model.describedFor(lengths);
+}
+
 }  // namespace
 
 /// Models are prepared when they are first needed.
@@ -78,8 +88,10 @@ struct RecognitionStages::Recipe {
     std::once_flag made;
     std::shared_ptr<const PreparedModel> model;  ///< null where it cannot be described
   };
-  Recipe(const RecognitionOptions& options, std::size_t entries) : recognizer(options), models(entries) {}
+  Recipe(const std::string& name, const RecognitionOptions& options, std::size_t entries)
+      : preset(name), recognizer(options), models(entries) {}
 
+  std::string preset;
   Recognizer recognizer;
   std::vector<Entry> models;  ///< [filter · models + model]
 };
@@ -116,10 +128,10 @@ RecognitionStages::~RecognitionStages() = default;
 
 std::string RecognitionStages::inputs(const RecognitionUnit& unit) const {
   std::string text = describe(optionsOf(unit)) + "\n" + sceneDigests_[unit.scene] + "\n" +
-                     FilteredClouds::describe(filterOf(unit.sceneFilter, unit.size)) + "\n" +
+                     FilteredClouds::describe(filterOf(unit.preset, unit.sceneFilter, unit.size)) + "\n" +
                      fmt::format("{} {}\n", options_.translation, options_.rotation);
   for (const std::string& filter : options_.modelFilters)
-    text += FilteredClouds::describe(filterOf(filter, options_.modelPoints)) + "\n";
+    text += FilteredClouds::describe(filterOf(unit.preset, filter, options_.modelPoints)) + "\n";
   for (const Model& model : models_) {
     text += model.digest + "\n";
     for (const cv::Affine3d& symmetry : model.symmetries) text += describe(symmetry) + "\n";
@@ -135,8 +147,8 @@ std::shared_ptr<RecognitionStages::Recipe> RecognitionStages::recipeOf(const Rec
   auto& known = recipes_[fmt::format("{}\n{}\n{}", unit.preset, unit.keypoint, unit.descriptor)];
   std::shared_ptr<Recipe> recipe = known.lock();
   if (recipe == nullptr)
-    known = recipe =
-        std::make_shared<Recipe>(optionsOf(unit), options_.modelFilters.size() * pairs_.models.size());
+    known = recipe = std::make_shared<Recipe>(unit.preset, optionsOf(unit),
+                                              options_.modelFilters.size() * pairs_.models.size());
   latest_ = recipe;  // the next unit mostly wants the same
   return recipe;
 }
@@ -160,7 +172,7 @@ void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& foun
   if (unit.noise > 0) noisy = withGaussianNoise(std::move(noisy), unit.noise, unit.seed);
   const auto filtered = clouds_.get(
       fmt::format("{} {} {}", sceneDigests_[unit.scene], unit.noise, unit.noise > 0 ? unit.seed : 0),
-      filterOf(unit.sceneFilter, unit.size), [&] { return noisy; });
+      filterOf(unit.preset, unit.sceneFilter, unit.size), [&] { return noisy; });
   found.filterSeconds = filtered.seconds;
 
   const auto recipe = recipeOf(unit);
@@ -172,16 +184,19 @@ void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& foun
     if (interrupted()) throw Interrupted("");
     const auto preparing = Clock::now();
     const auto model = modelOf(*recipe, search);
-    search.failed =
-        scene == nullptr || model == nullptr ||
-        unlessUndescribable([&] { return model->describedFor(scene->lengthsFor(*model)); }) == nullptr;
+    search.failed = scene == nullptr || model == nullptr ||
+                    unlessUndescribable([&] { return describedFor(*model, *scene); }) == nullptr;
     if (search.failed) continue;
     search.modelSeconds = secondsSince(preparing);
     const auto looking = Clock::now();
-    const auto instances = recipe->recognizer.find(*model, *scene);
+    const auto instances = unlessUndescribable([&] {
+      return std::make_shared<const std::vector<Instance>>(recipe->recognizer.find(*model, *scene));
+    });
     search.seconds = secondsSince(looking);
-    search.verified = !instances.empty();
-    search.correct = search.verified && isCorrect(task, search.model, instances.front().pose);
+    search.failed = instances == nullptr;
+    if (search.failed) continue;
+    search.verified = !instances->empty();
+    search.correct = search.verified && isCorrect(task, search.model, instances->front().pose);
   }
 }
 
@@ -190,7 +205,8 @@ std::shared_ptr<const PreparedModel> RecognitionStages::modelOf(Recipe& recipe,
   const Model& model = models_[search.model];
   const auto prepare = [&] {
     const auto filtered =
-        clouds_.get(model.digest, filterOf(options_.modelFilters[search.modelFilter], options_.modelPoints),
+        clouds_.get(model.digest,
+                    filterOf(recipe.preset, options_.modelFilters[search.modelFilter], options_.modelPoints),
                     [&] { return model.cloud; });
     return unlessUndescribable(
         [&] { return recipe.recognizer.prepareModel(pairs_.models[search.model].name, filtered.cloud); });

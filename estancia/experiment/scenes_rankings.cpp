@@ -43,7 +43,7 @@ void addRankings(const ScenesResults& results, Findings& findings) {
   }
   findings.facts.emplace_back(results.name + ", tests of the ranks", describe(blocks));
   const auto add = [&](const std::string& what, const std::string& file, const std::string& of,
-                       Scores scores) {
+                       MethodScores scores) {
     if (scores.methods.size() < 2) return;
     const MethodComparison comparison = compareMethods(std::move(scores));
     Findings found = comparisonFindings(comparison);

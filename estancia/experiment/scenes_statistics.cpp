@@ -32,8 +32,8 @@ std::vector<std::size_t> pairsThatTell(const ScenesResults& results) {
 
 /// A method's score is the share of right answers of its cells together, the mean of theirs.
 template <class MethodOf>
-Scores pooled(const SceneBlocks& blocks, std::size_t methods, MethodOf methodOf) {
-  Scores scores{{}, blocks.names, {}};
+MethodScores pooled(const SceneBlocks& blocks, std::size_t methods, MethodOf methodOf) {
+  MethodScores scores{{}, blocks.names, {}};
   for (std::size_t b = 0; b < blocks.right.size(); ++b) {
     std::vector<std::size_t> right(methods);
     for (std::size_t c = 0; c < blocks.right[b].size(); ++c) right[methodOf(c)] += blocks.right[b][c];
@@ -104,30 +104,31 @@ SceneBlocks blocksOf(const ScenesResults& results) {
   return blocks;
 }
 
-Scores scoresOfCells(const ScenesResults& results, const SceneBlocks& blocks) {
-  Scores scores = pooled(blocks, cellCount(results), [](std::size_t cell) { return cell; });
+MethodScores scoresOfCells(const ScenesResults& results, const SceneBlocks& blocks) {
+  MethodScores scores = pooled(blocks, cellCount(results), [](std::size_t cell) { return cell; });
   for (const auto& descriptor : results.descriptors)
     for (const std::string& classifier : results.classifiers)
       scores.methods.push_back(fmt::format("{}/{}", descriptor.name, classifier));
   return scores;
 }
 
-Scores scoresOfDescriptors(const ScenesResults& results, const SceneBlocks& blocks) {
+MethodScores scoresOfDescriptors(const ScenesResults& results, const SceneBlocks& blocks) {
   const std::size_t classifiers = results.classifiers.size();
-  Scores scores = pooled(blocks, results.descriptors.size(),
-                         [classifiers](std::size_t cell) { return cell / classifiers; });
+  MethodScores scores = pooled(blocks, results.descriptors.size(),
+                               [classifiers](std::size_t cell) { return cell / classifiers; });
   for (const auto& descriptor : results.descriptors) scores.methods.push_back(descriptor.name);
   return scores;
 }
 
-Scores scoresOfClassifiers(const ScenesResults& results, const SceneBlocks& blocks) {
+MethodScores scoresOfClassifiers(const ScenesResults& results, const SceneBlocks& blocks) {
   const std::size_t classifiers = results.classifiers.size();
-  Scores scores = pooled(blocks, classifiers, [classifiers](std::size_t cell) { return cell % classifiers; });
+  MethodScores scores =
+      pooled(blocks, classifiers, [classifiers](std::size_t cell) { return cell % classifiers; });
   scores.methods = results.classifiers;
   return scores;
 }
 
-std::string scoresCsv(const Scores& scores) {
+std::string scoresCsv(const MethodScores& scores) {
   std::string text = "test";
   for (const std::string& method : scores.methods) text += "," + io::csvCell(method);
   for (std::size_t t = 0; t < scores.tests.size(); ++t)

@@ -33,13 +33,13 @@ struct SceneBlocks {
 SceneBlocks blocksOf(const ScenesResults& results);
 
 /// All cells, named "descriptor/classifier".
-Scores scoresOfCells(const ScenesResults& results, const SceneBlocks& blocks);
+MethodScores scoresOfCells(const ScenesResults& results, const SceneBlocks& blocks);
 /// Descriptors by their mean over the classifiers, and the other way round.
-Scores scoresOfDescriptors(const ScenesResults& results, const SceneBlocks& blocks);
-Scores scoresOfClassifiers(const ScenesResults& results, const SceneBlocks& blocks);
+MethodScores scoresOfDescriptors(const ScenesResults& results, const SceneBlocks& blocks);
+MethodScores scoresOfClassifiers(const ScenesResults& results, const SceneBlocks& blocks);
 
 /// CSV for `estancia compare`: a row a test, its name first, then a column a method.
-std::string scoresCsv(const Scores& scores);
+std::string scoresCsv(const MethodScores& scores);
 
 /// Mean accuracy over the pairs of each cell of `cells` (their numbers as in SceneBlocks), in their order.
 std::vector<double> meanAccuracies(const ScenesResults& results, const std::vector<std::size_t>& cells);

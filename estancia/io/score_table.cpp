@@ -40,10 +40,10 @@ class ScoreReader {
     if (scores_.empty()) throw Error(where(1) + "has a head, but no scores");
   }
 
-  Scores dense() const {
+  MethodScores dense() const {
     const std::size_t methods = methods_.list().size(), tests = tests_.list().size();
     requireAll();
-    Scores table{methods_.list(), tests_.list(), {}};
+    MethodScores table{methods_.list(), tests_.list(), {}};
     table.values.assign(tests, std::vector<double>(methods));
     for (const auto& [at, score] : scores_) table.values[at.second][at.first] = score.value;
     return table;
@@ -152,7 +152,7 @@ class ScoreReader {
 
 }  // namespace
 
-Scores readScores(const std::filesystem::path& file, const std::string& score) {
+MethodScores readScores(const std::filesystem::path& file, const std::string& score) {
   return ScoreReader(file, score).dense();
 }
 

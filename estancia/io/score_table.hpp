@@ -17,6 +17,6 @@ namespace estancia::io {
 /// Methods and tests stand in the order of their first row. Throws Error naming line and column of what is no
 /// number, has the wrong number of cells, or comes twice; and when scores are missing (an empty cell, "–",
 /// "nan" or "n/a" is one, too), saying which method lacks which test.
-Scores readScores(const std::filesystem::path& file, const std::string& score = "accuracy");
+MethodScores readScores(const std::filesystem::path& file, const std::string& score = "accuracy");
 
 }  // namespace estancia::io

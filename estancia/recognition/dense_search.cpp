@@ -49,14 +49,14 @@ void each(std::size_t count, std::size_t together, int threads, const Work& work
 
 }  // namespace
 
-double evidenceFor(const PoseAgreement& agreement, std::size_t tried, bool closed) {
+double evidenceFor(const PoseAgreement& agreement, double tried, bool closed) {
   constexpr double wholeArea = 700;
   constexpr double leastPart = 0.25;
   const double part = closed ? std::clamp(agreement.facing, leastPart, 1.0) : 1;
-  return agreement.vote() / part * std::sqrt(part * static_cast<double>(tried) / wholeArea);
+  return agreement.vote() / part * std::sqrt(part * tried / wholeArea);
 }
 
-std::vector<TriedPose> posesOfFrames(const Features& model, const Features& scene,
+std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
                                      const std::vector<Match>& matches, const DenseModel& tried,
                                      const DenseScene& there, const DenseLengths& lengths, std::size_t most,
                                      int threads) {
@@ -93,8 +93,10 @@ std::vector<TriedPose> posesOfFrames(const Features& model, const Features& scen
 
 std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseModel& tried,
                                    const DenseScene& there, const DenseLengths& lengths, int threads) {
-  constexpr std::size_t promising = 30, last = 10;
+  constexpr std::size_t promising = 30;
   const double unit = lengths.unit, noise = lengths.noise;
+  // A small model has more points than the scene, which cannot confirm what it has not measured.
+  const double seen = std::pow(std::min(1.0, unit / std::max(lengths.spacing, unit)), 2);
   each(poses.size(), 4, threads, [&](std::size_t i) {
     TriedPose& p = poses[i];
     p.pose = refineInField(tried.few, tried.centre, there, p.pose, {10 * unit, 6 * unit, 10});
@@ -106,9 +108,10 @@ std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseMode
     TriedPose& p = poses[i];
     p.pose = refineInField(tried.many, tried.centre, there, p.pose, {7.5 * unit, 3 * unit + 0.2 * noise, 15});
     p.agreement = agreementOf(tried.many, there, p.pose, {lengths.tolerance, 6 * unit + noise, 0.7});
-    p.score = evidenceFor(p.agreement, tried.many.points.size(), tried.closed && there.view.known());
+    p.score = evidenceFor(p.agreement, seen * static_cast<double>(tried.many.points.size()),
+                          tried.closed && there.view.known());
   });
-  return different(std::move(poses), tried.centre, 5 * unit, last);
+  return different(std::move(poses), tried.centre, 5 * unit, promising);
 }
 
 }  // namespace estancia

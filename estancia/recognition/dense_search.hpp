@@ -28,11 +28,12 @@ struct TriedPose {
 /// the standard deviation of its noise [m].
 struct DenseLengths {
   double unit = 0, noise = 0;
+  double spacing = 0;    ///< of the scene's points [m]; more than a unit where the model is small
   double tolerance = 0;  ///< [m] across the surface, from which on a point no longer agrees in the end
 };
 
 /// The pose that brings the local frames of each match together, best first, `most` different ones.
-std::vector<TriedPose> posesOfFrames(const Features& model, const Features& scene,
+std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
                                      const std::vector<Match>& matches, const DenseModel& tried,
                                      const DenseScene& there, const DenseLengths& lengths, std::size_t most,
                                      int threads);
@@ -44,7 +45,8 @@ std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseMode
 
 /// The evidence that a model is there: the mean vote of its points times the root of its area, for the same
 /// share of a larger surface is less likely to be chance. The area is `tried`, the number of points, 700 of
-/// which count 1; of a closed model that of the points that face the sensor.
-double evidenceFor(const PoseAgreement& agreement, std::size_t tried, bool closed);
+/// which count 1 (less than one where the scene has fewer points than are tried); of a closed model that of
+/// the points that face the sensor.
+double evidenceFor(const PoseAgreement& agreement, double tried, bool closed);
 
 }  // namespace estancia

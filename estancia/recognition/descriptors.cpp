@@ -38,8 +38,8 @@ std::vector<std::pair<std::string, std::string>> descriptorMethods() {
   return known;
 }
 
-Features describe(const Surface& surface, std::span<const std::uint32_t> keypoints, const std::string& method,
-                  double radius, int threads, FrameSigns signs) {
+SurfaceFeatures describe(const Surface& surface, std::span<const std::uint32_t> keypoints,
+                         const std::string& method, double radius, int threads, FrameSigns signs) {
   const auto& [name, explanation, length] = methodCalled(method);
   surface.requireRadius(radius, "descriptor radius");
   const std::vector<cv::Matx33f> frames = localFrames(surface, keypoints, radius, threads, signs);
@@ -51,7 +51,7 @@ Features describe(const Surface& surface, std::span<const std::uint32_t> keypoin
   else
     describeSpinImage(surface, keypoints, radius, threads, values);
 
-  Features features;
+  SurfaceFeatures features;
   features.descriptors = DescriptorMatrix(length);
   features.descriptors.reserve(keypoints.size());
   for (std::size_t i = 0; i < keypoints.size(); ++i) {

@@ -17,7 +17,7 @@ namespace estancia {
 std::vector<std::pair<std::string, std::string>> descriptorMethods();
 
 /// Described keypoints; all lists are equally long.
-struct Features {
+struct SurfaceFeatures {
   std::vector<std::uint32_t> keypoints;      ///< indices of the surface's points
   std::vector<cv::Point3f> points, normals;  ///< of them
   std::vector<cv::Matx33f> frames;           ///< rows are x, y, z of the local frame (localFrame())
@@ -35,8 +35,9 @@ enum class FrameSigns {
 /// Describes keypoints by the surface within `radius` [m]. Left out are those around which it has fewer than
 /// five points. Throws Error on an unknown method, naming the known ones, and on a radius that cannot be
 /// (Surface::requireRadius). The same for any number of threads.
-Features describe(const Surface& surface, std::span<const std::uint32_t> keypoints, const std::string& method,
-                  double radius, int threads = 1, FrameSigns signs = FrameSigns::majority);
+SurfaceFeatures describe(const Surface& surface, std::span<const std::uint32_t> keypoints,
+                         const std::string& method, double radius, int threads = 1,
+                         FrameSigns signs = FrameSigns::majority);
 
 // ---- each for itself: rows of `values`, one a keypoint, full of NaN where too few points are near
 

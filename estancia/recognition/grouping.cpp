@@ -129,7 +129,7 @@ std::vector<std::vector<std::uint32_t>> consistentSets(std::span<const cv::Point
   return sets;
 }
 
-std::vector<std::vector<std::uint32_t>> houghSets(const Features& model, const Features& scene,
+std::vector<std::vector<std::uint32_t>> houghSets(const SurfaceFeatures& model, const SurfaceFeatures& scene,
                                                   std::span<const Match> matches, double tolerance,
                                                   std::size_t minimum, int threads) {
   cv::Point3f middle;
@@ -203,7 +203,7 @@ std::pair<cv::Affine3d, std::vector<std::uint32_t>> agreedTransform(std::span<co
   return {best, inliers};
 }
 
-std::vector<Hypothesis> groupMatches(const Features& model, const Features& scene,
+std::vector<Hypothesis> groupMatches(const SurfaceFeatures& model, const SurfaceFeatures& scene,
                                      const std::vector<Match>& matches, const std::string& method,
                                      double tolerance, std::size_t minimum, int threads) {
   if (!(tolerance > 0) || !std::isfinite(tolerance))

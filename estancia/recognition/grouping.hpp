@@ -24,7 +24,7 @@ std::vector<std::pair<std::string, std::string>> groupingMethods();
 
 /// The poses that at least `minimum` matches agree on up to `tolerance` [m], most matches first. Throws Error
 /// on an unknown method, naming the known ones, and on a tolerance that is not positive.
-std::vector<Hypothesis> groupMatches(const Features& model, const Features& scene,
+std::vector<Hypothesis> groupMatches(const SurfaceFeatures& model, const SurfaceFeatures& scene,
                                      const std::vector<Match>& matches, const std::string& method,
                                      double tolerance, std::size_t minimum, int threads = 1);
 
@@ -41,7 +41,7 @@ std::vector<std::vector<std::uint32_t>> consistentSets(std::span<const cv::Point
 
 /// 3-D Hough voting (Tombari and Di Stefano 2010): each match says, by the local frames of its two keypoints,
 /// where the middle of the model is; sets are votes within `tolerance` [m] of one that has most around it.
-std::vector<std::vector<std::uint32_t>> houghSets(const Features& model, const Features& scene,
+std::vector<std::vector<std::uint32_t>> houghSets(const SurfaceFeatures& model, const SurfaceFeatures& scene,
                                                   std::span<const Match> matches, double tolerance,
                                                   std::size_t minimum, int threads = 1);
 

@@ -14,6 +14,7 @@
 #include "estancia/recognition/keypoints.hpp"
 #include "estancia/recognition/lengths.hpp"
 #include "estancia/recognition/verify.hpp"
+#include "estancia/recognition/viewpoint.hpp"
 
 namespace estancia {
 namespace {
@@ -195,6 +196,12 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
       options_(std::move(options)),
       stages_(std::move(stages)) {
   const Clock measuring;
+  if (options_.viewpoint) {
+    const cv::Affine3d toView = viewFrom(*options_.viewpoint, raw_);
+    fromView_ = toView.inv();
+    raw_ = transformed(std::move(raw_), toView);
+    filtered_ = transformed(std::move(filtered_), toView);
+  }
   const Neighbours neighbours(raw_.points, options_.threads);
   resolution_ = resolutionOf(neighbours);
   spacing_ = spacingOf(neighbours);

@@ -18,7 +18,7 @@ namespace estancia {
 /// A cloud as it is described for some lengths.
 struct DescribedSurface {
   std::unique_ptr<const Surface> surface;
-  Features features;
+  SurfaceFeatures features;
   std::vector<StageReport> stages;
 };
 
@@ -75,7 +75,11 @@ class PreparedScene {
                 std::vector<StageReport> stages);
 
   const std::string& name() const { return name_; }
-  const PointCloud& raw() const { return raw_; }     ///< finite points only
+  const PointCloud& raw() const { return raw_; }  ///< finite points only
+  /// T_scene_view, of the frame in which raw() and all that is made of it are.
+  const cv::Affine3d& fromView() const { return fromView_; }
+  /// Whether it looks like what a sensor at the viewpoint saw, so that hiding and seeing through count.
+  bool hasView() const { return described_->view.known(); }
   double resolution() const { return resolution_; }  ///< of the raw cloud: resolutionOf() [m]
   double noise() const { return noise_; }            ///< standard deviation across the surface, estimated [m]
   const RecognitionLengths& lengths() const { return lengths_; }   ///< where no model asks for others
@@ -92,6 +96,7 @@ class PreparedScene {
   std::shared_ptr<const Described> describe(const RecognitionLengths& lengths) const;
 
   std::string name_;
+  cv::Affine3d fromView_ = cv::Affine3d::Identity();
   PointCloud raw_, filtered_;  ///< filtered_ is empty when no filter changed anything
   RecognitionOptions options_;
   double resolution_ = 0, spacing_ = 0, noise_ = 0;

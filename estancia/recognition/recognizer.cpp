@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <opencv2/core.hpp>
 
 #include "estancia/core/error.hpp"
 #include "estancia/recognition/grouping.hpp"
@@ -96,13 +97,28 @@ PointCloud filtered(const std::string& name, const PointCloud& cloud, const Filt
 }
 
 void requireSameUnits(const PreparedModel& model, const PreparedScene& scene) {
-  constexpr double apart = 100;
+  constexpr double largest = 5, smallest = 0.001;  // an object of the scene's size is odd enough
   const double ratio = model.extent() / scene.surface().extent();
-  if (ratio > apart || ratio * apart * 10 < 1)
+  if (ratio > largest || ratio < smallest)
     throw Error(
         fmt::format("{} measures {:.4g} m and {} {:.4g} m: are they in different units? Scale one of them{}",
                     model.name(), model.extent(), scene.name(), scene.surface().extent(),
                     ratio > 300 && ratio < 3000 ? ", millimetres by 0.001" : ""));
+}
+
+/// Planes slide and turn in themselves; whatever pose was found would mean nothing.
+void requireShape(const std::string& name, const OrientedPoints& points) {
+  constexpr double flat = 0.005;  // of the normals' scatter; (sine of 4°)²
+  cv::Matx33d scatter = cv::Matx33d::zeros();
+  for (const cv::Point3f& n : points.normals) {
+    const cv::Vec3d v(n.x, n.y, n.z);
+    scatter += v * v.t();
+  }
+  cv::Vec3d values;  // descending
+  cv::eigen(scatter, values);
+  if (values[1] < flat * cv::trace(scatter))
+    throw Error(fmt::format(
+        "{} is flat: its points do not tell how it lies; take a cloud that shows more of it", name));
 }
 
 struct Candidate {
@@ -261,6 +277,7 @@ std::vector<Instance> Recognizer::find(const PreparedModel& model, const Prepare
   const auto described = model.describedFor(lengths);
   if (stages) stages->insert(stages->end(), described->stages.begin(), described->stages.end());
   account.add("model", fmt::format("{} keypoints", described->features.size()));
+  requireShape(model.name(), described->tried.few);
 
   const bool eachScene = options_.matchEach == "scene";
   const auto matches = matchDescriptors(described->features.descriptors, there->features.descriptors,
@@ -269,7 +286,7 @@ std::vector<Instance> Recognizer::find(const PreparedModel& model, const Prepare
   account.add("matching", fmt::format("each of the {} keypoints of the {} with {}: {} matches",
                                       eachScene ? there->features.size() : described->features.size(),
                                       eachScene ? "scene" : "model", options_.neighbours, matches.size()));
-  const DenseLengths dense{lengths.unit, lengths.noise, lengths.tolerance};
+  const DenseLengths dense{lengths.unit, lengths.noise, lengths.spacing, lengths.tolerance};
   std::vector<TriedPose> poses;
   if (options_.grouping == "local-frames") {
     poses = posesOfFrames(described->features, there->features, matches, described->tried, there->dense(),
@@ -292,8 +309,8 @@ std::vector<Instance> Recognizer::find(const PreparedModel& model, const Prepare
     std::erase_if(poses, [&](const TriedPose& p) { return p.score < options_.accept || !(p.score > 0); });
     dropOverlapping(poses, model.centre(), model.extent());
     for (const TriedPose& p : poses)
-      instances.push_back(
-          {model.name(), p.pose, p.agreement.points, confidenceOf(p.score, options_.accept), model.centre()});
+      instances.push_back({model.name(), scene.fromView() * p.pose, p.agreement.points,
+                           confidenceOf(p.score, options_.accept), model.centre()});
     account.add("verification", fmt::format("evidence: {} instances{}", instances.size(), best));
     return instances;
   }
@@ -310,7 +327,8 @@ std::vector<Instance> Recognizer::find(const PreparedModel& model, const Prepare
   dropOverlapping(candidates, middleOf(described->tried.few), model.extent());
   account.add("verification", fmt::format("{}: {} instances", options_.verification, candidates.size()));
   for (const Candidate& c : candidates)
-    instances.push_back({model.name(), c.pose, c.evidence.inliers, c.evidence.confidence(), model.centre()});
+    instances.push_back({model.name(), scene.fromView() * c.pose, c.evidence.inliers, c.evidence.confidence(),
+                         model.centre()});
   return instances;
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <opencv2/core/affine.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,7 +35,9 @@ struct RecognitionOptions {
   std::size_t minimalMatches = 3;   ///< that must agree
   std::size_t hypotheses = 100;     ///< with most matches that are refined and verified
   double accept = 0.6;  ///< share of what should be seen of a model that must be; or the least evidence
-  int threads = 0;      ///< 0: one a usable core
+  std::optional<cv::Point3d> viewpoint;  ///< where the scene's sensor stood [m], in the scene's frame; none:
+                                         ///< at its origin, looking along z
+  int threads = 0;                       ///< 0: one a usable core
 
   /// Known sets: "default", "classical" (the thesis' stages, lengths that follow the scene), "thesis",
   /// "tight", "wide". Throws Error on others, naming the known ones.
@@ -91,7 +94,7 @@ class Recognizer {
 
   /// The instances of a model, best first; `stages`, when given, is told what each stage kept. What a model
   /// needs for the scene's lengths is made when it is first needed, and kept. Throws Error on a model and a
-  /// scene in different units.
+  /// scene in different units, and on a model that is but a plane.
   std::vector<Instance> find(const PreparedModel& model, const PreparedScene& scene,
                              std::vector<StageReport>* stages = nullptr) const;
 

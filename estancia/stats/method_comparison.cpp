@@ -19,7 +19,7 @@ void requireUnique(const std::vector<std::string>& names, const char* what) {
     if (!known.insert(name).second) throw Error(fmt::format("two {}s are called \"{}\"", what, name));
 }
 
-void check(const Scores& scores, double alpha) {
+void check(const MethodScores& scores, double alpha) {
   if (scores.methods.empty() || scores.tests.empty())
     throw Error(fmt::format("{} methods and {} tests are nothing to compare", scores.methods.size(),
                             scores.tests.size()));
@@ -72,7 +72,7 @@ std::vector<std::pair<std::size_t, std::size_t>> groupsOf(const MethodComparison
 
 }  // namespace
 
-MethodComparison compareMethods(Scores scores, const ComparisonOptions& options) {
+MethodComparison compareMethods(MethodScores scores, const ComparisonOptions& options) {
   check(scores, options.alpha);
   MethodComparison result;
   const std::size_t k = scores.methods.size();

@@ -15,7 +15,7 @@
 namespace estancia {
 
 /// What each method reached in each test: accuracies of descriptor/classifier pairs over train→test pairs.
-struct Scores {
+struct MethodScores {
   std::vector<std::string> methods, tests;  ///< names, each once
   std::vector<std::vector<double>> values;  ///< [test][method]
 };
@@ -38,7 +38,7 @@ struct MethodComparison {
     bool rejected = false;    ///< that it is equivalent to the control
     Record control;           ///< how the control did against it: wins are tests where the control is better
   };
-  Scores scores;
+  MethodScores scores;
   ComparisonOptions options;
   FriedmanTest friedman;
   bool differ = false;  ///< whether F_F of Iman and Davenport rejects that all are equivalent
@@ -56,6 +56,6 @@ struct MethodComparison {
 /// mean ranks stay in the order of the methods. Throws Error when a score is not finite, saying whose and
 /// where, the table has holes, no method, no test or a name twice, alpha is not inside (0, 1), the control is
 /// unknown (lists the known ones), and as postHocTests() does.
-MethodComparison compareMethods(Scores scores, const ComparisonOptions& options = {});
+MethodComparison compareMethods(MethodScores scores, const ComparisonOptions& options = {});
 
 }  // namespace estancia

@@ -117,7 +117,10 @@ TEST_F(Filter, ReplacesCloudsAloneAndOnlyWhenAsked) {
   refuses(with({plane_, at("out.xyz")}), ".pcd or .ply");
   refuses(with({plane_, at("new.ply"), "--graph", at("g.ply")}), "--method gng");
   refuses({plane_, at("new.ply"), "--graph", at("new.ply")}, "both the cloud and the graph");
+  refuses({plane_, at("new.ply"), "--graph", at("../" + scratch_.path().filename().string() + "/new.ply")},
+          "both the cloud and the graph");
   refuses({plane_, at("new.ply"), "--graph", at("g.pcd")}, "as .ply");
+  refuses({plane_, at("new.ply"), "--normals", "--normal-radius", "1e-9"}, "--normal-radius of");
   EXPECT_EQ(readFile(plane_), before);
   EXPECT_FALSE(std::filesystem::exists(at("new.ply")));
 }

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
+#include <opencv2/core/affine.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
@@ -84,6 +85,25 @@ TEST_F(Recognize, SaysWhatIsNotThereAndWhy) {
   EXPECT_EQ(json::parse(machines.out), json::parse(R"({"instances": []})"));
 }
 
+TEST_F(Recognize, AsksWhereTheSensorStoodAndUsesIt) {
+  // As robots have it: z up, the origin elsewhere.
+  const cv::Affine3d fromCamera(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0), cv::Vec3d(1, 2, 3));
+  PointCloud scene = readCloud(in("scenes/scene001.pcd"));
+  for (cv::Point3f& p : scene.points) p = fromCamera * cv::Point3d(p);
+  const std::string moved = scratch_ / "moved.pcd", mario = in("meshes/mario000_0.ply");
+  writeCloud(moved, scene);
+  EXPECT_THAT(run({"recognize", "--model", mario, moved}).err, HasSubstr("--viewpoint"));
+  const CommandResult result =
+      run({"recognize", "--model", mario, moved, "--viewpoint", "1", "2", "3", "--json"});
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_EQ(result.err, "");
+  const auto numbers = json::parse(result.out)["instances"][0]["pose"].get<std::vector<double>>();
+  const cv::Vec4d somewhere(0.05, -0.1, 1, 1);
+  EXPECT_LT(cv::norm(cv::Matx44d(numbers.data()) * somewhere -
+                     fromCamera.matrix * readPose(in("gt/scene001-rs0.xf")) * somewhere),
+            0.02);
+}
+
 TEST_F(Recognize, RefusesWhatItCannotUse) {
   const std::string mario = in("meshes/mario000_0.ply"), scene = in("scenes/scene001.pcd");
   const auto refuses = [&](std::vector<std::string> arguments, const std::string& why) {
@@ -99,6 +119,8 @@ TEST_F(Recognize, RefusesWhatItCannotUse) {
   refuses({"--model", mario, scene, "--descriptor", "magic"}, "known are");
   refuses({"--model", mario, scene, "--normal-radius", "-1"}, "-1");
   refuses({"--model", mario, scene, "--picture", mario}, "is read here");
+  refuses({"--model", "a=" + mario, scene, "--picture", mario}, "is read here");
+  refuses({"--model", mario, scene, "--points", "-1"}, "--points");
   refuses({"--model", mario, scratch_ / "none.pcd"}, "none.pcd");
 }
 

@@ -231,6 +231,16 @@ TEST(GrowingNeuralGas, FewerPointsThanNeuronsAreTheirOwnNetwork) {
   EXPECT_TRUE(one.edges.empty());
 }
 
+TEST(GrowingNeuralGas, PointsTooNearToBeToldApartHaveNoEdgeToThemselves) {
+  PointCloud cloud;
+  for (const float x : {-1.F, 1.F, 1e-25F, 2e-25F, 3e-25F}) cloud.points.emplace_back(x, 0.F, 0.F);
+  cloud.width = cloud.points.size();
+  cloud.height = 1;
+  Progress silent;
+  const NeuralGas gas = growNeuralGas(cloud, {.neurons = 10}, silent);
+  for (const auto& [from, to] : gas.edges) EXPECT_LT(from, to);
+}
+
 TEST(GrowingNeuralGas, HardlyMorePointsThanNeurons) {
   const NeuralGas gas = grown(made("volume", 400, 4), small(399));
   EXPECT_TRUE(gas.stop == GngStop::neurons ? gas.cloud.points.size() == 399 : gas.stop == GngStop::stalled);

@@ -10,8 +10,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 /// a is always a little better than b; c is far behind but for the first `cAhead` tests, where it is best.
-Scores sample(int tests, int cAhead = 0) {
-  Scores scores{{"c", "a", "b"}, {}, {}};
+MethodScores sample(int tests, int cAhead = 0) {
+  MethodScores scores{{"c", "a", "b"}, {}, {}};
   for (int t = 0; t < tests; ++t) {
     scores.tests.push_back(std::to_string(t));
     scores.values.push_back({t < cAhead ? 0.95 : 0.1, 0.9, 0.8});
@@ -19,7 +19,7 @@ Scores sample(int tests, int cAhead = 0) {
   return scores;
 }
 
-Findings compare(const Scores& scores, ComparisonOptions options = {}) {
+Findings compare(const MethodScores& scores, ComparisonOptions options = {}) {
   return comparisonFindings(compareMethods(scores, options));
 }
 

@@ -233,8 +233,9 @@ TEST(SceneScores, AreMeansOverTheOther) {
   results.descriptors = {{"words", true, 1}, {"gist", false, 1}};
   results.classifiers = {"svm", "knn"};
   const SceneBlocks blocks = blocksOf(results);
-  const Scores cells = scoresOfCells(results, blocks), descriptors = scoresOfDescriptors(results, blocks),
-               classifiers = scoresOfClassifiers(results, blocks);
+  const MethodScores cells = scoresOfCells(results, blocks),
+                     descriptors = scoresOfDescriptors(results, blocks),
+                     classifiers = scoresOfClassifiers(results, blocks);
   EXPECT_THAT(cells.methods, ElementsAre("words/svm", "words/knn", "gist/svm", "gist/knn"));
   EXPECT_THAT(descriptors.methods, ElementsAre("words", "gist"));
   EXPECT_THAT(classifiers.methods, ElementsAre("svm", "knn"));
@@ -277,9 +278,9 @@ TEST(SceneScores, EqualSharesAreEqual) {
     }
   } while (std::next_permutation(right.begin(), right.end()));
   ASSERT_EQ(results.descriptors.size(), 120U);
-  const Scores descriptors = scoresOfDescriptors(results, blocksOf(results));
+  const MethodScores descriptors = scoresOfDescriptors(results, blocksOf(results));
   EXPECT_THAT(descriptors.values[0], Each((3 * 29 + 5) / 150.0));
-  const Scores classifiers = scoresOfClassifiers(results, blocksOf(results));
+  const MethodScores classifiers = scoresOfClassifiers(results, blocksOf(results));
   EXPECT_THAT(classifiers.values[0], Each((3 * 29 + 5) / 150.0));
 }
 

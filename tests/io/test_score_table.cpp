@@ -15,7 +15,7 @@ using testing::HasSubstr;
 
 class ScoreTable : public testing::Test {
  protected:
-  Scores read(const std::string& text, const std::string& score = "accuracy") const {
+  MethodScores read(const std::string& text, const std::string& score = "accuracy") const {
     test::writeFile(file_, text);
     return readScores(file_, score);
   }
@@ -28,7 +28,7 @@ class ScoreTable : public testing::Test {
 };
 
 TEST_F(ScoreTable, ReadsARowATest) {
-  const Scores scores = read("test,\"SVM, linear\",kNN\nday,0.5,1e-1\n\nnight,-2,3\n");
+  const MethodScores scores = read("test,\"SVM, linear\",kNN\nday,0.5,1e-1\n\nnight,-2,3\n");
   EXPECT_THAT(scores.methods, ElementsAre("SVM, linear", "kNN"));
   EXPECT_THAT(scores.tests, ElementsAre("day", "night"));
   EXPECT_THAT(scores.values, ElementsAre(ElementsAre(0.5, 0.1), ElementsAre(-2, 3)));
@@ -41,7 +41,7 @@ TEST_F(ScoreTable, ReadsTheResultsOfAnExperimentInAnyOrder) {
       "knn,gist+esf,B,A,7,.1,.2\n"
       "knn,gist+esf,A,B,7,.3,.4\n"
       "svm,gist+esf,B,A,,.8,.9\n";
-  const Scores scores = read(text);
+  const MethodScores scores = read(text);
   EXPECT_THAT(scores.methods, ElementsAre("gist+esf/svm", "gist+esf/knn"));
   EXPECT_THAT(scores.tests, ElementsAre("A→B", "B→A"));
   EXPECT_THAT(scores.values, ElementsAre(ElementsAre(.7, .4), ElementsAre(.9, .2)));

@@ -28,8 +28,8 @@ TEST(Descriptors, AreTheSameHoweverTheSurfaceIsTurned) {
   const Surface turned("turned", moved(wavySheet(90, 0.3), turn));
   const auto keypoints = everyNth(sheet(), 97);
   for (const auto& [method, explanation] : descriptorMethods()) {
-    const Features a = describe(sheet(), keypoints, method, 0.03),
-                   b = describe(turned, keypoints, method, 0.03);
+    const SurfaceFeatures a = describe(sheet(), keypoints, method, 0.03),
+                          b = describe(turned, keypoints, method, 0.03);
     ASSERT_EQ(a.keypoints, b.keypoints) << method;
     std::size_t near = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
@@ -48,8 +48,8 @@ TEST(Descriptors, AreTheSameHoweverTheSurfaceIsTurned) {
 TEST(Descriptors, DoNotDependOnThreads) {
   const auto keypoints = everyNth(sheet(), 13);
   for (const auto& [method, explanation] : descriptorMethods()) {
-    const Features one = describe(sheet(), keypoints, method, 0.025, 1),
-                   three = describe(sheet(), keypoints, method, 0.025, 3);
+    const SurfaceFeatures one = describe(sheet(), keypoints, method, 0.025, 1),
+                          three = describe(sheet(), keypoints, method, 0.025, 3);
     EXPECT_EQ(one.descriptors.values(), three.descriptors.values()) << method;
     EXPECT_EQ(one.keypoints, three.keypoints) << method;
   }
@@ -63,7 +63,7 @@ TEST(Descriptors, LeaveOutKeypointsWithoutNeighbours) {
   const auto last = static_cast<std::uint32_t>(surface.size() - 1);
   const std::vector<std::uint32_t> keypoints{0, 100, last};
   for (const auto& [method, explanation] : descriptorMethods()) {
-    const Features features = describe(surface, keypoints, method, 0.04);
+    const SurfaceFeatures features = describe(surface, keypoints, method, 0.04);
     EXPECT_EQ(features.keypoints, (std::vector<std::uint32_t>{0, 100})) << method;
     EXPECT_EQ(features.descriptors.size(), 2U);
     EXPECT_EQ(features.frames.size(), 2U);
@@ -93,7 +93,7 @@ TEST(Descriptors, ExtremeSurfacesGiveNoNonsense) {
   for (const PointCloud& cloud : {plane, twins}) {
     const Surface surface("extreme", cloud);
     for (const auto& [method, explanation] : descriptorMethods()) {
-      const Features features = describe(surface, everyNth(surface, 7), method, 0.05);
+      const SurfaceFeatures features = describe(surface, everyNth(surface, 7), method, 0.05);
       EXPECT_GT(features.size(), 0U) << method;
       for (const float v : features.descriptors.values()) ASSERT_TRUE(std::isfinite(v)) << method;
     }

@@ -42,8 +42,8 @@ struct Puzzle {
               [](const Match& a, const Match& b) { return a.squared < b.squared; });
   }
 
-  static Features featuresOf(const std::vector<cv::Point3f>& points) {
-    Features features;
+  static SurfaceFeatures featuresOf(const std::vector<cv::Point3f>& points) {
+    SurfaceFeatures features;
     features.points = points;
     features.keypoints.resize(points.size());
     return features;
@@ -69,7 +69,8 @@ TEST(Grouping, HoughFindsThePoseByLocalFrames) {
   const cv::Affine3d truth(cv::Vec3d(0.4, -0.2, 0.9), cv::Vec3d(0.3, 0.1, 0.5));
   const Surface model("model", cloud), scene("scene", test::moved(cloud, truth));
   const auto keypoints = findKeypoints(model, "uniform", 0.02);
-  const Features a = describe(model, keypoints, "shot", 0.04), b = describe(scene, keypoints, "shot", 0.04);
+  const SurfaceFeatures a = describe(model, keypoints, "shot", 0.04),
+                        b = describe(scene, keypoints, "shot", 0.04);
   const auto matches = matchDescriptors(a.descriptors, b.descriptors, MatchEach::scene, 1);
   const auto found = groupMatches(a, b, matches, "hough", 0.01, 5);
   ASSERT_FALSE(found.empty());
@@ -87,7 +88,7 @@ TEST(Grouping, DoesNotDependOnThreads) {
 
 TEST(Grouping, TooFewOrNoMatchesGiveNoPose) {
   const Puzzle puzzle(0);
-  const Features model = Puzzle::featuresOf(puzzle.model), scene = Puzzle::featuresOf(puzzle.scene);
+  const SurfaceFeatures model = Puzzle::featuresOf(puzzle.model), scene = Puzzle::featuresOf(puzzle.scene);
   EXPECT_TRUE(groupMatches(model, scene, {}, "geometric-consistency", 0.01, 3).empty());
   EXPECT_TRUE(groupMatches(model, scene, {puzzle.matches.begin(), puzzle.matches.begin() + 2},
                            "geometric-consistency", 0.01, 1)
@@ -96,7 +97,7 @@ TEST(Grouping, TooFewOrNoMatchesGiveNoPose) {
 
 TEST(Grouping, RefusesWhatCannotBe) {
   const Puzzle puzzle(0);
-  const Features model = Puzzle::featuresOf(puzzle.model), scene = Puzzle::featuresOf(puzzle.scene);
+  const SurfaceFeatures model = Puzzle::featuresOf(puzzle.model), scene = Puzzle::featuresOf(puzzle.scene);
   EXPECT_THAT(test::errorOf([&] { groupMatches(model, scene, puzzle.matches, "ransac", 0.01, 3); }),
               testing::AllOf(testing::HasSubstr("'ransac'"), testing::HasSubstr("hough")));
   EXPECT_THROW(groupMatches(model, scene, puzzle.matches, "hough", 0, 3), Error);

@@ -101,6 +101,13 @@ TEST(RecognitionInNoise, MillimetresAndThreadsDoNotMatter) {
   EXPECT_LT(cv::norm(millimetres[0].pose.translation() * 0.001 - one[0].pose.translation()), 0.01);
 }
 
+TEST(RecognitionInNoise, TooSmallToBeSeenIsNotSeen) {
+  const auto data = test::findData("shot_kinect");
+  ESTANCIA_NEEDS(data, missing);
+  const Pair pair = pairOf(*data, "mario/mario000.pcd", "scene005.pcd", "scene005-rs1.xf");
+  EXPECT_TRUE(findIn(scaled(pair.model, 0.05F), pair.scene).empty());
+}
+
 TEST(RecognitionInNoise, NeuronsMaySeedTheSurface) {
   const auto data = test::findData("shot_kinect");
   ESTANCIA_NEEDS(data, missing);

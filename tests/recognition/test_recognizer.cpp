@@ -217,6 +217,30 @@ TEST(Recognizer, AModelLargerThanTheSceneIsNotFound) {
   EXPECT_TRUE(findIn(RecognitionOptions::preset("default"), test::wavySheet(200, 1), scenery.model).empty());
 }
 
+TEST(Recognizer, APlaneHasNoPose) {
+  const Scenery scenery;
+  PointCloud plane;
+  for (int i = 0; i < 10000; ++i) {
+    const int row = i / 100;
+    plane.points.emplace_back(0.003F * static_cast<float>(i % 100), 0.003F * static_cast<float>(row), 1.F);
+  }
+  EXPECT_THAT(test::errorOf([&] { findIn(RecognitionOptions::preset("default"), plane, scenery.scene); }),
+              HasSubstr("model is flat"));
+}
+
+TEST(Recognizer, AViewpointElsewhereChangesNothing) {
+  const Scenery scenery;
+  const cv::Affine3d elsewhere(cv::Vec3d(0.3, 1, -2), cv::Vec3d(3, -1, 2));
+  RecognitionOptions options = RecognitionOptions::preset("default");
+  options.viewpoint = elsewhere * cv::Point3d(0, 0, 0);
+  const auto found = findIn(options, scenery.model, test::moved(scenery.scene, elsewhere));
+  Scenery there = scenery;
+  there.truth = elsewhere * scenery.truth;
+  EXPECT_TRUE(isFound(found, there));
+  options.viewpoint = cv::Point3d(std::numeric_limits<double>::quiet_NaN(), 0, 0);
+  EXPECT_THAT(test::errorOf([&] { findIn(options, scenery.model, scenery.scene); }), HasSubstr("viewpoint"));
+}
+
 TEST(Recognizer, RefusesOptionsThatMakeNoSense) {
   const auto refused = [](auto&& change) {
     RecognitionOptions options = RecognitionOptions::preset("default");

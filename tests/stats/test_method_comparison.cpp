@@ -17,9 +17,9 @@ using testing::Pair;
 using testing::ThrowsMessage;
 
 /// `steps[m]` apart on average, so that method 0 is the best where they fall.
-Scores sample(std::uint64_t seed, std::size_t tests, const std::vector<double>& means, double noise) {
+MethodScores sample(std::uint64_t seed, std::size_t tests, const std::vector<double>& means, double noise) {
   test::Random random(seed);
-  Scores scores;
+  MethodScores scores;
   for (std::size_t m = 0; m < means.size(); ++m) scores.methods.push_back(std::string(1, 'a' + char(m)));
   for (std::size_t t = 0; t < tests; ++t) {
     scores.tests.push_back("test " + std::to_string(t));
@@ -31,7 +31,7 @@ Scores sample(std::uint64_t seed, std::size_t tests, const std::vector<double>& 
 
 TEST(MethodComparison, RanksTestsAndCountsAgainstTheBest) {
   // c is best, then a, then b, in every test; d equals a everywhere.
-  Scores scores{{"a", "b", "c", "d"}, {}, {}};
+  MethodScores scores{{"a", "b", "c", "d"}, {}, {}};
   for (int t = 0; t < 20; ++t) {
     scores.tests.push_back(std::to_string(t));
     scores.values.push_back({0.8, 0.5, t == 0 ? 0.8 : 0.9, 0.8});
@@ -60,7 +60,7 @@ TEST(MethodComparison, RanksTestsAndCountsAgainstTheBest) {
 }
 
 TEST(MethodComparison, GroupsWhatIsNotFoundToDiffer) {
-  const Scores scores = sample(3, 30, {4, 3.9, 2, 1.95, 0}, 1.5);
+  const MethodScores scores = sample(3, 30, {4, 3.9, 2, 1.95, 0}, 1.5);
   ComparisonOptions options;
   for (const PostHoc postHoc : {PostHoc::shaffer, PostHoc::nemenyi}) {
     options.postHoc = postHoc;
@@ -130,11 +130,11 @@ TEST(MethodComparison, OfLittleSaysLittle) {
 }
 
 TEST(MethodComparison, SaysWhatIsWrongAndWhere) {
-  const Scores sound{{"a", "b"}, {"t", "u"}, {{1, 2}, {3, 4}}};
-  const auto refuses = [](Scores scores, const std::string& words, ComparisonOptions options = {}) {
+  const MethodScores sound{{"a", "b"}, {"t", "u"}, {{1, 2}, {3, 4}}};
+  const auto refuses = [](MethodScores scores, const std::string& words, ComparisonOptions options = {}) {
     EXPECT_THAT([&] { compareMethods(scores, options); }, ThrowsMessage<Error>(HasSubstr(words)));
   };
-  Scores bad = sound;
+  MethodScores bad = sound;
   bad.values[1][0] = NAN;
   refuses(bad, "\"a\" in test \"u\" is nan");
   bad.values[1][0] = INFINITY;
