@@ -160,9 +160,12 @@ void run(const Arguments& arguments) {
                  at.y, at.z, found.inliers, found.confidence);
     }
     if (instances.empty())
-      fmt::print("{} in {}{}\n",
+      fmt::print("{} in {}{}{}\n",
                  models.size() == 1 ? models.front().name + " is not" : "None of the models is",
-                 arguments.scene, arguments.explain ? "" : "; --explain tells what each stage kept");
+                 arguments.scene, arguments.explain ? "" : "; --explain tells what each stage kept",
+                 arguments.viewpoint.empty()
+                     ? "; if the sensor did not stand at the scene's origin, say where: --viewpoint"
+                     : "");
   }
   if (instances.empty()) throw NoAnswer{};
 }

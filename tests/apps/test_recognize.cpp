@@ -92,7 +92,9 @@ TEST_F(Recognize, AsksWhereTheSensorStoodAndUsesIt) {
   for (cv::Point3f& p : scene.points) p = fromCamera * cv::Point3d(p);
   const std::string moved = scratch_ / "moved.pcd", mario = in("meshes/mario000_0.ply");
   writeCloud(moved, scene);
-  EXPECT_THAT(run({"recognize", "--model", mario, moved}).err, HasSubstr("--viewpoint"));
+  const CommandResult unsaid = run({"recognize", "--model", mario, moved});
+  EXPECT_EQ(unsaid.exitCode, 1);
+  EXPECT_THAT(unsaid.out, HasSubstr("--viewpoint"));
   const CommandResult result =
       run({"recognize", "--model", mario, moved, "--viewpoint", "1", "2", "3", "--json"});
   ASSERT_EQ(result.exitCode, 0) << result.err;
