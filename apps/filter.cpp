@@ -13,12 +13,14 @@
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/cloud_file.hpp"
+#include "estancia/io/picture.hpp"
+#include "estancia/report/cloud_picture.hpp"
 
 namespace estancia::apps {
 namespace {
 
 struct Arguments {
-  std::string input, output, graph;
+  std::string input, output, graph, picture;
   CloudFileOptions file;
   FilterOptions filter;
   double noise = 0, normalRadius = 0;
@@ -97,6 +99,9 @@ void requireOutputs(const Arguments& arguments) {
           fmt::format("{} cannot hold both the cloud and the graph; give two names", arguments.output));
     outputs.push_back(arguments.graph);
   }
+  if (!arguments.picture.empty())
+    requireNoData(arguments.picture, {arguments.input, arguments.file.intrinsics, arguments.file.colours},
+                  pngStart);
   for (const std::string& output : outputs) {
     requireReplaceable(output, arguments.overwrite, isCloudFile, "point cloud");
     requireNoData(output, {arguments.input, arguments.file.intrinsics, arguments.file.colours});
@@ -131,6 +136,12 @@ void run(Arguments& arguments) {
   }
   writeCloud(arguments.output, filtered.cloud);
   if (!arguments.graph.empty()) writeCloud(arguments.graph, filtered.cloud, filtered.gas.edges);
+  if (!arguments.picture.empty()) {
+    CloudLayer layer;
+    layer.cloud = &filtered.cloud;
+    layer.edges = filtered.gas.edges;
+    writePng(arguments.picture, drawClouds({&layer, 1}));
+  }
   tell(arguments, filtered, account);
 }
 
@@ -162,6 +173,8 @@ void addFilterCommand(CLI::App& app) {
   command->add_option("--deadline", filter.gng.seconds, "Neurons: stop after so many seconds")
       ->check(positive());
   command->add_option("--graph", arguments->graph, "Neurons: write their graph, too (.ply with edges)");
+  command->add_option("--picture", arguments->picture,
+                      "Draw the filtered cloud, neurons with their graph (PNG)");
   command
       ->add_option("--noise", arguments->noise,
                    "First add Gaussian noise of this standard deviation to x, y and z [m]")

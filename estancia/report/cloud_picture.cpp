@@ -171,8 +171,9 @@ cv::Mat drawClouds(std::span<const CloudLayer> layers, const CloudView& view) {
   const Camera camera = placeCamera(points, view);
   Canvas canvas{cv::Mat(view.height, view.width, CV_8UC3, cv::Scalar(background)),
                 cv::Mat(view.height, view.width, CV_32F, cv::Scalar(nothing))};
-  // What lies on the first layer, within two of its spacings, is drawn over it.
-  const double nearer = 2 * resolutionOf(*layers.front().cloud);
+  // What lies on the first layer, within two of its spacings and its noise, is drawn over it.
+  const Neighbours around(layers.front().cloud->points, 0);
+  const double nearer = 2 * resolutionOf(around) + 3 * estimateNoise(around);
   for (const CloudLayer& layer : layers) draw(layer, &layer == layers.data() ? 0 : nearer, camera, canvas);
   shade(canvas);
   return canvas.colour;
