@@ -8,6 +8,7 @@
 #include "estancia/experiment/recognition.hpp"
 #include "estancia/recognition/descriptors.hpp"
 #include "estancia/recognition/keypoints.hpp"
+#include "estancia/recognition/recognizer.hpp"
 
 namespace estancia {
 namespace {
@@ -58,7 +59,6 @@ RecognitionExperimentOptions readRecognition(ConfigFile& config) {
     return [&config, least, most](const toml::node& n) { return config.number(n, least, most); };
   };
   const toml::array* symmetries = nullptr;
-  const std::vector<std::string> presets{"default", "classical", "thesis", "tight", "wide"};
   config.read(
       {{"type", true, "the kind of experiment", [](auto&) {}},
        {"pairs", true, "the CSV of models in scenes", [&](auto& n) { options.pairs = config.anywhere(n); }},
@@ -67,7 +67,7 @@ RecognitionExperimentOptions readRecognition(ConfigFile& config) {
        {"scene_files", false, "", text(options.columns.sceneFiles)},
        {"scenes", false, "",
         each(config, options.scenes, [&config](const toml::node& node) { return config.text(node); })},
-       {"presets", false, "", each(config, options.presets, oneOf(config, presets))},
+       {"presets", false, "", each(config, options.presets, oneOf(config, RecognitionOptions::presets()))},
        {"model_filters", false, "", each(config, options.modelFilters, oneOf(config, filterMethods()))},
        {"model_points", false, "",
         [&](auto& n) { options.modelPoints = static_cast<std::size_t>(config.integer(n, 2, mostPoints)); }},

@@ -9,6 +9,10 @@
 namespace estancia {
 namespace {
 
+// λ and κ of the paper, chosen on three scenes of shot_kinect (its own 3 and 5 lose objects there).
+constexpr double outlierWeight = 1;  // of a model point without a scene point near it
+constexpr float clutterWeight = 3;   // of an unexplained point of the same smooth part
+
 struct Weighed {
   std::uint32_t point;  ///< of the scene
   float weight;
@@ -21,12 +25,11 @@ struct Cues {
 };
 
 Cues cuesOf(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
-            std::span<const int> parts, const cv::Affine3d& pose, const GlobalVerificationOptions& options) {
+            std::span<const int> parts, const cv::Affine3d& pose, double tolerance) {
   const cv::Affine3f there(pose);
   const cv::Matx33f turn = there.rotation();
-  const auto reach = static_cast<float>(options.tolerance);
-  const auto around =
-      static_cast<float>(options.clutterRadius > 0 ? options.clutterRadius : 2 * options.tolerance);
+  const auto reach = static_cast<float>(tolerance);
+  const auto around = static_cast<float>(2 * tolerance);  // in which unexplained points are clutter
   Cues cues;
   std::vector<Neighbour> buffer;
   struct Partner {
@@ -59,8 +62,7 @@ Cues cuesOf(const OrientedPoints& model, const Surface& scene, const RangePictur
       if (explained.contains(s.index)) continue;
       const bool samePart = parts[s.index] != 0 && parts[s.index] == parts[e.point];
       const float alike = std::clamp(scene.normals()[s.index].dot(scene.normals()[e.point]), 0.F, 1.F);
-      const float weight = (1 - s.squared / (around * around)) *
-                           (samePart ? static_cast<float>(options.clutterWeight) : alike);
+      const float weight = (1 - s.squared / (around * around)) * (samePart ? clutterWeight : alike);
       float& most = unexplained[s.index];
       most = std::max(most, weight);
     }
@@ -72,13 +74,8 @@ Cues cuesOf(const OrientedPoints& model, const Surface& scene, const RangePictur
 /// The cost of a set of hypotheses, kept up to date while they come and go.
 class Cost {
  public:
-  Cost(std::size_t points, std::span<const Cues> cues, double outlierWeight)
-      : cues_(cues),
-        outlierWeight_(outlierWeight),
-        active_(cues.size(), false),
-        explained_(points),
-        weight_(points),
-        unexplained_(points) {}
+  Cost(std::size_t points, std::span<const Cues> cues)
+      : cues_(cues), active_(cues.size(), false), explained_(points), weight_(points), unexplained_(points) {}
 
   double value() const { return value_; }
   const std::vector<bool>& active() const { return active_; }
@@ -97,7 +94,7 @@ class Cost {
       });
     for (const auto& [point, weight] : cues_[h].unexplained)
       change(point, [&, p = point, w = weight] { unexplained_[p] += sign * static_cast<double>(w); });
-    value_ += sign * (outlierWeight_ * cues_[h].outliers + 1);
+    value_ += sign * (outlierWeight * cues_[h].outliers + 1);
   }
 
  private:
@@ -108,7 +105,7 @@ class Cost {
   }
 
   std::span<const Cues> cues_;
-  double outlierWeight_, value_ = 0;
+  double value_ = 0;
   std::vector<bool> active_;
   std::vector<int> explained_;
   std::vector<double> weight_, unexplained_;
@@ -149,18 +146,18 @@ std::vector<int> smoothPartsOf(const Surface& surface, double reach, int threads
 
 std::vector<bool> verifyGlobally(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
                                  std::span<const int> smoothParts, std::span<const cv::Affine3d> poses,
-                                 const GlobalVerificationOptions& options) {
+                                 double tolerance) {
   if (poses.empty()) return {};
   std::vector<Cues> cues;
   for (const cv::Affine3d& pose : poses)
-    cues.push_back(cuesOf(model, scene, view, smoothParts, pose, options));
-  Cost cost(scene.size(), cues, options.outlierWeight);
+    cues.push_back(cuesOf(model, scene, view, smoothParts, pose, tolerance));
+  Cost cost(scene.size(), cues);
   std::vector<bool> best = cost.active();
   double lowest = cost.value();
   const auto keepBest = [&] {
     if (cost.value() < lowest - 1e-9) lowest = cost.value(), best = cost.active();
   };
-  std::mt19937_64 random(options.seed);
+  std::mt19937_64 random(1);
   const auto uniform = [&random] { return static_cast<double>(random() >> 11) * 0x1p-53; };
   const std::size_t moves = 100 * poses.size();
   double temperature = static_cast<double>(model.points.size()) / 4;

@@ -249,11 +249,10 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
   if (evidence || options_.grouping == "local-frames")
     fresh->field = NearestField(surface.points(), lengths.tolerance, 4 * lengths.tolerance, options_.threads);
   if (!evidence) {
+    OrientedPoints spread = spreadPointsBy(surface, lengths.tolerance);
     PointCloud thin;
-    for (const std::uint32_t i : findKeypoints(surface, "uniform", lengths.tolerance)) {
-      thin.points.push_back(surface.points()[i]);
-      thin.normals.push_back(surface.normals()[i]);
-    }
+    thin.points = std::move(spread.points);
+    thin.normals = std::move(spread.normals);
     fresh->coarse = std::make_unique<const Surface>(name_, thin, options_.threads);
     if (options_.verification == "global")
       fresh->parts = smoothPartsOf(*fresh->coarse, 2 * lengths.tolerance, options_.threads);

@@ -5,6 +5,14 @@
 
 namespace estancia {
 
+std::vector<std::pair<std::string, std::string>> RecognitionOptions::presets() {
+  return {{"default", "for any noise"},
+          {"classical", "the thesis' stages, lengths that follow the scene"},
+          {"thesis", "the thesis' stages, fixed lengths"},
+          {"tight", "fixed lengths, for scenes without noise"},
+          {"wide", "fixed lengths, for noise"}};
+}
+
 RecognitionOptions RecognitionOptions::preset(const std::string& name) {
   RecognitionOptions options;
   if (name == "default") {
@@ -41,9 +49,9 @@ RecognitionOptions RecognitionOptions::preset(const std::string& name) {
     options.neighbours = 3;
     options.verification = "inliers";
   } else {
-    throw Error(fmt::format(
-        "no set of recognition options is called '{}'; known are default, classical, thesis, tight, wide",
-        name));
+    std::string known;
+    for (const auto& [one, explanation] : presets()) known += (known.empty() ? "" : ", ") + one;
+    throw Error(fmt::format("no set of recognition options is called '{}'; known are {}", name, known));
   }
   return options;
 }

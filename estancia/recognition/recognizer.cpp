@@ -187,11 +187,9 @@ void keepVerified(std::vector<Candidate>& candidates, const DescribedModel& mode
   }
   std::vector<cv::Affine3d> poses;
   for (const Candidate& c : candidates) poses.push_back(c.pose);
-  GlobalVerificationOptions global;
-  global.tolerance = scene.lengths.tolerance;
   const OrientedPoints points = spreadPointsBy(*model.surface, scene.lengths.tolerance);
   const std::vector<bool> there =
-      verifyGlobally(points, *scene.coarse, scene.view, scene.parts, poses, global);
+      verifyGlobally(points, *scene.coarse, scene.view, scene.parts, poses, scene.lengths.tolerance);
   std::vector<Candidate> left;
   for (std::size_t i = 0; i < candidates.size(); ++i)
     if (there[i]) left.push_back(candidates[i]);

@@ -6,6 +6,7 @@
 #include <opencv2/core/affine.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "estancia/cloud/filter.hpp"
@@ -39,8 +40,9 @@ struct RecognitionOptions {
                                          ///< at its origin, looking along z
   int threads = 0;                       ///< 0: one a usable core
 
-  /// Known sets: "default", "classical" (the thesis' stages, lengths that follow the scene), "thesis",
-  /// "tight", "wide". Throws Error on others, naming the known ones.
+  /// The known sets, each with one line of explanation: default, classical, thesis, tight, wide.
+  static std::vector<std::pair<std::string, std::string>> presets();
+  /// One of them. Throws Error on others, naming the known ones.
   static RecognitionOptions preset(const std::string& name);
 };
 

@@ -47,18 +47,19 @@ Equations equationsOf(const OrientedPoints& model, const Surface& scene, const c
   return sum;
 }
 
+OrientedPoints chosenFrom(const Surface& surface, const std::vector<std::uint32_t>& indices) {
+  OrientedPoints chosen;
+  for (const std::uint32_t i : indices) {
+    chosen.points.push_back(surface.points()[i]);
+    chosen.normals.push_back(surface.normals()[i]);
+  }
+  return chosen;
+}
+
 }  // namespace
 
 OrientedPoints spreadPoints(const Surface& surface, std::size_t count) {
-  OrientedPoints spread;
-  const auto take = [&](std::uint32_t i) {
-    spread.points.push_back(surface.points()[i]);
-    spread.normals.push_back(surface.normals()[i]);
-  };
-  if (surface.size() <= count || !(surface.extent() > 0)) {
-    for (std::uint32_t i = 0; i < surface.size(); ++i) take(i);
-    return spread;
-  }
+  if (surface.size() <= count || !(surface.extent() > 0)) return {surface.points(), surface.normals(), {}};
   // A surface fills cells by the square of their edge; half as large an edge, four times as many points.
   double low = surface.extent() / 1e5, high = surface.extent();
   std::vector<std::uint32_t> best;
@@ -70,17 +71,11 @@ OrientedPoints spreadPoints(const Surface& surface, std::size_t count) {
       best = std::move(chosen);
     (many ? low : high) = middle;
   }
-  for (const std::uint32_t i : best) take(i);
-  return spread;
+  return chosenFrom(surface, best);
 }
 
 OrientedPoints spreadPointsBy(const Surface& surface, double spacing) {
-  OrientedPoints spread;
-  for (const std::uint32_t i : findKeypoints(surface, "uniform", spacing)) {
-    spread.points.push_back(surface.points()[i]);
-    spread.normals.push_back(surface.normals()[i]);
-  }
-  return spread;
+  return chosenFrom(surface, findKeypoints(surface, "uniform", spacing));
 }
 
 cv::Affine3d refinePose(const OrientedPoints& model, const Surface& scene, const cv::Affine3d& pose,

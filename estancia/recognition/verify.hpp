@@ -1,7 +1,6 @@
 // Is the model really there (thesis 2.4.7)?
 #pragma once
 
-#include <cstdint>
 #include <opencv2/core/affine.hpp>
 #include <span>
 #include <string>
@@ -34,23 +33,15 @@ Evidence examine(const OrientedPoints& model, const Surface& scene, const RangeP
 /// model, and not much more than half of the model is turned away, as no sensor would have seen it.
 bool isThere(const Evidence& evidence, double accept);
 
-struct GlobalVerificationOptions {
-  double tolerance = 0.005;  ///< [m] between a scene point and the model point that explains it
-  double clutterRadius =
-      0;  ///< [m] around explained points in which unexplained ones count; 0: 2 × tolerance
-  double outlierWeight = 1;  ///< λ of the paper: a model point without a scene point near it
-  double clutterWeight = 3;  ///< κ of the paper: an unexplained point of the same smooth part
-  std::uint64_t seed = 1;    ///< of the simulated annealing
-};
-
 /// Global hypothesis verification (Aldoma, Tombari, Di Stefano, Vincze 2012): the set of hypotheses that
 /// together explains most of the scene with the fewest model points in the void, scene points explained
 /// twice, and points left unexplained on a smooth part of the scene that is partly explained; by simulated
 /// annealing. `smoothParts` is smoothPartsOf(scene). Points of model and scene should lie equally far apart.
-/// Returns whether each pose belongs to it.
+/// `tolerance` [m] is that between a scene point and the model point that explains it. Returns whether each
+/// pose belongs to it.
 std::vector<bool> verifyGlobally(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
                                  std::span<const int> smoothParts, std::span<const cv::Affine3d> poses,
-                                 const GlobalVerificationOptions& options);
+                                 double tolerance);
 
 /// Parts of a surface over which the normal changes slowly: for each point the number of its part, 0 for
 /// those of small parts. Points of a part are linked by neighbours within `reach` [m] whose normals differ by

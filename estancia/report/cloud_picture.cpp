@@ -172,8 +172,11 @@ cv::Mat drawClouds(std::span<const CloudLayer> layers, const CloudView& view) {
   Canvas canvas{cv::Mat(view.height, view.width, CV_8UC3, cv::Scalar(background)),
                 cv::Mat(view.height, view.width, CV_32F, cv::Scalar(nothing))};
   // What lies on the first layer, within two of its spacings and its noise, is drawn over it.
-  const Neighbours around(layers.front().cloud->points, 0);
-  const double nearer = 2 * resolutionOf(around) + 3 * estimateNoise(around);
+  double nearer = 0;
+  if (layers.size() > 1) {
+    const Neighbours around(layers.front().cloud->points, 0);
+    nearer = 2 * resolutionOf(around) + 3 * estimateNoise(around);
+  }
   for (const CloudLayer& layer : layers) draw(layer, &layer == layers.data() ? 0 : nearer, camera, canvas);
   shade(canvas);
   return canvas.colour;

@@ -97,14 +97,12 @@ TEST(GlobalVerification, KeepsTheTruePoseAlone) {
   const std::vector<cv::Affine3d> poses{
       shifted(stage().truth, {0.13, 0.02, 0}), stage().truth, shifted(stage().truth, {0.004, 0, 0}),
       shifted(stage().truth, {-0.1, -0.12, 0.03}), shifted(stage().truth, {0, 0, 3})};
-  GlobalVerificationOptions options;
-  options.tolerance = 0.006;
   const OrientedPoints points = spreadPointsBy(stage().model, 0.006);
   const auto parts = smoothPartsOf(stage().scene, 0.012);
-  std::vector<bool> kept = verifyGlobally(points, stage().scene, stage().view, parts, poses, options);
+  std::vector<bool> kept = verifyGlobally(points, stage().scene, stage().view, parts, poses, 0.006);
   EXPECT_EQ(kept, (std::vector<bool>{false, true, false, false, false}));
-  EXPECT_EQ(kept, verifyGlobally(points, stage().scene, stage().view, parts, poses, options));
-  EXPECT_TRUE(verifyGlobally(points, stage().scene, stage().view, parts, {}, options).empty());
+  EXPECT_EQ(kept, verifyGlobally(points, stage().scene, stage().view, parts, poses, 0.006));
+  EXPECT_TRUE(verifyGlobally(points, stage().scene, stage().view, parts, {}, 0.006).empty());
 }
 
 TEST(SmoothParts, EndAtEdges) {
