@@ -15,7 +15,7 @@ PointCloud finiteOf(const PointCloud& cloud) {
   PointCloud finite;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     const cv::Point3f& p = cloud.points[i];
-    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) continue;
+    if (!isFinite(p)) continue;
     finite.points.push_back(p);
     if (!cloud.colours.empty()) finite.colours.push_back(cloud.colours[i]);
     if (!cloud.normals.empty()) finite.normals.push_back(cloud.normals[i]);

@@ -7,6 +7,7 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/point_cloud.hpp"
 #include "estancia/core/simd.hpp"
 
 namespace estancia {
@@ -20,10 +21,6 @@ struct Neighbours::Item {
 namespace {
 
 constexpr std::size_t kBlock = Neighbours::kBlock;
-
-bool isFinite(const cv::Point3f& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
 
 /// Appends the points of a block that are near enough; `found` has room for all of them. Returns their
 /// number.

@@ -12,10 +12,6 @@
 namespace estancia {
 namespace {
 
-bool finite(const cv::Point3f& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
-
 bool same(const Point4& a, const Point4& b) {
   return a.x == b.x && a.y == b.y && a.z == b.z;
 }
@@ -36,7 +32,7 @@ Signals::Signals(const PointCloud& cloud, std::uint64_t seed) : seed_(seed) {
   std::array<double, 3> low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
   std::size_t count = 0;
   for (const cv::Point3f& p : cloud.points) {
-    if (!finite(p)) continue;
+    if (!isFinite(p)) continue;
     ++count;
     const std::array<double, 3> v{p.x, p.y, p.z};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -62,7 +58,7 @@ Signals::Signals(const PointCloud& cloud, std::uint64_t seed) : seed_(seed) {
   scale_ = extent > 0 ? std::ldexp(1.0, -exponent) : 1.0;
   points_.reserve(count);
   for (const cv::Point3f& p : cloud.points)
-    if (finite(p))
+    if (isFinite(p))
       points_.push_back({static_cast<float>((p.x - middle_[0]) * scale_),
                          static_cast<float>((p.y - middle_[1]) * scale_),
                          static_cast<float>((p.z - middle_[2]) * scale_), 0});

@@ -18,10 +18,6 @@ namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-bool isFinite(const cv::Point3f& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
-
 /// Finds out which voxel each point is in; used again for another leaf, it takes no new memory.
 class VoxelTable {
  public:

@@ -1,6 +1,7 @@
 // Points that a depth camera or a scanner saw.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <opencv2/core/mat.hpp>
 #include <vector>
@@ -26,6 +27,10 @@ void requireWhole(const PointCloud& cloud);
 /// A normal as a file or a user gives it, made to have unit length unless it has; NaN when it has no
 /// direction.
 cv::Point3f asNormal(const cv::Point3f& vector);
+
+inline bool isFinite(const cv::Point3f& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
 
 /// What a depth picture (CV_32F, metres) saw, organised, in the optical frame of `camera`, whose pictures may
 /// have another size. Pixels with 0, NaN or anything else that is no depth become holes. Throws Error on

@@ -59,7 +59,7 @@ std::vector<cv::Point3f> thinned(const PointCloud& cloud, std::size_t most, Rand
   std::vector<cv::Point3f> points;
   points.reserve(cloud.points.size());
   for (const cv::Point3f& p : cloud.points)
-    if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) points.push_back(p);
+    if (isFinite(p)) points.push_back(p);
   if (most == 0 || points.size() <= most) return points;
   const std::size_t all = points.size();
   for (std::size_t i = 0; i < most; ++i) {

@@ -22,8 +22,7 @@ std::vector<std::uint32_t> verticesOf(const PointCloud& cloud) {
   std::vector<std::uint32_t> vertices;
   vertices.reserve(cloud.points.size());
   std::uint32_t next = 0;
-  for (const cv::Point3f& p : cloud.points)
-    vertices.push_back(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) ? next++ : kLeftOut);
+  for (const cv::Point3f& p : cloud.points) vertices.push_back(isFinite(p) ? next++ : kLeftOut);
   return vertices;
 }
 

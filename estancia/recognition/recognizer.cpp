@@ -75,7 +75,7 @@ PointCloud finitePoints(const std::string& name, const PointCloud& cloud) {
   const bool normals = cloud.normals.size() == cloud.points.size();
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     const cv::Point3f& p = cloud.points[i];
-    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) continue;
+    if (!isFinite(p)) continue;
     left.points.push_back(p);
     if (normals) left.normals.push_back(cloud.normals[i]);
   }

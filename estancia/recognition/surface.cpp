@@ -13,10 +13,6 @@ namespace {
 
 constexpr std::size_t samples = 1000;  // places at which distances are looked at
 
-bool isFinite(const cv::Point3f& p) {
-  return std::isfinite(p.x + p.y + p.z);
-}
-
 std::vector<cv::Point3f> kept(const PointCloud& cloud, const std::vector<cv::Point3f>& values) {
   std::vector<cv::Point3f> left;
   if (cloud.normals.size() != cloud.points.size()) return left;

@@ -15,7 +15,7 @@ cv::Affine3d viewFrom(const cv::Point3d& viewpoint, const PointCloud& cloud) {
   cv::Vec3d sum;
   double count = 0;
   for (const cv::Point3f& p : cloud.points) {
-    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) continue;
+    if (!isFinite(p)) continue;
     sum += cv::Vec3d(p.x, p.y, p.z);
     ++count;
   }

@@ -17,10 +17,6 @@ namespace {
 constexpr float nothing = std::numeric_limits<float>::infinity();
 const cv::Vec3b background(250, 248, 246), plainGrey(176, 172, 168);
 
-bool isFinite(const cv::Point3f& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
-
 double quantile(std::vector<double> values, double share) {
   const auto at =
       values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
