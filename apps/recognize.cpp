@@ -46,6 +46,7 @@ RecognitionOptions optionsOf(const Arguments& a) {
   take(a.grouping, options.grouping);
   take(a.verification, options.verification);
   take(a.normalRadius, options.normalRadius);
+  if (a.normalRadius) options.normalNeighbours = 0;
   take(a.keypointSpacing, options.keypointSpacing);
   take(a.descriptorRadius, options.descriptorRadius);
   if (a.viewpoint.size() == 3)

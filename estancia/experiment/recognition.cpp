@@ -19,7 +19,7 @@ namespace {
 
 using Options = RecognitionExperimentOptions;
 
-constexpr int methodVersion = 2;  // of what follows: units of another one are computed anew
+constexpr int methodVersion = 3;  // of what follows: units of another one are computed anew
 
 /// Moves `count` of them, drawn without putting back, to the front; the same on every machine.
 template <class T>

@@ -35,14 +35,11 @@ RecognitionOptions optionsOf(const RecognitionUnit& unit) {
   return options;
 }
 
-bool followsScene(const RecognitionOptions& o) {
-  return std::min({o.normalRadius, o.keypointSpacing, o.descriptorRadius, o.consistency, o.tolerance}) == 0;
-}
-
 std::string describe(const RecognitionOptions& o) {
-  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.surface, o.keypoints, o.descriptor,
-                     o.grouping, o.verification, o.normalRadius, o.keypointSpacing, o.descriptorRadius,
-                     o.consistency, o.tolerance, o.matchEach, o.neighbours, o.minimalMatches, o.hypotheses,
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.surface, o.keypoints,
+                     o.descriptor, o.grouping, o.verification, o.normalRadius, o.normalNeighbours,
+                     o.keypointSpacing, o.sceneKeypointSpacing, o.descriptorRadius, o.consistency,
+                     o.tolerance, o.matchEach, o.neighbours, o.matchDistance, o.minimalMatches, o.hypotheses,
                      o.accept);
 }
 
@@ -211,8 +208,6 @@ std::shared_ptr<const PreparedModel> RecognitionStages::modelOf(Recipe& recipe,
     return unlessUndescribable(
         [&] { return recipe.recognizer.prepareModel(pairs_.models[search.model].name, filtered.cloud); });
   };
-  // Of a model that is described anew for every scene, the descriptions would pile up.
-  if (followsScene(recipe.recognizer.options())) return prepare();
   auto& entry = recipe.models[search.modelFilter * pairs_.models.size() + search.model];
   std::call_once(entry.made, [&] { entry.model = prepare(); });
   return entry.model;

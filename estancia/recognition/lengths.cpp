@@ -17,7 +17,8 @@ RecognitionLengths lengthsFor(const RecognitionOptions& options, double resoluti
                               double noise, double extent) {
   const auto or_ = [](double given, double automatic) { return given > 0 ? given : automatic; };
   if (options.surface != "mean")  // at 2 mm without noise and with 10 mm: 16 and 36 mm for normals
-    return {.normalRadius = or_(options.normalRadius, 8 * resolution + 2 * noise),
+    return {.normalRadius =
+                options.normalNeighbours > 0 ? 0 : or_(options.normalRadius, 8 * resolution + 2 * noise),
             .keypointSpacing = or_(options.keypointSpacing, 5 * resolution),
             .descriptorRadius = or_(options.descriptorRadius, 18 * resolution + 2.5 * noise),
             .consistency = or_(options.consistency, 5 * resolution + noise),

@@ -45,7 +45,7 @@ std::vector<std::vector<NearRow>> nearestRows(const DescriptorMatrix& rows, cons
 }
 
 std::vector<Match> matchDescriptors(const DescriptorMatrix& model, const DescriptorMatrix& scene,
-                                    MatchEach each, std::size_t count, int threads) {
+                                    MatchEach each, std::size_t count, double distance, int threads) {
   const bool fromScene = each == MatchEach::scene;
   const auto found =
       fromScene ? nearestRows(scene, model, count, threads) : nearestRows(model, scene, count, threads);
@@ -53,6 +53,11 @@ std::vector<Match> matchDescriptors(const DescriptorMatrix& model, const Descrip
   for (std::uint32_t i = 0; i < found.size(); ++i)
     for (const NearRow& n : found[i])
       matches.push_back(fromScene ? Match{n.other, i, n.squared} : Match{i, n.other, n.squared});
+  if (distance > 0) {
+    const std::vector<float> norms = squaredNorms(scene);
+    const auto share = static_cast<float>(distance * distance);
+    std::erase_if(matches, [&](const Match& m) { return m.squared > share * norms[m.scene]; });
+  }
   std::stable_sort(matches.begin(), matches.end(),
                    [](const Match& a, const Match& b) { return a.squared < b.squared; });
   return matches;

@@ -34,8 +34,9 @@ enum class MatchEach {
   model   ///< each model keypoint gets the scene keypoints nearest to it: far fewer, and several can be right
 };
 
-/// The matches of each keypoint of one side with its `count` nearest of the other, nearest descriptors first.
+/// The matches of each keypoint of one side with its `count` nearest of the other, nearest descriptors first;
+/// with a `distance`, only those that differ by no more than so many lengths of the scene's descriptor.
 std::vector<Match> matchDescriptors(const DescriptorMatrix& model, const DescriptorMatrix& scene,
-                                    MatchEach each, std::size_t count, int threads = 1);
+                                    MatchEach each, std::size_t count, double distance = 0, int threads = 1);
 
 }  // namespace estancia

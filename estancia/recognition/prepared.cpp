@@ -49,7 +49,7 @@ void requireLengths(const std::string& name, const RecognitionLengths& lengths, 
                     "{:.4g} m apart; is it in other units? About {:.4g} m would do",
                     name, what, length, extent, resolution, good));
   };
-  require(lengths.normalRadius, "normal radius", resolution, 8 * resolution);
+  if (lengths.normalRadius > 0) require(lengths.normalRadius, "normal radius", resolution, 8 * resolution);
   require(lengths.keypointSpacing, "keypoint spacing", resolution / 10, 5 * resolution);
   require(lengths.consistency, "consistency", resolution / 10, 5 * resolution);
   require(lengths.tolerance, "tolerance", resolution / 10, 3 * resolution);
@@ -81,15 +81,20 @@ DescribedSurface describedSurface(const std::string& name, const PointCloud& raw
   } else {
     PointCloud oriented = filtered;
     const Neighbours neighbours(filtered.points, options.threads);
-    requireRadius(name, filtered.points, neighbours, lengths.normalRadius, "normal radius");
+    if (lengths.normalRadius > 0)
+      requireRadius(name, filtered.points, neighbours, lengths.normalRadius, "normal radius");
     requireLengths(name, lengths, extentOf(filtered.points), resolutionOf(neighbours));
-    oriented.normals = estimateNormals(filtered.points, neighbours,
-                                       {.radius = lengths.normalRadius, .threads = options.threads});
+    oriented.normals = estimateNormals(
+        filtered.points, neighbours,
+        {.radius = lengths.normalRadius, .neighbours = options.normalNeighbours, .threads = options.threads});
     described.surface = std::make_unique<const Surface>(name, oriented, options.threads);
-    described.stages.push_back({"normals",
-                                fmt::format("radius {:.4g} m: {} of {} points", lengths.normalRadius,
-                                            described.surface->size(), filtered.points.size()),
-                                all.seconds()});
+    described.stages.push_back(
+        {"normals",
+         fmt::format("{}: {} of {} points",
+                     lengths.normalRadius > 0 ? fmt::format("radius {:.4g} m", lengths.normalRadius)
+                                              : fmt::format("{} neighbours", options.normalNeighbours),
+                     described.surface->size(), filtered.points.size()),
+         all.seconds()});
   }
   const Clock detecting;
   const auto keypoints =
@@ -149,8 +154,10 @@ PreparedModel::PreparedModel(std::string name, PointCloud raw, PointCloud filter
 }
 
 std::shared_ptr<const PreparedModel::Described> PreparedModel::describedFor(
-    const RecognitionLengths& lengths) const {
-  constexpr std::size_t manyKept = 16;
+    const RecognitionLengths& scene) const {
+  constexpr std::size_t manyKept = 8;
+  RecognitionLengths lengths = scene;
+  if (!isMean(options_)) lengths.unit = lengths.noise = lengths.spacing = 0;  // which then play no part
   const std::lock_guard lock(mutex_);
   for (const auto& [known, described] : described_)
     if (known == lengths) return described;
@@ -240,8 +247,11 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
     const RecognitionLengths& lengths) const {
   auto fresh = std::make_shared<Described>();
   const PointCloud& left = filtered_.points.empty() ? raw_ : filtered_;
+  RecognitionLengths own = lengths;
+  if (options_.sceneKeypointSpacing > 0 && options_.keypoints == "uniform")
+    own.keypointSpacing = options_.sceneKeypointSpacing;
   static_cast<DescribedSurface&>(*fresh) =
-      describedSurface(name_, raw_, filtered_.points, left, 1, {}, options_, lengths);
+      describedSurface(name_, raw_, filtered_.points, left, 1, {}, options_, own);
   fresh->lengths = lengths;
   const Clock preparing;
   const Surface& surface = *fresh->surface;

@@ -58,11 +58,16 @@ void require(const RecognitionOptions& o) {
   requireKnown("surface", o.surface, Names{{"filtered", ""}, {"mean", ""}});
   requireKnown("verification", o.verification, Names{{"global", ""}, {"inliers", ""}, {"evidence", ""}});
   requireKnown("side of matching", o.matchEach, Names{{"scene", ""}, {"model", ""}});
-  for (const double length :
-       {o.normalRadius, o.keypointSpacing, o.descriptorRadius, o.consistency, o.tolerance})
+  for (const double length : {o.normalRadius, o.keypointSpacing, o.sceneKeypointSpacing, o.descriptorRadius,
+                              o.consistency, o.tolerance})
     if (!(length >= 0) || !std::isfinite(length))
       throw Error(fmt::format(
           "a length of recognition is {} m; give a positive one, or 0 to follow the scene", length));
+  if (o.normalRadius > 0 && o.normalNeighbours > 0)
+    throw Error("normals need the radius or the number of the points around; give one of the two");
+  if (!(o.matchDistance >= 0) || !std::isfinite(o.matchDistance))
+    throw Error(fmt::format("descriptors cannot match within {}; give a positive distance, or 0 for any",
+                            o.matchDistance));
   if (o.neighbours == 0 || o.hypotheses == 0)
     throw Error("recognition without any match or hypothesis finds nothing; allow at least one");
   if (!(o.accept >= 0 && o.accept <= 1))
@@ -280,7 +285,7 @@ std::vector<Instance> Recognizer::find(const PreparedModel& model, const Prepare
   const bool eachScene = options_.matchEach == "scene";
   const auto matches = matchDescriptors(described->features.descriptors, there->features.descriptors,
                                         eachScene ? MatchEach::scene : MatchEach::model, options_.neighbours,
-                                        options_.threads);
+                                        options_.matchDistance, options_.threads);
   account.add("matching", fmt::format("each of the {} keypoints of the {} with {}: {} matches",
                                       eachScene ? there->features.size() : described->features.size(),
                                       eachScene ? "scene" : "model", options_.neighbours, matches.size()));

@@ -67,8 +67,8 @@ TEST(Matching, OfEqualRowsTheFirstIsNearest) {
 
 TEST(Matching, DoesNotDependOnThreads) {
   const DescriptorMatrix rows = randomRows(400, 40, 3), others = randomRows(300, 40, 4);
-  EXPECT_EQ(matchDescriptors(rows, others, MatchEach::scene, 2, 1),
-            matchDescriptors(rows, others, MatchEach::scene, 2, 3));
+  EXPECT_EQ(matchDescriptors(rows, others, MatchEach::scene, 2, 0, 1),
+            matchDescriptors(rows, others, MatchEach::scene, 2, 0, 3));
 }
 
 TEST(Matching, EachSideGetsItsNearest) {
@@ -82,6 +82,21 @@ TEST(Matching, EachSideGetsItsNearest) {
   std::vector<int> times(20, 0);
   for (const Match& m : byModel) ++times[m.model];
   EXPECT_EQ(times, std::vector<int>(20, 3));
+}
+
+TEST(Matching, MatchesOfUnlikeDescriptorsAreNone) {
+  DescriptorMatrix model(2), scene(2);
+  model.append(std::vector<float>{10, 0});
+  scene.append(std::vector<float>{8, 0});    // 2 away, a quarter of its own length
+  scene.append(std::vector<float>{20, 0});   // 10 away, a half
+  scene.append(std::vector<float>{0, 100});  // more than its own length
+  const auto within = [&](double distance) {
+    return matchDescriptors(model, scene, MatchEach::scene, 1, distance).size();
+  };
+  EXPECT_EQ(within(0.2), 0U);
+  EXPECT_EQ(within(0.3), 1U);
+  EXPECT_EQ(within(0.51), 2U);
+  EXPECT_EQ(within(0), 3U);
 }
 
 TEST(Matching, FewerThanAskedForAreAllThatThereAre) {

@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "estancia/cloud/noise.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/score.hpp"
@@ -160,6 +161,33 @@ TEST(Recognizer, AModelIsDescribedOnceForTheLengthsOfAScene) {
   EXPECT_NE(described, model->describedFor(others));
 }
 
+TEST(Recognizer, ScenesDifferInNoiseButFixedLengthsDescribeAModelOnce) {
+  const Scenery scenery;
+  const Recognizer recognizer(RecognitionOptions::preset("tight"));
+  const auto model = recognizer.prepareModel("model", scenery.model);
+  Progress silent;
+  const auto clean = recognizer.prepareScene("clean", scenery.scene, silent);
+  const auto noisy = recognizer.prepareScene("noisy", withGaussianNoise(scenery.scene, 0.002, 1), silent);
+  EXPECT_NE(clean->lengths(), noisy->lengths());
+  EXPECT_EQ(model->describedFor(clean->lengths()), model->describedFor(noisy->lengths()));
+}
+
+TEST(Recognizer, ScenesCanHaveFewerKeypointsThanModels) {
+  const Scenery scenery;
+  RecognitionOptions options = RecognitionOptions::preset("thesis");
+  const auto keypoints = [&](double spacing) {
+    options.sceneKeypointSpacing = spacing;
+    Progress silent;
+    const Recognizer recognizer(options);
+    const auto scene = recognizer.prepareScene("scene", scenery.scene, silent);
+    return scene->describedFor(scene->lengths())->features.size();
+  };
+  EXPECT_EQ(keypoints(0), keypoints(options.keypointSpacing));
+  EXPECT_LT(2 * keypoints(2 * options.keypointSpacing), keypoints(0));
+  options.keypoints = "iss";  // whose length is the radius of what it looks at, the same for both
+  EXPECT_EQ(keypoints(2 * options.keypointSpacing), keypoints(0));
+}
+
 TEST(Recognizer, CloudsInDifferentUnitsAreNoticed) {
   const Scenery metres, millimetres(1000);
   const auto options = RecognitionOptions::preset("default");
@@ -254,6 +282,9 @@ TEST(Recognizer, RefusesOptionsThatMakeNoSense) {
   EXPECT_THAT(refused([](auto& o) { o.verification = "none"; }), HasSubstr("global, inliers, evidence"));
   EXPECT_THAT(refused([](auto& o) { o.matchEach = "both"; }), HasSubstr("scene, model"));
   EXPECT_THAT(refused([](auto& o) { o.normalRadius = -1; }), HasSubstr("-1"));
+  EXPECT_THAT(refused([](auto& o) { o.normalRadius = 0.01, o.normalNeighbours = 10; }), HasSubstr("one of"));
+  EXPECT_THAT(refused([](auto& o) { o.matchDistance = -1; }), HasSubstr("0 for any"));
+  EXPECT_THAT(refused([](auto& o) { o.sceneKeypointSpacing = -1; }), HasSubstr("-1"));
   EXPECT_THAT(refused([](auto& o) { o.neighbours = 0; }), HasSubstr("at least one"));
   EXPECT_THAT(refused([](auto& o) { o.accept = 2; }), HasSubstr("[0, 1]"));
   EXPECT_THAT(test::errorOf([] { RecognitionOptions::preset("best"); }),
