@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 
 #include "common.hpp"
@@ -55,29 +56,24 @@ RecognitionOptions optionsOf(const Arguments& a) {
   return options;
 }
 
-struct NamedCloud {
+struct NamedFile {
   std::string name;
-  PointCloud cloud;
+  fs::path file;
 };
 
-/// Of FILE, or NAME=FILE: the name and the file.
-std::pair<std::string, fs::path> parted(const std::string& word) {
-  const std::size_t equals = word.find('=');
-  const bool named = equals != std::string::npos && equals > 0 && !fs::exists(word);
-  const fs::path file = named ? word.substr(equals + 1) : word;
-  return {named ? word.substr(0, equals) : file.stem().string(), file};
-}
-
-std::vector<NamedCloud> readModels(const std::vector<std::string>& words) {
-  std::vector<NamedCloud> models;
+/// Of words FILE and NAME=FILE.
+std::vector<NamedFile> namedFiles(const std::vector<std::string>& words) {
+  std::vector<NamedFile> files;
   for (const std::string& word : words) {
-    const auto& [name, file] = parted(word);
-    if (std::any_of(models.begin(), models.end(),
-                    [&, &named = name](const NamedCloud& m) { return m.name == named; }))
+    const std::size_t equals = word.find('=');
+    const bool named = equals != std::string::npos && equals > 0 && !fs::exists(word);
+    const fs::path file = named ? word.substr(equals + 1) : word;
+    const std::string name = named ? word.substr(0, equals) : file.stem().string();
+    if (std::any_of(files.begin(), files.end(), [&](const NamedFile& f) { return f.name == name; }))
       throw Error(fmt::format("two models are called {}; name them: --model NAME=FILE", name));
-    models.push_back({name, readCloud(file)});
+    files.push_back({name, file});
   }
-  return models;
+  return files;
 }
 
 std::array<double, 16> rowMajor(const cv::Affine3d& pose) {
@@ -102,25 +98,24 @@ nlohmann::ordered_json toJson(const std::vector<StageReport>& stages) {
 const std::array<cv::Vec3b, 6> instanceColours{
     {{0, 159, 230}, {115, 158, 0}, {178, 114, 0}, {0, 94, 213}, {167, 121, 204}, {233, 180, 86}}};
 
-void drawInstances(const Arguments& arguments, const PointCloud& scene, const std::vector<NamedCloud>& models,
-                   const std::vector<Instance>& instances) {
+void drawInstances(const Arguments& arguments, const PointCloud& scene,
+                   const std::map<std::string, PointCloud>& models, const std::vector<Instance>& instances) {
   std::vector<CloudLayer> layers(1);
   layers[0].cloud = &scene;
   for (std::size_t i = 0; i < instances.size(); ++i)
-    for (const NamedCloud& model : models)
-      if (model.name == instances[i].model)
-        layers.push_back({&model.cloud, instances[i].pose, instanceColours[i % instanceColours.size()], {}});
+    layers.push_back(
+        {&models.at(instances[i].model), instances[i].pose, instanceColours[i % instanceColours.size()], {}});
   writePng(arguments.picture, drawClouds(layers));
 }
 
 void run(const Arguments& arguments) {
+  const std::vector<NamedFile> files = namedFiles(arguments.models);
   if (!arguments.picture.empty()) {
     std::vector<std::string> inputs{arguments.scene};
-    for (const std::string& word : arguments.models) inputs.push_back(parted(word).second.string());
+    for (const NamedFile& model : files) inputs.push_back(model.file.string());
     requireNoData(arguments.picture, inputs, pngStart);
   }
   const Recognizer recognizer(optionsOf(arguments));
-  const std::vector<NamedCloud> models = readModels(arguments.models);
   const PointCloud cloud = readCloud(arguments.scene);
 
   const auto progress = makeStderrProgress();
@@ -134,13 +129,26 @@ void run(const Arguments& arguments) {
   std::vector<Instance> instances;
   nlohmann::ordered_json explained{{"scene", toJson(scene->stages())}};
   if (arguments.explain && !arguments.json) tellStages(arguments.scene, scene->stages());
-  for (const NamedCloud& named : models) {
-    const auto model = recognizer.prepareModel(named.name, named.cloud);
-    std::vector<StageReport> stages = model->stages();
-    for (Instance& found : recognizer.find(*model, *scene, &stages)) instances.push_back(std::move(found));
-    explained["models"][named.name] = toJson(stages);
-    if (arguments.explain && !arguments.json) tellStages(named.name, stages);
+  std::map<std::string, PointCloud> models;
+  auto failed = nlohmann::ordered_json::array();
+  for (const auto& [name, file] : files) {
+    try {
+      PointCloud shape = readCloud(file);
+      const auto model = recognizer.prepareModel(name, shape);
+      std::vector<StageReport> stages = model->stages();
+      for (Instance& found : recognizer.find(*model, *scene, &stages)) instances.push_back(std::move(found));
+      explained["models"][name] = toJson(stages);
+      if (arguments.explain && !arguments.json) tellStages(name, stages);
+      models[name] = std::move(shape);
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const Error& error) {
+      if (files.size() == 1) throw;
+      spdlog::warn("{} is left out: {}", name, error.what());
+      failed.push_back({{"model", name}, {"reason", error.what()}});
+    }
   }
+  if (models.empty()) throw Error(fmt::format("none of the {} models can be looked for", files.size()));
   std::stable_sort(instances.begin(), instances.end(),
                    [](const Instance& a, const Instance& b) { return a.confidence > b.confidence; });
 
@@ -152,6 +160,7 @@ void run(const Arguments& arguments) {
                                    {"pose", rowMajor(found.pose)},
                                    {"inliers", found.inliers},
                                    {"confidence", found.confidence}});
+    if (!failed.empty()) json["failed"] = failed;
     if (arguments.explain) json["stages"] = explained;
     print(json);
   } else {
@@ -162,7 +171,7 @@ void run(const Arguments& arguments) {
     }
     if (instances.empty())
       fmt::print("{} in {}{}{}\n",
-                 models.size() == 1 ? models.front().name + " is not" : "None of the models is",
+                 models.size() == 1 ? models.begin()->first + " is not" : "None of the models is",
                  arguments.scene, arguments.explain ? "" : "; --explain tells what each stage kept",
                  arguments.viewpoint.empty()
                      ? "; if the sensor did not stand at the scene's origin, say where: --viewpoint"

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/core/affine.hpp>
@@ -83,6 +84,47 @@ TEST_F(Recognize, SaysWhatIsNotThereAndWhy) {
       run({"recognize", "--model", in("meshes/Doll013_0.ply"), in("scenes/scene001.pcd"), "--json"});
   EXPECT_EQ(machines.exitCode, 1);
   EXPECT_EQ(json::parse(machines.out), json::parse(R"({"instances": []})"));
+}
+
+TEST_F(Recognize, ABadModelDoesNotEndTheSearchForTheOthers) {
+  const auto writeScaled = [&](const std::string& name, PointCloud cloud, float scale) {
+    for (cv::Point3f& p : cloud.points) p *= scale;
+    writeCloud(scratch_ / name, cloud);
+    return scratch_ / name;
+  };
+  PointCloud plane, few;
+  for (int i = 0; i < 10000; ++i)
+    plane.points.emplace_back(0.002F * static_cast<float>(i % 100), 0.002F * static_cast<float>(i / 100),
+                              1.F);
+  few.points.assign(plane.points.begin(), plane.points.begin() + 3);
+  plane.width = 10000, few.width = 3;
+  plane.height = few.height = 1;
+  const std::string mario = in("meshes/mario000_0.ply");
+  const std::map<std::string, std::pair<std::string, std::string>> bad{
+      {"gone", {scratch_ / "gone.ply", "gone.ply"}},
+      {"few", {writeScaled("few.ply", few, 1), "too few"}},
+      {"flat", {writeScaled("flat.ply", plane, 1), "flat"}},
+      {"millimetres", {writeScaled("millimetres.ply", readCloud(mario), 1000), "different units"}}};
+  std::vector<std::string> arguments{"recognize", "--json", in("scenes/scene001.pcd")};
+  for (const auto& [name, fileAndReason] : bad)
+    arguments.insert(arguments.end(), {"--model", name + "=" + fileAndReason.first});
+  const CommandResult none = run(arguments);
+  EXPECT_EQ(none.exitCode, 2);
+  EXPECT_EQ(none.out, "");
+  EXPECT_THAT(none.err, HasSubstr("none of the 4 models can be looked for"));
+
+  arguments.insert(arguments.end(), {"--model", mario});
+  const CommandResult one = run(arguments);
+  ASSERT_EQ(one.exitCode, 0) << one.err;
+  const json told = json::parse(one.out);
+  ASSERT_EQ(told["instances"].size(), 1U);
+  EXPECT_EQ(told["instances"][0]["model"], "mario000_0");
+  ASSERT_EQ(told["failed"].size(), bad.size());
+  for (const json& failed : told["failed"]) {
+    const std::string name = failed["model"];
+    EXPECT_THAT(failed["reason"].get<std::string>(), HasSubstr(bad.at(name).second));
+    EXPECT_THAT(one.err, HasSubstr("warning: " + name + " is left out: "));
+  }
 }
 
 TEST_F(Recognize, AsksWhereTheSensorStoodAndUsesIt) {
