@@ -10,6 +10,7 @@
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/io/picture.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/zones/zone_file.hpp"
 
@@ -117,6 +118,13 @@ void requireReplaceable(const std::filesystem::path& output, bool overwrite,
   if (!fs::is_regular_file(output) || !isOurs(output))
     throw Error(fmt::format("{}: no {}, so it is not replaced; give another name or remove it first",
                             output.string(), what));
+}
+
+void requirePicture(const std::string& picture, bool overwrite, const std::vector<std::string>& inputs) {
+  if (picture.empty()) return;
+  requireNoData(picture, inputs, pngStart);
+  requireReplaceable(
+      picture, overwrite, [](const std::filesystem::path&) { return true; }, "picture");
 }
 
 CLI::Validator positive() {

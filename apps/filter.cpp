@@ -99,12 +99,11 @@ void requireOutputs(const Arguments& arguments) {
           fmt::format("{} cannot hold both the cloud and the graph; give two names", arguments.output));
     outputs.push_back(arguments.graph);
   }
-  if (!arguments.picture.empty())
-    requireNoData(arguments.picture, {arguments.input, arguments.file.intrinsics, arguments.file.colours},
-                  pngStart);
+  const std::vector<std::string> inputs{arguments.input, arguments.file.intrinsics, arguments.file.colours};
+  requirePicture(arguments.picture, arguments.overwrite, inputs);
   for (const std::string& output : outputs) {
     requireReplaceable(output, arguments.overwrite, isCloudFile, "point cloud");
-    requireNoData(output, {arguments.input, arguments.file.intrinsics, arguments.file.colours});
+    requireNoData(output, inputs);
   }
 }
 
@@ -186,7 +185,7 @@ void addFilterCommand(CLI::App& app) {
       ->add_option("--normal-radius", arguments->normalRadius,
                    "Of the points that a normal is fitted to [m]; default: follows resolution and noise")
       ->check(positive());
-  command->add_flag("--overwrite", arguments->overwrite, "Replace existing clouds");
+  command->add_flag("--overwrite", arguments->overwrite, "Replace existing clouds and pictures");
   const auto depth = "Depth pictures";
   command
       ->add_option("--depth-scale", arguments->file.depthScale,

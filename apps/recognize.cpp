@@ -30,7 +30,7 @@ struct Arguments {
   std::optional<double> normalRadius, keypointSpacing, descriptorRadius;
   std::vector<double> viewpoint;
   int threads = 0;
-  bool explain = false, json = false;
+  bool overwrite = false, explain = false, json = false;
 };
 
 template <class Value>
@@ -110,11 +110,9 @@ void drawInstances(const Arguments& arguments, const PointCloud& scene,
 
 void run(const Arguments& arguments) {
   const std::vector<NamedFile> files = namedFiles(arguments.models);
-  if (!arguments.picture.empty()) {
-    std::vector<std::string> inputs{arguments.scene};
-    for (const NamedFile& model : files) inputs.push_back(model.file.string());
-    requireNoData(arguments.picture, inputs, pngStart);
-  }
+  std::vector<std::string> inputs{arguments.scene};
+  for (const NamedFile& model : files) inputs.push_back(model.file.string());
+  requirePicture(arguments.picture, arguments.overwrite, inputs);
   const Recognizer recognizer(optionsOf(arguments));
   const PointCloud cloud = readCloud(arguments.scene);
 
@@ -207,6 +205,7 @@ void addRecognizeCommand(CLI::App& app) {
           "Where the sensor stood, in the frame of the scene [m]; default: at its origin, looking along z")
       ->expected(3);
   command->add_option("--picture", a->picture, "Draw the scene with what was found in it (PNG)");
+  command->add_flag("--overwrite", a->overwrite, "Replace an existing picture");
   command->add_option("--threads", a->threads, "Threads of the work; default: one a free core")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--explain", a->explain, "Tell what each stage took and kept");

@@ -122,6 +122,9 @@ TEST_F(Filter, ReplacesCloudsAloneAndOnlyWhenAsked) {
           "both the cloud and the graph");
   refuses({plane_, at("new.ply"), "--graph", at("g.pcd")}, "as .ply");
   refuses({plane_, at("new.ply"), "--picture", plane_}, "is read here");
+  writeFile(at("photo.png"), "\x89PNG\r\n a photograph");
+  refuses({plane_, at("new.ply"), "--picture", at("photo.png")}, "--overwrite");
+  EXPECT_EQ(readFile(at("photo.png")), "\x89PNG\r\n a photograph");
   refuses({plane_, at("new.ply"), "--normals", "--normal-radius", "1e-9"}, "--normal-radius of");
   EXPECT_EQ(readFile(plane_), before);
   EXPECT_FALSE(std::filesystem::exists(at("new.ply")));

@@ -43,9 +43,10 @@ cv::Matx44d readPose(const fs::path& file) {
 
 TEST_F(Recognize, TellsModelsPosesRowByRowAndDrawsThem) {
   const std::string picture = scratch_ / "found.png";
+  writeFile(picture, "\x89PNG\r\n an older one");
   const CommandResult result =
       run({"recognize", in("scenes/scene001.pcd"), "--model", "mario=" + in("meshes/mario000_0.ply"),
-           "--model", in("meshes/Squirrel011_0.ply"), "--json", "--picture", picture});
+           "--model", in("meshes/Squirrel011_0.ply"), "--json", "--picture", picture, "--overwrite"});
   ASSERT_EQ(result.exitCode, 0) << result.err;
   const json told = json::parse(result.out);
   ASSERT_EQ(told["instances"].size(), 2U);
@@ -164,6 +165,12 @@ TEST_F(Recognize, RefusesWhatItCannotUse) {
   refuses({"--model", mario, scene, "--normal-radius", "-1"}, "-1");
   refuses({"--model", mario, scene, "--picture", mario}, "is read here");
   refuses({"--model", "a=" + mario, scene, "--picture", mario}, "is read here");
+  writeFile(scratch_ / "photo.png", "\x89PNG\r\n a photograph");
+  writeFile(scratch_ / "notes.png", "notes");
+  refuses({"--model", mario, scene, "--picture", scratch_ / "photo.png"}, "--overwrite");
+  refuses({"--model", mario, scene, "--picture", scratch_ / "notes.png", "--overwrite"}, "not replaced");
+  EXPECT_EQ(readFile(scratch_ / "photo.png"), "\x89PNG\r\n a photograph");
+  refuses({"--model", mario, scene, "--picture", scratch_ / "none/found.png"}, "no such folder");
   refuses({"--model", mario, scene, "--points", "-1"}, "--points");
   refuses({"--model", mario, scratch_ / "none.pcd"}, "none.pcd");
 }
