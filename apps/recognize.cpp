@@ -118,12 +118,6 @@ void run(const Arguments& arguments) {
 
   const auto progress = makeStderrProgress();
   const auto scene = recognizer.prepareScene(arguments.scene, cloud, *progress);
-  if (!scene->hasView())
-    spdlog::warn(
-        "{} does not look like a view from {}: what is hidden, or seen through, will not count, and little "
-        "may "
-        "be found; say where the sensor stood with --viewpoint X Y Z",
-        arguments.scene, arguments.viewpoint.empty() ? "its origin" : "there");
   std::vector<Instance> instances;
   nlohmann::ordered_json explained{{"scene", toJson(scene->stages())}};
   if (arguments.explain && !arguments.json) tellStages(arguments.scene, scene->stages());
@@ -150,6 +144,11 @@ void run(const Arguments& arguments) {
   std::stable_sort(instances.begin(), instances.end(),
                    [](const Instance& a, const Instance& b) { return a.confidence > b.confidence; });
 
+  if (instances.empty() && arguments.viewpoint.empty() && !scene->hasView())
+    spdlog::warn(
+        "{} does not look like a view from its origin, so what is hidden, or seen through, does not count; "
+        "say where the sensor stood with --viewpoint X Y Z",
+        arguments.scene);
   if (!arguments.picture.empty()) drawInstances(arguments, cloud, models, instances);
   if (arguments.json) {
     nlohmann::ordered_json json{{"instances", nlohmann::json::array()}};

@@ -149,6 +149,25 @@ TEST_F(Recognize, AsksWhereTheSensorStoodAndUsesIt) {
             0.02);
 }
 
+TEST_F(Recognize, WarnsOfNoViewWhereItMayBeWhyNothingIsFound) {
+  PointCloud scene = readCloud(in("scenes/scene001.pcd"));
+  const std::size_t seen = scene.points.size();
+  for (std::size_t i = 0; i < seen; i += 3)  // as many again behind the sensor
+    scene.points.push_back(scene.points[i] - cv::Point3f(0, 0, 2.5F));
+  scene.width = scene.points.size();
+  scene.height = 1;
+  const std::string around = scratch_ / "around.pcd", mario = in("meshes/mario000_0.ply");
+  writeCloud(around, scene);
+  const CommandResult found = run({"recognize", "--model", mario, around});
+  EXPECT_EQ(found.exitCode, 0);
+  EXPECT_EQ(found.err, "");
+  const std::string doll = in("meshes/Doll013_0.ply");
+  const CommandResult missed = run({"recognize", "--model", doll, around, "--json"});
+  EXPECT_EQ(missed.exitCode, 1);
+  EXPECT_THAT(missed.err, AllOf(HasSubstr("does not look like a view"), HasSubstr("--viewpoint")));
+  EXPECT_EQ(run({"recognize", "--model", doll, around, "--viewpoint", "0", "0", "0"}).err, "");
+}
+
 TEST_F(Recognize, RefusesWhatItCannotUse) {
   const std::string mario = in("meshes/mario000_0.ply"), scene = in("scenes/scene001.pcd");
   const auto refuses = [&](std::vector<std::string> arguments, const std::string& why) {
