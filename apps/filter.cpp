@@ -84,12 +84,23 @@ void tell(const Arguments& arguments, const FilteredCloud& filtered, const Accou
              account.resolution, account.noise);
 }
 
+/// Options that only some filters use.
+constexpr std::pair<const char*, const char*> kOptionsOf[] = {{"--points", "gng or voxel"},
+                                                              {"--leaf", "voxel"},
+                                                              {"--error", "gng"},
+                                                              {"--deadline", "gng"},
+                                                              {"--graph", "gng"}};
+
+void requireUsed(const CLI::App& command, const std::string& method) {
+  for (const auto& [option, methods] : kOptionsOf)
+    if (command.count(option) > 0 && std::string_view(methods).find(method) == std::string_view::npos)
+      throw Error(fmt::format("{} needs --method {}; {} has no use for it", option, methods, method));
+}
+
 void requireOutputs(const Arguments& arguments) {
   std::vector<std::string> outputs{arguments.output};
   requireCloudFile(arguments.output);
   if (!arguments.graph.empty()) {
-    if (arguments.filter.method != "gng")
-      throw Error("--graph needs --method gng; other filters have no graph");
     requireCloudFile(arguments.graph, true);
     const auto place = [](const std::string& file) {
       return std::filesystem::weakly_canonical(std::filesystem::absolute(file));
@@ -165,7 +176,8 @@ void addFilterCommand(CLI::App& app) {
       ->capture_default_str()
       ->check(CLI::Range(std::size_t{1}, std::size_t{100000000}));
   command->add_option("--leaf", filter.leaf, "Edge of a voxel [m]; default: the one that leaves --points")
-      ->check(positive());
+      ->check(positive())
+      ->excludes("--points");
   command
       ->add_option("--error", filter.gng.quantisationError, "Neurons: stop below this quantisation error [m]")
       ->check(positive());
@@ -184,7 +196,8 @@ void addFilterCommand(CLI::App& app) {
   command
       ->add_option("--normal-radius", arguments->normalRadius,
                    "Of the points that a normal is fitted to [m]; default: follows resolution and noise")
-      ->check(positive());
+      ->check(positive())
+      ->needs("--normals");
   command->add_flag("--overwrite", arguments->overwrite, "Replace existing clouds and pictures");
   const auto depth = "Depth pictures";
   command
@@ -206,7 +219,10 @@ void addFilterCommand(CLI::App& app) {
       "  estancia filter scene.pcd small.pcd --method voxel --points 10000 --normals\n"
       "  estancia filter scene.pcd noisy.pcd --method none --noise 0.005 --seed 3\n"
       "  estancia filter kitchen/frame-000000.depth.png kitchen.ply --method none --intrinsics camera.txt");
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments, command] {
+    requireUsed(*command, arguments->filter.method);
+    run(*arguments);
+  });
 }
 
 }  // namespace estancia::apps

@@ -130,6 +130,17 @@ TEST_F(Filter, ReplacesCloudsAloneAndOnlyWhenAsked) {
   EXPECT_FALSE(std::filesystem::exists(at("new.ply")));
 }
 
+TEST_F(Filter, OptionsThatTheMethodDoesNotUseAreRefused) {
+  refuses({plane_, at("out.ply"), "--leaf", "0.2"}, "--leaf needs --method voxel; gng has no use for it");
+  for (const std::string option : {"--error", "--deadline"})
+    refuses({plane_, at("out.ply"), "--method", "voxel", option, "0.1"}, option + " needs --method gng");
+  refuses({plane_, at("out.ply"), "--method", "none", "--points", "9"},
+          "--points needs --method gng or voxel");
+  refuses({plane_, at("out.ply"), "--method", "voxel", "--leaf", "0.2", "--points", "9"}, "excludes");
+  refuses({plane_, at("out.ply"), "--normal-radius", "0.1"}, "requires --normals");
+  EXPECT_FALSE(std::filesystem::exists(at("out.ply")));
+}
+
 TEST_F(Filter, BadInputIsOneSentence) {
   writeFile(at("cut.pcd"), readFile(plane_).substr(0, 5000));
   writeFile(at("holes.ply"),
