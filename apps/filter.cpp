@@ -13,6 +13,7 @@
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/cloud_file.hpp"
+#include "estancia/io/files.hpp"
 #include "estancia/io/picture.hpp"
 #include "estancia/report/cloud_picture.hpp"
 
@@ -54,12 +55,17 @@ const char* nameOf(GngStop stop) {
 void tell(const Arguments& arguments, const FilteredCloud& filtered, const Account& account) {
   const NeuralGas& gas = filtered.gas;
   const bool neural = arguments.filter.method == "gng";
+  const auto written = static_cast<std::size_t>(
+      std::count_if(filtered.cloud.points.begin(), filtered.cloud.points.end(), isFinite));
+  const std::size_t holes =  // PLY has none
+      io::hasSuffix(arguments.output, {".ply"}) ? 0 : filtered.cloud.points.size() - written;
   if (arguments.json) {
     nlohmann::ordered_json json{{"cloud", arguments.output},
                                 {"method", arguments.filter.method},
                                 {"points_in", account.all},
                                 {"finite", account.finite},
-                                {"points_out", filtered.cloud.points.size()},
+                                {"points_out", written},
+                                {"holes", holes},
                                 {"resolution", account.resolution},
                                 {"noise", account.noise},
                                 {"seconds", account.seconds}};
@@ -73,8 +79,10 @@ void tell(const Arguments& arguments, const FilteredCloud& filtered, const Accou
     print(json);
     return;
   }
-  fmt::print("{}: {} of {} points", arguments.output, filtered.cloud.points.size(), account.all);
-  if (account.finite < account.all) fmt::print(", {} of which are finite", account.finite);
+  fmt::print("{}: {} of {} points", arguments.output, written, account.all);
+  if (account.finite < account.all)
+    fmt::print("; {} that are not finite are {}", account.all - account.finite,
+               holes > 0 ? "kept as holes" : "left out");
   if (filtered.leaf > 0) fmt::print("; voxels of {:.3g} m", filtered.leaf);
   if (neural)
     fmt::print("; {} edges, {} signals, quantisation error {:.3g} m", gas.edges.size(), gas.signals,

@@ -101,6 +101,28 @@ TEST_F(Filter, TellsPeopleInTwoLines) {
               AllOf(HasSubstr("out.pcd: 25 of 10000 points; voxels of 0.2 m"), HasSubstr("resolution")));
 }
 
+TEST_F(Filter, PointsThatAreNotFiniteAreHolesOrLeftOut) {
+  PointCloud cloud = readCloud(plane_);
+  for (std::size_t i = 0; i < 1000; ++i) cloud.points[7 * i].y = NAN;
+  cloud.width = cloud.height = 100;
+  writeCloud(at("holes.pcd"), cloud);
+  const json kept = filter({at("holes.pcd"), at("a.pcd"), "--method", "none"});
+  EXPECT_EQ(kept["points_in"], 10000);
+  EXPECT_EQ(kept["points_out"], 9000);
+  EXPECT_EQ(kept["holes"], 1000);
+  EXPECT_EQ(readCloud(at("a.pcd")).points.size(), 10000U);
+  const json left = filter({at("holes.pcd"), at("a.ply"), "--method", "none"});
+  EXPECT_EQ(left["points_out"], 9000);
+  EXPECT_EQ(left["holes"], 0);
+  EXPECT_EQ(readCloud(at("a.ply")).points.size(), 9000U);
+  const auto told = [&](const std::string& out) {
+    return run({"filter", at("holes.pcd"), out, "--method", "none", "--overwrite"}).out;
+  };
+  EXPECT_THAT(told(at("a.pcd")),
+              HasSubstr("9000 of 10000 points; 1000 that are not finite are kept as holes"));
+  EXPECT_THAT(told(at("a.ply")), HasSubstr("9000 of 10000 points; 1000 that are not finite are left out"));
+}
+
 TEST_F(Filter, ReplacesCloudsAloneAndOnlyWhenAsked) {
   const std::vector<std::string> voxels{"--method", "voxel", "--leaf", "0.2"};
   const auto with = [&](std::vector<std::string> words) {
