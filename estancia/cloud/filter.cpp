@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "estancia/cloud/neighbours.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
 #include "estancia/core/error.hpp"
 
@@ -39,12 +40,24 @@ FilteredCloud throughVoxels(const PointCloud& cloud, const FilterOptions& option
   return {voxelGrid(finite, leaf), leaf, {}};
 }
 
+/// For each of `points` the colour of the nearest point of the cloud.
+std::vector<cv::Vec3b> nearestColours(const std::vector<cv::Point3f>& points, const PointCloud& cloud) {
+  std::vector<cv::Vec3b> colours;
+  if (cloud.colours.empty()) return colours;
+  const Neighbours around(cloud.points);
+  std::vector<Neighbour> buffer;
+  for (const cv::Point3f& p : points)
+    colours.push_back(cloud.colours[around.nearest(p, 1, buffer).front().index]);
+  return colours;
+}
+
 FilteredCloud throughNeuralGas(const PointCloud& cloud, const FilterOptions& options, Progress& progress) {
   GngOptions gng = options.gng;
   gng.neurons = options.points;
   FilteredCloud filtered;
   filtered.gas = growNeuralGas(cloud, gng, progress);
   std::swap(filtered.cloud, filtered.gas.cloud);
+  filtered.cloud.colours = nearestColours(filtered.cloud.points, cloud);
   return filtered;
 }
 

@@ -65,6 +65,21 @@ TEST(Filter, LeavesSoManyPoints) {
   EXPECT_EQ(neurons.gas.stop, GngStop::neurons);
 }
 
+TEST(Filter, KeepsColoursWhereTheyWere) {
+  PointCloud halves = plane();
+  const cv::Vec3b left(10, 20, 30), right(200, 100, 0);
+  for (std::size_t i = 0; i < 4800; ++i) halves.colours[i] = halves.points[i].x < 0.395F ? left : right;
+  for (const char* method : {"voxel", "gng"}) {
+    const PointCloud cloud = filtered(halves, filterBy(method, 500));
+    ASSERT_EQ(cloud.colours.size(), cloud.points.size()) << method;
+    for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+      const float x = cloud.points[i].x - 0.395F;
+      if (std::abs(x) < 0.03F) continue;
+      EXPECT_EQ(cloud.colours[i], x < 0 ? left : right) << method;
+    }
+  }
+}
+
 TEST(Filter, ALeafGoesBeforeTheNumberOfPoints) {
   FilterOptions options = filterBy("voxel", 10);
   options.leaf = 0.1;
@@ -82,9 +97,9 @@ TEST(Filter, KeepsAllFinitePointsWhereThereIsNothingToThinOut) {
     const PointCloud all = filtered(plane(), filterBy(method, 4320));
     EXPECT_EQ(all.points.size(), 4320U) << method;
     EXPECT_EQ(all.width, 4320U) << method;
+    EXPECT_EQ(all.colours.size(), 4320U) << method;
     EXPECT_FALSE(all.organised()) << method;
   }
-  EXPECT_EQ(filtered(plane(), filterBy("voxel", 4320)).colours.size(), 4320U);
 }
 
 TEST(Filter, RefusesCloudsWithoutPoints) {
