@@ -131,6 +131,7 @@ void run(Arguments& arguments) {
   arguments.filter.gng.seed = arguments.seed;
   PointCloud cloud =
       withGaussianNoise(readCloud(arguments.input, arguments.file), arguments.noise, arguments.seed);
+  if (arguments.noise > 0) cloud.normals.clear();  // they were those of the points without it
   const Neighbours around(cloud.points, 0);
   Account account{cloud.points.size(), around.size(), resolutionOf(around), estimateNoise(around), 0};
 
@@ -195,8 +196,9 @@ void addFilterCommand(CLI::App& app) {
   command->add_option("--picture", arguments->picture,
                       "Draw the filtered cloud, neurons with their graph (PNG)");
   command
-      ->add_option("--noise", arguments->noise,
-                   "First add Gaussian noise of this standard deviation to x, y and z [m]")
+      ->add_option(
+          "--noise", arguments->noise,
+          "First add Gaussian noise of this standard deviation to x, y and z [m]; drops IN's normals")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--seed", arguments->seed, "Of the noise, and of the signals that neurons learn from")
       ->capture_default_str();

@@ -84,6 +84,18 @@ TEST_F(Filter, NoiseIsSeeded) {
   EXPECT_NE(readFile(at("a.pcd")), readFile(at("c.pcd")));
 }
 
+TEST_F(Filter, NoiseDropsTheNormalsThatItMakesWrong) {
+  const auto none = [&](const std::string& in, const std::string& out, std::vector<std::string> more) {
+    more.insert(more.begin(), {at(in), at(out), "--method", "none"});
+    filter(more);
+    return readCloud(at(out)).normals.size();
+  };
+  EXPECT_EQ(none("plane.pcd", "normals.pcd", {"--normals"}), 10000U);
+  EXPECT_EQ(none("normals.pcd", "kept.pcd", {}), 10000U);
+  EXPECT_EQ(none("normals.pcd", "noisy.pcd", {"--noise", "0.01"}), 0U);
+  EXPECT_EQ(none("normals.pcd", "new.pcd", {"--noise", "0.01", "--normals"}), 10000U);
+}
+
 TEST_F(Filter, ADepthPictureBecomesACloud) {
   cv::imwrite(at("depth.png"), cv::Mat(60, 80, CV_16U, cv::Scalar(1500)));
   refuses({at("depth.png"), at("a.ply"), "--method", "none"}, "intrinsics");
