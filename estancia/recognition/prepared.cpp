@@ -46,8 +46,8 @@ void requireLengths(const std::string& name, const RecognitionLengths& lengths, 
     if (length >= least && length <= extent / 2) return;
     throw Error(
         fmt::format("{}: a {} of {:.4g} m does not fit a cloud that measures {:.4g} m and whose points lie "
-                    "{:.4g} m apart; is it in other units? About {:.4g} m would do",
-                    name, what, length, extent, resolution, good));
+                    "{:.4g} m apart; is it in other units? Then scale it; else about {:.4g} m would do",
+                    name, what, length, extent, resolution, std::min(good, extent / 3)));
   };
   if (lengths.normalRadius > 0) require(lengths.normalRadius, "normal radius", resolution, 8 * resolution);
   require(lengths.keypointSpacing, "keypoint spacing", resolution / 10, 5 * resolution);

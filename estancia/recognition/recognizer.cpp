@@ -103,11 +103,13 @@ PointCloud filtered(const std::string& name, const PointCloud& cloud, const Filt
 
 void requireSameUnits(const PreparedModel& model, const PreparedScene& scene) {
   constexpr double largest = 5, smallest = 0.001;  // an object of the scene's size is odd enough
+  constexpr double fewest = 10;                    // points across that show an object
   const double ratio = model.extent() / scene.surface().extent();
-  if (ratio > largest || ratio < smallest)
+  if (ratio > largest || ratio < smallest || model.extent() < fewest * scene.resolution())
     throw Error(
-        fmt::format("{} measures {:.4g} m and {} {:.4g} m: are they in different units? Scale one of them{}",
-                    model.name(), model.extent(), scene.name(), scene.surface().extent(),
+        fmt::format("{} measures {:.4g} m and {} {:.4g} m, its points {:.4g} m apart: are they in different "
+                    "units? Scale one of them{}",
+                    model.name(), model.extent(), scene.name(), scene.surface().extent(), scene.resolution(),
                     ratio > 300 && ratio < 3000 ? ", millimetres by 0.001" : ""));
 }
 

@@ -61,26 +61,25 @@ void requireRadius(const std::string& name, std::span<const cv::Point3f> points,
   if (!(resolution > 0))
     throw Error(fmt::format("{}: all of its {} points lie in one place; a cloud of a surface is needed", name,
                             points.size()));
-  if (radius > extent)
-    throw Error(
-        fmt::format("{}: the {} is {:.4g} m, but the whole cloud measures {:.4g} m; is it in other units? "
-                    "About {:.4g} m would do",
-                    name, what, radius, extent, std::min(extent / 4, 10 * resolution)));
   std::vector<float> needed;  // to reach `few` others
   std::vector<Neighbour> buffer;
   const std::size_t step = std::max<std::size_t>(points.size() / samples, 1);
   for (std::size_t i = 0; i < points.size(); i += step)
     if (const auto near = neighbours.nearest(points[i], few + 1, buffer); near.size() == few + 1)
       needed.push_back(near.back().squared);
-  if (needed.empty())
-    throw Error(fmt::format("{}: {} points are too few to be described", name, points.size()));
   const auto middle = needed.begin() + static_cast<std::ptrdiff_t>(needed.size() / 2);
   std::nth_element(needed.begin(), middle, needed.end());
-  if (std::sqrt(*middle) > radius)
+  const double reach = needed.empty() ? extent : std::sqrt(*middle);
+  const double good = std::min(std::max(10 * resolution, 1.5 * reach), extent / 3);
+  if (good < 1.1 * reach)
+    throw Error(fmt::format("{}: {} points are too few to be described", name, points.size()));
+  if (radius < reach || radius > extent)
     throw Error(
-        fmt::format("{}: a {} of {:.4g} m leaves most points without neighbours, for they lie {:.4g} m "
-                    "apart; is it in other units? At least {:.4g} m would do",
-                    name, what, radius, resolution, 2 * std::sqrt(*middle)));
+        fmt::format("{}: a {} of {:.4g} m {} of a cloud that measures {:.4g} m and whose points lie "
+                    "{:.4g} m apart; is it in other units? Then scale it; else about {:.4g} m would do",
+                    name, what, radius,
+                    radius < reach ? "leaves most points without neighbours" : "is more than the whole",
+                    extent, resolution, good));
 }
 
 }  // namespace estancia

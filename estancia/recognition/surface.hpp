@@ -38,7 +38,8 @@ class Surface {
 };
 
 /// Throws Error unless `radius` [m] is finite, positive, holds some points around most of `points`, and is
-/// smaller than they reach: else it is likely to be in other units. The message says which radius would do.
+/// smaller than they reach: else it is likely to be in other units. The message says so, and which radius
+/// would do; and on points that are too few for any.
 /// `name` is the cloud's, `what` the radius': "descriptor radius".
 void requireRadius(const std::string& name, std::span<const cv::Point3f> points, const Neighbours& neighbours,
                    double radius, const std::string& what);

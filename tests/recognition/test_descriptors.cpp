@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <regex>
+
 #include "estancia/core/error.hpp"
 #include "estancia/recognition/keypoints.hpp"
 #include "recognition/made_up_surface.hpp"
@@ -80,6 +82,28 @@ TEST(Descriptors, RefuseWhatCannotBe) {
               AllOf(HasSubstr("sheet"), HasSubstr("other units"), HasSubstr("would do")));
   EXPECT_THAT(test::errorOf([&] { describe(sheet(), keypoints, "fpfh", 0.0001); }),
               AllOf(HasSubstr("without neighbours"), HasSubstr("would do")));
+}
+
+TEST(Surface, AdvisesARadiusThatItAcceptsHoweverFewItsPoints) {
+  for (const int across : {2, 3, 4, 5, 10, 40}) {
+    std::vector<cv::Point3f> points;
+    for (int i = 0; i < across * across; ++i)
+      points.emplace_back(static_cast<float>(i % across), static_cast<float>(i / across), 1.F);
+    const Neighbours neighbours(points);
+    const auto refusal = [&](double radius) {
+      return test::errorOf([&] { requireRadius("grid", points, neighbours, radius, "radius"); });
+    };
+    for (const double radius : {0.01, 1000.}) {
+      const std::string error = refusal(radius);
+      if (across < 5) {
+        EXPECT_THAT(error, HasSubstr("too few")) << across;
+        continue;
+      }
+      std::smatch told;
+      ASSERT_TRUE(std::regex_search(error, told, std::regex("about ([0-9.e+-]+) m would do"))) << error;
+      EXPECT_EQ(refusal(std::stod(told[1])), "") << across;
+    }
+  }
 }
 
 TEST(Descriptors, ExtremeSurfacesGiveNoNonsense) {

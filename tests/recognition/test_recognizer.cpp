@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <map>
+#include <regex>
+#include <set>
 
 #include "estancia/cloud/noise.hpp"
 #include "estancia/core/error.hpp"
@@ -211,6 +214,43 @@ TEST(Recognizer, LengthsInOtherUnitsAreNoticed) {
   options = RecognitionOptions::preset("default");
   options.normalRadius = 15;
   EXPECT_THAT(test::errorOf([&] { findIn(options, metres.model, metres.scene); }), HasSubstr("would do"));
+}
+
+TEST(Recognizer, CentimetresAreNoticedFromThePointsOfTheScene) {
+  const Scenery metres, centimetres(100);
+  for (const std::string preset : {"default", "classical"})
+    EXPECT_THAT(
+        test::errorOf([&] { findIn(RecognitionOptions::preset(preset), metres.model, centimetres.scene); }),
+        HasSubstr("different units"))
+        << preset;
+}
+
+TEST(Recognizer, LengthsThatAreAdvisedAreAccepted) {
+  for (const float scale : {0.01F, 100.F, 1000.F}) {
+    const Scenery scenery(scale);
+    RecognitionOptions options = RecognitionOptions::preset("tight");
+    const std::map<std::string, double*> lengths{{"normal radius", &options.normalRadius},
+                                                 {"keypoint spacing", &options.keypointSpacing},
+                                                 {"descriptor radius", &options.descriptorRadius},
+                                                 {"consistency", &options.consistency},
+                                                 {"tolerance", &options.tolerance}};
+    std::set<std::string> advised;
+    for (std::string error;;) {
+      std::vector<Instance> found;
+      error = test::errorOf([&] { found = findIn(options, scenery.model, scenery.scene); });
+      if (error.empty()) {
+        EXPECT_TRUE(isFound(found, scenery, scale)) << scale;
+        break;
+      }
+      std::smatch told;
+      ASSERT_TRUE(std::regex_search(
+          error, told, std::regex("a (\\w+ ?\\w*) of .* other units.* about ([0-9.e+-]+) m would do")))
+          << error;
+      ASSERT_TRUE(advised.insert(told[1]).second) << "advised twice: " << error;
+      *lengths.at(told[1]) = std::stod(told[2]);
+    }
+    EXPECT_FALSE(advised.empty()) << scale;
+  }
 }
 
 TEST(Recognizer, UselessCloudsAreErrorsOrGiveNothing) {
