@@ -10,6 +10,7 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/experiment/recognition_findings.hpp"
+#include "estancia/experiment/thesis_means_checked.hpp"
 #include "estancia/experiment/thesis_recognition.hpp"
 #include "estancia/report/findings_page.hpp"
 #include "support/support.hpp"
