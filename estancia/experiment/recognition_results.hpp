@@ -43,6 +43,13 @@ constexpr RecognitionScore kVerified{"verified", &RecognitionCell::verifiedPerce
     kCorrect{"correct", &RecognitionCell::correctPercent},
     kFalsePositives{"false positives", &RecognitionCell::falsePercent};
 
+/// Why searches failed.
+struct RecognitionFailure {
+  std::string reason;
+  std::string first;      ///< of them: "mug in table"
+  std::size_t count = 0;  ///< of searches
+};
+
 struct RecognitionResults {
   using SceneFilter = std::pair<std::string, std::size_t>;  ///< and the points it leaves; 0: all
 
@@ -51,6 +58,7 @@ struct RecognitionResults {
   std::vector<double> noises;
   /// ((((preset · keypoints + k) · descriptors + d) · modelFilters + m) · noises + n) · sceneFilters + s
   std::vector<RecognitionCell> cells;
+  std::vector<RecognitionFailure> failures;  ///< different reasons, as far as they are known
 
   std::size_t indexOf(std::size_t preset, std::size_t keypoint, std::size_t descriptor,
                       std::size_t modelFilter, std::size_t noise, std::size_t sceneFilter) const {
