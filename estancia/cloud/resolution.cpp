@@ -21,6 +21,13 @@ std::vector<cv::Point3f> sampleOf(const Neighbours& points, std::size_t count) {
   return sample;
 }
 
+/// The diagonal of the box around all.
+double widthOf(const Neighbours& points) {
+  if (points.nodes().empty()) return 0;
+  const Neighbours::Node& all = points.nodes()[0];
+  return std::hypot(all.high[0] - all.low[0], all.high[1] - all.low[1], all.high[2] - all.low[2]);
+}
+
 /// The middle one, or another quantile; reorders.
 double quantileOf(std::vector<double>& values, double quantile = 0.5) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(quantile * static_cast<double>(values.size()));
@@ -142,12 +149,14 @@ double estimateNoise(const Neighbours& points, int threads) {
   constexpr double growth = 2.5;
   constexpr int rounds = 6;
   double radius = smallest * resolutionOf(points);
+  const double largest = std::max(radius, widthOf(points) / 6);  // wider patches show a small thing's shape
   std::optional<double> noise;
   for (int round = 0; round < rounds && radius > 0; ++round) {
     noise = noiseOf(points, radius, threads);
     const double wanted = noise ? enough * *noise : growth * radius;
     if (wanted <= 1.1 * radius) break;
-    radius = std::min(wanted, growth * radius);
+    if (radius >= largest) break;
+    radius = std::min({wanted, growth * radius, largest});
   }
   return noise.value_or(0);
 }

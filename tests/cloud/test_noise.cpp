@@ -103,6 +103,18 @@ TEST(EstimateNoise, FindsWhatWasPutIn) {
   }
 }
 
+TEST(EstimateNoise, DoesNotTakeASmallThingsShapeForNoise) {
+  PointCloud ball;                    // of 5 cm
+  constexpr float turn = 2.3999632F;  // golden angle: spread evenly
+  for (int i = 0; i < 5000; ++i) {
+    const float z = 1 - (2 * static_cast<float>(i) + 1) / 5000, across = std::sqrt(1 - z * z);
+    const float angle = turn * static_cast<float>(i);
+    ball.points.emplace_back(0.05F * across * std::cos(angle), 0.05F * across * std::sin(angle), 0.05F * z);
+  }
+  for (const double sigma : {0.001, 0.003, 0.01})
+    EXPECT_NEAR(estimateNoise(withGaussianNoise(ball, sigma, 3)), sigma, 0.15 * sigma);
+}
+
 TEST(EstimateNoise, IsNothingWhereThereIsNoSurface) {
   EXPECT_EQ(estimateNoise(PointCloud()), 0);
   EXPECT_EQ(estimateNoise(cloudOf({{1, 2, 3}})), 0);
