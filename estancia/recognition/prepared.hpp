@@ -81,7 +81,8 @@ class PreparedScene {
   const cv::Affine3d& fromView() const { return fromView_; }
   /// Whether it looks like what a sensor at the viewpoint saw, so that hiding and seeing through count.
   bool hasView() const { return described_->view.known(); }
-  double noise() const { return noise_; }  ///< standard deviation across the surface, estimated [m]
+  double resolution() const { return resolution_; }  ///< of the raw cloud: resolutionOf() [m]
+  double noise() const { return noise_; }            ///< standard deviation across the surface, estimated [m]
   const RecognitionLengths& lengths() const { return lengths_; }   ///< where no model asks for others
   const Surface& surface() const { return *described_->surface; }  ///< for lengths()
   const std::vector<StageReport>& stages() const { return stages_; }
