@@ -40,8 +40,8 @@ double evidenceFor(const PoseAgreement& agreement, double tried, bool closed) {
 
 std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
                                      const std::vector<Match>& matches, const DenseModel& tried,
-                                     const DenseScene& there, const DenseLengths& lengths, std::size_t most,
-                                     int threads) {
+                                     const DenseScene& there, const RecognitionLengths& lengths,
+                                     std::size_t most, int threads) {
   const AgreementLimits limits{6 * lengths.unit + lengths.noise, 10 * lengths.unit + 1.5 * lengths.noise,
                                0.5};
   const auto poseOf = [&](const Match& match) {
@@ -74,7 +74,7 @@ std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const Surface
 }
 
 std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseModel& tried,
-                                   const DenseScene& there, const DenseLengths& lengths, int threads) {
+                                   const DenseScene& there, const RecognitionLengths& lengths, int threads) {
   constexpr std::size_t promising = 30;
   const double unit = lengths.unit, noise = lengths.noise;
   // A small model has more points than the scene, which cannot confirm what it has not measured.

@@ -49,7 +49,6 @@ class Search {
         described_(described),
         scene_(scene),
         there_(there),
-        dense_{there.lengths.unit, there.lengths.noise, there.lengths.spacing, there.lengths.tolerance},
         account_(account) {}
 
   std::vector<Instance> instances() const {
@@ -74,7 +73,7 @@ class Search {
     std::vector<TriedPose> poses;
     if (options_.grouping == "local-frames") {
       poses = posesOfFrames(described_.features, there_.features, matches, described_.tried, there_.dense(),
-                            dense_, options_.hypotheses, options_.threads);
+                            there_.lengths, options_.hypotheses, options_.threads);
       account_.add("grouping", fmt::format("local-frames: {} poses{}", poses.size(), toldOf(poses)));
       return poses;
     }
@@ -90,7 +89,7 @@ class Search {
   }
 
   std::vector<Instance> byEvidence(std::vector<TriedPose> poses) const {
-    poses = refinePoses(std::move(poses), described_.tried, there_.dense(), dense_, options_.threads);
+    poses = refinePoses(std::move(poses), described_.tried, there_.dense(), there_.lengths, options_.threads);
     account_.add("refinement", fmt::format("{} different poses{}", poses.size(), toldOf(poses)));
     const std::string best = poses.empty() ? "" : comparison(poses[0], options_.accept);
     std::erase_if(poses, [&](const TriedPose& p) { return p.score < options_.accept || !(p.score > 0); });
@@ -134,7 +133,6 @@ class Search {
   const DescribedModel& described_;
   const PreparedScene& scene_;
   const DescribedScene& there_;
-  const DenseLengths dense_;
   StageAccount& account_;
 };
 
