@@ -34,6 +34,7 @@
 #include "estancia/io/pcd.hpp"
 #include "estancia/recognition/keypoints.hpp"
 #include "estancia/recognition/prepared.hpp"
+#include "estancia/recognition/recognizer.hpp"
 
 namespace {
 

@@ -271,8 +271,4 @@ PointCloud meanSurface(const std::vector<cv::Point3f>& seeds, const PointCloud& 
   return surface;
 }
 
-PointCloud meanSurface(const PointCloud& cloud, const MeanSurfaceOptions& options) {
-  return meanSurface({}, cloud, options);
-}
-
 }  // namespace estancia

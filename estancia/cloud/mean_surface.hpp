@@ -23,15 +23,12 @@ struct MeanSurfaceOptions {
   int threads = 0;                 ///< 0: one a usable core
 };
 
-/// Moves each of `seeds` along the normal onto the mean of `cloud` (moving least squares with planes: Alexa
-/// et al., Computing and rendering point set surfaces, 2003), twice, and gives it the normal there. Dropped
-/// are seeds with hardly a point around. Normals of `cloud`, where it has some, say which way the surface
-/// faces, and keep the two sides of a thin object apart. The same for any number of threads. Throws Error on
-/// lengths that are not positive.
+/// Moves each of `seeds` (none: the means of the voxels of `leaf`) along the normal onto the mean of `cloud`
+/// (moving least squares with planes: Alexa et al., Computing and rendering point set surfaces, 2003), twice,
+/// and gives it the normal there. Dropped are seeds with hardly a point around. Normals of `cloud`, where it
+/// has some, say which way the surface faces, and keep the two sides of a thin object apart. The same for any
+/// number of threads. Throws Error on lengths that are not positive.
 PointCloud meanSurface(const std::vector<cv::Point3f>& seeds, const PointCloud& cloud,
                        const MeanSurfaceOptions& options);
-
-/// The same with the voxels of `leaf` as seeds.
-PointCloud meanSurface(const PointCloud& cloud, const MeanSurfaceOptions& options);
 
 }  // namespace estancia

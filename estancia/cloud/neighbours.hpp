@@ -72,17 +72,15 @@ class Neighbours {
   /// `threads` threads (0: one a usable core); each i once, in no order.
   template <class Use>
   void eachWithin(float radius, int threads, const Use& use) const {
-    each(threads, [&](std::uint32_t i, const cv::Point3f& place, std::vector<Neighbour>& buffer) {
-      use(i, within(place, radius, buffer));
-    });
-  }
-
-  /// The same with what nearest() says.
-  template <class Use>
-  void eachNearest(std::size_t count, int threads, const Use& use) const {
-    each(threads, [&](std::uint32_t i, const cv::Point3f& place, std::vector<Neighbour>& buffer) {
-      use(i, nearest(place, count, buffer));
-    });
+    constexpr std::size_t together = 16;  // blocks
+    Progress silent;
+    inParallel((blocks_.size() + together - 1) / together, threads, silent,
+               "stopped while points were looked at", [&](std::size_t chunk) {
+                 std::vector<Neighbour> buffer;
+                 const std::size_t end = std::min(order_.size(), (chunk + 1) * together * kBlock);
+                 for (std::size_t i = chunk * together * kBlock; i < end; ++i)
+                   use(order_[i], within(place(i), radius, buffer));
+               });
   }
 
   /// Calls use(block) with the number of each block that may hold points at most √squared [m] from `place`.
@@ -113,19 +111,6 @@ class Neighbours {
     return dx * dx + dy * dy + dz * dz;
   }
   void build(std::span<Item> items, std::size_t node, std::size_t block, std::size_t threads);
-
-  template <class Work>
-  void each(int threads, const Work& work) const {
-    constexpr std::size_t together = 16;  // blocks
-    Progress silent;
-    inParallel((blocks_.size() + together - 1) / together, threads, silent,
-               "stopped while points were looked at", [&](std::size_t chunk) {
-                 std::vector<Neighbour> buffer;
-                 const std::size_t end = std::min(order_.size(), (chunk + 1) * together * kBlock);
-                 for (std::size_t i = chunk * together * kBlock; i < end; ++i)
-                   work(order_[i], place(i), buffer);
-               });
-  }
 
   std::vector<Node> nodes_;
   std::vector<Block> blocks_;

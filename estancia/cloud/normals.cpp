@@ -45,8 +45,4 @@ std::vector<cv::Point3f> estimateNormals(std::span<const cv::Point3f> places, co
   return normals;
 }
 
-std::vector<cv::Point3f> estimateNormals(const PointCloud& cloud, const NormalOptions& options) {
-  return estimateNormals(cloud.points, Neighbours(cloud.points, options.threads), options);
-}
-
 }  // namespace estancia

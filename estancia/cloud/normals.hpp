@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "estancia/cloud/neighbours.hpp"
-#include "estancia/core/point_cloud.hpp"
 
 namespace estancia {
 
@@ -24,8 +23,5 @@ struct NormalOptions {
 /// of threads. Throws Error unless either a radius or a number of neighbours is given.
 std::vector<cv::Point3f> estimateNormals(std::span<const cv::Point3f> places, const Neighbours& points,
                                          const NormalOptions& options);
-
-/// The same at all points of a cloud, by themselves.
-std::vector<cv::Point3f> estimateNormals(const PointCloud& cloud, const NormalOptions& options);
 
 }  // namespace estancia

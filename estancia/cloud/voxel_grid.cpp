@@ -147,10 +147,6 @@ std::vector<std::uint32_t> onePerVoxel(const std::vector<cv::Point3f>& points, d
   return chosen;
 }
 
-std::size_t voxelCount(const PointCloud& cloud, double leaf) {
-  return VoxelTable(cloud.points).number(leaf, [](std::size_t, std::uint32_t) {});
-}
-
 Leaf findLeaf(const PointCloud& cloud, std::size_t points) {
   cv::Point3f low, high;
   bool any = false;
@@ -166,9 +162,12 @@ Leaf findLeaf(const PointCloud& cloud, std::size_t points) {
                     : "a cloud without points has no voxels");
   const double extent = std::max({static_cast<double>(high.x) - low.x, static_cast<double>(high.y) - low.y,
                                   static_cast<double>(high.z) - low.z});
-  if (extent == 0) return {1, voxelCount(cloud, 1)};
-
   VoxelTable table(cloud.points);
+  const auto countOf = [&table](double leaf) {
+    return table.number(leaf, [](std::size_t, std::uint32_t) {});
+  };
+  if (extent == 0) return {1, countOf(1)};
+
   Leaf best;
   const auto distance = [points](std::size_t count) {
     return count > points ? count - points : points - count;
@@ -180,7 +179,7 @@ Leaf findLeaf(const PointCloud& cloud, std::size_t points) {
   for (int step = 0; step < 100 && large / small > 1 + 1e-6; ++step) {
     const bool sensible = guess > small && guess < large;
     const double leaf = sensible && step % 3 != 2 ? guess : std::sqrt(small * large);
-    const std::size_t count = table.number(leaf, [](std::size_t, std::uint32_t) {});
+    const std::size_t count = countOf(leaf);
     if (best.points == 0 || distance(count) < distance(best.points)) best = {leaf, count};
     if (count == points) break;
     (count > points ? small : large) = leaf;

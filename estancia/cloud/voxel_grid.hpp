@@ -20,9 +20,6 @@ PointCloud voxelGrid(const PointCloud& cloud, double leaf, std::vector<std::uint
 /// mean of all in it; ascending indices.
 std::vector<std::uint32_t> onePerVoxel(const std::vector<cv::Point3f>& points, double leaf);
 
-/// How many points voxelGrid would leave.
-std::size_t voxelCount(const PointCloud& cloud, double leaf);
-
 struct Leaf {
   double size = 0;         ///< edge of a voxel [m]
   std::size_t points = 0;  ///< that it leaves

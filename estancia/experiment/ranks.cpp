@@ -18,7 +18,7 @@ int startedTogether() {
 
 }  // namespace
 
-#ifdef ESTANCIA_MPI_MODULE  // cmake/EstanciaMpi.cmake
+#ifdef ESTANCIA_MPI_MODULE  // cmake/EstanciaModules.cmake
 
 std::unique_ptr<Ranks> joinRanks() {
   if (startedTogether() < 2) return nullptr;

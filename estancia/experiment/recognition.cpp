@@ -7,6 +7,7 @@
 #include <map>
 #include <random>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "estancia/core/digest.hpp"
@@ -34,6 +35,9 @@ std::string placeOf(const Options& options, const ModelPairs& pairs, std::size_t
   return options.modelFilters[filter] + " " + pairs.models[model].name;
 }
 
+/// Begins the measure that ends with why a search failed. Cells may be without: they had none once.
+constexpr std::string_view reasonPrefix = "failed: ";
+
 CellResults toResults(const Options& options, const ModelPairs& pairs, const RecognitionFound& found) {
   CellResults results{{"filter_seconds", "", found.filterSeconds},
                       {"describe_seconds", "", found.describeSeconds}};
@@ -41,7 +45,8 @@ CellResults toResults(const Options& options, const ModelPairs& pairs, const Rec
     const std::string at = placeOf(options, pairs, search.modelFilter, search.model);
     results.push_back({"verified", at, search.verified ? 1.0 : 0.0});
     results.push_back({"correct", at, search.correct ? 1.0 : 0.0});
-    results.push_back({"failed", at, search.failed ? 1.0 : 0.0});
+    results.push_back({"failed", at, search.problem.empty() ? 0.0 : 1.0});
+    if (!search.problem.empty()) results.push_back({std::string(reasonPrefix) + search.problem, at, 1});
     results.push_back({"seconds", at, search.seconds});
     results.push_back({"model_seconds", at, search.modelSeconds});
   }
@@ -52,7 +57,11 @@ CellResults toResults(const Options& options, const ModelPairs& pairs, const Rec
 class UnitReader {
  public:
   explicit UnitReader(const CellResults& results) {
-    for (const CellResult& result : results) values_[{result.measure, result.at}] = result.value;
+    for (const CellResult& result : results) {
+      values_[{result.measure, result.at}] = result.value;
+      if (result.measure.starts_with(reasonPrefix))
+        reasons_[result.at] = result.measure.substr(reasonPrefix.size());
+    }
   }
   double get(const std::string& measure, const std::string& at = "") const {
     const auto found = values_.find({measure, at});
@@ -61,8 +70,14 @@ class UnitReader {
           fmt::format("a cell of the folder has no {} of {}; remove the folder's cells", measure, at));
     return found->second;
   }
+  /// Why the search failed; "" where that is not known.
+  std::string reason(const std::string& at) const {
+    const auto found = reasons_.find(at);
+    return found == reasons_.end() ? "" : found->second;
+  }
 
  private:
+  std::map<std::string, std::string> reasons_;
   std::map<std::pair<std::string, std::string>, double> values_;
 };
 
@@ -174,7 +189,11 @@ class Units {
       for (std::size_t i = 0; i < task.models.size(); ++i) {
         const std::string at = placeOf(options_, pairs_, m, task.models[i]);
         const auto says = [&](const char* measure) { return unit.get(measure, at) != 0; };
-        cell.failed += says("failed");
+        if (says("failed")) {
+          ++cell.failed;
+          addFailure(unit.reason(at), fmt::format("{} in {}", pairs_.models[task.models[i]].name,
+                                                  pairs_.scenes[task.unit.scene].name));
+        }
         if (i >= present_[task.unit.scene]) {
           ++cell.absent;
           cell.falsePositives += says("verified");
@@ -189,6 +208,14 @@ class Units {
         cell.seconds += filter + describe + unit.get("seconds", at);
       }
     }
+  }
+
+  void addFailure(const std::string& reason, const std::string& search) {
+    if (reason.empty()) return;
+    auto& all = results_.failures;
+    auto known = std::find_if(all.begin(), all.end(), [&](const auto& f) { return f.reason == reason; });
+    if (known == all.end()) known = all.insert(known, {reason, search, 0});
+    ++known->count;
   }
 
   const Options& options_;

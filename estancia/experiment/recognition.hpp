@@ -82,7 +82,7 @@ struct RecognitionSearch {
   std::size_t modelFilter = 0, model = 0;
   bool verified = false;    ///< an instance was found
   bool correct = false;     ///< the best one lies where the model does
-  bool failed = false;      ///< could not be looked for: nothing to describe
+  std::string problem;      ///< why it could not be looked for, as nothing could be described; else ""
   double seconds = 0;       ///< without what the scene takes …
   double modelSeconds = 0;  ///< … and what the model does, where it is not yet described for such a scene
 };

@@ -1,67 +1,11 @@
-// What the cells of the recognition experiment say together, in the thesis' tables and beside them.
+// What the cells of the recognition experiment say together.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
-
 #include "estancia/core/findings.hpp"
-#include "estancia/experiment/grid.hpp"
+#include "estancia/experiment/recognition_results.hpp"
 
 namespace estancia {
 
-/// Counts over all pairs and seeds.
-struct RecognitionCell {
-  std::size_t seeds = 0, pairs = 0, verified = 0, correct = 0;
-  std::size_t absent = 0, falsePositives = 0;
-  std::size_t failed = 0;  ///< of both: nothing to describe
-  std::vector<std::size_t> correctBySeed;
-  double seconds = 0, filterSeconds = 0;  ///< mean a pair; the filter is a part of it
-  double modelSeconds = 0;                ///< mean a pair, beside it
-
-  static std::vector<std::string> measures();  ///< those of results.csv
-  CellResults toResults() const;
-
-  double verifiedPercent() const { return percent(verified, pairs); }
-  double correctPercent() const { return percent(correct, pairs); }
-  double falsePercent() const { return percent(falsePositives, absent); }
-
- private:
-  static double percent(std::size_t part, std::size_t whole) {
-    return whole == 0 ? 0 : 100 * static_cast<double>(part) / static_cast<double>(whole);
-  }
-};
-
-struct RecognitionResults {
-  using SceneFilter = std::pair<std::string, std::size_t>;  ///< and the points it leaves; 0: all
-
-  std::vector<std::string> presets, keypoints, descriptors, modelFilters;
-  std::vector<SceneFilter> sceneFilters;
-  std::vector<double> noises;
-  /// ((((preset · keypoints + k) · descriptors + d) · modelFilters + m) · noises + n) · sceneFilters + s
-  std::vector<RecognitionCell> cells;
-
-  std::size_t indexOf(std::size_t preset, std::size_t keypoint, std::size_t descriptor,
-                      std::size_t modelFilter, std::size_t noise, std::size_t sceneFilter) const {
-    return ((((preset * keypoints.size() + keypoint) * descriptors.size() + descriptor) *
-                 modelFilters.size() +
-             modelFilter) *
-                noises.size() +
-            noise) *
-               sceneFilters.size() +
-           sceneFilter;
-  }
-};
-
 Findings findingsOf(const RecognitionResults& results);
-
-/// Whether the thesis' printed means follow from its own cells.
-ResultTable thesisMeansChecked();
-
-/// "gng 20000", "none".
-std::string nameOf(const RecognitionResults::SceneFilter& filter);
 
 }  // namespace estancia

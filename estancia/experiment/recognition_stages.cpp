@@ -57,34 +57,36 @@ std::string describe(const cv::Affine3d& pose) {
   return text;
 }
 
-/// Null where `describe` finds too little to describe.
-template <class Describe>
-auto unlessUndescribable(const Describe& describe) -> decltype(describe()) {
+/// Why `work` found nothing that it could describe; "" when it is done.
+template <class Work>
+std::string problemOf(const Work& work) {
   try {
-    return describe();
+    work();
+    return "";
   } catch (const Interrupted&) {
     throw;
-  } catch (const Error&) {
-    return nullptr;
+  } catch (const Error& problem) {
+    return problem.what();
   }
 }
 
-/// What the search needs of both; the scene may be described again for a model of another size.
-std::shared_ptr<const PreparedModel::Described> describedFor(const PreparedModel& model,
-                                                             const PreparedScene& scene) {
+/// Makes what the search needs of both; the scene may be described again for a model of another size.
+void describe(const PreparedModel& model, const PreparedScene& scene) {
   const RecognitionLengths lengths = scene.lengthsFor(model);
   scene.describedFor(lengths);
-  return model.describedFor(lengths);
+  model.describedFor(lengths);
 }
 
 }  // namespace
 
+struct RecognitionStages::Entry {
+  std::once_flag made;
+  std::shared_ptr<const PreparedModel> model;  ///< null where it cannot be described …
+  std::string problem;                         ///< … and why
+};
+
 /// Models are prepared when they are first needed.
 struct RecognitionStages::Recipe {
-  struct Entry {
-    std::once_flag made;
-    std::shared_ptr<const PreparedModel> model;  ///< null where it cannot be described
-  };
   Recipe(const std::string& name, const RecognitionOptions& options, std::size_t entries)
       : preset(name), recognizer(options), models(entries) {}
 
@@ -174,43 +176,40 @@ void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& foun
 
   const auto recipe = recipeOf(unit);
   const auto start = Clock::now();
-  const auto scene =
-      unlessUndescribable([&] { return recipe->recognizer.prepareScene(name, noisy, filtered.cloud); });
+  std::shared_ptr<const PreparedScene> scene;
+  const std::string problem =
+      problemOf([&] { scene = recipe->recognizer.prepareScene(name, noisy, filtered.cloud); });
   found.describeSeconds = secondsSince(start);
   for (RecognitionSearch& search : found.searches) {
     if (interrupted()) throw Interrupted("");
     const auto preparing = Clock::now();
-    const auto model = modelOf(*recipe, search);
-    search.failed = scene == nullptr || model == nullptr ||
-                    unlessUndescribable([&] { return describedFor(*model, *scene); }) == nullptr;
-    if (search.failed) continue;
+    const Entry& entry = modelOf(*recipe, search);
+    search.problem = problem.empty() ? entry.problem : problem;
+    if (search.problem.empty()) search.problem = problemOf([&] { describe(*entry.model, *scene); });
+    if (!search.problem.empty()) continue;
     search.modelSeconds = secondsSince(preparing);
     const auto looking = Clock::now();
-    const auto instances = unlessUndescribable([&] {
-      return std::make_shared<const std::vector<Instance>>(recipe->recognizer.find(*model, *scene));
-    });
+    std::vector<Instance> instances;
+    search.problem = problemOf([&] { instances = recipe->recognizer.find(*entry.model, *scene); });
     search.seconds = secondsSince(looking);
-    search.failed = instances == nullptr;
-    if (search.failed) continue;
-    search.verified = !instances->empty();
-    search.correct = search.verified && isCorrect(task, search.model, instances->front().pose);
+    search.verified = !instances.empty();
+    search.correct = search.verified && isCorrect(task, search.model, instances.front().pose);
   }
 }
 
-std::shared_ptr<const PreparedModel> RecognitionStages::modelOf(Recipe& recipe,
-                                                                const RecognitionSearch& search) {
+const RecognitionStages::Entry& RecognitionStages::modelOf(Recipe& recipe, const RecognitionSearch& search) {
   const Model& model = models_[search.model];
-  const auto prepare = [&] {
+  Entry& entry = recipe.models[search.modelFilter * pairs_.models.size() + search.model];
+  std::call_once(entry.made, [&] {
     const auto filtered =
         clouds_.get(model.digest,
                     filterOf(recipe.preset, options_.modelFilters[search.modelFilter], options_.modelPoints),
                     [&] { return model.cloud; });
-    return unlessUndescribable(
-        [&] { return recipe.recognizer.prepareModel(pairs_.models[search.model].name, filtered.cloud); });
-  };
-  auto& entry = recipe.models[search.modelFilter * pairs_.models.size() + search.model];
-  std::call_once(entry.made, [&] { entry.model = prepare(); });
-  return entry.model;
+    entry.problem = problemOf([&] {
+      entry.model = recipe.recognizer.prepareModel(pairs_.models[search.model].name, filtered.cloud);
+    });
+  });
+  return entry;
 }
 
 RecognitionFound RecognitionStages::recognise(const RecognitionTask& task) {

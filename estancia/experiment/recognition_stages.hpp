@@ -16,8 +16,6 @@
 
 namespace estancia {
 
-class PreparedModel;
-
 /// Keeps the models and, in FOLDER/filtered, filtered clouds. Several threads may recognise at once.
 class RecognitionStages final : public RecognitionWork {
  public:
@@ -38,10 +36,11 @@ class RecognitionStages final : public RecognitionWork {
     cv::Point3d centre;
     std::vector<cv::Affine3d> symmetries;
   };
+  struct Entry;   ///< a model as a recogniser describes it
   struct Recipe;  ///< a recogniser, and the models as it describes them
   std::shared_ptr<Recipe> recipeOf(const RecognitionUnit& unit);
   void look(const RecognitionTask& task, RecognitionFound& found);
-  std::shared_ptr<const PreparedModel> modelOf(Recipe& recipe, const RecognitionSearch& search);
+  const Entry& modelOf(Recipe& recipe, const RecognitionSearch& search);
   bool isCorrect(const RecognitionTask& task, std::size_t model, const cv::Affine3d& pose) const;
 
   const RecognitionExperimentOptions& options_;

@@ -7,7 +7,7 @@
 
 namespace estancia::odometry {
 
-#ifdef ESTANCIA_OPEN3D_MODULE  // cmake/EstanciaOpen3d.cmake
+#ifdef ESTANCIA_OPEN3D_MODULE  // cmake/EstanciaModules.cmake
 
 namespace {
 

@@ -42,6 +42,8 @@ struct PoseAgreement {
   double vote() const { return support - seenThrough - behind - 0.25 * elsewhere; }
 };
 
+/// Beside examine() in verify.hpp because it is asked for every match: it looks points up instead of
+/// searching for them, and weighs how well they fit instead of counting those within a tolerance.
 PoseAgreement agreementOf(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
                           const AgreementLimits& limits);
 
@@ -55,8 +57,9 @@ struct FieldRefinement {
   int rounds = 10;
 };
 
-/// refinePose() with partners from the field: iterative closest points, point to plane, Tukey's weights of
-/// the offset.
+/// Iterative closest points, point to plane, with weights that fall to 0 at the reach. Beside refinePose()
+/// because partners come from the field and their reach is across the surface alone: points of a mean surface
+/// lie further apart than it is wrong.
 cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& centre, const DenseScene& scene,
                            const cv::Affine3d& pose, const FieldRefinement& options);
 

@@ -5,36 +5,18 @@
 #include <utility>
 
 #include "estancia/core/parallel.hpp"
-#include "estancia/core/rigid.hpp"
+#include "estancia/recognition/different_poses.hpp"
 
 namespace estancia {
 namespace {
 
 constexpr double alike = 0.15;  // [rad] between two poses that are one
 
-/// The best `most` of poses that differ by `apart` [m] at the centre or are turned.
-std::vector<TriedPose> different(std::vector<TriedPose> poses, const cv::Point3d& centre, double apart,
-                                 std::size_t most) {
+std::vector<TriedPose> bestOf(std::vector<TriedPose> poses, const cv::Point3d& centre, double apart,
+                              std::size_t most) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const TriedPose& a, const TriedPose& b) { return a.score > b.score; });
-  const double leastTrace = 1 + 2 * std::cos(alike);
-  std::vector<TriedPose> left;
-  std::vector<cv::Point3d> centres;
-  for (TriedPose& pose : poses) {
-    if (left.size() >= most) break;
-    const cv::Point3d at = pose.pose * centre;
-    bool known = false;
-    for (std::size_t i = 0; i < left.size() && !known; ++i) {
-      const cv::Point3d d = at - centres[i];
-      if (d.dot(d) >= apart * apart) continue;
-      // trace(Aᵀ B) is the sum of the products of their elements
-      known = left[i].pose.rotation().dot(pose.pose.rotation()) > leastTrace;
-    }
-    if (known) continue;
-    centres.push_back(at);
-    left.push_back(std::move(pose));
-  }
-  return left;
+  return differentPoses(std::move(poses), centre, apart, std::cos(alike), most);
 }
 
 template <class Work>
@@ -58,8 +40,8 @@ double evidenceFor(const PoseAgreement& agreement, double tried, bool closed) {
 
 std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
                                      const std::vector<Match>& matches, const DenseModel& tried,
-                                     const DenseScene& there, const DenseLengths& lengths, std::size_t most,
-                                     int threads) {
+                                     const DenseScene& there, const RecognitionLengths& lengths,
+                                     std::size_t most, int threads) {
   const AgreementLimits limits{6 * lengths.unit + lengths.noise, 10 * lengths.unit + 1.5 * lengths.noise,
                                0.5};
   const auto poseOf = [&](const Match& match) {
@@ -88,11 +70,11 @@ std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const Surface
     p.agreement = agreementOf(tried.few, there, p.pose, limits);
     p.score = p.agreement.vote();
   });
-  return different(std::move(poses), tried.centre, 6 * lengths.unit, most);
+  return bestOf(std::move(poses), tried.centre, 6 * lengths.unit, most);
 }
 
 std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseModel& tried,
-                                   const DenseScene& there, const DenseLengths& lengths, int threads) {
+                                   const DenseScene& there, const RecognitionLengths& lengths, int threads) {
   constexpr std::size_t promising = 30;
   const double unit = lengths.unit, noise = lengths.noise;
   // A small model has more points than the scene, which cannot confirm what it has not measured.
@@ -103,7 +85,7 @@ std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseMode
     p.agreement = agreementOf(tried.few, there, p.pose, {4 * unit, 7.5 * unit + noise, 0.65});
     p.score = p.agreement.vote();
   });
-  poses = different(std::move(poses), tried.centre, 5 * unit, promising);
+  poses = bestOf(std::move(poses), tried.centre, 5 * unit, promising);
   each(poses.size(), 1, threads, [&](std::size_t i) {
     TriedPose& p = poses[i];
     p.pose = refineInField(tried.many, tried.centre, there, p.pose, {7.5 * unit, 3 * unit + 0.2 * noise, 15});
@@ -111,7 +93,7 @@ std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseMode
     p.score = evidenceFor(p.agreement, seen * static_cast<double>(tried.many.points.size()),
                           tried.closed && there.view.known());
   });
-  return different(std::move(poses), tried.centre, 5 * unit, promising);
+  return bestOf(std::move(poses), tried.centre, 5 * unit, promising);
 }
 
 }  // namespace estancia

@@ -6,6 +6,7 @@
 
 #include "estancia/recognition/agreement.hpp"
 #include "estancia/recognition/descriptors.hpp"
+#include "estancia/recognition/lengths.hpp"
 #include "estancia/recognition/matching.hpp"
 
 namespace estancia {
@@ -24,24 +25,16 @@ struct TriedPose {
   double score = 0;
 };
 
-/// `unit` is about how far apart the points of the scene are, which all lengths are multiples of, and `noise`
-/// the standard deviation of its noise [m].
-struct DenseLengths {
-  double unit = 0, noise = 0;
-  double spacing = 0;    ///< of the scene's points [m]; more than a unit where the model is small
-  double tolerance = 0;  ///< [m] across the surface, from which on a point no longer agrees in the end
-};
-
 /// The pose that brings the local frames of each match together, best first, `most` different ones.
 std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
                                      const std::vector<Match>& matches, const DenseModel& tried,
-                                     const DenseScene& there, const DenseLengths& lengths, std::size_t most,
-                                     int threads);
+                                     const DenseScene& there, const RecognitionLengths& lengths,
+                                     std::size_t most, int threads);
 
 /// Refines poses with the few points, the best of these with the many, and scores them by evidenceFor(); best
 /// first, different ones.
 std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseModel& tried,
-                                   const DenseScene& there, const DenseLengths& lengths, int threads);
+                                   const DenseScene& there, const RecognitionLengths& lengths, int threads);
 
 /// The evidence that a model is there: the mean vote of its points times the root of its area, for the same
 /// share of a larger surface is less likely to be chance. The area is `tried`, the number of points, 700 of

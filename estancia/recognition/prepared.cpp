@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "estancia/cloud/mean_surface.hpp"
@@ -18,22 +16,6 @@
 
 namespace estancia {
 namespace {
-
-class Clock {
- public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
-
-cv::Point3d meanOf(const std::vector<cv::Point3f>& points) {
-  cv::Point3d sum;
-  for (const cv::Point3f& p : points) sum += cv::Point3d(p);
-  return sum / static_cast<double>(points.size());
-}
 
 bool isMean(const RecognitionOptions& options) {
   return options.surface == "mean";
@@ -61,7 +43,7 @@ DescribedSurface describedSurface(const std::string& name, const PointCloud& raw
                                   double perPoint, const Orientation& orientation,
                                   const RecognitionOptions& options, const RecognitionLengths& lengths) {
   DescribedSurface described;
-  const Clock all;
+  StageAccount account(&described.stages);
   if (isMean(options)) {
     if (options.normalRadius > 0 || options.keypointSpacing > 0 || options.tolerance > 0)
       requireLengths(name, lengths, extentOf(raw.points), lengths.spacing);
@@ -72,12 +54,10 @@ DescribedSurface describedSurface(const std::string& name, const PointCloud& raw
     smoothing.threads = options.threads;
     described.surface =
         std::make_unique<const Surface>(name, meanSurface(seeds, raw, smoothing), options.threads);
-    described.stages.push_back(
-        {"mean surface",
-         fmt::format("of {} points over {:.4g} m, normals {:.4g} m: {} points {:.4g} m apart",
-                     raw.points.size(), smoothing.width, smoothing.radius, described.surface->size(),
-                     smoothing.spacing),
-         all.seconds()});
+    account.add("mean surface",
+                fmt::format("of {} points over {:.4g} m, normals {:.4g} m: {} points {:.4g} m apart",
+                            raw.points.size(), smoothing.width, smoothing.radius, described.surface->size(),
+                            smoothing.spacing));
   } else {
     PointCloud oriented = filtered;
     const Neighbours neighbours(filtered.points, options.threads);
@@ -88,30 +68,21 @@ DescribedSurface describedSurface(const std::string& name, const PointCloud& raw
         filtered.points, neighbours,
         {.radius = lengths.normalRadius, .neighbours = options.normalNeighbours, .threads = options.threads});
     described.surface = std::make_unique<const Surface>(name, oriented, options.threads);
-    described.stages.push_back(
-        {"normals",
-         fmt::format("{}: {} of {} points",
-                     lengths.normalRadius > 0 ? fmt::format("radius {:.4g} m", lengths.normalRadius)
-                                              : fmt::format("{} neighbours", options.normalNeighbours),
-                     described.surface->size(), filtered.points.size()),
-         all.seconds()});
+    account.add("normals",
+                fmt::format("{}: {} of {} points",
+                            lengths.normalRadius > 0 ? fmt::format("radius {:.4g} m", lengths.normalRadius)
+                                                     : fmt::format("{} neighbours", options.normalNeighbours),
+                            described.surface->size(), filtered.points.size()));
   }
-  const Clock detecting;
   const auto keypoints =
       findKeypoints(*described.surface, options.keypoints, lengths.keypointSpacing, options.threads);
-  described.stages.push_back(
-      {"keypoints",
-       fmt::format("{}, {:.4g} m: {} of {} points", options.keypoints, lengths.keypointSpacing,
-                   keypoints.size(), described.surface->size()),
-       detecting.seconds()});
-  const Clock describing;
+  account.add("keypoints", fmt::format("{}, {:.4g} m: {} of {} points", options.keypoints,
+                                       lengths.keypointSpacing, keypoints.size(), described.surface->size()));
   described.features = describe(*described.surface, keypoints, options.descriptor, lengths.descriptorRadius,
                                 options.threads, isMean(options) ? FrameSigns::normal : FrameSigns::majority);
-  described.stages.push_back(
-      {"descriptors",
-       fmt::format("{}, {:.4g} m: {} of {} keypoints", options.descriptor, lengths.descriptorRadius,
-                   described.features.size(), keypoints.size()),
-       describing.seconds()});
+  account.add("descriptors",
+              fmt::format("{}, {:.4g} m: {} of {} keypoints", options.descriptor, lengths.descriptorRadius,
+                          described.features.size(), keypoints.size()));
   return described;
 }
 
@@ -140,17 +111,15 @@ PreparedModel::PreparedModel(std::string name, PointCloud raw, PointCloud filter
       centre_(meanOf(cloud_.points)),
       stages_(std::move(stages)) {
   if (!isMean(options_)) return;
-  const Clock measuring;
+  StageAccount account(&stages_);
   raw_ = std::move(raw);
   const Neighbours neighbours(raw_.points, options_.threads);
   noise_ = estimateNoise(neighbours, options_.threads);
   const double spacing = spacingOf(neighbours);
   orientation_ = {!RangePicture(raw_.points, spacing).known(), centre_};
-  stages_.push_back(
-      {"model",
-       fmt::format("{}; noise {:.4g} m, points {:.4g} m apart",
-                   orientation_.outwards ? "shows several sides" : "seen from the origin", noise_, spacing),
-       measuring.seconds()});
+  account.add("model", fmt::format("{}; noise {:.4g} m, points {:.4g} m apart",
+                                   orientation_.outwards ? "shows several sides" : "seen from the origin",
+                                   noise_, spacing));
 }
 
 std::shared_ptr<const PreparedModel::Described> PreparedModel::describedFor(
@@ -202,7 +171,7 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
       filtered_(filtered.points == raw_.points ? PointCloud() : std::move(filtered)),
       options_(std::move(options)),
       stages_(std::move(stages)) {
-  const Clock measuring;
+  StageAccount account(&stages_);
   if (options_.viewpoint) {
     const cv::Affine3d toView = viewFrom(*options_.viewpoint, raw_);
     fromView_ = toView.inv();
@@ -217,11 +186,9 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
     throw Error(fmt::format("{}: its {} points lie all at one place, or nearly; they show no surface", name_,
                             raw_.points.size()));
   lengths_ = estancia::lengthsFor(options_, resolution_, spacing_, noise_);
-  stages_.push_back(
-      {"noise",
-       fmt::format("{:.4g} m across the surface, points {:.4g} m apart, {:.4g} m from the nearest", noise_,
-                   spacing_, resolution_),
-       measuring.seconds()});
+  account.add("noise",
+              fmt::format("{:.4g} m across the surface, points {:.4g} m apart, {:.4g} m from the nearest",
+                          noise_, spacing_, resolution_));
   described_ = describe(lengths_);
   stages_.insert(stages_.end(), described_->stages.begin(), described_->stages.end());
 }
@@ -253,7 +220,7 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
   static_cast<DescribedSurface&>(*fresh) =
       describedSurface(name_, raw_, filtered_.points, left, 1, {}, options_, own);
   fresh->lengths = lengths;
-  const Clock preparing;
+  StageAccount account(&fresh->stages);
   const Surface& surface = *fresh->surface;
   const bool evidence = options_.verification == "evidence";
   if (evidence || options_.grouping == "local-frames")
@@ -270,8 +237,7 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
   // The averaged surface has a wider spacing, and no noise.
   fresh->view = isMean(options_) ? RangePicture(surface.points(), 1.8 * lengths.unit)
                                  : RangePicture(raw_.points, resolution_);
-  fresh->stages.push_back({"view", fresh->view.known() ? "seen from the origin" : "no view from the origin",
-                           preparing.seconds()});
+  account.add("view", fresh->view.known() ? "seen from the origin" : "no view from the origin");
   return fresh;
 }
 

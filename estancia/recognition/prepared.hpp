@@ -3,15 +3,18 @@
 
 #include <memory>
 #include <mutex>
+#include <opencv2/core/affine.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "estancia/recognition/dense_search.hpp"
 #include "estancia/recognition/descriptors.hpp"
+#include "estancia/recognition/lengths.hpp"
 #include "estancia/recognition/range_picture.hpp"
-#include "estancia/recognition/recognizer.hpp"
+#include "estancia/recognition/recognition_options.hpp"
 #include "estancia/recognition/refine.hpp"
+#include "estancia/recognition/stage_report.hpp"
 
 namespace estancia {
 
@@ -39,7 +42,6 @@ class PreparedModel {
                 std::vector<StageReport> stages);
 
   const std::string& name() const { return name_; }
-  const PointCloud& cloud() const { return cloud_; }     ///< filtered; finite points only
   double extent() const { return extent_; }              ///< diagonal of the box around it [m]
   const cv::Point3d& centre() const { return centre_; }  ///< mean of its points
   const std::vector<StageReport>& stages() const { return stages_; }
@@ -49,7 +51,7 @@ class PreparedModel {
 
  private:
   std::string name_;
-  PointCloud raw_, cloud_;
+  PointCloud raw_, cloud_;  ///< finite points only; cloud_ is filtered
   RecognitionOptions options_;
   double extent_ = 0, noise_ = 0;
   cv::Point3d centre_;
@@ -75,8 +77,7 @@ class PreparedScene {
                 std::vector<StageReport> stages);
 
   const std::string& name() const { return name_; }
-  const PointCloud& raw() const { return raw_; }  ///< finite points only
-  /// T_scene_view, of the frame in which raw() and all that is made of it are.
+  /// T_scene_view, of the frame in which all that is made of it is.
   const cv::Affine3d& fromView() const { return fromView_; }
   /// Whether it looks like what a sensor at the viewpoint saw, so that hiding and seeing through count.
   bool hasView() const { return described_->view.known(); }
@@ -97,7 +98,7 @@ class PreparedScene {
 
   std::string name_;
   cv::Affine3d fromView_ = cv::Affine3d::Identity();
-  PointCloud raw_, filtered_;  ///< filtered_ is empty when no filter changed anything
+  PointCloud raw_, filtered_;  ///< finite points only; filtered_ is empty when no filter changed anything
   RecognitionOptions options_;
   double resolution_ = 0, spacing_ = 0, noise_ = 0;
   RecognitionLengths lengths_;

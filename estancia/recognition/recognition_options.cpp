@@ -1,9 +1,54 @@
+#include "estancia/recognition/recognition_options.hpp"
+
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "estancia/core/error.hpp"
-#include "estancia/recognition/recognizer.hpp"
+#include "estancia/recognition/descriptors.hpp"
+#include "estancia/recognition/grouping.hpp"
+#include "estancia/recognition/keypoints.hpp"
 
 namespace estancia {
+namespace {
+
+using Names = std::vector<std::pair<std::string, std::string>>;  // and explanations
+
+void requireKnown(const std::string& what, const std::string& name, const Names& known) {
+  std::string names;
+  for (const auto& [one, explanation] : known) {
+    if (one == name) return;
+    names += (names.empty() ? "" : ", ") + one;
+  }
+  throw Error(fmt::format("no {} is called '{}'; known are {}", what, name, names));
+}
+
+}  // namespace
+
+void RecognitionOptions::check() const {
+  requireKnown("keypoint detector", keypoints, keypointMethods());
+  requireKnown("descriptor of a surface", descriptor, descriptorMethods());
+  Names groupings = groupingMethods();
+  groupings.emplace_back("local-frames", "each match is a pose by its two local frames");
+  requireKnown("grouping", grouping, groupings);
+  requireKnown("surface", surface, {{"filtered", ""}, {"mean", ""}});
+  requireKnown("verification", verification, {{"global", ""}, {"inliers", ""}, {"evidence", ""}});
+  requireKnown("side of matching", matchEach, {{"scene", ""}, {"model", ""}});
+  for (const double length :
+       {normalRadius, keypointSpacing, sceneKeypointSpacing, descriptorRadius, consistency, tolerance})
+    if (!(length >= 0) || !std::isfinite(length))
+      throw Error(fmt::format(
+          "a length of recognition is {} m; give a positive one, or 0 to follow the scene", length));
+  if (normalRadius > 0 && normalNeighbours > 0)
+    throw Error("normals need the radius or the number of the points around; give one of the two");
+  if (!(matchDistance >= 0) || !std::isfinite(matchDistance))
+    throw Error(fmt::format("descriptors cannot match within {}; give a positive distance, or 0 for any",
+                            matchDistance));
+  if (neighbours == 0 || hypotheses == 0)
+    throw Error("recognition without any match or hypothesis finds nothing; allow at least one");
+  if (!(accept >= 0 && accept <= 1))
+    throw Error(fmt::format("no share of a model is {}; give one in [0, 1]", accept));
+}
 
 std::vector<std::pair<std::string, std::string>> RecognitionOptions::presets() {
   return {{"default", "for any noise"},
@@ -14,6 +59,7 @@ std::vector<std::pair<std::string, std::string>> RecognitionOptions::presets() {
 }
 
 RecognitionOptions RecognitionOptions::preset(const std::string& name) {
+  requireKnown("set of recognition options", name, presets());
   RecognitionOptions options;
   if (name == "default") {
     options.surface = "mean";
@@ -60,10 +106,6 @@ RecognitionOptions RecognitionOptions::preset(const std::string& name) {
     options.matchEach = "model";
     options.neighbours = 3;
     options.verification = "inliers";
-  } else {
-    std::string known;
-    for (const auto& [one, explanation] : presets()) known += (known.empty() ? "" : ", ") + one;
-    throw Error(fmt::format("no set of recognition options is called '{}'; known are {}", name, known));
   }
   return options;
 }

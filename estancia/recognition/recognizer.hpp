@@ -4,62 +4,15 @@
 #include <cstddef>
 #include <memory>
 #include <opencv2/core/affine.hpp>
-#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "estancia/cloud/filter.hpp"
 #include "estancia/core/point_cloud.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/recognition/recognition_options.hpp"
+#include "estancia/recognition/stage_report.hpp"
 
 namespace estancia {
-
-/// Which stages, and their lengths. A length of 0 follows the scene, its resolution and its noise, so that
-/// clouds in other units give the same.
-struct RecognitionOptions {
-  FilterOptions modelFilter, sceneFilter;
-  std::string surface = "filtered";   ///< filtered: the filter's points as they are, plane normals;
-                                      ///< mean: averaged over the raw points around them, as noise
-                                      ///< asks for, and models are given the scene's noise
-  std::string keypoints = "uniform";  ///< uniform, harris3d, iss
-  std::string descriptor = "shot";    ///< shot, fpfh, spin-image
-  std::string grouping = "geometric-consistency";  ///< geometric-consistency, hough, local-frames
-  std::string verification = "global";             ///< global, inliers, evidence
-  double normalRadius = 0;                         ///< [m] of the points that a normal is fitted to
-  std::size_t normalNeighbours = 0;                ///< of filtered surfaces: nearest points that a normal is
-                                                   ///< fitted to, whatever their distance; 0: the radius says
-  double keypointSpacing = 0;                      ///< [m] between keypoints (uniform), or their support
-  double descriptorRadius = 0;                     ///< [m] of what a descriptor sees
-  double consistency = 0;           ///< [m] up to which matches agree: the bin of Hough voting, too
-  double tolerance = 0;             ///< [m] between a model point and the scene point that confirms it
-  double sceneKeypointSpacing = 0;  ///< [m] between uniform keypoints of a scene; 0: as in models
-  std::string matchEach = "scene";  ///< scene, model: whose keypoints each get their nearest
-  std::size_t neighbours = 1;       ///< nearest descriptors that become matches
-  double matchDistance = 0;         ///< the largest between them, in lengths of the scene's; 0: any
-  std::size_t minimalMatches = 3;   ///< that must agree
-  std::size_t hypotheses = 100;     ///< with most matches that are refined and verified
-  double accept = 0.6;  ///< share of what should be seen of a model that must be; or the least evidence
-  std::optional<cv::Point3d> viewpoint;  ///< where the scene's sensor stood [m], in the scene's frame; none:
-                                         ///< at its origin, looking along z
-  int threads = 0;                       ///< 0: one a usable core
-
-  /// The known sets, each with one line of explanation: default, classical, thesis, tight, wide.
-  static std::vector<std::pair<std::string, std::string>> presets();
-  /// One of them. Throws Error on others, naming the known ones.
-  static RecognitionOptions preset(const std::string& name);
-};
-
-/// The lengths [m] that a scene is looked at with: those of the options, else what fits the scene.
-struct RecognitionLengths {
-  double normalRadius = 0, keypointSpacing = 0, descriptorRadius = 0, consistency = 0, tolerance = 0;
-  // Of mean surfaces, for which they are rounded, so that scenes alike share what models are prepared for:
-  double unit = 0;     ///< spacing of the scene's points, within what suits the model's size
-  double noise = 0;    ///< standard deviation
-  double spacing = 0;  ///< of the scene's points
-
-  bool operator==(const RecognitionLengths&) const = default;
-};
 
 /// An object that was found.
 struct Instance {
@@ -72,13 +25,6 @@ struct Instance {
   cv::Point3d centre;  ///< of the model's points, in the model's frame [m]
 };
 
-/// What a stage took and left, for people.
-struct StageReport {
-  std::string stage;   ///< "keypoints"
-  std::string detail;  ///< "uniform, 10 mm: 1,203 of 277,103 points"
-  double seconds = 0;
-};
-
 class PreparedModel;  ///< prepared.hpp: filtered cloud; normals, keypoints, descriptors for the lengths of a
                       ///< scene
 class PreparedScene;  ///< prepared.hpp: the same of a scene, and its noise and resolution
@@ -87,7 +33,7 @@ class PreparedScene;  ///< prepared.hpp: the same of a scene, and its noise and 
 /// several threads, and the same for any number of them.
 class Recognizer {
  public:
-  /// Throws Error on unknown stages, naming the known ones, and on lengths and numbers that make no sense.
+  /// Throws Error as RecognitionOptions::check() does.
   explicit Recognizer(RecognitionOptions options);
 
   /// Throws Error, naming the cloud, on one that is empty or too small to be described.

@@ -24,7 +24,8 @@ OrientedPoints spreadPointsBy(const Surface& surface, double spacing);
 /// The pose T_scene_model near `pose` that brings the model's points onto the planes of the scene points
 /// nearest to them (Chen and Medioni 1992): Gauss-Newton with Tukey's weights, so that partners further away
 /// than `reach` [m] or turned away by more than 60° have no say. Stops when the pose stands still, at most
-/// after `rounds`. Returns `pose` when too few points have a partner.
+/// after `rounds`. Returns `pose` when too few points have a partner. Unlike
+/// refineInField() it asks for the very nearest points, and its reach is from point to point.
 cv::Affine3d refinePose(const OrientedPoints& model, const Surface& scene, const cv::Affine3d& pose,
                         double reach, int rounds);
 

@@ -52,6 +52,12 @@ double extentOf(std::span<const cv::Point3f> points) {
   return cv::norm(high - low);
 }
 
+cv::Point3d meanOf(std::span<const cv::Point3f> points) {
+  cv::Point3d sum;
+  for (const cv::Point3f& p : points) sum += cv::Point3d(p);
+  return sum / static_cast<double>(points.size());
+}
+
 void requireRadius(const std::string& name, std::span<const cv::Point3f> points, const Neighbours& neighbours,
                    double radius, const std::string& what) {
   constexpr std::size_t few = 5;

@@ -47,4 +47,7 @@ void requireRadius(const std::string& name, std::span<const cv::Point3f> points,
 /// Diagonal of the box around points [m]; 0 when there are none.
 double extentOf(std::span<const cv::Point3f> points);
 
+/// Of some points [m].
+cv::Point3d meanOf(std::span<const cv::Point3f> points);
+
 }  // namespace estancia

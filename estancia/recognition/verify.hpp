@@ -26,6 +26,7 @@ struct Evidence {
   double confidence() const;
 };
 
+/// Of the nearest points themselves, as isThere() counts them; agreementOf() asks the scene more quickly.
 Evidence examine(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
                  const cv::Affine3d& pose, double tolerance);
 

@@ -32,12 +32,8 @@ bool isNone(const cv::Point3f& n) {
   return std::isnan(n.x) && std::isnan(n.y) && std::isnan(n.z);
 }
 
-PointCloud cloudOf(std::vector<cv::Point3f> points) {
-  PointCloud cloud;
-  cloud.points = std::move(points);
-  cloud.width = cloud.points.size();
-  cloud.height = 1;
-  return cloud;
+std::vector<cv::Point3f> normalsOf(const std::vector<cv::Point3f>& points, const NormalOptions& options) {
+  return estimateNormals(points, Neighbours(points), options);
 }
 
 NormalOptions within(double radius, int threads = 1) {
@@ -62,14 +58,12 @@ TEST(Normals, OfAPlaneTowardsTheViewpoint) {
   for (const float away : {0.F, 1000.F}) {  // as exact far from the origin, but for its coordinates
     NormalOptions options = within(0.1);
     options.viewpoint = {away, away, 5};
-    const auto normals =
-        estimateNormals(cloudOf(grid(40, {away, away, 0}, {0.015625F, 0, 0}, {0, 0.015625F, 0})), options);
+    const auto normals = normalsOf(grid(40, {away, away, 0}, {0.015625F, 0, 0}, {0, 0.015625F, 0}), options);
     for (const cv::Point3f& n : normals) EXPECT_LT(cv::norm(n - cv::Point3f(0, 0, 1)), 1e-6);
     options.viewpoint.z = -5;
     options.radius = 0;
     options.neighbours = 8;
-    const auto others =
-        estimateNormals(cloudOf(grid(40, {away, away, 0}, {0.015625F, 0, 0}, {0, 0.015625F, 0})), options);
+    const auto others = normalsOf(grid(40, {away, away, 0}, {0.015625F, 0, 0}, {0, 0.015625F, 0}), options);
     for (const cv::Point3f& n : others) EXPECT_LT(cv::norm(n - cv::Point3f(0, 0, -1)), 1e-6);
   }
 }
@@ -83,9 +77,9 @@ TEST(Normals, OfASphereInAnyUnit) {
       const cv::Point3d p(draw(), draw(), draw());
       if (p.dot(p) < 1 && p.dot(p) > 0.01) points.emplace_back(p * (scale / cv::norm(p)));
     }
-    const auto normals = estimateNormals(cloudOf(points), within(0.1 * scale));
+    const auto normals = normalsOf(points, within(0.1 * scale));
     for (std::size_t i = 0; i < points.size(); ++i) EXPECT_LT(normals[i].dot(points[i]) / scale, -0.99);
-    EXPECT_EQ(normals, estimateNormals(cloudOf(points), within(0.1 * scale, 4)));
+    EXPECT_EQ(normals, normalsOf(points, within(0.1 * scale, 4)));
   }
 }
 
@@ -99,19 +93,19 @@ TEST(Normals, AtOtherPlacesThanThePoints) {
 }
 
 TEST(Normals, NoneWhereNoPlaneIs) {
-  EXPECT_TRUE(estimateNormals(PointCloud(), within(1)).empty());
-  EXPECT_THAT(estimateNormals(cloudOf({{0, 0, 1}}), within(1)), Each(Truly(isNone)));
-  EXPECT_THAT(estimateNormals(cloudOf({{0, 0, 1}, {0.1F, 0, 1}}), within(1)), Each(Truly(isNone)));
+  EXPECT_TRUE(normalsOf({}, within(1)).empty());
+  EXPECT_THAT(normalsOf({{0, 0, 1}}, within(1)), Each(Truly(isNone)));
+  EXPECT_THAT(normalsOf({{0, 0, 1}, {0.1F, 0, 1}}, within(1)), Each(Truly(isNone)));
   std::vector<cv::Point3f> line, same(100, {1, 2, 3});
   for (int i = 0; i < 100; ++i) line.push_back(static_cast<float>(i) * cv::Point3f(0.1F, 0.3F, -0.2F));
-  EXPECT_THAT(estimateNormals(cloudOf(line), within(3)), Each(Truly(isNone)));
-  EXPECT_THAT(estimateNormals(cloudOf(same), within(3)), Each(Truly(isNone)));
+  EXPECT_THAT(normalsOf(line, within(3)), Each(Truly(isNone)));
+  EXPECT_THAT(normalsOf(same, within(3)), Each(Truly(isNone)));
   NormalOptions nearest;
   nearest.neighbours = 10;
-  EXPECT_THAT(estimateNormals(cloudOf(same), nearest), Each(Truly(isNone)));
+  EXPECT_THAT(normalsOf(same, nearest), Each(Truly(isNone)));
   for (const NormalOptions& wrong :
        {NormalOptions{}, NormalOptions{1, 5}, NormalOptions{-1}, within(HUGE_VAL)})
-    EXPECT_THAT(errorOf([&] { estimateNormals(cloudOf(same), wrong); }), HasSubstr("one of the two"));
+    EXPECT_THAT(errorOf([&] { normalsOf(same, wrong); }), HasSubstr("one of the two"));
 }
 
 TEST(Spread, AsSummedUpOneByOne) {
@@ -174,7 +168,7 @@ TEST(Normals, AsPclHasThem) {
     estimation.setRadiusSearch(radius);
     pcl::PointCloud<pcl::Normal> theirs;
     estimation.compute(theirs);
-    const auto ours = estimateNormals(cloud, within(radius));
+    const auto ours = normalsOf(cloud.points, within(radius));
     std::size_t apart = 0;
     for (std::size_t i = 0; i < ours.size(); ++i) {
       const auto& n = theirs[i];

@@ -8,6 +8,7 @@
 
 #include "estancia/recognition/agreement.hpp"
 #include "estancia/recognition/dense_search.hpp"
+#include "estancia/recognition/different_poses.hpp"
 #include "estancia/recognition/lengths.hpp"
 #include "estancia/recognition/nearest_field.hpp"
 #include "recognition/made_up_surface.hpp"
@@ -152,6 +153,31 @@ TEST(RecognitionLengths, FollowSpacingNoiseAndModel) {
   RecognitionOptions own = options;
   own.tolerance = 0.02;
   EXPECT_EQ(lengthsFor(own, 0.0018, 0.002, 0.0005, 0.3).tolerance, 0.02);
+}
+
+TEST(DifferentPoses, AreTheBestOfThoseThatAreAlike) {
+  struct Posed {
+    cv::Affine3d pose;
+    int rank = 0;
+  };
+  const cv::Point3d centre(1, 2, 3);
+  // Turned by so much [rad] around the centre, then moved.
+  const auto posed = [&](double angle, double along, int rank) {
+    const cv::Affine3d turn(cv::Vec3d(0, 0, angle));
+    return Posed{turn.translate(cv::Vec3d(centre - turn * centre) + cv::Vec3d(along, 0, 0)), rank};
+  };
+  const std::vector<Posed> poses = {posed(0, 0, 0),   posed(0.1, 0.009, 1), posed(0.1, 0.011, 2),
+                                    posed(0.2, 0, 3), posed(3.1, 0, 4),     posed(0.1, 0.012, 5)};
+  const auto left = [&](double alike, std::size_t most = 9) {
+    std::vector<int> ranks;
+    for (const Posed& p : differentPoses(poses, centre, 0.01, alike, most)) ranks.push_back(p.rank);
+    return ranks;
+  };
+  EXPECT_THAT(left(std::cos(0.15)), testing::ElementsAre(0, 2, 3, 4));
+  EXPECT_THAT(left(std::cos(0.15), 2), testing::ElementsAre(0, 2));
+  EXPECT_THAT(left(std::cos(0.05)), testing::ElementsAre(0, 1, 3, 4));
+  EXPECT_THAT(left(anyTurn), testing::ElementsAre(0, 2));
+  EXPECT_TRUE(differentPoses(std::vector<Posed>(), centre, 0.01, anyTurn).empty());
 }
 
 }  // namespace
