@@ -41,7 +41,7 @@ PointCloud filtered(const std::string& name, const PointCloud& cloud, const Filt
 
 void requireSameUnits(const PreparedModel& model, const PreparedScene& scene) {
   constexpr double largest = 5, smallest = 0.001;  // an object of the scene's size is odd enough
-  constexpr double fewest = 10;                    // points across that show an object
+  constexpr double fewest = 5;                     // points across that show an object
   const double ratio = model.extent() / scene.surface().extent();
   if (ratio > largest || ratio < smallest || model.extent() < fewest * scene.resolution())
     throw Error(

@@ -77,15 +77,14 @@ void requireRadius(const std::string& name, std::span<const cv::Point3f> points,
   std::nth_element(needed.begin(), middle, needed.end());
   const double reach = needed.empty() ? extent : std::sqrt(*middle);
   const double good = std::min(std::max(10 * resolution, 1.5 * reach), extent / 3);
+  if (radius >= reach && radius <= extent) return;
   if (good < 1.1 * reach)
     throw Error(fmt::format("{}: {} points are too few to be described", name, points.size()));
-  if (radius < reach || radius > extent)
-    throw Error(
-        fmt::format("{}: a {} of {:.4g} m {} of a cloud that measures {:.4g} m and whose points lie "
-                    "{:.4g} m apart; is it in other units? Then scale it; else about {:.4g} m would do",
-                    name, what, radius,
-                    radius < reach ? "leaves most points without neighbours" : "is more than the whole",
-                    extent, resolution, good));
+  throw Error(fmt::format(
+      "{}: a {} of {:.4g} m {} of a cloud that measures {:.4g} m and whose points lie "
+      "{:.4g} m apart; is it in other units? Then scale it; else about {:.4g} m would do",
+      name, what, radius, radius < reach ? "leaves most points without neighbours" : "is more than the whole",
+      extent, resolution, good));
 }
 
 }  // namespace estancia
