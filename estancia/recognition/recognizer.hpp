@@ -41,7 +41,7 @@ struct RecognitionOptions {
   std::size_t hypotheses = 100;     ///< with most matches that are refined and verified
   double accept = 0.6;  ///< share of what should be seen of a model that must be; or the least evidence
   std::optional<cv::Point3d> viewpoint;  ///< where the scene's sensor stood [m], in the scene's frame; none:
-                                         ///< at its origin, looking along z
+                                         ///< where the cloud says; else at its origin, looking along z
   int threads = 0;                       ///< 0: one a usable core
 
   /// The known sets, each with one line of explanation: default, classical, thesis, tight, wide.
