@@ -145,6 +145,8 @@ void run(Arguments& arguments) {
     options.radius = arguments.normalRadius > 0 ? arguments.normalRadius
                                                 : std::max(7 * account.resolution, 3 * account.noise);
     if (options.radius == 0) throw Error("normals need points at different places; this cloud has none");
+    if (cloud.viewpoint)
+      options.viewpoint = cv::Point3d(cloud.viewpoint->x, cloud.viewpoint->y, cloud.viewpoint->z);
     filtered.cloud.normals = estimateNormals(filtered.cloud.points, around, options);
     if (std::none_of(filtered.cloud.normals.begin(), filtered.cloud.normals.end(),
                      [](const cv::Point3f& n) { return std::isfinite(n.x); }))
@@ -202,7 +204,8 @@ void addFilterCommand(CLI::App& app) {
       ->check(CLI::NonNegativeNumber);
   command->add_option("--seed", arguments->seed, "Of the noise, and of the signals that neurons learn from")
       ->capture_default_str();
-  command->add_flag("--normals", arguments->normals, "Write normals, towards the sensor at the origin");
+  command->add_flag("--normals", arguments->normals,
+                    "Write normals, towards the sensor: at the origin, unless IN (PCD) says where");
   command
       ->add_option("--normal-radius", arguments->normalRadius,
                    "Of the points that a normal is fitted to [m]; default: follows resolution and noise")

@@ -144,11 +144,12 @@ void run(const Arguments& arguments) {
   std::stable_sort(instances.begin(), instances.end(),
                    [](const Instance& a, const Instance& b) { return a.confidence > b.confidence; });
 
+  const auto stood = cloud.viewpoint ? "where its VIEWPOINT says" : "at its origin";
   if (instances.empty() && arguments.viewpoint.empty() && !scene->hasView())
     spdlog::warn(
-        "{} does not look like a view from its origin, so what is hidden, or seen through, does not count; "
-        "say where the sensor stood with --viewpoint X Y Z",
-        arguments.scene);
+        "{} does not look like a view from a sensor {}, so what is hidden, or seen through, does not count; "
+        "say where it stood with --viewpoint X Y Z",
+        arguments.scene, stood);
   if (!arguments.picture.empty()) drawInstances(arguments, cloud, models, instances);
   if (arguments.json) {
     nlohmann::ordered_json json{{"instances", nlohmann::json::array()}};
@@ -171,7 +172,7 @@ void run(const Arguments& arguments) {
                  models.size() == 1 ? models.begin()->first + " is not" : "None of the models is",
                  arguments.scene, arguments.explain ? "" : "; --explain tells what each stage kept",
                  arguments.viewpoint.empty()
-                     ? "; if the sensor did not stand at the scene's origin, say where: --viewpoint"
+                     ? fmt::format("; if the sensor did not stand {}, say where: --viewpoint", stood)
                      : "");
   }
   if (instances.empty()) throw NoAnswer{};
@@ -199,9 +200,9 @@ void addRecognizeCommand(CLI::App& app) {
   command->add_option("--keypoint-spacing", a->keypointSpacing, "Between keypoints [m]; 0: by noise");
   command->add_option("--descriptor-radius", a->descriptorRadius, "What a descriptor sees [m]; 0: by noise");
   command
-      ->add_option(
-          "--viewpoint", a->viewpoint,
-          "Where the sensor stood, in the frame of the scene [m]; default: at its origin, looking along z")
+      ->add_option("--viewpoint", a->viewpoint,
+                   "Where the sensor stood, in the frame of the scene [m]; default: where a PCD's VIEWPOINT "
+                   "says; else at its origin, looking along z")
       ->expected(3);
   command->add_option("--picture", a->picture, "Draw the scene with what was found in it (PNG)");
   command->add_flag("--overwrite", a->overwrite, "Replace an existing picture");

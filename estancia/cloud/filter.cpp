@@ -88,6 +88,7 @@ FilteredCloud filterWithDetails(const PointCloud& cloud, const FilterOptions& op
     if (options.method != method.name) continue;
     requireWhole(cloud);
     FilteredCloud filtered = method.apply(cloud, options, progress);
+    filtered.cloud.viewpoint = cloud.viewpoint;
     if (filtered.cloud.points.empty() && method.apply != keepAll)
       throw Error("the cloud has no point to keep: none is finite");
     return filtered;

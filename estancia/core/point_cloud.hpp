@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstddef>
 #include <opencv2/core/mat.hpp>
+#include <optional>
 #include <vector>
 
 #include "estancia/core/camera.hpp"
+#include "estancia/core/pose.hpp"
 
 namespace estancia {
 
@@ -17,6 +19,7 @@ struct PointCloud {
   std::vector<cv::Vec3b> colours;
   std::vector<cv::Point3f> normals;   ///< unit vectors, towards whoever looked; NaN where none is known
   std::size_t width = 0, height = 0;  ///< of the picture behind an organised cloud; else height is 1
+  std::optional<Pose> viewpoint;      ///< where the sensor stood among the points; none: at the origin
 
   bool organised() const { return height > 1; }
 };

@@ -38,6 +38,7 @@ struct Field {
 struct Header {
   std::vector<Field> fields;
   std::size_t width = 0, height = 0;
+  std::optional<Pose> viewpoint;
   std::string data;       ///< ascii, binary or binary_compressed
   std::size_t begin = 0;  ///< of the data in the file
 
@@ -96,6 +97,23 @@ void finish(Header& header, bool sized, bool typed, std::optional<std::size_t> p
         fmt::format("{} × {} are not the {} points that it tells of", header.width, header.height, *points));
 }
 
+/// x y z qw qx qy qz; none where it says nothing: the origin, or no pose.
+std::optional<Pose> viewpointOf(const std::vector<std::string_view>& words) {
+  std::array<double, 7> n;
+  if (words.size() != n.size() + 1)
+    throw Error(fmt::format("VIEWPOINT has {} values instead of {}", words.size() - 1, n.size()));
+  bool known = true;
+  for (std::size_t i = 0; i < n.size(); ++i) {
+    const auto value = io::toNumber(words[i + 1]);
+    if (!value) throw Error(fmt::format("VIEWPOINT: \"{}\" is no number", io::printable(words[i + 1])));
+    n[i] = *value;
+    known = known && std::abs(n[i]) <= std::numeric_limits<float>::max();
+  }
+  const double turn = std::hypot(std::hypot(n[3], n[4], n[5]), n[6]);
+  if (!known || !(turn > 0) || n == std::array<double, 7>{0, 0, 0, 1, 0, 0, 0}) return std::nullopt;
+  return Pose{n[0], n[1], n[2], n[4] / turn, n[5] / turn, n[6] / turn, n[3] / turn};
+}
+
 Header readHeader(std::string_view file) {
   constexpr std::size_t longest = std::size_t{1} << 16U;
   Header header;
@@ -143,7 +161,9 @@ Header readHeader(std::string_view file) {
       points = wholeNumber(only(), key);
     } else if (key == "DATA") {
       header.data = only();
-    } else if (key != "VIEWPOINT") {
+    } else if (key == "VIEWPOINT") {
+      header.viewpoint = viewpointOf(words);
+    } else {
       throw Error(fmt::format("its header has a line \"{}\"", io::printable(key)));
     }
     header.begin = begin;
@@ -287,6 +307,7 @@ PointCloud readPcd(const std::filesystem::path& file) {
     PointCloud cloud;
     cloud.width = header.width;
     cloud.height = header.height;
+    cloud.viewpoint = header.viewpoint;
     if (header.data == "binary")
       readBinary(cloud, header, data);
     else if (header.data == "binary_compressed")

@@ -22,12 +22,13 @@ std::string headerOf(const PointCloud& cloud, bool ascii) {
   if (!cloud.colours.empty()) fields += " rgb", sizes += " 4", types += " U", counts += " 1";
   if (!cloud.normals.empty())
     fields += " normal_x normal_y normal_z", sizes += " 4 4 4", types += " F F F", counts += " 1 1 1";
+  const Pose at = cloud.viewpoint.value_or(Pose());
   return fmt::format(
       "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS {}\nSIZE {}\nTYPE {}\nCOUNT {}\nWIDTH "
       "{}\n"
-      "HEIGHT {}\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {}\nDATA {}\n",
-      fields, sizes, types, counts, cloud.width, cloud.height, cloud.points.size(),
-      ascii ? "ascii" : "binary");
+      "HEIGHT {}\nVIEWPOINT {} {} {} {} {} {} {}\nPOINTS {}\nDATA {}\n",
+      fields, sizes, types, counts, cloud.width, cloud.height, at.x, at.y, at.z, at.qw, at.qx, at.qy, at.qz,
+      cloud.points.size(), ascii ? "ascii" : "binary");
 }
 
 std::string textOf(const PointCloud& cloud) {

@@ -173,6 +173,8 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
       options_(std::move(options)),
       stages_(std::move(stages)) {
   StageAccount account(&stages_);
+  if (!options_.viewpoint && raw_.viewpoint)
+    options_.viewpoint = cv::Point3d(raw_.viewpoint->x, raw_.viewpoint->y, raw_.viewpoint->z);
   if (options_.viewpoint) {
     const cv::Affine3d toView = viewFrom(*options_.viewpoint, raw_);
     fromView_ = toView.inv();

@@ -38,7 +38,7 @@ struct RecognitionOptions {
   std::size_t hypotheses = 100;     ///< with most matches that are refined and verified
   double accept = 0.6;  ///< share of what should be seen of a model that must be; or the least evidence
   std::optional<cv::Point3d> viewpoint;  ///< where the scene's sensor stood [m], in the scene's frame; none:
-                                         ///< at its origin, looking along z
+                                         ///< where the cloud says; else at its origin, looking along z
   int threads = 0;                       ///< 0: one a usable core
 
   /// Throws Error on unknown stages, naming the known ones, and on lengths and numbers that make no sense.

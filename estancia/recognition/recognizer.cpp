@@ -15,6 +15,7 @@ namespace {
 PointCloud finitePoints(const std::string& name, const PointCloud& cloud) {
   constexpr std::size_t few = 10;
   PointCloud left;
+  left.viewpoint = cloud.viewpoint;
   const bool normals = cloud.normals.size() == cloud.points.size();
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     const cv::Point3f& p = cloud.points[i];

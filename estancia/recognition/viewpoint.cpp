@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/rigid.hpp"
 
 namespace estancia {
 
@@ -40,6 +41,7 @@ PointCloud transformed(PointCloud cloud, const cv::Affine3d& transform) {
   const cv::Matx33d turn = transform.rotation();
   for (cv::Point3f& p : cloud.points) p = transform * cv::Point3d(p);
   for (cv::Point3f& n : cloud.normals) n = turn * cv::Point3d(n);
+  if (cloud.viewpoint) cloud.viewpoint = poseOf(transform * rigidOf(*cloud.viewpoint));
   return cloud;
 }
 

@@ -12,7 +12,7 @@ namespace estancia {
 /// not finite, or in the middle of the cloud.
 cv::Affine3d viewFrom(const cv::Point3d& viewpoint, const PointCloud& cloud);
 
-/// The cloud in another frame: points and normals.
+/// The cloud in another frame: points, normals, viewpoint.
 PointCloud transformed(PointCloud cloud, const cv::Affine3d& transform);
 
 }  // namespace estancia

@@ -96,6 +96,14 @@ TEST_F(Filter, NoiseDropsTheNormalsThatItMakesWrong) {
   EXPECT_EQ(none("normals.pcd", "new.pcd", {"--noise", "0.01", "--normals"}), 10000U);
 }
 
+TEST_F(Filter, NormalsLookWhereTheFileSaysThatTheSensorStood) {
+  PointCloud cloud = readCloud(plane_);
+  cloud.viewpoint = Pose{0.5, 0.5, 3};  // behind the plane
+  writeCloud(at("behind.pcd"), cloud);
+  filter({at("behind.pcd"), at("out.ply"), "--method", "none", "--normals"});
+  EXPECT_GT(readCloud(at("out.ply")).normals.at(5050).z, 0.99F);
+}
+
 TEST_F(Filter, ADepthPictureBecomesACloud) {
   cv::imwrite(at("depth.png"), cv::Mat(60, 80, CV_16U, cv::Scalar(1500)));
   refuses({at("depth.png"), at("a.ply"), "--method", "none"}, "intrinsics");

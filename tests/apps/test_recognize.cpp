@@ -11,6 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "estancia/core/rigid.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "support/support.hpp"
 
@@ -138,15 +139,26 @@ TEST_F(Recognize, AsksWhereTheSensorStoodAndUsesIt) {
   const CommandResult unsaid = run({"recognize", "--model", mario, moved});
   EXPECT_EQ(unsaid.exitCode, 1);
   EXPECT_THAT(unsaid.out, HasSubstr("--viewpoint"));
-  const CommandResult result =
-      run({"recognize", "--model", mario, moved, "--viewpoint", "1", "2", "3", "--json"});
-  ASSERT_EQ(result.exitCode, 0) << result.err;
-  EXPECT_EQ(result.err, "");
-  const auto numbers = json::parse(result.out)["instances"][0]["pose"].get<std::vector<double>>();
-  const cv::Vec4d somewhere(0.05, -0.1, 1, 1);
-  EXPECT_LT(cv::norm(cv::Matx44d(numbers.data()) * somewhere -
-                     fromCamera.matrix * readPose(in("gt/scene001-rs0.xf")) * somewhere),
-            0.02);
+  const auto expectFound = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"recognize", "--model", mario, "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const CommandResult result = run(arguments);
+    ASSERT_EQ(result.exitCode, 0) << result.err;
+    EXPECT_EQ(result.err, "");
+    const auto numbers = json::parse(result.out)["instances"][0]["pose"].get<std::vector<double>>();
+    const cv::Vec4d somewhere(0.05, -0.1, 1, 1);
+    EXPECT_LT(cv::norm(cv::Matx44d(numbers.data()) * somewhere -
+                       fromCamera.matrix * readPose(in("gt/scene001-rs0.xf")) * somewhere),
+              0.02);
+  };
+  expectFound({moved, "--viewpoint", "1", "2", "3"});
+  scene.viewpoint = poseOf(fromCamera);
+  writeCloud(moved, scene);
+  expectFound({moved});
+  scene.viewpoint = Pose{5, 2, 3};
+  writeCloud(moved, scene);
+  EXPECT_THAT(run({"recognize", "--model", mario, moved}).out, HasSubstr("where its VIEWPOINT says"));
+  expectFound({moved, "--viewpoint", "1", "2", "3"});
 }
 
 TEST_F(Recognize, WarnsOfNoViewWhereItMayBeWhyNothingIsFound) {

@@ -80,6 +80,16 @@ TEST(Filter, KeepsColoursWhereTheyWere) {
   }
 }
 
+TEST(Filter, KeepsTheViewpoint) {
+  PointCloud cloud = plane();
+  cloud.viewpoint = Pose{1, 2, 3};
+  for (const char* method : {"none", "voxel", "gng"}) {
+    const PointCloud left = filtered(cloud, filterBy(method, 500));
+    ASSERT_TRUE(left.viewpoint) << method;
+    EXPECT_EQ(left.viewpoint->z, 3) << method;
+  }
+}
+
 TEST(Filter, ALeafGoesBeforeTheNumberOfPoints) {
   FilterOptions options = filterBy("voxel", 10);
   options.leaf = 0.1;

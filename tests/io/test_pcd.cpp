@@ -123,6 +123,28 @@ TEST_F(Pcd, ReadsWhatPclPacked) {
   }
 }
 
+TEST_F(Pcd, TheViewpointIsKept) {
+  const auto at = [&](const std::string& viewpoint) {
+    return read("FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 1\nHEIGHT 1\nVIEWPOINT" + viewpoint +
+                "\nDATA ascii\n1 2 3\n");
+  };
+  for (const char* none : {" 0 0 0 1 0 0 0", " 1 2 3 0 0 0 0", " nan 2 3 1 0 0 0", " 1e300 2 3 1 0 0 0"})
+    EXPECT_FALSE(at(none).viewpoint) << none;
+  const PointCloud cloud = at(" 1 -2 3.5 0 0 2 0");
+  EXPECT_EQ(cloud.points.at(0), cv::Point3f(1, 2, 3));
+  writePcd(folder_ / "again.pcd", cloud);
+  for (const PointCloud& one : {cloud, readPcd(folder_ / "again.pcd")}) {
+    ASSERT_TRUE(one.viewpoint);
+    EXPECT_EQ(one.viewpoint->x, 1);
+    EXPECT_EQ(one.viewpoint->y, -2);
+    EXPECT_EQ(one.viewpoint->z, 3.5);
+    EXPECT_EQ(one.viewpoint->qy, 1);
+    EXPECT_EQ(one.viewpoint->qw, 0);
+  }
+  EXPECT_THAT(errorOf([&] { at(" 1 2 3"); }), HasSubstr("VIEWPOINT has 3 values instead of 7"));
+  EXPECT_THAT(errorOf([&] { at(" 1 2 3 one 0 0 0"); }), HasSubstr("\"one\" is no number"));
+}
+
 TEST_F(Pcd, PassesOverOtherFieldsAndTakesOtherNumbers) {
   const std::string fields =
       "VERSION .7\nFIELDS normal z _ y rgba x\nSIZE 4 8 1 2 4 4\nTYPE F F U I U U\nCOUNT 3 1 5 1 1 1\n"

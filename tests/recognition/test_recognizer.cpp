@@ -10,6 +10,7 @@
 
 #include "estancia/cloud/noise.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/rigid.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/score.hpp"
 #include "recognition/made_up_surface.hpp"
@@ -305,6 +306,10 @@ TEST(Recognizer, AViewpointElsewhereChangesNothing) {
   Scenery there = scenery;
   there.truth = elsewhere * scenery.truth;
   EXPECT_TRUE(isFound(found, there));
+  options.viewpoint.reset();
+  PointCloud says = test::moved(scenery.scene, elsewhere);
+  says.viewpoint = poseOf(elsewhere);
+  EXPECT_TRUE(isFound(findIn(options, scenery.model, says), there));
   options.viewpoint = cv::Point3d(std::numeric_limits<double>::quiet_NaN(), 0, 0);
   EXPECT_THAT(test::errorOf([&] { findIn(options, scenery.model, scenery.scene); }), HasSubstr("viewpoint"));
 }
