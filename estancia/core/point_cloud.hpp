@@ -17,9 +17,9 @@ namespace estancia {
 struct PointCloud {
   std::vector<cv::Point3f> points;  ///< NaN where an organised cloud has a hole
   std::vector<cv::Vec3b> colours;
-  std::vector<cv::Point3f> normals;   ///< unit vectors, towards whoever looked; NaN where none is known
-  std::size_t width = 0, height = 0;  ///< of the picture behind an organised cloud; else height is 1
-  std::optional<Pose> viewpoint;      ///< where the sensor stood among the points; none: at the origin
+  std::vector<cv::Point3f> normals;    ///< unit vectors, towards whoever looked; NaN where none is known
+  std::size_t width = 0, height = 0;   ///< of the picture behind an organised cloud; else height is 1
+  std::optional<Pose> viewpoint = {};  ///< where the sensor stood among the points; none: at the origin
 
   bool organised() const { return height > 1; }
 };
