@@ -206,7 +206,7 @@ void addRecognizeCommand(CLI::App& app) {
       ->expected(3);
   command->add_option("--picture", a->picture, "Draw the scene with what was found in it (PNG)");
   command->add_flag("--overwrite", a->overwrite, "Replace an existing picture");
-  command->add_option("--threads", a->threads, "Threads of the work; default: one a free core")
+  command->add_option("--threads", a->threads, "Threads of the work; default: one a usable core")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--explain", a->explain, "Tell what each stage took and kept");
   addJsonOption(*command, a->json);

@@ -38,7 +38,7 @@ Grid::Grid(fs::path folder, GridColumns columns, int threads, Distribution* dist
       columns_(std::move(columns)),
       threads_(static_cast<std::size_t>(threads > 0               ? threads
                                         : distribution != nullptr ? 1
-                                                                  : freeCores())),
+                                                                  : usableCores())),
       distribution_(distribution) {}
 
 fs::path Grid::fileOf(const Cell& cell) const {

@@ -41,7 +41,7 @@ struct Cell {
 /// as absent. An interrupted grid goes on where it stopped.
 class Grid {
  public:
-  /// `threads` = 0 takes one a free core, or a single one where several processes share the cells by
+  /// `threads` = 0 takes one a usable core, or a single one where several processes share the cells by
   /// `distribution`: these have the folder in common, and the first of them writes the table. The folder is
   /// made by run().
   Grid(std::filesystem::path folder, GridColumns columns, int threads = 0,
