@@ -68,7 +68,7 @@ RecognitionOptions RecognitionOptions::preset(const std::string& name) {
     options.matchEach = "model";
     options.neighbours = 30;
     options.hypotheses = 300;
-    options.accept = 0.24;
+    options.accept = 0.23;
     options.sceneFilter.gng.signalsPerInsertion = 25;  // neurons are but seeds of the surface
   } else if (name == "classical") {
     options.verification = "inliers";

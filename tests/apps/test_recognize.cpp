@@ -80,7 +80,7 @@ TEST_F(Recognize, SaysWhatIsNotThereAndWhy) {
   EXPECT_EQ(result.exitCode, 1);
   EXPECT_THAT(result.out,
               AllOf(HasSubstr("None of the models is in"), HasSubstr("Doll013_0\n"), HasSubstr("Frog000_0\n"),
-                    HasSubstr("of 0.24 needed"), HasSubstr("keypoints")));
+                    HasSubstr("of 0.23 needed"), HasSubstr("keypoints")));
   EXPECT_EQ(result.err, "");
   const CommandResult machines =
       run({"recognize", "--model", in("meshes/Doll013_0.ply"), in("scenes/scene001.pcd"), "--json"});

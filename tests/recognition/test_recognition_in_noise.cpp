@@ -76,7 +76,7 @@ TEST(RecognitionInNoise, FindsWhatIsThereAndNotWhatIsNot) {
     std::vector<StageReport> stages;
     EXPECT_TRUE(recognizer.find(*notHere, *scene, &stages).empty()) << noise;
     ASSERT_FALSE(stages.empty());
-    EXPECT_THAT(stages.back().detail, testing::AllOf(HasSubstr("of 0.24 needed"), HasSubstr("supported")));
+    EXPECT_THAT(stages.back().detail, testing::AllOf(HasSubstr("of 0.23 needed"), HasSubstr("supported")));
   }
 }
 
