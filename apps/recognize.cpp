@@ -171,7 +171,7 @@ void run(const Arguments& arguments) {
       fmt::print("{} in {}{}{}\n",
                  models.size() == 1 ? models.begin()->first + " is not" : "None of the models is",
                  arguments.scene, arguments.explain ? "" : "; --explain tells what each stage kept",
-                 arguments.viewpoint.empty()
+                 arguments.viewpoint.empty() && scene->hasView()  // else the warning said it
                      ? fmt::format("; if the sensor did not stand {}, say where: --viewpoint", stood)
                      : "");
   }

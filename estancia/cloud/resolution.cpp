@@ -155,8 +155,9 @@ double estimateNoise(const Neighbours& points, int threads) {
     noise = noiseOf(points, radius, threads);
     const double wanted = noise ? enough * *noise : growth * radius;
     if (wanted <= 1.1 * radius) break;
-    if (radius >= largest) break;
-    radius = std::min({wanted, growth * radius, largest});
+    if (noise && radius >= largest) break;
+    radius = std::min(wanted, growth * radius);
+    if (noise) radius = std::min(radius, largest);
   }
   return noise.value_or(0);
 }

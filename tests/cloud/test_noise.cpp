@@ -115,6 +115,22 @@ TEST(EstimateNoise, DoesNotTakeASmallThingsShapeForNoise) {
     EXPECT_NEAR(estimateNoise(withGaussianNoise(ball, sigma, 3)), sigma, 0.15 * sigma);
 }
 
+TEST(EstimateNoise, PatchesGrowUntilTheyHavePointsEnough) {
+  PointCloud sparse;  // in pairs, so that the nearest point says little of how far apart they are
+  for (int i = 0; i < 7; ++i)
+    for (int j = 0; j < 7; ++j)
+      for (const float aside : {0.F, 0.01F})
+        sparse.points.emplace_back(0.1F * static_cast<float>(i) + aside, 0.1F * static_cast<float>(j), 1.F);
+  for (std::size_t i = 0; i < sparse.points.size(); i += 2) {
+    const float height = 0.01F * std::sin(12.9898F * static_cast<float>(i));
+    sparse.points[i].z += height;
+    sparse.points[i + 1].z += height;
+  }
+  const double noise = estimateNoise(sparse);
+  EXPECT_GT(noise, 0.001);
+  EXPECT_LT(noise, 0.012);
+}
+
 TEST(EstimateNoise, IsNothingWhereThereIsNoSurface) {
   EXPECT_EQ(estimateNoise(PointCloud()), 0);
   EXPECT_EQ(estimateNoise(cloudOf({{1, 2, 3}})), 0);
