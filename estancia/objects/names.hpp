@@ -1,0 +1,40 @@
+// From what a labeler says of samples to the names that shapes are learned by.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "estancia/classify/classifier.hpp"
+#include "estancia/describe/features.hpp"
+#include "estancia/objects/study.hpp"
+
+namespace estancia {
+
+/// top: the likeliest word of each sample (thesis 6.3). voted: one word an instance, of the pooled answers
+/// for all its samples. confident: as top, without the samples whose name is likely wrong by the held-out
+/// opinion of a classifier of shapes (Northcutt, Jiang, Chuang, JAIR 70, 2021).
+enum class Naming { top, voted, confident };
+
+/// Their names, each with one line of explanation.
+std::vector<std::pair<std::string, std::string>> namings();
+/// Throws Error listing the known ones.
+Naming namingOf(const std::string& name);
+
+/// One word a sample, −1: none, not to be learned from (nothing was said of it, or it is not believed).
+/// `instances` tells which samples show one thing; `shapes` (the same samples) and `options` are for
+/// Naming::confident alone. Throws Error when the numbers of samples differ; Interrupted.
+std::vector<int> nameSamples(Naming naming, const WordShares& shares, std::span<const int> instances,
+                             const Features& shapes, const ClassifierOptions& options, Progress& progress);
+
+/// Label noise to be injected: `rate` of the samples (0 … 1), chosen by `seed`, swap the share of their
+/// likeliest word with that of another. view: each by itself; pair: always the next word instead of any;
+/// instance: all samples of a thing alike.
+enum class NoiseKind { view, pair, instance };
+WordShares withNoise(const WordShares& shares, NoiseKind kind, double rate, std::span<const int> instances,
+                     std::uint64_t seed);
+
+}  // namespace estancia
