@@ -33,13 +33,17 @@ cv::Point3f asNormal(const cv::Point3f& vector) {
   return std::abs(length - 1) < unit ? vector : cv::Point3f(cv::Point3d(vector) / length);
 }
 
-PointCloud backProject(const cv::Mat& depth, const CameraIntrinsics& camera) {
+void requireDepth(const cv::Mat& depth, const CameraIntrinsics& camera) {
   if (depth.empty() || depth.type() != CV_32FC1)
     throw Error("a depth picture must have one channel of 32-bit floats [m]; convert it");
   if (camera.width <= 0 || camera.height <= 0 || !(camera.fx > 0) || !(camera.fy > 0) ||
       !std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy))
     throw Error(fmt::format("no camera has {} x {} pixels, fx {}, fy {}, cx {}, cy {}; give its intrinsics",
                             camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy));
+}
+
+PointCloud backProject(const cv::Mat& depth, const CameraIntrinsics& camera) {
+  requireDepth(depth, camera);
   const CameraIntrinsics own = camera.scaledTo(depth.cols, depth.rows);
   constexpr float hole = std::numeric_limits<float>::quiet_NaN();
   PointCloud cloud;

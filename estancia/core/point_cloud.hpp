@@ -35,9 +35,13 @@ inline bool isFinite(const cv::Point3f& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
+/// Throws Error on a depth picture that has no pixel or another type than CV_32F, and on a camera without a
+/// size or focal length.
+void requireDepth(const cv::Mat& depth, const CameraIntrinsics& camera);
+
 /// What a depth picture (CV_32F, metres) saw, organised, in the optical frame of `camera`, whose pictures may
-/// have another size. Pixels with 0, NaN or anything else that is no depth become holes. Throws Error on
-/// pictures of another type and on a camera without a size or focal length.
+/// have another size. Pixels with 0, NaN or anything else that is no depth become holes. Throws Error as
+/// requireDepth() does.
 PointCloud backProject(const cv::Mat& depth, const CameraIntrinsics& camera);
 
 }  // namespace estancia

@@ -1,0 +1,69 @@
+// Depth pictures as 1/z, in which planes are linear over the picture and a depth camera's noise is even.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/core/types.hpp>
+#include <vector>
+
+#include "estancia/core/camera.hpp"
+
+namespace estancia {
+
+/// A depth picture within a margin of pixels without depth, so that whoever looks at neighbours need not ask
+/// where the picture ends. Pictures that go with it (masks, labels) have its size() and are indexed as it is.
+struct InverseDepth {
+  CameraIntrinsics camera;    ///< of this picture
+  double scale = 1;           ///< lengths in pixels are given for a focal length of 525 and grow with it
+  int margin = 0;             ///< on every side
+  std::ptrdiff_t stride = 0;  ///< from row to row
+  std::vector<float> raw;     ///< 1/z [1/m]; 0 where there is no depth
+  std::vector<float> smooth;  ///< the same with less noise
+  std::vector<float> slopeX, slopeY;  ///< X / Z of the columns, Y / Z of the rows
+
+  std::size_t size() const { return raw.size(); }
+  std::size_t at(int u, int v) const { return static_cast<std::size_t>((v + margin) * stride + u + margin); }
+  int column(std::size_t at) const {
+    return static_cast<int>(static_cast<std::ptrdiff_t>(at) % stride) - margin;
+  }
+  int row(std::size_t at) const {
+    return static_cast<int>(static_cast<std::ptrdiff_t>(at) / stride) - margin;
+  }
+  cv::Point3f point(int u, int v) const {
+    const float z = 1 / raw[at(u, v)];
+    return {slopeX[static_cast<std::size_t>(u)] * z, slopeY[static_cast<std::size_t>(v)] * z, z};
+  }
+  int pixels(double length) const { return std::max(1, static_cast<int>(std::lround(length * scale))); }
+  double area(double squarePixels) const { return squarePixels * scale * scale; }
+};
+
+/// Depths that are not within a millimetre and a kilometre are none. The smooth picture is the mean over the
+/// pairs of opposite pixels in a window of 5 × 5 that both lie near in depth: planes stay exact, and edges
+/// stay where they are. Throws Error as backProject() does.
+InverseDepth inverseDepth(const cv::Mat& depth, const CameraIntrinsics& camera, int threads);
+
+/// Whether one surface can go on from the one pixel to its neighbour: their depths differ by less than 1.2 %.
+inline bool isContinuous(float a, float b) {
+  return std::abs(a - b) < 0.012F * std::min(a, b);
+}
+
+/// CV_8U masks over an InverseDepth as OpenCV sees them; shares the memory.
+inline cv::Mat asPicture(const InverseDepth& grid, std::vector<std::uint8_t>& mask) {
+  return {static_cast<int>(static_cast<std::ptrdiff_t>(mask.size()) / grid.stride),
+          static_cast<int>(grid.stride), CV_8U, mask.data()};
+}
+
+/// Marks the pixels of `mask` at which the surface bends towards the camera by more than `depth` [m at 1 m]
+/// over 4 to 8 pixels to either side, in any of four directions: where two convex things touch, or one
+/// stands on another.
+std::vector<std::uint8_t> concaveCreases(const InverseDepth& grid, const std::vector<std::uint8_t>& mask,
+                                         double depth, int threads);
+
+/// Calls work(first, last) for bands of rows that together are 0 ≤ v < rows.
+void inBands(int rows, int threads, const std::function<void(int, int)>& work);
+
+}  // namespace estancia

@@ -1,0 +1,54 @@
+// A depth picture without its planes, cut where convex pieces meet.
+#pragma once
+
+#include <cstdint>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "estancia/cloud/inverse_depth.hpp"
+
+namespace estancia {
+
+/// Numbers that become one set after another (union-find, halving paths); a set goes by its lowest number.
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
+  std::uint32_t add() {
+    parent_.push_back(static_cast<std::uint32_t>(parent_.size()));
+    return parent_.back();
+  }
+  std::size_t size() const { return parent_.size(); }
+  std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = find(a);
+    b = find(b);
+    if (a < b) std::swap(a, b);
+    parent_[a] = b;
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+/// Pieces of a depth picture; number 0 is none.
+struct Pieces {
+  std::vector<std::uint32_t> labels;  ///< a number a pixel, indexed as InverseDepth
+  std::vector<std::uint32_t> sizes;   ///< pixels of each number
+  std::vector<std::pair<std::uint32_t, std::uint32_t>>
+      touching;  ///< a < b: surfaces that go over into each other
+};
+
+/// Cuts what `mask` marks at `creases` and at edges in depth. Pieces grow from where no crease is near, as a
+/// crease often has gaps; neighbours whose border mostly is no crease are one again (convexity decides which
+/// surfaces belong together: Stein et al., CVPR 2014), and what is small goes to its closest neighbour.
+Pieces cutPieces(const InverseDepth& grid, std::vector<std::uint8_t>& mask,
+                 std::vector<std::uint8_t> creases);
+
+/// Sets become pieces, numbered as they appear in the picture.
+void renumber(Pieces& pieces, DisjointSets& sets);
+
+}  // namespace estancia
