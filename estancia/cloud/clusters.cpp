@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "estancia/cloud/inverse_depth.hpp"
+#include "estancia/cloud/joins.hpp"
 #include "estancia/cloud/pieces.hpp"
 #include "estancia/cloud/planes.hpp"
 #include "estancia/core/error.hpp"
@@ -55,6 +56,8 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
   WithoutPlanes scene = removePlanes(grid, options);
   std::vector<std::uint8_t> creases = concaveCreases(grid, scene.rest, options.crease, options.threads);
   Pieces pieces = cutPieces(grid, scene.rest, std::move(creases));
+  joinPieces(grid, options.join, pieces);
+  joinVessels(grid, scene.planes, pieces);
   return {std::move(scene.planes), clustersOf(grid, pieces, options.least)};
 }
 

@@ -1,0 +1,20 @@
+// Pieces of a depth picture that are one thing although they do not touch in the picture.
+#pragma once
+
+#include <vector>
+
+#include "estancia/cloud/clusters.hpp"
+#include "estancia/cloud/inverse_depth.hpp"
+#include "estancia/cloud/pieces.hpp"
+
+namespace estancia {
+
+/// Joins pieces that come within `contact` [m] of each other without a concave corner between them (a hole or
+/// the rim of the nearer one lies between them in the picture), and pieces of one surface with something
+/// nearer in between that hides what connects them.
+void joinPieces(const InverseDepth& grid, double contact, Pieces& pieces);
+
+/// Joins what lies within the round wall of a vessel that stands on one of `planes`: its inside.
+void joinVessels(const InverseDepth& grid, const std::vector<Plane>& planes, Pieces& pieces);
+
+}  // namespace estancia
