@@ -19,6 +19,7 @@ constexpr float kFaces = 0.94F;        // cosine between normals of samples and 
 constexpr float kFacesLoosely = 0.9F;  // 25°
 constexpr float kGrazing = 0.1F;       // cosine below which the area of a pixel means nothing
 constexpr double kHopeful = 0.7;       // of planeArea: what the samples may be short of
+constexpr double kEdge = 10;           // cameras often see no depth so near to the edge [pixels]
 constexpr double kReach = 4;           // so far beyond its patches a plane takes what lies on it [pixels]
 
 using Coefficients = cv::Vec3d;  // w = a x + b y + c over the slopes x, y
@@ -214,15 +215,17 @@ void takeNear(const float* w, const float* x, float a, float constant, float tol
   }
 }
 
-/// The connected patches of a mask, and how large each is.
+/// The connected patches of a mask.
 struct Patches {
   cv::Mat labels;             ///< CV_32S, 0: none
-  std::vector<double> areas;  ///< [m²]
+  std::vector<double> areas;  ///< of them that is seen [m²]
+  std::vector<double> least;  ///< of them there is [m²]: twice that where the edge of the picture cuts
 };
 
-Patches patchesOf(const Half& half, const cv::Mat& on, const Coefficients& plane) {
+Patches patchesOf(const Half& half, const cv::Mat& on, const Coefficients& plane, int edge) {
   Patches patches;
-  const int count = cv::connectedComponents(on, patches.labels, 8, CV_32S);
+  cv::Mat boxes, centroids;
+  const int count = cv::connectedComponentsWithStats(on, patches.labels, boxes, centroids, 8, CV_32S);
   patches.areas.resize(static_cast<std::size_t>(count));
   const double length = cv::norm(plane);
   for (int v = 0; v < half.height; ++v) {
@@ -237,6 +240,14 @@ Patches patchesOf(const Half& half, const cv::Mat& on, const Coefficients& plane
       patches.areas[static_cast<std::size_t>(label[u])] +=
           half.pixelArea / (w * w * std::max<double>(cosine, kGrazing));
     }
+  }
+  patches.least = patches.areas;
+  for (int i = 1; i < count; ++i) {
+    const int left = boxes.at<int>(i, cv::CC_STAT_LEFT), top = boxes.at<int>(i, cv::CC_STAT_TOP);
+    const bool cut = left <= edge || top <= edge ||
+                     left + boxes.at<int>(i, cv::CC_STAT_WIDTH) >= half.width - edge ||
+                     top + boxes.at<int>(i, cv::CC_STAT_HEIGHT) >= half.height - edge;
+    if (cut) patches.least[static_cast<std::size_t>(i)] *= 2;
   }
   return patches;
 }
@@ -286,20 +297,24 @@ WithoutPlanes removePlanes(const InverseDepth& grid, const ClusterOptions& optio
              static_cast<float>(plane[0]), static_cast<float>(plane[1]), static_cast<float>(plane[2]),
              half.y[static_cast<std::size_t>(v)], length, left.ptr(v), half.width, on.ptr(v));
     }
-    const Patches patches = patchesOf(half, on, plane);
+    const Patches patches = patchesOf(half, on, plane, grid.pixels(kEdge / 2));
     left -= on;  // a plane that is none, after all, is set aside: others may still be there
-    if (std::ranges::max(patches.areas) < options.planeArea) continue;
-    double total = 0;
-    for (const double patch : patches.areas) total += patch >= options.planeArea / 2 ? patch : 0;
-    for (int v = 0; v < half.height; ++v)
-      for (int u = 0; u < half.width; ++u)
-        on.at<std::uint8_t>(v, u) =
-            patches.areas[static_cast<std::size_t>(patches.labels.at<int>(v, u))] >= options.planeArea / 2;
+    if (std::ranges::max(patches.least) < options.planeArea) continue;
+    double seen = 0;
+    std::vector<std::uint8_t> large(patches.areas.size());
+    for (std::size_t i = 1; i < large.size(); ++i) {
+      large[i] = patches.least[i] >= options.planeArea / 2;
+      seen += large[i] != 0 ? patches.areas[i] : 0;
+    }
+    for (int v = 0; v < half.height; ++v) {
+      const auto* label = patches.labels.ptr<int>(v);
+      for (int u = 0; u < half.width; ++u) on.ptr(v)[u] = large[static_cast<std::size_t>(label[u])];
+    }
     cv::dilate(on, on, around);
     take(grid, on, plane, options.planeTolerance, result.rest);
     left.setTo(0, on & (left > 0));
     const double norm = cv::norm(plane);
-    result.planes.push_back({-plane / norm, -1 / norm, total});
+    result.planes.push_back({-plane / norm, -1 / norm, seen});
   }
   return result;
 }
