@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <functional>
+#include <limits>
+#include <optional>
 
+#include "estancia/cloud/facet.hpp"
 #include "estancia/cloud/inverse_depth.hpp"
 #include "estancia/cloud/joins.hpp"
+#include "estancia/cloud/loose_clusters.hpp"
 #include "estancia/cloud/pieces.hpp"
 #include "estancia/cloud/planes.hpp"
 #include "estancia/core/error.hpp"
@@ -28,14 +32,75 @@ void requireSound(const ClusterOptions& options) {
     throw Error(fmt::format("{} threads are none; give 0 for as many as there are cores", options.threads));
 }
 
+/// What of the picture has depth: cameras often see none along its edge.
+cv::Rect fieldOf(const InverseDepth& grid) {
+  constexpr int share = 20;  // of the picture: what is missing beyond is no edge of the camera's
+  const int width = grid.camera.width, height = grid.camera.height;
+  int left = width, right = -1, top = height, bottom = -1;
+  for (int v = 0; v < height; ++v)
+    for (int u = 0; u < width; ++u) {
+      if (grid.raw[grid.at(u, v)] == 0) continue;
+      left = std::min(left, u);
+      right = std::max(right, u);
+      top = std::min(top, v);
+      bottom = v;
+    }
+  left = left * share <= width ? left : 0;
+  right = (width - 1 - right) * share <= width ? right : width - 1;
+  top = top * share <= height ? top : 0;
+  bottom = (height - 1 - bottom) * share <= height ? bottom : height - 1;
+  return {left, top, right - left + 1, bottom - top + 1};
+}
+
+/// The points at which all around is of the same piece: those at its rim are mixed with what is behind.
+std::vector<cv::Point3f> innerPoints(const InverseDepth& grid, const Pieces& pieces, const Cluster& cluster) {
+  constexpr double rim = 2;  // pixels
+  const std::ptrdiff_t across = grid.pixels(rim), down = across * grid.stride;
+  const std::ptrdiff_t around[] = {across,        -across,       down,           -down,
+                                   across + down, across - down, -across - down, -across + down};
+  std::vector<cv::Point3f> inner;
+  for (const std::uint32_t p : cluster.points) {
+    const auto width = static_cast<std::uint32_t>(grid.camera.width);
+    const int u = static_cast<int>(p % width), v = static_cast<int>(p / width);
+    const auto at = static_cast<std::ptrdiff_t>(grid.at(u, v));
+    const std::uint32_t label = pieces.labels[static_cast<std::size_t>(at)];
+    if (std::ranges::all_of(around, [&](std::ptrdiff_t step) {
+          return pieces.labels[static_cast<std::size_t>(at + step)] == label;
+        }))
+      inner.push_back(grid.point(u, v));
+  }
+  return inner;
+}
+
+/// Fills in all but the points.
+void describe(const InverseDepth& grid, const Pieces& pieces, const cv::Rect& field, Cluster& cluster) {
+  constexpr int edge = 2;  // pixels
+  const auto width = static_cast<std::uint32_t>(grid.camera.width);
+  int left = grid.camera.width, right = 0, top = grid.camera.height, bottom = 0;
+  cv::Point3d sum;
+  for (const std::uint32_t p : cluster.points) {
+    const int u = static_cast<int>(p % width), v = static_cast<int>(p / width);
+    left = std::min(left, u);
+    right = std::max(right, u);
+    top = std::min(top, v);
+    bottom = std::max(bottom, v);
+    sum += cv::Point3d(grid.point(u, v));
+  }
+  cluster.box = {left, top, right - left + 1, bottom - top + 1};
+  cluster.centre = sum / static_cast<double>(cluster.points.size());
+  cluster.atBorder = left < field.x + edge || top < field.y + edge || right >= field.br().x - edge ||
+                     bottom >= field.br().y - edge;
+  cluster.flat = lieOnOnePlane(innerPoints(grid, pieces, cluster), cluster.centre.z);
+}
+
 std::vector<Cluster> clustersOf(const InverseDepth& grid, const Pieces& pieces, std::size_t least) {
   const double enough = std::max(1., grid.area(static_cast<double>(least)));
   std::vector<Cluster> clusters;
   std::vector<std::uint32_t> numbers(pieces.sizes.size());
   for (std::size_t i = 1; i < pieces.sizes.size(); ++i) {
     if (pieces.sizes[i] < enough) continue;
-    numbers[i] = static_cast<std::uint32_t>(clusters.size() + 1);
     clusters.emplace_back().points.reserve(pieces.sizes[i]);
+    numbers[i] = static_cast<std::uint32_t>(clusters.size());
   }
   for (int v = 0; v < grid.camera.height; ++v)
     for (int u = 0; u < grid.camera.width; ++u) {
@@ -45,7 +110,56 @@ std::vector<Cluster> clustersOf(const InverseDepth& grid, const Pieces& pieces, 
     }
   std::ranges::stable_sort(clusters, std::ranges::greater{},
                            [](const Cluster& c) { return c.points.size(); });
+  const cv::Rect field = fieldOf(grid);
+  for (Cluster& cluster : clusters) describe(grid, pieces, field, cluster);
   return clusters;
+}
+
+/// One coordinate of pixels as a pinhole camera sees them: pixel = focal · slope + centre.
+class LineFit {
+ public:
+  void add(double slope, double pixel) {
+    ++n_;
+    x_ += slope;
+    y_ += pixel;
+    xx_ += slope * slope;
+    xy_ += slope * pixel;
+    yy_ += pixel * pixel;
+  }
+  double focal() const { return (n_ * xy_ - x_ * y_) / (n_ * xx_ - x_ * x_); }
+  double centre() const { return (y_ - focal() * x_) / n_; }
+  /// [pixels], root mean square
+  double residual() const {
+    const double f = focal(), spread = (yy_ - y_ * y_ / n_) - f * (xy_ - x_ * y_ / n_);
+    return std::sqrt(std::max(0., spread / n_));
+  }
+
+ private:
+  double n_ = 0, x_ = 0, y_ = 0, xx_ = 0, xy_ = 0, yy_ = 0;
+};
+
+/// The camera that saw an organised cloud; none where no pinhole camera did.
+std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
+  constexpr double mostResidual = 0.5;  // pixels
+  if (!cloud.organised() || cloud.width > std::numeric_limits<int>::max() / cloud.height) return {};
+  LineFit across, down;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    const cv::Point3f& p = cloud.points[i];
+    if (!isFinite(p)) continue;
+    if (!(p.z > 0)) return {};
+    across.add(static_cast<double>(p.x) / p.z, static_cast<double>(i % cloud.width));
+    down.add(static_cast<double>(p.y) / p.z, static_cast<double>(i / cloud.width));
+  }
+  const CameraIntrinsics camera{static_cast<int>(cloud.width),
+                                static_cast<int>(cloud.height),
+                                across.focal(),
+                                down.focal(),
+                                across.centre(),
+                                down.centre()};
+  const bool explained = camera.fx > 0 && camera.fy > 0 &&
+                         std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy) &&
+                         across.residual() <= mostResidual && down.residual() <= mostResidual;
+  return explained ? std::optional(camera) : std::nullopt;
 }
 
 }  // namespace
@@ -59,6 +173,50 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
   joinPieces(grid, options.join, pieces);
   joinVessels(grid, scene.planes, pieces);
   return {std::move(scene.planes), clustersOf(grid, pieces, options.least)};
+}
+
+Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options) {
+  requireSound(options);
+  requireWhole(cloud);
+  const auto camera = cameraOf(cloud);
+  if (!camera) return findLooseClusters(cloud, options);
+  cv::Mat depth(camera->height, camera->width, CV_32F);
+  std::ranges::transform(cloud.points, depth.ptr<float>(),
+                         [](const cv::Point3f& p) { return isFinite(p) ? p.z : 0; });
+  return findClusters(depth, *camera, options);
+}
+
+PointCloud pointsOf(const PointCloud& cloud, const std::vector<std::uint32_t>& points) {
+  requireWhole(cloud);
+  PointCloud part;
+  part.width = points.size();
+  part.height = 1;
+  part.viewpoint = cloud.viewpoint;
+  for (const std::uint32_t i : points) {
+    if (i >= cloud.points.size())
+      throw Error(fmt::format("a cloud of {} points has no point {}; these points are another cloud's",
+                              cloud.points.size(), i));
+    part.points.push_back(cloud.points[i]);
+    if (!cloud.colours.empty()) part.colours.push_back(cloud.colours[i]);
+    if (!cloud.normals.empty()) part.normals.push_back(cloud.normals[i]);
+  }
+  return part;
+}
+
+bool isFlat(const PointCloud& cloud) {
+  std::vector<cv::Point3f> points;
+  cv::Point3d sum;
+  for (const cv::Point3f& p : cloud.points) {
+    if (!isFinite(p)) continue;
+    points.push_back(p);
+    sum += cv::Point3d(p);
+  }
+  if (points.empty()) return false;
+  const cv::Point3d from = cloud.viewpoint
+                               ? cv::Point3d(cloud.viewpoint->x, cloud.viewpoint->y, cloud.viewpoint->z)
+                               : cv::Point3d();
+  const double distance = cv::norm(sum / static_cast<double>(points.size()) - from);
+  return lieOnOnePlane(std::move(points), distance);
 }
 
 }  // namespace estancia

@@ -8,7 +8,7 @@
 #include <span>
 #include <tuple>
 
-#include "estancia/cloud/spread.hpp"
+#include "estancia/cloud/facet.hpp"
 
 namespace estancia {
 namespace {
@@ -93,25 +93,11 @@ std::vector<cv::Point3f> near(std::span<const cv::Point3f> points, std::span<con
   return result;
 }
 
-struct Facet {
-  cv::Vec3d centre, normal;  ///< the normal looks towards the camera
-};
-
-/// The plane of some points; none when they are few or lie on a line.
-std::optional<Facet> facetOf(std::span<const cv::Point3f> points, std::size_t fewest) {
-  if (points.size() < fewest) return {};
-  cv::Vec3d mean;
-  for (const cv::Point3f& p : points) mean += cv::Vec3d(p.x, p.y, p.z);
-  mean /= static_cast<double>(points.size());
-  cv::Matx33d covariance = cv::Matx33d::zeros();
-  for (const cv::Point3f& p : points) {
-    const cv::Vec3d d = cv::Vec3d(p.x, p.y, p.z) - mean;
-    covariance += d * d.t();
-  }
-  cv::Vec3d normal = axesOf(covariance * (1. / static_cast<double>(points.size()))).normal;
-  if (std::isnan(normal[0])) return {};
-  if (normal.dot(mean) > 0) normal = -normal;
-  return Facet{mean, normal};
+/// The plane of what is seen of a surface, looking towards the camera.
+std::optional<Facet> seenFacet(std::span<const cv::Point3f> points, std::size_t fewest) {
+  auto facet = facetOf(points, fewest);
+  if (facet && facet->normal.dot(facet->centre) > 0) facet->normal = -facet->normal;
+  return facet;
 }
 
 /// Whether the surfaces meet flat or convexly where they touch (Stein et al., CVPR 2014, equation 4).
@@ -119,9 +105,9 @@ bool meetConvexly(const Shape& a, const Shape& b, std::span<const cv::Point3f> c
                   std::span<const cv::Point3f> contactB) {
   constexpr float reach = 2 * kAroundContact;
   const auto atA =
-      facetOf(near(near(a.surface, contactB, reach), near(b.surface, contactA, reach), kAroundContact), 3);
+      seenFacet(near(near(a.surface, contactB, reach), near(b.surface, contactA, reach), kAroundContact), 3);
   const auto atB =
-      facetOf(near(near(b.surface, contactA, reach), near(a.surface, contactB, reach), kAroundContact), 3);
+      seenFacet(near(near(b.surface, contactA, reach), near(a.surface, contactB, reach), kAroundContact), 3);
   if (!atA || !atB) return true;  // too small to tell
   const cv::Vec3d between = atA->centre - atB->centre;
   const double length = cv::norm(between);
@@ -150,8 +136,8 @@ bool isHidden(const InverseDepth& grid, const Pieces& pieces, const Shape& a, co
 
 bool continueEachOther(const Shape& a, const Shape& b, const cv::Point3f& endA, const cv::Point3f& endB) {
   constexpr std::size_t fewest = 15;
-  const auto atA = facetOf(near(a.surface, {&endA, 1}, kAroundGap), fewest);
-  const auto atB = facetOf(near(b.surface, {&endB, 1}, kAroundGap), fewest);
+  const auto atA = seenFacet(near(a.surface, {&endA, 1}, kAroundGap), fewest);
+  const auto atB = seenFacet(near(b.surface, {&endB, 1}, kAroundGap), fewest);
   if (!atA || !atB) return false;
   const cv::Vec3d between = atB->centre - atA->centre;
   const double off = std::max(std::abs(between.dot(atA->normal)), std::abs(between.dot(atB->normal)));

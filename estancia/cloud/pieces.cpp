@@ -6,11 +6,10 @@
 namespace estancia {
 namespace {
 
-constexpr double kLeastCrease = 25, kLeastSeed = 60, kLeastPiece = 400;  // [square pixels]
-constexpr double kOpening = 2.5;         // how far seeds stay away from creases [pixels]
-constexpr std::size_t kLeastBorder = 5;  // pairs of pixels that make two pieces neighbours
-constexpr double kCreased = 0.45;        // share of creases in a border that parts its pieces
-constexpr int kRounds = 3;               // of joining neighbours
+constexpr double kLeastCrease = 25, kLeastSeed = 60;  // [square pixels]
+constexpr double kOpening = 2.5;                      // how far seeds stay away from creases [pixels]
+constexpr double kCreased = 0.45;                     // share of creases in a border that parts its pieces
+constexpr int kRounds = 3;                            // of joining neighbours
 
 void dropSmallBlobs(const InverseDepth& grid, std::vector<std::uint8_t>& mask) {
   cv::Mat labels, statistics, centroids, picture = asPicture(grid, mask);
@@ -96,21 +95,13 @@ void grow(const InverseDepth& grid, const std::vector<std::uint8_t>& mask, Piece
   }
 }
 
-struct Border {
-  std::uint32_t a, b;  ///< the pieces, a < b
-  std::size_t pixels = 0, creased = 0;
-};
-
-/// Where pieces go over into each other, sorted by pieces.
 std::vector<Border> bordersOf(const InverseDepth& grid, const Pieces& pieces,
                               const std::vector<std::uint8_t>& creases) {
-  std::vector<std::uint64_t> pairs;  // a, b, whether there is a crease
+  std::vector<std::uint64_t> pairs;
   const auto look = [&](std::size_t i, std::size_t j) {
-    const std::uint32_t a = std::min(pieces.labels[i], pieces.labels[j]),
-                        b = std::max(pieces.labels[i], pieces.labels[j]);
-    if (a == 0 || a == b || !isContinuous(grid.raw[i], grid.raw[j])) return;
-    pairs.push_back(std::uint64_t{a} << 32 | std::uint64_t{b} << 1 |
-                    static_cast<std::uint64_t>(creases[i] | creases[j]));
+    const std::uint32_t a = pieces.labels[i], b = pieces.labels[j];
+    if (b == 0 || a == b || !isContinuous(grid.raw[i], grid.raw[j])) return;
+    pairs.push_back(pairOf(a, b, (creases[i] | creases[j]) != 0));
   };
   for (int v = 0; v < grid.camera.height; ++v) {
     const std::size_t end = grid.at(grid.camera.width, v);
@@ -120,16 +111,7 @@ std::vector<Border> bordersOf(const InverseDepth& grid, const Pieces& pieces,
       look(i, i + static_cast<std::size_t>(grid.stride));
     }
   }
-  std::ranges::sort(pairs);
-  std::vector<Border> borders;
-  for (const std::uint64_t pair : pairs) {
-    const auto a = static_cast<std::uint32_t>(pair >> 32),
-               b = static_cast<std::uint32_t>(pair & 0xFFFFFFFFU) >> 1;
-    if (borders.empty() || borders.back().a != a || borders.back().b != b) borders.push_back({a, b});
-    ++borders.back().pixels;
-    borders.back().creased += pair & 1;
-  }
-  return borders;
+  return estancia::bordersOf(std::move(pairs));
 }
 
 /// The same once the pieces of each set are one.
@@ -146,7 +128,7 @@ std::vector<Border> joined(std::vector<Border> borders, DisjointSets& sets) {
     if (merged.empty() || merged.back().a != border.a || merged.back().b != border.b) {
       merged.push_back(border);
     } else {
-      merged.back().pixels += border.pixels;
+      merged.back().pairs += border.pairs;
       merged.back().creased += border.creased;
     }
   }
@@ -157,8 +139,8 @@ void joinSmooth(std::vector<Border>& borders, DisjointSets& sets) {
   for (int round = 0; round < kRounds; ++round) {
     bool changed = false;
     for (const Border& border : borders) {
-      if (border.pixels < kLeastBorder ||
-          static_cast<double>(border.creased) >= kCreased * static_cast<double>(border.pixels))
+      if (border.pairs < kLeastBorder ||
+          static_cast<double>(border.creased) >= kCreased * static_cast<double>(border.pairs))
         continue;
       sets.join(border.a, border.b);
       changed = true;
@@ -171,23 +153,23 @@ void joinSmooth(std::vector<Border>& borders, DisjointSets& sets) {
 void joinSmall(std::vector<Border>& borders, DisjointSets& sets, const std::vector<std::uint32_t>& sizes,
                double least) {
   struct Closest {
-    std::size_t pixels = 0;
+    std::size_t pairs = 0;
     std::uint32_t piece = 0;
   };
   for (int round = 0; round < kRounds; ++round) {
     std::vector<std::uint32_t> whole(sizes.size());
     for (std::uint32_t i = 0; i < sizes.size(); ++i) whole[sets.find(i)] += sizes[i];
     std::vector<Closest> closest(sizes.size());
-    const auto offer = [&](std::uint32_t small, std::uint32_t other, std::size_t pixels) {
-      if (whole[small] < least && pixels > closest[small].pixels) closest[small] = {pixels, other};
+    const auto offer = [&](std::uint32_t small, std::uint32_t other, std::size_t pairs) {
+      if (whole[small] < least && pairs > closest[small].pairs) closest[small] = {pairs, other};
     };
     for (const Border& border : borders) {
-      offer(border.a, border.b, border.pixels);
-      offer(border.b, border.a, border.pixels);
+      offer(border.a, border.b, border.pairs);
+      offer(border.b, border.a, border.pairs);
     }
     bool changed = false;
     for (std::uint32_t i = 1; i < sizes.size(); ++i) {
-      if (closest[i].pixels == 0) continue;
+      if (closest[i].pairs == 0) continue;
       sets.join(i, closest[i].piece);
       changed = true;
     }
@@ -197,6 +179,25 @@ void joinSmall(std::vector<Border>& borders, DisjointSets& sets, const std::vect
 }
 
 }  // namespace
+
+std::vector<Border> bordersOf(std::vector<std::uint64_t> pairs) {
+  std::ranges::sort(pairs);
+  std::vector<Border> borders;
+  for (const std::uint64_t pair : pairs) {
+    const auto a = static_cast<std::uint32_t>(pair >> 32),
+               b = static_cast<std::uint32_t>(pair & 0xFFFFFFFFU) >> 1;
+    if (borders.empty() || borders.back().a != a || borders.back().b != b) borders.push_back({a, b});
+    ++borders.back().pairs;
+    borders.back().creased += pair & 1;
+  }
+  return borders;
+}
+
+void joinNeighbours(std::vector<Border>& borders, DisjointSets& sets, const std::vector<std::uint32_t>& sizes,
+                    double least) {
+  joinSmooth(borders, sets);
+  joinSmall(borders, sets, sizes, least);
+}
 
 void renumber(Pieces& pieces, DisjointSets& sets) {
   std::vector<std::uint32_t> number(pieces.sizes.size()), sizes(1);
@@ -236,10 +237,9 @@ Pieces cutPieces(const InverseDepth& grid, std::vector<std::uint8_t>& mask,
       grid, [&](std::size_t i) { return mask[i] != 0 && pieces.labels[i] == 0; }, 1, pieces);
   std::vector<Border> borders = bordersOf(grid, pieces, creases);
   DisjointSets sets(pieces.sizes.size());
-  joinSmooth(borders, sets);
-  joinSmall(borders, sets, pieces.sizes, grid.area(kLeastPiece));
+  joinNeighbours(borders, sets, pieces.sizes, grid.area(kLeastPiece));
   for (const Border& border : borders)
-    if (border.pixels >= kLeastBorder) pieces.touching.emplace_back(border.a, border.b);
+    if (border.pairs >= kLeastBorder) pieces.touching.emplace_back(border.a, border.b);
   renumber(pieces, sets);
   return pieces;
 }

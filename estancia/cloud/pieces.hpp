@@ -1,6 +1,7 @@
 // A depth picture without its planes, cut where convex pieces meet.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <numeric>
 #include <utility>
@@ -34,6 +35,9 @@ class DisjointSets {
   std::vector<std::uint32_t> parent_;
 };
 
+constexpr double kLeastPiece = 400;      ///< [square pixels]
+constexpr std::size_t kLeastBorder = 5;  ///< pairs of points that make two pieces neighbours
+
 /// Pieces of a depth picture; number 0 is none.
 struct Pieces {
   std::vector<std::uint32_t> labels;  ///< a number a pixel, indexed as InverseDepth
@@ -41,6 +45,23 @@ struct Pieces {
   std::vector<std::pair<std::uint32_t, std::uint32_t>>
       touching;  ///< a < b: surfaces that go over into each other
 };
+
+/// Where two pieces go over into each other.
+struct Border {
+  std::uint32_t a, b;                  ///< the pieces, a < b
+  std::size_t pairs = 0, creased = 0;  ///< of neighbours on either side; of these at a crease
+};
+
+/// Borders out of single pairs of neighbours, each put together by pairOf().
+std::vector<Border> bordersOf(std::vector<std::uint64_t> pairs);
+inline std::uint64_t pairOf(std::uint32_t a, std::uint32_t b, bool creased) {
+  return std::uint64_t{std::min(a, b)} << 32 | std::uint64_t{std::max(a, b)} << 1 | std::uint64_t{creased};
+}
+
+/// Joins neighbours whose border mostly is no crease, then those of less than `least` points with the
+/// neighbour of the longest border. Leaves the borders that are left.
+void joinNeighbours(std::vector<Border>& borders, DisjointSets& sets, const std::vector<std::uint32_t>& sizes,
+                    double least);
 
 /// Cuts what `mask` marks at `creases` and at edges in depth. Pieces grow from where no crease is near, as a
 /// crease often has gaps; neighbours whose border mostly is no crease are one again (convexity decides which

@@ -1,0 +1,292 @@
+#include "estancia/cloud/loose_clusters.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "estancia/cloud/facet.hpp"
+#include "estancia/cloud/neighbours.hpp"
+#include "estancia/cloud/normals.hpp"
+#include "estancia/cloud/pieces.hpp"
+#include "estancia/cloud/resolution.hpp"
+#include "estancia/cloud/voxel_grid.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr double kLeastLeaf = 0.005;       // [m]
+constexpr float kLink = 3;                 // leaves: points so near are connected
+constexpr std::size_t kAroundNormal = 30;  // points
+constexpr std::uint32_t kNone = 0;         // no piece
+
+/// One point a voxel.
+struct Surface {
+  PointCloud cloud;
+  std::vector<cv::Point3f> normals;
+  std::vector<double> noise;  ///< how much noisier than at 1 m
+  Neighbours neighbours;
+  double leaf;
+  float link;     ///< [m]
+  bool oriented;  ///< normals look towards whoever saw the surface
+  std::size_t size() const { return cloud.points.size(); }
+};
+
+bool isBeyond(const PointCloud& cloud, const cv::Point3f& place) {
+  cv::Point3f low(HUGE_VALF, HUGE_VALF, HUGE_VALF), high = -low;
+  for (const cv::Point3f& p : cloud.points) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  return place.x < low.x || place.y < low.y || place.z < low.z || place.x > high.x || place.y > high.y ||
+         place.z > high.z;
+}
+
+Surface surfaceOf(const PointCloud& cloud, int threads) {
+  const double leaf = std::max(kLeastLeaf, 2 * resolutionOf(cloud));
+  PointCloud thin = voxelGrid(cloud, leaf);
+  Neighbours neighbours(thin.points, threads);
+  NormalOptions options;
+  options.neighbours = kAroundNormal;
+  options.threads = threads;
+  if (cloud.viewpoint)
+    options.viewpoint = cv::Point3d(cloud.viewpoint->x, cloud.viewpoint->y, cloud.viewpoint->z);
+  std::vector<cv::Point3f> normals = estimateNormals(thin.points, neighbours, options);
+  for (std::size_t i = 0; i < thin.normals.size(); ++i)  // they know better which side was seen
+    if (thin.normals[i].dot(normals[i]) < 0) normals[i] = -normals[i];
+  std::vector<double> noise;
+  for (const cv::Point3f& p : thin.points) {
+    const cv::Point3d d = p - options.viewpoint;
+    noise.push_back(std::max(1., d.dot(d)));
+  }
+  const bool oriented =
+      !thin.normals.empty() || cloud.viewpoint.has_value() || isBeyond(thin, options.viewpoint);
+  return {std::move(thin),
+          std::move(normals),
+          std::move(noise),
+          std::move(neighbours),
+          leaf,
+          static_cast<float>(kLink * leaf),
+          oriented};
+}
+
+/// Numbers what is connected among the points that `wanted` says, from the sizes' end on; calls
+/// linked(i, neighbour) on what else must hold for two points. Fewer than `least` points stay without.
+template <class Wanted>
+void labelConnected(const Surface& s, const Wanted& wanted, double least, std::vector<std::uint32_t>& labels,
+                    std::vector<std::uint32_t>& sizes) {
+  std::vector<std::uint32_t> group, provisional(s.size());
+  std::vector<Neighbour> buffer;
+  for (std::uint32_t first = 0; first < s.size(); ++first) {
+    if (!wanted(first) || labels[first] != kNone || provisional[first] != 0) continue;
+    group.assign(1, first);
+    provisional[first] = 1;
+    for (std::size_t k = 0; k < group.size(); ++k)
+      for (const Neighbour& n : s.neighbours.within(s.cloud.points[group[k]], s.link, buffer)) {
+        if (!wanted(n.index) || labels[n.index] != kNone || provisional[n.index] != 0) continue;
+        provisional[n.index] = 1;
+        group.push_back(n.index);
+      }
+    if (static_cast<double>(group.size()) < least) continue;
+    for (const std::uint32_t i : group) labels[i] = static_cast<std::uint32_t>(sizes.size());
+    sizes.push_back(static_cast<std::uint32_t>(group.size()));
+  }
+}
+
+struct Fitted {
+  Facet facet;
+  double area = 0;
+};
+
+/// The plane with most of some candidates on it (RANSAC, one point with its normal a hypothesis).
+std::optional<Facet> bestPlane(const Surface& s, const std::vector<std::uint32_t>& candidates,
+                               double tolerance, cv::RNG& random) {
+  constexpr int hypotheses = 150, mostSamples = 3000;
+  constexpr double faces = 0.94;
+  const auto any = [&] {
+    return candidates[static_cast<std::size_t>(random.uniform(0, static_cast<int>(candidates.size())))];
+  };
+  std::vector<std::uint32_t> samples;
+  for (int i = 0; i < mostSamples; ++i) samples.push_back(any());
+  const auto isOn = [&](const Facet& facet, std::uint32_t i) {
+    const cv::Point3f& n = s.normals[i];
+    return std::abs(facet.distance(s.cloud.points[i])) < tolerance * s.noise[i] &&
+           std::abs(facet.normal.dot(cv::Vec3d(n.x, n.y, n.z))) > faces;
+  };
+  std::optional<Facet> best;
+  std::ptrdiff_t most = 0;
+  for (int h = 0; h < hypotheses; ++h) {
+    const std::uint32_t i = any();
+    const cv::Point3f &p = s.cloud.points[i], &n = s.normals[i];
+    const Facet facet{{p.x, p.y, p.z}, {n.x, n.y, n.z}};
+    const auto votes = std::ranges::count_if(samples, [&](std::uint32_t k) { return isOn(facet, k); });
+    if (votes > most) std::tie(most, best) = std::tuple(votes, facet);
+  }
+  for (int round = 0; round < 3 && best; ++round) {
+    std::vector<cv::Point3f> on;
+    for (const std::uint32_t k : samples)
+      if (isOn(*best, k)) on.push_back(s.cloud.points[k]);
+    const auto fitted = facetOf(on);
+    if (!fitted) break;
+    best = fitted;
+  }
+  return best;
+}
+
+/// Takes planes out of `rest`.
+std::vector<Plane> takePlanes(const Surface& s, const ClusterOptions& options,
+                              std::vector<std::uint8_t>& rest) {
+  constexpr int mostTries = 16;
+  constexpr std::size_t mostPlanes = 8;
+  constexpr double facesLoosely = 0.9;
+  std::vector<Plane> planes;
+  std::vector<std::uint8_t> left(s.size());
+  for (std::size_t i = 0; i < s.size(); ++i) left[i] = isFinite(s.normals[i]);
+  cv::RNG random(options.seed);
+  for (int t = 0; t < mostTries && planes.size() < mostPlanes; ++t) {
+    std::vector<std::uint32_t> candidates;
+    for (std::uint32_t i = 0; i < s.size(); ++i)
+      if (left[i] != 0) candidates.push_back(i);
+    if (candidates.empty()) break;
+    const auto plane = bestPlane(s, candidates, options.planeTolerance, random);
+    if (!plane) break;
+    const auto isNear = [&](std::uint32_t i) {
+      return std::abs(plane->distance(s.cloud.points[i])) < options.planeTolerance * s.noise[i];
+    };
+    std::vector<std::uint8_t> on(s.size());
+    for (const std::uint32_t i : candidates) {
+      const cv::Point3f& n = s.normals[i];
+      on[i] = isNear(i) && std::abs(plane->normal.dot(cv::Vec3d(n.x, n.y, n.z))) > facesLoosely;
+    }
+    // A plane touches so many voxels a square of their edge.
+    const double voxels =
+        std::abs(plane->normal[0]) + std::abs(plane->normal[1]) + std::abs(plane->normal[2]);
+    const double pointArea = s.leaf * s.leaf / voxels;
+    std::vector<std::uint32_t> labels(s.size()), sizes(1);
+    labelConnected(
+        s, [&](std::uint32_t i) { return on[i] != 0; }, options.planeArea / 2 / pointArea, labels, sizes);
+    bool any = false;
+    for (const std::uint32_t i : candidates) {
+      any = any || on[i] != 0;
+      if (on[i] != 0) left[i] = 0;  // one that is too small is set aside: others may still be there
+    }
+    if (!any) break;
+    if (std::ranges::max(sizes) * pointArea < options.planeArea) continue;
+    std::vector<Neighbour> buffer;
+    double area = 0;
+    for (const std::uint32_t i : candidates) {
+      if (labels[i] == kNone) continue;
+      area += pointArea;
+      for (const Neighbour& n : s.neighbours.within(s.cloud.points[i], s.link, buffer))
+        if (isNear(n.index)) rest[n.index] = left[n.index] = 0;
+    }
+    const double side = plane->normal.dot(plane->centre) > 0 && s.oriented ? -1 : 1;
+    planes.push_back({side * plane->normal, side * plane->normal.dot(plane->centre), area});
+  }
+  return planes;
+}
+
+/// Points around which the surface rises towards whoever saw it.
+std::vector<std::uint8_t> creasesOf(const Surface& s, const std::vector<std::uint8_t>& rest, double depth,
+                                    int threads) {
+  std::vector<std::uint8_t> creases(s.size());
+  if (!s.oriented) return creases;
+  s.neighbours.eachWithin(s.link, threads, [&](std::uint32_t i, std::span<const Neighbour> near) {
+    if (rest[i] == 0 || !isFinite(s.normals[i])) return;
+    double rise = 0, count = 0;
+    for (const Neighbour& n : near) {
+      if (n.index == i) continue;
+      rise += (s.cloud.points[n.index] - s.cloud.points[i]).dot(s.normals[i]);
+      ++count;
+    }
+    creases[i] = rise > depth * s.noise[i] * count;
+  });
+  return creases;
+}
+
+/// Every point of `wanted` within `radius` of a marked one.
+std::vector<std::uint8_t> around(const Surface& s, const std::vector<std::uint8_t>& marked, float radius) {
+  std::vector<std::uint8_t> wide(s.size());
+  std::vector<Neighbour> buffer;
+  for (std::uint32_t i = 0; i < s.size(); ++i) {
+    if (marked[i] == 0) continue;
+    for (const Neighbour& n : s.neighbours.within(s.cloud.points[i], radius, buffer)) wide[n.index] = 1;
+  }
+  return wide;
+}
+
+/// Pieces take the points around them, all at the same pace.
+void grow(const Surface& s, const std::vector<std::uint8_t>& rest, std::vector<std::uint32_t>& labels,
+          std::vector<std::uint32_t>& sizes) {
+  std::vector<std::uint32_t> front;
+  std::vector<Neighbour> buffer;
+  for (std::uint32_t i = 0; i < s.size(); ++i)
+    if (labels[i] != kNone) front.push_back(i);
+  for (std::size_t k = 0; k < front.size(); ++k)
+    for (const Neighbour& n :
+         s.neighbours.within(s.cloud.points[front[k]], static_cast<float>(1.8 * s.leaf), buffer)) {
+      if (rest[n.index] == 0 || labels[n.index] != kNone) continue;
+      labels[n.index] = labels[front[k]];
+      ++sizes[labels[front[k]]];
+      front.push_back(n.index);
+    }
+}
+
+std::vector<Border> bordersBetween(const Surface& s, const std::vector<std::uint32_t>& labels,
+                                   const std::vector<std::uint8_t>& creases) {
+  std::vector<std::uint64_t> pairs;
+  std::vector<Neighbour> buffer;
+  for (std::uint32_t i = 0; i < s.size(); ++i) {
+    if (labels[i] == kNone) continue;
+    for (const Neighbour& n :
+         s.neighbours.within(s.cloud.points[i], static_cast<float>(1.8 * s.leaf), buffer))
+      if (n.index > i && labels[n.index] != kNone && labels[n.index] != labels[i])
+        pairs.push_back(pairOf(labels[i], labels[n.index], (creases[i] | creases[n.index]) != 0));
+  }
+  return bordersOf(std::move(pairs));
+}
+
+}  // namespace
+
+Clusters findLooseClusters(const PointCloud& cloud, const ClusterOptions& options) {
+  constexpr double leastSeed = 8, leastPiece = 30;  // points of the surface
+  const Surface s = surfaceOf(cloud, options.threads);
+  Clusters result;
+  std::vector<std::uint8_t> rest(s.size(), 1);
+  result.planes = takePlanes(s, options, rest);
+  const std::vector<std::uint8_t> creases = creasesOf(s, rest, options.crease, options.threads);
+  const std::vector<std::uint8_t> nearCrease = around(s, creases, static_cast<float>(2 * s.leaf));
+  std::vector<std::uint32_t> labels(s.size()), sizes(1);
+  labelConnected(
+      s, [&](std::uint32_t i) { return rest[i] > nearCrease[i]; }, leastSeed, labels, sizes);
+  grow(s, rest, labels, sizes);
+  labelConnected(
+      s, [&](std::uint32_t i) { return rest[i] != 0; }, 1, labels, sizes);
+  std::vector<Border> borders = bordersBetween(s, labels, creases);
+  DisjointSets sets(sizes.size());
+  joinNeighbours(borders, sets, sizes, leastPiece);
+  std::vector<Cluster> clusters(sizes.size());
+  std::vector<Neighbour> buffer;
+  for (std::uint32_t i = 0; i < cloud.points.size(); ++i) {
+    if (!isFinite(cloud.points[i])) continue;
+    const auto nearest = s.neighbours.nearest(cloud.points[i], 1, buffer);
+    const std::uint32_t label = labels[nearest.front().index];
+    if (label != kNone) clusters[sets.find(label)].points.push_back(i);
+  }
+  std::erase_if(clusters,
+                [&](const Cluster& c) { return c.points.size() < std::max<std::size_t>(1, options.least); });
+  std::ranges::stable_sort(clusters, std::ranges::greater{},
+                           [](const Cluster& c) { return c.points.size(); });
+  for (Cluster& cluster : clusters) {
+    cv::Point3d sum;
+    for (const std::uint32_t i : cluster.points) sum += cv::Point3d(cloud.points[i]);
+    cluster.centre = sum / static_cast<double>(cluster.points.size());
+    cluster.flat = isFlat(pointsOf(cloud, cluster.points));
+  }
+  result.clusters = std::move(clusters);
+  return result;
+}
+
+}  // namespace estancia
