@@ -253,6 +253,27 @@ const Plane* supportOf(const Shape& shape, const std::vector<Plane>& planes) {
   return support;
 }
 
+/// The circle of a round wall, or of its rim where it leans.
+std::optional<Circle> wallOf(const Standing& piece, double rim) {
+  constexpr double tolerance = 0.008, belowRim = 0.02;  // [m]
+  constexpr double narrowest = 0.02, widest = 0.20;     // radius [m]
+  constexpr double mostly = 0.6, leastArc = 90;
+  constexpr std::size_t fewest = 30;
+  std::vector<cv::Point2d> all, upper;
+  for (std::size_t i = 0; i < piece.footprint.size(); ++i) {
+    if (i % kStep == 0) all.push_back(piece.footprint[i]);
+    if (piece.heights[i] > rim - belowRim) upper.push_back(piece.footprint[i]);
+  }
+  for (const auto* points : {&all, &upper}) {
+    if (points->size() < fewest) continue;
+    const auto circle = circleOf(*points, tolerance);
+    if (circle && circle->radius >= narrowest && circle->radius <= widest && circle->share > mostly &&
+        circle->arc > leastArc)
+      return circle;
+  }
+  return {};
+}
+
 }  // namespace
 
 void joinPieces(const InverseDepth& grid, double contact, Pieces& pieces) {
@@ -269,9 +290,8 @@ void joinPieces(const InverseDepth& grid, double contact, Pieces& pieces) {
 }
 
 void joinVessels(const InverseDepth& grid, const std::vector<Plane>& planes, Pieces& pieces) {
-  constexpr double tolerance = 0.008, beside = 0.015;  // [m]
-  constexpr double narrowest = 0.02, widest = 0.20;    // radius [m]
-  constexpr double mostly = 0.6, inside = 0.85, leastArc = 90;
+  constexpr double beside = 0.015;  // [m]
+  constexpr double inside = 0.85;
   if (planes.empty()) return;
   const std::vector<Shape> shapes = shapesOf(grid, pieces);
   DisjointSets sets(pieces.sizes.size());
@@ -279,12 +299,10 @@ void joinVessels(const InverseDepth& grid, const std::vector<Plane>& planes, Pie
     if (pieces.sizes[wall.piece] < grid.area(kLeastWall)) continue;
     const Plane* support = supportOf(wall, planes);
     if (support == nullptr) continue;
-    const Standing round = standing(wall, *support, kStep);
-    const auto circle = circleOf(round.footprint, tolerance);
-    if (!circle || circle->radius < narrowest || circle->radius > widest || circle->share <= mostly ||
-        circle->arc <= leastArc)
-      continue;
+    const Standing round = standing(wall, *support, 1);
     const double rim = quantile(round.heights, 0.98);
+    const auto circle = wallOf(round, rim);
+    if (!circle) continue;
     for (const Shape& other : shapes) {
       if (&other == &wall || pieces.sizes[other.piece] > 3 * pieces.sizes[wall.piece]) continue;
       const Standing within = standing(other, *support, kStep);

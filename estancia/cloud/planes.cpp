@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
-#include <optional>
 
 #include "estancia/core/simd.hpp"
 
@@ -14,7 +12,7 @@ namespace estancia {
 namespace {
 
 constexpr std::size_t kSamples = 3000;
-constexpr int kHypotheses = 150, kMostPlanes = 8, kMostTries = 16;
+constexpr int kHypotheses = 150, kRefits = 10, kMostPlanes = 8, kMostTries = 16;
 constexpr float kFaces = 0.94F;        // cosine between normals of samples and their plane's: 20°
 constexpr float kFacesLoosely = 0.9F;  // 25°
 constexpr float kGrazing = 0.1F;       // cosine below which the area of a pixel means nothing
@@ -148,8 +146,14 @@ float areaOn(const Samples& s, float a, float b, float c, float length) {
   return sum;
 }
 
-/// The plane of the samples near this one, by least squares in 1/z, in which their noise is even.
-std::optional<Coefficients> refit(const Samples& s, const Coefficients& plane) {
+struct Hypothesis {
+  Coefficients plane;
+  double area = 0;  ///< of all candidates on it, as far as the samples tell [m²]
+};
+
+/// The plane of the samples near this one, by least squares in 1/z, in which their noise is even; how many
+/// there were, or 0 when they were too few.
+int refit(const Samples& s, Coefficients& plane) {
   const auto a = static_cast<float>(plane[0]), b = static_cast<float>(plane[1]),
              c = static_cast<float>(plane[2]), length = static_cast<float>(cv::norm(plane));
   constexpr int fewest = 50;
@@ -165,14 +169,10 @@ std::optional<Coefficients> refit(const Samples& s, const Coefficients& plane) {
     ++count;
   }
   Coefficients fitted;
-  if (count < fewest || !cv::solve(squares, products, fitted, cv::DECOMP_CHOLESKY)) return {};
-  return fitted;
+  if (count < fewest || !cv::solve(squares, products, fitted, cv::DECOMP_CHOLESKY)) return 0;
+  plane = fitted;
+  return count;
 }
-
-struct Hypothesis {
-  Coefficients plane;
-  double area = 0;  ///< of all candidates on it, as far as the samples tell [m²]
-};
 
 Hypothesis bestOf(const Samples& s, cv::RNG& random) {
   Hypothesis best;
@@ -185,10 +185,11 @@ Hypothesis bestOf(const Samples& s, cv::RNG& random) {
     const double area = areaOn(s, s.nx[k] * scale, s.ny[k] * scale, s.nz[k] * scale, scale) * s.whole;
     if (area > best.area) best = {{s.nx[k] * scale, s.ny[k] * scale, s.nz[k] * scale}, area};
   }
-  for (int round = 0; round < 3 && best.area > 0; ++round) {
-    const auto fitted = refit(s, best.plane);
-    if (!fitted) break;
-    best.plane = *fitted;
+  // One pixel's normal is noisy: its plane may leave the surface, and finds to it as it takes more of it in.
+  for (int round = 0, before = 0; round < kRefits && best.area > 0; ++round) {
+    const int on = refit(s, best.plane);
+    if (on <= before) break;
+    before = on;
   }
   return best;
 }
@@ -215,41 +216,80 @@ void takeNear(const float* w, const float* x, float a, float constant, float tol
   }
 }
 
-/// The connected patches of a mask.
+/// What each pixel of a row shows of a plane that faces (a, b, c) [m²].
+ESTANCIA_MULTIVERSION
+void areaRow(const float* w, const float* x, float y, float length, float pixelArea, int width, float* area) {
+  for (int u = 0; u < width; ++u) {
+    const float cosine = w[u] / (length * std::sqrt(1 + x[u] * x[u] + y * y));
+    area[u] = pixelArea / std::max(w[u] * w[u] * std::max(cosine, kGrazing), 1e-12F);
+  }
+}
+
+/// The connected patches of what lies on a plane.
 struct Patches {
   cv::Mat labels;             ///< CV_32S, 0: none
   std::vector<double> areas;  ///< of them that is seen [m²]
   std::vector<double> least;  ///< of them there is [m²]: twice that where the edge of the picture cuts
+
+  std::size_t largest() const {
+    return static_cast<std::size_t>(std::ranges::max_element(least) - least.begin());
+  }
 };
 
-Patches patchesOf(const Half& half, const cv::Mat& on, const Coefficients& plane, int edge) {
+/// Of the pixels that `left` marks; marks in `on` which they are.
+Patches patchesOn(const Half& half, const Coefficients& plane, const cv::Mat& left, int edge, cv::Mat& on) {
+  const auto a = static_cast<float>(plane[0]), b = static_cast<float>(plane[1]),
+             c = static_cast<float>(plane[2]), length = static_cast<float>(cv::norm(plane));
+  on.create(half.height, half.width, CV_8U);
+  for (int v = 0; v < half.height; ++v) {
+    const std::size_t at = half.row(v);
+    markOn(&half.w[at], half.x.data(), &half.near[at], &half.nx[at], &half.ny[at], &half.nz[at], a, b, c,
+           half.y[static_cast<std::size_t>(v)], length, left.ptr(v), half.width, on.ptr(v));
+  }
   Patches patches;
   cv::Mat boxes, centroids;
   const int count = cv::connectedComponentsWithStats(on, patches.labels, boxes, centroids, 8, CV_32S);
   patches.areas.resize(static_cast<std::size_t>(count));
-  const double length = cv::norm(plane);
+  std::vector<float> area(static_cast<std::size_t>(half.width));
   for (int v = 0; v < half.height; ++v) {
+    areaRow(&half.w[half.row(v)], half.x.data(), half.y[static_cast<std::size_t>(v)], length,
+            static_cast<float>(half.pixelArea), half.width, area.data());
     const auto* label = patches.labels.ptr<int>(v);
-    const float y = half.y[static_cast<std::size_t>(v)];
-    for (int u = 0; u < half.width; ++u) {
-      if (label[u] == 0) continue;
-      const float x = half.x[static_cast<std::size_t>(u)];
-      const double onPlane = plane[0] * x + plane[1] * y + plane[2];  // 1/z of the plane itself
-      const double cosine = std::abs(onPlane) / (length * std::sqrt(1 + x * x + y * y));
-      const float w = half.w[half.row(v) + static_cast<std::size_t>(u)];
-      patches.areas[static_cast<std::size_t>(label[u])] +=
-          half.pixelArea / (w * w * std::max<double>(cosine, kGrazing));
-    }
+    for (std::size_t u = 0; u < area.size(); ++u)
+      patches.areas[static_cast<std::size_t>(label[u])] += area[u];
   }
+  patches.areas[0] = 0;  // the background
   patches.least = patches.areas;
   for (int i = 1; i < count; ++i) {
-    const int left = boxes.at<int>(i, cv::CC_STAT_LEFT), top = boxes.at<int>(i, cv::CC_STAT_TOP);
-    const bool cut = left <= edge || top <= edge ||
-                     left + boxes.at<int>(i, cv::CC_STAT_WIDTH) >= half.width - edge ||
-                     top + boxes.at<int>(i, cv::CC_STAT_HEIGHT) >= half.height - edge;
+    const int x = boxes.at<int>(i, cv::CC_STAT_LEFT), y = boxes.at<int>(i, cv::CC_STAT_TOP);
+    const bool cut = x <= edge || y <= edge || x + boxes.at<int>(i, cv::CC_STAT_WIDTH) >= half.width - edge ||
+                     y + boxes.at<int>(i, cv::CC_STAT_HEIGHT) >= half.height - edge;
     if (cut) patches.least[static_cast<std::size_t>(i)] *= 2;
   }
   return patches;
+}
+
+/// The plane of one patch alone, by least squares in 1/z: others near it no longer tilt it.
+Coefficients planeOf(const Half& half, const Patches& patches, std::size_t patch,
+                     const Coefficients& before) {
+  double n = 0, x = 0, y = 0, w = 0, xx = 0, xy = 0, yy = 0, xw = 0, yw = 0;
+  for (int v = 0; v < half.height; ++v) {
+    const auto* label = patches.labels.ptr<int>(v);
+    double rn = 0, rx = 0, rw = 0, rxx = 0, rxw = 0;
+    for (std::size_t u = 0; u < half.x.size(); ++u) {
+      if (static_cast<std::size_t>(label[u]) != patch) continue;
+      const double hx = half.x[u], hw = half.w[half.row(v) + u];
+      ++rn, rx += hx, rw += hw, rxx += hx * hx, rxw += hx * hw;
+    }
+    const double hy = half.y[static_cast<std::size_t>(v)];
+    n += rn, x += rx, y += rn * hy, w += rw, xx += rxx, xy += rx * hy, yy += rn * hy * hy, xw += rxw,
+        yw += rw * hy;
+  }
+  Coefficients fitted;
+  return cv::solve(cv::Matx33d(xx, xy, x, xy, yy, y, x, y, n), cv::Vec3d(xw, yw, w), fitted,
+                   cv::DECOMP_CHOLESKY)
+             ? fitted
+             : before;
 }
 
 /// Takes what is near the plane in and around its patches out of `rest`.
@@ -278,7 +318,9 @@ WithoutPlanes removePlanes(const InverseDepth& grid, const ClusterOptions& optio
   std::ranges::transform(half.nz, left.begin<std::uint8_t>(), [](float nz) { return std::uint8_t{nz != 0}; });
   const int reach = grid.pixels(kReach / 2);
   const cv::Mat around = cv::getStructuringElement(cv::MORPH_RECT, {2 * reach + 1, 2 * reach + 1});
+  const int edge = grid.pixels(kEdge / 2);
   cv::RNG random(options.seed);
+  cv::Mat on;
   Samples samples;
   std::vector<std::uint32_t> candidates;
   for (int t = 0; t < kMostTries && result.planes.size() < kMostPlanes; ++t) {
@@ -287,19 +329,15 @@ WithoutPlanes removePlanes(const InverseDepth& grid, const ClusterOptions& optio
       if (left.data[i] != 0) candidates.push_back(static_cast<std::uint32_t>(i));
     if (candidates.empty()) break;
     draw(half, candidates, random, samples);
-    const auto [plane, area] = bestOf(samples, random);
+    auto [plane, area] = bestOf(samples, random);
     if (area < kHopeful * options.planeArea) break;  // nor is there any larger
-    cv::Mat on(half.height, half.width, CV_8U);
-    const auto length = static_cast<float>(cv::norm(plane));
-    for (int v = 0; v < half.height; ++v) {
-      const std::size_t at = half.row(v);
-      markOn(&half.w[at], half.x.data(), &half.near[at], &half.nx[at], &half.ny[at], &half.nz[at],
-             static_cast<float>(plane[0]), static_cast<float>(plane[1]), static_cast<float>(plane[2]),
-             half.y[static_cast<std::size_t>(v)], length, left.ptr(v), half.width, on.ptr(v));
+    Patches patches = patchesOn(half, plane, left, edge, on);
+    if (patches.least[patches.largest()] >= options.planeArea) {
+      plane = planeOf(half, patches, patches.largest(), plane);
+      patches = patchesOn(half, plane, left, edge, on);
     }
-    const Patches patches = patchesOf(half, on, plane, grid.pixels(kEdge / 2));
     left -= on;  // a plane that is none, after all, is set aside: others may still be there
-    if (std::ranges::max(patches.least) < options.planeArea) continue;
+    if (patches.least[patches.largest()] < options.planeArea) continue;
     double seen = 0;
     std::vector<std::uint8_t> large(patches.areas.size());
     for (std::size_t i = 1; i < large.size(); ++i) {
