@@ -17,10 +17,10 @@
 namespace estancia {
 namespace {
 
-constexpr double kLeastLeaf = 0.005;       // [m]
-constexpr float kLink = 3;                 // leaves: points so near are connected
-constexpr std::size_t kAroundNormal = 30;  // points
-constexpr std::uint32_t kNone = 0;         // no piece
+constexpr double kLeastLeaf = 0.005, kMostLeaf = 1e30;  // [m]
+constexpr float kLink = 3;                              // leaves: points so near are connected
+constexpr std::size_t kAroundNormal = 30;               // points
+constexpr std::uint32_t kNone = 0;                      // no piece
 
 /// One point a voxel.
 struct Surface {
@@ -45,7 +45,7 @@ bool isBeyond(const PointCloud& cloud, const cv::Point3f& place) {
 }
 
 Surface surfaceOf(const PointCloud& cloud, int threads) {
-  const double leaf = std::max(kLeastLeaf, 2 * resolutionOf(cloud));
+  const double leaf = std::clamp(2 * resolutionOf(cloud), kLeastLeaf, kMostLeaf);
   PointCloud thin = voxelGrid(cloud, leaf);
   Neighbours neighbours(thin.points, threads);
   NormalOptions options;

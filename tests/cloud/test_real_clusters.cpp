@@ -78,5 +78,40 @@ TEST(RealClusters, FindTheObjectsOnTables) {
   EXPECT_GE(sum.found, 107);  // 95 %
 }
 
+TEST(RealClusters, FindThemByTheirPointsAloneToo) {
+  const auto data = test::findData("mosd_rgbd");
+  ESTANCIA_NEEDS(data, "needs mosd_rgbd");
+  Score sum;
+  for (int scene = 0; scene < 45; scene += 5) {
+    const std::string name = (*data / "learn" / ("learn" + std::to_string(scene))).string();
+    const cv::Mat depth = depthOf(name + "_depth.png");
+    PointCloud cloud = backProject(depth, kCamera);
+    cloud.width = cloud.points.size();
+    cloud.height = 1;
+    const Clusters clusters = findClusters(cloud);
+    score(clusters, depth, cv::imread(name + "_label.png", cv::IMREAD_UNCHANGED), sum);
+  }
+  EXPECT_GE(sum.found, 0.8 * sum.objects);
+}
+
+/// Without marks: a room's walls, cupboards, floor and table are planes, and much is left.
+TEST(RealClusters, TakeAKitchenApart) {
+  const auto data = test::findData("sevenscenes_redkitchen");
+  ESTANCIA_NEEDS(data, "needs sevenscenes_redkitchen");
+  for (const char* frame : {"000025", "000300", "000600", "000900"}) {
+    cv::Mat depth = depthOf(*data / "frames" / ("frame-" + std::string(frame) + ".depth.png"));
+    ASSERT_FALSE(depth.empty());
+    depth.setTo(0, depth > 6);
+    const Clusters clusters = findClusters(depth, {640, 480, 585, 585, 320, 240});
+    EXPECT_GE(clusters.planes.size(), 3U) << frame;
+    EXPECT_GE(clusters.clusters.size(), 15U) << frame;
+    for (const Plane& plane : clusters.planes) {
+      EXPECT_NEAR(cv::norm(plane.normal), 1, 1e-9);
+      EXPECT_LT(plane.offset, 0);  // the camera is in front of it
+    }
+    EXPECT_LT(clusters.clusters.front().points.size(), depth.total() / 5) << frame;
+  }
+}
+
 }  // namespace
 }  // namespace estancia

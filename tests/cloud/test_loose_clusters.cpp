@@ -1,0 +1,238 @@
+// Clusters of clouds, with a grid and without; what is flat.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/core.hpp>
+
+#include "estancia/cloud/clusters.hpp"
+#include "made_up_scene.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::bowl;
+using test::box;
+using test::errorOf;
+using test::level;
+using test::see;
+using test::Seen;
+using test::View;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+View lookingAtATable() {
+  View view;
+  view.camera = view.camera.scaledTo(320, 240);
+  return view;
+}
+const View kView = lookingAtATable();
+
+Seen tableWithTwoThings() {
+  return see({level(0), box({-0.12, 0, 0}, {0.16, 0.1, 0.12}, 0.5), bowl({0.15, 0, 0.06}, 0.06, 1)}, kView);
+}
+
+PointCloud without(PointCloud cloud, bool grid) {
+  if (!grid) cloud.width = cloud.points.size(), cloud.height = 1;
+  return cloud;
+}
+
+PointCloud cloudOf(std::vector<cv::Point3f> points) {
+  PointCloud cloud;
+  cloud.points = std::move(points);
+  cloud.width = cloud.points.size();
+  cloud.height = 1;
+  return cloud;
+}
+
+/// How many of a cluster's points are a shape's, and how many the shape has.
+double overlap(const Cluster& cluster, const Seen& seen, int shape) {
+  std::size_t both = 0;
+  for (const std::uint32_t p : cluster.points) both += seen.shape.ptr<int>()[p] == shape ? 1 : 0;
+  const auto size = static_cast<std::size_t>(cv::countNonZero(seen.shape == shape));
+  return static_cast<double>(both) / static_cast<double>(size + cluster.points.size() - both);
+}
+
+double bestOverlap(const Clusters& found, const Seen& seen, int shape) {
+  double best = 0;
+  for (const Cluster& cluster : found.clusters) best = std::max(best, overlap(cluster, seen, shape));
+  return best;
+}
+
+TEST(CloudClusters, OrganisedAsThePictureItCameFrom) {
+  const Seen seen = tableWithTwoThings();
+  const PointCloud cloud = backProject(seen.depth, kView.camera);
+  const Clusters found = findClusters(cloud), picture = findClusters(seen.depth, kView.camera);
+  ASSERT_THAT(found.planes, SizeIs(1));
+  ASSERT_EQ(found.clusters.size(), picture.clusters.size());
+  for (std::size_t i = 0; i < found.clusters.size(); ++i) {
+    EXPECT_EQ(found.clusters[i].points, picture.clusters[i].points);
+    EXPECT_EQ(found.clusters[i].box, picture.clusters[i].box);
+  }
+}
+
+TEST(CloudClusters, WithoutAGrid) {
+  const Seen seen = tableWithTwoThings();
+  const PointCloud cloud = without(backProject(seen.depth, kView.camera), false);
+  ClusterOptions options;
+  options.threads = 1;
+  const Clusters found = findClusters(cloud, options);
+  ASSERT_THAT(found.planes, SizeIs(1));
+  EXPECT_NEAR(found.planes.front().offset, -kView.from[2], 0.01);
+  EXPECT_THAT(found.clusters, SizeIs(2));
+  EXPECT_GT(bestOverlap(found, seen, 1), 0.75);
+  EXPECT_GT(bestOverlap(found, seen, 2), 0.75);
+  for (const Cluster& cluster : found.clusters) {
+    EXPECT_TRUE(std::ranges::is_sorted(cluster.points));
+    EXPECT_EQ(cluster.box, cv::Rect());
+    EXPECT_FALSE(cluster.atBorder);
+    EXPECT_FALSE(cluster.flat);
+    for (const std::uint32_t p : cluster.points) ASSERT_TRUE(isFinite(cloud.points[p]));
+  }
+  for (const int threads : {2, 5}) {
+    options.threads = threads;
+    const Clusters again = findClusters(cloud, options);
+    ASSERT_EQ(again.clusters.size(), found.clusters.size());
+    for (std::size_t i = 0; i < found.clusters.size(); ++i)
+      EXPECT_EQ(again.clusters[i].points, found.clusters[i].points) << threads;
+  }
+}
+
+TEST(CloudClusters, ThingsThatTouchWithoutAGrid) {
+  const Seen seen = see(
+      {level(0), box({0, 0, 0}, {0.26, 0.2, 0.1}, 0.4), box({0, 0.02, 0.1}, {0.1, 0.1, 0.1}, 0.9)}, kView);
+  const Clusters found = findClusters(without(backProject(seen.depth, kView.camera), false));
+  EXPECT_GT(bestOverlap(found, seen, 1), 0.7);
+  EXPECT_GT(bestOverlap(found, seen, 2), 0.7);
+}
+
+TEST(CloudClusters, AGridThatNoPinholeCameraSawIsNone) {
+  const Seen seen = tableWithTwoThings();
+  PointCloud cloud = backProject(seen.depth, kView.camera);
+  for (cv::Point3f& p : cloud.points) p = {p.x, -p.z, p.y};  // turned: as a map has it
+  cloud.viewpoint.emplace();
+  const Clusters found = findClusters(cloud);
+  EXPECT_THAT(found.planes, SizeIs(1));
+  EXPECT_GT(bestOverlap(found, seen, 1), 0.7);
+  for (const Cluster& cluster : found.clusters) EXPECT_EQ(cluster.box, cv::Rect());
+}
+
+TEST(CloudClusters, OneThingAroundTheOriginStaysWhole) {
+  // As model collections have them: where they were seen from is lost, so nothing is known to be concave.
+  const Seen seen =
+      see({box({0, 0, 0}, {0.26, 0.2, 0.1}, 0.4), box({0, 0.02, 0.1}, {0.1, 0.1, 0.1}, 0.9)}, kView);
+  PointCloud cloud = backProject(seen.depth, kView.camera);
+  std::erase_if(cloud.points, [](const cv::Point3f& p) { return !isFinite(p); });
+  cv::Point3d sum;
+  for (const cv::Point3f& p : cloud.points) sum += cv::Point3d(p);
+  for (cv::Point3f& p : cloud.points) p -= cv::Point3f(sum / static_cast<double>(cloud.points.size()));
+  const Clusters found = findClusters(cloudOf(std::move(cloud.points)));
+  EXPECT_THAT(found.planes, IsEmpty());
+  EXPECT_THAT(found.clusters, SizeIs(1));
+}
+
+TEST(CloudClusters, ColoursAndNormalsDoNotMatterToWhatIsFound) {
+  const Seen seen = tableWithTwoThings();
+  PointCloud cloud = backProject(seen.depth, kView.camera);
+  const Clusters plain = findClusters(cloud);
+  cloud.colours.assign(cloud.points.size(), {1, 2, 3});
+  const Clusters coloured = findClusters(cloud);
+  ASSERT_EQ(plain.clusters.size(), coloured.clusters.size());
+  for (std::size_t i = 0; i < plain.clusters.size(); ++i)
+    EXPECT_EQ(plain.clusters[i].points, coloured.clusters[i].points);
+}
+
+TEST(CloudClusters, NothingIsNoError) {
+  ClusterOptions options;
+  options.least = 1;
+  EXPECT_THAT(findClusters(PointCloud(), options).clusters, IsEmpty());
+  EXPECT_THAT(findClusters(cloudOf({{kNaN, 0, 0}, {0, kNaN, 1}}), options).clusters, IsEmpty());
+  for (const cv::Point3f& p :
+       {cv::Point3f(0, 0, 0), cv::Point3f(1, 2, 3), cv::Point3f(-1e30F, 1e30F, 3e38F)}) {
+    for (const std::size_t count : {1, 2, 1000}) {
+      const Clusters found = findClusters(cloudOf(std::vector(count, p)), options);
+      EXPECT_THAT(found.planes, IsEmpty());
+      ASSERT_THAT(found.clusters, SizeIs(1)) << p;
+      EXPECT_THAT(found.clusters.front().points, SizeIs(count));
+      EXPECT_FALSE(found.clusters.front().flat);
+    }
+    PointCloud grid = cloudOf(std::vector(6, p));
+    grid.width = 3;
+    grid.height = 2;
+    EXPECT_THAT(findClusters(grid, options).clusters, SizeIs(1)) << p;
+  }
+  const Clusters apart = findClusters(cloudOf({{-3e38F, 0, 0}, {3e38F, 1, 0}, {0, 0, 3e38F}}), options);
+  std::size_t points = 0;
+  for (const Cluster& cluster : apart.clusters) points += cluster.points.size();
+  EXPECT_EQ(points, 3U);
+  options.least = 3;
+  EXPECT_THAT(findClusters(cloudOf({{-1, 0, 0}, {1, 1, 0}}), options).clusters, IsEmpty());
+}
+
+TEST(CloudClusters, RefusesAnUnsoundCloud) {
+  PointCloud cloud = cloudOf({{0, 0, 1}, {0, 1, 1}});
+  cloud.colours.resize(1);
+  EXPECT_THAT(errorOf([&] { findClusters(cloud); }), HasSubstr("1 colours"));
+  cloud.colours.clear();
+  cloud.width = 3;
+  EXPECT_THAT(errorOf([&] { findClusters(cloud); }), HasSubstr("3 × 1"));
+}
+
+TEST(PointsOf, TakesColoursAndNormalsAlong) {
+  PointCloud cloud = cloudOf({{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}});
+  cloud.width = cloud.height = 2;
+  cloud.colours = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}};
+  cloud.normals = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {kNaN, kNaN, kNaN}};
+  cloud.viewpoint = Pose{1, 2, 3};
+  const PointCloud part = pointsOf(cloud, {0, 2});
+  EXPECT_EQ(part.width, 2U);
+  EXPECT_FALSE(part.organised());
+  EXPECT_EQ(part.points, (std::vector<cv::Point3f>{{1, 0, 0}, {3, 0, 0}}));
+  EXPECT_EQ(part.colours, (std::vector<cv::Vec3b>{{1, 0, 0}, {3, 0, 0}}));
+  EXPECT_EQ(part.normals, (std::vector<cv::Point3f>{{0, 0, 1}, {1, 0, 0}}));
+  EXPECT_EQ(part.viewpoint->y, 2);
+  EXPECT_THAT(pointsOf(cloud, {}).points, IsEmpty());
+  EXPECT_THAT(errorOf([&] { pointsOf(cloud, {1, 4}); }), HasSubstr("no point 4"));
+}
+
+TEST(IsFlat, OnePlaneWithinNoise) {
+  cv::RNG random(5);
+  const auto sheet = [&](double away, double noise, double bend) {
+    std::vector<cv::Point3f> points;
+    for (int i = 0; i < 4000; ++i) {
+      const double x = random.uniform(-0.1, 0.1), y = random.uniform(-0.1, 0.1);
+      points.emplace_back(x, y, away + 0.3 * x + bend * std::abs(y) + random.gaussian(noise));
+    }
+    return cloudOf(std::move(points));
+  };
+  EXPECT_TRUE(isFlat(sheet(1, 0.0014, 0)));
+  EXPECT_TRUE(isFlat(sheet(2, 0.0014 * 4, 0)));  // noise grows with the square of the distance
+  EXPECT_FALSE(isFlat(sheet(1, 0.0014 * 4, 0)));
+  EXPECT_FALSE(isFlat(sheet(1, 0.0014, 0.5)));  // two faces
+  PointCloud holed = sheet(1, 0.0014, 0);
+  for (std::size_t i = 0; i < holed.points.size(); i += 3) holed.points[i].z = kNaN;
+  EXPECT_TRUE(isFlat(holed));
+  PointCloud far = sheet(1, 0.0014 * 4, 0);
+  far.viewpoint = Pose{0, 0, -1};
+  EXPECT_TRUE(isFlat(far));
+}
+
+TEST(IsFlat, NotOfTooFewPointsNorOfALine) {
+  std::vector<cv::Point3f> points;
+  for (int i = 0; i < 7; ++i)
+    for (int j = 0; j < 7; ++j) points.emplace_back(0.01F * i, 0.01F * j, 1);
+  EXPECT_FALSE(isFlat(cloudOf(points)));
+  points.emplace_back(0, 0.005F, 1);
+  EXPECT_TRUE(isFlat(cloudOf(points)));
+  EXPECT_FALSE(isFlat(PointCloud()));
+  EXPECT_FALSE(isFlat(cloudOf(std::vector(100, cv::Point3f(1, 1, 1)))));
+}
+
+}  // namespace
+}  // namespace estancia
