@@ -1,7 +1,7 @@
 # The Point Cloud Library, beside which tests and benchmarks measure ours; the library itself does not need it.
 # estancia_use_pcl(target): defines ESTANCIA_HAS_PCL where it is at hand.
 include_guard()
-find_package(PCL 1.12 QUIET COMPONENTS common features filters keypoints registration search)
+find_package(PCL 1.12 QUIET COMPONENTS common features filters keypoints registration search segmentation)
 if(NOT PCL_FOUND)
   message(STATUS "PCL not found: nothing is compared with it (libpcl-dev)")
 endif()
@@ -14,6 +14,7 @@ function(estancia_use_pcl target)
       target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
     endif()
     target_link_libraries(${target} PRIVATE ${PCL_COMMON_LIBRARIES} ${PCL_FEATURES_LIBRARIES} ${PCL_FILTERS_LIBRARIES}
-                                            ${PCL_KEYPOINTS_LIBRARIES} ${PCL_REGISTRATION_LIBRARIES} ${PCL_SEARCH_LIBRARIES})
+                                            ${PCL_KEYPOINTS_LIBRARIES} ${PCL_REGISTRATION_LIBRARIES} ${PCL_SEARCH_LIBRARIES}
+                                            ${PCL_SEGMENTATION_LIBRARIES})
   endif()
 endfunction()

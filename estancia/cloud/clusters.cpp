@@ -14,7 +14,9 @@
 #include "estancia/cloud/loose_clusters.hpp"
 #include "estancia/cloud/pieces.hpp"
 #include "estancia/cloud/planes.hpp"
+#include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/parallel.hpp"
 
 namespace estancia {
 namespace {
@@ -36,30 +38,32 @@ void requireSound(const ClusterOptions& options) {
 cv::Rect fieldOf(const InverseDepth& grid) {
   constexpr int share = 20;  // of the picture: what is missing beyond is no edge of the camera's
   const int width = grid.camera.width, height = grid.camera.height;
-  int left = width, right = -1, top = height, bottom = -1;
-  for (int v = 0; v < height; ++v)
-    for (int u = 0; u < width; ++u) {
-      if (grid.raw[grid.at(u, v)] == 0) continue;
-      left = std::min(left, u);
-      right = std::max(right, u);
-      top = std::min(top, v);
-      bottom = v;
-    }
-  left = left * share <= width ? left : 0;
-  right = (width - 1 - right) * share <= width ? right : width - 1;
-  top = top * share <= height ? top : 0;
-  bottom = (height - 1 - bottom) * share <= height ? bottom : height - 1;
-  return {left, top, right - left + 1, bottom - top + 1};
+  const auto sees = [&](int u, int v) { return grid.raw[grid.at(u, v)] > 0; };
+  const auto emptyLines = [&](int lines, int length, const auto& seen) {
+    for (int line = 0; line * share <= lines; ++line)
+      for (int i = 0; i < length; ++i)
+        if (seen(line, i)) return line;
+    return 0;
+  };
+  const int left = emptyLines(width, height, [&](int line, int i) { return sees(line, i); });
+  const int right = emptyLines(width, height, [&](int line, int i) { return sees(width - 1 - line, i); });
+  const int top = emptyLines(height, width, [&](int line, int i) { return sees(i, line); });
+  const int bottom = emptyLines(height, width, [&](int line, int i) { return sees(i, height - 1 - line); });
+  return {left, top, width - left - right, height - top - bottom};
 }
 
-/// The points at which all around is of the same piece: those at its rim are mixed with what is behind.
+/// Some of the points at which all around is of the same piece: those at its rim are mixed with what is
+/// behind.
 std::vector<cv::Point3f> innerPoints(const InverseDepth& grid, const Pieces& pieces, const Cluster& cluster) {
   constexpr double rim = 2;  // pixels
+  constexpr std::size_t most = 2000;
   const std::ptrdiff_t across = grid.pixels(rim), down = across * grid.stride;
   const std::ptrdiff_t around[] = {across,        -across,       down,           -down,
                                    across + down, across - down, -across - down, -across + down};
   std::vector<cv::Point3f> inner;
-  for (const std::uint32_t p : cluster.points) {
+  const std::size_t step = 1 + cluster.points.size() / most;
+  for (std::size_t i = 0; i < cluster.points.size(); i += step) {
+    const std::uint32_t p = cluster.points[i];
     const auto width = static_cast<std::uint32_t>(grid.camera.width);
     const int u = static_cast<int>(p % width), v = static_cast<int>(p / width);
     const auto at = static_cast<std::ptrdiff_t>(grid.at(u, v));
@@ -93,8 +97,9 @@ void describe(const InverseDepth& grid, const Pieces& pieces, const cv::Rect& fi
   cluster.flat = lieOnOnePlane(innerPoints(grid, pieces, cluster), cluster.centre.z);
 }
 
-std::vector<Cluster> clustersOf(const InverseDepth& grid, const Pieces& pieces, std::size_t least) {
-  const double enough = std::max(1., grid.area(static_cast<double>(least)));
+std::vector<Cluster> clustersOf(const InverseDepth& grid, const Mask& mask, const Pieces& pieces,
+                                const ClusterOptions& options) {
+  const double enough = std::max(1., grid.area(static_cast<double>(options.least)));
   std::vector<Cluster> clusters;
   std::vector<std::uint32_t> numbers(pieces.sizes.size());
   for (std::size_t i = 1; i < pieces.sizes.size(); ++i) {
@@ -102,16 +107,17 @@ std::vector<Cluster> clustersOf(const InverseDepth& grid, const Pieces& pieces, 
     clusters.emplace_back().points.reserve(pieces.sizes[i]);
     numbers[i] = static_cast<std::uint32_t>(clusters.size());
   }
-  for (int v = 0; v < grid.camera.height; ++v)
-    for (int u = 0; u < grid.camera.width; ++u) {
-      const std::uint32_t number = numbers[pieces.labels[grid.at(u, v)]];
-      if (number != 0)
-        clusters[number - 1].points.push_back(static_cast<std::uint32_t>(v * grid.camera.width + u));
-    }
+  mask.eachPixel([&](std::size_t i) {
+    const std::uint32_t number = numbers[pieces.labels[i]];
+    if (number == 0) return;
+    clusters[number - 1].points.push_back(
+        static_cast<std::uint32_t>(grid.row(i) * grid.camera.width + grid.column(i)));
+  });
   std::ranges::stable_sort(clusters, std::ranges::greater{},
                            [](const Cluster& c) { return c.points.size(); });
   const cv::Rect field = fieldOf(grid);
-  for (Cluster& cluster : clusters) describe(grid, pieces, field, cluster);
+  inParallel(clusters.size(), static_cast<std::size_t>(options.threads > 0 ? options.threads : usableCores()),
+             [&](std::size_t i) { describe(grid, pieces, field, clusters[i]); });
   return clusters;
 }
 
@@ -170,9 +176,10 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
   WithoutPlanes scene = removePlanes(grid, options);
   std::vector<std::uint8_t> creases = concaveCreases(grid, scene.rest, options.crease, options.threads);
   Pieces pieces = cutPieces(grid, scene.rest, std::move(creases));
-  joinPieces(grid, options.join, pieces);
-  joinVessels(grid, scene.planes, pieces);
-  return {std::move(scene.planes), clustersOf(grid, pieces, options.least)};
+  joinPieces(grid, scene.rest, options.join, options.threads, pieces);
+  joinVessels(grid, scene.rest, scene.planes, options.threads, pieces);
+  std::vector<Cluster> clusters = clustersOf(grid, scene.rest, pieces, options);
+  return {std::move(scene.planes), std::move(clusters)};
 }
 
 Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options) {

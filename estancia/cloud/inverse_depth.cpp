@@ -117,36 +117,44 @@ InverseDepth inverseDepth(const cv::Mat& depth, const CameraIntrinsics& camera, 
   return grid;
 }
 
-std::vector<std::uint8_t> concaveCreases(const InverseDepth& grid, const std::vector<std::uint8_t>& mask,
-                                         double depth, int threads) {
+Mask::Mask(const InverseDepth& grid, std::vector<std::uint8_t> pixels) : in(std::move(pixels)) {
+  rows.reserve(static_cast<std::size_t>(grid.camera.height));
+  for (int v = 0; v < grid.camera.height; ++v) {
+    const auto begin = in.begin() + static_cast<std::ptrdiff_t>(grid.at(0, v)),
+               end = begin + grid.camera.width;
+    const auto first = std::find(begin, end, 1);
+    auto last = end;
+    while (last != first && *(last - 1) == 0) --last;
+    rows.push_back(
+        {static_cast<std::size_t>(first - in.begin()), static_cast<std::size_t>(last - in.begin())});
+  }
+}
+
+std::vector<std::uint8_t> concaveCreases(const InverseDepth& grid, const Mask& mask, double depth,
+                                         int threads) {
   constexpr double meanRadius = 6;
   constexpr int directions[][2] = {{1, 0}, {0, 1}, {1, 1}, {-1, 1}};
   std::vector<std::uint8_t> creases(grid.size());
-  inBands(grid.camera.height, threads, [&](int first, int last) {
+  inBands(grid.camera.height, threads, [&](int firstRow, int lastRow) {
     std::vector<float> sum, count, deepest;
-    for (int v = first; v < last; ++v) {
-      const auto row = mask.begin() + static_cast<std::ptrdiff_t>(grid.at(0, v));
-      const auto end = row + grid.camera.width;
-      const auto from = std::find(row, end, 1);
-      if (from == end) continue;
-      const auto start = from - mask.begin();
-      const auto width = static_cast<int>(
-          std::find(std::make_reverse_iterator(end), std::make_reverse_iterator(from), 1).base() - from);
-      const float* middle = &grid.smooth[static_cast<std::size_t>(start)];
-      deepest.assign(static_cast<std::size_t>(width), 0);
+    for (int v = firstRow; v < lastRow; ++v) {
+      const auto [first, last] = mask.rows[static_cast<std::size_t>(v)];
+      if (first == last) continue;
+      const float* middle = &grid.smooth[first];
+      deepest.assign(last - first, 0);
       for (const auto& [dx, dy] : directions) {
-        sum.assign(static_cast<std::size_t>(width), 0);
-        count.assign(static_cast<std::size_t>(width), 0);
+        sum.assign(last - first, 0);
+        count.assign(last - first, 0);
         for (const int radius : kRadii) {
           const int steps = grid.pixels(dx != 0 && dy != 0 ? radius / std::sqrt(2.) : radius);
           const std::ptrdiff_t away = steps * (dy * grid.stride + dx);
-          addBend(middle, middle + away, middle - away, static_cast<float>(meanRadius / radius), width,
-                  sum.data(), count.data());
+          addBend(middle, middle + away, middle - away, static_cast<float>(meanRadius / radius),
+                  static_cast<int>(last - first), sum.data(), count.data());
         }
-        keepDeepest(sum.data(), count.data(), width, deepest.data());
+        keepDeepest(sum.data(), count.data(), static_cast<int>(last - first), deepest.data());
       }
-      markDeep(deepest.data(), middle, static_cast<float>(depth), width,
-               &mask[static_cast<std::size_t>(start)], &creases[static_cast<std::size_t>(start)]);
+      markDeep(deepest.data(), middle, static_cast<float>(depth), static_cast<int>(last - first),
+               &mask.in[first], &creases[first]);
     }
   });
   return creases;

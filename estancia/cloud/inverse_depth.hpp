@@ -33,6 +33,7 @@ struct InverseDepth {
   int row(std::size_t at) const {
     return static_cast<int>(static_cast<std::ptrdiff_t>(at) / stride) - margin;
   }
+  cv::Point3f point(std::size_t i) const { return point(column(i), row(i)); }
   cv::Point3f point(int u, int v) const {
     const float z = 1 / raw[at(u, v)];
     return {slopeX[static_cast<std::size_t>(u)] * z, slopeY[static_cast<std::size_t>(v)] * z, z};
@@ -51,17 +52,30 @@ inline bool isContinuous(float a, float b) {
   return std::abs(a - b) < 0.012F * std::min(a, b);
 }
 
-/// CV_8U masks over an InverseDepth as OpenCV sees them; shares the memory.
-inline cv::Mat asPicture(const InverseDepth& grid, std::vector<std::uint8_t>& mask) {
-  return {static_cast<int>(static_cast<std::ptrdiff_t>(mask.size()) / grid.stride),
-          static_cast<int>(grid.stride), CV_8U, mask.data()};
-}
+/// Pixels of an InverseDepth.
+struct Mask {
+  struct Span {
+    std::size_t first, last;  ///< first ≤ i < last holds all of a row that are in; equal where there are none
+  };
+  std::vector<std::uint8_t> in;  ///< 1 where a pixel is in, else 0
+  std::vector<Span> rows;
+
+  /// Finds the spans.
+  Mask(const InverseDepth& grid, std::vector<std::uint8_t> pixels);
+
+  template <class Use>
+  void eachPixel(const Use& use) const {
+    for (const Span& row : rows)
+      for (std::size_t i = row.first; i < row.last; ++i)
+        if (in[i] != 0) use(i);
+  }
+};
 
 /// Marks the pixels of `mask` at which the surface bends towards the camera by more than `depth` [m at 1 m]
 /// over 4 to 8 pixels to either side, in any of four directions: where two convex things touch, or one
 /// stands on another.
-std::vector<std::uint8_t> concaveCreases(const InverseDepth& grid, const std::vector<std::uint8_t>& mask,
-                                         double depth, int threads);
+std::vector<std::uint8_t> concaveCreases(const InverseDepth& grid, const Mask& mask, double depth,
+                                         int threads);
 
 /// Calls work(first, last) for bands of rows that together are 0 ≤ v < rows.
 void inBands(int rows, int threads, const std::function<void(int, int)>& work);

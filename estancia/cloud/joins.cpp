@@ -9,6 +9,8 @@
 #include <tuple>
 
 #include "estancia/cloud/facet.hpp"
+#include "estancia/core/cores.hpp"
+#include "estancia/core/parallel.hpp"
 
 namespace estancia {
 namespace {
@@ -38,27 +40,27 @@ void thin(std::vector<cv::Point3f>& points, std::size_t most) {
 }
 
 /// Of all pieces that are not too small, in their order.
-std::vector<Shape> shapesOf(const InverseDepth& grid, const Pieces& pieces) {
+std::vector<Shape> shapesOf(const InverseDepth& grid, const Mask& mask, const Pieces& pieces) {
   std::vector<Shape> shapes;
-  std::vector<std::uint32_t> shapeOf(pieces.sizes.size()), seen(pieces.sizes.size());
+  std::vector<std::uint32_t> shapeOf(pieces.sizes.size()), skip(pieces.sizes.size());
   for (std::uint32_t i = 1; i < pieces.sizes.size(); ++i) {
     if (pieces.sizes[i] < grid.area(kLeastShape)) continue;
     shapes.push_back({i, {}, {}, {}, {}});
     shapeOf[i] = static_cast<std::uint32_t>(shapes.size());
   }
   const auto stride = static_cast<std::size_t>(grid.stride);
-  for (int v = 0; v < grid.camera.height; ++v)
-    for (int u = 0; u < grid.camera.width; ++u) {
-      const std::size_t at = grid.at(u, v);
-      const std::uint32_t label = pieces.labels[at];
-      if (shapeOf[label] == 0) continue;
-      Shape& shape = shapes[shapeOf[label] - 1];
-      const std::size_t step = (pieces.sizes[label] + kMostSurface - 1) / kMostSurface;
-      if (seen[label]++ % step == 0) shape.surface.push_back(grid.point(u, v));
-      if (pieces.labels[at - 1] != label || pieces.labels[at + 1] != label ||
-          pieces.labels[at - stride] != label || pieces.labels[at + stride] != label)
-        shape.border.push_back(grid.point(u, v));
+  mask.eachPixel([&](std::size_t i) {
+    const std::uint32_t label = pieces.labels[i];
+    if (shapeOf[label] == 0) return;
+    Shape& shape = shapes[shapeOf[label] - 1];
+    if (skip[label]-- == 0) {
+      skip[label] = pieces.sizes[label] / kMostSurface;
+      shape.surface.push_back(grid.point(i));
     }
+    if (pieces.labels[i - 1] != label || pieces.labels[i + 1] != label ||
+        pieces.labels[i - stride] != label || pieces.labels[i + stride] != label)
+      shape.border.push_back(grid.point(i));
+  });
   for (Shape& shape : shapes) {
     thin(shape.border, kMostBorder);
     shape.low = shape.high = shape.border.front();
@@ -274,35 +276,50 @@ std::optional<Circle> wallOf(const Standing& piece, double rim) {
   return {};
 }
 
-}  // namespace
-
-void joinPieces(const InverseDepth& grid, double contact, Pieces& pieces) {
-  const std::vector<Shape> shapes = shapesOf(grid, pieces);
+/// Joins each piece with what partners(its shape) names; asks on several threads.
+template <class Partners>
+void join(const std::vector<Shape>& shapes, const Mask& mask, int threads, const Partners& partners,
+          Pieces& pieces) {
+  std::vector<std::vector<std::uint32_t>> found(shapes.size());
+  inParallel(shapes.size(), static_cast<std::size_t>(threads > 0 ? threads : usableCores()),
+             [&](std::size_t i) { found[i] = partners(shapes[i]); });
   DisjointSets sets(pieces.sizes.size());
-  for (const Shape& a : shapes)
-    for (const Shape& b : shapes) {
-      if (b.piece <= a.piece || distanceOfBoxes(a, b) > std::max(kWidestGap, contact) ||
-          std::ranges::binary_search(pieces.touching, std::pair(a.piece, b.piece)))
-        continue;
-      if (belongTogether(grid, pieces, a, b, contact)) sets.join(a.piece, b.piece);
-    }
-  renumber(pieces, sets);
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    for (const std::uint32_t other : found[i]) sets.join(shapes[i].piece, other);
+  renumber(mask, pieces, sets);
 }
 
-void joinVessels(const InverseDepth& grid, const std::vector<Plane>& planes, Pieces& pieces) {
+}  // namespace
+
+void joinPieces(const InverseDepth& grid, const Mask& mask, double contact, int threads, Pieces& pieces) {
+  const std::vector<Shape> shapes = shapesOf(grid, mask, pieces);
+  const auto partners = [&](const Shape& a) {
+    std::vector<std::uint32_t> result;
+    for (const Shape& b : shapes)
+      if (b.piece > a.piece && distanceOfBoxes(a, b) <= std::max(kWidestGap, contact) &&
+          !std::ranges::binary_search(pieces.touching, std::pair(a.piece, b.piece)) &&
+          belongTogether(grid, pieces, a, b, contact))
+        result.push_back(b.piece);
+    return result;
+  };
+  join(shapes, mask, threads, partners, pieces);
+}
+
+void joinVessels(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes, int threads,
+                 Pieces& pieces) {
   constexpr double beside = 0.015;  // [m]
   constexpr double inside = 0.85;
   if (planes.empty()) return;
-  const std::vector<Shape> shapes = shapesOf(grid, pieces);
-  DisjointSets sets(pieces.sizes.size());
-  for (const Shape& wall : shapes) {
-    if (pieces.sizes[wall.piece] < grid.area(kLeastWall)) continue;
+  const std::vector<Shape> shapes = shapesOf(grid, mask, pieces);
+  const auto partners = [&](const Shape& wall) {
+    std::vector<std::uint32_t> result;
+    if (pieces.sizes[wall.piece] < grid.area(kLeastWall)) return result;
     const Plane* support = supportOf(wall, planes);
-    if (support == nullptr) continue;
+    if (support == nullptr) return result;
     const Standing round = standing(wall, *support, 1);
     const double rim = quantile(round.heights, 0.98);
     const auto circle = wallOf(round, rim);
-    if (!circle) continue;
+    if (!circle) return result;
     for (const Shape& other : shapes) {
       if (&other == &wall || pieces.sizes[other.piece] > 3 * pieces.sizes[wall.piece]) continue;
       const Standing within = standing(other, *support, kStep);
@@ -311,10 +328,11 @@ void joinVessels(const InverseDepth& grid, const std::vector<Plane>& planes, Pie
         count += cv::norm(within.footprint[i] - circle->centre) < circle->radius + beside &&
                  within.heights[i] < rim + beside;
       if (static_cast<double>(count) > inside * static_cast<double>(within.footprint.size()))
-        sets.join(other.piece, wall.piece);
+        result.push_back(other.piece);
     }
-  }
-  renumber(pieces, sets);
+    return result;
+  };
+  join(shapes, mask, threads, partners, pieces);
 }
 
 }  // namespace estancia

@@ -12,9 +12,10 @@ namespace estancia {
 /// Joins pieces that come within `contact` [m] of each other without a concave corner between them (a hole or
 /// the rim of the nearer one lies between them in the picture), and pieces of one surface with something
 /// nearer in between that hides what connects them.
-void joinPieces(const InverseDepth& grid, double contact, Pieces& pieces);
+void joinPieces(const InverseDepth& grid, const Mask& mask, double contact, int threads, Pieces& pieces);
 
 /// Joins what lies within the round wall of a vessel that stands on one of `planes`: its inside.
-void joinVessels(const InverseDepth& grid, const std::vector<Plane>& planes, Pieces& pieces);
+void joinVessels(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes, int threads,
+                 Pieces& pieces);
 
 }  // namespace estancia

@@ -11,91 +11,92 @@ constexpr double kOpening = 2.5;                      // how far seeds stay away
 constexpr double kCreased = 0.45;                     // share of creases in a border that parts its pieces
 constexpr int kRounds = 3;                            // of joining neighbours
 
-void dropSmallBlobs(const InverseDepth& grid, std::vector<std::uint8_t>& mask) {
-  cv::Mat labels, statistics, centroids, picture = asPicture(grid, mask);
-  const int blobs = cv::connectedComponentsWithStats(picture, labels, statistics, centroids, 8, CV_32S);
+/// The rows of a picture of bytes over the mask's, as OpenCV sees them; shares the memory.
+cv::Mat rowsOf(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t>& picture) {
+  const auto isEmpty = [](const Mask::Span& row) { return row.first == row.last; };
+  const auto top = std::ranges::find_if_not(mask.rows, isEmpty) - mask.rows.begin();
+  auto bottom = std::ssize(mask.rows);
+  while (bottom > top && isEmpty(mask.rows[static_cast<std::size_t>(bottom - 1)])) --bottom;
+  return {static_cast<int>(bottom - top), static_cast<int>(grid.stride), CV_8U,
+          &picture[grid.at(-grid.margin, static_cast<int>(top))]};
+}
+
+void dropSmallBlobs(const InverseDepth& grid, cv::Mat mask) {
+  cv::Mat labels, statistics, centroids;
+  const int blobs = cv::connectedComponentsWithStats(mask, labels, statistics, centroids, 8, CV_32S);
   std::vector<std::uint8_t> stays(static_cast<std::size_t>(blobs));
   for (int i = 1; i < blobs; ++i)
     stays[static_cast<std::size_t>(i)] = statistics.at<int>(i, cv::CC_STAT_AREA) >= grid.area(kLeastCrease);
-  const auto* label = labels.ptr<int>();
-  for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = stays[static_cast<std::size_t>(label[i])];
+  for (int v = 0; v < mask.rows; ++v)
+    for (int u = 0; u < mask.cols; ++u)
+      mask.ptr(v)[u] = stays[static_cast<std::size_t>(labels.ptr<int>(v)[u])];
 }
 
-/// Everything within a circle around what is marked.
-std::vector<std::uint8_t> widened(const InverseDepth& grid, std::vector<std::uint8_t>& mask, double radius) {
+/// Marks everything within a circle around what is marked.
+void widen(const InverseDepth& grid, const cv::Mat& mask, double radius, cv::Mat wide) {
   const int r = static_cast<int>(radius * grid.scale);
   cv::Mat circle(2 * r + 1, 2 * r + 1, CV_8U);
   for (int y = -r; y <= r; ++y)
     for (int x = -r; x <= r; ++x)
       circle.at<std::uint8_t>(y + r, x + r) = std::hypot(x, y) <= radius * grid.scale;
-  std::vector<std::uint8_t> wide(mask.size());
-  cv::dilate(asPicture(grid, mask), asPicture(grid, wide), circle);
-  return wide;
+  cv::dilate(mask, wide, circle);
 }
 
-/// Numbers the connected surfaces of what `wanted(pixel)` says, from labels' highest number on, in the order
-/// of their first pixels. Those of less than `least` pixels stay 0.
+/// Numbers the connected surfaces of those pixels of the mask that have no number and are `wanted`, from the
+/// sizes' end on, in the order of their first pixels. Those of less than `least` pixels stay 0.
 template <class Wanted>
-void labelSurfaces(const InverseDepth& grid, const Wanted& wanted, double least, Pieces& pieces) {
+void labelSurfaces(const InverseDepth& grid, const Mask& mask, const Wanted& wanted, double least,
+                   Pieces& pieces) {
   DisjointSets sets(1);
   std::vector<std::uint32_t> provisional(grid.size());
   const auto stride = static_cast<std::size_t>(grid.stride);
-  for (int v = 0; v < grid.camera.height; ++v) {
-    const std::size_t end = grid.at(grid.camera.width, v);
-    for (std::size_t i = grid.at(0, v); i < end; ++i) {
-      if (!wanted(i)) continue;
-      const float w = grid.raw[i];
-      const std::uint32_t left = isContinuous(w, grid.raw[i - 1]) ? provisional[i - 1] : 0;
-      const std::uint32_t above = isContinuous(w, grid.raw[i - stride]) ? provisional[i - stride] : 0;
-      if (left != 0 && above != 0 && left != above) sets.join(left, above);
-      provisional[i] = left != 0 ? left : above != 0 ? above : sets.add();
-    }
-  }
+  mask.eachPixel([&](std::size_t i) {
+    if (pieces.labels[i] != 0 || !wanted(i)) return;
+    const float w = grid.raw[i];
+    const std::uint32_t left = isContinuous(w, grid.raw[i - 1]) ? provisional[i - 1] : 0;
+    const std::uint32_t above = isContinuous(w, grid.raw[i - stride]) ? provisional[i - stride] : 0;
+    if (left != 0 && above != 0 && left != above) sets.join(left, above);
+    provisional[i] = left != 0 ? left : above != 0 ? above : sets.add();
+  });
   std::vector<std::uint32_t> sizes(sets.size()), number(sets.size());
-  for (std::uint32_t& label : provisional)
-    if (label != 0) ++sizes[label = sets.find(label)];
+  mask.eachPixel([&](std::size_t i) {
+    if (provisional[i] != 0) ++sizes[provisional[i] = sets.find(provisional[i])];
+  });
   for (std::size_t i = 1; i < sizes.size(); ++i) {
     if (sizes[i] == 0 || sizes[i] < least) continue;
     number[i] = static_cast<std::uint32_t>(pieces.sizes.size());
     pieces.sizes.push_back(sizes[i]);
   }
-  for (std::size_t i = 0; i < provisional.size(); ++i)
-    if (provisional[i] != 0 && number[provisional[i]] != 0) pieces.labels[i] = number[provisional[i]];
+  mask.eachPixel([&](std::size_t i) {
+    if (provisional[i] != 0) pieces.labels[i] = number[provisional[i]];
+  });
 }
 
 /// Pieces take the pixels around them, all at the same pace, never over an edge in depth.
-void grow(const InverseDepth& grid, const std::vector<std::uint8_t>& mask, Pieces& pieces) {
+void grow(const InverseDepth& grid, const Mask& mask, Pieces& pieces) {
   const std::ptrdiff_t around[] = {1, -1, grid.stride, -grid.stride};
   std::vector<std::uint32_t> front, next;
-  const auto spread = [&](std::size_t i) {
-    for (const std::ptrdiff_t step : around) {
-      const auto j = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + step);
-      if (mask[j] == 0 || pieces.labels[j] != 0 || !isContinuous(grid.raw[i], grid.raw[j])) continue;
-      pieces.labels[j] = pieces.labels[i];
-      ++pieces.sizes[pieces.labels[i]];
-      next.push_back(static_cast<std::uint32_t>(j));
-    }
-  };
-  for (int v = 0; v < grid.camera.height; ++v) {
-    const std::size_t end = grid.at(grid.camera.width, v);
-    for (std::size_t i = grid.at(0, v); i < end; ++i) {
-      if (pieces.labels[i] == 0) continue;
+  const auto isFree = [&](std::size_t j) { return mask.in[j] != 0 && pieces.labels[j] == 0; };
+  mask.eachPixel([&](std::size_t i) {
+    if (pieces.labels[i] != 0 && std::ranges::any_of(around, [&](std::ptrdiff_t step) {
+          return isFree(static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + step));
+        }))
+      front.push_back(static_cast<std::uint32_t>(i));
+  });
+  for (; !front.empty(); front.swap(next)) {
+    next.clear();
+    for (const std::uint32_t i : front)
       for (const std::ptrdiff_t step : around) {
         const auto j = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + step);
-        if (mask[j] == 0 || pieces.labels[j] != 0) continue;
-        front.push_back(static_cast<std::uint32_t>(i));
-        break;
+        if (!isFree(j) || !isContinuous(grid.raw[i], grid.raw[j])) continue;
+        pieces.labels[j] = pieces.labels[i];
+        ++pieces.sizes[pieces.labels[i]];
+        next.push_back(static_cast<std::uint32_t>(j));
       }
-    }
-  }
-  while (!front.empty()) {
-    next.clear();
-    for (const std::uint32_t i : front) spread(i);
-    front.swap(next);
   }
 }
 
-std::vector<Border> bordersOf(const InverseDepth& grid, const Pieces& pieces,
+std::vector<Border> bordersOf(const InverseDepth& grid, const Mask& mask, const Pieces& pieces,
                               const std::vector<std::uint8_t>& creases) {
   std::vector<std::uint64_t> pairs;
   const auto look = [&](std::size_t i, std::size_t j) {
@@ -103,14 +104,10 @@ std::vector<Border> bordersOf(const InverseDepth& grid, const Pieces& pieces,
     if (b == 0 || a == b || !isContinuous(grid.raw[i], grid.raw[j])) return;
     pairs.push_back(pairOf(a, b, (creases[i] | creases[j]) != 0));
   };
-  for (int v = 0; v < grid.camera.height; ++v) {
-    const std::size_t end = grid.at(grid.camera.width, v);
-    for (std::size_t i = grid.at(0, v); i < end; ++i) {
-      if (pieces.labels[i] == 0) continue;
-      look(i, i + 1);
-      look(i, i + static_cast<std::size_t>(grid.stride));
-    }
-  }
+  mask.eachPixel([&](std::size_t i) {
+    look(i, i + 1);
+    look(i, i + static_cast<std::size_t>(grid.stride));
+  });
   return estancia::bordersOf(std::move(pairs));
 }
 
@@ -199,7 +196,7 @@ void joinNeighbours(std::vector<Border>& borders, DisjointSets& sets, const std:
   joinSmall(borders, sets, sizes, least);
 }
 
-void renumber(Pieces& pieces, DisjointSets& sets) {
+void renumber(const Mask& mask, Pieces& pieces, DisjointSets& sets) {
   std::vector<std::uint32_t> number(pieces.sizes.size()), sizes(1);
   for (std::uint32_t i = 1; i < number.size(); ++i) {
     const std::uint32_t set = sets.find(i);
@@ -210,7 +207,7 @@ void renumber(Pieces& pieces, DisjointSets& sets) {
     number[i] = number[set];
     sizes[number[i]] += pieces.sizes[i];
   }
-  for (std::uint32_t& label : pieces.labels) label = number[label];
+  mask.eachPixel([&](std::size_t i) { pieces.labels[i] = number[pieces.labels[i]]; });
   pieces.sizes = std::move(sizes);
   for (auto& [a, b] : pieces.touching) {
     a = number[a];
@@ -223,24 +220,26 @@ void renumber(Pieces& pieces, DisjointSets& sets) {
   std::erase_if(pieces.touching, [](const auto& pair) { return pair.first == pair.second; });
 }
 
-Pieces cutPieces(const InverseDepth& grid, std::vector<std::uint8_t>& mask,
-                 std::vector<std::uint8_t> creases) {
-  dropSmallBlobs(grid, creases);
-  const std::vector<std::uint8_t> nearCrease = widened(grid, creases, kOpening);
+Pieces cutPieces(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t> creases) {
   Pieces pieces;
   pieces.labels.resize(grid.size());
   pieces.sizes.resize(1);
+  std::vector<std::uint8_t> nearCrease(grid.size());
+  const cv::Mat creased = rowsOf(grid, mask, creases);
+  if (creased.empty()) return pieces;
+  dropSmallBlobs(grid, creased);
+  widen(grid, creased, kOpening, rowsOf(grid, mask, nearCrease));
   labelSurfaces(
-      grid, [&](std::size_t i) { return mask[i] > nearCrease[i]; }, grid.area(kLeastSeed), pieces);
+      grid, mask, [&](std::size_t i) { return nearCrease[i] == 0; }, grid.area(kLeastSeed), pieces);
   grow(grid, mask, pieces);
   labelSurfaces(
-      grid, [&](std::size_t i) { return mask[i] != 0 && pieces.labels[i] == 0; }, 1, pieces);
-  std::vector<Border> borders = bordersOf(grid, pieces, creases);
+      grid, mask, [](std::size_t) { return true; }, 1, pieces);
+  std::vector<Border> borders = bordersOf(grid, mask, pieces, creases);
   DisjointSets sets(pieces.sizes.size());
   joinNeighbours(borders, sets, pieces.sizes, grid.area(kLeastPiece));
   for (const Border& border : borders)
     if (border.pairs >= kLeastBorder) pieces.touching.emplace_back(border.a, border.b);
-  renumber(pieces, sets);
+  renumber(mask, pieces, sets);
   return pieces;
 }
 

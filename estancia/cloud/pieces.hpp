@@ -66,10 +66,9 @@ void joinNeighbours(std::vector<Border>& borders, DisjointSets& sets, const std:
 /// Cuts what `mask` marks at `creases` and at edges in depth. Pieces grow from where no crease is near, as a
 /// crease often has gaps; neighbours whose border mostly is no crease are one again (convexity decides which
 /// surfaces belong together: Stein et al., CVPR 2014), and what is small goes to its closest neighbour.
-Pieces cutPieces(const InverseDepth& grid, std::vector<std::uint8_t>& mask,
-                 std::vector<std::uint8_t> creases);
+Pieces cutPieces(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t> creases);
 
 /// Sets become pieces, numbered as they appear in the picture.
-void renumber(Pieces& pieces, DisjointSets& sets);
+void renumber(const Mask& mask, Pieces& pieces, DisjointSets& sets);
 
 }  // namespace estancia

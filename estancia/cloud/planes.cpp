@@ -256,9 +256,8 @@ Patches patchesOn(const Half& half, const Coefficients& plane, const cv::Mat& le
             static_cast<float>(half.pixelArea), half.width, area.data());
     const auto* label = patches.labels.ptr<int>(v);
     for (std::size_t u = 0; u < area.size(); ++u)
-      patches.areas[static_cast<std::size_t>(label[u])] += area[u];
+      if (label[u] != 0) patches.areas[static_cast<std::size_t>(label[u])] += area[u];
   }
-  patches.areas[0] = 0;  // the background
   patches.least = patches.areas;
   for (int i = 1; i < count; ++i) {
     const int x = boxes.at<int>(i, cv::CC_STAT_LEFT), y = boxes.at<int>(i, cv::CC_STAT_TOP);
@@ -294,25 +293,31 @@ Coefficients planeOf(const Half& half, const Patches& patches, std::size_t patch
 
 /// Takes what is near the plane in and around its patches out of `rest`.
 void take(const InverseDepth& grid, const cv::Mat& reached, const Coefficients& plane, double tolerance,
-          std::vector<std::uint8_t>& rest) {
+          int threads, std::vector<std::uint8_t>& rest) {
   const auto bound = static_cast<float>(tolerance * cv::norm(plane));
-  std::vector<std::uint8_t> row(static_cast<std::size_t>(grid.camera.width));
-  for (int v = 0; v < grid.camera.height; ++v) {
-    const auto* halfRow = reached.ptr<std::uint8_t>(v / 2);
-    for (std::size_t u = 0; u < row.size(); ++u) row[u] = halfRow[u / 2];
-    const std::size_t at = grid.at(0, v);
-    const auto constant = static_cast<float>(plane[1] * grid.slopeY[static_cast<std::size_t>(v)] + plane[2]);
-    takeNear(&grid.smooth[at], grid.slopeX.data(), static_cast<float>(plane[0]), constant, bound,
-             grid.camera.width, row.data(), &rest[at]);
-  }
+  const cv::Rect box = cv::boundingRect(reached);
+  const int left = 2 * box.x, width = std::min(grid.camera.width, 2 * box.br().x) - left;
+  const int top = 2 * box.y, height = std::min(grid.camera.height, 2 * box.br().y) - top;
+  inBands(height, threads, [&](int first, int last) {
+    std::vector<std::uint8_t> row(static_cast<std::size_t>(2 * box.width));
+    for (int v = top + first; v < top + last; ++v) {
+      const auto* half = reached.ptr<std::uint8_t>(v / 2) + box.x;
+      for (std::size_t u = 0; u < row.size() / 2; ++u) row[2 * u] = row[2 * u + 1] = half[u];
+      const std::size_t at = grid.at(left, v);
+      const auto constant =
+          static_cast<float>(plane[1] * grid.slopeY[static_cast<std::size_t>(v)] + plane[2]);
+      takeNear(&grid.smooth[at], &grid.slopeX[static_cast<std::size_t>(left)], static_cast<float>(plane[0]),
+               constant, bound, width, row.data(), &rest[at]);
+    }
+  });
 }
 
 }  // namespace
 
 WithoutPlanes removePlanes(const InverseDepth& grid, const ClusterOptions& options) {
-  WithoutPlanes result;
-  result.rest.resize(grid.size());
-  std::ranges::transform(grid.raw, result.rest.begin(), [](float w) { return std::uint8_t{w > 0}; });
+  std::vector<Plane> planes;
+  std::vector<std::uint8_t> rest(grid.size());
+  std::ranges::transform(grid.raw, rest.begin(), [](float w) { return std::uint8_t{w > 0}; });
   const Half half = halve(grid, options.planeTolerance, options.threads);
   cv::Mat left(half.height, half.width, CV_8U);  // what may still become a plane
   std::ranges::transform(half.nz, left.begin<std::uint8_t>(), [](float nz) { return std::uint8_t{nz != 0}; });
@@ -323,10 +328,14 @@ WithoutPlanes removePlanes(const InverseDepth& grid, const ClusterOptions& optio
   cv::Mat on;
   Samples samples;
   std::vector<std::uint32_t> candidates;
-  for (int t = 0; t < kMostTries && result.planes.size() < kMostPlanes; ++t) {
-    candidates.clear();
-    for (std::size_t i = 0; i < half.w.size(); ++i)
-      if (left.data[i] != 0) candidates.push_back(static_cast<std::uint32_t>(i));
+  for (int t = 0; t < kMostTries && planes.size() < kMostPlanes; ++t) {
+    candidates.resize(half.w.size());
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      candidates[count] = static_cast<std::uint32_t>(i);
+      count += left.data[i];
+    }
+    candidates.resize(count);
     if (candidates.empty()) break;
     draw(half, candidates, random, samples);
     auto [plane, area] = bestOf(samples, random);
@@ -349,12 +358,12 @@ WithoutPlanes removePlanes(const InverseDepth& grid, const ClusterOptions& optio
       for (int u = 0; u < half.width; ++u) on.ptr(v)[u] = large[static_cast<std::size_t>(label[u])];
     }
     cv::dilate(on, on, around);
-    take(grid, on, plane, options.planeTolerance, result.rest);
+    take(grid, on, plane, options.planeTolerance, options.threads, rest);
     left.setTo(0, on & (left > 0));
     const double norm = cv::norm(plane);
-    result.planes.push_back({-plane / norm, -1 / norm, seen});
+    planes.push_back({-plane / norm, -1 / norm, seen});
   }
-  return result;
+  return {std::move(planes), Mask(grid, std::move(rest))};
 }
 
 }  // namespace estancia

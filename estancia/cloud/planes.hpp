@@ -10,8 +10,8 @@
 namespace estancia {
 
 struct WithoutPlanes {
-  std::vector<Plane> planes;       ///< in the order they were found
-  std::vector<std::uint8_t> rest;  ///< marks the pixels with depth that lie on none
+  std::vector<Plane> planes;  ///< in the order they were found
+  Mask rest;                  ///< the pixels with depth that lie on none
 };
 
 /// RANSAC (Fischler and Bolles, CACM 1981) in which one pixel with its normal is a hypothesis and square

@@ -1,0 +1,169 @@
+// Taking depth pictures apart, stage by stage, beside PCL's planes and Euclidean clusters in the same run.
+//   bench_clusters FOCAL DEPTH…    pictures in millimetres whose camera looks along their middle
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <exception>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#ifdef ESTANCIA_HAS_PCL
+#include <pcl/features/integral_image_normal.h>
+#include <pcl/point_types.h>
+#include <pcl/search/kdtree.h>
+#include <pcl/segmentation/extract_clusters.h>
+#include <pcl/segmentation/organized_multi_plane_segmentation.h>
+#endif
+
+#include "estancia/cloud/clusters.hpp"
+#include "estancia/cloud/inverse_depth.hpp"
+#include "estancia/cloud/joins.hpp"
+#include "estancia/cloud/pieces.hpp"
+#include "estancia/cloud/planes.hpp"
+#include "estancia/io/depth_file.hpp"
+
+namespace {
+
+using namespace estancia;
+
+constexpr int kRounds = 5;
+
+double processorTime() {  // of this thread: that does not see what else the machine does
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+double wallTime() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Milliseconds, the best of some rounds.
+double milliseconds(double (*clock)(), const std::function<void()>& work) {
+  double best = HUGE_VAL;
+  for (int round = 0; round < kRounds; ++round) {
+    const double begin = clock();
+    work();
+    best = std::min(best, clock() - begin);
+  }
+  return 1e3 * best;
+}
+
+struct Row {
+  std::string what;
+  double sum = 0;
+};
+
+#ifdef ESTANCIA_HAS_PCL
+/// Planes of integral image normals, then Euclidean clusters of 2 cm of what is left. Returns their number.
+std::size_t clustersOfPcl(const PointCloud& cloud, const ClusterOptions& options) {
+  const pcl::PointCloud<pcl::PointXYZ>::Ptr points(new pcl::PointCloud<pcl::PointXYZ>);
+  for (const cv::Point3f& p : cloud.points) points->push_back({p.x, p.y, p.z});
+  points->width = static_cast<std::uint32_t>(cloud.width);
+  points->height = static_cast<std::uint32_t>(cloud.height);
+  points->is_dense = false;
+  const pcl::PointCloud<pcl::Normal>::Ptr normals(new pcl::PointCloud<pcl::Normal>);
+  pcl::IntegralImageNormalEstimation<pcl::PointXYZ, pcl::Normal> estimation;
+  estimation.setNormalEstimationMethod(estimation.COVARIANCE_MATRIX);
+  estimation.setMaxDepthChangeFactor(0.02F);
+  estimation.setNormalSmoothingSize(10);
+  estimation.setInputCloud(points);
+  estimation.compute(*normals);
+  pcl::OrganizedMultiPlaneSegmentation<pcl::PointXYZ, pcl::Normal, pcl::Label> segmentation;
+  segmentation.setMinInliers(10'000);
+  segmentation.setAngularThreshold(3 * M_PI / 180);
+  segmentation.setDistanceThreshold(options.planeTolerance);
+  segmentation.setInputNormals(normals);
+  segmentation.setInputCloud(points);
+  std::vector<pcl::ModelCoefficients> planes;
+  std::vector<pcl::PointIndices> inliers;
+  segmentation.segment(planes, inliers);
+  std::vector<char> taken(points->size());
+  for (const pcl::PointIndices& plane : inliers)
+    for (const int i : plane.indices) taken[static_cast<std::size_t>(i)] = 1;
+  const pcl::PointCloud<pcl::PointXYZ>::Ptr rest(new pcl::PointCloud<pcl::PointXYZ>);
+  for (std::size_t i = 0; i < points->size(); ++i)
+    if (taken[i] == 0 && isFinite(cloud.points[i])) rest->push_back((*points)[i]);
+  if (rest->empty()) return 0;
+  pcl::EuclideanClusterExtraction<pcl::PointXYZ> extraction;
+  extraction.setClusterTolerance(options.join);
+  extraction.setMinClusterSize(static_cast<int>(options.least));
+  extraction.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>());
+  extraction.setInputCloud(rest);
+  std::vector<pcl::PointIndices> clusters;
+  extraction.extract(clusters);
+  return clusters.size();
+}
+#endif
+
+void run(double focal, const std::vector<std::string>& files) {
+  std::vector<Row> rows = {{"1/z, smoothed"},
+                           {"planes"},
+                           {"creases"},
+                           {"pieces"},
+                           {"joins"},
+                           {"vessels"},
+                           {"all of it"},
+                           {"all, wall clock, one thread"},
+                           {"all, wall clock, two threads"},
+                           {"PCL: normals, planes, Euclidean clusters"}};
+  std::size_t ours = 0, theirs = 0;
+  for (const std::string& file : files) {
+    const cv::Mat depth = io::readDepth(file, 1000);
+    const CameraIntrinsics camera{depth.cols,           depth.rows, focal, focal, (depth.cols - 1) / 2.,
+                                  (depth.rows - 1) / 2.};
+    ClusterOptions options;
+    options.threads = 1;
+    auto add = [&, next = rows.begin()](double (*clock)(), const std::function<void()>& work) mutable {
+      (next++)->sum += milliseconds(clock, work);
+    };
+    InverseDepth grid;
+    std::optional<WithoutPlanes> scene;
+    std::vector<std::uint8_t> creases;
+    Pieces pieces, joined, vessels;
+    add(processorTime, [&] { grid = inverseDepth(depth, camera, 1); });
+    add(processorTime, [&] { scene.emplace(removePlanes(grid, options)); });
+    add(processorTime, [&] { creases = concaveCreases(grid, scene->rest, options.crease, 1); });
+    add(processorTime, [&] { pieces = cutPieces(grid, scene->rest, creases); });
+    add(processorTime, [&] { joinPieces(grid, scene->rest, options.join, 1, joined = pieces); });
+    add(processorTime, [&] { joinVessels(grid, scene->rest, scene->planes, 1, vessels = joined); });
+    Clusters found;
+    add(processorTime, [&] { found = findClusters(depth, camera, options); });
+    add(wallTime, [&] { found = findClusters(depth, camera, options); });
+    options.threads = 2;
+    add(wallTime, [&] { found = findClusters(depth, camera, options); });
+    ours += found.clusters.size();
+#ifdef ESTANCIA_HAS_PCL
+    const PointCloud cloud = backProject(depth, camera);
+    add(processorTime, [&] { theirs += clustersOfPcl(cloud, options); });
+#endif
+  }
+  fmt::print("{} pictures, milliseconds each, best of {}; processor time of one thread unless said\n\n",
+             files.size(), kRounds);
+  fmt::print("| stage | ms |\n|---|---|\n");
+  for (const Row& row : rows)
+    if (row.sum > 0) fmt::print("| {} | {:.2f} |\n", row.what, row.sum / static_cast<double>(files.size()));
+  fmt::print("\n{} clusters of ours, {} of PCL's\n", ours, theirs / kRounds);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 3) {
+    fmt::print(stderr, "usage: bench_clusters FOCAL DEPTH…\n");
+    return 2;
+  }
+  try {
+    run(std::stod(argv[1]), {argv + 2, argv + argc});
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "error: {}\n", error.what());
+    return 2;
+  }
+}
