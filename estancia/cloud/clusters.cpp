@@ -61,8 +61,8 @@ std::vector<cv::Point3f> innerPoints(const InverseDepth& grid, const Pieces& pie
   const std::ptrdiff_t around[] = {across,        -across,       down,           -down,
                                    across + down, across - down, -across - down, -across + down};
   std::vector<cv::Point3f> inner;
-  const std::size_t step = 1 + cluster.points.size() / most;
-  for (std::size_t i = 0; i < cluster.points.size(); i += step) {
+  const std::size_t every = 1 + cluster.points.size() / most;
+  for (std::size_t i = 0; i < cluster.points.size(); i += every) {
     const std::uint32_t p = cluster.points[i];
     const auto width = static_cast<std::uint32_t>(grid.camera.width);
     const int u = static_cast<int>(p % width), v = static_cast<int>(p / width);

@@ -1,6 +1,7 @@
 #include "estancia/cloud/joins.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -11,6 +12,7 @@
 #include "estancia/cloud/facet.hpp"
 #include "estancia/core/cores.hpp"
 #include "estancia/core/parallel.hpp"
+#include "estancia/core/simd.hpp"
 
 namespace estancia {
 namespace {
@@ -30,7 +32,8 @@ constexpr float kNearer = 0.01F;                               // what is in fro
 struct Shape {
   std::uint32_t piece;
   std::vector<cv::Point3f> surface, border;
-  cv::Point3f low, high;  ///< of the border
+  cv::Point3f low, high;       ///< of the border
+  std::vector<float> x, y, z;  ///< the border by coordinate, so that many points are compared at once
 };
 
 void thin(std::vector<cv::Point3f>& points, std::size_t most) {
@@ -45,7 +48,7 @@ std::vector<Shape> shapesOf(const InverseDepth& grid, const Mask& mask, const Pi
   std::vector<std::uint32_t> shapeOf(pieces.sizes.size()), skip(pieces.sizes.size());
   for (std::uint32_t i = 1; i < pieces.sizes.size(); ++i) {
     if (pieces.sizes[i] < grid.area(kLeastShape)) continue;
-    shapes.push_back({i, {}, {}, {}, {}});
+    shapes.emplace_back().piece = i;
     shapeOf[i] = static_cast<std::uint32_t>(shapes.size());
   }
   const auto stride = static_cast<std::size_t>(grid.stride);
@@ -65,6 +68,9 @@ std::vector<Shape> shapesOf(const InverseDepth& grid, const Mask& mask, const Pi
     thin(shape.border, kMostBorder);
     shape.low = shape.high = shape.border.front();
     for (const cv::Point3f& p : shape.border) {
+      shape.x.push_back(p.x);
+      shape.y.push_back(p.y);
+      shape.z.push_back(p.z);
       shape.low = {std::min(shape.low.x, p.x), std::min(shape.low.y, p.y), std::min(shape.low.z, p.z)};
       shape.high = {std::max(shape.high.x, p.x), std::max(shape.high.y, p.y), std::max(shape.high.z, p.z)};
     }
@@ -74,6 +80,18 @@ std::vector<Shape> shapesOf(const InverseDepth& grid, const Mask& mask, const Pi
 
 float squared(const cv::Point3f& v) {
   return v.dot(v);
+}
+
+/// Squared, as the bits of the float: those of floats that are not negative order as they do.
+ESTANCIA_MULTIVERSION
+std::int32_t nearestOf(const float* x, const float* y, const float* z, std::size_t count, float px, float py,
+                       float pz) {
+  std::int32_t least = std::numeric_limits<std::int32_t>::max();
+  for (std::size_t i = 0; i < count; ++i) {
+    const float dx = x[i] - px, dy = y[i] - py, dz = z[i] - pz;
+    least = std::min(least, std::bit_cast<std::int32_t>(dx * dx + dy * dy + dz * dz));
+  }
+  return least;
 }
 
 double distanceOfBoxes(const Shape& a, const Shape& b) {
@@ -153,17 +171,16 @@ bool belongTogether(const InverseDepth& grid, const Pieces& pieces, const Shape&
   float nearest = std::numeric_limits<float>::infinity();
   cv::Point3f endA, endB;
   for (const cv::Point3f& p : b.border) {
-    float least = std::numeric_limits<float>::infinity();
-    const cv::Point3f* other = nullptr;
-    for (const cv::Point3f& q : a.border) {
-      const float d = squared(p - q);
-      if (d < least) std::tie(least, other) = std::tuple(d, &q);
-    }
+    const auto least =
+        std::bit_cast<float>(nearestOf(a.x.data(), a.y.data(), a.z.data(), a.x.size(), p.x, p.y, p.z));
+    if (!(least < std::max(close, nearest))) continue;
+    const cv::Point3f& other =
+        *std::ranges::min_element(a.border, {}, [&](const cv::Point3f& q) { return squared(p - q); });
     if (least < close) {
       contactB.push_back(p);
-      contactA.push_back(*other);
+      contactA.push_back(other);
     }
-    if (least < nearest) std::tie(nearest, endA, endB) = std::tuple(least, *other, p);
+    if (least < nearest) std::tie(nearest, endA, endB) = std::tuple(least, other, p);
   }
   if (contactB.size() >= kContacts) return meetConvexly(a, b, contactA, contactB);
   return nearest <= kWidestGap * kWidestGap && isHidden(grid, pieces, a, b, endB, endA) &&
@@ -309,11 +326,13 @@ void joinVessels(const InverseDepth& grid, const Mask& mask, const std::vector<P
                  Pieces& pieces) {
   constexpr double beside = 0.015;  // [m]
   constexpr double inside = 0.85;
+  constexpr double largest = 0.8;  // no vessel is [m]
   if (planes.empty()) return;
   const std::vector<Shape> shapes = shapesOf(grid, mask, pieces);
   const auto partners = [&](const Shape& wall) {
     std::vector<std::uint32_t> result;
-    if (pieces.sizes[wall.piece] < grid.area(kLeastWall)) return result;
+    if (pieces.sizes[wall.piece] < grid.area(kLeastWall) || cv::norm(wall.high - wall.low) > largest)
+      return result;
     const Plane* support = supportOf(wall, planes);
     if (support == nullptr) return result;
     const Standing round = standing(wall, *support, 1);

@@ -21,15 +21,24 @@ cv::Mat rowsOf(const InverseDepth& grid, const Mask& mask, std::vector<std::uint
           &picture[grid.at(-grid.margin, static_cast<int>(top))]};
 }
 
-void dropSmallBlobs(const InverseDepth& grid, cv::Mat mask) {
-  cv::Mat labels, statistics, centroids;
-  const int blobs = cv::connectedComponentsWithStats(mask, labels, statistics, centroids, 8, CV_32S);
-  std::vector<std::uint8_t> stays(static_cast<std::size_t>(blobs));
-  for (int i = 1; i < blobs; ++i)
-    stays[static_cast<std::size_t>(i)] = statistics.at<int>(i, cv::CC_STAT_AREA) >= grid.area(kLeastCrease);
-  for (int v = 0; v < mask.rows; ++v)
-    for (int u = 0; u < mask.cols; ++u)
-      mask.ptr(v)[u] = stays[static_cast<std::size_t>(labels.ptr<int>(v)[u])];
+/// Takes small blobs out of what is marked; in what stays, marks are above 1.
+void dropSmallBlobs(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t>& marked) {
+  const std::ptrdiff_t s = grid.stride, around[] = {1, -1, s, -s, s + 1, s - 1, -s - 1, -s + 1};
+  std::vector<std::uint32_t> blob;
+  mask.eachPixel([&](std::size_t first) {
+    if (marked[first] != 1) return;
+    blob.assign(1, static_cast<std::uint32_t>(first));
+    marked[first] = 2;
+    for (std::size_t k = 0; k < blob.size(); ++k)
+      for (const std::ptrdiff_t step : around) {
+        const auto i = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(blob[k]) + step);
+        if (marked[i] != 1) continue;
+        marked[i] = 2;
+        blob.push_back(static_cast<std::uint32_t>(i));
+      }
+    if (static_cast<double>(blob.size()) < grid.area(kLeastCrease))
+      for (const std::uint32_t i : blob) marked[i] = 0;
+  });
 }
 
 /// Marks everything within a circle around what is marked.
@@ -47,28 +56,32 @@ void widen(const InverseDepth& grid, const cv::Mat& mask, double radius, cv::Mat
 template <class Wanted>
 void labelSurfaces(const InverseDepth& grid, const Mask& mask, const Wanted& wanted, double least,
                    Pieces& pieces) {
-  DisjointSets sets(1);
-  std::vector<std::uint32_t> provisional(grid.size());
-  const auto stride = static_cast<std::size_t>(grid.stride);
+  const auto base = static_cast<std::uint32_t>(pieces.sizes.size());  // labels from here on are sets' for now
+  DisjointSets sets(0);
+  std::vector<std::uint32_t>& labels = pieces.labels;
+  const auto setOf = [&](float w, std::size_t neighbour) {
+    return labels[neighbour] >= base && isContinuous(w, grid.raw[neighbour]) ? labels[neighbour] : 0;
+  };
   mask.eachPixel([&](std::size_t i) {
-    if (pieces.labels[i] != 0 || !wanted(i)) return;
+    if (labels[i] != 0 || !wanted(i)) return;
     const float w = grid.raw[i];
-    const std::uint32_t left = isContinuous(w, grid.raw[i - 1]) ? provisional[i - 1] : 0;
-    const std::uint32_t above = isContinuous(w, grid.raw[i - stride]) ? provisional[i - stride] : 0;
-    if (left != 0 && above != 0 && left != above) sets.join(left, above);
-    provisional[i] = left != 0 ? left : above != 0 ? above : sets.add();
+    const std::uint32_t left = setOf(w, i - 1), above = setOf(w, i - static_cast<std::size_t>(grid.stride));
+    if (left != 0 && above != 0 && left != above) sets.join(left - base, above - base);
+    labels[i] = left != 0 ? left : above != 0 ? above : base + sets.add();
   });
   std::vector<std::uint32_t> sizes(sets.size()), number(sets.size());
   mask.eachPixel([&](std::size_t i) {
-    if (provisional[i] != 0) ++sizes[provisional[i] = sets.find(provisional[i])];
+    if (labels[i] < base) return;
+    labels[i] = base + sets.find(labels[i] - base);
+    ++sizes[labels[i] - base];
   });
-  for (std::size_t i = 1; i < sizes.size(); ++i) {
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
     if (sizes[i] == 0 || sizes[i] < least) continue;
     number[i] = static_cast<std::uint32_t>(pieces.sizes.size());
     pieces.sizes.push_back(sizes[i]);
   }
   mask.eachPixel([&](std::size_t i) {
-    if (provisional[i] != 0) pieces.labels[i] = number[provisional[i]];
+    if (labels[i] >= base) labels[i] = number[labels[i] - base];
   });
 }
 
@@ -227,7 +240,7 @@ Pieces cutPieces(const InverseDepth& grid, const Mask& mask, std::vector<std::ui
   std::vector<std::uint8_t> nearCrease(grid.size());
   const cv::Mat creased = rowsOf(grid, mask, creases);
   if (creased.empty()) return pieces;
-  dropSmallBlobs(grid, creased);
+  dropSmallBlobs(grid, mask, creases);
   widen(grid, creased, kOpening, rowsOf(grid, mask, nearCrease));
   labelSurfaces(
       grid, mask, [&](std::size_t i) { return nearCrease[i] == 0; }, grid.area(kLeastSeed), pieces);
