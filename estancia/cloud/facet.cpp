@@ -24,7 +24,7 @@ std::optional<Facet> facetOf(std::span<const cv::Point3f> points, std::size_t fe
 
 bool lieOnOnePlane(std::vector<cv::Point3f> points, double distance) {
   constexpr std::size_t fewest = 50, most = 1000;
-  constexpr double tolerance = 0.006, least = 0.004, share = 0.95, trimmed = 0.6;  // [m at 1 m]
+  constexpr double tolerance = 0.004, least = 0.003, share = 0.95, trimmed = 0.6;  // [m at 1 m]
   if (points.size() < fewest) return false;
   if (points.size() > most) {
     for (std::size_t i = 0; i < most; ++i) points[i] = points[i * points.size() / most];

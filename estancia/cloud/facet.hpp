@@ -19,7 +19,7 @@ struct Facet {
 /// on a line.
 std::optional<Facet> facetOf(std::span<const cv::Point3f> points, std::size_t fewest = 3);
 
-/// Whether 95 % of the points lie within 6 mm of one plane, which is what depth cameras make of one at 1 m;
+/// Whether 95 % of the points lie within 4 mm of one plane, which is what depth cameras make of one at 1 m;
 /// more at `distance` [m]. False for fewer than 50.
 bool lieOnOnePlane(std::vector<cv::Point3f> points, double distance);
 
