@@ -258,7 +258,7 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(rank)];
 }
 
-constexpr std::size_t kStep = 3;  // every third point of a surface tells its footprint
+constexpr std::size_t kStep = 5;  // every fifth point of a surface tells its footprint
 
 /// The plane that the piece stands on, or over: the nearest below it.
 const Plane* supportOf(const Shape& shape, const std::vector<Plane>& planes) {
@@ -277,11 +277,14 @@ std::optional<Circle> wallOf(const Standing& piece, double rim) {
   constexpr double tolerance = 0.008, belowRim = 0.02;  // [m]
   constexpr double narrowest = 0.02, widest = 0.20;     // radius [m]
   constexpr double mostly = 0.6, leastArc = 90;
-  constexpr std::size_t fewest = 30;
+  constexpr std::size_t fewest = 30, mostUpper = 300;
   std::vector<cv::Point2d> all, upper;
+  std::size_t above = 0;
+  for (const double height : piece.heights) above += height > rim - belowRim ? 1 : 0;
+  const std::size_t every = 1 + above / mostUpper;
   for (std::size_t i = 0; i < piece.footprint.size(); ++i) {
     if (i % kStep == 0) all.push_back(piece.footprint[i]);
-    if (piece.heights[i] > rim - belowRim) upper.push_back(piece.footprint[i]);
+    if (piece.heights[i] > rim - belowRim && above-- % every == 0) upper.push_back(piece.footprint[i]);
   }
   for (const auto* points : {&all, &upper}) {
     if (points->size() < fewest) continue;
