@@ -18,7 +18,7 @@ namespace estancia {
 namespace {
 
 constexpr double kLeastLeaf = 0.005, kMostLeaf = 1e30;  // [m]
-constexpr float kLink = 3;                              // leaves: points so near are connected
+constexpr float kLink = 3, kNext = 1.8F;                // leaves
 constexpr std::size_t kAroundNormal = 30;               // points
 constexpr std::uint32_t kNone = 0;                      // no piece
 
@@ -29,7 +29,8 @@ struct Surface {
   std::vector<double> noise;  ///< how much noisier than at 1 m
   Neighbours neighbours;
   double leaf;
-  float link;     ///< [m]
+  float link;     ///< points so near are connected [m]
+  float next;     ///< points so near lie in neighbouring voxels [m]
   bool oriented;  ///< normals look towards whoever saw the surface
   std::size_t size() const { return cloud.points.size(); }
 };
@@ -63,30 +64,33 @@ Surface surfaceOf(const PointCloud& cloud, int threads) {
   }
   const bool oriented =
       !thin.normals.empty() || cloud.viewpoint.has_value() || isBeyond(thin, options.viewpoint);
-  return {std::move(thin),
-          std::move(normals),
-          std::move(noise),
-          std::move(neighbours),
-          leaf,
-          static_cast<float>(kLink * leaf),
-          oriented};
+  const auto length = static_cast<float>(leaf);
+  return {.cloud = std::move(thin),
+          .normals = std::move(normals),
+          .noise = std::move(noise),
+          .neighbours = std::move(neighbours),
+          .leaf = leaf,
+          .link = kLink * length,
+          .next = kNext * length,
+          .oriented = oriented};
 }
 
-/// Numbers what is connected among the points that `wanted` says, from the sizes' end on; calls
-/// linked(i, neighbour) on what else must hold for two points. Fewer than `least` points stay without.
+/// Numbers what is connected among the points without a number that are `wanted`, from the sizes' end on.
+/// What has less than `least` points stays without.
 template <class Wanted>
 void labelConnected(const Surface& s, const Wanted& wanted, double least, std::vector<std::uint32_t>& labels,
                     std::vector<std::uint32_t>& sizes) {
-  std::vector<std::uint32_t> group, provisional(s.size());
+  std::vector<std::uint32_t> group;
+  std::vector<std::uint8_t> seen(s.size());
   std::vector<Neighbour> buffer;
   for (std::uint32_t first = 0; first < s.size(); ++first) {
-    if (!wanted(first) || labels[first] != kNone || provisional[first] != 0) continue;
+    if (!wanted(first) || labels[first] != kNone || seen[first] != 0) continue;
     group.assign(1, first);
-    provisional[first] = 1;
+    seen[first] = 1;
     for (std::size_t k = 0; k < group.size(); ++k)
       for (const Neighbour& n : s.neighbours.within(s.cloud.points[group[k]], s.link, buffer)) {
-        if (!wanted(n.index) || labels[n.index] != kNone || provisional[n.index] != 0) continue;
-        provisional[n.index] = 1;
+        if (!wanted(n.index) || labels[n.index] != kNone || seen[n.index] != 0) continue;
+        seen[n.index] = 1;
         group.push_back(n.index);
       }
     if (static_cast<double>(group.size()) < least) continue;
@@ -94,11 +98,6 @@ void labelConnected(const Surface& s, const Wanted& wanted, double least, std::v
     sizes.push_back(static_cast<std::uint32_t>(group.size()));
   }
 }
-
-struct Fitted {
-  Facet facet;
-  double area = 0;
-};
 
 /// The plane with most of some candidates on it (RANSAC, one point with its normal a hypothesis).
 std::optional<Facet> bestPlane(const Surface& s, const std::vector<std::uint32_t>& candidates,
@@ -188,9 +187,11 @@ std::vector<Plane> takePlanes(const Surface& s, const ClusterOptions& options,
   return planes;
 }
 
-/// Points around which the surface rises towards whoever saw it.
+/// Points around which the surface rises towards whoever saw it. Its mean over a disc is some 0.6 of what it
+/// is at the same distance straight away from the crease, which is what `depth` says.
 std::vector<std::uint8_t> creasesOf(const Surface& s, const std::vector<std::uint8_t>& rest, double depth,
                                     int threads) {
+  constexpr double disc = 0.6;
   std::vector<std::uint8_t> creases(s.size());
   if (!s.oriented) return creases;
   s.neighbours.eachWithin(s.link, threads, [&](std::uint32_t i, std::span<const Neighbour> near) {
@@ -201,12 +202,12 @@ std::vector<std::uint8_t> creasesOf(const Surface& s, const std::vector<std::uin
       rise += (s.cloud.points[n.index] - s.cloud.points[i]).dot(s.normals[i]);
       ++count;
     }
-    creases[i] = rise > depth * s.noise[i] * count;
+    creases[i] = rise > disc * depth * s.noise[i] * count;
   });
   return creases;
 }
 
-/// Every point of `wanted` within `radius` of a marked one.
+/// Every point within `radius` of a marked one.
 std::vector<std::uint8_t> around(const Surface& s, const std::vector<std::uint8_t>& marked, float radius) {
   std::vector<std::uint8_t> wide(s.size());
   std::vector<Neighbour> buffer;
@@ -225,8 +226,7 @@ void grow(const Surface& s, const std::vector<std::uint8_t>& rest, std::vector<s
   for (std::uint32_t i = 0; i < s.size(); ++i)
     if (labels[i] != kNone) front.push_back(i);
   for (std::size_t k = 0; k < front.size(); ++k)
-    for (const Neighbour& n :
-         s.neighbours.within(s.cloud.points[front[k]], static_cast<float>(1.8 * s.leaf), buffer)) {
+    for (const Neighbour& n : s.neighbours.within(s.cloud.points[front[k]], s.next, buffer)) {
       if (rest[n.index] == 0 || labels[n.index] != kNone) continue;
       labels[n.index] = labels[front[k]];
       ++sizes[labels[front[k]]];
@@ -240,8 +240,7 @@ std::vector<Border> bordersBetween(const Surface& s, const std::vector<std::uint
   std::vector<Neighbour> buffer;
   for (std::uint32_t i = 0; i < s.size(); ++i) {
     if (labels[i] == kNone) continue;
-    for (const Neighbour& n :
-         s.neighbours.within(s.cloud.points[i], static_cast<float>(1.8 * s.leaf), buffer))
+    for (const Neighbour& n : s.neighbours.within(s.cloud.points[i], s.next, buffer))
       if (n.index > i && labels[n.index] != kNone && labels[n.index] != labels[i])
         pairs.push_back(pairOf(labels[i], labels[n.index], (creases[i] | creases[n.index]) != 0));
   }
@@ -257,7 +256,7 @@ Clusters findLooseClusters(const PointCloud& cloud, const ClusterOptions& option
   std::vector<std::uint8_t> rest(s.size(), 1);
   result.planes = takePlanes(s, options, rest);
   const std::vector<std::uint8_t> creases = creasesOf(s, rest, options.crease, options.threads);
-  const std::vector<std::uint8_t> nearCrease = around(s, creases, static_cast<float>(2 * s.leaf));
+  const std::vector<std::uint8_t> nearCrease = around(s, creases, s.link);
   std::vector<std::uint32_t> labels(s.size()), sizes(1);
   labelConnected(
       s, [&](std::uint32_t i) { return rest[i] > nearCrease[i]; }, leastSeed, labels, sizes);
