@@ -1,0 +1,71 @@
+#include "estancia/objects/learning.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "estancia/classify/folds.hpp"
+#include "estancia/classify/trainers.hpp"
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+
+NamedShapes namedShapes(const Features& shapes, std::span<const int> words, std::span<const int> instances,
+                        std::size_t count, int folds) {
+  const std::size_t n = shapes.values.size();
+  if (words.size() != n || instances.size() != n)
+    throw Error(fmt::format("{} shapes have {} words and {} instances; give one of each a shape", n,
+                            words.size(), instances.size()));
+  NamedShapes named{{}, {}, {DescriptorMatrix(0), {}, {}, static_cast<int>(count)}};
+  std::vector<int> kept;  // of the instances
+  for (std::size_t i = 0; i < n; ++i) {
+    if (words[i] == -1) continue;
+    if (words[i] < 0 || static_cast<std::size_t>(words[i]) >= count)
+      throw Error(fmt::format("word {} of shape {} is none of the study's {}", words[i], i, count));
+    named.rows.push_back(i);
+    named.samples.classes.push_back(words[i]);
+    kept.push_back(instances[i]);
+  }
+  const Features some = withRows(shapes, named.rows);
+  named.embedding = FeatureEmbedding::learn(some);
+  named.samples.x = named.embedding.apply(some);
+  named.samples.groups = groupsOfInstances(named.samples.classes, kept, folds);
+  return named;
+}
+
+DescriptorMatrix heldOut(const Samples& samples, const ClassifierOptions& options, Progress& progress) {
+  const std::size_t n = samples.classes.size();
+  const std::vector<int> folds = groupedFolds(samples.classes, samples.groups, options.folds, options.seed);
+  std::vector<std::vector<float>> answers(n);
+  for (int fold = 0; fold < options.folds; ++fold) {
+    std::vector<std::size_t> inside, others;
+    std::set<int> known;
+    for (std::size_t i = 0; i < n; ++i)
+      if (folds[i] != fold) {
+        others.push_back(i);
+        known.insert(samples.classes[i]);
+      }
+    for (std::size_t i = 0; i < n; ++i)
+      if (folds[i] == fold && known.contains(samples.classes[i])) inside.push_back(i);
+    if (inside.empty() || known.size() < 2) continue;
+    Samples rest{rowsOf(samples.x, others), {}, {}, samples.classCount};
+    for (const std::size_t i : others) {
+      rest.classes.push_back(samples.classes[i]);
+      rest.groups.push_back(samples.groups[i]);
+    }
+    const DescriptorMatrix p =
+        trainClassifier(rest, options, progress)->predict(rowsOf(samples.x, inside), options.threads);
+    for (std::size_t k = 0; k < inside.size(); ++k)
+      answers[inside[k]].assign(p.row(k).begin(), p.row(k).end());
+  }
+  DescriptorMatrix probabilities(static_cast<std::size_t>(samples.classCount));
+  probabilities.reserve(n);
+  for (std::vector<float>& answer : answers) {
+    answer.resize(probabilities.labels());
+    probabilities.append(answer);
+  }
+  return probabilities;
+}
+
+}  // namespace estancia
