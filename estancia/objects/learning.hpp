@@ -25,8 +25,8 @@ NamedShapes namedShapes(const Features& shapes, std::span<const int> words, std:
                         std::size_t count, int folds);
 
 /// Probabilities of the classes for each sample, of a classifier that learned from the other folds; all 0
-/// where these do not know the sample's own class, so that it could only be wrong. Throws Error as
-/// trainClassifier() does; Interrupted.
+/// where these do not know the sample's own class, so that it could only be wrong. C is 10 and gamma 1 unless
+/// given: they are not searched for again. Throws Error as trainClassifier() does; Interrupted.
 DescriptorMatrix heldOut(const Samples& samples, const ClassifierOptions& options, Progress& progress);
 
 }  // namespace estancia

@@ -4,13 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <numeric>
 #include <random>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/room_predictions.hpp"
+#include "estancia/objects/confident_learning.hpp"
 #include "estancia/objects/learning.hpp"
 
 namespace estancia {
@@ -67,51 +67,6 @@ std::vector<int> voted(const WordShares& shares, std::span<const int> instances)
   return words;
 }
 
-/// Which samples are likely named wrongly: confident learning, pruned by noise rate (Northcutt et al. 2021,
-/// section 3). `held` are held-out probabilities; samples whose row is all 0 are not judged.
-std::vector<std::size_t> doubtful(const std::vector<int>& names, const DescriptorMatrix& held) {
-  const std::size_t k = held.labels();
-  std::vector<double> threshold(k, 0), judged(k, 0);  // mean self-confidence; number of samples
-  std::vector<char> isJudged(names.size());
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    isJudged[i] = likeliest(held.row(i)) >= 0 ? 1 : 0;
-    const auto name = static_cast<std::size_t>(names[i]);
-    if (isJudged[i] == 0) continue;
-    threshold[name] += held.row(i)[name];
-    ++judged[name];
-  }
-  for (std::size_t w = 0; w < k; ++w) threshold[w] = judged[w] > 0 ? threshold[w] / judged[w] : 2;
-
-  std::vector<double> joint(k * k, 0), named(k, 0);  // [name · k + likely truth]; its sums
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (isJudged[i] == 0) continue;
-    int truth = -1;
-    for (std::size_t w = 0; w < k; ++w)
-      if (held.row(i)[w] >= threshold[w] &&
-          (truth < 0 || held.row(i)[w] > held.row(i)[static_cast<std::size_t>(truth)]))
-        truth = static_cast<int>(w);
-    if (truth < 0) continue;
-    const auto name = static_cast<std::size_t>(names[i]);
-    ++joint[name * k + static_cast<std::size_t>(truth)];
-    ++named[name];
-  }
-
-  std::vector<std::size_t> pruned;
-  for (std::size_t name = 0; name < k; ++name)
-    for (std::size_t truth = 0; truth < k; ++truth) {
-      if (name == truth || named[name] == 0) continue;
-      const double wrong = joint[name * k + truth] / named[name] * judged[name];
-      std::vector<std::pair<double, std::size_t>> margins;  // those that the shape speaks against, most first
-      for (std::size_t i = 0; i < names.size(); ++i)
-        if (static_cast<std::size_t>(names[i]) == name && held.row(i)[truth] > held.row(i)[name])
-          margins.emplace_back(held.row(i)[name] - held.row(i)[truth], i);
-      std::ranges::sort(margins);
-      margins.resize(std::min(margins.size(), static_cast<std::size_t>(std::lround(wrong))));
-      for (const auto& [margin, i] : margins) pruned.push_back(i);
-    }
-  return pruned;
-}
-
 std::vector<int> confident(const WordShares& shares, std::span<const int> instances, const Features& shapes,
                            const ClassifierOptions& options, Progress& progress) {
   requireAsMany(shares, shapes.values.size(), "a shape");
@@ -121,7 +76,7 @@ std::vector<int> confident(const WordShares& shares, std::span<const int> instan
   if (known.empty() || std::max(known.front(), 0) >= known.back())
     return words;  // no two words to tell apart
   const NamedShapes named = namedShapes(shapes, words, instances, shares.shares.labels(), options.folds);
-  for (const std::size_t i : doubtful(named.samples.classes, heldOut(named.samples, options, progress)))
+  for (const std::size_t i : likelyMisnamed(named.samples.classes, heldOut(named.samples, options, progress)))
     words[named.rows[i]] = -1;
   return words;
 }
