@@ -12,12 +12,12 @@
 namespace estancia {
 namespace {
 
-/// Below a tenth of white a picture of 8 bits has some two dozen steps left, and noise is as large as what
-/// it shows.
+/// Mean grey. Of 164 objects of NYU's rooms Inception v3 named 49 % rightly, darkened to a mean of 0.1 (with
+/// noise of 1.5 of 255) 43 %, of 0.05 30 %, of 0.025 14 %; but its own confidence fell from 67 to 48 % only.
 constexpr double dark = 0.1;
 
-/// The labeler means something else. Of renderings of 18 things those with less were named rightly in 58 %,
-/// those with more in 80 %.
+/// With less the labeler means something else: of those objects 31 % were named rightly below, 55 % above; of
+/// 270 renderings 58 % and 80 %.
 constexpr float leastMass = 0.02F;
 
 /// The largest and smallest share that what was held out can prove: there are some dozens a word.

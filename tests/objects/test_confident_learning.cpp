@@ -50,6 +50,15 @@ TEST(ConfidentLearning, NothingIsSaidAgainstWhatCannotBeJudged) {
   EXPECT_THAT(likelyMisnamed({}, DescriptorMatrix(2)), IsEmpty());
 }
 
+/// They change neither how sure the others are on average nor how many of them are wrong.
+TEST(ConfidentLearning, WhatCannotBeJudgedDoesNotCount) {
+  const DescriptorMatrix judged =
+      rows({{0.9F, 0.1F}, {0.8F, 0.2F}, {0.7F, 0.3F}, {0.4F, 0.6F}, {0.1F, 0.9F}, {0.1F, 0.9F}});
+  DescriptorMatrix more = judged;
+  for (int i = 0; i < 2; ++i) more.append(std::vector<float>(2));
+  EXPECT_EQ(likelyMisnamed({0, 0, 0, 0, 0, 1, 0, 0}, more), likelyMisnamed({0, 0, 0, 0, 0, 1}, judged));
+}
+
 TEST(ConfidentLearning, DifferentNumbersAreRefused) {
   EXPECT_THAT(test::errorOf([] {
                 likelyMisnamed({0, 1}, rows({{1, 0}}));
