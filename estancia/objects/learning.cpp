@@ -50,6 +50,8 @@ DescriptorMatrix heldOut(const Samples& samples, const ClassifierOptions& given,
   const std::size_t n = samples.classes.size();
   const std::vector<int> folds = groupedFolds(samples.classes, samples.groups, options.folds, options.seed);
   std::vector<std::vector<float>> answers(n);
+  Progress silent;  // that of each fold
+  progress.begin("asking about what was held out", static_cast<std::size_t>(options.folds));
   for (int fold = 0; fold < options.folds; ++fold) {
     std::vector<std::size_t> inside, others;
     std::set<int> known;
@@ -60,6 +62,7 @@ DescriptorMatrix heldOut(const Samples& samples, const ClassifierOptions& given,
       }
     for (std::size_t i = 0; i < n; ++i)
       if (folds[i] == fold && known.contains(samples.classes[i])) inside.push_back(i);
+    progress.advance();
     if (inside.empty() || known.size() < 2) continue;
     Samples rest{rowsOf(samples.x, others), {}, {}, samples.classCount};
     for (const std::size_t i : others) {
@@ -67,10 +70,11 @@ DescriptorMatrix heldOut(const Samples& samples, const ClassifierOptions& given,
       rest.groups.push_back(samples.groups[i]);
     }
     const DescriptorMatrix p =
-        trainClassifier(rest, options, progress)->predict(rowsOf(samples.x, inside), options.threads);
+        trainClassifier(rest, options, silent)->predict(rowsOf(samples.x, inside), options.threads);
     for (std::size_t k = 0; k < inside.size(); ++k)
       answers[inside[k]].assign(p.row(k).begin(), p.row(k).end());
   }
+  progress.end();
   DescriptorMatrix probabilities(static_cast<std::size_t>(samples.classCount));
   probabilities.reserve(n);
   for (std::vector<float>& answer : answers) {
