@@ -41,6 +41,7 @@ std::vector<std::vector<std::size_t>> samplesOf(std::span<const int> instances) 
   std::map<int, std::vector<std::size_t>> samples;
   for (std::size_t i = 0; i < instances.size(); ++i) samples[instances[i]].push_back(i);
   std::vector<std::vector<std::size_t>> lists;
+  lists.reserve(samples.size());
   for (auto& [instance, list] : samples) lists.push_back(std::move(list));
   return lists;
 }

@@ -17,6 +17,7 @@ namespace estancia::test {
 
 inline Study madeUpStudy(int words) {
   std::vector<std::string> names;
+  names.reserve(static_cast<std::size_t>(words));
   for (int w = 0; w < words; ++w) names.push_back(fmt::format("word {}", w));
   return Study::ofCategories(names);
 }

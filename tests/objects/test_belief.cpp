@@ -19,10 +19,7 @@ using testing::HasSubstr;
 ObjectModel model() {
   test::MadeUpThings things = test::madeUpThings(3, 4, 6, 1);
   for (std::size_t i = 0; i < things.words.size(); ++i)
-    if (things.words[i] == 2 && things.instances[i] != 8)
-      things.words[i] = -1;
-    else if (things.words[i] == 2 && i % 6 > 1)
-      things.words[i] = -1;
+    if (things.words[i] == 2 && (things.instances[i] != 8 || i % 6 > 1)) things.words[i] = -1;
   Progress silent;
   ClassifierOptions options;
   options.c = 3;

@@ -154,8 +154,8 @@ TEST(Noise, SwapsAsManyAsAsked) {
 }
 
 TEST(Noise, MisnamesWholeThingsAlike) {
-  std::vector<int> instances;
-  for (int i = 0; i < 100; ++i) instances.push_back(i / 10);
+  std::vector<int> instances(100);
+  for (int i = 0; i < 100; ++i) instances[static_cast<std::size_t>(i)] = i / 10;
   std::vector<int> words(100, 1);
   words[3] = 2;  // the labeler was wrong about one view
   const WordShares noisy = withNoise(saying(words, 4), NoiseKind::instance, 0.3, instances, 4);

@@ -67,8 +67,8 @@ TEST(Splits, ThereAreNoMoreThanThereAre) {
   EXPECT_EQ(tested.size(), 6U);
   EXPECT_EQ(randomSplits(wordOf, 6, 1).size(), 6U);
   EXPECT_EQ(randomSplits(wordOf, 0, 1).size(), 0U);
-  std::vector<int> many;  // 3⁶⁰ splits are more than can be counted
-  for (int i = 0; i < 180; ++i) many.push_back(i / 3);
+  std::vector<int> many(180);  // 3⁶⁰ splits are more than can be counted
+  for (std::size_t i = 0; i < many.size(); ++i) many[i] = static_cast<int>(i / 3);
   EXPECT_EQ(randomSplits(many, 30, 1).size(), 30U);
 }
 
