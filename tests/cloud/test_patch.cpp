@@ -148,7 +148,7 @@ TEST(RenderedPatch, SeesTheBoardFromItsFaceAndUpright) {
     ASSERT_EQ(picture.size(), cv::Size(200, 200));
     const cv::Rect extent = extentOf(picture);
     EXPECT_NEAR(extent.width, 175, 8) << degrees;
-    EXPECT_NEAR(extent.height, 175 / 2, 8) << degrees;
+    EXPECT_NEAR(extent.height, 87, 8) << degrees;
     EXPECT_EQ(picture.at<cv::Vec3b>(80, 100), cv::Vec3b(0, 0, 255)) << degrees;
     EXPECT_EQ(picture.at<cv::Vec3b>(120, 100), cv::Vec3b(0, 255, 0)) << degrees;
     const cv::Rect inside(extent.x + 4, extent.y + 4, extent.width - 8, extent.height - 8);
@@ -188,7 +188,7 @@ TEST(RenderedPatch, WithoutColoursTheNearIsBright) {
   ball.width = ball.points.size();
   ball.height = 1;
   const cv::Mat picture = renderPatch(ball, 200);
-  const cv::Vec3b middle = picture.at<cv::Vec3b>(100, 100), side = picture.at<cv::Vec3b>(100, 180);
+  const cv::Vec3b &middle = picture.at<cv::Vec3b>(100, 100), &side = picture.at<cv::Vec3b>(100, 180);
   EXPECT_EQ(middle[0], middle[2]);
   EXPECT_GT(middle[0], 200);
   EXPECT_LT(side[0], middle[0] - 20);
