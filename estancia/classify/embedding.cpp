@@ -143,7 +143,7 @@ Place placeOf(const DescriptorPart& learned, const Features& features) {
     }
     if (part.identity != learned.identity)
       throw Error(
-          fmt::format("this room classifier has learned from {} as {}, but here it is {}; describe the "
+          fmt::format("this classifier has learned from {} as {}, but here it is {}; describe the "
                       "images with that one, or train anew",
                       learned.name, learned.identity, part.identity));
     Place place{&part, first, matched(learned.columns, part.columns)};
@@ -152,14 +152,14 @@ Place placeOf(const DescriptorPart& learned, const Features& features) {
     const bool words = learned.kind == PartKind::probabilities;
     if (known == 0 || (!words && part.columns != learned.columns))
       throw Error(
-          fmt::format("this room classifier has learned from the {} columns of {} (\"{}\" …), but here "
+          fmt::format("this classifier has learned from the {} columns of {} (\"{}\" …), but here "
                       "they are {} (\"{}\" …); describe the images with that vocabulary, or train anew",
                       learned.size(), learned.name, learned.columns.front(), part.size(),
                       part.columns.empty() ? "" : part.columns.front()));
     return place;
   }
   throw Error(
-      fmt::format("this room classifier needs {}, but the images are described by {} only; describe them "
+      fmt::format("this classifier needs {}, but the images are described by {} only; describe them "
                   "with it, too, or train anew",
                   learned.name, fmt::join(names, ", ")));
 }

@@ -54,6 +54,29 @@ std::vector<int> runsOfRooms(const std::vector<Frame>& frames, int least) {
   return groups;
 }
 
+std::vector<int> groupsOfInstances(const std::vector<int>& classes, const std::vector<int>& instances,
+                                   int pieces) {
+  std::map<int, std::vector<std::size_t>> members;  // of each instance
+  for (std::size_t i = 0; i < instances.size(); ++i) members[instances[i]].push_back(i);
+  std::map<int, int> mainClass, instancesOf;
+  for (const auto& [instance, samples] : members) {
+    std::map<int, int> counts;
+    for (const std::size_t i : samples) ++counts[classes[i]];
+    mainClass[instance] = std::ranges::max_element(counts, {}, [](const auto& c) { return c.second; })->first;
+    ++instancesOf[mainClass[instance]];
+  }
+  std::vector<int> groups(instances.size());
+  int group = 0;
+  for (const auto& [instance, samples] : members) {
+    const std::size_t least = instancesOf[mainClass[instance]] > 1 ? 1 : std::max(pieces, 1);
+    for (const FrameRun& run : cut({{0, samples.size()}}, least)) {
+      for (std::size_t i = 0; i < run.size; ++i) groups[samples[run.first + i]] = group;
+      ++group;
+    }
+  }
+  return groups;
+}
+
 std::vector<int> groupedFolds(const std::vector<int>& classes, const std::vector<int>& groups, int folds,
                               std::uint64_t seed) {
   std::map<int, std::map<int, double>> counts;  // of the classes in each group

@@ -4,26 +4,19 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
-#include <string_view>
 #include <utility>
 
 #include "estancia/classify/folds.hpp"
-#include "estancia/core/digest.hpp"
+#include "estancia/classify/model_file.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/output_file.hpp"
 #include "estancia/describe/table_features.hpp"
-#include "estancia/io/files.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::string_view magic = "ESTROOMS";
-constexpr std::uint32_t version = 1;
-constexpr std::size_t digits = 64;  // of a SHA-256
-constexpr std::size_t mostBytes = std::size_t{64} << 30;
+constexpr ModelFileKind kind{"ESTROOMS", 1, "room classifier", "estancia classify train"};
 
 /// The frames whose room is known.
 Features withRooms(const Features& features) {
@@ -108,50 +101,22 @@ void RoomClassifier::save(const fs::path& file) const {
   for (const std::string& room : rooms_) content.text(room);
   embedding_.write(content);
   classifier_->write(content);
-  ByteWriter out;
-  out.raw(magic);
-  out.number(version);
-  out.raw(sha256(content.bytes()));
-  out.raw(content.bytes());
-  writeWhole(file, out.bytes());
+  writeModelFile(file, kind, content.bytes());
 }
 
 RoomClassifier RoomClassifier::load(const fs::path& file) {
-  const std::string name = io::printable(file.string()), bytes = io::readBytes(file, mostBytes);
-  ByteReader in(bytes, name, "train the room classifier again");
-  if (!bytes.starts_with(magic))
-    throw Error(
-        fmt::format("{}: no room classifier; give one that `estancia classify train` has written", name));
-  in.raw(magic.size());
-  if (const auto found = in.number<std::uint32_t>(); found != version)
-    throw Error(
-        fmt::format("{}: a room classifier of version {}, this program reads version {}; update Estancia",
-                    name, found, version));
-  const std::string digest(in.raw(digits));
-  if (sha256(std::string_view(bytes).substr(bytes.size() - in.left())) != digest)
-    in.fail("it is cut short or damaged (its digest is another)");
+  ModelFileReader model(file, kind);
+  ByteReader& in = model.content();
   const std::size_t count = in.count(sizeof(std::uint32_t));
   std::vector<std::string> rooms;
   for (std::size_t i = 0; i < count; ++i) rooms.push_back(in.text());
-  FeatureEmbedding embedding = FeatureEmbedding::read(in);
-  std::shared_ptr<const Classifier> classifier = readClassifier(in);
-  std::vector<std::string> shown = rooms;
-  shown.push_back(classifier->choice());
-  for (const PartEmbedding& learned : embedding.parts())
-    shown.insert(shown.end(), {learned.part.name, learned.part.identity});
-  for (const std::string& text : shown)  // goes to terminals
-    if (io::printable(text) != text) in.fail("a name in it holds control characters or is no UTF-8");
-  if (in.left() != 0 || static_cast<std::size_t>(classifier->classCount()) != rooms.size() ||
-      classifier->columns() != embedding.columns())
-    in.fail("it is damaged (its rooms, parts and classifier do not fit)");
+  model.requirePrintable(rooms);
+  auto [embedding, classifier] = model.classifier(count);
   return {std::move(rooms), std::move(embedding), std::move(classifier)};
 }
 
 bool isRoomClassifier(const fs::path& file) {
-  std::string start(magic.size(), ' ');
-  if (fs::is_regular_file(file))
-    std::ifstream(file, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
-  return start == magic;
+  return isModelFile(file, kind);
 }
 
 }  // namespace estancia

@@ -56,17 +56,24 @@ class ObjectViews {
 };
 
 struct ObjectViewsOptions {
-  std::string type = "auto";      ///< one of objectViewTypes(), or "auto"
-  std::size_t leastPoints = 100;  ///< views with fewer pixels of depth are left out
+  std::string type = "auto";  ///< one of objectViewTypes(), or "auto"
+  /// Views with fewer points are left out where opening reads them anyway ("clouds", "nyu"), else refused
+  /// by cloud().
+  std::size_t leastPoints = 100;
 };
 
 /// Opens a folder of views:
 ///  * "samples": what `estancia objects collect` gathered, see object_samples.hpp;
-///  * "clouds": CATEGORY/NAME.pcd (or .ply), a folder an object, which is one instance;
+///  * "clouds": CATEGORY/NAME.pcd (or .ply), a folder an object, which is one instance, or
+///    CATEGORY/INSTANCE/NAME.pcd where there are several; no pictures;
 ///  * "washington": the RGB-D Object Dataset (Lai et al., ICRA 2011), CATEGORY/CATEGORY_N/
-///    CATEGORY_N_VIDEO_FRAME_{crop.png,depthcrop.png,maskcrop.png,loc.txt};
-///  * "nyu": the labelled frames of NYU Depth v2, an instance a connected component of a class.
-/// Throws Error when there is nothing to read, or the format is not recognised.
+///    CATEGORY_N_VIDEO_FRAME_{crop.png,depthcrop.png,maskcrop.png,loc.txt}; a camera file in the folder
+///    (io::findIntrinsics) replaces the published camera;
+///  * "nyu": the labelled frames of NYU Depth v2 with label/ and classes40.txt. An instance is a connected
+///    component of a class, of 900 pixels or more, 600 of them with depth (of 320 × 240); walls, floors,
+///    ceilings and the classes other… are no things.
+/// Views that cannot be used are told in warnings(). Throws Error when none is left, on lists that are wrong,
+/// and when the format is not recognised.
 std::unique_ptr<ObjectViews> openObjectViews(const std::filesystem::path& path,
                                              const ObjectViewsOptions& options = {});
 

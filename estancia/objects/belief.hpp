@@ -26,8 +26,10 @@ struct ObjectBelief {
 };
 
 /// First that applies: a flat thing is believed to be none (a picture of something); in the dark, or where
-/// the labeler knows nothing of the words, the shape is believed; where both agree, both; else the one that
-/// is more likely right, by its own probability and by how often shapes of that word were right in training.
+/// the labeler knows nothing of the words, the shape is believed; where there is no shape, the picture; where
+/// both agree, both; else what is more likely right: by its own probability and, of the shape, by how often
+/// that word was right of what was held out in training (the sum of the log-odds). Throws Error when an
+/// answer is in the words of another study.
 ObjectBelief believe(const ObjectModel& model, const ObjectEvidence& evidence);
 
 }  // namespace estancia

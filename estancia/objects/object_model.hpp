@@ -38,8 +38,11 @@ class ObjectModel {
   const ShapeOptions& shape() const;
   const std::string& labeler() const;
   const std::vector<float>& prior() const;
-  /// Share of the held-out training samples (by instances) that the shapes were named rightly, by word; −1
-  /// where unknown. The truth here is what the labeler said.
+  /// How often the shape is right when it says a word: of the training samples that were held out, by
+  /// instances, and taken for that word, the share that is named so; −1 where there were none, or the word
+  /// could not be held out (one instance of a few samples). Instances that are the only ones of a word are
+  /// held out in parts. The truth here is what the labeler said; where samples
+  /// that shapes speak against were left out (Naming::confident), it looks better than it is.
   const std::vector<float>& agreement() const;
   std::string choice() const;  ///< as RoomClassifier::choice()
 

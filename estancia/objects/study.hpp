@@ -11,8 +11,6 @@
 
 namespace estancia {
 
-class ConfigFile;
-
 /// Invariant: at least one word; names differ; no category belongs to two words.
 struct Study {
   struct Word {
@@ -35,6 +33,9 @@ struct Study {
   int wordOf(const std::string& category) const;
 };
 
+/// What breaks the invariant of Study, as a sentence; "" where nothing does.
+std::string flawOf(const Study& study);
+
 /// What a labeler says of N samples in the W words of a study.
 struct WordShares {
   DescriptorMatrix shares;  ///< N×W; a row adds up to 1, or is all 0 where nothing was said of the words
@@ -43,7 +44,8 @@ struct WordShares {
 
 /// Adds up the labels of each word (findLabels()), then scales the words to a whole: the thesis' restriction
 /// of the labels to those of the study. A label that fits two words counts for the first. Throws Error when
-/// the vocabulary has no label of some word, naming all of them with their nearest spellings.
+/// the vocabulary has no label of some word, naming all of them with their nearest spellings, or none that
+/// does not count for another already; and when a descriptor is no row of probabilities over it.
 WordShares restrictTo(const Study& study, const Vocabulary& vocabulary, const DescriptorMatrix& descriptors);
 
 /// How often the labeler says each word: the mean of the rows that say anything; even where none does. W
@@ -52,7 +54,7 @@ std::vector<float> priorOf(const WordShares& shares);
 
 /// The same shares for words that are equally frequent: each divided by its `prior`, then scaled to a whole,
 /// as the labeler knows more labels for some words, and likes some better (Saerens, Latinne, Decaestecker,
-/// Neural Computation 14, 2002).
+/// Neural Computation 14, 2002). No prior counts as below 0.001. Throws Error on a prior of other words.
 WordShares corrected(const WordShares& shares, std::span<const float> prior);
 
 }  // namespace estancia

@@ -428,6 +428,17 @@ std::vector<Frame> framesOf(const std::vector<std::pair<std::string, std::string
   return frames;
 }
 
+TEST(Folds, ThingsStayWholeWhereTheirClassHasOthers) {
+  // Class 0: things 7 and 3, with a sample misnamed; class 1: thing 5 alone.
+  const std::vector<int> classes{0, 0, 1, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1},
+      things{7, 7, 3, 3, 3, 5, 5, 5, 5, 5, 5, 5, 5};
+  EXPECT_EQ(groupsOfInstances(classes, things, 2), (std::vector<int>{3, 3, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2}));
+  EXPECT_EQ(groupsOfInstances(classes, things, 5), groupsOfInstances(classes, things, 2))
+      << "too short pieces";
+  EXPECT_EQ(groupsOfInstances({0, 1}, {4, 4}, 5), (std::vector<int>{0, 0}));
+  EXPECT_EQ(groupsOfInstances({}, {}, 5), std::vector<int>());
+}
+
 TEST(Folds, RunsEndWhereRoomsChangeAndNumbersJump) {
   EXPECT_EQ(runsOfRooms(framesOf({{"0001.jpg", "a"},
                                   {"0002.jpg", "a"},

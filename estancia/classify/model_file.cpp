@@ -1,0 +1,70 @@
+#include "estancia/classify/model_file.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
+#include "estancia/io/files.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t digits = 64;  // of a SHA-256
+constexpr std::size_t mostBytes = std::size_t{64} << 30;
+
+}  // namespace
+
+void writeModelFile(const fs::path& file, const ModelFileKind& kind, std::string_view content) {
+  ByteWriter out;
+  out.raw(kind.magic);
+  out.number(kind.version);
+  out.raw(sha256(content));
+  out.raw(content);
+  writeWhole(file, out.bytes());
+}
+
+ModelFileReader::ModelFileReader(const fs::path& file, const ModelFileKind& kind)
+    : bytes_(io::readBytes(file, mostBytes)),
+      in_(bytes_, io::printable(file.string()), fmt::format("train the {} again", kind.noun)) {
+  const std::string name = io::printable(file.string());
+  if (!bytes_.starts_with(kind.magic))
+    throw Error(fmt::format("{}: no {}; give one that `{}` has written", name, kind.noun, kind.command));
+  in_.raw(kind.magic.size());
+  if (const auto found = in_.number<std::uint32_t>(); found != kind.version)
+    throw Error(fmt::format("{}: this {} is of version {}, this program reads version {}; update Estancia",
+                            name, kind.noun, found, kind.version));
+  const std::string digest(in_.raw(digits));
+  if (sha256(std::string_view(bytes_).substr(bytes_.size() - in_.left())) != digest)
+    in_.fail("it is cut short or damaged (its digest is another)");
+}
+
+void ModelFileReader::requirePrintable(const std::vector<std::string>& texts) const {
+  for (const std::string& text : texts)
+    if (io::printable(text) != text) in_.fail("a name in it holds control characters or is no UTF-8");
+}
+
+std::pair<FeatureEmbedding, std::shared_ptr<const Classifier>> ModelFileReader::classifier(
+    std::size_t classes) {
+  FeatureEmbedding embedding = FeatureEmbedding::read(in_);
+  std::shared_ptr<const Classifier> classifier = readClassifier(in_);
+  requirePrintable({classifier->choice()});
+  for (const PartEmbedding& learned : embedding.parts())
+    requirePrintable({learned.part.name, learned.part.identity});
+  if (in_.left() != 0 || static_cast<std::size_t>(classifier->classCount()) != classes ||
+      classifier->columns() != embedding.columns())
+    in_.fail("it is damaged (its names, parts and classifier do not fit)");
+  return {std::move(embedding), std::move(classifier)};
+}
+
+bool isModelFile(const fs::path& file, const ModelFileKind& kind) {
+  std::string start(kind.magic.size(), ' ');
+  if (fs::is_regular_file(file))
+    std::ifstream(file, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
+  return start == kind.magic;
+}
+
+}  // namespace estancia

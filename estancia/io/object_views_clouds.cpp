@@ -1,0 +1,98 @@
+// Clouds in folders: CATEGORY/VIEW.pcd are views of one thing, CATEGORY/INSTANCE/VIEW.pcd of several.
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "estancia/core/cores.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/parallel.hpp"
+#include "estancia/io/cloud_file.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/formats.hpp"
+#include "estancia/io/object_view_formats.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+const std::vector<std::string>& suffixes() {
+  static const std::vector<std::string> known = {".pcd", ".ply"};
+  return known;
+}
+
+struct CloudView {
+  fs::path file;
+  ObjectView view;
+};
+
+/// The clouds of a folder, views of one thing that is called by `way` from the top.
+void list(std::vector<CloudView>& found, const fs::path& folder, const std::string& way,
+          const std::string& category) {
+  for (const fs::path& file : filesIn(folder, suffixes())) {
+    const std::string name = printable(file.filename().string());
+    found.push_back({file, {fmt::format("{}/{}", way, name), way, category, "", "", false, false}});
+  }
+}
+
+class CloudViews final : public ListedObjectViews {
+ public:
+  CloudViews(const fs::path& folder, const ObjectViewsOptions& options)
+      : ListedObjectViews(nameOf(folder), options.leastPoints) {
+    std::vector<CloudView> found;
+    for (const fs::path& category : foldersIn(folder)) {
+      const std::string name = printable(category.filename().string());
+      list(found, category, name, name);
+      for (const fs::path& instance : foldersIn(category))
+        list(found, instance, fmt::format("{}/{}", name, printable(instance.filename().string())), name);
+    }
+    // Which of them have points enough only the files tell.
+    std::vector<std::optional<std::string>> problems(found.size());
+    inParallel(found.size(), static_cast<std::size_t>(usableCores()), [&](std::size_t i) {
+      try {
+        enough(readCloud(found[i].file), found[i].view.name);
+      } catch (const Error& error) {
+        problems[i] = error.what();
+      }
+    });
+    LeftOut leftOut;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      if (problems[i]) {
+        leftOut.add(*problems[i]);
+        continue;
+      }
+      files_.push_back(std::move(found[i].file));
+      add(std::move(found[i].view));
+    }
+    if (!leftOut.none()) warn(leftOut.sentence(found.size(), "clouds"));
+  }
+
+  PointCloud cloud(std::size_t i) const override { return enough(readCloud(files_.at(i)), view(i).name); }
+  ObjectPicture picture(std::size_t i) const override {
+    view(i);
+    return {};
+  }
+
+ private:
+  std::vector<fs::path> files_;
+};
+
+bool holdsClouds(const fs::path& folder) {
+  return !filesIn(folder, suffixes()).empty();
+}
+
+}  // namespace
+
+bool isCloudViews(const fs::path& folder) {
+  for (const fs::path& category : foldersIn(folder)) {
+    if (holdsClouds(category)) return true;
+    for (const fs::path& instance : foldersIn(category))
+      if (holdsClouds(instance)) return true;
+  }
+  return false;
+}
+
+OpenedViews openCloudViews(const fs::path& folder, const ObjectViewsOptions& options) {
+  return std::make_unique<CloudViews>(folder, options);
+}
+
+}  // namespace estancia::io

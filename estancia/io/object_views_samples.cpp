@@ -1,0 +1,64 @@
+// The folder that object_samples.hpp describes, as views of objects.
+#include <fmt/format.h>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/cloud_file.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/formats.hpp"
+#include "estancia/io/image_file.hpp"
+#include "estancia/io/object_samples.hpp"
+#include "estancia/io/object_view_formats.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+class SampleViews final : public ListedObjectViews {
+ public:
+  SampleViews(const fs::path& folder, const ObjectViewsOptions& options)
+      : ListedObjectViews(nameOf(folder), options.leastPoints), folder_(folder) {
+    const std::vector<ObjectSample> samples = readObjectSamples(folder);
+    LeftOut leftOut;
+    for (const ObjectSample& sample : samples) {
+      const fs::path files[] = {pictureOf(folder, sample.view.name), cloudOf(folder, sample.view.name)};
+      const auto* missing =
+          std::ranges::find_if(files, [](const fs::path& f) { return !fs::is_regular_file(f); });
+      if (missing != std::end(files)) {
+        leftOut.add(fmt::format("{} is not there", printable(missing->string())));
+        continue;
+      }
+      boxes_.push_back(sample.box);
+      add(sample.view);
+    }
+    if (!leftOut.none()) warn(leftOut.sentence(samples.size(), "samples"));
+  }
+
+  PointCloud cloud(std::size_t i) const override {
+    return enough(readCloud(cloudOf(folder_, view(i).name)), view(i).name);
+  }
+
+  ObjectPicture picture(std::size_t i) const override {
+    const fs::path file = pictureOf(folder_, view(i).name);
+    ObjectPicture seen{readImage(file), boxes_[i], {}};
+    if ((seen.box & cv::Rect({}, seen.image.size())) != seen.box)
+      throw Error(fmt::format("{}: {} × {} pixels do not hold the box of samples.csv",
+                              printable(file.string()), seen.image.cols, seen.image.rows));
+    return seen;
+  }
+
+ private:
+  fs::path folder_;
+  std::vector<cv::Rect> boxes_;
+};
+
+}  // namespace
+
+bool isSampleViews(const fs::path& folder) {
+  return isObjectSamples(folder);
+}
+
+OpenedViews openSampleViews(const fs::path& folder, const ObjectViewsOptions& options) {
+  return std::make_unique<SampleViews>(folder, options);
+}
+
+}  // namespace estancia::io

@@ -1,0 +1,154 @@
+// The RGB-D Object Dataset (Lai, Bo, Ren, Fox: A large-scale hierarchical multi-view RGB-D object dataset,
+// ICRA 2011), as published: CATEGORY/CATEGORY_N/CATEGORY_N_VIDEO_FRAME_crop.png is the picture around an
+// object, _depthcrop.png its depth (16 bits, millimetres), _maskcrop.png the object in it, and _loc.txt "x,y"
+// where the crop begins in the camera's 640 × 480 pixels, counted from 1. Categories hold underscores
+// ("bell_pepper"), so names are read from the right. Videos 1, 2 and 4 look down by 30°, 45° and 60°.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <unordered_set>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/camera_file.hpp"
+#include "estancia/io/depth_file.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/formats.hpp"
+#include "estancia/io/image_file.hpp"
+#include "estancia/io/object_view_formats.hpp"
+
+namespace estancia::io {
+namespace fs = std::filesystem;
+namespace {
+
+/// What the set's own tool turns depth into points with (depthToCloud.m).
+constexpr CameraIntrinsics kPublished = {640, 480, 570.3, 570.3, 320, 240};
+constexpr double kMillimetres = 1000;
+constexpr const char* kCrop = "_crop.png";
+constexpr const char* kBeside[] = {"_depthcrop.png", "_maskcrop.png", "_loc.txt"};
+
+bool isNumber(std::string_view text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+}
+
+/// Whether `name` is PREFIX_NUMBER.
+bool isNumbered(std::string_view name, std::string_view prefix) {
+  return name.size() > prefix.size() + 1 && name.starts_with(prefix) && name[prefix.size()] == '_' &&
+         isNumber(name.substr(prefix.size() + 1));
+}
+
+/// Whether `name` is INSTANCE_VIDEO_FRAME.
+bool isFrameOf(std::string_view name, std::string_view instance) {
+  const auto last = name.rfind('_');
+  return last != std::string_view::npos && isNumber(name.substr(last + 1)) &&
+         isNumbered(name.substr(0, last), instance);
+}
+
+/// The first pixel of the crop in the camera's picture, from 0.
+cv::Point readPlace(const fs::path& file) {
+  std::vector<std::string> lines = readLines(file);
+  std::vector<double> numbers;
+  for (std::string& line : lines) {
+    std::ranges::replace(line, ',', ' ');
+    for (const std::string_view word : wordsOf(line)) numbers.push_back(toNumber(word).value_or(0));
+  }
+  constexpr double most = 65536;
+  if (numbers.size() != 2 || !(numbers[0] >= 1 && numbers[1] >= 1 && numbers[0] < most && numbers[1] < most))
+    throw Error(fmt::format("{}: not the place of a crop, `x,y` from 1", printable(file.string())));
+  return {static_cast<int>(numbers[0]) - 1, static_cast<int>(numbers[1]) - 1};
+}
+
+class Washington final : public ListedObjectViews {
+ public:
+  Washington(const fs::path& folder, const ObjectViewsOptions& options)
+      : ListedObjectViews(nameOf(folder), options.leastPoints), camera_(kPublished) {
+    if (const fs::path file = findIntrinsics(folder); !file.empty()) {
+      camera_ = readIntrinsics(file);
+      if (camera_.width == 0)
+        std::tie(camera_.width, camera_.height) = std::pair(kPublished.width, kPublished.height);
+    }
+    std::size_t all = 0;
+    LeftOut leftOut;
+    for (const fs::path& category : foldersIn(folder))
+      for (const fs::path& instance : foldersIn(category))
+        if (isNumbered(instance.filename().string(), category.filename().string()))
+          all += list(instance, category.filename().string(), leftOut);
+    if (!leftOut.none()) warn(leftOut.sentence(all, "views"));
+  }
+
+  PointCloud cloud(std::size_t i) const override {
+    const ObjectPicture seen = picture(i);
+    const std::string& stem = stems_.at(i);
+    const cv::Mat depth = readDepth(stem + kBeside[0], kMillimetres);
+    const fs::path file = stem + kBeside[2];
+    const cv::Point place = readPlace(file);
+    if (place.x + depth.cols > camera_.width || place.y + depth.rows > camera_.height)
+      throw Error(fmt::format("{}: {} × {} pixels at ({}, {}) leave the camera's {} × {}",
+                              printable(file.string()), depth.cols, depth.rows, place.x + 1, place.y + 1,
+                              camera_.width, camera_.height));
+    const CameraIntrinsics own{depth.cols, depth.rows,           camera_.fx,
+                               camera_.fy, camera_.cx - place.x, camera_.cy - place.y};
+    return enough(pointsBehind(seen.image, depth, seen.mask, seen.box, own, view(i).name), view(i).name);
+  }
+
+  ObjectPicture picture(std::size_t i) const override {
+    const std::string& stem = stems_.at(i);
+    ObjectPicture seen{readImage(stem + kCrop), {}, readMarks(stem + kBeside[1])};
+    if (seen.image.size() != seen.mask.size())
+      throw Error(fmt::format("{}{}: {} × {} pixels, its picture has {} × {}", printable(stem), kBeside[1],
+                              seen.mask.cols, seen.mask.rows, seen.image.cols, seen.image.rows));
+    seen.box = cv::boundingRect(seen.mask);
+    if (seen.box.empty()) throw Error(fmt::format("{}{}: marks nothing", printable(stem), kBeside[1]));
+    return seen;
+  }
+
+ private:
+  /// Adds the views of one thing that are complete; how many there are.
+  std::size_t list(const fs::path& folder, const std::string& category, LeftOut& leftOut) {
+    const std::string instance = folder.filename().string();
+    const std::vector<fs::path> files = filesIn(folder, {".png", ".txt"});
+    std::unordered_set<std::string> there;
+    for (const fs::path& file : files) there.insert(file.filename().string());
+    std::size_t count = 0;
+    for (const fs::path& file : files) {
+      std::string stem = file.filename().string();
+      if (!stem.ends_with(kCrop)) continue;
+      stem.resize(stem.size() - std::string_view(kCrop).size());
+      if (!isFrameOf(stem, instance)) continue;
+      ++count;
+      const auto missing =
+          std::ranges::find_if(kBeside, [&](const char* end) { return !there.contains(stem + end); });
+      if (missing != std::end(kBeside)) {
+        leftOut.add(fmt::format("{}{} is not there", printable(stem), *missing));
+        continue;
+      }
+      const std::string name = printable(stem);
+      stems_.push_back((folder / stem).string());
+      add({name, printable(instance), printable(category), "", name, false, false});
+    }
+    return count;
+  }
+
+  CameraIntrinsics camera_;
+  std::vector<std::string> stems_;  ///< of each view's files
+};
+
+}  // namespace
+
+bool isWashington(const fs::path& folder) {
+  for (const fs::path& category : foldersIn(folder))
+    for (const fs::path& instance : foldersIn(category)) {
+      const std::string name = instance.filename().string();
+      if (!isNumbered(name, category.filename().string())) continue;
+      for (const fs::path& file : filesIn(instance, {kCrop}))
+        if (file.filename().string().starts_with(name + "_")) return true;
+    }
+  return false;
+}
+
+OpenedViews openWashington(const fs::path& folder, const ObjectViewsOptions& options) {
+  return std::make_unique<Washington>(folder, options);
+}
+
+}  // namespace estancia::io

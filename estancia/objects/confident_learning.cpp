@@ -1,0 +1,89 @@
+#include "estancia/objects/confident_learning.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+/// Samples that can be judged, and their names.
+struct Judged {
+  std::vector<std::size_t> rows, names;
+};
+
+Judged judgedOf(const std::vector<int>& names, const DescriptorMatrix& heldOut) {
+  Judged judged;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (std::ranges::any_of(heldOut.row(i), [](float p) { return p > 0; })) {
+      judged.rows.push_back(i);
+      judged.names.push_back(static_cast<std::size_t>(names[i]));
+    }
+  return judged;
+}
+
+/// Mean self-confidence of each word; that of words without samples is never reached.
+std::vector<double> thresholdsOf(const Judged& judged, const DescriptorMatrix& heldOut) {
+  std::vector<double> sums(heldOut.labels(), 0), counts(heldOut.labels(), 0);
+  for (std::size_t s = 0; s < judged.rows.size(); ++s) {
+    sums[judged.names[s]] += heldOut.row(judged.rows[s])[judged.names[s]];
+    ++counts[judged.names[s]];
+  }
+  for (std::size_t w = 0; w < sums.size(); ++w)
+    sums[w] = counts[w] > 0 ? sums[w] / counts[w] : std::numeric_limits<double>::infinity();
+  return sums;
+}
+
+/// Of the samples of each name that count for some word, the share of each word: [name · K + word].
+std::vector<double> confidentJoint(const Judged& judged, const DescriptorMatrix& heldOut) {
+  const std::size_t k = heldOut.labels();
+  const std::vector<double> thresholds = thresholdsOf(judged, heldOut);
+  std::vector<double> joint(k * k, 0), sums(k, 0);
+  for (std::size_t s = 0; s < judged.rows.size(); ++s) {
+    const DescriptorView p = heldOut.row(judged.rows[s]);
+    std::size_t likeliest = k;
+    for (std::size_t w = 0; w < k; ++w)
+      if (p[w] >= thresholds[w] && (likeliest == k || p[w] > p[likeliest])) likeliest = w;
+    if (likeliest == k) continue;
+    ++joint[judged.names[s] * k + likeliest];
+    ++sums[judged.names[s]];
+  }
+  for (std::size_t i = 0; i < joint.size(); ++i)
+    if (sums[i / k] > 0) joint[i] /= sums[i / k];
+  return joint;
+}
+
+}  // namespace
+
+std::vector<std::size_t> likelyMisnamed(const std::vector<int>& names, const DescriptorMatrix& heldOut) {
+  if (names.size() != heldOut.size())
+    throw Error(
+        fmt::format("{} names have {} held-out answers; give one each", names.size(), heldOut.size()));
+  const std::size_t k = heldOut.labels();
+  const Judged judged = judgedOf(names, heldOut);
+  const std::vector<double> joint = confidentJoint(judged, heldOut);
+  std::vector<std::size_t> misnamed;
+  for (std::size_t name = 0; name < k; ++name)
+    for (std::size_t word = 0; word < k; ++word) {
+      if (word == name) continue;
+      const auto all = static_cast<double>(std::ranges::count(judged.names, name));
+      std::vector<std::pair<float, std::size_t>> against;  // how much surer of the name than of the word
+      for (std::size_t s = 0; s < judged.rows.size(); ++s)
+        if (const DescriptorView p = heldOut.row(judged.rows[s]);
+            judged.names[s] == name && p[word] > p[name])
+          against.emplace_back(p[name] - p[word], judged.rows[s]);
+      std::ranges::sort(against);
+      const auto wrong = static_cast<std::size_t>(std::lround(all * joint[name * k + word]));
+      for (std::size_t n = 0; n < std::min(wrong, against.size()); ++n) misnamed.push_back(against[n].second);
+    }
+  std::ranges::sort(misnamed);  // one may be surer of several words
+  misnamed.erase(std::unique(misnamed.begin(), misnamed.end()), misnamed.end());
+  return misnamed;
+}
+
+}  // namespace estancia

@@ -1,0 +1,105 @@
+#include "estancia/objects/shape.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/parallel.hpp"
+#include "estancia/describe/esf.hpp"
+
+namespace estancia {
+namespace {
+
+EsfOptions esfOptions(const ShapeOptions& options) {
+  EsfOptions esf;
+  esf.samples = options.samples;
+  esf.seed = options.seed;
+  return esf;
+}
+
+/// Standard deviations along the principal axes, largest first, and the largest distance from the centre
+/// [m].
+std::array<float, 4> sizeOf(const PointCloud& cloud) {
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double count = 0;
+  const auto eachOffset = [&](const auto& use) {
+    for (const cv::Point3f& p : cloud.points)
+      if (isFinite(p)) use(Eigen::Vector3d(p.x, p.y, p.z) - centre);
+  };
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  eachOffset([&](const Eigen::Vector3d& p) {
+    sum += p;
+    ++count;
+  });
+  centre = sum / count;
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  double furthest = 0;
+  eachOffset([&](const Eigen::Vector3d& d) {
+    scatter += d * d.transpose();
+    furthest = std::max(furthest, d.squaredNorm());
+  });
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter / count, Eigen::EigenvaluesOnly);
+  const auto spread = [&](int axis) {
+    return static_cast<float>(std::sqrt(std::max(solver.eigenvalues()[axis], 0.0)));
+  };
+  return {spread(2), spread(1), spread(0), static_cast<float>(std::sqrt(furthest))};
+}
+
+}  // namespace
+
+std::vector<DescriptorPart> shapeParts(const ShapeOptions& options) {
+  std::vector<DescriptorPart> parts = Esf(esfOptions(options)).parts();
+  if (options.size)
+    parts.push_back({"size",
+                     PartKind::energies,
+                     {"largest spread", "middle spread", "smallest spread", "radius"},
+                     "size 1 in metres"});
+  return parts;
+}
+
+std::vector<float> describeShape(const PointCloud& cloud, const ShapeOptions& options) {
+  std::vector<float> numbers = esf(cloud, esfOptions(options));
+  if (options.size) std::ranges::copy(sizeOf(cloud), std::back_inserter(numbers));
+  return numbers;
+}
+
+Features shapesOf(const ObjectViews& views, const ShapeOptions& options, Progress& progress,
+                  std::vector<std::string>* problems) {
+  Features features{shapeParts(options), {}, DescriptorMatrix(0)};
+  std::vector<std::vector<float>> rows(views.size());
+  std::vector<std::string> told(views.size());
+  progress.begin(fmt::format("describing the shapes of {}", views.name()), views.size());
+  inParallel(views.size(), options.threads, progress, "stopped while describing shapes; nothing was written",
+             [&](std::size_t i) {
+               try {
+                 rows[i] = describeShape(views.cloud(i), options);
+               } catch (const Interrupted&) {
+                 throw;
+               } catch (const Error& e) {
+                 told[i] = fmt::format("{}: {}", views.view(i).name, e.what());
+               }
+             });
+  progress.end();
+  std::size_t columns = 0;
+  for (const DescriptorPart& part : features.parts) columns += part.size();
+  features.values = DescriptorMatrix(columns);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].empty()) continue;
+    Frame& frame = features.frames.emplace_back();
+    frame.name = views.view(i).name;
+    frame.room = views.view(i).category;
+    features.values.append(rows[i]);
+  }
+  std::erase(told, "");
+  if (features.frames.empty())
+    throw Error(fmt::format("{}: the shape of not one of its {} views can be described{}", views.name(),
+                            views.size(), told.empty() ? "" : "; " + told.front()));
+  if (problems != nullptr) problems->insert(problems->end(), told.begin(), told.end());
+  return features;
+}
+
+}  // namespace estancia

@@ -1,0 +1,144 @@
+// Folders that `estancia objects collect` fills, sound and hostile.
+#include "estancia/io/object_samples.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estancia/io/cloud_file.hpp"
+#include "estancia/io/picture.hpp"
+#include "io/pictures.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using test::errorOf;
+using test::writeFile;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+const std::string kStart =
+    "# estancia object samples 1\nname,instance,category,split,frame,x,y,width,height,flat,at_border\n";
+
+std::string problemWith(const std::string& rows) {
+  const test::ScratchFolder folder;
+  writeFile(folder / "samples.csv", kStart + rows);
+  return errorOf([&] { readObjectSamples(folder.path()); });
+}
+
+ObjectSample sample(const std::string& name) {
+  ObjectSample sample;
+  sample.view = {name, "7", "coffee \"mug\", large", "train", "frame 000012", true, false};
+  sample.box = {2, 3, 4, 5};
+  return sample;
+}
+
+void save(const fs::path& folder, const std::string& name, std::size_t points = 120) {
+  fs::create_directories(folder / "pictures");
+  fs::create_directories(folder / "clouds");
+  writePng(pictureOf(folder, name), test::plain(10, 10, {1, 2, 3}));
+  PointCloud cloud;
+  cloud.points.assign(points, {1, 2, 3});
+  cloud.width = points;
+  cloud.height = 1;
+  writeCloud(cloudOf(folder, name), cloud);
+}
+
+TEST(ObjectSamples, ReadBackAsWritten) {
+  const test::ScratchFolder folder;
+  EXPECT_FALSE(isObjectSamples(folder.path()));
+  writeObjectSamples(folder.path(), {sample("a 1"), sample("ü")});
+  EXPECT_TRUE(isObjectSamples(folder.path()));
+  const auto read = readObjectSamples(folder.path());
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_EQ(read[1].view.name, "ü");
+  EXPECT_EQ(read[0].view.instance, "7");
+  EXPECT_EQ(read[0].view.category, "coffee \"mug\", large");
+  EXPECT_EQ(read[0].view.split, "train");
+  EXPECT_EQ(read[0].view.frame, "frame 000012");
+  EXPECT_EQ(read[0].box, cv::Rect(2, 3, 4, 5));
+  EXPECT_TRUE(read[0].view.flat);
+  EXPECT_FALSE(read[0].view.atBorder);
+  writeObjectSamples(folder.path(), {});
+  EXPECT_THAT(readObjectSamples(folder.path()), IsEmpty());
+}
+
+TEST(ObjectSamples, NamesStayInTheFolder) {
+  for (const char* name : {"", "..", ".hidden", "../a", "/etc/a", "a/b", "a\\b", "a\x01", "a\xff"}) {
+    const std::string row = std::string("\"") + name + "\",1,,,,0,0,1,1,0,0\n";
+    EXPECT_THAT(problemWith(row), HasSubstr("samples.csv:3: the name")) << name;
+    const test::ScratchFolder folder;
+    EXPECT_THAT(errorOf([&] {
+                  writeObjectSamples(folder.path(), {sample("a"), sample(name)});
+                }),
+                HasSubstr("sample 1"))
+        << name;
+    EXPECT_FALSE(fs::exists(folder / "samples.csv"));
+  }
+  EXPECT_THAT(problemWith(std::string(201, 'a') + ",1,,,,0,0,1,1,0,0\n"), HasSubstr("more than 200 bytes"));
+  EXPECT_EQ(problemWith(std::string(200, 'a') + ",1,,,,0,0,1,1,0,0\n"), "");
+}
+
+TEST(ObjectSamples, RefusesWhatIsNoSample) {
+  EXPECT_EQ(problemWith("a,1,,,,0,0,1,1,0,0\n"), "");
+  EXPECT_THAT(problemWith("a,1,,,,0,0,1,1,0,0\nb,1,,,,0,0,1,1,0,0\na,2,,,,0,0,1,1,0,0\n"),
+              HasSubstr("samples.csv:5: a is in line 3 already"));
+  EXPECT_THAT(problemWith("a,1,,,,0,0,1,1,0\n"), HasSubstr("samples.csv:3: 10 cells instead of 11"));
+  EXPECT_THAT(problemWith("a,,,,,0,0,1,1,0,0\n"), HasSubstr("instance is empty"));
+  for (const char* number : {"", "-1", "1.5", "nan", "65536", "99999999999999999999", "1 "})
+    EXPECT_THAT(problemWith(std::string("a,1,,,,\"") + number + "\",0,1,1,0,0\n"), HasSubstr("x is"));
+  EXPECT_THAT(problemWith("a,1,,,,0,0,0,1,0,0\n"), HasSubstr("width is \"0\""));
+  EXPECT_THAT(problemWith("a,1,,,,0,0,1,1,yes,0\n"), HasSubstr("flat is \"yes\""));
+  EXPECT_THAT(problemWith("a,1,,,,0,0,1,1,0,2\n"), HasSubstr("at_border is \"2\""));
+  EXPECT_THAT(problemWith(std::string("a\0,1,,,,0,0,1,1,0,0\n", 20)), HasSubstr("NUL"));
+  EXPECT_THAT(problemWith("\"a,1,,,,0,0,1,1,0,0\n"), HasSubstr("a quote is never closed"));
+}
+
+TEST(ObjectSamples, RefusesOtherListsAndVersions) {
+  const test::ScratchFolder folder;
+  const auto problem = [&](const std::string& text) {
+    writeFile(folder / "samples.csv", text);
+    return errorOf([&] { readObjectSamples(folder.path()); });
+  };
+  EXPECT_THAT(problem(""), HasSubstr("cut short"));
+  EXPECT_THAT(problem("# estancia object samples 1\n"), HasSubstr("cut short"));
+  EXPECT_THAT(problem("name,instance\n"), HasSubstr("samples.csv:1: not `# estancia object samples 1`"));
+  EXPECT_THAT(problem("# estancia object samples 2\n"), HasSubstr("version \"2\""));
+  EXPECT_THAT(problem("# estancia object samples 1\nname,instance\n"),
+              HasSubstr("samples.csv:2: the columns"));
+  EXPECT_THAT(errorOf([&] { readObjectSamples(folder / "none"); }), HasSubstr("samples.csv"));
+}
+
+TEST(ObjectSamples, AreViews) {
+  const test::ScratchFolder folder;
+  for (const char* name : {"a", "b", "c"}) save(folder.path(), name);
+  std::vector<ObjectSample> samples = {sample("a"), sample("b"), sample("c"), sample("d"), sample("e")};
+  samples[1].box = {8, 8, 4, 1};
+  save(folder.path(), "e");
+  fs::remove(cloudOf(folder.path(), "e"));
+  writeObjectSamples(folder.path(), samples);
+  const auto views = openObjectViews(folder.path());
+  ASSERT_EQ(views->size(), 3U);
+  EXPECT_THAT(views->warnings(),
+              ElementsAre(AllOf(HasSubstr("2 of 5 samples"), HasSubstr("d.png is not there"))));
+  EXPECT_EQ(views->view(2).name, "c");
+  EXPECT_EQ(views->view(2).instance, "7");
+  EXPECT_TRUE(views->view(2).flat);
+  EXPECT_EQ(views->cloud(0).points.size(), 120U);
+  EXPECT_EQ(views->picture(0).box, cv::Rect(2, 3, 4, 5));
+  EXPECT_EQ(views->picture(0).image.at<cv::Vec3b>(0, 0), cv::Vec3b(1, 2, 3));
+  EXPECT_THAT(errorOf([&] { views->picture(1); }), HasSubstr("do not hold the box"));
+  const std::string png = test::readFile(pictureOf(folder.path(), "a"));
+  writeFile(pictureOf(folder.path(), "a"), png.substr(0, png.size() / 2));
+  EXPECT_THAT(errorOf([&] { views->picture(0); }), HasSubstr("a.png"));
+  save(folder.path(), "c", 99);
+  EXPECT_THAT(errorOf([&] { views->cloud(2); }), HasSubstr("99 points are too few"));
+  for (const char* name : {"a", "b", "c"}) fs::remove(pictureOf(folder.path(), name));
+  EXPECT_THAT(errorOf([&] { openObjectViews(folder.path()); }), HasSubstr("no view of an object"));
+}
+
+}  // namespace
+}  // namespace estancia

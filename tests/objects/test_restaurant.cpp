@@ -1,0 +1,73 @@
+// Real shapes: 20 restaurant objects, a simulated depth camera around each.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "estancia/io/object_views.hpp"
+#include "estancia/objects/names.hpp"
+#include "estancia/objects/object_model.hpp"
+#include "made_up.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+struct Views {
+  Features shapes;
+  std::vector<int> words;  ///< each object is one instance of its own word
+};
+
+Views some(const Views& all, const std::vector<std::size_t>& rows) {
+  Views views{withRows(all.shapes, rows), {}};
+  for (const std::size_t i : rows) views.words.push_back(all.words[i]);
+  return views;
+}
+
+/// A third of the neighbouring views of each object is asked about; how many are right, by naming and noise.
+TEST(Restaurant, TheVoteWithstandsNoiseThatTopDoesNot) {
+  const auto data = test::findData("restaurant20_sim");
+  ESTANCIA_NEEDS(data, "restaurant20_sim is not unpacked");
+  const auto opened = openObjectViews(*data);
+  Progress silent;
+  Views all{shapesOf(*opened, {}, silent), {}};
+  std::vector<std::string> categories;
+  for (const Frame& frame : all.shapes.frames) categories.push_back(frame.room);
+  const Study study = Study::ofCategories(categories);
+  ASSERT_EQ(study.words.size(), 20U);
+  std::map<int, std::size_t> seen;
+  std::vector<std::size_t> train, asked;
+  for (std::size_t i = 0; i < categories.size(); ++i) {
+    all.words.push_back(study.wordOf(categories[i]));
+    (seen[all.words[i]]++ / 5 == 1 ? asked : train).push_back(i);
+  }
+  const Views known = some(all, train), unseen = some(all, asked);
+  const auto accuracy = [&](Naming naming, double rate, std::uint64_t seed) {
+    ClassifierOptions options;
+    options.c = 10;
+    options.gamma = 1;
+    const WordShares said =
+        withNoise(test::saying(known.words, 20), NoiseKind::view, rate, known.words, seed);
+    const ObjectTraining training{study,
+                                  {},
+                                  known.shapes,
+                                  nameSamples(naming, said, known.words, known.shapes, options, silent),
+                                  known.words,
+                                  "",
+                                  {}};
+    return test::shareRight(ObjectModel::train(training, options, silent).predict(unseen.shapes),
+                            unseen.words);
+  };
+  const double clean = accuracy(Naming::top, 0, 1);
+  EXPECT_GT(clean, 0.7);
+  double topLoses = 0, votedLoses = 0;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    topLoses += (clean - accuracy(Naming::top, 0.2, seed)) / 3;
+    votedLoses += (clean - accuracy(Naming::voted, 0.2, seed)) / 3;
+  }
+  EXPECT_LE(votedLoses, 0.05);
+  EXPECT_GT(topLoses, 0.05);
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,140 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+
+#include "estancia/core/error.hpp"
+#include "estancia/objects/shape.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::errorOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// The surface of an ellipsoid with these half axes [m].
+PointCloud ellipsoid(const std::array<float, 3>& axes, const cv::Point3f& centre = {}, unsigned seed = 1) {
+  std::mt19937 random(seed);
+  std::normal_distribution<float> normal;
+  PointCloud cloud;
+  for (int i = 0; i < 2000; ++i) {
+    const cv::Point3f p(normal(random), normal(random), normal(random));
+    const float length = std::sqrt(p.dot(p));
+    cloud.points.emplace_back(axes[0] * p.x / length + centre.x, axes[1] * p.y / length + centre.y,
+                              axes[2] * p.z / length + centre.z);
+  }
+  cloud.width = cloud.points.size();
+  cloud.height = 1;
+  return cloud;
+}
+
+/// Some views can be described, others are holes, lines, or unreadable.
+class Views final : public ObjectViews {
+ public:
+  explicit Views(std::vector<PointCloud> clouds) : clouds_(std::move(clouds)) {
+    for (std::size_t i = 0; i < clouds_.size(); ++i) {
+      ObjectView& view = views_.emplace_back();
+      view.name = "view " + std::to_string(i);
+      view.category = i % 2 == 0 ? "even" : "odd";
+    }
+  }
+  std::string name() const override { return "made up"; }
+  std::size_t size() const override { return clouds_.size(); }
+  const ObjectView& view(std::size_t i) const override { return views_[i]; }
+  PointCloud cloud(std::size_t i) const override {
+    if (clouds_[i].points.empty()) throw Error("its file is damaged");
+    return clouds_[i];
+  }
+  ObjectPicture picture(std::size_t) const override { return {}; }
+
+ private:
+  std::vector<PointCloud> clouds_;
+  std::vector<ObjectView> views_;
+};
+
+ShapeOptions quick(bool size = false, int threads = 0) {
+  return {300, size, 1, threads};
+}
+
+TEST(Shape, PartsAreWhatIsDescribed) {
+  const PointCloud ball = ellipsoid({0.1F, 0.1F, 0.1F});
+  for (const bool size : {false, true}) {
+    const std::vector<DescriptorPart> parts = shapeParts(quick(size));
+    std::size_t columns = 0;
+    for (const DescriptorPart& part : parts) columns += part.size();
+    EXPECT_EQ(describeShape(ball, quick(size)).size(), columns);
+    EXPECT_EQ(parts.size(), size ? 2U : 1U);
+  }
+  ShapeOptions other = quick();
+  other.samples = 301;
+  EXPECT_NE(shapeParts(other)[0].identity, shapeParts(quick())[0].identity);
+}
+
+TEST(Shape, SizeIsInMetresWhereverTheThingLies) {
+  std::vector<float> numbers = describeShape(ellipsoid({0.1F, 0.4F, 0.2F}, {1, 2, 3}), quick(true));
+  numbers.erase(numbers.begin(), numbers.end() - 4);
+  const float root3 = std::sqrt(3.0F);  // an even sphere spreads by its radius / √3
+  EXPECT_NEAR(numbers[0], 0.4F / root3, 0.01);
+  EXPECT_NEAR(numbers[1], 0.2F / root3, 0.01);
+  EXPECT_NEAR(numbers[2], 0.1F / root3, 0.01);
+  EXPECT_NEAR(numbers[3], 0.4F, 0.01);
+}
+
+TEST(Shape, HolesDoNotCount) {
+  PointCloud ball = ellipsoid({0.1F, 0.2F, 0.3F});
+  const std::vector<float> whole = describeShape(ball, quick(true));
+  ball.points.insert(ball.points.begin() + 7, cv::Point3f(NAN, 0, 0));
+  ball.width = ball.points.size();
+  EXPECT_EQ(describeShape(ball, quick(true)), whole);
+}
+
+TEST(Shape, WhatIsNoShapeIsRefused) {
+  PointCloud line;
+  for (int i = 0; i < 50; ++i) line.points.emplace_back(0.01F * static_cast<float>(i), 0, 0);
+  line.width = 50;
+  line.height = 1;
+  PointCloud nothing;
+  nothing.points.assign(60, {NAN, NAN, NAN});
+  for (const bool size : {false, true}) {
+    EXPECT_THAT(errorOf([&] { describeShape(line, quick(size)); }), HasSubstr("in one line"));
+    EXPECT_THAT(errorOf([&] { describeShape(nothing, quick(size)); }), HasSubstr("0 points"));
+    EXPECT_NE(errorOf([&] { describeShape({}, quick(size)); }), "");
+  }
+  EXPECT_NE(errorOf([] { shapeParts({0, false, 1, 0}); }), "");
+}
+
+TEST(Shapes, OfAllViewsWhateverTheThreads) {
+  PointCloud holes;
+  holes.points.assign(100, {NAN, NAN, NAN});
+  const Views views({ellipsoid({1, 1, 1}), holes, ellipsoid({1, 2, 1}), {}, ellipsoid({3, 1, 1})});
+  Progress silent;
+  std::vector<std::string> problems, again;
+  const Features one = shapesOf(views, quick(true, 1), silent, &problems),
+                 four = shapesOf(views, quick(true, 4), silent, &again);
+  EXPECT_EQ(one.values.values(), four.values.values());
+  EXPECT_EQ(problems, again);
+  EXPECT_THAT(problems,
+              ElementsAre(HasSubstr("view 1: esf: 0 points"), HasSubstr("view 3: its file is damaged")));
+  ASSERT_EQ(one.frames.size(), 3U);
+  EXPECT_EQ(one.frames[1].name, "view 2");
+  EXPECT_EQ(one.frames[1].room, "even");
+  const std::vector<float> second(one.values.row(1).begin(), one.values.row(1).end());
+  EXPECT_EQ(second, describeShape(ellipsoid({1, 2, 1}), quick(true)));
+  EXPECT_EQ(one.parts, shapeParts(quick(true)));
+}
+
+TEST(Shapes, NoneIsAnError) {
+  Progress silent;
+  EXPECT_THAT(errorOf([&] {
+                shapesOf(Views({{}, {}}), quick(), silent);
+              }),
+              HasSubstr("made up: the shape of not one of its 2 views can be described; view 0: its file"));
+  EXPECT_NE(errorOf([&] { shapesOf(Views({}), quick(), silent); }), "");
+}
+
+}  // namespace
+}  // namespace estancia
