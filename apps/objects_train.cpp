@@ -152,6 +152,7 @@ std::string explained(const std::string& what,
 
 std::vector<std::string> namesOf(const std::vector<std::pair<std::string, std::string>>& known) {
   std::vector<std::string> names;
+  names.reserve(known.size());
   for (const auto& [name, explanation] : known) names.push_back(name);
   return names;
 }

@@ -30,6 +30,8 @@ class Watch {
 
 /// What all views of a thing say together.
 struct Thing {
+  explicit Thing(std::size_t words) : seen(words), shape(words) {}
+
   OpinionPool seen, shape;
   std::size_t views = 0, flat = 0;
   double mass = 0, brightness = 0;  ///< sums
@@ -135,7 +137,7 @@ struct ObjectPredictor::State {
   }
 
   ObjectBelief believed(const PredictedObject& object, bool flat, double brightness) {
-    Thing& thing = things.try_emplace(object.thing, OpinionPool(words()), OpinionPool(words())).first->second;
+    Thing& thing = things.try_emplace(object.thing, words()).first->second;
     ++thing.views;
     thing.flat += flat ? 1 : 0;
     thing.mass += object.mass;

@@ -157,19 +157,16 @@ TEST_F(Objects, TrueCategoriesAreLearnedWithoutAStudy) {
   const CommandResult unknown = objects({"train", scratch_ / "things", "--truth", "-o", model()});
   EXPECT_EQ(unknown.exitCode, 2);
   EXPECT_THAT(unknown.err, HasSubstr("nobody says what these things are"));
-  std::string text = readFile(list), named;
-  std::istringstream in(text);
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream cells(line);
-    std::string name, instance;
-    std::getline(cells, name, ',');
-    std::getline(cells, instance, ',');
-    const std::string head = name + ',' + instance + ',';
-    const bool sample = line.starts_with("thing-");
-    named += sample ? head + (instance < "thing-0003" ? "first" : "second") + line.substr(head.size()) : line;
-    named += '\n';
+  std::istringstream in(readFile(list));
+  std::ostringstream named;
+  for (std::string line; std::getline(in, line); named << '\n') {
+    const auto instance = line.find(',') + 1, category = line.find(',', instance) + 1;
+    named << line.substr(0, category);
+    if (line.starts_with("thing-"))
+      named << (line.substr(instance, category - instance) < "thing-0003" ? "first" : "second");
+    named << line.substr(category);
   }
-  writeFile(list, named);
+  writeFile(list, named.str());
   const CommandResult trained = objects({"train", scratch_ / "things", "--truth", "-o", model(), "--all",
                                          "--classifier", "svm-linear", "--json"});
   ASSERT_EQ(trained.exitCode, 0) << trained.err;

@@ -78,7 +78,8 @@ Solid boxAt(double x, double y, const cv::Vec3d& half, const cv::Vec3b& bgr) {
   return {Solid::Kind::box, {x, y, half[2]}, half, bgr};
 }
 
-TableSequence::TableSequence(std::vector<Solid> solids, const std::vector<double>& degrees, bool table) {
+TableSequence::TableSequence(const std::vector<Solid>& solids, const std::vector<double>& degrees,
+                             bool table) {
   intrinsics_ = camera;
   for (const double angle : degrees) {
     Frame& frame = frames_.emplace_back();

@@ -27,7 +27,7 @@ class TableSequence : public Sequence {
  public:
   /// One frame for each of `degrees` around the middle of the table, seen from 0.9 m away and above. Without
   /// `table` the things float in nothing.
-  TableSequence(std::vector<Solid> solids, const std::vector<double>& degrees, bool table = true);
+  TableSequence(const std::vector<Solid>& solids, const std::vector<double>& degrees, bool table = true);
 
   std::string name() const override { return "table"; }
   std::size_t size() const override { return frames_.size(); }
