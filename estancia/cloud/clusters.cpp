@@ -153,8 +153,9 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
     const cv::Point3f& p = cloud.points[i];
     if (!isFinite(p)) continue;
     if (!(p.z > 0)) return {};
-    across.add(static_cast<double>(p.x) / p.z, static_cast<double>(i % cloud.width));
-    down.add(static_cast<double>(p.y) / p.z, static_cast<double>(i / cloud.width));
+    const std::size_t column = i % cloud.width, row = i / cloud.width;
+    across.add(static_cast<double>(p.x) / p.z, static_cast<double>(column));
+    down.add(static_cast<double>(p.y) / p.z, static_cast<double>(row));
   }
   const CameraIntrinsics camera{static_cast<int>(cloud.width),
                                 static_cast<int>(cloud.height),
