@@ -107,12 +107,15 @@ std::vector<Cluster> clustersOf(const InverseDepth& grid, const Mask& mask, cons
     clusters.emplace_back().points.reserve(pieces.sizes[i]);
     numbers[i] = static_cast<std::uint32_t>(clusters.size());
   }
-  mask.eachPixel([&](std::size_t i) {
-    const std::uint32_t number = numbers[pieces.labels[i]];
-    if (number == 0) return;
-    clusters[number - 1].points.push_back(
-        static_cast<std::uint32_t>(grid.row(i) * grid.camera.width + grid.column(i)));
-  });
+  for (int v = 0; v < grid.camera.height; ++v) {
+    const auto [first, last] = mask.rows[static_cast<std::size_t>(v)];
+    const std::size_t before =
+        grid.at(0, v) - static_cast<std::size_t>(v) * static_cast<std::size_t>(grid.camera.width);
+    for (std::size_t i = first; i < last; ++i) {
+      const std::uint32_t number = numbers[pieces.labels[i]];
+      if (number != 0) clusters[number - 1].points.push_back(static_cast<std::uint32_t>(i - before));
+    }
+  }
   std::ranges::stable_sort(clusters, std::ranges::greater{},
                            [](const Cluster& c) { return c.points.size(); });
   const cv::Rect field = fieldOf(grid);
