@@ -8,30 +8,31 @@
 
 namespace estancia {
 
-std::vector<Candidate> candidatesOf(const std::vector<TriedPose>& poses,
-                                    const PreparedModel::Described& model,
-                                    const PreparedScene::Described& scene,
-                                    const RecognitionOptions& options) {
+std::vector<CandidatePose> candidatesOf(const std::vector<TriedPose>& poses,
+                                        const PreparedModel::Described& model,
+                                        const PreparedScene::Described& scene,
+                                        const RecognitionOptions& options) {
   constexpr double alike = 0.985;  // cosine of 10°
   constexpr std::size_t promising = 20;
   constexpr int rounds = 15;
   const RecognitionLengths& lengths = scene.lengths;
   const cv::Point3d middle = meanOf(model.tried.few.points);
-  const auto refined = [&](std::vector<Candidate> candidates, const OrientedPoints& points,
+  const auto refined = [&](std::vector<CandidatePose> candidates, const OrientedPoints& points,
                            const Surface& surface, double reach, double apart) {
     Progress silent;
     inParallel(candidates.size(), options.threads, silent, "stopped while poses were refined",
                [&](std::size_t i) {
-                 Candidate& c = candidates[i];
+                 CandidatePose& c = candidates[i];
                  c.pose = refinePose(points, surface, c.pose, reach, rounds);
                  c.evidence = examine(points, surface, scene.view, c.pose, lengths.tolerance);
                });
-    std::stable_sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
-      return a.evidence.inliers > b.evidence.inliers;
-    });
+    std::stable_sort(candidates.begin(), candidates.end(),
+                     [](const CandidatePose& a, const CandidatePose& b) {
+                       return a.evidence.inliers > b.evidence.inliers;
+                     });
     return differentPoses(std::move(candidates), middle, apart, alike);
   };
-  std::vector<Candidate> candidates;
+  std::vector<CandidatePose> candidates;
   for (const TriedPose& p : poses) candidates.push_back({p.pose, {}});
   candidates = differentPoses(std::move(candidates), middle, lengths.consistency / 2, alike);
   candidates = refined(std::move(candidates), model.tried.few, *scene.coarse, 2 * lengths.consistency,
@@ -41,18 +42,18 @@ std::vector<Candidate> candidatesOf(const std::vector<TriedPose>& poses,
                  lengths.consistency);
 }
 
-void keepVerified(std::vector<Candidate>& candidates, const PreparedModel::Described& model,
+void keepVerified(std::vector<CandidatePose>& candidates, const PreparedModel::Described& model,
                   const PreparedScene::Described& scene, const RecognitionOptions& options) {
   if (options.verification == "inliers") {
-    std::erase_if(candidates, [&](const Candidate& c) { return !isThere(c.evidence, options.accept); });
+    std::erase_if(candidates, [&](const CandidatePose& c) { return !isThere(c.evidence, options.accept); });
     return;
   }
   std::vector<cv::Affine3d> poses;
-  for (const Candidate& c : candidates) poses.push_back(c.pose);
+  for (const CandidatePose& c : candidates) poses.push_back(c.pose);
   const OrientedPoints points = spreadPointsBy(*model.surface, scene.lengths.tolerance);
   const std::vector<bool> there =
       verifyGlobally(points, *scene.coarse, scene.view, scene.parts, poses, scene.lengths.tolerance);
-  std::vector<Candidate> left;
+  std::vector<CandidatePose> left;
   for (std::size_t i = 0; i < candidates.size(); ++i)
     if (there[i]) left.push_back(candidates[i]);
   candidates = std::move(left);

@@ -9,19 +9,20 @@
 namespace estancia {
 
 /// A pose and what the scene says of it.
-struct Candidate {
+struct CandidatePose {
   cv::Affine3d pose;  ///< T_scene_model
   Evidence evidence;
 };
 
 /// Refines poses with few points of the model, the best of these with many; most inliers first, different
 /// ones.
-std::vector<Candidate> candidatesOf(const std::vector<TriedPose>& poses,
-                                    const PreparedModel::Described& model,
-                                    const PreparedScene::Described& scene, const RecognitionOptions& options);
+std::vector<CandidatePose> candidatesOf(const std::vector<TriedPose>& poses,
+                                        const PreparedModel::Described& model,
+                                        const PreparedScene::Described& scene,
+                                        const RecognitionOptions& options);
 
 /// Drops those that the verification asked for, global or by inliers, does not confirm.
-void keepVerified(std::vector<Candidate>& candidates, const PreparedModel::Described& model,
+void keepVerified(std::vector<CandidatePose>& candidates, const PreparedModel::Described& model,
                   const PreparedScene::Described& scene, const RecognitionOptions& options);
 
 }  // namespace estancia

@@ -101,7 +101,7 @@ class Search {
   }
 
   std::vector<Instance> byInliers(const std::vector<TriedPose>& poses) const {
-    std::vector<Candidate> candidates = candidatesOf(poses, described_, there_, options_);
+    std::vector<CandidatePose> candidates = candidatesOf(poses, described_, there_, options_);
     account_.add("refinement",
                  fmt::format("{} different poses{}", candidates.size(),
                              candidates.empty()
@@ -112,7 +112,7 @@ class Search {
                                                candidates[0].evidence.confidence())));
     keepVerified(candidates, described_, there_, options_);
     std::vector<Instance> instances;
-    for (const Candidate& c : apart(std::move(candidates), meanOf(described_.tried.few.points)))
+    for (const CandidatePose& c : apart(std::move(candidates), meanOf(described_.tried.few.points)))
       instances.push_back(instance(c.pose, c.evidence.inliers, c.evidence.confidence()));
     account_.add("verification", fmt::format("{}: {} instances", options_.verification, instances.size()));
     return instances;
