@@ -14,6 +14,7 @@
 #include "estancia/cloud/loose_clusters.hpp"
 #include "estancia/cloud/pieces.hpp"
 #include "estancia/cloud/planes.hpp"
+#include "estancia/cloud/vessels.hpp"
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
