@@ -26,6 +26,7 @@
 #include "estancia/cloud/joins.hpp"
 #include "estancia/cloud/pieces.hpp"
 #include "estancia/cloud/planes.hpp"
+#include "estancia/cloud/vessels.hpp"
 #include "estancia/io/depth_file.hpp"
 
 namespace {

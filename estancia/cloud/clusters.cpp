@@ -14,6 +14,7 @@
 #include "estancia/cloud/loose_clusters.hpp"
 #include "estancia/cloud/pieces.hpp"
 #include "estancia/cloud/planes.hpp"
+#include "estancia/cloud/vessels.hpp"
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
@@ -107,12 +108,15 @@ std::vector<Cluster> clustersOf(const InverseDepth& grid, const Mask& mask, cons
     clusters.emplace_back().points.reserve(pieces.sizes[i]);
     numbers[i] = static_cast<std::uint32_t>(clusters.size());
   }
-  mask.eachPixel([&](std::size_t i) {
-    const std::uint32_t number = numbers[pieces.labels[i]];
-    if (number == 0) return;
-    clusters[number - 1].points.push_back(
-        static_cast<std::uint32_t>(grid.row(i) * grid.camera.width + grid.column(i)));
-  });
+  for (int v = 0; v < grid.camera.height; ++v) {
+    const auto [first, last] = mask.rows[static_cast<std::size_t>(v)];
+    const std::size_t before =
+        grid.at(0, v) - static_cast<std::size_t>(v) * static_cast<std::size_t>(grid.camera.width);
+    for (std::size_t i = first; i < last; ++i) {
+      const std::uint32_t number = numbers[pieces.labels[i]];
+      if (number != 0) clusters[number - 1].points.push_back(static_cast<std::uint32_t>(i - before));
+    }
+  }
   std::ranges::stable_sort(clusters, std::ranges::greater{},
                            [](const Cluster& c) { return c.points.size(); });
   const cv::Rect field = fieldOf(grid);
@@ -153,8 +157,9 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
     const cv::Point3f& p = cloud.points[i];
     if (!isFinite(p)) continue;
     if (!(p.z > 0)) return {};
-    across.add(static_cast<double>(p.x) / p.z, static_cast<double>(i % cloud.width));
-    down.add(static_cast<double>(p.y) / p.z, static_cast<double>(i / cloud.width));
+    const std::size_t column = i % cloud.width, row = i / cloud.width;
+    across.add(static_cast<double>(p.x) / p.z, static_cast<double>(column));
+    down.add(static_cast<double>(p.y) / p.z, static_cast<double>(row));
   }
   const CameraIntrinsics camera{static_cast<int>(cloud.width),
                                 static_cast<int>(cloud.height),

@@ -4,79 +4,25 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <opencv2/core.hpp>
 #include <optional>
 #include <span>
 #include <tuple>
 
 #include "estancia/cloud/facet.hpp"
-#include "estancia/core/cores.hpp"
-#include "estancia/core/parallel.hpp"
+#include "estancia/cloud/shapes.hpp"
 #include "estancia/core/simd.hpp"
 
 namespace estancia {
 namespace {
 
-constexpr double kLeastShape = 100, kLeastWall = 600;          // [square pixels]
-constexpr std::size_t kMostSurface = 1500, kMostBorder = 256;  // points that stand for a piece
-constexpr std::size_t kContacts = 3;                           // points of the border that must be near
-constexpr double kConcave = -0.2;                              // how concave a contact may be
-constexpr float kAroundContact = 0.03F;                        // [m]
-constexpr double kWidestGap = 0.20;                            // behind something nearer [m]
-constexpr float kAroundGap = 0.05F;                            // what of either side is looked at [m]
-constexpr double kSameWay = 20, kOffset = 0.025;               // of two parts of one surface [°], [m]
-constexpr double kHidden = 0.9, kInFront = 0.3;                // shares of the gap
-constexpr float kNearer = 0.01F;                               // what is in front of the gap is so much [m]
-
-/// Some points of a piece, and of its border in the picture.
-struct Shape {
-  std::uint32_t piece;
-  std::vector<cv::Point3f> surface, border;
-  cv::Point3f low, high;       ///< of the border
-  std::vector<float> x, y, z;  ///< the border by coordinate, so that many points are compared at once
-};
-
-void thin(std::vector<cv::Point3f>& points, std::size_t most) {
-  if (points.size() <= most) return;
-  for (std::size_t i = 0; i < most; ++i) points[i] = points[i * points.size() / most];
-  points.resize(most);
-}
-
-/// Of all pieces that are not too small, in their order.
-std::vector<Shape> shapesOf(const InverseDepth& grid, const Mask& mask, const Pieces& pieces) {
-  std::vector<Shape> shapes;
-  std::vector<std::uint32_t> shapeOf(pieces.sizes.size()), skip(pieces.sizes.size());
-  for (std::uint32_t i = 1; i < pieces.sizes.size(); ++i) {
-    if (pieces.sizes[i] < grid.area(kLeastShape)) continue;
-    shapes.emplace_back().piece = i;
-    shapeOf[i] = static_cast<std::uint32_t>(shapes.size());
-  }
-  const auto stride = static_cast<std::size_t>(grid.stride);
-  mask.eachPixel([&](std::size_t i) {
-    const std::uint32_t label = pieces.labels[i];
-    if (shapeOf[label] == 0) return;
-    Shape& shape = shapes[shapeOf[label] - 1];
-    if (skip[label]-- == 0) {
-      skip[label] = pieces.sizes[label] / kMostSurface;
-      shape.surface.push_back(grid.point(i));
-    }
-    if (pieces.labels[i - 1] != label || pieces.labels[i + 1] != label ||
-        pieces.labels[i - stride] != label || pieces.labels[i + stride] != label)
-      shape.border.push_back(grid.point(i));
-  });
-  for (Shape& shape : shapes) {
-    thin(shape.border, kMostBorder);
-    shape.low = shape.high = shape.border.front();
-    for (const cv::Point3f& p : shape.border) {
-      shape.x.push_back(p.x);
-      shape.y.push_back(p.y);
-      shape.z.push_back(p.z);
-      shape.low = {std::min(shape.low.x, p.x), std::min(shape.low.y, p.y), std::min(shape.low.z, p.z)};
-      shape.high = {std::max(shape.high.x, p.x), std::max(shape.high.y, p.y), std::max(shape.high.z, p.z)};
-    }
-  }
-  return shapes;
-}
+constexpr std::size_t kContacts = 3;              // points of the border that must be near
+constexpr double kConcave = -0.2;                 // how concave a contact may be
+constexpr float kAroundContact = 0.03F;           // [m]
+constexpr double kWidestGap = 0.20;               // behind something nearer [m]
+constexpr float kAroundGap = 0.05F;               // what of either side is looked at [m]
+constexpr double kSameWay = 20, kOffset = 0.025;  // of two parts of one surface [°], [m]
+constexpr double kHidden = 0.9, kInFront = 0.3;   // shares of the gap
+constexpr float kNearer = 0.01F;                  // what is in front of the gap is so much [m]
 
 float squared(const cv::Point3f& v) {
   return v.dot(v);
@@ -187,128 +133,6 @@ bool belongTogether(const InverseDepth& grid, const Pieces& pieces, const Shape&
          continueEachOther(a, b, endA, endB);
 }
 
-/// A circle (Kåsa 1976) through most of some points of a plane.
-struct Circle {
-  cv::Point2d centre;
-  double radius = 0;
-  double share = 0;  ///< of the points that lie on it
-  double arc = 0;    ///< what they see of it [°]
-};
-
-std::optional<Circle> circleOf(const std::vector<cv::Point2d>& points, double tolerance) {
-  constexpr double trimmed = 0.7, least = 0.75;  // of the points; of the tolerance
-  Circle circle;
-  std::vector<double> off(points.size(), 0), sorted;
-  double most = 0;
-  const auto rank = static_cast<std::size_t>(trimmed * static_cast<double>(points.size() - 1));
-  for (int round = 0; round < 6; ++round) {
-    cv::Matx33d squares = cv::Matx33d::zeros();
-    cv::Vec3d products, x;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      if (off[i] > most) continue;
-      const cv::Vec3d row(points[i].x, points[i].y, 1);
-      squares += row * row.t();
-      products += row * points[i].dot(points[i]);
-    }
-    if (!cv::solve(squares, products, x, cv::DECOMP_CHOLESKY)) return {};
-    circle.centre = {x[0] / 2, x[1] / 2};
-    circle.radius = std::sqrt(std::max(1e-9, x[2] + circle.centre.dot(circle.centre)));
-    for (std::size_t i = 0; i < points.size(); ++i)
-      off[i] = std::abs(cv::norm(points[i] - circle.centre) - circle.radius);
-    sorted = off;
-    std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(rank));
-    most = std::max(least * tolerance, sorted[rank]);
-  }
-  std::vector<double> angles;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const cv::Point2d d = points[i] - circle.centre;
-    if (off[i] < tolerance) angles.push_back(std::atan2(d.y, d.x));
-  }
-  if (angles.empty()) return {};
-  circle.share = static_cast<double>(angles.size()) / static_cast<double>(points.size());
-  std::ranges::sort(angles);
-  double gap = angles.front() + 2 * CV_PI - angles.back();
-  for (std::size_t i = 1; i < angles.size(); ++i) gap = std::max(gap, angles[i] - angles[i - 1]);
-  circle.arc = 360 - gap * 180 / CV_PI;
-  return circle;
-}
-
-/// How a piece stands on a plane.
-struct Standing {
-  std::vector<cv::Point2d> footprint;
-  std::vector<double> heights;
-};
-
-Standing standing(const Shape& shape, const Plane& plane, std::size_t step) {
-  const cv::Vec3d& n = plane.normal;
-  const cv::Vec3d side = std::abs(n[0]) < 0.9 ? cv::Vec3d(1, 0, 0) : cv::Vec3d(0, 1, 0);
-  const cv::Vec3d e1 = cv::normalize(n.cross(side)), e2 = n.cross(e1);
-  Standing result;
-  for (std::size_t i = 0; i < shape.surface.size(); i += step) {
-    const cv::Vec3d p(shape.surface[i].x, shape.surface[i].y, shape.surface[i].z);
-    result.footprint.emplace_back(p.dot(e1), p.dot(e2));
-    result.heights.push_back(p.dot(n) - plane.offset);
-  }
-  return result;
-}
-
-double quantile(std::vector<double> values, double share) {
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, values.begin() + rank);
-  return values[static_cast<std::size_t>(rank)];
-}
-
-constexpr std::size_t kStep = 5;  // every fifth point of a surface tells its footprint
-
-/// The plane that the piece stands on, or over: the nearest below it.
-const Plane* supportOf(const Shape& shape, const std::vector<Plane>& planes) {
-  constexpr double sunk = -0.02;  // [m]
-  const Plane* support = nullptr;
-  double least = HUGE_VAL;
-  for (const Plane& plane : planes) {
-    const double height = quantile(standing(shape, plane, kStep).heights, 0.05);
-    if (height > sunk && height < least) std::tie(least, support) = std::tuple(height, &plane);
-  }
-  return support;
-}
-
-/// The circle of a round wall, or of its rim where it leans.
-std::optional<Circle> wallOf(const Standing& piece, double rim) {
-  constexpr double tolerance = 0.008, belowRim = 0.02;  // [m]
-  constexpr double narrowest = 0.02, widest = 0.20;     // radius [m]
-  constexpr double mostly = 0.6, leastArc = 90;
-  constexpr std::size_t fewest = 30, mostUpper = 300;
-  std::vector<cv::Point2d> all, upper;
-  std::size_t above = 0;
-  for (const double height : piece.heights) above += height > rim - belowRim ? 1 : 0;
-  const std::size_t every = 1 + above / mostUpper;
-  for (std::size_t i = 0; i < piece.footprint.size(); ++i) {
-    if (i % kStep == 0) all.push_back(piece.footprint[i]);
-    if (piece.heights[i] > rim - belowRim && above-- % every == 0) upper.push_back(piece.footprint[i]);
-  }
-  for (const auto* points : {&all, &upper}) {
-    if (points->size() < fewest) continue;
-    const auto circle = circleOf(*points, tolerance);
-    if (circle && circle->radius >= narrowest && circle->radius <= widest && circle->share > mostly &&
-        circle->arc > leastArc)
-      return circle;
-  }
-  return {};
-}
-
-/// Joins each piece with what partners(its shape) names; asks on several threads.
-template <class Partners>
-void join(const std::vector<Shape>& shapes, const Mask& mask, int threads, const Partners& partners,
-          Pieces& pieces) {
-  std::vector<std::vector<std::uint32_t>> found(shapes.size());
-  inParallel(shapes.size(), static_cast<std::size_t>(threads > 0 ? threads : usableCores()),
-             [&](std::size_t i) { found[i] = partners(shapes[i]); });
-  DisjointSets sets(pieces.sizes.size());
-  for (std::size_t i = 0; i < shapes.size(); ++i)
-    for (const std::uint32_t other : found[i]) sets.join(shapes[i].piece, other);
-  renumber(mask, pieces, sets);
-}
-
 }  // namespace
 
 void joinPieces(const InverseDepth& grid, const Mask& mask, double contact, int threads, Pieces& pieces) {
@@ -322,39 +146,7 @@ void joinPieces(const InverseDepth& grid, const Mask& mask, double contact, int 
         result.push_back(b.piece);
     return result;
   };
-  join(shapes, mask, threads, partners, pieces);
-}
-
-void joinVessels(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes, int threads,
-                 Pieces& pieces) {
-  constexpr double beside = 0.015;  // [m]
-  constexpr double inside = 0.85;
-  constexpr double largest = 0.8;  // no vessel is [m]
-  if (planes.empty()) return;
-  const std::vector<Shape> shapes = shapesOf(grid, mask, pieces);
-  const auto partners = [&](const Shape& wall) {
-    std::vector<std::uint32_t> result;
-    if (pieces.sizes[wall.piece] < grid.area(kLeastWall) || cv::norm(wall.high - wall.low) > largest)
-      return result;
-    const Plane* support = supportOf(wall, planes);
-    if (support == nullptr) return result;
-    const Standing round = standing(wall, *support, 1);
-    const double rim = quantile(round.heights, 0.98);
-    const auto circle = wallOf(round, rim);
-    if (!circle) return result;
-    for (const Shape& other : shapes) {
-      if (&other == &wall || pieces.sizes[other.piece] > 3 * pieces.sizes[wall.piece]) continue;
-      const Standing within = standing(other, *support, kStep);
-      std::size_t count = 0;
-      for (std::size_t i = 0; i < within.footprint.size(); ++i)
-        count += cv::norm(within.footprint[i] - circle->centre) < circle->radius + beside &&
-                 within.heights[i] < rim + beside;
-      if (static_cast<double>(count) > inside * static_cast<double>(within.footprint.size()))
-        result.push_back(other.piece);
-    }
-    return result;
-  };
-  join(shapes, mask, threads, partners, pieces);
+  joinPartners(shapes, mask, threads, partners, pieces);
 }
 
 }  // namespace estancia

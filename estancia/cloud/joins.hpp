@@ -1,9 +1,6 @@
 // Pieces of a depth picture that are one thing although they do not touch in the picture.
 #pragma once
 
-#include <vector>
-
-#include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/inverse_depth.hpp"
 #include "estancia/cloud/pieces.hpp"
 
@@ -13,9 +10,5 @@ namespace estancia {
 /// the rim of the nearer one lies between them in the picture), and pieces of one surface with something
 /// nearer in between that hides what connects them.
 void joinPieces(const InverseDepth& grid, const Mask& mask, double contact, int threads, Pieces& pieces);
-
-/// Joins what lies within the round wall of a vessel that stands on one of `planes`: its inside.
-void joinVessels(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes, int threads,
-                 Pieces& pieces);
 
 }  // namespace estancia

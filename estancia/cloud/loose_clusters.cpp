@@ -58,6 +58,7 @@ Surface surfaceOf(const PointCloud& cloud, int threads) {
   for (std::size_t i = 0; i < thin.normals.size(); ++i)  // they know better which side was seen
     if (thin.normals[i].dot(normals[i]) < 0) normals[i] = -normals[i];
   std::vector<double> noise;
+  noise.reserve(thin.points.size());
   for (const cv::Point3f& p : thin.points) {
     const cv::Point3d d = p - options.viewpoint;
     noise.push_back(std::max(1., d.dot(d)));
@@ -108,6 +109,7 @@ std::optional<Facet> bestPlane(const Surface& s, const std::vector<std::uint32_t
     return candidates[static_cast<std::size_t>(random.uniform(0, static_cast<int>(candidates.size())))];
   };
   std::vector<std::uint32_t> samples;
+  samples.reserve(mostSamples);
   for (int i = 0; i < mostSamples; ++i) samples.push_back(any());
   const auto isOn = [&](const Facet& facet, std::uint32_t i) {
     const cv::Point3f& n = s.normals[i];

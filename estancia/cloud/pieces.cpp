@@ -228,8 +228,7 @@ void renumber(const Mask& mask, Pieces& pieces, DisjointSets& sets) {
     if (a > b) std::swap(a, b);
   }
   std::ranges::sort(pieces.touching);
-  const auto same = std::ranges::unique(pieces.touching);
-  pieces.touching.erase(same.begin(), same.end());
+  pieces.touching.erase(std::unique(pieces.touching.begin(), pieces.touching.end()), pieces.touching.end());
   std::erase_if(pieces.touching, [](const auto& pair) { return pair.first == pair.second; });
 }
 

@@ -87,7 +87,7 @@ Half halve(const InverseDepth& grid, double tolerance, int threads) {
         addSlope(w, w + steps, w - steps, weight, grid.camera.width, across.data(), countAcross.data());
         addSlope(w, w + below, w - below, weight, grid.camera.width, down.data(), countDown.data());
       }
-      normalRow(w, grid.slopeX.data(), grid.slopeY[static_cast<std::size_t>(2 * v)], across.data(),
+      normalRow(w, grid.slopeX.data(), grid.slopeY[2 * static_cast<std::size_t>(v)], across.data(),
                 countAcross.data(), down.data(), countDown.data(), fx, fy, grid.camera.width,
                 normals[0].data(), normals[1].data(), normals[2].data());
       const std::size_t at = half.row(v);
