@@ -13,6 +13,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/experiment/grid.hpp"
 #include "estancia/experiment/model_choice.hpp"
+#include "estancia/experiment/object_segmentation.hpp"
 #include "estancia/experiment/place_tasks.hpp"
 #include "estancia/experiment/recognition.hpp"
 #include "estancia/experiment/scenes.hpp"
@@ -79,6 +80,8 @@ struct Kind {
 constexpr Kind kKinds[] = {
     {"model-choice", "which model's words tell places apart (thesis 4.5.2)", modelChoiceColumns, false,
      prepare<readModelChoice, chooseModel>},
+    {"object-segmentation", "things in pictures found whole and apart (thesis 6.3)",
+     objectSegmentationColumns, false, prepare<readObjectSegmentation, segmentObjects>},
     {"places", "places mapped, found again, and rooms told apart", placeTasksColumns, true,
      prepare<readPlaceTasks, comparePlaceTasks>},
     {"recognition", "known objects in noisy scenes, by filter, keypoints and descriptor (thesis 2.6)",
