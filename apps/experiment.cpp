@@ -106,6 +106,7 @@ void addExperimentCommand(CLI::App& app) {
       *command,
       "  estancia experiment experiments/model-choice.toml\n"
       "  estancia experiment experiments/model-choice.toml -o choice --models inception-v3,places365\n"
+      "  estancia experiment experiments/objects/*.toml -o objects\n"
       "  mpirun -n 8 estancia experiment experiments/recognition/thesis.toml -o thesis");
   command->callback([arguments] { run(*arguments); });
 }

@@ -14,6 +14,7 @@
 #include "estancia/experiment/grid.hpp"
 #include "estancia/experiment/model_choice.hpp"
 #include "estancia/experiment/object_segmentation.hpp"
+#include "estancia/experiment/object_splits.hpp"
 #include "estancia/experiment/place_tasks.hpp"
 #include "estancia/experiment/recognition.hpp"
 #include "estancia/experiment/scenes.hpp"
@@ -82,6 +83,8 @@ constexpr Kind kKinds[] = {
      prepare<readModelChoice, chooseModel>},
     {"object-segmentation", "things in pictures found whole and apart (thesis 6.3)",
      objectSegmentationColumns, false, prepare<readObjectSegmentation, segmentObjects>},
+    {"object-splits", "shapes learned by a labeler's names, asked about other things (thesis 6.4)",
+     objectSplitsColumns, false, prepare<readObjectSplits, splitObjects>},
     {"places", "places mapped, found again, and rooms told apart", placeTasksColumns, true,
      prepare<readPlaceTasks, comparePlaceTasks>},
     {"recognition", "known objects in noisy scenes, by filter, keypoints and descriptor (thesis 2.6)",
