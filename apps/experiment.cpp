@@ -82,14 +82,14 @@ void run(const Arguments& arguments) {
       if (const auto* table = std::get_if<ResultTable>(&section))
         fmt::print("\n{}\n{}", table->title, io::textTable(*table));
   }
-  spdlog::info("wrote {} and {}", (folder / "report.html").string(), (folder / "results.csv").string());
+  spdlog::info("wrote {} and the results in its folder", (folder / "report.html").string());
 }
 
 }  // namespace
 
 void addExperimentCommand(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
-  std::string kinds = "The experiment (TOML; several of one type are run as one), of one of the types";
+  std::string kinds = "The experiment (TOML; several are run as one), of one of the types";
   for (const auto& [type, explanation] : experimentTypes())
     kinds += fmt::format(" {} ({})", type, explanation);
   CLI::App* command = app.add_subcommand("experiment", "Run an experiment: compare models on your sequences");
@@ -97,7 +97,8 @@ void addExperimentCommand(CLI::App& app) {
   command->add_option(
       "-o,--output", arguments->output,
       "Folder for report.html, results.csv and what is needed to go on after Ctrl-C; default: "
-      "CONFIG's name, here (of several, their folder's)");
+      "CONFIG's name, here (of several, their folder's; where these are of several types, results.csv is in "
+      "a folder a type)");
   command->add_option("--models", arguments->models, "Only these models, by name or folder")->delimiter(',');
   arguments->labelling.addRunningTo(*command);
   addJsonOption(*command, arguments->json);
@@ -105,6 +106,7 @@ void addExperimentCommand(CLI::App& app) {
       *command,
       "  estancia experiment experiments/model-choice.toml\n"
       "  estancia experiment experiments/model-choice.toml -o choice --models inception-v3,places365\n"
+      "  estancia experiment experiments/objects/*.toml -o objects\n"
       "  mpirun -n 8 estancia experiment experiments/recognition/thesis.toml -o thesis");
   command->callback([arguments] { run(*arguments); });
 }

@@ -23,6 +23,7 @@ struct ResultTable {
     int decimals = 2;
     Best best = Best::none;  ///< which of its values are pointed out
     Form form = Form::fixed;
+    std::optional<std::size_t> beats = {};  ///< pages point out where its values are above that column's
     bool operator==(const Column&) const = default;
   };
   struct Row {
@@ -94,11 +95,33 @@ struct RankDiagram {
   std::optional<std::size_t> control;                       ///< pointed out
 };
 
+/// Pictures of what was found, each with a line under it.
+struct Pictures {
+  struct Picture {
+    std::vector<unsigned char> file;  ///< a PNG or JPEG
+    std::string caption;
+  };
+  std::string title, caption;
+  std::vector<Picture> pictures;
+  bool wide = false;  ///< one beside few others
+};
+
+/// Words of things, the likelier the larger (thesis Fig. 6.3).
+struct WordClouds {
+  struct Cloud {
+    std::string name;
+    std::vector<std::pair<std::string, double>> words;  ///< weights above 0, descending
+  };
+  std::string title, caption;
+  std::vector<Cloud> clouds;
+};
+
 struct Findings {
   std::string title, summary;                              ///< the summary is one sentence: the answer
   std::vector<std::pair<std::string, std::string>> facts;  ///< under what circumstances
   std::vector<std::string> notes;                          ///< what was left out, and why
-  std::vector<std::variant<ResultTable, LineChart, StackedBars, Matrix, RankDiagram>> sections;
+  std::vector<std::variant<ResultTable, LineChart, StackedBars, Matrix, RankDiagram, Pictures, WordClouds>>
+      sections;
   std::vector<Findings> apart;  ///< what is also written in files of its own …
   std::string file = {};        ///< … of this name, without an ending
 };

@@ -13,6 +13,8 @@
 #include "estancia/core/error.hpp"
 #include "estancia/experiment/grid.hpp"
 #include "estancia/experiment/model_choice.hpp"
+#include "estancia/experiment/object_segmentation.hpp"
+#include "estancia/experiment/object_splits.hpp"
 #include "estancia/experiment/place_tasks.hpp"
 #include "estancia/experiment/recognition.hpp"
 #include "estancia/experiment/scenes.hpp"
@@ -79,6 +81,10 @@ struct Kind {
 constexpr Kind kKinds[] = {
     {"model-choice", "which model's words tell places apart (thesis 4.5.2)", modelChoiceColumns, false,
      prepare<readModelChoice, chooseModel>},
+    {"object-segmentation", "things in pictures found whole and apart (thesis 6.3)",
+     objectSegmentationColumns, false, prepare<readObjectSegmentation, segmentObjects>},
+    {"object-splits", "shapes learned by a labeler's names, asked about other things (thesis 6.4)",
+     objectSplitsColumns, false, prepare<readObjectSplits, splitObjects>},
     {"places", "places mapped, found again, and rooms told apart", placeTasksColumns, true,
      prepare<readPlaceTasks, comparePlaceTasks>},
     {"recognition", "known objects in noisy scenes, by filter, keypoints and descriptor (thesis 2.6)",
@@ -116,52 +122,75 @@ void requireDifferent(const std::vector<std::filesystem::path>& configs,
   }
 }
 
+/// Adds what was found next. What all print beside their own, as the thesis' tables, comes once and last.
+void append(Findings& all, Findings findings) {
+  all.summary += (all.summary.empty() ? "" : " ") + findings.summary;
+  addNew(all.facts, findings.facts);
+  addNew(all.notes, findings.notes);
+  for (Findings& part : findings.apart) all.apart.push_back(std::move(part));
+  for (auto& section : findings.sections) {
+    if (const auto* table = std::get_if<ResultTable>(&section))
+      std::erase_if(all.sections, [table](const auto& known) {
+        const auto* other = std::get_if<ResultTable>(&known);
+        return other != nullptr && *other == *table;
+      });
+    all.sections.push_back(std::move(section));
+  }
+}
+
+/// Experiments of one type, in one folder.
+struct Group {
+  const Kind* kind;
+  std::vector<std::filesystem::path> configs = {};
+  std::vector<Experiment> experiments = {};
+
+  Findings run(const ExperimentRun& run, Progress& progress) const {
+    Grid grid(run.folder, kind->columns(), kind->cellsLabel ? 1 : run.labeler.threads, run.distribution);
+    grid.makeFolder();
+    Findings all;
+    for (std::size_t i = 0; i < experiments.size(); ++i) {
+      grid.setSource(configs[i].string());
+      Findings findings = experiments[i].run(grid, run, progress);
+      all.title = findings.title;
+      append(all, std::move(findings));
+    }
+    grid.writeCsv();
+    return all;
+  }
+};
+
 }  // namespace
 
 Findings runExperiment(const std::vector<std::filesystem::path>& configs, const ExperimentRun& run,
                        Progress& progress) {
   std::vector<std::pair<std::string, const Kind*>> kinds;
   for (const Kind& kind : kKinds) kinds.emplace_back(kind.type, &kind);
-  const Kind* chosen = nullptr;
-  std::vector<Experiment> experiments;
+  std::vector<Group> groups;
   for (const auto& file : configs) {
     ConfigFile config(file);
-    const auto choose = [&](const toml::node& node) {
-      const Kind* kind = config.choice(node, kinds);
-      if (chosen != nullptr && kind != chosen)
-        config.fail(node, fmt::format("{} is of the type {}; run experiments of different types one by one",
-                                      configs.front().string(), chosen->type));
-      chosen = kind;
-    };
+    const Kind* kind = nullptr;
+    const auto choose = [&](const toml::node& node) { kind = config.choice(node, kinds); };
     config.read({{"type", true, "the kind of experiment, as \"model-choice\"", choose}},
                 ConfigFile::Others::skip);
-    experiments.push_back(chosen->read(config));
+    auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.kind == kind; });
+    if (group == groups.end()) group = groups.insert(group, {kind});
+    group->configs.push_back(file);
+    group->experiments.push_back(kind->read(config));
   }
-  if (experiments.empty()) throw Error("no experiment is named");
+  if (groups.empty()) throw Error("no experiment is named");
+  for (const Group& group : groups) requireDifferent(group.configs, group.experiments);
+  if (groups.size() == 1) return groups[0].run(run, progress);
 
-  requireDifferent(configs, experiments);
-  Grid grid(run.folder, chosen->columns(), chosen->cellsLabel ? 1 : run.labeler.threads, run.distribution);
-  grid.makeFolder();
+  for (const Group& group : groups) Grid(run.folder / group.kind->type, {}).makeFolder();
   Findings all;
-  for (std::size_t i = 0; i < experiments.size(); ++i) {
-    grid.setSource(configs[i].string());
-    Findings findings = experiments[i].run(grid, run, progress);
-    all.title = findings.title;
-    all.summary += (all.summary.empty() ? "" : " ") + findings.summary;
-    addNew(all.facts, findings.facts);
-    addNew(all.notes, findings.notes);
-    for (Findings& part : findings.apart) all.apart.push_back(std::move(part));
-    for (auto& section : findings.sections) {
-      // What all of them print beside their own, as the thesis' tables, comes once and last.
-      if (const auto* table = std::get_if<ResultTable>(&section))
-        std::erase_if(all.sections, [table](const auto& known) {
-          const auto* other = std::get_if<ResultTable>(&known);
-          return other != nullptr && *other == *table;
-        });
-      all.sections.push_back(std::move(section));
-    }
+  for (const Group& group : groups) {
+    ExperimentRun own = run;
+    own.folder /= group.kind->type;
+    Findings findings = group.run(own, progress);
+    for (Findings& part : findings.apart) part.file = std::string(group.kind->type) + "/" + part.file;
+    all.title += (all.title.empty() ? "" : " · ") + findings.title;
+    append(all, std::move(findings));
   }
-  grid.writeCsv();
   return all;
 }
 

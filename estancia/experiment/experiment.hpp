@@ -23,11 +23,11 @@ struct ExperimentRun {
   Distribution* distribution = nullptr;  ///< shares the cells among processes; null: this one does all
 };
 
-/// Runs the experiments of the files, all of the type that they name: results.csv holds the cells of all, the
-/// findings what was found of each. Finished cells are kept in the folder and not computed again unless
-/// something they depend on has changed.
-/// Throws Error `file:line: …` about a wrong file before any is run, Interrupted when the user asks to stop,
-/// and what the kind throws.
+/// Runs the experiments of the files, each of the type that it names: results.csv holds the cells of all, the
+/// findings what was found of each. Of several types, each has its own folder FOLDER/TYPE. Finished cells are
+/// kept in the folder and not computed again unless something they depend on has changed. Throws Error
+/// `file:line: …` about a wrong file before any is run, Interrupted when the user asks to stop, and what the
+/// kind throws.
 Findings runExperiment(const std::vector<std::filesystem::path>& configs, const ExperimentRun& run,
                        Progress& progress);
 

@@ -175,16 +175,12 @@ void Grid::add(const std::vector<std::string>& coordinates, const CellResults& r
 
 void Grid::writeCsv(const std::string& name) const {
   if (distribution_ != nullptr && !distribution_->isFirst()) return;
-  const std::size_t first = columns_.coordinates.size() - columns_.last;
-  const auto addCoordinates = [](std::vector<std::string>& row, const std::vector<std::string>& coordinates,
-                                 std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) row.push_back(io::csvCell(coordinates[c]));
-  };
-  std::vector<std::string> head;
-  addCoordinates(head, columns_.coordinates, 0, first);
-  if (!columns_.at.empty()) head.push_back(columns_.at);
-  head.insert(head.end(), columns_.measures.begin(), columns_.measures.end());
-  addCoordinates(head, columns_.coordinates, first, columns_.coordinates.size());
+  std::vector<std::string> head = columns_.order;
+  if (head.empty()) {
+    head = columns_.coordinates;
+    if (!columns_.at.empty()) head.push_back(columns_.at);
+    head.insert(head.end(), columns_.measures.begin(), columns_.measures.end());
+  }
   std::string text = fmt::format("{}\n", fmt::join(head, ","));
   for (const auto& [coordinates, results] : table_) {
     std::vector<std::string> points;  // in the order of the results
@@ -197,15 +193,12 @@ void Grid::writeCsv(const std::string& name) const {
       values[result.at][result.measure] = result.value;
     }
     for (const std::string& point : points) {
-      std::vector<std::string> row;
-      addCoordinates(row, coordinates, 0, first);
-      if (!columns_.at.empty()) row.push_back(io::csvCell(point));
-      for (const std::string& measure : columns_.measures) {
-        const auto value = values[point].find(measure);
-        row.push_back(value == values[point].end() ? "" : fmt::format("{}", value->second));
-      }
-      addCoordinates(row, coordinates, first, coordinates.size());
-      text += fmt::format("{}\n", fmt::join(row, ","));
+      std::map<std::string, std::string> row{{columns_.at, io::csvCell(point)}};
+      for (const auto& [measure, value] : values[point]) row[measure] = fmt::format("{}", value);
+      for (std::size_t c = 0; c < coordinates.size(); ++c)
+        row[columns_.coordinates[c]] = io::csvCell(coordinates[c]);
+      for (std::size_t c = 0; c < head.size(); ++c) text += (c > 0 ? "," : "") + row[head[c]];
+      text += "\n";
     }
   }
   writeWhole(folder_ / name, text);

@@ -28,7 +28,7 @@ struct GridColumns {
   std::vector<std::string> coordinates;  ///< what tells the cells apart: model, sequence …
   std::string at;                        ///< what tells the rows of one cell apart; "" when each has but one
   std::vector<std::string> measures;     ///< those of the results that are shown there
-  std::size_t last = 0;                  ///< so many of the coordinates stand behind the measures
+  std::vector<std::string> order = {};   ///< all of them as they stand there; empty: as they are listed here
 };
 
 struct Cell {

@@ -249,10 +249,13 @@ std::vector<std::vector<std::size_t>> absentModels(const ModelPairs& pairs, cons
 }
 
 GridColumns recognitionColumns() {
-  return {{"model_filter", "scene_filter", "size", "noise", "keypoint", "descriptor", "preset"},
-          "",
-          RecognitionCell::measures(),
-          1};
+  GridColumns columns{{"model_filter", "scene_filter", "size", "noise", "keypoint", "descriptor", "preset"},
+                      "",
+                      RecognitionCell::measures(),
+                      {"model_filter", "scene_filter", "size", "noise", "keypoint", "descriptor"}};
+  columns.order.insert(columns.order.end(), columns.measures.begin(), columns.measures.end());
+  columns.order.emplace_back("preset");
+  return columns;
 }
 
 Findings compareRecognitionBy(const Options& options, const ModelPairs& pairs, RecognitionWork& work,

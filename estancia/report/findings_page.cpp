@@ -12,6 +12,7 @@
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"
 #include "estancia/report/rank_diagram.hpp"
+#include "estancia/report/word_cloud.hpp"
 
 namespace estancia {
 namespace {
@@ -34,7 +35,11 @@ Markup section(const ResultTable& table) {
     for (std::size_t c = 0; c < table.columns.size(); ++c) {
       const std::string text = cellText(table.columns[c], row.values[c]);
       const bool isBest = !best[c].empty() && text == best[c];
-      Attributes attributes = isBest ? Attributes{{"class", "best"}} : Attributes{};
+      const auto& rival = table.columns[c].beats;
+      const bool beats = rival && row.values[c] && row.values[*rival] && *row.values[c] > *row.values[*rival];
+      Attributes attributes;
+      if (isBest || beats)
+        attributes.emplace_back("class", !beats ? "best" : isBest ? "best beats" : "beats");
       if (table.hottest > 0 && row.values[c])
         attributes.emplace_back("style", heatStyle(*row.values[c] / table.hottest));
       out.element("td", attributes, text);
@@ -88,6 +93,36 @@ Markup section(const Matrix& matrix) {
 
 Markup section(const RankDiagram& diagram) {
   return rankDiagram(diagram);
+}
+
+Markup section(const Pictures& gallery) {
+  Markup out;
+  out.open("div", {{"class", "results"}}).element("h3", shorten(gallery.title, 160));
+  out.open("div", {{"class", gallery.wide ? "gallery wide" : "gallery"}});
+  for (const Pictures::Picture& picture : gallery.pictures) {
+    const std::string caption = shorten(picture.caption, 300);
+    out.open("figure").leaf("img", {{"src", imageUri(picture.file, "the picture of " + caption)},
+                                    {"alt", caption},
+                                    {"decoding", "async"}});
+    out.element("figcaption", caption).close();
+  }
+  out.close();
+  if (!gallery.caption.empty()) out.element("p", {{"class", "note"}}, shorten(gallery.caption, 800));
+  return out.close();
+}
+
+Markup section(const WordClouds& clouds) {
+  Markup out;
+  out.open("div", {{"class", "results"}}).element("h3", shorten(clouds.title, 160));
+  out.open("div", {{"class", "gallery"}});
+  for (const WordClouds::Cloud& cloud : clouds.clouds) {
+    std::vector<std::pair<std::string, double>> words;
+    for (const auto& [word, weight] : cloud.words) words.emplace_back(shorten(word, 28), weight);
+    out.open("figure").add(wordCloud(words)).element("figcaption", shorten(cloud.name, 80)).close();
+  }
+  out.close();
+  if (!clouds.caption.empty()) out.element("p", {{"class", "note"}}, shorten(clouds.caption, 800));
+  return out.close();
 }
 
 }  // namespace

@@ -53,12 +53,8 @@ std::vector<PlacedWord> packWords(const std::vector<std::pair<std::string, doubl
   }
 }
 
-Markup wordCloud(const TopologicalMap& map, const Node& node) {
+Markup wordCloud(const std::vector<std::pair<std::string, double>>& words) {
   constexpr double width = 340, height = 150;
-  std::vector<std::pair<std::string, double>> words;
-  for (const std::size_t label : bestLabels(node, 25))
-    if (node.mean[label] > 1e-4F)  // less is no word of this place
-      words.emplace_back(shorten(firstSynonym(map.vocabulary[label]), 28), node.mean[label]);
   std::string spoken;
   for (std::size_t i = 0; i < std::min<std::size_t>(words.size(), 5); ++i)
     spoken += (i == 0 ? "" : ", ") + words[i].first;
@@ -83,6 +79,14 @@ Markup wordCloud(const TopologicalMap& map, const Node& node) {
                 word.text);
   }
   return svg.close();
+}
+
+Markup wordCloud(const TopologicalMap& map, const Node& node) {
+  std::vector<std::pair<std::string, double>> words;
+  for (const std::size_t label : bestLabels(node, 25))
+    if (node.mean[label] > 1e-4F)  // less is no word of this place
+      words.emplace_back(shorten(firstSynonym(map.vocabulary[label]), 28), node.mean[label]);
+  return wordCloud(words);
 }
 
 }  // namespace estancia::report

@@ -1,4 +1,4 @@
-// A node's words, the likelier the larger (thesis Fig. 4.6).
+// Words, the likelier the larger (thesis Fig. 4.6).
 #pragma once
 
 #include <string>
@@ -23,7 +23,10 @@ struct PlacedWord {
 std::vector<PlacedWord> packWords(const std::vector<std::pair<std::string, double>>& words, double width,
                                   double height);
 
-/// The 25 best labels of a node, first synonyms only. An <svg> of 340×150.
+/// These words in an <svg> of 340×150. Weights must be positive and descending.
+Markup wordCloud(const std::vector<std::pair<std::string, double>>& words);
+
+/// The 25 best labels of a node, first synonyms only.
 Markup wordCloud(const TopologicalMap& map, const Node& node);
 
 }  // namespace estancia::report

@@ -183,14 +183,15 @@ TEST_F(GridTest, WithoutPointsHasARowACell) {
   EXPECT_EQ(readFile(folder / "results.csv"), "model,v,w\na,1,2\nb,,2\n");
 }
 
-TEST_F(GridTest, RowsMayBePutTogetherAndCoordinatesStandLast) {
-  Grid grid(folder, {{"model", "sequence", "preset"}, "", {"v"}, 1}, 1);
+TEST_F(GridTest, RowsMayBePutTogetherAndColumnsStandInAnyOrder) {
+  Grid grid(folder,
+            {{"model", "sequence", "preset"}, "", {"v", "w"}, {"model", "w", "sequence", "v", "preset"}}, 1);
   grid.makeFolder();
-  grid.add({"a", "tour", "wide"}, {{"v", "", 1}});
+  grid.add({"a", "tour", "wide"}, {{"v", "", 1}, {"w", "", 3}});
   grid.add({"a", "tour", "tight, very"}, {{"v", "", 2}});
   grid.writeCsv();
   EXPECT_EQ(readFile(folder / "results.csv"),
-            "model,sequence,v,preset\na,tour,1,wide\na,tour,2,\"tight, very\"\n");
+            "model,w,sequence,v,preset\na,3,tour,1,wide\na,,tour,2,\"tight, very\"\n");
   EXPECT_THAT(errorOf([&] { grid.add({"a", "tour", "wide"}, {}); }), HasSubstr("there twice"));
   EXPECT_TRUE(fs::is_empty(folder / "cells"));
 }

@@ -5,9 +5,11 @@
 
 #include <cmath>
 #include <limits>
+#include <opencv2/core.hpp>
 #include <regex>
 
 #include "estancia/core/error.hpp"
+#include "estancia/io/picture.hpp"
 #include "estancia/report/line_chart.hpp"
 #include "html_checks.hpp"
 #include "support/support.hpp"
@@ -72,6 +74,50 @@ TEST(FindingsPage, ColoursATableWhereItIsAsked) {
   EXPECT_THAT(ends, HasSubstr("<span>8.00</span>")) << "the end of the scale";
   table.rows[0].values[1] = 800.0;
   EXPECT_THAT(renderFindingsPage(findings), HasSubstr("background:#fde725;color:#000\">800<")) << "no hotter";
+}
+
+TEST(FindingsPage, PointsOutWhatBeatsAnotherColumn) {
+  Findings findings;
+  findings.sections.emplace_back(
+      ResultTable{"",
+                  "",
+                  "split",
+                  {{"labeler", 0}, {"shape", 0, ResultTable::Best::largest, ResultTable::Form::fixed, 0}},
+                  {{"a", {50, 60}}, {"b", {70, 70}}, {"c", {70, 90}}, {"d", {std::nullopt, 80}}}});
+  const std::string html = renderFindingsPage(findings);
+  EXPECT_THAT(html, HasSubstr("<td class=\"beats\">60<"));
+  EXPECT_THAT(html, HasSubstr("<td class=\"best beats\">90<"));
+  EXPECT_EQ(count(html, "beats\""), 2U) << "neither a tie nor what has no rival";
+}
+
+/// A picture of one colour as a PNG.
+std::vector<unsigned char> png() {
+  const test::ScratchFolder scratch;
+  writePng(scratch / "a.png", cv::Mat(4, 4, CV_8UC3, cv::Scalar(10, 20, 30)));
+  const std::string bytes = test::readFile(scratch / "a.png");
+  return {bytes.begin(), bytes.end()};
+}
+
+TEST(FindingsPage, ShowsPicturesAndClouds) {
+  Findings findings;
+  findings.sections.emplace_back(Pictures{
+      "Right",
+      "Of the test.",
+      {{png(), "a mug"}, {encodePicture(cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(9))), test::hostileText}}});
+  findings.sections.emplace_back(
+      WordClouds{"Clouds", "", {{"mug 1", {{"cup", 0.5}, {test::hostileText, 0.1}}}, {"none", {}}}});
+  const std::string html = renderFindingsPage(findings);
+  test::expectWellFormed(html);
+  test::expectNothingFromOutside(html);
+  for (const char* text : {"Right", "Of the test.", ">a mug<", "src=\"data:image/png;base64,",
+                           "src=\"data:image/jpeg;base64,", "Clouds", ">cup</text>", ">mug 1<"})
+    EXPECT_THAT(html, HasSubstr(text));
+  EXPECT_EQ(count(html, "<img"), 2U);
+  EXPECT_EQ(count(html, "class=\"gallery\""), 2U);
+  std::get<Pictures>(findings.sections[0]).wide = true;
+  EXPECT_EQ(count(renderFindingsPage(findings), "class=\"gallery wide\""), 1U);
+  std::get<Pictures>(findings.sections[0]).pictures[0].file = {'<', 's', 'v', 'g'};
+  EXPECT_THAT(test::errorOf([&] { renderFindingsPage(findings); }), HasSubstr("the picture of a mug"));
 }
 
 TEST(FindingsPage, DrawsAMatrixAsHeatBetweenItsOwnExtremes) {
