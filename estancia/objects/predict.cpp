@@ -154,6 +154,13 @@ struct ObjectPredictor::State {
                            .shape = shape,
                            .flat = 2 * thing.flat > thing.views});
   }
+
+  /// A sequence may have no end; what will not be seen again is not kept.
+  void forgetTheLost() {
+    const auto followed = tracks.followed();
+    std::erase_if(things,
+                  [&](const auto& thing) { return !std::ranges::binary_search(followed, thing.first); });
+  }
 };
 
 ObjectPredictor::ObjectPredictor(const ObjectModel& model, Labeler* labeler, const PredictOptions& options)
@@ -206,6 +213,7 @@ std::vector<PredictedObject> ObjectPredictor::predict(const ClusteredFrame& fram
     objects[i].belief = s.believed(objects[i], clusters[i].flat, brightness[i]);
     objects[i].views = s.things.at(objects[i].thing).views;
   }
+  s.forgetTheLost();
   took.classifier = watch.lap();
   if (seconds != nullptr) *seconds = took;
   return objects;

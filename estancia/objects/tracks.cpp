@@ -131,4 +131,10 @@ std::vector<std::size_t> Tracks::follow(const Clusters& clusters, const CameraIn
   return numbers;
 }
 
+std::vector<std::size_t> Tracks::followed() const {
+  std::vector<std::size_t> numbers;
+  for (const Track& track : state_->tracks) numbers.push_back(track.number);
+  return numbers;  // new ones came last
+}
+
 }  // namespace estancia

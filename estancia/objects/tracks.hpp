@@ -33,6 +33,9 @@ class Tracks {
   std::vector<std::size_t> follow(const Clusters& clusters, const CameraIntrinsics& camera,
                                   const std::optional<Pose>& pose);
 
+  /// The things that may be found again, ascending; the others never will be.
+  std::vector<std::size_t> followed() const;
+
  private:
   struct State;
   std::unique_ptr<State> state_;

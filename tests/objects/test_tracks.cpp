@@ -67,6 +67,20 @@ TEST(Tracks, AThingMayHideForAWhile) {
   }
 }
 
+TEST(Tracks, TellWhichThingsMayBeFoundAgain) {
+  TrackOptions options;
+  options.patience = 2;
+  Tracks tracks(options);
+  const Cluster left = ball({-0.3, 0, 1}, 0.05), right = ball({0.3, 0, 1}, 0.05);
+  tracks.follow(of({left, right}), camera, {});
+  for (int frame = 0; frame < 2; ++frame) tracks.follow(of({right}), camera, {});
+  EXPECT_THAT(tracks.followed(), ElementsAre(0, 1));
+  tracks.follow(of({right}), camera, {});
+  EXPECT_THAT(tracks.followed(), ElementsAre(1));
+  tracks.follow(of({left, right}), camera, {});
+  EXPECT_THAT(tracks.followed(), ElementsAre(1, 2)) << "it is new to whoever has forgotten it";
+}
+
 TEST(Tracks, WhatCoversTheSamePixelsFarBehindIsAnotherThing) {
   Tracks tracks;
   tracks.follow(of({ball({0, 0, 1}, 0.05)}), camera, {});
