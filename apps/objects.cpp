@@ -5,6 +5,8 @@
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
+#include <map>
+#include <string>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/progress.hpp"
@@ -87,6 +89,7 @@ void collect(const CollectArguments& a) {
 struct LabelArguments {
   std::string views, output;
   ObjectViewsOptions type;
+  PatchOptions patches;
   ModelArguments model;
   bool overwrite = false, json = false;
 };
@@ -111,7 +114,7 @@ void label(const LabelArguments& a) {
   }
   const auto views = openObjectViews(a.views, a.type);
   for (const std::string& warning : views->warnings()) spdlog::warn("{}", warning);
-  const auto patches = patchesOf(*views);
+  const auto patches = patchesOf(*views, a.patches);
   const auto labeler = a.model.open();
   const auto cache = a.model.noCache ? nullptr : std::make_unique<LabelCache>();
   const auto progress = makeStderrProgress();
@@ -146,6 +149,22 @@ void addSequenceWithDepth(CLI::App& command, SequenceArguments& sequence) {
   // Tours of panoramas have no depth, and --views is how many of one thing are gathered.
   for (const auto* option : {"--views", "--fov", "--turn", "--ev", "--rounds"})
     command.remove_option(command.get_option(option));
+}
+
+void addPatchOptions(CLI::App& command, PatchOptions& patches) {
+  using Background = PatchOptions::Background;
+  static const std::map<std::string, Background> backgrounds = {
+      {"kept", Background::kept}, {"grey", Background::grey}, {"mean", Background::mean}};
+  command
+      .add_option("--margin", patches.margin,
+                  "What the labeler sees around a thing, in shares of its longer side")
+      ->check(CLI::Range(0., 4.))
+      ->capture_default_str();
+  command
+      .add_option("--background", patches.background,
+                  "What is behind a thing for the labeler: kept (what the picture shows), grey, mean (the "
+                  "thing's mean colour); default: kept")
+      ->transform(CLI::CheckedTransformer(backgrounds).description(""));
 }
 
 void addObjectsCollect(CLI::App& objects) {
@@ -192,6 +211,7 @@ void addObjectsLabel(CLI::App& objects) {
       "-o,--output", a->output,
       "NAME.labels, which holds all that the labeler says; default: words.labels in VIEWS, if "
       "it was collected");
+  addPatchOptions(*command, a->patches);
   a->model.addTo(*command, "What labels the pictures");
   command->add_flag("--overwrite", a->overwrite, "Replace existing words");
   addJsonOption(*command, a->json);

@@ -26,6 +26,7 @@ struct Arguments {
   SequenceArguments sequence;
   std::string model, picture;
   ModelArguments labeler;
+  PatchOptions patches;
   bool shapeOnly = false, overwrite = false, json = false;
   std::size_t first = 0, every = 1, frames = 0, least = ClusterOptions().least;
 };
@@ -162,6 +163,7 @@ void run(const Arguments& a) {
                             counted(sequence->size(), "frame"), a.first));
   const auto labeler = a.shapeOnly ? nullptr : a.labeler.open();
   PredictOptions options;
+  options.patches = a.patches;
   options.threads = a.labeler.options.threads;
   ClusterOptions clustering;
   clustering.least = a.least;
@@ -215,6 +217,7 @@ void addObjectsPredict(CLI::App& objects) {
                   a->labeler.byDefault));
   command->add_flag("--shape-only", a->shapeOnly, "Ask no labeler: go by the shapes alone")
       ->excludes("--labeler");
+  addPatchOptions(*command, a->patches);
   a->labeler.addOptionsTo(*command);
   command->add_option("--first", a->first, "The frame to begin with, from 0")->check(CLI::NonNegativeNumber);
   command->add_option("--every", a->every, "Look at every so-many-th frame only")

@@ -96,8 +96,17 @@ View bestView(const std::vector<cv::Vec3d>& points) {
 
 }  // namespace
 
-cv::Mat patchOf(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask, const PatchOptions& options) {
+cv::Rect patchSquare(const cv::Rect& box, const PatchOptions& options) {
   requireValid(options);
+  constexpr double widest = 16384;
+  const double side = std::ceil(std::max(box.width, box.height) * widthOf(options));
+  if (side > widest)
+    throw Error(fmt::format("a patch of {} pixels is wider than {}; give a smaller margin", side, widest));
+  const int n = static_cast<int>(side);
+  return {box.x - (n - box.width) / 2, box.y - (n - box.height) / 2, n, n};
+}
+
+cv::Mat patchOf(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask, const PatchOptions& options) {
   if (bgr.empty() || bgr.type() != CV_8UC3)
     throw Error("a patch is cut out of a picture with three channels of 8 bits; convert it");
   if (box.x < 0 || box.y < 0 || box.width <= 0 || box.height <= 0 || box.width > bgr.cols ||
@@ -105,24 +114,22 @@ cv::Mat patchOf(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask, co
     throw Error(fmt::format("the box {} × {} at ({}, {}) does not lie in the picture of {} × {}", box.width,
                             box.height, box.x, box.y, bgr.cols, bgr.rows));
   const bool kept = options.background == PatchOptions::Background::kept;
-  if ((!kept && mask.empty()) || (!mask.empty() && (mask.size() != bgr.size() || mask.type() != CV_8UC1)))
+  if (!kept && mask.empty())
+    throw Error(
+        "which pixels are the thing is not known here, so its background cannot be replaced; keep it");
+  if (!mask.empty() && (mask.size() != bgr.size() || mask.type() != CV_8UC1))
     throw Error(fmt::format("a mask of {} × {} for a picture of {} × {}; give one of its size, 8 bits",
                             mask.cols, mask.rows, bgr.cols, bgr.rows));
-  constexpr double widest = 16384;
-  const double side = std::ceil(std::max(box.width, box.height) * widthOf(options));
-  if (side > widest)
-    throw Error(fmt::format("a patch of {} pixels is wider than {}; give a smaller margin", side, widest));
+  const cv::Rect square = patchSquare(box, options);
 
   cv::Scalar fill = kGrey;
   if (options.background == PatchOptions::Background::mean) {
     if (cv::countNonZero(mask(box)) == 0) throw Error("the mask marks nothing in the box of the thing");
     fill = cv::mean(bgr(box), mask(box));
   }
-  const int n = static_cast<int>(side);
-  const cv::Point corner(box.x - (n - box.width) / 2, box.y - (n - box.height) / 2);
-  const cv::Rect there = cv::Rect(corner, cv::Size(n, n)) & cv::Rect({}, bgr.size());
-  cv::Mat patch(n, n, CV_8UC3, fill);
-  bgr(there).copyTo(patch(there - corner), kept ? cv::Mat() : mask(there));
+  const cv::Rect there = square & cv::Rect({}, bgr.size());
+  cv::Mat patch(square.size(), CV_8UC3, fill);
+  bgr(there).copyTo(patch(there - square.tl()), kept ? cv::Mat() : mask(there));
   return patch;
 }
 

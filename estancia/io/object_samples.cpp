@@ -156,6 +156,10 @@ fs::path pictureOf(const fs::path& folder, const std::string& name) {
   return folder / "pictures" / (name + ".png");
 }
 
+fs::path maskOf(const fs::path& folder, const std::string& name) {
+  return folder / "masks" / (name + ".png");
+}
+
 fs::path cloudOf(const fs::path& folder, const std::string& name) {
   return folder / "clouds" / (name + ".pcd");
 }

@@ -11,10 +11,11 @@
 namespace estancia {
 
 /// DIR/samples.csv begins with the line `# estancia object samples 1`, then
-/// `name,instance,category,split,frame,x,y,width,height,flat,at_border`; DIR/pictures/NAME.png is the square
-/// picture around the thing, in which it has the box x, y, width, height; DIR/clouds/NAME.pcd are its points;
-/// DIR/words.labels, where it is there, the words of a labeler for the pictures.
-/// Names are plain file names.
+/// `name,instance,category,split,frame,x,y,width,height,flat,at_border`; DIR/pictures/NAME.png is a square
+/// picture of the thing and what is around it, in which it has the box x, y, width, height;
+/// DIR/masks/NAME.png, where it is there, is of its size and not 0 on the thing; DIR/clouds/NAME.pcd are its
+/// points; DIR/words.labels, where it is there, the words of a labeler for the pictures. Names are plain file
+/// names.
 struct ObjectSample {
   ObjectView view;
   cv::Rect box;
@@ -29,6 +30,7 @@ void writeObjectSamples(const std::filesystem::path& folder, const std::vector<O
 
 bool isObjectSamples(const std::filesystem::path& folder);
 std::filesystem::path pictureOf(const std::filesystem::path& folder, const std::string& name);
+std::filesystem::path maskOf(const std::filesystem::path& folder, const std::string& name);
 std::filesystem::path cloudOf(const std::filesystem::path& folder, const std::string& name);
 std::filesystem::path wordsOf(const std::filesystem::path& folder);
 

@@ -43,6 +43,12 @@ class SampleViews final : public ListedObjectViews {
     if ((seen.box & cv::Rect({}, seen.image.size())) != seen.box)
       throw Error(fmt::format("{}: {} × {} pixels do not hold the box of samples.csv",
                               printable(file.string()), seen.image.cols, seen.image.rows));
+    const fs::path marks = maskOf(folder_, view(i).name);
+    if (!fs::is_regular_file(marks)) return seen;
+    seen.mask = readMarks(marks);
+    if (seen.mask.size() != seen.image.size())
+      throw Error(fmt::format("{}: {} × {} pixels, but its picture has {} × {}", printable(marks.string()),
+                              seen.mask.cols, seen.mask.rows, seen.image.cols, seen.image.rows));
     return seen;
   }
 

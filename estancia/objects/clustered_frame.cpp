@@ -72,14 +72,16 @@ cv::Rect boxOf(const ClusteredFrame& frame, std::size_t i) {
   return cv::Rect(low, high) & cv::Rect({}, frame.image.size());
 }
 
+cv::Mat maskOf(const ClusteredFrame& frame, std::size_t i) {
+  cv::Mat mask = cv::Mat::zeros(frame.depth.size(), CV_8U);
+  for (const std::uint32_t pixel : frame.clusters.clusters.at(i).points) mask.data[pixel] = 255;
+  cv::resize(mask, mask, frame.image.size(), 0, 0, cv::INTER_NEAREST);
+  return mask;
+}
+
 cv::Mat patchOf(const ClusteredFrame& frame, std::size_t i, const PatchOptions& options) {
-  cv::Mat mask;
-  if (options.background != PatchOptions::Background::kept) {
-    mask = cv::Mat::zeros(frame.depth.size(), CV_8U);
-    for (const std::uint32_t pixel : frame.clusters.clusters.at(i).points) mask.data[pixel] = 255;
-    cv::resize(mask, mask, frame.image.size(), 0, 0, cv::INTER_NEAREST);
-  }
-  return patchOf(frame.image, boxOf(frame, i), mask, options);
+  const bool kept = options.background == PatchOptions::Background::kept;
+  return patchOf(frame.image, boxOf(frame, i), kept ? cv::Mat() : maskOf(frame, i), options);
 }
 
 }  // namespace estancia

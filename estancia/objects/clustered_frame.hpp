@@ -39,6 +39,9 @@ PointCloud cloudOf(const ClusteredFrame& frame, std::size_t i);
 /// The box of cluster i in the image; where image and depth differ in size, both show the same view.
 cv::Rect boxOf(const ClusteredFrame& frame, std::size_t i);
 
+/// Not 0 where the image shows cluster i; CV_8U, the size of the image.
+cv::Mat maskOf(const ClusteredFrame& frame, std::size_t i);
+
 /// The picture of cluster i for labelers: patchOf() its box. Throws Error on options out of range.
 cv::Mat patchOf(const ClusteredFrame& frame, std::size_t i, const PatchOptions& options = {});
 

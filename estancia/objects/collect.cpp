@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 #include <set>
 
+#include "estancia/cloud/patch.hpp"
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
@@ -21,6 +22,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The folders of a folder of samples.
+std::set<fs::path> partsOf(const fs::path& folder) {
+  return {pictureOf(folder, "x").parent_path(), maskOf(folder, "x").parent_path(),
+          cloudOf(folder, "x").parent_path()};
+}
+
 void requireOptions(const CollectOptions& options) {
   if (options.every == 0 || options.views == 0)
     throw Error("collect: at least every frame and one view of each thing are to be taken, not 0");
@@ -33,7 +40,7 @@ void makeFolder(const fs::path& folder) {
         fmt::format("{} is there already; give another name, or replace the samples in it by "
                     "--overwrite",
                     io::printable(folder.string())));
-  for (const auto& part : {pictureOf(folder, "x").parent_path(), cloudOf(folder, "x").parent_path()})
+  for (const fs::path& part : partsOf(folder))
     if (fs::create_directories(part, failed); failed)
       throw Error(
           fmt::format("{}: the folder cannot be made ({})", io::printable(part.string()), failed.message()));
@@ -91,11 +98,16 @@ class Collector {
   }
 
   void write(const ClusteredFrame& frame, std::size_t i, ObjectSample& sample) const {
-    const cv::Mat patch = patchOf(frame, i, options_.patches);
-    const cv::Size size = boxOf(frame, i).size();
-    sample.box =
-        cv::Rect((patch.cols - size.width) / 2, (patch.rows - size.height) / 2, size.width, size.height);
-    writePng(pictureOf(folder_, sample.view.name), patch);
+    // More than labelers see by default, and which of it is the thing: margin and background are theirs to
+    // choose.
+    constexpr PatchOptions wide{.margin = 0.5};
+    const cv::Rect box = boxOf(frame, i), square = patchSquare(box, wide);
+    const cv::Rect there = square & cv::Rect({}, frame.image.size());
+    cv::Mat mask = cv::Mat::zeros(square.size(), CV_8U);
+    maskOf(frame, i)(there).copyTo(mask(there - square.tl()));
+    sample.box = box - square.tl();
+    writePng(pictureOf(folder_, sample.view.name), patchOf(frame, i, wide));
+    writePng(maskOf(folder_, sample.view.name), mask);
     writeCloud(cloudOf(folder_, sample.view.name), cloudOf(frame, i));
   }
 
@@ -159,9 +171,10 @@ void clearObjectSamples(const fs::path& folder) {
   std::set<fs::path> ours{folder / "samples.csv", wordsOf(folder)};
   for (const ObjectSample& sample : readObjectSamples(folder)) {
     ours.insert(pictureOf(folder, sample.view.name));
+    ours.insert(maskOf(folder, sample.view.name));
     ours.insert(cloudOf(folder, sample.view.name));
   }
-  const std::set<fs::path> folders{pictureOf(folder, "x").parent_path(), cloudOf(folder, "x").parent_path()};
+  const std::set<fs::path> folders = partsOf(folder);
   for (const auto& there : fs::recursive_directory_iterator(folder))
     if (!ours.contains(there.path()) && !(there.is_directory() && folders.contains(there.path())))
       throw Error(fmt::format("{} is none of the samples there, so nothing is replaced; move it away first",

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "estancia/cloud/clusters.hpp"
-#include "estancia/cloud/patch.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/sequence.hpp"
 #include "estancia/objects/tracks.hpp"
@@ -17,7 +16,6 @@ namespace estancia {
 struct CollectOptions {
   ClusterOptions clusters = {};
   TrackOptions tracks = {};
-  PatchOptions patches = {};
   std::size_t first = 0;    ///< frame to begin with
   std::size_t every = 1;    ///< only each such frame; at least 1
   std::size_t frames = 0;   ///< that are looked at; 0: all

@@ -100,6 +100,11 @@ TEST_F(Objects, ThingsNameThemselves) {
   ASSERT_EQ(again.exitCode, 0) << again.err;
   EXPECT_EQ(json::parse(again.out)["remembered"], 24) << "pictures that were labelled before";
 
+  const CommandResult wider = label({"--json", "--overwrite", "--margin", "0.3", "--background", "grey"});
+  ASSERT_EQ(wider.exitCode, 0) << wider.err;
+  EXPECT_EQ(json::parse(wider.out)["remembered"], 0) << "other pictures";
+  ASSERT_EQ(label({"--overwrite"}).exitCode, 0);
+
   const CommandResult trained = train({"--json"});
   ASSERT_EQ(trained.exitCode, 0) << trained.err;
   const json learned = json::parse(trained.out);

@@ -87,7 +87,7 @@ TEST(Patch, RefusesWhatIsNoThingInAPicture) {
     EXPECT_THAT(problem(box), HasSubstr("does not lie in the picture")) << box;
   const cv::Rect box(1, 1, 5, 5);
   EXPECT_EQ(problem(box, mask, with(Background::mean)), "");
-  EXPECT_THAT(problem(box, {}, with(Background::mean)), HasSubstr("a mask of 0 × 0"));
+  EXPECT_THAT(problem(box, {}, with(Background::mean)), HasSubstr("its background cannot be replaced"));
   EXPECT_THAT(problem(box, mask(cv::Rect(0, 0, 20, 20))), HasSubstr("a mask of 20 × 20"));
   EXPECT_THAT(problem(box, cv::Mat(30, 40, CV_32S, cv::Scalar(1))), HasSubstr("8 bits"));
   EXPECT_THAT(problem(box, cv::Mat::zeros(30, 40, CV_8U), with(Background::mean)),

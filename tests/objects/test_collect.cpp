@@ -12,6 +12,7 @@
 #include "estancia/io/object_samples.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
+#include "estancia/objects/patches.hpp"
 #include "support/support.hpp"
 #include "support/table_scene.hpp"
 
@@ -73,6 +74,28 @@ TEST_F(Collect, ViewsOfAThingStayOneInstanceAllAround) {
   }
   EXPECT_THAT(framesOf, SizeIs(2));
   for (const auto& [instance, frames] : framesOf) EXPECT_THAT(frames, SizeIs(5)) << instance;
+}
+
+TEST_F(Collect, LabelersSeeOfASampleWhatTheySeeOfItsFrame) {
+  const TableSequence sequence = twoThings({0});
+  collect(sequence);
+  const ClusteredFrame frame =
+      clusteredFrame(sequence.image(0), sequence.depth(0), *sequence.intrinsics(), ClusterOptions());
+  const auto views = openObjectViews(folder_);
+  ASSERT_EQ(views->size(), 2U);
+  using Background = PatchOptions::Background;
+  for (const Background background : {Background::kept, Background::grey, Background::mean})
+    for (const double margin : {0., 0.2, 0.5}) {
+      PatchOptions options;
+      options.background = background;
+      options.margin = margin;
+      const auto patches = patchesOf(*views, options);
+      for (std::size_t i = 0; i < 2; ++i) {
+        const cv::Mat expected = patchOf(frame, i, options), seen = patches->image(i);
+        ASSERT_EQ(seen.size(), expected.size());
+        EXPECT_EQ(cv::norm(seen, expected, cv::NORM_INF), 0) << "margin " << margin << ", thing " << i;
+      }
+    }
 }
 
 TEST_F(Collect, OnlySoManyFramesAndViews) {
