@@ -75,6 +75,7 @@ void addMapCommand(CLI::App& app);
 void addZonesCommand(CLI::App& app);
 void addClassifyCommand(CLI::App& app);
 void addRecognizeCommand(CLI::App& app);
+void addObjectsCommand(CLI::App& app);
 void addAskCommand(CLI::App& app);
 void addRouteCommand(CLI::App& app);
 void addLocalizeCommand(CLI::App& app);

@@ -70,6 +70,7 @@ int main(int argc, char** argv) {
   addZonesCommand(app);
   addClassifyCommand(app);
   addRecognizeCommand(app);
+  addObjectsCommand(app);
   addAskCommand(app);
   addRouteCommand(app);
   addLocalizeCommand(app);

@@ -31,12 +31,8 @@ std::vector<RoomProbability> roomsOf(const RoomPredictions& predictions, std::si
 /// said of any. `groupOf[i]` is the group of image i; images beyond its end and numbers of `groups` or more
 /// belong to none.
 ///
-/// The mean of the logarithms, scaled to add up to 1 (the logarithmic opinion pool; Genest and Zidek 1986,
-/// Combining probability distributions). Images of one place are taken one after the other and err together:
-/// a plain product would count the same evidence again and again and be sure of whatever it says; the mean
-/// does not change when images repeat. It was right about places as often as the mean of the probabilities
-/// and closer in its probabilities (docs/classify.md). None counts as below 0.001: a forest's or a
-/// neighbourhood's 0 is no proof.
+/// Opinions are pooled by OpinionPool, which was right about places as often as the mean of the probabilities
+/// and closer in its probabilities (docs/classify.md).
 std::vector<std::vector<RoomProbability>> poolRooms(const RoomPredictions& predictions,
                                                     std::span<const std::size_t> groupOf, std::size_t groups);
 

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/room_predictions.hpp"
+#include "estancia/core/opinion_pool.hpp"
 #include "estancia/objects/confident_learning.hpp"
 #include "estancia/objects/learning.hpp"
 
@@ -48,14 +48,14 @@ std::vector<std::vector<std::size_t>> samplesOf(std::span<const int> instances) 
 
 /// The word of each thing, by all that is said of its samples; −1 where nothing is.
 std::vector<int> poolOf(const WordShares& shares, const std::vector<std::vector<std::size_t>>& things) {
-  RoomPredictions answers{"", {}, shares.shares};  // any words, here those of things
-  for (std::size_t w = 0; w < shares.shares.labels(); ++w) answers.rooms.push_back(std::to_string(w));
-  std::vector<std::size_t> groupOf(shares.shares.size());
-  for (std::size_t t = 0; t < things.size(); ++t)
-    for (const std::size_t i : things[t]) groupOf[i] = t;
   std::vector<int> words;
-  for (const auto& ranked : poolRooms(answers, groupOf, things.size()))
-    words.push_back(ranked.empty() ? -1 : std::stoi(ranked.front().room));
+  for (const auto& samples : things) {
+    OpinionPool pool(shares.shares.labels());
+    for (const std::size_t i : samples) pool.add(shares.shares.row(i));
+    const std::vector<double> pooled = pool.pooled();
+    words.push_back(pooled.empty() ? -1
+                                   : static_cast<int>(std::ranges::max_element(pooled) - pooled.begin()));
+  }
   return words;
 }
 

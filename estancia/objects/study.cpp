@@ -161,20 +161,22 @@ int Study::wordOf(const std::string& category) const {
   return -1;
 }
 
-WordShares restrictTo(const Study& study, const Vocabulary& vocabulary, const DescriptorMatrix& descriptors) {
-  const std::vector<std::size_t> wordOf = wordsOfLabels(study, vocabulary);
-  WordShares result{DescriptorMatrix(study.words.size()), {}};
+Restriction::Restriction(const Study& study, const Vocabulary& vocabulary)
+    : words_(study.words.size()), wordOf_(wordsOfLabels(study, vocabulary)) {}
+
+WordShares Restriction::apply(const DescriptorMatrix& descriptors) const {
+  WordShares result{DescriptorMatrix(words_), {}};
   result.shares.reserve(descriptors.size());
   for (std::size_t i = 0; i < descriptors.size(); ++i) {
     const DescriptorView all = descriptors.row(i);
-    requireProbabilities(all, vocabulary.size(), fmt::format("sample {}", i));
-    std::vector<float> row(study.words.size());
+    requireProbabilities(all, wordOf_.size(), fmt::format("sample {}", i));
+    std::vector<float> row(words_);
     double whole = 0, mass = 0;
     for (std::size_t label = 0; label < all.size(); ++label) {
       const float p = std::max(all[label], 0.0F);
       whole += p;
-      if (wordOf[label] == noWord) continue;
-      row[wordOf[label]] += p;
+      if (wordOf_[label] == noWord) continue;
+      row[wordOf_[label]] += p;
       mass += p;
     }
     scale(row);
@@ -183,6 +185,10 @@ WordShares restrictTo(const Study& study, const Vocabulary& vocabulary, const De
     result.mass.push_back(static_cast<float>(mass / std::max(whole, 1.0)));
   }
   return result;
+}
+
+WordShares restrictTo(const Study& study, const Vocabulary& vocabulary, const DescriptorMatrix& descriptors) {
+  return Restriction(study, vocabulary).apply(descriptors);
 }
 
 std::vector<float> priorOf(const WordShares& shares) {

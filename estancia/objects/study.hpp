@@ -42,10 +42,24 @@ struct WordShares {
   std::vector<float> mass;  ///< N; what the words had together of the labeler's whole answer, 0 … 1
 };
 
-/// Adds up the labels of each word (findLabels()), then scales the words to a whole: the thesis' restriction
-/// of the labels to those of the study. A label that fits two words counts for the first. Throws Error when
-/// the vocabulary has no label of some word, naming all of them with their nearest spellings, or none that
-/// does not count for another already; and when a descriptor is no row of probabilities over it.
+/// The labels of each word in the vocabulary of a labeler, found once for all that it will say.
+class Restriction {
+ public:
+  /// Labels are found by findLabels(); one that fits two words counts for the first. Throws Error when the
+  /// vocabulary has no label of some word, naming all of them with their nearest spellings, or none that does
+  /// not count for another already.
+  Restriction(const Study& study, const Vocabulary& vocabulary);
+
+  /// Adds up the labels of each word, then scales the words to a whole: the thesis' restriction of the labels
+  /// to those of the study. Throws Error when a descriptor is no row of probabilities over the vocabulary.
+  WordShares apply(const DescriptorMatrix& descriptors) const;
+
+ private:
+  std::size_t words_;
+  std::vector<std::size_t> wordOf_;  ///< of each label
+};
+
+/// The same for one time.
 WordShares restrictTo(const Study& study, const Vocabulary& vocabulary, const DescriptorMatrix& descriptors);
 
 /// How often the labeler says each word: the mean of the rows that say anything; even where none does. W

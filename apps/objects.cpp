@@ -1,0 +1,219 @@
+// estancia objects: things that stand about, gathered and labelled.
+#include "objects.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/progress.hpp"
+#include "estancia/io/object_samples.hpp"
+#include "estancia/io/object_views.hpp"
+#include "estancia/label/record.hpp"
+#include "estancia/objects/clustered_frame.hpp"
+#include "estancia/objects/collect.hpp"
+#include "estancia/objects/patches.hpp"
+#include "estancia/report/text.hpp"
+#include "labelling.hpp"
+
+namespace estancia::apps {
+namespace {
+
+namespace fs = std::filesystem;
+using report::counted;
+
+// ---- collect
+
+struct CollectArguments {
+  SequenceArguments sequence;
+  std::string output;
+  CollectOptions options;
+  bool overwrite = false, json = false;
+};
+
+/// What should make people look at their sequence again.
+void warnOf(const Collected& c) {
+  if (c.withoutPlane > 0)
+    spdlog::warn(
+        "{} of {} frames show no table, wall or floor that things could be told from; is --depth-scale "
+        "right?",
+        c.withoutPlane, c.frames);
+  if (c.huge > 0)
+    spdlog::warn("{} frames hold a thing of more than half of their pixels: no single one, or too near",
+                 c.huge);
+}
+
+void collect(const CollectArguments& a) {
+  const auto sequence = a.sequence.open();
+  requireClusterable(*sequence);
+  if (a.overwrite && fs::exists(a.output)) {
+    if (!isObjectSamples(a.output))
+      throw Error(
+          fmt::format("{} is no folder of samples, so it is not replaced; give another name", a.output));
+    clearObjectSamples(a.output);
+  }
+  const auto progress = makeStderrProgress();
+  std::vector<std::string> problems;
+  CollectOptions options = a.options;
+  options.strict = a.sequence.strict;
+  const Collected c = collectObjects(*sequence, a.output, options, *progress, &problems);
+  for (const std::string& problem : problems) spdlog::warn("skipped: {}", problem);
+  warnOf(c);
+  if (a.json)
+    print({{"samples", a.output},
+           {"frames", c.frames},
+           {"unread", c.unread},
+           {"without_plane", c.withoutPlane},
+           {"without_cluster", c.withoutCluster},
+           {"huge", c.huge},
+           {"views", c.samples},
+           {"instances", c.instances},
+           {"flat", c.flat},
+           {"at_border", c.atBorder},
+           {"left_out", c.full}});
+  else if (c.samples == 0)
+    fmt::print("Nothing stands about in the {} of {}\n", counted(c.frames - c.unread, "frame"),
+               sequence->name());
+  else
+    fmt::print("{}: {} of {} in {}; {} flat, {} cut by the border{}\n", a.output, counted(c.samples, "view"),
+               counted(c.instances, "thing"), counted(c.frames - c.unread, "frame"), c.flat, c.atBorder,
+               c.full > 0 ? fmt::format("; {} more of things that had {}", c.full, a.options.views) : "");
+  if (c.samples == 0) throw NoAnswer{};
+}
+
+// ---- label
+
+struct LabelArguments {
+  std::string views, output;
+  ObjectViewsOptions type;
+  ModelArguments model;
+  bool overwrite = false, json = false;
+};
+
+std::string outputOf(const LabelArguments& a) {
+  if (!a.output.empty()) return a.output;
+  if (!isObjectSamples(a.views))
+    throw Error(
+        fmt::format("{} is no folder of `estancia objects collect`, so say where the words go: "
+                    "-o NAME.labels",
+                    a.views));
+  return wordsOf(a.views).string();
+}
+
+void label(const LabelArguments& a) {
+  const std::string output = outputOf(a);
+  requireRecordingName(output);
+  for (const auto& file : filesOfRecording(output)) {
+    requireNoData(file, {});
+    requireReplaceable(
+        file, a.overwrite, [](const fs::path&) { return true; }, "words");
+  }
+  const auto views = openObjectViews(a.views, a.type);
+  for (const std::string& warning : views->warnings()) spdlog::warn("{}", warning);
+  const auto patches = patchesOf(*views);
+  const auto labeler = a.model.open();
+  const auto cache = a.model.noCache ? nullptr : std::make_unique<LabelCache>();
+  const auto progress = makeStderrProgress();
+  std::size_t remembered = 0, skipped = 0;
+  const Recording words =
+      labelAll(*patches, *labeler, "labelling", cache.get(), *progress, [&](const LabelledFrame& frame) {
+        if (!frame.labelled()) {
+          ++skipped;
+          spdlog::warn("skipped: {}", frame.problem);
+        }
+        remembered += frame.remembered ? 1 : 0;
+      });
+  if (cache && !cache->problem().empty()) spdlog::warn("{}", cache->problem());
+  writeRecording(words, output);
+  if (a.json)
+    print({{"labels", output},
+           {"views", words.frames.size()},
+           {"skipped", skipped},
+           {"words", words.vocabulary.size()},
+           {"model", words.model},
+           {"remembered", remembered}});
+  else
+    fmt::print("{}: {}, {} ({} from the cache)\n", output, counted(words.frames.size(), "view"),
+               counted(words.vocabulary.size(), "word"), counted(remembered, "view"));
+}
+
+}  // namespace
+
+void addSequenceWithDepth(CLI::App& command, SequenceArguments& sequence) {
+  sequence.addTo(command);
+  sequence.addDepthTo(command);
+  // Tours of panoramas have no depth, and --views is how many of one thing are gathered.
+  for (const auto* option : {"--views", "--fov", "--turn", "--ev", "--rounds"})
+    command.remove_option(command.get_option(option));
+}
+
+void addObjectsCollect(CLI::App& objects) {
+  auto a = std::make_shared<CollectArguments>();
+  CLI::App* command =
+      objects.add_subcommand("collect", "Gather pictures and clouds of the things in a sequence with depth");
+  addSequenceWithDepth(*command, a->sequence);
+  command->add_option("-o,--output", a->output, "A new folder: samples.csv, pictures/ and clouds/")
+      ->required();
+  command->add_option("--first", a->options.first, "The frame to begin with, from 0");
+  command->add_option("--frames", a->options.frames, "Look at so many frames; default: all")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--every", a->options.every, "Look at every so-many-th frame only")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--views", a->options.views, "Most views of one thing")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      ->add_option("--least", a->options.clusters.least,
+                   "Pixels of a thing at least, in a picture with a focal length of 525")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--threads", a->options.clusters.threads, "Threads; default: one a usable core")
+      ->check(CLI::Range(0, 1024));
+  command->add_flag("--overwrite", a->overwrite, "Replace the samples in an existing folder");
+  addJsonOption(*command, a->json);
+  addExamples(*command,
+              "  estancia objects collect ~/kitchen -o things\n"
+              "  estancia objects collect tum/rgbd_dataset_freiburg1_desk -o things --every 5 --views 100");
+  command->callback([a] { collect(*a); });
+}
+
+void addObjectsLabel(CLI::App& objects) {
+  auto a = std::make_shared<LabelArguments>();
+  CLI::App* command = objects.add_subcommand("label", "Let a labeler name the pictures of things");
+  command->add_option("VIEWS", a->views, "A folder of `estancia objects collect`, or of another data set")
+      ->required();
+  std::string types = "How to read VIEWS: auto (finds out by itself)";
+  for (const auto& [name, explanation] : objectViewTypes())
+    types += fmt::format("; {} ({})", name, explanation);
+  command->add_option("--type", a->type.type, types);
+  command->add_option(
+      "-o,--output", a->output,
+      "NAME.labels, which holds all that the labeler says; default: words.labels in VIEWS, if "
+      "it was collected");
+  a->model.addTo(*command, "What labels the pictures");
+  command->add_flag("--overwrite", a->overwrite, "Replace existing words");
+  addJsonOption(*command, a->json);
+  addExamples(*command,
+              "  estancia objects label things\n"
+              "  estancia objects label ~/rgbd-dataset --model mobilenet-v2 -o washington.labels");
+  command->callback([a] { label(*a); });
+}
+
+void addObjectsCommand(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "objects", "Things that name themselves: learn shapes by what a labeler says of their pictures");
+  command->require_subcommand(1);
+  addExamples(*command,
+              "  estancia objects collect ~/kitchen -o things\n"
+              "  estancia objects label things\n"
+              "  estancia objects train things --study kitchen.toml -o kitchen.objects\n"
+              "  estancia objects predict ~/kitchen-at-night --model kitchen.objects");
+  addObjectsCollect(*command);
+  addObjectsLabel(*command);
+  addObjectsTrain(*command);
+  addObjectsPredict(*command);
+}
+
+}  // namespace estancia::apps

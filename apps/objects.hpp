@@ -1,0 +1,18 @@
+// The subcommands of `estancia objects`.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "common.hpp"
+
+namespace estancia::apps {
+
+/// Adds SEQ and how to read it with depth.
+void addSequenceWithDepth(CLI::App& command, SequenceArguments& sequence);
+
+void addObjectsCollect(CLI::App& objects);
+void addObjectsLabel(CLI::App& objects);
+void addObjectsTrain(CLI::App& objects);
+void addObjectsPredict(CLI::App& objects);
+
+}  // namespace estancia::apps

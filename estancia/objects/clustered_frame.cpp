@@ -1,0 +1,85 @@
+#include "estancia/objects/clustered_frame.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/parallel.hpp"
+
+namespace estancia {
+
+ClusteredFrame clusteredFrame(const cv::Mat& image, const cv::Mat& depth, const CameraIntrinsics& camera,
+                              const ClusterOptions& options) {
+  if (image.empty() || image.type() != CV_8UC3)
+    throw Error("things are looked for in a BGR image of 8 bits with its depth; this is none");
+  ClusteredFrame frame{image, depth, camera, findClusters(depth, camera, options)};
+  frame.camera = camera.scaledTo(depth.cols, depth.rows);
+  return frame;
+}
+
+void requireClusterable(const Sequence& sequence) {
+  if (!sequence.hasDepth())
+    throw Error(fmt::format(
+        "{}: there are no depth pictures, by which things are told apart; give a sequence with depth",
+        sequence.name()));
+  if (!sequence.intrinsics())
+    throw Error(
+        fmt::format("{}: nothing says which camera took the pictures; give its fx fy cx cy by --intrinsics",
+                    sequence.name()));
+}
+
+ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i) {
+  ImageAndDepth read;
+  inParallel(2, std::size_t{2}, [&](std::size_t which) {
+    if (which == 0)
+      read.image = sequence.image(i);
+    else
+      read.depth = sequence.depth(i);
+  });
+  return read;
+}
+
+PointCloud cloudOf(const ClusteredFrame& frame, std::size_t i) {
+  const Cluster& cluster = frame.clusters.clusters.at(i);
+  const int columns = frame.depth.cols;
+  const double sx = static_cast<double>(frame.image.cols) / columns;
+  const double sy = static_cast<double>(frame.image.rows) / frame.depth.rows;
+  PointCloud cloud;
+  cloud.points.reserve(cluster.points.size());
+  cloud.colours.reserve(cluster.points.size());
+  for (const std::uint32_t pixel : cluster.points) {
+    const int u = static_cast<int>(pixel) % columns, v = static_cast<int>(pixel) / columns;
+    const float z = frame.depth.at<float>(v, u);
+    cloud.points.emplace_back(static_cast<float>(frame.camera.slopeX(u) * z),
+                              static_cast<float>(frame.camera.slopeY(v) * z), z);
+    cloud.colours.push_back(
+        frame.image.at<cv::Vec3b>(static_cast<int>((v + 0.5) * sy), static_cast<int>((u + 0.5) * sx)));
+  }
+  cloud.width = cloud.points.size();
+  cloud.height = 1;
+  return cloud;
+}
+
+cv::Rect boxOf(const ClusteredFrame& frame, std::size_t i) {
+  const cv::Rect& box = frame.clusters.clusters.at(i).box;
+  const double sx = static_cast<double>(frame.image.cols) / frame.depth.cols;
+  const double sy = static_cast<double>(frame.image.rows) / frame.depth.rows;
+  const cv::Point low(static_cast<int>(box.x * sx), static_cast<int>(box.y * sy));
+  const cv::Point high(static_cast<int>(std::ceil(box.br().x * sx)),
+                       static_cast<int>(std::ceil(box.br().y * sy)));
+  return cv::Rect(low, high) & cv::Rect({}, frame.image.size());
+}
+
+cv::Mat patchOf(const ClusteredFrame& frame, std::size_t i, const PatchOptions& options) {
+  cv::Mat mask;
+  if (options.background != PatchOptions::Background::kept) {
+    mask = cv::Mat::zeros(frame.depth.size(), CV_8U);
+    for (const std::uint32_t pixel : frame.clusters.clusters.at(i).points) mask.data[pixel] = 255;
+    cv::resize(mask, mask, frame.image.size(), 0, 0, cv::INTER_NEAREST);
+  }
+  return patchOf(frame.image, boxOf(frame, i), mask, options);
+}
+
+}  // namespace estancia

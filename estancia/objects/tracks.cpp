@@ -1,0 +1,140 @@
+#include "estancia/objects/tracks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core/affine.hpp>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/rigid.hpp"
+
+namespace estancia {
+namespace {
+
+/// Where a thing was seen: its middle in the frame of the camera, and the box of its pixels as a rectangle
+/// around it that faces the camera [m].
+struct Sighting {
+  cv::Vec3d centre;
+  cv::Rect2d around;  ///< relative to the centre; empty when there is no box
+
+  double size() const { return std::max(around.width, around.height); }
+};
+
+Sighting sightingOf(const Cluster& cluster, const CameraIntrinsics& camera) {
+  const cv::Vec3d c(cluster.centre.x, cluster.centre.y, cluster.centre.z);
+  const cv::Rect& box = cluster.box;
+  if (box.empty() || c[2] <= 0) return {c, {}};
+  const cv::Point2d low(camera.slopeX(box.x - 0.5), camera.slopeY(box.y - 0.5));
+  const cv::Point2d high(camera.slopeX(box.br().x - 0.5), camera.slopeY(box.br().y - 0.5));
+  return {c, {low.x * c[2] - c[0], low.y * c[2] - c[1], (high.x - low.x) * c[2], (high.y - low.y) * c[2]}};
+}
+
+/// The rectangle as the camera sees it, in slopes X/Z and Y/Z.
+cv::Rect2d seenAs(const Sighting& s) {
+  const double z = s.centre[2];
+  return {(s.centre[0] + s.around.x) / z, (s.centre[1] + s.around.y) / z, s.around.width / z,
+          s.around.height / z};
+}
+
+double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b) {
+  const double both = (a & b).area();
+  return both / (a.area() + b.area() - both);
+}
+
+struct Track {
+  std::size_t number = 0;
+  Sighting last;
+  std::optional<Pose> pose;  ///< of the camera that saw it
+  std::size_t unseen = 0;    ///< frames since then
+};
+
+/// The last sighting as a camera at `pose` would have it, when it still holds.
+Sighting movedTo(const std::optional<Pose>& pose, const Track& track) {
+  Sighting moved = track.last;
+  if (pose && track.pose) moved.centre = rigidOf(*pose).inv() * (rigidOf(*track.pose) * moved.centre);
+  return moved;
+}
+
+struct Match {
+  double likeness;
+  std::size_t cluster, track;
+};
+
+}  // namespace
+
+struct Tracks::State {
+  TrackOptions options;
+  std::vector<Track> tracks;
+  std::size_t next = 0;
+
+  /// How well the two fit, above 0; 0 when they are not the same thing.
+  double likeness(const Sighting& expected, const Sighting& seen) const {
+    const double smaller = std::min(expected.size(), seen.size());
+    const double away = cv::norm(expected.centre - seen.centre);
+    if (!(away <= std::max(options.reach, smaller / 2))) return 0;
+    if (expected.around.empty() || seen.around.empty()) return 1 / (1 + away);
+    if (expected.centre[2] <= 0) return 0;  // behind the camera
+    const double overlap = intersectionOverUnion(seenAs(expected), seenAs(seen));
+    return overlap >= options.overlap ? overlap : 0;
+  }
+};
+
+Tracks::Tracks(const TrackOptions& options) : state_(std::make_unique<State>()) {
+  if (!(options.reach >= 0) || !(options.overlap >= 0 && options.overlap <= 1))
+    throw Error(
+        fmt::format("tracks: a reach of {} m and an overlap of {} are out of range; they are at least 0, the "
+                    "overlap at most 1",
+                    options.reach, options.overlap));
+  state_->options = options;
+}
+
+Tracks::~Tracks() = default;
+
+std::vector<std::size_t> Tracks::follow(const Clusters& clusters, const CameraIntrinsics& camera,
+                                        const std::optional<Pose>& pose) {
+  if (!(camera.fx > 0) || !(camera.fy > 0))
+    throw Error("tracks: the camera has no focal length; give its intrinsics (fx fy cx cy)");
+  const auto known = pose && pose->isFinite() ? pose : std::nullopt;
+  auto& tracks = state_->tracks;
+  std::vector<Sighting> seen, expected;
+  for (const Cluster& cluster : clusters.clusters) seen.push_back(sightingOf(cluster, camera));
+  for (const Track& track : tracks) expected.push_back(movedTo(known, track));
+
+  std::vector<Match> matches;
+  for (std::size_t c = 0; c < seen.size(); ++c)
+    for (std::size_t t = 0; t < tracks.size(); ++t)
+      if (const double likeness = state_->likeness(expected[t], seen[c]); likeness > 0)
+        matches.push_back({likeness, c, t});
+  std::ranges::stable_sort(matches, std::ranges::greater{}, &Match::likeness);
+
+  constexpr auto none = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> trackOf(seen.size(), none);
+  std::vector<char> found(tracks.size(), 0);
+  for (const Match& m : matches) {
+    if (trackOf[m.cluster] != none || found[m.track] != 0) continue;
+    trackOf[m.cluster] = m.track;
+    found[m.track] = 1;
+  }
+  for (Track& track : tracks) ++track.unseen;
+  std::vector<std::size_t> numbers;
+  for (std::size_t c = 0; c < seen.size(); ++c) {
+    if (trackOf[c] == none) {
+      trackOf[c] = tracks.size();
+      tracks.push_back({state_->next++, {}, {}, 0});
+    }
+    Track& track = tracks[trackOf[c]];
+    track = {track.number, seen[c], known, 0};
+    numbers.push_back(track.number);
+  }
+  std::erase_if(tracks, [&](const Track& track) { return track.unseen > state_->options.patience; });
+  return numbers;
+}
+
+std::vector<std::size_t> Tracks::followed() const {
+  std::vector<std::size_t> numbers;
+  for (const Track& track : state_->tracks) numbers.push_back(track.number);
+  return numbers;  // new ones came last
+}
+
+}  // namespace estancia

@@ -1,0 +1,212 @@
+#include "estancia/objects/training.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
+#include <unordered_map>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+/// Some of other views.
+class Chosen : public ObjectViews {
+ public:
+  Chosen(const ObjectViews& all, std::vector<std::size_t> chosen) : all_(all), chosen_(std::move(chosen)) {}
+  std::string name() const override { return all_.name(); }
+  std::size_t size() const override { return chosen_.size(); }
+  const ObjectView& view(std::size_t i) const override { return all_.view(chosen_[i]); }
+  PointCloud cloud(std::size_t i) const override { return all_.cloud(chosen_[i]); }
+  ObjectPicture picture(std::size_t i) const override { return all_.picture(chosen_[i]); }
+
+ private:
+  const ObjectViews& all_;
+  std::vector<std::size_t> chosen_;
+};
+
+/// Rows of a recording by the names of their frames.
+std::unordered_map<std::string, std::size_t> rowsOf(const Recording& words) {
+  std::unordered_map<std::string, std::size_t> rowOf;
+  for (std::size_t i = 0; i < words.frames.size(); ++i) rowOf.emplace(words.frames[i].name, i);
+  return rowOf;
+}
+
+void append(DescriptorMatrix& rows, const DescriptorMatrix& more) {
+  for (std::size_t i = 0; i < more.size(); ++i) rows.append(more.row(i));
+}
+
+Features noShapes(const ShapeOptions& options) {
+  Features none{shapeParts(options), {}, DescriptorMatrix(0)};
+  std::size_t columns = 0;
+  for (const DescriptorPart& part : none.parts) columns += part.size();
+  none.values = DescriptorMatrix(columns);
+  return none;
+}
+
+class Gathering {
+ public:
+  Gathering(const Study& study, const TrainingOptions& options, bool labelled)
+      : study_(study), options_(options), labelled_(labelled) {}
+
+  void add(const LabelledViews& source, std::size_t number, Progress& progress,
+           std::vector<std::string>* problems) {
+    const auto rowOf = labelled_ ? rowsOf(*source.words) : std::unordered_map<std::string, std::size_t>();
+    const Chosen chosen(*source.views, choose(*source.views, rowOf));
+    if (chosen.size() == 0) return;
+    const Features shapes = shapesOf(chosen, options_.shape, progress, problems);
+    Features& all = gathered_.training.shapes;
+    append(all.values, shapes.values);
+    all.frames.insert(all.frames.end(), shapes.frames.begin(), shapes.frames.end());
+    DescriptorMatrix said(labelled_ ? source.words->vocabulary.size() : 0);
+    for (std::size_t i = 0, row = 0; row < shapes.frames.size(); ++i) {  // those that could be described
+      const ObjectView& view = chosen.view(i);
+      if (view.name != shapes.frames[row].name) continue;
+      ++row;
+      gathered_.training.instances.push_back(instanceOf(number, view));
+      truths_.push_back(study_.wordOf(view.category));
+      if (labelled_) said.append(source.words->descriptors.row(rowOf.at(view.name)));
+    }
+    if (!labelled_) return;
+    const WordShares shares = restrictTo(study_, source.words->vocabulary, said);
+    append(shares_.shares, shares.shares);
+    shares_.mass.insert(shares_.mass.end(), shares.mass.begin(), shares.mass.end());
+  }
+
+  GatheredTraining finish(const std::string& labeler, Progress& progress) {
+    ObjectTraining& training = gathered_.training;
+    if (training.instances.empty())
+      throw Error(
+          fmt::format("there is nothing to learn from: {} flat views and {} cut by the border were "
+                      "left out, {} have no words or a category that is no word of the study",
+                      gathered_.flat, gathered_.atBorder, gathered_.without));
+    training.words = labelled_ ? namesBy(labeler, progress) : truths_;
+    gathered_.mass = 1;
+    if (labelled_) {
+      double sum = 0;
+      for (const float mass : shares_.mass) sum += mass;
+      gathered_.mass = sum / static_cast<double>(shares_.mass.size());
+    }
+    count();
+    return std::move(gathered_);
+  }
+
+ private:
+  std::vector<std::size_t> choose(const ObjectViews& views,
+                                  const std::unordered_map<std::string, std::size_t>& rowOf) {
+    std::vector<std::size_t> chosen;
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      const ObjectView& view = views.view(i);
+      if (!options_.split.empty() && view.split != options_.split) continue;
+      if (!options_.all && (view.flat || view.atBorder)) {
+        ++(view.flat ? gathered_.flat : gathered_.atBorder);
+        continue;
+      }
+      if (labelled_ ? !rowOf.contains(view.name) : study_.wordOf(view.category) < 0) {
+        ++gathered_.without;
+        continue;
+      }
+      chosen.push_back(i);
+    }
+    return chosen;
+  }
+
+  int instanceOf(std::size_t source, const ObjectView& view) {
+    const auto next = static_cast<int>(instances_.size());
+    return instances_.try_emplace({source, view.category, view.instance}, next).first->second;
+  }
+
+  std::vector<int> namesBy(const std::string& labeler, Progress& progress) {
+    ObjectTraining& training = gathered_.training;
+    training.labeler = labeler;
+    WordShares shares = withoutStrangers();
+    if (options_.correct) {
+      training.prior = priorOf(shares);
+      shares = corrected(shares, training.prior);
+    }
+    return nameSamples(options_.naming, shares, training.instances, training.shapes, options_.classifier,
+                       progress);
+  }
+
+  /// Nothing is said of things that the labeler takes for something else than the study's words.
+  WordShares withoutStrangers() const {
+    std::vector<double> sums(instances_.size(), 0), counts(instances_.size(), 0);
+    const auto& instances = gathered_.training.instances;
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+      sums[static_cast<std::size_t>(instances[i])] += shares_.mass[i];
+      ++counts[static_cast<std::size_t>(instances[i])];
+    }
+    WordShares known{DescriptorMatrix(shares_.shares.labels()), shares_.mass};
+    const std::vector<float> nothing(shares_.shares.labels(), 0);
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+      const auto instance = static_cast<std::size_t>(instances[i]);
+      known.shares.append(sums[instance] < options_.leastMass * counts[instance] ? DescriptorView(nothing)
+                                                                                 : shares_.shares.row(i));
+    }
+    return known;
+  }
+
+  void count() {
+    const std::size_t words = study_.words.size();
+    const ObjectTraining& training = gathered_.training;
+    gathered_.samples.assign(words, 0);
+    std::vector<std::set<int>> instances(words);
+    for (std::size_t i = 0; i < training.words.size(); ++i) {
+      if (training.words[i] < 0) {
+        ++gathered_.unnamed;
+        continue;
+      }
+      const auto word = static_cast<std::size_t>(training.words[i]);
+      ++gathered_.samples[word];
+      instances[word].insert(training.instances[i]);
+      gathered_.checked += truths_[i] >= 0 ? 1 : 0;
+      gathered_.right += truths_[i] == training.words[i] ? 1 : 0;
+    }
+    for (const auto& of : instances) gathered_.instances.push_back(of.size());
+  }
+
+  const Study& study_;
+  const TrainingOptions& options_;
+  bool labelled_;
+  GatheredTraining gathered_{{study_, options_.shape, noShapes(options_.shape), {}, {}, "", {}}, {}, {}};
+  WordShares shares_{DescriptorMatrix(study_.words.size()), {}};
+  std::vector<int> truths_;
+  std::map<std::tuple<std::size_t, std::string, std::string>, int> instances_;
+};
+
+}  // namespace
+
+GatheredTraining gatherTraining(std::span<const LabelledViews> sources, const Study& study,
+                                const TrainingOptions& options, Progress& progress,
+                                std::vector<std::string>* problems) {
+  if (!(options.leastMass >= 0 && options.leastMass <= 1))
+    throw Error(fmt::format("a least mass of {} is none; it is a share, 0 to 1", options.leastMass));
+  const bool labelled = !sources.empty() && sources.front().words.has_value();
+  const std::string labeler = labelled ? sources.front().words->model : "";
+  for (const LabelledViews& source : sources) {
+    if (source.words.has_value() != labelled)
+      throw Error(fmt::format("{} has words and {} has none; label both, or learn the true names of both",
+                              (labelled ? sources.front() : source).views->name(),
+                              (labelled ? source : sources.front()).views->name()));
+    if (labelled && source.words->model != labeler)
+      throw Error(fmt::format("{} was labelled by {}, but {} by {}; label both by one", source.views->name(),
+                              source.words->model, sources.front().views->name(), labeler));
+  }
+  Gathering gathering(study, options, labelled);
+  for (std::size_t i = 0; i < sources.size(); ++i) gathering.add(sources[i], i, progress, problems);
+  return gathering.finish(labeler, progress);
+}
+
+std::vector<std::string> categoriesOf(std::span<const LabelledViews> sources) {
+  std::set<std::string> categories;
+  for (const LabelledViews& source : sources)
+    for (std::size_t i = 0; i < source.views->size(); ++i) categories.insert(source.views->view(i).category);
+  categories.erase("");
+  return {categories.begin(), categories.end()};
+}
+
+}  // namespace estancia

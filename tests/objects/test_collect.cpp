@@ -1,0 +1,214 @@
+// A sequence becomes a folder of samples.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <limits>
+#include <map>
+#include <opencv2/core.hpp>
+#include <set>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/object_samples.hpp"
+#include "estancia/objects/clustered_frame.hpp"
+#include "estancia/objects/collect.hpp"
+#include "support/support.hpp"
+#include "support/table_scene.hpp"
+
+namespace estancia::test {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+const cv::Vec3b red{0, 0, 255}, blue{255, 0, 0};
+
+TableSequence twoThings(const std::vector<double>& degrees = {0, 20, 40, 60, 80}) {
+  return {{ballAt(0.1, 0.12, 0.06, red), boxAt(-0.05, -0.12, {0.05, 0.04, 0.07}, blue)}, degrees};
+}
+
+class Collect : public testing::Test {
+ protected:
+  Collected collect(const Sequence& sequence, const CollectOptions& options = {}) {
+    Progress silent;
+    problems_.clear();
+    return collectObjects(sequence, folder_, options, silent, &problems_);
+  }
+  std::vector<ObjectSample> samples() const { return readObjectSamples(folder_); }
+
+  ScratchFolder scratch_;
+  const fs::path folder_ = scratch_ / "things";
+  std::vector<std::string> problems_;
+};
+
+/// The colour that the middle of a sample's box has.
+cv::Vec3b middleOf(const ObjectPicture& picture) {
+  return picture.image.at<cv::Vec3b>(picture.box.y + picture.box.height / 2,
+                                     picture.box.x + picture.box.width / 2);
+}
+
+TEST_F(Collect, ViewsOfAThingStayOneInstanceAllAround) {
+  const Collected c = collect(twoThings());
+  EXPECT_EQ(c.frames, 5U);
+  EXPECT_EQ(c.samples, 10U);
+  EXPECT_EQ(c.instances, 2U);
+  EXPECT_THAT(problems_, IsEmpty());
+  const auto views = openObjectViews(folder_);
+  ASSERT_EQ(views->size(), 10U);
+  std::map<std::string, std::set<std::string>> framesOf;
+  for (std::size_t i = 0; i < views->size(); ++i) {
+    const ObjectView& view = views->view(i);
+    framesOf[view.instance].insert(view.frame);
+    const ObjectPicture picture = views->picture(i);
+    EXPECT_EQ(picture.image.cols, picture.image.rows);
+    const PointCloud cloud = views->cloud(i);
+    const cv::Vec3b colour = middleOf(picture);
+    ASSERT_THAT(cloud.colours, SizeIs(cloud.points.size()));
+    EXPECT_EQ(cloud.colours[cloud.colours.size() / 2], colour);
+    EXPECT_TRUE(colour == red || colour == blue) << view.name;
+  }
+  EXPECT_THAT(framesOf, SizeIs(2));
+  for (const auto& [instance, frames] : framesOf) EXPECT_THAT(frames, SizeIs(5)) << instance;
+}
+
+TEST_F(Collect, OnlySoManyFramesAndViews) {
+  const Collected c = collect(twoThings(), {.every = 2, .views = 2});
+  EXPECT_EQ(c.frames, 3U);
+  EXPECT_EQ(c.samples, 4U);
+  EXPECT_EQ(c.full, 2U);
+  EXPECT_THAT(errorOf([&] { collect(twoThings(), {.every = 0}); }), HasSubstr("not 0"));
+}
+
+TEST_F(Collect, AFrameWithoutDepthIsToldAndLeftOut) {
+  TableSequence sequence = twoThings();
+  sequence.loseDepth(1);
+  const Collected c = collect(sequence);
+  EXPECT_EQ(c.unread, 1U);
+  EXPECT_EQ(c.samples, 8U);
+  EXPECT_THAT(problems_, ElementsAre(HasSubstr("0001.png")));
+  for (std::size_t i = 0; i < sequence.size(); ++i) sequence.loseDepth(i);
+  clearObjectSamples(folder_);
+  EXPECT_THAT(errorOf([&] { collect(sequence); }), HasSubstr("none of the 5 frames"));
+}
+
+TEST_F(Collect, WithoutATableThingsAreFoundAndTheFramesCounted) {
+  const Collected c = collect(TableSequence({ballAt(0, 0, 0.06, red)}, {0, 10}, false));
+  EXPECT_EQ(c.withoutPlane, 2U);
+  EXPECT_EQ(c.samples, 2U);
+}
+
+TEST_F(Collect, NothingOnTheTableIsNoError) {
+  const Collected c = collect(TableSequence({}, {0, 10}));
+  EXPECT_EQ(c.withoutCluster, 2U);
+  EXPECT_EQ(c.samples, 0U);
+  EXPECT_THAT(samples(), IsEmpty());
+}
+
+TEST_F(Collect, AHugeThingIsCounted) {
+  const Collected c = collect(TableSequence({ballAt(0, 0, 0.35, red)}, {0}, false));
+  EXPECT_EQ(c.huge, 1U);
+}
+
+TEST_F(Collect, WhatTheBorderCutsIsMarked) {
+  const Collected c =
+      collect(TableSequence({boxAt(-0.1, 0.55, {0.1, 0.1, 0.1}, red), ballAt(0, 0, 0.06, blue)}, {0}));
+  ASSERT_EQ(c.samples, 2U);
+  EXPECT_EQ(c.atBorder, 1U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto views = openObjectViews(folder_);
+    EXPECT_EQ(views->view(i).atBorder, middleOf(views->picture(i)) == red);
+  }
+}
+
+TEST_F(Collect, WhatIsThereIsNotReplaced) {
+  writeFile(folder_ / "notes.txt", "mine");
+  EXPECT_THAT(errorOf([&] { collect(twoThings()); }), HasSubstr("is there already"));
+  EXPECT_THAT(errorOf([&] { clearObjectSamples(folder_); }), HasSubstr("samples.csv"));
+  fs::remove_all(folder_);
+  collect(twoThings({0}));
+  writeFile(folder_ / "kitchen.objects", "mine");
+  EXPECT_THAT(errorOf([&] { clearObjectSamples(folder_); }), HasSubstr("kitchen.objects"));
+  EXPECT_THAT(samples(), SizeIs(2)) << "nothing is deleted then";
+  fs::remove(folder_ / "kitchen.objects");
+  writeFile(wordsOf(folder_), "words");
+  clearObjectSamples(folder_);
+  EXPECT_TRUE(fs::is_empty(folder_));
+  EXPECT_EQ(collect(twoThings({0})).samples, 2U);
+}
+
+/// Asks to stop while the third frame is read.
+class Stopped : public TableSequence {
+ public:
+  using TableSequence::TableSequence;
+  cv::Mat depth(std::size_t i) const override {
+    if (i == 2) std::raise(SIGINT);
+    return TableSequence::depth(i);
+  }
+};
+
+TEST_F(Collect, AnInterruptedRunKeepsWhatItHas) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        catchInterrupts();
+        const Stopped sequence({ballAt(0, 0, 0.06, red)}, {0, 5, 10, 15, 20});
+        const std::string said = errorOf([&] { collect(sequence); });
+        std::fprintf(stderr, "%s; %zu listed", said.c_str(), samples().size());
+        std::_Exit(0);
+      },
+      testing::ExitedWithCode(0), "stopped after 3 of 5 frames; the 3 samples of 1 things so far.*3 listed");
+}
+
+TEST_F(Collect, SequencesWithoutDepthOrCameraAreRefused) {
+  TableSequence sequence = twoThings({0});
+  sequence.loseCamera();
+  EXPECT_THAT(errorOf([&] { collect(sequence); }), AllOf(HasSubstr("table"), HasSubstr("--intrinsics")));
+  sequence.loseAllDepth();
+  EXPECT_THAT(errorOf([&] { collect(sequence); }), HasSubstr("no depth"));
+  EXPECT_FALSE(fs::exists(folder_));
+}
+
+TEST(ClusteredFrame, ImageAndDepthMayDifferInSize) {
+  const TableSequence sequence = twoThings({0});
+  cv::Mat twice(480, 640, CV_8UC3);
+  for (int v = 0; v < 480; ++v)
+    for (int u = 0; u < 640; ++u) twice.at<cv::Vec3b>(v, u) = sequence.image(0).at<cv::Vec3b>(v / 2, u / 2);
+  const auto small = clusteredFrame(sequence.image(0), sequence.depth(0), *sequence.intrinsics());
+  const auto large = clusteredFrame(twice, sequence.depth(0), *sequence.intrinsics());
+  ASSERT_EQ(small.clusters.clusters.size(), 2U);
+  ASSERT_EQ(large.clusters.clusters.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(boxOf(large, i).width, 2 * boxOf(small, i).width);
+    EXPECT_EQ(boxOf(large, i).y, 2 * boxOf(small, i).y);
+    EXPECT_EQ(cloudOf(large, i).colours, cloudOf(small, i).colours);
+  }
+}
+
+TEST(ClusteredFrame, HolesInDepthAreNoPoints) {
+  const TableSequence sequence = twoThings({0});
+  cv::Mat depth = sequence.depth(0).clone();
+  for (int v = 0; v < depth.rows; ++v)
+    for (int u = v % 5; u < depth.cols; u += 20)
+      depth.at<float>(v, u) = u % 2 == 0 ? 0 : std::numeric_limits<float>::quiet_NaN();
+  const auto frame = clusteredFrame(sequence.image(0), depth, *sequence.intrinsics());
+  ASSERT_EQ(frame.clusters.clusters.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_GT(cloudOf(frame, i).points.size(), 300U);
+    for (const cv::Point3f& p : cloudOf(frame, i).points) EXPECT_TRUE(isFinite(p) && p.z > 0.5F);
+  }
+}
+
+TEST(ClusteredFrame, RefusesGreyPictures) {
+  EXPECT_THAT(errorOf([] {
+                clusteredFrame(cv::Mat(240, 320, CV_8U), cv::Mat(240, 320, CV_32F, cv::Scalar(1)),
+                               {320, 240, 262.5, 262.5, 159.5, 119.5});
+              }),
+              HasSubstr("BGR"));
+}
+
+}  // namespace
+}  // namespace estancia::test

@@ -1,0 +1,226 @@
+// What things are: by picture, by shape, and over time.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+
+#include "estancia/io/object_views.hpp"
+#include "estancia/label/record.hpp"
+#include "estancia/objects/collect.hpp"
+#include "estancia/objects/patches.hpp"
+#include "estancia/objects/predict.hpp"
+#include "estancia/objects/training.hpp"
+#include "support/support.hpp"
+#include "support/table_scene.hpp"
+
+namespace estancia::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+const cv::Vec3b red{0, 0, 255}, blue{255, 0, 0};
+
+/// Says "ball" of red pictures, "box" of blue ones, "nothing" of those that are neither.
+class Colours : public Labeler {
+ public:
+  explicit Colours(std::size_t batch = 3) : batch_(batch) {}
+  const Vocabulary& vocabulary() const override { return words_; }
+  std::string identity() const override { return "colours"; }
+  Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override {
+    if (broken) throw FrameError("the picture is broken");
+    return {bgr, frame, {}};
+  }
+  LexicalDescriptor infer(const Prepared& prepared) override {
+    const cv::Scalar mean = cv::mean(prepared.input);
+    const double difference = mean[2] - mean[0];
+    if (std::abs(difference) < 10) return {0, 0, 1};
+    const float p = bias;
+    return difference > 0 ? LexicalDescriptor{p, 0.9F - p, 0.1F} : LexicalDescriptor{0.9F - p, p, 0.1F};
+  }
+  std::size_t batchSize() const override { return batch_; }
+
+  bool broken = false;
+  float bias = 0.7F;
+
+ private:
+  std::size_t batch_;
+  Vocabulary words_{{"ball", "box", "nothing"}};
+};
+
+Study ballsAndBoxes() {
+  return Study::ofCategories({"ball", "box"});
+}
+
+/// Three balls and three boxes, no two alike.
+std::vector<Solid> things(const cv::Vec3b& ofBalls = red, const cv::Vec3b& ofBoxes = blue) {
+  return {ballAt(0.2, 0.2, 0.05, ofBalls),
+          ballAt(0.0, 0.2, 0.06, ofBalls),
+          ballAt(-0.2, 0.2, 0.07, ofBalls),
+          boxAt(0.2, -0.15, {0.05, 0.04, 0.06}, ofBoxes),
+          boxAt(0.0, -0.15, {0.04, 0.06, 0.05}, ofBoxes),
+          boxAt(-0.2, -0.15, {0.05, 0.05, 0.07}, ofBoxes)};
+}
+
+class Predicting : public testing::Test {
+ protected:
+  /// Collected, labelled by colour, and learned.
+  static ObjectModel learned(const TrainingOptions& given = {}) {
+    const ScratchFolder scratch;
+    Progress silent;
+    const auto folder = scratch / "things";
+    collectObjects(TableSequence(things(), {0, 15, 30, 45}), folder, {}, silent);
+    const auto views = openObjectViews(folder);
+    Colours labeler;
+    const auto patches = patchesOf(*views);
+    LabelledViews labelled{views.get(), labelAll(*patches, labeler, "", nullptr, silent)};
+    TrainingOptions options = given;
+    options.classifier.type = "svm-linear";
+    options.all = true;
+    const auto gathered = gatherTraining({&labelled, 1}, ballsAndBoxes(), options, silent);
+    EXPECT_GE(gathered.samples[0], 10U);
+    EXPECT_GE(gathered.samples[1], 10U);
+    return ObjectModel::train(gathered.training, options.classifier, silent);
+  }
+  static const ObjectModel& model() {
+    static const ObjectModel once = learned();
+    return once;
+  }
+  static std::vector<PredictedObject> predict(ObjectPredictor& predictor, const TableSequence& sequence,
+                                              std::size_t frame = 0) {
+    return predictor.predict(
+        clusteredFrame(sequence.image(frame), sequence.depth(frame), *sequence.intrinsics()),
+        sequence.frame(frame).pose);
+  }
+};
+
+TEST_F(Predicting, PicturesAndShapesAgreeOnWhatIsSeen) {
+  Colours labeler;
+  ObjectPredictor predictor(model(), &labeler);
+  EXPECT_TRUE(predictor.corrects());
+  const TableSequence sequence({ballAt(0.1, 0.15, 0.055, red), boxAt(0, -0.1, {0.05, 0.05, 0.06}, blue)},
+                               {60});
+  const auto objects = predict(predictor, sequence);
+  ASSERT_THAT(objects, SizeIs(2));
+  for (const PredictedObject& object : objects) {
+    EXPECT_EQ(object.problem, "");
+    EXPECT_NEAR(object.mass, 0.9, 1e-6);
+    ASSERT_THAT(object.seen, SizeIs(2));
+    ASSERT_THAT(object.shape, SizeIs(2));
+    const bool ball = sequence.image(0).at<cv::Vec3b>(object.box.y + object.box.height / 2,
+                                                      object.box.x + object.box.width / 2) == red;
+    EXPECT_EQ(object.belief.word, ball ? 0 : 1) << object.belief.why;
+    EXPECT_EQ(object.belief.source, ObjectBelief::Source::both) << object.belief.why;
+  }
+}
+
+TEST_F(Predicting, InTheDarkTheShapeIsBelieved) {
+  Colours labeler;
+  ObjectPredictor predictor(model(), &labeler);
+  TableSequence sequence({ballAt(0, 0, 0.055, red)}, {60});
+  sequence.dim(0.02);
+  const auto objects = predict(predictor, sequence);
+  ASSERT_THAT(objects, SizeIs(1));
+  EXPECT_EQ(objects[0].belief.source, ObjectBelief::Source::shape) << objects[0].belief.why;
+  EXPECT_EQ(objects[0].belief.word, 0);
+  EXPECT_THAT(objects[0].belief.why, HasSubstr("dark"));
+}
+
+TEST_F(Predicting, WhoAsksNoLabelerGoesByTheShape) {
+  ObjectPredictor predictor(model(), nullptr);
+  const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, blue)}, {60}});
+  ASSERT_THAT(objects, SizeIs(1));
+  EXPECT_THAT(objects[0].seen, IsEmpty());
+  EXPECT_EQ(objects[0].belief.source, ObjectBelief::Source::shape);
+  EXPECT_EQ(objects[0].belief.word, 0);
+  EXPECT_THAT(objects[0].belief.why, HasSubstr("no picture was asked"));
+}
+
+TEST_F(Predicting, AColourThatLiesLosesToALabelerThatKnowsNothing) {
+  Colours labeler;
+  ObjectPredictor predictor(model(), &labeler);
+  const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, {200, 200, 200})}, {60}});
+  ASSERT_THAT(objects, SizeIs(1));
+  EXPECT_THAT(objects[0].seen, IsEmpty()) << "all of its answer is about other words";
+  EXPECT_THAT(objects[0].belief.why, HasSubstr("nothing of the study's words"));
+  EXPECT_EQ(objects[0].belief.word, 0);
+}
+
+TEST_F(Predicting, ViewsOfAThingArePooled) {
+  Colours labeler;
+  ObjectPredictor predictor(model(), &labeler);
+  const TableSequence sequence({ballAt(0, 0, 0.055, red)}, {0, 10, 20});
+  for (std::size_t i = 0; i < 3; ++i) {
+    labeler.bias = i == 1 ? 0.3F : 0.8F;  // once it is wrong, by little
+    const auto objects = predict(predictor, sequence, i);
+    ASSERT_THAT(objects, SizeIs(1));
+    EXPECT_EQ(objects[0].thing, 0U);
+    EXPECT_EQ(objects[0].views, i + 1);
+    EXPECT_EQ(objects[0].belief.word, 0) << i;
+    if (i == 1) {
+      EXPECT_LT(objects[0].seen[0], objects[0].seen[1]);
+    }
+  }
+}
+
+TEST_F(Predicting, ABrokenPictureLeavesTheShape) {
+  Colours labeler;
+  labeler.broken = true;
+  ObjectPredictor predictor(model(), &labeler);
+  const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, red)}, {60}});
+  ASSERT_THAT(objects, SizeIs(1));
+  EXPECT_EQ(objects[0].problem, "the picture is broken");
+  EXPECT_EQ(objects[0].belief.word, 0);
+}
+
+TEST_F(Predicting, BatchesAndThreadsDoNotMatter) {
+  const TableSequence sequence(things(), {60});
+  std::vector<PredictedObject> expected;
+  for (const auto& [batch, threads] : {std::pair(1, 1), std::pair(4, 3), std::pair(100, 2)}) {
+    Colours labeler(static_cast<std::size_t>(batch));
+    ObjectPredictor predictor(model(), &labeler, {.threads = threads});
+    const auto objects = predict(predictor, sequence);
+    if (expected.empty()) expected = objects;
+    ASSERT_EQ(objects.size(), expected.size());
+    EXPECT_GE(objects.size(), 5U);
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      EXPECT_EQ(objects[i].seen, expected[i].seen);
+      EXPECT_EQ(objects[i].shape, expected[i].shape);
+      EXPECT_EQ(objects[i].belief.why, expected[i].belief.why);
+    }
+  }
+}
+
+TEST_F(Predicting, NothingIsThere) {
+  Colours labeler;
+  ObjectPredictor predictor(model(), &labeler);
+  EXPECT_THAT(predict(predictor, {std::vector<Solid>{}, {0}}), IsEmpty());
+}
+
+TEST_F(Predicting, AnotherLabelerIsNotCorrected) {
+  class Other : public Colours {
+    std::string identity() const override { return "another"; }
+  } other;
+  EXPECT_FALSE(ObjectPredictor(model(), &other).corrects());
+  EXPECT_FALSE(ObjectPredictor(model(), nullptr).corrects());
+  TrainingOptions plain;
+  plain.correct = false;
+  Colours same;
+  EXPECT_FALSE(ObjectPredictor(learned(plain), &same).corrects());
+}
+
+TEST_F(Predicting, LabelersWithoutTheWordsAreRefused) {
+  class Birds : public Colours {
+    const Vocabulary& vocabulary() const override { return words_; }
+    Vocabulary words_{{"robin", "wren"}};
+  } birds;
+  EXPECT_THAT(errorOf([&] { ObjectPredictor(model(), &birds); }), HasSubstr("none of the study's words"));
+  class Discovering : public Colours {
+    bool discovers() const override { return true; }
+  } discovering;
+  EXPECT_THAT(errorOf([&] { ObjectPredictor(model(), &discovering); }), HasSubstr("discovers"));
+}
+
+}  // namespace
+}  // namespace estancia::test

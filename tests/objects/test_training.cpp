@@ -1,0 +1,181 @@
+// Views and words become what a model is learned from.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estancia/objects/training.hpp"
+#include "support/support.hpp"
+
+namespace estancia::test {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Each;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
+
+/// Rods of different lengths; those of fewer than two points cannot be described.
+class MadeUpViews : public ObjectViews {
+ public:
+  explicit MadeUpViews(std::vector<ObjectView> views, std::size_t points = 50)
+      : views_(std::move(views)), points_(points) {}
+  std::string name() const override { return "made up"; }
+  std::size_t size() const override { return views_.size(); }
+  const ObjectView& view(std::size_t i) const override { return views_[i]; }
+  PointCloud cloud(std::size_t i) const override {
+    PointCloud cloud;
+    const std::size_t points = views_[i].name == "broken" ? 0 : points_;
+    for (std::size_t k = 0; k < points; ++k)
+      cloud.points.emplace_back(0.01F * static_cast<float>(k), 0.02F * static_cast<float>((i + 1) * (k % 3)),
+                                1);
+    cloud.width = points;
+    cloud.height = 1;
+    return cloud;
+  }
+  ObjectPicture picture(std::size_t /*i*/) const override { return {}; }
+
+ private:
+  std::vector<ObjectView> views_;
+  std::size_t points_;
+};
+
+ObjectView view(const std::string& name, const std::string& instance, const std::string& category = "") {
+  return {name, instance, category, "", "", false, false};
+}
+
+/// The answers of a labeler that knows three words, for the views that are named.
+Recording said(const std::vector<std::pair<std::string, std::vector<float>>>& answers,
+               const std::string& model = "labeler 1") {
+  Recording words{Vocabulary({"coffee mug", "bottle", "wall"}), model, {}, DescriptorMatrix(3)};
+  for (const auto& [name, row] : answers) {
+    words.frames.push_back({name, {}, {}, ""});
+    words.descriptors.append(row);
+  }
+  return words;
+}
+
+const Study study{{{"mug", {"coffee mug"}, {"mug", "cup"}}, {"bottle", {"bottle"}, {"bottle"}}}};
+
+class Training : public testing::Test {
+ protected:
+  GatheredTraining gather(std::vector<LabelledViews> sources, TrainingOptions options = {},
+                          const Study& of = study) {
+    Progress silent;
+    problems_.clear();
+    options.shape.samples = 100;
+    return gatherTraining(sources, of, options, silent, &problems_);
+  }
+  std::vector<std::string> problems_;
+};
+
+TEST_F(Training, NamesComeFromWhatIsSaidOfAThingAltogether) {
+  const MadeUpViews views({view("a", "1"), view("b", "1"), view("c", "1"), view("d", "2"), view("e", "2")});
+  const auto words = said({{"a", {.8F, .1F, .1F}},
+                           {"b", {.8F, .1F, .1F}},
+                           {"c", {.2F, .3F, .5F}},
+                           {"d", {.1F, .6F, .3F}},
+                           {"e", {0, 0, 1}}});
+  TrainingOptions options{.naming = Naming::voted, .correct = false};
+  const GatheredTraining voted = gather({{&views, words}}, options);
+  EXPECT_THAT(voted.training.words, ElementsAre(0, 0, 0, 1, 1));
+  EXPECT_THAT(voted.training.instances, ElementsAre(0, 0, 0, 1, 1));
+  EXPECT_THAT(voted.samples, ElementsAre(3, 2));
+  EXPECT_THAT(voted.instances, ElementsAre(1, 1));
+  EXPECT_EQ(voted.training.labeler, "labeler 1");
+  EXPECT_THAT(voted.training.prior, IsEmpty());
+  EXPECT_NEAR(voted.mass, (.9 + .9 + .5 + .7 + 0) / 5, 1e-6);
+  options.naming = Naming::top;
+  const GatheredTraining top = gather({{&views, words}}, options);
+  EXPECT_THAT(top.training.words, ElementsAre(0, 0, 1, 1, -1));
+  EXPECT_EQ(top.unnamed, 1U);
+  EXPECT_THAT(gather({{&views, words}}).training.prior, SizeIs(2)) << "corrected unless told otherwise";
+}
+
+TEST_F(Training, ThingsThatAreSomethingElseGetNoName) {
+  const MadeUpViews views({view("a", "1"), view("b", "1"), view("c", "2")});
+  const auto words = said({{"a", {.3F, 0, .7F}}, {"b", {.1F, 0, .9F}}, {"c", {0, .1F, .9F}}});
+  const auto gathered = gather({{&views, words}}, {.naming = Naming::top, .leastMass = 0.15});
+  EXPECT_THAT(gathered.training.words, ElementsAre(0, 0, -1)) << "of thing 1 the mean is 0.2";
+  EXPECT_THAT(errorOf([&] { gather({{&views, words}}, {.leastMass = 2}); }), HasSubstr("mass of 2"));
+}
+
+TEST_F(Training, FlatOnesAndThoseAtTheBorderAreLeftOut) {
+  std::vector<ObjectView> list{view("a", "1"), view("b", "2"), view("c", "3")};
+  list[0].flat = true;
+  list[1].atBorder = true;
+  const MadeUpViews views(list);
+  const auto words = said({{"a", {1, 0, 0}}, {"b", {1, 0, 0}}, {"c", {1, 0, 0}}});
+  const auto some = gather({{&views, words}});
+  EXPECT_THAT(some.training.words, ElementsAre(0));
+  EXPECT_EQ(some.flat, 1U);
+  EXPECT_EQ(some.atBorder, 1U);
+  EXPECT_THAT(gather({{&views, words}}, {.all = true}).training.words, SizeIs(3));
+}
+
+TEST_F(Training, ViewsWithoutWordsOrShapeAreLeftOut) {
+  const MadeUpViews views({view("a", "1"), view("broken", "1"), view("c", "2"), view("d", "2")});
+  const auto gathered = gather({{&views, said({{"a", {1, 0, 0}}, {"broken", {1, 0, 0}}, {"d", {0, 1, 0}}})}});
+  EXPECT_EQ(gathered.without, 1U);
+  EXPECT_THAT(problems_, ElementsAre(HasSubstr("broken")));
+  EXPECT_THAT(gathered.training.words, ElementsAre(0, 1)) << "the answers stay with their views";
+  EXPECT_EQ(gathered.training.shapes.frames[1].name, "d");
+}
+
+TEST_F(Training, TrueCategoriesAreNames) {
+  const MadeUpViews views({view("a", "1", "cup"), view("b", "2", "bottle"), view("c", "3", "table")});
+  const auto gathered = gather({{&views, {}}});
+  EXPECT_THAT(gathered.training.words, ElementsAre(0, 1));
+  EXPECT_EQ(gathered.without, 1U);
+  EXPECT_EQ(gathered.training.labeler, "");
+  EXPECT_THAT(categoriesOf(std::vector<LabelledViews>{{&views, {}}}), ElementsAre("bottle", "cup", "table"));
+}
+
+TEST_F(Training, NamesAreCheckedWhereTheTruthIsKnown) {
+  const MadeUpViews views({view("a", "1", "cup"), view("b", "2", "bottle"), view("c", "3")});
+  const auto gathered =
+      gather({{&views, said({{"a", {1, 0, 0}}, {"b", {1, 0, 0}}, {"c", {0, 1, 0}}})}}, {.correct = false});
+  EXPECT_EQ(gathered.checked, 2U);
+  EXPECT_EQ(gathered.right, 1U);
+}
+
+TEST_F(Training, InstancesOfDifferentFoldersAreDifferent) {
+  const MadeUpViews monday({view("a", "1")}), tuesday({view("a", "1")});
+  const auto words = said({{"a", {1, 0, 0}}});
+  EXPECT_THAT(gather({{&monday, words}, {&tuesday, words}}).training.instances, ElementsAre(0, 1));
+}
+
+TEST_F(Training, OnlyAPartOfTheData) {
+  std::vector<ObjectView> list{view("a", "1", "cup"), view("b", "2", "cup")};
+  list[1].split = "train";
+  const MadeUpViews views(list);
+  const auto gathered = gather({{&views, {}}}, {.split = "train"});
+  ASSERT_THAT(gathered.training.shapes.frames, SizeIs(1));
+  EXPECT_EQ(gathered.training.shapes.frames[0].name, "b");
+}
+
+TEST_F(Training, RefusesWhatCannotBeLearnedFrom) {
+  const MadeUpViews views({view("a", "1")});
+  const auto words = said({{"a", {1, 0, 0}}});
+  EXPECT_THAT(errorOf([&] {
+                gather({{&views, said({{"x", {1, 0, 0}}})}});
+              }),
+              AllOf(HasSubstr("nothing to learn from"), HasSubstr("1 have no words")));
+  EXPECT_THAT(errorOf([&] { gather({{&views, words}, {&views, {}}}); }), HasSubstr("label both"));
+  EXPECT_THAT(errorOf([&] {
+                gather({{&views, words}, {&views, said({{"a", {1, 0, 0}}}, "labeler 2")}});
+              }),
+              AllOf(HasSubstr("labeler 1"), HasSubstr("labeler 2")));
+  const Study birds{{{"robin", {"robin"}, {"robin"}}, {"wren", {"wren"}, {"wren"}}}};
+  EXPECT_THAT(errorOf([&] { gather({{&views, words}}, {}, birds); }), HasSubstr("none of the study's words"));
+}
+
+TEST_F(Training, NoConfidenceAnywhereIsNoName) {
+  const MadeUpViews views({view("a", "1"), view("b", "2")});
+  const auto gathered = gather({{&views, said({{"a", {0, 0, 1}}, {"b", {0, 0, 1}}})}});
+  EXPECT_THAT(gathered.training.words, Each(-1));
+  EXPECT_EQ(gathered.unnamed, 2U);
+}
+
+}  // namespace
+}  // namespace estancia::test

@@ -1,0 +1,12 @@
+// A network that names things by their colour.
+#pragma once
+
+#include <filesystem>
+
+namespace estancia::test {
+
+/// A model folder whose network says "word 0" of red pictures and "word 1" of blue ones; "word 2" and "word
+/// 3" are rare.
+void writeColourModel(const std::filesystem::path& folder);
+
+}  // namespace estancia::test
