@@ -31,6 +31,7 @@ auto each(const ConfigFile& config, std::vector<T>& to, const Read& read) {
 /// For each(): one of these names.
 inline auto oneOf(const ConfigFile& config, const std::vector<std::string>& names) {
   std::vector<std::pair<std::string, std::string>> choices;
+  choices.reserve(names.size());
   for (const std::string& name : names) choices.emplace_back(name, name);
   return [&config, choices](const toml::node& node) { return config.choice(node, choices); };
 }
@@ -38,6 +39,7 @@ inline auto oneOf(const ConfigFile& config, const std::vector<std::string>& name
 /// For each(): one of these names, which are explained.
 inline auto oneOf(const ConfigFile& config, const std::vector<std::pair<std::string, std::string>>& named) {
   std::vector<std::string> names;
+  names.reserve(named.size());
   for (const auto& [name, explanation] : named) names.push_back(name);
   return oneOf(config, names);
 }

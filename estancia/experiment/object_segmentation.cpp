@@ -91,7 +91,7 @@ SegmentedScene read(const ObjectScene& scene, const CellResults& results) {
 }
 
 Pictures show(const std::vector<ObjectScene>& files, const std::vector<SegmentedScene>& scenes,
-              std::vector<std::size_t> chosen, const Options& options, const std::string& title) {
+              const std::vector<std::size_t>& chosen, const Options& options, const std::string& title) {
   Pictures pictures{title, "The picture, its objects, and the clusters that were found.", {}, true};
   for (const std::size_t i : chosen) {
     const Scene scene(files[i], options);
@@ -160,6 +160,7 @@ Findings segmentObjects(const Options& options, Grid& grid, const ExperimentRun&
   std::vector<std::string> problems;
   const std::vector<ObjectScene> files = readObjectScenes(options.scenes, &problems);
   std::vector<Cell> cells;
+  cells.reserve(files.size());
   const CameraIntrinsics& camera = options.camera;
   for (const ObjectScene& file : files)
     cells.push_back(

@@ -107,6 +107,7 @@ std::vector<PixelSet> objectsOf(const cv::Mat& truth) {
   for (std::uint32_t i = 0; i < truth.total(); ++i)
     if (const int object = truth.ptr<int>()[i]; object != 0) objects[object].push_back(i);
   std::vector<PixelSet> all;
+  all.reserve(objects.size());
   for (auto& [object, pixels] : objects) all.push_back(std::move(pixels));
   return all;
 }

@@ -23,6 +23,7 @@ constexpr int methodVersion = 1;  // of what follows: cells of another one are c
 template <class T>
 std::vector<T> rowsOf(const std::vector<T>& all, const std::vector<std::size_t>& rows) {
   std::vector<T> some;
+  some.reserve(rows.size());
   for (const std::size_t row : rows) some.push_back(all[row]);
   return some;
 }

@@ -186,6 +186,7 @@ std::vector<int> thirdsOf(const std::vector<int>& things) {
   std::map<int, int> counts, seen;
   for (const int thing : things) ++counts[thing];
   std::vector<int> third;
+  third.reserve(things.size());
   for (const int thing : things) third.push_back(seen[thing]++ * thirds / counts[thing]);
   return third;
 }

@@ -73,7 +73,8 @@ class ObjectSplits : public testing::Test {
           sample.box = {2, 2, 12, 12};
           samples_.push_back(sample);
           writeCloud(cloudOf(folder, sample.view.name),
-                     shapeOf(kind, 1 + 0.1 * i, static_cast<std::uint64_t>(100 * i + v)));
+                     shapeOf(kind, 1 + 0.1 * i,
+                             100 * static_cast<std::uint64_t>(i) + static_cast<std::uint64_t>(v)));
           cv::imwrite(pictureOf(folder, sample.view.name), cv::Mat(16, 16, CV_8UC3, cv::Scalar(50, 90, 200)));
         }
     writeObjectSamples(folder, samples_);

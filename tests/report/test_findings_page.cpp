@@ -126,8 +126,8 @@ TEST(FindingsPage, DrawsAMatrixAsHeatBetweenItsOwnExtremes) {
   EXPECT_THAT(html, HasSubstr("background:#fde725;color:#000\" title=\"hall · lab: 1.00\">1.00<"));
   EXPECT_THAT(html, HasSubstr("<td class=\"unknown\">–</td>"));
   Findings large;
-  large.sections.emplace_back(
-      Matrix{"Heat", "", std::vector<std::string>(21, "x"), std::vector<double>(21 * 21, 0.5), 2});
+  large.sections.emplace_back(Matrix{"Heat", "", std::vector<std::string>(21, "x"),
+                                     std::vector<double>(std::size_t{21} * 21, 0.5), 2});
   EXPECT_EQ(count(renderFindingsPage(large), ">0.50</td>"), 0U) << "no room for numbers";
   EXPECT_EQ(count(renderFindingsPage(large), "x · x: 0.50"), 21U * 21U);
   large.sections = {Matrix{"Heat", "", {"a"}, {NAN}, 2}, Matrix{"Heat", "", {}, {}, 2}};
