@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
+#include <set>
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
@@ -35,16 +36,31 @@ struct Sources {
 
 Recording wordsFor(const Arguments& a, std::size_t source) {
   if (!a.labels.empty()) return readRecording(a.labels[source]);
-  const auto file = wordsOf(a.views[source]);
-  if (!isObjectSamples(a.views[source]) || !std::filesystem::exists(file))
+  const std::string& views = a.views[source];
+  if (!isObjectSamples(views))
     throw Error(fmt::format(
-        "{} has no words yet: run `estancia objects label {}`, or say where they are by --labels, or "
-        "learn the true names by --truth",
-        a.views[source], a.views[source]));
-  return readRecording(file);
+        "{} is no folder of `estancia objects collect`, which has words of its own: run `estancia "
+        "objects label {} -o NAME.labels`, then give --labels NAME.labels, or learn the true names "
+        "by --truth",
+        views, views));
+  if (!std::filesystem::exists(wordsOf(views)))
+    throw Error(fmt::format(
+        "{} has no words yet: run `estancia objects label {}`, or say where they are by --labels, "
+        "or learn the true names by --truth",
+        views, views));
+  return readRecording(wordsOf(views));
+}
+
+/// A thing that is there twice would be two instances, and stand on both sides of what is held out.
+void requireDifferent(const std::vector<std::string>& views) {
+  for (std::size_t i = 0; i < views.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (std::error_code none; std::filesystem::equivalent(views[i], views[j], none))
+        throw Error(fmt::format("{} and {} are the same views; give them once", views[j], views[i]));
 }
 
 Sources open(const Arguments& a) {
+  requireDifferent(a.views);
   if (!a.labels.empty() && a.labels.size() != a.views.size())
     throw Error(fmt::format("{} VIEWS need as many --labels, in the same order; there are {}", a.views.size(),
                             a.labels.size()));
@@ -72,6 +88,15 @@ Study studyOf(const Arguments& a, const Sources& sources) {
                     "them, or fill in the column `category` of samples.csv",
                     a.views.front()));
   return Study::ofCategories(categories);
+}
+
+/// Labels that are spelt as no labeler spells them are no error, as their word has others.
+void warnOfLabels(const Study& study, const Sources& sources) {
+  std::set<std::string> told;
+  for (const LabelledViews& labelled : sources.labelled)
+    if (labelled.words)
+      for (const std::string& sentence : unknownLabels(study, labelled.words->vocabulary))
+        if (told.insert(sentence).second) spdlog::warn("{}", sentence);
 }
 
 Json jsonOf(const Arguments& a, const GatheredTraining& g, const ObjectModel& model) {
@@ -125,12 +150,14 @@ void tell(const Arguments& a, const GatheredTraining& g, const ObjectModel& mode
 }
 
 void run(Arguments& a) {
+  if (a.output.empty()) throw Error("the model has no name; give -o one, such as kitchen.objects");
   requireReplaceable(a.output, a.overwrite, isObjectModel, "model of objects");
   const Sources sources = open(a);
   const Study study = studyOf(a, sources);
   a.options.naming = namingOf(a.naming);
   a.options.correct = a.prior == "uniform";
   a.options.shape.threads = a.options.classifier.threads;
+  warnOfLabels(study, sources);
   const auto progress = makeStderrProgress();
   std::vector<std::string> problems;
   const GatheredTraining gathered = gatherTraining(sources.labelled, study, a.options, *progress, &problems);
@@ -188,8 +215,9 @@ void addObjectsTrain(CLI::App& objects) {
                    "study's words: they are something else")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  command->add_flag("--truth", a->truth,
-                    "Learn the true categories of the views instead of a labeler's words");
+  CLI::Option* truth = command->add_flag(
+      "--truth", a->truth, "Learn the true categories of the views instead of a labeler's words");
+  for (const char* said : {"--names", "--prior", "--mass"}) truth->excludes(command->get_option(said));
   command
       ->add_option("--labels", a->labels,
                    "The words of each of VIEWS, in order; default: words.labels in the folder")

@@ -38,13 +38,14 @@ Study::Word readWord(ConfigFile& config, const std::string& name, const toml::no
   return word;
 }
 
-/// `a` is one of `words`: "a", or "a (b?)" with what there is that is spelt like it.
-std::string withSpellings(const Vocabulary& vocabulary, const Study::Word& word) {
+/// "NAME", or "NAME (is it A, B?)" with what there is that is spelt like one of these labels.
+std::string withSpellings(const Vocabulary& vocabulary, const std::string& name,
+                          const std::vector<std::string>& labels) {
   std::vector<std::string> near;
-  for (const std::string& label : word.labels)
+  for (const std::string& label : labels)
     for (const std::string& spelling : findNearSpellings(vocabulary, label))
       if (std::ranges::find(near, spelling) == near.end()) near.push_back(spelling);
-  return near.empty() ? word.name : fmt::format("{} (is it {}?)", word.name, fmt::join(near, ", "));
+  return near.empty() ? name : fmt::format("{} (is it {}?)", name, fmt::join(near, ", "));
 }
 
 /// The word of each label; noWord for most.
@@ -63,7 +64,7 @@ std::vector<std::size_t> wordsOfLabels(const Study& study, const Vocabulary& voc
         if (wordOf[label] != w) other = wordOf[label];
       }
     if (!known)
-      unknown.push_back(withSpellings(vocabulary, word));
+      unknown.push_back(withSpellings(vocabulary, word.name, word.labels));
     else if (!own)
       taken.push_back(fmt::format("{} (they count for {})", word.name, study.words[other].name));
   }
@@ -159,6 +160,20 @@ int Study::wordOf(const std::string& category) const {
     if (std::ranges::find(words[w].categories, category) != words[w].categories.end())
       return static_cast<int>(w);
   return -1;
+}
+
+std::vector<std::string> unknownLabels(const Study& study, const Vocabulary& vocabulary) {
+  std::vector<std::string> sentences;
+  for (const Study::Word& word : study.words) {
+    std::vector<std::string> unknown;
+    for (const std::string& label : word.labels)
+      if (findLabels(vocabulary, label).empty()) unknown.push_back(label);
+    if (unknown.size() == word.labels.size()) continue;  // Restriction refuses it
+    for (const std::string& label : unknown)
+      sentences.push_back(fmt::format("{}: the labeler has no label {}", word.name,
+                                      withSpellings(vocabulary, fmt::format("\"{}\"", label), {label})));
+  }
+  return sentences;
 }
 
 Restriction::Restriction(const Study& study, const Vocabulary& vocabulary)

@@ -42,6 +42,10 @@ struct WordShares {
   std::vector<float> mass;  ///< N; what the words had together of the labeler's whole answer, 0 … 1
 };
 
+/// A sentence for each label that the vocabulary has not, with its nearest spellings, of words that have
+/// others there: they are looked for by these alone.
+std::vector<std::string> unknownLabels(const Study& study, const Vocabulary& vocabulary);
+
 /// The labels of each word in the vocabulary of a labeler, found once for all that it will say.
 class Restriction {
  public:

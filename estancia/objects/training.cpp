@@ -1,15 +1,18 @@
 #include "estancia/objects/training.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 #include <tuple>
-#include <unordered_map>
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/label_words.hpp"
+#include "estancia/label/recorded.hpp"
 
 namespace estancia {
 namespace {
@@ -29,11 +32,35 @@ class Chosen : public ObjectViews {
   std::vector<std::size_t> chosen_;
 };
 
-/// Rows of a recording by the names of their frames.
-std::unordered_map<std::string, std::size_t> rowsOf(const Recording& words) {
-  std::unordered_map<std::string, std::size_t> rowOf;
-  for (std::size_t i = 0; i < words.frames.size(); ++i) rowOf.emplace(words.frames[i].name, i);
-  return rowOf;
+/// What a labeler said, found by the names of views, whatever the recording calls their pictures.
+class Answers {
+ public:
+  explicit Answers(const Recording& recording) : recording_(recording), labeler_(recording) {}
+
+  std::optional<LexicalDescriptor> of(const std::string& view) {
+    if (recording_.frames.empty()) return {};
+    try {
+      return labeler_.infer(labeler_.prepare({}, view));
+    } catch (const FrameError&) {
+      return {};
+    }
+  }
+
+ private:
+  const Recording& recording_;
+  RecordedLabeler labeler_;
+};
+
+void requireSplit(std::span<const LabelledViews> sources, const std::string& split) {
+  std::set<std::string> known;
+  for (const LabelledViews& source : sources)
+    for (std::size_t i = 0; i < source.views->size(); ++i) known.insert(source.views->view(i).split);
+  if (split.empty() || known.contains(split)) return;
+  known.erase("");
+  throw Error(
+      known.empty()
+          ? fmt::format("no view belongs to a split \"{}\": these views have no splits", split)
+          : fmt::format("no view belongs to a split \"{}\"; there are {}", split, fmt::join(known, ", ")));
 }
 
 void append(DescriptorMatrix& rows, const DescriptorMatrix& more) {
@@ -55,26 +82,30 @@ class Gathering {
 
   void add(const LabelledViews& source, std::size_t number, Progress& progress,
            std::vector<std::string>* problems) {
-    const auto rowOf = labelled_ ? rowsOf(*source.words) : std::unordered_map<std::string, std::size_t>();
-    const Chosen chosen(*source.views, choose(*source.views, rowOf));
+    DescriptorMatrix answers(labelled_ ? source.words->vocabulary.size() : 0);
+    const Chosen chosen(*source.views, choose(source, answers));
     if (chosen.size() == 0) return;
     const Features shapes = shapesOf(chosen, options_.shape, progress, problems);
     Features& all = gathered_.training.shapes;
     append(all.values, shapes.values);
     all.frames.insert(all.frames.end(), shapes.frames.begin(), shapes.frames.end());
-    DescriptorMatrix said(labelled_ ? source.words->vocabulary.size() : 0);
+    DescriptorMatrix said(answers.labels());
     for (std::size_t i = 0, row = 0; row < shapes.frames.size(); ++i) {  // those that could be described
       const ObjectView& view = chosen.view(i);
       if (view.name != shapes.frames[row].name) continue;
       ++row;
       gathered_.training.instances.push_back(instanceOf(number, view));
       truths_.push_back(study_.wordOf(view.category));
-      if (labelled_) said.append(source.words->descriptors.row(rowOf.at(view.name)));
+      if (labelled_) said.append(answers.row(i));
     }
     if (!labelled_) return;
-    const WordShares shares = restrictTo(study_, source.words->vocabulary, said);
+    const Vocabulary& vocabulary = source.words->vocabulary;
+    const WordShares shares = restrictTo(study_, vocabulary, said);
     append(shares_.shares, shares.shares);
     shares_.mass.insert(shares_.mass.end(), shares.mass.begin(), shares.mass.end());
+    const std::vector<float> often = priorOf({said, {}});
+    for (std::size_t label = 0; label < often.size(); ++label)
+      often_[shortLabel(vocabulary[label])] += often[label] * static_cast<double>(said.size());
   }
 
   GatheredTraining finish(const std::string& labeler, Progress& progress) {
@@ -82,8 +113,8 @@ class Gathering {
     if (training.instances.empty())
       throw Error(
           fmt::format("there is nothing to learn from: {} flat views and {} cut by the border were "
-                      "left out, {} have no words or a category that is no word of the study",
-                      gathered_.flat, gathered_.atBorder, gathered_.without));
+                      "left out, {} have no words or a category that is no word of the study{}",
+                      gathered_.flat, gathered_.atBorder, gathered_.without, stranger_));
     training.words = labelled_ ? namesBy(labeler, progress) : truths_;
     gathered_.mass = 1;
     if (labelled_) {
@@ -92,27 +123,41 @@ class Gathering {
       gathered_.mass = sum / static_cast<double>(shares_.mass.size());
     }
     count();
+    requireNames();
     return std::move(gathered_);
   }
 
  private:
-  std::vector<std::size_t> choose(const ObjectViews& views,
-                                  const std::unordered_map<std::string, std::size_t>& rowOf) {
+  /// Fills `answers` with what was said of those that are chosen, one row each.
+  std::vector<std::size_t> choose(const LabelledViews& source, DescriptorMatrix& answers) {
+    std::optional<Answers> words;
+    if (labelled_) words.emplace(*source.words);
     std::vector<std::size_t> chosen;
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      const ObjectView& view = views.view(i);
+    for (std::size_t i = 0; i < source.views->size(); ++i) {
+      const ObjectView& view = source.views->view(i);
       if (!options_.split.empty() && view.split != options_.split) continue;
       if (!options_.all && (view.flat || view.atBorder)) {
         ++(view.flat ? gathered_.flat : gathered_.atBorder);
         continue;
       }
-      if (labelled_ ? !rowOf.contains(view.name) : study_.wordOf(view.category) < 0) {
+      const auto answer = labelled_ ? words->of(view.name) : std::nullopt;
+      if (labelled_ ? !answer : study_.wordOf(view.category) < 0) {
         ++gathered_.without;
+        if (labelled_ && stranger_.empty()) stranger_ = strange(*source.words, view);
         continue;
       }
+      if (answer) answers.append(*answer);
       chosen.push_back(i);
     }
     return chosen;
+  }
+
+  static std::string strange(const Recording& words, const ObjectView& view) {
+    return words.frames.empty()
+               ? "; the file of words is empty"
+               : fmt::format(
+                     "; there are no words for \"{}\", but some for \"{}\": are they those of other views?",
+                     view.name, words.frames.front().name);
   }
 
   int instanceOf(std::size_t source, const ObjectView& view) {
@@ -169,12 +214,31 @@ class Gathering {
     for (const auto& of : instances) gathered_.instances.push_back(of.size());
   }
 
+  void requireNames() const {
+    const ObjectTraining& training = gathered_.training;
+    if (gathered_.unnamed < training.words.size()) return;
+    std::vector<std::pair<double, std::string>> often;
+    for (const auto& [label, sum] : often_) often.emplace_back(-sum, label);
+    std::ranges::sort(often);
+    std::string mostly;
+    for (std::size_t i = 0; i < std::min<std::size_t>(often.size(), 2); ++i)
+      mostly += fmt::format("{}\"{}\"", i == 0 ? "" : " and ", often[i].second);
+    throw Error(fmt::format(
+        "not one of {} views is named by a word of the study: the labeler says {:.1f} % about these words{}, "
+        "and most often {}; give the words labels that it says{}",
+        training.words.size(), 100 * gathered_.mass,
+        options_.leastMass > 0 ? fmt::format(", where a mass of {} is asked for", options_.leastMass) : "",
+        mostly, options_.leastMass > 0 ? ", or ask for less mass" : ""));
+  }
+
   const Study& study_;
   const TrainingOptions& options_;
   bool labelled_;
   GatheredTraining gathered_{{study_, options_.shape, noShapes(options_.shape), {}, {}, "", {}}, {}, {}};
   WordShares shares_{DescriptorMatrix(study_.words.size()), {}};
   std::vector<int> truths_;
+  std::map<std::string, double> often_;  // what the labeler says of all views together
+  std::string stranger_;                 // a view without words beside a name that has some
   std::map<std::tuple<std::size_t, std::string, std::string>, int> instances_;
 };
 
@@ -196,6 +260,7 @@ GatheredTraining gatherTraining(std::span<const LabelledViews> sources, const St
       throw Error(fmt::format("{} was labelled by {}, but {} by {}; label both by one", source.views->name(),
                               source.words->model, sources.front().views->name(), labeler));
   }
+  requireSplit(sources, options.split);
   Gathering gathering(study, options, labelled);
   for (std::size_t i = 0; i < sources.size(); ++i) gathering.add(sources[i], i, progress, problems);
   return gathering.finish(labeler, progress);

@@ -48,8 +48,9 @@ struct GatheredTraining {
   std::size_t checked = 0, right = 0;
 };
 
-/// Instances of different `sources` are different ones. Views that cannot be described are told in `problems`
-/// and left out. Throws Error when no view is left, all of them naming why, when sources were labelled by
+/// Instances of different `sources` are different ones: give each once. Views find their words as frames do
+/// by RecordedLabeler. Those that cannot be described are told in `problems` and left out. Throws Error when
+/// no view is left or named, saying why, when no view is of the split, when sources were labelled by
 /// different labelers, only some have words, and as restrictTo() does; Interrupted.
 GatheredTraining gatherTraining(std::span<const LabelledViews> sources, const Study& study,
                                 const TrainingOptions& options, Progress& progress,

@@ -121,6 +121,14 @@ TEST(Restriction, UnknownWordsAreAllNamedWithNearSpellings) {
   EXPECT_EQ(refusal(named({{"mug", "zeppelin", "coffee mug"}})), "");  // one label of a word is enough
 }
 
+TEST(Restriction, LabelsThatAreUnknownBesideOthersAreTold) {
+  const Study study = named({{"mug", "cofee mug", "zeppelin"}, {"bowl", "soup bowl"}, {"cartin"}});
+  EXPECT_THAT(unknownLabels(study, kitchen()),
+              ElementsAre("mug: the labeler has no label \"cofee mug\" (is it coffee mug?)",
+                          "mug: the labeler has no label \"zeppelin\""))
+      << "a word without any label is an error";
+}
+
 TEST(Restriction, WhatIsNoProbabilityIsRefused) {
   const Study study = named({{"mug"}, {"cat"}});
   EXPECT_NE(errorOf([&] { restrictTo(study, kitchen(), rows({{0.1F, 0.2F}})); }), "");

@@ -9,10 +9,10 @@ namespace estancia::test {
 namespace {
 
 using ::testing::AllOf;
-using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 using ::testing::SizeIs;
 
 /// Rods of different lengths; those of fewer than two points cannot be described.
@@ -154,13 +154,36 @@ TEST_F(Training, OnlyAPartOfTheData) {
   EXPECT_EQ(gathered.training.shapes.frames[0].name, "b");
 }
 
+TEST_F(Training, ASplitThatNoViewHasIsRefused) {
+  std::vector<ObjectView> list{view("a", "1", "cup"), view("b", "2", "cup"), view("c", "2", "cup")};
+  const MadeUpViews without(list);
+  EXPECT_THAT(errorOf([&] {
+                gather({{&without, {}}}, {.split = "tset"});
+              }),
+              AllOf(HasSubstr("\"tset\""), HasSubstr("have no splits")));
+  list[1].split = "train";
+  list[2].split = "test";
+  const MadeUpViews with(list);
+  EXPECT_THAT(errorOf([&] { gather({{&with, {}}}, {.split = "tset"}); }), HasSubstr("there are test, train"));
+  EXPECT_THAT(gather({{&without, {}}, {&with, {}}}, {.split = "test"}).training.words, SizeIs(1))
+      << "one of the sources has it";
+}
+
+TEST_F(Training, WordsAreFoundAsThoseOfFramesAre) {
+  const MadeUpViews views({view("mugs/a.pcd", "1"), view("bottles/b.pcd", "2"), view("c.pcd", "2")});
+  const auto words = said({{"mugs/a.pcd", {1, 0, 0}}, {"b.pcd", {0, 1, 0}}, {"bottles/c.png", {0, 1, 0}}});
+  EXPECT_THAT(gather({{&views, words}}).training.words, ElementsAre(0, 1, 1));
+}
+
 TEST_F(Training, RefusesWhatCannotBeLearnedFrom) {
   const MadeUpViews views({view("a", "1")});
   const auto words = said({{"a", {1, 0, 0}}});
   EXPECT_THAT(errorOf([&] {
                 gather({{&views, said({{"x", {1, 0, 0}}})}});
               }),
-              AllOf(HasSubstr("nothing to learn from"), HasSubstr("1 have no words")));
+              AllOf(HasSubstr("nothing to learn from"), HasSubstr("1 have no words"),
+                    HasSubstr("no words for \"a\", but some for \"x\"")));
+  EXPECT_THAT(errorOf([&] { gather({{&views, said({})}}); }), HasSubstr("file of words is empty"));
   EXPECT_THAT(errorOf([&] { gather({{&views, words}, {&views, {}}}); }), HasSubstr("label both"));
   EXPECT_THAT(errorOf([&] {
                 gather({{&views, words}, {&views, said({{"a", {1, 0, 0}}}, "labeler 2")}});
@@ -170,11 +193,19 @@ TEST_F(Training, RefusesWhatCannotBeLearnedFrom) {
   EXPECT_THAT(errorOf([&] { gather({{&views, words}}, {}, birds); }), HasSubstr("none of the study's words"));
 }
 
-TEST_F(Training, NoConfidenceAnywhereIsNoName) {
+TEST_F(Training, WhereNothingIsNamedTheLabelersWordsAreTold) {
   const MadeUpViews views({view("a", "1"), view("b", "2")});
-  const auto gathered = gather({{&views, said({{"a", {0, 0, 1}}, {"b", {0, 0, 1}}})}});
-  EXPECT_THAT(gathered.training.words, Each(-1));
-  EXPECT_EQ(gathered.unnamed, 2U);
+  const auto words = said({{"a", {0, 0, 1}}, {"b", {0, 0.2F, 0.8F}}});
+  EXPECT_THAT(errorOf([&] {
+                gather({{&views, words}}, {.leastMass = 0.5});
+              }),
+              AllOf(HasSubstr("not one of 2 views is named"), HasSubstr("10.0 % about these words"),
+                    HasSubstr("\"wall\" and \"bottle\""), HasSubstr("less mass")));
+  EXPECT_THAT(errorOf([&] {
+                gather({{&views, said({{"a", {0, 0, 1}}})}});
+              }),
+              AllOf(HasSubstr("not one of 1 views"), HasSubstr("\"wall\""), Not(HasSubstr("less mass"))));
+  EXPECT_EQ(gather({{&views, words}}).unnamed, 1U) << "one of two is enough";
 }
 
 }  // namespace
