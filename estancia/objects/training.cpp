@@ -32,13 +32,18 @@ class Chosen : public ObjectViews {
   std::vector<std::size_t> chosen_;
 };
 
-/// What a labeler said, found by the names of views, whatever the recording calls their pictures.
+/// What a labeler said, found by the names of views, whatever the recording calls their pictures. Where it
+/// has whole names of views these alone count: a view that was skipped has not the words of another thing's
+/// "0017".
 class Answers {
  public:
-  explicit Answers(const Recording& recording) : recording_(recording), labeler_(recording) {}
+  Answers(const Recording& recording, const ObjectViews& views) : labeler_(recording) {
+    for (const Frame& frame : recording.frames) names_.insert(frame.name);
+    for (std::size_t i = 0; i < views.size(); ++i) whole_ = whole_ || names_.contains(views.view(i).name);
+  }
 
   std::optional<LexicalDescriptor> of(const std::string& view) {
-    if (recording_.frames.empty()) return {};
+    if (names_.empty() || (whole_ && !names_.contains(view))) return {};
     try {
       return labeler_.infer(labeler_.prepare({}, view));
     } catch (const FrameError&) {
@@ -47,8 +52,9 @@ class Answers {
   }
 
  private:
-  const Recording& recording_;
   RecordedLabeler labeler_;
+  std::set<std::string> names_;
+  bool whole_ = false;
 };
 
 void requireSplit(std::span<const LabelledViews> sources, const std::string& split) {
@@ -131,7 +137,7 @@ class Gathering {
   /// Fills `answers` with what was said of those that are chosen, one row each.
   std::vector<std::size_t> choose(const LabelledViews& source, DescriptorMatrix& answers) {
     std::optional<Answers> words;
-    if (labelled_) words.emplace(*source.words);
+    if (labelled_) words.emplace(*source.words, *source.views);
     std::vector<std::size_t> chosen;
     for (std::size_t i = 0; i < source.views->size(); ++i) {
       const ObjectView& view = source.views->view(i);

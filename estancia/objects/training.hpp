@@ -48,10 +48,11 @@ struct GatheredTraining {
   std::size_t checked = 0, right = 0;
 };
 
-/// Instances of different `sources` are different ones: give each once. Views find their words as frames do
-/// by RecordedLabeler. Those that cannot be described are told in `problems` and left out. Throws Error when
-/// no view is left or named, saying why, when no view is of the split, when sources were labelled by
-/// different labelers, only some have words, and as restrictTo() does; Interrupted.
+/// Instances of different `sources` are different ones: give each once. Views find their words by whole names
+/// or, where no view of a source does, as frames do by RecordedLabeler. Those that cannot be described are
+/// told in `problems` and left out. Throws Error when no view is left or named, saying why, when no view is
+/// of the split, when sources were labelled by different labelers, only some have words, and as restrictTo()
+/// does; Interrupted.
 GatheredTraining gatherTraining(std::span<const LabelledViews> sources, const Study& study,
                                 const TrainingOptions& options, Progress& progress,
                                 std::vector<std::string>* problems = nullptr);

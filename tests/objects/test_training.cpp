@@ -171,8 +171,16 @@ TEST_F(Training, ASplitThatNoViewHasIsRefused) {
 
 TEST_F(Training, WordsAreFoundAsThoseOfFramesAre) {
   const MadeUpViews views({view("mugs/a.pcd", "1"), view("bottles/b.pcd", "2"), view("c.pcd", "2")});
-  const auto words = said({{"mugs/a.pcd", {1, 0, 0}}, {"b.pcd", {0, 1, 0}}, {"bottles/c.png", {0, 1, 0}}});
+  const auto words = said({{"a.pcd", {1, 0, 0}}, {"b.pcd", {0, 1, 0}}, {"bottles/c.png", {0, 1, 0}}});
   EXPECT_THAT(gather({{&views, words}}).training.words, ElementsAre(0, 1, 1));
+}
+
+TEST_F(Training, ViewsThatWereSkippedGetNoWordsOfOthers) {
+  const MadeUpViews views({view("mugs/1.pcd", "1"), view("bottles/1.pcd", "2"), view("bottles/2.pcd", "2")});
+  const auto words = said({{"mugs/1.pcd", {1, 0, 0}}, {"bottles/2.pcd", {0, 1, 0}}});
+  const auto gathered = gather({{&views, words}});
+  EXPECT_THAT(gathered.training.words, ElementsAre(0, 1));
+  EXPECT_EQ(gathered.without, 1U);
 }
 
 TEST_F(Training, RefusesWhatCannotBeLearnedFrom) {
