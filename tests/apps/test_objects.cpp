@@ -258,7 +258,7 @@ TEST_F(Objects, SaysWhatIsMissing) {
   EXPECT_THAT(result.err, HasSubstr("table.objects"));
   result = objects({"label", scratch_ / "table", "--model", scratch_ / "colours"});
   EXPECT_EQ(result.exitCode, 2);
-  EXPECT_THAT(result.err, HasSubstr("-o NAME.labels"));
+  EXPECT_THAT(result.err, HasSubstr("`estancia objects collect` makes some of a sequence"));
   fs::remove(model());
   result = train({"--names", "guessed"});
   EXPECT_EQ(result.exitCode, 2);
