@@ -11,6 +11,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/opinion_pool.hpp"
 #include "estancia/core/parallel.hpp"
+#include "estancia/core/progress.hpp"
 
 namespace estancia {
 namespace {
@@ -90,6 +91,7 @@ struct ObjectPredictor::State {
       if (objects[i].problem.empty()) asked.push_back(i);
       if (asked.size() == labeler->batchSize() || (i + 1 == prepared.size() && !asked.empty())) {
         for (const std::size_t a : asked) batch.push_back(std::move(prepared[a]));
+        if (interrupted()) throw Interrupted("stopped while things were labelled");
         const auto results = labeler->inferBatch(batch);
         for (std::size_t k = 0; k < asked.size(); ++k) {
           objects[asked[k]].problem = results[k].problem;

@@ -268,6 +268,21 @@ TEST(ClusteredFrame, HolesInDepthAreNoPoints) {
   }
 }
 
+/// Its pictures lack their lower half.
+class Halved : public TableSequence {
+ public:
+  using TableSequence::TableSequence;
+  cv::Mat image(std::size_t i) const override {
+    const cv::Mat whole = TableSequence::image(i);
+    return whole.rowRange(0, whole.rows / 2);
+  }
+};
+
+TEST_F(Collect, PicturesOfAnotherViewThanDepthAreLeftOut) {
+  EXPECT_THAT(errorOf([&] { collect(Halved({ballAt(0, 0, 0.06, red)}, {0})); }), HasSubstr("none of the 1"));
+  EXPECT_THAT(problems_, ElementsAre(HasSubstr("do not show the same view")));
+}
+
 TEST(ClusteredFrame, RefusesGreyPictures) {
   EXPECT_THAT(errorOf([] {
                 clusteredFrame(cv::Mat(240, 320, CV_8U), cv::Mat(240, 320, CV_32F, cv::Scalar(1)),
