@@ -19,9 +19,10 @@ using ::testing::Not;
 /// A lattice of points, `longer` in one direction.
 PointCloud block(int longer) {
   PointCloud cloud;
-  for (int i = 0; i < 200; ++i)
-    cloud.points.emplace_back(0.01F * static_cast<float>(i % 5 * longer),
-                              0.01F * static_cast<float>(i / 5 % 5), 1 + 0.01F * static_cast<float>(i / 25));
+  for (int x = 0; x < 5; ++x)
+    for (int y = 0; y < 5; ++y)
+      for (int z = 0; z < 8; ++z)
+        cloud.points.push_back(0.01 * cv::Point3f(cv::Point3i(x * longer, y, z + 100)));
   cloud.width = cloud.points.size();
   cloud.height = 1;
   return cloud;
