@@ -125,6 +125,8 @@ void requirePicture(const std::string& picture, bool overwrite, const std::vecto
   requireNoData(picture, inputs, pngStart);
   requireReplaceable(
       picture, overwrite, [](const std::filesystem::path&) { return true; }, "picture");
+  if (!picture.ends_with(".png"))
+    throw Error(fmt::format("{} is to be a picture, but only PNG is written; call it NAME.png", picture));
 }
 
 CLI::Validator positive() {

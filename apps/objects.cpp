@@ -49,16 +49,11 @@ void warnOf(const Collected& c) {
 void collect(const CollectArguments& a) {
   const auto sequence = a.sequence.open();
   requireClusterable(*sequence);
-  if (a.overwrite && fs::exists(a.output)) {
-    if (!isObjectSamples(a.output))
-      throw Error(
-          fmt::format("{} is no folder of samples, so it is not replaced; give another name", a.output));
-    clearObjectSamples(a.output);
-  }
   const auto progress = makeStderrProgress();
   std::vector<std::string> problems;
   CollectOptions options = a.options;
   options.strict = a.sequence.strict;
+  options.replace = a.overwrite;
   const Collected c = collectObjects(*sequence, a.output, options, *progress, &problems);
   for (const std::string& problem : problems) spdlog::warn("skipped: {}", problem);
   warnOf(c);
@@ -105,6 +100,12 @@ std::string outputOf(const LabelArguments& a) {
 }
 
 void label(const LabelArguments& a) {
+  const auto views = openObjectViews(a.views, a.type);
+  for (const std::string& warning : views->warnings()) spdlog::warn("{}", warning);
+  if (isObjectSamples(a.views) && a.patches.margin > mostCollectedMargin)
+    throw Error(fmt::format(
+        "{} was collected with {} of each thing's longer side around it; --margin is at most that", a.views,
+        mostCollectedMargin));
   const std::string output = outputOf(a);
   requireRecordingName(output);
   for (const auto& file : filesOfRecording(output)) {
@@ -112,8 +113,6 @@ void label(const LabelArguments& a) {
     requireReplaceable(
         file, a.overwrite, [](const fs::path&) { return true; }, "words");
   }
-  const auto views = openObjectViews(a.views, a.type);
-  for (const std::string& warning : views->warnings()) spdlog::warn("{}", warning);
   const auto patches = patchesOf(*views, a.patches);
   const auto labeler = a.model.open();
   const auto cache = a.model.noCache ? nullptr : std::make_unique<LabelCache>();
@@ -176,17 +175,17 @@ void addObjectsCollect(CLI::App& objects) {
       ->required();
   command->add_option("--first", a->options.first, "The frame to begin with, from 0");
   command->add_option("--frames", a->options.frames, "Look at so many frames; default: all")
-      ->check(CLI::PositiveNumber);
+      ->check(positive());
   command->add_option("--every", a->options.every, "Look at every so-many-th frame only")
-      ->check(CLI::PositiveNumber)
+      ->check(positive())
       ->capture_default_str();
   command->add_option("--views", a->options.views, "Most views of one thing")
-      ->check(CLI::PositiveNumber)
+      ->check(positive())
       ->capture_default_str();
   command
       ->add_option("--least", a->options.clusters.least,
                    "Pixels of a thing at least, in a picture with a focal length of 525")
-      ->check(CLI::PositiveNumber)
+      ->check(positive())
       ->capture_default_str();
   command->add_option("--threads", a->options.clusters.threads, "Threads; default: one a usable core")
       ->check(CLI::Range(0, 1024));

@@ -176,8 +176,9 @@ void run(const Arguments& a) {
   Telling telling(model.study(), a.json);
   std::size_t read = 0;
   cv::Mat drawn;
-  for (std::size_t i = a.first; i < sequence->size() && (a.frames == 0 || read < a.frames); i += a.every) {
-    if (interrupted()) throw Interrupted(fmt::format("stopped after {}", counted(read, "frame")));
+  for (std::size_t i = a.first; i < sequence->size() && (a.frames == 0 || read < a.frames);
+       i += std::min(a.every, sequence->size())) {
+    if (interrupted()) break;
     const Frame& about = sequence->frame(i);
     ImageAndDepth frame;
     try {
@@ -187,19 +188,26 @@ void run(const Arguments& a) {
       spdlog::warn("skipped: {}: {}", about.name, error.what());
       continue;
     }
-    ++read;
     const auto begin = std::chrono::steady_clock::now();
     const ClusteredFrame clustered =
         clusteredFrame(frame.image, frame.depth, *sequence->intrinsics(), clustering);
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
     PredictSeconds seconds;
-    const auto objects = predictor.predict(clustered, about.pose, &seconds);
+    std::vector<PredictedObject> objects;
+    try {
+      objects = predictor.predict(clustered, about.pose, &seconds);
+    } catch (const Interrupted&) {
+      break;
+    }
+    ++read;
     telling.frame(clustered, about.name, objects, took.count(), seconds);
     if (!a.picture.empty()) drawn = report::drawObjects(clustered.image, objects, model.study().names());
   }
-  if (read == 0) throw Error(fmt::format("{}: no frame can be read with its depth", sequence->name()));
-  if (!a.picture.empty()) writePng(a.picture, drawn);
+  if (read == 0 && !interrupted())
+    throw Error(fmt::format("{}: no frame can be read with its depth", sequence->name()));
+  if (!drawn.empty()) writePng(a.picture, drawn);
   telling.things();
+  if (interrupted()) throw Interrupted(fmt::format("stopped after {}", counted(read, "frame")));
   if (telling.count() == 0) throw NoAnswer{};
 }
 
@@ -215,19 +223,18 @@ void addObjectsPredict(CLI::App& objects) {
       "--labeler", a->labeler.model,
       fmt::format("What labels the pictures, as --model of `estancia objects label`; default: {}",
                   a->labeler.byDefault));
-  command->add_flag("--shape-only", a->shapeOnly, "Ask no labeler: go by the shapes alone")
-      ->excludes("--labeler");
   addPatchOptions(*command, a->patches);
   a->labeler.addOptionsTo(*command);
+  auto* shapeOnly = command->add_flag("--shape-only", a->shapeOnly, "Ask no labeler: go by the shapes alone");
+  for (const char* other : {"--labeler", "--engine", "--margin", "--background"}) shapeOnly->excludes(other);
   command->add_option("--first", a->first, "The frame to begin with, from 0")->check(CLI::NonNegativeNumber);
   command->add_option("--every", a->every, "Look at every so-many-th frame only")
-      ->check(CLI::PositiveNumber)
+      ->check(positive())
       ->capture_default_str();
-  command->add_option("--frames", a->frames, "Look at so many frames; default: all")
-      ->check(CLI::PositiveNumber);
+  command->add_option("--frames", a->frames, "Look at so many frames; default: all")->check(positive());
   command
       ->add_option("--least", a->least, "Pixels of a thing at least, in a picture with a focal length of 525")
-      ->check(CLI::PositiveNumber)
+      ->check(positive())
       ->capture_default_str();
   command->add_option("--picture", a->picture, "Draw the last frame with its things (PNG)");
   command->add_flag("--overwrite", a->overwrite, "Replace an existing picture");

@@ -94,9 +94,8 @@ View bestView(const std::vector<cv::Vec3d>& points) {
   return best;
 }
 
-}  // namespace
-
-cv::Rect patchSquare(const cv::Rect& box, const PatchOptions& options) {
+/// The square of a patch around `box`, which may reach beyond the picture.
+cv::Rect squareAround(const cv::Rect& box, const PatchOptions& options) {
   requireValid(options);
   constexpr double widest = 16384;
   const double side = std::ceil(std::max(box.width, box.height) * widthOf(options));
@@ -105,6 +104,8 @@ cv::Rect patchSquare(const cv::Rect& box, const PatchOptions& options) {
   const int n = static_cast<int>(side);
   return {box.x - (n - box.width) / 2, box.y - (n - box.height) / 2, n, n};
 }
+
+}  // namespace
 
 cv::Mat patchOf(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask, const PatchOptions& options) {
   if (bgr.empty() || bgr.type() != CV_8UC3)
@@ -120,7 +121,7 @@ cv::Mat patchOf(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask, co
   if (!mask.empty() && (mask.size() != bgr.size() || mask.type() != CV_8UC1))
     throw Error(fmt::format("a mask of {} × {} for a picture of {} × {}; give one of its size, 8 bits",
                             mask.cols, mask.rows, bgr.cols, bgr.rows));
-  const cv::Rect square = patchSquare(box, options);
+  const cv::Rect square = squareAround(box, options);
 
   cv::Scalar fill = kGrey;
   if (options.background == PatchOptions::Background::mean) {

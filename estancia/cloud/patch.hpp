@@ -20,9 +20,6 @@ struct PatchOptions {
   double crop = 0.875;
 };
 
-/// The square of a patch around `box`, which may reach beyond the picture.
-cv::Rect patchSquare(const cv::Rect& box, const PatchOptions& options = {});
-
 /// The square around `box` (pixels of `bgr`, CV_8UC3) whose middle `crop` just holds it, not resized; beyond
 /// the picture it is as the background, or grey where that is kept. `mask` (CV_8U, the size of `bgr`, not 0
 /// on the thing) is needed unless the background is kept; else it may be empty. Throws Error on another type

@@ -11,7 +11,7 @@
 namespace estancia {
 
 /// DIR/samples.csv begins with the line `# estancia object samples 1`, then
-/// `name,instance,category,split,frame,x,y,width,height,flat,at_border`; DIR/pictures/NAME.png is a square
+/// `name,instance,category,split,frame,x,y,width,height,flat,at_border`; DIR/pictures/NAME.png is a
 /// picture of the thing and what is around it, in which it has the box x, y, width, height;
 /// DIR/masks/NAME.png, where it is there, is of its size and not 0 on the thing; DIR/clouds/NAME.pcd are its
 /// points; DIR/words.labels, where it is there, the words of a labeler for the pictures. Names are plain file

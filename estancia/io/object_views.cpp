@@ -45,7 +45,9 @@ const Format& formatOf(const fs::path& folder, const std::string& type) {
   std::string layouts;
   for (const Format& format : kFormats) layouts += fmt::format("; {}: {}", format.type, format.explanation);
   throw Error(
-      fmt::format("{}: no views of objects in this folder{}", io::printable(folder.string()), layouts));
+      fmt::format("{}: no views of objects in this folder; `estancia objects collect` makes some of a "
+                  "sequence. Known are{}",
+                  io::printable(folder.string()), layouts.substr(1)));
 }
 
 }  // namespace

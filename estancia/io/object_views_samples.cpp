@@ -59,8 +59,10 @@ class SampleViews final : public ListedObjectViews {
 
 }  // namespace
 
+/// Also without a sound list: that is to be told, not read as something else.
 bool isSampleViews(const fs::path& folder) {
-  return isObjectSamples(folder);
+  return fs::exists(folder / "samples.csv") || (fs::is_directory(pictureOf(folder, "x").parent_path()) &&
+                                                fs::is_directory(cloudOf(folder, "x").parent_path()));
 }
 
 OpenedViews openSampleViews(const fs::path& folder, const ObjectViewsOptions& options) {

@@ -43,8 +43,9 @@ Recording labelAll(const Sequence& sequence, Labeler& labeler, const std::string
     if (watch) watch(frame);
     progress.advance();
     if (interrupted())
-      throw Interrupted(fmt::format("stopped; {}the same command goes on from there",
-                                    cache != nullptr ? "what is labelled is kept, " : ""));
+      throw Interrupted(cache != nullptr
+                            ? "stopped; what is labelled is kept, the same command goes on from there"
+                            : "stopped; without the cache nothing is kept, the same command begins anew");
   });
   progress.end();
   return recording;

@@ -38,6 +38,14 @@ ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i) {
     else
       read.depth = sequence.depth(i);
   });
+  constexpr double likeness = 1.05;  // of the shapes of pictures that show the same view
+  const double image = static_cast<double>(read.image.cols) / read.image.rows;
+  const double depth = static_cast<double>(read.depth.cols) / read.depth.rows;
+  if (image > likeness * depth || depth > likeness * image)
+    throw Error(
+        fmt::format("a picture of {} × {} and depth of {} × {} pixels do not show the same view; register "
+                    "depth to colour",
+                    read.image.cols, read.image.rows, read.depth.cols, read.depth.rows));
   return read;
 }
 

@@ -30,7 +30,7 @@ struct ImageAndDepth {
   cv::Mat image, depth;
 };
 
-/// Of frame i, read side by side. Throws Error when either cannot be read.
+/// Of frame i, read side by side. Throws Error when either cannot be read, or they cannot show the same view.
 ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i);
 
 /// The points of cluster i in the optical frame of the camera, coloured by the image; not organised.

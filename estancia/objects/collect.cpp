@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <opencv2/core.hpp>
-#include <set>
 
 #include "estancia/cloud/patch.hpp"
 #include "estancia/core/cores.hpp"
@@ -16,34 +16,25 @@
 #include "estancia/io/object_samples.hpp"
 #include "estancia/io/picture.hpp"
 #include "estancia/objects/clustered_frame.hpp"
+#include "estancia/objects/new_samples.hpp"
 
 namespace estancia {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// The folders of a folder of samples.
-std::set<fs::path> partsOf(const fs::path& folder) {
-  return {pictureOf(folder, "x").parent_path(), maskOf(folder, "x").parent_path(),
-          cloudOf(folder, "x").parent_path()};
-}
-
 void requireOptions(const CollectOptions& options) {
   if (options.every == 0 || options.views == 0)
     throw Error("collect: at least every frame and one view of each thing are to be taken, not 0");
 }
 
-void makeFolder(const fs::path& folder) {
-  std::error_code failed;
-  if (fs::exists(folder) && (!fs::is_directory(folder) || !fs::is_empty(folder)))
-    throw Error(
-        fmt::format("{} is there already; give another name, or replace the samples in it by "
-                    "--overwrite",
-                    io::printable(folder.string())));
-  for (const fs::path& part : partsOf(folder))
-    if (fs::create_directories(part, failed); failed)
-      throw Error(
-          fmt::format("{}: the folder cannot be made ({})", io::printable(part.string()), failed.message()));
+/// What a patch with the largest margin that can be chosen later shows.
+cv::Rect surroundings(const cv::Rect& box) {
+  const PatchOptions standard;
+  const auto reach = static_cast<int>(
+      std::ceil(std::max(box.width, box.height) * (0.5 + mostCollectedMargin) / standard.crop));
+  const cv::Point middle = (box.tl() + box.br()) / 2;
+  return {middle.x - reach - 1, middle.y - reach - 1, 2 * reach + 2, 2 * reach + 2};
 }
 
 /// The samples of one sequence, as they come.
@@ -76,12 +67,16 @@ class Collector {
       kept.push_back(i);
     }
     const int threads = options_.clusters.threads;
-    inParallel(kept.size(), static_cast<std::size_t>(threads > 0 ? threads : usableCores()),
-               [&](std::size_t k) { write(frame, kept[k], samples_[first + k]); });
+    try {
+      inParallel(kept.size(), static_cast<std::size_t>(threads > 0 ? threads : usableCores()),
+                 [&](std::size_t k) { write(frame, kept[k], samples_[first + k]); });
+    } catch (...) {
+      samples_.resize(first);
+      throw;
+    }
   }
 
-  /// The list of what was gathered so far.
-  void close() { writeObjectSamples(folder_, samples_); }
+  const std::vector<ObjectSample>& samples() const { return samples_; }
 
   Collected& collected() {
     collected_.samples = samples_.size();
@@ -100,14 +95,10 @@ class Collector {
   void write(const ClusteredFrame& frame, std::size_t i, ObjectSample& sample) const {
     // More than labelers see by default, and which of it is the thing: margin and background are theirs to
     // choose.
-    constexpr PatchOptions wide{.margin = 0.5};
-    const cv::Rect box = boxOf(frame, i), square = patchSquare(box, wide);
-    const cv::Rect there = square & cv::Rect({}, frame.image.size());
-    cv::Mat mask = cv::Mat::zeros(square.size(), CV_8U);
-    maskOf(frame, i)(there).copyTo(mask(there - square.tl()));
-    sample.box = box - square.tl();
-    writePng(pictureOf(folder_, sample.view.name), patchOf(frame, i, wide));
-    writePng(maskOf(folder_, sample.view.name), mask);
+    const cv::Rect box = boxOf(frame, i), there = surroundings(box) & cv::Rect({}, frame.image.size());
+    sample.box = box - there.tl();
+    writePng(pictureOf(folder_, sample.view.name), frame.image(there));
+    writePng(maskOf(folder_, sample.view.name), maskOf(frame, i)(there));
     writeCloud(cloudOf(folder_, sample.view.name), cloudOf(frame, i));
   }
 
@@ -128,59 +119,55 @@ Collected collectObjects(const Sequence& sequence, const fs::path& folder, const
   if (options.first >= sequence.size())
     throw Error(fmt::format("{} has {} frames; frame {} is behind the last", sequence.name(), sequence.size(),
                             options.first));
-  makeFolder(folder);
-  Collector collector(folder, options);
+  NewSamples made(folder, options.replace);
+  Collector collector(made.folder(), options);
   Collected& counts = collector.collected();
-  const std::size_t left = sequence.size() - options.first;
-  std::size_t total = (left + options.every - 1) / options.every;
+  std::size_t total = 1 + (sequence.size() - options.first - 1) / options.every;
   if (options.frames > 0) total = std::min(total, options.frames);
+  const auto keep = [&] {
+    if (!collector.samples().empty()) made.finish(collector.samples());
+  };
   progress.begin("collecting", total);
-  for (std::size_t i = options.first; counts.frames < total; i += options.every) {
-    if (interrupted()) {
-      collector.close();
-      throw Interrupted(fmt::format(
-          "stopped after {} of {} frames; the {} samples of {} things so far are in {}", counts.frames, total,
-          collector.collected().samples, collector.collected().instances, io::printable(folder.string())));
-    }
-    ++counts.frames;
-    ImageAndDepth read;
-    try {
-      read = readImageAndDepth(sequence, i);
-    } catch (const Error& error) {
-      if (options.strict) {
-        collector.close();
-        throw;
+  try {
+    for (std::size_t i = options.first; counts.frames < total; i += options.every) {
+      if (interrupted()) {
+        keep();
+        const bool any = !collector.samples().empty();
+        throw Interrupted(fmt::format(
+            "stopped after {} of {} frames; {}", counts.frames, total,
+            any ? fmt::format("the {} samples of {} things so far are in {}", collector.collected().samples,
+                              collector.collected().instances, io::printable(folder.string()))
+                : std::string("there were no things by then")));
       }
-      ++counts.unread;
-      if (problems != nullptr)
-        problems->push_back(fmt::format("{}: {}", sequence.frame(i).name, error.what()));
+      ++counts.frames;
+      ImageAndDepth read;
+      try {
+        read = readImageAndDepth(sequence, i);
+      } catch (const Error& error) {
+        if (options.strict) throw;
+        ++counts.unread;
+        if (problems != nullptr)
+          problems->push_back(fmt::format("{}: {}", sequence.frame(i).name, error.what()));
+      }
+      if (!read.depth.empty())
+        collector.add(clusteredFrame(read.image, read.depth, *sequence.intrinsics(), options.clusters),
+                      sequence.frame(i));
+      progress.advance();
     }
-    if (!read.depth.empty())
-      collector.add(clusteredFrame(read.image, read.depth, *sequence.intrinsics(), options.clusters),
-                    sequence.frame(i));
-    progress.advance();
+  } catch (const Interrupted&) {
+    throw;
+  } catch (...) {
+    try {
+      keep();
+    } catch (const Error&) {  // as when the disk is full: the first error is the one to tell
+    }
+    throw;
   }
   progress.end();
   if (counts.unread == counts.frames)
     throw Error(fmt::format("{}: none of the {} frames can be read with its depth", sequence.name(), total));
-  collector.close();
+  keep();
   return collector.collected();
-}
-
-void clearObjectSamples(const fs::path& folder) {
-  std::set<fs::path> ours{folder / "samples.csv", wordsOf(folder)};
-  for (const ObjectSample& sample : readObjectSamples(folder)) {
-    ours.insert(pictureOf(folder, sample.view.name));
-    ours.insert(maskOf(folder, sample.view.name));
-    ours.insert(cloudOf(folder, sample.view.name));
-  }
-  const std::set<fs::path> folders = partsOf(folder);
-  for (const auto& there : fs::recursive_directory_iterator(folder))
-    if (!ours.contains(there.path()) && !(there.is_directory() && folders.contains(there.path())))
-      throw Error(fmt::format("{} is none of the samples there, so nothing is replaced; move it away first",
-                              io::printable(there.path().string())));
-  for (const fs::path& file : ours) fs::remove(file);
-  for (const fs::path& part : folders) fs::remove(part);
 }
 
 }  // namespace estancia

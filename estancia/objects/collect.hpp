@@ -20,6 +20,7 @@ struct CollectOptions {
   std::size_t every = 1;    ///< only each such frame; at least 1
   std::size_t frames = 0;   ///< that are looked at; 0: all
   std::size_t views = 500;  ///< of one thing (thesis Table 6.2); later ones are left out; at least 1
+  bool replace = false;     ///< samples that are there already, once new ones have been gathered
   bool strict = false;      ///< throw Error at a frame that cannot be read instead of leaving it out
 };
 
@@ -35,17 +36,17 @@ struct Collected {
   std::size_t full = 0;                ///< views left out as their thing had enough
 };
 
-/// Cuts each frame into things, follows them from frame to frame, and fills `folder` (object_samples.hpp): a
+/// Labelers see at most so much around collected things, in shares of their longer side.
+constexpr double mostCollectedMargin = 0.5;
+
+/// Cuts each frame into things, follows them from frame to frame, and makes `folder` (object_samples.hpp): a
 /// thing is an instance, each sight of it a sample, flat ones and those at the border included. Why frames
-/// are left out is told in `problems`, one sentence each. The list of samples is written whole at the end,
-/// also when the user asks to stop, which throws Interrupted. Throws Error when the folder is there and not
-/// empty, the sequence has no depth or camera, no frame at all can be read, and on options out of range.
+/// are left out is told in `problems`, one sentence each. The folder is there when all is done, and also,
+/// with what was gathered until then, when the user asks to stop, which throws Interrupted, or something goes
+/// wrong; without any sample it is not made. Throws Error when the sequence has no depth or camera, no frame
+/// at all can be read, on options out of range, and as NewSamples does.
 Collected collectObjects(const Sequence& sequence, const std::filesystem::path& folder,
                          const CollectOptions& options, Progress& progress,
                          std::vector<std::string>* problems = nullptr);
-
-/// Deletes what collectObjects() and labelling left in a folder, as its list names it, and nothing else.
-/// Throws Error when there is no such list, or anything else lies there.
-void clearObjectSamples(const std::filesystem::path& folder);
 
 }  // namespace estancia

@@ -11,6 +11,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/opinion_pool.hpp"
 #include "estancia/core/parallel.hpp"
+#include "estancia/core/progress.hpp"
 
 namespace estancia {
 namespace {
@@ -33,7 +34,7 @@ struct Thing {
   explicit Thing(std::size_t words) : seen(words), shape(words) {}
 
   OpinionPool seen, shape;
-  std::size_t views = 0, flat = 0;
+  std::size_t views = 0, flat = 0, answered = 0;
   double mass = 0, brightness = 0;  ///< sums
 };
 
@@ -72,8 +73,8 @@ struct ObjectPredictor::State {
     inParallel(count, static_cast<std::size_t>(options.threads > 0 ? options.threads : usableCores()), work);
   }
 
-  /// Asks the labeler about all patches at once, as many as it likes.
-  void askLabeler(const std::vector<cv::Mat>& patches, std::vector<PredictedObject>& objects) {
+  /// Asks the labeler about all patches at once, as many as it likes. Which of them have an answer.
+  std::vector<char> askLabeler(const std::vector<cv::Mat>& patches, std::vector<PredictedObject>& objects) {
     std::vector<Prepared> prepared(patches.size());
     inEach(patches.size(), [&](std::size_t i) {
       try {
@@ -90,6 +91,7 @@ struct ObjectPredictor::State {
       if (objects[i].problem.empty()) asked.push_back(i);
       if (asked.size() == labeler->batchSize() || (i + 1 == prepared.size() && !asked.empty())) {
         for (const std::size_t a : asked) batch.push_back(std::move(prepared[a]));
+        if (interrupted()) throw Interrupted("stopped while things were labelled");
         const auto results = labeler->inferBatch(batch);
         for (std::size_t k = 0; k < asked.size(); ++k) {
           objects[asked[k]].problem = results[k].problem;
@@ -101,6 +103,8 @@ struct ObjectPredictor::State {
         batch.clear();
       }
     }
+    std::vector<char> answersOf(patches.size());
+    for (const std::size_t a : answered) answersOf[a] = 1;
     WordShares shares = restriction->apply(answers);
     if (corrects) shares = corrected(shares, model.prior());
     for (std::size_t k = 0; k < answered.size(); ++k) {
@@ -108,6 +112,7 @@ struct ObjectPredictor::State {
       object.mass = shares.mass[k];
       if (!saysNothing(shares.shares.row(k))) object.seen = copyOf(shares.shares.row(k));
     }
+    return answersOf;
   }
 
   /// The shapes of all clusters, and of which they are; what cannot be described is left out.
@@ -120,7 +125,7 @@ struct ObjectPredictor::State {
       try {
         rows[i] = describeShape(cloudOf(frame, i), shape);
       } catch (const Error& error) {
-        objects[i].problem = error.what();
+        if (objects[i].problem.empty()) objects[i].problem = error.what();
       }
     });
     Features features{shapeParts(shape), {}, DescriptorMatrix(0)};
@@ -136,20 +141,22 @@ struct ObjectPredictor::State {
     return features;
   }
 
-  ObjectBelief believed(const PredictedObject& object, bool flat, double brightness) {
+  ObjectBelief believed(const PredictedObject& object, bool flat, double brightness, bool answered) {
     Thing& thing = things.try_emplace(object.thing, words()).first->second;
     ++thing.views;
     thing.flat += flat ? 1 : 0;
+    thing.answered += answered ? 1 : 0;
     thing.mass += object.mass;
     thing.brightness += brightness;
     if (!object.seen.empty()) thing.seen.add(object.seen);
     if (!object.shape.empty()) thing.shape.add(object.shape);
     auto seen = asFloats(thing.seen.pooled());
     const auto shape = asFloats(thing.shape.pooled());
-    if (labeler != nullptr) seen.resize(words(), 0);  // asked, but it said nothing of the words
+    if (thing.answered > 0) seen.resize(words(), 0);  // it may have said nothing of the words
     const auto views = static_cast<double>(thing.views);
     return believe(model, {.seen = seen,
-                           .mass = static_cast<float>(thing.mass / views),
+                           .mass = static_cast<float>(
+                               thing.mass / static_cast<double>(std::max<std::size_t>(thing.answered, 1))),
                            .brightness = thing.brightness / views,
                            .shape = shape,
                            .flat = 2 * thing.flat > thing.views});
@@ -200,7 +207,8 @@ std::vector<PredictedObject> ObjectPredictor::predict(const ClusteredFrame& fram
     if (s.labeler != nullptr) patches[i] = patchOf(frame, i, s.options.patches);
   });
   took.patches = watch.lap();
-  if (s.labeler != nullptr && !clusters.empty()) s.askLabeler(patches, objects);
+  std::vector<char> answered(clusters.size());
+  if (s.labeler != nullptr && !clusters.empty()) answered = s.askLabeler(patches, objects);
   took.labeler = watch.lap();
   std::vector<std::size_t> described;
   const Features features = s.describe(frame, described, objects);
@@ -210,7 +218,7 @@ std::vector<PredictedObject> ObjectPredictor::predict(const ClusteredFrame& fram
     for (std::size_t k = 0; k < described.size(); ++k) objects[described[k]].shape = copyOf(said.row(k));
   }
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    objects[i].belief = s.believed(objects[i], clusters[i].flat, brightness[i]);
+    objects[i].belief = s.believed(objects[i], clusters[i].flat, brightness[i], answered[i] != 0);
     objects[i].views = s.things.at(objects[i].thing).views;
   }
   s.forgetTheLost();

@@ -48,7 +48,8 @@ class ObjectPredictor {
   ObjectPredictor(const ObjectModel& model, Labeler* labeler, const PredictOptions& options = {});
   ~ObjectPredictor();
 
-  /// The things of the next frame, one a cluster, in their order.
+  /// The things of the next frame, one a cluster, in their order. Throws Interrupted when the user asks to
+  /// stop.
   std::vector<PredictedObject> predict(const ClusteredFrame& frame, const std::optional<Pose>& pose,
                                        PredictSeconds* seconds = nullptr);
 

@@ -238,13 +238,27 @@ TEST_F(Objects, SaysWhatIsMissing) {
   EXPECT_EQ(result.exitCode, 2);
   EXPECT_THAT(result.err, HasSubstr("ball")) << "one word alone cannot be told from another";
 
+  result = label({"--overwrite", "--margin", "0.7"});
+  EXPECT_EQ(result.exitCode, 2);
+  EXPECT_THAT(result.err, HasSubstr("was collected with 0.5")) << "beyond is nothing to see";
+  result = objects({"predict", scratch_ / "table", "--model", model(), "--shape-only", "--margin", "0.2"});
+  EXPECT_EQ(result.exitCode, 2);
+  EXPECT_THAT(result.err, HasSubstr("--margin excludes --shape-only"));
+  result = collect({"--overwrite", "--first", "17"});
+  EXPECT_EQ(result.exitCode, 2);
+  EXPECT_TRUE(fs::exists(scratch_ / "things/words.labels")) << "nothing is lost by a slip";
+  fs::resize_file(scratch_ / "things/samples.csv", 10);
+  result = label({"--overwrite"});
+  EXPECT_EQ(result.exitCode, 2);
+  EXPECT_THAT(result.err, HasSubstr("samples.csv")) << "it is not taken for a folder of clouds";
+
   writeFile(model(), "no model");
   result = objects({"predict", scratch_ / "table", "--model", model()});
   EXPECT_EQ(result.exitCode, 2);
   EXPECT_THAT(result.err, HasSubstr("table.objects"));
   result = objects({"label", scratch_ / "table", "--model", scratch_ / "colours"});
   EXPECT_EQ(result.exitCode, 2);
-  EXPECT_THAT(result.err, HasSubstr("-o NAME.labels"));
+  EXPECT_THAT(result.err, HasSubstr("`estancia objects collect` makes some of a sequence"));
   fs::remove(model());
   result = train({"--names", "guessed"});
   EXPECT_EQ(result.exitCode, 2);

@@ -202,6 +202,7 @@ TEST_F(Recognize, RefusesWhatItCannotUse) {
   refuses({"--model", mario, scene, "--picture", scratch_ / "notes.png", "--overwrite"}, "not replaced");
   EXPECT_EQ(readFile(scratch_ / "photo.png"), "\x89PNG\r\n a photograph");
   refuses({"--model", mario, scene, "--picture", scratch_ / "none/found.png"}, "no such folder");
+  refuses({"--model", mario, scene, "--picture", scratch_ / "found.jpg"}, "only PNG");
   refuses({"--model", mario, scene, "--points", "-1"}, "--points");
   refuses({"--model", mario, scratch_ / "none.pcd"}, "none.pcd");
 }

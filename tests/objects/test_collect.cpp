@@ -65,7 +65,7 @@ TEST_F(Collect, ViewsOfAThingStayOneInstanceAllAround) {
     const ObjectView& view = views->view(i);
     framesOf[view.instance].insert(view.frame);
     const ObjectPicture picture = views->picture(i);
-    EXPECT_EQ(picture.image.cols, picture.image.rows);
+    EXPECT_EQ(picture.image.size(), picture.mask.size());
     const PointCloud cloud = views->cloud(i);
     const cv::Vec3b colour = middleOf(picture);
     ASSERT_THAT(cloud.colours, SizeIs(cloud.points.size()));
@@ -114,8 +114,9 @@ TEST_F(Collect, AFrameWithoutDepthIsToldAndLeftOut) {
   EXPECT_EQ(c.samples, 8U);
   EXPECT_THAT(problems_, ElementsAre(HasSubstr("0001.png")));
   for (std::size_t i = 0; i < sequence.size(); ++i) sequence.loseDepth(i);
-  clearObjectSamples(folder_);
+  fs::remove_all(folder_);
   EXPECT_THAT(errorOf([&] { collect(sequence); }), HasSubstr("none of the 5 frames"));
+  EXPECT_FALSE(fs::exists(folder_));
 }
 
 TEST_F(Collect, WithoutATableThingsAreFoundAndTheFramesCounted) {
@@ -128,7 +129,7 @@ TEST_F(Collect, NothingOnTheTableIsNoError) {
   const Collected c = collect(TableSequence({}, {0, 10}));
   EXPECT_EQ(c.withoutCluster, 2U);
   EXPECT_EQ(c.samples, 0U);
-  EXPECT_THAT(samples(), IsEmpty());
+  EXPECT_FALSE(fs::exists(folder_));
 }
 
 TEST_F(Collect, AHugeThingIsCounted) {
@@ -147,20 +148,62 @@ TEST_F(Collect, WhatTheBorderCutsIsMarked) {
   }
 }
 
-TEST_F(Collect, WhatIsThereIsNotReplaced) {
+TEST_F(Collect, WhatIsThereIsReplacedOnPurposeAndLast) {
+  CollectOptions replacing;
+  replacing.replace = true;
   writeFile(folder_ / "notes.txt", "mine");
   EXPECT_THAT(errorOf([&] { collect(twoThings()); }), HasSubstr("is there already"));
-  EXPECT_THAT(errorOf([&] { clearObjectSamples(folder_); }), HasSubstr("samples.csv"));
+  EXPECT_THAT(errorOf([&] { collect(twoThings(), replacing); }), HasSubstr("is no folder of samples"));
   fs::remove_all(folder_);
   collect(twoThings({0}));
   writeFile(folder_ / "kitchen.objects", "mine");
-  EXPECT_THAT(errorOf([&] { clearObjectSamples(folder_); }), HasSubstr("kitchen.objects"));
+  EXPECT_THAT(errorOf([&] { collect(twoThings(), replacing); }), HasSubstr("kitchen.objects"));
   EXPECT_THAT(samples(), SizeIs(2)) << "nothing is deleted then";
   fs::remove(folder_ / "kitchen.objects");
   writeFile(wordsOf(folder_), "words");
-  clearObjectSamples(folder_);
-  EXPECT_TRUE(fs::is_empty(folder_));
+
+  CollectOptions wrong = replacing;
+  wrong.first = 17;
+  EXPECT_THAT(errorOf([&] { collect(twoThings(), wrong); }), HasSubstr("behind the last"));
+  EXPECT_EQ(collect(TableSequence({}, {0}), replacing).samples, 0U);
+  EXPECT_TRUE(fs::exists(wordsOf(folder_))) << "nothing new, so what was there stays";
+  EXPECT_EQ(collect(twoThings({0, 10}), replacing).samples, 4U);
+  EXPECT_THAT(samples(), SizeIs(4));
+  EXPECT_FALSE(fs::exists(wordsOf(folder_))) << "they were of other samples";
+  EXPECT_FALSE(fs::exists(folder_.string() + ".part"));
+}
+
+TEST_F(Collect, AKilledRunIsNotInTheWay) {
+  const fs::path part = folder_.string() + ".part";
+  fs::create_directories(part);
+  writeObjectSamples(part, {});
+  writeFile(part / "pictures/thing-0000-0000.png", "half of it");
   EXPECT_EQ(collect(twoThings({0})).samples, 2U);
+  EXPECT_FALSE(fs::exists(part));
+  fs::remove_all(folder_);
+  writeFile(part / "notes.txt", "mine");
+  EXPECT_THAT(errorOf([&] { collect(twoThings({0})); }), HasSubstr("in the way"));
+  EXPECT_TRUE(fs::exists(part / "notes.txt"));
+}
+
+TEST_F(Collect, AFolderNeedsAName) {
+  Progress silent;
+  EXPECT_THAT(errorOf([&] { collectObjects(twoThings({0}), "", {}, silent); }), HasSubstr("has no name"));
+}
+
+TEST_F(Collect, FramesMayBeFarApart) {
+  CollectOptions options;
+  options.every = std::numeric_limits<std::size_t>::max();
+  EXPECT_EQ(collect(twoThings(), options).frames, 1U);
+}
+
+TEST_F(Collect, WhatWasGatheredIsKeptWhenSomethingGoesWrong) {
+  CollectOptions options;
+  options.strict = true;
+  TableSequence sequence = twoThings();
+  sequence.loseDepth(2);
+  EXPECT_THAT(errorOf([&] { collect(sequence, options); }), HasSubstr("depth"));
+  EXPECT_THAT(samples(), SizeIs(4));
 }
 
 /// Asks to stop while the third frame is read.
@@ -223,6 +266,21 @@ TEST(ClusteredFrame, HolesInDepthAreNoPoints) {
     EXPECT_GT(cloudOf(frame, i).points.size(), 300U);
     for (const cv::Point3f& p : cloudOf(frame, i).points) EXPECT_TRUE(isFinite(p) && p.z > 0.5F);
   }
+}
+
+/// Its pictures lack their lower half.
+class Halved : public TableSequence {
+ public:
+  using TableSequence::TableSequence;
+  cv::Mat image(std::size_t i) const override {
+    const cv::Mat whole = TableSequence::image(i);
+    return whole.rowRange(0, whole.rows / 2);
+  }
+};
+
+TEST_F(Collect, PicturesOfAnotherViewThanDepthAreLeftOut) {
+  EXPECT_THAT(errorOf([&] { collect(Halved({ballAt(0, 0, 0.06, red)}, {0})); }), HasSubstr("none of the 1"));
+  EXPECT_THAT(problems_, ElementsAre(HasSubstr("do not show the same view")));
 }
 
 TEST(ClusteredFrame, RefusesGreyPictures) {

@@ -1,0 +1,103 @@
+#include "estancia/objects/new_samples.hpp"
+
+#include <fmt/format.h>
+
+#include <set>
+#include <system_error>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
+
+namespace estancia {
+namespace {
+
+namespace fs = std::filesystem;
+using io::printable;
+
+/// The folders in a folder of samples.
+std::set<fs::path> partsOf(const fs::path& folder) {
+  return {pictureOf(folder, "x").parent_path(), maskOf(folder, "x").parent_path(),
+          cloudOf(folder, "x").parent_path()};
+}
+
+/// The files of the samples that the list names.
+std::set<fs::path> filesOf(const fs::path& folder) {
+  std::set<fs::path> files{folder / "samples.csv", wordsOf(folder)};
+  for (const ObjectSample& sample : readObjectSamples(folder)) {
+    files.insert(pictureOf(folder, sample.view.name));
+    files.insert(maskOf(folder, sample.view.name));
+    files.insert(cloudOf(folder, sample.view.name));
+  }
+  return files;
+}
+
+void requireOnlySamples(const fs::path& folder) {
+  if (!isObjectSamples(folder))
+    throw Error(fmt::format("{} is no folder of samples, so it is not replaced; give another name",
+                            printable(folder.string())));
+  const std::set<fs::path> files = filesOf(folder), parts = partsOf(folder);
+  for (const auto& there : fs::recursive_directory_iterator(folder))
+    if (!files.contains(there.path()) && !(there.is_directory() && parts.contains(there.path())))
+      throw Error(fmt::format("{} is none of the samples there, so nothing is replaced; move it away first",
+                              printable(there.path().string())));
+}
+
+void requirePlace(const fs::path& folder, bool replace) {
+  if (!fs::exists(folder) || (fs::is_directory(folder) && fs::is_empty(folder))) return;
+  if (!fs::is_directory(folder) || !replace)
+    throw Error(
+        fmt::format("{} is there already; give another name, or replace the samples in it by --overwrite",
+                    printable(folder.string())));
+  requireOnlySamples(folder);
+}
+
+/// Does it, turning what the file system says into an Error about `folder`.
+template <class Work>
+void onDisk(const fs::path& folder, const char* what, const Work& work) {
+  try {
+    work();
+  } catch (const fs::filesystem_error& e) {
+    throw Error(fmt::format("{}: the folder cannot be {} ({})", printable(folder.string()), what,
+                            e.code().message()));
+  }
+}
+
+}  // namespace
+
+NewSamples::NewSamples(const fs::path& folder, bool replace) {
+  if (folder.empty()) throw Error("the folder of samples has no name; give one");
+  onDisk(folder, "made", [&] {
+    folder_ = fs::weakly_canonical(fs::absolute(folder / "x"))
+                  .parent_path();  // without dots and slashes at its end
+    requirePlace(folder_, replace);
+    const fs::path part = folder_.string() + ".part";
+    if (fs::exists(part)) {
+      if (!isObjectSamples(part))
+        throw Error(fmt::format("{} is in the way; samples are gathered there first. Move it away",
+                                printable(part.string())));
+      fs::remove_all(part);  // of a run that was killed
+    }
+    for (const fs::path& inside : partsOf(part)) fs::create_directories(inside);
+    part_ = part;
+  });
+  writeObjectSamples(part_, {});
+}
+
+NewSamples::~NewSamples() {
+  std::error_code ignored;
+  if (!part_.empty()) fs::remove_all(part_, ignored);
+}
+
+void NewSamples::finish(const std::vector<ObjectSample>& samples) {
+  writeObjectSamples(part_, samples);
+  onDisk(folder_, "replaced", [&] {
+    if (fs::exists(folder_) && !fs::is_empty(folder_)) {
+      requireOnlySamples(folder_);  // nobody put anything there meanwhile
+      fs::remove_all(folder_);
+    }
+    fs::rename(part_, folder_);
+  });
+  part_.clear();
+}
+
+}  // namespace estancia
