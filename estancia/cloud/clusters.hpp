@@ -54,8 +54,9 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera,
                       const ClusterOptions& options = {});
 
 /// The same of any cloud: on its grid where it is organised and a pinhole camera explains that, else by its
-/// points alone, which is slower and coarser: what something nearer cuts in two stays so. Throws Error on a
-/// cloud that is not whole and on options out of range.
+/// points alone, which is slower and coarser: what something nearer cuts in two stays so. A point that is not
+/// finite is in no cluster, nor is one of a cloud without a grid beyond 10⁹ m. Throws Error on a cloud that
+/// is not whole and on options out of range.
 Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options = {});
 
 /// These points of the cloud with their colours and normals, not organised. Throws Error on a point that it

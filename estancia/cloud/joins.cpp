@@ -28,7 +28,8 @@ float squared(const cv::Point3f& v) {
   return v.dot(v);
 }
 
-/// Squared, as the bits of the float: those of floats that are not negative order as they do.
+/// The squared distance to the nearest of some points, as the bits of the float: those of floats that are not
+/// negative order as they do.
 ESTANCIA_MULTIVERSION
 std::int32_t nearestOf(const float* x, const float* y, const float* z, std::size_t count, float px, float py,
                        float pz) {
@@ -40,22 +41,43 @@ std::int32_t nearestOf(const float* x, const float* y, const float* z, std::size
   return least;
 }
 
-double distanceOfBoxes(const Shape& a, const Shape& b) {
-  const auto apart = [](float lowA, float highA, float lowB, float highB) {
-    return std::max({0.F, lowB - highA, lowA - highB});
-  };
-  return cv::norm(cv::Point3f(apart(a.low.x, a.high.x, b.low.x, b.high.x),
-                              apart(a.low.y, a.high.y, b.low.y, b.high.y),
-                              apart(a.low.z, a.high.z, b.low.z, b.high.z)));
+/// The first of those at that distance.
+ESTANCIA_MULTIVERSION
+std::int32_t firstAt(std::int32_t least, const float* x, const float* y, const float* z, std::int32_t count,
+                     float px, float py, float pz) {
+  std::int32_t first = count - 1;
+  for (std::int32_t i = 0; i < count; ++i) {
+    const float dx = x[i] - px, dy = y[i] - py, dz = z[i] - pz;
+    const bool there = std::bit_cast<std::int32_t>(dx * dx + dy * dy + dz * dz) == least;
+    first = std::min(first, there ? i : count);
+  }
+  return first;
 }
 
 /// The points of the one within `radius` of a point of the other.
 std::vector<cv::Point3f> near(std::span<const cv::Point3f> points, std::span<const cv::Point3f> others,
                               float radius) {
   std::vector<cv::Point3f> result;
-  for (const cv::Point3f& p : points)
-    if (std::ranges::any_of(others, [&](const cv::Point3f& q) { return squared(p - q) < radius * radius; }))
-      result.push_back(p);
+  if (others.empty()) return result;
+  cv::Point3f low = others.front(), high = low;
+  for (const cv::Point3f& q : others) {
+    low = {std::min(low.x, q.x), std::min(low.y, q.y), std::min(low.z, q.z)};
+    high = {std::max(high.x, q.x), std::max(high.y, q.y), std::max(high.z, q.z)};
+  }
+  const cv::Point3f reach(radius, radius, radius);
+  low -= reach;
+  high += reach;
+  const cv::Point3f* last = others.data();  // the next point is often near the same one
+  for (const cv::Point3f& p : points) {
+    if (p.x < low.x || p.y < low.y || p.z < low.z || p.x > high.x || p.y > high.y || p.z > high.z) continue;
+    const auto isNear = [&](const cv::Point3f& q) { return squared(p - q) < radius * radius; };
+    if (!isNear(*last)) {
+      const auto found = std::ranges::find_if(others, isNear);
+      if (found == others.end()) continue;
+      last = &*found;
+    }
+    result.push_back(p);
+  }
   return result;
 }
 
@@ -117,11 +139,12 @@ bool belongTogether(const InverseDepth& grid, const Pieces& pieces, const Shape&
   float nearest = std::numeric_limits<float>::infinity();
   cv::Point3f endA, endB;
   for (const cv::Point3f& p : b.border) {
-    const auto least =
-        std::bit_cast<float>(nearestOf(a.x.data(), a.y.data(), a.z.data(), a.x.size(), p.x, p.y, p.z));
+    const std::int32_t bits = nearestOf(a.x.data(), a.y.data(), a.z.data(), a.x.size(), p.x, p.y, p.z);
+    const auto least = std::bit_cast<float>(bits);
     if (!(least < std::max(close, nearest))) continue;
-    const cv::Point3f& other =
-        *std::ranges::min_element(a.border, {}, [&](const cv::Point3f& q) { return squared(p - q); });
+    const auto count = static_cast<std::int32_t>(a.x.size());
+    const std::int32_t at = firstAt(bits, a.x.data(), a.y.data(), a.z.data(), count, p.x, p.y, p.z);
+    const cv::Point3f& other = a.border[static_cast<std::size_t>(at)];
     if (least < close) {
       contactB.push_back(p);
       contactA.push_back(other);
@@ -137,16 +160,13 @@ bool belongTogether(const InverseDepth& grid, const Pieces& pieces, const Shape&
 
 void joinPieces(const InverseDepth& grid, const Mask& mask, double contact, int threads, Pieces& pieces) {
   const std::vector<Shape> shapes = shapesOf(grid, mask, pieces);
-  const auto partners = [&](const Shape& a) {
-    std::vector<std::uint32_t> result;
-    for (const Shape& b : shapes)
-      if (b.piece > a.piece && distanceOfBoxes(a, b) <= std::max(kWidestGap, contact) &&
-          !std::ranges::binary_search(pieces.touching, std::pair(a.piece, b.piece)) &&
-          belongTogether(grid, pieces, a, b, contact))
-        result.push_back(b.piece);
-    return result;
+  const auto pairs = nearPairs(shapes, pieces, std::max(kWidestGap, contact));
+  const auto find = [&](std::size_t i) -> std::vector<std::pair<std::uint32_t, std::uint32_t>> {
+    const Shape &a = shapes[pairs[i].first], &b = shapes[pairs[i].second];
+    if (!belongTogether(grid, pieces, a, b, contact)) return {};
+    return {{a.piece, b.piece}};
   };
-  joinPartners(shapes, mask, threads, partners, pieces);
+  joinFound(pairs.size(), find, mask, threads, pieces);
 }
 
 }  // namespace estancia

@@ -17,10 +17,11 @@
 namespace estancia {
 namespace {
 
-constexpr double kLeastLeaf = 0.005, kMostLeaf = 1e30;  // [m]
-constexpr float kLink = 3, kNext = 1.8F;                // leaves
-constexpr std::size_t kAroundNormal = 30;               // points
-constexpr std::uint32_t kNone = 0;                      // no piece
+constexpr double kLeastLeaf = 0.005;       // [m]
+constexpr float kFarthest = 1e9F;          // [m]: squares stay far from what a float cannot hold
+constexpr float kLink = 3, kNext = 1.8F;   // leaves
+constexpr std::size_t kAroundNormal = 30;  // points
+constexpr std::uint32_t kNone = 0;         // no piece
 
 /// One point a voxel.
 struct Surface {
@@ -35,6 +36,10 @@ struct Surface {
   std::size_t size() const { return cloud.points.size(); }
 };
 
+bool isAbsurd(const cv::Point3f& p) {
+  return isFinite(p) && std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kFarthest;
+}
+
 bool isBeyond(const PointCloud& cloud, const cv::Point3f& place) {
   cv::Point3f low(HUGE_VALF, HUGE_VALF, HUGE_VALF), high = -low;
   for (const cv::Point3f& p : cloud.points) {
@@ -46,7 +51,7 @@ bool isBeyond(const PointCloud& cloud, const cv::Point3f& place) {
 }
 
 Surface surfaceOf(const PointCloud& cloud, int threads) {
-  const double leaf = std::clamp(2 * resolutionOf(cloud), kLeastLeaf, kMostLeaf);
+  const double leaf = std::max(2 * resolutionOf(cloud), kLeastLeaf);
   PointCloud thin = voxelGrid(cloud, leaf);
   Neighbours neighbours(thin.points, threads);
   NormalOptions options;
@@ -253,6 +258,12 @@ std::vector<Border> bordersBetween(const Surface& s, const std::vector<std::uint
 
 Clusters findLooseClusters(const PointCloud& cloud, const ClusterOptions& options) {
   constexpr double leastSeed = 8, leastPiece = 30;  // points of the surface
+  if (std::ranges::any_of(cloud.points, isAbsurd)) {
+    constexpr float none = std::numeric_limits<float>::quiet_NaN();
+    PointCloud rest = cloud;
+    std::ranges::replace_if(rest.points, isAbsurd, cv::Point3f(none, none, none));
+    return findLooseClusters(rest, options);
+  }
   const Surface s = surfaceOf(cloud, options.threads);
   Clusters result;
   std::vector<std::uint8_t> rest(s.size(), 1);

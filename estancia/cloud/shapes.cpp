@@ -1,6 +1,8 @@
 #include "estancia/cloud/shapes.hpp"
 
 #include <algorithm>
+#include <opencv2/core.hpp>
+#include <tuple>
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/parallel.hpp"
@@ -17,13 +19,35 @@ void thin(std::vector<cv::Point3f>& points, std::size_t most) {
   points.resize(most);
 }
 
+double distanceOfBoxes(const Shape& a, const Shape& b) {
+  const auto apart = [](float lowA, float highA, float lowB, float highB) {
+    return std::max({0.F, lowB - highA, lowA - highB});
+  };
+  return cv::norm(cv::Point3f(apart(a.low.x, a.high.x, b.low.x, b.high.x),
+                              apart(a.low.y, a.high.y, b.low.y, b.high.y),
+                              apart(a.low.z, a.high.z, b.low.z, b.high.z)));
+}
+
+/// Pieces that are large enough, or the largest of these; ascending.
+std::vector<std::uint32_t> largePieces(const Pieces& pieces, double least) {
+  std::vector<std::uint32_t> large;
+  for (std::uint32_t i = 1; i < pieces.sizes.size(); ++i)
+    if (pieces.sizes[i] >= least) large.push_back(i);
+  if (large.size() <= kMostShapes) return large;
+  std::ranges::nth_element(large, large.begin() + kMostShapes, [&](std::uint32_t a, std::uint32_t b) {
+    return std::tuple(pieces.sizes[b], a) < std::tuple(pieces.sizes[a], b);
+  });
+  large.resize(kMostShapes);
+  std::ranges::sort(large);
+  return large;
+}
+
 }  // namespace
 
 std::vector<Shape> shapesOf(const InverseDepth& grid, const Mask& mask, const Pieces& pieces) {
   std::vector<Shape> shapes;
   std::vector<std::uint32_t> shapeOf(pieces.sizes.size()), skip(pieces.sizes.size());
-  for (std::uint32_t i = 1; i < pieces.sizes.size(); ++i) {
-    if (pieces.sizes[i] < grid.area(kLeastShape)) continue;
+  for (const std::uint32_t i : largePieces(pieces, grid.area(kLeastShape))) {
     shapes.emplace_back().piece = i;
     shapeOf[i] = static_cast<std::uint32_t>(shapes.size());
   }
@@ -54,14 +78,33 @@ std::vector<Shape> shapesOf(const InverseDepth& grid, const Mask& mask, const Pi
   return shapes;
 }
 
-void joinPartners(const std::vector<Shape>& shapes, const Mask& mask, int threads,
-                  const std::function<std::vector<std::uint32_t>(const Shape&)>& partners, Pieces& pieces) {
-  std::vector<std::vector<std::uint32_t>> found(shapes.size());
-  inParallel(shapes.size(), static_cast<std::size_t>(threads > 0 ? threads : usableCores()),
-             [&](std::size_t i) { found[i] = partners(shapes[i]); });
+std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector<Shape>& shapes,
+                                                               const Pieces& pieces, double farthest) {
+  std::vector<std::tuple<double, std::uint32_t, std::uint32_t>> found;
+  for (std::uint32_t i = 0; i < shapes.size(); ++i)
+    for (std::uint32_t j = i + 1; j < shapes.size(); ++j) {
+      const double distance = distanceOfBoxes(shapes[i], shapes[j]);
+      if (distance <= farthest &&
+          !std::ranges::binary_search(pieces.touching, std::pair(shapes[i].piece, shapes[j].piece)))
+        found.emplace_back(distance, i, j);
+    }
+  if (found.size() > kMostPairs) {
+    std::ranges::nth_element(found, found.begin() + kMostPairs);
+    found.resize(kMostPairs);
+  }
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  pairs.reserve(found.size());
+  for (const auto& [distance, i, j] : found) pairs.emplace_back(i, j);
+  return pairs;
+}
+
+void joinFound(std::size_t count, const FindPairs& find, const Mask& mask, int threads, Pieces& pieces) {
+  std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found(count);
+  inParallel(count, static_cast<std::size_t>(threads > 0 ? threads : usableCores()),
+             [&](std::size_t i) { found[i] = find(i); });
   DisjointSets sets(pieces.sizes.size());
-  for (std::size_t i = 0; i < shapes.size(); ++i)
-    for (const std::uint32_t other : found[i]) sets.join(shapes[i].piece, other);
+  for (const auto& pairs : found)
+    for (const auto& [a, b] : pairs) sets.join(a, b);
   renumber(mask, pieces, sets);
 }
 

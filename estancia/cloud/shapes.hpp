@@ -4,12 +4,18 @@
 #include <cstdint>
 #include <functional>
 #include <opencv2/core/types.hpp>
+#include <utility>
 #include <vector>
 
 #include "estancia/cloud/inverse_depth.hpp"
 #include "estancia/cloud/pieces.hpp"
 
 namespace estancia {
+
+// Pictures may fall into thousands of pieces, and pieces are compared by pairs: these bound the work whatever
+// the picture. A kitchen has 50 shapes and 100 pairs that are near.
+constexpr std::size_t kMostShapes = 512;
+constexpr std::size_t kMostPairs = 4096;
 
 struct Shape {
   std::uint32_t piece;
@@ -19,11 +25,16 @@ struct Shape {
   std::vector<float> x, y, z;        ///< the border by coordinate, so that many points are compared at once
 };
 
-/// Of all pieces that are not too small to tell, in their order.
+/// Of the pieces that are not too small to tell, in their order; of more than kMostShapes the largest.
 std::vector<Shape> shapesOf(const InverseDepth& grid, const Mask& mask, const Pieces& pieces);
 
-/// Joins each piece with what partners(its shape) names; asks on several threads.
-void joinPartners(const std::vector<Shape>& shapes, const Mask& mask, int threads,
-                  const std::function<std::vector<std::uint32_t>(const Shape&)>& partners, Pieces& pieces);
+/// Which shapes, by their indices, come within `farthest` [m] of each other by the boxes around their
+/// borders, but do not touch in the picture; of more than kMostPairs those whose boxes are nearest.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector<Shape>& shapes,
+                                                               const Pieces& pieces, double farthest);
+
+/// Joins the pairs of pieces that find(i) names for each i below `count`; asks on several threads.
+using FindPairs = std::function<std::vector<std::pair<std::uint32_t, std::uint32_t>>(std::size_t)>;
+void joinFound(std::size_t count, const FindPairs& find, const Mask& mask, int threads, Pieces& pieces);
 
 }  // namespace estancia

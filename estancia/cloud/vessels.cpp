@@ -65,15 +65,29 @@ struct Standing {
   std::vector<double> heights;
 };
 
+/// Places over a plane.
+class Ground {
+ public:
+  explicit Ground(const Plane& plane) : n_(plane.normal), offset_(plane.offset) {
+    const cv::Vec3d side = std::abs(n_[0]) < 0.9 ? cv::Vec3d(1, 0, 0) : cv::Vec3d(0, 1, 0);
+    e1_ = cv::normalize(n_.cross(side));
+    e2_ = n_.cross(e1_);
+  }
+  cv::Point2d foot(const cv::Vec3d& p) const { return {p.dot(e1_), p.dot(e2_)}; }
+  double height(const cv::Vec3d& p) const { return p.dot(n_) - offset_; }
+
+ private:
+  cv::Vec3d n_, e1_, e2_;
+  double offset_;
+};
+
 Standing standing(const Shape& shape, const Plane& plane, std::size_t step) {
-  const cv::Vec3d& n = plane.normal;
-  const cv::Vec3d side = std::abs(n[0]) < 0.9 ? cv::Vec3d(1, 0, 0) : cv::Vec3d(0, 1, 0);
-  const cv::Vec3d e1 = cv::normalize(n.cross(side)), e2 = n.cross(e1);
+  const Ground ground(plane);
   Standing result;
   for (std::size_t i = 0; i < shape.surface.size(); i += step) {
     const cv::Vec3d p(shape.surface[i].x, shape.surface[i].y, shape.surface[i].z);
-    result.footprint.emplace_back(p.dot(e1), p.dot(e2));
-    result.heights.push_back(p.dot(n) - plane.offset);
+    result.footprint.push_back(ground.foot(p));
+    result.heights.push_back(ground.height(p));
   }
   return result;
 }
@@ -122,17 +136,33 @@ std::optional<Circle> wallOf(const Standing& piece, double rim) {
   return {};
 }
 
+/// Whether a thing lies within a circle, mostly, and not above a rim.
+bool isInside(const Shape& shape, const Plane& plane, const Circle& circle, double rim) {
+  constexpr double beside = 0.015;  // [m]
+  constexpr double inside = 0.85;
+  const Ground ground(plane);
+  const std::size_t count = (shape.surface.size() + kStep - 1) / kStep;
+  std::size_t in = 0, seen = 0;
+  for (std::size_t i = 0; i < shape.surface.size(); i += kStep) {
+    const cv::Vec3d p(shape.surface[i].x, shape.surface[i].y, shape.surface[i].z);
+    in +=
+        cv::norm(ground.foot(p) - circle.centre) < circle.radius + beside && ground.height(p) < rim + beside;
+    const std::size_t out = ++seen - in;  // most things are elsewhere, which few points tell
+    if (!(static_cast<double>(count - out) > inside * static_cast<double>(count))) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 void joinVessels(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes, int threads,
                  Pieces& pieces) {
-  constexpr double beside = 0.015;  // [m]
-  constexpr double inside = 0.85;
   constexpr double largest = 0.8;  // no vessel is [m]
   if (planes.empty()) return;
   const std::vector<Shape> shapes = shapesOf(grid, mask, pieces);
-  const auto partners = [&](const Shape& wall) {
-    std::vector<std::uint32_t> result;
+  const auto find = [&](std::size_t index) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> result;
+    const Shape& wall = shapes[index];
     if (pieces.sizes[wall.piece] < grid.area(kLeastWall) || cv::norm(wall.high - wall.low) > largest)
       return result;
     const Plane* support = supportOf(wall, planes);
@@ -143,17 +173,11 @@ void joinVessels(const InverseDepth& grid, const Mask& mask, const std::vector<P
     if (!circle) return result;
     for (const Shape& other : shapes) {
       if (&other == &wall || pieces.sizes[other.piece] > 3 * pieces.sizes[wall.piece]) continue;
-      const Standing within = standing(other, *support, kStep);
-      std::size_t count = 0;
-      for (std::size_t i = 0; i < within.footprint.size(); ++i)
-        count += cv::norm(within.footprint[i] - circle->centre) < circle->radius + beside &&
-                 within.heights[i] < rim + beside;
-      if (static_cast<double>(count) > inside * static_cast<double>(within.footprint.size()))
-        result.push_back(other.piece);
+      if (isInside(other, *support, *circle, rim)) result.emplace_back(wall.piece, other.piece);
     }
     return result;
   };
-  joinPartners(shapes, mask, threads, partners, pieces);
+  joinFound(shapes.size(), find, mask, threads, pieces);
 }
 
 }  // namespace estancia

@@ -153,8 +153,7 @@ TEST(CloudClusters, NothingIsNoError) {
   options.least = 1;
   EXPECT_THAT(findClusters(PointCloud(), options).clusters, IsEmpty());
   EXPECT_THAT(findClusters(cloudOf({{kNaN, 0, 0}, {0, kNaN, 1}}), options).clusters, IsEmpty());
-  for (const cv::Point3f& p :
-       {cv::Point3f(0, 0, 0), cv::Point3f(1, 2, 3), cv::Point3f(-1e30F, 1e30F, 3e38F)}) {
+  for (const cv::Point3f& p : {cv::Point3f(0, 0, 0), cv::Point3f(1, 2, 3), cv::Point3f(-1e9F, 1e9F, 1e9F)}) {
     for (const std::size_t count : {1, 2, 1000}) {
       const Clusters found = findClusters(cloudOf(std::vector(count, p)), options);
       EXPECT_THAT(found.planes, IsEmpty());
@@ -167,12 +166,37 @@ TEST(CloudClusters, NothingIsNoError) {
     grid.height = 2;
     EXPECT_THAT(findClusters(grid, options).clusters, SizeIs(1)) << p;
   }
-  const Clusters apart = findClusters(cloudOf({{-3e38F, 0, 0}, {3e38F, 1, 0}, {0, 0, 3e38F}}), options);
+  const Clusters apart = findClusters(cloudOf({{-1e9F, 0, 0}, {1e9F, 1, 0}, {0, 0, 1e9F}}), options);
   std::size_t points = 0;
   for (const Cluster& cluster : apart.clusters) points += cluster.points.size();
   EXPECT_EQ(points, 3U);
+  EXPECT_THAT(findClusters(cloudOf({{-3e38F, 0, 0}, {3e38F, 1, 0}, {0, 0, 2e9F}}), options).clusters,
+              IsEmpty());
   options.least = 3;
   EXPECT_THAT(findClusters(cloudOf({{-1, 0, 0}, {1, 1, 0}}), options).clusters, IsEmpty());
+}
+
+TEST(CloudClusters, PointsNobodyCanHaveSeenAreNone) {
+  // Their squares are more than a float can hold: each would be every other's neighbour.
+  cv::RNG random(3);
+  std::vector<cv::Point3f> points;
+  for (int i = 0; i < 5000; ++i)
+    points.push_back(
+        3e38F * cv::Point3f(random.uniform(-1.F, 1.F), random.uniform(-1.F, 1.F), random.uniform(-1.F, 1.F)));
+  ASSERT_TRUE(std::ranges::all_of(points, isFinite));
+  ClusterOptions options;
+  options.least = 1;
+  EXPECT_THAT(findClusters(cloudOf(std::move(points)), options).clusters, IsEmpty());
+  const PointCloud cloud = without(backProject(tableWithTwoThings().depth, kView.camera), false);
+  PointCloud holed = cloud, absurd = cloud;
+  for (std::size_t i = 0; i < cloud.points.size(); i += 50) {
+    holed.points[i].y = kNaN;
+    absurd.points[i].y = i % 100 == 0 ? 3e38F : -2e9F;
+  }
+  const Clusters expected = findClusters(holed), found = findClusters(absurd);
+  ASSERT_THAT(expected.clusters, SizeIs(2));
+  ASSERT_THAT(found.clusters, SizeIs(2));
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(found.clusters[i].points, expected.clusters[i].points);
 }
 
 TEST(CloudClusters, RefusesAnUnsoundCloud) {
