@@ -39,7 +39,7 @@ void warnOf(const Collected& c) {
   if (c.withoutPlane > 0)
     spdlog::warn(
         "{} of {} frames show no table, wall or floor that things could be told from; is --depth-scale "
-        "right?",
+        "right, and is most of the depth there?",
         c.withoutPlane, c.frames);
   if (c.huge > 0)
     spdlog::warn("{} frames hold a thing of more than half of their pixels: no single one, or too near",
