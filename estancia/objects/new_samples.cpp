@@ -64,7 +64,8 @@ void onDisk(const fs::path& folder, const char* what, const Work& work) {
 
 }  // namespace
 
-NewSamples::NewSamples(const fs::path& folder, bool replace) {
+// Built upon another constructor, so that what was made is removed when the rest fails.
+NewSamples::NewSamples(const fs::path& folder, bool replace) : NewSamples() {
   if (folder.empty()) throw Error("the folder of samples has no name; give one");
   onDisk(folder, "made", [&] {
     folder_ = fs::weakly_canonical(fs::absolute(folder / "x"))
@@ -77,8 +78,8 @@ NewSamples::NewSamples(const fs::path& folder, bool replace) {
                                 printable(part.string())));
       fs::remove_all(part);  // of a run that was killed
     }
-    for (const fs::path& inside : partsOf(part)) fs::create_directories(inside);
     part_ = part;
+    for (const fs::path& inside : partsOf(part_)) fs::create_directories(inside);
   });
   writeObjectSamples(part_, {});
 }

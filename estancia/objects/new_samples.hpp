@@ -28,6 +28,8 @@ class NewSamples {
   void finish(const std::vector<ObjectSample>& samples);
 
  private:
+  NewSamples() = default;
+
   std::filesystem::path folder_, part_;
 };
 

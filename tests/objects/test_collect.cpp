@@ -191,6 +191,14 @@ TEST_F(Collect, AFolderNeedsAName) {
   EXPECT_THAT(errorOf([&] { collectObjects(twoThings({0}), "", {}, silent); }), HasSubstr("has no name"));
 }
 
+TEST_F(Collect, AFolderThatCannotBeMadeLeavesNothing) {
+  Progress silent;
+  const fs::path folder = scratch_ / std::string(252, 'x');
+  EXPECT_THAT(errorOf([&] { collectObjects(twoThings({0}), folder, {}, silent); }),
+              HasSubstr("cannot be made"));
+  EXPECT_TRUE(fs::is_empty(folder.parent_path()));
+}
+
 TEST_F(Collect, FramesMayBeFarApart) {
   CollectOptions options;
   options.every = std::numeric_limits<std::size_t>::max();
