@@ -191,6 +191,99 @@ std::vector<int> thirdsOf(const std::vector<int>& things) {
   return third;
 }
 
+ObjectSplit splitBy(const std::string& name, const std::vector<int>& of, const std::vector<int>& tested,
+                    const std::vector<int>& learned) {
+  ObjectSplit split{name, {}, {}};
+  for (std::size_t i = 0; i < of.size(); ++i) {
+    if (std::find(tested.begin(), tested.end(), of[i]) != tested.end()) split.test.push_back(i);
+    if (std::find(learned.begin(), learned.end(), of[i]) != learned.end()) split.train.push_back(i);
+  }
+  return split;
+}
+
+ObjectSplit splitByThings(const ObjectTask& task, const InstanceSplit& split) {
+  return splitBy(split.name, task.things, {split.test.begin(), split.test.end()},
+                 {split.train.begin(), split.train.end()});
+}
+
+std::vector<ObjectSplit> splitsByInstances(const ObjectTask& task, const std::vector<double>& labelled,
+                                           const ObjectSplitsOptions& options) {
+  std::vector<ObjectSplit> splits;
+  if (!labelled.empty()) splits.push_back(splitByThings(task, baselineSplit(task.wordOfThing, labelled)));
+  for (const InstanceSplit& split : randomSplits(task.wordOfThing, options.splits, options.splitSeed))
+    splits.push_back(splitByThings(task, split));
+  return splits;
+}
+
+std::vector<ObjectSplit> splitsByViews(const ObjectTask& task) {
+  std::map<int, std::size_t> counts;
+  for (const int thing : task.things) ++counts[thing];
+  for (const auto& [thing, count] : counts)
+    if (count < thirds)
+      throw Error(fmt::format("{}: {} has {} views, too few for thirds; split it by instances",
+                              task.data->views.string(), task.thingNames[static_cast<std::size_t>(thing)],
+                              count));
+  const std::vector<int> third = thirdsOf(task.things);
+  return {splitBy("views 1", third, {0}, {1, 2}), splitBy("views 2", third, {1}, {0, 2}),
+          splitBy("views 3", third, {2}, {0, 1})};
+}
+
+std::vector<ObjectSplit> officialSplits(const ObjectTask& task) {
+  ObjectSplit split{"official", {}, {}};
+  std::map<int, std::set<std::string>> parts;
+  for (std::size_t i = 0; i < task.view.size(); ++i) {
+    const std::string& part = task.views->view(task.view[i]).split;
+    if (part == "train") split.train.push_back(i);
+    if (part == "test") split.test.push_back(i);
+    parts[task.things[i]].insert(part);
+  }
+  for (const auto& [thing, of] : parts)
+    if (of.contains("train") && of.contains("test"))
+      throw Error(fmt::format("{}: {} is both in the training and in the test part; split by instances",
+                              task.data->views.string(), task.thingNames[static_cast<std::size_t>(thing)]));
+  return {std::move(split)};
+}
+
+/// The right answers' share of each thing's samples; what says nothing is wrong.
+std::vector<double> labelledOf(const ObjectTask& task, const WordShares& shares) {
+  std::vector<double> right(task.thingNames.size()), all(task.thingNames.size());
+  for (std::size_t i = 0; i < task.things.size(); ++i) {
+    const auto thing = static_cast<std::size_t>(task.things[i]);
+    const auto row = shares.shares.row(i);
+    const auto best = std::max_element(row.begin(), row.end());
+    ++all[thing];
+    right[thing] += *best > 0 && best - row.begin() == task.words[i];
+  }
+  for (std::size_t t = 0; t < right.size(); ++t) right[t] /= all[t];
+  return right;
+}
+
+/// `labelled` (labelledOf()) is empty where no labeler was asked: then there is no baseline.
+std::vector<ObjectSplit> splitsOf(const ObjectTask& task, const std::vector<double>& labelled,
+                                  const ObjectSplitsOptions& options) {
+  const std::string here = task.data->views.string();
+  std::vector<ObjectSplit> splits;
+  try {
+    splits = task.data->split == Split::instances ? splitsByInstances(task, labelled, options)
+             : task.data->split == Split::views   ? splitsByViews(task)
+                                                  : officialSplits(task);
+  } catch (const Error& problem) {
+    const std::string what = problem.what();
+    throw Error(what.starts_with(here) ? what : here + ": " + what);
+  }
+  for (const ObjectSplit& split : splits) {
+    if (split.train.empty() || split.test.empty())
+      throw Error(fmt::format("{}: the split {} has {} views to learn from and {} to ask about", here,
+                              split.name, split.train.size(), split.test.size()));
+    std::set<int> learned;
+    for (const std::size_t i : split.train) learned.insert(task.words[i]);
+    if (learned.size() < 2)
+      throw Error(fmt::format("{}: all views to learn from in the split {} show one word, {}", here,
+                              split.name, task.study.words[static_cast<std::size_t>(*learned.begin())].name));
+  }
+  return splits;
+}
+
 ObjectTask prepare(const Data& data, Shared& shared, const ObjectSplitsOptions& options,
                    std::vector<std::string>& notes) {
   Labeler* labeler = shared.labelerOf(data);
@@ -245,98 +338,7 @@ ObjectTask prepare(const Data& data, Shared& shared, const ObjectSplitsOptions& 
   return task;
 }
 
-ObjectSplit splitBy(const std::string& name, const std::vector<int>& of, const std::vector<int>& tested,
-                    const std::vector<int>& learned) {
-  ObjectSplit split{name, {}, {}};
-  for (std::size_t i = 0; i < of.size(); ++i) {
-    if (std::find(tested.begin(), tested.end(), of[i]) != tested.end()) split.test.push_back(i);
-    if (std::find(learned.begin(), learned.end(), of[i]) != learned.end()) split.train.push_back(i);
-  }
-  return split;
-}
-
-ObjectSplit splitByThings(const ObjectTask& task, const InstanceSplit& split) {
-  return splitBy(split.name, task.things, {split.test.begin(), split.test.end()},
-                 {split.train.begin(), split.train.end()});
-}
-
-std::vector<ObjectSplit> splitsByInstances(const ObjectTask& task, const std::vector<double>& labelled,
-                                           const ObjectSplitsOptions& options) {
-  std::vector<ObjectSplit> splits;
-  if (!labelled.empty()) splits.push_back(splitByThings(task, baselineSplit(task.wordOfThing, labelled)));
-  for (const InstanceSplit& split : randomSplits(task.wordOfThing, options.splits, options.splitSeed))
-    splits.push_back(splitByThings(task, split));
-  return splits;
-}
-
-std::vector<ObjectSplit> splitsByViews(const ObjectTask& task) {
-  std::map<int, std::size_t> counts;
-  for (const int thing : task.things) ++counts[thing];
-  for (const auto& [thing, count] : counts)
-    if (count < thirds)
-      throw Error(fmt::format("{}: {} has {} views, too few for thirds; split it by instances",
-                              task.data->views.string(), task.thingNames[static_cast<std::size_t>(thing)],
-                              count));
-  const std::vector<int> third = thirdsOf(task.things);
-  return {splitBy("views 1", third, {0}, {1, 2}), splitBy("views 2", third, {1}, {0, 2}),
-          splitBy("views 3", third, {2}, {0, 1})};
-}
-
-std::vector<ObjectSplit> officialSplits(const ObjectTask& task) {
-  ObjectSplit split{"official", {}, {}};
-  std::map<int, std::set<std::string>> parts;
-  for (std::size_t i = 0; i < task.view.size(); ++i) {
-    const std::string& part = task.views->view(task.view[i]).split;
-    if (part == "train") split.train.push_back(i);
-    if (part == "test") split.test.push_back(i);
-    parts[task.things[i]].insert(part);
-  }
-  for (const auto& [thing, of] : parts)
-    if (of.contains("train") && of.contains("test"))
-      throw Error(fmt::format("{}: {} is both in the training and in the test part; split by instances",
-                              task.data->views.string(), task.thingNames[static_cast<std::size_t>(thing)]));
-  return {std::move(split)};
-}
-
 }  // namespace
-
-std::vector<double> labelledOf(const ObjectTask& task, const WordShares& shares) {
-  std::vector<double> right(task.thingNames.size()), all(task.thingNames.size());
-  for (std::size_t i = 0; i < task.things.size(); ++i) {
-    const auto thing = static_cast<std::size_t>(task.things[i]);
-    const auto row = shares.shares.row(i);
-    const auto best = std::max_element(row.begin(), row.end());
-    ++all[thing];
-    right[thing] += *best > 0 && best - row.begin() == task.words[i];
-  }
-  for (std::size_t t = 0; t < right.size(); ++t) right[t] /= all[t];
-  return right;
-}
-
-std::vector<ObjectSplit> splitsOf(const ObjectTask& task, const std::vector<double>& labelled,
-                                  const ObjectSplitsOptions& options) {
-  const std::string here = task.data->views.string();
-  std::vector<ObjectSplit> splits;
-  try {
-    splits = task.data->split == Split::instances ? splitsByInstances(task, labelled, options)
-             : task.data->split == Split::views   ? splitsByViews(task)
-                                                  : officialSplits(task);
-  } catch (const Error& problem) {
-    const std::string what = problem.what();
-    throw Error(what.starts_with(here) ? what : here + ": " + what);
-  }
-  for (const ObjectSplit& split : splits) {
-    if (split.train.empty() || split.test.empty())
-      throw Error(fmt::format("{}: the split {} has {} views to learn from and {} to ask about", here,
-                              split.name, split.train.size(), split.test.size()));
-    std::set<int> learned;
-    for (const std::size_t i : split.train) learned.insert(task.words[i]);
-    if (learned.size() < 2)
-      throw Error(fmt::format("{}: all views to learn from in the split {} show one word, {}", here,
-                              split.name, task.study.words[static_cast<std::size_t>(*learned.begin())].name));
-  }
-  return splits;
-}
 
 std::vector<ObjectTask> prepareTasks(const ObjectSplitsOptions& options, const ExperimentRun& run,
                                      Progress& progress, std::vector<std::string>& notes) {

@@ -49,17 +49,9 @@ struct ObjectTask {
   bool hasBaseline() const { return splits.front().name == "baseline"; }
 };
 
-/// The right answers' share of each thing's samples; what says nothing is wrong.
-std::vector<double> labelledOf(const ObjectTask& task, const WordShares& shares);
-
 /// The tasks of all data that is there, in order; what is left out is told in `notes`. Views and words that
 /// several have in common are read once. Throws Error as splitObjects() does.
 std::vector<ObjectTask> prepareTasks(const ObjectSplitsOptions& options, const ExperimentRun& run,
                                      Progress& progress, std::vector<std::string>& notes);
-
-/// The splits that `data` asks for. `labelled` (labelledOf()) is empty where no labeler was asked: then there
-/// is no baseline. Throws Error saying why there is none.
-std::vector<ObjectSplit> splitsOf(const ObjectTask& task, const std::vector<double>& labelled,
-                                  const ObjectSplitsOptions& options);
 
 }  // namespace estancia
