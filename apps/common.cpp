@@ -65,8 +65,8 @@ void SequenceArguments::addDepthTo(CLI::App& command) {
   const auto depth = "Depth";
   command
       .add_option("--depth-scale", options.depthScale,
-                  "What a metre is in the numbers of depth pictures; default: the data set's own, else "
-                  "16 bits 1000 (millimetres), 8 bits 25.5 (255 is 10 m), float 1")
+                  "What a meter is in the numbers of depth pictures; default: the data set's own, else "
+                  "16 bits 1000 (millimeters), 8 bits 25.5 (255 is 10 m), float 1")
       ->check(positive())
       ->group(depth);
   command

@@ -10,7 +10,7 @@
 #include "common.hpp"
 #include "estancia/classify/predict_rooms.hpp"
 #include "estancia/describe/features.hpp"
-#include "labelling.hpp"
+#include "labeling.hpp"
 
 namespace estancia::apps {
 

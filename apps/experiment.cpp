@@ -13,7 +13,7 @@
 #include "estancia/io/result_table.hpp"
 #include "estancia/report/findings_files.hpp"
 #include "estancia/report/findings_page.hpp"
-#include "labelling.hpp"
+#include "labeling.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -21,7 +21,7 @@ namespace {
 struct Arguments {
   std::vector<std::string> configs, models;
   std::string output;
-  ModelArguments labelling;
+  ModelArguments labeling;
   bool json = false;
 };
 
@@ -65,8 +65,8 @@ void run(const Arguments& arguments) {
   Findings findings;
   const auto program = [&] {
     findings = runExperiment(configs,
-                             {folder, arguments.models, arguments.labelling.options,
-                              arguments.labelling.noCache ? nullptr : &cache, distribution.get()},
+                             {folder, arguments.models, arguments.labeling.options,
+                              arguments.labeling.noCache ? nullptr : &cache, distribution.get()},
                              *progress);
   };
   distribution != nullptr ? distribution->together(program) : program();
@@ -100,7 +100,7 @@ void addExperimentCommand(CLI::App& app) {
       "CONFIG's name, here (of several, their folder's; where these are of several types, results.csv is in "
       "a folder a type)");
   command->add_option("--models", arguments->models, "Only these models, by name or folder")->delimiter(',');
-  arguments->labelling.addRunningTo(*command);
+  arguments->labeling.addRunningTo(*command);
   addJsonOption(*command, arguments->json);
   addExamples(
       *command,

@@ -40,7 +40,7 @@ const char* nameOf(GngStop stop) {
   switch (stop) {
     case GngStop::neurons:
       return "neurons";
-    case GngStop::quantisationError:
+    case GngStop::quantizationError:
       return "error";
     case GngStop::seconds:
       return "deadline";
@@ -73,7 +73,7 @@ void tell(const Arguments& arguments, const FilteredCloud& filtered, const Accou
     if (neural) {
       json["edges"] = gas.edges.size();
       json["signals"] = gas.signals;
-      json["quantisation_error"] = gas.quantisationError;
+      json["quantization_error"] = gas.quantizationError;
       json["stopped_by"] = nameOf(gas.stop);
     }
     print(json);
@@ -85,8 +85,8 @@ void tell(const Arguments& arguments, const FilteredCloud& filtered, const Accou
                holes > 0 ? "kept as holes" : "left out");
   if (filtered.leaf > 0) fmt::print("; voxels of {:.3g} m", filtered.leaf);
   if (neural)
-    fmt::print("; {} edges, {} signals, quantisation error {:.3g} m", gas.edges.size(), gas.signals,
-               gas.quantisationError);
+    fmt::print("; {} edges, {} signals, quantization error {:.3g} m", gas.edges.size(), gas.signals,
+               gas.quantizationError);
   fmt::print("; {:.2f} s\n", account.seconds);
   fmt::print("the cloud's resolution is {:.3g} m and its noise {:.3g} m across the surface\n",
              account.resolution, account.noise);
@@ -118,7 +118,7 @@ void requireOutputs(const Arguments& arguments) {
           fmt::format("{} cannot hold both the cloud and the graph; give two names", arguments.output));
     outputs.push_back(arguments.graph);
   }
-  const std::vector<std::string> inputs{arguments.input, arguments.file.intrinsics, arguments.file.colours};
+  const std::vector<std::string> inputs{arguments.input, arguments.file.intrinsics, arguments.file.colors};
   requirePicture(arguments.picture, arguments.overwrite, inputs);
   for (const std::string& output : outputs) {
     requireReplaceable(output, arguments.overwrite, isCloudFile, "point cloud");
@@ -132,7 +132,7 @@ void run(Arguments& arguments) {
   PointCloud cloud =
       withGaussianNoise(readCloud(arguments.input, arguments.file), arguments.noise, arguments.seed);
   if (arguments.noise > 0) cloud.normals.clear();  // they were those of the points without it
-  const Neighbours around(cloud.points, 0);
+  const Neighbors around(cloud.points, 0);
   Account account{cloud.points.size(), around.size(), resolutionOf(around), estimateNoise(around), 0};
 
   const auto progress = makeStderrProgress();
@@ -190,7 +190,7 @@ void addFilterCommand(CLI::App& app) {
       ->check(positive())
       ->excludes("--points");
   command
-      ->add_option("--error", filter.gng.quantisationError, "Neurons: stop below this quantisation error [m]")
+      ->add_option("--error", filter.gng.quantizationError, "Neurons: stop below this quantization error [m]")
       ->check(positive());
   command->add_option("--deadline", filter.gng.seconds, "Neurons: stop after so many seconds")
       ->check(positive());
@@ -215,7 +215,7 @@ void addFilterCommand(CLI::App& app) {
   const auto depth = "Depth pictures";
   command
       ->add_option("--depth-scale", arguments->file.depthScale,
-                   "What a metre is in their numbers; default: 16 bits 1000, 8 bits 25.5, float 1")
+                   "What a meter is in their numbers; default: 16 bits 1000, 8 bits 25.5, float 1")
       ->check(positive())
       ->group(depth);
   command
@@ -224,7 +224,7 @@ void addFilterCommand(CLI::App& app) {
           "The camera: file with fx fy cx cy, a 3×3 matrix, or a calibration of ROS or OpenCV; default: "
           "camera-intrinsics.txt, intrinsics.txt or camera.yaml beside the picture or above")
       ->group(depth);
-  command->add_option("--colours", arguments->file.colours, "Colour picture of the same view")->group(depth);
+  command->add_option("--colors", arguments->file.colors, "Color picture of the same view")->group(depth);
   addJsonOption(*command, arguments->json);
   addExamples(
       *command,

@@ -7,7 +7,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/recording.hpp"
 #include "estancia/report/text.hpp"
-#include "labelling.hpp"
+#include "labeling.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -30,14 +30,14 @@ void run(const Arguments& arguments) {
   const fs::path folder = fs::path(arguments.output).parent_path();
   if (!folder.empty() && !fs::is_directory(folder))
     throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
-  Labelling labelling(arguments.sequence, arguments.model);
+  Labeling labeling(arguments.sequence, arguments.model);
   Recording recording{
-      labelling.vocabulary(), labelling.identity(), {}, DescriptorMatrix(labelling.vocabulary().size())};
-  recording.descriptors.reserve(labelling.sequence().size());
+      labeling.vocabulary(), labeling.identity(), {}, DescriptorMatrix(labeling.vocabulary().size())};
+  recording.descriptors.reserve(labeling.sequence().size());
   std::size_t skipped = 0;
   try {
-    skipped = labelling.forEach(0, "labelling", [&](const LabelledFrame& frame) {
-      recording.frames.push_back(labelling.sequence().frame(frame.index));
+    skipped = labeling.forEach(0, "labeling", [&](const LabeledFrame& frame) {
+      recording.frames.push_back(labeling.sequence().frame(frame.index));
       recording.descriptors.append(frame.descriptor);
     });
   } catch (const Interrupted& e) {
@@ -56,11 +56,11 @@ void run(const Arguments& arguments) {
            {"skipped", skipped},
            {"words", recording.vocabulary.size()},
            {"model", recording.model},
-           {"remembered", labelling.remembered()}});
+           {"remembered", labeling.remembered()}});
   else
     fmt::print("{}: {}, {} ({} from the cache)\n", arguments.output,
                counted(recording.frames.size(), "frame"), counted(recording.vocabulary.size(), "word"),
-               counted(labelling.remembered(), "frame"));
+               counted(labeling.remembered(), "frame"));
 }
 
 }  // namespace

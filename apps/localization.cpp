@@ -25,21 +25,21 @@ void LocalizationArguments::addTo(CLI::App& command) {
 void localize(const LocalizationArguments& arguments, const MapReader& reader,
               const SequenceArguments& sequence,
               const std::function<void(std::size_t, const Frame&, const Localization&)>& use) {
-  Labelling labelling(sequence, arguments.model, &reader.map().vocabulary);
-  requireSameVocabulary(reader.map().vocabulary, labelling.vocabulary(), arguments.map);
+  Labeling labeling(sequence, arguments.model, &reader.map().vocabulary);
+  requireSameVocabulary(reader.map().vocabulary, labeling.vocabulary(), arguments.map);
   // Another network with the same words says other things: its answers would look right and mean nothing.
-  if (reader.map().model != labelling.identity())
+  if (reader.map().model != labeling.identity())
     throw Error(fmt::format("{} was made with the model {}, not {}; give that model by --model",
-                            arguments.map, reader.map().model, labelling.identity()));
+                            arguments.map, reader.map().model, labeling.identity()));
   Localizer localizer(reader.forLocalizer(arguments.localizer.mostImages), arguments.localizer);
   std::deque<std::size_t> waiting;
   const auto give = [&](const std::vector<Localization>& answers) {
     for (const Localization& answer : answers) {
-      use(waiting.front(), labelling.sequence().frame(waiting.front()), answer);
+      use(waiting.front(), labeling.sequence().frame(waiting.front()), answer);
       waiting.pop_front();
     }
   };
-  labelling.forEach(0, "localizing", [&](const LabelledFrame& frame) {
+  labeling.forEach(0, "localizing", [&](const LabeledFrame& frame) {
     waiting.push_back(frame.index);
     give(localizer.add(frame.descriptor));
   });

@@ -1,4 +1,4 @@
-// Localising a sequence in a map, as `localize` and `evaluate` both do.
+// Localizing a sequence in a map, as `localize` and `evaluate` both do.
 #pragma once
 
 #include <functional>
@@ -7,7 +7,7 @@
 #include "common.hpp"
 #include "estancia/topology/localizer.hpp"
 #include "estancia/topology/session.hpp"
-#include "labelling.hpp"
+#include "labeling.hpp"
 
 namespace estancia::apps {
 
@@ -18,7 +18,7 @@ struct LocalizationArguments {
   void addTo(CLI::App& command);
 };
 
-/// Labels the frames of `sequence` and localises them; `use` gets each frame and its answer, in order, with
+/// Labels the frames of `sequence` and localizes them; `use` gets each frame and its answer, in order, with
 /// the frame's number in the sequence.
 void localize(const LocalizationArguments& arguments, const MapReader& reader,
               const SequenceArguments& sequence,

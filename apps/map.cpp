@@ -14,7 +14,7 @@
 #include "estancia/report/text.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/session.hpp"
-#include "labelling.hpp"
+#include "labeling.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -75,12 +75,12 @@ void run(const Arguments& arguments, const CLI::App& command) {
   std::optional<Vocabulary> words;
   const bool goesOn = arguments.goOn && fs::exists(arguments.output);
   if (goesOn) words = MapStore::open(arguments.output, MapStore::Access::read).identity().vocabulary;
-  Labelling labelling(arguments.sequence, arguments.model, words ? &*words : nullptr);
-  const Sequence& sequence = labelling.sequence();
+  Labeling labeling(arguments.sequence, arguments.model, words ? &*words : nullptr);
+  const Sequence& sequence = labeling.sequence();
   std::optional<MappingSession> session;
   std::size_t first = 0;
   if (goesOn) {
-    session = MappingSession::resume(arguments.output, labelling.vocabulary(), labelling.identity());
+    session = MappingSession::resume(arguments.output, labeling.vocabulary(), labeling.identity());
     const MapperOptions& kept = session->mapper().options();
     if (mapperOptions(kept, arguments, command).toJson() != kept.toJson())
       throw Error(fmt::format(
@@ -90,10 +90,10 @@ void run(const Arguments& arguments, const CLI::App& command) {
     first = firstUnmapped(MapStore::open(arguments.output, MapStore::Access::read).load(), sequence);
   }
   const std::size_t before = session ? session->frames() : 0;
-  const auto add = [&](const LabelledFrame& frame) {
+  const auto add = [&](const LabeledFrame& frame) {
     if (!session)  // an old map goes only once there is something to put in its place
       session = MappingSession::create(
-          arguments.output, labelling.vocabulary(), labelling.identity(), options,
+          arguments.output, labeling.vocabulary(), labeling.identity(), options,
           arguments.overwrite ? MapStore::Existing::replace : MapStore::Existing::refuse);
     const auto picture = [&] {
       return encodePicture(frame.image.empty() ? sequence.image(frame.index) : frame.image);
@@ -103,7 +103,7 @@ void run(const Arguments& arguments, const CLI::App& command) {
   };
   std::size_t skipped = 0;
   try {
-    skipped = labelling.forEach(first, "mapping", add);
+    skipped = labeling.forEach(first, "mapping", add);
   } catch (const Interrupted& e) {
     if (!session) throw;
     session->finish();

@@ -5,10 +5,10 @@
 
 #include "common.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/label/catalogue.hpp"
+#include "estancia/label/catalog.hpp"
 #include "estancia/label/convert.hpp"
 #include "estancia/label/model.hpp"
-#include "labelling.hpp"
+#include "labeling.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -22,10 +22,10 @@ void list(bool json) {
              {"folder", model.folder.string()},
              {"type", model.spec ? model.spec->type : ""},
              {"engines", model.spec ? enginesFor(*model.spec) : std::vector<std::string>{}},
-             {"licence", model.spec ? model.spec->licence : ""},
+             {"license", model.spec ? model.spec->license : ""},
              {"problem", model.problem}});
     } else if (model.spec) {
-      fmt::print("{:<24} {:<10} {}{}\n", name, model.spec->type, model.spec->licence,
+      fmt::print("{:<24} {:<10} {}{}\n", name, model.spec->type, model.spec->license,
                  name == defaultModel ? " (default)" : "");
     } else {
       fmt::print("{:<24} broken: {}\n", name, model.problem);
@@ -50,37 +50,37 @@ void report(const ModelCheck& check, bool json) {
                check.labels, check.millisecondsPerImage, check.digests);
 }
 
-void showCatalogue(bool json) {
-  const Catalogue catalogue = Catalogue::load();
-  if (!json) fmt::print("{:<20} {:>7} {:>6}  {:<9} {:<9} {}\n", "", "MB", "words", "checksum", "", "licence");
-  for (const auto& [name, model] : catalogue.models()) {
+void showCatalog(bool json) {
+  const Catalog catalog = Catalog::load();
+  if (!json) fmt::print("{:<20} {:>7} {:>6}  {:<9} {:<9} {}\n", "", "MB", "words", "checksum", "", "license");
+  for (const auto& [name, model] : catalog.models()) {
     const bool installed = std::filesystem::exists(modelHome() / name);
-    const std::size_t words = model.labels.empty() ? 0 : catalogue.labelSets().at(model.labels).count;
+    const std::size_t words = model.labels.empty() ? 0 : catalog.labelSets().at(model.labels).count;
     if (json) {
       print({{"name", name},
              {"about", model.about},
-             {"licence", model.licence},
+             {"license", model.license},
              {"source", model.source},
              {"megabytes", model.megabytes},
              {"labels", words},
-             {"checksums", catalogue.checksums(model)},
+             {"checksums", catalog.checksums(model)},
              {"by_hand", model.needsHands()},
              {"installed", installed}});
     } else {
       fmt::print("{:<20} {:>7} {:>6}  {:<9} {:<9} {}\n{:<20} {}\n", name,
                  model.megabytes > 0 ? fmt::format("{:.0f}", model.megabytes) : "-",
-                 words == 0 ? "yours" : std::to_string(words), catalogue.checksums(model),
+                 words == 0 ? "yours" : std::to_string(words), catalog.checksums(model),
                  installed            ? "installed"
                  : model.needsHands() ? "by hand"
                                       : "",
-                 model.licence, "", model.about);
+                 model.license, "", model.about);
     }
   }
 }
 
 void get(const std::string& name, const FetchOptions& options, bool json) {
   const auto progress = makeStderrProgress();
-  const FetchedModel model = fetchModel(Catalogue::load(), name, *progress, options);
+  const FetchedModel model = fetchModel(Catalog::load(), name, *progress, options);
   for (const std::string& note : model.notes) spdlog::warn("{}", note);
   report(model.check, json);
 }
@@ -167,13 +167,13 @@ void addModelsCommand(CLI::App& app) {
   conversion->callback(
       [arguments] { convert(arguments->folder, arguments->output, arguments->replace, arguments->json); });
 
-  CLI::App* catalogue = command->add_subcommand("catalogue", "List the models that `get` can fetch");
-  addJsonOption(*catalogue, arguments->json);
-  addExamples(*catalogue, "  estancia models catalogue");
-  catalogue->callback([arguments] { showCatalogue(arguments->json); });
+  CLI::App* catalog = command->add_subcommand("catalog", "List the models that `get` can fetch");
+  addJsonOption(*catalog, arguments->json);
+  addExamples(*catalog, "  estancia models catalog");
+  catalog->callback([arguments] { showCatalog(arguments->json); });
 
-  CLI::App* fetch = command->add_subcommand("get", "Download a model of the catalogue, check and install it");
-  fetch->add_option("NAME", arguments->folder, "A name of `models catalogue`")->required();
+  CLI::App* fetch = command->add_subcommand("get", "Download a model of the catalog, check and install it");
+  fetch->add_option("NAME", arguments->folder, "A name of `models catalog`")->required();
   fetch->add_flag("--replace", arguments->fetch.replace, "Replace a model of the same name");
   fetch->add_flag("--force", arguments->fetch.anew, "Fetch anew what an earlier run has left half done");
   addJsonOption(*fetch, arguments->json);

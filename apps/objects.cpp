@@ -1,4 +1,4 @@
-// estancia objects: things that stand about, gathered and labelled.
+// estancia objects: things that stand about, gathered and labeled.
 #include "objects.hpp"
 
 #include <fmt/format.h>
@@ -17,7 +17,7 @@
 #include "estancia/objects/collect.hpp"
 #include "estancia/objects/patches.hpp"
 #include "estancia/report/text.hpp"
-#include "labelling.hpp"
+#include "labeling.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -119,8 +119,8 @@ void label(const LabelArguments& a) {
   const auto progress = makeStderrProgress();
   std::size_t remembered = 0, skipped = 0;
   const Recording words =
-      labelAll(*patches, *labeler, "labelling", cache.get(), *progress, [&](const LabelledFrame& frame) {
-        if (!frame.labelled()) {
+      labelAll(*patches, *labeler, "labeling", cache.get(), *progress, [&](const LabeledFrame& frame) {
+        if (!frame.labeled()) {
           ++skipped;
           spdlog::warn("skipped: {}", frame.problem);
         }
@@ -153,7 +153,7 @@ void addSequenceWithDepth(CLI::App& command, SequenceArguments& sequence) {
 void addPatchOptions(CLI::App& command, PatchOptions& patches) {
   using Background = PatchOptions::Background;
   static const std::map<std::string, Background> backgrounds = {
-      {"kept", Background::kept}, {"grey", Background::grey}, {"mean", Background::mean}};
+      {"kept", Background::kept}, {"gray", Background::gray}, {"mean", Background::mean}};
   command
       .add_option("--margin", patches.margin,
                   "What the labeler sees around a thing, in shares of its longer side")
@@ -161,8 +161,8 @@ void addPatchOptions(CLI::App& command, PatchOptions& patches) {
       ->capture_default_str();
   command
       .add_option("--background", patches.background,
-                  "What is behind a thing for the labeler: kept (what the picture shows), grey, mean (the "
-                  "thing's mean colour); default: kept")
+                  "What is behind a thing for the labeler: kept (what the picture shows), gray, mean (the "
+                  "thing's mean color); default: kept")
       ->transform(CLI::CheckedTransformer(backgrounds).description(""));
 }
 

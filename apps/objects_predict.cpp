@@ -13,7 +13,7 @@
 #include "estancia/objects/predict.hpp"
 #include "estancia/report/object_picture.hpp"
 #include "estancia/report/text.hpp"
-#include "labelling.hpp"
+#include "labeling.hpp"
 #include "objects.hpp"
 
 namespace estancia::apps {
@@ -100,7 +100,7 @@ class Telling {
       const PredictedObject& object = objects[i];
       const Cluster& cluster = frame.clusters.clusters[i];
       fmt::print("  {:>4} at {:.2f} m  picture {:<18} shape {:<18} -> {:<18} {}{}\n", object.thing,
-                 cluster.centre.z, said(object.seen), said(object.shape), believed(object.belief),
+                 cluster.center.z, said(object.seen), said(object.shape), believed(object.belief),
                  object.belief.why, cluster.atBorder ? "; cut by the border" : "");
     }
   }
@@ -123,7 +123,7 @@ class Telling {
       Json thing{{"thing", object.thing},
                  {"views", object.views},
                  {"box", {object.box.x, object.box.y, object.box.width, object.box.height}},
-                 {"centre", {cluster.centre.x, cluster.centre.y, cluster.centre.z}},
+                 {"center", {cluster.center.x, cluster.center.y, cluster.center.z}},
                  {"flat", cluster.flat},
                  {"at_border", cluster.atBorder},
                  {"picture", answer(object.seen)},

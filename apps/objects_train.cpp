@@ -31,7 +31,7 @@ struct Arguments {
 /// VIEWS with their words.
 struct Sources {
   std::vector<std::unique_ptr<ObjectViews>> opened;
-  std::vector<LabelledViews> labelled;
+  std::vector<LabeledViews> labeled;
 };
 
 Recording wordsFor(const Arguments& a, std::size_t source) {
@@ -68,9 +68,9 @@ Sources open(const Arguments& a) {
   for (std::size_t i = 0; i < a.views.size(); ++i) {
     sources.opened.push_back(openObjectViews(a.views[i], a.type));
     for (const std::string& warning : sources.opened.back()->warnings()) spdlog::warn("{}", warning);
-    LabelledViews& labelled = sources.labelled.emplace_back();
-    labelled.views = sources.opened.back().get();
-    if (!a.truth) labelled.words = wordsFor(a, i);
+    LabeledViews& labeled = sources.labeled.emplace_back();
+    labeled.views = sources.opened.back().get();
+    if (!a.truth) labeled.words = wordsFor(a, i);
   }
   return sources;
 }
@@ -81,7 +81,7 @@ Study studyOf(const Arguments& a, const Sources& sources) {
     throw Error(
         "the words to learn are missing: give a study, a TOML file with a table [words.NAME] each, by "
         "--study");
-  const auto categories = categoriesOf(sources.labelled);
+  const auto categories = categoriesOf(sources.labeled);
   if (categories.empty())
     throw Error(
         fmt::format("{}: nobody says what these things are, so there are no true names to learn; label "
@@ -93,9 +93,9 @@ Study studyOf(const Arguments& a, const Sources& sources) {
 /// Labels that are spelt as no labeler spells them are no error, as their word has others.
 void warnOfLabels(const Study& study, const Sources& sources) {
   std::set<std::string> told;
-  for (const LabelledViews& labelled : sources.labelled)
-    if (labelled.words)
-      for (const std::string& sentence : unknownLabels(study, labelled.words->vocabulary))
+  for (const LabeledViews& labeled : sources.labeled)
+    if (labeled.words)
+      for (const std::string& sentence : unknownLabels(study, labeled.words->vocabulary))
         if (told.insert(sentence).second) spdlog::warn("{}", sentence);
 }
 
@@ -160,7 +160,7 @@ void run(Arguments& a) {
   warnOfLabels(study, sources);
   const auto progress = makeStderrProgress();
   std::vector<std::string> problems;
-  const GatheredTraining gathered = gatherTraining(sources.labelled, study, a.options, *progress, &problems);
+  const GatheredTraining gathered = gatherTraining(sources.labeled, study, a.options, *progress, &problems);
   for (const std::string& problem : problems) spdlog::warn("left out: {}", problem);
   const ObjectModel model = ObjectModel::train(gathered.training, a.options.classifier, *progress);
   model.save(a.output);
@@ -192,7 +192,7 @@ void addObjectsTrain(CLI::App& objects) {
   command
       ->add_option(
           "VIEWS", a->views,
-          "Folders of `estancia objects collect`, labelled by `estancia objects label`, or of another "
+          "Folders of `estancia objects collect`, labeled by `estancia objects label`, or of another "
           "data set")
       ->required();
   command->add_option(

@@ -9,7 +9,7 @@
 #include "estancia/io/trajectory.hpp"
 #include "estancia/odometry/rgbd.hpp"
 #include "estancia/stats/trajectory_error.hpp"
-#include "labelling.hpp"
+#include "labeling.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -94,17 +94,17 @@ void run(const Arguments& arguments) {
   if (!folder.empty() && !fs::is_directory(folder))
     throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
 
-  std::unique_ptr<Sequence> unlabelled;
-  std::unique_ptr<Labelling> labelling;
+  std::unique_ptr<Sequence> unlabeled;
+  std::unique_ptr<Labeling> labeling;
   FrameWords words;
   if (arguments.noLoops) {
-    unlabelled = arguments.sequence.open();
+    unlabeled = arguments.sequence.open();
   } else {
-    labelling = std::make_unique<Labelling>(arguments.sequence, arguments.model);
-    words.describe = [&labelling](std::size_t frame) { return labelling->words(frame); };
-    words.parts = labelling->vocabulary().layout().parts;
+    labeling = std::make_unique<Labeling>(arguments.sequence, arguments.model);
+    words.describe = [&labeling](std::size_t frame) { return labeling->words(frame); };
+    words.parts = labeling->vocabulary().layout().parts;
   }
-  const Sequence& sequence = labelling ? labelling->sequence() : *unlabelled;
+  const Sequence& sequence = labeling ? labeling->sequence() : *unlabeled;
 
   const auto start = std::chrono::steady_clock::now();
   const auto progress = makeStderrProgress();
@@ -147,9 +147,9 @@ void addOdometryCommand(CLI::App& app) {
   command->add_flag("--no-loops", arguments->noLoops, "Only track: no words, no loops; drift stays");
   command
       ->add_option("--term", o.term,
-                   "What is aligned: depth, colour, hybrid, or auto: depth, hybrid where depth would slide")
+                   "What is aligned: depth, color, hybrid, or auto: depth, hybrid where depth would slide")
       ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "depth", "colour", "hybrid"}));
+      ->check(CLI::IsMember({"auto", "depth", "color", "hybrid"}));
   command->add_option("--width", o.width, "Pictures are reduced to this width [pixels]")
       ->capture_default_str();
   command->add_option("--farthest", o.farthest, "Depth beyond is not used [m]")->capture_default_str();

@@ -47,7 +47,7 @@ RecognitionOptions optionsOf(const Arguments& a) {
   take(a.grouping, options.grouping);
   take(a.verification, options.verification);
   take(a.normalRadius, options.normalRadius);
-  if (a.normalRadius) options.normalNeighbours = 0;
+  if (a.normalRadius) options.normalNeighbors = 0;
   take(a.keypointSpacing, options.keypointSpacing);
   take(a.descriptorRadius, options.descriptorRadius);
   if (a.viewpoint.size() == 3)
@@ -94,8 +94,8 @@ nlohmann::ordered_json toJson(const std::vector<StageReport>& stages) {
   return json;
 }
 
-/// Colours that tell instances apart, by Wong, Nature Methods 8 (2011), BGR.
-const std::array<cv::Vec3b, 6> instanceColours{
+/// Colors that tell instances apart, by Wong, Nature Methods 8 (2011), BGR.
+const std::array<cv::Vec3b, 6> instanceColors{
     {{0, 159, 230}, {115, 158, 0}, {178, 114, 0}, {0, 94, 213}, {167, 121, 204}, {233, 180, 86}}};
 
 void drawInstances(const Arguments& arguments, const PointCloud& scene,
@@ -104,7 +104,7 @@ void drawInstances(const Arguments& arguments, const PointCloud& scene,
   layers[0].cloud = &scene;
   for (std::size_t i = 0; i < instances.size(); ++i)
     layers.push_back(
-        {&models.at(instances[i].model), instances[i].pose, instanceColours[i % instanceColours.size()], {}});
+        {&models.at(instances[i].model), instances[i].pose, instanceColors[i % instanceColors.size()], {}});
   writePng(arguments.picture, drawClouds(layers));
 }
 
@@ -163,7 +163,7 @@ void run(const Arguments& arguments) {
     print(json);
   } else {
     for (const Instance& found : instances) {
-      const cv::Point3d at = found.pose * found.centre;
+      const cv::Point3d at = found.pose * found.center;
       fmt::print("{:<20} at ({:.3f}, {:.3f}, {:.3f})  {:>6} inliers  confidence {:.2f}\n", found.model, at.x,
                  at.y, at.z, found.inliers, found.confidence);
     }

@@ -23,7 +23,7 @@
 #include "estancia/zones/rooms.hpp"
 #include "estancia/zones/zone_file.hpp"
 #include "estancia/zones/zone_stream.hpp"
-#include "labelling.hpp"
+#include "labeling.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -53,11 +53,11 @@ ZoneOptions zoneOptions(const Arguments& arguments, const CLI::App& command) {
     options.cut.reset();
     options.count = arguments.count;
   }
-  comparisonFor(getDistance(options.distance), getLinkage(options.linkage));  // before anything is labelled
+  comparisonFor(getDistance(options.distance), getLinkage(options.linkage));  // before anything is labeled
   return options;
 }
 
-/// What the clustering will take, known before any image is labelled; and whether it fits.
+/// What the clustering will take, known before any image is labeled; and whether it fits.
 void sayMemory(std::size_t images, std::size_t labels) {
   requireClusteringMemory(images, labels);
   const double mebibytes = static_cast<double>(clusteringMemory(images, labels)) / (1 << 20);
@@ -133,13 +133,13 @@ Recording recordingOf(const Arguments& arguments, const ZoneOptions& options, st
       stream->see(recording.frames[i], recording.descriptors.row(i));
     return recording;
   }
-  Labelling labelling(arguments.sequence, arguments.model);
-  begin(labelling.sequence().size(), labelling.vocabulary());
+  Labeling labeling(arguments.sequence, arguments.model);
+  begin(labeling.sequence().size(), labeling.vocabulary());
   Recording recording{
-      labelling.vocabulary(), labelling.identity(), {}, DescriptorMatrix(labelling.vocabulary().size())};
+      labeling.vocabulary(), labeling.identity(), {}, DescriptorMatrix(labeling.vocabulary().size())};
   try {
-    labelling.forEach(0, "labelling", [&](const LabelledFrame& frame) {
-      recording.frames.push_back(labelling.sequence().frame(frame.index));
+    labeling.forEach(0, "labeling", [&](const LabeledFrame& frame) {
+      recording.frames.push_back(labeling.sequence().frame(frame.index));
       recording.descriptors.append(frame.descriptor);
       if (stream) stream->see(recording.frames.back(), frame.descriptor);
     });
@@ -159,7 +159,7 @@ Zones clustered(const Recording& recording, const ZoneOptions& options) {
   try {
     return findZones(recording, options, *progress);
   } catch (const Interrupted& e) {
-    throw Interrupted(fmt::format("{}; run it again, nothing is labelled twice", e.what()));
+    throw Interrupted(fmt::format("{}; run it again, nothing is labeled twice", e.what()));
   }
 }
 
@@ -193,7 +193,7 @@ Json zoneJson(const Zone& zone, const Zones& zones, const std::vector<float>& ru
   for (const auto& [room, probability] : zone.predicted)
     json["predicted_rooms"].push_back({{"room", room}, {"p", probability}});
   if (zone.extent) {
-    json["position"] = zone.extent->centre;
+    json["position"] = zone.extent->center;
     json["spread"] = zone.extent->spread;
   }
   return json;

@@ -1,4 +1,4 @@
-// Prediction of rooms beside scikit-learn: nearest neighbours and Gaussian support vector machines, the same
+// Prediction of rooms beside scikit-learn: nearest neighbors and Gaussian support vector machines, the same
 // data, parameters and answers. docs/benchmarks.md holds what it showed.
 //   bench_classify [THREADS]     2,389 made-up descriptors of 1,001 words to learn from, as many to predict
 #include <fmt/format.h>
@@ -28,7 +28,7 @@ using namespace estancia;
 namespace fs = std::filesystem;
 
 constexpr std::size_t images = 2389, labels = 1001;
-constexpr int rooms = 10, places = 60, neighbours = 9;
+constexpr int rooms = 10, places = 60, neighbors = 9;
 constexpr double c = 3, gamma = 1;
 
 struct Seconds {
@@ -64,7 +64,7 @@ Samples madeUp(unsigned seed) {
     float sum = 0;
     for (std::size_t k = 0; k < labels; ++k) sum += p[k] = std::exp(logits[place][k] + 2 * normal(random));
     for (float& v : p) v /= sum;
-    embed(Embedding::centredLogRatio, p, p);
+    embed(Embedding::centeredLogRatio, p, p);
     for (float& v : p) v /= 2.3F * std::sqrt(static_cast<float>(labels));
     samples.x.append(p);
     samples.classes.push_back(static_cast<int>(random() % 20 == 0 ? random() % rooms : place % rooms));
@@ -108,12 +108,12 @@ void compareWith(const fs::path& folder, const Samples& train, const DescriptorM
   ClassifierOptions options{.type = type, .balanced = false};
   options.c = c;
   options.gamma = gamma;
-  options.neighbours = neighbours;
+  options.neighbors = neighbors;
   options.metric = "euclidean";
   const auto classifier = trainClassifier(train, options, silent);
   DescriptorMatrix answer(0);
   const Seconds ours = bestOfThree([&] { answer = classifier->predict(test, threads); });
-  const Peer peer = type == "knn" ? scikitLearn(folder, "knn", fmt::format("{}", neighbours))
+  const Peer peer = type == "knn" ? scikitLearn(folder, "knn", fmt::format("{}", neighbors))
                                   : scikitLearn(folder, "svm", fmt::format("{},{}", c, gamma));
   std::size_t same = 0;
   for (std::size_t i = 0; i < answer.size(); ++i) {

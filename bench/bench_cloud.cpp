@@ -1,5 +1,5 @@
-// Neighbours, normals and voxel grids, one thread, beside PCL's and nanoflann's in the same run.
-//   bench_cloud CLOUD    a .pcd or .ply in metres, as a depth camera sees a room
+// Neighbors, normals and voxel grids, one thread, beside PCL's and nanoflann's in the same run.
+//   bench_cloud CLOUD    a .pcd or .ply in meters, as a depth camera sees a room
 #include <fmt/format.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@
 #include <pcl/point_types.h>
 #endif
 
-#include "estancia/cloud/neighbours.hpp"
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
@@ -88,8 +88,8 @@ void run(const std::string& file) {
              resolutionOf(cloud), estimateNoise(cloud));
   fmt::print("| microseconds a query (times ours) | ours | PCL | nanoflann |\n|---|---|---|---|\n");
 
-  const Neighbours ours(points);
-  std::vector<Neighbour> buffer;
+  const Neighbors ours(points);
+  std::vector<Neighbor> buffer;
 #ifdef ESTANCIA_HAS_PCL
   const pcl::PointCloud<pcl::PointXYZ>::Ptr theirs(new pcl::PointCloud<pcl::PointXYZ>);
   const pcl::PointCloud<pcl::PointXYZ>::Ptr few(new pcl::PointCloud<pcl::PointXYZ>);
@@ -110,7 +110,7 @@ void run(const std::string& file) {
 #endif
   std::size_t found = 0;
   Row row{"building, milliseconds"};
-  row.ours = 1e3 * seconds([&] { found += Neighbours(points).size(); });
+  row.ours = 1e3 * seconds([&] { found += Neighbors(points).size(); });
 #ifdef ESTANCIA_HAS_PCL
   row.pcl = 1e3 * seconds([&] { pcl::KdTreeFLANN<pcl::PointXYZ>().setInputCloud(theirs); });
 #endif

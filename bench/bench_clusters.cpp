@@ -1,5 +1,5 @@
 // Taking depth pictures apart, stage by stage, beside PCL's planes and Euclidean clusters in the same run.
-//   bench_clusters FOCAL DEPTH…    pictures in millimetres whose camera looks along their middle
+//   bench_clusters FOCAL DEPTH…    pictures in millimeters whose camera looks along their middle
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -84,11 +84,11 @@ void compare(const PointCloud& cloud, const GngOptions& options, std::size_t tex
       fmt::print(" | |\n");
     }
   }
-  fmt::print("\nours: {:.2f} s, quantisation error {:.9g}\n", own, gas.quantisationError);
+  fmt::print("\nours: {:.2f} s, quantization error {:.9g}\n", own, gas.quantizationError);
   if (textbooks < options.neurons) return;
   double sum = 0;
   for (const Point4& p : signals.points()) sum += textbook.nearestTwo(p).second;
-  fmt::print("textbook: {:.2f} s, quantisation error {:.9g}; ratio {:.1f}\n", other,
+  fmt::print("textbook: {:.2f} s, quantization error {:.9g}; ratio {:.1f}\n", other,
              std::sqrt(sum / static_cast<double>(signals.points().size())) / signals.scale(), other / own);
   bool same = gas.cloud.points.size() == textbook.size();
   for (std::size_t i = 0; same && i < textbook.size(); ++i)

@@ -1,4 +1,4 @@
-// How fast images become words: engine beside engine, the whole labelling beside the network alone, and
+// How fast images become words: engine beside engine, the whole labeling beside the network alone, and
 // whether two models or engines say the same.
 //   bench_label engines SEQ MODEL…   ONNX Runtime beside OpenCV at 1 and 2 threads: rates and largest
 //   difference bench_label stream SEQ MODEL…    decode, prepare and infer beside inference alone; an

@@ -28,7 +28,7 @@
 #include <pcl/recognition/impl/cg/geometric_consistency.hpp>
 #endif
 
-#include "estancia/cloud/neighbours.hpp"
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/pcd.hpp"
@@ -70,8 +70,8 @@ class Watch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-std::size_t inliersOf(const cv::Affine3d& pose, const PointCloud& model, const Neighbours& scene) {
-  std::vector<Neighbour> buffer;
+std::size_t inliersOf(const cv::Affine3d& pose, const PointCloud& model, const Neighbors& scene) {
+  std::vector<Neighbor> buffer;
   std::size_t count = 0;
   for (const cv::Point3f& p : model.points)
     if (!scene.nearest(cv::Affine3f(pose) * p, 1, buffer, kTolerance).empty()) ++count;
@@ -108,10 +108,10 @@ Outcome runOurs(const Task& task) {
     fmt::print("  {:<14} {:7.3f} s  {}\n", s.stage, s.seconds, s.detail);
     if (s.stage == "descriptors") outcome.descriptors += s.seconds;
   }
-  const Neighbours neighbours(scene.points, task.threads);
+  const Neighbors neighbors(scene.points, task.threads);
   outcome.poses = found.size();
   for (const Instance& i : found)
-    outcome.inliers = std::max(outcome.inliers, inliersOf(i.pose, model, neighbours));
+    outcome.inliers = std::max(outcome.inliers, inliersOf(i.pose, model, neighbors));
   return outcome;
 }
 
@@ -217,7 +217,7 @@ Outcome runPcl(const Task& task) {
   std::vector<pcl::Correspondences> groups;
   grouping.recognize(poses, groups);
   lap("grouping");
-  const Neighbours neighbours(sceneCloud.points, 1);
+  const Neighbors neighbors(sceneCloud.points, 1);
   std::vector<std::size_t> order(poses.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
@@ -235,7 +235,7 @@ Outcome runPcl(const Task& task) {
     cv::Matx44d matrix;
     for (int r = 0; r < 4; ++r)
       for (int c = 0; c < 4; ++c) matrix(r, c) = static_cast<double>(icp.getFinalTransformation()(r, c));
-    outcome.inliers = std::max(outcome.inliers, inliersOf(cv::Affine3d(matrix), modelCloud, neighbours));
+    outcome.inliers = std::max(outcome.inliers, inliersOf(cv::Affine3d(matrix), modelCloud, neighbors));
   }
   outcome.poses = poses.size();
   lap("refinement");

@@ -17,29 +17,29 @@ from skimage import color, feature, filters, io, transform
 
 def phog(image):
     """Canny and gradients, a histogram of 30 directions a cell, levels 0 to 2."""
-    grey = color.rgb2gray(image)
-    edges = feature.canny(grey, sigma=2**0.5, low_threshold=0.28, high_threshold=0.7, use_quantiles=True)
-    dx, dy = filters.sobel_v(grey)[edges], filters.sobel_h(grey)[edges]
+    gray = color.rgb2gray(image)
+    edges = feature.canny(gray, sigma=2**0.5, low_threshold=0.28, high_threshold=0.7, use_quantiles=True)
+    dx, dy = filters.sobel_v(gray)[edges], filters.sobel_h(gray)[edges]
     y, x = np.nonzero(edges)
     bins = (np.arctan2(dy, dx) % (2 * np.pi) / (2 * np.pi) * 30).astype(int) % 30
     votes = np.zeros((4, 4, 30))
-    np.add.at(votes, (y * 4 // grey.shape[0], x * 4 // grey.shape[1], bins), np.hypot(dx, dy))
+    np.add.at(votes, (y * 4 // gray.shape[0], x * 4 // gray.shape[1], bins), np.hypot(dx, dy))
     middle = votes.reshape(2, 2, 2, 2, 30).sum(axis=(1, 3))
     return np.concatenate([votes.sum(axis=(0, 1)), middle.ravel(), votes.ravel()])
 
 
 def hog(image):
     """feature.hog with 4 × 4, 2 × 2 cells and one: no edges, so less work than PHOG."""
-    grey = color.rgb2gray(image)
-    cells = [(grey.shape[0] // n, grey.shape[1] // n) for n in (1, 2, 4)]
-    return np.concatenate([feature.hog(grey, 30, c, (1, 1)) for c in cells])
+    gray = color.rgb2gray(image)
+    cells = [(gray.shape[0] // n, gray.shape[1] // n) for n in (1, 2, 4)]
+    return np.concatenate([feature.hog(gray, 30, c, (1, 1)) for c in cells])
 
 
 def square(image):
-    grey = color.rgb2gray(image)
-    side = min(grey.shape)
-    top, left = (grey.shape[0] - side) // 2, (grey.shape[1] - side) // 2
-    return transform.resize(grey[top : top + side, left : left + side], (256, 256)).astype(np.float32)
+    gray = color.rgb2gray(image)
+    side = min(gray.shape)
+    top, left = (gray.shape[0] - side) // 2, (gray.shape[1] - side) // 2
+    return transform.resize(gray[top : top + side, left : left + side], (256, 256)).astype(np.float32)
 
 
 def blocks(answer):
@@ -68,11 +68,11 @@ def gist_by_fourier(image):
 
 def gabor(image):
     """A bank of the same frequencies and directions by filters.gabor, which convolves with a kernel."""
-    grey = square(image)
+    gray = square(image)
     answers = []
     for scale in range(4):
         for orientation in range(8):
-            real, imaginary = filters.gabor(grey, 0.3 / 1.85**scale, np.pi / 8 * orientation, bandwidth=1.2)
+            real, imaginary = filters.gabor(gray, 0.3 / 1.85**scale, np.pi / 8 * orientation, bandwidth=1.2)
             answers.append(blocks(real + 1j * imaginary))
     return np.concatenate(answers)
 

@@ -23,7 +23,7 @@ function(estancia_add_module target opener)
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 endfunction()
 
-# Open3D, which itself loads a hundred libraries, aligns and optimises for odometry.
+# Open3D, which itself loads a hundred libraries, aligns and optimizes for odometry.
 function(estancia_use_open3d)
   if(ESTANCIA_OPEN3D)
     find_package(Open3D QUIET CONFIG)

@@ -1,4 +1,4 @@
-# Warnings, optimisation and sanitizers of one of our own targets.
+# Warnings, optimization and sanitizers of one of our own targets.
 function(estancia_defaults target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
                                            -Woverloaded-virtual -fopenmp-simd)
@@ -13,7 +13,7 @@ function(estancia_defaults target)
   if(ESTANCIA_SANITIZE)
     # Function multiversioning resolves before the sanitizers start, so it is off here (core/simd.hpp).
     target_compile_definitions(${target} PRIVATE ESTANCIA_NO_MULTIVERSION)
-    # Instrumented code makes GCC see uninitialised variables in <regex> and the like that are not.
+    # Instrumented code makes GCC see uninitialized variables in <regex> and the like that are not.
     target_compile_options(${target} PRIVATE -fsanitize=address,undefined -fno-sanitize-recover=undefined
                                              -fno-omit-frame-pointer -g1 -Wno-maybe-uninitialized)
     target_link_options(${target} PUBLIC -fsanitize=address,undefined)

@@ -17,7 +17,7 @@ int main(int argc, char** argv) try {
   auto session = estancia::MappingSession::create(argv[2], labeler->vocabulary(), labeler->identity(), {});
   estancia::LabelStream stream(*sequence, *labeler);
   while (const auto frame = stream.next())
-    if (frame->labelled()) session.add(sequence->frame(frame->index), frame->descriptor);
+    if (frame->labeled()) session.add(sequence->frame(frame->index), frame->descriptor);
   session.finish();
 
   const auto map = estancia::MapStore::open(argv[2], estancia::MapStore::Access::read).load();

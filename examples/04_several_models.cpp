@@ -1,4 +1,4 @@
-// Two networks in conjunction, and nothing labelled twice: images → a label file that every command takes.
+// Two networks in conjunction, and nothing labeled twice: images → a label file that every command takes.
 //   04_several_models IMAGES OUTPUT.labels [MODEL+MODEL…]
 #include <estancia/io/recording.hpp>
 #include <estancia/io/sequence.hpp>
@@ -14,7 +14,7 @@ int main(int argc, char** argv) try {
   const auto images = estancia::openSequence(argv[1]);
   const auto labeler = estancia::loadModel(argc > 3 ? argv[3] : "inception-v3+coco-ssd");
 
-  estancia::LabelCache cache;  // what an earlier run has labelled is read here
+  estancia::LabelCache cache;  // what an earlier run has labeled is read here
   estancia::LabelStreamOptions options;
   options.cache = &cache;
   const estancia::Recording words = estancia::record(*images, *labeler, options);

@@ -28,7 +28,7 @@ int main(int argc, char** argv) try {
   for (std::size_t room = 0; room < classifier.rooms().size(); ++room)
     std::printf("%s %.1f %%\n", classifier.rooms()[room].c_str(), 100 * seen.row(0)[room]);
 
-  // The words that the map was made of say enough; nothing is labelled again.
+  // The words that the map was made of say enough; nothing is labeled again.
   const auto words = estancia::readMapRecording(argv[2]);
   const auto features = estancia::featuresFor(classifier, words, nullptr, describing, silent);
   {

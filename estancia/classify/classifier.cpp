@@ -67,11 +67,11 @@ void check(const Samples& samples, const ClassifierOptions& options) {
   requirePositive(options.c, "C");
   requirePositive(options.gamma, "gamma");
   if (options.folds < 2) throw Error(fmt::format("cross-validation needs 2 folds, not {}", options.folds));
-  if (options.neighbours && *options.neighbours < 1)
-    throw Error(fmt::format("at least 1 neighbour must vote, not {}", *options.neighbours));
+  if (options.neighbors && *options.neighbors < 1)
+    throw Error(fmt::format("at least 1 neighbor must vote, not {}", *options.neighbors));
   if (!options.metric.empty() && options.metric != "euclidean" && options.metric != "cosine")
     throw Error(
-        fmt::format("nearest neighbours cannot be \"{}\"; there are euclidean, cosine", options.metric));
+        fmt::format("nearest neighbors cannot be \"{}\"; there are euclidean, cosine", options.metric));
   if (options.trees < 1) throw Error(fmt::format("a forest needs at least 1 tree, not {}", options.trees));
 }
 

@@ -36,7 +36,7 @@ struct ClassifierOptions {
   /// followed.
   std::optional<double> c = {};
   std::optional<double> gamma = {};    ///< svm-rbf: k(a, b) = exp(−gamma |a − b|²), > 0
-  std::optional<int> neighbours = {};  ///< knn: how many vote
+  std::optional<int> neighbors = {};  ///< knn: how many vote
   std::string metric = "";             ///< knn: "euclidean" or "cosine"; "": the better one
   int trees = 500;                     ///< forest
 };

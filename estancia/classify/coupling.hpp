@@ -19,7 +19,7 @@ struct Sigmoid {
 Sigmoid fitSigmoid(std::span<const double> decisions, std::span<const char> isFirst,
                    std::span<const double> weights);
 
-/// Probabilities p of k classes from r[i·k + j] = P(i | i or j), r_ij + r_ji = 1: minimises
+/// Probabilities p of k classes from r[i·k + j] = P(i | i or j), r_ij + r_ji = 1: minimizes
 /// Σ (r_ji p_i − r_ij p_j)² (Wu, Lin & Weng 2004, their second method). They add up to 1.
 std::vector<double> couplePairs(std::span<const double> r, std::size_t k);
 

@@ -24,7 +24,7 @@ constexpr float rounding = 1e-3F;  // of probabilities and their sums, in float3
 /// How one kind of part is treated, after measurements on NYU's rooms.
 struct Treatment {
   /// Whether each column is scaled to variance 1. Words are not: those that hardly vary are mostly noise.
-  bool standardised;
+  bool standardized;
   double weight;  ///< of the part's squared distances among all
 };
 
@@ -55,7 +55,7 @@ float logOdds(float p) {
   return static_cast<float>(std::log(kept / (1 - kept)));
 }
 
-/// Logarithms centred over the values and what they leave of 1, which has no column. `out` may be `values`.
+/// Logarithms centered over the values and what they leave of 1, which has no column. `out` may be `values`.
 void embedSelection(std::span<const float> values, std::span<float> out) {
   const double rest = 1 - std::accumulate(values.begin(), values.end(), 0.0);
   double sum = std::log(std::max(rest, 0.0) + clrFloor);
@@ -68,7 +68,7 @@ void embedSelection(std::span<const float> values, std::span<float> out) {
 void embedWords(WordSums sums, std::span<const float> values, std::span<float> out) {
   switch (sums) {
     case WordSums::whole:
-      return embed(Embedding::centredLogRatio, values, out);
+      return embed(Embedding::centeredLogRatio, values, out);
     case WordSums::independent:
       std::transform(values.begin(), values.end(), out.begin(), logOdds);
       return;
@@ -216,7 +216,7 @@ FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
       const double sigma = std::sqrt(squares[c] / n);
       // What differs by rounding alone is one value.
       if (sigma <= 1e-6 * std::fabs(mean[c]) || sigma < 1e-12) continue;
-      const double inverse = treatment.standardised ? 1 / sigma : 1;
+      const double inverse = treatment.standardized ? 1 / sigma : 1;
       all += inverse * inverse * sigma * sigma;
       scale[c] = static_cast<float>(inverse);
     }

@@ -19,7 +19,7 @@ enum class WordSums : std::uint8_t {
 };
 
 /// What was learned of one part. A number v of the descriptor becomes (e(v) − mean) · scale, with e after the
-/// part's kind: probabilities of words → centred log-ratio (stats/distance.hpp), of a selection centred over
+/// part's kind: probabilities of words → centered log-ratio (stats/distance.hpp), of a selection centered over
 /// its words and the rest that they leave of 1; log-odds where they are independent; histogram and energies →
 /// square root.
 struct PartEmbedding {
@@ -29,7 +29,7 @@ struct PartEmbedding {
 };
 
 /// Puts parts side by side, balanced: however many columns a part has, its share of the squared distances is
-/// 1 for words and 0.2 for others, which tell less of rooms. Words are centred; the columns of other parts
+/// 1 for words and 0.2 for others, which tell less of rooms. Words are centered; the columns of other parts
 /// have variance 1, too. The mean squared norm of all is 1 on the training data, where parts that are the
 /// same in all images have no share. Recipe measured on NYU's rooms.
 class FeatureEmbedding {

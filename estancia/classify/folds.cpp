@@ -12,7 +12,7 @@
 namespace estancia {
 namespace {
 
-/// Frames that a piece of a cut run keeps at least: next neighbours are all but copies, and single frames
+/// Frames that a piece of a cut run keeps at least: next neighbors are all but copies, and single frames
 /// would answer for each other.
 constexpr std::size_t shortestPiece = 3;
 

@@ -1,4 +1,4 @@
-// Cross-validation that does not fool itself: neighbouring images stay together.
+// Cross-validation that does not fool itself: neighboring images stay together.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace estancia {
 std::vector<int> runsOfRooms(const std::vector<Frame>& frames, int least);
 
 /// One group an instance, a thing that several samples show. Where only one instance has a class as its most
-/// frequent, that is cut into up to `pieces` of a few neighbouring samples, so that the class can be learned
+/// frequent, that is cut into up to `pieces` of a few neighboring samples, so that the class can be learned
 /// and held out. As many numbers as `classes` and `instances`.
 std::vector<int> groupsOfInstances(const std::vector<int>& classes, const std::vector<int>& instances,
                                    int pieces);

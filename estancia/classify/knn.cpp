@@ -17,14 +17,14 @@
 namespace estancia {
 namespace {
 
-constexpr int neighbourCounts[] = {1, 3, 5, 9, 15, 25, 40};
+constexpr int neighborCounts[] = {1, 3, 5, 9, 15, 25, 40};
 constexpr std::size_t stripe = 32;  // keys that are looked at together
-constexpr std::size_t spare = 4;    // candidates beyond k: rounding may have put a neighbour there
+constexpr std::size_t spare = 4;    // candidates beyond k: rounding may have put a neighbor there
 
-struct Neighbour {
+struct Neighbor {
   float distance;
   std::size_t row;
-  bool operator<(const Neighbour& other) const {
+  bool operator<(const Neighbor& other) const {
     return distance != other.distance ? distance < other.distance : row < other.row;
   }
 };
@@ -45,8 +45,8 @@ void sortKeys(const float* norms, float* products, std::size_t n, float* least) 
 }
 
 /// The k smallest keys. Most stripes hold none of them and are passed over.
-std::vector<Neighbour> smallest(std::span<const float> keys, std::span<const float> least, std::size_t k) {
-  std::vector<Neighbour> heap;  // the largest on top
+std::vector<Neighbor> smallest(std::span<const float> keys, std::span<const float> least, std::size_t k) {
+  std::vector<Neighbor> heap;  // the largest on top
   heap.reserve(k + 1);
   for (std::size_t first = 0; first < keys.size(); first += stripe) {
     if (heap.size() == k && least[first / stripe] >= heap.front().distance) continue;
@@ -66,15 +66,15 @@ std::vector<Neighbour> smallest(std::span<const float> keys, std::span<const flo
 
 /// Votes of the first k: 1 / distance, times the weight of the class. Samples at distance 0 outvote all
 /// others.
-std::vector<double> votes(std::span<const Neighbour> neighbours, std::size_t k,
+std::vector<double> votes(std::span<const Neighbor> neighbors, std::size_t k,
                           const std::vector<int>& classes, const std::vector<double>& weights) {
   std::vector<double> sums(weights.size());
-  const bool same = neighbours.front().distance == 0;
+  const bool same = neighbors.front().distance == 0;
   double all = 0;
-  for (const Neighbour& neighbour : neighbours.first(std::min(k, neighbours.size()))) {
-    if (same && neighbour.distance > 0) break;
-    const auto c = static_cast<std::size_t>(classes[neighbour.row]);
-    const double vote = weights[c] / (same ? 1 : neighbour.distance);
+  for (const Neighbor& neighbor : neighbors.first(std::min(k, neighbors.size()))) {
+    if (same && neighbor.distance > 0) break;
+    const auto c = static_cast<std::size_t>(classes[neighbor.row]);
+    const double vote = weights[c] / (same ? 1 : neighbor.distance);
     sums[c] += vote;
     all += vote;
   }
@@ -111,9 +111,9 @@ std::vector<float> meanOf(const DescriptorMatrix& x) {
   return mean;
 }
 
-/// Rows moved by the mean: far from the origin, products round off what sets neighbours apart. Throws Error
+/// Rows moved by the mean: far from the origin, products round off what sets neighbors apart. Throws Error
 /// when a product of two rows might not fit into float32.
-DescriptorMatrix centred(const DescriptorMatrix& x, std::span<const float> mean) {
+DescriptorMatrix centered(const DescriptorMatrix& x, std::span<const float> mean) {
   DescriptorMatrix result(x.labels());
   result.reserve(x.size());
   std::vector<float> row(x.labels());
@@ -128,9 +128,9 @@ DescriptorMatrix centred(const DescriptorMatrix& x, std::span<const float> mean)
 }
 
 /// Distances that keys have rounded off, exactly; sorted.
-void measure(const DescriptorMatrix& x, DescriptorView query, std::vector<Neighbour>& nearest) {
-  for (Neighbour& neighbour : nearest)
-    neighbour.distance = static_cast<float>(compare(Comparison::euclidean, query, x.row(neighbour.row)));
+void measure(const DescriptorMatrix& x, DescriptorView query, std::vector<Neighbor>& nearest) {
+  for (Neighbor& neighbor : nearest)
+    neighbor.distance = static_cast<float>(compare(Comparison::euclidean, query, x.row(neighbor.row)));
   std::sort(nearest.begin(), nearest.end());
 }
 
@@ -142,12 +142,12 @@ class Knn final : public Classifier {
       : x(std::move(rows)),
         classes(std::move(of)),
         weights(std::move(weightsOfClasses)),
-        neighbours(k),
+        neighbors(k),
         cosine(unit),
         chosen(std::move(how)),
         mean(meanOf(x)),
-        packed(centred(x, mean)),
-        norms(squaredNorms(centred(x, mean))) {}
+        packed(centered(x, mean)),
+        norms(squaredNorms(centered(x, mean))) {}
   std::string type() const override { return "knn"; }
   std::size_t columns() const override { return x.labels(); }
   int classCount() const override { return static_cast<int>(weights.size()); }
@@ -159,11 +159,11 @@ class Knn final : public Classifier {
   DescriptorMatrix x;
   std::vector<int> classes;
   std::vector<double> weights;
-  std::size_t neighbours;
+  std::size_t neighbors;
   bool cosine;
   std::string chosen;
   std::vector<float> mean;
-  PackedRows packed;  ///< centred, as norms
+  PackedRows packed;  ///< centered, as norms
   std::vector<float> norms;
 };
 
@@ -172,40 +172,40 @@ DescriptorMatrix Knn::predict(const DescriptorMatrix& samples, int threads) cons
   const DescriptorMatrix& queries = cosine ? unit : samples;
   const std::size_t k = weights.size();
   std::vector<float> all(queries.size() * k);
-  rowProducts(centred(queries, mean), packed, threads, [&](std::size_t i, std::span<float> products) {
+  rowProducts(centered(queries, mean), packed, threads, [&](std::size_t i, std::span<float> products) {
     std::vector<float> least((products.size() + stripe - 1) / stripe);
     sortKeys(norms.data(), products.data(), products.size(), least.data());
-    std::vector<Neighbour> nearest = smallest(products, least, std::min(neighbours + spare, x.size()));
+    std::vector<Neighbor> nearest = smallest(products, least, std::min(neighbors + spare, x.size()));
     measure(x, queries.row(i), nearest);
-    const std::vector<double> p = votes(nearest, neighbours, classes, weights);
+    const std::vector<double> p = votes(nearest, neighbors, classes, weights);
     std::copy(p.begin(), p.end(), all.begin() + static_cast<std::ptrdiff_t>(i * k));
   });
   return matrixOf(all, k);
 }
 
-/// The share of held-out samples that each number of neighbours finds right.
+/// The share of held-out samples that each number of neighbors finds right.
 std::vector<double> scoresOf(const Search& search, bool cosine, const std::vector<int>& counts,
                              const ClassifierOptions& options, Progress& progress) {
   const std::size_t n = search.size();
   const auto most = static_cast<std::size_t>(*std::max_element(counts.begin(), counts.end()));
   const DescriptorMatrix unit = cosine ? toUnit(search.x) : DescriptorMatrix(0);
   const DescriptorMatrix& x = cosine ? unit : search.x;
-  const DescriptorMatrix moved = centred(x, meanOf(x));
+  const DescriptorMatrix moved = centered(x, meanOf(x));
   const std::vector<float> products = productsOf(moved, options.threads), norms = squaredNorms(moved);
   std::vector<std::vector<int>> right(n, std::vector<int>(counts.size()));  // times, of all repetitions
-  progress.begin("choosing the number of neighbours", n);
+  progress.begin("choosing the number of neighbors", n);
   inParallel(
-      n, options.threads, progress, "stopped while the number of neighbours was sought", [&](std::size_t i) {
-        std::vector<Neighbour> all(n);
+      n, options.threads, progress, "stopped while the number of neighbors was sought", [&](std::size_t i) {
+        std::vector<Neighbor> all(n);
         for (std::size_t j = 0; j < n; ++j) {
           all[j] = {norms[j] - 2 * products[i * n + j], j};
         }
         std::sort(all.begin(), all.end());
         for (const std::vector<int>& folds : search.folds) {
-          std::vector<Neighbour> nearest;
-          for (const Neighbour& neighbour : all)
-            if (folds[neighbour.row] != folds[i] && nearest.size() < most + spare)
-              nearest.push_back(neighbour);
+          std::vector<Neighbor> nearest;
+          for (const Neighbor& neighbor : all)
+            if (folds[neighbor.row] != folds[i] && nearest.size() < most + spare)
+              nearest.push_back(neighbor);
           if (nearest.empty()) continue;
           measure(x, x.row(i), nearest);
           for (std::size_t c = 0; c < counts.size(); ++c) {
@@ -230,10 +230,10 @@ std::unique_ptr<Classifier> trainKnn(const Samples& samples, const ClassifierOpt
                                      Progress& progress) {
   const Search search = searchOf(samples, options);
   const std::vector<int> counts =
-      options.neighbours ? std::vector<int>{*options.neighbours}
-                         : std::vector<int>(std::begin(neighbourCounts), std::end(neighbourCounts));
+      options.neighbors ? std::vector<int>{*options.neighbors}
+                         : std::vector<int>(std::begin(neighborCounts), std::end(neighborCounts));
   double best = -1;
-  int neighbours = 0;
+  int neighbors = 0;
   bool cosine = false;
   for (const bool isCosine : {false, true}) {
     if (!options.metric.empty() && isCosine != (options.metric == "cosine")) continue;
@@ -241,13 +241,13 @@ std::unique_ptr<Classifier> trainKnn(const Samples& samples, const ClassifierOpt
     for (std::size_t c = 0; c < counts.size(); ++c) {
       if (scores[c] <= best) continue;
       best = scores[c];
-      neighbours = counts[c];
+      neighbors = counts[c];
       cosine = isCosine;
     }
   }
   return std::make_unique<Knn>(cosine ? toUnit(samples.x) : samples.x, samples.classes, search.weights,
-                               static_cast<std::size_t>(neighbours), cosine,
-                               fmt::format("{} neighbours, {}: {}", neighbours,
+                               static_cast<std::size_t>(neighbors), cosine,
+                               fmt::format("{} neighbors, {}: {}", neighbors,
                                            cosine ? "cosine" : "Euclidean", heldOut(best, options)));
 }
 
@@ -255,7 +255,7 @@ void Knn::write(ByteWriter& out) const {
   writeMatrix(out, x);
   out.numbers(std::vector<std::int32_t>(classes.begin(), classes.end()));
   out.numbers(weights);
-  out.number(static_cast<std::uint64_t>(neighbours));
+  out.number(static_cast<std::uint64_t>(neighbors));
   out.number(static_cast<std::uint8_t>(cosine ? 1 : 0));
   out.text(chosen);
 }
@@ -264,15 +264,15 @@ std::unique_ptr<Classifier> readKnn(ByteReader& in) {
   DescriptorMatrix x = readMatrix(in);
   const auto classes = in.numbers<std::int32_t>();
   const auto weights = in.numbers<double>();
-  const auto neighbours = in.number<std::uint64_t>();
+  const auto neighbors = in.number<std::uint64_t>();
   const auto cosine = in.number<std::uint8_t>();
-  if (classes.size() != x.size() || classes.empty() || neighbours < 1)
+  if (classes.size() != x.size() || classes.empty() || neighbors < 1)
     in.fail("it is damaged (samples and classes do not match)");
   for (const std::int32_t c : classes)
     if (c < 0 || static_cast<std::size_t>(c) >= weights.size()) in.fail("it is damaged (an unknown class)");
   for (const double weight : weights)
     if (!(weight > 0 && std::isfinite(weight))) in.fail("it is damaged (a weight is not above 0)");
-  const std::size_t most = std::min<std::uint64_t>(neighbours, x.size());
+  const std::size_t most = std::min<std::uint64_t>(neighbors, x.size());
   std::string chosen = in.text();
   return std::make_unique<Knn>(std::move(x), std::vector<int>(classes.begin(), classes.end()), weights, most,
                                cosine != 0, std::move(chosen));

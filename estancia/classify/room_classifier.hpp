@@ -13,7 +13,7 @@
 namespace estancia {
 
 /// A classifier of rooms with all that it needs to know of its input: the parts of the descriptor, how each
-/// is embedded and standardised, the names of the rooms. Learned from training data alone. Cheap to copy.
+/// is embedded and standardized, the names of the rooms. Learned from training data alone. Cheap to copy.
 class RoomClassifier {
  public:
   /// Learns the rooms of frames[i].room; frames without are left out. Throws Error when there are fewer than

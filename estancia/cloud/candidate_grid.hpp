@@ -12,7 +12,7 @@ namespace estancia {
 
 /// A cell lists all neurons whose home is within its reach and a tolerance, within which neurons stay of
 /// their homes. So no neuron that it does not list is within its reach of any of its points; two neurons
-/// found nearer than that are the nearest. (The neighbour lists of molecular dynamics: L. Verlet, Phys. Rev.
+/// found nearer than that are the nearest. (The neighbor lists of molecular dynamics: L. Verlet, Phys. Rev.
 /// 159, 1967.) Only cells with points exist: they are bits in rows along x.
 class CandidateGrid {
  public:

@@ -92,10 +92,10 @@ void describe(const InverseDepth& grid, const Pieces& pieces, const cv::Rect& fi
     sum += cv::Point3d(grid.point(u, v));
   }
   cluster.box = {left, top, right - left + 1, bottom - top + 1};
-  cluster.centre = sum / static_cast<double>(cluster.points.size());
+  cluster.center = sum / static_cast<double>(cluster.points.size());
   cluster.atBorder = left < field.x + edge || top < field.y + edge || right >= field.br().x - edge ||
                      bottom >= field.br().y - edge;
-  cluster.flat = lieOnOnePlane(innerPoints(grid, pieces, cluster), cluster.centre.z);
+  cluster.flat = lieOnOnePlane(innerPoints(grid, pieces, cluster), cluster.center.z);
 }
 
 std::vector<Cluster> clustersOf(const InverseDepth& grid, const Mask& mask, const Pieces& pieces,
@@ -125,7 +125,7 @@ std::vector<Cluster> clustersOf(const InverseDepth& grid, const Mask& mask, cons
   return clusters;
 }
 
-/// One coordinate of pixels as a pinhole camera sees them: pixel = focal · slope + centre.
+/// One coordinate of pixels as a pinhole camera sees them: pixel = focal · slope + center.
 class LineFit {
  public:
   void add(double slope, double pixel) {
@@ -137,7 +137,7 @@ class LineFit {
     yy_ += pixel * pixel;
   }
   double focal() const { return (n_ * xy_ - x_ * y_) / (n_ * xx_ - x_ * x_); }
-  double centre() const { return (y_ - focal() * x_) / n_; }
+  double center() const { return (y_ - focal() * x_) / n_; }
   /// [pixels], root mean square
   double residual() const {
     const double f = focal(), spread = (yy_ - y_ * y_ / n_) - f * (xy_ - x_ * y_ / n_);
@@ -148,10 +148,10 @@ class LineFit {
   double n_ = 0, x_ = 0, y_ = 0, xx_ = 0, xy_ = 0, yy_ = 0;
 };
 
-/// The camera that saw an organised cloud; none where no pinhole camera did.
+/// The camera that saw an organized cloud; none where no pinhole camera did.
 std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
   constexpr double mostResidual = 0.5;  // pixels
-  if (!cloud.organised() || cloud.width > std::numeric_limits<int>::max() / cloud.height) return {};
+  if (!cloud.organized() || cloud.width > std::numeric_limits<int>::max() / cloud.height) return {};
   LineFit across, down;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     const cv::Point3f& p = cloud.points[i];
@@ -165,8 +165,8 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
                                 static_cast<int>(cloud.height),
                                 across.focal(),
                                 down.focal(),
-                                across.centre(),
-                                down.centre()};
+                                across.center(),
+                                down.center()};
   const bool explained = camera.fx > 0 && camera.fy > 0 &&
                          std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy) &&
                          across.residual() <= mostResidual && down.residual() <= mostResidual;
@@ -209,7 +209,7 @@ PointCloud pointsOf(const PointCloud& cloud, const std::vector<std::uint32_t>& p
       throw Error(fmt::format("a cloud of {} points has no point {}; these points are another cloud's",
                               cloud.points.size(), i));
     part.points.push_back(cloud.points[i]);
-    if (!cloud.colours.empty()) part.colours.push_back(cloud.colours[i]);
+    if (!cloud.colors.empty()) part.colors.push_back(cloud.colors[i]);
     if (!cloud.normals.empty()) part.normals.push_back(cloud.normals[i]);
   }
   return part;

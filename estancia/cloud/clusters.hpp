@@ -21,7 +21,7 @@ struct ClusterOptions {
   double crease = 0.0022;        ///< how deep a concave crease is that parts two things [m at 1 m]; > 0
   double join = 0.02;            ///< pieces so near to each other touch [m]; > 0
   std::size_t least = 400;       ///< points of a cluster, in a picture with a focal length of 525 pixels; as
-                                 ///< it is for a cloud that is not organised
+                                 ///< it is for a cloud that is not organized
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: one a usable core; the result does not depend on it
 };
@@ -35,7 +35,7 @@ struct Plane {
 struct Cluster {
   std::vector<std::uint32_t> points;  ///< of the cloud, or pixels of the depth picture row by row; ascending
   cv::Rect box;                       ///< of its pixels; empty when there was no grid to go by
-  cv::Point3f centre;                 ///< mean of its points [m]
+  cv::Point3f center;                 ///< mean of its points [m]
   bool atBorder = false;              ///< cut by the edge of the picture: part of it may be missing
   bool flat = false;  ///< one plane holds it all within the noise: a picture of something, or a single face
 };
@@ -45,21 +45,21 @@ struct Clusters {
   std::vector<Cluster> clusters;  ///< largest first; none is no error
 };
 
-/// Takes apart what a depth picture (CV_32F, metres, 0 or NaN where there is none) shows: planes are left
+/// Takes apart what a depth picture (CV_32F, meters, 0 or NaN where there is none) shows: planes are left
 /// out, and the rest is cut at edges in depth and at concave creases (Stein et al., CVPR 2014), then joined
-/// where something nearer or the rim of a vessel had cut one thing in two. Depths are within a millimetre and
-/// a kilometre, or none. `camera` may have pictures of another size. Throws Error on another type of picture,
+/// where something nearer or the rim of a vessel had cut one thing in two. Depths are within a millimeter and
+/// a kilometer, or none. `camera` may have pictures of another size. Throws Error on another type of picture,
 /// on a camera without size or focal length, and on options out of range.
 Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera,
                       const ClusterOptions& options = {});
 
-/// The same of any cloud: on its grid where it is organised and a pinhole camera explains that, else by its
+/// The same of any cloud: on its grid where it is organized and a pinhole camera explains that, else by its
 /// points alone, which is slower and coarser: what something nearer cuts in two stays so. A point that is not
 /// finite is in no cluster, nor is one of a cloud without a grid beyond 10⁹ m. Throws Error on a cloud that
 /// is not whole and on options out of range.
 Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options = {});
 
-/// These points of the cloud with their colours and normals, not organised. Throws Error on a point that it
+/// These points of the cloud with their colors and normals, not organized. Throws Error on a point that it
 /// does not have.
 PointCloud pointsOf(const PointCloud& cloud, const std::vector<std::uint32_t>& points);
 

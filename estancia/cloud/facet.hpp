@@ -11,8 +11,8 @@
 namespace estancia {
 
 struct Facet {
-  cv::Vec3d centre, normal;  ///< the normal is of unit length
-  double distance(const cv::Point3f& p) const { return (cv::Vec3d(p.x, p.y, p.z) - centre).dot(normal); }
+  cv::Vec3d center, normal;  ///< the normal is of unit length
+  double distance(const cv::Point3f& p) const { return (cv::Vec3d(p.x, p.y, p.z) - center).dot(normal); }
 };
 
 /// The plane (total least squares) of finite points; none when they are fewer than three or `fewest`, or lie

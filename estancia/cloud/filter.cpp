@@ -4,21 +4,21 @@
 
 #include <cmath>
 
-#include "estancia/cloud/neighbours.hpp"
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
 #include "estancia/core/error.hpp"
 
 namespace estancia {
 namespace {
 
-/// Without points that are not finite, and then unorganised.
+/// Without points that are not finite, and then unorganized.
 PointCloud finiteOf(const PointCloud& cloud) {
   PointCloud finite;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     const cv::Point3f& p = cloud.points[i];
     if (!isFinite(p)) continue;
     finite.points.push_back(p);
-    if (!cloud.colours.empty()) finite.colours.push_back(cloud.colours[i]);
+    if (!cloud.colors.empty()) finite.colors.push_back(cloud.colors[i]);
     if (!cloud.normals.empty()) finite.normals.push_back(cloud.normals[i]);
   }
   finite.width = finite.points.size();
@@ -40,15 +40,15 @@ FilteredCloud throughVoxels(const PointCloud& cloud, const FilterOptions& option
   return {voxelGrid(finite, leaf), leaf, {}};
 }
 
-/// For each of `points` the colour of the nearest point of the cloud.
-std::vector<cv::Vec3b> nearestColours(const std::vector<cv::Point3f>& points, const PointCloud& cloud) {
-  std::vector<cv::Vec3b> colours;
-  if (cloud.colours.empty()) return colours;
-  const Neighbours around(cloud.points);
-  std::vector<Neighbour> buffer;
+/// For each of `points` the color of the nearest point of the cloud.
+std::vector<cv::Vec3b> nearestColors(const std::vector<cv::Point3f>& points, const PointCloud& cloud) {
+  std::vector<cv::Vec3b> colors;
+  if (cloud.colors.empty()) return colors;
+  const Neighbors around(cloud.points);
+  std::vector<Neighbor> buffer;
   for (const cv::Point3f& p : points)
-    colours.push_back(cloud.colours[around.nearest(p, 1, buffer).front().index]);
-  return colours;
+    colors.push_back(cloud.colors[around.nearest(p, 1, buffer).front().index]);
+  return colors;
 }
 
 FilteredCloud throughNeuralGas(const PointCloud& cloud, const FilterOptions& options, Progress& progress) {
@@ -57,7 +57,7 @@ FilteredCloud throughNeuralGas(const PointCloud& cloud, const FilterOptions& opt
   FilteredCloud filtered;
   filtered.gas = growNeuralGas(cloud, gng, progress);
   std::swap(filtered.cloud, filtered.gas.cloud);
-  filtered.cloud.colours = nearestColours(filtered.cloud.points, cloud);
+  filtered.cloud.colors = nearestColors(filtered.cloud.points, cloud);
   return filtered;
 }
 

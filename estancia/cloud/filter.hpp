@@ -33,7 +33,7 @@ struct FilteredCloud {
 
 /// The filtered cloud. All methods but none leave out points that are not finite. Of a cloud that has no more
 /// than `points` of the others there is nothing to thin out: voxel keeps them unless it has a leaf, gng makes
-/// each place a neuron. Neurons have the colour of the point nearest to them, and no normals. Throws Error on
+/// each place a neuron. Neurons have the color of the point nearest to them, and no normals. Throws Error on
 /// an unknown method (naming the known ones), on options that make no sense, and when voxel or gng get a
 /// cloud without a finite point; Interrupted.
 FilteredCloud filterWithDetails(const PointCloud& cloud, const FilterOptions& options, Progress& progress);

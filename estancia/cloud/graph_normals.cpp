@@ -13,10 +13,10 @@
 namespace estancia {
 namespace {
 
-/// Neighbours of all neurons, one after the other.
-class Neighbours {
+/// Neighbors of all neurons, one after the other.
+class Neighbors {
  public:
-  explicit Neighbours(const NeuralGas& gas)
+  explicit Neighbors(const NeuralGas& gas)
       : first_(gas.cloud.points.size() + 1), all_(2 * gas.edges.size()) {
     const std::size_t neurons = gas.cloud.points.size();
     for (const auto& edge : gas.edges)
@@ -68,16 +68,16 @@ cv::Point3f normal(const std::vector<cv::Point3f>& points, const std::vector<std
 
 std::vector<cv::Point3f> normalsFromGraph(const NeuralGas& gas, const cv::Point3f& viewpoint) {
   const std::vector<cv::Point3f>& points = gas.cloud.points;
-  const Neighbours neighbours(gas);
+  const Neighbors neighbors(gas);
   std::vector<cv::Point3f> normals(points.size());
   std::vector<std::uint32_t> ring, members;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     ring.clear();
-    neighbours.append(i, ring);
+    neighbors.append(i, ring);
     members = {i};
     for (const std::uint32_t n : ring) {
       members.push_back(n);
-      neighbours.append(n, members);
+      neighbors.append(n, members);
     }
     std::sort(members.begin(), members.end());
     members.erase(std::unique(members.begin(), members.end()), members.end());

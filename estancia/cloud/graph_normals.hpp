@@ -9,7 +9,7 @@
 namespace estancia {
 
 /// A unit normal for every neuron: that of the plane (principal components) through the neuron, its
-/// neighbours and theirs, turned to `viewpoint`. No radius is needed, since the graph joins what lies on one
+/// neighbors and theirs, turned to `viewpoint`. No radius is needed, since the graph joins what lies on one
 /// surface. (NaN, NaN, NaN) where these points do not span a plane. O(neurons). Throws Error when an edge
 /// names a neuron that is not there.
 std::vector<cv::Point3f> normalsFromGraph(const NeuralGas& gas, const cv::Point3f& viewpoint = {0, 0, 0});

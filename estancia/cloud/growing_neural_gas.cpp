@@ -28,13 +28,13 @@ void requireValid(const GngOptions& o) {
   if (o.signalsPerInsertion < 1) refuse("no signals between two insertions", "at least 1 is needed");
   if (!(o.winnerRate > 0 && o.winnerRate <= 1))
     refuse(fmt::format("a winner's learning step of {}", o.winnerRate), "it lies above 0 and is at most 1");
-  if (!(o.neighbourRate >= 0 && o.neighbourRate <= 1))
-    refuse(fmt::format("a neighbour's learning step of {}", o.neighbourRate), "it lies between 0 and 1");
+  if (!(o.neighborRate >= 0 && o.neighborRate <= 1))
+    refuse(fmt::format("a neighbor's learning step of {}", o.neighborRate), "it lies between 0 and 1");
   if (!(o.insertionDecay >= 0 && o.insertionDecay <= 1))
     refuse(fmt::format("an error decay at insertions of {}", o.insertionDecay), "it lies between 0 and 1");
   if (!(o.errorDecay > 0 && o.errorDecay <= 1))
     refuse(fmt::format("an error decay of {}", o.errorDecay), "it lies above 0 and is at most 1");
-  if (!(o.quantisationError >= 0)) refuse("a negative quantisation error", "0 means none is asked for");
+  if (!(o.quantizationError >= 0)) refuse("a negative quantization error", "0 means none is asked for");
   if (!(o.seconds >= 0)) refuse("negative seconds", "0 means that there is no deadline");
 }
 
@@ -90,7 +90,7 @@ class Network {
   void insert() {
     const std::uint32_t q = errors_.largest();
     std::uint32_t f = none;
-    graph_.forNeighbours(q, [&](std::uint32_t n) {
+    graph_.forNeighbors(q, [&](std::uint32_t n) {
       if (f == none || errors_.at(n) > errors_.at(f) || (errors_.at(n) == errors_.at(f) && n < f)) f = n;
     });
     const auto r = static_cast<std::uint32_t>(size());
@@ -142,7 +142,7 @@ class Network {
     const std::uint32_t wins = ++neurons[winner].wins;
     const bool connected =
         graph_.win(winner, wins, two.second(), options_.maximalAge,
-                   [this, neurons, signal, tolerance, rate = options_.neighbourRate](std::uint32_t n) {
+                   [this, neurons, signal, tolerance, rate = options_.neighborRate](std::uint32_t n) {
                      attract(neurons, n, signal, rate, tolerance);
                      return neurons[n].wins;
                    });
@@ -257,8 +257,8 @@ NeuralGas growNeuralGas(const PointCloud& cloud, const GngOptions& options, Prog
       if (overdue()) stop = GngStop::seconds;
     }
     const double rms = std::sqrt(sum / static_cast<double>(options.signalsPerInsertion));
-    if (stop == GngStop::neurons && rms / signals.scale() < options.quantisationError)
-      stop = GngStop::quantisationError;
+    if (stop == GngStop::neurons && rms / signals.scale() < options.quantizationError)
+      stop = GngStop::quantizationError;
     if (stop != GngStop::neurons) break;
     network.insert();
     if (network.size() > most) {
@@ -280,14 +280,14 @@ NeuralGas growNeuralGas(const PointCloud& cloud, const GngOptions& options, Prog
   gas.stop = stop;
   gas.signals = network.signalsSeen();
   for (std::uint32_t i = 0; i < network.size(); ++i)
-    network.graph().forNeighbours(i, [&](std::uint32_t n) {
+    network.graph().forNeighbors(i, [&](std::uint32_t n) {
       if (i < n) gas.edges.push_back({i, n});
     });
   std::sort(gas.edges.begin(), gas.edges.end());
   gas.ages.reserve(gas.edges.size());
   for (const auto& [a, b] : gas.edges)
     gas.ages.push_back(network.graph().age(a, b, network.neurons()[a].wins + network.neurons()[b].wins));
-  gas.quantisationError =
+  gas.quantizationError =
       std::sqrt(network.sumOfSquaredDistances() / static_cast<double>(signals.points().size())) /
       signals.scale();
   return gas;

@@ -30,7 +30,7 @@ void invertRow(const float* depth, int width, float* out) {
   }
 }
 
-/// Adds a pair of opposite neighbours where both are near the pixel between them.
+/// Adds a pair of opposite neighbors where both are near the pixel between them.
 ESTANCIA_MULTIVERSION
 void addPair(const float* middle, const float* a, const float* b, int width, float* sum, float* count) {
   for (int u = 0; u < width; ++u) {
@@ -46,7 +46,7 @@ void divideRow(const float* sum, const float* count, int width, float* out) {
   for (int u = 0; u < width; ++u) out[u] = sum[u] / count[u];
 }
 
-/// Adds how far the surface bends between two opposite neighbours, a pixel's share of their distance.
+/// Adds how far the surface bends between two opposite neighbors, a pixel's share of their distance.
 ESTANCIA_MULTIVERSION
 void addBend(const float* middle, const float* a, const float* b, float perPixel, int width, float* sum,
              float* count) {

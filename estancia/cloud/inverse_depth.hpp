@@ -14,7 +14,7 @@
 
 namespace estancia {
 
-/// A depth picture within a margin of pixels without depth, so that whoever looks at neighbours need not ask
+/// A depth picture within a margin of pixels without depth, so that whoever looks at neighbors need not ask
 /// where the picture ends. Pictures that go with it (masks, labels) have its size() and are indexed as it is.
 struct InverseDepth {
   CameraIntrinsics camera;    ///< of this picture
@@ -42,12 +42,12 @@ struct InverseDepth {
   double area(double squarePixels) const { return squarePixels * scale * scale; }
 };
 
-/// Depths that are not within a millimetre and a kilometre are none. The smooth picture is the mean over the
+/// Depths that are not within a millimeter and a kilometer are none. The smooth picture is the mean over the
 /// pairs of opposite pixels in a window of 5 × 5 that both lie near in depth: planes stay exact, and edges
 /// stay where they are. Throws Error as backProject() does.
 InverseDepth inverseDepth(const cv::Mat& depth, const CameraIntrinsics& camera, int threads);
 
-/// Whether one surface can go on from the one pixel to its neighbour: their depths differ by less than 1.2 %.
+/// Whether one surface can go on from the one pixel to its neighbor: their depths differ by less than 1.2 %.
 inline bool isContinuous(float a, float b) {
   return std::abs(a - b) < 0.012F * std::min(a, b);
 }

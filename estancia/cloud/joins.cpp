@@ -84,7 +84,7 @@ std::vector<cv::Point3f> near(std::span<const cv::Point3f> points, std::span<con
 /// The plane of what is seen of a surface, looking towards the camera.
 std::optional<Facet> seenFacet(std::span<const cv::Point3f> points, std::size_t fewest) {
   auto facet = facetOf(points, fewest);
-  if (facet && facet->normal.dot(facet->centre) > 0) facet->normal = -facet->normal;
+  if (facet && facet->normal.dot(facet->center) > 0) facet->normal = -facet->normal;
   return facet;
 }
 
@@ -97,7 +97,7 @@ bool meetConvexly(const Shape& a, const Shape& b, std::span<const cv::Point3f> c
   const auto atB =
       seenFacet(near(near(b.surface, contactA, reach), near(a.surface, contactB, reach), kAroundContact), 3);
   if (!atA || !atB) return true;  // too small to tell
-  const cv::Vec3d between = atA->centre - atB->centre;
+  const cv::Vec3d between = atA->center - atB->center;
   const double length = cv::norm(between);
   return length == 0 || (atA->normal - atB->normal).dot(between) > kConcave * length;
 }
@@ -127,7 +127,7 @@ bool continueEachOther(const Shape& a, const Shape& b, const cv::Point3f& endA, 
   const auto atA = seenFacet(near(a.surface, {&endA, 1}, kAroundGap), fewest);
   const auto atB = seenFacet(near(b.surface, {&endB, 1}, kAroundGap), fewest);
   if (!atA || !atB) return false;
-  const cv::Vec3d between = atB->centre - atA->centre;
+  const cv::Vec3d between = atB->center - atA->center;
   const double off = std::max(std::abs(between.dot(atA->normal)), std::abs(between.dot(atB->normal)));
   return off < kOffset && atA->normal.dot(atB->normal) > std::cos(kSameWay * CV_PI / 180);
 }

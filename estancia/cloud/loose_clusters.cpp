@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "estancia/cloud/facet.hpp"
-#include "estancia/cloud/neighbours.hpp"
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/pieces.hpp"
 #include "estancia/cloud/resolution.hpp"
@@ -28,10 +28,10 @@ struct Surface {
   PointCloud cloud;
   std::vector<cv::Point3f> normals;
   std::vector<double> noise;  ///< how much noisier than at 1 m
-  Neighbours neighbours;
+  Neighbors neighbors;
   double leaf;
   float link;     ///< points so near are connected [m]
-  float next;     ///< points so near lie in neighbouring voxels [m]
+  float next;     ///< points so near lie in neighboring voxels [m]
   bool oriented;  ///< normals look towards whoever saw the surface
   std::size_t size() const { return cloud.points.size(); }
 };
@@ -53,13 +53,13 @@ bool isBeyond(const PointCloud& cloud, const cv::Point3f& place) {
 Surface surfaceOf(const PointCloud& cloud, int threads) {
   const double leaf = std::max(2 * resolutionOf(cloud), kLeastLeaf);
   PointCloud thin = voxelGrid(cloud, leaf);
-  Neighbours neighbours(thin.points, threads);
+  Neighbors neighbors(thin.points, threads);
   NormalOptions options;
-  options.neighbours = kAroundNormal;
+  options.neighbors = kAroundNormal;
   options.threads = threads;
   if (cloud.viewpoint)
     options.viewpoint = cv::Point3d(cloud.viewpoint->x, cloud.viewpoint->y, cloud.viewpoint->z);
-  std::vector<cv::Point3f> normals = estimateNormals(thin.points, neighbours, options);
+  std::vector<cv::Point3f> normals = estimateNormals(thin.points, neighbors, options);
   for (std::size_t i = 0; i < thin.normals.size(); ++i)  // they know better which side was seen
     if (thin.normals[i].dot(normals[i]) < 0) normals[i] = -normals[i];
   std::vector<double> noise;
@@ -74,7 +74,7 @@ Surface surfaceOf(const PointCloud& cloud, int threads) {
   return {.cloud = std::move(thin),
           .normals = std::move(normals),
           .noise = std::move(noise),
-          .neighbours = std::move(neighbours),
+          .neighbors = std::move(neighbors),
           .leaf = leaf,
           .link = kLink * length,
           .next = kNext * length,
@@ -88,13 +88,13 @@ void labelConnected(const Surface& s, const Wanted& wanted, double least, std::v
                     std::vector<std::uint32_t>& sizes) {
   std::vector<std::uint32_t> group;
   std::vector<std::uint8_t> seen(s.size());
-  std::vector<Neighbour> buffer;
+  std::vector<Neighbor> buffer;
   for (std::uint32_t first = 0; first < s.size(); ++first) {
     if (!wanted(first) || labels[first] != kNone || seen[first] != 0) continue;
     group.assign(1, first);
     seen[first] = 1;
     for (std::size_t k = 0; k < group.size(); ++k)
-      for (const Neighbour& n : s.neighbours.within(s.cloud.points[group[k]], s.link, buffer)) {
+      for (const Neighbor& n : s.neighbors.within(s.cloud.points[group[k]], s.link, buffer)) {
         if (!wanted(n.index) || labels[n.index] != kNone || seen[n.index] != 0) continue;
         seen[n.index] = 1;
         group.push_back(n.index);
@@ -180,16 +180,16 @@ std::vector<Plane> takePlanes(const Surface& s, const ClusterOptions& options,
     }
     if (!any) break;
     if (std::ranges::max(sizes) * pointArea < options.planeArea) continue;
-    std::vector<Neighbour> buffer;
+    std::vector<Neighbor> buffer;
     double area = 0;
     for (const std::uint32_t i : candidates) {
       if (labels[i] == kNone) continue;
       area += pointArea;
-      for (const Neighbour& n : s.neighbours.within(s.cloud.points[i], s.link, buffer))
+      for (const Neighbor& n : s.neighbors.within(s.cloud.points[i], s.link, buffer))
         if (isNear(n.index)) rest[n.index] = left[n.index] = 0;
     }
-    const double side = plane->normal.dot(plane->centre) > 0 && s.oriented ? -1 : 1;
-    planes.push_back({side * plane->normal, side * plane->normal.dot(plane->centre), area});
+    const double side = plane->normal.dot(plane->center) > 0 && s.oriented ? -1 : 1;
+    planes.push_back({side * plane->normal, side * plane->normal.dot(plane->center), area});
   }
   return planes;
 }
@@ -201,10 +201,10 @@ std::vector<std::uint8_t> creasesOf(const Surface& s, const std::vector<std::uin
   constexpr double disc = 0.6;
   std::vector<std::uint8_t> creases(s.size());
   if (!s.oriented) return creases;
-  s.neighbours.eachWithin(s.link, threads, [&](std::uint32_t i, std::span<const Neighbour> near) {
+  s.neighbors.eachWithin(s.link, threads, [&](std::uint32_t i, std::span<const Neighbor> near) {
     if (rest[i] == 0 || !isFinite(s.normals[i])) return;
     double rise = 0, count = 0;
-    for (const Neighbour& n : near) {
+    for (const Neighbor& n : near) {
       if (n.index == i) continue;
       rise += (s.cloud.points[n.index] - s.cloud.points[i]).dot(s.normals[i]);
       ++count;
@@ -217,10 +217,10 @@ std::vector<std::uint8_t> creasesOf(const Surface& s, const std::vector<std::uin
 /// Every point within `radius` of a marked one.
 std::vector<std::uint8_t> around(const Surface& s, const std::vector<std::uint8_t>& marked, float radius) {
   std::vector<std::uint8_t> wide(s.size());
-  std::vector<Neighbour> buffer;
+  std::vector<Neighbor> buffer;
   for (std::uint32_t i = 0; i < s.size(); ++i) {
     if (marked[i] == 0) continue;
-    for (const Neighbour& n : s.neighbours.within(s.cloud.points[i], radius, buffer)) wide[n.index] = 1;
+    for (const Neighbor& n : s.neighbors.within(s.cloud.points[i], radius, buffer)) wide[n.index] = 1;
   }
   return wide;
 }
@@ -229,11 +229,11 @@ std::vector<std::uint8_t> around(const Surface& s, const std::vector<std::uint8_
 void grow(const Surface& s, const std::vector<std::uint8_t>& rest, std::vector<std::uint32_t>& labels,
           std::vector<std::uint32_t>& sizes) {
   std::vector<std::uint32_t> front;
-  std::vector<Neighbour> buffer;
+  std::vector<Neighbor> buffer;
   for (std::uint32_t i = 0; i < s.size(); ++i)
     if (labels[i] != kNone) front.push_back(i);
   for (std::size_t k = 0; k < front.size(); ++k)
-    for (const Neighbour& n : s.neighbours.within(s.cloud.points[front[k]], s.next, buffer)) {
+    for (const Neighbor& n : s.neighbors.within(s.cloud.points[front[k]], s.next, buffer)) {
       if (rest[n.index] == 0 || labels[n.index] != kNone) continue;
       labels[n.index] = labels[front[k]];
       ++sizes[labels[front[k]]];
@@ -244,10 +244,10 @@ void grow(const Surface& s, const std::vector<std::uint8_t>& rest, std::vector<s
 std::vector<Border> bordersBetween(const Surface& s, const std::vector<std::uint32_t>& labels,
                                    const std::vector<std::uint8_t>& creases) {
   std::vector<std::uint64_t> pairs;
-  std::vector<Neighbour> buffer;
+  std::vector<Neighbor> buffer;
   for (std::uint32_t i = 0; i < s.size(); ++i) {
     if (labels[i] == kNone) continue;
-    for (const Neighbour& n : s.neighbours.within(s.cloud.points[i], s.next, buffer))
+    for (const Neighbor& n : s.neighbors.within(s.cloud.points[i], s.next, buffer))
       if (n.index > i && labels[n.index] != kNone && labels[n.index] != labels[i])
         pairs.push_back(pairOf(labels[i], labels[n.index], (creases[i] | creases[n.index]) != 0));
   }
@@ -278,12 +278,12 @@ Clusters findLooseClusters(const PointCloud& cloud, const ClusterOptions& option
       s, [&](std::uint32_t i) { return rest[i] != 0; }, 1, labels, sizes);
   std::vector<Border> borders = bordersBetween(s, labels, creases);
   DisjointSets sets(sizes.size());
-  joinNeighbours(borders, sets, sizes, leastPiece);
+  joinNeighbors(borders, sets, sizes, leastPiece);
   std::vector<Cluster> clusters(sizes.size());
-  std::vector<Neighbour> buffer;
+  std::vector<Neighbor> buffer;
   for (std::uint32_t i = 0; i < cloud.points.size(); ++i) {
     if (!isFinite(cloud.points[i])) continue;
-    const auto nearest = s.neighbours.nearest(cloud.points[i], 1, buffer);
+    const auto nearest = s.neighbors.nearest(cloud.points[i], 1, buffer);
     const std::uint32_t label = labels[nearest.front().index];
     if (label != kNone) clusters[sets.find(label)].points.push_back(i);
   }
@@ -294,7 +294,7 @@ Clusters findLooseClusters(const PointCloud& cloud, const ClusterOptions& option
   for (Cluster& cluster : clusters) {
     cv::Point3d sum;
     for (const std::uint32_t i : cluster.points) sum += cv::Point3d(cloud.points[i]);
-    cluster.centre = sum / static_cast<double>(cluster.points.size());
+    cluster.center = sum / static_cast<double>(cluster.points.size());
     cluster.flat = isFlat(pointsOf(cloud, cluster.points));
   }
   result.clusters = std::move(clusters);

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estancia/cloud/neighbours.hpp"
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/spread.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
 #include "estancia/core/error.hpp"
@@ -21,7 +21,7 @@ constexpr std::size_t kSums = 10;  // 1, x, y, z, xx, xy, xz, yy, yz, zz
 
 /// What the points of a block weigh, and which way they face: 0, 0, 0 where that is not known.
 struct alignas(64) Weights {
-  float weight[Neighbours::kBlock], x[Neighbours::kBlock], y[Neighbours::kBlock], z[Neighbours::kBlock];
+  float weight[Neighbors::kBlock], x[Neighbors::kBlock], y[Neighbors::kBlock], z[Neighbors::kBlock];
 };
 
 struct Ball {
@@ -30,16 +30,16 @@ struct Ball {
 };
 
 /// Weighted moments, Tukey's weights of the distance.
-ESTANCIA_MULTIVERSION void addBall(const Neighbours::Block* blocks, const Weights* weights,
+ESTANCIA_MULTIVERSION void addBall(const Neighbors::Block* blocks, const Weights* weights,
                                    const std::uint32_t* numbers, std::size_t count, const Ball& ball,
                                    float* sums) {
   float lanes[kSums][kLanes] = {};
   const float px = ball.x, py = ball.y, pz = ball.z, inverse = 1 / ball.squared;
   const float fx = ball.facing[0], fy = ball.facing[1], fz = ball.facing[2];
   for (std::size_t b = 0; b < count; ++b) {
-    const Neighbours::Block& block = blocks[numbers[b]];
+    const Neighbors::Block& block = blocks[numbers[b]];
     const Weights& w = weights[numbers[b]];
-    for (std::size_t first = 0; first < Neighbours::kBlock; first += kLanes)
+    for (std::size_t first = 0; first < Neighbors::kBlock; first += kLanes)
 #pragma omp simd
       for (std::size_t l = 0; l < kLanes; ++l) {
         const std::size_t i = first + l;
@@ -72,7 +72,7 @@ struct Cylinder {
 };
 
 /// Weights and weighted heights along the axis, Tukey's weights of the distance from it.
-ESTANCIA_MULTIVERSION void addCylinder(const Neighbours::Block* blocks, const Weights* weights,
+ESTANCIA_MULTIVERSION void addCylinder(const Neighbors::Block* blocks, const Weights* weights,
                                        const std::uint32_t* numbers, std::size_t count,
                                        const Cylinder& cylinder, float* sums) {
   float weight[kLanes] = {}, height[kLanes] = {};
@@ -81,9 +81,9 @@ ESTANCIA_MULTIVERSION void addCylinder(const Neighbours::Block* blocks, const We
   const float fx = cylinder.facing[0], fy = cylinder.facing[1], fz = cylinder.facing[2];
   const float inverse = 1 / cylinder.squaredWidth, depth = cylinder.depth;
   for (std::size_t b = 0; b < count; ++b) {
-    const Neighbours::Block& block = blocks[numbers[b]];
+    const Neighbors::Block& block = blocks[numbers[b]];
     const Weights& w = weights[numbers[b]];
-    for (std::size_t first = 0; first < Neighbours::kBlock; first += kLanes)
+    for (std::size_t first = 0; first < Neighbors::kBlock; first += kLanes)
 #pragma omp simd
       for (std::size_t l = 0; l < kLanes; ++l) {
         const std::size_t i = first + l;
@@ -106,10 +106,10 @@ class Support {
   Support(const PointCloud& voxels, const std::vector<std::uint32_t>& counts, double perPoint, int threads)
       : points_(voxels.points, threads), weights_(points_.blocks().size()) {
     for (std::size_t b = 0; b < weights_.size(); ++b)
-      for (std::size_t i = 0; i < Neighbours::kBlock; ++i) {
+      for (std::size_t i = 0; i < Neighbors::kBlock; ++i) {
         Weights& w = weights_[b];
         w.weight[i] = w.x[i] = w.y[i] = w.z[i] = 0;
-        if (b * Neighbours::kBlock + i >= points_.size()) continue;
+        if (b * Neighbors::kBlock + i >= points_.size()) continue;
         const std::uint32_t index = points_.blocks()[b].index[i];
         w.weight[i] = static_cast<float>(counts[index] * perPoint);
         if (voxels.normals.empty()) continue;
@@ -120,7 +120,7 @@ class Support {
   }
 
   /// Which way the nearest point faces; 0, 0, 0 when that is not known.
-  cv::Vec3f facing(const cv::Point3f& place, std::vector<Neighbour>& buffer) const {
+  cv::Vec3f facing(const cv::Point3f& place, std::vector<Neighbor>& buffer) const {
     if (!hasNormals_) return {};
     const auto near = points_.nearest(place, 1, buffer);
     return near.empty() ? cv::Vec3f() : normals_[near[0].index];
@@ -149,7 +149,7 @@ class Support {
     numbers.clear();
     const auto nodes = points_.nodes();
     for (std::size_t i = 0; i < nodes.size();) {
-      const Neighbours::Node& node = nodes[i];
+      const Neighbors::Node& node = nodes[i];
       const bool apart = node.high[0] < low[0] || node.low[0] > high[0] || node.high[1] < low[1] ||
                          node.low[1] > high[1] || node.high[2] < low[2] || node.low[2] > high[2];
       if (!apart && node.last == node.first + 1) numbers.push_back(node.first);
@@ -166,7 +166,7 @@ class Support {
     points_.eachBlock(place, squared, [&](std::uint32_t number) { numbers.push_back(number); });
   }
 
-  Neighbours points_;
+  Neighbors points_;
   std::vector<Weights> weights_;
   std::vector<cv::Vec3f> normals_;
   bool hasNormals_ = false;
@@ -178,7 +178,7 @@ struct Element {
 };
 
 Element meanAt(const cv::Point3f& seed, const Support& support, const MeanSurfaceOptions& o,
-               std::vector<Neighbour>& buffer, std::vector<std::uint32_t>& numbers) {
+               std::vector<Neighbor>& buffer, std::vector<std::uint32_t>& numbers) {
   constexpr int rounds = 2;
   constexpr float fewInBall = 6, fewInCylinder = 3;
   const cv::Vec3f facing = support.facing(seed, buffer);
@@ -235,7 +235,7 @@ PointCloud meanSurface(const std::vector<cv::Point3f>& seeds, const PointCloud& 
   Progress silent;
   inParallel((from.size() + together - 1) / together, options.threads, silent,
              "stopped while a surface was smoothed", [&](std::size_t chunk) {
-               std::vector<Neighbour> buffer;
+               std::vector<Neighbor> buffer;
                std::vector<std::uint32_t> numbers;
                const std::size_t end = std::min(from.size(), (chunk + 1) * together);
                for (std::size_t i = chunk * together; i < end; ++i)

@@ -9,7 +9,7 @@
 
 namespace estancia {
 
-/// Half a cache line: what every signal reads of a neuron and of its neighbours. A neuron is listed under its
+/// Half a cache line: what every signal reads of a neuron and of its neighbors. A neuron is listed under its
 /// home, from which it must not go too far.
 struct alignas(32) Neuron {
   float x = 0, y = 0, z = 0;

@@ -22,7 +22,7 @@ void NeuronGraph::add() {
 NeuronGraph::Edge* NeuronGraph::find(std::uint32_t from, std::uint32_t to) {
   for (std::uint32_t b = first_[from]; b != none; b = blocks_[b].next)
     for (std::uint32_t k = 0; k < blocks_[b].count; ++k)
-      if (blocks_[b].edges[k].neighbour == to) return &blocks_[b].edges[k];
+      if (blocks_[b].edges[k].neighbor == to) return &blocks_[b].edges[k];
   return nullptr;
 }
 
@@ -58,14 +58,14 @@ void NeuronGraph::disconnect(std::uint32_t a, std::uint32_t b) {
 
 void NeuronGraph::remove(std::uint32_t i) {
   const auto last = static_cast<std::uint32_t>(size() - 1);
-  if (i != last) forNeighbours(last, [&](std::uint32_t n) { find(n, last)->neighbour = i; });
+  if (i != last) forNeighbors(last, [&](std::uint32_t n) { find(n, last)->neighbor = i; });
   free_.push_back(first_[i]);
   first_[i] = first_[last];
   first_.pop_back();
 }
 
 std::uint32_t NeuronGraph::renewedByOther(std::uint32_t winner, Edge& edge, std::uint32_t both) {
-  const std::uint32_t birth = find(edge.neighbour, winner)->birth;
+  const std::uint32_t birth = find(edge.neighbor, winner)->birth;
   if (both - birth < both - edge.birth) edge.birth = birth;
   return both - edge.birth;
 }

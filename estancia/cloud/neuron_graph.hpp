@@ -15,7 +15,7 @@ namespace estancia {
 class NeuronGraph {
  public:
   struct Edge {
-    std::uint32_t neighbour;
+    std::uint32_t neighbor;
     std::uint32_t birth;  ///< wins of both ends when this end last renewed it, modulo 2^32
   };
 
@@ -31,8 +31,8 @@ class NeuronGraph {
   std::uint32_t age(std::uint32_t a, std::uint32_t b, std::uint32_t wins) const;
 
   /// Neuron `winner` wins before `second`, for the `own`th time: its edges are older by one than before, that
-  /// to `second` is new again. Calls visit(neighbour) for every edge there was, which returns the neighbour's
-  /// wins. Afterwards old() has the neighbours to which an edge is older than `maximalAge`; these edges are
+  /// to `second` is new again. Calls visit(neighbor) for every edge there was, which returns the neighbor's
+  /// wins. Afterwards old() has the neighbors to which an edge is older than `maximalAge`; these edges are
   /// still there. Returns whether an edge to `second` was.
   template <typename Visit>
   bool win(std::uint32_t winner, std::uint32_t own, std::uint32_t second, std::uint32_t maximalAge,
@@ -43,7 +43,7 @@ class NeuronGraph {
       Block& block = blocks_[b];
       b = block.next;
       for (Edge *edge = block.edges.data(), *end = edge + block.count; edge != end; ++edge) {
-        const std::uint32_t n = edge->neighbour, both = own + visit(n);
+        const std::uint32_t n = edge->neighbor, both = own + visit(n);
         const bool renewed = n == second;
         connected |= renewed;
         const std::uint32_t birth =
@@ -65,9 +65,9 @@ class NeuronGraph {
   }
 
   template <typename Visit>
-  void forNeighbours(std::uint32_t i, const Visit& visit) const {
+  void forNeighbors(std::uint32_t i, const Visit& visit) const {
     for (std::uint32_t b = first_[i]; b != none; b = blocks_[b].next)
-      for (std::uint32_t k = 0; k < blocks_[b].count; ++k) visit(blocks_[b].edges[k].neighbour);
+      for (std::uint32_t k = 0; k < blocks_[b].count; ++k) visit(blocks_[b].edges[k].neighbor);
   }
 
  private:

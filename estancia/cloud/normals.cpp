@@ -20,9 +20,9 @@ cv::Point3f normalAt(const cv::Point3f& place, const Spread& spread, const cv::P
 
 }  // namespace
 
-std::vector<cv::Point3f> estimateNormals(std::span<const cv::Point3f> places, const Neighbours& points,
+std::vector<cv::Point3f> estimateNormals(std::span<const cv::Point3f> places, const Neighbors& points,
                                          const NormalOptions& options) {
-  if ((options.radius > 0) == (options.neighbours > 0) || !std::isfinite(options.radius))
+  if ((options.radius > 0) == (options.neighbors > 0) || !std::isfinite(options.radius))
     throw Error("normals need the radius or the number of the points around; give one of the two, above 0");
   const auto fixed = static_cast<float>(options.radius * options.radius);
   std::vector<cv::Point3f> normals(places.size());
@@ -30,12 +30,12 @@ std::vector<cv::Point3f> estimateNormals(std::span<const cv::Point3f> places, co
   Progress silent;
   inParallel((places.size() + together - 1) / together, options.threads, silent,
              "stopped while normals were estimated", [&](std::size_t chunk) {
-               std::vector<Neighbour> buffer;
+               std::vector<Neighbor> buffer;
                const std::size_t end = std::min(places.size(), (chunk + 1) * together);
                for (std::size_t i = chunk * together; i < end; ++i) {
                  float squared = fixed;
-                 if (options.neighbours > 0) {
-                   const auto near = points.nearest(places[i], options.neighbours, buffer);
+                 if (options.neighbors > 0) {
+                   const auto near = points.nearest(places[i], options.neighbors, buffer);
                    squared = near.empty() ? -1 : near.back().squared;
                  }
                  normals[i] =

@@ -15,7 +15,7 @@
 namespace estancia {
 namespace {
 
-const cv::Scalar kGrey(128, 128, 128);
+const cv::Scalar kGray(128, 128, 128);
 
 void requireValid(const PatchOptions& options) {
   if (!(options.margin >= 0 && options.margin <= 4) || !(options.crop >= 0.25 && options.crop <= 1))
@@ -123,7 +123,7 @@ cv::Mat patchOf(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask, co
                             mask.cols, mask.rows, bgr.cols, bgr.rows));
   const cv::Rect square = squareAround(box, options);
 
-  cv::Scalar fill = kGrey;
+  cv::Scalar fill = kGray;
   if (options.background == PatchOptions::Background::mean) {
     if (cv::countNonZero(mask(box)) == 0) throw Error("the mask marks nothing in the box of the thing");
     fill = cv::mean(bgr(box), mask(box));
@@ -164,16 +164,16 @@ cv::Mat renderPatch(const PointCloud& cloud, int size, const PatchOptions& optio
   const int radius =
       static_cast<int>(std::clamp(std::ceil(overlap * spacing), 2.0, std::max(2.0, size / 8.0)));
 
-  cv::Mat picture(size, size, CV_8UC3, kGrey);
+  cv::Mat picture(size, size, CV_8UC3, kGray);
   cv::Mat depth(size, size, CV_64F, cv::Scalar(std::numeric_limits<double>::infinity()));
   for (std::size_t i = 0; i < points.size(); ++i) {
     const cv::Vec3d& p = points[i];
     constexpr double darkest = 60, brightest = 230;
     const double near = thing[2] > 0 ? (extent.most[2] - p[2]) / thing[2] : 1;
-    const cv::Vec3b colour =
-        cloud.colours.empty()
+    const cv::Vec3b color =
+        cloud.colors.empty()
             ? cv::Vec3b::all(cv::saturate_cast<uchar>(darkest + near * (brightest - darkest)))
-            : cloud.colours[from[i]];
+            : cloud.colors[from[i]];
     const int x = static_cast<int>(std::lround((p[0] - middle[0]) * scale + (size - 1) / 2.0));
     const int y = static_cast<int>(std::lround((p[1] - middle[1]) * scale + (size - 1) / 2.0));
     for (int v = std::max(0, y - radius); v <= std::min(size - 1, y + radius); ++v)
@@ -181,7 +181,7 @@ cv::Mat renderPatch(const PointCloud& cloud, int size, const PatchOptions& optio
         const int du = u - x, dv = v - y;
         if (du * du + dv * dv > radius * radius || p[2] >= depth.at<double>(v, u)) continue;
         depth.at<double>(v, u) = p[2];
-        picture.at<cv::Vec3b>(v, u) = colour;
+        picture.at<cv::Vec3b>(v, u) = color;
       }
   }
   return picture;

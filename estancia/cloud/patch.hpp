@@ -11,8 +11,8 @@ namespace estancia {
 struct PatchOptions {
   enum class Background {
     kept,  ///< as the picture has it: best for networks that learned from photographs
-    grey,
-    mean  ///< the mean colour of the thing
+    gray,
+    mean  ///< the mean color of the thing
   };
   Background background = Background::kept;
   double margin = 0;  ///< added on every side, in shares of the longer side of the thing; 0 … 4
@@ -21,7 +21,7 @@ struct PatchOptions {
 };
 
 /// The square around `box` (pixels of `bgr`, CV_8UC3) whose middle `crop` just holds it, not resized; beyond
-/// the picture it is as the background, or grey where that is kept. `mask` (CV_8U, the size of `bgr`, not 0
+/// the picture it is as the background, or gray where that is kept. `mask` (CV_8U, the size of `bgr`, not 0
 /// on the thing) is needed unless the background is kept; else it may be empty. Throws Error on another type
 /// of picture, a box that is empty or leaves the picture, a mask that is missing or of another size, and on
 /// options out of range.
@@ -29,7 +29,7 @@ cv::Mat patchOf(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask = {
                 const PatchOptions& options = {});
 
 /// A picture of a cloud without a camera, as wide in its square of `size` pixels (1 … 4096) as patchOf()
-/// would have it: points are discs on grey, the nearest in front, shaded by depth where they have no colours.
+/// would have it: points are discs on gray, the nearest in front, shaded by depth where they have no colors.
 /// Of 120 directions around and above (z is up) it is seen from the one that shows most of it. Throws Error
 /// when no point is finite, on a cloud that is not whole, and on options out of range.
 cv::Mat renderPatch(const PointCloud& cloud, int size = 299, const PatchOptions& options = {});

@@ -9,7 +9,7 @@ namespace {
 constexpr double kLeastCrease = 25, kLeastSeed = 60;  // [square pixels]
 constexpr double kOpening = 2.5;                      // how far seeds stay away from creases [pixels]
 constexpr double kCreased = 0.45;                     // share of creases in a border that parts its pieces
-constexpr int kRounds = 3;                            // of joining neighbours
+constexpr int kRounds = 3;                            // of joining neighbors
 
 /// The rows of a picture of bytes over the mask's, as OpenCV sees them; shares the memory.
 cv::Mat rowsOf(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t>& picture) {
@@ -59,8 +59,8 @@ void labelSurfaces(const InverseDepth& grid, const Mask& mask, const Wanted& wan
   const auto base = static_cast<std::uint32_t>(pieces.sizes.size());  // labels from here on are sets' for now
   DisjointSets sets(0);
   std::vector<std::uint32_t>& labels = pieces.labels;
-  const auto setOf = [&](float w, std::size_t neighbour) {
-    return labels[neighbour] >= base && isContinuous(w, grid.raw[neighbour]) ? labels[neighbour] : 0;
+  const auto setOf = [&](float w, std::size_t neighbor) {
+    return labels[neighbor] >= base && isContinuous(w, grid.raw[neighbor]) ? labels[neighbor] : 0;
   };
   mask.eachPixel([&](std::size_t i) {
     if (labels[i] != 0 || !wanted(i)) return;
@@ -203,7 +203,7 @@ std::vector<Border> bordersOf(std::vector<std::uint64_t> pairs) {
   return borders;
 }
 
-void joinNeighbours(std::vector<Border>& borders, DisjointSets& sets, const std::vector<std::uint32_t>& sizes,
+void joinNeighbors(std::vector<Border>& borders, DisjointSets& sets, const std::vector<std::uint32_t>& sizes,
                     double least) {
   joinSmooth(borders, sets);
   joinSmall(borders, sets, sizes, least);
@@ -248,7 +248,7 @@ Pieces cutPieces(const InverseDepth& grid, const Mask& mask, std::vector<std::ui
       grid, mask, [](std::size_t) { return true; }, 1, pieces);
   std::vector<Border> borders = bordersOf(grid, mask, pieces, creases);
   DisjointSets sets(pieces.sizes.size());
-  joinNeighbours(borders, sets, pieces.sizes, grid.area(kLeastPiece));
+  joinNeighbors(borders, sets, pieces.sizes, grid.area(kLeastPiece));
   for (const Border& border : borders)
     if (border.pairs >= kLeastBorder) pieces.touching.emplace_back(border.a, border.b);
   renumber(mask, pieces, sets);

@@ -36,7 +36,7 @@ class DisjointSets {
 };
 
 constexpr double kLeastPiece = 400;      ///< [square pixels]
-constexpr std::size_t kLeastBorder = 5;  ///< pairs of points that make two pieces neighbours
+constexpr std::size_t kLeastBorder = 5;  ///< pairs of points that make two pieces neighbors
 
 /// Pieces of a depth picture; number 0 is none.
 struct Pieces {
@@ -49,23 +49,23 @@ struct Pieces {
 /// Where two pieces go over into each other.
 struct Border {
   std::uint32_t a, b;                  ///< the pieces, a < b
-  std::size_t pairs = 0, creased = 0;  ///< of neighbours on either side; of these at a crease
+  std::size_t pairs = 0, creased = 0;  ///< of neighbors on either side; of these at a crease
 };
 
-/// Borders out of single pairs of neighbours, each put together by pairOf().
+/// Borders out of single pairs of neighbors, each put together by pairOf().
 std::vector<Border> bordersOf(std::vector<std::uint64_t> pairs);
 inline std::uint64_t pairOf(std::uint32_t a, std::uint32_t b, bool creased) {
   return std::uint64_t{std::min(a, b)} << 32 | std::uint64_t{std::max(a, b)} << 1 | std::uint64_t{creased};
 }
 
-/// Joins neighbours whose border mostly is no crease, then those of less than `least` points with the
-/// neighbour of the longest border. Leaves the borders that are left.
-void joinNeighbours(std::vector<Border>& borders, DisjointSets& sets, const std::vector<std::uint32_t>& sizes,
+/// Joins neighbors whose border mostly is no crease, then those of less than `least` points with the
+/// neighbor of the longest border. Leaves the borders that are left.
+void joinNeighbors(std::vector<Border>& borders, DisjointSets& sets, const std::vector<std::uint32_t>& sizes,
                     double least);
 
 /// Cuts what `mask` marks at `creases` and at edges in depth. Pieces grow from where no crease is near, as a
-/// crease often has gaps; neighbours whose border mostly is no crease are one again (convexity decides which
-/// surfaces belong together: Stein et al., CVPR 2014), and what is small goes to its closest neighbour.
+/// crease often has gaps; neighbors whose border mostly is no crease are one again (convexity decides which
+/// surfaces belong together: Stein et al., CVPR 2014), and what is small goes to its closest neighbor.
 Pieces cutPieces(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t> creases);
 
 /// Sets become pieces, numbered as they appear in the picture.

@@ -33,7 +33,7 @@ struct Half {
   std::size_t row(int v) const { return static_cast<std::size_t>(v) * static_cast<std::size_t>(width); }
 };
 
-/// Adds the slope of 1/z between two opposite neighbours where both lie near.
+/// Adds the slope of 1/z between two opposite neighbors where both lie near.
 ESTANCIA_MULTIVERSION
 void addSlope(const float* middle, const float* a, const float* b, float weight, int width, float* sum,
               float* count) {

@@ -15,7 +15,7 @@ struct WithoutPlanes {
 };
 
 /// RANSAC (Fischler and Bolles, CACM 1981) in which one pixel with its normal is a hypothesis and square
-/// metres are its votes. What lies on a plane must be connected, and face as it does, in patches of half of
+/// meters are its votes. What lies on a plane must be connected, and face as it does, in patches of half of
 /// planeArea at least; the largest must have all of it. Whatever is behind a plane stays.
 WithoutPlanes removePlanes(const InverseDepth& grid, const ClusterOptions& options);
 

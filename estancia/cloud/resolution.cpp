@@ -13,7 +13,7 @@ namespace estancia {
 namespace {
 
 /// Places of points all over the cloud: every so many in the tree's order.
-std::vector<cv::Point3f> sampleOf(const Neighbours& points, std::size_t count) {
+std::vector<cv::Point3f> sampleOf(const Neighbors& points, std::size_t count) {
   std::vector<cv::Point3f> sample;
   const std::size_t n = points.size();
   count = std::min(count, n);
@@ -22,9 +22,9 @@ std::vector<cv::Point3f> sampleOf(const Neighbours& points, std::size_t count) {
 }
 
 /// The diagonal of the box around all.
-double widthOf(const Neighbours& points) {
+double widthOf(const Neighbors& points) {
   if (points.nodes().empty()) return 0;
-  const Neighbours::Node& all = points.nodes()[0];
+  const Neighbors::Node& all = points.nodes()[0];
   return std::hypot(all.high[0] - all.low[0], all.high[1] - all.low[1], all.high[2] - all.low[2]);
 }
 
@@ -36,21 +36,21 @@ double quantileOf(std::vector<double>& values, double quantile = 0.5) {
 }
 
 /// To the nearest point at another place, unless more duplicates hide it than a sensor would make.
-std::optional<double> nearestOther(const Neighbours& points, const cv::Point3f& place,
-                                   std::vector<Neighbour>& buffer) {
+std::optional<double> nearestOther(const Neighbors& points, const cv::Point3f& place,
+                                   std::vector<Neighbor>& buffer) {
   for (const std::size_t count : {2U, 16U, 128U})
-    for (const Neighbour& near : points.nearest(place, count, buffer))
+    for (const Neighbor& near : points.nearest(place, count, buffer))
       if (near.squared > 0) return std::sqrt(static_cast<double>(near.squared));
   return std::nullopt;
 }
 
 /// The points within a ball, from its middle on; reuses `found`.
-void collect(const Neighbours& points, const cv::Point3f& middle, double radius,
+void collect(const Neighbors& points, const cv::Point3f& middle, double radius,
              std::vector<cv::Vec3d>& found) {
   found.clear();
   points.eachBlock(middle, static_cast<float>(radius * radius), [&](std::uint32_t number) {
-    const Neighbours::Block& block = points.blocks()[number];
-    for (std::size_t i = 0; i < Neighbours::kBlock; ++i) {
+    const Neighbors::Block& block = points.blocks()[number];
+    for (std::size_t i = 0; i < Neighbors::kBlock; ++i) {
       const cv::Vec3d p(block.x[i] - middle.x, block.y[i] - middle.y, block.z[i] - middle.z);
       if (p.dot(p) <= radius * radius) found.push_back(p);
     }
@@ -58,7 +58,7 @@ void collect(const Neighbours& points, const cv::Point3f& middle, double radius,
 }
 
 /// The standard deviation of what lies within `radius` of a place, across the quadric through it.
-std::optional<double> noiseAt(const Neighbours& points, const cv::Point3f& place, double radius) {
+std::optional<double> noiseAt(const Neighbors& points, const cv::Point3f& place, double radius) {
   constexpr std::size_t parameters = 6, fewest = 5 * parameters, most = 1000;  // enough for a good median
   std::vector<cv::Vec3d> near;
   collect(points, place, radius, near);
@@ -95,7 +95,7 @@ std::optional<double> noiseAt(const Neighbours& points, const cv::Point3f& place
 }
 
 /// Of patches of one size all over the cloud. Edges and corners only ever add: a bit below the middle.
-std::optional<double> noiseOf(const Neighbours& points, double radius, int threads) {
+std::optional<double> noiseOf(const Neighbors& points, double radius, int threads) {
   constexpr std::size_t patches = 200;
   constexpr double quantile = 0.4;
   const auto sample = sampleOf(points, patches);
@@ -112,9 +112,9 @@ std::optional<double> noiseOf(const Neighbours& points, double radius, int threa
 
 }  // namespace
 
-double resolutionOf(const Neighbours& points) {
+double resolutionOf(const Neighbors& points) {
   constexpr std::size_t places = 2000;
-  std::vector<Neighbour> buffer;
+  std::vector<Neighbor> buffer;
   std::vector<double> distances;
   for (const cv::Point3f& place : sampleOf(points, places))
     if (const auto distance = nearestOther(points, place, buffer)) distances.push_back(*distance);
@@ -122,10 +122,10 @@ double resolutionOf(const Neighbours& points) {
 }
 
 double resolutionOf(const PointCloud& cloud) {
-  return resolutionOf(Neighbours(cloud.points));
+  return resolutionOf(Neighbors(cloud.points));
 }
 
-double spacingOf(const Neighbours& points) {
+double spacingOf(const Neighbors& points) {
   constexpr std::size_t places = 40, fewest = 10, most = 2000;
   const auto wanted = static_cast<double>(std::clamp(points.size() / 100, fewest, most));
   std::vector<double> spacings;
@@ -143,7 +143,7 @@ double spacingOf(const Neighbours& points) {
   return quantileOf(spacings);
 }
 
-double estimateNoise(const Neighbours& points, int threads) {
+double estimateNoise(const Neighbors& points, int threads) {
   constexpr double smallest = 10,
                    enough = 6;  // radii, of the resolution and of the noise: a ball cuts it off
   constexpr double growth = 2.5;
@@ -163,7 +163,7 @@ double estimateNoise(const Neighbours& points, int threads) {
 }
 
 double estimateNoise(const PointCloud& cloud, int threads) {
-  return estimateNoise(Neighbours(cloud.points, threads), threads);
+  return estimateNoise(Neighbors(cloud.points, threads), threads);
 }
 
 }  // namespace estancia

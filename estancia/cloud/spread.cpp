@@ -14,14 +14,14 @@ constexpr std::size_t kLanes = 16;
 constexpr std::size_t kSums = 10;  // 1, x, y, z, xx, xy, xz, yy, yz, zz
 
 /// Adds what the points of some blocks that are near enough say, each lane for itself.
-ESTANCIA_MULTIVERSION void add(const Neighbours::Block* all, const std::uint32_t* blocks, std::size_t count,
+ESTANCIA_MULTIVERSION void add(const Neighbors::Block* all, const std::uint32_t* blocks, std::size_t count,
                                float px, float py, float pz, float squared, float* sums) {
   float lanes[kSums][kLanes];
   for (std::size_t s = 0; s < kSums; ++s)
     for (std::size_t l = 0; l < kLanes; ++l) lanes[s][l] = sums[s * kLanes + l];
   for (std::size_t b = 0; b < count; ++b) {
-    const Neighbours::Block& block = all[blocks[b]];
-    for (std::size_t first = 0; first < Neighbours::kBlock; first += kLanes)
+    const Neighbors::Block& block = all[blocks[b]];
+    for (std::size_t first = 0; first < Neighbors::kBlock; first += kLanes)
 #pragma omp simd
       for (std::size_t l = 0; l < kLanes; ++l) {
         const float dx = block.x[first + l] - px, dy = block.y[first + l] - py, dz = block.z[first + l] - pz;
@@ -45,7 +45,7 @@ ESTANCIA_MULTIVERSION void add(const Neighbours::Block* all, const std::uint32_t
 
 }  // namespace
 
-Spread spreadAround(const Neighbours& points, const cv::Point3f& place, float squared) {
+Spread spreadAround(const Neighbors& points, const cv::Point3f& place, float squared) {
   Spread spread;
   std::array<double, kSums> totals{};
   std::array<float, kSums * kLanes> sums{};

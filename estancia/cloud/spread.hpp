@@ -6,7 +6,7 @@
 #include <opencv2/core/matx.hpp>
 #include <opencv2/core/types.hpp>
 
-#include "estancia/cloud/neighbours.hpp"
+#include "estancia/cloud/neighbors.hpp"
 
 namespace estancia {
 
@@ -18,7 +18,7 @@ struct Spread {
 
 /// Of the points at most √squared [m] away. Sums are taken from the place on, so that they are as exact far
 /// from the origin as near it.
-Spread spreadAround(const Neighbours& points, const cv::Point3f& place, float squared);
+Spread spreadAround(const Neighbors& points, const cv::Point3f& place, float squared);
 
 /// Directions of a spread and the variances along them, smallest first.
 struct Axes {

@@ -15,7 +15,7 @@ constexpr double kLeastWall = 600;  // [square pixels]
 
 /// A circle (Kåsa 1976) through most of some points of a plane.
 struct Circle {
-  cv::Point2d centre;
+  cv::Point2d center;
   double radius = 0;
   double share = 0;  ///< of the points that lie on it
   double arc = 0;    ///< what they see of it [°]
@@ -37,17 +37,17 @@ std::optional<Circle> circleOf(const std::vector<cv::Point2d>& points, double to
       products += row * points[i].dot(points[i]);
     }
     if (!cv::solve(squares, products, x, cv::DECOMP_CHOLESKY)) return {};
-    circle.centre = {x[0] / 2, x[1] / 2};
-    circle.radius = std::sqrt(std::max(1e-9, x[2] + circle.centre.dot(circle.centre)));
+    circle.center = {x[0] / 2, x[1] / 2};
+    circle.radius = std::sqrt(std::max(1e-9, x[2] + circle.center.dot(circle.center)));
     for (std::size_t i = 0; i < points.size(); ++i)
-      off[i] = std::abs(cv::norm(points[i] - circle.centre) - circle.radius);
+      off[i] = std::abs(cv::norm(points[i] - circle.center) - circle.radius);
     sorted = off;
     std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(rank));
     most = std::max(least * tolerance, sorted[rank]);
   }
   std::vector<double> angles;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const cv::Point2d d = points[i] - circle.centre;
+    const cv::Point2d d = points[i] - circle.center;
     if (off[i] < tolerance) angles.push_back(std::atan2(d.y, d.x));
   }
   if (angles.empty()) return {};
@@ -146,7 +146,7 @@ bool isInside(const Shape& shape, const Plane& plane, const Circle& circle, doub
   for (std::size_t i = 0; i < shape.surface.size(); i += kStep) {
     const cv::Vec3d p(shape.surface[i].x, shape.surface[i].y, shape.surface[i].z);
     in +=
-        cv::norm(ground.foot(p) - circle.centre) < circle.radius + beside && ground.height(p) < rim + beside;
+        cv::norm(ground.foot(p) - circle.center) < circle.radius + beside && ground.height(p) < rim + beside;
     const std::size_t out = ++seen - in;  // most things are elsewhere, which few points tell
     if (!(static_cast<double>(count - out) > inside * static_cast<double>(count))) return false;
   }

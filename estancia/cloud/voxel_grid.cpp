@@ -34,13 +34,13 @@ class VoxelTable {
   std::size_t number(double leaf, const Use& use) {
     if (!(leaf > 0) || !std::isfinite(leaf))
       throw Error(fmt::format("a voxel cannot have an edge of {} m; give one above 0", leaf));
-    const auto perMetre = static_cast<float>(1 / leaf);
+    const auto perMeter = static_cast<float>(1 / leaf);
     std::ranges::fill(slots_, kNone);
     keys_.clear();
     for (std::size_t i = 0; i < points_.size(); ++i) {
       if (!isFinite(points_[i])) continue;
       const cv::Point3f p = points_[i] - origin_;
-      use(i, find({cell(p.x, perMetre), cell(p.y, perMetre), cell(p.z, perMetre)}));
+      use(i, find({cell(p.x, perMeter), cell(p.y, perMeter), cell(p.z, perMeter)}));
     }
     return keys_.size();
   }
@@ -49,8 +49,8 @@ class VoxelTable {
   /// A float as coordinates are: an integer would overflow where the voxels are many.
   using Key = std::array<float, 3>;
 
-  static float cell(float value, float perMetre) {
-    const float cell = std::floor(value * perMetre) + 0.F;  // 0 is never -0
+  static float cell(float value, float perMeter) {
+    const float cell = std::floor(value * perMeter) + 0.F;  // 0 is never -0
     return std::isfinite(cell) ? cell : value;              // next to such a value there is no other voxel
   }
 
@@ -79,7 +79,7 @@ class VoxelTable {
 /// What is summed up over a voxel.
 struct Sums {
   cv::Point3d points, normals;
-  cv::Vec<std::uint64_t, 3> colours;
+  cv::Vec<std::uint64_t, 3> colors;
   std::uint32_t count = 0;
 };
 
@@ -94,7 +94,7 @@ PointCloud voxelGrid(const PointCloud& cloud, double leaf, std::vector<std::uint
     ++sums.count;
     sums.points += cv::Point3d(cloud.points[i]);
     if (!cloud.normals.empty() && isFinite(cloud.normals[i])) sums.normals += cv::Point3d(cloud.normals[i]);
-    for (int c = 0; c < 3 && !cloud.colours.empty(); ++c) sums.colours[c] += cloud.colours[i][c];
+    for (int c = 0; c < 3 && !cloud.colors.empty(); ++c) sums.colors[c] += cloud.colors[i][c];
   });
   PointCloud result;
   result.width = voxels.size();
@@ -105,11 +105,11 @@ PointCloud voxelGrid(const PointCloud& cloud, double leaf, std::vector<std::uint
     if (counts) counts->push_back(sums.count);
     result.points.emplace_back(sums.points / static_cast<double>(sums.count));
     if (!cloud.normals.empty()) result.normals.push_back(asNormal(sums.normals));
-    if (cloud.colours.empty()) continue;
+    if (cloud.colors.empty()) continue;
     const auto mean = [&](int c) {
-      return static_cast<uchar>((sums.colours[c] + sums.count / 2) / sums.count);
+      return static_cast<uchar>((sums.colors[c] + sums.count / 2) / sums.count);
     };
-    result.colours.emplace_back(mean(0), mean(1), mean(2));
+    result.colors.emplace_back(mean(0), mean(1), mean(2));
   }
   return result;
 }

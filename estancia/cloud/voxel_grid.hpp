@@ -9,7 +9,7 @@
 
 namespace estancia {
 
-/// The mean of the points in each voxel, and of their colours and normals; the voxels' edge is `leaf` [m],
+/// The mean of the points in each voxel, and of their colors and normals; the voxels' edge is `leaf` [m],
 /// and one of their corners is the origin. They stand in the order of their first points; points that are not
 /// finite are left out. Voxels are hashed, so any leaf will do for any extent (PCL's VoxelGrid numbers them
 /// with 32 bits, and gives the cloud back as it is when that is too few). `counts`, when given, is told how

@@ -35,7 +35,7 @@ struct ResultTable {
   std::string rowsAre;  ///< what the rows are: "model"
   std::vector<Column> columns;
   std::vector<Row> rows;
-  double hottest = 0;  ///< pages colour the cells from 0 to this value; 0: they do not
+  double hottest = 0;  ///< pages color the cells from 0 to this value; 0: they do not
 
   bool operator==(const ResultTable&) const = default;
 };

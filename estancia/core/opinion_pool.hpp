@@ -12,7 +12,7 @@ namespace estancia {
 /// and Zidek 1986, Combining probability distributions). Images of one place or thing are taken one after the
 /// other and err together: a plain product would count the same evidence again and again and be sure of
 /// whatever it says; the mean does not change when images repeat. None counts as below 0.001: a forest's or a
-/// neighbourhood's 0 is no proof.
+/// neighborhood's 0 is no proof.
 class OpinionPool {
  public:
   /// Of opinions about so many answers.

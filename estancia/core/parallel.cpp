@@ -17,7 +17,7 @@ void inParallel(std::size_t count, std::size_t threads, const std::function<void
   std::mutex mutex;
   std::size_t failedAt = count;
   std::exception_ptr failure;
-  const auto labour = [&] {
+  const auto labor = [&] {
     for (std::size_t i = next++; i < count; i = next++) {
       try {
         work(i);
@@ -32,8 +32,8 @@ void inParallel(std::size_t count, std::size_t threads, const std::function<void
     }
   };
   std::vector<std::thread> others;
-  for (std::size_t i = 1; i < std::min(threads, count); ++i) others.emplace_back(labour);
-  labour();
+  for (std::size_t i = 1; i < std::min(threads, count); ++i) others.emplace_back(labor);
+  labor();
   for (std::thread& other : others) other.join();
   if (failure) std::rethrow_exception(failure);
 }

@@ -14,13 +14,13 @@ void requireWhole(const PointCloud& cloud) {
   const std::size_t n = cloud.points.size();
   const bool shaped =
       n == 0 || (cloud.height > 0 && n / cloud.height == cloud.width && n % cloud.height == 0);
-  if (shaped && (cloud.colours.empty() || cloud.colours.size() == n) &&
+  if (shaped && (cloud.colors.empty() || cloud.colors.size() == n) &&
       (cloud.normals.empty() || cloud.normals.size() == n))
     return;
   throw Error(
-      fmt::format("a cloud of {} × {} points has {} points, {} colours and {} normals; give each point "
+      fmt::format("a cloud of {} × {} points has {} points, {} colors and {} normals; give each point "
                   "one or none at all",
-                  cloud.width, cloud.height, n, cloud.colours.size(), cloud.normals.size()));
+                  cloud.width, cloud.height, n, cloud.colors.size(), cloud.normals.size()));
 }
 
 cv::Point3f asNormal(const cv::Point3f& vector) {

@@ -12,16 +12,16 @@
 
 namespace estancia {
 
-/// Points [m]. Invariant: width × height points, row by row; `colours` (BGR) and `normals` are empty or have
+/// Points [m]. Invariant: width × height points, row by row; `colors` (BGR) and `normals` are empty or have
 /// one a point.
 struct PointCloud {
-  std::vector<cv::Point3f> points;  ///< NaN where an organised cloud has a hole
-  std::vector<cv::Vec3b> colours;
+  std::vector<cv::Point3f> points;  ///< NaN where an organized cloud has a hole
+  std::vector<cv::Vec3b> colors;
   std::vector<cv::Point3f> normals;    ///< unit vectors, towards whoever looked; NaN where none is known
-  std::size_t width = 0, height = 0;   ///< of the picture behind an organised cloud; else height is 1
+  std::size_t width = 0, height = 0;   ///< of the picture behind an organized cloud; else height is 1
   std::optional<Pose> viewpoint = {};  ///< where the sensor stood among the points; none: at the origin
 
-  bool organised() const { return height > 1; }
+  bool organized() const { return height > 1; }
 };
 
 /// Throws Error, naming what is off, on a cloud that breaks the invariant of PointCloud.
@@ -39,7 +39,7 @@ inline bool isFinite(const cv::Point3f& p) {
 /// size or focal length.
 void requireDepth(const cv::Mat& depth, const CameraIntrinsics& camera);
 
-/// What a depth picture (CV_32F, metres) saw, organised, in the optical frame of `camera`, whose pictures may
+/// What a depth picture (CV_32F, meters) saw, organized, in the optical frame of `camera`, whose pictures may
 /// have another size. Pixels with 0, NaN or anything else that is no depth become holes. Throws Error as
 /// requireDepth() does.
 PointCloud backProject(const cv::Mat& depth, const CameraIntrinsics& camera);

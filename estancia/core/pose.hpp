@@ -6,7 +6,7 @@
 
 namespace estancia {
 
-/// T_map_camera: the camera's optical frame (x right, y down, z forward; REP-103) seen from the map. Metres.
+/// T_map_camera: the camera's optical frame (x right, y down, z forward; REP-103) seen from the map. Meters.
 /// Data sets that give a robot's planar pose (x, y, θ) become a camera that looks along θ in a z-up map.
 struct Pose {
   double x = 0, y = 0, z = 0;             ///< position in the map [m]

@@ -35,7 +35,7 @@ struct DescriptorPart {
 /// What there is to describe of one moment.
 struct View {
   cv::Mat image;  ///< BGR, 8 bits; empty unless needsImage()
-  cv::Mat depth;  ///< metres, CV_32F, 0 where there is none; empty unless needsDepth()
+  cv::Mat depth;  ///< meters, CV_32F, 0 where there is none; empty unless needsDepth()
   std::optional<CameraIntrinsics> camera;  ///< of depth
   std::string frame;                       ///< its name in the sequence
 };

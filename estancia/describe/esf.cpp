@@ -70,19 +70,19 @@ std::vector<cv::Point3f> thinned(const PointCloud& cloud, std::size_t most, Rand
   return points;
 }
 
-/// Moves the centre of gravity to the origin and the furthest point to the distance kRadius.
+/// Moves the center of gravity to the origin and the furthest point to the distance kRadius.
 void scale(std::vector<cv::Point3f>& points) {
-  cv::Point3d centre;
-  for (const cv::Point3f& p : points) centre += cv::Point3d(p);
-  centre *= 1.0 / static_cast<double>(points.size());
+  cv::Point3d center;
+  for (const cv::Point3f& p : points) center += cv::Point3d(p);
+  center *= 1.0 / static_cast<double>(points.size());
   cv::Point3d furthest;
   for (const cv::Point3f& p : points)
-    if (const cv::Point3d d = cv::Point3d(p) - centre; d.dot(d) > furthest.dot(furthest)) furthest = d;
+    if (const cv::Point3d d = cv::Point3d(p) - center; d.dot(d) > furthest.dot(furthest)) furthest = d;
   const double radius = std::sqrt(furthest.dot(furthest));
   if (!(radius > 0)) throw Error("esf: all points are the same; that is no shape");
   double thickness = 0;
   for (cv::Point3f& p : points) {
-    const cv::Point3d d = (cv::Point3d(p) - centre) * (1 / radius), off = d.cross(furthest * (1 / radius));
+    const cv::Point3d d = (cv::Point3d(p) - center) * (1 / radius), off = d.cross(furthest * (1 / radius));
     thickness = std::max(thickness, off.dot(off));
     p = cv::Point3f(d * kRadius);
   }

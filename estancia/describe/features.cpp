@@ -47,18 +47,18 @@ class Problems {
   std::vector<std::string> sentences_;
 };
 
-/// The labelled part of the work goes through the stream, ahead and with the cache; null: it is computed.
+/// The labeled part of the work goes through the stream, ahead and with the cache; null: it is computed.
 Words* wordsIn(const NamedDescriptor& source) {
   return dynamic_cast<Words*>(source.descriptor.get());
 }
 
-Column labelled(const Sequence& sequence, const NamedDescriptor& source, LabelCache* cache,
+Column labeled(const Sequence& sequence, const NamedDescriptor& source, LabelCache* cache,
                 Progress& progress, Problems& problems) {
   std::vector<std::size_t> frames;
   const Recording words = labelAll(
-      sequence, wordsIn(source)->labeler(), fmt::format("{}: labelling {}", source.name, sequence.name()),
-      cache, progress, [&](const LabelledFrame& frame) {
-        if (frame.labelled())
+      sequence, wordsIn(source)->labeler(), fmt::format("{}: labeling {}", source.name, sequence.name()),
+      cache, progress, [&](const LabeledFrame& frame) {
+        if (frame.labeled())
           frames.push_back(frame.index);
         else
           problems.tell(frame.index, fmt::format("{}: {}", source.name, frame.problem));
@@ -140,14 +140,14 @@ Features describeSequence(const Sequence& sequence, const std::string& descripto
   std::vector<const NamedDescriptor*> direct;
   for (const NamedDescriptor& source : sources)
     if (!wordsIn(source)) direct.push_back(&source);
-  // Before labelling: it is quick, and it refuses what cannot be done.
+  // Before labeling: it is quick, and it refuses what cannot be done.
   std::vector<Column> numbers = direct.empty()
                                     ? std::vector<Column>{}
                                     : computed(sequence, direct, options.labeler.threads, progress, told);
   std::vector<Column> columns;
   auto next = numbers.begin();
   for (const NamedDescriptor& source : sources)
-    columns.push_back(wordsIn(source) ? labelled(sequence, source, options.cache, progress, told)
+    columns.push_back(wordsIn(source) ? labeled(sequence, source, options.cache, progress, told)
                                       : std::move(*next++));
 
   Features features{{}, {}, DescriptorMatrix(0)};

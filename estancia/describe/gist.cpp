@@ -21,13 +21,13 @@ using namespace describe;
 cv::Mat square(const cv::Mat& image) {
   if (image.empty()) throw Error("gist: there is no picture");
   if (image.type() != CV_8UC3 && image.type() != CV_8UC1)
-    throw Error("gist: the picture is neither BGR nor grey with 8 bits; convert it");
+    throw Error("gist: the picture is neither BGR nor gray with 8 bits; convert it");
   const int side = std::min(image.cols, image.rows);
   const cv::Mat part = image({(image.cols - side) / 2, (image.rows - side) / 2, side, side});
-  cv::Mat grey, sized;
-  part.convertTo(grey, CV_32F);
-  if (grey.channels() == 3) cv::transform(grey, grey, cv::Matx13f(1, 1, 1));
-  cv::resize(grey, sized, {kGistSide, kGistSide}, 0, 0, side > kGistSide ? cv::INTER_AREA : cv::INTER_LINEAR);
+  cv::Mat gray, sized;
+  part.convertTo(gray, CV_32F);
+  if (gray.channels() == 3) cv::transform(gray, gray, cv::Matx13f(1, 1, 1));
+  cv::resize(gray, sized, {kGistSide, kGistSide}, 0, 0, side > kGistSide ? cv::INTER_AREA : cv::INTER_LINEAR);
   double least = 0, most = 0;
   cv::minMaxLoc(sized, &least, &most);
   if (!(most > least)) return cv::Mat::zeros(sized.size(), CV_32F);

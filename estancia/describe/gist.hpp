@@ -9,7 +9,7 @@
 namespace estancia {
 
 /// 512 numbers ≥ 0: for each of 4 scales (the finest first) and 8 orientations the mean magnitude of a Gabor
-/// filter's answer in 4 × 4 blocks, row by row. `image` is BGR or grey, 8 bits, of any size: its central
+/// filter's answer in 4 × 4 blocks, row by row. `image` is BGR or gray, 8 bits, of any size: its central
 /// square counts, brought to 256 × 256 pixels, after local contrast has been made equal everywhere. All 0 for
 /// a picture without any contrast. Throws Error on other images.
 ///

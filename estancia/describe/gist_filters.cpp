@@ -39,10 +39,10 @@ struct Filter {
 
 /// The transfer function of the authors' createGabor; frequencies in cycles a picture of kWhole pixels.
 double transfer(int scale, int orientation, int fx, int fy) {
-  const double centre = 0.3 / std::pow(1.85, scale);
+  const double center = 0.3 / std::pow(1.85, scale);
   double angle = std::atan2(fy, fx) + std::numbers::pi / kGistOrientations * orientation;
   if (angle > std::numbers::pi) angle -= 2 * std::numbers::pi;
-  const double off = std::hypot(fx, fy) / kWhole / centre - 1;
+  const double off = std::hypot(fx, fy) / kWhole / center - 1;
   return std::exp(-3.5 * off * off - 2 * std::numbers::pi * angle * angle);
 }
 

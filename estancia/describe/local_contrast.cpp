@@ -70,18 +70,18 @@ class LowPass {
 
 }  // namespace
 
-cv::Mat withEqualContrast(const cv::Mat& grey) {
+cv::Mat withEqualContrast(const cv::Mat& gray) {
   static const LowPass common(256 + 2 * kBorder);
-  const bool isCommon = grey.cols == 256;
+  const bool isCommon = gray.cols == 256;
   cv::Mat picture;
-  cv::log(grey + 1, picture);
+  cv::log(gray + 1, picture);
   cv::copyMakeBorder(picture, picture, kBorder, kBorder, kBorder, kBorder, cv::BORDER_REFLECT);
   const auto smooth = [&](const cv::Mat& m) { return isCommon ? common(m) : LowPass(m.cols)(m); };
   const cv::Mat detail = picture - smooth(picture);
   cv::Mat deviation = cv::abs(smooth(detail.mul(detail)));
   cv::sqrt(deviation, deviation);
   cv::Mat equal = detail / (deviation + kNoise);
-  return equal({kBorder, kBorder, grey.cols, grey.rows}).clone();
+  return equal({kBorder, kBorder, gray.cols, gray.rows}).clone();
 }
 
 }  // namespace estancia::describe

@@ -5,8 +5,8 @@
 
 namespace estancia::describe {
 
-/// `grey` (CV_32F, square, even, 0 to 255) in logarithms, without what varies slower than 4 cycles a picture,
+/// `gray` (CV_32F, square, even, 0 to 255) in logarithms, without what varies slower than 4 cycles a picture,
 /// divided by 0.2 + the standard deviation around each pixel (Oliva, Torralba: prefilt, cut-off 4).
-cv::Mat withEqualContrast(const cv::Mat& grey);
+cv::Mat withEqualContrast(const cv::Mat& gray);
 
 }  // namespace estancia::describe

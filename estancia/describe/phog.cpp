@@ -26,25 +26,25 @@ void requireValid(const PhogOptions& options) {
         fmt::format("phog: pictures of {} pixels tell nothing; take at least 16", options.longestSide));
 }
 
-cv::Mat greyOf(const cv::Mat& image, int longestSide) {
+cv::Mat grayOf(const cv::Mat& image, int longestSide) {
   if (image.empty()) throw Error("phog: there is no picture");
   if (image.type() != CV_8UC3 && image.type() != CV_8UC1)
-    throw Error("phog: the picture is neither BGR nor grey with 8 bits; convert it");
-  cv::Mat grey = image;
+    throw Error("phog: the picture is neither BGR nor gray with 8 bits; convert it");
+  cv::Mat gray = image;
   if (const int side = std::max(image.cols, image.rows); side > longestSide) {
     const double scale = static_cast<double>(longestSide) / side;
-    cv::resize(grey, grey,
+    cv::resize(gray, gray,
                {std::max(1, cvRound(image.cols * scale)), std::max(1, cvRound(image.rows * scale))}, 0, 0,
                cv::INTER_AREA);
   }
-  if (grey.channels() == 3) cv::cvtColor(grey, grey, cv::COLOR_BGR2GRAY);
-  return grey;
+  if (gray.channels() == 3) cv::cvtColor(gray, gray, cv::COLOR_BGR2GRAY);
+  return gray;
 }
 
 struct Gradient {
   cv::Mat dx, dy;  ///< CV_16S
 
-  explicit Gradient(const cv::Mat& grey) { cv::spatialGradient(grey, dx, dy, 3, cv::BORDER_REPLICATE); }
+  explicit Gradient(const cv::Mat& gray) { cv::spatialGradient(gray, dx, dy, 3, cv::BORDER_REPLICATE); }
 };
 
 /// The magnitude that 70 % of the pixels stay below, to 1/64 of the largest; 0 when all are alike.
@@ -79,12 +79,12 @@ double highThreshold(const Gradient& gradient) {
 
 /// Canny's edges with the thresholds of the picture's own contrast, as in MATLAB's edge(), which the authors
 /// used: σ = √2, high where 70 % are below, low at 40 % of it.
-cv::Mat edgesOf(const cv::Mat& grey) {
+cv::Mat edgesOf(const cv::Mat& gray) {
   cv::Mat smooth, edges;
-  cv::GaussianBlur(grey, smooth, {9, 9}, std::numbers::sqrt2, std::numbers::sqrt2, cv::BORDER_REPLICATE);
+  cv::GaussianBlur(gray, smooth, {9, 9}, std::numbers::sqrt2, std::numbers::sqrt2, cv::BORDER_REPLICATE);
   const Gradient gradient(smooth);
   const double high = highThreshold(gradient);
-  if (high == 0) return cv::Mat::zeros(grey.size(), CV_8U);
+  if (high == 0) return cv::Mat::zeros(gray.size(), CV_8U);
   cv::Canny(gradient.dx, gradient.dy, edges, 0.4 * high, high, true);
   return edges;
 }
@@ -93,27 +93,27 @@ cv::Mat edgesOf(const cv::Mat& grey) {
 
 std::vector<float> phog(const cv::Mat& image, const PhogOptions& options) {
   requireValid(options);
-  const cv::Mat grey = greyOf(image, options.longestSide);
-  const cv::Mat edges = edgesOf(grey);
-  const Gradient gradient(grey);  // of what was not smoothed, as in the paper
+  const cv::Mat gray = grayOf(image, options.longestSide);
+  const cv::Mat edges = edgesOf(gray);
+  const Gradient gradient(gray);  // of what was not smoothed, as in the paper
 
   // Votes in the smallest cells. A larger cell holds four smaller ones, whatever the size of the picture.
   const int bins = options.bins, side = 1 << options.levels;
   std::vector<double> votes(static_cast<std::size_t>(side * side * bins));
   const double turn = options.range * std::numbers::pi / 180;
-  for (int y = 0; y < grey.rows; ++y) {
+  for (int y = 0; y < gray.rows; ++y) {
     const auto* edge = edges.ptr<uchar>(y);
     const auto* dx = gradient.dx.ptr<short>(y);
     const auto* dy = gradient.dy.ptr<short>(y);
-    const int row = static_cast<int>(static_cast<long>(y) * side / grey.rows);
-    for (int x = 0; x < grey.cols; ++x) {
+    const int row = static_cast<int>(static_cast<long>(y) * side / gray.rows);
+    for (int x = 0; x < gray.cols; ++x) {
       if (edge[x] == 0) continue;
       double angle = std::atan2(static_cast<float>(dy[x]), static_cast<float>(dx[x]));
       if (angle < 0)  // opposite directions are the same for 180 degrees, to the last bit
         angle = options.range == 360 ? angle + turn
                                      : std::atan2(static_cast<float>(-dy[x]), static_cast<float>(-dx[x]));
       const int bin = static_cast<int>(angle / turn * bins) % bins;
-      const int cell = row * side + static_cast<int>(static_cast<long>(x) * side / grey.cols);
+      const int cell = row * side + static_cast<int>(static_cast<long>(x) * side / gray.cols);
       votes[static_cast<std::size_t>(cell * bins + bin)] += std::hypot(dx[x], dy[x]);
     }
   }

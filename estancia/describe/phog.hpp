@@ -18,7 +18,7 @@ struct PhogOptions {
 };
 
 /// Σ 4^v · bins numbers (630): level by level, cells row by row. Only edges count (Canny's), each by the
-/// magnitude of its gradient; the sum is 1, or 0 where there is no edge at all. `image` is BGR or grey, 8
+/// magnitude of its gradient; the sum is 1, or 0 where there is no edge at all. `image` is BGR or gray, 8
 /// bits, of any size. Throws Error on other images and on options out of range.
 /// Bosch, Zisserman, Muñoz: Representing shape with a spatial pyramid kernel, CIVR 2007.
 std::vector<float> phog(const cv::Mat& image, const PhogOptions& options = {});

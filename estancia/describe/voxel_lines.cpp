@@ -19,7 +19,7 @@ int indexOf(float coordinate) {
   return std::clamp(static_cast<int>(coordinate < 0 ? floor : ceil - 1) + kSide / 2, 0, kSide - 1);
 }
 
-/// Marks the neighbours of all that is marked; a row is 64 voxels along z.
+/// Marks the neighbors of all that is marked; a row is 64 voxels along z.
 void spread(std::vector<std::uint64_t>& rows) {
   for (std::uint64_t& row : rows) row |= row << 1 | row >> 1;
   const auto along = [&](std::size_t stride, std::size_t across) {

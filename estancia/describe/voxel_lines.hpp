@@ -14,7 +14,7 @@ class VoxelGrid {
  public:
   static constexpr int kSide = 64;
 
-  /// Marks the voxel of every point, and its 26 neighbours. Coordinates lie within ±32.
+  /// Marks the voxel of every point, and its 26 neighbors. Coordinates lie within ±32.
   explicit VoxelGrid(std::span<const cv::Point3f> points);
 
   /// The number of a point's voxel.

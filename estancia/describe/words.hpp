@@ -12,7 +12,7 @@
 
 namespace estancia {
 
-/// Any labeler behind the interface of all descriptors. Views are labelled one after the other, whoever asks.
+/// Any labeler behind the interface of all descriptors. Views are labeled one after the other, whoever asks.
 class Words final : public Descriptor {
  public:
   explicit Words(std::unique_ptr<Labeler> labeler);

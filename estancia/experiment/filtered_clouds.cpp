@@ -77,8 +77,8 @@ std::string FilteredClouds::describe(const FilterOptions& filter) {
   std::string text = fmt::format("{} {} {}", filter.method, filter.points, filter.leaf);
   if (filter.method == "gng") {
     const GngOptions& g = filter.gng;
-    text += fmt::format(" {} {} {} {} {} {} {} {} {}", g.signalsPerInsertion, g.winnerRate, g.neighbourRate,
-                        g.insertionDecay, g.errorDecay, g.maximalAge, g.seed, g.quantisationError, g.seconds);
+    text += fmt::format(" {} {} {} {} {} {} {} {} {}", g.signalsPerInsertion, g.winnerRate, g.neighborRate,
+                        g.insertionDecay, g.errorDecay, g.maximalAge, g.seed, g.quantizationError, g.seconds);
   }
   return text;
 }
@@ -94,7 +94,7 @@ FilteredClouds::Filtered FilteredClouds::get(const std::string& origin, const Fi
   const auto start = std::chrono::steady_clock::now();
   Filtered filtered{filterCloud(cloud, filter, silent), 0};
   filtered.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  filtered.cloud.colours.clear();  // nothing that follows looks at them
+  filtered.cloud.colors.clear();  // nothing that follows looks at them
   if (mostBytes_ == 0) return filtered;
   std::error_code problem;
   fs::create_directories(folder_, problem);

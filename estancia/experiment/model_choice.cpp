@@ -119,26 +119,26 @@ std::vector<OpenDrive> openDrives(const ModelChoiceOptions& options, std::vector
 }
 
 /// The sequence as one model says it, and its second visit.
-struct Labelled {
+struct Labeled {
   PosedDescriptors images;
   std::optional<PosedDescriptors> again;
 };
 
-Labelled label(const OpenDrive& drive, Labeler& labeler, const std::string& model, LabelCache* cache,
+Labeled label(const OpenDrive& drive, Labeler& labeler, const std::string& model, LabelCache* cache,
                Progress& progress, std::vector<std::string>& notes) {
   const auto of = [&](const Sequence& sequence, const std::string& which) {
     auto result =
-        labelPosed(sequence, labeler, cache, progress, fmt::format("{}: labelling {}", model, which));
+        labelPosed(sequence, labeler, cache, progress, fmt::format("{}: labeling {}", model, which));
     if (result.unreadable > 0)
       notes.push_back(
           fmt::format("{}: {} unreadable images were left out ({})", which, result.unreadable, model));
     return result;
   };
-  Labelled labelled{of(*drive.images, drive.told.name), std::nullopt};
-  if (drive.again) labelled.again = of(*drive.again, drive.told.name + " again");
+  Labeled labeled{of(*drive.images, drive.told.name), std::nullopt};
+  if (drive.again) labeled.again = of(*drive.again, drive.told.name + " again");
   // Words that were discovered on the way have been 0 before.
-  labelled.images.widen(labeler.vocabulary());
-  return labelled;
+  labeled.images.widen(labeler.vocabulary());
+  return labeled;
 }
 
 std::size_t countDifferent(const DescriptorMatrix& vectors) {
@@ -148,10 +148,10 @@ std::size_t countDifferent(const DescriptorMatrix& vectors) {
 }
 
 /// One cell: all k, and the places.
-ModelChoiceCell compute(const Labelled& labelled, const OpenDrive& drive, const std::string& distanceName,
+ModelChoiceCell compute(const Labeled& labeled, const OpenDrive& drive, const std::string& distanceName,
                         const ModelChoiceOptions& options) {
   const double radius = drive.told.radius;
-  const PosedDescriptors& images = labelled.images;
+  const PosedDescriptors& images = labeled.images;
   const Distance distance = getDistance(distanceName, images.parts);
   const DescriptorMatrix vectors = comparedVectors(images.descriptors, images.descriptors, distance);
   ModelChoiceCell cell;
@@ -173,14 +173,14 @@ ModelChoiceCell compute(const Labelled& labelled, const OpenDrive& drive, const 
     cell.variance.push_back(mean);
   }
   const PlacedImages placed{vectors, images.positions, images.frames};
-  if (labelled.again) {
-    const PosedDescriptors& again = *labelled.again;
+  if (labeled.again) {
+    const PosedDescriptors& again = *labeled.again;
     const DescriptorMatrix queries = comparedVectors(again.descriptors, images.descriptors, distance);
     cell.recognition =
-        recognisePlaces({queries, again.positions, again.frames}, placed, distance.comparison, radius, 0);
+        recognizePlaces({queries, again.positions, again.frames}, placed, distance.comparison, radius, 0);
   } else {
     const double gap = drive.gap * static_cast<double>(images.frames.back() + 1);
-    cell.recognition = recognisePlaces(placed, placed, distance.comparison, radius,
+    cell.recognition = recognizePlaces(placed, placed, distance.comparison, radius,
                                        std::max<std::size_t>(1, static_cast<std::size_t>(gap)));
   }
   return cell;
@@ -249,11 +249,11 @@ Findings chooseModel(const ModelChoiceOptions& options, Grid& grid, const Experi
   for (std::size_t m = 0; m < models.size(); ++m) {  // model by model: descriptors of one at a time
     const auto labeler = loadModel(models[m].model, run.labeler);
     identities.emplace_back("Model", labeler->identity());
-    std::vector<Labelled> labelled;
+    std::vector<Labeled> labeled;
     std::vector<Cell> cells;
     for (const OpenDrive& drive : drives) {
-      labelled.push_back(label(drive, *labeler, names[m], run.cache, progress, notes));
-      const Labelled& words = labelled.back();
+      labeled.push_back(label(drive, *labeler, names[m], run.cache, progress, notes));
+      const Labeled& words = labeled.back();
       for (const std::string& distance : options.distances)
         cells.push_back(
             {{names[m], drive.told.name, distance},
@@ -265,7 +265,7 @@ Findings chooseModel(const ModelChoiceOptions& options, Grid& grid, const Experi
         cells,
         [&](std::size_t c) {
           const std::size_t s = c / options.distances.size();
-          return compute(labelled[s], drives[s], options.distances[c % options.distances.size()], options)
+          return compute(labeled[s], drives[s], options.distances[c % options.distances.size()], options)
               .toResults();
         },
         progress, fmt::format("{}: clustering", names[m]));

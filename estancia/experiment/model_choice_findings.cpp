@@ -73,7 +73,7 @@ LineChart chartOf(const ModelChoiceResults& results, const Variances& variances,
   LineChart chart{title, "", "number of clusters k", "variance left [%], logarithmic", true, {}, {}};
   for (std::size_t k = 1; k <= variances.curves.front().size(); ++k)
     chart.x.push_back(static_cast<double>(k));
-  for (std::size_t m = 0; m < results.models.size(); ++m)  // in one order, so in the same colours everywhere
+  for (std::size_t m = 0; m < results.models.size(); ++m)  // in one order, so in the same colors everywhere
     chart.lines.push_back({results.models[m], variances.curves[m]});
   return chart;
 }
@@ -185,14 +185,14 @@ void addDistance(const ModelChoiceResults& results, std::size_t distance,
       "wins over {} tests: every k{}.",
       several ? ", mean over the sequences" : "", results.drives.size() * tests.front().size(),
       several ? " on every sequence" : "");
-  const auto recognised = recognitionOf(results, distance, findings.notes);
+  const auto recognized = recognitionOf(results, distance, findings.notes);
   if (distance == 0) {
     findings.summary = fmt::format("{} tells the places apart best (mean rank {:.2f} of {} models)",
                                    results.models[all.order[0]], all.standings[all.order[0]].meanRank,
                                    results.models.size());
-    if (recognised)
-      findings.summary += fmt::format(", {} recognises them best ({:.0f} %)", recognised->rows[0].name,
-                                      *recognised->rows[0].values.back());
+    if (recognized)
+      findings.summary += fmt::format(", {} recognizes them best ({:.0f} %)", recognized->rows[0].name,
+                                      *recognized->rows[0].values.back());
     findings.summary += ".";
   }
   findings.sections.emplace_back(std::move(table));
@@ -202,16 +202,16 @@ void addDistance(const ModelChoiceResults& results, std::size_t distance,
       "of a cluster were taken.";
   findings.sections.emplace_back(std::move(chart));
   findings.sections.emplace_back(barsOf(results, all));
-  if (recognised) {
-    findings.sections.emplace_back(*recognised);
+  if (recognized) {
+    findings.sections.emplace_back(*recognized);
     std::get<ResultTable>(findings.sections.back()).title += by;
   }
   if (!several) return;
   for (std::size_t s = 0; s < tests.size(); ++s) {
     const Variances one = compareBy({tests[s]});
-    const double metres = results.cell(distance, s, 0).variance[0].overItems;
+    const double meters = results.cell(distance, s, 0).variance[0].overItems;
     auto own = tableOf(results, one, shown, results.drives[s].name + by);
-    own.caption = fmt::format("{} images; 100 % are {:.3g} m².", results.drives[s].frames, metres);
+    own.caption = fmt::format("{} images; 100 % are {:.3g} m².", results.drives[s].frames, meters);
     findings.sections.emplace_back(std::move(own));
     findings.sections.emplace_back(chartOf(results, one, results.drives[s].name + by));
   }

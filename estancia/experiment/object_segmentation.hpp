@@ -20,7 +20,7 @@ class ConfigFile;
 struct ObjectSegmentationOptions {
   std::filesystem::path scenes;  ///< see readObjectScenes()
   CameraIntrinsics camera;
-  double depthScale = 0;     ///< units a metre of the depth pictures; 0: the usual
+  double depthScale = 0;     ///< units a meter of the depth pictures; 0: the usual
   double tolerance = 0.02;   ///< of plain Euclidean clusters [m]
   std::uint64_t seed = 1;    ///< of planes and of the posters' noise
   std::size_t pictures = 3;  ///< of the best scenes on the page, and as many of the worst

@@ -70,8 +70,8 @@ ResultTable scores(const std::vector<SegmentedScene>& sums, const std::string& t
   return table;
 }
 
-/// A colour for the i-th thing, unlike those of its neighbours.
-cv::Vec3b colourOf(std::size_t i) {
+/// A color for the i-th thing, unlike those of its neighbors.
+cv::Vec3b colorOf(std::size_t i) {
   const cv::Mat hsv(1, 1, CV_8UC3, cv::Scalar(static_cast<double>(i * 67 % 180), 190, 235));
   cv::Mat bgr;
   cv::cvtColor(hsv, bgr, cv::COLOR_HSV2BGR);
@@ -79,14 +79,14 @@ cv::Vec3b colourOf(std::size_t i) {
 }
 
 cv::Mat painted(const cv::Mat& bgr, const std::vector<PixelSet>& things) {
-  cv::Mat grey, picture;
-  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
-  cv::cvtColor(grey, picture, cv::COLOR_GRAY2BGR);
+  cv::Mat gray, picture;
+  cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(gray, picture, cv::COLOR_GRAY2BGR);
   for (std::size_t t = 0; t < things.size(); ++t)
     for (const std::uint32_t pixel : things[t]) {
       cv::Vec3b& to = picture.ptr<cv::Vec3b>()[pixel];
       for (int channel = 0; channel < 3; ++channel)
-        to[channel] = static_cast<unsigned char>((to[channel] + 2 * colourOf(t)[channel]) / 3);
+        to[channel] = static_cast<unsigned char>((to[channel] + 2 * colorOf(t)[channel]) / 3);
     }
   return picture;
 }

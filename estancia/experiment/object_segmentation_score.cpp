@@ -9,7 +9,7 @@
 #include <opencv2/core.hpp>
 #include <utility>
 
-#include "estancia/cloud/neighbours.hpp"
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/core/error.hpp"
 
 namespace estancia {
@@ -132,11 +132,11 @@ std::vector<PixelSet> euclideanClusters(const cv::Mat& depth, const CameraIntrin
         points.push_back(cloud.points[at(r, c)]);
         blocks.emplace_back(c - step / 2, r - step / 2);
       }
-  const Neighbours tree(points);
+  const Neighbors tree(points);
   Partition partition(points.size());
-  std::vector<Neighbour> buffer;
+  std::vector<Neighbor> buffer;
   for (std::uint32_t i = 0; i < points.size(); ++i)
-    for (const Neighbour& other : tree.within(points[i], static_cast<float>(tolerance), buffer))
+    for (const Neighbor& other : tree.within(points[i], static_cast<float>(tolerance), buffer))
       partition.join(i, other.index);
   std::map<std::uint32_t, PixelSet> clusters;
   for (std::uint32_t i = 0; i < points.size(); ++i)
@@ -154,16 +154,16 @@ std::vector<PixelSet> euclideanClusters(const cv::Mat& depth, const CameraIntrin
 
 PointCloud posterOf(const PointCloud& cloud, const PixelSet& object, std::uint64_t seed) {
   constexpr double noise = 0.0014, step = 0.00285;  // [m at 1 m]
-  cv::Vec3d centre(0, 0, 0);
+  cv::Vec3d center(0, 0, 0);
   for (const std::uint32_t i : object)
-    centre += cv::Vec3d(cloud.points.at(i).x, cloud.points[i].y, cloud.points[i].z);
-  centre /= static_cast<double>(std::max<std::size_t>(object.size(), 1));
+    center += cv::Vec3d(cloud.points.at(i).x, cloud.points[i].y, cloud.points[i].z);
+  center /= static_cast<double>(std::max<std::size_t>(object.size(), 1));
   cv::RNG random(seed);
   PointCloud poster = pointsOf(cloud, object);
   poster.normals.clear();
   for (cv::Point3f& p : poster.points) {
     const cv::Vec3d ray(p.x / p.z, p.y / p.z, 1);
-    const double z = centre.dot(centre) / centre.dot(ray), steps = step * z * z;
+    const double z = center.dot(center) / center.dot(ray), steps = step * z * z;
     const double seen = std::round((z + random.gaussian(noise * z * z)) / steps) * steps;
     p = {static_cast<float>(ray[0] * seen), static_cast<float>(ray[1] * seen), static_cast<float>(seen)};
   }

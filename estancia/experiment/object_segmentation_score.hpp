@@ -43,7 +43,7 @@ std::vector<PixelSet> euclideanClusters(const cv::Mat& depth, const CameraIntrin
 
 /// An object's pixels as a photograph of it would be seen: on the plane through its centroid that faces the
 /// camera, with the noise (1.4 mm · z²) and the steps (2.85 mm · z²) of a Kinect's depth (Khoshelham,
-/// Oude Elberink, Sensors 12, 2012). `cloud` is that of the picture, organised.
+/// Oude Elberink, Sensors 12, 2012). `cloud` is that of the picture, organized.
 PointCloud posterOf(const PointCloud& cloud, const PixelSet& object, std::uint64_t seed);
 
 }  // namespace estancia

@@ -52,7 +52,7 @@ int bestOf(DescriptorView row) {
 }
 
 /// What the labeler says of these samples; its prior is that of what is learned from, the truth has no say.
-std::vector<int> labelled(const ObjectTask& task, const ObjectSplit& split,
+std::vector<int> labeled(const ObjectTask& task, const ObjectSplit& split,
                           const std::vector<std::size_t>& samples) {
   WordShares said = rowsOf(task.said->shares, samples);
   if (task.data->prior) said = corrected(said, priorOf(rowsOf(task.said->shares, split.train)));
@@ -111,11 +111,11 @@ struct Trial {
       for (const std::uint64_t seed : task->data->trials.seeds) answers.answers.push_back(answer(seed));
       CellResults results = answers.toResults(testOf(*task, rows));
       if (task->said) {
-        const std::vector<int> said = labelled(*task, rows, rows.test);
+        const std::vector<int> said = labeled(*task, rows, rows.test);
         std::size_t right = 0;
         for (std::size_t i = 0; i < said.size(); ++i) right += said[i] == task->words[rows.test[i]];
         results.push_back(
-            {"labeller_accuracy", "", static_cast<double>(right) / static_cast<double>(said.size())});
+            {"labeler_accuracy", "", static_cast<double>(right) / static_cast<double>(said.size())});
       }
       return results;
     } catch (const Interrupted&) {
@@ -149,8 +149,8 @@ ObjectSplitsResults runTask(const Options& options, const ObjectTask& task, Grid
   }
   if (task.said) {
     for (const ObjectSplit& split : task.splits)
-      results.labelled.push_back(labelled(task, split, split.test));
-    results.learnedFrom = labelled(task, task.splits[0], task.splits[0].train);
+      results.labeled.push_back(labeled(task, split, split.test));
+    results.learnedFrom = labeled(task, task.splits[0], task.splits[0].train);
   }
   return results;
 }
@@ -176,8 +176,8 @@ void addFacts(const ObjectTask& task, Findings& findings) {
 GridColumns objectSplitsColumns() {
   return {{"data", "split", "classifier", "label_noise"},
           "",
-          {"labeller_accuracy", "accuracy"},
-          {"data", "split", "labeller_accuracy", "classifier", "label_noise", "accuracy"}};
+          {"labeler_accuracy", "accuracy"},
+          {"data", "split", "labeler_accuracy", "classifier", "label_noise", "accuracy"}};
 }
 
 Findings splitObjects(const Options& options, Grid& grid, const ExperimentRun& run, Progress& progress) {

@@ -30,7 +30,7 @@ struct ObjectSplitsOptions {
     std::vector<std::uint64_t> seeds{1};  ///< of noise and learning; each accuracy is the mean over them
   };
   enum class Split {
-    instances,  ///< the thesis': of each word one thing is tested; the worst labelled ones, then at random
+    instances,  ///< the thesis': of each word one thing is tested; the worst labeled ones, then at random
     views,      ///< a third of the views of each thing, one after the other
     official    ///< the data set's own
   };
@@ -58,7 +58,7 @@ struct ObjectSplitsOptions {
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.
 ObjectSplitsOptions readObjectSplits(ConfigFile& config);
 
-/// data,split,labeller_accuracy,classifier,label_noise,accuracy
+/// data,split,labeler_accuracy,classifier,label_noise,accuracy
 GridColumns objectSplitsColumns();
 
 /// Runs the experiment. Throws Error when data that is not optional cannot be opened, views show one word

@@ -102,9 +102,9 @@ class Shared {
     const auto patches = patchesOf(views);
     std::vector<std::string> problems;
     try {
-      words = labelAll(*patches, labeler, "labelling " + data.name, run_.cache, progress_,
-                       [&](const LabelledFrame& frame) {
-                         if (!frame.labelled()) problems.push_back(frame.problem);
+      words = labelAll(*patches, labeler, "labeling " + data.name, run_.cache, progress_,
+                       [&](const LabeledFrame& frame) {
+                         if (!frame.labeled()) problems.push_back(frame.problem);
                        });
     } catch (const Interrupted&) {
       throw;
@@ -206,10 +206,10 @@ ObjectSplit splitByThings(const ObjectTask& task, const InstanceSplit& split) {
                  {split.train.begin(), split.train.end()});
 }
 
-std::vector<ObjectSplit> splitsByInstances(const ObjectTask& task, const std::vector<double>& labelled,
+std::vector<ObjectSplit> splitsByInstances(const ObjectTask& task, const std::vector<double>& labeled,
                                            const ObjectSplitsOptions& options) {
   std::vector<ObjectSplit> splits;
-  if (!labelled.empty()) splits.push_back(splitByThings(task, baselineSplit(task.wordOfThing, labelled)));
+  if (!labeled.empty()) splits.push_back(splitByThings(task, baselineSplit(task.wordOfThing, labeled)));
   for (const InstanceSplit& split : randomSplits(task.wordOfThing, options.splits, options.splitSeed))
     splits.push_back(splitByThings(task, split));
   return splits;
@@ -245,7 +245,7 @@ std::vector<ObjectSplit> officialSplits(const ObjectTask& task) {
 }
 
 /// The right answers' share of each thing's samples; what says nothing is wrong.
-std::vector<double> labelledOf(const ObjectTask& task, const WordShares& shares) {
+std::vector<double> labeledOf(const ObjectTask& task, const WordShares& shares) {
   std::vector<double> right(task.thingNames.size()), all(task.thingNames.size());
   for (std::size_t i = 0; i < task.things.size(); ++i) {
     const auto thing = static_cast<std::size_t>(task.things[i]);
@@ -258,13 +258,13 @@ std::vector<double> labelledOf(const ObjectTask& task, const WordShares& shares)
   return right;
 }
 
-/// `labelled` (labelledOf()) is empty where no labeler was asked: then there is no baseline.
-std::vector<ObjectSplit> splitsOf(const ObjectTask& task, const std::vector<double>& labelled,
+/// `labeled` (labeledOf()) is empty where no labeler was asked: then there is no baseline.
+std::vector<ObjectSplit> splitsOf(const ObjectTask& task, const std::vector<double>& labeled,
                                   const ObjectSplitsOptions& options) {
   const std::string here = task.data->views.string();
   std::vector<ObjectSplit> splits;
   try {
-    splits = task.data->split == Split::instances ? splitsByInstances(task, labelled, options)
+    splits = task.data->split == Split::instances ? splitsByInstances(task, labeled, options)
              : task.data->split == Split::views   ? splitsByViews(task)
                                                   : officialSplits(task);
   } catch (const Error& problem) {
@@ -333,7 +333,7 @@ ObjectTask prepare(const Data& data, Shared& shared, const ObjectSplitsOptions& 
   if (task.said) task.said->shares = restrictTo(task.study, task.said->vocabulary, task.said->descriptors);
   require(task);
   task.splits =
-      splitsOf(task, task.said ? labelledOf(task, task.said->shares) : std::vector<double>{}, options);
+      splitsOf(task, task.said ? labeledOf(task, task.said->shares) : std::vector<double>{}, options);
   task.digest = digestOf(task);
   return task;
 }

@@ -44,7 +44,7 @@ std::vector<double> drawn(const Results& results, std::size_t method, std::size_
   return values;
 }
 
-std::vector<double> drawnLabelled(const Results& results) {
+std::vector<double> drawnLabeled(const Results& results) {
   std::vector<double> values;
   for (std::size_t s = firstDrawn(*results.task); s < results.task->splits.size(); ++s)
     values.push_back(100 * *results.labelerAccuracy(s));
@@ -62,7 +62,7 @@ std::size_t bestMethod(const Results& results) {
 /// Columns of percent: the labeler, then the methods, which beat it or not.
 std::vector<ResultTable::Column> columnsOf(const Results& results) {
   std::vector<ResultTable::Column> columns;
-  const bool asked = !results.labelled.empty();
+  const bool asked = !results.labeled.empty();
   if (asked) columns.push_back({"labeler [%]", 1});
   for (const ObjectMethod& method : results.methods) {
     columns.push_back({method.name() + " [%]", 1});
@@ -75,7 +75,7 @@ template <class OfLabeler, class OfMethod>
 ResultTable::Row rowOf(const Results& results, const std::string& name, const OfLabeler& labeler,
                        const OfMethod& method) {
   ResultTable::Row row{name, {}};
-  if (!results.labelled.empty()) row.values.emplace_back(labeler());
+  if (!results.labeled.empty()) row.values.emplace_back(labeler());
   for (std::size_t m = 0; m < results.methods.size(); ++m) row.values.emplace_back(method(m));
   return row;
 }
@@ -89,7 +89,7 @@ ResultTable::Row splitRow(const Results& results, std::size_t split) {
 template <class Of>
 ResultTable::Row sumRow(const Results& results, const std::string& name, const Of& of) {
   return rowOf(
-      results, name, [&] { return of(drawnLabelled(results)); },
+      results, name, [&] { return of(drawnLabeled(results)); },
       [&](std::size_t m) { return of(drawn(results, m, 0)); });
 }
 
@@ -133,7 +133,7 @@ void addProtocol(const Results& results, Findings& findings) {
 /// Fig. 6.7; without a labeler beside it there is nothing to see.
 void addSplits(const Results& results, Findings& findings) {
   const ObjectTask& task = *results.task;
-  if (task.splits.size() < 2 || results.labelled.empty()) return;
+  if (task.splits.size() < 2 || results.labeled.empty()) return;
   ResultTable table{fmt::format("{}: the splits{}", task.data->name, noiseText(task)),
                     "Green: shape is right more often than the labeler (Fig. 6.7).",
                     "split",
@@ -213,7 +213,7 @@ void addConfusions(const Results& results, Findings& findings) {
     add(who, std::move(counts));
   };
   if (task.data->machineNames) addSaid("names learned from (top)", task.splits[0].train, results.learnedFrom);
-  if (!results.labelled.empty()) addSaid("labeler", task.splits[0].test, results.labelled[0]);
+  if (!results.labeled.empty()) addSaid("labeler", task.splits[0].test, results.labeled[0]);
   const std::size_t shown = task.data->machineNames ? results.methods.size() : 1;
   for (std::size_t m = 0; m < shown; ++m)
     add(results.methods[m].name(), results.cells[results.indexOf(m, 0, 0)].answers.confusion(test));
@@ -276,7 +276,7 @@ Pictures examples(const Results& results, std::size_t method, bool success) {
   std::set<int> things;
   for (std::size_t i = 0; i < split.test.size(); ++i) {
     const int truth = task.words[split.test[i]];
-    if ((answers[i] == truth) == success && (results.labelled[0][i] == truth) != success &&
+    if ((answers[i] == truth) == success && (results.labeled[0][i] == truth) != success &&
         things.insert(task.things[split.test[i]]).second)
       wanted.push_back(i);
   }
@@ -289,13 +289,13 @@ Pictures examples(const Results& results, std::size_t method, bool success) {
         {encodePicture(patches->image(task.view[sample]), side),
          fmt::format("{}: {}; labeler {}, shape {}",
                      task.thingNames[static_cast<std::size_t>(task.things[sample])], name(task.words[sample]),
-                     name(results.labelled[0][i]), name(answers[i]))});
+                     name(results.labeled[0][i]), name(answers[i]))});
   }
   return pictures;
 }
 
 void addExamples(const Results& results, Findings& findings) {
-  if (results.labelled.empty() || !results.task->data->machineNames) return;
+  if (results.labeled.empty() || !results.task->data->machineNames) return;
   for (const bool success : {true, false})
     if (Pictures pictures = examples(results, bestMethod(results), success); !pictures.pictures.empty())
       findings.sections.emplace_back(std::move(pictures));
@@ -315,10 +315,10 @@ std::vector<ObjectMethod> methodsOf(const ObjectSplitsOptions::Trials& trials) {
 }
 
 std::optional<double> ObjectSplitsResults::labelerAccuracy(std::size_t split) const {
-  if (labelled.empty()) return std::nullopt;
+  if (labeled.empty()) return std::nullopt;
   const auto& test = task->splits[split].test;
   std::size_t right = 0;
-  for (std::size_t i = 0; i < test.size(); ++i) right += labelled[split][i] == task->words[test[i]];
+  for (std::size_t i = 0; i < test.size(); ++i) right += labeled[split][i] == task->words[test[i]];
   return static_cast<double>(right) / static_cast<double>(test.size());
 }
 
@@ -349,8 +349,8 @@ std::string summaryOf(const ObjectSplitsResults& results) {
   const std::size_t best = bestMethod(results);
   std::string text = fmt::format("{}: {} is right about {:.1f} %", results.task->data->name,
                                  results.methods[best].name(), mean(drawn(results, best, 0)));
-  if (!results.labelled.empty())
-    text += fmt::format(", the labeler about {:.1f} %", mean(drawnLabelled(results)));
+  if (!results.labeled.empty())
+    text += fmt::format(", the labeler about {:.1f} %", mean(drawnLabeled(results)));
   return text + ".";
 }
 

@@ -31,7 +31,7 @@ struct ObjectSplitsResults {
   const ObjectTask* task = nullptr;
   std::vector<ObjectMethod> methods;
   std::vector<std::vector<int>>
-      labelled;                  ///< [split][test sample]: the labeler's word, −1: none; empty: not asked
+      labeled;                  ///< [split][test sample]: the labeler's word, −1: none; empty: not asked
   std::vector<int> learnedFrom;  ///< the labeler's word of the first split's training samples, likewise
   std::vector<ObjectAnswers> cells;  ///< [(method · noises + noise) · splits + split]
 

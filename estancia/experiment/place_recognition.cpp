@@ -12,7 +12,7 @@ bool within(double radius, const Position& a, const Position& b) {
 
 }  // namespace
 
-PlaceRecognition recognisePlaces(const PlacedImages& queries, const PlacedImages& images,
+PlaceRecognition recognizePlaces(const PlacedImages& queries, const PlacedImages& images,
                                  Comparison comparison, double radius, std::size_t gap) {
   PlaceRecognition result;
   for (std::size_t q = 0; q < queries.vectors.size(); ++q) {

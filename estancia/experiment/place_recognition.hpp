@@ -28,7 +28,7 @@ struct PlaceRecognition {
 /// that have no image within the radius do not count. With `gap` > 0 queries and images are one drive, and
 /// images taken at most so many frames before or after the query are no answers. O(queries · images ·
 /// labels).
-PlaceRecognition recognisePlaces(const PlacedImages& queries, const PlacedImages& images,
+PlaceRecognition recognizePlaces(const PlacedImages& queries, const PlacedImages& images,
                                  Comparison comparison, double radius, std::size_t gap);
 
 }  // namespace estancia

@@ -35,7 +35,7 @@ constexpr struct Measure {
                 {"one_image", "one image"},
                 {"filtered", "filtered"},
                 {"smoothed", "smoothed"},
-                {"nearest_neighbour", "nearest neighbour"},
+                {"nearest_neighbor", "nearest neighbor"},
                 {"halves_exchanged", "halves exchanged"}};
 constexpr std::size_t smoothing = 20;  // frames of lookahead
 
@@ -135,7 +135,7 @@ Halves readHalves(const PlaceTasksOptions::Rooms& rooms, const std::vector<Frame
 }
 
 /// Share of the queries whose nearest image shows the same kind of room.
-double nearestNeighbour(const Recording& words, const std::vector<std::string>& rooms,
+double nearestNeighbor(const Recording& words, const std::vector<std::string>& rooms,
                         const std::vector<std::size_t>& train, const std::vector<std::size_t>& test) {
   const auto rows = [&](const std::vector<std::size_t>& chosen) {
     DescriptorMatrix matrix(words.vocabulary.size());
@@ -164,11 +164,11 @@ CellResults rooms(const Task& task, const Recorder& recorder) {
   const auto images = openImages(task.rooms->images);
   const Recording words = recorder(*images);
   const Halves halves = readHalves(*task.rooms, words.frames);
-  return {{"nearest_neighbour", "", nearestNeighbour(words, halves.rooms, halves.train, halves.test)},
-          {"halves_exchanged", "", nearestNeighbour(words, halves.rooms, halves.test, halves.train)}};
+  return {{"nearest_neighbor", "", nearestNeighbor(words, halves.rooms, halves.train, halves.test)},
+          {"halves_exchanged", "", nearestNeighbor(words, halves.rooms, halves.test, halves.train)}};
 }
 
-/// What identifies the images without labelling them.
+/// What identifies the images without labeling them.
 std::string digestOf(const SequenceSource& source) {
   const auto sequence = openImages(source);
   std::string all;
@@ -302,7 +302,7 @@ Findings comparePlaceTasks(const PlaceTasksOptions& options, Grid& grid, const E
     const auto labeler = loadModel(model.model, run.labeler);
     identities.emplace_back("Model", labeler->identity());
     const Recorder recorder = [&](const Sequence& sequence) {
-      return labelAll(sequence, *labeler, fmt::format("{}: labelling {}", model.name, sequence.name()),
+      return labelAll(sequence, *labeler, fmt::format("{}: labeling {}", model.name, sequence.name()),
                       run.cache, progress);
     };
     std::vector<Cell> grids;

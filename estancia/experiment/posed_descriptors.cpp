@@ -39,17 +39,17 @@ void PosedDescriptors::widen(const Vocabulary& words) {
 
 PosedDescriptors labelPosed(const Sequence& sequence, Labeler& labeler, LabelCache* cache, Progress& progress,
                             const std::string& what) {
-  std::vector<std::size_t> labelled;
+  std::vector<std::size_t> labeled;
   const Recording recording =
-      labelAll(sequence, labeler, what, cache, progress, [&labelled](const LabelledFrame& frame) {
-        if (frame.labelled()) labelled.push_back(frame.index);
+      labelAll(sequence, labeler, what, cache, progress, [&labeled](const LabeledFrame& frame) {
+        if (frame.labeled()) labeled.push_back(frame.index);
       });
   PosedDescriptors result(recording.vocabulary);
-  result.unreadable = sequence.size() - labelled.size();
-  for (std::size_t i = 0; i < labelled.size(); ++i) {
+  result.unreadable = sequence.size() - labeled.size();
+  for (std::size_t i = 0; i < labeled.size(); ++i) {
     const auto& pose = recording.frames[i].pose;
     if (!pose) continue;
-    result.frames.push_back(labelled[i]);
+    result.frames.push_back(labeled[i]);
     result.positions.push_back({pose->x, pose->y, pose->z});
     result.descriptors.append(recording.descriptors.row(i));
   }

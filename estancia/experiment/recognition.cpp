@@ -267,8 +267,8 @@ Findings compareRecognitionBy(const Options& options, const ModelPairs& pairs, R
       run.labeler.threads, run.distribution);
   const auto found = unitGrid.run(
       units.cells(work),
-      [&](std::size_t t) { return toResults(options, pairs, work.recognise(units.tasks()[t])); }, progress,
-      "recognising");
+      [&](std::size_t t) { return toResults(options, pairs, work.recognize(units.tasks()[t])); }, progress,
+      "recognizing");
   const RecognitionResults results = units.aggregate(found);
   units.addRows(grid);
 
@@ -283,7 +283,7 @@ Findings compareRecognitionBy(const Options& options, const ModelPairs& pairs, R
                             pairs.models.size(), objects.size(), pairs.scenes.size(), pairs.pairs.size())},
        {"Verified", "the verification says yes: what the thesis counts as a true positive"},
        {"Correct",
-        fmt::format("the best instance lies within {} m and {}° of the true pose, at the model's centre",
+        fmt::format("the best instance lies within {} m and {}° of the true pose, at the model's center",
                     options.translation, options.rotation)},
        {"False positives",
         fmt::format("verified, of {} models looked for in scenes without their objects{}", absent,

@@ -26,7 +26,7 @@ struct RecognitionExperimentOptions {
   struct Symmetry {
     std::string model;
     cv::Vec3d axis;
-    std::optional<cv::Vec3d> point;  ///< on the axis [m, in the model's frame]; none: the model's centre
+    std::optional<cv::Vec3d> point;  ///< on the axis [m, in the model's frame]; none: the model's center
     int fold = 360;
   };
 
@@ -51,7 +51,7 @@ struct RecognitionExperimentOptions {
   std::size_t absentCount = 0;
   std::uint64_t absentSeed = 1;  ///< of the choice
 
-  double translation = 0.02;  ///< of a correct pose, at most: at the model's centre [m] …
+  double translation = 0.02;  ///< of a correct pose, at most: at the model's center [m] …
   double rotation = 15;       ///< … and [degrees]
   std::vector<Symmetry> symmetries;
   std::size_t keptMegabytes = 4096;  ///< of filtered clouds in the experiment's folder
@@ -98,13 +98,13 @@ struct RecognitionTask {
   std::vector<std::size_t> models;  ///< that the scene holds, and those that it does not
 };
 
-/// What recognises, and says all that a unit's findings depend on: units of other inputs are found anew.
+/// What recognizes, and says all that a unit's findings depend on: units of other inputs are found anew.
 class RecognitionWork {
  public:
   virtual ~RecognitionWork() = default;
   virtual std::string inputs(const RecognitionUnit& unit) const = 0;
   /// Called by several threads at once. Throws what ends the experiment.
-  virtual RecognitionFound recognise(const RecognitionTask& task) = 0;
+  virtual RecognitionFound recognize(const RecognitionTask& task) = 0;
 };
 
 /// The same with other means of recognition.

@@ -25,7 +25,7 @@ class ByNoise {
       text +=
           fmt::format("{}{}: at best {} of {} are found where they are, with {} of {} false positives ({}).",
                       text.empty() ? "" : " ",
-                      r_.noises[n] == 0 ? "Without noise" : "With noise of " + millimetres(r_.noises[n]),
+                      r_.noises[n] == 0 ? "Without noise" : "With noise of " + millimeters(r_.noises[n]),
                       cell->correct, cell->pairs, cell->falsePositives, cell->absent, name);
     }
     return text;
@@ -37,7 +37,7 @@ class ByNoise {
     if (rows < 2 || rows > mostOverviewRows) return;
     for (const RecognitionScore& score : {kCorrect, kFalsePositives, kVerified}) {
       ResultTable table{fmt::format("Percent {}, by noise", score.name), "", "scenes", {}, {}, 100};
-      for (const double noise : r_.noises) table.columns.push_back({millimetres(noise), 1});
+      for (const double noise : r_.noises) table.columns.push_back({millimeters(noise), 1});
       each([&](auto p, auto k, auto d, auto m, auto f) {
         Values values;
         for (std::size_t n = 0; n < r_.noises.size(); ++n)
@@ -52,7 +52,7 @@ class ByNoise {
         "scenes",
         {},
         {}};
-    for (const double noise : r_.noises) seconds.columns.push_back({millimetres(noise), 2});
+    for (const double noise : r_.noises) seconds.columns.push_back({millimeters(noise), 2});
     each([&](auto p, auto k, auto d, auto m, auto f) {
       Values values;
       for (std::size_t n = 0; n < r_.noises.size(); ++n) values.push_back(r_.cell(p, k, d, m, n, f).seconds);

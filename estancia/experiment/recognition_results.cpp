@@ -39,8 +39,8 @@ std::string titleOf(const RecognitionResults& results, std::size_t preset, std::
                      results.descriptors[descriptor], rest);
 }
 
-std::string millimetres(double metres) {
-  return fmt::format("{:.4g} mm", 1000 * metres);
+std::string millimeters(double meters) {
+  return fmt::format("{:.4g} mm", 1000 * meters);
 }
 
 double meanOf(const std::vector<double>& values) {

@@ -84,7 +84,7 @@ std::string titleOf(const RecognitionResults& results, std::size_t preset, std::
                     const std::string& rest);
 
 /// "5 mm" of 0.005.
-std::string millimetres(double metres);
+std::string millimeters(double meters);
 
 /// Of some values.
 double meanOf(const std::vector<double>& values);

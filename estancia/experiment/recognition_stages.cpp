@@ -25,7 +25,7 @@ double secondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// The clouds are filtered before the recogniser sees them.
+/// The clouds are filtered before the recognizer sees them.
 RecognitionOptions optionsOf(const RecognitionUnit& unit) {
   RecognitionOptions options = RecognitionOptions::preset(unit.preset);
   options.keypoints = unit.keypoint;
@@ -37,9 +37,9 @@ RecognitionOptions optionsOf(const RecognitionUnit& unit) {
 
 std::string describe(const RecognitionOptions& o) {
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.surface, o.keypoints,
-                     o.descriptor, o.grouping, o.verification, o.normalRadius, o.normalNeighbours,
+                     o.descriptor, o.grouping, o.verification, o.normalRadius, o.normalNeighbors,
                      o.keypointSpacing, o.sceneKeypointSpacing, o.descriptorRadius, o.consistency,
-                     o.tolerance, o.matchEach, o.neighbours, o.matchDistance, o.minimalMatches, o.hypotheses,
+                     o.tolerance, o.matchEach, o.neighbors, o.matchDistance, o.minimalMatches, o.hypotheses,
                      o.accept);
 }
 
@@ -103,7 +103,7 @@ RecognitionStages::RecognitionStages(const Options& options, const ModelPairs& p
   for (const ModelPairs::Model& model : pairs.models) {
     Model read{readCloud(model.file), sha256OfFile(model.file), {}, {}};
     try {
-      read.centre = centreOf(read.cloud);
+      read.center = centerOf(read.cloud);
     } catch (const Error& problem) {
       throw Error(fmt::format("{}: {}", model.file.string(), problem.what()));
     }
@@ -116,7 +116,7 @@ RecognitionStages::RecognitionStages(const Options& options, const ModelPairs& p
       throw Error(
           fmt::format("a symmetry of {}, which is no model of {}", symmetry.model, options.pairs.string()));
     Model& turned = models_[static_cast<std::size_t>(model - pairs.models.begin())];
-    const auto turns = turnsAround(symmetry.point ? cv::Point3d(*symmetry.point) : turned.centre,
+    const auto turns = turnsAround(symmetry.point ? cv::Point3d(*symmetry.point) : turned.center,
                                    symmetry.axis, symmetry.fold);
     turned.symmetries.insert(turned.symmetries.end(), turns.begin(), turns.end());
   }
@@ -157,7 +157,7 @@ bool RecognitionStages::isCorrect(const RecognitionTask& task, std::size_t model
   for (const ModelPairs::Pair& pair : pairs_.pairs) {
     if (pair.scene != task.unit.scene || pair.model != model) continue;
     for (const cv::Affine3d& truth : pair.poses)
-      if (estancia::isCorrect(poseError(pose, truth, models_[model].centre, models_[model].symmetries),
+      if (estancia::isCorrect(poseError(pose, truth, models_[model].center, models_[model].symmetries),
                               options_.translation, options_.rotation))
         return true;
   }
@@ -212,7 +212,7 @@ const RecognitionStages::Entry& RecognitionStages::modelOf(Recipe& recipe, const
   return entry;
 }
 
-RecognitionFound RecognitionStages::recognise(const RecognitionTask& task) {
+RecognitionFound RecognitionStages::recognize(const RecognitionTask& task) {
   RecognitionFound found;
   for (std::size_t filter = 0; filter < options_.modelFilters.size(); ++filter)
     for (const std::size_t model : task.models) {

@@ -1,4 +1,4 @@
-// The recogniser at work in the recognition experiment.
+// The recognizer at work in the recognition experiment.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@
 
 namespace estancia {
 
-/// Keeps the models and, in FOLDER/filtered, filtered clouds. Several threads may recognise at once.
+/// Keeps the models and, in FOLDER/filtered, filtered clouds. Several threads may recognize at once.
 class RecognitionStages final : public RecognitionWork {
  public:
   /// Reads the models. Throws Error on those that cannot be read, and on symmetries of unknown models.
@@ -27,17 +27,17 @@ class RecognitionStages final : public RecognitionWork {
   std::string inputs(const RecognitionUnit& unit) const override;
 
   /// On one thread. What cannot be described is not found. Throws Error when the scene cannot be read.
-  RecognitionFound recognise(const RecognitionTask& task) override;
+  RecognitionFound recognize(const RecognitionTask& task) override;
 
  private:
   struct Model {
     PointCloud cloud;
     std::string digest;
-    cv::Point3d centre;
+    cv::Point3d center;
     std::vector<cv::Affine3d> symmetries;
   };
-  struct Entry;   ///< a model as a recogniser describes it
-  struct Recipe;  ///< a recogniser, and the models as it describes them
+  struct Entry;   ///< a model as a recognizer describes it
+  struct Recipe;  ///< a recognizer, and the models as it describes them
   std::shared_ptr<Recipe> recipeOf(const RecognitionUnit& unit);
   void look(const RecognitionTask& task, RecognitionFound& found);
   const Entry& modelOf(Recipe& recipe, const RecognitionSearch& search);

@@ -99,7 +99,7 @@ class Tables {
           for (const std::size_t k : keypoints) all.push_back(score.of(r_.cell(p, k, d, m, n, f)));
           values.push_back(meanOf(all));
         }
-        table.rows.push_back({fmt::format("{}, {}", r_.modelFilters[m], millimetres(r_.noises[n])), values});
+        table.rows.push_back({fmt::format("{}, {}", r_.modelFilters[m], millimeters(r_.noises[n])), values});
       }
     return table;
   }
@@ -155,7 +155,7 @@ class Tables {
       for (std::size_t c = 0; c < columns; ++c) values.emplace_back(percent[row * columns + c]);
       const std::string& model = thesisModelFilters()[row / perModel];
       table.rows.push_back(
-          {perModel == 1 ? model : fmt::format("{}, {}", model, millimetres(thesisNoises()[row % perModel])),
+          {perModel == 1 ? model : fmt::format("{}, {}", model, millimeters(thesisNoises()[row % perModel])),
            std::move(values)});
     }
     return table;

@@ -40,7 +40,7 @@ struct SceneAnswers {
   /// summed.
   std::vector<std::size_t> rightInRuns(const SceneTest& test) const;
   double accuracy(const SceneTest& test) const;
-  /// Mean over the rooms that the test shows of the share of their images that were recognised.
+  /// Mean over the rooms that the test shows of the share of their images that were recognized.
   double balancedAccuracy(const SceneTest& test) const;
   /// rooms × rooms, the true one a row: images, a mean over the seeds.
   std::vector<double> confusion(const SceneTest& test) const;

@@ -257,7 +257,7 @@ void addAccuracies(const ScenesResults& results, const Sections& sections, Findi
                       pair.runs.size(), pair.learned));
   findings.sections.emplace_back(sections.byDescriptor(
       "balanced accuracy",
-      "In percent: the mean over the rooms of the share of their images that were recognised.",
+      "In percent: the mean over the rooms of the share of their images that were recognized.",
       &SceneAnswers::balancedAccuracy, [&](const Pair& pair) { return results.tells(pair); }));
 }
 

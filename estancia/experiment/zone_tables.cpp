@@ -40,7 +40,7 @@ constexpr std::size_t mostPairs = 40;    // of classes that are told one by one;
 using Data = ZoneTablesOptions::Data;
 
 /// Some data as one model says it.
-struct Labelled {
+struct Labeled {
   Recording words;
   std::vector<int> rooms;           ///< a number for the room of each frame
   std::vector<ImageClass> classes;  ///< one a frame
@@ -56,7 +56,7 @@ std::vector<T> chosen(const std::vector<T>& from, const std::vector<std::size_t>
 }
 
 /// Keeps the frames whose room is known and wanted.
-Labelled withRooms(const Recording& all, const Data& data) {
+Labeled withRooms(const Recording& all, const Data& data) {
   std::vector<std::string> rooms, classes, marks;
   if (data.table.empty()) {
     for (const Frame& frame : all.frames) rooms.push_back(frame.room);
@@ -79,7 +79,7 @@ Labelled withRooms(const Recording& all, const Data& data) {
                     "rooms.csv",
                     data.name, data.only.empty() ? "" : " that is wanted by `only`"));
 
-  Labelled labelled{
+  Labeled labeled{
       {all.vocabulary, all.model, chosen(all.frames, kept), DescriptorMatrix(all.vocabulary.size())},
       {},
       {},
@@ -89,23 +89,23 @@ Labelled withRooms(const Recording& all, const Data& data) {
   std::map<std::string, int> numbers;
   std::string told;
   for (const std::size_t i : kept) {
-    labelled.words.descriptors.append(all.descriptors.row(i));
-    labelled.rooms.push_back(numbers.emplace(rooms[i], static_cast<int>(numbers.size())).first->second);
-    labelled.classes.push_back({rooms[i], classes[i]});
-    labelled.roomNames.insert(rooms[i]);
-    if (!classes[i].empty()) labelled.classNames.insert(classes[i]);
+    labeled.words.descriptors.append(all.descriptors.row(i));
+    labeled.rooms.push_back(numbers.emplace(rooms[i], static_cast<int>(numbers.size())).first->second);
+    labeled.classes.push_back({rooms[i], classes[i]});
+    labeled.roomNames.insert(rooms[i]);
+    if (!classes[i].empty()) labeled.classNames.insert(classes[i]);
     told += rooms[i] + '\n' + classes[i] + '\n';
   }
   for (const LabelPart& part : all.vocabulary.layout().parts)
     told += fmt::format("{} {}\n", part.size, part.weight);
-  const auto& values = labelled.words.descriptors.values();
-  labelled.digest =
+  const auto& values = labeled.words.descriptors.values();
+  labeled.digest =
       sha256(sha256({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)}) + told);
-  return labelled;
+  return labeled;
 }
 
-ZoneReading readingOf(const Labelled& labelled, const std::string& cut, const std::vector<int>& zones) {
-  const Agreement agreement = measureAgreement(labelled.rooms, zones);
+ZoneReading readingOf(const Labeled& labeled, const std::string& cut, const std::vector<int>& zones) {
+  const Agreement agreement = measureAgreement(labeled.rooms, zones);
   ZoneReading reading{cut,
                       std::set<int>(zones.begin(), zones.end()).size(),
                       agreement.vMeasure,
@@ -113,7 +113,7 @@ ZoneReading readingOf(const Labelled& labelled, const std::string& cut, const st
                       agreement.purity,
                       std::nullopt,
                       {}};
-  const CategorySpread spread = measureCategories(zones, labelled.classes);
+  const CategorySpread spread = measureCategories(zones, labeled.classes);
   reading.m = spread.m;
   if (spread.pairs.size() <= mostPairs) {
     for (const ClassPair& pair : spread.pairs)
@@ -130,7 +130,7 @@ ZoneReading readingOf(const Labelled& labelled, const std::string& cut, const st
 /// What does not depend on the linkage.
 struct Compared {
   CondensedDistances distances;
-  NearestItems neighbours;
+  NearestItems neighbors;
 };
 
 /// Compares the images once for all linkages that want the same. Cells come in order, so that few are
@@ -139,9 +139,9 @@ class SharedComparisons {
  public:
   explicit SharedComparisons(int threads) : threads_(threads) {}
 
-  std::shared_ptr<const Compared> of(const Labelled& labelled, const std::string& distance,
+  std::shared_ptr<const Compared> of(const Labeled& labeled, const std::string& distance,
                                      const std::string& linkage) {
-    const Key key{&labelled, distance, comparisonFor(getDistance(distance), getLinkage(linkage))};
+    const Key key{&labeled, distance, comparisonFor(getDistance(distance), getLinkage(linkage))};
     const std::lock_guard lock(mutex_);  // the others wait: it takes all threads
     for (const auto& [known, compared] : recent_)
       if (known == key) return compared;
@@ -150,24 +150,24 @@ class SharedComparisons {
     how.distance = distance;
     how.linkage = linkage;
     how.threads = threads_;
-    CondensedDistances distances = compareImages(labelled.words, how, silent);
-    NearestItems neighbours = findNeighbours(distances, neighboursForCut(distances.items()));
+    CondensedDistances distances = compareImages(labeled.words, how, silent);
+    NearestItems neighbors = findNeighbors(distances, neighborsForCut(distances.items()));
     recent_.emplace_front(key,
-                          std::make_shared<Compared>(Compared{std::move(distances), std::move(neighbours)}));
+                          std::make_shared<Compared>(Compared{std::move(distances), std::move(neighbors)}));
     if (recent_.size() > most) recent_.pop_back();
     return recent_.front().second;
   }
 
  private:
   static constexpr std::size_t most = 4;
-  using Key = std::tuple<const Labelled*, std::string, Comparison>;
+  using Key = std::tuple<const Labeled*, std::string, Comparison>;
   int threads_;
   std::mutex mutex_;
   std::deque<std::pair<Key, std::shared_ptr<const Compared>>> recent_;
 };
 
 /// One dendrogram and all its cuts.
-ZoneCell compute(const Labelled& labelled, const Compared& compared, const std::string& linkage,
+ZoneCell compute(const Labeled& labeled, const Compared& compared, const std::string& linkage,
                  const ZoneTablesOptions& options) {
   CondensedDistances distances(compared.distances.items());  // linking them takes them apart
   std::copy(compared.distances.values().begin(), compared.distances.values().end(),
@@ -176,12 +176,12 @@ ZoneCell compute(const Labelled& labelled, const Compared& compared, const std::
 
   ZoneCell cell;
   for (std::size_t k = 1; k <= std::min(options.mostZones, tree.leaves()); ++k)
-    cell.vMeasures.push_back(measureAgreement(labelled.rooms, tree.cutInto(k)).vMeasure);
+    cell.vMeasures.push_back(measureAgreement(labeled.rooms, tree.cutInto(k)).vMeasure);
   for (const std::string& cut : options.cuts) {
     if (interrupted()) throw Interrupted("");
     std::vector<int> zones;
     if (cut == ZoneTablesOptions::automatic)
-      zones = tree.cutAt(suggestCut(tree, compared.neighbours).distance);
+      zones = tree.cutAt(suggestCut(tree, compared.neighbors).distance);
     else if (cut == ZoneTablesOptions::best)
       zones = tree.cutInto(
           static_cast<std::size_t>(std::max_element(cell.vMeasures.begin(), cell.vMeasures.end()) -
@@ -189,16 +189,16 @@ ZoneCell compute(const Labelled& labelled, const Compared& compared, const std::
           1);
     else
       zones = tree.cutAt(std::strtod(cut.c_str(), nullptr));  // denormals, too, which stod refuses
-    cell.readings.push_back(readingOf(labelled, cut, zones));
+    cell.readings.push_back(readingOf(labeled, cut, zones));
   }
   return cell;
 }
 
 /// The rows of Fig. 5.4: classes where they are few, else rooms.
-std::vector<std::string> matrixClasses(const Labelled& labelled) {
+std::vector<std::string> matrixClasses(const Labeled& labeled) {
   std::vector<std::string> names;
-  const bool few = labelled.classNames.size() <= mostClasses && labelled.classNames.size() > 1;
-  for (const ImageClass& image : labelled.classes) names.push_back(few ? image.name : image.category);
+  const bool few = labeled.classNames.size() <= mostClasses && labeled.classNames.size() > 1;
+  for (const ImageClass& image : labeled.classes) names.push_back(few ? image.name : image.category);
   return names;
 }
 
@@ -240,7 +240,7 @@ std::vector<Candidate> chooseModels(const ZoneTablesOptions& options, const Expe
 }
 
 /// data × models, model by model: one network at a time.
-std::vector<std::vector<Labelled>> labelData(const std::vector<const Data*>& data,
+std::vector<std::vector<Labeled>> labelData(const std::vector<const Data*>& data,
                                              const std::vector<Candidate>& models, const ExperimentRun& run,
                                              Progress& progress, Findings& told) {
   std::vector<std::unique_ptr<Sequence>> sequences;
@@ -249,25 +249,25 @@ std::vector<std::vector<Labelled>> labelData(const std::vector<const Data*>& dat
     for (const std::string& warning : sequences.back()->warnings())
       told.notes.push_back(fmt::format("{}: {}", one->name, warning));
   }
-  std::vector<std::vector<Labelled>> labelled(data.size());
+  std::vector<std::vector<Labeled>> labeled(data.size());
   for (const Candidate& model : models) {
     const auto labeler = loadModel(model.model, run.labeler);
     told.facts.emplace_back("Model", labeler->identity());
     for (std::size_t d = 0; d < data.size(); ++d) {
       const Recording words =
-          labelAll(*sequences[d], *labeler, fmt::format("{}: labelling {}", model.name, sequences[d]->name()),
+          labelAll(*sequences[d], *labeler, fmt::format("{}: labeling {}", model.name, sequences[d]->name()),
                    run.cache, progress);
       if (words.frames.size() < sequences[d]->size())
         told.notes.push_back(fmt::format("{}: {} unreadable images were left out ({})", data[d]->name,
                                          sequences[d]->size() - words.frames.size(), model.name));
-      labelled[d].push_back(withRooms(words, *data[d]));
+      labeled[d].push_back(withRooms(words, *data[d]));
     }
   }
-  return labelled;
+  return labeled;
 }
 
 /// Fills in the matrices of Fig. 5.4: the mean over the models.
-void compareClasses(const std::vector<std::vector<Labelled>>& labelled, const ExperimentRun& run,
+void compareClasses(const std::vector<std::vector<Labeled>>& labeled, const ExperimentRun& run,
                     Progress& progress, ZoneTablesResults& results) {
   std::vector<std::string> shown;
   for (const std::string& distance : {ZoneOptions{}.distance, ZoneOptions::thesis().distance})
@@ -275,16 +275,16 @@ void compareClasses(const std::vector<std::vector<Labelled>>& labelled, const Ex
       shown.push_back(distance);
   Grid grid(run.folder, {{"data", "model", "distance"}, "", {}}, run.labeler.threads, run.distribution);
   std::vector<Cell> cells;
-  for (std::size_t d = 0; d < labelled.size(); ++d)
+  for (std::size_t d = 0; d < labeled.size(); ++d)
     for (std::size_t m = 0; m < results.models.size(); ++m)
       for (const std::string& distance : shown)
         cells.push_back({{results.data[d].name, results.models[m], distance},
-                         sha256(fmt::format("classes {} {}", methodVersion, labelled[d][m].digest))});
+                         sha256(fmt::format("classes {} {}", methodVersion, labeled[d][m].digest))});
   const std::size_t perData = results.models.size() * shown.size();
   const auto found = grid.run(
       cells,
       [&](std::size_t c) {
-        const Labelled& here = labelled[c / perData][c % perData / shown.size()];
+        const Labeled& here = labeled[c / perData][c % perData / shown.size()];
         Progress silent;
         ZoneOptions how;
         how.distance = shown[c % shown.size()];
@@ -298,9 +298,9 @@ void compareClasses(const std::vector<std::vector<Labelled>>& labelled, const Ex
         return values;
       },
       progress, "distances of classes");
-  for (std::size_t d = 0; d < labelled.size(); ++d) {
+  for (std::size_t d = 0; d < labeled.size(); ++d) {
     auto& data = results.data[d];
-    const auto names = matrixClasses(labelled[d][0]);
+    const auto names = matrixClasses(labeled[d][0]);
     const std::set<std::string> rows(names.begin(), names.end());
     data.matrixNames.assign(rows.begin(), rows.end());
     for (std::size_t s = 0; s < shown.size(); ++s) {
@@ -386,12 +386,12 @@ Findings compareZones(const ZoneTablesOptions& options, Grid& grid, const Experi
       data.push_back(&one);
   }
   if (data.empty()) throw Error("none of the data is there; name yours by [[data]]");
-  const auto labelled = labelData(data, models, run, progress, told);
+  const auto labeled = labelData(data, models, run, progress, told);
 
   ZoneTablesResults results;
   for (const Candidate& model : models) results.models.push_back(model.name);
   for (std::size_t d = 0; d < data.size(); ++d) {
-    const Labelled& first = labelled[d][0];
+    const Labeled& first = labeled[d][0];
     results.data.push_back({data[d]->name,
                             first.rooms.size(),
                             {first.roomNames.begin(), first.roomNames.end()},
@@ -404,7 +404,7 @@ Findings compareZones(const ZoneTablesOptions& options, Grid& grid, const Experi
   results.cuts = options.cuts;
 
   struct Place {
-    const Labelled* labelled;
+    const Labeled* labeled;
     const std::string *distance, *linkage;
     std::size_t index;  ///< in results.cells
   };
@@ -420,9 +420,9 @@ Findings compareZones(const ZoneTablesOptions& options, Grid& grid, const Experi
             unfit.insert(fmt::format("{} with {}", linkage, distance));
             continue;
           }
-          places.push_back({&labelled[d][m], &distance, &linkage, results.cells.size() - 1});
+          places.push_back({&labeled[d][m], &distance, &linkage, results.cells.size() - 1});
           cells.push_back({{results.data[d].name, models[m].name, distance, linkage},
-                           sha256(fmt::format("{} {} {} {}", methodVersion, labelled[d][m].digest,
+                           sha256(fmt::format("{} {} {} {}", methodVersion, labeled[d][m].digest,
                                               fmt::join(options.cuts, " "), options.mostZones))});
         }
   if (!unfit.empty())
@@ -433,13 +433,13 @@ Findings compareZones(const ZoneTablesOptions& options, Grid& grid, const Experi
       cells,
       [&](std::size_t c) {
         const Place& place = places[c];
-        const auto compared = comparisons.of(*place.labelled, *place.distance, *place.linkage);
-        return compute(*place.labelled, *compared, *place.linkage, options).toResults();
+        const auto compared = comparisons.of(*place.labeled, *place.distance, *place.linkage);
+        return compute(*place.labeled, *compared, *place.linkage, options).toResults();
       },
       progress, "finding zones");
   for (std::size_t c = 0; c < cells.size(); ++c)
     results.cells[places[c].index] = ZoneCell::fromResults(found[c]);
-  compareClasses(labelled, run, progress, results);
+  compareClasses(labeled, run, progress, results);
 
   Findings findings = findingsOf(results);
   findings.facts.insert(findings.facts.end(), told.facts.begin(), told.facts.end());

@@ -38,10 +38,10 @@ PointCloud readDepthPicture(const std::filesystem::path& file, const CloudFileOp
     camera.height = depth.rows;
   }
   PointCloud cloud = backProject(depth, camera);
-  if (!options.colours.empty()) {
-    cv::Mat colours;
-    cv::resize(io::readImage(options.colours), colours, depth.size(), 0, 0, cv::INTER_AREA);
-    cloud.colours.assign(colours.begin<cv::Vec3b>(), colours.end<cv::Vec3b>());
+  if (!options.colors.empty()) {
+    cv::Mat colors;
+    cv::resize(io::readImage(options.colors), colors, depth.size(), 0, 0, cv::INTER_AREA);
+    cloud.colors.assign(colors.begin<cv::Vec3b>(), colors.end<cv::Vec3b>());
   }
   return cloud;
 }

@@ -19,12 +19,12 @@ namespace {
 
 constexpr double kFurthest = 1e6;  // [m]; more is damage, not depth
 
-/// What is usual where nobody says: millimetres, 255 for 10 m (as NYU Depth V2 is passed around), metres.
+/// What is usual where nobody says: millimeters, 255 for 10 m (as NYU Depth V2 is passed around), meters.
 double usualUnits(int depth) {
   return depth == CV_8U ? 25.5 : depth == CV_16U ? 1000 : 1;
 }
 
-/// The only channel of a picture. Grey pictures are often saved with three.
+/// The only channel of a picture. Gray pictures are often saved with three.
 cv::Mat onlyChannel(const cv::Mat& picture, const fs::path& file) {
   if (picture.channels() == 1) return picture;
   cv::Mat first, other;
@@ -33,41 +33,41 @@ cv::Mat onlyChannel(const cv::Mat& picture, const fs::path& file) {
     cv::extractChannel(picture, other, c);
     if (cv::norm(first, other, cv::NORM_INF) != 0)
       throw Error(
-          fmt::format("{}: colours are no depth; export depth with one channel, 16 bits in millimetres",
+          fmt::format("{}: colors are no depth; export depth with one channel, 16 bits in millimeters",
                       printable(file.string())));
   }
   return first;
 }
 
-cv::Mat depthOfCloud(const fs::path& file, double unitsPerMetre) {
+cv::Mat depthOfCloud(const fs::path& file, double unitsPerMeter) {
   const PointCloud cloud = readPcd(file);
-  if (!cloud.organised())
+  if (!cloud.organized())
     throw Error(
-        fmt::format("{}: its points are in no order, so that it has no depth picture; save it organised",
+        fmt::format("{}: its points are in no order, so that it has no depth picture; save it organized",
                     printable(file.string())));
-  cv::Mat metres = depthOf(cloud);
-  if (unitsPerMetre > 0) metres.convertTo(metres, CV_32F, 1 / unitsPerMetre);
-  return metres;
+  cv::Mat meters = depthOf(cloud);
+  if (unitsPerMeter > 0) meters.convertTo(meters, CV_32F, 1 / unitsPerMeter);
+  return meters;
 }
 
 }  // namespace
 
-cv::Mat readDepth(const fs::path& file, double unitsPerMetre) {
-  if (hasSuffix(file, {".pcd"})) return depthOfCloud(file, unitsPerMetre);
+cv::Mat readDepth(const fs::path& file, double unitsPerMeter) {
+  if (hasSuffix(file, {".pcd"})) return depthOfCloud(file, unitsPerMeter);
   const cv::Mat raw = onlyChannel(decodePicture(file, cv::IMREAD_UNCHANGED), file);
   const int kind = raw.depth();
   if (kind != CV_8U && kind != CV_16U && kind != CV_32F && kind != CV_64F)
     throw Error(fmt::format("{}: depth has 8 or 16 bits without sign, or is float; convert it",
                             printable(file.string())));
-  cv::Mat metres;
-  raw.convertTo(metres, CV_32F);
-  const double units = unitsPerMetre > 0 ? unitsPerMetre : usualUnits(kind);
+  cv::Mat meters;
+  raw.convertTo(meters, CV_32F);
+  const double units = unitsPerMeter > 0 ? unitsPerMeter : usualUnits(kind);
   const float invalid = kind == CV_16U ? 65535.F : std::numeric_limits<float>::infinity();
-  metres.forEach<float>([=](float& d, const int*) {
+  meters.forEach<float>([=](float& d, const int*) {
     const double scaled = d / units;
     d = d > 0 && d < invalid && scaled < kFurthest ? static_cast<float>(scaled) : 0;
   });
-  return metres;
+  return meters;
 }
 
 const std::vector<std::string>& depthSuffixes() {

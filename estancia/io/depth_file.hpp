@@ -1,4 +1,4 @@
-// Depth pictures: metres out of a file, and which file belongs to which picture.
+// Depth pictures: meters out of a file, and which file belongs to which picture.
 #pragma once
 
 #include <filesystem>
@@ -11,11 +11,11 @@
 namespace estancia::io {
 
 /// Reads a depth picture (one channel, or several equal ones; 8 or 16 bits, or float: PNG, TIFF, OpenEXR,
-/// PFM, PGM; PCD: z of an organised cloud) as metres, CV_32F. `unitsPerMetre` is what a metre is in its
+/// PFM, PGM; PCD: z of an organized cloud) as meters, CV_32F. `unitsPerMeter` is what a meter is in its
 /// numbers; 0 takes what is usual for its kind (see SequenceOptions::depthScale). 0, what is not finite or
 /// negative, and 65535 in 16 bits become 0: no depth. Throws Error when the file cannot be read or holds
-/// colours.
-cv::Mat readDepth(const std::filesystem::path& file, double unitsPerMetre);
+/// colors.
+cv::Mat readDepth(const std::filesystem::path& file, double unitsPerMeter);
 
 /// Suffixes of the files that readDepth takes from folders, lower case; JPEG would blur depth.
 const std::vector<std::string>& depthSuffixes();

@@ -9,7 +9,7 @@
 namespace estancia::io {
 namespace {
 
-constexpr double kMiddleGrey = 0.18;
+constexpr double kMiddleGray = 0.18;
 constexpr float kBrightest = 65504;  // the largest half-precision number
 constexpr float kShoulder = 0.6F;    // linear light above this is rolled off
 
@@ -30,9 +30,9 @@ double logAverage(const cv::Mat& linear) {
   return weights > 0 ? std::exp(sum / weights) : 0;
 }
 
-/// The lower median, channel by channel, of the neighbours of (row, column) that are not damaged; nothing
-/// else is near 0 and 2 π in a panorama, so columns wrap around. False when there is no such neighbour.
-bool medianOfSoundNeighbours(const cv::Mat& linear, const cv::Mat& damaged, int row, int column,
+/// The lower median, channel by channel, of the neighbors of (row, column) that are not damaged; nothing
+/// else is near 0 and 2 π in a panorama, so columns wrap around. False when there is no such neighbor.
+bool medianOfSoundNeighbors(const cv::Mat& linear, const cv::Mat& damaged, int row, int column,
                              cv::Vec3f& median) {
   std::array<std::array<float, 8>, 3> values;
   std::size_t count = 0;
@@ -54,7 +54,7 @@ bool medianOfSoundNeighbours(const cv::Mat& linear, const cv::Mat& damaged, int 
 }
 
 /// Resampled panoramas ring around lamps and the sun: pixels there are negative, overflown or no numbers, and
-/// would show as black dots. Such pixels are filled from their sound neighbours, from the rim inwards.
+/// would show as black dots. Such pixels are filled from their sound neighbors, from the rim inwards.
 void repairRinging(cv::Mat& linear, double average) {
   constexpr int kDeepest = 8;  // [pixels]; the sun is about 6 wide
   const auto black = static_cast<float>(1e-3 * average);
@@ -77,7 +77,7 @@ void repairRinging(cv::Mat& linear, double average) {
     for (int row = 0; row < linear.rows; ++row)
       for (int column = 0; column < linear.cols; ++column)
         if (before.at<uchar>(row, column) != 0 &&
-            medianOfSoundNeighbours(source, before, row, column, linear.at<cv::Vec3f>(row, column)))
+            medianOfSoundNeighbors(source, before, row, column, linear.at<cv::Vec3f>(row, column)))
           damaged.at<uchar>(row, column) = 0;
   }
 }
@@ -103,7 +103,7 @@ cv::Mat develop(cv::Mat panorama, double exposure) {
   if (radiance) {
     const double average = logAverage(panorama);
     repairRinging(panorama, average);
-    if (average > 0) gain *= static_cast<float>(kMiddleGrey / average);
+    if (average > 0) gain *= static_cast<float>(kMiddleGray / average);
   } else {
     panorama.convertTo(panorama, CV_32F, 1 / 255.0);
   }

@@ -35,7 +35,7 @@ struct FeatureTableOptions {
 
 /// Reads a CSV with a header. The column `room` (or `class`) says the place, `image` the frame's name
 /// (without it: "line 2" …), `group` what belongs together, such as a drive; all others but the ignored hold
-/// numbers. Neighbouring columns whose names are a stem and running numbers (g0, g1 …) are one part, called
+/// numbers. Neighboring columns whose names are a stem and running numbers (g0, g1 …) are one part, called
 /// by the stem; any other column is a part of its own. Throws Error `FILE:LINE:COLUMN: …` (columns counted
 /// from 1) where a cell is no finite number, and `FILE:LINE: …` where a line has too many or too few cells,
 /// the header is there again, a name comes twice or the columns are not what they must be.

@@ -45,7 +45,7 @@ struct DepthFile {
 /// Frames that are one picture file each, perhaps with one of depth: what most data sets come down to.
 class ImageFiles final : public ListedSequence {
  public:
-  /// `depthScale`: units a metre, as readDepth has it.
+  /// `depthScale`: units a meter, as readDepth has it.
   explicit ImageFiles(std::string name, double depthScale = 0)
       : ListedSequence(std::move(name)), depthScale_(depthScale) {}
   void add(Frame frame, std::filesystem::path file, DepthFile depth = {});

@@ -1,4 +1,4 @@
-// KTH-IDOL2: the truth is in the file names, t<time>_r<room>_x<x>_y<y>_a<theta>.<ext> (seconds, metres,
+// KTH-IDOL2: the truth is in the file names, t<time>_r<room>_x<x>_y<y>_a<theta>.<ext> (seconds, meters,
 // radians).
 #include <fmt/format.h>
 

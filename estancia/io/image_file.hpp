@@ -6,7 +6,7 @@
 
 namespace estancia::io {
 
-/// Reads a picture as BGR, 8 bits, 3 channels, never empty; safe to call from several threads. Grey becomes
+/// Reads a picture as BGR, 8 bits, 3 channels, never empty; safe to call from several threads. Gray becomes
 /// three equal channels, alpha is dropped, CMYK is converted, 16 bits are scaled from [0, 65535], float
 /// (TIFF) from [0, 1]. The EXIF orientation is applied, so that the picture stands upright as every viewer
 /// shows it. Throws Error when the file cannot be read or is no complete picture (see inspectImage).

@@ -14,9 +14,9 @@ struct ImageHeader {
   bool isRadiance() const { return format == "OpenEXR" || format == "Radiance"; }
 };
 
-/// Recognises the format by content, never by name, and reads the declared size. Throws Error, naming `file`,
+/// Recognizes the format by content, never by name, and reads the declared size. Throws Error, naming `file`,
 /// when the bytes are no picture, declare no pixels or more than 2^26 (67 million), or end before the picture
-/// does: decoders fill the rest of a truncated JPEG or TIFF with grey and say nothing. Damage inside complete
+/// does: decoders fill the rest of a truncated JPEG or TIFF with gray and say nothing. Damage inside complete
 /// data is left to the decoders (PNG has checksums, JPEG has none).
 ImageHeader inspectImage(std::string_view bytes, const std::string& file);
 

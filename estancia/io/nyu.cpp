@@ -1,4 +1,4 @@
-// NYU Depth V2, the labelled frames (Silberman et al., ECCV 2012), as they are passed around: rgb/0000.jpg
+// NYU Depth V2, the labeled frames (Silberman et al., ECCV 2012), as they are passed around: rgb/0000.jpg
 // and depth/0000.png, numbered from 0 as in nyu_depth_v2_labeled.mat, and scenes.csv with a header: `index`,
 // `scene` and, where the official halves are known, `split`. Depth of 8 bits has 255 for 10 m, like depth of
 // any folder. Frames without a line have no room and are in no split.
@@ -18,7 +18,7 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-/// Of the colour camera, to which depth is registered: camera_params.m of the data set's own toolbox
+/// Of the color camera, to which depth is registered: camera_params.m of the data set's own toolbox
 /// (fx_rgb, fy_rgb, cx_rgb, cy_rgb), which is for 640 × 480; the pictures say by their size what it becomes.
 constexpr CameraIntrinsics kPublished = {
     640, 480, 518.85790117450188, 519.46961112127485, 325.58244941119034, 253.73616633400465};

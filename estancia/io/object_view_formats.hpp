@@ -72,7 +72,7 @@ class LeftOut {
 /// A picture of marks: one channel of 8 bits, or several equal ones. Throws Error on anything else.
 cv::Mat readMarks(const std::filesystem::path& file);
 
-/// The points of the marked pixels in `box`, with colours: `depth` (CV_32F, metres), `mask` (CV_8U) and
+/// The points of the marked pixels in `box`, with colors: `depth` (CV_32F, meters), `mask` (CV_8U) and
 /// `image` (BGR) are of one size, and `camera` is theirs. Throws Error when sizes differ, naming `view`.
 PointCloud pointsBehind(const cv::Mat& image, const cv::Mat& depth, const cv::Mat& mask, const cv::Rect& box,
                         const CameraIntrinsics& camera, const std::string& view);

@@ -18,7 +18,7 @@ namespace {
 struct Format {
   const char* type;
   const char* explanation;
-  bool (*recognises)(const fs::path& folder);
+  bool (*recognizes)(const fs::path& folder);
   io::OpenedViews (*open)(const fs::path& folder, const ObjectViewsOptions& options);
 };
 
@@ -37,7 +37,7 @@ constexpr Format kFormats[] = {
 const Format& formatOf(const fs::path& folder, const std::string& type) {
   std::string known = "auto";
   for (const Format& format : kFormats) {
-    if (type == format.type || (type == "auto" && format.recognises(folder))) return format;
+    if (type == format.type || (type == "auto" && format.recognizes(folder))) return format;
     known += fmt::format(", {}", format.type);
   }
   if (type != "auto")
@@ -101,11 +101,11 @@ cv::Mat readMarks(const fs::path& file) {
   const cv::Mat read = decodePicture(file, cv::IMREAD_UNCHANGED);
   std::vector<cv::Mat> channels;
   cv::split(read, channels);
-  const bool grey =
+  const bool gray =
       std::all_of(channels.begin(), channels.begin() + std::min(read.channels(), 3),
                   [&](const cv::Mat& c) { return cv::norm(c, channels[0], cv::NORM_INF) == 0; });
-  if (read.depth() != CV_8U || !grey)
-    throw Error(fmt::format("{}: marks are grey and of 8 bits; save it so, without palette or colours",
+  if (read.depth() != CV_8U || !gray)
+    throw Error(fmt::format("{}: marks are gray and of 8 bits; save it so, without palette or colors",
                             printable(file.string())));
   return channels[0];
 }
@@ -131,7 +131,7 @@ PointCloud pointsBehind(const cv::Mat& image, const cv::Mat& depth, const cv::Ma
           all.points[static_cast<std::size_t>(v) * all.width + static_cast<std::size_t>(u)];
       if (mask.at<uchar>(pixel) == 0 || !isFinite(point)) continue;
       cloud.points.push_back(point);
-      cloud.colours.push_back(image.at<cv::Vec3b>(pixel));
+      cloud.colors.push_back(image.at<cv::Vec3b>(pixel));
     }
   cloud.width = cloud.points.size();
   cloud.height = 1;

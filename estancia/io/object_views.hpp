@@ -41,7 +41,7 @@ class ObjectViews {
   virtual std::size_t size() const = 0;
   virtual const ObjectView& view(std::size_t i) const = 0;
 
-  /// The thing's points in the frame of the camera where there was one [m], coloured where colours are known.
+  /// The thing's points in the frame of the camera where there was one [m], colored where colors are known.
   /// Throws Error when this view cannot be read.
   virtual PointCloud cloud(std::size_t i) const = 0;
 
@@ -69,11 +69,11 @@ struct ObjectViewsOptions {
 ///  * "washington": the RGB-D Object Dataset (Lai et al., ICRA 2011), CATEGORY/CATEGORY_N/
 ///    CATEGORY_N_VIDEO_FRAME_{crop.png,depthcrop.png,maskcrop.png,loc.txt}; a camera file in the folder
 ///    (io::findIntrinsics) replaces the published camera;
-///  * "nyu": the labelled frames of NYU Depth v2 with label/ and classes40.txt. An instance is a connected
+///  * "nyu": the labeled frames of NYU Depth v2 with label/ and classes40.txt. An instance is a connected
 ///    component of a class, of 900 pixels or more, 600 of them with depth (of 320 × 240); walls, floors,
 ///    ceilings and the classes other… are no things.
 /// Views that cannot be used are told in warnings(). Throws Error when none is left, on lists that are wrong,
-/// and when the format is not recognised.
+/// and when the format is not recognized.
 std::unique_ptr<ObjectViews> openObjectViews(const std::filesystem::path& path,
                                              const ObjectViewsOptions& options = {});
 

@@ -1,4 +1,4 @@
-// The objects of NYU Depth V2's labelled frames (Silberman et al., ECCV 2012): beside what nyu.cpp reads,
+// The objects of NYU Depth V2's labeled frames (Silberman et al., ECCV 2012): beside what nyu.cpp reads,
 // label/0000.png with the class of every pixel, and classes40.txt with their names, `INDEX NAME` or `NAME` a
 // line (the 40 classes of Gupta et al., CVPR 2013). Instances are not told: one is a connected component of a
 // class, so chairs that touch are one, and each is seen once. Left out are components too small to tell a

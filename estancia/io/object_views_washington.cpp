@@ -1,6 +1,6 @@
 // The RGB-D Object Dataset (Lai, Bo, Ren, Fox: A large-scale hierarchical multi-view RGB-D object dataset,
 // ICRA 2011), as published: CATEGORY/CATEGORY_N/CATEGORY_N_VIDEO_FRAME_crop.png is the picture around an
-// object, _depthcrop.png its depth (16 bits, millimetres), _maskcrop.png the object in it, and _loc.txt "x,y"
+// object, _depthcrop.png its depth (16 bits, millimeters), _maskcrop.png the object in it, and _loc.txt "x,y"
 // where the crop begins in the camera's 640 × 480 pixels, counted from 1. Categories hold underscores
 // ("bell_pepper"), so names are read from the right. Videos 1, 2 and 4 look down by 30°, 45° and 60°.
 #include <fmt/format.h>
@@ -24,7 +24,7 @@ namespace {
 
 /// What the set's own tool turns depth into points with (depthToCloud.m).
 constexpr CameraIntrinsics kPublished = {640, 480, 570.3, 570.3, 320, 240};
-constexpr double kMillimetres = 1000;
+constexpr double kMillimeters = 1000;
 constexpr const char* kCrop = "_crop.png";
 constexpr const char* kBeside[] = {"_depthcrop.png", "_maskcrop.png", "_loc.txt"};
 
@@ -80,7 +80,7 @@ class Washington final : public ListedObjectViews {
   PointCloud cloud(std::size_t i) const override {
     const ObjectPicture seen = picture(i);
     const std::string& stem = stems_.at(i);
-    const cv::Mat depth = readDepth(stem + kBeside[0], kMillimetres);
+    const cv::Mat depth = readDepth(stem + kBeside[0], kMillimeters);
     const fs::path file = stem + kBeside[2];
     const cv::Point place = readPlace(file);
     if (place.x + depth.cols > camera_.width || place.y + depth.rows > camera_.height)

@@ -1,6 +1,6 @@
 // A tour of real places: perspective views cut out of equirectangular panoramas.
 //
-// Every panorama is a place. Its centre column lies at heading 0 (the map's x axis), headings grow to the
+// Every panorama is a place. Its center column lies at heading 0 (the map's x axis), headings grow to the
 // left (counter-clockwise), as everywhere in the map. The places' positions are INVENTED, since panoramas
 // know none: they stand on a circle around the origin, each 4 m from the next. Headings are true.
 #include <fmt/format.h>
@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kSpacing = 4;   // between neighbouring places [m]
+constexpr double kSpacing = 4;   // between neighboring places [m]
 const cv::Size kView(320, 240);  // a 512-pixel panorama holds no more detail than this
 
 const std::vector<std::string>& panoramaSuffixes() {

@@ -86,10 +86,10 @@ void finish(Header& header, bool sized, bool typed, std::optional<std::size_t> p
     if (std::ranges::count_if(header.fields, same) > 1)
       throw Error(fmt::format("there are two fields {}", name));
     const Field* field = header.find(name);
-    const bool colour = *name == 'r', place = name[1] == '\0';
+    const bool color = *name == 'r', place = name[1] == '\0';
     if (field == nullptr && place) throw Error(fmt::format("there is no field {}", name));
-    if (field != nullptr && (field->count != 1 || (colour && field->scalar.size != 4)))
-      throw Error(fmt::format("the field {} is not one number{} a point", name, colour ? " of 4 bytes" : ""));
+    if (field != nullptr && (field->count != 1 || (color && field->scalar.size != 4)))
+      throw Error(fmt::format("the field {} is not one number{} a point", name, color ? " of 4 bytes" : ""));
   }
   if (header.width == 0 || header.height == 0) throw Error("it holds no points");
   if (points && *points != header.points())
@@ -179,7 +179,7 @@ T valueAt(const char* bytes) {
   return value;
 }
 
-cv::Vec3b colourOf(std::uint32_t packed) {
+cv::Vec3b colorOf(std::uint32_t packed) {
   return {static_cast<uchar>(packed & 0xFFU), static_cast<uchar>(packed >> 8U & 0xFFU),
           static_cast<uchar>(packed >> 16U & 0xFFU)};
 }
@@ -189,7 +189,7 @@ struct Wanted {
   explicit Wanted(const Header& header)
       : xyz{header.find("x"), header.find("y"), header.find("z")},
         normal{header.find("normal_x"), header.find("normal_y"), header.find("normal_z")},
-        colour(header.find("rgb") != nullptr ? header.find("rgb") : header.find("rgba")) {}
+        color(header.find("rgb") != nullptr ? header.find("rgb") : header.find("rgba")) {}
 
   /// None where one of the three numbers is missing.
   bool normals() const {
@@ -197,7 +197,7 @@ struct Wanted {
   }
 
   std::array<const Field*, 3> xyz, normal;
-  const Field* colour;
+  const Field* color;
 };
 
 /// Three fields of a point, each of which `number` gives.
@@ -213,12 +213,12 @@ void fill(PointCloud& cloud, const Header& header, const At& at) {
   const Wanted wanted(header);
   cloud.points.resize(header.points());
   if (wanted.normals()) cloud.normals.resize(header.points());
-  if (wanted.colour != nullptr) cloud.colours.resize(header.points());
+  if (wanted.color != nullptr) cloud.colors.resize(header.points());
   for (std::size_t i = 0; i < header.points(); ++i) {
     const auto number = [&](const Field& field) { return io::numberAt(field.scalar, at(field, i)); };
     cloud.points[i] = pointOf(wanted.xyz, number);
     if (wanted.normals()) cloud.normals[i] = asNormal(pointOf(wanted.normal, number));
-    if (wanted.colour != nullptr) cloud.colours[i] = colourOf(valueAt<std::uint32_t>(at(*wanted.colour, i)));
+    if (wanted.color != nullptr) cloud.colors[i] = colorOf(valueAt<std::uint32_t>(at(*wanted.color, i)));
   }
 }
 
@@ -250,8 +250,8 @@ void readCompressed(PointCloud& cloud, const Header& header, std::string_view da
   });
 }
 
-/// A colour may be written as a whole number, or as the float that has its bits.
-std::uint32_t packedColour(const Field& field, double value) {
+/// A color may be written as a whole number, or as the float that has its bits.
+std::uint32_t packedColor(const Field& field, double value) {
   if (field.scalar.type == 'F') return std::bit_cast<std::uint32_t>(static_cast<float>(value));
   return static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
 }
@@ -287,12 +287,12 @@ void readAscii(PointCloud& cloud, const Header& header, std::string_view data, s
     };
     cloud.points.push_back(pointOf(wanted.xyz, number));
     if (wanted.normals()) cloud.normals.push_back(asNormal(pointOf(wanted.normal, number)));
-    if (wanted.colour == nullptr) continue;
-    const double colour = number(*wanted.colour);
+    if (wanted.color == nullptr) continue;
+    const double color = number(*wanted.color);
     constexpr double most = std::numeric_limits<std::uint32_t>::max();
-    if (wanted.colour->scalar.type != 'F' && !(std::abs(colour) <= most))
-      throw Error(fmt::format("line {}: {} is no colour", line, colour));
-    cloud.colours.push_back(colourOf(packedColour(*wanted.colour, colour)));
+    if (wanted.color->scalar.type != 'F' && !(std::abs(color) <= most))
+      throw Error(fmt::format("line {}: {} is no color", line, color));
+    cloud.colors.push_back(colorOf(packedColor(*wanted.color, color)));
   }
 }
 
@@ -327,8 +327,8 @@ PointCloud readPcd(const std::filesystem::path& file) {
 }
 
 cv::Mat depthOf(const PointCloud& cloud) {
-  if (!cloud.organised())
-    throw Error(fmt::format("a cloud of {} points in no order has no depth picture; save it organised",
+  if (!cloud.organized())
+    throw Error(fmt::format("a cloud of {} points in no order has no depth picture; save it organized",
                             cloud.points.size()));
   cv::Mat depth(static_cast<int>(cloud.height), static_cast<int>(cloud.width), CV_32F);
   auto* pixels = depth.ptr<float>();

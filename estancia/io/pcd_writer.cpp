@@ -19,7 +19,7 @@ std::uint32_t packed(const cv::Vec3b& bgr) {
 
 std::string headerOf(const PointCloud& cloud, bool ascii) {
   std::string fields = "x y z", sizes = "4 4 4", types = "F F F", counts = "1 1 1";
-  if (!cloud.colours.empty()) fields += " rgb", sizes += " 4", types += " U", counts += " 1";
+  if (!cloud.colors.empty()) fields += " rgb", sizes += " 4", types += " U", counts += " 1";
   if (!cloud.normals.empty())
     fields += " normal_x normal_y normal_z", sizes += " 4 4 4", types += " F F F", counts += " 1 1 1";
   const Pose at = cloud.viewpoint.value_or(Pose());
@@ -37,7 +37,7 @@ std::string textOf(const PointCloud& cloud) {
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     const cv::Point3f& p = cloud.points[i];
     fmt::format_to(out, "{} {} {}", p.x, p.y, p.z);
-    if (!cloud.colours.empty()) fmt::format_to(out, " {}", packed(cloud.colours[i]));
+    if (!cloud.colors.empty()) fmt::format_to(out, " {}", packed(cloud.colors[i]));
     if (!cloud.normals.empty()) {
       const cv::Point3f& n = cloud.normals[i];
       fmt::format_to(out, " {} {} {}", n.x, n.y, n.z);
@@ -51,7 +51,7 @@ std::string bytesOf(const PointCloud& cloud) {
   ByteWriter bytes;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     for (const float value : {cloud.points[i].x, cloud.points[i].y, cloud.points[i].z}) bytes.number(value);
-    if (!cloud.colours.empty()) bytes.number(packed(cloud.colours[i]));
+    if (!cloud.colors.empty()) bytes.number(packed(cloud.colors[i]));
     if (cloud.normals.empty()) continue;
     for (const float value : {cloud.normals[i].x, cloud.normals[i].y, cloud.normals[i].z})
       bytes.number(value);

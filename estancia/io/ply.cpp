@@ -197,13 +197,13 @@ struct Places {
       }
     if (!at[0] || !at[1] || !at[2]) throw Error("a vertex has no x, y and z");
     normals = at[3] && at[4] && at[5];
-    colours = at[6] && at[7] && at[8];
+    colors = at[6] && at[7] && at[8];
   }
   std::array<std::optional<std::size_t>, 9> at;
-  bool normals = false, colours = false;
+  bool normals = false, colors = false;
 };
 
-/// A colour's share brought to 0 … 255.
+/// A color's share brought to 0 … 255.
 uchar byteOf(const io::Scalar& scalar, double value) {
   const double scale = scalar.type == 'F' ? 255 : scalar.size == 2 ? 255.0 / 65535 : 1;
   const double byte = std::round(value * scale);
@@ -231,7 +231,7 @@ PointCloud readVertices(const Element& vertex, const ReadOne& readOne) {
     readOne([&](std::size_t property, double value) { values[property] = value; });
     cloud.points.push_back(triple(0));
     if (places.normals) cloud.normals.push_back(asNormal(triple(3)));
-    if (places.colours) cloud.colours.emplace_back(byte(8), byte(7), byte(6));
+    if (places.colors) cloud.colors.emplace_back(byte(8), byte(7), byte(6));
   }
   return cloud;
 }

@@ -31,7 +31,7 @@ std::string headerOf(const PointCloud& cloud, std::size_t vertices, std::size_t 
                                    ascii ? "ascii" : "binary_little_endian", vertices);
   header += "property float x\nproperty float y\nproperty float z\n";
   if (!cloud.normals.empty()) header += "property float nx\nproperty float ny\nproperty float nz\n";
-  if (!cloud.colours.empty()) header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  if (!cloud.colors.empty()) header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
   if (edges > 0)
     header += fmt::format("element edge {}\nproperty int vertex1\nproperty int vertex2\n", edges);
   return header + "end_header\n";
@@ -80,8 +80,8 @@ void writePly(const std::filesystem::path& file, const PointCloud& cloud, const 
     ++written;
     body.numbers(cloud.points[i]);
     if (!cloud.normals.empty()) body.numbers(cloud.normals[i]);
-    if (!cloud.colours.empty())
-      for (const int c : {2, 1, 0}) body.number(cloud.colours[i][c]);
+    if (!cloud.colors.empty())
+      for (const int c : {2, 1, 0}) body.number(cloud.colors[i][c]);
     body.endElement();
   }
   if (written == 0) refuse("a cloud without points is not written");

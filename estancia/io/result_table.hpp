@@ -13,7 +13,7 @@ namespace estancia::io {
 /// Columns that line up in a terminal.
 std::string textTable(const ResultTable& table);
 
-/// A table of GitHub-flavoured Markdown, without title and caption.
+/// A table of GitHub-flavored Markdown, without title and caption.
 std::string markdownTable(const ResultTable& table);
 
 /// RFC 4180; numbers in all their digits, yes and no as such, absent values as empty cells.

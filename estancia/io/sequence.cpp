@@ -23,7 +23,7 @@ namespace {
 struct Format {
   const char* type;
   const char* explanation;
-  bool (*recognises)(const fs::path& path);
+  bool (*recognizes)(const fs::path& path);
   io::Opened (*open)(const fs::path& path, const SequenceOptions& options);
 };
 
@@ -61,7 +61,7 @@ constexpr Format kFormats[] = {
      io::openNyu},
     {"rgbd", "two folders: rgb/ (or color/, image/) and depth/, files of equal names", io::isRgbdFolders,
      io::openRgbdFolders},
-    {"vidrilo", "ViDRILO: pictures and organised PCD clouds of equal numbers, annotations as text",
+    {"vidrilo", "ViDRILO: pictures and organized PCD clouds of equal numbers, annotations as text",
      io::isVidrilo, io::openVidrilo},
     {"classes",
      "a folder a room, full of images, perhaps in train/ and test/ (those alone are found by auto)",
@@ -95,7 +95,7 @@ std::string foldersWithImages(const fs::path& path) {
 
 const Format& formatOf(const fs::path& path, const std::string& type) {
   for (const Format& format : kFormats)
-    if (type == format.type || (type == "auto" && format.recognises(path))) return format;
+    if (type == format.type || (type == "auto" && format.recognizes(path))) return format;
   if (type != "auto")
     throw Error(fmt::format("unknown type of sequence \"{}\"; known are {}", type, typeNames()));
   throw Error(
@@ -198,8 +198,8 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
   if (!(options.depthScale >= 0 && options.depthScale <= 1e9) ||
       (options.depthScale > 0 && options.depthScale < 1e-6))
     throw Error(
-        fmt::format("depthScale = {}: give what a metre is in the numbers of the depth pictures "
-                    "(1000 for millimetres)",
+        fmt::format("depthScale = {}: give what a meter is in the numbers of the depth pictures "
+                    "(1000 for millimeters)",
                     options.depthScale));
   std::error_code error;
   const fs::file_status status = fs::status(path, error);

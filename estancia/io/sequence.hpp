@@ -34,7 +34,7 @@ class Sequence {
   /// Throws nothing for i < size().
   virtual const Frame& frame(std::size_t i) const = 0;
 
-  /// The picture: BGR, 8 bits, 3 channels, never empty (grey and 16-bit sources are converted).
+  /// The picture: BGR, 8 bits, 3 channels, never empty (gray and 16-bit sources are converted).
   /// Throws Error when this one frame cannot be read; later frames may still be fine. Safe to call from
   /// several threads; videos are quickest when read in order.
   virtual cv::Mat image(std::size_t i) const = 0;
@@ -47,7 +47,7 @@ class Sequence {
   /// Whether there are depth pictures; single frames may still lack theirs.
   virtual bool hasDepth() const { return false; }
 
-  /// Metres along the optical axis, CV_32F, never empty; 0 where there is none. Its size may be another than
+  /// Meters along the optical axis, CV_32F, never empty; 0 where there is none. Its size may be another than
   /// the picture's: it shows the same view. Throws Error when this frame's depth is missing or cannot be
   /// read. Safe to call from several threads.
   virtual cv::Mat depth(std::size_t i) const;
@@ -89,8 +89,8 @@ struct SequenceOptions {
   /// A pose further away in time than this belongs to no frame [s].
   double maxPoseGap = 0.05;
 
-  /// What a metre is in the numbers of depth pictures; 0 takes the data set's own (TUM RGB-D 5000), or, where
-  /// there is none, 1000 for 16 bits (millimetres), 25.5 for 8 bits (255 is 10 m) and 1 for float (metres).
+  /// What a meter is in the numbers of depth pictures; 0 takes the data set's own (TUM RGB-D 5000), or, where
+  /// there is none, 1000 for 16 bits (millimeters), 25.5 for 8 bits (255 is 10 m) and 1 for float (meters).
   double depthScale = 0;
   /// The camera: a file with its 3×3 matrix, `fx fy cx cy`, or a calibration of ROS or OpenCV (YAML); ""
   /// takes `camera-intrinsics.txt`, `intrinsics.txt` or `camera.yaml` in the folder when it is there, else
@@ -106,7 +106,7 @@ struct SequenceOptions {
 };
 
 /// Opens `path` (a folder, a video file, a folder of panoramas …).
-/// Throws Error when there is nothing to read, the format is not recognised, a side file is wrong, or there
+/// Throws Error when there is nothing to read, the format is not recognized, a side file is wrong, or there
 /// is no such split or room (listing the known ones).
 std::unique_ptr<Sequence> openSequence(const std::filesystem::path& path,
                                        const SequenceOptions& options = {});

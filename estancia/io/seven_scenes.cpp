@@ -1,6 +1,6 @@
-// Microsoft 7-Scenes: frame-XXXXXX.color.png with frame-XXXXXX.pose.txt (4×4, camera → world, metres), or the
+// Microsoft 7-Scenes: frame-XXXXXX.color.png with frame-XXXXXX.pose.txt (4×4, camera → world, meters), or the
 // pictures in `frames/` and all poses in `poses.csv` (`frame,T00,…,T23`). The data set has no time stamps.
-// Depth is frame-XXXXXX.depth.png in millimetres. It publishes one camera for colour and depth, which are not
+// Depth is frame-XXXXXX.depth.png in millimeters. It publishes one camera for color and depth, which are not
 // registered.
 #include <fmt/format.h>
 
@@ -27,7 +27,7 @@ std::vector<fs::path> colorImages(const fs::path& path) {
 }
 
 constexpr CameraIntrinsics kPublished = {640, 480, 585, 585, 320, 240};
-constexpr double kMillimetres = 1000;
+constexpr double kMillimeters = 1000;
 
 /// "frame-000123.color.png" → 123; nothing when there is no such number.
 std::optional<double> numberOf(const fs::path& file) {
@@ -87,7 +87,7 @@ Opened openSevenScenes(const fs::path& path, const SequenceOptions& options) {
   if (fs::exists(path / "poses.csv")) table = posesOfTable(path / "poses.csv");
 
   auto sequence =
-      std::make_unique<ImageFiles>(nameOf(path), options.depthScale > 0 ? options.depthScale : kMillimetres);
+      std::make_unique<ImageFiles>(nameOf(path), options.depthScale > 0 ? options.depthScale : kMillimeters);
   sequence->setIntrinsics(kPublished);
   if (!table.empty()) sequence->setPoseSource({});
   std::size_t without = 0;

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Points that have a time stamp, sorted by it. Points without a pose stay in: a frame whose own pose is
-/// unusable must not take a neighbour's.
+/// unusable must not take a neighbor's.
 std::vector<TrajectoryPoint> sortedByTime(const Trajectory& trajectory) {
   std::vector<TrajectoryPoint> points;
   for (const auto& point : trajectory.points)

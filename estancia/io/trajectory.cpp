@@ -49,7 +49,7 @@ Trajectory readTrajectory(const fs::path& file) {
   const std::string name = io::printable(file.string());
   const std::vector<std::string> lines = io::readLines(file);
   Trajectory trajectory;
-  Oddity unusable, unordered, doubled, unnormalised;
+  Oddity unusable, unordered, doubled, unnormalized;
   double latest = -std::numeric_limits<double>::infinity();
   std::size_t columns = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -68,7 +68,7 @@ Trajectory readTrajectory(const fs::path& file) {
     TrajectoryPoint point;
     if (columns == kTum) {
       point.pose = poseOfTum(numbers);
-      if (point.pose && std::abs(normOf(numbers) - 1) > 0.01) unnormalised.add(i + 1);
+      if (point.pose && std::abs(normOf(numbers) - 1) > 0.01) unnormalized.add(i + 1);
       if (std::isfinite(numbers[0])) {
         point.timestamp = numbers[0];
         if (numbers[0] == latest) doubled.add(i + 1);
@@ -90,7 +90,7 @@ Trajectory readTrajectory(const fs::path& file) {
                                                 trajectory.points.size(), what, oddity.firstLine));
   };
   warn(unusable, "are not used, because they hold NaN or no rotation");
-  warn(unnormalised,
+  warn(unnormalized,
        "have a quaternion that is not of length 1; it is made so, but check that the columns are t x y z qx "
        "qy "
        "qz qw");

@@ -15,7 +15,7 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kUnitsPerMetre = 5000;
+constexpr double kUnitsPerMeter = 5000;
 
 /// What a list says of its files, relative to its folder, in its order.
 std::vector<TimedFile> readList(const fs::path& list) {
@@ -37,7 +37,7 @@ std::vector<TimedFile> readList(const fs::path& list) {
   return files;
 }
 
-/// The colour cameras of the three Kinects, as the benchmark publishes them; told by the folder's name.
+/// The color cameras of the three Kinects, as the benchmark publishes them; told by the folder's name.
 std::optional<CameraIntrinsics> publishedCamera(const std::string& folder) {
   if (folder.find("freiburg1") != std::string::npos) return {{640, 480, 517.3, 516.5, 318.6, 255.3}};
   if (folder.find("freiburg2") != std::string::npos) return {{640, 480, 520.9, 521.0, 325.1, 249.7}};
@@ -54,7 +54,7 @@ bool isTumRgbd(const fs::path& path) {
 Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
   const fs::path list = path / "rgb.txt";
   auto sequence = std::make_unique<ImageFiles>(nameOf(path),
-                                               options.depthScale > 0 ? options.depthScale : kUnitsPerMetre);
+                                               options.depthScale > 0 ? options.depthScale : kUnitsPerMeter);
   const auto pictures = readList(list);
   if (pictures.empty()) throw Error(fmt::format("{}: lists no images", printable(list.string())));
   std::vector<TimedFile> depths;

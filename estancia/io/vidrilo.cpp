@@ -2,10 +2,10 @@
 // Localization with Objects information dataset, IJRR 34(14), 2015), and RobotVision@ImageCLEF, from which it
 // came. One folder a sequence.
 //
-// Published: five sequences of pairs of a colour picture and a point cloud (PCD) of one Kinect, each with the
+// Published: five sequences of pairs of a color picture and a point cloud (PCD) of one Kinect, each with the
 // category of its room (ten) and the presence of fifteen objects. The files of sequence 1 are called
 // "sequence1visual12…" after their number; the challenge's toolbox keeps pictures and clouds in folders
-// "…Visual" and "…Depth", and takes z of an organised cloud as depth.
+// "…Visual" and "…Depth", and takes z of an organized cloud as depth.
 // Inferred, because the set itself is to be had no longer: how the clouds are called, and how annotations
 // look as text. So any folder is read in which pictures and clouds are told apart by their suffixes and
 // belong together by the last number in their names; of annotations see readAnnotations(). Those in Matlab
@@ -201,7 +201,7 @@ fs::path annotationsIn(const fs::path& path) {
   const std::vector<std::string> suffixes = {".txt", ".csv"};
   auto files = filesIn(path, suffixes);
   std::erase_if(files, [](const fs::path& file) {
-    return speaksOf(file, {"readme", "license", "licence", "intrinsics", "poses.txt", "rooms.csv"});
+    return speaksOf(file, {"readme", "license", "license", "intrinsics", "poses.txt", "rooms.csv"});
   });
   if (files.size() > 1)
     std::erase_if(files, [](const fs::path& f) {
@@ -218,9 +218,9 @@ fs::path annotationsIn(const fs::path& path) {
 
 // ---- the camera
 
-/// What u = focal · a + centre fits best, and how well [pixels, root of the mean square].
+/// What u = focal · a + center fits best, and how well [pixels, root of the mean square].
 struct Axis {
-  double focal, centre, error;
+  double focal, center, error;
 };
 
 Axis fitAxis(const std::vector<std::pair<double, double>>& points) {
@@ -238,7 +238,7 @@ Axis fitAxis(const std::vector<std::pair<double, double>>& points) {
   return {focal, u - focal * a, std::sqrt(std::max(0.0, uu - focal * au) / n)};
 }
 
-/// The pinhole that made an organised cloud: a point seen at (u, v) has u = fx x / z + cx. Absent when there
+/// The pinhole that made an organized cloud: a point seen at (u, v) has u = fx x / z + cx. Absent when there
 /// is no such camera, as in clouds of another frame than the optical one.
 std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
   constexpr std::size_t least = 100;
@@ -249,11 +249,11 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
     across.emplace_back(p.x / p.z, static_cast<double>(i % cloud.width));
     down.emplace_back(p.y / p.z, static_cast<double>(i / cloud.width));
   }
-  if (!cloud.organised() || across.size() < least) return std::nullopt;
+  if (!cloud.organized() || across.size() < least) return std::nullopt;
   const Axis x = fitAxis(across), y = fitAxis(down);
   if (!(x.focal > 0 && y.focal > 0 && x.error < 1 && y.error < 1)) return std::nullopt;
   return CameraIntrinsics{
-      static_cast<int>(cloud.width), static_cast<int>(cloud.height), x.focal, y.focal, x.centre, y.centre};
+      static_cast<int>(cloud.width), static_cast<int>(cloud.height), x.focal, y.focal, x.center, y.center};
 }
 
 void fitCamera(ImageFiles& sequence, const std::vector<fs::path>& clouds) {

@@ -15,7 +15,7 @@ namespace estancia {
 namespace fs = std::filesystem;
 
 void readBlackBox(ConfigFile& config, std::vector<ConfigFile::Key> keys) {
-  for (const char* common : {"name", "type", "labels", "licence", "source", "sha256"})
+  for (const char* common : {"name", "type", "labels", "license", "source", "sha256"})
     keys.push_back({common, false, "", [](const toml::node&) {}});
   config.read(keys);
 }
@@ -23,7 +23,7 @@ void readBlackBox(ConfigFile& config, std::vector<ConfigFile::Key> keys) {
 std::string blackBoxIdentity(const ModelSpec& spec, const ConfigFile& config,
                              const std::vector<fs::path>& files, const std::vector<std::string>& without) {
   toml::table settings = config.table();
-  for (const char* described : {"name", "licence", "source", "sha256"}) settings.erase(described);
+  for (const char* described : {"name", "license", "source", "sha256"}) settings.erase(described);
   for (const auto& key : without) settings.erase(key);
   std::ostringstream text;  // sorted, and without comments
   text << settings << '\n';

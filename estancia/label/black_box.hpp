@@ -20,7 +20,7 @@ void readBlackBox(ConfigFile& config, std::vector<ConfigFile::Key> keys);
 
 /// Name and digest of what decides about the answers: the settings in model.toml but those named `without`,
 /// the label file and these further files of the folder ("" and paths that are no file of it are passed
-/// over). Who gives a slow service more time must not lose what it has labelled.
+/// over). Who gives a slow service more time must not lose what it has labeled.
 std::string blackBoxIdentity(const ModelSpec& spec, const ConfigFile& config,
                              const std::vector<std::filesystem::path>& files,
                              const std::vector<std::string>& without = {});

@@ -181,7 +181,7 @@ std::unique_ptr<Labeler> openEnsemble(const ModelSpec& spec, const LabelerOption
   };
   file.read({{"name", true, "the model's name", [](auto&) {}},
              {"type", true, "ensemble", [](auto&) {}},
-             {"licence", false, "the model's licence", [](auto&) {}},
+             {"license", false, "the model's license", [](auto&) {}},
              {"source", false, "where the model comes from", [](auto&) {}},
              {"members", true, "the models that work together",
               [&](auto& n) {

@@ -1,4 +1,4 @@
-// fetchModel() of catalogue.hpp.
+// fetchModel() of catalog.hpp.
 #include <fmt/format.h>
 
 #include <cctype>
@@ -9,7 +9,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/label/catalogue.hpp"
+#include "estancia/label/catalog.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -28,9 +28,9 @@ std::string archiveName(const std::string& url) {
 /// Fills a model's download folder.
 class Fetcher {
  public:
-  Fetcher(const Catalogue& catalogue, const CatalogueEntry& entry, Progress& progress,
+  Fetcher(const Catalog& catalog, const CatalogEntry& entry, Progress& progress,
           const FetchOptions& options)
-      : catalogue_(catalogue),
+      : catalog_(catalog),
         entry_(entry),
         progress_(progress),
         options_(options),
@@ -40,7 +40,7 @@ class Fetcher {
 
   void fetch() {
     prepare();
-    for (const CatalogueFile& file : entry_.files)
+    for (const CatalogFile& file : entry_.files)
       if (file.byHand.empty()) {
         get(file, options_.download.most);
         digests_ += fmt::format("\"{}\" = \"{}\"\n", file.name, verified(file));
@@ -61,7 +61,7 @@ class Fetcher {
                               folder_.string(), problem.message()));
     writeWhole(folder_ / "model.toml", entry_.modelToml);
     readModelSpec(folder_);
-    for (const CatalogueFile& file : entry_.files)
+    for (const CatalogFile& file : entry_.files)
       if (!file.byHand.empty() && !fs::is_regular_file(folder_ / file.name))
         throw Error(fmt::format("{} of {} is yours to make: {}; put it at {} and run this again", file.name,
                                 entry_.name, file.byHand, (folder_ / file.name).string()));
@@ -71,12 +71,12 @@ class Fetcher {
   }
 
   bool isByHand(const std::string& name) const {
-    for (const CatalogueFile& file : entry_.files)
+    for (const CatalogFile& file : entry_.files)
       if (file.name == name && !file.byHand.empty()) return true;
     return false;
   }
 
-  void get(const CatalogueFile& file, std::uint64_t most) {
+  void get(const CatalogFile& file, std::uint64_t most) {
     const fs::path target = folder_ / file.name;
     DownloadOptions options = options_.download;
     if (file.member.empty()) {
@@ -106,7 +106,7 @@ class Fetcher {
   }
 
   /// SHA-256 of a file that is there. Notes when nobody has said what it should be.
-  std::string verified(const CatalogueFile& file) {
+  std::string verified(const CatalogFile& file) {
     std::string actual = sha256OfFile(folder_ / file.name);
     if (!file.remote.sha256.empty()) return actual;
     notes_.push_back(fmt::format(
@@ -117,7 +117,7 @@ class Fetcher {
   }
 
   std::vector<std::string> linesOf(const std::string& set) {
-    CatalogueFile file = catalogue_.labelSets().at(set).file;
+    CatalogFile file = catalog_.labelSets().at(set).file;
     file.name = set + ".list";
     get(file, longestList);
     verified(file);
@@ -127,7 +127,7 @@ class Fetcher {
   }
 
   void writeLabels() {
-    LabelSet set = catalogue_.labelSets().at(entry_.labels);
+    LabelSet set = catalog_.labelSets().at(entry_.labels);
     set.file.name = entry_.labels;
     const auto words = set.words.empty() ? std::vector<std::string>{} : linesOf(set.words);
     std::string text;
@@ -136,8 +136,8 @@ class Fetcher {
     digests_ += fmt::format("\"labels.txt\" = \"{}\"\n", sha256(text));
   }
 
-  const Catalogue& catalogue_;
-  const CatalogueEntry& entry_;
+  const Catalog& catalog_;
+  const CatalogEntry& entry_;
   Progress& progress_;
   const FetchOptions& options_;
   fs::path folder_;
@@ -151,13 +151,13 @@ fs::path downloadFolder(const std::string& model) {
   return modelHome().parent_path() / "downloads" / model;
 }
 
-FetchedModel fetchModel(const Catalogue& catalogue, const std::string& name, Progress& progress,
+FetchedModel fetchModel(const Catalog& catalog, const std::string& name, Progress& progress,
                         const FetchOptions& options) {
-  const CatalogueEntry& entry = catalogue.get(name);
+  const CatalogEntry& entry = catalog.get(name);
   if (fs::exists(modelHome() / name) && !options.replace)
     throw Error(fmt::format("there is a model {} already in {}; use --replace to have it anew", name,
                             modelHome().string()));
-  Fetcher fetcher(catalogue, entry, progress, options);
+  Fetcher fetcher(catalog, entry, progress, options);
   fetcher.fetch();
   FetchedModel result;
   try {

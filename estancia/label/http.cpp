@@ -161,7 +161,7 @@ class HttpLabeler final : public Labeler {
       if (attempt >= settings_.attempts)
         return {{},
                 {},
-                message(fmt::format("{}, after {} attempts for {}; try later: what is labelled stays so",
+                message(fmt::format("{}, after {} attempts for {}; try later: what is labeled stays so",
                                     reason, attempt, prepared.frame.empty() ? "an image" : prepared.frame))};
       auto wait = backoff(lane, attempt);
       if (const auto asked = readRetryAfter(reply.retryAfter)) {

@@ -78,7 +78,7 @@ std::vector<Said> readSaid(const fs::path& file) {
                                 label, said->second.second));
     }
   });
-  if (all.empty()) throw Error(fmt::format("{}: no labelled images in it", io::printable(file.string())));
+  if (all.empty()) throw Error(fmt::format("{}: no labeled images in it", io::printable(file.string())));
   return all;
 }
 
@@ -131,7 +131,7 @@ std::unique_ptr<Labeler> openHuman(const ModelSpec& spec) {
   ConfigFile config(spec.folder / "model.toml");
   fs::path file;
   double certainty = 0.95;
-  readBlackBox(config, {{"file", true, "the labelled CSV", [&](auto& n) { file = config.inside(n); }},
+  readBlackBox(config, {{"file", true, "the labeled CSV", [&](auto& n) { file = config.inside(n); }},
                         {"certainty", false, "how sure the person is",
                          [&](auto& n) { certainty = config.number(n, 0.01, 1); }}});
   std::optional<Vocabulary> given;

@@ -1,4 +1,4 @@
-// A person as labeler: images labelled by hand.
+// A person as labeler: images labeled by hand.
 #pragma once
 
 #include <filesystem>

@@ -14,7 +14,7 @@
 namespace estancia {
 
 /// Answers of labelers on disk, one file a model: a log of records (key, checksum, value), to which several
-/// processes may append at once. What is cut off or damaged is not found, and labelled again. Safe to use
+/// processes may append at once. What is cut off or damaged is not found, and labeled again. Safe to use
 /// from several threads.
 class LabelCache {
  public:

@@ -31,7 +31,7 @@ struct Part {
 };
 
 struct Waiting {
-  LabelledFrame frame;  ///< without its descriptor
+  LabeledFrame frame;  ///< without its descriptor
   std::string fingerprint;
   std::vector<Part> parts;
 };
@@ -209,13 +209,13 @@ class LabelStream::Inference {
     }
   }
 
-  std::optional<LabelledFrame> next(Reader& reader) {
+  std::optional<LabeledFrame> next(Reader& reader) {
     if (done_.empty() && !failure_) fill(reader);
     if (done_.empty()) {
       if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
       return std::nullopt;
     }
-    LabelledFrame frame = std::move(done_.front());
+    LabeledFrame frame = std::move(done_.front());
     done_.pop_front();
     return frame;
   }
@@ -242,8 +242,8 @@ class LabelStream::Inference {
                                                         std::vector<LexicalDescriptor>(parts_.size()));
     for (std::size_t p = 0; p < parts_.size(); ++p) ask(p, frames, answers);
     for (std::size_t f = 0; f < frames.size(); ++f) {
-      LabelledFrame& frame = frames[f].frame;
-      if (frame.labelled()) {
+      LabeledFrame& frame = frames[f].frame;
+      if (frame.labeled()) {
         frame.remembered = isRemembered(frames[f]);
         frame.descriptor =
             labeler_.members().empty() ? std::move(answers[f][0]) : labeler_.combine(answers[f]);
@@ -256,7 +256,7 @@ class LabelStream::Inference {
   }
 
   static bool needsInference(const Waiting& waiting) {
-    return waiting.frame.labelled() && std::any_of(waiting.parts.begin(), waiting.parts.end(),
+    return waiting.frame.labeled() && std::any_of(waiting.parts.begin(), waiting.parts.end(),
                                                    [](const Part& part) { return !part.remembered; });
   }
 
@@ -278,7 +278,7 @@ class LabelStream::Inference {
     Labeler& part = *parts_[p];
     std::vector<std::size_t> asked;
     for (std::size_t f = 0; f < frames.size(); ++f) {
-      if (!frames[f].frame.labelled()) continue;
+      if (!frames[f].frame.labeled()) continue;
       if (const auto& words = frames[f].parts[p].remembered) {
         if (part.discovers()) infer(p, frames, std::exchange(asked, {}), answers);
         answers[f][p] = unpackWords(*words, part);
@@ -320,7 +320,7 @@ class LabelStream::Inference {
   const LabelStreamOptions options_;
   std::vector<std::string> keys_;
   std::size_t batch_ = 1;
-  std::deque<LabelledFrame> done_;
+  std::deque<LabeledFrame> done_;
   std::exception_ptr failure_;
 };
 
@@ -330,7 +330,7 @@ LabelStream::LabelStream(const Sequence& sequence, Labeler& labeler, const Label
 
 LabelStream::~LabelStream() = default;
 
-std::optional<LabelledFrame> LabelStream::next() {
+std::optional<LabeledFrame> LabelStream::next() {
   if (!reader_) return std::nullopt;
   try {
     return inference_->next(*reader_);

@@ -1,4 +1,4 @@
-// A sequence's frames, labelled in order; decoding runs ahead of the network, and nothing is labelled twice.
+// A sequence's frames, labeled in order; decoding runs ahead of the network, and nothing is labeled twice.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ struct LabelStreamOptions {
   LabelCache* cache = nullptr;  ///< looked into first and added to; must outlive the stream
 };
 
-struct LabelledFrame {
+struct LabeledFrame {
   std::size_t index = 0;         ///< in the sequence
   LexicalDescriptor descriptor;  ///< empty when the frame has no words
   cv::Mat image;        ///< as Sequence::image() gave it; empty when it was not needed or cannot be read
@@ -30,7 +30,7 @@ struct LabelledFrame {
 
   bool remembered = false;  ///< its words were in the cache: nobody looked at the picture
 
-  bool labelled() const { return problem.empty(); }
+  bool labeled() const { return problem.empty(); }
 };
 
 /// Labels the frames of a sequence in order. Background threads decode and prepare the next frames while
@@ -48,7 +48,7 @@ class LabelStream {
   /// The next frame, or nothing after the last. Throws what inference throws, and what the sequence throws
   /// other than an Error about one frame (with `strict`: that too); after an exception the stream is at its
   /// end. When the labeler discovers words, earlier descriptors are shorter than later ones.
-  std::optional<LabelledFrame> next();
+  std::optional<LabeledFrame> next();
 
  private:
   class Reader;

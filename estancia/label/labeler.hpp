@@ -28,7 +28,7 @@ struct LabelResult {
   std::string problem;           ///< why this frame has no words, one sentence; "" when all is well
 };
 
-/// Thrown when one frame cannot be labelled but the next may be; any other Error ends the work.
+/// Thrown when one frame cannot be labeled but the next may be; any other Error ends the work.
 class FrameError : public Error {
  public:
   using Error::Error;
@@ -44,7 +44,7 @@ class BatchError : public Error {
 };
 
 /// Anything that gives an image's labels with probabilities (thesis 1.6): a CNN, several, a service, a
-/// person. Labelling has two steps so that a stream can prepare the next images while some are inferred.
+/// person. Labeling has two steps so that a stream can prepare the next images while some are inferred.
 class Labeler {
  public:
   virtual ~Labeler() = default;
@@ -68,7 +68,7 @@ class Labeler {
   virtual bool needsImage() const { return true; }
 
   /// Preprocesses a BGR image of any size (empty unless needsImage()); `frame` is its name. Safe to call from
-  /// several threads, also beside infer(). Throws Error when this image cannot be labelled.
+  /// several threads, also beside infer(). Throws Error when this image cannot be labeled.
   virtual Prepared prepare(const cv::Mat& bgr, const std::string& frame = "") const = 0;
 
   /// Turns a prepared image into probabilities; checked with requireProbabilities(). Not thread-safe.

@@ -84,7 +84,7 @@ double millisecondsOf(const std::function<void()>& work) {
 }
 
 ModelCheck check(const ModelSpec& spec, const LabelerOptions& options) {
-  const auto labeler = loadModel(spec, options);  // labels a grey image, too
+  const auto labeler = loadModel(spec, options);  // labels a gray image, too
   if (!labeler->needsImage())
     return {spec, labeler->identity(), labeler->vocabulary().size(), spec.sha256.size(), 0, "", 0};
   const auto& pre = spec.preprocessing;

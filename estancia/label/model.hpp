@@ -70,7 +70,7 @@ struct ModelCheck {
   double bestProbability = 0;
 };
 
-/// Opens the model, labels a grey and a noisy image and takes the time. Throws Error saying what is wrong
+/// Opens the model, labels a gray and a noisy image and takes the time. Throws Error saying what is wrong
 /// with it.
 ModelCheck checkModel(const std::string& model, const LabelerOptions& options = {});
 

@@ -38,7 +38,7 @@ class SpecReader {
         {"name", true, "the model's name", [this](auto& n) { spec_.name = nameOf(n); }},
         {"type", false, "what kind of labeler it is", [this](auto& n) { spec_.type = file_.text(n); }},
         {"labels", labelsRequired, "the label file", [this](auto& n) { spec_.labels = file_.inside(n); }},
-        {"licence", false, "the model's licence", [this](auto& n) { spec_.licence = file_.text(n); }},
+        {"license", false, "the model's license", [this](auto& n) { spec_.license = file_.text(n); }},
         {"source", false, "where the model comes from", [this](auto& n) { spec_.source = file_.text(n); }},
         {"sha256", false, "the files' digests", [this](auto& n) { readDigests(n); }},
     };
@@ -67,9 +67,9 @@ class SpecReader {
            pre.resize = file_.choice<P::Resize>(
                n, {{"area", P::Resize::area}, {"linear", P::Resize::linear}, {"cubic", P::Resize::cubic}});
          }},
-        {"colour", true, "\"RGB\" or \"BGR\"",
+        {"color", true, "\"RGB\" or \"BGR\"",
          [&](auto& n) {
-           pre.colour = file_.choice<P::Colour>(n, {{"RGB", P::Colour::rgb}, {"BGR", P::Colour::bgr}});
+           pre.color = file_.choice<P::Color>(n, {{"RGB", P::Color::rgb}, {"BGR", P::Color::bgr}});
          }},
         {"mean", false, "what is subtracted", [&](auto& n) { pre.mean = numbers(n, -1e6, 1e6); }},
         {"scale", false, "the factor after it", [&](auto& n) { pre.scale = numbers(n, 1e-9, 1e6); }},
@@ -110,7 +110,7 @@ class SpecReader {
     }
     if (list->size() != 3)
       file_.fail(node,
-                 fmt::format("`{}` must be one number or three, in the order of `colour`", file_.key()));
+                 fmt::format("`{}` must be one number or three, in the order of `color`", file_.key()));
     return {file_.number(*list->get(0), least, most), file_.number(*list->get(1), least, most),
             file_.number(*list->get(2), least, most)};
   }
@@ -163,7 +163,7 @@ class SpecReader {
 
 std::string preprocessingText(const Preprocessing& how) {
   return fmt::format("{}x{} {} {} {} {} {} {}", how.width, how.height, static_cast<int>(how.region), how.crop,
-                     static_cast<int>(how.resize), static_cast<int>(how.colour), fmt::join(how.mean, ","),
+                     static_cast<int>(how.resize), static_cast<int>(how.color), fmt::join(how.mean, ","),
                      fmt::join(how.scale, ","));
 }
 

@@ -27,7 +27,7 @@ struct ModelSpec {
   std::string
       inputNode;       ///< [input_node] TensorFlow.js: what the picture is given to, if not the placeholder
   std::string output;  ///< the output to read, where a network has several; TensorFlow.js: any node
-  Preprocessing preprocessing;  ///< [input, region, crop, resize, colour, mean, scale]
+  Preprocessing preprocessing;  ///< [input, region, crop, resize, color, mean, scale]
 
   // What the outputs mean; see toProbabilities() in scores.hpp.
   enum class Reduce { none, max };
@@ -39,7 +39,7 @@ struct ModelSpec {
   std::filesystem::path embeddings;  ///< .npy, labels×D: the network embeds images (CLIP), see scores.hpp
   double logitScale = 100;           ///< [logit_scale] of their cosines with the embeddings
 
-  std::string licence, source;                ///< for people
+  std::string license, source;                ///< for people
   std::map<std::string, std::string> sha256;  ///< file → 64 hex digits, verified whenever the model is loaded
 };
 
@@ -49,7 +49,7 @@ bool isNetworkType(std::string_view type);
 
 /// Reads FOLDER/model.toml. Throws Error `…/model.toml:LINE: …` on unknown, missing or wrong keys, and when a
 /// path leaves the folder. Of a type that is no network only the common keys are read: name, type, labels,
-/// licence, source, sha256.
+/// license, source, sha256.
 ModelSpec readModelSpec(const std::filesystem::path& folder);
 
 /// Where the files of the spec are. Throws Error when one is missing or leaves the folder through a link.

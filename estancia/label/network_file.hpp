@@ -17,7 +17,7 @@ std::vector<std::filesystem::path> networkFiles(const ModelSpec& spec);
 /// TensorFlow files are OpenCV's alone.
 bool isOnnxOrConvertible(const ModelSpec& spec);
 
-/// The network as a serialised ONNX model whose input has the size that the preprocessing makes (a width of 0
+/// The network as a serialized ONNX model whose input has the size that the preprocessing makes (a width of 0
 /// leaves it as it is); of a TensorFlow.js file the part between spec.inputNode and spec.output. Throws Error
 /// when the file is missing, damaged, or made for another input.
 std::string readAsOnnx(const ModelSpec& spec);

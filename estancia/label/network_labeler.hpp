@@ -27,7 +27,7 @@ class NetworkLabeler : public Labeler {
   /// The output to read: the only one, or the one that model.toml names. Throws Error listing them.
   std::string chooseOutput(const std::vector<std::string>& outputs) const;
 
-  /// Labels a grey image: what does not fit shows at once.
+  /// Labels a gray image: what does not fit shows at once.
   void tryOut();
 
   /// The network's output as checked probabilities.

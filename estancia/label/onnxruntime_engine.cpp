@@ -180,11 +180,11 @@ class OnnxruntimeEngine final : public NetworkLabeler {
   }
 
   double millisecondsAnImage() {
-    const Prepared grey = prepare(cv::Mat(64, 64, CV_8UC3, cv::Scalar::all(128)), "");
+    const Prepared gray = prepare(cv::Mat(64, 64, CV_8UC3, cv::Scalar::all(128)), "");
     double best = std::numeric_limits<double>::max();
     for (int i = 0; i < 3; ++i) {
       const auto start = std::chrono::steady_clock::now();
-      infer(grey);
+      infer(gray);
       const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - start;
       best = std::min(best, took.count());
     }

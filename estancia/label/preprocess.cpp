@@ -12,17 +12,17 @@ namespace estancia {
 namespace {
 
 /// `share` of `size`, at least one pixel, in the middle.
-cv::Range centred(int size, double length) {
+cv::Range centered(int size, double length) {
   const int kept = std::clamp(static_cast<int>(std::lround(length)), 1, size);
   const int start = (size - kept) / 2;
   return {start, start + kept};
 }
 
-cv::Mat centreOf(const cv::Mat& image, const Preprocessing& how) {
+cv::Mat centerOf(const cv::Mat& image, const Preprocessing& how) {
   const double side = how.crop * std::min(image.rows, image.cols);
   const bool square = how.region == Preprocessing::Region::square;
-  return image(centred(image.rows, square ? side : how.crop * image.rows),
-               centred(image.cols, square ? side : how.crop * image.cols));
+  return image(centered(image.rows, square ? side : how.crop * image.rows),
+               centered(image.cols, square ? side : how.crop * image.cols));
 }
 
 int interpolation(const cv::Mat& region, const Preprocessing& how) {
@@ -38,10 +38,10 @@ int interpolation(const cv::Mat& region, const Preprocessing& how) {
 }
 
 /// 8 bits, three channels in the network's order.
-cv::Mat colours(const cv::Mat& image, Preprocessing::Colour order) {
+cv::Mat colors(const cv::Mat& image, Preprocessing::Color order) {
   cv::Mat bytes = image;
   if (image.depth() == CV_16U) image.convertTo(bytes, CV_8U, 1 / 257.0);  // 65535 / 257 = 255
-  const bool rgb = order == Preprocessing::Colour::rgb;
+  const bool rgb = order == Preprocessing::Color::rgb;
   cv::Mat result;
   switch (bytes.channels()) {
     case 1:
@@ -61,17 +61,17 @@ cv::Mat colours(const cv::Mat& image, Preprocessing::Colour order) {
 }  // namespace
 
 cv::Mat preprocess(const cv::Mat& image, const Preprocessing& how) {
-  if (image.empty() || image.dims != 2) throw Error("an empty image cannot be labelled");
+  if (image.empty() || image.dims != 2) throw Error("an empty image cannot be labeled");
   const int channels = image.channels();
   if ((image.depth() != CV_8U && image.depth() != CV_16U) ||
       (channels != 1 && channels != 3 && channels != 4))
     throw Error(fmt::format(
-        "an image of {} channels of type {} cannot be labelled; give grey, BGR or BGRA of 8 or 16 bits",
+        "an image of {} channels of type {} cannot be labeled; give gray, BGR or BGRA of 8 or 16 bits",
         channels, cv::depthToString(image.depth())));
-  const cv::Mat region = centreOf(image, how);
+  const cv::Mat region = centerOf(image, how);
   cv::Mat resized;
   cv::resize(region, resized, {how.width, how.height}, 0, 0, interpolation(region, how));
-  resized = colours(resized, how.colour);
+  resized = colors(resized, how.color);
 
   cv::Mat blob({1, 3, how.height, how.width}, CV_32F);
   std::array<cv::Mat, 3> planes;

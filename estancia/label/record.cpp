@@ -10,7 +10,7 @@
 namespace estancia {
 
 Recording record(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options,
-                 const std::function<void(const LabelledFrame&)>& watch) {
+                 const std::function<void(const LabeledFrame&)>& watch) {
   std::vector<Frame> frames;
   std::vector<LexicalDescriptor> words;
   std::string problem;  // the first
@@ -18,12 +18,12 @@ Recording record(const Sequence& sequence, Labeler& labeler, const LabelStreamOp
   while (auto frame = stream.next()) {
     if (watch) watch(*frame);
     if (problem.empty()) problem = frame->problem;
-    if (!frame->labelled()) continue;
+    if (!frame->labeled()) continue;
     frames.push_back(sequence.frame(frame->index));
     words.push_back(std::move(frame->descriptor));
   }
   if (frames.empty())
-    throw Error(fmt::format("{}: not one of its frames could be labelled{}", sequence.name(),
+    throw Error(fmt::format("{}: not one of its frames could be labeled{}", sequence.name(),
                             problem.empty() ? "" : "; " + problem));
   Recording recording{labeler.vocabulary(), labeler.identity(), std::move(frames),
                       DescriptorMatrix(labeler.vocabulary().size())};
@@ -37,14 +37,14 @@ Recording record(const Sequence& sequence, Labeler& labeler, const LabelStreamOp
 }
 
 Recording labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what, LabelCache* cache,
-                   Progress& progress, const std::function<void(const LabelledFrame&)>& watch) {
+                   Progress& progress, const std::function<void(const LabeledFrame&)>& watch) {
   progress.begin(what, sequence.size());
-  Recording recording = record(sequence, labeler, {.cache = cache}, [&](const LabelledFrame& frame) {
+  Recording recording = record(sequence, labeler, {.cache = cache}, [&](const LabeledFrame& frame) {
     if (watch) watch(frame);
     progress.advance();
     if (interrupted())
       throw Interrupted(cache != nullptr
-                            ? "stopped; what is labelled is kept, the same command goes on from there"
+                            ? "stopped; what is labeled is kept, the same command goes on from there"
                             : "stopped; without the cache nothing is kept, the same command begins anew");
   });
   progress.end();

@@ -1,4 +1,4 @@
-// A whole sequence labelled into memory.
+// A whole sequence labeled into memory.
 #pragma once
 
 #include <cstddef>
@@ -15,10 +15,10 @@ namespace estancia {
 /// Frames without words are left out. `watch` sees each frame as it comes (for progress; throw to stop).
 /// Throws Error when no frame at all has words, and what the stream throws.
 Recording record(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options = {},
-                 const std::function<void(const LabelledFrame&)>& watch = {});
+                 const std::function<void(const LabeledFrame&)>& watch = {});
 
 /// The same with a bar, called `what` for people. Throws Interrupted when the user asks to stop.
 Recording labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what, LabelCache* cache,
-                   Progress& progress, const std::function<void(const LabelledFrame&)>& watch = {});
+                   Progress& progress, const std::function<void(const LabeledFrame&)>& watch = {});
 
 }  // namespace estancia

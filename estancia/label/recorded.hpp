@@ -1,4 +1,4 @@
-// Words that are known already: recordings, and images that a person labelled.
+// Words that are known already: recordings, and images that a person labeled.
 #pragma once
 
 #include <cstddef>

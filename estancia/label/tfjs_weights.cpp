@@ -91,11 +91,11 @@ Weights::Entry Weights::readEntry(const Json& weight, const std::string& name) {
     entry.elements *= static_cast<std::size_t>(value);
   }
   const auto quantization = weight.find("quantization");
-  const bool quantised = quantization != weight.end();
+  const bool quantized = quantization != weight.end();
   entry.type = weight.at("dtype").get<std::string>();
-  const std::string stored = quantised ? quantization->at("dtype").get<std::string>() : entry.type;
+  const std::string stored = quantized ? quantization->at("dtype").get<std::string>() : entry.type;
   const std::map<std::string, Stored> known =
-      quantised ? std::map<std::string, Stored>{{"float16", Stored::float16},
+      quantized ? std::map<std::string, Stored>{{"float16", Stored::float16},
                                                 {"uint8", Stored::uint8},
                                                 {"uint16", Stored::uint16}}
                 : std::map<std::string, Stored>{
@@ -103,7 +103,7 @@ Weights::Entry Weights::readEntry(const Json& weight, const std::string& name) {
   if (!known.contains(stored))
     throw Error(fmt::format("stores {} in the unsupported type {}", inQuotes(name), inQuotes(stored)));
   entry.stored = known.at(stored);
-  if (quantised && entry.stored != Stored::float16) {
+  if (quantized && entry.stored != Stored::float16) {
     entry.scale = quantization->at("scale").get<double>();
     entry.least = quantization->at("min").get<double>();
     if (!std::isfinite(entry.scale) || !std::isfinite(entry.least))

@@ -27,7 +27,7 @@ class Weights {
   const std::vector<int>& shape(const std::string& name) const { return entry(name).shape; }
   std::size_t elements(const std::string& name) const { return entry(name).elements; }
 
-  /// The values of a float weight, dequantised. Throws Error when it holds none.
+  /// The values of a float weight, dequantized. Throws Error when it holds none.
   std::vector<float> reals(const std::string& name) const;
 
   /// The values of an integer weight (a shape, an axis). Throws Error when it holds none.
@@ -40,7 +40,7 @@ class Weights {
     std::size_t elements = 1;
     std::string type;  ///< of the values, as the file calls it
     Stored stored = Stored::float32;
-    double scale = 1, least = 0;  ///< of quantised values: real = stored · scale + least
+    double scale = 1, least = 0;  ///< of quantized values: real = stored · scale + least
     std::size_t start = 0;        ///< in bytes_
   };
 

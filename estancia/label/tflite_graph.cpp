@@ -68,23 +68,23 @@ std::vector<float> realValues(const Tensor& tensor, const std::string& source) {
   for (std::size_t d = static_cast<std::size_t>(tensor.axis) + 1; d < tensor.shape.size(); ++d)
     inner *= static_cast<std::size_t>(tensor.shape[d]);
   std::vector<float> values(tensor.elements());
-  const auto dequantise = [&](std::size_t i, auto stored) {
+  const auto dequantize = [&](std::size_t i, auto stored) {
     const std::size_t channel = tensor.scale.size() == 1 ? 0 : i / inner % tensor.scale.size();
     const double difference = static_cast<double>(stored) - static_cast<double>(tensor.zeroPoint[channel]);
     values[i] = static_cast<float>(tensor.scale[channel] * difference);
   };
   switch (tensor.type) {
     case ElementType::uint8:
-      forEachElement<std::uint8_t>(tensor, dequantise);
+      forEachElement<std::uint8_t>(tensor, dequantize);
       break;
     case ElementType::int8:
-      forEachElement<std::int8_t>(tensor, dequantise);
+      forEachElement<std::int8_t>(tensor, dequantize);
       break;
     case ElementType::int32:
-      forEachElement<std::int32_t>(tensor, dequantise);
+      forEachElement<std::int32_t>(tensor, dequantize);
       break;
     case ElementType::int64:
-      forEachElement<std::int64_t>(tensor, dequantise);
+      forEachElement<std::int64_t>(tensor, dequantize);
       break;
     case ElementType::float16:
       forEachElement<cv::float16_t>(

@@ -7,7 +7,7 @@
 
 namespace estancia::tflite {
 
-/// The graph as a serialised ONNX model (IR 5, operator set 10) in float32; weights dequantised, images
+/// The graph as a serialized ONNX model (IR 5, operator set 10) in float32; weights dequantized, images
 /// 1×C×H×W.
 ///
 /// Files often leave an activation to the range that an 8-bit output can hold: one that cannot be negative is

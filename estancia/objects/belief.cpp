@@ -12,7 +12,7 @@
 namespace estancia {
 namespace {
 
-/// Mean grey. Of 164 objects of NYU's rooms Inception v3 named 49 % rightly, darkened to a mean of 0.1 (with
+/// Mean gray. Of 164 objects of NYU's rooms Inception v3 named 49 % rightly, darkened to a mean of 0.1 (with
 /// noise of 1.5 of 255) 43 %, of 0.05 30 %, of 0.025 14 %; but its own confidence fell from 67 to 48 % only.
 constexpr double dark = 0.1;
 

@@ -12,7 +12,7 @@ namespace estancia {
 struct ObjectEvidence {
   DescriptorView seen;  ///< what the labeler says of its picture, in the words of the study; empty: not asked
   float mass = 0;       ///< of that in the labeler's whole answer
-  double brightness = 1;  ///< of its picture: mean grey, 0 … 1; 0 where there is none
+  double brightness = 1;  ///< of its picture: mean gray, 0 … 1; 0 where there is none
   DescriptorView shape;   ///< what the model says of its shape; empty: could not be described
   bool flat = false;
 };

@@ -44,7 +44,7 @@ ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i) {
   if (image > likeness * depth || depth > likeness * image)
     throw Error(
         fmt::format("a picture of {} × {} and depth of {} × {} pixels do not show the same view; register "
-                    "depth to colour",
+                    "depth to color",
                     read.image.cols, read.image.rows, read.depth.cols, read.depth.rows));
   return read;
 }
@@ -56,13 +56,13 @@ PointCloud cloudOf(const ClusteredFrame& frame, std::size_t i) {
   const double sy = static_cast<double>(frame.image.rows) / frame.depth.rows;
   PointCloud cloud;
   cloud.points.reserve(cluster.points.size());
-  cloud.colours.reserve(cluster.points.size());
+  cloud.colors.reserve(cluster.points.size());
   for (const std::uint32_t pixel : cluster.points) {
     const int u = static_cast<int>(pixel) % columns, v = static_cast<int>(pixel) / columns;
     const float z = frame.depth.at<float>(v, u);
     cloud.points.emplace_back(static_cast<float>(frame.camera.slopeX(u) * z),
                               static_cast<float>(frame.camera.slopeY(v) * z), z);
-    cloud.colours.push_back(
+    cloud.colors.push_back(
         frame.image.at<cv::Vec3b>(static_cast<int>((v + 0.5) * sy), static_cast<int>((u + 0.5) * sx)));
   }
   cloud.width = cloud.points.size();

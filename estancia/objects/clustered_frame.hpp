@@ -33,7 +33,7 @@ struct ImageAndDepth {
 /// Of frame i, read side by side. Throws Error when either cannot be read, or they cannot show the same view.
 ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i);
 
-/// The points of cluster i in the optical frame of the camera, coloured by the image; not organised.
+/// The points of cluster i in the optical frame of the camera, colored by the image; not organized.
 PointCloud cloudOf(const ClusteredFrame& frame, std::size_t i);
 
 /// The box of cluster i in the image; where image and depth differ in size, both show the same view.

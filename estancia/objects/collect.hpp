@@ -1,4 +1,4 @@
-// A sequence with depth → samples of the things in it, to be labelled and learned from (thesis 6.3.1).
+// A sequence with depth → samples of the things in it, to be labeled and learned from (thesis 6.3.1).
 #pragma once
 
 #include <cstddef>

@@ -50,7 +50,7 @@ bool saysNothing(DescriptorView row) {
   return std::ranges::all_of(row, [](float p) { return p <= 0; });
 }
 
-/// Mean grey, 0 … 1.
+/// Mean gray, 0 … 1.
 double brightnessOf(const cv::Mat& bgr) {
   const cv::Scalar mean = cv::mean(bgr);
   return (0.114 * mean[0] + 0.587 * mean[1] + 0.299 * mean[2]) / 255;
@@ -91,7 +91,7 @@ struct ObjectPredictor::State {
       if (objects[i].problem.empty()) asked.push_back(i);
       if (asked.size() == labeler->batchSize() || (i + 1 == prepared.size() && !asked.empty())) {
         for (const std::size_t a : asked) batch.push_back(std::move(prepared[a]));
-        if (interrupted()) throw Interrupted("stopped while things were labelled");
+        if (interrupted()) throw Interrupted("stopped while things were labeled");
         const auto results = labeler->inferBatch(batch);
         for (std::size_t k = 0; k < asked.size(); ++k) {
           objects[asked[k]].problem = results[k].problem;

@@ -21,21 +21,21 @@ EsfOptions esfOptions(const ShapeOptions& options) {
   return esf;
 }
 
-/// Standard deviations along the principal axes, largest first, and the largest distance from the centre
+/// Standard deviations along the principal axes, largest first, and the largest distance from the center
 /// [m].
 std::array<float, 4> sizeOf(const PointCloud& cloud) {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double count = 0;
   const auto eachOffset = [&](const auto& use) {
     for (const cv::Point3f& p : cloud.points)
-      if (isFinite(p)) use(Eigen::Vector3d(p.x, p.y, p.z) - centre);
+      if (isFinite(p)) use(Eigen::Vector3d(p.x, p.y, p.z) - center);
   };
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   eachOffset([&](const Eigen::Vector3d& p) {
     sum += p;
     ++count;
   });
-  centre = sum / count;
+  center = sum / count;
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   double furthest = 0;
   eachOffset([&](const Eigen::Vector3d& d) {
@@ -57,7 +57,7 @@ std::vector<DescriptorPart> shapeParts(const ShapeOptions& options) {
     parts.push_back({"size",
                      PartKind::energies,
                      {"largest spread", "middle spread", "smallest spread", "radius"},
-                     "size 1 in metres"});
+                     "size 1 in meters"});
   return parts;
 }
 

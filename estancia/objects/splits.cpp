@@ -37,13 +37,13 @@ InstanceSplit splitOf(std::string name, std::span<const int> wordOf, const std::
 
 }  // namespace
 
-InstanceSplit baselineSplit(std::span<const int> wordOf, std::span<const double> labelled) {
-  if (wordOf.size() != labelled.size())
+InstanceSplit baselineSplit(std::span<const int> wordOf, std::span<const double> labeled) {
+  if (wordOf.size() != labeled.size())
     throw Error(fmt::format("{} instances have {} shares of samples named rightly; give one each",
-                            wordOf.size(), labelled.size()));
+                            wordOf.size(), labeled.size()));
   std::set<std::size_t> tested;
   for (const std::vector<std::size_t>& instances : choicesOf(wordOf))
-    tested.insert(*std::ranges::min_element(instances, {}, [&](std::size_t i) { return labelled[i]; }));
+    tested.insert(*std::ranges::min_element(instances, {}, [&](std::size_t i) { return labeled[i]; }));
   return splitOf("baseline", wordOf, tested);
 }
 

@@ -15,10 +15,10 @@ struct InstanceSplit {
 };
 
 /// Of each word the instance that the labeler names worst is tested, the others are learned from
-/// (thesis 6.4.1). `wordOf[i]` is the word of instance i, `labelled[i]` the share of its samples that the
+/// (thesis 6.4.1). `wordOf[i]` is the word of instance i, `labeled[i]` the share of its samples that the
 /// labeler names rightly. Words with one instance are learned from only; instances of word −1 stand on
 /// neither side. Throws Error when no word has two.
-InstanceSplit baselineSplit(std::span<const int> wordOf, std::span<const double> labelled);
+InstanceSplit baselineSplit(std::span<const int> wordOf, std::span<const double> labeled);
 
 /// `count` different splits, of each word one instance, drawn at random, tested and the others learned from
 /// (thesis 6.4.2); fewer, all that there are, where there are not so many. Throws Error when no word has two.

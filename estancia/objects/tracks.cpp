@@ -15,14 +15,14 @@ namespace {
 /// Where a thing was seen: its middle in the frame of the camera, and the box of its pixels as a rectangle
 /// around it that faces the camera [m].
 struct Sighting {
-  cv::Vec3d centre;
-  cv::Rect2d around;  ///< relative to the centre; empty when there is no box
+  cv::Vec3d center;
+  cv::Rect2d around;  ///< relative to the center; empty when there is no box
 
   double size() const { return std::max(around.width, around.height); }
 };
 
 Sighting sightingOf(const Cluster& cluster, const CameraIntrinsics& camera) {
-  const cv::Vec3d c(cluster.centre.x, cluster.centre.y, cluster.centre.z);
+  const cv::Vec3d c(cluster.center.x, cluster.center.y, cluster.center.z);
   const cv::Rect& box = cluster.box;
   if (box.empty() || c[2] <= 0) return {c, {}};
   const cv::Point2d low(camera.slopeX(box.x - 0.5), camera.slopeY(box.y - 0.5));
@@ -32,8 +32,8 @@ Sighting sightingOf(const Cluster& cluster, const CameraIntrinsics& camera) {
 
 /// The rectangle as the camera sees it, in slopes X/Z and Y/Z.
 cv::Rect2d seenAs(const Sighting& s) {
-  const double z = s.centre[2];
-  return {(s.centre[0] + s.around.x) / z, (s.centre[1] + s.around.y) / z, s.around.width / z,
+  const double z = s.center[2];
+  return {(s.center[0] + s.around.x) / z, (s.center[1] + s.around.y) / z, s.around.width / z,
           s.around.height / z};
 }
 
@@ -52,7 +52,7 @@ struct Track {
 /// The last sighting as a camera at `pose` would have it, when it still holds.
 Sighting movedTo(const std::optional<Pose>& pose, const Track& track) {
   Sighting moved = track.last;
-  if (pose && track.pose) moved.centre = rigidOf(*pose).inv() * (rigidOf(*track.pose) * moved.centre);
+  if (pose && track.pose) moved.center = rigidOf(*pose).inv() * (rigidOf(*track.pose) * moved.center);
   return moved;
 }
 
@@ -71,10 +71,10 @@ struct Tracks::State {
   /// How well the two fit, above 0; 0 when they are not the same thing.
   double likeness(const Sighting& expected, const Sighting& seen) const {
     const double smaller = std::min(expected.size(), seen.size());
-    const double away = cv::norm(expected.centre - seen.centre);
+    const double away = cv::norm(expected.center - seen.center);
     if (!(away <= std::max(options.reach, smaller / 2))) return 0;
     if (expected.around.empty() || seen.around.empty()) return 1 / (1 + away);
-    if (expected.centre[2] <= 0) return 0;  // behind the camera
+    if (expected.center[2] <= 0) return 0;  // behind the camera
     const double overlap = intersectionOverUnion(seenAs(expected), seenAs(seen));
     return overlap >= options.overlap ? overlap : 0;
   }

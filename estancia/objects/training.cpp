@@ -57,9 +57,9 @@ class Answers {
   bool whole_ = false;
 };
 
-void requireSplit(std::span<const LabelledViews> sources, const std::string& split) {
+void requireSplit(std::span<const LabeledViews> sources, const std::string& split) {
   std::set<std::string> known;
-  for (const LabelledViews& source : sources)
+  for (const LabeledViews& source : sources)
     for (std::size_t i = 0; i < source.views->size(); ++i) known.insert(source.views->view(i).split);
   if (split.empty() || known.contains(split)) return;
   known.erase("");
@@ -83,12 +83,12 @@ Features noShapes(const ShapeOptions& options) {
 
 class Gathering {
  public:
-  Gathering(const Study& study, const TrainingOptions& options, bool labelled)
-      : study_(study), options_(options), labelled_(labelled) {}
+  Gathering(const Study& study, const TrainingOptions& options, bool labeled)
+      : study_(study), options_(options), labeled_(labeled) {}
 
-  void add(const LabelledViews& source, std::size_t number, Progress& progress,
+  void add(const LabeledViews& source, std::size_t number, Progress& progress,
            std::vector<std::string>* problems) {
-    DescriptorMatrix answers(labelled_ ? source.words->vocabulary.size() : 0);
+    DescriptorMatrix answers(labeled_ ? source.words->vocabulary.size() : 0);
     const Chosen chosen(*source.views, choose(source, answers));
     if (chosen.size() == 0) return;
     const Features shapes = shapesOf(chosen, options_.shape, progress, problems);
@@ -102,9 +102,9 @@ class Gathering {
       ++row;
       gathered_.training.instances.push_back(instanceOf(number, view));
       truths_.push_back(study_.wordOf(view.category));
-      if (labelled_) said.append(answers.row(i));
+      if (labeled_) said.append(answers.row(i));
     }
-    if (!labelled_) return;
+    if (!labeled_) return;
     const Vocabulary& vocabulary = source.words->vocabulary;
     const WordShares shares = restrictTo(study_, vocabulary, said);
     append(shares_.shares, shares.shares);
@@ -121,9 +121,9 @@ class Gathering {
           fmt::format("there is nothing to learn from: {} flat views and {} cut by the border were "
                       "left out, {} have no words or a category that is no word of the study{}",
                       gathered_.flat, gathered_.atBorder, gathered_.without, stranger_));
-    training.words = labelled_ ? namesBy(labeler, progress) : truths_;
+    training.words = labeled_ ? namesBy(labeler, progress) : truths_;
     gathered_.mass = 1;
-    if (labelled_) {
+    if (labeled_) {
       double sum = 0;
       for (const float mass : shares_.mass) sum += mass;
       gathered_.mass = sum / static_cast<double>(shares_.mass.size());
@@ -135,9 +135,9 @@ class Gathering {
 
  private:
   /// Fills `answers` with what was said of those that are chosen, one row each.
-  std::vector<std::size_t> choose(const LabelledViews& source, DescriptorMatrix& answers) {
+  std::vector<std::size_t> choose(const LabeledViews& source, DescriptorMatrix& answers) {
     std::optional<Answers> words;
-    if (labelled_) words.emplace(*source.words, *source.views);
+    if (labeled_) words.emplace(*source.words, *source.views);
     std::vector<std::size_t> chosen;
     for (std::size_t i = 0; i < source.views->size(); ++i) {
       const ObjectView& view = source.views->view(i);
@@ -146,10 +146,10 @@ class Gathering {
         ++(view.flat ? gathered_.flat : gathered_.atBorder);
         continue;
       }
-      const auto answer = labelled_ ? words->of(view.name) : std::nullopt;
-      if (labelled_ ? !answer : study_.wordOf(view.category) < 0) {
+      const auto answer = labeled_ ? words->of(view.name) : std::nullopt;
+      if (labeled_ ? !answer : study_.wordOf(view.category) < 0) {
         ++gathered_.without;
-        if (labelled_ && stranger_.empty()) stranger_ = strange(*source.words, view);
+        if (labeled_ && stranger_.empty()) stranger_ = strange(*source.words, view);
         continue;
       }
       if (answer) answers.append(*answer);
@@ -239,7 +239,7 @@ class Gathering {
 
   const Study& study_;
   const TrainingOptions& options_;
-  bool labelled_;
+  bool labeled_;
   GatheredTraining gathered_{{study_, options_.shape, noShapes(options_.shape), {}, {}, "", {}}, {}, {}};
   WordShares shares_{DescriptorMatrix(study_.words.size()), {}};
   std::vector<int> truths_;
@@ -250,31 +250,31 @@ class Gathering {
 
 }  // namespace
 
-GatheredTraining gatherTraining(std::span<const LabelledViews> sources, const Study& study,
+GatheredTraining gatherTraining(std::span<const LabeledViews> sources, const Study& study,
                                 const TrainingOptions& options, Progress& progress,
                                 std::vector<std::string>* problems) {
   if (!(options.leastMass >= 0 && options.leastMass <= 1))
     throw Error(fmt::format("a least mass of {} is none; it is a share, 0 to 1", options.leastMass));
-  const bool labelled = !sources.empty() && sources.front().words.has_value();
-  const std::string labeler = labelled ? sources.front().words->model : "";
-  for (const LabelledViews& source : sources) {
-    if (source.words.has_value() != labelled)
+  const bool labeled = !sources.empty() && sources.front().words.has_value();
+  const std::string labeler = labeled ? sources.front().words->model : "";
+  for (const LabeledViews& source : sources) {
+    if (source.words.has_value() != labeled)
       throw Error(fmt::format("{} has words and {} has none; label both, or learn the true names of both",
-                              (labelled ? sources.front() : source).views->name(),
-                              (labelled ? source : sources.front()).views->name()));
-    if (labelled && source.words->model != labeler)
-      throw Error(fmt::format("{} was labelled by {}, but {} by {}; label both by one", source.views->name(),
+                              (labeled ? sources.front() : source).views->name(),
+                              (labeled ? source : sources.front()).views->name()));
+    if (labeled && source.words->model != labeler)
+      throw Error(fmt::format("{} was labeled by {}, but {} by {}; label both by one", source.views->name(),
                               source.words->model, sources.front().views->name(), labeler));
   }
   requireSplit(sources, options.split);
-  Gathering gathering(study, options, labelled);
+  Gathering gathering(study, options, labeled);
   for (std::size_t i = 0; i < sources.size(); ++i) gathering.add(sources[i], i, progress, problems);
   return gathering.finish(labeler, progress);
 }
 
-std::vector<std::string> categoriesOf(std::span<const LabelledViews> sources) {
+std::vector<std::string> categoriesOf(std::span<const LabeledViews> sources) {
   std::set<std::string> categories;
-  for (const LabelledViews& source : sources)
+  for (const LabeledViews& source : sources)
     for (std::size_t i = 0; i < source.views->size(); ++i) categories.insert(source.views->view(i).category);
   categories.erase("");
   return {categories.begin(), categories.end()};

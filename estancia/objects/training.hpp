@@ -19,7 +19,7 @@
 namespace estancia {
 
 /// Views with the words for their pictures; without words they go by their true categories.
-struct LabelledViews {
+struct LabeledViews {
   const ObjectViews* views = nullptr;
   std::optional<Recording> words = {};
 };
@@ -51,13 +51,13 @@ struct GatheredTraining {
 /// Instances of different `sources` are different ones: give each once. Views find their words by whole names
 /// or, where no view of a source does, as frames do by RecordedLabeler. Those that cannot be described are
 /// told in `problems` and left out. Throws Error when no view is left or named, saying why, when no view is
-/// of the split, when sources were labelled by different labelers, only some have words, and as restrictTo()
+/// of the split, when sources were labeled by different labelers, only some have words, and as restrictTo()
 /// does; Interrupted.
-GatheredTraining gatherTraining(std::span<const LabelledViews> sources, const Study& study,
+GatheredTraining gatherTraining(std::span<const LabeledViews> sources, const Study& study,
                                 const TrainingOptions& options, Progress& progress,
                                 std::vector<std::string>* problems = nullptr);
 
 /// The categories of the views, which are the words when nobody gives a study.
-std::vector<std::string> categoriesOf(std::span<const LabelledViews> sources);
+std::vector<std::string> categoriesOf(std::span<const LabeledViews> sources);
 
 }  // namespace estancia

@@ -9,7 +9,7 @@ namespace estancia::odometry {
 namespace {
 
 constexpr double kFirm = 0.004;     // Alignment::firmness: below, depth slides (a bare wall, a corridor)
-constexpr double kTextured = 4e-4;  // variance of grey values (0 to 1): below, there is nothing to be alike
+constexpr double kTextured = 4e-4;  // variance of gray values (0 to 1): below, there is nothing to be alike
 constexpr double kSettled = 1e-4;   // [m] and [rad]: a step that changes less is the last on its level
 
 /// Looks where every point of the source falls in the target: how well the two agree, and what that fixes.
@@ -40,7 +40,7 @@ void judge(Alignment& alignment, const PyramidLevel& source, const PyramidLevel&
                              p[1],  -p[0], 0,     0, 0, 1};
       const cv::Matx<double, 3, 6> g(rows);
       information += g.t() * g;
-      const double a = source.grey.at<float>(y, x), b = target.grey.at<float>(row, column);
+      const double a = source.gray.at<float>(y, x), b = target.gray.at<float>(row, column);
       sumA += a, sumB += b, sumAA += a * a, sumBB += b * b, sumAB += a * b;
       const cv::Vec3d n = target.normals.at<cv::Vec3f>(row, column);
       if (!(n[2] <= 1)) continue;  // none at an edge

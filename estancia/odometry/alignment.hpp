@@ -14,7 +14,7 @@ struct Alignment {
       0;  ///< share of the source's points that lie on the target's surface, as far as it is in view
   double inView = 0;      ///< share of the source's points that fall into the target's picture
   double rmse = 0;        ///< of their differences in depth [m]
-  double likeness = 0;    ///< correlation of the grey values there; 1 where nothing is to be seen
+  double likeness = 0;    ///< correlation of the gray values there; 1 where nothing is to be seen
   double firmness = 0;    ///< how well the planes in view fix the motion in its weakest direction [m²]
   Matrix6 information{};  ///< Σ GᵀG over those points: what they fix (Choi et al. 2015)
 };

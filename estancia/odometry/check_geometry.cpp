@@ -260,7 +260,7 @@ void reportScale(double factor, const DepthFacts& facts, const std::string& evid
                     "5000, float 1)",
                     factor));
   else
-    list.add(Severity::problem, "pose-scale", "Positions are in other units than metres",
+    list.add(Severity::problem, "pose-scale", "Positions are in other units than meters",
              fmt::format("they fit the depth multiplied by {:.3g}; {}", factor, evidence),
              fmt::format("multiply the positions by {:.3g}", factor));
 }
@@ -305,7 +305,7 @@ void report(const Sequence& sequence, const Candidate& best, double given, doubl
 void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& progress, Checklist& list) {
   if (!sequence.hasDepth() || !sequence.intrinsics() || sequence.size() < 2) return;
   for (const char* reason :
-       {"pose-constant", "pose-order", "camera-size", "camera-centre", "camera-view", "depth-size"})
+       {"pose-constant", "pose-order", "camera-size", "camera-center", "camera-view", "depth-size"})
     if (list.has(reason)) return;  // nothing can agree
   bool posed = false;
   for (std::size_t i = 0; i < sequence.size() && !posed; ++i) posed = sequence.frame(i).pose.has_value();

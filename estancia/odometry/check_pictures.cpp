@@ -12,7 +12,7 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr double kBlack = 8, kWhite = 247;  // mean grey value of a picture without use
+constexpr double kBlack = 8, kWhite = 247;  // mean gray value of a picture without use
 
 constexpr std::size_t kDepthPixels = 300000;  // looked at in all frames together: plenty
 
@@ -63,9 +63,9 @@ cv::Size lookAtPicture(const Sequence& sequence, std::size_t i, PictureTally& ta
     return {};
   }
   const cv::Scalar mean = cv::mean(picture);
-  const double grey = (mean[0] + mean[1] + mean[2]) / 3;
-  if (grey < kBlack) tally.dark.add(name);
-  if (grey > kWhite) tally.bright.add(name);
+  const double gray = (mean[0] + mean[1] + mean[2]) / 3;
+  if (gray < kBlack) tally.dark.add(name);
+  if (gray > kWhite) tally.bright.add(name);
   if (i + 1 < sequence.size()) try {
       ++tally.pairs;
       if (isFrozen(sequence, i, picture)) tally.frozen.add(name);
@@ -183,7 +183,7 @@ void judgeDepth(const DepthTally& tally, Checklist& list) {
              "Depth and picture have different shapes: they show different views",
              fmt::format("{} looked at, first {}", share(tally.shape.count, tally.looked, "frames"),
                          tally.shape.first),
-             "export depth registered to colour (ROS: aligned_depth_to_color)");
+             "export depth registered to color (ROS: aligned_depth_to_color)");
   if (tally.medians.empty()) return;
   const double median = medianOf(tally.medians), valid = medianOf(tally.validShares);
   judgeRange(tally, median, list);
@@ -194,7 +194,7 @@ void judgeDepth(const DepthTally& tally, Checklist& list) {
   if (const auto step = coarseStep(tally.values))
     list.add(Severity::warning, "depth-coarse", "Depth is coarse, as 8 bits are",
              fmt::format("steps of {:.1f} cm in {} frames", 100 * *step, tally.medians.size()),
-             "export depth with 16 bits, in millimetres");
+             "export depth with 16 bits, in millimeters");
   const float furthest = *std::ranges::max_element(tally.values);
   const auto saturated = static_cast<double>(std::ranges::count(tally.values, furthest)) /
                          static_cast<double>(tally.values.size());
@@ -256,7 +256,7 @@ void checkCamera(const Sequence& sequence, const DepthFacts& facts, Checklist& l
     list.add(Severity::problem, "camera-size", "The intrinsics are for pictures of another shape",
              fmt::format("{}; pictures are {}", given, text(facts.picture)), fix);
   else if (!(x > 0.3 && x < 0.7 && y > 0.3 && y < 0.7))
-    list.add(Severity::problem, "camera-centre", "The camera's principal point is far from the middle",
+    list.add(Severity::problem, "camera-center", "The camera's principal point is far from the middle",
              fmt::format("{}: at {:.0f} % and {:.0f} %; it fits pictures of about {:.0f} × {:.0f}", given,
                          100 * x, 100 * y, 2 * camera->cx, 2 * camera->cy),
              fix);

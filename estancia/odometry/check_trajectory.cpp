@@ -95,15 +95,15 @@ void checkDepthTimes(const Sequence& sequence, Checklist& list) {
   const auto far =
       static_cast<std::size_t>(std::ranges::count_if(distances, [](double d) { return d > kSynchronous; }));
   const std::string evidence =
-      fmt::format("median |Δt| {:.1f} ms (depth − colour {:+.1f} ms); {} have none within {:.0f} ms",
+      fmt::format("median |Δt| {:.1f} ms (depth − color {:+.1f} ms); {} have none within {:.0f} ms",
                   1e3 * median, 1e3 * delay, share(far, distances.size(), "frames"), 1e3 * kSynchronous);
   if (20 * far >= distances.size())
     list.add(
-        severityOfMissing(far, distances.size()), "depth-time", "Colour and depth are not synchronous",
+        severityOfMissing(far, distances.size()), "depth-time", "Color and depth are not synchronous",
         evidence,
         "stamp both by one clock and trigger them together; a constant delay can be subtracted in depth.txt");
   else
-    list.fine("depth-times", "Colour and depth are synchronous", evidence);
+    list.fine("depth-times", "Color and depth are synchronous", evidence);
 }
 
 bool sameRotation(const Pose& a, const Pose& b) {
@@ -198,7 +198,7 @@ void checkJumps(const Sequence& sequence, const Posed& posed, const Steps& steps
         severityOfMissing(jumps, steps.lengths.size()), "pose-jump", "The trajectory jumps",
         fmt::format("{} longer than {:.3g} m, the longest {:.3g} m, first at {}",
                     share(jumps, steps.lengths.size(), "steps"), limit, largest, sequence.frame(first).name),
-        "tracking was lost or a loop was closed there: use the optimised trajectory, or cut at the jumps");
+        "tracking was lost or a loop was closed there: use the optimized trajectory, or cut at the jumps");
 }
 
 void checkSpeed(const Sequence& sequence, const Posed& posed, const Steps& steps, Checklist& list) {
@@ -213,7 +213,7 @@ void checkSpeed(const Sequence& sequence, const Posed& posed, const Steps& steps
   if (const double median = medianOf(speeds); median > fastest)
     list.add(Severity::problem, "pose-scale", "The camera is implausibly fast: positions are in other units",
              fmt::format("median {:.3g} m/s over {} steps", median, speeds.size()),
-             "divide the positions by 1000 if they are in millimetres, and check that stamps are in seconds");
+             "divide the positions by 1000 if they are in millimeters, and check that stamps are in seconds");
 }
 
 }  // namespace

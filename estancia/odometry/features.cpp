@@ -13,11 +13,11 @@ Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrin
   Features features;
   features.camera = camera.scaledTo(bgr.cols, bgr.rows);
   const CameraIntrinsics c = features.camera;
-  cv::Mat grey, descriptors;
-  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
+  cv::Mat gray, descriptors;
+  cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
   std::vector<cv::KeyPoint> corners;
   cv::ORB::create(most, 1.2F, 8, 15, 0, 2, cv::ORB::HARRIS_SCORE, 15)
-      ->detectAndCompute(grey, cv::noArray(), corners, descriptors);
+      ->detectAndCompute(gray, cv::noArray(), corners, descriptors);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const cv::Point2f& at = corners[i].pt;
     const int x = static_cast<int>(at.x * static_cast<float>(depth.cols) / static_cast<float>(bgr.cols));
@@ -50,7 +50,7 @@ std::optional<cv::Affine3d> guessFromFeatures(const Features& source, const Feat
   cv::Vec3d rotation, translation;
   std::vector<int> inliers;
   const auto tolerance =
-      static_cast<float>(0.01 * c.width);  // [pixels]; depth and colour may be a little apart
+      static_cast<float>(0.01 * c.width);  // [pixels]; depth and color may be a little apart
   try {
     if (!cv::solvePnPRansac(points, pixels, camera, cv::noArray(), rotation, translation, false, 300,
                             tolerance, 0.99, inliers, cv::SOLVEPNP_EPNP))

@@ -23,9 +23,9 @@ constexpr double kLeastDepth = 0.02;  // share of the pixels: below, there is no
 AlignmentTerm alignmentTerm(const std::string& name) {
   if (name == "auto") return AlignmentTerm::automatic;
   if (name == "depth") return AlignmentTerm::depth;
-  if (name == "colour") return AlignmentTerm::colour;
+  if (name == "color") return AlignmentTerm::color;
   if (name == "hybrid") return AlignmentTerm::hybrid;
-  throw Error(fmt::format("odometry aligns by auto, depth, colour or hybrid, not by \"{}\"", name));
+  throw Error(fmt::format("odometry aligns by auto, depth, color or hybrid, not by \"{}\"", name));
 }
 
 std::unique_ptr<FrameView> viewOf(const Sequence& sequence, std::size_t frame, const RgbdOptions& options) {
@@ -37,7 +37,7 @@ std::unique_ptr<FrameView> viewOf(const Sequence& sequence, std::size_t frame, c
     if (!sameShape(view->bgr.size(), view->depth.size()))
       throw Error(fmt::format(
           "depth has {} × {} pixels and the picture {} × {}: they show different views; export depth "
-          "registered to colour (see `estancia check`)",
+          "registered to color (see `estancia check`)",
           view->depth.cols, view->depth.rows, view->bgr.cols, view->bgr.rows));
     const CameraIntrinsics camera = sequence.intrinsics()->scaledTo(view->depth.cols, view->depth.rows);
     view->picture = reducedPicture(view->bgr, view->depth, camera, options.width, options.farthest);

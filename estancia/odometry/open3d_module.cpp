@@ -24,7 +24,7 @@ using open3d::t::pipelines::odometry::OdometryResult;
 using RowMajor4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 using RowMajor6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
-constexpr float kDepthHuber = 0.05F, kGreyHuber = 0.1F;  // [m], [grey value]: Open3D's own
+constexpr float kDepthHuber = 0.05F, kGrayHuber = 0.1F;  // [m], [gray value]: Open3D's own
 
 Matrix4 matrixOf(const Eigen::Matrix4d& eigen) {
   Matrix4 matrix;
@@ -53,18 +53,18 @@ OdometryResult stepOf(const PyramidLevel& source, const PyramidLevel& target, co
       return ComputeOdometryResultPointToPlane(tensorOf(source.points), tensorOf(target.points),
                                                tensorOf(target.normals), camera, transform, beyond,
                                                std::min(kDepthHuber, beyond / 2));
-    case AlignmentTerm::colour:
+    case AlignmentTerm::color:
       return ComputeOdometryResultIntensity(tensorOf(source.depth), tensorOf(target.depth),
-                                            tensorOf(source.grey), tensorOf(target.grey),
-                                            tensorOf(target.greyDx), tensorOf(target.greyDy),
-                                            tensorOf(source.points), camera, transform, beyond, kGreyHuber);
+                                            tensorOf(source.gray), tensorOf(target.gray),
+                                            tensorOf(target.grayDx), tensorOf(target.grayDy),
+                                            tensorOf(source.points), camera, transform, beyond, kGrayHuber);
     case AlignmentTerm::automatic:  // aligned by the other two in turn
     case AlignmentTerm::hybrid:
       return ComputeOdometryResultHybrid(
-          tensorOf(source.depth), tensorOf(target.depth), tensorOf(source.grey), tensorOf(target.grey),
-          tensorOf(target.depthDx), tensorOf(target.depthDy), tensorOf(target.greyDx),
-          tensorOf(target.greyDy), tensorOf(source.points), camera, transform, beyond,
-          std::min(kDepthHuber, beyond / 2), kGreyHuber);
+          tensorOf(source.depth), tensorOf(target.depth), tensorOf(source.gray), tensorOf(target.gray),
+          tensorOf(target.depthDx), tensorOf(target.depthDy), tensorOf(target.grayDx),
+          tensorOf(target.grayDy), tensorOf(source.points), camera, transform, beyond,
+          std::min(kDepthHuber, beyond / 2), kGrayHuber);
   }
   return {};
 }

@@ -41,7 +41,7 @@ RgbdPicture halved(const RgbdPicture& picture) {
   half.camera = {half.depth.cols, half.depth.rows,        c.fx / 2,
                  c.fy / 2,        (c.cx + 0.5) / 2 - 0.5, (c.cy + 0.5) / 2 - 0.5};
   const cv::Rect even(0, 0, half.depth.cols * 2, half.depth.rows * 2);
-  cv::resize(picture.grey(even), half.grey, half.depth.size(), 0, 0, cv::INTER_AREA);
+  cv::resize(picture.gray(even), half.gray, half.depth.size(), 0, 0, cv::INTER_AREA);
   return half;
 }
 
@@ -75,13 +75,13 @@ cv::Mat normalsOf(const cv::Mat& points) {
 PyramidLevel levelOf(const RgbdPicture& picture) {
   PyramidLevel level;
   level.camera = picture.camera;
-  cv::GaussianBlur(picture.grey, level.grey, {3, 3}, 0);
+  cv::GaussianBlur(picture.gray, level.gray, {3, 3}, 0);
   level.depth = picture.depth.clone();
   level.depth.setTo(kNoDepth, picture.depth <= 0);
   level.points = pointsOf(level.depth, level.camera);
   level.normals = normalsOf(level.points);
-  cv::Sobel(level.grey, level.greyDx, CV_32F, 1, 0);
-  cv::Sobel(level.grey, level.greyDy, CV_32F, 0, 1);
+  cv::Sobel(level.gray, level.grayDx, CV_32F, 1, 0);
+  cv::Sobel(level.gray, level.grayDy, CV_32F, 0, 1);
   cv::Sobel(level.depth, level.depthDx, CV_32F, 1, 0);
   cv::Sobel(level.depth, level.depthDy, CV_32F, 0, 1);
   return level;
@@ -100,10 +100,10 @@ RgbdPicture reducedPicture(const cv::Mat& bgr, const cv::Mat& depth, const Camer
   picture.camera = camera;
   picture.depth = depth.clone();
   picture.depth.setTo(0, depth > farthest);
-  cv::Mat grey;
-  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
-  cv::resize(grey, grey, depth.size(), 0, 0, grey.cols > depth.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
-  grey.convertTo(picture.grey, CV_32F, 1.0 / 255);
+  cv::Mat gray;
+  cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
+  cv::resize(gray, gray, depth.size(), 0, 0, gray.cols > depth.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
+  gray.convertTo(picture.gray, CV_32F, 1.0 / 255);
   while (picture.depth.cols > width && std::min(picture.depth.cols, picture.depth.rows) / 2 >= kSmallest)
     picture = halved(picture);
   return picture;

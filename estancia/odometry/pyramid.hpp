@@ -8,10 +8,10 @@
 
 namespace estancia::odometry {
 
-/// Grey values and depth of one moment, seen by one camera.
+/// Gray values and depth of one moment, seen by one camera.
 struct RgbdPicture {
   CameraIntrinsics camera;
-  cv::Mat grey;   ///< CV_32F, 0 to 1
+  cv::Mat gray;   ///< CV_32F, 0 to 1
   cv::Mat depth;  ///< CV_32F [m], same size; 0 where there is none
 };
 
@@ -19,8 +19,8 @@ struct RgbdPicture {
 /// where there is no depth.
 struct PyramidLevel {
   CameraIntrinsics camera;
-  cv::Mat grey, depth, points, normals;
-  cv::Mat greyDx, greyDy, depthDx, depthDy;
+  cv::Mat gray, depth, points, normals;
+  cv::Mat grayDx, grayDy, depthDx, depthDy;
 };
 
 /// From the finest to the coarsest.
@@ -29,7 +29,7 @@ using Pyramid = std::vector<PyramidLevel>;
 /// Whether both have the same proportions within 2 %, as depth and the picture of the same view do.
 bool sameShape(cv::Size a, cv::Size b);
 
-/// The picture in depth's size, halved until it is at most `width` wide. `camera` is that of `depth` (metres,
+/// The picture in depth's size, halved until it is at most `width` wide. `camera` is that of `depth` (meters,
 /// CV_32F); what lies beyond `farthest` [m] counts as no depth. `bgr` shows the same view in any size.
 RgbdPicture reducedPicture(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,
                            int width, double farthest);

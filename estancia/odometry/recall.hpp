@@ -25,7 +25,7 @@ class Recall {
 
   std::size_t size() const { return embedded_.size(); }
 
-  /// At most `most` pictures that `eligible` admits, the nearest first. Standardised by the pictures so far.
+  /// At most `most` pictures that `eligible` admits, the nearest first. Standardized by the pictures so far.
   std::vector<std::size_t> nearest(const LexicalDescriptor& descriptor, std::size_t most,
                                    const std::function<bool(std::size_t)>& eligible) const;
   std::vector<std::size_t> nearest(std::size_t picture, std::size_t most,

@@ -12,7 +12,7 @@ namespace estancia::odometry {
 /// What a depth camera saw at one moment, reduced to some thousand points.
 class DepthView {
  public:
-  /// `depth` in metres (CV_32F, 0 = none); `camera` of any size.
+  /// `depth` in meters (CV_32F, 0 = none); `camera` of any size.
   DepthView(const cv::Mat& depth, const CameraIntrinsics& camera);
 
   const std::vector<cv::Vec3d>& points() const { return points_; }  ///< in the optical frame [m]

@@ -71,7 +71,7 @@ class Tracker {
  private:
   bool good(const Alignment& a, double leastOverlap) const;
   bool follow(const FrameView& view);
-  std::optional<std::size_t> relocalise(const FrameView& view);
+  std::optional<std::size_t> relocalize(const FrameView& view);
   std::optional<Alignment> against(std::size_t keyframe, const FrameView& view,
                                    const cv::Affine3d& guess) const;
   void place(const FrameView& view, std::size_t keyframe, const Alignment& alignment);
@@ -160,7 +160,7 @@ bool Tracker::follow(const FrameView& view) {
 
 /// Anywhere: where the camera was lost, and where the same words were seen. Features must agree, for a wall
 /// aligns with any wall. The keyframe beside which it was found.
-std::optional<std::size_t> Tracker::relocalise(const FrameView& view) {
+std::optional<std::size_t> Tracker::relocalize(const FrameView& view) {
   std::vector<std::size_t> candidates{current_};
   for (const std::size_t k : keyframes_.sayingTheSame(view))
     if (k != current_) candidates.push_back(k);
@@ -191,7 +191,7 @@ void Tracker::add(std::unique_ptr<FrameView> view) {
                                             sequence_.frame(i).name));
     }
     if (lost_ || !follow(*view)) {
-      const auto beside = relocalise(*view);
+      const auto beside = relocalize(*view);
       if (!beside) {
         result_.lost.push_back({i, "it fits no keyframe"});
         lost_ = true;
@@ -232,7 +232,7 @@ void requireRgbd(const Sequence& sequence) {
         sequence.name()));
   if (!sequence.intrinsics())
     throw Error(fmt::format(
-        "{}: the camera is not known; give its focal lengths and centre by --intrinsics (`estancia "
+        "{}: the camera is not known; give its focal lengths and center by --intrinsics (`estancia "
         "check` shows what fits)",
         sequence.name()));
 }

@@ -17,8 +17,8 @@
 namespace estancia {
 
 struct RgbdOptions {
-  /// What alignment compares: "depth" (planes; the most exact where depth and colour are not registered),
-  /// "colour" (grey values; needs texture), "hybrid" (both), or "auto": depth, and hybrid where depth would
+  /// What alignment compares: "depth" (planes; the most exact where depth and color are not registered),
+  /// "color" (gray values; needs texture), "hybrid" (both), or "auto": depth, and hybrid where depth would
   /// slide, as along a bare wall.
   std::string term = "auto";
   /// Pictures are halved until they are at most so wide [pixels]: more is slower, and on a Kinect no better.
@@ -31,7 +31,7 @@ struct RgbdOptions {
   double leastOverlap = 0.35;
   /// … and so is one whose shared points differ by more than this in depth [m, root mean square].
   double mostRmse = 0.03;
-  /// … or look less alike than this [correlation of grey values]: bare walls have the same shape everywhere.
+  /// … or look less alike than this [correlation of gray values]: bare walls have the same shape everywhere.
   double leastLikeness = 0.5;
   /// The camera cannot move or turn further than this between two frames [m], [degrees]; beyond, tracking is
   /// lost.

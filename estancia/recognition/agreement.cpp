@@ -87,7 +87,7 @@ void balanceNormals(OrientedPoints& model) {
   for (float& w : model.weights) w = static_cast<float>(w * static_cast<double>(model.points.size()) / sum);
 }
 
-cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& centre, const DenseScene& scene,
+cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& center, const DenseScene& scene,
                            const cv::Affine3d& pose, const FieldRefinement& options) {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   constexpr float agreeing = 0.5F;  // cosine of two normals that can be of the same surface
@@ -97,13 +97,13 @@ cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& centr
   constexpr double stillTurn = 2e-4;  // [rad]
   cv::Affine3d refined = pose;
   double size = 0;
-  for (const cv::Point3f& p : model.points) size = std::max(size, cv::norm(cv::Point3d(p) - centre));
+  for (const cv::Point3f& p : model.points) size = std::max(size, cv::norm(cv::Point3d(p) - center));
   for (int round = 0; round < options.rounds; ++round) {
     const auto reach = static_cast<float>(options.firstReach + (options.lastReach - options.firstReach) *
                                                                    round / std::max(1, options.rounds - 1));
     const cv::Affine3f there(refined);
     const cv::Matx33f turn = there.rotation();
-    const cv::Point3f middle = there * cv::Point3f(centre);
+    const cv::Point3f middle = there * cv::Point3f(center);
     Eigen::Matrix<double, 6, 6> left = Eigen::Matrix<double, 6, 6>::Zero();
     Vector6 right = Vector6::Zero();
     int partners = 0;
@@ -134,8 +134,8 @@ cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& centr
     const double angle = cv::norm(rotation);
     if (angle > mostTurn) rotation *= mostTurn / angle;
     const cv::Affine3d by(rotation);
-    const cv::Vec3d at(refined * centre);
-    // p → R (p − centre) + centre + shift
+    const cv::Vec3d at(refined * center);
+    // p → R (p − center) + center + shift
     refined = cv::Affine3d(by.rotation(), at - by.rotation() * at + shift) * refined;
     if (angle < stillTurn && cv::norm(shift) < stillTurn * size / 5) break;
   }

@@ -60,7 +60,7 @@ struct FieldRefinement {
 /// Iterative closest points, point to plane, with weights that fall to 0 at the reach. Beside refinePose()
 /// because partners come from the field and their reach is across the surface alone: points of a mean surface
 /// lie further apart than it is wrong.
-cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& centre, const DenseScene& scene,
+cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& center, const DenseScene& scene,
                            const cv::Affine3d& pose, const FieldRefinement& options);
 
 }  // namespace estancia

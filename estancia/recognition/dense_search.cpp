@@ -12,11 +12,11 @@ namespace {
 
 constexpr double alike = 0.15;  // [rad] between two poses that are one
 
-std::vector<TriedPose> bestOf(std::vector<TriedPose> poses, const cv::Point3d& centre, double apart,
+std::vector<TriedPose> bestOf(std::vector<TriedPose> poses, const cv::Point3d& center, double apart,
                               std::size_t most) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const TriedPose& a, const TriedPose& b) { return a.score > b.score; });
-  return differentPoses(std::move(poses), centre, apart, std::cos(alike), most);
+  return differentPoses(std::move(poses), center, apart, std::cos(alike), most);
 }
 
 template <class Work>
@@ -70,7 +70,7 @@ std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const Surface
     p.agreement = agreementOf(tried.few, there, p.pose, limits);
     p.score = p.agreement.vote();
   });
-  return bestOf(std::move(poses), tried.centre, 6 * lengths.unit, most);
+  return bestOf(std::move(poses), tried.center, 6 * lengths.unit, most);
 }
 
 std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseModel& tried,
@@ -81,19 +81,19 @@ std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseMode
   const double seen = std::pow(std::min(1.0, unit / std::max(lengths.spacing, unit)), 2);
   each(poses.size(), 4, threads, [&](std::size_t i) {
     TriedPose& p = poses[i];
-    p.pose = refineInField(tried.few, tried.centre, there, p.pose, {10 * unit, 6 * unit, 10});
+    p.pose = refineInField(tried.few, tried.center, there, p.pose, {10 * unit, 6 * unit, 10});
     p.agreement = agreementOf(tried.few, there, p.pose, {4 * unit, 7.5 * unit + noise, 0.65});
     p.score = p.agreement.vote();
   });
-  poses = bestOf(std::move(poses), tried.centre, 5 * unit, promising);
+  poses = bestOf(std::move(poses), tried.center, 5 * unit, promising);
   each(poses.size(), 1, threads, [&](std::size_t i) {
     TriedPose& p = poses[i];
-    p.pose = refineInField(tried.many, tried.centre, there, p.pose, {7.5 * unit, 3 * unit + 0.2 * noise, 15});
+    p.pose = refineInField(tried.many, tried.center, there, p.pose, {7.5 * unit, 3 * unit + 0.2 * noise, 15});
     p.agreement = agreementOf(tried.many, there, p.pose, {lengths.tolerance, 6 * unit + noise, 0.7});
     p.score = evidenceFor(p.agreement, seen * static_cast<double>(tried.many.points.size()),
                           tried.closed && there.view.known());
   });
-  return bestOf(std::move(poses), tried.centre, 5 * unit, promising);
+  return bestOf(std::move(poses), tried.center, 5 * unit, promising);
 }
 
 }  // namespace estancia

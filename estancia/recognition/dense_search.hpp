@@ -14,7 +14,7 @@ namespace estancia {
 /// A model as it is tried.
 struct DenseModel {
   OrientedPoints few, many;  ///< test points: for the many poses that matches say, for the few that are left
-  cv::Point3d centre;
+  cv::Point3d center;
   bool closed = false;  ///< shows all sides, of which a sensor sees but some
 };
 

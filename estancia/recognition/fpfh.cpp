@@ -23,7 +23,7 @@ struct alignas(32) Oriented {
 
 using Histogram = std::array<float, padded>;
 
-/// Neighbours of a point, number by number, so that several are worked on at once; bins of the three angles.
+/// Neighbors of a point, number by number, so that several are worked on at once; bins of the three angles.
 struct Pairs {
   std::vector<float> dx, dy, dz, nx, ny, nz;
   std::vector<std::int32_t> f1, f2, f3;
@@ -82,15 +82,15 @@ ESTANCIA_MULTIVERSION void add(const Histogram& histogram, float weight, float* 
   for (std::size_t b = 0; b < padded; ++b) sum[b] += weight * histogram[b];
 }
 
-/// The simplified histogram of one point: angles between it and each of its neighbours, in per cent.
-Histogram simplified(const std::vector<Oriented>& points, std::uint32_t p, std::span<const Neighbour> near,
+/// The simplified histogram of one point: angles between it and each of its neighbors, in per cent.
+Histogram simplified(const std::vector<Oriented>& points, std::uint32_t p, std::span<const Neighbor> near,
                      Pairs& pairs) {
   const Oriented& here = points[p];
   pairs.resize(near.size());
   std::size_t n = 0;
-  for (const Neighbour& neighbour : near) {
-    if (neighbour.index == p) continue;
-    const Oriented& there = points[neighbour.index];
+  for (const Neighbor& neighbor : near) {
+    if (neighbor.index == p) continue;
+    const Oriented& there = points[neighbor.index];
     pairs.dx[n] = there.x - here.x, pairs.dy[n] = there.y - here.y, pairs.dz[n] = there.z - here.z;
     pairs.nx[n] = there.nx, pairs.ny[n] = there.ny, pairs.nz[n] = there.nz;
     ++n;
@@ -115,11 +115,11 @@ Histogram simplified(const std::vector<Oriented>& points, std::uint32_t p, std::
   return histogram;
 }
 
-/// The neighbours' histograms, weighted by how near they are; each third adds up to 100.
-void weigh(std::span<const Neighbour> near, const std::vector<std::uint32_t>& row,
+/// The neighbors' histograms, weighted by how near they are; each third adds up to 100.
+void weigh(std::span<const Neighbor> near, const std::vector<std::uint32_t>& row,
            const std::vector<Histogram>& histograms, float* fpfh) {
   alignas(64) float sum[padded] = {};
-  for (const Neighbour& n : near)
+  for (const Neighbor& n : near)
     if (n.squared > 0) add(histograms[row[n.index]], 1 / n.squared, sum);
   for (int f = 0; f < 3; ++f) {
     float total = 0;
@@ -132,7 +132,7 @@ void weigh(std::span<const Neighbour> near, const std::vector<std::uint32_t>& ro
 
 void describeFpfh(const Surface& surface, std::span<const std::uint32_t> keypoints, double radius,
                   int threads, std::vector<float>& values) {
-  const Neighbours& neighbours = surface.neighbours();
+  const Neighbors& neighbors = surface.neighbors();
   const auto reach = static_cast<float>(radius);
   const std::size_t size = surface.size();
   const auto chunks = [](std::size_t count) { return (count + together - 1) / together; };
@@ -146,17 +146,17 @@ void describeFpfh(const Surface& surface, std::span<const std::uint32_t> keypoin
     std::fill(needed.begin(), needed.end(), 1);
   else
     inParallel(chunks(keypoints.size()), threads, silent, stopped, [&](std::size_t chunk) {
-      std::vector<Neighbour> buffer;
+      std::vector<Neighbor> buffer;
       const std::size_t end = std::min(keypoints.size(), (chunk + 1) * together);
       for (std::size_t i = chunk * together; i < end; ++i)
-        for (const Neighbour& n : neighbours.within(surface.points()[keypoints[i]], reach, buffer))
+        for (const Neighbor& n : neighbors.within(surface.points()[keypoints[i]], reach, buffer))
           marks[n.index].store(1, std::memory_order_relaxed);
     });
   for (std::size_t i = 0; i < marks.size(); ++i) needed[i] = marks[i].load(std::memory_order_relaxed);
 
-  // In the order of the tree: neighbours in space are neighbours in memory.
+  // In the order of the tree: neighbors in space are neighbors in memory.
   std::vector<std::uint32_t> row(size, 0), some;
-  for (const std::uint32_t i : neighbours.order())
+  for (const std::uint32_t i : neighbors.order())
     if (needed[i]) {
       row[i] = static_cast<std::uint32_t>(some.size());
       some.push_back(i);
@@ -168,20 +168,20 @@ void describeFpfh(const Surface& surface, std::span<const std::uint32_t> keypoin
   }
   std::vector<Histogram> histograms(some.size());
   inParallel(chunks(some.size()), threads, silent, stopped, [&](std::size_t chunk) {
-    std::vector<Neighbour> buffer;
+    std::vector<Neighbor> buffer;
     Pairs pairs;
     const std::size_t end = std::min(some.size(), (chunk + 1) * together);
     for (std::size_t i = chunk * together; i < end; ++i)
       histograms[i] =
-          simplified(points, some[i], neighbours.within(surface.points()[some[i]], reach, buffer), pairs);
+          simplified(points, some[i], neighbors.within(surface.points()[some[i]], reach, buffer), pairs);
   });
 
   values.resize(keypoints.size() * length);
   inParallel(chunks(keypoints.size()), threads, silent, stopped, [&](std::size_t chunk) {
-    std::vector<Neighbour> buffer;
+    std::vector<Neighbor> buffer;
     const std::size_t end = std::min(keypoints.size(), (chunk + 1) * together);
     for (std::size_t i = chunk * together; i < end; ++i) {
-      const auto near = neighbours.within(surface.points()[keypoints[i]], reach, buffer);
+      const auto near = neighbors.within(surface.points()[keypoints[i]], reach, buffer);
       float* const fpfh = values.data() + i * length;
       if (near.size() < few)
         std::fill_n(fpfh, length, std::numeric_limits<float>::quiet_NaN());

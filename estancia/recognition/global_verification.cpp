@@ -31,7 +31,7 @@ Cues cuesOf(const OrientedPoints& model, const Surface& scene, const RangePictur
   const auto reach = static_cast<float>(tolerance);
   const auto around = static_cast<float>(2 * tolerance);  // in which unexplained points are clutter
   Cues cues;
-  std::vector<Neighbour> buffer;
+  std::vector<Neighbor> buffer;
   struct Partner {
     float squared, cosine;
   };
@@ -42,9 +42,9 @@ Cues cuesOf(const OrientedPoints& model, const Surface& scene, const RangePictur
       const auto depth = view.depth(p);
       if (n.dot(p) > 0 || !depth || *depth < p.z - 2 * reach) continue;
     }
-    const auto near = scene.neighbours().within(p, reach, buffer);
+    const auto near = scene.neighbors().within(p, reach, buffer);
     if (near.empty()) cues.outliers += 1;
-    for (const Neighbour& s : near) {
+    for (const Neighbor& s : near) {
       const Partner partner{s.squared, n.dot(scene.normals()[s.index])};
       const auto [at, fresh] = explained.emplace(s.index, partner);
       if (!fresh && partner.squared < at->second.squared) at->second = partner;
@@ -58,7 +58,7 @@ Cues cuesOf(const OrientedPoints& model, const Surface& scene, const RangePictur
 
   std::unordered_map<std::uint32_t, float> unexplained;
   for (const Weighed& e : cues.explained)
-    for (const Neighbour& s : scene.neighbours().within(scene.points()[e.point], around, buffer)) {
+    for (const Neighbor& s : scene.neighbors().within(scene.points()[e.point], around, buffer)) {
       if (explained.contains(s.index)) continue;
       const bool samePart = parts[s.index] != 0 && parts[s.index] == parts[e.point];
       const float alike = std::clamp(scene.normals()[s.index].dot(scene.normals()[e.point]), 0.F, 1.F);
@@ -118,9 +118,9 @@ std::vector<int> smoothPartsOf(const Surface& surface, double reach, int threads
   constexpr int small = 20;              // points
   const auto size = static_cast<std::uint32_t>(surface.size());
   std::vector<std::vector<std::uint32_t>> links(size);
-  surface.neighbours().eachWithin(
-      static_cast<float>(reach), threads, [&](std::uint32_t i, std::span<const Neighbour> near) {
-        for (const Neighbour& n : near)
+  surface.neighbors().eachWithin(
+      static_cast<float>(reach), threads, [&](std::uint32_t i, std::span<const Neighbor> near) {
+        for (const Neighbor& n : near)
           if (n.index != i && surface.normals()[i].dot(surface.normals()[n.index]) > smooth)
             links[i].push_back(n.index);
       });

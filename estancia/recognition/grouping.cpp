@@ -142,12 +142,12 @@ std::vector<std::vector<std::uint32_t>> houghSets(const SurfaceFeatures& model, 
     const cv::Matx31f there = scene.frames[m.scene].t() * local;
     votes.push_back(scene.points[m.scene] + cv::Point3f(there(0), there(1), there(2)));
   }
-  const Neighbours neighbours(votes, threads);
+  const Neighbors neighbors(votes, threads);
   std::vector<std::vector<std::uint32_t>> around(votes.size());
-  neighbours.eachWithin(static_cast<float>(tolerance), threads,
-                        [&](std::uint32_t i, std::span<const Neighbour> near) {
+  neighbors.eachWithin(static_cast<float>(tolerance), threads,
+                        [&](std::uint32_t i, std::span<const Neighbor> near) {
                           if (near.size() < minimum) return;
-                          for (const Neighbour& n : near) around[i].push_back(n.index);
+                          for (const Neighbor& n : near) around[i].push_back(n.index);
                           std::sort(around[i].begin(), around[i].end());
                         });
   std::vector<std::uint32_t> order(votes.size());

@@ -25,10 +25,10 @@ std::vector<std::uint32_t> uniform(const Surface& surface, double spacing, int /
 std::vector<std::uint32_t> strongest(const Surface& surface, const std::vector<float>& response,
                                      double radius, int threads) {
   std::vector<char> isKeypoint(surface.size(), 0);
-  surface.neighbours().eachWithin(
-      static_cast<float>(radius), threads, [&](std::uint32_t i, std::span<const Neighbour> near) {
+  surface.neighbors().eachWithin(
+      static_cast<float>(radius), threads, [&](std::uint32_t i, std::span<const Neighbor> near) {
         isKeypoint[i] =
-            response[i] > 0 && std::all_of(near.begin(), near.end(), [&](const Neighbour& n) {
+            response[i] > 0 && std::all_of(near.begin(), near.end(), [&](const Neighbor& n) {
               return response[n.index] < response[i] || (response[n.index] == response[i] && n.index >= i);
             });
       });
@@ -40,10 +40,10 @@ std::vector<std::uint32_t> strongest(const Surface& surface, const std::vector<f
 
 std::vector<std::uint32_t> harris3d(const Surface& surface, double spacing, int threads) {
   std::vector<float> response(surface.size(), 0);
-  surface.neighbours().eachWithin(
-      static_cast<float>(spacing), threads, [&](std::uint32_t i, std::span<const Neighbour> near) {
+  surface.neighbors().eachWithin(
+      static_cast<float>(spacing), threads, [&](std::uint32_t i, std::span<const Neighbor> near) {
         float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-        for (const Neighbour& n : near) {
+        for (const Neighbor& n : near) {
           const cv::Point3f& v = surface.normals()[n.index];
           xx += v.x * v.x, xy += v.x * v.y, xz += v.x * v.z, yy += v.y * v.y, yz += v.y * v.z,
               zz += v.z * v.z;
@@ -66,12 +66,12 @@ std::vector<std::uint32_t> iss(const Surface& surface, double spacing, int threa
   constexpr double ratio = 0.975;
   constexpr std::size_t few = 5;
   std::vector<float> salience(surface.size(), 0);
-  surface.neighbours().eachWithin(
-      static_cast<float>(spacing), threads, [&](std::uint32_t i, std::span<const Neighbour> near) {
+  surface.neighbors().eachWithin(
+      static_cast<float>(spacing), threads, [&](std::uint32_t i, std::span<const Neighbor> near) {
         if (near.size() < few) return;
         const cv::Point3f& p = surface.points()[i];
         float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-        for (const Neighbour& n : near) {
+        for (const Neighbor& n : near) {
           const cv::Point3f d = surface.points()[n.index] - p;
           xx += d.x * d.x, xy += d.x * d.y, xz += d.x * d.z, yy += d.y * d.y, yz += d.y * d.z,
               zz += d.z * d.z;

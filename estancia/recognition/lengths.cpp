@@ -6,7 +6,7 @@
 namespace estancia {
 namespace {
 
-/// To `perDecade` numbers a decade (Renard's series for 10 and 20): the same in metres and in millimetres.
+/// To `perDecade` numbers a decade (Renard's series for 10 and 20): the same in meters and in millimeters.
 double rounded(double value, int perDecade) {
   return value > 0 ? std::pow(10, std::round(perDecade * std::log10(value)) / perDecade) : 0;
 }
@@ -18,7 +18,7 @@ RecognitionLengths lengthsFor(const RecognitionOptions& options, double resoluti
   const auto or_ = [](double given, double automatic) { return given > 0 ? given : automatic; };
   if (options.surface != "mean")  // at 2 mm without noise and with 10 mm: 16 and 36 mm for normals
     return {.normalRadius =
-                options.normalNeighbours > 0 ? 0 : or_(options.normalRadius, 8 * resolution + 2 * noise),
+                options.normalNeighbors > 0 ? 0 : or_(options.normalRadius, 8 * resolution + 2 * noise),
             .keypointSpacing = or_(options.keypointSpacing, 5 * resolution),
             .descriptorRadius = or_(options.descriptorRadius, 18 * resolution + 2.5 * noise),
             .consistency = or_(options.consistency, 5 * resolution + noise),

@@ -19,7 +19,7 @@ class NearestField {
 
   NearestField() = default;
   /// Cells of edge `cell` [m] up to `reach` [m] away from a point; both positive. Points so far out that they
-  /// cannot be told apart from their neighbours by cells are left out.
+  /// cannot be told apart from their neighbors by cells are left out.
   NearestField(std::span<const cv::Point3f> points, double cell, double reach, int threads);
 
   /// Index of the point nearest to the middle of the cell of `place`, as far as there is one within reach.

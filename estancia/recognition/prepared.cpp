@@ -61,18 +61,18 @@ DescribedSurface describedSurface(const std::string& name, const PointCloud& raw
                             smoothing.spacing));
   } else {
     PointCloud oriented = filtered;
-    const Neighbours neighbours(filtered.points, options.threads);
+    const Neighbors neighbors(filtered.points, options.threads);
     if (lengths.normalRadius > 0)
-      requireRadius(name, filtered.points, neighbours, lengths.normalRadius, "normal radius");
-    requireLengths(name, lengths, extentOf(filtered.points), resolutionOf(neighbours));
+      requireRadius(name, filtered.points, neighbors, lengths.normalRadius, "normal radius");
+    requireLengths(name, lengths, extentOf(filtered.points), resolutionOf(neighbors));
     oriented.normals = estimateNormals(
-        filtered.points, neighbours,
-        {.radius = lengths.normalRadius, .neighbours = options.normalNeighbours, .threads = options.threads});
+        filtered.points, neighbors,
+        {.radius = lengths.normalRadius, .neighbors = options.normalNeighbors, .threads = options.threads});
     described.surface = std::make_unique<const Surface>(name, oriented, options.threads);
     account.add("normals",
                 fmt::format("{}: {} of {} points",
                             lengths.normalRadius > 0 ? fmt::format("radius {:.4g} m", lengths.normalRadius)
-                                                     : fmt::format("{} neighbours", options.normalNeighbours),
+                                                     : fmt::format("{} neighbors", options.normalNeighbors),
                             described.surface->size(), filtered.points.size()));
   }
   const auto keypoints =
@@ -109,15 +109,15 @@ PreparedModel::PreparedModel(std::string name, PointCloud raw, PointCloud filter
       cloud_(std::move(filtered)),
       options_(std::move(options)),
       extent_(extentOf(cloud_.points)),
-      centre_(meanOf(cloud_.points)),
+      center_(meanOf(cloud_.points)),
       stages_(std::move(stages)) {
   if (!isMean(options_)) return;
   StageAccount account(&stages_);
   raw_ = std::move(raw);
-  const Neighbours neighbours(raw_.points, options_.threads);
-  noise_ = estimateNoise(neighbours, options_.threads);
-  const double spacing = spacingOf(neighbours);
-  orientation_ = {!RangePicture(raw_.points, spacing).known(), centre_};
+  const Neighbors neighbors(raw_.points, options_.threads);
+  noise_ = estimateNoise(neighbors, options_.threads);
+  const double spacing = spacingOf(neighbors);
+  orientation_ = {!RangePicture(raw_.points, spacing).known(), center_};
   account.add("model", fmt::format("{}; noise {:.4g} m, points {:.4g} m apart",
                                    orientation_.outwards ? "shows several sides" : "seen from the origin",
                                    noise_, spacing));
@@ -159,7 +159,7 @@ std::shared_ptr<const PreparedModel::Described> PreparedModel::describedFor(
     tried.few = spreadPoints(*fresh->surface, fewPoints);
     tried.many = spreadPoints(*fresh->surface, manyPoints);
   }
-  tried.centre = centre_;
+  tried.center = center_;
   if (described_.size() >= manyKept) described_.erase(described_.begin());
   described_.emplace_back(lengths, fresh);
   return fresh;
@@ -181,10 +181,10 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
     raw_ = transformed(std::move(raw_), toView);
     filtered_ = transformed(std::move(filtered_), toView);
   }
-  const Neighbours neighbours(raw_.points, options_.threads);
-  resolution_ = resolutionOf(neighbours);
-  spacing_ = spacingOf(neighbours);
-  noise_ = estimateNoise(neighbours, options_.threads);
+  const Neighbors neighbors(raw_.points, options_.threads);
+  resolution_ = resolutionOf(neighbors);
+  spacing_ = spacingOf(neighbors);
+  noise_ = estimateNoise(neighbors, options_.threads);
   if (!(spacing_ > 0))
     throw Error(fmt::format("{}: its {} points lie all at one place, or nearly; they show no surface", name_,
                             raw_.points.size()));

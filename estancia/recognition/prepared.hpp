@@ -43,7 +43,7 @@ class PreparedModel {
 
   const std::string& name() const { return name_; }
   double extent() const { return extent_; }              ///< diagonal of the box around it [m]
-  const cv::Point3d& centre() const { return centre_; }  ///< mean of its points
+  const cv::Point3d& center() const { return center_; }  ///< mean of its points
   const std::vector<StageReport>& stages() const { return stages_; }
 
   /// Made when first asked for, and kept.
@@ -54,7 +54,7 @@ class PreparedModel {
   PointCloud raw_, cloud_;  ///< finite points only; cloud_ is filtered
   RecognitionOptions options_;
   double extent_ = 0, noise_ = 0;
-  cv::Point3d centre_;
+  cv::Point3d center_;
   Orientation orientation_;
   std::vector<StageReport> stages_;
   mutable std::mutex mutex_;

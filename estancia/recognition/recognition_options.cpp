@@ -39,12 +39,12 @@ void RecognitionOptions::check() const {
     if (!(length >= 0) || !std::isfinite(length))
       throw Error(fmt::format(
           "a length of recognition is {} m; give a positive one, or 0 to follow the scene", length));
-  if (normalRadius > 0 && normalNeighbours > 0)
+  if (normalRadius > 0 && normalNeighbors > 0)
     throw Error("normals need the radius or the number of the points around; give one of the two");
   if (!(matchDistance >= 0) || !std::isfinite(matchDistance))
     throw Error(fmt::format("descriptors cannot match within {}; give a positive distance, or 0 for any",
                             matchDistance));
-  if (neighbours == 0 || hypotheses == 0)
+  if (neighbors == 0 || hypotheses == 0)
     throw Error("recognition without any match or hypothesis finds nothing; allow at least one");
   if (!(accept >= 0 && accept <= 1))
     throw Error(fmt::format("no share of a model is {}; give one in [0, 1]", accept));
@@ -66,19 +66,19 @@ RecognitionOptions RecognitionOptions::preset(const std::string& name) {
     options.grouping = "local-frames";
     options.verification = "evidence";
     options.matchEach = "model";
-    options.neighbours = 30;
+    options.neighbors = 30;
     options.hypotheses = 300;
     options.accept = 0.23;
     options.sceneFilter.gng.signalsPerInsertion = 25;  // neurons are but seeds of the surface
   } else if (name == "classical") {
     options.verification = "inliers";
     options.matchEach = "model";
-    options.neighbours = 3;
+    options.neighbors = 3;
   } else if (name == "thesis") {
     // The thesis tells no number. It follows the tutorials of PCL: normals of a few nearest points, model and
     // scene keypoints 10 and 30 mm apart, matches within a squared distance of 0.25, five that agree. The
     // rest was chosen on 8 of the scenes so that SHOT with uniform keypoints comes near to its Table 2.2.
-    options.normalNeighbours = 15;
+    options.normalNeighbors = 15;
     options.keypointSpacing = 0.010;
     options.sceneKeypointSpacing = 0.030;
     options.descriptorRadius = 0.050;
@@ -104,7 +104,7 @@ RecognitionOptions RecognitionOptions::preset(const std::string& name) {
     options.tolerance = 0.008;
     options.accept = 0.76;
     options.matchEach = "model";
-    options.neighbours = 3;
+    options.neighbors = 3;
     options.verification = "inliers";
   }
   return options;

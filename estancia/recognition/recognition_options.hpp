@@ -24,7 +24,7 @@ struct RecognitionOptions {
   std::string grouping = "geometric-consistency";  ///< geometric-consistency, hough, local-frames
   std::string verification = "global";             ///< global, inliers, evidence
   double normalRadius = 0;                         ///< [m] of the points that a normal is fitted to
-  std::size_t normalNeighbours = 0;                ///< of filtered surfaces: nearest points that a normal is
+  std::size_t normalNeighbors = 0;                ///< of filtered surfaces: nearest points that a normal is
                                                    ///< fitted to, whatever their distance; 0: the radius says
   double keypointSpacing = 0;                      ///< [m] between keypoints (uniform), or their support
   double descriptorRadius = 0;                     ///< [m] of what a descriptor sees
@@ -32,7 +32,7 @@ struct RecognitionOptions {
   double tolerance = 0;             ///< [m] between a model point and the scene point that confirms it
   double sceneKeypointSpacing = 0;  ///< [m] between uniform keypoints of a scene; 0: as in models
   std::string matchEach = "scene";  ///< scene, model: whose keypoints each get their nearest
-  std::size_t neighbours = 1;       ///< nearest descriptors that become matches
+  std::size_t neighbors = 1;       ///< nearest descriptors that become matches
   double matchDistance = 0;         ///< the largest between them, in lengths of the scene's; 0: any
   std::size_t minimalMatches = 3;   ///< that must agree
   std::size_t hypotheses = 100;     ///< with most matches that are refined and verified

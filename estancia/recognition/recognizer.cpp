@@ -49,7 +49,7 @@ void requireSameUnits(const PreparedModel& model, const PreparedScene& scene) {
         fmt::format("{} measures {:.4g} m and {} {:.4g} m, its points {:.4g} m apart: are they in different "
                     "units? Scale one of them{}",
                     model.name(), model.extent(), scene.name(), scene.surface().extent(), scene.resolution(),
-                    ratio > 300 && ratio < 3000 ? ", millimetres by 0.001" : ""));
+                    ratio > 300 && ratio < 3000 ? ", millimeters by 0.001" : ""));
 }
 
 /// Planes slide and turn in themselves; whatever pose was found would mean nothing.

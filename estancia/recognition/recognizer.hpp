@@ -22,7 +22,7 @@ struct Instance {
   double confidence =
       0;  ///< [0, 1]. How much of what should be seen of the model is: Evidence in verify.hpp; where evidence
           ///< verifies: e² / (e² + accept²), 0.5 for what is just accepted
-  cv::Point3d centre;  ///< of the model's points, in the model's frame [m]
+  cv::Point3d center;  ///< of the model's points, in the model's frame [m]
 };
 
 class PreparedModel;  ///< prepared.hpp: filtered cloud; normals, keypoints, descriptors for the lengths of a

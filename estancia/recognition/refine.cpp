@@ -14,7 +14,7 @@ constexpr std::size_t few = 10;
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-/// The normal equations of one round about the pose: turn around the model's middle `centre` in the scene,
+/// The normal equations of one round about the pose: turn around the model's middle `center` in the scene,
 /// then shift.
 struct Equations {
   Eigen::Matrix<double, 6, 6> left = Eigen::Matrix<double, 6, 6>::Zero();
@@ -23,13 +23,13 @@ struct Equations {
 };
 
 Equations equationsOf(const OrientedPoints& model, const Surface& scene, const cv::Affine3d& pose,
-                      const cv::Vec3d& centre, double reach) {
+                      const cv::Vec3d& center, double reach) {
   Equations sum;
-  std::vector<Neighbour> buffer;
+  std::vector<Neighbor> buffer;
   const double reach2 = reach * reach;
   for (std::size_t i = 0; i < model.points.size(); ++i) {
     const cv::Point3d p = pose * cv::Point3d(model.points[i]);
-    const auto near = scene.neighbours().nearest(cv::Point3f(p), 1, buffer, static_cast<float>(reach));
+    const auto near = scene.neighbors().nearest(cv::Point3f(p), 1, buffer, static_cast<float>(reach));
     if (near.empty()) continue;
     const cv::Vec3d n(cv::Point3d(scene.normals()[near[0].index]));
     const cv::Vec3d m = pose.rotation() * cv::Vec3d(cv::Point3d(model.normals[i]));
@@ -37,7 +37,7 @@ Equations equationsOf(const OrientedPoints& model, const Surface& scene, const c
     const double shrink = 1 - static_cast<double>(near[0].squared) / reach2;
     const double weight = shrink * shrink;
     const cv::Vec3d q(cv::Point3d(scene.points()[near[0].index])), at(p);
-    const cv::Vec3d turn = (at - centre).cross(n);
+    const cv::Vec3d turn = (at - center).cross(n);
     Vector6 row;
     row << turn[0], turn[1], turn[2], n[0], n[1], n[2];
     sum.left += weight * row * row.transpose();
@@ -87,8 +87,8 @@ cv::Affine3d refinePose(const OrientedPoints& model, const Surface& scene, const
   for (const cv::Point3f& p : model.points) size = std::max(size, cv::norm(cv::Point3d(p) - middle));
   cv::Affine3d refined = pose;
   for (int round = 0; round < rounds; ++round) {
-    const cv::Vec3d centre(refined * middle);
-    Equations e = equationsOf(model, scene, refined, centre, reach);
+    const cv::Vec3d center(refined * middle);
+    Equations e = equationsOf(model, scene, refined, center, reach);
     if (e.partners < few) return round == 0 ? pose : refined;
     // A plane or a ball leaves directions open: there the pose stays.
     for (int k = 0; k < 6; ++k)
@@ -97,8 +97,8 @@ cv::Affine3d refinePose(const OrientedPoints& model, const Surface& scene, const
     if (!x.allFinite()) return refined;
     const cv::Affine3d turn(cv::Vec3d(x[0], x[1], x[2]));
     const cv::Vec3d shift(x[3], x[4], x[5]);
-    // p → R (p − centre) + centre + shift
-    refined = cv::Affine3d(turn.rotation(), centre - turn.rotation() * centre + shift) * refined;
+    // p → R (p − center) + center + shift
+    refined = cv::Affine3d(turn.rotation(), center - turn.rotation() * center + shift) * refined;
     if (x.head<3>().norm() * size + x.tail<3>().norm() < 1e-3 * reach) break;
   }
   return refined;

@@ -18,7 +18,7 @@ struct OrientedPoints {
 /// About `count` points of a surface, evenly spread over it, all when it has no more.
 OrientedPoints spreadPoints(const Surface& surface, std::size_t count);
 
-/// One point a cell of so many metres.
+/// One point a cell of so many meters.
 OrientedPoints spreadPointsBy(const Surface& surface, double spacing);
 
 /// The pose T_scene_model near `pose` that brings the model's points onto the planes of the scene points

@@ -12,7 +12,7 @@
 
 namespace estancia {
 
-cv::Point3d centreOf(const PointCloud& model) {
+cv::Point3d centerOf(const PointCloud& model) {
   constexpr float most = std::numeric_limits<float>::infinity();
   cv::Point3f low(most, most, most), high = -low;
   for (const cv::Point3f& p : model.points) {
@@ -25,10 +25,10 @@ cv::Point3d centreOf(const PointCloud& model) {
   return (cv::Point3d(low) + cv::Point3d(high)) / 2;
 }
 
-PoseError poseError(const cv::Affine3d& found, const cv::Affine3d& truth, const cv::Point3d& centre,
+PoseError poseError(const cv::Affine3d& found, const cv::Affine3d& truth, const cv::Point3d& center,
                     std::span<const cv::Affine3d> symmetries) {
   const auto between = [&](const cv::Affine3d& same) {
-    return PoseError{cv::norm(found * centre - same * centre),
+    return PoseError{cv::norm(found * center - same * center),
                      angleOf(found.inv() * same) * 180 / std::numbers::pi};
   };
   PoseError least = between(truth);
@@ -37,7 +37,7 @@ PoseError poseError(const cv::Affine3d& found, const cv::Affine3d& truth, const 
   return least;
 }
 
-std::vector<cv::Affine3d> turnsAround(const cv::Point3d& centre, const cv::Vec3d& axis, int fold) {
+std::vector<cv::Affine3d> turnsAround(const cv::Point3d& center, const cv::Vec3d& axis, int fold) {
   const double length = cv::norm(axis);
   if (fold < 2 || !(length > 0) || !std::isfinite(length))
     throw Error(fmt::format(
@@ -45,7 +45,7 @@ std::vector<cv::Affine3d> turnsAround(const cv::Point3d& centre, const cv::Vec3d
   std::vector<cv::Affine3d> turns;
   for (int k = 1; k < fold; ++k) {
     const cv::Affine3d turn(axis * (2 * std::numbers::pi * k / fold / length));
-    turns.push_back(turn.translate(cv::Vec3d(centre - turn * centre)));
+    turns.push_back(turn.translate(cv::Vec3d(center - turn * center)));
   }
   return turns;
 }

@@ -61,11 +61,11 @@ class Search {
     const SurfaceFeatures &model = described_.features, &scene = there_.features;
     const bool eachScene = options_.matchEach == "scene";
     auto matches = matchDescriptors(model.descriptors, scene.descriptors,
-                                    eachScene ? MatchEach::scene : MatchEach::model, options_.neighbours,
+                                    eachScene ? MatchEach::scene : MatchEach::model, options_.neighbors,
                                     options_.matchDistance, options_.threads);
     account_.add("matching", fmt::format("each of the {} keypoints of the {} with {}: {} matches",
                                          eachScene ? scene.size() : model.size(),
-                                         eachScene ? "scene" : "model", options_.neighbours, matches.size()));
+                                         eachScene ? "scene" : "model", options_.neighbors, matches.size()));
     return matches;
   }
 
@@ -94,7 +94,7 @@ class Search {
     const std::string best = poses.empty() ? "" : comparison(poses[0], options_.accept);
     std::erase_if(poses, [&](const TriedPose& p) { return p.score < options_.accept || !(p.score > 0); });
     std::vector<Instance> instances;
-    for (const TriedPose& p : apart(std::move(poses), model_.centre()))
+    for (const TriedPose& p : apart(std::move(poses), model_.center()))
       instances.push_back(instance(p.pose, p.agreement.points, confidenceOf(p.score, options_.accept)));
     account_.add("verification", fmt::format("evidence: {} instances{}", instances.size(), best));
     return instances;
@@ -125,7 +125,7 @@ class Search {
   }
 
   Instance instance(const cv::Affine3d& pose, std::size_t inliers, double confidence) const {
-    return {model_.name(), scene_.fromView() * pose, inliers, confidence, model_.centre()};
+    return {model_.name(), scene_.fromView() * pose, inliers, confidence, model_.center()};
   }
 
   const RecognitionOptions& options_;

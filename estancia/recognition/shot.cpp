@@ -18,16 +18,16 @@ constexpr std::size_t few = 5;
 constexpr std::size_t together = 32;  // keypoints that a thread takes at once
 constexpr int cosines = 11, length = 352;
 
-/// Neighbours seen from the keypoint, one list a number so that several are worked on at once.
+/// Neighbors seen from the keypoint, one list a number so that several are worked on at once.
 struct Offsets {
   std::vector<float> x, y, z, distance;
   std::size_t size = 0;
 
-  void take(const Surface& surface, const cv::Point3f& p, std::span<const Neighbour> near) {
+  void take(const Surface& surface, const cv::Point3f& p, std::span<const Neighbor> near) {
     if (x.size() < near.size())
       for (auto* list : {&x, &y, &z, &distance}) list->resize(near.size());
     size = 0;
-    for (const Neighbour& n : near) {
+    for (const Neighbor& n : near) {
       if (n.squared == 0) continue;
       const cv::Point3f d = surface.points()[n.index] - p;
       x[size] = d.x, y[size] = d.y, z[size] = d.z, distance[size] = std::sqrt(n.squared);
@@ -61,7 +61,7 @@ ESTANCIA_MULTIVERSION std::size_t countAhead(const Offsets& o, double ax, double
   return ahead;
 }
 
-/// Which way the axis goes along which more of the neighbours lie; of the five in the middle of the list,
+/// Which way the axis goes along which more of the neighbors lie; of the five in the middle of the list,
 /// sorted by distance, when as many lie on both sides.
 double signOf(const Eigen::Vector3d& axis, const Offsets& o) {
   const std::size_t twice = 2 * countAhead(o, axis[0], axis[1], axis[2]);
@@ -76,7 +76,7 @@ double signOf(const Eigen::Vector3d& axis, const Offsets& o) {
   return votes < 3 ? -1 : 1;
 }
 
-/// Which way the axis goes along which neighbours lie, by how far ahead they are and how near the keypoint.
+/// Which way the axis goes along which neighbors lie, by how far ahead they are and how near the keypoint.
 double weightedSignOf(const Eigen::Vector3d& axis, const Offsets& o, double radius) {
   double sum = 0;
   for (std::size_t i = 0; i < o.size; ++i) {
@@ -88,9 +88,9 @@ double weightedSignOf(const Eigen::Vector3d& axis, const Offsets& o, double radi
 }
 
 cv::Matx33f localFrame(const Surface& surface, std::uint32_t keypoint, float radius, FrameSigns signs,
-                       std::vector<Neighbour>& buffer, Offsets& offsets) {
+                       std::vector<Neighbor>& buffer, Offsets& offsets) {
   const cv::Point3f& p = surface.points()[keypoint];
-  offsets.take(surface, p, surface.neighbours().within(p, radius, buffer));
+  offsets.take(surface, p, surface.neighbors().within(p, radius, buffer));
   double s[7];
   addUp(offsets, radius, s);
   if (offsets.size < few || !(s[6] > 0)) return cv::Matx33f::all(nan);
@@ -110,7 +110,7 @@ cv::Matx33f localFrame(const Surface& surface, std::uint32_t keypoint, float rad
   return {fx[0], fx[1], fx[2], fy[0], fy[1], fy[2], fz[0], fz[1], fz[2]};
 }
 
-/// A neighbour in the local frame, one list a number so that several are worked on at once.
+/// A neighbor in the local frame, one list a number so that several are worked on at once.
 struct Votes {
   std::vector<float> x, y, z, distance, cosine, azimuth, inclination;
   void resize(std::size_t n) {
@@ -168,7 +168,7 @@ int volumeOf(float x, float y, float z, bool outer) {
   return volume + (z > 0 ? 1 : 0) + (outer ? 2 : 0);
 }
 
-/// Each neighbour adds 1 to its cosine's bin of its volume, shared with the next bin, shell, half and
+/// Each neighbor adds 1 to its cosine's bin of its volume, shared with the next bin, shell, half and
 /// azimuth.
 void vote(const Votes& v, std::size_t i, float radius, float* shot) {
   const float half = radius / 2, distance = v.distance[i];
@@ -205,23 +205,23 @@ void vote(const Votes& v, std::size_t i, float radius, float* shot) {
 }
 
 void describeOne(const Surface& surface, std::uint32_t keypoint, const cv::Matx33f& frame, float radius,
-                 std::vector<Neighbour>& buffer, Votes& votes, float* shot) {
+                 std::vector<Neighbor>& buffer, Votes& votes, float* shot) {
   const cv::Point3f& p = surface.points()[keypoint];
-  const std::span<const Neighbour> near = surface.neighbours().within(p, radius, buffer);
+  const std::span<const Neighbor> near = surface.neighbors().within(p, radius, buffer);
   if (near.size() < few || !std::isfinite(frame(0, 0))) {
     std::fill_n(shot, length, nan);
     return;
   }
   votes.resize(near.size());
   std::size_t n = 0;
-  for (const Neighbour& neighbour : near) {
-    if (neighbour.squared == 0) continue;
-    const cv::Point3f d = surface.points()[neighbour.index] - p, &v = surface.normals()[neighbour.index];
+  for (const Neighbor& neighbor : near) {
+    if (neighbor.squared == 0) continue;
+    const cv::Point3f d = surface.points()[neighbor.index] - p, &v = surface.normals()[neighbor.index];
     votes.x[n] = frame(0, 0) * d.x + frame(0, 1) * d.y + frame(0, 2) * d.z;
     votes.y[n] = frame(1, 0) * d.x + frame(1, 1) * d.y + frame(1, 2) * d.z;
     votes.z[n] = frame(2, 0) * d.x + frame(2, 1) * d.y + frame(2, 2) * d.z;
     votes.cosine[n] = frame(2, 0) * v.x + frame(2, 1) * v.y + frame(2, 2) * v.z;
-    votes.distance[n] = std::sqrt(neighbour.squared);
+    votes.distance[n] = std::sqrt(neighbor.squared);
     ++n;
   }
   angles(n, votes.x.data(), votes.y.data(), votes.z.data(), votes.distance.data(), votes.azimuth.data(),
@@ -247,7 +247,7 @@ std::vector<cv::Matx33f> localFrames(const Surface& surface, std::span<const std
                                      double radius, int threads, FrameSigns signs) {
   std::vector<cv::Matx33f> frames(keypoints.size());
   eachKeypoint(keypoints.size(), threads, [&](std::size_t begin, std::size_t end) {
-    std::vector<Neighbour> buffer;
+    std::vector<Neighbor> buffer;
     Offsets offsets;
     for (std::size_t i = begin; i < end; ++i)
       frames[i] = localFrame(surface, keypoints[i], static_cast<float>(radius), signs, buffer, offsets);
@@ -260,7 +260,7 @@ void describeShot(const Surface& surface, std::span<const std::uint32_t> keypoin
                   std::vector<float>& values) {
   values.resize(keypoints.size() * length);
   eachKeypoint(keypoints.size(), threads, [&](std::size_t begin, std::size_t end) {
-    std::vector<Neighbour> buffer;
+    std::vector<Neighbor> buffer;
     Votes votes;
     for (std::size_t i = begin; i < end; ++i)
       describeOne(surface, keypoints[i], frames[i], static_cast<float>(radius), buffer, votes,

@@ -13,12 +13,12 @@ constexpr int width = 8, rows = width + 1, columns = 2 * width + 1, length = row
 constexpr float supportCosine = 0.5F;
 constexpr std::size_t few = 5, together = 32;
 
-/// Where neighbours lie in the half plane that turns around the normal: how far from it, and how high. Each
+/// Where neighbors lie in the half plane that turns around the normal: how far from it, and how high. Each
 /// is shared by the four cells around it.
-void spin(const Surface& surface, std::uint32_t keypoint, float radius, std::vector<Neighbour>& buffer,
+void spin(const Surface& surface, std::uint32_t keypoint, float radius, std::vector<Neighbor>& buffer,
           float* image) {
   const cv::Point3f &p = surface.points()[keypoint], &axis = surface.normals()[keypoint];
-  const auto near = surface.neighbours().within(p, radius, buffer);
+  const auto near = surface.neighbors().within(p, radius, buffer);
   if (near.size() < few) {
     std::fill_n(image, length, std::numeric_limits<float>::quiet_NaN());
     return;
@@ -27,7 +27,7 @@ void spin(const Surface& surface, std::uint32_t keypoint, float radius, std::vec
   const float cell = radius / width / std::sqrt(2.F), edge = cell * width;
   std::array<double, length> sums{};
   double total = 0;
-  for (const Neighbour& n : near) {
+  for (const Neighbor& n : near) {
     if (n.squared == 0 || std::abs(axis.dot(surface.normals()[n.index])) < supportCosine) continue;
     const float height = axis.dot(surface.points()[n.index] - p);
     const float away = std::sqrt(std::max(n.squared - height * height, 0.F));
@@ -55,7 +55,7 @@ void describeSpinImage(const Surface& surface, std::span<const std::uint32_t> ke
   Progress silent;
   inParallel((keypoints.size() + together - 1) / together, threads, silent,
              "stopped while a surface was described", [&](std::size_t chunk) {
-               std::vector<Neighbour> buffer;
+               std::vector<Neighbor> buffer;
                const std::size_t end = std::min(keypoints.size(), (chunk + 1) * together);
                for (std::size_t i = chunk * together; i < end; ++i)
                  spin(surface, keypoints[i], static_cast<float>(radius), buffer, values.data() + i * length);

@@ -28,18 +28,18 @@ Surface::Surface(std::string name, const PointCloud& cloud, int threads)
     : name_(std::move(name)),
       points_(kept(cloud, cloud.points)),
       normals_(kept(cloud, cloud.normals)),
-      neighbours_(points_, threads) {
+      neighbors_(points_, threads) {
   if (points_.empty())
     throw Error(
         fmt::format("{}: none of its {} points has a normal; a cloud of a surface is needed, and a normal "
                     "radius that holds some points",
                     name_, cloud.points.size()));
-  resolution_ = resolutionOf(neighbours_);
+  resolution_ = resolutionOf(neighbors_);
   extent_ = extentOf(points_);
 }
 
 void Surface::requireRadius(double radius, const std::string& what) const {
-  estancia::requireRadius(name_, points_, neighbours_, radius, what);
+  estancia::requireRadius(name_, points_, neighbors_, radius, what);
 }
 
 double extentOf(std::span<const cv::Point3f> points) {
@@ -58,20 +58,20 @@ cv::Point3d meanOf(std::span<const cv::Point3f> points) {
   return sum / static_cast<double>(points.size());
 }
 
-void requireRadius(const std::string& name, std::span<const cv::Point3f> points, const Neighbours& neighbours,
+void requireRadius(const std::string& name, std::span<const cv::Point3f> points, const Neighbors& neighbors,
                    double radius, const std::string& what) {
   constexpr std::size_t few = 5;
   if (!(radius > 0) || !std::isfinite(radius))
     throw Error(fmt::format("{}: the {} is {} m; it must be positive", name, what, radius));
-  const double extent = extentOf(points), resolution = resolutionOf(neighbours);
+  const double extent = extentOf(points), resolution = resolutionOf(neighbors);
   if (!(resolution > 0))
     throw Error(fmt::format("{}: all of its {} points lie in one place; a cloud of a surface is needed", name,
                             points.size()));
   std::vector<float> needed;  // to reach `few` others
-  std::vector<Neighbour> buffer;
+  std::vector<Neighbor> buffer;
   const std::size_t step = std::max<std::size_t>(points.size() / samples, 1);
   for (std::size_t i = 0; i < points.size(); i += step)
-    if (const auto near = neighbours.nearest(points[i], few + 1, buffer); near.size() == few + 1)
+    if (const auto near = neighbors.nearest(points[i], few + 1, buffer); near.size() == few + 1)
       needed.push_back(near.back().squared);
   const auto middle = needed.begin() + static_cast<std::ptrdiff_t>(needed.size() / 2);
   std::nth_element(needed.begin(), middle, needed.end());
@@ -83,7 +83,7 @@ void requireRadius(const std::string& name, std::span<const cv::Point3f> points,
   throw Error(fmt::format(
       "{}: a {} of {:.4g} m {} of a cloud that measures {:.4g} m and whose points lie "
       "{:.4g} m apart; is it in other units? Then scale it; else about {:.4g} m would do",
-      name, what, radius, radius < reach ? "leaves most points without neighbours" : "is more than the whole",
+      name, what, radius, radius < reach ? "leaves most points without neighbors" : "is more than the whole",
       extent, resolution, good));
 }
 

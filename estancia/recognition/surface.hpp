@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/cloud/neighbours.hpp"
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/core/point_cloud.hpp"
 
 namespace estancia {
@@ -22,7 +22,7 @@ class Surface {
   std::size_t size() const { return points_.size(); }
   const std::vector<cv::Point3f>& points() const { return points_; }    ///< [m]
   const std::vector<cv::Point3f>& normals() const { return normals_; }  ///< unit vectors
-  const Neighbours& neighbours() const { return neighbours_; }          ///< of points()
+  const Neighbors& neighbors() const { return neighbors_; }          ///< of points()
 
   double resolution() const { return resolution_; }  ///< median distance of a point to the nearest other [m]
   double extent() const { return extent_; }          ///< diagonal of the box around the points [m]
@@ -33,7 +33,7 @@ class Surface {
  private:
   std::string name_;
   std::vector<cv::Point3f> points_, normals_;
-  Neighbours neighbours_;
+  Neighbors neighbors_;
   double resolution_ = 0, extent_ = 0;
 };
 
@@ -41,7 +41,7 @@ class Surface {
 /// smaller than they reach: else it is likely to be in other units. The message says so, and which radius
 /// would do; and on points that are too few for any.
 /// `name` is the cloud's, `what` the radius': "descriptor radius".
-void requireRadius(const std::string& name, std::span<const cv::Point3f> points, const Neighbours& neighbours,
+void requireRadius(const std::string& name, std::span<const cv::Point3f> points, const Neighbors& neighbors,
                    double radius, const std::string& what);
 
 /// Diagonal of the box around points [m]; 0 when there are none.

@@ -20,12 +20,12 @@ Evidence examine(const OrientedPoints& model, const Surface& scene, const RangeP
   const cv::Affine3f there(pose);
   const cv::Matx33f turn = there.rotation();
   const auto reach = static_cast<float>(tolerance);
-  std::vector<Neighbour> buffer;
+  std::vector<Neighbor> buffer;
   for (std::size_t i = 0; i < model.points.size(); ++i) {
     const cv::Point3f p = there * model.points[i], n = turn * model.normals[i];
     if (view.known() && -n.dot(p) < grazing * static_cast<float>(cv::norm(p))) continue;
     ++evidence.facing;
-    const auto near = scene.neighbours().nearest(p, 1, buffer, reach);
+    const auto near = scene.neighbors().nearest(p, 1, buffer, reach);
     if (!near.empty() && n.dot(scene.normals()[near[0].index]) > agreeing) {
       ++evidence.inliers;
       continue;

@@ -45,7 +45,7 @@ std::vector<bool> verifyGlobally(const OrientedPoints& model, const Surface& sce
                                  double tolerance);
 
 /// Parts of a surface over which the normal changes slowly: for each point the number of its part, 0 for
-/// those of small parts. Points of a part are linked by neighbours within `reach` [m] whose normals differ by
+/// those of small parts. Points of a part are linked by neighbors within `reach` [m] whose normals differ by
 /// < 0.2 rad.
 std::vector<int> smoothPartsOf(const Surface& surface, double reach, int threads = 1);
 

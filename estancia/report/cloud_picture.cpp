@@ -15,7 +15,7 @@ namespace estancia {
 namespace {
 
 constexpr float nothing = std::numeric_limits<float>::infinity();
-const cv::Vec3b background(250, 248, 246), plainGrey(176, 172, 168);
+const cv::Vec3b background(250, 248, 246), plainGray(176, 172, 168);
 
 double quantile(std::vector<double> values, double share) {
   const auto at =
@@ -36,29 +36,29 @@ std::vector<cv::Vec3d> finitePoints(const CloudLayer& layer) {
 struct Camera {
   cv::Affine3d fromScene;
   double focal = 1;
-  cv::Point2d centre;
+  cv::Point2d center;
 
   cv::Point3d project(const cv::Vec3d& p) const {  // x, y [pixels], z: distance along the view
     const cv::Vec3d c = fromScene * p;
-    return {focal * c[0] / c[2] + centre.x, focal * c[1] / c[2] + centre.y, c[2]};
+    return {focal * c[0] / c[2] + center.x, focal * c[1] / c[2] + center.y, c[2]};
   }
 };
 
 /// Stands where the sensor stood, or far enough from clouds that lie around the origin, then walks around.
 Camera placeCamera(const std::vector<cv::Vec3d>& points, const CloudView& view) {
-  cv::Vec3d centre;
+  cv::Vec3d center;
   std::vector<double> distances;
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
     values.reserve(points.size());
     for (const cv::Vec3d& p : points) values.push_back(p[axis]);
-    centre[axis] = (quantile(values, 0.02) + quantile(values, 0.98)) / 2;
+    center[axis] = (quantile(values, 0.02) + quantile(values, 0.98)) / 2;
   }
-  for (const cv::Vec3d& p : points) distances.push_back(cv::norm(p - centre));
+  for (const cv::Vec3d& p : points) distances.push_back(cv::norm(p - center));
   const double radius = std::max(quantile(distances, 0.98), 1e-9);
-  const double away = std::max(cv::norm(centre), 2 * radius);
+  const double away = std::max(cv::norm(center), 2 * radius);
   const cv::Vec3d forward =
-      cv::norm(centre) > 1.2 * radius ? centre * (1 / cv::norm(centre)) : cv::Vec3d(0, 0, 1);
+      cv::norm(center) > 1.2 * radius ? center * (1 / cv::norm(center)) : cv::Vec3d(0, 0, 1);
 
   const double turn = view.azimuth * std::numbers::pi / 180, rise = view.elevation * std::numbers::pi / 180;
   const cv::Vec3d down(0, 1, 0);
@@ -67,7 +67,7 @@ Camera placeCamera(const std::vector<cv::Vec3d>& points, const CloudView& view) 
   const cv::Affine3d around(down * -turn), over(right * -rise);
   const cv::Vec3d z = around.rotation() * (over.rotation() * forward);
   const cv::Vec3d x = around.rotation() * right, y = z.cross(x);
-  const cv::Vec3d eye = centre - away * z;
+  const cv::Vec3d eye = center - away * z;
   const cv::Matx33d rotation(x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]);
 
   Camera camera{cv::Affine3d(rotation, -(rotation * eye)), 1, {view.width / 2.0, view.height / 2.0}};
@@ -79,36 +79,36 @@ Camera placeCamera(const std::vector<cv::Vec3d>& points, const CloudView& view) 
     high.push_back(std::abs(c[1] / c[2]));
   }
   if (!wide.empty())
-    camera.focal = 0.94 * std::min(camera.centre.x / std::max(quantile(wide, 0.995), 1e-9),
-                                   camera.centre.y / std::max(quantile(high, 0.995), 1e-9));
+    camera.focal = 0.94 * std::min(camera.center.x / std::max(quantile(wide, 0.995), 1e-9),
+                                   camera.center.y / std::max(quantile(high, 0.995), 1e-9));
   return camera;
 }
 
 struct Canvas {
-  cv::Mat colour, distance;
+  cv::Mat color, distance;
 
   void dot(const cv::Point3d& at, int half, const cv::Vec3b& bgr) {
     const int left = static_cast<int>(std::lround(at.x)), top = static_cast<int>(std::lround(at.y));
-    for (int y = std::max(top - half, 0); y <= std::min(top + half, colour.rows - 1); ++y)
-      for (int x = std::max(left - half, 0); x <= std::min(left + half, colour.cols - 1); ++x) {
+    for (int y = std::max(top - half, 0); y <= std::min(top + half, color.rows - 1); ++y)
+      for (int x = std::max(left - half, 0); x <= std::min(left + half, color.cols - 1); ++x) {
         if ((x - left) * (x - left) + (y - top) * (y - top) > half * half + half) continue;
         float& z = distance.at<float>(y, x);
         if (static_cast<float>(at.z) >= z) continue;
         z = static_cast<float>(at.z);
-        colour.at<cv::Vec3b>(y, x) = bgr;
+        color.at<cv::Vec3b>(y, x) = bgr;
       }
   }
 };
 
 bool isNear(const cv::Point3d& p, const Canvas& canvas) {
-  return p.z > 0 && p.x > -64 && p.y > -64 && p.x < canvas.colour.cols + 64 && p.y < canvas.colour.rows + 64;
+  return p.z > 0 && p.x > -64 && p.y > -64 && p.x < canvas.color.cols + 64 && p.y < canvas.color.rows + 64;
 }
 
 void draw(const CloudLayer& layer, double nearer, const Camera& camera, Canvas& canvas) {
   const PointCloud& cloud = *layer.cloud;
   const double spacing = resolutionOf(cloud);
-  const auto colourOf = [&](std::size_t i) {
-    return layer.colour ? *layer.colour : cloud.colours.empty() ? plainGrey : cloud.colours[i];
+  const auto colorOf = [&](std::size_t i) {
+    return layer.color ? *layer.color : cloud.colors.empty() ? plainGray : cloud.colors[i];
   };
   const auto place = [&](std::size_t i) {
     const cv::Point3f& p = cloud.points[i];
@@ -119,7 +119,7 @@ void draw(const CloudLayer& layer, double nearer, const Camera& camera, Canvas& 
     const cv::Point3d at = place(i);
     if (!isNear(at, canvas)) continue;
     const double size = layer.edges.empty() ? 0.75 * spacing * camera.focal / at.z : 1;
-    canvas.dot(at, static_cast<int>(std::clamp(size, 1.0, 8.0)), colourOf(i));
+    canvas.dot(at, static_cast<int>(std::clamp(size, 1.0, 8.0)), colorOf(i));
   }
   for (const auto& [from, to] : layer.edges) {
     if (from >= cloud.points.size() || to >= cloud.points.size()) continue;
@@ -127,7 +127,7 @@ void draw(const CloudLayer& layer, double nearer, const Camera& camera, Canvas& 
     if (!isNear(a, canvas) || !isNear(b, canvas)) continue;
     const auto steps = static_cast<int>(std::hypot(b.x - a.x, b.y - a.y)) + 1;
     for (int s = 0; s <= steps; ++s)
-      canvas.dot(a + (b - a) * (static_cast<double>(s) / steps), 0, colourOf(from));
+      canvas.dot(a + (b - a) * (static_cast<double>(s) / steps), 0, colorOf(from));
   }
 }
 
@@ -135,7 +135,7 @@ void draw(const CloudLayer& layer, double nearer, const Camera& camera, Canvas& 
 void shade(Canvas& canvas) {
   constexpr int reach = 2;
   constexpr double strength = 60;
-  const cv::Mat flat = canvas.colour.clone();
+  const cv::Mat flat = canvas.color.clone();
   for (int y = 0; y < flat.rows; ++y)
     for (int x = 0; x < flat.cols; ++x) {
       const float z = canvas.distance.at<float>(y, x);
@@ -150,7 +150,7 @@ void shade(Canvas& canvas) {
         }
       const double light = std::max(0.25, std::exp(-strength * hidden / 8));
       for (int c = 0; c < 3; ++c)
-        canvas.colour.at<cv::Vec3b>(y, x)[c] = cv::saturate_cast<uchar>(light * flat.at<cv::Vec3b>(y, x)[c]);
+        canvas.color.at<cv::Vec3b>(y, x)[c] = cv::saturate_cast<uchar>(light * flat.at<cv::Vec3b>(y, x)[c]);
     }
 }
 
@@ -170,12 +170,12 @@ cv::Mat drawClouds(std::span<const CloudLayer> layers, const CloudView& view) {
   // What lies on the first layer, within two of its spacings and its noise, is drawn over it.
   double nearer = 0;
   if (layers.size() > 1) {
-    const Neighbours around(layers.front().cloud->points, 0);
+    const Neighbors around(layers.front().cloud->points, 0);
     nearer = 2 * resolutionOf(around) + 3 * estimateNoise(around);
   }
   for (const CloudLayer& layer : layers) draw(layer, &layer == layers.data() ? 0 : nearer, camera, canvas);
   shade(canvas);
-  return canvas.colour;
+  return canvas.color;
 }
 
 }  // namespace estancia

@@ -35,18 +35,18 @@ void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, cons
 Box drawScale(Markup& svg, double scale, const FigureStyle& style) {
   if (!(scale > 0)) return {};
   const double most = 0.2 * style.width / scale;
-  double metres = std::pow(10, std::floor(std::log10(most)));
+  double meters = std::pow(10, std::floor(std::log10(most)));
   for (const double factor : {5.0, 2.0})
-    if (factor * metres <= most) {
-      metres *= factor;
+    if (factor * meters <= most) {
+      meters *= factor;
       break;
     }
-  const double x = figureMargin, y = style.height - figureMargin, length = metres * scale;
+  const double x = figureMargin, y = style.height - figureMargin, length = meters * scale;
   svg.leaf("path",
            {{"class", "scale"},
             {"d", Path().move(x, y - 5).line(x, y).line(x + length, y).line(x + length, y - 5).str()}});
   svg.element("text", {{"class", "scale-text"}, {"x", x + 6}, {"y", y - 6}, {"font-size", style.fontSize}},
-              significant(metres) + " m");
+              significant(meters) + " m");
   return {x, y - 8 - style.fontSize, std::max(length, 50.0), 8 + style.fontSize};
 }
 

@@ -26,8 +26,8 @@ double neededHeight(const Fit& fit, const std::vector<Point>& extent, const Figu
 /// A dotted line, thinned to steps one can see; it breaks where no point is known.
 void drawPath(Markup& svg, const std::vector<std::optional<Point>>& points, const Fit& fit);
 
-/// A bar of 1, 2 or 5 · 10ⁿ metres, at most a fifth of the width, at the foot of the figure; `scale` is in
-/// pixels a metre, and nothing is drawn where it is 0. Returns what is covered.
+/// A bar of 1, 2 or 5 · 10ⁿ meters, at most a fifth of the width, at the foot of the figure; `scale` is in
+/// pixels a meter, and nothing is drawn where it is 0. Returns what is covered.
 Box drawScale(Markup& svg, double scale, const FigureStyle& style);
 
 }  // namespace estancia::report

@@ -54,7 +54,7 @@ std::size_t mostTellingLabel(const TopologicalMap& map) {
 
 Markup heatLegend(const HeatMap& heat) {
   std::string gradient = "background:linear-gradient(90deg";
-  for (const Colour& colour : viridisStops()) gradient += "," + colour.hex();
+  for (const Color& color : viridisStops()) gradient += "," + color.hex();
   gradient += ")";
   const double largest = heat.largest;
   Markup legend;

@@ -1,10 +1,10 @@
-// How likely one label is at each node (thesis 4.4): its values, their colours, its legend.
+// How likely one label is at each node (thesis 4.4): its values, their colors, its legend.
 #pragma once
 
 #include <cstddef>
 #include <vector>
 
-#include "estancia/report/colour.hpp"
+#include "estancia/report/color.hpp"
 #include "estancia/report/html.hpp"
 #include "estancia/topology/map.hpp"
 
@@ -15,7 +15,7 @@ struct HeatMap {
   std::vector<float> values;  ///< p̄_N(l), one a node of the map; 0 where it is not a number
   float largest = 0;          ///< of the values
 
-  Colour colourOf(std::size_t node) const { return viridis(largest > 0 ? values[node] / largest : 0); }
+  Color colorOf(std::size_t node) const { return viridis(largest > 0 ? values[node] / largest : 0); }
   /// Nodes in falling order of the value, at most `count`, none with 0.
   std::vector<std::size_t> ranking(std::size_t count) const;
 };
@@ -26,7 +26,7 @@ HeatMap heatMapOf(const TopologicalMap& map, std::size_t label);
 /// The label that tells places apart best: the largest standard deviation over the nodes.
 std::size_t mostTellingLabel(const TopologicalMap& map);
 
-/// Colour scale with numbers at 0, the middle and the largest value.
+/// Color scale with numbers at 0, the middle and the largest value.
 Markup heatLegend(const HeatMap& heat);
 
 }  // namespace estancia::report

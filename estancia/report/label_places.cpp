@@ -6,31 +6,31 @@
 
 namespace estancia::report {
 
-LabelPlaces::LabelPlaces(double width, double height, const std::vector<Point>& centres,
+LabelPlaces::LabelPlaces(double width, double height, const std::vector<Point>& centers,
                          const std::vector<double>& radii,
                          std::vector<std::pair<std::size_t, std::size_t>> lines)
-    : frame_{4, 4, width - 8, height - 8}, centres_(centres), radii_(radii), lines_(std::move(lines)) {}
+    : frame_{4, 4, width - 8, height - 8}, centers_(centers), radii_(radii), lines_(std::move(lines)) {}
 
 std::optional<LabelPlace> LabelPlaces::take(std::size_t disc, double width, double height) {
   constexpr std::array<std::array<int, 2>, 8> sides{
       {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}}};
-  const Point& centre = centres_[disc];
+  const Point& center = centers_[disc];
   std::optional<LabelPlace> best;
   double bestCost = 1e9;
   for (std::size_t side = 0; side < sides.size(); ++side) {
     const auto [dx, dy] = sides[side];
     const double reach = (radii_[disc] + 4) * (dx != 0 && dy != 0 ? std::sqrt(0.5) : 1);
-    const double x = centre.x + dx * (reach + width / 2);
-    const double y = centre.y + dy * (reach + height / 2);
+    const double x = center.x + dx * (reach + width / 2);
+    const double y = center.y + dy * (reach + height / 2);
     const Box box{x - width / 2, y - height / 2, width, height};
-    const LabelPlace place{box, dx == 0 ? centre.x : x - dx * width / 2,  // text begins or ends at its disc
+    const LabelPlace place{box, dx == 0 ? center.x : x - dx * width / 2,  // text begins or ends at its disc
                            dx == 0  ? "middle"
                            : dx > 0 ? "start"
                                     : "end"};
     if (!isInside(place) || !isFree(box)) continue;
     double cost = 0.1 * static_cast<double>(side);
     for (const auto& [a, b] : lines_)
-      if (box.crosses(centres_[a], centres_[b])) cost += 1;
+      if (box.crosses(centers_[a], centers_[b])) cost += 1;
     if (cost >= bestCost) continue;
     bestCost = cost;
     best = place;
@@ -50,8 +50,8 @@ bool LabelPlaces::isInside(const LabelPlace& place) const {
 }
 
 bool LabelPlaces::isFree(const Box& box) const {
-  for (std::size_t i = 0; i < centres_.size(); ++i)
-    if (box.overlapsCircle(centres_[i], radii_[i] + 3)) return false;
+  for (std::size_t i = 0; i < centers_.size(); ++i)
+    if (box.overlapsCircle(centers_[i], radii_[i] + 3)) return false;
   const Box withAir{box.x - 3, box.y, box.width + 6, box.height};  // words side by side would read as one
   return std::none_of(taken_.begin(), taken_.end(),
                       [&withAir](const Box& other) { return other.overlaps(withAir); });

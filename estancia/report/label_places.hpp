@@ -21,7 +21,7 @@ class LabelPlaces {
  public:
   /// Labels stand beside discs and stay in a frame of this size; few cross the lines (pairs of discs). What
   /// is handed in must outlive this object.
-  LabelPlaces(double width, double height, const std::vector<Point>& centres,
+  LabelPlaces(double width, double height, const std::vector<Point>& centers,
               const std::vector<double>& radii, std::vector<std::pair<std::size_t, std::size_t>> lines = {});
 
   /// The best of eight places round a disc for a label of this size, touching no disc and no other label, and
@@ -35,7 +35,7 @@ class LabelPlaces {
   bool isFree(const Box& box) const;
 
   Box frame_;
-  const std::vector<Point>& centres_;
+  const std::vector<Point>& centers_;
   const std::vector<double>& radii_;
   std::vector<std::pair<std::size_t, std::size_t>> lines_;
   std::vector<Box> taken_;

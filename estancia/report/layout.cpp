@@ -36,12 +36,12 @@ class Convergence {
   boost::layout_tolerance<double> tolerance_{1e-3};
 };
 
-/// Positions of nodes without a pose: the mean of their neighbours', spreading out from those that have one.
+/// Positions of nodes without a pose: the mean of their neighbors', spreading out from those that have one.
 void fillGaps(const std::vector<Link>& links, std::vector<std::optional<Point>>& nodes) {
-  std::vector<std::vector<std::size_t>> neighbours(nodes.size());
+  std::vector<std::vector<std::size_t>> neighbors(nodes.size());
   for (const Link& link : links) {
-    neighbours[link.a].push_back(link.b);
-    neighbours[link.b].push_back(link.a);
+    neighbors[link.a].push_back(link.b);
+    neighbors[link.b].push_back(link.a);
   }
   const auto meanOf = [&nodes](const auto& members) -> std::optional<Point> {
     Point sum;
@@ -57,13 +57,13 @@ void fillGaps(const std::vector<Link>& links, std::vector<std::optional<Point>>&
   for (bool changed = true; changed;) {
     changed = false;
     for (std::size_t i = 0; i < nodes.size(); ++i)
-      if (!nodes[i] && (nodes[i] = meanOf(neighbours[i]))) changed = true;
+      if (!nodes[i] && (nodes[i] = meanOf(neighbors[i]))) changed = true;
   }
   std::vector<std::size_t> all(nodes.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
-  const Point centre = meanOf(all).value_or(Point{});
+  const Point center = meanOf(all).value_or(Point{});
   for (auto& node : nodes)
-    if (!node) node = centre;
+    if (!node) node = center;
 }
 
 }  // namespace
@@ -120,14 +120,14 @@ Fit fitInto(const std::vector<Point>& points, const Box& box, bool mayTurn) {
   return fit;
 }
 
-void separate(std::vector<Point>& centres, const std::vector<double>& radii, double gap, const Box& box) {
+void separate(std::vector<Point>& centers, const std::vector<double>& radii, double gap, const Box& box) {
   constexpr int rounds = 200;
   for (int round = 0; round < rounds; ++round) {
     bool moved = false;
-    for (std::size_t i = 0; i < centres.size(); ++i)
-      for (std::size_t j = i + 1; j < centres.size(); ++j) {
-        Point& a = centres[i];
-        Point& b = centres[j];
+    for (std::size_t i = 0; i < centers.size(); ++i)
+      for (std::size_t j = i + 1; j < centers.size(); ++j) {
+        Point& a = centers[i];
+        Point& b = centers[j];
         const double wanted = radii[i] + radii[j] + gap;
         double dx = b.x - a.x, dy = b.y - a.y;
         if (dx * dx + dy * dy >= wanted * wanted) continue;  // most pairs: no root for them
@@ -144,10 +144,10 @@ void separate(std::vector<Point>& centres, const std::vector<double>& radii, dou
         b = {b.x + push * dx, b.y + push * dy};
         moved = true;
       }
-    for (std::size_t i = 0; i < centres.size(); ++i) {
+    for (std::size_t i = 0; i < centers.size(); ++i) {
       const double r = radii[i];
-      centres[i].x = std::clamp(centres[i].x, box.x + r, std::max(box.x + r, box.x + box.width - r));
-      centres[i].y = std::clamp(centres[i].y, box.y + r, std::max(box.y + r, box.y + box.height - r));
+      centers[i].x = std::clamp(centers[i].x, box.x + r, std::max(box.x + r, box.x + box.width - r));
+      centers[i].y = std::clamp(centers[i].y, box.y + r, std::max(box.y + r, box.y + box.height - r));
     }
     if (!moved) break;
   }

@@ -17,9 +17,9 @@ std::vector<Point> layoutGraph(std::size_t vertices, const std::vector<Link>& ed
 /// Turns, scales (one factor for both axes) and moves points into the middle of a box. `mayTurn` allows a
 /// quarter turn that fits better. y grows downwards afterwards.
 struct Fit {
-  double scale = 1;  ///< page units a metre (or an edge); 0 where all points are one
+  double scale = 1;  ///< page units a meter (or an edge); 0 where all points are one
   bool turned = false;
-  Point from, to;  ///< centre before and after
+  Point from, to;  ///< center before and after
 
   Point operator()(const Point& p) const;
 };
@@ -27,9 +27,9 @@ Fit fitInto(const std::vector<Point>& points, const Box& box, bool mayTurn);
 
 /// Moves circles as little as possible until none overlap (with `gap` between) and all are in the box, as far
 /// as there is room for them. Equal points part in a fixed pattern.
-void separate(std::vector<Point>& centres, const std::vector<double>& radii, double gap, const Box& box);
+void separate(std::vector<Point>& centers, const std::vector<double>& radii, double gap, const Box& box);
 
-/// The nodes of a map in the plane, in metres (y up) where poses are known, else in edges.
+/// The nodes of a map in the plane, in meters (y up) where poses are known, else in edges.
 struct MapLayout {
   std::vector<Point> nodes;                  ///< one a node of the summary, all finite
   std::vector<std::optional<Point>> frames;  ///< the driven path, one a frame; empty without poses

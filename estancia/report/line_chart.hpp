@@ -9,7 +9,7 @@
 
 namespace estancia::report {
 
-/// The classes that colour and dash the i-th of many curves: seven colours, then other dashes; 28 in all.
+/// The classes that color and dash the i-th of many curves: seven colors, then other dashes; 28 in all.
 std::string curveClass(std::size_t i);
 
 /// A figure with legend, axes and caption. A curve breaks where its value is not finite.

@@ -48,12 +48,12 @@ std::string describe(const NodeSummary& node) {
 }
 
 void drawNode(Markup& svg, const MapSummary& summary, std::size_t n, const Point& at, double radius,
-              const MapColours& colours) {
+              const MapColors& colors) {
   const NodeSummary& node = summary.nodes[n];
   const std::string id = std::to_string(node.node->id);
-  const ClassStyle look = colours.styleOf(summary, n);
+  const ClassStyle look = colors.styleOf(summary, n);
   double room = 2;
-  for (const std::size_t shape : colours.shapesOf(summary, n)) room = std::min(room, textRoom(shape));
+  for (const std::size_t shape : colors.shapesOf(summary, n)) room = std::min(room, textRoom(shape));
   const double size = std::min(12.5, room * radius / std::max(textWidth(id), 0.8));
   svg.open("a", {{"class", "node"},
                  {"href", "#node-" + id},
@@ -143,20 +143,20 @@ void drawLabels(Markup& svg, const MapSummary& summary, const std::vector<std::s
 
 }  // namespace
 
-ClassStyle MapColours::styleOf(const MapSummary& summary, std::size_t node) const {
+ClassStyle MapColors::styleOf(const MapSummary& summary, std::size_t node) const {
   if (painting == Painting::zones && zones != nullptr) return zones->styleOf(node);
   ClassStyle look = summary.styleOf(summary.nodes[node]);
-  if (painting == Painting::heat) look.fill = heat.colourOf(node);
+  if (painting == Painting::heat) look.fill = heat.colorOf(node);
   return look;
 }
 
-std::vector<std::size_t> MapColours::shapesOf(const MapSummary& summary, std::size_t node) const {
+std::vector<std::size_t> MapColors::shapesOf(const MapSummary& summary, std::size_t node) const {
   std::vector<std::size_t> shapes{summary.styleOf(summary.nodes[node]).shape};
   if (zones != nullptr) shapes.push_back(zones->styleOf(node).shape);
   return shapes;
 }
 
-Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapColours& colours,
+Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapColors& colors,
                  const FloorPlan* plan, FigureStyle style) {
   const Placement placement = place(summary, layout, plan, style);
   const auto& [fit, nodes, radii] = placement;
@@ -180,7 +180,7 @@ Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapCo
                std::min(6.0, thin * (1 + std::log2(static_cast<double>(link.there + link.back + 1)) / 2))}});
   }
 
-  std::vector<std::size_t> order(nodes.size());  // small nodes on top, large ones labelled first
+  std::vector<std::size_t> order(nodes.size());  // small nodes on top, large ones labeled first
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   const auto larger = [&radii = placement.radii](std::size_t a, std::size_t b) {
     return radii[a] > radii[b];
@@ -189,14 +189,14 @@ Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapCo
   std::vector<double> extents;
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     double reach = 1;
-    for (const std::size_t shape : colours.shapesOf(summary, n)) reach = std::max(reach, reachOf(shape));
+    for (const std::size_t shape : colors.shapesOf(summary, n)) reach = std::max(reach, reachOf(shape));
     extents.push_back(radii[n] * reach);
   }
   std::vector<std::pair<std::size_t, std::size_t>> lines;
   for (const Link& link : summary.links) lines.emplace_back(link.a, link.b);
   LabelPlaces places(style.width, style.height, nodes, extents, lines);
   if (layout.metric) places.block(drawScale(svg, fit.scale, style));
-  for (const std::size_t n : order) drawNode(svg, summary, n, nodes[n], radii[n], colours);
+  for (const std::size_t n : order) drawNode(svg, summary, n, nodes[n], radii[n], colors);
   drawLabels(svg, summary, order, places, style);
   return svg.close();
 }

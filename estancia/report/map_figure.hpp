@@ -11,12 +11,12 @@
 
 namespace estancia::report {
 
-/// What the nodes' colours and shapes tell.
+/// What the nodes' colors and shapes tell.
 enum class Painting { heat, rooms, zones };
 
 /// What they may tell of one map.
-struct MapColours {
-  const HeatMap& heat;     ///< colours only; the shapes are those of the rooms
+struct MapColors {
+  const HeatMap& heat;     ///< colors only; the shapes are those of the rooms
   const NodeZones* zones;  ///< nullptr where none are known
   Painting painting = Painting::rooms;
 
@@ -26,10 +26,10 @@ struct MapColours {
 };
 
 /// An <svg> in which every node is a link to `#node-<id>` and carries its position as data-node.
-Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapColours& colours,
+Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapColors& colors,
                  const FloorPlan* plan, FigureStyle style);
 
-/// Rooms with their colours and shapes.
+/// Rooms with their colors and shapes.
 Markup roomLegend(const MapSummary& summary);
 
 }  // namespace estancia::report

@@ -53,7 +53,7 @@ void addRanking(Markup& body, const MapSummary& summary, const HeatMap& heat) {
     body.element(
         "i",
         {{"style", fmt::format("width:{}%;background:{}", number(100 * heat.values[n] / heat.largest, 1),
-                               heat.colourOf(n).hex())}},
+                               heat.colorOf(n).hex())}},
         "");
     body.close().element("span", {{"class", "p"}}, significant(heat.values[n])).close().close();
   }
@@ -77,7 +77,7 @@ void addGuide(Markup& body, bool metric, bool zones) {
   if (zones)
     body.element(
         "p",
-        "A zone holds images whose words are alike, wherever they were taken; a node has the colour and "
+        "A zone holds images whose words are alike, wherever they were taken; a node has the color and "
         "shape of the zone that most of its images are in.");
   body.close();
 }
@@ -115,14 +115,14 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, c
                  {{"type", "button"}, {"id", id}, {"aria-pressed", painting == what ? "true" : "false"}},
                  text);
   };
-  if (!summary.rooms.empty()) chooser("by-rooms", Painting::rooms, "Colour by room");
-  if (zones != nullptr) chooser("by-zones", Painting::zones, "Colour by zone");
+  if (!summary.rooms.empty()) chooser("by-rooms", Painting::rooms, "Color by room");
+  if (zones != nullptr) chooser("by-zones", Painting::zones, "Color by zone");
   body.close().open("p", {{"id", "hint"}, {"aria-live", "polite"}}).close().close();
 
   body.open("div", {{"class", "figure"}});
-  const MapColours colours{heat, zones, painting};
-  body.add(mapFigure(summary, layout, colours, plan, {780, 580, 12.5, true, "wide"}));
-  body.add(mapFigure(summary, layout, colours, plan, {358, 440, 11, false, "narrow"}));
+  const MapColors colors{heat, zones, painting};
+  body.add(mapFigure(summary, layout, colors, plan, {780, 580, 12.5, true, "wide"}));
+  body.add(mapFigure(summary, layout, colors, plan, {358, 440, 11, false, "narrow"}));
   const auto legend = [&body, painting](const char* id, Painting what, const Markup& entries) {
     Attributes attributes{{"id", id}};
     if (painting != what) attributes.push_back({"hidden", ""});
@@ -153,7 +153,7 @@ std::string searchIndex(const MapPage& page, const MapSummary& summary, const No
   threshold = 0.0005;
   while (threshold < 1 && entries(threshold) > page.indexEntries) threshold *= 2;
 
-  nlohmann::json index = nlohmann::json::array(), nodes = index, labels = index, colours = index,
+  nlohmann::json index = nlohmann::json::array(), nodes = index, labels = index, colors = index,
                  shapes = index;
   std::vector<char> used(page.map.vocabulary.size(), 0);
   for (const NodeSummary& node : summary.nodes) {
@@ -178,10 +178,10 @@ std::string searchIndex(const MapPage& page, const MapSummary& summary, const No
   }
   // a label no node holds stays in the list, so that searching for it can say so
   for (const std::string& label : page.map.vocabulary.labels()) labels.push_back(shorten(label, 200));
-  for (const Colour& colour : viridisStops()) colours.push_back({colour.red, colour.green, colour.blue});
+  for (const Color& color : viridisStops()) colors.push_back({color.red, color.green, color.blue});
   for (std::size_t shape = 0; shape < 5; ++shape) shapes.push_back(shapePath(shape, unitRadius));
   nlohmann::json data{{"labels", labels},   {"nodes", nodes},   {"index", index},
-                      {"colours", colours}, {"shapes", shapes}, {"least", threshold}};
+                      {"colors", colors}, {"shapes", shapes}, {"least", threshold}};
   return data.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -192,7 +192,7 @@ FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<doub
   const bool finite = std::all_of(extent.begin(), extent.end(), [](double v) { return std::isfinite(v); });
   if (!finite || !(plan.xMax > plan.xMin) || !(plan.yMax > plan.yMin))
     throw Error(
-        "the floor plan's extent must be xMin, yMin, xMax, yMax in metres, with xMin < xMax and yMin < yMax");
+        "the floor plan's extent must be xMin, yMin, xMax, yMax in meters, with xMin < xMax and yMin < yMax");
   constexpr std::size_t limit = 8'000'000;
   std::ifstream file(path, std::ios::binary);
   if (!file) throw Error(fmt::format("cannot read the floor plan {}; check the path", path.string()));

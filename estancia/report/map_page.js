@@ -21,11 +21,11 @@
   };
   const significant = p => p === 0 ? '0' : p.toFixed(p >= 0.1 ? 3 : 4).replace(/\.?0+$/, '');
 
-  // ---- colours
+  // ---- colors
   const mixed = t => {
-    const place = Math.min(Math.max(t, 0), 1) * (data.colours.length - 1);
-    const below = Math.min(Math.floor(place), data.colours.length - 2);
-    return data.colours[below].map((c, i) => Math.round(c + (place - below) * (data.colours[below + 1][i] - c)));
+    const place = Math.min(Math.max(t, 0), 1) * (data.colors.length - 1);
+    const below = Math.min(Math.floor(place), data.colors.length - 2);
+    return data.colors[below].map((c, i) => Math.round(c + (place - below) * (data.colors[below + 1][i] - c)));
   };
   const ink = rgb => {
     const linear = rgb.map(c => (c /= 255) <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
@@ -42,7 +42,7 @@
   };
   const paint = styleOf => drawn.forEach(element =>
     dye(element, styleOf(data.nodes[element.dataset.node], +element.dataset.node)));
-  // the badges of cards, and of the card in the panel, tell the room or the zone: `at` is where a node has its colour
+  // the badges of cards, and of the card in the panel, tell the room or the zone: `at` is where a node has its color
   const paintBadges = at => document.querySelectorAll('.card[data-node]').forEach(card => {
     const node = data.nodes[card.dataset.node];
     dye(card.querySelector('.badge'), [fromHex(node[at]), node[at + 1]]);

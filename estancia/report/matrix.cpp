@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estancia/report/colour.hpp"
+#include "estancia/report/color.hpp"
 #include "estancia/report/text.hpp"
 
 namespace estancia::report {
@@ -16,16 +16,16 @@ constexpr std::size_t mostPrinted = 20;  // names; with more of them the cells a
 }  // namespace
 
 std::string heatStyle(double t) {
-  const Colour colour = viridis(t);
-  return "background:" + colour.hex() + ";color:" + colour.ink();
+  const Color color = viridis(t);
+  return "background:" + color.hex() + ";color:" + color.ink();
 }
 
 Markup heatScale(const std::string& least, const std::string& most) {
-  std::string colours;
-  for (const Colour& colour : viridisStops()) colours += (colours.empty() ? "" : ",") + colour.hex();
+  std::string colors;
+  for (const Color& color : viridisStops()) colors += (colors.empty() ? "" : ",") + color.hex();
   Markup scale;
   scale.open("p", {{"class", "scale"}}).element("span", least);
-  scale.element("i", {{"style", "background:linear-gradient(90deg," + colours + ")"}}, "");
+  scale.element("i", {{"style", "background:linear-gradient(90deg," + colors + ")"}}, "");
   return scale.element("span", most).close();
 }
 

@@ -54,7 +54,7 @@ std::vector<Measure> measuresOf(const MapQuality& q) {
   }
   const std::vector<Measure> more{
       {"spatial_spread", "Spatial spread [m]", q.spatialSpread, 2,
-       "Mean distance of images to their place's centre"},
+       "Mean distance of images to their place's center"},
       {"edge_precision", "Edge precision", q.edgePrecision, 3, "Share of links that the rooms really have"},
       {"edge_recall", "Edge recall", q.edgeRecall, 3, "Share of real room links that the map has"},
       {"original_a", "A room purity", q.original.roomPurity, 3,
@@ -72,7 +72,7 @@ std::vector<Measure> measuresOf(const MapQuality& q) {
 
 std::vector<Measure> measuresOf(const LocalizationAccuracy& a) {
   return {
-      {"localized_frames", "Localised frames", static_cast<double>(a.frames), 0,
+      {"localized_frames", "Localized frames", static_cast<double>(a.frames), 0,
        "Images that were looked for"},
       {"node_room", "Right room, nearest place", a.nodeRoom, 3, "Each image alone"},
       {"image_room", "Right room, nearest image", a.nearestImage.room, 3, "Each image alone"},
@@ -98,7 +98,7 @@ std::vector<Measure> measuresOf(const ZoneQuality& q) {
     measures.push_back({"predicted_zone_room", "Predicted room, zone", q.predictedRoom, 3,
                         "Share of images whose zone the classifier takes for their true room"});
   measures.push_back({"spatial_spread", "Spatial spread [m]", q.spatialSpread, 2,
-                      "Mean distance of images to their zone's centre"});
+                      "Mean distance of images to their zone's center"});
   return measures;
 }
 

@@ -11,10 +11,10 @@
 namespace estancia::report {
 namespace {
 
-void addNeighbours(Markup& card, const MapSummary& summary, std::size_t position) {
+void addNeighbors(Markup& card, const MapSummary& summary, std::size_t position) {
   constexpr std::size_t shown = 12;
   std::size_t count = 0;
-  card.open("p", {{"class", "neighbours"}}).text("Linked to");
+  card.open("p", {{"class", "neighbors"}}).text("Linked to");
   for (const Link& link : summary.links) {
     if (link.a != position && link.b != position) continue;
     if (++count > shown) continue;
@@ -65,7 +65,7 @@ void addCard(Markup& out, const MapSummary& summary, std::size_t position, const
   out.open("footer")
       .add(visitStrip(node.visits, summary.map->frames.size()))
       .element("p", describeVisits(node.visits));
-  addNeighbours(out, summary, position);
+  addNeighbors(out, summary, position);
   out.close().close();
 }
 
@@ -81,7 +81,7 @@ void addRow(Markup& out, const MapSummary& summary, std::size_t position, const 
   out.element("p", words);
   addPrediction(out, node);
   if (zones != nullptr) out.add(zoneLine(*zones, position));
-  addNeighbours(out, summary, position);
+  addNeighbors(out, summary, position);
   out.close();
 }
 

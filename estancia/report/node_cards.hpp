@@ -1,4 +1,4 @@
-// One card a place: its words, pictures, neighbours and visits.
+// One card a place: its words, pictures, neighbors and visits.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ struct NodeCards {
   std::size_t withheld = 0;  ///< pictures left out because page.pictures.bytes were used up
 };
 
-/// `zones` may be nullptr. Badges have the colours of zones where the painting is of zones, else of rooms;
+/// `zones` may be nullptr. Badges have the colors of zones where the painting is of zones, else of rooms;
 /// every card carries the node's position as data-node.
 NodeCards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZones* zones,
                     Painting painting);

@@ -11,8 +11,8 @@
 namespace estancia::report {
 namespace {
 
-/// Colours that people tell apart, by Wong, Nature Methods 8 (2011), BGR.
-cv::Scalar colourOf(ObjectBelief::Source source) {
+/// Colors that people tell apart, by Wong, Nature Methods 8 (2011), BGR.
+cv::Scalar colorOf(ObjectBelief::Source source) {
   switch (source) {
     case ObjectBelief::Source::both:
       return {115, 158, 0};
@@ -48,7 +48,7 @@ cv::Mat drawObjects(const cv::Mat& image, std::span<const PredictedObject> objec
   const int font = cv::FONT_HERSHEY_SIMPLEX;
   const double size = 0.4 * std::max(1., image.cols / 640.);
   for (const PredictedObject& object : objects)
-    cv::rectangle(drawn, object.box, colourOf(object.belief.source), 2);
+    cv::rectangle(drawn, object.box, colorOf(object.belief.source), 2);
   for (const PredictedObject& object : objects) {
     const std::string caption = captionOf(object, words);
     int below = 0;
@@ -56,7 +56,7 @@ cv::Mat drawObjects(const cv::Mat& image, std::span<const PredictedObject> objec
     const cv::Point corner(std::clamp(object.box.x, 0, std::max(0, image.cols - text.width)),
                            std::max(object.box.y, text.height + below));
     cv::rectangle(drawn, corner + cv::Point(0, below), corner + cv::Point(text.width, -text.height),
-                  colourOf(object.belief.source), cv::FILLED);
+                  colorOf(object.belief.source), cv::FILLED);
     cv::putText(drawn, caption, corner, font, size, cv::Scalar::all(255), 1, cv::LINE_AA);
   }
   return drawn;

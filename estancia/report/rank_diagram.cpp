@@ -201,7 +201,7 @@ Markup rankDiagram(const RankDiagram& diagram) {
 namespace estancia {
 
 std::string renderRankDiagram(const RankDiagram& diagram) {
-  // The colours are those of map_page.css.
+  // The colors are those of map_page.css.
   const std::string style =
       ".ground{fill:#fff}.name{font:14px Helvetica,Arial,sans-serif;fill:#1b222c}"
       ".rank{font:12px Helvetica,Arial,sans-serif;fill:#56606d}.line,.stem,.group{fill:none;stroke:#1b222c}"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/report/colour.hpp"
+#include "estancia/report/color.hpp"
 #include "estancia/report/visits.hpp"
 #include "estancia/topology/map.hpp"
 

@@ -8,9 +8,9 @@
 
 namespace estancia::report {
 
-bool Box::overlapsCircle(const Point& centre, double radius) const {
-  const double dx = centre.x - std::clamp(centre.x, x, x + width);
-  const double dy = centre.y - std::clamp(centre.y, y, y + height);
+bool Box::overlapsCircle(const Point& center, double radius) const {
+  const double dx = center.x - std::clamp(center.x, x, x + width);
+  const double dy = center.y - std::clamp(center.y, y, y + height);
   return dx * dx + dy * dy < radius * radius;
 }
 
@@ -35,11 +35,11 @@ Path& Path::step(char command, double x, double y) {
   return *this;
 }
 
-std::string shapePath(std::size_t shape, double radius, const Point& centre) {
+std::string shapePath(std::size_t shape, double radius, const Point& center) {
   using std::numbers::pi;
   if (shape == 0) {
     return fmt::format("M{2} {3}a{0} {0} 0 1 0 {1} 0a{0} {0} 0 1 0 -{1} 0Z", number(radius),
-                       number(2 * radius), number(centre.x - radius), number(centre.y));
+                       number(2 * radius), number(center.x - radius), number(center.y));
   }
   const int corners = shape == 3 ? 6 : shape == 4 ? 3 : 4;
   const double start =
@@ -49,7 +49,7 @@ std::string shapePath(std::size_t shape, double radius, const Point& centre) {
   Path path;
   for (int i = 0; i < corners; ++i) {
     const double angle = start + 2 * pi * i / corners;
-    const double x = centre.x + corner * std::cos(angle), y = centre.y - corner * std::sin(angle);
+    const double x = center.x + corner * std::cos(angle), y = center.y - corner * std::sin(angle);
     i == 0 ? path.move(x, y) : path.line(x, y);
   }
   return path.close().str();

@@ -19,7 +19,7 @@ struct Box {
     return x < other.x + other.width && other.x < x + width && y < other.y + other.height &&
            other.y < y + height;
   }
-  bool overlapsCircle(const Point& centre, double radius) const;
+  bool overlapsCircle(const Point& center, double radius) const;
   bool inside(const Box& outer) const {
     return x >= outer.x && y >= outer.y && x + width <= outer.x + outer.width &&
            y + height <= outer.y + outer.height;
@@ -45,8 +45,8 @@ class Path {
   std::string d_;
 };
 
-/// A symbol's outline around `centre`, of the area of a circle with this radius; see ClassStyle::shape.
-std::string shapePath(std::size_t shape, double radius, const Point& centre = {});
+/// A symbol's outline around `center`, of the area of a circle with this radius; see ClassStyle::shape.
+std::string shapePath(std::size_t shape, double radius, const Point& center = {});
 
 /// A step of 1, 2 or 5 · 10ⁿ between the ticks of an axis, so that about `count` steps reach `range` > 0.
 double niceStep(double range, double count);

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <string>
 
-#include "estancia/report/colour.hpp"
+#include "estancia/report/color.hpp"
 #include "estancia/report/html.hpp"
 
 namespace estancia::report {

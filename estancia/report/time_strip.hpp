@@ -20,7 +20,7 @@ struct Stay : Visit {
 /// so many stretches, each of which counts as the zone of most of its frames.
 std::vector<Stay> staysOf(const std::vector<int>& zoneOf, std::size_t columns);
 
-/// An <svg> of style.width×style.height with the zones' colours, their numbers where there is room, and frame
+/// An <svg> of style.width×style.height with the zones' colors, their numbers where there is room, and frame
 /// numbers below.
 Markup timeStrip(const ZonesSummary& summary, const FigureStyle& style);
 

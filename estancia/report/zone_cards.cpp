@@ -29,8 +29,8 @@ std::string roomsOf(const ZonesSummary& summary, const Zone& zone) {
 }
 
 std::string positionOf(const ZoneExtent& extent) {
-  return fmt::format("Around ({}, {}, {}) m, its images {} m from there on average", number(extent.centre[0]),
-                     number(extent.centre[1]), number(extent.centre[2]), significant(extent.spread));
+  return fmt::format("Around ({}, {}, {}) m, its images {} m from there on average", number(extent.center[0]),
+                     number(extent.center[1]), number(extent.center[2]), significant(extent.spread));
 }
 
 void addFacts(Markup& card, const ZonesSummary& summary, const ZoneSummary& entry) {

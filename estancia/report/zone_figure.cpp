@@ -39,7 +39,7 @@ std::vector<ZoneSymbol> thinned(const std::vector<ZoneSymbol>& symbols, std::siz
 std::vector<std::size_t> densest(const std::vector<ZoneSymbol>& symbols,
                                  const std::vector<std::size_t>& members) {
   constexpr double near = 40;
-  std::vector<std::pair<std::size_t, std::size_t>> counts;  // neighbours, symbol
+  std::vector<std::pair<std::size_t, std::size_t>> counts;  // neighbors, symbol
   for (const std::size_t a : members) {
     std::size_t count = 0;
     for (const std::size_t b : members)
@@ -106,15 +106,15 @@ void drawSymbols(Markup& svg, const ZonesSummary& summary, const std::vector<Zon
 /// Numbers and words beside the zones' symbols, the largest zone first, as far as there is room.
 void drawNames(Markup& svg, const ZonesSummary& summary, const std::vector<ZoneSymbol>& symbols,
                double radius, const Box& scale, const FigureStyle& style) {
-  std::vector<Point> centres;
+  std::vector<Point> centers;
   std::vector<double> radii;
   std::vector<std::vector<std::size_t>> members(summary.styled + 1);
   for (std::size_t i = 0; i < symbols.size(); ++i) {
-    centres.push_back(symbols[i].at);
+    centers.push_back(symbols[i].at);
     radii.push_back(radius);
     members[symbols[i].zone].push_back(i);
   }
-  LabelPlaces places(style.width, style.height, centres, radii);
+  LabelPlaces places(style.width, style.height, centers, radii);
   places.block(scale);
   const auto tryName = [&](std::size_t zone, const std::string& text) {
     const double width = 1.2 * style.fontSize * textWidth(text), height = 1.2 * style.fontSize;

@@ -15,7 +15,7 @@ struct Agreement {
   double purity = 0;  ///< share of the items that belong to their cluster's most frequent class
 };
 
-/// Compares two labellings of the same items; the label values are only names. A truth of one class is
+/// Compares two labelings of the same items; the label values are only names. A truth of one class is
 /// homogeneous, one single cluster is complete. Throws Error when there are no items or the lengths differ.
 /// O(n log n).
 Agreement measureAgreement(std::span<const int> truth, std::span<const int> clusters);

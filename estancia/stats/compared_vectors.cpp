@@ -7,7 +7,7 @@ namespace estancia {
 namespace {
 
 /// An image about which nothing is said (all labels alike) points along the diagonal: to log-ratios and
-/// centred probabilities that is at right angles to everything, and two such images are the same.
+/// centered probabilities that is at right angles to everything, and two such images are the same.
 void scaleToUnit(std::span<float> vector) {
   const float norm = std::sqrt(dot(vector, vector));
   if (norm > 0)
@@ -62,7 +62,7 @@ std::vector<float> comparedVector(const Distance& distance, const Standardizatio
   std::vector<float> vector(embedded.begin(), embedded.end());
   if (!standardization.weight.empty())
     for (std::size_t i = 0; i < vector.size(); ++i)
-      vector[i] = (vector[i] - standardization.centre[i]) * standardization.weight[i];
+      vector[i] = (vector[i] - standardization.center[i]) * standardization.weight[i];
   balance(distance, vector);
   return vector;
 }

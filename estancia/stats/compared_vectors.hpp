@@ -10,7 +10,7 @@
 
 namespace estancia {
 
-/// One embedded descriptor made ready for compare(): centred and weighted by `standardization` (unless that
+/// One embedded descriptor made ready for compare(): centered and weighted by `standardization` (unless that
 /// is empty), its parts weighted, and of unit length where the comparison is a cosine.
 std::vector<float> comparedVector(const Distance& distance, const Standardization& standardization,
                                   std::span<const float> embedded);
@@ -20,11 +20,11 @@ DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Dist
                                  const Standardization& standardization);
 
 /// Whole descriptors as a map compares them by `distance`, which knows their parts: embedded, for a
-/// standardized distance centred and scaled by the run `scale`, then as comparedVector(). N×L.
+/// standardized distance centered and scaled by the run `scale`, then as comparedVector(). N×L.
 DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const DescriptorMatrix& scale,
                                  const Distance& distance);
 
-/// Whole descriptors as zones compare them: a standardized distance is centred and scaled by all of them, so
+/// Whole descriptors as zones compare them: a standardized distance is centered and scaled by all of them, so
 /// that their order does not matter. N×L.
 DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance);
 

@@ -126,7 +126,7 @@ double cosine(const Sums& ab, const Sums& aa, const Sums& bb) {
   return aa.value == bb.value ? 1 : 0;  // zero vectors point nowhere: alike among themselves only
 }
 
-void centre(std::span<float> values) {
+void center(std::span<float> values) {
   double sum = 0;
   for (const float value : values) sum += value;
   const auto mean = static_cast<float>(sum / static_cast<double>(values.size()));
@@ -159,17 +159,17 @@ const std::vector<Distance>& baseDistances() {
   using enum Comparison;
   static const std::vector<Distance> all = {
       {"standardized-clr",
-       centredLogRatio,
+       centeredLogRatio,
        cosine,
        true,
        false,
        {},
        0.5,
-       "cosine of log-ratios, each label centred and scaled by the run's own mean and spread"},
-      plain("clr-cosine", centredLogRatio, cosine, 0.3,
-            "cosine of centred log-ratios (Aitchison's geometry)"),
-      plain("clr-euclidean", centredLogRatio, euclidean, 40,
-            "Euclidean distance of centred log-ratios (Aitchison distance)"),
+       "cosine of log-ratios, each label centered and scaled by the run's own mean and spread"},
+      plain("clr-cosine", centeredLogRatio, cosine, 0.3,
+            "cosine of centered log-ratios (Aitchison's geometry)"),
+      plain("clr-euclidean", centeredLogRatio, euclidean, 40,
+            "Euclidean distance of centered log-ratios (Aitchison distance)"),
       plain("hellinger", squareRoot, euclidean, 0.8, "Euclidean distance of square roots, in [0, √2]"),
       plain("bhattacharyya", squareRoot, bhattacharyya, 0.4, "−ln of the Bhattacharyya coefficient"),
       plain("jensen-shannon", identity, jensenShannon, 0.5,
@@ -179,7 +179,7 @@ const std::vector<Distance>& baseDistances() {
       plain("l1", identity, l1, 1.2, "Manhattan distance of probabilities"),
       plain("l2", identity, euclidean, 0.4, "Euclidean distance of probabilities"),
       plain("cosine", identity, cosine, 0.5, "cosine of probabilities"),
-      plain("pearson", centred, cosine, 0.5, "1 − Pearson's correlation of probabilities"),
+      plain("pearson", centered, cosine, 0.5, "1 − Pearson's correlation of probabilities"),
       plain("chi2", identity, chiSquared, 0.6, "χ² distance of probabilities"),
       plain("ks", identity, chebyshev, 0.4, "the thesis' Eq. 5.1: the largest difference of any label"),
       plain("cumulative-ks", cumulative, chebyshev, 0.3,
@@ -236,15 +236,15 @@ void embed(Embedding embedding, std::span<const float> p, std::span<float> out,
     case Embedding::squareRoot:
       for (std::size_t i = 0; i < p.size(); ++i) out[i] = std::sqrt(std::max(p[i], 0.0F));
       return;
-    case Embedding::centred:
+    case Embedding::centered:
       std::copy(p.begin(), p.end(), out.begin());
-      return inEachPart(out, parts, centre);
+      return inEachPart(out, parts, center);
     case Embedding::cumulative:
       std::copy(p.begin(), p.end(), out.begin());
       return inEachPart(out, parts, sumUp);
-    case Embedding::centredLogRatio:
+    case Embedding::centeredLogRatio:
       for (std::size_t i = 0; i < p.size(); ++i) out[i] = std::log(std::max(p[i], 0.0F) + clrFloor);
-      return inEachPart(out, parts, centre);
+      return inEachPart(out, parts, center);
   }
 }
 

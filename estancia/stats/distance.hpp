@@ -15,9 +15,9 @@ namespace estancia {
 enum class Embedding {
   identity,        ///< the probabilities themselves
   squareRoot,      ///< √p: Euclidean distance there is Hellinger's
-  centred,         ///< p − mean(p): a cosine there is Pearson's correlation
+  centered,         ///< p − mean(p): a cosine there is Pearson's correlation
   cumulative,      ///< p summed up from the first label on: the distribution function
-  centredLogRatio  ///< ln p − mean(ln p): Aitchison's geometry of compositions
+  centeredLogRatio  ///< ln p − mean(ln p): Aitchison's geometry of compositions
 };
 
 enum class Comparison {
@@ -38,7 +38,7 @@ struct Distance {
   std::string name;
   Embedding embedding;
   Comparison comparison;
-  bool standardized = false;   ///< labels are centred and scaled by the run's own mean and σ first
+  bool standardized = false;   ///< labels are centered and scaled by the run's own mean and σ first
   bool sigmaWeighted = false;  ///< labels that vary inside the node weigh less
   /// The parts that descriptors are made of (several models): each is embedded by itself, and with the cosine
   /// compared by itself, so that the distance is Σ w d_part / Σ w. One or none: the whole.
@@ -56,7 +56,7 @@ Distance getDistance(std::string_view name, const std::vector<LabelPart>& parts 
 /// Added to probabilities before their logarithm. A float32 softmax still tells such values apart.
 inline constexpr float clrFloor = 1e-7F;
 
-/// Writes the embedded descriptor; `out` has p.size() values and may be p itself. What is centred or summed
+/// Writes the embedded descriptor; `out` has p.size() values and may be p itself. What is centered or summed
 /// up is so in each of the parts: how sure one model is says nothing about the labels of another.
 void embed(Embedding embedding, std::span<const float> p, std::span<float> out,
            std::span<const LabelPart> parts = {});

@@ -10,7 +10,7 @@ constexpr double novelty = 0.05;  // cosine distance of log-ratios beyond a stan
                                   // .015, at most .04, against .15 and more between views of a moving one
 constexpr std::size_t leastViews = 3;    // below this a run has shown nothing but noise
 constexpr std::size_t mostRepeats = 10;  // frames of one view that count
-constexpr double centrePrior = 20;       // keyframes that each label's centre shrinks to 0 by
+constexpr double centerPrior = 20;       // keyframes that each label's center shrinks to 0 by
 constexpr double weightPrior = 1;        // keyframes that the labels' weights shrink by
 constexpr double quietShare = 0.01;  // labels with less variance than this share of the typical one fade out
 
@@ -30,7 +30,7 @@ Standardization standardizationBy(const Moments& moments) {
   const double lambda = typical * (quietShare + weightPrior / (n + weightPrior));
   Standardization result{std::vector<float>(mean.size()), std::vector<float>(mean.size(), 1.0F)};
   for (std::size_t i = 0; i < mean.size(); ++i) {
-    result.centre[i] = static_cast<float>(mean[i] * n / (n + centrePrior));
+    result.center[i] = static_cast<float>(mean[i] * n / (n + centerPrior));
     if (lambda > 0) result.weight[i] = static_cast<float>(std::sqrt(variance[i]) / (variance[i] + lambda));
   }
   return result;
@@ -41,8 +41,8 @@ LabelScale::LabelScale(Distance distance, std::size_t labels)
 
 bool LabelScale::counts(std::span<const float> probabilities, std::span<const float> embedded) {
   std::vector<float> ratios(embedded.begin(), embedded.end());
-  if (distance_.embedding != Embedding::centredLogRatio)
-    embed(Embedding::centredLogRatio, probabilities, ratios, distance_.parts);
+  if (distance_.embedding != Embedding::centeredLogRatio)
+    embed(Embedding::centeredLogRatio, probabilities, ratios, distance_.parts);
   if (lastView_.empty() || compare(Comparison::cosine, ratios, lastView_) > novelty) {
     lastView_ = std::move(ratios);
     memory_.lastView = memory_.frames - 1;
@@ -75,7 +75,7 @@ void LabelScale::restore(Memory memory, Moments moments, std::vector<float> last
   memory_ = memory;
   moments_ = std::move(moments);
   lastView_ = std::move(lastView);
-  if (!lastView_.empty()) embed(Embedding::centredLogRatio, lastView_, lastView_, distance_.parts);
+  if (!lastView_.empty()) embed(Embedding::centeredLogRatio, lastView_, lastView_, distance_.parts);
 }
 
 }  // namespace estancia

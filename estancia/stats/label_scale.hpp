@@ -1,4 +1,4 @@
-// What a run's own labels are like: the centre and the spread that standardized distances measure by.
+// What a run's own labels are like: the center and the spread that standardized distances measure by.
 #pragma once
 
 #include <cstddef>
@@ -10,9 +10,9 @@
 
 namespace estancia {
 
-/// How a run's own labels are centred and weighted before they are compared; both empty: not at all.
+/// How a run's own labels are centered and weighted before they are compared; both empty: not at all.
 struct Standardization {
-  std::vector<float> centre;
+  std::vector<float> center;
   std::vector<float> weight;  ///< ≥ 0; about 1/σ of the label, 0 for one that never says anything
 };
 
@@ -20,7 +20,7 @@ struct Standardization {
 /// whatever order they came.
 Standardization standardizationBy(const Moments& moments);
 
-/// Watches a run and tells each label's centre and weight.
+/// Watches a run and tells each label's center and weight.
 ///
 /// Only keyframes count: frames that differ from the last keyframe by more than a camera's noise. So a robot
 /// that stands or waits teaches nothing, and the frame rate hardly matters.
@@ -57,7 +57,7 @@ class LabelScale {
   std::size_t labels_;
   Memory memory_;
   Moments moments_;
-  std::vector<float> lastView_;  ///< its centred log-ratios
+  std::vector<float> lastView_;  ///< its centered log-ratios
 };
 
 }  // namespace estancia

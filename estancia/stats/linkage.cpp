@@ -89,12 +89,12 @@ class Clusters {
   bool isAlive(std::size_t place) const { return sizes_[place] > 0; }
   double distance(std::size_t i, std::size_t j) const { return i < j ? at(i, j) : at(j, i); }
 
-  struct Neighbour {
+  struct Neighbor {
     std::size_t place;
     double distance;
   };
   /// The first of the nearest; but `nearest`, when it is as near as any.
-  Neighbour nearestTo(std::size_t place, Neighbour nearest) const {
+  Neighbor nearestTo(std::size_t place, Neighbor nearest) const {
     for (std::size_t i = 0; i < place; ++i) {
       if (i + ahead < place) __builtin_prefetch(&at(i + ahead, place));
       if (sizes_[i] > 0 && at(i, place) < nearest.distance) nearest = {i, at(i, place)};
@@ -154,7 +154,7 @@ class Clusters {
 
 /// From any cluster to its nearest, to that one's nearest …: the chain ends in two that are each other's
 /// nearest. With these linkages they stay so whatever else merges, so they merge now.
-std::vector<Link> nearestNeighbourChain(CondensedDistances& distances, Linkage linkage,
+std::vector<Link> nearestNeighborChain(CondensedDistances& distances, Linkage linkage,
                                         const LinkageOptions& options) {
   Clusters clusters(distances, linkage, options.sizes);
   Watch watch(options.progress, distances.items() - 1);
@@ -166,7 +166,7 @@ std::vector<Link> nearestNeighbourChain(CondensedDistances& distances, Linkage l
       while (!clusters.isAlive(first)) ++first;
       chain.push_back(first);
     }
-    Clusters::Neighbour nearest{0, infinity};
+    Clusters::Neighbor nearest{0, infinity};
     for (;;) {
       const std::size_t end = chain.back();
       const bool begun = chain.size() == 1;
@@ -308,7 +308,7 @@ Dendrogram link(CondensedDistances distances, Linkage linkage, const LinkageOpti
       }
   return dendrogramOf(n,
                       linkage == Linkage::single ? spanningTree(distances, options.progress)
-                                                 : nearestNeighbourChain(distances, linkage, options),
+                                                 : nearestNeighborChain(distances, linkage, options),
                       options.sizes);
 }
 

@@ -48,7 +48,7 @@ struct LinkageOptions {
   Progress* progress = nullptr;  ///< told of merges
 };
 
-/// Merges the two nearest clusters until one is left. Exact, O(n²) time, in place: the nearest-neighbour
+/// Merges the two nearest clusters until one is left. Exact, O(n²) time, in place: the nearest-neighbor
 /// chain (Murtagh 1983; Müllner 2011), for single linkage Prim's spanning tree (Rohlf 1973; Gower and Ross
 /// 1969). The same dendrogram as SciPy's linkage() on the same distances, ties included. Throws Error when a
 /// distance is negative, above 1e100 or no number, or the sizes are not n numbers ≥ 1; Interrupted when the

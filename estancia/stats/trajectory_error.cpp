@@ -29,7 +29,7 @@ cv::Vec3d positionOf(const Pose& pose) {
   return {pose.x, pose.y, pose.z};
 }
 
-cv::Vec3d centreOf(std::span<const Pose> poses) {
+cv::Vec3d centerOf(std::span<const Pose> poses) {
   cv::Vec3d sum;
   for (const Pose& pose : poses) sum += positionOf(pose);
   return sum * (1.0 / static_cast<double>(poses.size()));
@@ -37,16 +37,16 @@ cv::Vec3d centreOf(std::span<const Pose> poses) {
 
 /// Umeyama 1991, Eq. 38–42 without the scale.
 cv::Affine3d alignment(std::span<const Pose> from, std::span<const Pose> to) {
-  const cv::Vec3d fromCentre = centreOf(from), toCentre = centreOf(to);
+  const cv::Vec3d fromCenter = centerOf(from), toCenter = centerOf(to);
   cv::Matx33d covariance = cv::Matx33d::zeros();
   for (std::size_t i = 0; i < from.size(); ++i)
-    covariance += (positionOf(to[i]) - toCentre) * (positionOf(from[i]) - fromCentre).t();
+    covariance += (positionOf(to[i]) - toCenter) * (positionOf(from[i]) - fromCenter).t();
   cv::Matx31d w;
   cv::Matx33d u, vt;
   cv::SVD::compute(covariance, w, u, vt);
   const double mirrored = cv::determinant(u) * cv::determinant(vt) < 0 ? -1 : 1;
   const cv::Matx33d rotation = u * cv::Matx33d::diag({1, 1, mirrored}) * vt;
-  return {rotation, toCentre - rotation * fromCentre};
+  return {rotation, toCenter - rotation * fromCenter};
 }
 
 }  // namespace

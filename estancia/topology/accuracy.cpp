@@ -96,7 +96,7 @@ LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::v
                                          const std::vector<Localization>& answers,
                                          const AdmissibleImages& admissible) {
   if (frames.size() != answers.size() || frames.size() != numbers.size())
-    throw Error("localisation can only be judged with one answer for each frame");
+    throw Error("localization can only be judged with one answer for each frame");
   const std::vector<Place> places = placesOf(map);
   const auto roomOf = [&](int node) -> const std::string& { return places.at(indexOf(map, node)).room; };
   Judge nearest, belief;

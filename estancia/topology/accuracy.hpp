@@ -1,4 +1,4 @@
-// How right localisation was, where the truth is known.
+// How right localization was, where the truth is known.
 #pragma once
 
 #include <cstddef>

@@ -12,7 +12,7 @@ struct BeliefOptions {
   double turnAround = 0.005;  ///< chance per frame to change between driving on, driving back and standing
   double alongEdges = 0.01;   ///< chance per frame to be somewhere in a linked node
   double anywhere = 0.002;    ///< chance per frame to be anywhere (carried, or the filter was wrong)
-  double temper = 0.4;        ///< weight of one frame's evidence: neighbouring frames err together
+  double temper = 0.4;        ///< weight of one frame's evidence: neighboring frames err together
 };
 
 /// States are (way of moving, image): the robot drives through the mapped images in their order, against it,

@@ -30,7 +30,7 @@ struct Localization {
   double confidence = 0;         ///< probability of beliefNode
 };
 
-/// What of a map localisation needs. `images` holds the descriptors of frames 0, stride, 2·stride … of the
+/// What of a map localization needs. `images` holds the descriptors of frames 0, stride, 2·stride … of the
 /// map.
 struct LocalizerMap {
   const TopologicalMap* map;

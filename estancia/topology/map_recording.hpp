@@ -1,4 +1,4 @@
-// The words that a map was made of, for whoever works on words: nothing is labelled again.
+// The words that a map was made of, for whoever works on words: nothing is labeled again.
 #pragma once
 
 #include <filesystem>

@@ -122,7 +122,7 @@ std::string Mapper::state() const {
   out.put<std::int32_t>(nextId_);
   out.put<std::uint64_t>(stay_);
   out.put(thresholds_);
-  out.put(bank_.standardization().centre);
+  out.put(bank_.standardization().center);
   out.put(bank_.standardization().weight);
   out.bytes += scale_.moments().toBytes();
   out.put<std::uint64_t>(transitions_.size());
@@ -162,10 +162,10 @@ Mapper Mapper::restore(const DescriptorLayout& layout, MapperOptions options, co
   mapper.stay_ = in.get<std::uint64_t>();
   mapper.thresholds_ = in.get<Thresholds>();
   Standardization standardization;
-  standardization.centre = in.getFloats(labels);
+  standardization.center = in.getFloats(labels);
   standardization.weight = in.getFloats(labels);
   const std::size_t expected = mapper.distance_.standardized && frames > 0 ? labels : 0;
-  if (standardization.centre.size() != expected || standardization.weight.size() != expected)
+  if (standardization.center.size() != expected || standardization.weight.size() != expected)
     throw Error(damaged);
   Moments moments = Moments::fromBytes(in.take(Moments::byteCount(labels, true)), labels, true);
   for (auto count = in.get<std::uint64_t>(); count > 0; --count) {

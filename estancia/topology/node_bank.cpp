@@ -83,9 +83,9 @@ void NodeBank::refresh(std::size_t slot) {
   const std::span<const float> variance = node.compared().variance();
   float* weight = weights_.data() + slot * labels_;
   for (std::size_t i = 0; i < labels_; ++i) {
-    // A probability's σ is at most ½, summed up or centred, too, so 1 − 2σ lies in [0, 1] (thesis 4.3.2);
+    // A probability's σ is at most ½, summed up or centered, too, so 1 − 2σ lies in [0, 1] (thesis 4.3.2);
     // log-ratios have no such bound.
-    if (distance_.embedding != Embedding::centredLogRatio) {
+    if (distance_.embedding != Embedding::centeredLogRatio) {
       weight[i] = std::max(0.0F, 1 - 2 * std::sqrt(variance[i]));
     } else {
       const float own = standardization_.weight.empty() ? 1.0F : standardization_.weight[i];

@@ -19,7 +19,7 @@ struct OriginalScore {
   /// B: (n(n−1) − 2e) / (n(n−2)) for n nodes and e links: 0 when all are linked, (n−1)/n for a tree.
   double sparseness = 0;
   std::optional<double> linkCloseness;  ///< C: 1 − (mean distance of linked nodes) / X; 1 without links
-  std::optional<double> compactness;    ///< D: 1 − 2·(mean distance of frames to their node's centre) / X
+  std::optional<double> compactness;    ///< D: 1 − 2·(mean distance of frames to their node's center) / X
   std::optional<double> spread;         ///< E: (mean distance of all pairs of nodes) / X; 0 for one node
   std::optional<double> total;          ///< present when all five are; in [0, 100]
 };
@@ -42,7 +42,7 @@ struct MapQuality {
   /// that of whose node, is the true one. Absent when no classifier was asked.
   std::optional<double> predictedRoom, predictedNodeRoom;
 
-  /// Mean distance of posed frames to the centre of their node [m].
+  /// Mean distance of posed frames to the center of their node [m].
   std::optional<double> spatialSpread;
 
   /// Links against the driven path. A node stands for the room most of its frames are in. Two rooms are truly

@@ -19,8 +19,8 @@ struct RouteOptions {
 
 struct Route {
   std::vector<int> nodes;  ///< from start to goal; one node when they are the same
-  double cost = 0;         ///< metres between node positions when every node has one, else transitions
-  bool metric = false;     ///< whether the cost is in metres
+  double cost = 0;         ///< meters between node positions when every node has one, else transitions
+  bool metric = false;     ///< whether the cost is in meters
 };
 
 /// The cheapest way (Dijkstra). Absent when there is none. Throws Error when a node does not exist.

@@ -27,7 +27,7 @@ void byteDots(const std::int8_t* rows, std::size_t count, std::size_t stride, co
 Sketch::Sketch(std::size_t length)
     : length_(length), stride_((length + cacheLine - 1) / cacheLine * cacheLine) {}
 
-Sketch::Row Sketch::quantise(std::span<const float> vector, std::int8_t* bytes) const {
+Sketch::Row Sketch::quantize(std::span<const float> vector, std::int8_t* bytes) const {
   float largest = 0;
   for (const float v : vector) largest = std::max(largest, std::fabs(v));
   const float scale = largest > 0 ? largest / 127 : 1;
@@ -46,7 +46,7 @@ void Sketch::set(std::size_t slot, std::span<const float> vector) {
     rows_.emplace_back();
     bytes_.resize(rows_.size() * stride_, 0);
   }
-  rows_[slot] = quantise(vector, bytes_.data() + slot * stride_);
+  rows_[slot] = quantize(vector, bytes_.data() + slot * stride_);
 }
 
 void Sketch::remove(std::size_t slot) {
@@ -62,7 +62,7 @@ void Sketch::remove(std::size_t slot) {
 
 void Sketch::upperBounds(std::span<const float> query, std::span<float> upper) const {
   std::vector<std::int8_t> rough(stride_, 0);
-  const Row q = quantise(query, rough.data());
+  const Row q = quantize(query, rough.data());
   const std::vector<std::int16_t> wide(rough.begin(), rough.end());
   std::vector<std::int32_t> dots(rows_.size());
   byteDots(bytes_.data(), rows_.size(), stride_, wide.data(), dots.data());

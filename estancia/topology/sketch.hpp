@@ -9,7 +9,7 @@
 
 namespace estancia {
 
-/// Holds vectors quantised to 8 bits with the exact norm of each one's rounding error. For a query it bounds
+/// Holds vectors quantized to 8 bits with the exact norm of each one's rounding error. For a query it bounds
 /// every dot product from above (Cauchy–Schwarz on the errors), at a quarter of the memory traffic of
 /// float32.
 class Sketch {
@@ -33,7 +33,7 @@ class Sketch {
     float roughNorm;  ///< ‖scale · bytes‖
     float errorNorm;  ///< ‖value − scale · bytes‖
   };
-  Row quantise(std::span<const float> vector, std::int8_t* bytes) const;
+  Row quantize(std::span<const float> vector, std::int8_t* bytes) const;
 
   std::size_t length_;
   std::size_t stride_;  ///< length_ rounded up to whole cache lines

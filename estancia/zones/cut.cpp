@@ -14,7 +14,7 @@ namespace {
 
 /// Modularity after 0, 1 … N−1 merges: Q = Σ_c (A_cc / W − (A_c / W)²) over the parts c, where A_cc are the
 /// weights inside, each link counted from both its ends, A_c all weights at its items and W all there are.
-std::vector<double> modularities(const Dendrogram& tree, const NearestItems& neighbours) {
+std::vector<double> modularities(const Dendrogram& tree, const NearestItems& neighbors) {
   struct Part {
     std::vector<std::uint32_t> items;
     double share = 0;  ///< A_c / W
@@ -28,13 +28,13 @@ std::vector<double> modularities(const Dendrogram& tree, const NearestItems& nei
   std::vector<double> at(items);
   double links = 0, within = 0;
   for (std::uint32_t i = 0; i < items; ++i) {
-    if (!neighbours.within.empty()) {
-      at[i] += neighbours.within[i];
-      within += neighbours.within[i];
+    if (!neighbors.within.empty()) {
+      at[i] += neighbors.within[i];
+      within += neighbors.within[i];
     }
-    for (std::size_t k = i * neighbours.each; k < (i + 1) * neighbours.each; ++k) {
-      const double weight = neighbours.weights.empty() ? 1 : neighbours.weights[k];
-      const std::uint32_t j = neighbours.nearest[k];
+    for (std::size_t k = i * neighbors.each; k < (i + 1) * neighbors.each; ++k) {
+      const double weight = neighbors.weights.empty() ? 1 : neighbors.weights[k];
+      const std::uint32_t j = neighbors.nearest[k];
       linked[i].push_back({j, weight});
       linked[j].push_back({i, weight});
       at[i] += weight / 2;
@@ -72,18 +72,18 @@ std::vector<double> modularities(const Dendrogram& tree, const NearestItems& nei
 
 }  // namespace
 
-std::size_t neighboursForCut(std::size_t items) {
+std::size_t neighborsForCut(std::size_t items) {
   return std::max<std::size_t>(3, static_cast<std::size_t>(std::lround(std::sqrt(items) / 3)));
 }
 
-NearestItems findNeighbours(const CondensedDistances& distances, std::size_t count) {
+NearestItems findNeighbors(const CondensedDistances& distances, std::size_t count) {
   const std::size_t items = distances.items();
-  if (count == 0) count = neighboursForCut(items);
-  NearestItems neighbours;
-  neighbours.each = std::min(count, items - std::min<std::size_t>(items, 1));
-  const std::size_t each = neighbours.each;
-  if (each == 0) return neighbours;
-  neighbours.nearest.resize(items * each);
+  if (count == 0) count = neighborsForCut(items);
+  NearestItems neighbors;
+  neighbors.each = std::min(count, items - std::min<std::size_t>(items, 1));
+  const std::size_t each = neighbors.each;
+  if (each == 0) return neighbors;
+  neighbors.nearest.resize(items * each);
   std::vector<double> near(items * each, std::numeric_limits<double>::infinity());
   // Others are offered to an item in ascending order, so that of equally near ones the first stays.
   const auto offer = [&](std::size_t item, std::size_t other, double distance) {
@@ -91,10 +91,10 @@ NearestItems findNeighbours(const CondensedDistances& distances, std::size_t cou
     if (!(distance < near[at])) return;
     for (; at > item * each && distance < near[at - 1]; --at) {
       near[at] = near[at - 1];
-      neighbours.nearest[at] = neighbours.nearest[at - 1];
+      neighbors.nearest[at] = neighbors.nearest[at - 1];
     }
     near[at] = distance;
-    neighbours.nearest[at] = static_cast<std::uint32_t>(other);
+    neighbors.nearest[at] = static_cast<std::uint32_t>(other);
   };
   std::span<const double> rest = distances.values();
   for (std::size_t i = 0; i + 1 < items; ++i) {
@@ -105,33 +105,33 @@ NearestItems findNeighbours(const CondensedDistances& distances, std::size_t cou
     }
     rest = rest.subspan(items - i - 1);
   }
-  return neighbours;
+  return neighbors;
 }
 
-void weighBySize(NearestItems& neighbours, std::span<const std::size_t> sizes) {
-  const std::size_t each = neighbours.each;
-  if (neighbours.nearest.size() != sizes.size() * each)
+void weighBySize(NearestItems& neighbors, std::span<const std::size_t> sizes) {
+  const std::size_t each = neighbors.each;
+  if (neighbors.nearest.size() != sizes.size() * each)
     throw Error(
-        fmt::format("{} neighbours do not belong to {} groups", neighbours.nearest.size(), sizes.size()));
-  neighbours.within.clear();
-  neighbours.weights.assign(neighbours.nearest.size(), 0);
+        fmt::format("{} neighbors do not belong to {} groups", neighbors.nearest.size(), sizes.size()));
+  neighbors.within.clear();
+  neighbors.weights.assign(neighbors.nearest.size(), 0);
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     std::size_t wanted = each - std::min(each, sizes[i] - 1);
-    neighbours.within.push_back(static_cast<double>(sizes[i] * (each - wanted)));
+    neighbors.within.push_back(static_cast<double>(sizes[i] * (each - wanted)));
     for (std::size_t k = i * each; k < (i + 1) * each && wanted > 0; ++k) {
-      const std::size_t found = std::min(wanted, sizes[neighbours.nearest[k]]);
-      neighbours.weights[k] = static_cast<double>(sizes[i] * found);
+      const std::size_t found = std::min(wanted, sizes[neighbors.nearest[k]]);
+      neighbors.weights[k] = static_cast<double>(sizes[i] * found);
       wanted -= found;
     }
   }
 }
 
-SuggestedCut suggestCut(const Dendrogram& dendrogram, const NearestItems& neighbours) {
+SuggestedCut suggestCut(const Dendrogram& dendrogram, const NearestItems& neighbors) {
   const auto& merges = dendrogram.merges();
-  if (neighbours.nearest.size() != dendrogram.leaves() * neighbours.each)
-    throw Error(fmt::format("{} neighbours do not belong to a dendrogram of {} leaves",
-                            neighbours.nearest.size(), dendrogram.leaves()));
-  const std::vector<double> curve = modularities(dendrogram, neighbours);
+  if (neighbors.nearest.size() != dendrogram.leaves() * neighbors.each)
+    throw Error(fmt::format("{} neighbors do not belong to a dendrogram of {} leaves",
+                            neighbors.nearest.size(), dendrogram.leaves()));
+  const std::vector<double> curve = modularities(dendrogram, neighbors);
   // All in one: always a cut, whose modularity is 0 but for rounding.
   SuggestedCut best{merges.empty() ? 0 : merges.back().height, 0,
                     "the images are too alike, or too few, to be parted"};
@@ -141,7 +141,7 @@ SuggestedCut suggestCut(const Dendrogram& dendrogram, const NearestItems& neighb
     if (above > below * (1 + sameHeight) && curve[done] > best.modularity + rounding)
       best = {below + (above - below) / 2, curve[done],
               fmt::format("images and their {} nearest stay together best there, modularity {:.2f}",
-                          neighbours.each, curve[done])};
+                          neighbors.each, curve[done])};
   }
   return best;
 }

@@ -20,15 +20,15 @@ struct NearestItems {
   std::vector<double> within;          ///< N, how much an item is linked to itself; empty: not at all
 };
 
-/// How many neighbours suggestCut() wants of each of so many items: √N / 3, at least 3 (docs/zones.md).
-std::size_t neighboursForCut(std::size_t items);
+/// How many neighbors suggestCut() wants of each of so many items: √N / 3, at least 3 (docs/zones.md).
+std::size_t neighborsForCut(std::size_t items);
 
-/// `count` of each, 0: neighboursForCut(). O(N²).
-NearestItems findNeighbours(const CondensedDistances& distances, std::size_t count = 0);
+/// `count` of each, 0: neighborsForCut(). O(N²).
+NearestItems findNeighbors(const CondensedDistances& distances, std::size_t count = 0);
 
 /// For items that are groups of so many images each: links weigh as if every image stood at its group's mean,
 /// nearest to the others of its own group, then to those of the nearest groups, until it has `each`.
-void weighBySize(NearestItems& neighbours, std::span<const std::size_t> sizes);
+void weighBySize(NearestItems& neighbors, std::span<const std::size_t> sizes);
 
 struct SuggestedCut {
   double distance = 0;    ///< τ_d: merge up to here
@@ -36,12 +36,12 @@ struct SuggestedCut {
   std::string reason;     ///< one sentence for people
 };
 
-/// The cut whose zones keep neighbours together best, against what chance would: the partition of the
+/// The cut whose zones keep neighbors together best, against what chance would: the partition of the
 /// dendrogram with the largest modularity (Newman and Girvan 2004) of the graph that links each item and its
-/// nearest neighbours, by half a link for each direction; of equal ones the fewest zones. No two mergers at
+/// nearest neighbors, by half a link for each direction; of equal ones the fewest zones. No two mergers at
 /// the same height are parted. τ_d lies midway between the heights of the last merge done and the next. Items
-/// that are all alike, and so few that all are neighbours of all, are one zone. O(N k log N). Throws Error
+/// that are all alike, and so few that all are neighbors of all, are one zone. O(N k log N). Throws Error
 /// when the two are not of the same items.
-SuggestedCut suggestCut(const Dendrogram& dendrogram, const NearestItems& neighbours);
+SuggestedCut suggestCut(const Dendrogram& dendrogram, const NearestItems& neighbors);
 
 }  // namespace estancia

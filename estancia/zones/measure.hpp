@@ -16,7 +16,7 @@ namespace estancia {
 struct ZoneQuality {
   std::size_t zones = 0, frames = 0, framesWithRoom = 0;
   std::optional<Agreement> rooms;       ///< zones as clusters of the frames whose room is known
-  std::optional<double> spatialSpread;  ///< mean distance of posed frames to the centre of their zone [m]
+  std::optional<double> spatialSpread;  ///< mean distance of posed frames to the center of their zone [m]
   /// Share of the frames with a room whose zone a classifier takes for it; absent where none was asked.
   std::optional<double> predictedRoom = {};
 };

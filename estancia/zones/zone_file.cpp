@@ -72,7 +72,7 @@ Json toJson(const Zone& zone) {
   }
   if (zone.extent)
     json["extent"] = {
-        {"centre", zone.extent->centre}, {"spread", zone.extent->spread}, {"images", zone.extent->images}};
+        {"center", zone.extent->center}, {"spread", zone.extent->spread}, {"images", zone.extent->images}};
   for (const auto& [room, probability] : zone.predicted)
     json["predicted"].push_back({{"room", toJson(room)}, {"p", probability}});
   json["mean"] = toJson(zone.mean);
@@ -206,7 +206,7 @@ Zone zoneIn(const Json& json, int id, std::vector<std::size_t> images, const Zon
   const std::uint64_t end = zones.frames.size() + 1;
   if (json.contains("extent")) {
     const Json& extent = json["extent"];
-    zone.extent = ZoneExtent{numbersIn<3>(extent.at("centre"), "the centre of a zone"),
+    zone.extent = ZoneExtent{numbersIn<3>(extent.at("center"), "the center of a zone"),
                              numberIn(extent.at("spread"), "the spread of a zone"),
                              indexIn(extent.at("images"), end, "a number of posed images")};
   }

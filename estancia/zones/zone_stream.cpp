@@ -171,12 +171,12 @@ void ZoneStream::relink() {
   CondensedDistances all = condensed();
   LinkageOptions linking;
   for (const Group& group : groups_) linking.sizes.push_back(group.images.size());
-  NearestItems neighbours = findNeighbours(all, neighboursForCut(images()));
-  weighBySize(neighbours, linking.sizes);
+  NearestItems neighbors = findNeighbors(all, neighborsForCut(images()));
+  weighBySize(neighbors, linking.sizes);
   const Dendrogram tree = link(std::move(all), linkage_, linking);
   ZoneOptions options = zoneOptions_;
   if (options.count) options.count = std::min(*options.count, groups_.size());  // at the start of a run
-  ZoneCut cut = cutTree(tree, neighbours, options);
+  ZoneCut cut = cutTree(tree, neighbors, options);
   number(cut.groups);
   cut_ = cut.distance;
   cutReason_ = std::move(cut.reason);

@@ -56,15 +56,15 @@ std::optional<ZoneExtent> extentOf(const std::vector<Frame>& frames, const std::
     if (!pose) continue;
     ++extent.images;
     const auto n = static_cast<double>(extent.images);
-    extent.centre[0] += (pose->x - extent.centre[0]) / n;
-    extent.centre[1] += (pose->y - extent.centre[1]) / n;
-    extent.centre[2] += (pose->z - extent.centre[2]) / n;
+    extent.center[0] += (pose->x - extent.center[0]) / n;
+    extent.center[1] += (pose->y - extent.center[1]) / n;
+    extent.center[2] += (pose->z - extent.center[2]) / n;
   }
   if (extent.images == 0) return std::nullopt;
   for (const std::size_t image : images)
     if (const auto& pose = frames[image].pose)
       extent.spread +=
-          std::hypot(pose->x - extent.centre[0], pose->y - extent.centre[1], pose->z - extent.centre[2]) /
+          std::hypot(pose->x - extent.center[0], pose->y - extent.center[1], pose->z - extent.center[2]) /
           static_cast<double>(extent.images);
   return extent;
 }
@@ -100,7 +100,7 @@ void requireSound(const ZoneOptions& options) {
     throw Error(fmt::format("a cut at {} is none; give a distance of 0 or more", *options.cut));
 }
 
-ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbours, const ZoneOptions& options) {
+ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbors, const ZoneOptions& options) {
   if (options.count) {
     std::vector<int> groups = tree.cutInto(*options.count);
     const std::size_t done = tree.leaves() - *options.count;
@@ -109,7 +109,7 @@ ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbours, const Zo
                                 : fmt::format("{} zones were asked for", *options.count)};
   }
   if (options.cut) return {tree.cutAt(*options.cut), *options.cut, "it was given"};
-  SuggestedCut suggested = suggestCut(tree, neighbours);
+  SuggestedCut suggested = suggestCut(tree, neighbors);
   return {tree.cutAt(suggested.distance), suggested.distance, std::move(suggested.reason)};
 }
 
@@ -126,9 +126,9 @@ CondensedDistances compareImages(const Recording& recording, const ZoneOptions& 
 ImageTree linkImages(const Recording& recording, const ZoneOptions& options, Progress& progress) {
   if (recording.frames.empty()) throw Error("there are no zones without images; give at least one");
   CondensedDistances distances = compareImages(recording, options, progress);
-  NearestItems neighbours = findNeighbours(distances);
+  NearestItems neighbors = findNeighbors(distances);
   return {link(std::move(distances), getLinkage(options.linkage), {.sizes = {}, .progress = &progress}),
-          std::move(neighbours)};
+          std::move(neighbors)};
 }
 
 Zones findZones(const Recording& recording, const ZoneOptions& options, Progress& progress) {
@@ -138,7 +138,7 @@ Zones findZones(const Recording& recording, const ZoneOptions& options, Progress
   // wrong way round (line 12: "Dist < τ_d"); meant is that merging stops once the smallest distance is above
   // τ_d (5.5.3). Here all mergers are made and the tree is cut at τ_d, which comes to the same.
   ImageTree tree = linkImages(recording, options, progress);
-  const ZoneCut cut = cutTree(tree.dendrogram, tree.neighbours, options);
+  const ZoneCut cut = cutTree(tree.dendrogram, tree.neighbors, options);
   Zones zones = describeZones(recording, cut.groups);
   zones.distance = options.distance;
   zones.linkage = options.linkage;

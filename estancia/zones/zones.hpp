@@ -37,7 +37,7 @@ struct ZoneOptions {
 
 /// Where a zone's images were taken.
 struct ZoneExtent {
-  Position centre{};       ///< mean position of its posed images in the map [m]
+  Position center{};       ///< mean position of its posed images in the map [m]
   double spread = 0;       ///< their mean distance to it [m]
   std::size_t images = 0;  ///< how many have a pose, ≥ 1
 };
@@ -87,7 +87,7 @@ Zones findZones(const Recording& recording, const ZoneOptions& options, Progress
 /// heights. `cut` and `count` do not matter. Throws as above.
 struct ImageTree {
   Dendrogram dendrogram;
-  NearestItems neighbours;
+  NearestItems neighbors;
 };
 ImageTree linkImages(const Recording& recording, const ZoneOptions& options, Progress& progress);
 
@@ -102,7 +102,7 @@ struct ZoneCut {
 };
 
 /// At options.cut, into options.count groups, or where suggestCut() says.
-ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbours, const ZoneOptions& options);
+ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbors, const ZoneOptions& options);
 
 /// The distances of all pairs of images by options.distance, as options.linkage needs them. Throws as above.
 CondensedDistances compareImages(const Recording& recording, const ZoneOptions& options, Progress& progress);

@@ -21,11 +21,11 @@ class CheckCommand : public testing::Test {
  protected:
   void SetUp() override {
     for (std::size_t i = 0; i < room_.size(); ++i) {
-      cv::Mat millimetres;
-      room_.depth(i).convertTo(millimetres, CV_16U, 1000);
+      cv::Mat millimeters;
+      room_.depth(i).convertTo(millimeters, CV_16U, 1000);
       const std::string name = fmt::format("{:.6f}.png", *room_.frame(i).timestamp);
       writeFile(folder_ / ("rgb/" + name), encoded(".png", room_.image(i)));
-      writeFile(folder_ / ("depth/" + name), encoded(".png", millimetres));
+      writeFile(folder_ / ("depth/" + name), encoded(".png", millimeters));
     }
     writeFile(folder_ / "intrinsics.txt", "140 140 79.5 59.5\n");
     writePoses([](const cv::Affine3d& t) { return t; });
@@ -82,7 +82,7 @@ TEST_F(CheckCommand, TakesOptionsOfDepthAndCamera) {
             "image_width: 320\nimage_height: 240\nK: [280, 0, 159.5, 0, 280, 119.5, 0, 0, 1]\n");
   EXPECT_THAT(faults(check({"--json", "--intrinsics", folder_ / "large.yaml"})), IsEmpty());
   writeFile(folder_ / "large.txt", "280 280 159.5 119.5\n");
-  EXPECT_THAT(faults(check({"--json", "--intrinsics", folder_ / "large.txt"})), ElementsAre("camera-centre"));
+  EXPECT_THAT(faults(check({"--json", "--intrinsics", folder_ / "large.txt"})), ElementsAre("camera-center"));
 }
 
 TEST_F(CheckCommand, TellsOfPosesThatAreNone) {

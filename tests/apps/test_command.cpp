@@ -1,4 +1,4 @@
-// The command as a user runs it, on small pictures and a network that knows four colours.
+// The command as a user runs it, on small pictures and a network that knows four colors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -19,18 +19,18 @@ using nlohmann::json;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-const std::vector<cv::Scalar> colours{{20, 20, 230}, {20, 230, 20}, {230, 20, 20}, {230, 230, 230}};
+const std::vector<cv::Scalar> colors{{20, 20, 230}, {20, 230, 20}, {230, 20, 20}, {230, 230, 230}};
 
 class Command : public testing::Test {
  protected:
   void SetUp() override { writeSmallModel(model_); }
 
-  /// `stay` pictures of each colour in turn.
+  /// `stay` pictures of each color in turn.
   void writePictures(const fs::path& folder, std::size_t stay = 10, std::size_t visits = 4) {
     fs::create_directories(folder);
     cv::RNG random(3);
     for (std::size_t i = 0; i < stay * visits; ++i) {
-      cv::Mat picture(48, 64, CV_8UC3, colours[i / stay % colours.size()]);
+      cv::Mat picture(48, 64, CV_8UC3, colors[i / stay % colors.size()]);
       cv::Mat noise(picture.size(), CV_8SC3);
       random.fill(noise, cv::RNG::NORMAL, 0, 4);
       cv::add(picture, noise, picture, {}, CV_8UC3);

@@ -207,7 +207,7 @@ TEST(ZonesExperiment, FindsTheRoomsAndPlacesByItself) {
   for (const std::string name : {"nyu.toml", "tour.toml"}) {
     std::string text = readFile(fs::path(ESTANCIA_SOURCE_DIR) / "experiments/zones" / name);
     const auto first = text.find("\n[[data]]") + 1, second = text.find("\n[[data]]", first);
-    text = text.substr(0, second);  // labelling once will do
+    text = text.substr(0, second);  // labeling once will do
     text.insert(first, "distances = [\"standardized-clr\", \"ks\"]\nlinkages = [\"ward\", \"average\"]\n");
     writeFile(scratch / name, text);
     arguments.push_back(scratch / name);

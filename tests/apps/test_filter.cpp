@@ -111,7 +111,7 @@ TEST_F(Filter, ADepthPictureBecomesACloud) {
   const json told =
       filter({at("depth.png"), at("a.pcd"), "--method", "none", "--intrinsics", at("mine.txt")});
   EXPECT_EQ(told["points_out"], 4800);
-  EXPECT_TRUE(readCloud(at("a.pcd")).organised());
+  EXPECT_TRUE(readCloud(at("a.pcd")).organized());
 }
 
 TEST_F(Filter, TellsPeopleInTwoLines) {

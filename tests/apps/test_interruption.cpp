@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 /// Starts `estancia map` of many panorama views, waits until the map file has been there for a while, sends
 /// `signal`. Returns the wait status.
-int mapUntilSignalled(const std::vector<std::string>& arguments, const fs::path& file, int signal) {
+int mapUntilSignaled(const std::vector<std::string>& arguments, const fs::path& file, int signal) {
   const pid_t child = fork();
   if (child == 0) {
     const int nowhere = open("/dev/null", O_RDWR);
@@ -73,7 +73,7 @@ class Interruption : public testing::Test {
 };
 
 TEST_F(Interruption, AKilledRunGoesOnAndEndsInTheSameMap) {
-  const int status = mapUntilSignalled(mapTo("killed.estancia"), scratch_ / "killed.estancia", SIGKILL);
+  const int status = mapUntilSignaled(mapTo("killed.estancia"), scratch_ / "killed.estancia", SIGKILL);
   ASSERT_TRUE(WIFSIGNALED(status)) << "it had finished before it could be killed";
   const std::size_t kept = frames(exported("killed.estancia"));
   EXPECT_GT(kept, 0U);
@@ -86,7 +86,7 @@ TEST_F(Interruption, AKilledRunGoesOnAndEndsInTheSameMap) {
 }
 
 TEST_F(Interruption, CtrlCKeepsWhatIsDone) {
-  const int status = mapUntilSignalled(mapTo("stopped.estancia"), scratch_ / "stopped.estancia", SIGINT);
+  const int status = mapUntilSignaled(mapTo("stopped.estancia"), scratch_ / "stopped.estancia", SIGINT);
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 130);
   EXPECT_GT(frames(exported("stopped.estancia")), 0U);

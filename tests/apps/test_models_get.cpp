@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/label/catalogue.hpp"
+#include "estancia/label/catalog.hpp"
 #include "support/loopback_server.hpp"
 #include "support/model_support.hpp"
 
@@ -32,15 +32,15 @@ class ModelsGet : public testing::Test {
   }
   void TearDown() override { unsetenv("ESTANCIA_HOME"); }
 
-  /// Writes a catalogue of the model `small`, whose network and labels are at these addresses.
+  /// Writes a catalog of the model `small`, whose network and labels are at these addresses.
   void list(const std::string& networkUrl, const std::string& labelsUrl) const {
-    writeFile(scratch_ / "home/catalogue.toml",
+    writeFile(scratch_ / "home/catalog.toml",
               "[labels.four]\ncount = 4\nurls = [\"" + labelsUrl + "\"]\nsha256 = \"" +
                   sha256(labelLines(4)) +
-                  "\"\n[models.small]\nabout = \"a test\"\nlicence = \"MIT\"\nsource = \"here\"\n"
+                  "\"\n[models.small]\nabout = \"a test\"\nlicense = \"MIT\"\nsource = \"here\"\n"
                   "labels = \"four\"\n[[models.small.files]]\nname = \"small.onnx\"\nurls = [\"" +
                   networkUrl + "\"]\nsha256 = \"" + sha256(network_) +
-                  "\"\n[models.small.model]\nfile = \"small.onnx\"\ninput = 8\ncolour = \"BGR\"\n");
+                  "\"\n[models.small.model]\nfile = \"small.onnx\"\ninput = 8\ncolor = \"BGR\"\n");
   }
   fs::path part() const { return downloadFolder("small") / "small.onnx.part"; }
 
@@ -49,11 +49,11 @@ class ModelsGet : public testing::Test {
 };
 
 TEST_F(ModelsGet, ListsWhatCanBeHad) {
-  const auto shown = run({"models", "catalogue"});
+  const auto shown = run({"models", "catalog"});
   EXPECT_EQ(shown.exitCode, 0) << shown.err;
   EXPECT_THAT(shown.out, AllOf(HasSubstr("imagenet-alexnet"), HasSubstr("non-commercial use only"),
                                HasSubstr("partly"), HasSubstr("by hand")));
-  const auto printed = run({"models", "catalogue", "--json"});
+  const auto printed = run({"models", "catalog", "--json"});
   const json first = json::parse(printed.out.substr(0, printed.out.find('\n')));
   EXPECT_EQ(first["name"], "clip-vit-b32");
   EXPECT_EQ(first["by_hand"], true);

@@ -8,7 +8,7 @@
 #include <set>
 #include <sstream>
 
-#include "support/colour_model.hpp"
+#include "support/color_model.hpp"
 #include "support/support.hpp"
 #include "support/table_scene.hpp"
 
@@ -45,7 +45,7 @@ class Objects : public testing::Test {
   void SetUp() override {
     setenv("ESTANCIA_CACHE", (scratch_ / "cache").c_str(), 1);
     TableSequence(things(), {0, 15, 30, 45}).writeTo(scratch_ / "table");
-    writeColourModel(scratch_ / "colours");
+    writeColorModel(scratch_ / "colors");
     writeFile(scratch_ / "study.toml", study);
   }
   void TearDown() override { unsetenv("ESTANCIA_CACHE"); }
@@ -59,7 +59,7 @@ class Objects : public testing::Test {
     return objects(all);
   }
   CommandResult label(const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> all{"label", scratch_ / "things", "--model", scratch_ / "colours"};
+    std::vector<std::string> all{"label", scratch_ / "things", "--model", scratch_ / "colors"};
     all.insert(all.end(), more.begin(), more.end());
     return objects(all);
   }
@@ -91,16 +91,16 @@ TEST_F(Objects, ThingsNameThemselves) {
   EXPECT_EQ(counts["views"], 24);
   EXPECT_EQ(counts["unread"], 0);
 
-  const CommandResult labelled = label({"--json"});
-  ASSERT_EQ(labelled.exitCode, 0) << labelled.err;
-  EXPECT_EQ(json::parse(labelled.out)["views"], 24);
-  EXPECT_EQ(json::parse(labelled.out)["words"], 4) << "all that it says is kept";
+  const CommandResult labeled = label({"--json"});
+  ASSERT_EQ(labeled.exitCode, 0) << labeled.err;
+  EXPECT_EQ(json::parse(labeled.out)["views"], 24);
+  EXPECT_EQ(json::parse(labeled.out)["words"], 4) << "all that it says is kept";
   EXPECT_TRUE(fs::exists(scratch_ / "things/words.labels"));
   const CommandResult again = label({"--json", "--overwrite"});
   ASSERT_EQ(again.exitCode, 0) << again.err;
-  EXPECT_EQ(json::parse(again.out)["remembered"], 24) << "pictures that were labelled before";
+  EXPECT_EQ(json::parse(again.out)["remembered"], 24) << "pictures that were labeled before";
 
-  const CommandResult wider = label({"--json", "--overwrite", "--margin", "0.3", "--background", "grey"});
+  const CommandResult wider = label({"--json", "--overwrite", "--margin", "0.3", "--background", "gray"});
   ASSERT_EQ(wider.exitCode, 0) << wider.err;
   EXPECT_EQ(json::parse(wider.out)["remembered"], 0) << "other pictures";
   ASSERT_EQ(label({"--overwrite"}).exitCode, 0);
@@ -126,7 +126,7 @@ TEST_F(Objects, ThingsNameThemselves) {
   for (const bool dark : {false, true}) {
     const CommandResult told =
         objects({"predict", scratch_ / (dark ? "dark" : "other"), "--model", model(), "--labeler",
-                 scratch_ / "colours", "--json", "--picture", scratch_ / (dark ? "dark.png" : "other.png")});
+                 scratch_ / "colors", "--json", "--picture", scratch_ / (dark ? "dark.png" : "other.png")});
     ASSERT_EQ(told.exitCode, 0) << told.err;
     const auto frames = lines(told.out);
     ASSERT_THAT(frames, SizeIs(2));
@@ -256,7 +256,7 @@ TEST_F(Objects, SaysWhatIsMissing) {
   result = objects({"predict", scratch_ / "table", "--model", model()});
   EXPECT_EQ(result.exitCode, 2);
   EXPECT_THAT(result.err, HasSubstr("table.objects"));
-  result = objects({"label", scratch_ / "table", "--model", scratch_ / "colours"});
+  result = objects({"label", scratch_ / "table", "--model", scratch_ / "colors"});
   EXPECT_EQ(result.exitCode, 2);
   EXPECT_THAT(result.err, HasSubstr("`estancia objects collect` makes some of a sequence"));
   fs::remove(model());

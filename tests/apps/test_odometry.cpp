@@ -16,7 +16,7 @@ using testing::Not;
 
 class OdometryCommand : public testing::Test {
  protected:
-  /// Two pictures of a wall, one metre away by millimetres; without a camera file.
+  /// Two pictures of a wall, one meter away by millimeters; without a camera file.
   void SetUp() override {
     cv::Mat picture(120, 160, CV_8UC3);
     cv::theRNG().state = 7;

@@ -43,8 +43,8 @@ TEST(RealPlaces, BecomeZonesThatAreTheirPlaces) {
   ESTANCIA_NEEDS(panoramas && inception && coco, "the panoramas or the networks are not here");
   const ScratchFolder scratch;
   const std::string words = scratch / "tour.labels", zones = scratch / "tour.zones";
-  const auto labelled = run({"label", panoramas->string(), "-o", words, "--model", "inception-v3+coco-ssd"});
-  ASSERT_EQ(labelled.exitCode, 0) << labelled.err;
+  const auto labeled = run({"label", panoramas->string(), "-o", words, "--model", "inception-v3+coco-ssd"});
+  ASSERT_EQ(labeled.exitCode, 0) << labeled.err;
   ASSERT_EQ(run({"zones", words, "-o", zones}).exitCode, 0);
   const double automatic = evaluated({zones})["v_measure"];
   EXPECT_GE(automatic, 0.93);
@@ -59,7 +59,7 @@ TEST(RealPlaces, BecomeZonesThatAreTheirPlaces) {
   EXPECT_LT(evaluated({zones})["v_measure"], 0.7) << "what the thesis' distance makes of them";
 }
 
-TEST(Corridor, IsDrivenAgainAndRecognised) {
+TEST(Corridor, IsDrivenAgainAndRecognized) {
   const auto data = findData("corridor_vpr");
   const auto model = findFetched("models/inception-v3/graph.lite");
   ESTANCIA_NEEDS(data && model, "the corridor pictures or the default network are not here");
@@ -83,7 +83,7 @@ TEST(Conjunction, OfThreeNetworksKnowsTheCorridorBetterThanAnyAlone) {
   writeFile(places + "/labels.txt", readFile(*models / "places_365.txt"));
   writeFile(places + "/model.toml",
             "name = \"places365\"\nfile = \"net.onnx\"\nlabels = \"labels.txt\"\ninput = 224\n"
-            "region = \"stretch\"\ncrop = 1.0\ncolour = \"BGR\"\nmean = [104.05, 112.51, 116.68]\n"
+            "region = \"stretch\"\ncrop = 1.0\ncolor = \"BGR\"\nmean = [104.05, 112.51, 116.68]\n"
             "scale = 0.00392156862745098\n");
   const std::string all = "inception-v3+" + places + "+coco-ssd", map = scratch / "corridor.estancia";
   const auto mapped = run({"map", *data / "ref", "-o", map, "--model", all});
@@ -102,7 +102,7 @@ TEST(Kitchen, OfRedKitchenIsMappedAtItsTruePositions) {
   writeFile(
       scratch / "model/model.toml",
       "name = \"mobilenet\"\nfile = \"net.onnx\"\nlabels = \"labels.txt\"\ninput = 160\nregion = \"square\"\n"
-      "crop = 0.875\ncolour = \"RGB\"\nmean = 127.5\nscale = 0.00784313725490196\n");
+      "crop = 0.875\ncolor = \"RGB\"\nmean = 127.5\nscale = 0.00784313725490196\n");
   const std::string map = scratch / "kitchen.estancia";
   const auto mapped = run({"map", *data, "-o", map, "--model", scratch / "model", "--json"});
   ASSERT_EQ(mapped.exitCode, 0) << mapped.err;

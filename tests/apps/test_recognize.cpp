@@ -65,7 +65,7 @@ TEST_F(Recognize, TellsModelsPosesRowByRowAndDrawsThem) {
   }
   const cv::Mat drawn = cv::imread(picture);
   ASSERT_EQ(drawn.cols, 1280);
-  int orange = 0;  // the first instance's colour, shaded
+  int orange = 0;  // the first instance's color, shaded
   for (int y = 0; y < drawn.rows; ++y)
     for (int x = 0; x < drawn.cols; ++x) {
       const cv::Vec3b bgr = drawn.at<cv::Vec3b>(y, x);
@@ -106,7 +106,7 @@ TEST_F(Recognize, ABadModelDoesNotEndTheSearchForTheOthers) {
       {"gone", {scratch_ / "gone.ply", "gone.ply"}},
       {"few", {writeScaled("few.ply", few, 1), "too few"}},
       {"flat", {writeScaled("flat.ply", plane, 1), "flat"}},
-      {"millimetres", {writeScaled("millimetres.ply", readCloud(mario), 1000), "different units"}}};
+      {"millimeters", {writeScaled("millimeters.ply", readCloud(mario), 1000), "different units"}}};
   std::vector<std::string> arguments{"recognize", "--json", in("scenes/scene001.pcd")};
   for (const auto& [name, fileAndReason] : bad)
     arguments.insert(arguments.end(), {"--model", name + "=" + fileAndReason.first});

@@ -11,7 +11,7 @@
 #include <map>
 #include <thread>
 
-#include "experiment/colour_drive.hpp"
+#include "experiment/color_drive.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
@@ -23,9 +23,9 @@ namespace fs = std::filesystem;
 class ScenesCommand : public testing::Test {
  protected:
   void SetUp() override {
-    writeColourModel(scratch_, "blind", "1e-9");
-    writeColourDrive(scratch_ / "one", 1);
-    writeColourDrive(scratch_ / "two", 2);
+    writeColorModel(scratch_, "blind", "1e-9");
+    writeColorDrive(scratch_ / "one", 1);
+    writeColorDrive(scratch_ / "two", 2);
   }
 
   void writeConfig(int seeds) const {
@@ -82,7 +82,7 @@ TEST_F(ScenesCommand, WhatTwoFilesAskForIsRefusedBeforeAnyOfItIsFound) {
   writeFile(scratch_ / "file", "");
   const auto nowhere = run(arguments("file/out"));
   EXPECT_EQ(nowhere.exitCode, 2);
-  EXPECT_THAT(nowhere.err, testing::Not(HasSubstr("labelling"))) << "known before the long work";
+  EXPECT_THAT(nowhere.err, testing::Not(HasSubstr("labeling"))) << "known before the long work";
 }
 
 TEST_F(ScenesCommand, ItsScoresCanBeComparedAnew) {

@@ -115,7 +115,7 @@ TEST_F(ZonesCommand, TakesTheWordsOfAMap) {
   const auto result = run({"zones", map_, "-o", scratch_ / "map.zones", "--json"});
   ASSERT_EQ(result.exitCode, 0) << result.err;
   EXPECT_EQ(json::parse(result.out)["zones"], ofWords["zones"]);
-  EXPECT_THAT(result.err, Not(HasSubstr("labelling")));
+  EXPECT_THAT(result.err, Not(HasSubstr("labeling")));
   expectError({"zones", map_, "-o", scratch_ / "c.zones", "--model", "inception-v3"}, "leave out --model");
   expectError({"zones", map_, "-o", scratch_ / "c.zones", "--rooms", "r.csv"},
               "leave out --poses, --rooms, --split and --only");

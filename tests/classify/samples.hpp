@@ -19,15 +19,15 @@ namespace estancia::test {
 inline Samples clouds(int classes, int perClass, std::size_t columns, double spread, unsigned seed) {
   std::mt19937 places(11), random(seed);
   std::normal_distribution<double> normal;
-  std::vector<std::vector<double>> centres(static_cast<std::size_t>(classes), std::vector<double>(columns));
-  for (auto& centre : centres)
-    for (double& v : centre) v = normal(places);
+  std::vector<std::vector<double>> centers(static_cast<std::size_t>(classes), std::vector<double>(columns));
+  for (auto& center : centers)
+    for (double& v : center) v = normal(places);
   Samples samples{DescriptorMatrix(columns), {}, {}, classes};
   for (int c = 0; c < classes; ++c)
     for (int i = 0; i < perClass; ++i) {
       std::vector<float> row;
       for (std::size_t k = 0; k < columns; ++k)
-        row.push_back(static_cast<float>(centres[static_cast<std::size_t>(c)][k] + spread * normal(random)));
+        row.push_back(static_cast<float>(centers[static_cast<std::size_t>(c)][k] + spread * normal(random)));
       samples.x.append(row);
       samples.classes.push_back(c);
       samples.groups.push_back(c * perClass + i / 4);

@@ -30,10 +30,10 @@ class Random:
 def samples(seed, count):
     """Class min(i² mod 7, 3) of sample i: uneven numbers; values in [0, 2), float32."""
     random = Random(seed)
-    centres = Random(99)
-    centres = [[centres.uniform() for _ in range(COLUMNS)] for _ in range(CLASSES)]
+    centers = Random(99)
+    centers = [[centers.uniform() for _ in range(COLUMNS)] for _ in range(CLASSES)]
     classes = [min(i * i % 7, 3) for i in range(count)]
-    rows = [[centres[c][k] + random.uniform() for k in range(COLUMNS)] for c in classes]
+    rows = [[centers[c][k] + random.uniform() for k in range(COLUMNS)] for c in classes]
     return np.array(rows, dtype=np.float32).astype(np.float64), np.array(classes)
 
 

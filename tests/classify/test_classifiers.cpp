@@ -196,14 +196,14 @@ TEST(Classifier, AnUnknownTypeListsTheKnown) {
 
 TEST(Classifier, OptionsOutOfRangeAreRefused) {
   const Samples samples = clouds(2, 5, 2, 1, 1);
-  ClassifierOptions c, gamma, neighbours, metric, trees, folds;
+  ClassifierOptions c, gamma, neighbors, metric, trees, folds;
   c.c = 0;
   gamma.gamma = -1;
-  neighbours.neighbours = 0;
+  neighbors.neighbors = 0;
   metric.metric = "taxi";
   trees.trees = 0;
   folds.folds = 1;
-  for (const ClassifierOptions& options : {c, gamma, neighbours, metric, trees, folds})
+  for (const ClassifierOptions& options : {c, gamma, neighbors, metric, trees, folds})
     EXPECT_NE(errorOf([&] { trained(samples, options); }), "");
 }
 
@@ -220,7 +220,7 @@ TEST(Classifier, BalancingHelpsTheRareClass) {
     ClassifierOptions plain = typed(type);
     plain.c = 1;
     plain.gamma = 0.1;
-    plain.neighbours = 15;
+    plain.neighbors = 15;
     ClassifierOptions balanced = plain;
     balanced.balanced = true;
     const auto rare = [&](const ClassifierOptions& options) {
@@ -459,7 +459,7 @@ TEST(Folds, ARoomOfOneLongRunIsCut) {
   for (std::size_t i = 1; i < 20; ++i) EXPECT_LE(std::abs(groups[i] - groups[i - 1]), 4);
 }
 
-TEST(Folds, NeighboursAreNotPartedIntoSingleImages) {
+TEST(Folds, NeighborsAreNotPartedIntoSingleImages) {
   EXPECT_EQ(runsOfRooms(framesOf({{"one", "a"}, {"two", "a"}}), 5), (std::vector<int>{0, 0}));
   std::vector<std::pair<std::string, std::string>> names;
   for (int i = 0; i < 7; ++i) names.emplace_back(std::to_string(i), "a");

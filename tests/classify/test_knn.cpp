@@ -26,7 +26,7 @@ TEST(Knn, IsWhatBruteForceFinds) {
   const Samples samples = clouds(4, 57, 33, 2, 1), queries = clouds(4, 50, 33, 2, 2);
   for (const int k : {1, 4, 9, 228, 500}) {
     ClassifierOptions options = typed("knn");
-    options.neighbours = k;
+    options.neighbors = k;
     options.metric = "euclidean";
     const DescriptorMatrix p = trained(samples, options)->predict(queries.x);
     for (std::size_t i = 0; i < queries.x.size(); ++i) {
@@ -54,7 +54,7 @@ TEST(Knn, IsWhatBruteForceFinds) {
 TEST(Knn, TheCosineIgnoresLengths) {
   const Samples samples = clouds(3, 20, 5, 1, 1);
   ClassifierOptions options = typed("knn");
-  options.neighbours = 5;
+  options.neighbors = 5;
   options.metric = "cosine";
   Samples longer = samples;
   longer.x = DescriptorMatrix(5);
@@ -82,7 +82,7 @@ TEST(Knn, TheCosineIsReadBackExactly) {
 TEST(Knn, ASampleItselfOutvotesAllOthers) {
   const Samples samples = clouds(3, 20, 5, 3, 1);
   ClassifierOptions options = typed("knn");
-  options.neighbours = 9;
+  options.neighbors = 9;
   const DescriptorMatrix p = trained(samples, options)->predict(samples.x);
   for (std::size_t i = 0; i < p.size(); ++i)
     EXPECT_EQ(p.row(i)[static_cast<std::size_t>(samples.classes[i])], 1);
@@ -96,7 +96,7 @@ TEST(Knn, TheOriginMayBeFarAway) {
   for (const int k : {0, 3}) {
     ClassifierOptions options = typed("knn");
     options.metric = "euclidean";
-    if (k > 0) options.neighbours = k;
+    if (k > 0) options.neighbors = k;
     const auto classifier = trained(far, options), expected = trained(near, options);
     EXPECT_EQ(classifier->choice(), expected->choice());
     EXPECT_EQ(classifier->predict(farQueries.x).values(), expected->predict(queries.x).values());
@@ -114,7 +114,7 @@ TEST(Knn, NumbersTooLargeForDistancesAreRefused) {
   }
 }
 
-/// "1 neighbours, cosine: 75.0 % of what was held out" → 75.
+/// "1 neighbors, cosine: 75.0 % of what was held out" → 75.
 double heldOutShare(const Classifier& classifier) {
   const std::string choice = classifier.choice();
   return std::stod(choice.substr(choice.find(": ") + 2));
@@ -132,7 +132,7 @@ TEST(Knn, TheSearchMeasuresAsThePredictionDoes) {
     samples.groups.push_back(i);
   }
   ClassifierOptions options = typed("knn");
-  options.neighbours = 1;
+  options.neighbors = 1;
   options.metric = "cosine";
   const auto classifier = trained(samples, options);
   EXPECT_EQ(accuracy(*classifier, samples), 1);
@@ -152,7 +152,7 @@ TEST(Knn, TheSearchFindsTwins) {
   }
   samples.x = x;
   ClassifierOptions options = typed("knn");
-  options.neighbours = 25;
+  options.neighbors = 25;
   options.metric = "euclidean";
   options.folds = 60;
   EXPECT_EQ(heldOutShare(*trained(samples, options)), 100);

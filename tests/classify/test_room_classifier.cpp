@@ -252,7 +252,7 @@ DescriptorMatrix embeddedPair(const std::vector<float>& a, const std::vector<flo
   return FeatureEmbedding::learn(features).apply(features);
 }
 
-/// Of two images the centred coordinates are ± half the difference, scaled alike.
+/// Of two images the centered coordinates are ± half the difference, scaled alike.
 void expectDirection(const DescriptorMatrix& x, const std::vector<double>& expected) {
   double norm = 0;
   for (const double v : expected) norm += v * v;

@@ -30,15 +30,15 @@ class Random {
 };
 
 Samples samplesOf(std::uint64_t seed, int count) {
-  Random random(seed), centre(99);
-  std::vector<std::vector<double>> centres(classCount, std::vector<double>(columns));
-  for (auto& of : centres)
-    for (double& v : of) v = centre.uniform();
+  Random random(seed), center(99);
+  std::vector<std::vector<double>> centers(classCount, std::vector<double>(columns));
+  for (auto& of : centers)
+    for (double& v : of) v = center.uniform();
   Samples samples{DescriptorMatrix(columns), {}, {}, classCount};
   for (int i = 0; i < count; ++i) {
     const int c = std::min(i * i % 7, 3);
     std::vector<float> row;
-    for (const double v : centres[static_cast<std::size_t>(c)])
+    for (const double v : centers[static_cast<std::size_t>(c)])
       row.push_back(static_cast<float>(v + random.uniform()));
     samples.x.append(row);
     samples.classes.push_back(c);
@@ -128,9 +128,9 @@ TEST(Sklearn, LogisticProbabilitiesAreTheSame) {
   expectProbabilities("logistic", options, 0.02);
 }
 
-TEST(Sklearn, VotesOfNeighboursAreTheSame) {
+TEST(Sklearn, VotesOfNeighborsAreTheSame) {
   ClassifierOptions options = test::typed("knn");
-  options.neighbours = 7;
+  options.neighbors = 7;
   options.metric = "euclidean";
   expectProbabilities("knn", options, 1e-5);
 }

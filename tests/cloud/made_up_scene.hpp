@@ -10,7 +10,7 @@
 
 namespace estancia::test {
 
-/// How far along origin + t · ray something is (of several hits the nearest), or infinity. Metres, z up.
+/// How far along origin + t · ray something is (of several hits the nearest), or infinity. Meters, z up.
 using Shape = std::function<double(const cv::Vec3d& origin, const cv::Vec3d& ray)>;
 
 inline constexpr double kNever = HUGE_VAL;
@@ -63,7 +63,7 @@ inline Shape bowl(const cv::Vec3d& middle, double radius, double rim) {
 struct View {
   CameraIntrinsics camera{640, 480, 525, 525, 319.5, 239.5};
   cv::Vec3d from{0, -0.75, 0.6}, to{0, 0, 0.05};
-  double noise = 0.0014;  ///< of 1/z [1/m]: so many metres at 1 m
+  double noise = 0.0014;  ///< of 1/z [1/m]: so many meters at 1 m
 };
 
 struct Seen {

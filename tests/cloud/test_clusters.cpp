@@ -52,7 +52,7 @@ bool same(const Clusters& a, const Clusters& b) {
     return p.normal == q.normal && p.offset == q.offset && p.area == q.area;
   };
   const auto sameCluster = [](const Cluster& c, const Cluster& d) {
-    return c.points == d.points && c.box == d.box && c.centre == d.centre && c.atBorder == d.atBorder &&
+    return c.points == d.points && c.box == d.box && c.center == d.center && c.atBorder == d.atBorder &&
            c.flat == d.flat;
   };
   return std::ranges::equal(a.planes, b.planes, samePlane) &&
@@ -91,7 +91,7 @@ TEST(Clusters, BoxOnATable) {
     bottom = std::max(bottom, v);
   }
   EXPECT_EQ(cluster.box, cv::Rect(cv::Point(left, top), cv::Point(right + 1, bottom + 1)));
-  EXPECT_LT(cv::norm(cv::Point3d(cluster.centre) - sum / static_cast<double>(cluster.points.size())), 1e-5);
+  EXPECT_LT(cv::norm(cv::Point3d(cluster.center) - sum / static_cast<double>(cluster.points.size())), 1e-5);
 }
 
 TEST(Clusters, BoxOnABoxIsTwoThings) {

@@ -32,7 +32,7 @@ PointCloud filtered(const PointCloud& cloud, const FilterOptions& options) {
   return filterCloud(cloud, options, silent);
 }
 
-/// An organised plane with holes, a bit rough.
+/// An organized plane with holes, a bit rough.
 PointCloud plane() {
   PointCloud cloud;
   cloud.width = 80;
@@ -41,7 +41,7 @@ PointCloud plane() {
     const int row = i / 80;
     cloud.points.emplace_back(0.01F * static_cast<float>(i % 80), 0.01F * static_cast<float>(row), 1.F);
     if (i % 10 == 0) cloud.points.back().z = kNaN;
-    cloud.colours.emplace_back(i % 256, 1, 2);
+    cloud.colors.emplace_back(i % 256, 1, 2);
   }
   return withGaussianNoise(cloud, 0.002, 1);
 }
@@ -49,8 +49,8 @@ PointCloud plane() {
 TEST(Filter, NoneLeavesTheCloudAsItIs) {
   const PointCloud cloud = plane(), same = filtered(cloud, filterBy("none", 10));
   EXPECT_EQ(same.points.size(), cloud.points.size());
-  EXPECT_EQ(same.colours, cloud.colours);
-  EXPECT_TRUE(same.organised());
+  EXPECT_EQ(same.colors, cloud.colors);
+  EXPECT_TRUE(same.organized());
   EXPECT_TRUE(filtered({}, filterBy("none", 10)).points.empty());
 }
 
@@ -65,17 +65,17 @@ TEST(Filter, LeavesSoManyPoints) {
   EXPECT_EQ(neurons.gas.stop, GngStop::neurons);
 }
 
-TEST(Filter, KeepsColoursWhereTheyWere) {
+TEST(Filter, KeepsColorsWhereTheyWere) {
   PointCloud halves = plane();
   const cv::Vec3b left(10, 20, 30), right(200, 100, 0);
-  for (std::size_t i = 0; i < 4800; ++i) halves.colours[i] = halves.points[i].x < 0.395F ? left : right;
+  for (std::size_t i = 0; i < 4800; ++i) halves.colors[i] = halves.points[i].x < 0.395F ? left : right;
   for (const char* method : {"voxel", "gng"}) {
     const PointCloud cloud = filtered(halves, filterBy(method, 500));
-    ASSERT_EQ(cloud.colours.size(), cloud.points.size()) << method;
+    ASSERT_EQ(cloud.colors.size(), cloud.points.size()) << method;
     for (std::size_t i = 0; i < cloud.points.size(); ++i) {
       const float x = cloud.points[i].x - 0.395F;
       if (std::abs(x) < 0.03F) continue;
-      EXPECT_EQ(cloud.colours[i], x < 0 ? left : right) << method;
+      EXPECT_EQ(cloud.colors[i], x < 0 ? left : right) << method;
     }
   }
 }
@@ -107,8 +107,8 @@ TEST(Filter, KeepsAllFinitePointsWhereThereIsNothingToThinOut) {
     const PointCloud all = filtered(plane(), filterBy(method, 4320));
     EXPECT_EQ(all.points.size(), 4320U) << method;
     EXPECT_EQ(all.width, 4320U) << method;
-    EXPECT_EQ(all.colours.size(), 4320U) << method;
-    EXPECT_FALSE(all.organised()) << method;
+    EXPECT_EQ(all.colors.size(), 4320U) << method;
+    EXPECT_FALSE(all.organized()) << method;
   }
 }
 
@@ -140,10 +140,10 @@ TEST(Filter, RefusesOtherNamesAndTornClouds) {
   EXPECT_THAT(errorOf([&] { filtered(plane(), filterBy("sieve", 5)); }),
               AllOf(HasSubstr("\"sieve\""), HasSubstr("none, voxel, gng")));
   PointCloud torn = plane();
-  torn.colours.pop_back();
+  torn.colors.pop_back();
   for (const auto& [method, explanation] : filterMethods())
     EXPECT_THAT(errorOf([&, name = method] { filtered(torn, filterBy(name, 5)); }),
-                HasSubstr("4799 colours"));
+                HasSubstr("4799 colors"));
 }
 
 }  // namespace

@@ -17,7 +17,7 @@
 namespace estancia {
 namespace {
 
-PointCloud unorganised(std::vector<cv::Point3f> points) {
+PointCloud unorganized(std::vector<cv::Point3f> points) {
   PointCloud cloud;
   cloud.width = points.size();
   cloud.height = 1;
@@ -44,7 +44,7 @@ PointCloud made(const std::string& kind, std::size_t count, unsigned seed) {
     if (kind == "drifting" && i % 50 != 0) p *= 0.01F;
     points.push_back(p);
   }
-  return unorganised(std::move(points));
+  return unorganized(std::move(points));
 }
 
 struct Case {
@@ -88,9 +88,9 @@ TEST_P(NeuralGasIsTheTextbooks, BitByBit) {
   }
   double sum = 0;
   for (const Point4& p : signals.points()) sum += textbook.nearestTwo(p).second;
-  EXPECT_NEAR(gas.quantisationError,
+  EXPECT_NEAR(gas.quantizationError,
               std::sqrt(sum / static_cast<double>(signals.points().size())) / signals.scale(),
-              1e-9 * gas.quantisationError);
+              1e-9 * gas.quantizationError);
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -153,39 +153,39 @@ TEST(GrowingNeuralGas, SeedsDecide) {
 
 TEST(GrowingNeuralGas, UnitsDoNotMatter) {
   PointCloud cloud = made("surface", 5000, 3);
-  const NeuralGas metres = grown(cloud, small(300));
+  const NeuralGas meters = grown(cloud, small(300));
   for (const float unit : {1024.0F, 0x1p-80F, 0x1p80F}) {
     PointCloud other = cloud;
     for (cv::Point3f& p : other.points) p *= unit;
     const NeuralGas scaled = grown(other, small(300));
-    EXPECT_EQ(scaled.edges, metres.edges) << unit;
-    for (std::size_t i = 0; i < 300; ++i) ASSERT_EQ(scaled.cloud.points[i], metres.cloud.points[i] * unit);
-    EXPECT_NEAR(scaled.quantisationError, metres.quantisationError * unit, 1e-9 * scaled.quantisationError);
+    EXPECT_EQ(scaled.edges, meters.edges) << unit;
+    for (std::size_t i = 0; i < 300; ++i) ASSERT_EQ(scaled.cloud.points[i], meters.cloud.points[i] * unit);
+    EXPECT_NEAR(scaled.quantizationError, meters.quantizationError * unit, 1e-9 * scaled.quantizationError);
   }
-  PointCloud millimetres = cloud;
-  for (cv::Point3f& p : millimetres.points) p *= 1000;
-  EXPECT_NEAR(grown(millimetres, small(300)).quantisationError, 1000 * metres.quantisationError,
-              50 * metres.quantisationError);
+  PointCloud millimeters = cloud;
+  for (cv::Point3f& p : millimeters.points) p *= 1000;
+  EXPECT_NEAR(grown(millimeters, small(300)).quantizationError, 1000 * meters.quantizationError,
+              50 * meters.quantizationError);
 }
 
 TEST(GrowingNeuralGas, FollowsTheSurface) {
   const PointCloud cloud = made("surface", 20000, 3);
   const NeuralGas gas = grown(cloud, small(600));
   for (const cv::Point3f& p : gas.cloud.points) EXPECT_NEAR(p.z, 0.3F * std::sin(4 * p.x), 0.05F);
-  EXPECT_FALSE(gas.cloud.organised());
+  EXPECT_FALSE(gas.cloud.organized());
   EXPECT_EQ(gas.cloud.width, 600U);
   EXPECT_EQ(gas.stop, GngStop::neurons);
 }
 
-TEST(GrowingNeuralGas, StopsAtAQuantisationError) {
+TEST(GrowingNeuralGas, StopsAtAQuantizationError) {
   const PointCloud cloud = made("surface", 20000, 3);
   GngOptions options = small(5000);
   options.signalsPerInsertion = 2000;
-  options.quantisationError = 0.08;
+  options.quantizationError = 0.08;
   const NeuralGas gas = grown(cloud, options);
-  EXPECT_EQ(gas.stop, GngStop::quantisationError);
+  EXPECT_EQ(gas.stop, GngStop::quantizationError);
   EXPECT_LT(gas.cloud.points.size(), 1000U);
-  EXPECT_NEAR(gas.quantisationError, 0.08, 0.008);
+  EXPECT_NEAR(gas.quantizationError, 0.08, 0.008);
 }
 
 TEST(GrowingNeuralGas, StopsAtADeadline) {
@@ -210,13 +210,13 @@ TEST(GrowingNeuralGas, PointsThatAreNotFiniteDoNotCount) {
 
 TEST(GrowingNeuralGas, FewerPointsThanNeuronsAreTheirOwnNetwork) {
   const NeuralGas gas =
-      grown(unorganised({{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {10, 0, 0}, {1, 0, 0}}), small(10));
+      grown(unorganized({{0, 0, 0}, {1, 0, 0}, {0, 0, 0}, {10, 0, 0}, {1, 0, 0}}), small(10));
   EXPECT_EQ(gas.stop, GngStop::points);
   EXPECT_THAT(gas.cloud.points,
               testing::ElementsAre(cv::Point3f(0, 0, 0), cv::Point3f(1, 0, 0), cv::Point3f(10, 0, 0)));
   using Edge = std::array<std::uint32_t, 2>;
   EXPECT_THAT(gas.edges, testing::ElementsAre(Edge{0, 1}, Edge{1, 2}));
-  EXPECT_EQ(gas.quantisationError, 0);
+  EXPECT_EQ(gas.quantizationError, 0);
   EXPECT_EQ(gas.signals, 0U);
 
   const PointCloud many = made("volume", 3000, 4);
@@ -225,7 +225,7 @@ TEST(GrowingNeuralGas, FewerPointsThanNeuronsAreTheirOwnNetwork) {
   ASSERT_EQ(all.cloud.points.size(), 3000U);
   for (std::size_t i = 0; i < 3000; ++i) EXPECT_LT(cv::norm(all.cloud.points[i] - many.points[i]), 1e-6);
 
-  const NeuralGas one = grown(unorganised({{3, 4, 5}, {3, 4, 5}}), small(10));
+  const NeuralGas one = grown(unorganized({{3, 4, 5}, {3, 4, 5}}), small(10));
   EXPECT_EQ(one.stop, GngStop::points);
   EXPECT_THAT(one.cloud.points, testing::ElementsAre(cv::Point3f(3, 4, 5)));
   EXPECT_TRUE(one.edges.empty());
@@ -259,7 +259,7 @@ TEST(GrowingNeuralGas, HugeAndTinyCoordinates) {
     for (const cv::Point3f& p : gas.cloud.points) EXPECT_TRUE(std::isfinite(p.x + p.y + p.z));
   constexpr float most = std::numeric_limits<float>::max();
   const NeuralGas widest =
-      grown(unorganised({{-most, 0, 0}, {most, 0, 0}, {0, most, 0}, {0, 0, -most}}), small(3));
+      grown(unorganized({{-most, 0, 0}, {most, 0, 0}, {0, most, 0}, {0, 0, -most}}), small(3));
   EXPECT_EQ(widest.cloud.points.size(), 3U);
   for (const cv::Point3f& p : widest.cloud.points) EXPECT_TRUE(std::isfinite(p.x) && std::isfinite(p.y));
 }
@@ -269,7 +269,7 @@ TEST(GrowingNeuralGas, RefusesWhatMakesNoSense) {
   const PointCloud cloud = made("surface", 100, 3);
   EXPECT_THAT(messageOf({}, small(10)), HasSubstr("without finite points"));
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_THAT(messageOf(unorganised({{nan, nan, nan}}), small(10)), HasSubstr("without finite points"));
+  EXPECT_THAT(messageOf(unorganized({{nan, nan, nan}}), small(10)), HasSubstr("without finite points"));
   for (const std::size_t neurons : {std::size_t{0}, std::size_t{1}, std::size_t{1} << 60})
     EXPECT_THAT(messageOf(cloud, small(neurons)), HasSubstr("neurons; 2 to"));
   const auto refused = [&](auto change) {
@@ -280,10 +280,10 @@ TEST(GrowingNeuralGas, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refused([](GngOptions& o) { o.signalsPerInsertion = 0; }), HasSubstr("no signals"));
   EXPECT_THAT(refused([](GngOptions& o) { o.winnerRate = 0; }), HasSubstr("learning step of 0"));
   EXPECT_THAT(refused([](GngOptions& o) { o.winnerRate = 1.5F; }), HasSubstr("learning step of 1.5"));
-  EXPECT_THAT(refused([](GngOptions& o) { o.neighbourRate = nan; }), HasSubstr("learning step of nan"));
+  EXPECT_THAT(refused([](GngOptions& o) { o.neighborRate = nan; }), HasSubstr("learning step of nan"));
   EXPECT_THAT(refused([](GngOptions& o) { o.insertionDecay = -1; }), HasSubstr("decay at insertions of -1"));
   EXPECT_THAT(refused([](GngOptions& o) { o.errorDecay = 0; }), HasSubstr("error decay of 0"));
-  EXPECT_THAT(refused([](GngOptions& o) { o.quantisationError = nan; }), HasSubstr("quantisation error"));
+  EXPECT_THAT(refused([](GngOptions& o) { o.quantizationError = nan; }), HasSubstr("quantization error"));
   EXPECT_THAT(refused([](GngOptions& o) { o.seconds = -1; }), HasSubstr("seconds"));
 }
 
@@ -307,10 +307,10 @@ TEST(NormalsFromGraph, ArePerpendicularToTheSurfaceAndLookAtTheViewer) {
 TEST(NormalsFromGraph, ThereIsNoneWithoutAPlane) {
   for (const cv::Point3f& n : normalsFromGraph(grown(made("line", 3000, 3), small(50))))
     EXPECT_TRUE(std::isnan(n.x));
-  EXPECT_TRUE(std::isnan(normalsFromGraph(grown(unorganised({{1, 2, 3}}), small(5)))[0].x));
+  EXPECT_TRUE(std::isnan(normalsFromGraph(grown(unorganized({{1, 2, 3}}), small(5)))[0].x));
   EXPECT_TRUE(normalsFromGraph({}).empty());
   NeuralGas broken;
-  broken.cloud = unorganised({{1, 2, 3}, {2, 2, 2}});
+  broken.cloud = unorganized({{1, 2, 3}, {2, 2, 2}});
   broken.edges = {{0, 2}};
   EXPECT_THROW(normalsFromGraph(broken), Error);
 }

@@ -65,7 +65,7 @@ double bestOverlap(const Clusters& found, const Seen& seen, int shape) {
   return best;
 }
 
-TEST(CloudClusters, OrganisedAsThePictureItCameFrom) {
+TEST(CloudClusters, OrganizedAsThePictureItCameFrom) {
   const Seen seen = tableWithTwoThings();
   const PointCloud cloud = backProject(seen.depth, kView.camera);
   const Clusters found = findClusters(cloud), picture = findClusters(seen.depth, kView.camera);
@@ -137,15 +137,15 @@ TEST(CloudClusters, OneThingAroundTheOriginStaysWhole) {
   EXPECT_THAT(found.clusters, SizeIs(1));
 }
 
-TEST(CloudClusters, ColoursAndNormalsDoNotMatterToWhatIsFound) {
+TEST(CloudClusters, ColorsAndNormalsDoNotMatterToWhatIsFound) {
   const Seen seen = tableWithTwoThings();
   PointCloud cloud = backProject(seen.depth, kView.camera);
   const Clusters plain = findClusters(cloud);
-  cloud.colours.assign(cloud.points.size(), {1, 2, 3});
-  const Clusters coloured = findClusters(cloud);
-  ASSERT_EQ(plain.clusters.size(), coloured.clusters.size());
+  cloud.colors.assign(cloud.points.size(), {1, 2, 3});
+  const Clusters colored = findClusters(cloud);
+  ASSERT_EQ(plain.clusters.size(), colored.clusters.size());
   for (std::size_t i = 0; i < plain.clusters.size(); ++i)
-    EXPECT_EQ(plain.clusters[i].points, coloured.clusters[i].points);
+    EXPECT_EQ(plain.clusters[i].points, colored.clusters[i].points);
 }
 
 TEST(CloudClusters, NothingIsNoError) {
@@ -177,7 +177,7 @@ TEST(CloudClusters, NothingIsNoError) {
 }
 
 TEST(CloudClusters, PointsNobodyCanHaveSeenAreNone) {
-  // Their squares are more than a float can hold: each would be every other's neighbour.
+  // Their squares are more than a float can hold: each would be every other's neighbor.
   cv::RNG random(3);
   std::vector<cv::Point3f> points;
   for (int i = 0; i < 5000; ++i)
@@ -201,24 +201,24 @@ TEST(CloudClusters, PointsNobodyCanHaveSeenAreNone) {
 
 TEST(CloudClusters, RefusesAnUnsoundCloud) {
   PointCloud cloud = cloudOf({{0, 0, 1}, {0, 1, 1}});
-  cloud.colours.resize(1);
-  EXPECT_THAT(errorOf([&] { findClusters(cloud); }), HasSubstr("1 colours"));
-  cloud.colours.clear();
+  cloud.colors.resize(1);
+  EXPECT_THAT(errorOf([&] { findClusters(cloud); }), HasSubstr("1 colors"));
+  cloud.colors.clear();
   cloud.width = 3;
   EXPECT_THAT(errorOf([&] { findClusters(cloud); }), HasSubstr("3 × 1"));
 }
 
-TEST(PointsOf, TakesColoursAndNormalsAlong) {
+TEST(PointsOf, TakesColorsAndNormalsAlong) {
   PointCloud cloud = cloudOf({{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}});
   cloud.width = cloud.height = 2;
-  cloud.colours = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}};
+  cloud.colors = {{1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}};
   cloud.normals = {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}, {kNaN, kNaN, kNaN}};
   cloud.viewpoint = Pose{1, 2, 3};
   const PointCloud part = pointsOf(cloud, {0, 2});
   EXPECT_EQ(part.width, 2U);
-  EXPECT_FALSE(part.organised());
+  EXPECT_FALSE(part.organized());
   EXPECT_EQ(part.points, (std::vector<cv::Point3f>{{1, 0, 0}, {3, 0, 0}}));
-  EXPECT_EQ(part.colours, (std::vector<cv::Vec3b>{{1, 0, 0}, {3, 0, 0}}));
+  EXPECT_EQ(part.colors, (std::vector<cv::Vec3b>{{1, 0, 0}, {3, 0, 0}}));
   EXPECT_EQ(part.normals, (std::vector<cv::Point3f>{{0, 0, 1}, {1, 0, 0}}));
   EXPECT_EQ(part.viewpoint->y, 2);
   EXPECT_THAT(pointsOf(cloud, {}).points, IsEmpty());

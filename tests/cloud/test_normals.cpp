@@ -33,7 +33,7 @@ bool isNone(const cv::Point3f& n) {
 }
 
 std::vector<cv::Point3f> normalsOf(const std::vector<cv::Point3f>& points, const NormalOptions& options) {
-  return estimateNormals(points, Neighbours(points), options);
+  return estimateNormals(points, Neighbors(points), options);
 }
 
 NormalOptions within(double radius, int threads = 1) {
@@ -62,7 +62,7 @@ TEST(Normals, OfAPlaneTowardsTheViewpoint) {
     for (const cv::Point3f& n : normals) EXPECT_LT(cv::norm(n - cv::Point3f(0, 0, 1)), 1e-6);
     options.viewpoint.z = -5;
     options.radius = 0;
-    options.neighbours = 8;
+    options.neighbors = 8;
     const auto others = normalsOf(grid(40, {away, away, 0}, {0.015625F, 0, 0}, {0, 0.015625F, 0}), options);
     for (const cv::Point3f& n : others) EXPECT_LT(cv::norm(n - cv::Point3f(0, 0, -1)), 1e-6);
   }
@@ -84,7 +84,7 @@ TEST(Normals, OfASphereInAnyUnit) {
 }
 
 TEST(Normals, AtOtherPlacesThanThePoints) {
-  const Neighbours plane(grid(20, {0, 0, 1}, {0.1F, 0, 0}, {0, 0.1F, 0}));
+  const Neighbors plane(grid(20, {0, 0, 1}, {0.1F, 0, 0}, {0, 0.1F, 0}));
   const std::vector<cv::Point3f> places = {{1.03F, 1.02F, 1.1F}, {50, 0, 1}, {kNaN, 0, 1}};
   const auto normals = estimateNormals(places, plane, within(0.3));
   EXPECT_LT(cv::norm(normals[0] - cv::Point3f(0, 0, -1)), 1e-5);
@@ -101,7 +101,7 @@ TEST(Normals, NoneWhereNoPlaneIs) {
   EXPECT_THAT(normalsOf(line, within(3)), Each(Truly(isNone)));
   EXPECT_THAT(normalsOf(same, within(3)), Each(Truly(isNone)));
   NormalOptions nearest;
-  nearest.neighbours = 10;
+  nearest.neighbors = 10;
   EXPECT_THAT(normalsOf(same, nearest), Each(Truly(isNone)));
   for (const NormalOptions& wrong :
        {NormalOptions{}, NormalOptions{1, 5}, NormalOptions{-1}, within(HUGE_VAL)})
@@ -111,7 +111,7 @@ TEST(Normals, NoneWhereNoPlaneIs) {
 TEST(Spread, AsSummedUpOneByOne) {
   const std::vector<cv::Point3f> points =
       grid(30, {5, -3, 2}, {0.02F, 0.01F, 0.003F}, {-0.004F, 0.02F, 0.01F});
-  const Neighbours tree(points);
+  const Neighbors tree(points);
   const cv::Point3f place(5.1F, -2.6F, 2.1F);
   const float squared = 0.04F;
   cv::Vec3d sum;

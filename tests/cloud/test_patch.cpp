@@ -18,7 +18,7 @@ using test::errorOf;
 using ::testing::HasSubstr;
 
 using Background = PatchOptions::Background;
-const cv::Vec3b kGrey(128, 128, 128);
+const cv::Vec3b kGray(128, 128, 128);
 
 /// 40 × 30 pixels, each of which tells its place.
 cv::Mat places() {
@@ -46,15 +46,15 @@ TEST(Patch, MiddleOfTheSquareHoldsTheThing) {
   EXPECT_EQ(patchOf(places(), {10, 12, 4, 8}, {}, with(Background::kept, 0.25, 1)).size(), cv::Size(12, 12));
 }
 
-TEST(Patch, GreyBeyondThePicture) {
+TEST(Patch, GrayBeyondThePicture) {
   const cv::Mat patch = patchOf(places(), {0, 0, 14, 14});
   ASSERT_EQ(patch.size(), cv::Size(16, 16));
-  EXPECT_EQ(patch.at<cv::Vec3b>(0, 5), kGrey);
-  EXPECT_EQ(patch.at<cv::Vec3b>(5, 0), kGrey);
+  EXPECT_EQ(patch.at<cv::Vec3b>(0, 5), kGray);
+  EXPECT_EQ(patch.at<cv::Vec3b>(5, 0), kGray);
   EXPECT_EQ(patch.at<cv::Vec3b>(1, 1), cv::Vec3b(0, 0, 200));
   const cv::Mat whole = patchOf(places(), {0, 0, 40, 30});
   ASSERT_EQ(whole.size(), cv::Size(46, 46));
-  EXPECT_EQ(whole.at<cv::Vec3b>(45, 45), kGrey);
+  EXPECT_EQ(whole.at<cv::Vec3b>(45, 45), kGray);
   EXPECT_EQ(whole.at<cv::Vec3b>(8, 3), cv::Vec3b(0, 0, 200));
 }
 
@@ -63,9 +63,9 @@ TEST(Patch, BackgroundMayBePaintedOver) {
   mask({10, 12, 2, 1}).setTo(255);
   mask.at<uchar>(25, 39) = 255;  // no part of the box
   const cv::Rect box(10, 12, 2, 2);
-  const cv::Mat grey = patchOf(places(), box, mask, with(Background::grey, 0, 1));
-  EXPECT_EQ(grey.at<cv::Vec3b>(0, 1), cv::Vec3b(11, 12, 200));
-  EXPECT_EQ(grey.at<cv::Vec3b>(1, 1), kGrey);
+  const cv::Mat gray = patchOf(places(), box, mask, with(Background::gray, 0, 1));
+  EXPECT_EQ(gray.at<cv::Vec3b>(0, 1), cv::Vec3b(11, 12, 200));
+  EXPECT_EQ(gray.at<cv::Vec3b>(1, 1), kGray);
   const cv::Mat mean = patchOf(places(), box, mask, with(Background::mean, 1, 1));
   ASSERT_EQ(mean.size(), cv::Size(6, 6));
   EXPECT_EQ(mean.at<cv::Vec3b>(2, 3), cv::Vec3b(11, 12, 200));
@@ -105,10 +105,10 @@ TEST(Patch, RefusesWhatIsNoThingInAPicture) {
               HasSubstr("wider than"));
 }
 
-PointCloud cloudOf(const std::vector<cv::Point3f>& points, const std::vector<cv::Vec3b>& colours = {}) {
+PointCloud cloudOf(const std::vector<cv::Point3f>& points, const std::vector<cv::Vec3b>& colors = {}) {
   PointCloud cloud;
   cloud.points = points;
-  cloud.colours = colours;
+  cloud.colors = colors;
   cloud.width = points.size();
   cloud.height = 1;
   return cloud;
@@ -123,22 +123,22 @@ PointCloud board(double azimuth, double depth = 0) {
       cloud.points.emplace_back(static_cast<float>(-std::sin(azimuth) * along + depth * std::cos(azimuth)),
                                 static_cast<float>(std::cos(azimuth) * along + depth * std::sin(azimuth)),
                                 static_cast<float>(up));
-      cloud.colours.push_back(k < 0 ? cv::Vec3b(0, 255, 0) : cv::Vec3b(0, 0, 255));
+      cloud.colors.push_back(k < 0 ? cv::Vec3b(0, 255, 0) : cv::Vec3b(0, 0, 255));
     }
   cloud.width = cloud.points.size();
   cloud.height = 1;
   return cloud;
 }
 
-int pixelsOf(const cv::Mat& picture, const cv::Vec3b& colour) {
+int pixelsOf(const cv::Mat& picture, const cv::Vec3b& color) {
   cv::Mat same;
-  cv::inRange(picture, colour, colour, same);
+  cv::inRange(picture, color, color, same);
   return cv::countNonZero(same);
 }
 
 cv::Rect extentOf(const cv::Mat& picture) {
   cv::Mat background;
-  cv::inRange(picture, kGrey, kGrey, background);
+  cv::inRange(picture, kGray, kGray, background);
   return cv::boundingRect(background == 0);
 }
 
@@ -152,20 +152,20 @@ TEST(RenderedPatch, SeesTheBoardFromItsFaceAndUpright) {
     EXPECT_EQ(picture.at<cv::Vec3b>(80, 100), cv::Vec3b(0, 0, 255)) << degrees;
     EXPECT_EQ(picture.at<cv::Vec3b>(120, 100), cv::Vec3b(0, 255, 0)) << degrees;
     const cv::Rect inside(extent.x + 4, extent.y + 4, extent.width - 8, extent.height - 8);
-    EXPECT_EQ(pixelsOf(picture(inside), kGrey), 0) << degrees << ": no holes between the points";
+    EXPECT_EQ(pixelsOf(picture(inside), kGray), 0) << degrees << ": no holes between the points";
   }
 }
 
 TEST(RenderedPatch, TheNearestIsInFront) {
   PointCloud near = board(0, 0.05), far = board(0, -0.05);
-  near.colours.assign(near.points.size(), {0, 0, 255});
-  far.colours.assign(far.points.size(), {255, 0, 0});
+  near.colors.assign(near.points.size(), {0, 0, 255});
+  far.colors.assign(far.points.size(), {255, 0, 0});
   for (auto& p : far.points) p = {p.x, p.y * 0.5F, p.z * 0.5F};  // hidden, seen from the front
   for (const bool nearFirst : {false, true}) {
     PointCloud both = nearFirst ? near : far;
     const PointCloud& second = nearFirst ? far : near;
     both.points.insert(both.points.end(), second.points.begin(), second.points.end());
-    both.colours.insert(both.colours.end(), second.colours.begin(), second.colours.end());
+    both.colors.insert(both.colors.end(), second.colors.begin(), second.colors.end());
     both.width = both.points.size();
     EXPECT_EQ(renderPatch(both).at<cv::Vec3b>(149, 149), cv::Vec3b(0, 0, 255)) << nearFirst;
   }
@@ -178,7 +178,7 @@ TEST(RenderedPatch, MarginMakesTheThingSmaller) {
   EXPECT_NEAR(narrow.width, 100, 8);
 }
 
-TEST(RenderedPatch, WithoutColoursTheNearIsBright) {
+TEST(RenderedPatch, WithoutColorsTheNearIsBright) {
   PointCloud ball;
   for (int i = 0; i < 4000; ++i) {  // spread evenly (Fibonacci)
     const double z = 1 - (2 * i + 1) / 4000.0, r = std::sqrt(1 - z * z), a = i * 2.399963;
@@ -215,7 +215,7 @@ TEST(RenderedPatch, FewFarAndMissingPoints) {
   EXPECT_THAT(errorOf([&] {
                 renderPatch(cloudOf({{1, 2, 3}}, {{1, 2, 3}, {4, 5, 6}}));
               }),
-              HasSubstr("colours"));
+              HasSubstr("colors"));
   for (const int size : {0, -1, 5000})
     EXPECT_THAT(errorOf([&] { renderPatch(board(0), size); }), HasSubstr("1 … 4096"));
   EXPECT_THAT(errorOf([&] { renderPatch(board(0), 100, with(Background::kept, -1)); }), HasSubstr("margin"));

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estancia/cloud/neighbours.hpp"
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/noise.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "support/support.hpp"
@@ -34,16 +34,16 @@ PointCloud cloudOf(std::vector<cv::Point3f> points) {
   return cloud;
 }
 
-TEST(VoxelGrid, MeansOfPointsColoursAndNormals) {
+TEST(VoxelGrid, MeansOfPointsColorsAndNormals) {
   PointCloud cloud = cloudOf({{1.2F, 0.5F, -0.5F}, {-0.1F, 0, 0}, {1.6F, 0.7F, -0.7F}, {kNaN, 1, 1}});
-  for (const int c : {10, 20, 13, 99}) cloud.colours.emplace_back(c, 255 - c, 0);
+  for (const int c : {10, 20, 13, 99}) cloud.colors.emplace_back(c, 255 - c, 0);
   cloud.normals = {{1, 0, 0}, {kNaN, kNaN, kNaN}, {0, 1, 0}, {0, 0, 1}};
   const PointCloud grid = voxelGrid(cloud, 1);
   ASSERT_EQ(grid.points.size(), 2U);
   EXPECT_EQ(grid.width, 2U);
   EXPECT_LT(cv::norm(grid.points[0] - cv::Point3f(1.4F, 0.6F, -0.6F)), 1e-6);
   EXPECT_EQ(grid.points[1], cv::Point3f(-0.1F, 0, 0));
-  EXPECT_EQ(grid.colours[0], cv::Vec3b(12, 244, 0));  // rounded
+  EXPECT_EQ(grid.colors[0], cv::Vec3b(12, 244, 0));  // rounded
   EXPECT_FLOAT_EQ(grid.normals[0].x, std::sqrt(0.5F));
   EXPECT_FLOAT_EQ(grid.normals[0].y, std::sqrt(0.5F));
   EXPECT_TRUE(std::isnan(grid.normals[1].x));
@@ -79,7 +79,7 @@ TEST(VoxelGrid, FindsTheLeafForANumberOfPoints) {
     plane.points.emplace_back(0.01F * static_cast<float>(i % 200), 0.01F * static_cast<float>(row), 1.F);
   }
   plane = withGaussianNoise(cloudOf(plane.points), 0.002, 5);
-  for (const double scale : {1.0, 1000.0}) {  // metres, millimetres
+  for (const double scale : {1.0, 1000.0}) {  // meters, millimeters
     PointCloud scaled = plane;
     for (cv::Point3f& p : scaled.points) p *= scale;
     for (const std::size_t wanted : {10U, 500U, 10000U}) {
@@ -110,9 +110,9 @@ TEST(VoxelGrid, LeavesThePointsThatPclDoes) {
       filter.setLeafSize(leaf, leaf, leaf);
       pcl::PointCloud<pcl::PointXYZ> filtered;
       filter.filter(filtered);
-      const Neighbours ours(voxelGrid(cloud, leaf).points);
+      const Neighbors ours(voxelGrid(cloud, leaf).points);
       ASSERT_EQ(ours.size(), filtered.size()) << file << " " << leaf;
-      std::vector<Neighbour> buffer;
+      std::vector<Neighbor> buffer;
       float furthest = 0;
       for (const auto& p : filtered)
         furthest = std::max(furthest, ours.nearest({p.x, p.y, p.z}, 1, buffer)[0].squared);

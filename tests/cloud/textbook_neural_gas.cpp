@@ -67,30 +67,30 @@ double TextbookNeuralGas::learn() {
     const auto [nearest, squaredDistance] = nearestTwo(signal);
     const auto [s1, s2] = nearest;
     sum += squaredDistance;
-    for (Edge& e : neighbours_[s1]) {
+    for (Edge& e : neighbors_[s1]) {
       ++e.age;
-      for (Edge& back : neighbours_[e.neighbour])
-        if (back.neighbour == s1) ++back.age;
+      for (Edge& back : neighbors_[e.neighbor])
+        if (back.neighbor == s1) ++back.age;
     }
     errors_[s1] += squaredDistance;
     attract(s1, signal, options_.winnerRate);
-    for (const Edge& e : neighbours_[s1]) attract(e.neighbour, signal, options_.neighbourRate);
+    for (const Edge& e : neighbors_[s1]) attract(e.neighbor, signal, options_.neighborRate);
     bool connected = false;
-    for (Edge& e : neighbours_[s1])
-      if (e.neighbour == s2) {
+    for (Edge& e : neighbors_[s1])
+      if (e.neighbor == s2) {
         connected = true;
         e.age = 0;
-        for (Edge& back : neighbours_[s2])
-          if (back.neighbour == s1) back.age = 0;
+        for (Edge& back : neighbors_[s2])
+          if (back.neighbor == s1) back.age = 0;
       }
     if (!connected) connect(s1, s2);
     std::vector<std::uint32_t> old;
-    for (const Edge& e : neighbours_[s1])
-      if (e.age > options_.maximalAge) old.push_back(e.neighbour);
+    for (const Edge& e : neighbors_[s1])
+      if (e.age > options_.maximalAge) old.push_back(e.neighbor);
     if (old.empty()) continue;
     for (const std::uint32_t n : old) disconnect(s1, n);
     for (std::size_t i = size(); i-- > 0;)
-      if (neighbours_[i].empty()) remove(static_cast<std::uint32_t>(i));
+      if (neighbors_[i].empty()) remove(static_cast<std::uint32_t>(i));
   }
   return sum;
 }
@@ -98,10 +98,10 @@ double TextbookNeuralGas::learn() {
 void TextbookNeuralGas::insert() {
   const auto q =
       static_cast<std::uint32_t>(std::max_element(errors_.begin(), errors_.end()) - errors_.begin());
-  std::uint32_t f = neighbours_[q][0].neighbour;
-  for (const Edge& e : neighbours_[q])
-    if (errors_[e.neighbour] > errors_[f] || (errors_[e.neighbour] == errors_[f] && e.neighbour < f))
-      f = e.neighbour;
+  std::uint32_t f = neighbors_[q][0].neighbor;
+  for (const Edge& e : neighbors_[q])
+    if (errors_[e.neighbor] > errors_[f] || (errors_[e.neighbor] == errors_[f] && e.neighbor < f))
+      f = e.neighbor;
   const auto r = static_cast<std::uint32_t>(size());
   add({0.5F * (x_[q] + x_[f]), 0.5F * (y_[q] + y_[f]), 0.5F * (z_[q] + z_[f]), 0});
   disconnect(q, f);
@@ -133,8 +133,8 @@ bool TextbookNeuralGas::grow(Progress& progress) {
 std::vector<std::pair<std::array<std::uint32_t, 2>, std::uint32_t>> TextbookNeuralGas::edges() const {
   std::vector<std::pair<std::array<std::uint32_t, 2>, std::uint32_t>> edges;
   for (std::uint32_t i = 0; i < size(); ++i)
-    for (const Edge& e : neighbours_[i])
-      if (i < e.neighbour) edges.push_back({{i, e.neighbour}, e.age});
+    for (const Edge& e : neighbors_[i])
+      if (i < e.neighbor) edges.push_back({{i, e.neighbor}, e.age});
   std::sort(edges.begin(), edges.end());
   return edges;
 }
@@ -147,33 +147,33 @@ void TextbookNeuralGas::add(const Point4& p) {
   y_[i] = p.y;
   z_[i] = p.z;
   errors_.push_back(0);
-  neighbours_.emplace_back();
+  neighbors_.emplace_back();
 }
 
 void TextbookNeuralGas::connect(std::uint32_t a, std::uint32_t b) {
-  neighbours_[a].push_back({b, 0});
-  neighbours_[b].push_back({a, 0});
+  neighbors_[a].push_back({b, 0});
+  neighbors_[b].push_back({a, 0});
 }
 
 void TextbookNeuralGas::disconnect(std::uint32_t a, std::uint32_t b) {
-  std::erase_if(neighbours_[a], [b](const Edge& e) { return e.neighbour == b; });
-  std::erase_if(neighbours_[b], [a](const Edge& e) { return e.neighbour == a; });
+  std::erase_if(neighbors_[a], [b](const Edge& e) { return e.neighbor == b; });
+  std::erase_if(neighbors_[b], [a](const Edge& e) { return e.neighbor == a; });
 }
 
 void TextbookNeuralGas::remove(std::uint32_t i) {
   ++removed_;
   const auto last = static_cast<std::uint32_t>(size() - 1);
-  for (const Edge& e : neighbours_[last])
-    for (Edge& back : neighbours_[e.neighbour])
-      if (back.neighbour == last) back.neighbour = i;
+  for (const Edge& e : neighbors_[last])
+    for (Edge& back : neighbors_[e.neighbor])
+      if (back.neighbor == last) back.neighbor = i;
   x_[i] = x_[last];
   y_[i] = y_[last];
   z_[i] = z_[last];
   errors_[i] = errors_[last];
-  neighbours_[i] = neighbours_[last];
+  neighbors_[i] = neighbors_[last];
   x_[last] = y_[last] = z_[last] = nowhere;
   errors_.pop_back();
-  neighbours_.pop_back();
+  neighbors_.pop_back();
 }
 
 void TextbookNeuralGas::attract(std::uint32_t i, const Point4& signal, float rate) {

@@ -35,7 +35,7 @@ class TextbookNeuralGas {
 
  private:
   struct Edge {
-    std::uint32_t neighbour, age;
+    std::uint32_t neighbor, age;
   };
   void add(const Point4& p);
   void connect(std::uint32_t a, std::uint32_t b);
@@ -49,7 +49,7 @@ class TextbookNeuralGas {
   std::size_t removed_ = 0;
   std::vector<float> x_, y_, z_;  ///< a whole number of blocks
   std::vector<double> errors_;
-  std::vector<std::vector<Edge>> neighbours_;
+  std::vector<std::vector<Edge>> neighbors_;
 };
 
 }  // namespace estancia

@@ -83,7 +83,7 @@ TEST(VoxelLines, AreThoseOfBresenham) {
     const Voxel v = i < 2 ? Voxel{63 * i, 63 * i, 63 * i}  // the corners
                           : Voxel{voxel(random), voxel(random), voxel(random)};
     at.push_back(v);
-    points.emplace_back(v[0] - 31.5F, v[1] - 31.5F, v[2] - 31.5F);  // the voxels' centres
+    points.emplace_back(v[0] - 31.5F, v[1] - 31.5F, v[2] - 31.5F);  // the voxels' centers
     for (int x = -1; x <= 1; ++x)
       for (int y = -1; y <= 1; ++y)
         for (int z = -1; z <= 1; ++z) marked.insert({v[0] + x, v[1] + y, v[2] + z});
@@ -137,13 +137,13 @@ TEST(Esf, TheSameSeedGivesTheSameBytesInAnyThread) {
 }
 
 TEST(Esf, UnitAndPlaceDoNotCount) {
-  const PointCloud metres = sheetAndBall(8000, 3);
-  const auto v = esf(metres);
+  const PointCloud meters = sheetAndBall(8000, 3);
+  const auto v = esf(meters);
   // Powers of two change no bit of the points; thousands round some over a limit.
-  EXPECT_EQ(esf(moved(metres, 1024)), v);
-  EXPECT_GT(overlap(esf(moved(metres, 1000)), v), 0.999);
-  EXPECT_GT(overlap(esf(moved(metres, 1e-3F)), v), 0.999);
-  EXPECT_GT(overlap(esf(moved(metres, 1, {5, -3, 9})), v), 0.995);
+  EXPECT_EQ(esf(moved(meters, 1024)), v);
+  EXPECT_GT(overlap(esf(moved(meters, 1000)), v), 0.999);
+  EXPECT_GT(overlap(esf(moved(meters, 1e-3F)), v), 0.999);
+  EXPECT_GT(overlap(esf(moved(meters, 1, {5, -3, 9})), v), 0.995);
 }
 
 TEST(Esf, TellsShapesApart) {
@@ -253,7 +253,7 @@ TEST(BackProjection, PutsPixelsWhereTheCameraSawThem) {
   depth.at<float>(0, 0) = -1;
   depth.at<float>(0, 1) = std::numeric_limits<float>::infinity();
   const PointCloud cloud = backProject(depth, {3, 2, 10, 20, 1, 0.5});
-  EXPECT_TRUE(cloud.organised());
+  EXPECT_TRUE(cloud.organized());
   ASSERT_EQ(cloud.points.size(), 6U);
   EXPECT_EQ(cloud.width, 3U);
   EXPECT_FLOAT_EQ(cloud.points[5].x, 0.2F);

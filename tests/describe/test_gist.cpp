@@ -200,21 +200,21 @@ TEST(Gist, IsZeroWithoutContrast) {
   }
 }
 
-TEST(Gist, TakesPicturesOfAnySizeGreyOrColour) {
+TEST(Gist, TakesPicturesOfAnySizeGrayOrColor) {
   for (const cv::Size size : {cv::Size(1, 1), {1, 9000}, {9000, 1}, {2, 2}, {3, 5}, {4000, 3000}}) {
     const auto v = gist(busyPicture(size, 8));
     ASSERT_EQ(v.size(), 512U);
     for (const float x : v) ASSERT_TRUE(std::isfinite(x) && x >= 0) << size;
   }
-  const cv::Mat grey = busyPicture({200, 100}, 9, 1);
-  cv::Mat colour;
-  cv::cvtColor(grey, colour, cv::COLOR_GRAY2BGR);
-  EXPECT_LT(difference(gist(grey), gist(colour)), 1e-5);
+  const cv::Mat gray = busyPicture({200, 100}, 9, 1);
+  cv::Mat color;
+  cv::cvtColor(gray, color, cv::COLOR_GRAY2BGR);
+  EXPECT_LT(difference(gist(gray), gist(color)), 1e-5);
 }
 
 TEST(Gist, RefusesWhatIsNoPicture) {
   EXPECT_THAT(errorOf([] { gist({}); }), HasSubstr("gist: there is no picture"));
-  EXPECT_THAT(errorOf([] { gist(cv::Mat(9, 9, CV_32F)); }), HasSubstr("neither BGR nor grey"));
+  EXPECT_THAT(errorOf([] { gist(cv::Mat(9, 9, CV_32F)); }), HasSubstr("neither BGR nor gray"));
   EXPECT_THAT(errorOf([] { Gist().describe({}); }), HasSubstr("no picture"));
 }
 

@@ -30,10 +30,10 @@ double sumOf(const std::vector<float>& v, std::size_t begin = 0, std::size_t end
 }
 
 /// Sobel's 3 × 3 mask, pixels outside being those at the edge.
-cv::Vec2d sobel(const cv::Mat& grey, int y, int x) {
+cv::Vec2d sobel(const cv::Mat& gray, int y, int x) {
   const auto at = [&](int dy, int dx) {
     return static_cast<double>(
-        grey.at<uchar>(std::clamp(y + dy, 0, grey.rows - 1), std::clamp(x + dx, 0, grey.cols - 1)));
+        gray.at<uchar>(std::clamp(y + dy, 0, gray.rows - 1), std::clamp(x + dx, 0, gray.cols - 1)));
   };
   return {at(-1, 1) + 2 * at(0, 1) + at(1, 1) - at(-1, -1) - 2 * at(0, -1) - at(1, -1),
           at(1, -1) + 2 * at(1, 0) + at(1, 1) - at(-1, -1) - 2 * at(-1, 0) - at(-1, 1)};
@@ -41,13 +41,13 @@ cv::Vec2d sobel(const cv::Mat& grey, int y, int x) {
 
 /// Cell by cell, level by level, every pixel of each looked at again. OpenCV's Canny finds the edges.
 std::vector<double> slowPhog(const cv::Mat& bgr, int bins, int levels, int range) {
-  cv::Mat grey, smooth;
-  cv::cvtColor(bgr, grey, cv::COLOR_BGR2GRAY);
-  cv::GaussianBlur(grey, smooth, {9, 9}, std::sqrt(2), 0, cv::BORDER_REPLICATE);
-  cv::Mat dx(grey.size(), CV_16S), dy(grey.size(), CV_16S), edges;
+  cv::Mat gray, smooth;
+  cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
+  cv::GaussianBlur(gray, smooth, {9, 9}, std::sqrt(2), 0, cv::BORDER_REPLICATE);
+  cv::Mat dx(gray.size(), CV_16S), dy(gray.size(), CV_16S), edges;
   std::vector<double> magnitudes;
-  for (int y = 0; y < grey.rows; ++y)
-    for (int x = 0; x < grey.cols; ++x) {
+  for (int y = 0; y < gray.rows; ++y)
+    for (int x = 0; x < gray.cols; ++x) {
       const cv::Vec2d g = sobel(smooth, y, x);
       dx.at<short>(y, x) = static_cast<short>(g[0]);
       dy.at<short>(y, x) = static_cast<short>(g[1]);
@@ -65,11 +65,11 @@ std::vector<double> slowPhog(const cv::Mat& bgr, int bins, int levels, int range
     for (int row = 0; row < n; ++row)
       for (int column = 0; column < n; ++column) {
         std::vector<double> histogram(static_cast<std::size_t>(bins));
-        for (int y = 0; y < grey.rows; ++y)
-          for (int x = 0; x < grey.cols; ++x) {
-            if (edges.at<uchar>(y, x) == 0 || y * n / grey.rows != row || x * n / grey.cols != column)
+        for (int y = 0; y < gray.rows; ++y)
+          for (int x = 0; x < gray.cols; ++x) {
+            if (edges.at<uchar>(y, x) == 0 || y * n / gray.rows != row || x * n / gray.cols != column)
               continue;
-            const cv::Vec2d g = sobel(grey, y, x);
+            const cv::Vec2d g = sobel(gray, y, x);
             double degrees = std::atan2(g[1], g[0]) * 180 / pi;
             while (degrees < 0) degrees += range;
             while (degrees >= range) degrees -= range;
@@ -158,7 +158,7 @@ TEST(Phog, IsZeroWithoutEdges) {
   EXPECT_EQ(phog(cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(99))), std::vector<float>(630, 0.0F));
 }
 
-TEST(Phog, TakesPicturesOfAnySizeGreyOrColour) {
+TEST(Phog, TakesPicturesOfAnySizeGrayOrColor) {
   for (const cv::Size size : {cv::Size(1, 500), {500, 1}, {1, 9000}, {2, 2}, {3, 3}, {5, 2}, {4000, 3000}}) {
     const auto v = phog(busyPicture(size, 5));
     ASSERT_EQ(v.size(), 630U);
@@ -166,10 +166,10 @@ TEST(Phog, TakesPicturesOfAnySizeGreyOrColour) {
     const double sum = sumOf(v);
     EXPECT_TRUE(sum == 0 || std::abs(sum - 1) < 1e-5) << size << sum;
   }
-  const cv::Mat grey = busyPicture({200, 100}, 9, 1);
-  cv::Mat colour;
-  cv::cvtColor(grey, colour, cv::COLOR_GRAY2BGR);
-  EXPECT_EQ(phog(grey), phog(colour));
+  const cv::Mat gray = busyPicture({200, 100}, 9, 1);
+  cv::Mat color;
+  cv::cvtColor(gray, color, cv::COLOR_GRAY2BGR);
+  EXPECT_EQ(phog(gray), phog(color));
 }
 
 TEST(Phog, DoesNotDependOnThreadsOfOpenCV) {
@@ -184,7 +184,7 @@ TEST(Phog, DoesNotDependOnThreadsOfOpenCV) {
 
 TEST(Phog, RefusesWhatItCannotDo) {
   EXPECT_THAT(errorOf([] { phog({}); }), HasSubstr("phog: there is no picture"));
-  EXPECT_THAT(errorOf([] { phog(cv::Mat(9, 9, CV_16UC3)); }), HasSubstr("neither BGR nor grey"));
+  EXPECT_THAT(errorOf([] { phog(cv::Mat(9, 9, CV_16UC3)); }), HasSubstr("neither BGR nor gray"));
   const cv::Mat picture = busyPicture({20, 20}, 1);
   EXPECT_THAT(errorOf([&] { phog(picture, {.bins = 0}); }), HasSubstr("0 bins"));
   EXPECT_THAT(errorOf([&] { phog(picture, {.levels = 9}); }), HasSubstr("level 9"));

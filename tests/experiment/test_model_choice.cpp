@@ -1,4 +1,4 @@
-// The whole experiment on made-up pictures: a model that sees colours must beat one that sees nothing.
+// The whole experiment on made-up pictures: a model that sees colors must beat one that sees nothing.
 #include "estancia/experiment/model_choice.hpp"
 
 #include <gmock/gmock.h>
@@ -10,7 +10,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/experiment/experiment.hpp"
-#include "experiment/colour_drive.hpp"
+#include "experiment/color_drive.hpp"
 
 namespace estancia {
 namespace {
@@ -33,10 +33,10 @@ class Counting final : public Progress {
 class ModelChoice : public testing::Test {
  protected:
   void SetUp() override {
-    test::writeColourModel(scratch, "sharp", "0.02");
-    test::writeColourModel(scratch, "blind", "1e-9");
-    test::writeColourDrive(scratch / "drive", 0);
-    test::writeColourDrive(scratch / "again", 1);
+    test::writeColorModel(scratch, "sharp", "0.02");
+    test::writeColorModel(scratch, "blind", "1e-9");
+    test::writeColorDrive(scratch / "drive", 0);
+    test::writeColorDrive(scratch / "again", 1);
   }
 
   std::string config(const std::string& head = "", const std::string& sequence = "") {
@@ -74,7 +74,7 @@ TEST_F(ModelChoice, TheModelThatSeesBeatsTheBlindOne) {
     EXPECT_EQ(variances.columns[0].name, "k = 4 [%]");
     EXPECT_EQ(variances.columns[1].name, "mean rank");
     EXPECT_EQ(variances.rows[0].name, "sharp");
-    EXPECT_NEAR(*variances.rows[0].values[0], 0, 1e-9) << "four colours, four clusters";
+    EXPECT_NEAR(*variances.rows[0].values[0], 0, 1e-9) << "four colors, four clusters";
     EXPECT_DOUBLE_EQ(*variances.rows[0].values[1], (1.5 + 7) / 8) << "one cluster is the same for all";
     EXPECT_EQ(variances.rows[0].values[2], 7) << "wins";
     EXPECT_EQ(variances.rows[0].values[3], 1) << "ties";
@@ -87,7 +87,7 @@ TEST_F(ModelChoice, TheModelThatSeesBeatsTheBlindOne) {
   }
   EXPECT_THAT(findings.summary,
               testing::StartsWith("sharp tells the places apart best (mean rank 1.06 of 2 models)"));
-  EXPECT_THAT(findings.summary, HasSubstr("sharp recognises them best (100 %)"));
+  EXPECT_THAT(findings.summary, HasSubstr("sharp recognizes them best (100 %)"));
 }
 
 TEST_F(ModelChoice, EveryNumberIsInTheTableOfResults) {
@@ -118,7 +118,7 @@ TEST_F(ModelChoice, ComputesOnlyWhatHasChanged) {
   EXPECT_EQ(std::exchange(progress.computed, 0), 4U);
   run(config("distances = [\"l2\", \"hellinger\"]"));
   EXPECT_EQ(std::exchange(progress.computed, 0), 2U) << "l2 is known";
-  test::writeColourModel(scratch, "blind", "1e-8");
+  test::writeColorModel(scratch, "blind", "1e-8");
   run(config(two));
   EXPECT_EQ(std::exchange(progress.computed, 0), 2U) << "the model has changed";
   fs::remove(scratch / "drive" / "0007.png");
@@ -184,7 +184,7 @@ TEST_F(ModelChoice, MissingSequencesAreAnErrorUnlessOptional) {
               HasSubstr("two sequences are called drive"));
 }
 
-TEST_F(ModelChoice, ModelsAreCheckedBeforeAnythingIsLabelled) {
+TEST_F(ModelChoice, ModelsAreCheckedBeforeAnythingIsLabeled) {
   writeFile(scratch / "choice.toml", config());
   const auto with = [&](const std::vector<std::string>& models) {
     return errorOf([&] {

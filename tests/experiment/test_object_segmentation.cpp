@@ -86,7 +86,7 @@ TEST(ScoreClusters, KnowsObjectsOnlyWhereDepthIs) {
 constexpr int width = 160, height = 120;
 const CameraIntrinsics camera{width, height, 131.25, 131.25, 79.5, 59.5};
 
-/// A wall at 1.2 m, a board of 24×24 pixels at 1 m, and a ball of 8 cm radius; each number of metres beside
+/// A wall at 1.2 m, a board of 24×24 pixels at 1 m, and a ball of 8 cm radius; each number of meters beside
 /// the middle.
 struct Made {
   cv::Mat depth{height, width, CV_32F, cv::Scalar(1.2)}, label{height, width, CV_8U, cv::Scalar(1)};
@@ -94,12 +94,12 @@ struct Made {
     const cv::Rect board(20, 50, 24, 24);
     depth(board).setTo(1.0);
     label(board).setTo(20);
-    const cv::Vec3d centre(0.2, 0, 1);
+    const cv::Vec3d center(0.2, 0, 1);
     for (int r = 0; r < height; ++r)
       for (int c = 0; c < width; ++c) {
         const cv::Vec3d ray(camera.slopeX(c), camera.slopeY(r), 1);
-        const double b = ray.dot(centre), a = ray.dot(ray);
-        const double inside = b * b - a * (centre.dot(centre) - 0.08 * 0.08);
+        const double b = ray.dot(center), a = ray.dot(ray);
+        const double inside = b * b - a * (center.dot(center) - 0.08 * 0.08);
         if (inside < 0) continue;
         depth.at<float>(r, c) = static_cast<float>((b - std::sqrt(inside)) / a);
         label.at<unsigned char>(r, c) = 31;
@@ -130,13 +130,13 @@ TEST(Poster, LiesOnAPlaneThatFacesTheCamera) {
   const PixelSet ball = objectsOf(truth).at(0);
   const PointCloud poster = posterOf(cloud, ball, 1);
   ASSERT_EQ(poster.points.size(), ball.size());
-  cv::Vec3d centre(0, 0, 0);
+  cv::Vec3d center(0, 0, 0);
   for (const std::uint32_t i : ball)
-    centre += cv::Vec3d(cloud.points[i].x, cloud.points[i].y, cloud.points[i].z) / double(ball.size());
+    center += cv::Vec3d(cloud.points[i].x, cloud.points[i].y, cloud.points[i].z) / double(ball.size());
   for (std::size_t i = 0; i < ball.size(); ++i) {
     const cv::Point3f &p = poster.points[i], &q = cloud.points[ball[i]];
     EXPECT_NEAR(p.x / p.z, q.x / q.z, 1e-5) << "seen in the same pixel";
-    EXPECT_NEAR((cv::Vec3d(p.x, p.y, p.z) - centre).dot(centre) / cv::norm(centre), 0, 0.008);
+    EXPECT_NEAR((cv::Vec3d(p.x, p.y, p.z) - center).dot(center) / cv::norm(center), 0, 0.008);
   }
   EXPECT_EQ(poster.points, posterOf(cloud, ball, 1).points);
   EXPECT_NE(poster.points, posterOf(cloud, ball, 2).points);
@@ -154,15 +154,15 @@ class ObjectSegmentation : public testing::Test {
  protected:
   void SetUp() override {
     const Made made;
-    cv::Mat millimetres;
-    made.depth.convertTo(millimetres, CV_16U, 1000);
+    cv::Mat millimeters;
+    made.depth.convertTo(millimeters, CV_16U, 1000);
     std::filesystem::create_directories(scratch_ / "scenes/learn");
     writeFile(scratch_ / "scenes/index.csv",
               "split,n,category\nlearn,0,first\nlearn,1,second\nlearn,2,second\n");
     for (const std::string n : {"0", "1", "2"}) {
       const std::string stem = scratch_ / ("scenes/learn/learn" + n);
       cv::imwrite(stem + "_rgb.jpg", cv::Mat(height, width, CV_8UC3, cv::Scalar(90, 120, 150)));
-      cv::imwrite(stem + "_depth.png", millimetres);
+      cv::imwrite(stem + "_depth.png", millimeters);
       cv::imwrite(stem + "_label.png", made.label);
     }
   }

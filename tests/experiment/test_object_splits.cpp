@@ -135,21 +135,21 @@ TEST_F(ObjectSplits, HaveARowEachWithTheLabelerBeside) {
   const Findings findings = run(few_ + "namings = [\"top\", \"voted\"]\n" + things_ + study_ + machine_);
   const auto all = rows();
   EXPECT_THAT(all[0],
-              ElementsAre("data", "split", "labeller_accuracy", "classifier", "label_noise", "accuracy"));
+              ElementsAre("data", "split", "labeler_accuracy", "classifier", "label_noise", "accuracy"));
   ASSERT_EQ(all.size(), 1U + 2 * 5) << "a baseline and four random splits, two namings";
   std::set<std::string> splits;
   for (std::size_t i = 1; i < all.size(); ++i) {
     EXPECT_EQ(all[i][0], "things");
     splits.insert(all[i][1]);
     EXPECT_EQ(all[i][4], "0");
-    // Two thirds are labelled rightly, none of ball 1.
+    // Two thirds are labeled rightly, none of ball 1.
     EXPECT_THAT(std::stod(all[i][2]),
                 testing::AnyOf(testing::DoubleNear(2 / 3.0, 1e-9), testing::DoubleNear(4 / 9.0, 1e-9)));
     EXPECT_EQ(all[i][3], i <= 5 ? "knn top" : "knn voted");
   }
   EXPECT_EQ(splits.size(), 5U);
   EXPECT_EQ(all[1][1], "baseline");
-  EXPECT_NEAR(std::stod(all[1][2]), 4 / 9.0, 1e-9) << "the worst labelled things are tested";
+  EXPECT_NEAR(std::stod(all[1][2]), 4 / 9.0, 1e-9) << "the worst labeled things are tested";
   EXPECT_EQ(std::stod(all[6][5]), 1) << "the others' names are put right by a vote";
   EXPECT_THAT(findings.summary, testing::StartsWith("things: knn "));
 }
@@ -195,18 +195,18 @@ TEST_F(ObjectSplits, ShowTablesConfusionsCloudsAndExamples) {
 TEST_F(ObjectSplits, NoiseMisnamesWhatIsLearnedFromAlone) {
   run(few_ + "namings = [\"top\", \"voted\"]\nlabel_noises = [0, 0.2, 0.9]\nseeds = [1, 2]\n" + things_ +
       study_ + "names = \"true\"\nlabels = \"words.csv\"\nprior = \"none\"\n");
-  std::map<std::string, std::set<std::string>> labelled;
+  std::map<std::string, std::set<std::string>> labeled;
   double voted = 0, hopeless = 0;
   for (const Row& row : rows()) {
     if (row[0] == "data") continue;
-    labelled[row[1]].insert(row[2]);
+    labeled[row[1]].insert(row[2]);
     if (row[4] == "0") {
       EXPECT_EQ(row[5], "1") << "true names, shapes unlike each other";
     }
     if (row[4] == "0.2" && row[3] == "knn voted") voted += std::stod(row[5]) / 5;
     if (row[4] == "0.9") hopeless += std::stod(row[5]) / 10;
   }
-  for (const auto& [split, values] : labelled)
+  for (const auto& [split, values] : labeled)
     EXPECT_EQ(values.size(), 1U) << "the labeler is not made worse";
   EXPECT_GT(voted, 0.95);
   EXPECT_LT(hopeless, 0.4);

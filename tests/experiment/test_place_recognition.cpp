@@ -30,19 +30,19 @@ struct Drive {
 TEST(PlaceRecognition, CountsWhoseNearestImageIsNear) {
   const Drive map({{0, 0}, {1, 10}, {2, 20}, {3, 30}});
   const Drive again({{0.1F, 0.5}, {2.9F, 10}, {2.2F, 19}, {3, 500}});  // right, wrong, right, nowhere
-  const auto found = recognisePlaces(again.placed(), map.placed(), Comparison::euclidean, 1, 0);
+  const auto found = recognizePlaces(again.placed(), map.placed(), Comparison::euclidean, 1, 0);
   EXPECT_EQ(found.queries, 3U);
   EXPECT_DOUBLE_EQ(found.right, 2.0 / 3);
   EXPECT_DOUBLE_EQ(found.chance, 0.25);
 }
 
-TEST(PlaceRecognition, OfASingleDriveLeavesNeighboursInTimeOut) {
+TEST(PlaceRecognition, OfASingleDriveLeavesNeighborsInTimeOut) {
   // To the end of a corridor and back; every image looks most like the one before it.
   const Drive drive({{0, 0}, {1, 1}, {2, 2}, {2.1F, 2}, {1.1F, 1}, {0.1F, 0}});
-  const auto all = recognisePlaces(drive.placed(), drive.placed(), Comparison::euclidean, 0.1, 1);
+  const auto all = recognizePlaces(drive.placed(), drive.placed(), Comparison::euclidean, 0.1, 1);
   EXPECT_EQ(all.queries, 4U) << "the two in the middle have each other only, one frame away";
   EXPECT_DOUBLE_EQ(all.right, 1);
-  const auto none = recognisePlaces(drive.placed(), drive.placed(), Comparison::euclidean, 0.1, 5);
+  const auto none = recognizePlaces(drive.placed(), drive.placed(), Comparison::euclidean, 0.1, 5);
   EXPECT_EQ(none.queries, 0U);
   EXPECT_EQ(none.right, 0);
 }
@@ -50,7 +50,7 @@ TEST(PlaceRecognition, OfASingleDriveLeavesNeighboursInTimeOut) {
 TEST(PlaceRecognition, CountsFramesNotImages) {
   Drive drive({{0, 0}, {1, 5}, {0, 0}});
   drive.frames = {0, 100, 200};  // those between have no pose
-  EXPECT_EQ(recognisePlaces(drive.placed(), drive.placed(), Comparison::euclidean, 1, 150).queries, 2U);
+  EXPECT_EQ(recognizePlaces(drive.placed(), drive.placed(), Comparison::euclidean, 1, 150).queries, 2U);
 }
 
 TEST(PlaceRecognition, AgreesWithALiteralTranscription) {
@@ -80,7 +80,7 @@ TEST(PlaceRecognition, AgreesWithALiteralTranscription) {
     ++queries;
     right += std::min_element(answers.begin(), answers.end())->second ? 1 : 0;
   }
-  const auto found = recognisePlaces(drive.placed(), drive.placed(), Comparison::euclidean, radius, gap);
+  const auto found = recognizePlaces(drive.placed(), drive.placed(), Comparison::euclidean, radius, gap);
   EXPECT_EQ(static_cast<double>(found.queries), queries);
   EXPECT_DOUBLE_EQ(found.right, right / queries);
 }
@@ -102,7 +102,7 @@ TEST(ComparedVectors, StandardizedOnesTellMadeUpPlacesApart) {
     const DescriptorMatrix map = comparedVectors(first, first, distance),
                            queries = comparedVectors(second, first, distance);
     const auto found =
-        recognisePlaces({queries, positions, frames}, {map, positions, frames}, distance.comparison, 0.5, 0);
+        recognizePlaces({queries, positions, frames}, {map, positions, frames}, distance.comparison, 0.5, 0);
     EXPECT_EQ(found.queries, 48U);
     EXPECT_GT(found.right, 0.95) << name;
     EXPECT_NEAR(found.chance, 1.0 / 6, 1e-12);

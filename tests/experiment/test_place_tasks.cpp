@@ -1,4 +1,4 @@
-// Places and rooms on made-up pictures: a model that sees colours must beat one that sees nothing.
+// Places and rooms on made-up pictures: a model that sees colors must beat one that sees nothing.
 #include "estancia/experiment/place_tasks.hpp"
 
 #include <gmock/gmock.h>
@@ -10,7 +10,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/experiment/experiment.hpp"
-#include "experiment/colour_drive.hpp"
+#include "experiment/color_drive.hpp"
 
 namespace estancia {
 namespace {
@@ -25,20 +25,20 @@ namespace fs = std::filesystem;
 class PlaceTasks : public testing::Test {
  protected:
   void SetUp() override {
-    test::writeColourModel(scratch_, "sharp", "0.02");
-    test::writeColourModel(scratch_, "blind", "1e-9");
-    test::writeColourDrive(scratch_ / "drive", 1);
-    test::writeColourDrive(scratch_ / "again", 2);
+    test::writeColorModel(scratch_, "sharp", "0.02");
+    test::writeColorModel(scratch_, "blind", "1e-9");
+    test::writeColorDrive(scratch_ / "drive", 1);
+    test::writeColorDrive(scratch_ / "again", 2);
     std::string table = "number,kind,half\n";
     for (int i = 0; i < 40; ++i)
-      table += std::to_string(i) + ",colour" + std::to_string(i / 10) + (i % 2 == 0 ? ",train\n" : ",test\n");
+      table += std::to_string(i) + ",color" + std::to_string(i / 10) + (i % 2 == 0 ? ",train\n" : ",test\n");
     writeFile(scratch_ / "table.csv", table);
   }
 
   const std::string drive_ =
       "[[drive]]\nname = \"four\"\npath = \"drive\"\n[drive.again]\npath = \"again\"\n";
   const std::string rooms_ =
-      "[[rooms]]\nname = \"colours\"\npath = \"drive\"\ntable = \"table.csv\"\nimage_column = \"number\"\n"
+      "[[rooms]]\nname = \"colors\"\npath = \"drive\"\ntable = \"table.csv\"\nimage_column = \"number\"\n"
       "room_column = \"kind\"\nsplit_column = \"half\"\n";
 
   Findings run(const std::string& text) {
@@ -70,9 +70,9 @@ TEST_F(PlaceTasks, TheModelThatSeesWins) {
   EXPECT_GT(valueOf(found, 0, "sharp", "V-measure"), 0.9);
   EXPECT_GT(valueOf(found, 0, "sharp", "one image"), 0.95);
   EXPECT_LT(valueOf(found, 0, "blind", "one image"), 0.8);
-  EXPECT_EQ(valueOf(found, 1, "sharp", "nearest neighbour"), 1);
+  EXPECT_EQ(valueOf(found, 1, "sharp", "nearest neighbor"), 1);
   EXPECT_EQ(valueOf(found, 1, "sharp", "halves exchanged"), 1);
-  EXPECT_LT(valueOf(found, 1, "blind", "nearest neighbour"), 0.8);
+  EXPECT_LT(valueOf(found, 1, "blind", "nearest neighbor"), 0.8);
   for (const auto& entry : fs::directory_iterator(scratch_ / "out"))
     EXPECT_NE(entry.path().extension(), ".estancia") << "maps are made and gone";
 }
@@ -88,8 +88,8 @@ TEST_F(PlaceTasks, AreTheSameAgainAndComputedOnce) {
 }
 
 TEST_F(PlaceTasks, OnlyTheNamedRoomsCount) {
-  const Findings found = run(rooms_ + "only = [\"colour0\", \"colour3\"]\n");
-  EXPECT_EQ(valueOf(found, 0, "sharp", "nearest neighbour"), 1);
+  const Findings found = run(rooms_ + "only = [\"color0\", \"color3\"]\n");
+  EXPECT_EQ(valueOf(found, 0, "sharp", "nearest neighbor"), 1);
 }
 
 TEST_F(PlaceTasks, SayWhatIsWrongAndWhere) {
@@ -99,7 +99,7 @@ TEST_F(PlaceTasks, SayWhatIsWrongAndWhere) {
   EXPECT_THAT(problem("[[rooms]]\nname = \"x\"\npath = \"drive\"\ntable = \"table.csv\"\n"),
               AllOf(HasSubstr("table.csv:1"), HasSubstr("`image`")));
   EXPECT_THAT(problem(rooms_ + "train = \"practice\"\n"), HasSubstr("0 images to learn from"));
-  writeFile(scratch_ / "table.csv", "number,kind,half\n0,colour0\n");
+  writeFile(scratch_ / "table.csv", "number,kind,half\n0,color0\n");
   EXPECT_THAT(problem(rooms_), HasSubstr("table.csv:2: 2 cells"));
   EXPECT_THAT(problem("[[drive]]\nname = \"x\"\npath = \"nowhere\"\n[drive.again]\nturn = 3\n"),
               HasSubstr("nowhere"));

@@ -83,7 +83,7 @@ TEST_F(RecognitionConfig, WrongValuesAreRefusedWithTheirLine) {
   EXPECT_THAT(error("noise = [0]"), HasSubstr("unknown key `noise`; known keys are"));
 }
 
-// ---- the experiment, with a stand-in for the recogniser
+// ---- the experiment, with a stand-in for the recognizer
 
 /// Two scenes; a holds mug 0 and the bowl, b holds mug 1.
 ModelPairs kitchen() {
@@ -142,7 +142,7 @@ TEST(AbsentModels, OfTheThesisData) {
 class StandIn final : public RecognitionWork {
  public:
   std::string inputs(const RecognitionUnit&) const override { return version; }
-  RecognitionFound recognise(const RecognitionTask& task) override {
+  RecognitionFound recognize(const RecognitionTask& task) override {
     ++units;
     RecognitionFound found{2, 1, {}};
     for (std::size_t filter = 0; filter < filters; ++filter)

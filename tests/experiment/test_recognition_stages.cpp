@@ -48,9 +48,9 @@ class RecognitionStagesTest : public testing::Test {
     options.modelPoints = 800;
   }
   static RecognitionUnit unit() { return {"default", "uniform", "shot", "none", 0, 0, 1, 0}; }
-  RecognitionFound recognise(const RecognitionUnit& how = unit()) {
+  RecognitionFound recognize(const RecognitionUnit& how = unit()) {
     RecognitionStages stages(options, pairs, scratch / "out");
-    return stages.recognise({how, {0}});
+    return stages.recognize({how, {0}});
   }
   ScratchFolder scratch;
   ModelPairs pairs;
@@ -64,7 +64,7 @@ TEST_F(RecognitionStagesTest, FindsTheModelWhereItIsByAllItsFilters) {
     how.sceneFilter = "voxel";
     how.size = 1200;
     how.noise = 0.0005;
-    const auto found = recognise(how);
+    const auto found = recognize(how);
     ASSERT_EQ(found.searches.size(), 2U);
     for (const auto& search : found.searches) {
       EXPECT_TRUE(search.verified) << preset << search.modelFilter;
@@ -77,21 +77,21 @@ TEST_F(RecognitionStagesTest, FindsTheModelWhereItIsByAllItsFilters) {
 
 TEST_F(RecognitionStagesTest, WhatLiesElsewhereIsNotCorrect) {
   pairs.pairs[0].poses = {cv::Affine3d(cv::Vec3d(), cv::Vec3d(0.15, 0, 0))};
-  EXPECT_TRUE(recognise().searches[0].verified);
-  EXPECT_FALSE(recognise().searches[0].correct);
+  EXPECT_TRUE(recognize().searches[0].verified);
+  EXPECT_FALSE(recognize().searches[0].correct);
   pairs.pairs[0].poses.push_back(cv::Affine3d(cv::Vec3d(), cv::Vec3d(0.11, 0, 0)));
-  EXPECT_TRUE(recognise().searches[0].correct) << "one of two instances";
+  EXPECT_TRUE(recognize().searches[0].correct) << "one of two instances";
   pairs.pairs[0].poses = {cv::Affine3d(cv::Vec3d(0, 0, 3.14159), cv::Vec3d(0.1, 0, 0))};
-  EXPECT_FALSE(recognise().searches[0].correct) << "turned";
+  EXPECT_FALSE(recognize().searches[0].correct) << "turned";
   options.symmetries = {{"model", {0, 0, 1}, cv::Vec3d(0, 0, 1), 2}};
-  EXPECT_TRUE(recognise().searches[0].correct) << "but the same";
+  EXPECT_TRUE(recognize().searches[0].correct) << "but the same";
 }
 
 TEST_F(RecognitionStagesTest, WhatHasNothingToDescribeIsNotFound) {
   writeFile(scratch / "scene.pcd",
             "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\n"
             "DATA ascii\n0 0 1\n1 0 1\n");
-  const auto found = recognise();
+  const auto found = recognize();
   ASSERT_EQ(found.searches.size(), 2U);
   for (const auto& search : found.searches) {
     EXPECT_THAT(search.problem, HasSubstr("scene: 2 of its 2 points are finite; too few to be described"));
@@ -101,19 +101,19 @@ TEST_F(RecognitionStagesTest, WhatHasNothingToDescribeIsNotFound) {
 
 TEST_F(RecognitionStagesTest, WhySearchesFailedIsTold) {
   writeFile(scratch / "model.pcd", relief(0, 0));
-  for (const auto& search : recognise().searches)
+  for (const auto& search : recognize().searches)
     EXPECT_THAT(search.problem, HasSubstr("model is flat")) << search.modelFilter;
 }
 
 TEST_F(RecognitionStagesTest, WhatCannotBeReadIsAnError) {
   writeFile(scratch / "scene.pcd", "no cloud");
-  EXPECT_THAT(errorOf([&] { recognise(); }), HasSubstr("scene.pcd"));
+  EXPECT_THAT(errorOf([&] { recognize(); }), HasSubstr("scene.pcd"));
   options.symmetries = {{"cup", {0, 0, 1}, std::nullopt, 2}};
-  EXPECT_THAT(errorOf([&] { recognise(); }), HasSubstr("a symmetry of cup, which is no model"));
+  EXPECT_THAT(errorOf([&] { recognize(); }), HasSubstr("a symmetry of cup, which is no model"));
   writeFile(scratch / "model.pcd",
             "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\n"
             "DATA ascii\nnan nan nan\n");
-  EXPECT_THAT(errorOf([&] { recognise(); }), HasSubstr("model.pcd: none of the model's 1 points is finite"));
+  EXPECT_THAT(errorOf([&] { recognize(); }), HasSubstr("model.pcd: none of the model's 1 points is finite"));
 }
 
 TEST_F(RecognitionStagesTest, InputsTellWhatResultsDependOn) {

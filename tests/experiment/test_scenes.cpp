@@ -1,4 +1,4 @@
-// Scene classification on made-up pictures whose rooms are known: four colours, four rooms.
+// Scene classification on made-up pictures whose rooms are known: four colors, four rooms.
 #include "estancia/experiment/scenes.hpp"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@
 #include "estancia/experiment/experiment.hpp"
 #include "estancia/experiment/scenes_data.hpp"
 #include "estancia/io/csv.hpp"
-#include "experiment/colour_drive.hpp"
+#include "experiment/color_drive.hpp"
 
 namespace estancia {
 namespace {
@@ -44,10 +44,10 @@ class Counting final : public Progress {
 class Scenes : public testing::Test {
  protected:
   void SetUp() override {
-    test::writeColourModel(scratch_, "sharp", "0.02");
-    test::writeColourModel(scratch_, "blind", "1e-9");
-    test::writeColourDrive(scratch_ / "one", 1);
-    test::writeColourDrive(scratch_ / "two", 2);
+    test::writeColorModel(scratch_, "sharp", "0.02");
+    test::writeColorModel(scratch_, "blind", "1e-9");
+    test::writeColorDrive(scratch_ / "one", 1);
+    test::writeColorDrive(scratch_ / "two", 2);
     std::string halves = "number,kind,half\n";
     for (int i = 0; i < 40; ++i)
       halves += std::to_string(i) + ",room" + std::to_string(i / 10) + (i % 10 < 5 ? ",train\n" : ",test\n");
@@ -175,10 +175,10 @@ TEST_F(Scenes, AreTheSameForAnyNumberOfThreadsAndComputedOnce) {
 TEST_F(Scenes, OnlyCellsWhosePicturesChangedAreComputedAgain) {
   const std::string study = "same_sequence = false\n" + models({"sharp"}) + svm_ + pair_ +
                             "[[data]]\nname = \"three\"\npath = \"three\"\n";
-  test::writeColourDrive(scratch_ / "three", 3);
+  test::writeColorDrive(scratch_ / "three", 3);
   run(study);
   EXPECT_EQ(std::exchange(progress_.computed, 0), 6U);
-  test::writeColourDrive(scratch_ / "three", 4);
+  test::writeColorDrive(scratch_ / "three", 4);
   run(study);
   EXPECT_EQ(progress_.computed, 4U);
 }

@@ -1,4 +1,4 @@
-// Zones on made-up pictures whose rooms are known: four colours, four rooms.
+// Zones on made-up pictures whose rooms are known: four colors, four rooms.
 #include "estancia/experiment/zone_tables.hpp"
 
 #include <gmock/gmock.h>
@@ -19,7 +19,7 @@
 #include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
 #include "estancia/zones/measure.hpp"
-#include "experiment/colour_drive.hpp"
+#include "experiment/color_drive.hpp"
 
 namespace estancia {
 namespace {
@@ -43,9 +43,9 @@ class Counting final : public Progress {
 class ZoneTables : public testing::Test {
  protected:
   void SetUp() override {
-    test::writeColourModel(scratch_, "sharp", "0.02");
-    test::writeColourModel(scratch_, "blind", "1e-9");
-    test::writeColourDrive(scratch_ / "drive", 1);
+    test::writeColorModel(scratch_, "sharp", "0.02");
+    test::writeColorModel(scratch_, "blind", "1e-9");
+    test::writeColorDrive(scratch_ / "drive", 1);
     std::string table = "number,kind,class,half\n";
     for (int i = 0; i < 40; ++i)
       table += std::to_string(i) + (i < 20 ? ",warm,warm-" : ",cold,cold-") + std::to_string(i / 10) +
@@ -131,9 +131,9 @@ TEST_F(ZoneTables, ClassesComeFromRunsOrAColumn) {
       "image_column = \"number\"\nroom_column = \"kind\"\nclass_column = \"class\"\n");
   const auto found = rows();
   const double runs = std::stod(found.at({"two", "sharp", "standardized-clr", "average", "0.5"})[4]);
-  EXPECT_NEAR(runs, 2.0 / 3, 1e-12) << "of four runs in two colours, two of six pairs are alike";
+  EXPECT_NEAR(runs, 2.0 / 3, 1e-12) << "of four runs in two colors, two of six pairs are alike";
   EXPECT_NEAR(std::stod(found.at({"named", "sharp", "standardized-clr", "average", "0.5"})[4]), 1, 1e-12)
-      << "two colours, two zones";
+      << "two colors, two zones";
 }
 
 TEST_F(ZoneTables, OnlyTheNamedRoomsAreClustered) {

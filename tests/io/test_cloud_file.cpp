@@ -26,14 +26,14 @@ using ::testing::IsEmpty;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-PointCloud organised() {
+PointCloud organized() {
   PointCloud cloud;
   cloud.width = 3;
   cloud.height = 2;
   for (int i = 0; i < 6; ++i) {
     const auto f = static_cast<float>(i);
     cloud.points.emplace_back(i == 4 ? kNaN : f / 3, -f, 1e6F + f);
-    cloud.colours.emplace_back(10 * i, 200 + i, i);
+    cloud.colors.emplace_back(10 * i, 200 + i, i);
     cloud.normals.emplace_back(i == 2 ? cv::Point3f(kNaN, kNaN, kNaN) : cv::Point3f(0, 0.6F, -0.8F));
   }
   return cloud;
@@ -50,7 +50,7 @@ std::vector<std::uint32_t> bitsOf(const std::vector<cv::Point3f>& points) {
 void expectSame(const PointCloud& a, const PointCloud& b) {
   EXPECT_EQ(bitsOf(a.points), bitsOf(b.points));
   EXPECT_EQ(bitsOf(a.normals), bitsOf(b.normals));
-  EXPECT_EQ(a.colours, b.colours);
+  EXPECT_EQ(a.colors, b.colors);
   EXPECT_EQ(a.width, b.width);
   EXPECT_EQ(a.height, b.height);
 }
@@ -61,12 +61,12 @@ class CloudFile : public ::testing::Test {
 };
 
 TEST_F(CloudFile, APcdKeepsEveryBitAndTheShape) {
-  PointCloud cloud = organised();
+  PointCloud cloud = organized();
   for (const bool ascii : {false, true}) {
     writePcd(folder_ / "a.pcd", cloud, ascii);
     expectSame(readPcd(folder_ / "a.pcd"), cloud);
   }
-  cloud.colours.clear();
+  cloud.colors.clear();
   writeCloud(folder_ / "a.PCD", cloud);
   expectSame(readCloud(folder_ / "a.PCD"), cloud);
   cloud.normals.clear();
@@ -79,7 +79,7 @@ TEST_F(CloudFile, APcdKeepsEveryBitAndTheShape) {
 TEST_F(CloudFile, APcdHasPclsFields) {
   PointCloud cloud;
   cloud.points = {{1, 2, 3}};
-  cloud.colours.emplace_back(0x30, 0x20, 0x10);
+  cloud.colors.emplace_back(0x30, 0x20, 0x10);
   cloud.width = cloud.height = 1;
   writePcd(folder_ / "a.pcd", cloud);
   ByteWriter data;
@@ -108,20 +108,20 @@ TEST_F(CloudFile, NormalsNeedAllThreeNumbers) {
 TEST_F(CloudFile, OtherEndingsAreRefusedByName) {
   EXPECT_THAT(errorOf([&] { readCloud(folder_ / "a.xyz"); }),
               AllOf(HasSubstr("a.xyz"), HasSubstr(".pcd, .ply"), HasSubstr(".png")));
-  EXPECT_THAT(errorOf([&] { writeCloud(folder_ / "a.png", organised()); }), HasSubstr(".pcd or .ply"));
+  EXPECT_THAT(errorOf([&] { writeCloud(folder_ / "a.png", organized()); }), HasSubstr(".pcd or .ply"));
   EXPECT_THAT(errorOf([&] {
-                writeCloud(folder_ / "a.pcd", organised(), {{0, 1}});
+                writeCloud(folder_ / "a.pcd", organized(), {{0, 1}});
               }),
               HasSubstr("a graph is written as .ply"));
   EXPECT_THAT(errorOf([&] { writeCloud(folder_ / "a.pcd", {}); }), HasSubstr("without points"));
-  PointCloud torn = organised();
+  PointCloud torn = organized();
   torn.width = 4;
   EXPECT_THAT(errorOf([&] { writeCloud(folder_ / "a.pcd", torn); }), HasSubstr("4 × 2 points has 6 points"));
-  EXPECT_THAT(errorOf([&] { writeCloud(folder_ / "none" / "a.ply", organised()); }), HasSubstr("none"));
+  EXPECT_THAT(errorOf([&] { writeCloud(folder_ / "none" / "a.ply", organized()); }), HasSubstr("none"));
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
 }
 
-TEST_F(CloudFile, ADepthPictureIsAnOrganisedCloud) {
+TEST_F(CloudFile, ADepthPictureIsAnOrganizedCloud) {
   std::filesystem::create_directories(folder_ / "depth");
   const auto picture = folder_ / "depth/1.png";
   cv::Mat depth(2, 4, CV_16U, cv::Scalar(2000));
@@ -134,16 +134,16 @@ TEST_F(CloudFile, ADepthPictureIsAnOrganisedCloud) {
   EXPECT_EQ(cloud.height, 2U);
   EXPECT_EQ(cloud.points.at(0), cv::Point3f(-0.75F, -0.25F, 2));
   EXPECT_TRUE(std::isnan(cloud.points.at(1).z));
-  EXPECT_THAT(cloud.colours, IsEmpty());
+  EXPECT_THAT(cloud.colors, IsEmpty());
 
-  cv::Mat colours(4, 8, CV_8UC3, cv::Scalar(1, 2, 3));
-  colours(cv::Rect(4, 0, 4, 4)) = cv::Scalar(7, 8, 9);
-  cv::imwrite((folder_ / "colours.png").string(), colours);
+  cv::Mat colors(4, 8, CV_8UC3, cv::Scalar(1, 2, 3));
+  colors(cv::Rect(4, 0, 4, 4)) = cv::Scalar(7, 8, 9);
+  cv::imwrite((folder_ / "colors.png").string(), colors);
   test::writeFile(folder_ / "mine.txt", "8 8 1.5 0.5\n");
-  cloud = readCloud(picture, {500, folder_ / "mine.txt", folder_ / "colours.png"});
+  cloud = readCloud(picture, {500, folder_ / "mine.txt", folder_ / "colors.png"});
   EXPECT_EQ(cloud.points.at(0), cv::Point3f(-0.75F, -0.25F, 4));
-  EXPECT_EQ(cloud.colours.at(5), cv::Vec3b(1, 2, 3));
-  EXPECT_EQ(cloud.colours.at(6), cv::Vec3b(7, 8, 9));
+  EXPECT_EQ(cloud.colors.at(5), cv::Vec3b(1, 2, 3));
+  EXPECT_EQ(cloud.colors.at(6), cv::Vec3b(7, 8, 9));
 }
 
 }  // namespace

@@ -41,9 +41,9 @@ class DepthFiles : public ::testing::Test {
   }
   std::vector<float> read(const std::string& name, const cv::Mat& raw, double scale = 0) {
     write(name, encoded(name.substr(name.find('.')), raw));
-    const cv::Mat metres = io::readDepth(folder_ / name, scale);
-    EXPECT_EQ(metres.type(), CV_32F);
-    return {metres.begin<float>(), metres.end<float>()};
+    const cv::Mat meters = io::readDepth(folder_ / name, scale);
+    EXPECT_EQ(meters.type(), CV_32F);
+    return {meters.begin<float>(), meters.end<float>()};
   }
   std::unique_ptr<Sequence> open() { return openSequence(folder_.path(), options_); }
   static float depthOf(const Sequence& sequence, std::size_t i) { return sequence.depth(i).at<float>(0, 0); }
@@ -52,12 +52,12 @@ class DepthFiles : public ::testing::Test {
   SequenceOptions options_;
 };
 
-TEST_F(DepthFiles, AreReadAsMetresWhateverTheirKind) {
+TEST_F(DepthFiles, AreReadAsMetersWhateverTheirKind) {
   EXPECT_THAT(read("mm.png", two<std::uint16_t>(CV_16U, 1500, 0)), ElementsAre(1.5F, 0));
   EXPECT_THAT(read("none.png", two<std::uint16_t>(CV_16U, 65535, 65534)), ElementsAre(0, 65.534F));
   EXPECT_THAT(read("tum.png", two<std::uint16_t>(CV_16U, 5000, 10000), 5000), ElementsAre(1, 2));
   EXPECT_THAT(read("coarse.png", two<uchar>(CV_8U, 51, 255)), ElementsAre(2, 10));
-  EXPECT_THAT(read("grey.png", cv::Mat(1, 2, CV_8UC3, cv::Scalar::all(51))), ElementsAre(2, 2));
+  EXPECT_THAT(read("gray.png", cv::Mat(1, 2, CV_8UC3, cv::Scalar::all(51))), ElementsAre(2, 2));
   EXPECT_THAT(read("float.tiff", two<float>(CV_32F, 1.25F, kNan)), ElementsAre(1.25F, 0));
   EXPECT_THAT(read("float.exr", two<float>(CV_32F, 1.25F, -1)), ElementsAre(1.25F, 0));
   EXPECT_THAT(read("float.pfm", two<float>(CV_32F, 1.25F, INFINITY)), ElementsAre(1.25F, 0));
@@ -65,9 +65,9 @@ TEST_F(DepthFiles, AreReadAsMetresWhateverTheirKind) {
   EXPECT_THAT(read("mm.pgm", two<std::uint16_t>(CV_16U, 1500, 1)), ElementsAre(1.5F, 0.001F));
 }
 
-TEST_F(DepthFiles, RefuseColoursDamageAndSigns) {
-  cv::Mat colours(1, 2, CV_8UC3, cv::Scalar(255, 0, 0));
-  EXPECT_THAT(errorOf([&] { read("jet.png", colours); }), HasSubstr("jet.png: colours are no depth"));
+TEST_F(DepthFiles, RefuseColorsDamageAndSigns) {
+  cv::Mat colors(1, 2, CV_8UC3, cv::Scalar(255, 0, 0));
+  EXPECT_THAT(errorOf([&] { read("jet.png", colors); }), HasSubstr("jet.png: colors are no depth"));
   EXPECT_THAT(errorOf([&] { read("signed.tiff", two<std::int16_t>(CV_16S, 1, -1)); }),
               HasSubstr("without sign"));
   EXPECT_THAT(errorOf([&] { io::readDepth(folder_ / "missing.png", 0); }), HasSubstr("missing.png"));
@@ -187,7 +187,7 @@ TEST_F(DepthFiles, OfTumAreTheNearestInTime) {
   writeDepth("depth/a.png", 5000);
   writeDepth("depth/b.png", 10000);
   const auto sequence = open();
-  EXPECT_EQ(depthOf(*sequence, 0), 1) << "5000 units are a metre";
+  EXPECT_EQ(depthOf(*sequence, 0), 1) << "5000 units are a meter";
   EXPECT_EQ(depthOf(*sequence, 1), 2);
   EXPECT_THAT(errorOf([&] { sequence->depth(2); }), HasSubstr("has no depth"));
   EXPECT_EQ(sequence->depthTimestamp(2), 1.045);
@@ -289,7 +289,7 @@ TEST_F(Intrinsics, InTheFolderAreForItsPicturesUnlessTheySayTheirSize) {
   EXPECT_EQ(camera->height, 3);
   const CameraIntrinsics twice = camera->scaledTo(8, 6);
   EXPECT_EQ(twice.fx, 10);
-  EXPECT_EQ(twice.cx, 4.5) << "pixel centres are whole numbers: 2 lies at 2.5 of 4, which is 5 of 8";
+  EXPECT_EQ(twice.cx, 4.5) << "pixel centers are whole numbers: 2 lies at 2.5 of 4, which is 5 of 8";
   write("other", "50 50 2 1.5\n");
   options_.intrinsics = folder_ / "other";
   EXPECT_EQ(open()->intrinsics()->fx, 50) << "what the user names wins";

@@ -34,23 +34,23 @@ void expectPixel(const cv::Mat& picture, int row, int column, const cv::Vec3b& b
 }
 
 TEST_F(ImageFile, GivesBgrOfEightBitsWhateverIsInside) {
-  const cv::Mat grey(4, 6, CV_8U, cv::Scalar(90)), colour = test::plain(6, 4, {10, 20, 30});
-  expectPixel(read("grey.png", encoded(".png", grey)), 0, 0, {90, 90, 90});
-  expectPixel(read("grey.jpg", encoded(".jpg", grey)), 0, 0, {90, 90, 90}, 2);
-  expectPixel(read("colour.bmp", encoded(".bmp", colour)), 3, 5, {10, 20, 30});
-  expectPixel(read("colour.webp", encoded(".webp", colour)), 3, 5, {10, 20, 30}, 3);
-  expectPixel(read("colour.ppm", encoded(".ppm", colour)), 3, 5, {10, 20, 30});
-  expectPixel(read("grey.pgm", encoded(".pgm", grey)), 3, 5, {90, 90, 90});
-  expectPixel(read("colour.tiff", encoded(".tiff", colour)), 3, 5, {10, 20, 30});
+  const cv::Mat gray(4, 6, CV_8U, cv::Scalar(90)), color = test::plain(6, 4, {10, 20, 30});
+  expectPixel(read("gray.png", encoded(".png", gray)), 0, 0, {90, 90, 90});
+  expectPixel(read("gray.jpg", encoded(".jpg", gray)), 0, 0, {90, 90, 90}, 2);
+  expectPixel(read("color.bmp", encoded(".bmp", color)), 3, 5, {10, 20, 30});
+  expectPixel(read("color.webp", encoded(".webp", color)), 3, 5, {10, 20, 30}, 3);
+  expectPixel(read("color.ppm", encoded(".ppm", color)), 3, 5, {10, 20, 30});
+  expectPixel(read("gray.pgm", encoded(".pgm", gray)), 3, 5, {90, 90, 90});
+  expectPixel(read("color.tiff", encoded(".tiff", color)), 3, 5, {10, 20, 30});
 }
 
 TEST_F(ImageFile, ScalesSixteenBitsDropsAlphaAndTakesFloatAsZeroToOne) {
   const cv::Mat deep(4, 6, CV_16UC3, cv::Scalar(257 * 10, 257 * 20, 65535));
   expectPixel(read("deep.png", encoded(".png", deep)), 1, 1, {10, 20, 255});
   expectPixel(read("deep.tif", encoded(".tif", deep)), 1, 1, {10, 20, 255});
-  expectPixel(read("grey.png", encoded(".png", cv::Mat(4, 6, CV_16U, cv::Scalar(257 * 77)))), 1, 1,
+  expectPixel(read("gray.png", encoded(".png", cv::Mat(4, 6, CV_16U, cv::Scalar(257 * 77)))), 1, 1,
               {77, 77, 77});
-  expectPixel(read("grey.pgm", encoded(".pgm", cv::Mat(4, 6, CV_16U, cv::Scalar(257 * 77)))), 1, 1,
+  expectPixel(read("gray.pgm", encoded(".pgm", cv::Mat(4, 6, CV_16U, cv::Scalar(257 * 77)))), 1, 1,
               {77, 77, 77});
   expectPixel(read("alpha.png", encoded(".png", cv::Mat(4, 6, CV_8UC4, cv::Scalar(10, 20, 30, 0)))), 1, 1,
               {10, 20, 30});

@@ -1,4 +1,4 @@
-// Views of objects in clouds and in NYU's labelled frames, and scenes with marks: made up, and the real ones.
+// Views of objects in clouds and in NYU's labeled frames, and scenes with marks: made up, and the real ones.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,10 +24,10 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-PointCloud line(std::size_t count, bool coloured = false) {
+PointCloud line(std::size_t count, bool colored = false) {
   PointCloud cloud;
   for (std::size_t i = 0; i < count; ++i) cloud.points.emplace_back(static_cast<float>(i), 1, 2);
-  if (coloured) cloud.colours.assign(count, {10, 20, 30});
+  if (colored) cloud.colors.assign(count, {10, 20, 30});
   cloud.width = count;
   cloud.height = 1;
   return cloud;
@@ -67,8 +67,8 @@ TEST(CloudViews, FolderIsACategoryAndInnerFoldersAreInstances) {
   EXPECT_EQ(views->view(3).instance, "mug");
   EXPECT_EQ(views->view(3).split, "");
   EXPECT_EQ(views->cloud(3).points.size(), 150U);
-  EXPECT_EQ(views->cloud(3).colours[7], cv::Vec3b(10, 20, 30));
-  EXPECT_THAT(views->cloud(2).colours, IsEmpty());
+  EXPECT_EQ(views->cloud(3).colors[7], cv::Vec3b(10, 20, 30));
+  EXPECT_THAT(views->cloud(2).colors, IsEmpty());
   EXPECT_TRUE(views->picture(0).image.empty());
   EXPECT_THAT(views->warnings(), IsEmpty());
 }
@@ -153,7 +153,7 @@ TEST_F(NyuObjectViews, ComponentsOfClassesAreInstances) {
   EXPECT_EQ(cv::countNonZero(seen.mask(seen.box)), 125);
   const PointCloud cloud = views->cloud(0);
   EXPECT_EQ(cloud.points.size(), 160U - 4U);
-  EXPECT_EQ(cloud.colours[0], cv::Vec3b(1, 2, 3));
+  EXPECT_EQ(cloud.colors[0], cv::Vec3b(1, 2, 3));
   const double z = 76 / 25.5, fx = 518.85790117450188 / 10, cx = (325.58244941119034 + 0.5) / 10 - 0.5;
   EXPECT_NEAR(cloud.points[0].z, z, 1e-5);
   EXPECT_NEAR(cloud.points[0].x, (10 - cx) / fx * z, 1e-5);
@@ -186,9 +186,9 @@ TEST_F(NyuObjectViews, FramesThatDoNotFitAreLeftOut) {
   marks_.setTo(0);
   write(0, {64, 48});
   EXPECT_THAT(errorOf([&] { views->cloud(0); }), HasSubstr("changed since it was opened"));
-  cv::Mat colours(48, 64, CV_8UC3, cv::Scalar(1, 2, 3));
-  writeFile(folder_ / "label/0000.png", encoded(".png", colours));
-  EXPECT_THAT(errorOf([&] { views->picture(0); }), HasSubstr("marks are grey"));
+  cv::Mat colors(48, 64, CV_8UC3, cv::Scalar(1, 2, 3));
+  writeFile(folder_ / "label/0000.png", encoded(".png", colors));
+  EXPECT_THAT(errorOf([&] { views->picture(0); }), HasSubstr("marks are gray"));
 }
 
 TEST_F(NyuObjectViews, ClassesMustBeNamedInOrder) {
@@ -257,10 +257,10 @@ TEST(RealObjectViews, Restaurant) {
   EXPECT_EQ(views->size(), 300U);
   EXPECT_THAT(views->warnings(), IsEmpty());
   EXPECT_EQ(views->view(0).name, "bowl/bowl_0.pcd");
-  const PointCloud cloud = views->cloud(30);  // colours are whole numbers there
+  const PointCloud cloud = views->cloud(30);  // colors are whole numbers there
   EXPECT_EQ(views->view(30).category, "cocacola");
-  ASSERT_EQ(cloud.colours.size(), cloud.points.size());
-  EXPECT_TRUE(std::ranges::any_of(cloud.colours, [](const cv::Vec3b& c) { return c[2] > 100; }));
+  ASSERT_EQ(cloud.colors.size(), cloud.points.size());
+  EXPECT_TRUE(std::ranges::any_of(cloud.colors, [](const cv::Vec3b& c) { return c[2] > 100; }));
 }
 
 TEST(RealObjectViews, NyuHasTheThingsOfTheStudy) {

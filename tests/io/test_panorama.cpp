@@ -22,7 +22,7 @@ using ::testing::IsEmpty;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// A grey world with one red spot in direction (`heading` counter-clockwise from the centre, `elevation` up)
+/// A gray world with one red spot in direction (`heading` counter-clockwise from the center, `elevation` up)
 /// [degrees].
 cv::Mat worldWithSpot(double heading, double elevation) {
   cv::Mat world(512, 1024, CV_32FC3, cv::Scalar::all(1));
@@ -118,19 +118,19 @@ TEST_F(Panorama, NamesAreUniqueWhateverTheViews) {
   }
 }
 
-TEST_F(Panorama, ExposesTheLogAverageToMiddleGreyAndChangesItByStops) {
-  const auto greyOf = [&](double radiance, double exposure) {
+TEST_F(Panorama, ExposesTheLogAverageToMiddleGrayAndChangesItByStops) {
+  const auto grayOf = [&](double radiance, double exposure) {
     add("a.exr", cv::Mat(64, 128, CV_32FC3, cv::Scalar::all(radiance)));
     options_.exposure = exposure;
     return static_cast<int>(open()->image(0).at<cv::Vec3b>(120, 160)[1]);
   };
-  EXPECT_EQ(greyOf(5, 0), 118);  // 0.18 in sRGB
-  EXPECT_EQ(greyOf(5e-3, 0), 118);
-  EXPECT_EQ(greyOf(5e3, 0), 118);
-  EXPECT_EQ(greyOf(5, -1), 85);  // 0.09
-  EXPECT_EQ(greyOf(5, 1), 162);  // 0.36
-  EXPECT_GT(greyOf(5, 3), greyOf(5, 2)) << "highlights keep their differences";
-  EXPECT_EQ(greyOf(0, 0), 0);
+  EXPECT_EQ(grayOf(5, 0), 118);  // 0.18 in sRGB
+  EXPECT_EQ(grayOf(5e-3, 0), 118);
+  EXPECT_EQ(grayOf(5e3, 0), 118);
+  EXPECT_EQ(grayOf(5, -1), 85);  // 0.09
+  EXPECT_EQ(grayOf(5, 1), 162);  // 0.36
+  EXPECT_GT(grayOf(5, 3), grayOf(5, 2)) << "highlights keep their differences";
+  EXPECT_EQ(grayOf(0, 0), 0);
 }
 
 TEST_F(Panorama, RepairsTheRingingAroundLamps) {

@@ -68,11 +68,11 @@ void expectTwoPoints(const PointCloud& cloud) {
   ASSERT_EQ(cloud.points.size(), 2U);
   EXPECT_EQ(cloud.width, 2U);
   EXPECT_EQ(cloud.height, 1U);
-  EXPECT_FALSE(cloud.organised());
+  EXPECT_FALSE(cloud.organized());
   EXPECT_EQ(cloud.points[0], cv::Point3f(1, -2.5F, 3));
   EXPECT_EQ(cloud.points[1].y, 5);
   EXPECT_TRUE(std::isnan(cloud.points[1].z));
-  EXPECT_THAT(cloud.colours, IsEmpty());
+  EXPECT_THAT(cloud.colors, IsEmpty());
 }
 
 TEST_F(Pcd, ReadsItsThreeForms) {
@@ -107,8 +107,8 @@ const std::string& writtenByPcl() {
 TEST_F(Pcd, ReadsWhatPclPacked) {
   const PointCloud cloud = read(writtenByPcl());
   ASSERT_EQ(cloud.points.size(), 24U);
-  ASSERT_EQ(cloud.colours.size(), 24U);
-  EXPECT_TRUE(cloud.organised());
+  ASSERT_EQ(cloud.colors.size(), 24U);
+  EXPECT_TRUE(cloud.organized());
   const cv::Mat depth = depthOf(cloud);
   ASSERT_EQ(depth.size(), cv::Size(6, 4));
   for (int i = 0; i < 24; ++i) {
@@ -118,7 +118,7 @@ TEST_F(Pcd, ReadsWhatPclPacked) {
     const float z = i % 5 == 3 ? 0 : 1 + 0.125F * static_cast<float>(i % 3);
     EXPECT_EQ(std::isnan(cloud.points[k].z), z == 0);
     EXPECT_EQ(depth.at<float>(i / 6, i % 6), z);
-    EXPECT_EQ(cloud.colours[k],
+    EXPECT_EQ(cloud.colors[k],
               cv::Vec3b(static_cast<uchar>(255 - i), static_cast<uchar>(2 * i), static_cast<uchar>(i)));
   }
 }
@@ -156,14 +156,14 @@ TEST_F(Pcd, PassesOverOtherFieldsAndTakesOtherNumbers) {
         fields + "DATA ascii\n9 9 9 0.5 1 2 3 4 5 -7 4279246896 12\n"}) {
     const PointCloud cloud = read(file);
     EXPECT_EQ(cloud.points.at(0), cv::Point3f(12, -7, 0.5F));
-    EXPECT_EQ(cloud.colours.at(0), cv::Vec3b(0x30, 0x20, 0x10));
+    EXPECT_EQ(cloud.colors.at(0), cv::Vec3b(0x30, 0x20, 0x10));
   }
 }
 
-TEST_F(Pcd, AColourMayBeAFloatOfTheSameBits) {
+TEST_F(Pcd, AColorMayBeAFloatOfTheSameBits) {
   const std::string fields = "FIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F F\nWIDTH 1\nHEIGHT 1\nDATA ";
-  EXPECT_EQ(read(fields + "ascii\n1 2 3 4210752\n").colours.at(0), cv::Vec3b(0x80, 0x80, 0x80));
-  EXPECT_EQ(read(fields + "binary\n" + floats({1, 2, 3}) + bytesOf(0x00010203U)).colours.at(0),
+  EXPECT_EQ(read(fields + "ascii\n1 2 3 4210752\n").colors.at(0), cv::Vec3b(0x80, 0x80, 0x80));
+  EXPECT_EQ(read(fields + "binary\n" + floats({1, 2, 3}) + bytesOf(0x00010203U)).colors.at(0),
             cv::Vec3b(3, 2, 1));
 }
 
@@ -237,9 +237,9 @@ TEST_F(Pcd, DamageIsRefusedOrReadButNeverMore) {
   }
 }
 
-TEST_F(Pcd, OnlyAnOrganisedCloudHasADepthPicture) {
+TEST_F(Pcd, OnlyAnOrganizedCloudHasADepthPicture) {
   EXPECT_THAT(errorOf([&] { depthOf(read(header("ascii") + "1 2 3\n4 5 6\n")); }),
-              HasSubstr("save it organised"));
+              HasSubstr("save it organized"));
   const PointCloud cloud = read(header("ascii", "WIDTH 1\nHEIGHT 4\n") + "0 0 2\n0 0 -1\n0 0 inf\n0 0 nan\n");
   const cv::Mat depth = depthOf(cloud);
   EXPECT_EQ(cv::countNonZero(depth), 1);

@@ -88,19 +88,19 @@ TEST_F(Ply, TakesOtherNumbersAndPassesOverTheRest) {
         read(header(big ? "binary_big_endian" : "binary_little_endian", elements) + data);
     EXPECT_THAT(cloud.points, ElementsAre(cv::Point3f(12, -7, 0.5F)));
     EXPECT_THAT(cloud.normals, ElementsAre(cv::Point3f(0, 0, -1)));
-    EXPECT_THAT(cloud.colours, ElementsAre(cv::Vec3b(16, 255, 51)));
+    EXPECT_THAT(cloud.colors, ElementsAre(cv::Vec3b(16, 255, 51)));
   }
   const PointCloud cloud =
       read(header("ascii", elements) + "2 1 2 1\n16 0.5 3 7 7 7 -7 0 0 0 12 65535 0.2\n");
   EXPECT_THAT(cloud.points, ElementsAre(cv::Point3f(12, -7, 0.5F)));
   EXPECT_TRUE(std::isnan(cloud.normals.at(0).x));  // 0 0 0 has no direction
-  EXPECT_THAT(cloud.colours, ElementsAre(cv::Vec3b(16, 255, 51)));
+  EXPECT_THAT(cloud.colors, ElementsAre(cv::Vec3b(16, 255, 51)));
 }
 
 PointCloud three() {
   PointCloud cloud;
   cloud.points = {{0.1F, 1e-8F, -3}, {kNaN, 1, 1}, {1.F / 3, 2e7F, 5}};
-  for (const int c : {1, 4, 255}) cloud.colours.emplace_back(c, c / 2, 255 - c);
+  for (const int c : {1, 4, 255}) cloud.colors.emplace_back(c, c / 2, 255 - c);
   cloud.normals = {{0, 0, -1}, {1, 0, 0}, {0.6F, 0.8F, 0}};
   cloud.width = 3;
   cloud.height = 1;
@@ -113,7 +113,7 @@ TEST_F(Ply, WhatIsWrittenIsReadAgain) {
     writePly(folder_ / "a.ply", cloud, {{0, 2}}, ascii);
     const PointCloud again = readPly(folder_ / "a.ply");
     EXPECT_THAT(again.points, ElementsAre(cloud.points[0], cloud.points[2]));
-    EXPECT_THAT(again.colours, ElementsAre(cloud.colours[0], cloud.colours[2]));
+    EXPECT_THAT(again.colors, ElementsAre(cloud.colors[0], cloud.colors[2]));
     EXPECT_THAT(again.normals, ElementsAre(cloud.normals[0], cloud.normals[2]));
   }
 }
@@ -122,15 +122,15 @@ TEST_F(Ply, WritesWhatTheFormatSays) {
   PointCloud cloud = three();
   cloud.normals.clear();
   writePly(folder_ / "a.ply", cloud, {{2, 0}}, true);
-  const std::string colours = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  const std::string colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
   const std::string vertices =
-      "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n" + colours;
+      "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n" + colors;
   const std::string edges = "element edge 1\nproperty int vertex1\nproperty int vertex2\n";
   EXPECT_EQ(test::readFile(folder_ / "a.ply"),
             "ply\nformat ascii 1.0\n" + vertices + edges +
                 "end_header\n0.1 1e-08 -3 254 0 1\n0.33333334 20000000 5 0 127 255\n1 0\n");
   cloud.points.resize(1);
-  cloud.colours.clear();
+  cloud.colors.clear();
   cloud.width = 1;
   writePly(folder_ / "a.ply", cloud);
   EXPECT_EQ(test::readFile(folder_ / "a.ply"),
@@ -147,8 +147,8 @@ TEST_F(Ply, RefusesToWriteWhatIsNoCloud) {
   EXPECT_THAT(refusalOf(cloud, {{0, 3}}), HasSubstr("an edge leads from point 0 to 3"));
   EXPECT_THAT(refusalOf(cloud, {{1, 2}}), HasSubstr("an edge leads from point 1 to 2"));  // a hole
   EXPECT_THAT(refusalOf({}), HasSubstr("without points"));
-  cloud.colours.pop_back();
-  EXPECT_THAT(refusalOf(cloud), HasSubstr("3 points, 2 colours and 3 normals"));
+  cloud.colors.pop_back();
+  EXPECT_THAT(refusalOf(cloud), HasSubstr("3 points, 2 colors and 3 normals"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "a.ply"));
 }
 
@@ -230,7 +230,7 @@ TEST_F(Ply, ReadsTheMeshesOfTheData) {
   ESTANCIA_NEEDS(data, "shot_kinect is not unpacked");
   const PointCloud cloud = readPly(*data / "meshes/mario000_0.ply");
   EXPECT_EQ(cloud.points.size(), 12843U);
-  EXPECT_EQ(cloud.colours.size(), cloud.points.size());
+  EXPECT_EQ(cloud.colors.size(), cloud.points.size());
 }
 
 }  // namespace

@@ -110,7 +110,7 @@ TEST_F(TrajectoryFile, WarnsOfDoubledAndUnorderedTimes) {
           HasSubstr("1 of 4 poses are older than one before them; they are sorted by time (first: line 4)")));
 }
 
-TEST_F(TrajectoryFile, NormalisesQuaternionsAndWarnsOfOddOnes) {
+TEST_F(TrajectoryFile, NormalizesQuaternionsAndWarnsOfOddOnes) {
   const auto trajectory = read("1 0 0 0 0 0 0 1.001\n2 0 0 0 0 3 0 4\n");
   EXPECT_THAT(trajectory.warnings,
               ElementsAre(AllOf(HasSubstr("1 of 2 poses have a quaternion that is not of length 1"),
@@ -161,7 +161,7 @@ TEST(PoseOfMatrix, GivesNothingForNan) {
   EXPECT_FALSE(poseOfMatrix(matrix));
 }
 
-TEST(PoseOfMatrix, FollowsTheSevenMetresOfTheRedKitchen) {
+TEST(PoseOfMatrix, FollowsTheSevenMetersOfTheRedKitchen) {
   const auto data = test::findData("sevenscenes_redkitchen");
   ESTANCIA_NEEDS(data, "the real data set sevenscenes_redkitchen is missing");
   std::vector<Pose> poses;

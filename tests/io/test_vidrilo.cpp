@@ -19,7 +19,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// A wall at `z` metres before a camera of 16 × 12 pixels, fx 20, fy 22, cx 7, cy 5.5, with a hole at (3, 2).
+/// A wall at `z` meters before a camera of 16 × 12 pixels, fx 20, fy 22, cx 7, cy 5.5, with a hole at (3, 2).
 std::string cloudAt(float z) {
   std::string bytes = "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 16\nHEIGHT 12\nDATA binary\n";
   for (int v = 0; v < 12; ++v)

@@ -75,7 +75,7 @@ TEST_F(Washington, PointsAreMetricInTheWholePicture) {
   EXPECT_FLOAT_EQ(cloud.points[0].z, 1.5F);  // column 103, counted from 0, of row 200
   EXPECT_NEAR(cloud.points[0].x, (103 - 320) / 570.3 * 1.5, 1e-6);
   EXPECT_NEAR(cloud.points[0].y, (200 - 240) / 570.3 * 1.5, 1e-6);
-  EXPECT_EQ(cloud.colours[0], cv::Vec3b(1, 2, 3));
+  EXPECT_EQ(cloud.colors[0], cv::Vec3b(1, 2, 3));
   EXPECT_NEAR(views->cloud(1).points[0].x, (3 - 320) / 570.3 * 1.5, 1e-6);
   const ObjectPicture seen = views->picture(0);
   EXPECT_EQ(seen.image.size(), cv::Size(20, 10));

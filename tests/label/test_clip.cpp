@@ -26,7 +26,7 @@ std::string npy(const std::vector<std::vector<float>>& rows) {
 }
 
 /// An encoder whose embedding of an image is its mean blue, green and red.
-std::string colourEncoder() {
+std::string colorEncoder() {
   return test::smallOnnx(8, 3, [](onnx::GraphProto& g) {
     g.mutable_node()->RemoveLast();
     g.mutable_output(0)->set_name("row");
@@ -37,7 +37,7 @@ std::string colourEncoder() {
 class Clip : public testing::Test {
  protected:
   Clip() {
-    writeFile(scratch_ / "small.onnx", colourEncoder());
+    writeFile(scratch_ / "small.onnx", colorEncoder());
     writeFile(scratch_ / "labels.txt", "blue\ngreen\n");
     writeFile(scratch_ / "words.npy", npy({{7, 0, 0}, {0, 0.5F, 0}}));  // lengths do not matter
     settings("logit_scale = 10");

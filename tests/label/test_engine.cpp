@@ -63,7 +63,7 @@ INSTANTIATE_TEST_SUITE_P(Alone, OpencvEngine, testing::Values("opencv"),
 
 TEST_P(Engine, LabelsAnImage) {
   const auto labeler = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
-  // scores are 0.01 · weights · mean colour, with the weights 0 1 2 | 3 4 0 | 1 2 3 | 4 0 1
+  // scores are 0.01 · weights · mean color, with the weights 0 1 2 | 3 4 0 | 1 2 3 | 4 0 1
   const auto words = labeler->label(cv::Mat(30, 40, CV_8UC3, cv::Scalar(10, 20, 30)));
   const std::vector<double> scores{0.8, 1.1, 1.4, 0.7};
   double sum = 0;
@@ -84,7 +84,7 @@ TEST_P(Engine, TurnsLogitsIntoTheSameProbabilities) {
 TEST_P(Engine, IdentityChangesWithTheNetworkAndItsPreprocessing) {
   const auto first = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8))->identity();
   EXPECT_THAT(first, HasSubstr("small"));
-  EXPECT_EQ(open(test::smallOnnx(8, 4), modelToml("small.onnx", 8, "licence = \"MIT\""))->identity(), first);
+  EXPECT_EQ(open(test::smallOnnx(8, 4), modelToml("small.onnx", 8, "license = \"MIT\""))->identity(), first);
   EXPECT_NE(open(test::smallOnnx(8, 4), modelToml("small.onnx", 8, "crop = 0.5"))->identity(), first);
   EXPECT_NE(
       open(test::smallOnnx(8, 4, [](auto& g) { setWeights(g, 1); }), modelToml("small.onnx", 8))->identity(),

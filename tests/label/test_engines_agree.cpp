@@ -36,7 +36,7 @@ const Network networks[] = {{"mobilenet_v1_0.25_128_quant.tflite", "imagenet_100
 Preprocessing inputOf(const Network& network) {
   Preprocessing how = test::mobilenetInput(network.side);
   if (network.input == Input::mobilenet) return how;
-  how.colour = Preprocessing::Colour::bgr;
+  how.color = Preprocessing::Color::bgr;
   how.mean = {104, 117, 123};
   how.scale = {1, 1, 1};
   if (network.input == Input::places) {

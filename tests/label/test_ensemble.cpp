@@ -143,8 +143,8 @@ class Frames final : public Sequence {
   std::vector<Frame> frames_;
 };
 
-std::vector<LabelledFrame> all(const Sequence& sequence, Labeler& labeler, LabelCache* cache) {
-  std::vector<LabelledFrame> frames;
+std::vector<LabeledFrame> all(const Sequence& sequence, Labeler& labeler, LabelCache* cache) {
+  std::vector<LabeledFrame> frames;
   LabelStream stream(sequence, labeler, {.cache = cache});
   while (auto frame = stream.next()) frames.push_back(std::move(*frame));
   return frames;
@@ -187,11 +187,11 @@ TEST(Ensemble, AFrameThatOneMemberCannotTellHasNoWords) {
   members.push_back(member({"cup"}, {1}));
   members.push_back({std::move(second)});
   Ensemble both("both", std::move(members), Fusion::distances);
-  const auto labelled = all(frames, both, nullptr);
-  ASSERT_EQ(labelled.size(), 3U);
-  EXPECT_TRUE(labelled[0].labelled());
-  EXPECT_THAT(labelled[1].problem, HasSubstr("cannot tell of frame 1"));
-  EXPECT_TRUE(labelled[2].labelled());
+  const auto labeled = all(frames, both, nullptr);
+  ASSERT_EQ(labeled.size(), 3U);
+  EXPECT_TRUE(labeled[0].labeled());
+  EXPECT_THAT(labeled[1].problem, HasSubstr("cannot tell of frame 1"));
+  EXPECT_TRUE(labeled[2].labeled());
 }
 
 class EnsembleFile : public testing::Test {

@@ -34,11 +34,11 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 
-cv::Mat grey(int value = 128) {
+cv::Mat gray(int value = 128) {
   return {32, 48, CV_8UC3, cv::Scalar::all(value)};
 }
 
-/// Which grey() a posted JPEG is.
+/// Which gray() a posted JPEG is.
 int valueOf(const httplib::Request& request) {
   const std::vector<unsigned char> bytes(request.body.begin(), request.body.end());
   return static_cast<int>(cv::mean(cv::imdecode(bytes, cv::IMREAD_COLOR))[0] + 0.5);
@@ -177,14 +177,14 @@ class HttpLabeler : public testing::Test {
   }
   std::unique_ptr<Labeler> open(const std::string& more = "") { return openPort(service_.port, more); }
   std::string refusal(const std::string& more = "") {
-    return errorOf([&] { open(more)->label(grey(), "0007.png"); });
+    return errorOf([&] { open(more)->label(gray(), "0007.png"); });
   }
   void answerAlways(const std::string& json, int status = 200) {
     service_.handle = [=](const auto&, auto& response) { answer(response, json, status); };
   }
   static std::vector<LabelResult> labelAll(Labeler& labeler, const std::vector<int>& values) {
     std::vector<Prepared> batch;
-    for (const int value : values) batch.push_back(labeler.prepare(grey(value), std::to_string(value)));
+    for (const int value : values) batch.push_back(labeler.prepare(gray(value), std::to_string(value)));
     return labeler.inferBatch(batch);
   }
   Service service_;
@@ -200,7 +200,7 @@ TEST_F(HttpLabeler, PostsAJpegAndReadsTheLabels) {
   const auto labeler = open();
   EXPECT_TRUE(labeler->discovers());
   EXPECT_EQ(labeler->batchSize(), 4U);
-  EXPECT_THAT(labeler->label(grey(77)), ElementsAre(0.75F, 0.25F));
+  EXPECT_THAT(labeler->label(gray(77)), ElementsAre(0.75F, 0.25F));
   EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("cup", "mug"));
 }
 
@@ -210,10 +210,10 @@ TEST_F(HttpLabeler, PostsAForm) {
     const auto file = request.get_file_value("picture");
     EXPECT_EQ(file.content_type, "image/png");
     const std::vector<unsigned char> bytes(file.content.begin(), file.content.end());
-    EXPECT_EQ(cv::norm(cv::imdecode(bytes, cv::IMREAD_COLOR), grey(), cv::NORM_INF), 0);
+    EXPECT_EQ(cv::norm(cv::imdecode(bytes, cv::IMREAD_COLOR), gray(), cv::NORM_INF), 0);
     answer(response, R"([{"label": "cup", "confidence": 1}])");
   };
-  EXPECT_THAT(open("field = \"picture\"\nformat = \"png\"")->label(grey()), ElementsAre(1));
+  EXPECT_THAT(open("field = \"picture\"\nformat = \"png\"")->label(gray()), ElementsAre(1));
 }
 
 /// The service of the thesis, in the form it has now.
@@ -234,7 +234,7 @@ label_key = "name"
 confidence_key = "value"
 best = 2
 headers = { Authorization = "Key ${ESTANCIA_TEST_KEY}" })");
-  EXPECT_THAT(labeler->label(grey()), ElementsAre(0.99F, 0.7F));
+  EXPECT_THAT(labeler->label(gray()), ElementsAre(0.99F, 0.7F));
   EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("table", "window"));
 }
 
@@ -290,7 +290,7 @@ TEST_F(HttpLabeler, DropsWordsOutsideOfAGivenVocabulary) {
   writeFile(scratch_ / "labels.txt", "mug\nspoon\n");
   const auto labeler = open("labels = \"labels.txt\"");
   EXPECT_FALSE(labeler->discovers());
-  EXPECT_THAT(labeler->label(grey()), ElementsAre(0.25F, 0));
+  EXPECT_THAT(labeler->label(gray()), ElementsAre(0.25F, 0));
 }
 
 TEST_F(HttpLabeler, TriesAgainWhatMayPass) {
@@ -302,7 +302,7 @@ TEST_F(HttpLabeler, TriesAgainWhatMayPass) {
       else
         answer(response, R"({"labels": {"cup": 1}})");
     };
-    EXPECT_THAT(open()->label(grey()), ElementsAre(1)) << status;
+    EXPECT_THAT(open()->label(gray()), ElementsAre(1)) << status;
     EXPECT_EQ(service_.requests, 3);
   }
 }
@@ -323,7 +323,7 @@ TEST_F(HttpLabeler, WaitsAsLongAsItIsTold) {
     response.set_header("Retry-After", "1");
     answer(response, R"({"labels": {"cup": 1}})", times.size() == 1 ? 429 : 200);
   };
-  EXPECT_THAT(open()->label(grey()), ElementsAre(1));
+  EXPECT_THAT(open()->label(gray()), ElementsAre(1));
   EXPECT_GE(times.at(1) - times.at(0), std::chrono::milliseconds(900));
 }
 
@@ -353,7 +353,7 @@ TEST_F(HttpLabeler, AnImageThatIsRefusedIsOneFrameLess) {
                 HasSubstr("refuses the image: HTTP " + std::to_string(status) + ": too dark"));
     EXPECT_EQ(results[1].problem, "");
     EXPECT_THAT(results[1].descriptor, ElementsAre(1));
-    EXPECT_THROW(labeler->label(grey(20)), FrameError);
+    EXPECT_THROW(labeler->label(gray(20)), FrameError);
   }
 }
 
@@ -390,7 +390,7 @@ TEST_F(HttpLabeler, KeepsWhatWasAnsweredBesideAFailure) {
   };
   const auto labeler = open("parallel = 1");
   std::vector<Prepared> batch;
-  for (const int value : {0, 50, 100, 150}) batch.push_back(labeler->prepare(grey(value)));
+  for (const int value : {0, 50, 100, 150}) batch.push_back(labeler->prepare(gray(value)));
   try {
     labeler->inferBatch(batch);
     FAIL() << "a refused key must end the work";
@@ -418,7 +418,7 @@ TEST_F(HttpLabeler, RefusesNonsense) {
     EXPECT_THAT(refusal(), HasSubstr(expected));
   }
   answerAlways(R"({"labels": {}})");
-  EXPECT_THROW(open()->label(grey()), FrameError) << "no word is known at all";
+  EXPECT_THROW(open()->label(gray()), FrameError) << "no word is known at all";
 }
 
 TEST_F(HttpLabeler, OutlastsASlowLoris) {
@@ -431,17 +431,17 @@ TEST_F(HttpLabeler, OutlastsASlowLoris) {
       begun = begun && sent;
       return sent;
     });
-    EXPECT_THAT(errorOf([&] { openPort(dribbling.port, settings)->label(grey()); }),
+    EXPECT_THAT(errorOf([&] { openPort(dribbling.port, settings)->label(gray()); }),
                 HasSubstr("no whole answer within 0.2 s, after 2 attempts"));
   }
   const RawServer handshake([](int c) { return say(c, std::string("\x16\x03\x03\x3f\xff", 5)); });
   const std::string tls = "https://127.0.0.1:" + std::to_string(handshake.port) + "/";
-  EXPECT_THAT(errorOf([&] { openAt(tls, settings)->label(grey()); }), HasSubstr("after 2 attempts"));
+  EXPECT_THAT(errorOf([&] { openAt(tls, settings)->label(gray()); }), HasSubstr("after 2 attempts"));
 }
 
 TEST_F(HttpLabeler, NoticesWhatIsNoHttp) {
   const RawServer server([](int c) { return say(c, "H"); });
-  EXPECT_THAT(errorOf([&] { openPort(server.port, "attempts = 2")->label(grey()); }),
+  EXPECT_THAT(errorOf([&] { openPort(server.port, "attempts = 2")->label(gray()); }),
               HasSubstr("what it answers is no HTTP, after 2 attempts"));
 }
 
@@ -449,14 +449,14 @@ TEST_F(HttpLabeler, RefusesEndlessHeaders) {
   std::string lines = "HTTP/1.1 200 OK\r\n";
   for (int i = 0; i < 10'000; ++i) lines += "X-More: " + std::string(100, 'x') + "\r\n";
   const RawServer server([&](int c) { return say(c, lines); });
-  EXPECT_THAT(errorOf([&] { openPort(server.port)->label(grey()); }), HasSubstr("longer than 4194304 bytes"));
+  EXPECT_THAT(errorOf([&] { openPort(server.port)->label(gray()); }), HasSubstr("longer than 4194304 bytes"));
 }
 
 TEST_F(HttpLabeler, RefusesAnEndlessStatusLine) {
   for (const std::size_t length : {400'000, 3'000'000}) {
     const std::string line = "HTTP/1.1 200 " + std::string(length, 'x') + "\r\n\r\n{}";
     const RawServer server([&](int c) { return say(c, line) && false; });
-    EXPECT_THAT(errorOf([&] { openPort(server.port)->label(grey()); }),
+    EXPECT_THAT(errorOf([&] { openPort(server.port)->label(gray()); }),
                 HasSubstr("its answer is longer than"))
         << length;
   }
@@ -465,7 +465,7 @@ TEST_F(HttpLabeler, RefusesAnEndlessStatusLine) {
 /// In a process of its own, for which the user's wish to stop holds from then on.
 TEST_F(HttpLabeler, StopsWhenTheUserWantsTo) {
   const auto exitsStopped = [](Labeler& labeler) {
-    const Prepared batch[] = {labeler.prepare(grey()), labeler.prepare(grey())};
+    const Prepared batch[] = {labeler.prepare(gray()), labeler.prepare(gray())};
     const auto label = [&] {
       catchInterrupts();
       std::thread user([] {
@@ -490,20 +490,20 @@ TEST_F(HttpLabeler, StopsWhenTheUserWantsTo) {
 
 TEST_F(HttpLabeler, GivesUpOnSilenceAndBrokenConnections) {
   const RawServer silent([](int) { return true; });
-  EXPECT_THAT(errorOf([&] { openPort(silent.port, "read_timeout = 0.05\nattempts = 2")->label(grey()); }),
+  EXPECT_THAT(errorOf([&] { openPort(silent.port, "read_timeout = 0.05\nattempts = 2")->label(gray()); }),
               HasSubstr("silent for 0.05 s, after 2 attempts"));
   const RawServer closing([](int c) {
     say(c, "HTTP/1.1 200 OK\r\nContent-Length: 100\r\n\r\n{\"labels\"");
     return false;
   });
-  EXPECT_THAT(errorOf([&] { openPort(closing.port, "attempts = 2")->label(grey()); }),
+  EXPECT_THAT(errorOf([&] { openPort(closing.port, "attempts = 2")->label(gray()); }),
               HasSubstr("the connection broke"));
   int port = 0;
   {
     const RawServer gone([](int) { return false; });
     port = gone.port;
   }
-  EXPECT_THAT(errorOf([&] { openPort(port, "attempts = 2")->label(grey()); }),
+  EXPECT_THAT(errorOf([&] { openPort(port, "attempts = 2")->label(gray()); }),
               HasSubstr("no connection, after 2 attempts"));
 }
 
@@ -524,15 +524,15 @@ TEST_F(HttpLabeler, ChecksCertificates) {
   const auto openTls = [&](const Service& service, const std::string& more) {
     return openAt("https://127.0.0.1:" + std::to_string(service.port) + "/label", more);
   };
-  EXPECT_THAT(openTls(honest, "ca = \"own.pem\"")->label(grey()), ElementsAre(0.75F, 0.25F));
-  EXPECT_THAT(errorOf([&] { openTls(honest, "")->label(grey()); }),
+  EXPECT_THAT(openTls(honest, "ca = \"own.pem\"")->label(gray()), ElementsAre(0.75F, 0.25F));
+  EXPECT_THAT(errorOf([&] { openTls(honest, "")->label(gray()); }),
               AllOf(HasSubstr("its certificate is refused: self-signed certificate"), HasSubstr("`ca`"),
                     Not(HasSubstr("attempts"))));
-  EXPECT_THAT(errorOf([&] { openTls(impostor, "ca = \"own.pem\"")->label(grey()); }), HasSubstr("refused"));
-  EXPECT_THAT(errorOf([&] { openTls(impostor, "ca = \"foreign.pem\"")->label(grey()); }),
+  EXPECT_THAT(errorOf([&] { openTls(impostor, "ca = \"own.pem\"")->label(gray()); }), HasSubstr("refused"));
+  EXPECT_THAT(errorOf([&] { openTls(impostor, "ca = \"foreign.pem\"")->label(gray()); }),
               HasSubstr("made out for another host"));
-  EXPECT_THAT(errorOf([&] { openTls(honest, "ca = \"broken.pem\"")->label(grey()); }), HasSubstr("`ca`"));
-  EXPECT_THAT(errorOf([&] { openTls(honest, "ca = \"none.pem\"")->label(grey()); }),
+  EXPECT_THAT(errorOf([&] { openTls(honest, "ca = \"broken.pem\"")->label(gray()); }), HasSubstr("`ca`"));
+  EXPECT_THAT(errorOf([&] { openTls(honest, "ca = \"none.pem\"")->label(gray()); }),
               HasSubstr("none.pem is missing"));
   EXPECT_EQ(impostor.requests, 0);
 }

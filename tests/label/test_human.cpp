@@ -56,8 +56,8 @@ TEST_F(Human, LeavesALittleToTheOtherWords) {
 
 TEST_F(Human, RefusesWhatIsUnclear) {
   const std::pair<std::string, std::string> cases[] = {
-      {"", "no labelled images"},
-      {"image,label\n", "no labelled images"},
+      {"", "no labeled images"},
+      {"image,label\n", "no labeled images"},
       {"1.png\n", "h.csv:1: 1 cells"},
       {"1.png,cup\n2.png,cup,mug\n", "h.csv:2: 3 cells"},
       {"1.png,cup,high\n", "h.csv:1: \"high\" is no number"},

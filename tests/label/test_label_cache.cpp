@@ -1,4 +1,4 @@
-// What was labelled once is not labelled again; what is damaged is.
+// What was labeled once is not labeled again; what is damaged is.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -68,7 +68,7 @@ TEST(LabelStream, LabelsAllFramesInOrder) {
     const auto frame = stream.next();
     ASSERT_TRUE(frame);
     EXPECT_EQ(frame->index, i);
-    ASSERT_TRUE(frame->labelled());
+    ASSERT_TRUE(frame->labeled());
     EXPECT_EQ(frame->descriptor, LexicalDescriptor{static_cast<float>(i) / 100});
     EXPECT_EQ(frame->image.at<cv::Vec3b>(0, 0)[2], i);
   }
@@ -93,7 +93,7 @@ TEST(LabelStream, ReportsUnreadableFramesAndGoesOn) {
   LabelStream stream(frames, labeler);
   std::vector<std::string> problems;
   while (const auto frame = stream.next()) {
-    EXPECT_EQ(frame->descriptor.empty(), !frame->labelled());
+    EXPECT_EQ(frame->descriptor.empty(), !frame->labeled());
     problems.push_back(frame->problem);
   }
   EXPECT_THAT(problems, testing::ElementsAre("frame 0 is torn", "", "frame 2 is torn", "frame 3 is torn"));
@@ -181,9 +181,9 @@ TEST(LabelStream, KeepsWhatWasPaidForWhenTheWorkMustEnd) {
   labeler.endsAt = -1;
   labeler.asked = 0;
   LabelStream again(frames, labeler, {.cache = &cache});
-  std::size_t labelled = 0;
-  while (const auto frame = again.next()) labelled += frame->labelled() ? 1 : 0;
-  EXPECT_EQ(labelled, 7U);
+  std::size_t labeled = 0;
+  while (const auto frame = again.next()) labeled += frame->labeled() ? 1 : 0;
+  EXPECT_EQ(labeled, 7U);
   EXPECT_EQ(labeler.asked, 2) << "the refused one and the last one";
 }
 

@@ -35,7 +35,7 @@ class ModelToml : public testing::Test {
     std::string toml;
     bool replaced = false;
     for (const std::string own :
-         {"name = \"n\"", "file = \"n.onnx\"", "labels = \"l.txt\"", "input = 224", "colour = \"RGB\""}) {
+         {"name = \"n\"", "file = \"n.onnx\"", "labels = \"l.txt\"", "input = 224", "color = \"RGB\""}) {
       const bool same = own.starts_with(key + " ");
       replaced |= same;
       toml += (same ? line : own) + "\n";
@@ -58,13 +58,13 @@ input = [320, 240]
 region = "stretch"
 crop = 0.5
 resize = "cubic"
-colour = "BGR"
+color = "BGR"
 mean = [1, 2.5, 3]
 scale = 2
 sigmoid = true
 reduce = "max"
 unused = [7, 0]
-licence = "MIT"
+license = "MIT"
 source = "somewhere"
 [sha256]
 "net.caffemodel" = "E3B0C44298FC1C149AFBF4C8996FB92427AE41E4649B934CA495991B7852B855"
@@ -81,7 +81,7 @@ source = "somewhere"
   EXPECT_EQ(pre.region, Preprocessing::Region::stretch);
   EXPECT_EQ(pre.crop, 0.5);
   EXPECT_EQ(pre.resize, Preprocessing::Resize::cubic);
-  EXPECT_EQ(pre.colour, Preprocessing::Colour::bgr);
+  EXPECT_EQ(pre.color, Preprocessing::Color::bgr);
   EXPECT_THAT(pre.mean, ElementsAre(1, 2.5, 3));
   EXPECT_THAT(pre.scale, ElementsAre(2, 2, 2));
   EXPECT_EQ(spec.inputNode, "picture");
@@ -89,7 +89,7 @@ source = "somewhere"
   EXPECT_TRUE(spec.sigmoid);
   EXPECT_EQ(spec.reduce, ModelSpec::Reduce::max);
   EXPECT_THAT(spec.unused, ElementsAre(0, 7));
-  EXPECT_EQ(spec.licence, "MIT");
+  EXPECT_EQ(spec.license, "MIT");
   EXPECT_EQ(spec.source, "somewhere");
   EXPECT_THAT(spec.sha256.at("net.caffemodel"), testing::StartsWith("e3b0c442"));
 }
@@ -100,7 +100,7 @@ TEST_F(ModelToml, NamesUnknownKeysWithTheirLineAndTheKnownOnes) {
 }
 
 TEST_F(ModelToml, NamesMissingKeys) {
-  EXPECT_THAT(refusal("name = \"n\"\nfile = \"f.onnx\"\ninput = 2\ncolour = \"RGB\""),
+  EXPECT_THAT(refusal("name = \"n\"\nfile = \"f.onnx\"\ninput = 2\ncolor = \"RGB\""),
               AllOf(HasSubstr("model.toml"), HasSubstr("`labels`")));
 }
 
@@ -135,7 +135,7 @@ TEST_F(ModelToml, ChecksEveryValue) {
                                  "unused = [1.5]",
                                  "unused = [4, 2, 4]",
                                  "input_node = 1",
-                                 "colour = \"rgb\"",
+                                 "color = \"rgb\"",
                                  "region = \"round\"",
                                  "resize = 1",
                                  "sha256 = \"x\"",
@@ -145,7 +145,7 @@ TEST_F(ModelToml, ChecksEveryValue) {
     const std::string key = line.substr(0, line.find(' '));
     EXPECT_THAT(refusal(with(line)), AllOf(HasSubstr("model.toml:"), HasSubstr("`" + key)));
   }
-  EXPECT_THAT(refusal(with("colour = \"rgb\"")), HasSubstr("\"RGB\", \"BGR\"")) << "names the choices";
+  EXPECT_THAT(refusal(with("color = \"rgb\"")), HasSubstr("\"RGB\", \"BGR\"")) << "names the choices";
 }
 
 TEST_F(ModelToml, KeepsPathsInsideTheFolder) {

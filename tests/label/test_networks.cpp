@@ -111,7 +111,7 @@ TEST(SqueezeNet, IsReadFromOnnxWithMeansInItsOwnOrder) {
   const test::ScratchFolder scratch;
   Preprocessing how;
   how.width = how.height = 224;
-  how.colour = Preprocessing::Colour::bgr;
+  how.color = Preprocessing::Color::bgr;
   how.mean = {104.05, 112.51, 116.68};
   how.scale = {1 / 255.0, 1 / 255.0, 1 / 255.0};
   const auto places =

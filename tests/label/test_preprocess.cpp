@@ -12,12 +12,12 @@ namespace {
 using test::errorOf;
 using testing::HasSubstr;
 
-/// Input of `side` pixels, everything else as plain as can be: colours as they are, values as they are.
+/// Input of `side` pixels, everything else as plain as can be: colors as they are, values as they are.
 Preprocessing plain(int side, double crop = 1) {
   Preprocessing how;
   how.width = how.height = side;
   how.crop = crop;
-  how.colour = Preprocessing::Colour::bgr;
+  how.color = Preprocessing::Color::bgr;
   return how;
 }
 
@@ -42,9 +42,9 @@ TEST(Preprocess, GivesOnePlaneAChannel) {
   for (int c = 0; c < 3; ++c) EXPECT_EQ(at(blob, c, 4, 6), 10 * (c + 1));
 }
 
-TEST(Preprocess, OrdersColoursMeansAndScalesAsTheNetworkDoes) {
+TEST(Preprocess, OrdersColorsMeansAndScalesAsTheNetworkDoes) {
   Preprocessing how = plain(2);
-  how.colour = Preprocessing::Colour::rgb;
+  how.color = Preprocessing::Color::rgb;
   how.mean = {30, 20, 0};
   how.scale = {1, 2, 0.5};
   const cv::Mat blob = preprocess(cv::Mat(2, 2, CV_8UC3, cv::Scalar(10, 21, 34)), how);
@@ -71,7 +71,7 @@ TEST(Preprocess, CutsTheExactSquareOutOfTheMiddle) {
   EXPECT_EQ(at(blob, 1, 139, 139), 5);
 }
 
-TEST(Preprocess, KeepsACentredSquareCentredAndSquare) {
+TEST(Preprocess, KeepsACenteredSquareCenteredAndSquare) {
   for (const cv::Size size : {cv::Size(320, 240), cv::Size(240, 320), cv::Size(641, 481)}) {
     const cv::Mat image = withRectangle(size, {size.width / 2 - 40, size.height / 2 - 40, 80, 80});
     const cv::Mat blob = preprocess(image, plain(96, 0.875));
@@ -94,14 +94,14 @@ TEST(Preprocess, StretchesTheWholeImageWhenAsked) {
 }
 
 TEST(Preprocess, AveragesAllPixelsWhenItShrinks) {
-  cv::Mat chequered(64, 64, CV_8UC3);
+  cv::Mat checkered(64, 64, CV_8UC3);
   for (int y = 0; y < 64; ++y)
     for (int x = 0; x < 64; ++x)
-      chequered.at<cv::Vec3b>(y, x) = (x + y) % 2 == 0 ? cv::Vec3b(0, 0, 0) : cv::Vec3b(200, 200, 200);
-  EXPECT_EQ(at(preprocess(chequered, plain(8)), 0, 3, 3), 100);
+      checkered.at<cv::Vec3b>(y, x) = (x + y) % 2 == 0 ? cv::Vec3b(0, 0, 0) : cv::Vec3b(200, 200, 200);
+  EXPECT_EQ(at(preprocess(checkered, plain(8)), 0, 3, 3), 100);
 }
 
-TEST(Preprocess, TakesGreySixteenBitsAndAlpha) {
+TEST(Preprocess, TakesGraySixteenBitsAndAlpha) {
   const cv::Mat expected = preprocess(cv::Mat(9, 9, CV_8UC3, cv::Scalar::all(200)), plain(4));
   const auto same = [&](const cv::Mat& image) {
     return cv::norm(preprocess(image, plain(4)), expected, cv::NORM_INF) == 0;
@@ -111,7 +111,7 @@ TEST(Preprocess, TakesGreySixteenBitsAndAlpha) {
   EXPECT_TRUE(same(cv::Mat(9, 9, CV_16UC1, cv::Scalar(200 * 257))));
   EXPECT_TRUE(same(cv::Mat(9, 9, CV_16UC3, cv::Scalar::all(200 * 257))));
   Preprocessing rgb = plain(4);
-  rgb.colour = Preprocessing::Colour::rgb;
+  rgb.color = Preprocessing::Color::rgb;
   EXPECT_EQ(at(preprocess(cv::Mat(9, 9, CV_8UC4, cv::Scalar(1, 2, 3, 4)), rgb), 0, 0, 0), 3) << "BGRA";
 }
 

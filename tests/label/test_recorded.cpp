@@ -43,7 +43,7 @@ TEST_F(Recorded, KnowsFramesByTheirNames) {
   EXPECT_THROW(label("c/1.png"), FrameError);
   EXPECT_THAT(errorOf([&] { label("c/1.png"); }), HasSubstr("several records"));
   EXPECT_THROW(label(""), FrameError);
-  EXPECT_THROW(labeler->prepare({}, "5.png"), FrameError) << "said before the labelling begins";
+  EXPECT_THROW(labeler->prepare({}, "5.png"), FrameError) << "said before the labeling begins";
 }
 
 TEST_F(Recorded, ReadsWhatItsSettingsName) {

@@ -154,7 +154,7 @@ TEST_F(TfjsReader, AddsAndMultipliesByChannel) {
   expectNear(answer(), expected);
 }
 
-TEST_F(TfjsReader, NormalisesBatches) {
+TEST_F(TfjsReader, NormalizesBatches) {
   const Values gamma{1, 2, 3}, beta{0.1F, 0.2F, 0.3F}, mean{0.5F, 0, -0.5F}, variance{0.25F, 1, 4};
   network_.weight("gamma", {3}, gamma);
   network_.weight("beta", {3}, beta);
@@ -277,12 +277,12 @@ TEST_F(TfjsReader, EndsAsAClassifier) {
   EXPECT_THAT(refusal("out", "twice"), AllOf(HasSubstr("multiplies [1×6×7×3]"), HasSubstr("MatMul")));
 }
 
-TEST_F(TfjsReader, ReadsQuantisedWeights) {
-  network_.quantised<std::uint8_t>("bytes", {3}, {0, 1, 255},
+TEST_F(TfjsReader, ReadsQuantizedWeights) {
+  network_.quantized<std::uint8_t>("bytes", {3}, {0, 1, 255},
                                    {{"dtype", "uint8"}, {"scale", 0.5}, {"min", -1}});
-  network_.quantised<std::uint16_t>("words", {3}, {0, 1000, 65535},
+  network_.quantized<std::uint16_t>("words", {3}, {0, 1000, 65535},
                                     {{"dtype", "uint16"}, {"scale", 0.001}, {"min", 2}});
-  network_.quantised<std::uint16_t>("halves", {3}, {0x3C00, 0xC000, 0x3800}, {{"dtype", "float16"}});
+  network_.quantized<std::uint16_t>("halves", {3}, {0x3C00, 0xC000, 0x3800}, {{"dtype", "float16"}});
   const auto file = network_.write(scratch_.path());
   const tfjs::Weights weights(network_.model["weightsManifest"], scratch_.path());
   expectNear(weights.reals("bytes"), {-1, -0.5F, 126.5F});

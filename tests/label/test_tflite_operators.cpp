@@ -237,7 +237,7 @@ TEST(EightBitOutput, ImpliesTheActivationThatTheFileLeavesOut) {
   EXPECT_EQ(copiedThroughRange(pixels, ElementType::FLOAT32, 0, 0), pixels) << "none";
 }
 
-TEST(Weights, AreDequantisedByChannel) {
+TEST(Weights, AreDequantizedByChannel) {
   // one pixel, two filters with scales of their own; the bias counts in input scale × filter scale
   test::TfliteBuilder network;
   const int in = network.tensor({1, 1, 1, 3});
@@ -344,11 +344,11 @@ TEST(Softmax, GivesProbabilities) {
   test::TfliteBuilder network;
   const int in = network.tensor({1, 1, 1, 3});
   const int row = network.tensor({1, 3});
-  const int quantised = network.tensor({1, 3}, ElementType::UINT8, 0.1F, 128);
+  const int quantized = network.tensor({1, 3}, ElementType::UINT8, 0.1F, 128);
   const int out = network.tensor({1, 3});
   network.plain(22, {in}, row);
-  network.plain(114, {row}, quantised);  // QUANTIZE keeps the real numbers
-  network.softmax(quantised, out);
+  network.plain(114, {row}, quantized);  // QUANTIZE keeps the real numbers
+  network.softmax(quantized, out);
   const float sum = std::exp(1.0F) + std::exp(2.0F) + std::exp(4.0F);
   expectValues(answer(network.file(in, out), {1, 1, 3, {1, 2, 4}}),
                {std::exp(1.0F) / sum, std::exp(2.0F) / sum, std::exp(4.0F) / sum});

@@ -38,7 +38,7 @@ class TfjsBuilder {
   }
   /// Values in a type of their own, `quantization` says how to read them.
   template <class Stored>
-  void quantised(const std::string& name, const std::vector<int>& shape, const std::vector<Stored>& values,
+  void quantized(const std::string& name, const std::vector<int>& shape, const std::vector<Stored>& values,
                  const Json& quantization) {
     constant(name, shape, "float32", values)["quantization"] = quantization;
   }

@@ -16,7 +16,7 @@ namespace format = tflite::format;
 /// One graph of a picture input. Tensors are added first; they are numbered from 0 in the order of adding.
 class TfliteBuilder {
  public:
-  /// A computed tensor, or the input. `scale` 0 = not quantised.
+  /// A computed tensor, or the input. `scale` 0 = not quantized.
   int tensor(const std::vector<int>& shape, format::ElementType type = format::ElementType::FLOAT32,
              float scale = 0, std::int64_t zeroPoint = 0) {
     return add(shape, type, scale == 0 ? std::vector<float>{} : std::vector<float>{scale},

@@ -46,7 +46,7 @@ class Collect : public testing::Test {
   std::vector<std::string> problems_;
 };
 
-/// The colour that the middle of a sample's box has.
+/// The color that the middle of a sample's box has.
 cv::Vec3b middleOf(const ObjectPicture& picture) {
   return picture.image.at<cv::Vec3b>(picture.box.y + picture.box.height / 2,
                                      picture.box.x + picture.box.width / 2);
@@ -67,10 +67,10 @@ TEST_F(Collect, ViewsOfAThingStayOneInstanceAllAround) {
     const ObjectPicture picture = views->picture(i);
     EXPECT_EQ(picture.image.size(), picture.mask.size());
     const PointCloud cloud = views->cloud(i);
-    const cv::Vec3b colour = middleOf(picture);
-    ASSERT_THAT(cloud.colours, SizeIs(cloud.points.size()));
-    EXPECT_EQ(cloud.colours[cloud.colours.size() / 2], colour);
-    EXPECT_TRUE(colour == red || colour == blue) << view.name;
+    const cv::Vec3b color = middleOf(picture);
+    ASSERT_THAT(cloud.colors, SizeIs(cloud.points.size()));
+    EXPECT_EQ(cloud.colors[cloud.colors.size() / 2], color);
+    EXPECT_TRUE(color == red || color == blue) << view.name;
   }
   EXPECT_THAT(framesOf, SizeIs(2));
   for (const auto& [instance, frames] : framesOf) EXPECT_THAT(frames, SizeIs(5)) << instance;
@@ -84,7 +84,7 @@ TEST_F(Collect, LabelersSeeOfASampleWhatTheySeeOfItsFrame) {
   const auto views = openObjectViews(folder_);
   ASSERT_EQ(views->size(), 2U);
   using Background = PatchOptions::Background;
-  for (const Background background : {Background::kept, Background::grey, Background::mean})
+  for (const Background background : {Background::kept, Background::gray, Background::mean})
     for (const double margin : {0., 0.2, 0.5}) {
       PatchOptions options;
       options.background = background;
@@ -258,7 +258,7 @@ TEST(ClusteredFrame, ImageAndDepthMayDifferInSize) {
   for (std::size_t i = 0; i < 2; ++i) {
     EXPECT_EQ(boxOf(large, i).width, 2 * boxOf(small, i).width);
     EXPECT_EQ(boxOf(large, i).y, 2 * boxOf(small, i).y);
-    EXPECT_EQ(cloudOf(large, i).colours, cloudOf(small, i).colours);
+    EXPECT_EQ(cloudOf(large, i).colors, cloudOf(small, i).colors);
   }
 }
 
@@ -291,7 +291,7 @@ TEST_F(Collect, PicturesOfAnotherViewThanDepthAreLeftOut) {
   EXPECT_THAT(problems_, ElementsAre(HasSubstr("do not show the same view")));
 }
 
-TEST(ClusteredFrame, RefusesGreyPictures) {
+TEST(ClusteredFrame, RefusesGrayPictures) {
   EXPECT_THAT(errorOf([] {
                 clusteredFrame(cv::Mat(240, 320, CV_8U), cv::Mat(240, 320, CV_32F, cv::Scalar(1)),
                                {320, 240, 262.5, 262.5, 159.5, 119.5});

@@ -27,7 +27,7 @@ class Three final : public ObjectViews {
     if (i == 2) throw Error("broken");
     PointCloud cloud;
     cloud.points = {{0, 0, 0}, {0, 1, 1}, {0, 0, 1}};
-    cloud.colours.assign(3, {0, 0, 255});
+    cloud.colors.assign(3, {0, 0, 255});
     cloud.width = 3;
     cloud.height = 1;
     return cloud;
@@ -67,7 +67,7 @@ TEST(Patches, AFrameAView) {
 TEST(Patches, OptionsAreThoseOfThePatch) {
   const Three views;
   PatchOptions options;
-  options.background = PatchOptions::Background::grey;
+  options.background = PatchOptions::Background::gray;
   EXPECT_EQ(patchesOf(views, options)->image(0).at<cv::Vec3b>(0, 0), cv::Vec3b(128, 128, 128));
   options.margin = 9;
   EXPECT_THAT(errorOf([&] { patchesOf(views, options)->image(1); }), HasSubstr("margin"));

@@ -23,11 +23,11 @@ using ::testing::SizeIs;
 const cv::Vec3b red{0, 0, 255}, blue{255, 0, 0};
 
 /// Says "ball" of red pictures, "box" of blue ones, "nothing" of those that are neither.
-class Colours : public Labeler {
+class Colors : public Labeler {
  public:
-  explicit Colours(std::size_t batch = 3) : batch_(batch) {}
+  explicit Colors(std::size_t batch = 3) : batch_(batch) {}
   const Vocabulary& vocabulary() const override { return words_; }
-  std::string identity() const override { return "colours"; }
+  std::string identity() const override { return "colors"; }
   Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override {
     if (broken) throw FrameError("the picture is broken");
     return {bgr, frame, {}};
@@ -65,20 +65,20 @@ std::vector<Solid> things(const cv::Vec3b& ofBalls = red, const cv::Vec3b& ofBox
 
 class Predicting : public testing::Test {
  protected:
-  /// Collected, labelled by colour, and learned.
+  /// Collected, labeled by color, and learned.
   static ObjectModel learned(const TrainingOptions& given = {}) {
     const ScratchFolder scratch;
     Progress silent;
     const auto folder = scratch / "things";
     collectObjects(TableSequence(things(), {0, 15, 30, 45}), folder, {}, silent);
     const auto views = openObjectViews(folder);
-    Colours labeler;
+    Colors labeler;
     const auto patches = patchesOf(*views);
-    LabelledViews labelled{views.get(), labelAll(*patches, labeler, "", nullptr, silent)};
+    LabeledViews labeled{views.get(), labelAll(*patches, labeler, "", nullptr, silent)};
     TrainingOptions options = given;
     options.classifier.type = "svm-linear";
     options.all = true;
-    const auto gathered = gatherTraining({&labelled, 1}, ballsAndBoxes(), options, silent);
+    const auto gathered = gatherTraining({&labeled, 1}, ballsAndBoxes(), options, silent);
     EXPECT_GE(gathered.samples[0], 10U);
     EXPECT_GE(gathered.samples[1], 10U);
     return ObjectModel::train(gathered.training, options.classifier, silent);
@@ -96,7 +96,7 @@ class Predicting : public testing::Test {
 };
 
 TEST_F(Predicting, PicturesAndShapesAgreeOnWhatIsSeen) {
-  Colours labeler;
+  Colors labeler;
   ObjectPredictor predictor(model(), &labeler);
   EXPECT_TRUE(predictor.corrects());
   const TableSequence sequence({ballAt(0.1, 0.15, 0.055, red), boxAt(0, -0.1, {0.05, 0.05, 0.06}, blue)},
@@ -116,7 +116,7 @@ TEST_F(Predicting, PicturesAndShapesAgreeOnWhatIsSeen) {
 }
 
 TEST_F(Predicting, InTheDarkTheShapeIsBelieved) {
-  Colours labeler;
+  Colors labeler;
   ObjectPredictor predictor(model(), &labeler);
   TableSequence sequence({ballAt(0, 0, 0.055, red)}, {60});
   sequence.dim(0.02);
@@ -137,8 +137,8 @@ TEST_F(Predicting, WhoAsksNoLabelerGoesByTheShape) {
   EXPECT_THAT(objects[0].belief.why, HasSubstr("no picture was asked"));
 }
 
-TEST_F(Predicting, AColourThatLiesLosesToALabelerThatKnowsNothing) {
-  Colours labeler;
+TEST_F(Predicting, AColorThatLiesLosesToALabelerThatKnowsNothing) {
+  Colors labeler;
   ObjectPredictor predictor(model(), &labeler);
   const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, {200, 200, 200})}, {60}});
   ASSERT_THAT(objects, SizeIs(1));
@@ -148,7 +148,7 @@ TEST_F(Predicting, AColourThatLiesLosesToALabelerThatKnowsNothing) {
 }
 
 TEST_F(Predicting, ViewsOfAThingArePooled) {
-  Colours labeler;
+  Colors labeler;
   ObjectPredictor predictor(model(), &labeler);
   const TableSequence sequence({ballAt(0, 0, 0.055, red)}, {0, 10, 20});
   for (std::size_t i = 0; i < 3; ++i) {
@@ -165,7 +165,7 @@ TEST_F(Predicting, ViewsOfAThingArePooled) {
 }
 
 TEST_F(Predicting, ABrokenPictureLeavesTheShape) {
-  Colours labeler;
+  Colors labeler;
   labeler.broken = true;
   ObjectPredictor predictor(model(), &labeler);
   const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, red)}, {60}});
@@ -178,7 +178,7 @@ TEST_F(Predicting, BatchesAndThreadsDoNotMatter) {
   const TableSequence sequence(things(), {60});
   std::vector<PredictedObject> expected;
   for (const auto& [batch, threads] : {std::pair(1, 1), std::pair(4, 3), std::pair(100, 2)}) {
-    Colours labeler(static_cast<std::size_t>(batch));
+    Colors labeler(static_cast<std::size_t>(batch));
     ObjectPredictor predictor(model(), &labeler, {.threads = threads});
     const auto objects = predict(predictor, sequence);
     if (expected.empty()) expected = objects;
@@ -193,30 +193,30 @@ TEST_F(Predicting, BatchesAndThreadsDoNotMatter) {
 }
 
 TEST_F(Predicting, NothingIsThere) {
-  Colours labeler;
+  Colors labeler;
   ObjectPredictor predictor(model(), &labeler);
   EXPECT_THAT(predict(predictor, {std::vector<Solid>{}, {0}}), IsEmpty());
 }
 
 TEST_F(Predicting, AnotherLabelerIsNotCorrected) {
-  class Other : public Colours {
+  class Other : public Colors {
     std::string identity() const override { return "another"; }
   } other;
   EXPECT_FALSE(ObjectPredictor(model(), &other).corrects());
   EXPECT_FALSE(ObjectPredictor(model(), nullptr).corrects());
   TrainingOptions plain;
   plain.correct = false;
-  Colours same;
+  Colors same;
   EXPECT_FALSE(ObjectPredictor(learned(plain), &same).corrects());
 }
 
 TEST_F(Predicting, LabelersWithoutTheWordsAreRefused) {
-  class Birds : public Colours {
+  class Birds : public Colors {
     const Vocabulary& vocabulary() const override { return words_; }
     Vocabulary words_{{"robin", "wren"}};
   } birds;
   EXPECT_THAT(errorOf([&] { ObjectPredictor(model(), &birds); }), HasSubstr("none of the study's words"));
-  class Discovering : public Colours {
+  class Discovering : public Colors {
     bool discovers() const override { return true; }
   } discovering;
   EXPECT_THAT(errorOf([&] { ObjectPredictor(model(), &discovering); }), HasSubstr("discovers"));

@@ -24,7 +24,7 @@ Views some(const Views& all, const std::vector<std::size_t>& rows) {
   return views;
 }
 
-/// A third of the neighbouring views of each object is asked about; how many are right, by naming and noise.
+/// A third of the neighboring views of each object is asked about; how many are right, by naming and noise.
 TEST(Restaurant, TheVoteWithstandsNoiseThatTopDoesNot) {
   const auto data = test::findData("restaurant20_sim");
   ESTANCIA_NEEDS(data, "restaurant20_sim is not unpacked");

@@ -17,15 +17,15 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 /// The surface of an ellipsoid with these half axes [m].
-PointCloud ellipsoid(const std::array<float, 3>& axes, const cv::Point3f& centre = {}, unsigned seed = 1) {
+PointCloud ellipsoid(const std::array<float, 3>& axes, const cv::Point3f& center = {}, unsigned seed = 1) {
   std::mt19937 random(seed);
   std::normal_distribution<float> normal;
   PointCloud cloud;
   for (int i = 0; i < 2000; ++i) {
     const cv::Point3f p(normal(random), normal(random), normal(random));
     const float length = std::sqrt(p.dot(p));
-    cloud.points.emplace_back(axes[0] * p.x / length + centre.x, axes[1] * p.y / length + centre.y,
-                              axes[2] * p.z / length + centre.z);
+    cloud.points.emplace_back(axes[0] * p.x / length + center.x, axes[1] * p.y / length + center.y,
+                              axes[2] * p.z / length + center.z);
   }
   cloud.width = cloud.points.size();
   cloud.height = 1;
@@ -74,7 +74,7 @@ TEST(Shape, PartsAreWhatIsDescribed) {
   EXPECT_NE(shapeParts(other)[0].identity, shapeParts(quick())[0].identity);
 }
 
-TEST(Shape, SizeIsInMetresWhereverTheThingLies) {
+TEST(Shape, SizeIsInMetersWhereverTheThingLies) {
   std::vector<float> numbers = describeShape(ellipsoid({0.1F, 0.4F, 0.2F}, {1, 2, 3}), quick(true));
   numbers.erase(numbers.begin(), numbers.end() - 4);
   const float root3 = std::sqrt(3.0F);  // an even sphere spreads by its radius / √3

@@ -31,8 +31,8 @@ void expectSound(const InstanceSplit& split, const std::vector<int>& wordOf) {
 
 TEST(Splits, BaselineTestsWhatIsNamedWorst) {
   const std::vector<int> wordOf{0, 1, 0, 1, 0, 2, -1};
-  const std::vector<double> labelled{0.9, 0.2, 0.1, 0.8, 0.5, 0.0, 0.0};
-  const InstanceSplit split = baselineSplit(wordOf, labelled);
+  const std::vector<double> labeled{0.9, 0.2, 0.1, 0.8, 0.5, 0.0, 0.0};
+  const InstanceSplit split = baselineSplit(wordOf, labeled);
   expectSound(split, wordOf);
   EXPECT_EQ(split.name, "baseline");
   EXPECT_THAT(split.test, ElementsAre(1, 2));
@@ -74,8 +74,8 @@ TEST(Splits, ThereAreNoMoreThanThereAre) {
 
 TEST(Splits, NothingToTestIsAnError) {
   const std::vector<int> single{0, 1, 2, -1, -1}, none;
-  const std::vector<double> labelled(5, 0.5), few(2);
-  EXPECT_THAT(errorOf([&] { baselineSplit(single, labelled); }), HasSubstr("no word has two instances"));
+  const std::vector<double> labeled(5, 0.5), few(2);
+  EXPECT_THAT(errorOf([&] { baselineSplit(single, labeled); }), HasSubstr("no word has two instances"));
   EXPECT_THAT(errorOf([&] { randomSplits(single, 3, 1); }), HasSubstr("no word has two instances"));
   EXPECT_NE(errorOf([&] { randomSplits(none, 3, 1); }), "");
   EXPECT_THAT(errorOf([&] { baselineSplit(single, few); }), HasSubstr("5 instances have 2 shares"));

@@ -25,7 +25,7 @@ Cluster ball(const cv::Vec3d& inMap, double radius, const Pose& pose = {}) {
   const double u = camera.fx * c[0] / c[2] + camera.cx, v = camera.fy * c[1] / c[2] + camera.cy;
   const double r = camera.fx * radius / c[2];
   Cluster cluster;
-  cluster.centre = cv::Point3f(cv::Vec3f(c));
+  cluster.center = cv::Point3f(cv::Vec3f(c));
   cluster.box = cv::Rect(cvRound(u - r), cvRound(v - r), cvRound(2 * r), cvRound(2 * r));
   return cluster;
 }
@@ -129,8 +129,8 @@ TEST(Tracks, CloudsWithoutPixelsGoByDistance) {
   Cluster near = ball({0, 0, 1}, 0.05), far = ball({0, 0, 1.2}, 0.05);
   near.box = far.box = {};
   tracks.follow(of({near, far}), camera, {});
-  near.centre.x += 0.04F;
-  far.centre.x += 0.06F;
+  near.center.x += 0.04F;
+  far.center.x += 0.06F;
   EXPECT_THAT(tracks.follow(of({far, near}), camera, {}), ElementsAre(2, 0));
 }
 

@@ -59,7 +59,7 @@ const Study study{{{"mug", {"coffee mug"}, {"mug", "cup"}}, {"bottle", {"bottle"
 
 class Training : public testing::Test {
  protected:
-  GatheredTraining gather(std::vector<LabelledViews> sources, TrainingOptions options = {},
+  GatheredTraining gather(std::vector<LabeledViews> sources, TrainingOptions options = {},
                           const Study& of = study) {
     Progress silent;
     problems_.clear();
@@ -128,7 +128,7 @@ TEST_F(Training, TrueCategoriesAreNames) {
   EXPECT_THAT(gathered.training.words, ElementsAre(0, 1));
   EXPECT_EQ(gathered.without, 1U);
   EXPECT_EQ(gathered.training.labeler, "");
-  EXPECT_THAT(categoriesOf(std::vector<LabelledViews>{{&views, {}}}), ElementsAre("bottle", "cup", "table"));
+  EXPECT_THAT(categoriesOf(std::vector<LabeledViews>{{&views, {}}}), ElementsAre("bottle", "cup", "table"));
 }
 
 TEST_F(Training, NamesAreCheckedWhereTheTruthIsKnown) {

@@ -19,7 +19,7 @@
 
 namespace estancia::test {
 
-/// Walls, floor, ceiling and some boxes, rendered by casting rays; z up, metres.
+/// Walls, floor, ceiling and some boxes, rendered by casting rays; z up, meters.
 class RecordedRoom : public Sequence {
  public:
   explicit RecordedRoom(std::size_t size = 90) {
@@ -125,9 +125,9 @@ class Altered : public Sequence {
     return picture;
   }
   cv::Mat depth(std::size_t i) const override {
-    cv::Mat metres = sequence_.depth(i);
-    if (alterDepth) alterDepth(i, metres);
-    return metres;
+    cv::Mat meters = sequence_.depth(i);
+    if (alterDepth) alterDepth(i, meters);
+    return meters;
   }
   std::optional<double> depthTimestamp(std::size_t i) const override {
     return depthDelay ? std::optional(*frames[i].timestamp + *depthDelay) : std::nullopt;
@@ -154,7 +154,7 @@ class Altered : public Sequence {
 
   std::vector<Frame> frames;
   bool depthThere = true;
-  std::optional<double> depthDelay;  ///< [s] of depth behind colour
+  std::optional<double> depthDelay;  ///< [s] of depth behind color
   std::function<void(std::size_t, cv::Mat&)> alterPicture, alterDepth;
 
  private:

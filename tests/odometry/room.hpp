@@ -41,7 +41,7 @@ class Drive : public Sequence {
   int cutDepth = 0;                     ///< so many of its columns are missing
   std::set<std::size_t> noDepthFile;    ///< depth() throws
   std::set<std::size_t> noDepthValues;  ///< depth is 0 everywhere
-  std::set<std::size_t> covered;        ///< a hand before the lens: grey, and 10 cm away
+  std::set<std::size_t> covered;        ///< a hand before the lens: gray, and 10 cm away
 
  private:
   std::vector<Frame> frames_;

@@ -94,8 +94,8 @@ const std::vector<Fault>& geometricFaults() {
        {}},
       {"depth x 5", [](Altered& s) { multiplyDepth(s, 5); }, {"depth-scale"}},
       {"depth / 5", [](Altered& s) { multiplyDepth(s, 0.2F); }, {"depth-scale"}},
-      {"millimetres as metres", [](Altered& s) { multiplyDepth(s, 1000); }, {"depth-scale"}},
-      {"positions in millimetres", [](Altered& s) { multiplyPositions(s, 1000); }, {"pose-scale"}},
+      {"millimeters as meters", [](Altered& s) { multiplyDepth(s, 1000); }, {"depth-scale"}},
+      {"positions in millimeters", [](Altered& s) { multiplyPositions(s, 1000); }, {"pose-scale"}},
       {"positions too small", [](Altered& s) { multiplyPositions(s, 0.6); }, {"scale"}},
       {"poses a frame late", [](Altered& s) { s.shiftPoses(-1); }, {"pose-time"}},
       {"poses two frames early", [](Altered& s) { s.shiftPoses(2); }, {"pose-time"}},
@@ -141,7 +141,7 @@ const std::vector<Fault>& geometricFaults() {
          twice.height /= 2;
          s.camera() = twice;
        },
-       {"camera-centre"}},
+       {"camera-center"}},
       {"no poses",
        [](Altered& s) {
          for (Frame& f : s.frames) f.pose.reset();
@@ -408,10 +408,10 @@ TEST(Check, AGapInWhichTheCameraWaitedIsNoFaultButSaid) {
 
 TEST(Check, JudgesPositionsBySpeedWhereThereIsNoDepth) {
   const RecordedRoom room;
-  Altered millimetres(room);
-  millimetres.depthThere = false;
-  multiplyPositions(millimetres, 1000);
-  EXPECT_THAT(faultsOf(millimetres), ElementsAre("pose-scale"));
+  Altered millimeters(room);
+  millimeters.depthThere = false;
+  multiplyPositions(millimeters, 1000);
+  EXPECT_THAT(faultsOf(millimeters), ElementsAre("pose-scale"));
 }
 
 TEST(Check, ClaimsNothingOfACameraThatHardlyMoves) {

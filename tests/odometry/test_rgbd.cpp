@@ -184,7 +184,7 @@ TEST(Rgbd, RefusesDepthOfAnotherShape) {
 
 TEST(Rgbd, RefusesWhatCannotBeTracked) {
   Drive drive(turnAround(60, -57));
-  drive.unit = 1000;  // millimetres taken for metres: all beyond the horizon
+  drive.unit = 1000;  // millimeters taken for meters: all beyond the horizon
   EXPECT_THAT(refusal(drive), HasSubstr("--depth-scale"));
   drive.unit = 1;
   drive.noDepthFile = {0, 1, 2};

@@ -10,7 +10,7 @@
 
 namespace estancia::test {
 
-/// A wavy sheet of about `side`² points over `size` × `size` metres with true normals, slightly rough.
+/// A wavy sheet of about `side`² points over `size` × `size` meters with true normals, slightly rough.
 inline PointCloud wavySheet(int side, double size, std::uint32_t seed = 1, double rough = 0.0005) {
   std::mt19937 random(seed);
   const auto uniform = [&] { return static_cast<double>(random()) / 4294967296.0; };

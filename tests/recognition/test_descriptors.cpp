@@ -57,7 +57,7 @@ TEST(Descriptors, DoNotDependOnThreads) {
   }
 }
 
-TEST(Descriptors, LeaveOutKeypointsWithoutNeighbours) {
+TEST(Descriptors, LeaveOutKeypointsWithoutNeighbors) {
   PointCloud cloud = wavySheet(60, 0.3);
   cloud.points.emplace_back(5.F, 5.F, 5.F);
   cloud.normals.emplace_back(0.F, 0.F, -1.F);
@@ -81,7 +81,7 @@ TEST(Descriptors, RefuseWhatCannotBe) {
   EXPECT_THAT(test::errorOf([&] { describe(sheet(), keypoints, "shot", 35); }),
               AllOf(HasSubstr("sheet"), HasSubstr("other units"), HasSubstr("would do")));
   EXPECT_THAT(test::errorOf([&] { describe(sheet(), keypoints, "fpfh", 0.0001); }),
-              AllOf(HasSubstr("without neighbours"), HasSubstr("would do")));
+              AllOf(HasSubstr("without neighbors"), HasSubstr("would do")));
 }
 
 TEST(Surface, AdvisesARadiusThatItAcceptsHoweverFewItsPoints) {
@@ -89,9 +89,9 @@ TEST(Surface, AdvisesARadiusThatItAcceptsHoweverFewItsPoints) {
     std::vector<cv::Point3f> points;
     for (int i = 0; i < across * across; ++i)
       points.emplace_back(static_cast<float>(i % across), static_cast<float>(i / across), 1.F);
-    const Neighbours neighbours(points);
+    const Neighbors neighbors(points);
     const auto refusal = [&](double radius) {
-      return test::errorOf([&] { requireRadius("grid", points, neighbours, radius, "radius"); });
+      return test::errorOf([&] { requireRadius("grid", points, neighbors, radius, "radius"); });
     };
     for (const double radius : {0.01, 1000.}) {
       const std::string error = refusal(radius);

@@ -20,7 +20,7 @@ TEST(NearestField, KnowsTheNearestPointUpToACell) {
   const PointCloud sheet = test::wavySheet(60, 0.3);
   constexpr double cell = 0.004, reach = 0.02;
   const NearestField field(sheet.points, cell, reach, 2);
-  const Neighbours tree(sheet.points);
+  const Neighbors tree(sheet.points);
   std::mt19937 random(3);
   const auto off = [&] { return 0.03F * (static_cast<float>(random()) / 4294967296.F - 0.5F); };
   int far = 0;
@@ -43,7 +43,7 @@ TEST(NearestField, KnowsTheNearestPointUpToACell) {
   EXPECT_EQ(NearestField().at({0, 0, 1}), NearestField::none);
 }
 
-/// A wall of a metre before the sensor, and a square of it that is tried as a model.
+/// A wall of a meter before the sensor, and a square of it that is tried as a model.
 struct Wall {
   Surface surface;
   NearestField field;
@@ -146,8 +146,8 @@ TEST(RecognitionLengths, FollowSpacingNoiseAndModel) {
   EXPECT_NEAR(noisy.normalRadius, 0.03, 1e-3);
   EXPECT_EQ(noisy.tolerance, clean.tolerance);  // averaged surfaces do not get worse
   EXPECT_EQ(noisy.descriptorRadius, clean.descriptorRadius);
-  const RecognitionLengths millimetres = lengthsFor(options, 1.8, 2, 0.5, 300);
-  EXPECT_NEAR(millimetres.normalRadius, 1000 * clean.normalRadius, 1e-6);
+  const RecognitionLengths millimeters = lengthsFor(options, 1.8, 2, 0.5, 300);
+  EXPECT_NEAR(millimeters.normalRadius, 1000 * clean.normalRadius, 1e-6);
   const RecognitionLengths large = lengthsFor(options, 0.0018, 0.002, 0.0005, 4);
   EXPECT_NEAR(large.unit, 0.01, 1e-4);  // a 400th
   RecognitionOptions own = options;
@@ -160,24 +160,24 @@ TEST(DifferentPoses, AreTheBestOfThoseThatAreAlike) {
     cv::Affine3d pose;
     int rank = 0;
   };
-  const cv::Point3d centre(1, 2, 3);
-  // Turned by so much [rad] around the centre, then moved.
+  const cv::Point3d center(1, 2, 3);
+  // Turned by so much [rad] around the center, then moved.
   const auto posed = [&](double angle, double along, int rank) {
     const cv::Affine3d turn(cv::Vec3d(0, 0, angle));
-    return Posed{turn.translate(cv::Vec3d(centre - turn * centre) + cv::Vec3d(along, 0, 0)), rank};
+    return Posed{turn.translate(cv::Vec3d(center - turn * center) + cv::Vec3d(along, 0, 0)), rank};
   };
   const std::vector<Posed> poses = {posed(0, 0, 0),   posed(0.1, 0.009, 1), posed(0.1, 0.011, 2),
                                     posed(0.2, 0, 3), posed(3.1, 0, 4),     posed(0.1, 0.012, 5)};
   const auto left = [&](double alike, std::size_t most = 9) {
     std::vector<int> ranks;
-    for (const Posed& p : differentPoses(poses, centre, 0.01, alike, most)) ranks.push_back(p.rank);
+    for (const Posed& p : differentPoses(poses, center, 0.01, alike, most)) ranks.push_back(p.rank);
     return ranks;
   };
   EXPECT_THAT(left(std::cos(0.15)), testing::ElementsAre(0, 2, 3, 4));
   EXPECT_THAT(left(std::cos(0.15), 2), testing::ElementsAre(0, 2));
   EXPECT_THAT(left(std::cos(0.05)), testing::ElementsAre(0, 1, 3, 4));
   EXPECT_THAT(left(anyTurn), testing::ElementsAre(0, 2));
-  EXPECT_TRUE(differentPoses(std::vector<Posed>(), centre, 0.01, anyTurn).empty());
+  EXPECT_TRUE(differentPoses(std::vector<Posed>(), center, 0.01, anyTurn).empty());
 }
 
 }  // namespace

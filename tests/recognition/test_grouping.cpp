@@ -74,7 +74,7 @@ TEST(Grouping, HoughFindsThePoseByLocalFrames) {
   const auto matches = matchDescriptors(a.descriptors, b.descriptors, MatchEach::scene, 1);
   const auto found = groupMatches(a, b, matches, "hough", 0.01, 5);
   ASSERT_FALSE(found.empty());
-  const PoseError e = poseError(found[0].pose, truth, centreOf(cloud));
+  const PoseError e = poseError(found[0].pose, truth, centerOf(cloud));
   EXPECT_LT(e.translation, 0.002);
   EXPECT_LT(e.rotation, 1);
   EXPECT_GT(found[0].matches.size(), a.size() * 8 / 10);

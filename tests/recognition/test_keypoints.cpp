@@ -40,9 +40,9 @@ TEST(Keypoints, UniformGivesOnePointACell) {
 }
 
 TEST(Keypoints, DoNotDependOnThreadsOrUnits) {
-  PointCloud millimetres = test::wavySheet(100, 0.3);
-  for (cv::Point3f& p : millimetres.points) p *= 1024;  // a power of two: no rounding
-  const Surface large("large", millimetres);
+  PointCloud millimeters = test::wavySheet(100, 0.3);
+  for (cv::Point3f& p : millimeters.points) p *= 1024;  // a power of two: no rounding
+  const Surface large("large", millimeters);
   for (const auto& [method, explanation] : keypointMethods()) {
     const auto one = findKeypoints(sheet(), method, 0.02, 1);
     EXPECT_GT(one.size(), 3U) << method;

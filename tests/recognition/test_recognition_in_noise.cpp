@@ -69,7 +69,7 @@ TEST(RecognitionInNoise, FindsWhatIsThereAndNotWhatIsNot) {
                 0.1 * noise + 0.0003);  // the sensor has some itself
     const auto found = recognizer.find(*here, *scene);
     ASSERT_EQ(found.size(), 1U) << noise;
-    EXPECT_TRUE(isCorrect(poseError(found[0].pose, mario.truth, found[0].centre))) << noise;
+    EXPECT_TRUE(isCorrect(poseError(found[0].pose, mario.truth, found[0].center))) << noise;
     EXPECT_GT(found[0].confidence, 0.5);
     EXPECT_LE(found[0].confidence, 1);
     EXPECT_GT(found[0].inliers, 100U);
@@ -80,7 +80,7 @@ TEST(RecognitionInNoise, FindsWhatIsThereAndNotWhatIsNot) {
   }
 }
 
-TEST(RecognitionInNoise, MillimetresAndThreadsDoNotMatter) {
+TEST(RecognitionInNoise, MillimetersAndThreadsDoNotMatter) {
   const auto data = test::findData("shot_kinect");
   ESTANCIA_NEEDS(data, missing);
   const Pair pair = pairOf(*data, "mario/mario000.pcd", "scene005.pcd", "scene005-rs1.xf");
@@ -90,15 +90,15 @@ TEST(RecognitionInNoise, MillimetresAndThreadsDoNotMatter) {
   const auto one = findIn(pair.model, scene, options);
   options.threads = 2;
   const auto two = findIn(pair.model, scene, options);
-  const auto millimetres = findIn(scaled(pair.model, 1000), scaled(scene, 1000), options);
+  const auto millimeters = findIn(scaled(pair.model, 1000), scaled(scene, 1000), options);
   ASSERT_EQ(one.size(), 1U);
   ASSERT_EQ(two.size(), 1U);
   EXPECT_EQ(one[0].pose.matrix, two[0].pose.matrix);
   EXPECT_EQ(one[0].confidence, two[0].confidence);
-  ASSERT_EQ(millimetres.size(), 1U);
-  EXPECT_NEAR(millimetres[0].confidence, one[0].confidence, 0.03);
-  EXPECT_LT(cv::norm(millimetres[0].pose.rotation() - one[0].pose.rotation()), 0.03);
-  EXPECT_LT(cv::norm(millimetres[0].pose.translation() * 0.001 - one[0].pose.translation()), 0.01);
+  ASSERT_EQ(millimeters.size(), 1U);
+  EXPECT_NEAR(millimeters[0].confidence, one[0].confidence, 0.03);
+  EXPECT_LT(cv::norm(millimeters[0].pose.rotation() - one[0].pose.rotation()), 0.03);
+  EXPECT_LT(cv::norm(millimeters[0].pose.translation() * 0.001 - one[0].pose.translation()), 0.01);
 }
 
 TEST(RecognitionInNoise, TooSmallToBeSeenIsNotSeen) {
@@ -116,7 +116,7 @@ TEST(RecognitionInNoise, NeuronsMaySeedTheSurface) {
   options.sceneFilter.method = "gng";
   const auto found = findIn(pair.model, withGaussianNoise(pair.scene, 0.01, 2), options);
   ASSERT_EQ(found.size(), 1U);
-  EXPECT_TRUE(isCorrect(poseError(found[0].pose, pair.truth, found[0].centre)));
+  EXPECT_TRUE(isCorrect(poseError(found[0].pose, pair.truth, found[0].center)));
 }
 
 /// A lump without symmetry, 0.3 m across, in its own frame; `normals` as a CAD program gives them.
@@ -179,7 +179,7 @@ TEST(RecognitionInNoise, FindsObjectsThatAreKnownFromAllSides) {
   for (const bool normals : {true, false}) {
     const auto found = findIn(lump(30000, normals), scene);
     ASSERT_EQ(found.size(), 1U) << normals;
-    EXPECT_TRUE(isCorrect(poseError(found[0].pose, truth, found[0].centre))) << normals;
+    EXPECT_TRUE(isCorrect(poseError(found[0].pose, truth, found[0].center))) << normals;
   }
 }
 

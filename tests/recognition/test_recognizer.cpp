@@ -50,7 +50,7 @@ std::vector<Instance> findIn(const RecognitionOptions& options, const PointCloud
 testing::AssertionResult isFound(const std::vector<Instance>& found, const Scenery& scenery,
                                  double scale = 1) {
   if (found.empty()) return testing::AssertionFailure() << "nothing found";
-  const PoseError e = poseError(found[0].pose, scenery.truth, centreOf(scenery.model));
+  const PoseError e = poseError(found[0].pose, scenery.truth, centerOf(scenery.model));
   if (e.translation > 0.004 * scale || e.rotation > 1.5)
     return testing::AssertionFailure() << e.translation << " m, " << e.rotation << " degrees off";
   if (found[0].model != "model" || !(found[0].confidence > 0.7) || found[0].inliers < 100)
@@ -82,13 +82,13 @@ TEST(Recognizer, FindsTheModelWithEachStage) {
   EXPECT_TRUE(with([](auto& o) { o.matchEach = "scene"; }));
 }
 
-TEST(Recognizer, MillimetresGiveTheSame) {
-  const Scenery metres, millimetres(1024);  // a power of two: no rounding
+TEST(Recognizer, MillimetersGiveTheSame) {
+  const Scenery meters, millimeters(1024);  // a power of two: no rounding
   const auto options = RecognitionOptions::preset("classical");
-  const auto a = findIn(options, metres.model, metres.scene),
-             b = findIn(options, millimetres.model, millimetres.scene);
+  const auto a = findIn(options, meters.model, meters.scene),
+             b = findIn(options, millimeters.model, millimeters.scene);
   ASSERT_EQ(a.size(), b.size());
-  EXPECT_TRUE(isFound(b, millimetres, 1024));
+  EXPECT_TRUE(isFound(b, millimeters, 1024));
   for (std::size_t i = 0; i < a.size(); ++i) {
     EXPECT_EQ(a[i].inliers, b[i].inliers);
     EXPECT_LT(cv::norm(a[i].pose.rotation() - b[i].pose.rotation()), 1e-6);
@@ -193,35 +193,35 @@ TEST(Recognizer, ScenesCanHaveFewerKeypointsThanModels) {
 }
 
 TEST(Recognizer, CloudsInDifferentUnitsAreNoticed) {
-  const Scenery metres, millimetres(1000);
+  const Scenery meters, millimeters(1000);
   const auto options = RecognitionOptions::preset("default");
   EXPECT_THAT(
-      test::errorOf([&] { findIn(options, millimetres.model, metres.scene); }),
+      test::errorOf([&] { findIn(options, millimeters.model, meters.scene); }),
       AllOf(HasSubstr("different units"), HasSubstr("model"), HasSubstr("scene"), HasSubstr("0.001")));
-  EXPECT_THAT(test::errorOf([&] { findIn(options, metres.model, millimetres.scene); }),
+  EXPECT_THAT(test::errorOf([&] { findIn(options, meters.model, millimeters.scene); }),
               HasSubstr("different units"));
 }
 
 TEST(Recognizer, LengthsInOtherUnitsAreNoticed) {
-  const Scenery millimetres(1000);
+  const Scenery millimeters(1000);
   EXPECT_THAT(test::errorOf(
-                  [&] { findIn(RecognitionOptions::preset("tight"), millimetres.model, millimetres.scene); }),
+                  [&] { findIn(RecognitionOptions::preset("tight"), millimeters.model, millimeters.scene); }),
               HasSubstr("would do"));
   RecognitionOptions options = RecognitionOptions::preset("default");
   options.descriptorRadius = 35;
-  const Scenery metres;
-  EXPECT_THAT(test::errorOf([&] { findIn(options, metres.model, metres.scene); }),
+  const Scenery meters;
+  EXPECT_THAT(test::errorOf([&] { findIn(options, meters.model, meters.scene); }),
               AllOf(HasSubstr("other units"), HasSubstr("would do")));
   options = RecognitionOptions::preset("default");
   options.normalRadius = 15;
-  EXPECT_THAT(test::errorOf([&] { findIn(options, metres.model, metres.scene); }), HasSubstr("would do"));
+  EXPECT_THAT(test::errorOf([&] { findIn(options, meters.model, meters.scene); }), HasSubstr("would do"));
 }
 
-TEST(Recognizer, CentimetresAreNoticedFromThePointsOfTheScene) {
-  const Scenery metres, centimetres(100);
+TEST(Recognizer, CentimetersAreNoticedFromThePointsOfTheScene) {
+  const Scenery meters, centimeters(100);
   for (const std::string preset : {"default", "classical"})
     EXPECT_THAT(
-        test::errorOf([&] { findIn(RecognitionOptions::preset(preset), metres.model, centimetres.scene); }),
+        test::errorOf([&] { findIn(RecognitionOptions::preset(preset), meters.model, centimeters.scene); }),
         HasSubstr("different units"))
         << preset;
 }
@@ -327,10 +327,10 @@ TEST(Recognizer, RefusesOptionsThatMakeNoSense) {
   EXPECT_THAT(refused([](auto& o) { o.verification = "none"; }), HasSubstr("global, inliers, evidence"));
   EXPECT_THAT(refused([](auto& o) { o.matchEach = "both"; }), HasSubstr("scene, model"));
   EXPECT_THAT(refused([](auto& o) { o.normalRadius = -1; }), HasSubstr("-1"));
-  EXPECT_THAT(refused([](auto& o) { o.normalRadius = 0.01, o.normalNeighbours = 10; }), HasSubstr("one of"));
+  EXPECT_THAT(refused([](auto& o) { o.normalRadius = 0.01, o.normalNeighbors = 10; }), HasSubstr("one of"));
   EXPECT_THAT(refused([](auto& o) { o.matchDistance = -1; }), HasSubstr("0 for any"));
   EXPECT_THAT(refused([](auto& o) { o.sceneKeypointSpacing = -1; }), HasSubstr("-1"));
-  EXPECT_THAT(refused([](auto& o) { o.neighbours = 0; }), HasSubstr("at least one"));
+  EXPECT_THAT(refused([](auto& o) { o.neighbors = 0; }), HasSubstr("at least one"));
   EXPECT_THAT(refused([](auto& o) { o.accept = 2; }), HasSubstr("[0, 1]"));
   EXPECT_THAT(test::errorOf([] { RecognitionOptions::preset("best"); }),
               AllOf(HasSubstr("'best'"), HasSubstr("default, classical, thesis, tight, wide")));

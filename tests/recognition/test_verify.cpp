@@ -140,12 +140,12 @@ TEST(RangePicture, KnowsWhatTheSensorSaw) {
   EXPECT_FALSE(RangePicture({}, 0.01).known());
 }
 
-TEST(Score, MeasuresAtTheModelsCentre) {
+TEST(Score, MeasuresAtTheModelsCenter) {
   const cv::Affine3d truth(cv::Vec3d(0.1, 0.2, 0.3), cv::Vec3d(1, 2, 3));
-  const cv::Point3d centre(0.2, 0, 0.5);
+  const cv::Point3d center(0.2, 0, 0.5);
   const cv::Affine3d turn(cv::Vec3d(0, 0, 10 * CV_PI / 180));
-  const cv::Affine3d about = turn.translate(cv::Vec3d(centre - turn * centre));
-  const PoseError e = poseError(truth * about, truth, centre);
+  const cv::Affine3d about = turn.translate(cv::Vec3d(center - turn * center));
+  const PoseError e = poseError(truth * about, truth, center);
   EXPECT_NEAR(e.translation, 0, 1e-12);
   EXPECT_NEAR(e.rotation, 10, 1e-9);
   EXPECT_TRUE(isCorrect(e));
@@ -155,22 +155,22 @@ TEST(Score, MeasuresAtTheModelsCentre) {
 
 TEST(Score, ASymmetricObjectMayBeTurned) {
   const cv::Affine3d truth(cv::Vec3d(0.1, 0.2, 0.3), cv::Vec3d(1, 2, 3));
-  const cv::Point3d centre(0.2, 0.1, 0.5);
-  const auto turns = turnsAround(centre, {0, 0, 2}, 4);
+  const cv::Point3d center(0.2, 0.1, 0.5);
+  const auto turns = turnsAround(center, {0, 0, 2}, 4);
   ASSERT_EQ(turns.size(), 3U);
   for (const cv::Affine3d& turn : turns) {
-    EXPECT_GT(poseError(truth * turn, truth, centre).rotation, 89);
-    const PoseError e = poseError(truth * turn, truth, centre, turns);
+    EXPECT_GT(poseError(truth * turn, truth, center).rotation, 89);
+    const PoseError e = poseError(truth * turn, truth, center, turns);
     EXPECT_NEAR(e.rotation, 0, 1e-6);
     EXPECT_NEAR(e.translation, 0, 1e-12);
   }
 }
 
-TEST(Score, CentreIsOfTheFinitePoints) {
+TEST(Score, CenterIsOfTheFinitePoints) {
   PointCloud cloud;
   cloud.points = {{0, 0, 0}, {std::nanf(""), 9, 9}, {2, 4, 6}, {2, 4, 6}};
-  EXPECT_EQ(centreOf(cloud), cv::Point3d(1, 2, 3));
-  EXPECT_ANY_THROW(centreOf(PointCloud()));
+  EXPECT_EQ(centerOf(cloud), cv::Point3d(1, 2, 3));
+  EXPECT_ANY_THROW(centerOf(PointCloud()));
 }
 
 }  // namespace

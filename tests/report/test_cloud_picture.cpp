@@ -25,13 +25,13 @@ PointCloud square(float half, float z) {
   return cloud;
 }
 
-CloudLayer layer(const PointCloud& cloud, const cv::Vec3b& colour) {
-  return {&cloud, cv::Affine3d::Identity(), colour, {}};
+CloudLayer layer(const PointCloud& cloud, const cv::Vec3b& color) {
+  return {&cloud, cv::Affine3d::Identity(), color, {}};
 }
 
-int count(const cv::Mat& picture, const cv::Vec3b& colour) {
+int count(const cv::Mat& picture, const cv::Vec3b& color) {
   cv::Mat same;
-  cv::inRange(picture, colour, colour, same);
+  cv::inRange(picture, color, color, same);
   return cv::countNonZero(same);
 }
 

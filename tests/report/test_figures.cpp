@@ -69,7 +69,7 @@ TEST(HeatMap, RanksNodesByTheLabel) {
   const HeatMap heat = heatMapOf(map, 0);
   EXPECT_EQ(heat.ranking(3).front(), 0U);
   EXPECT_EQ(heat.ranking(99).size(), map.nodes.size());
-  EXPECT_EQ(heat.colourOf(0).hex(), viridis(1).hex());
+  EXPECT_EQ(heat.colorOf(0).hex(), viridis(1).hex());
   EXPECT_THROW(heatMapOf(map, 40), Error);
 }
 
@@ -79,7 +79,7 @@ TEST(HeatMap, ALabelNobodyHoldsHasNoRanking) {
   map.nodes[1].mean[3] = std::numeric_limits<float>::quiet_NaN();
   const HeatMap heat = heatMapOf(map, 3);
   EXPECT_TRUE(heat.ranking(5).empty());
-  EXPECT_EQ(heat.colourOf(1).hex(), viridis(0).hex());
+  EXPECT_EQ(heat.colorOf(1).hex(), viridis(0).hex());
 }
 
 TEST(DecisionChart, ThinningKeepsEveryPeak) {

@@ -58,14 +58,14 @@ TEST(FindingsPage, PointsOutTheBestAndWhatReadsTheSame) {
   EXPECT_THAT(html, HasSubstr("<td>–</td>"));
 }
 
-TEST(FindingsPage, ColoursATableWhereItIsAsked) {
+TEST(FindingsPage, ColorsATableWhereItIsAsked) {
   Findings findings = sample();
   EXPECT_EQ(count(renderFindingsPage(findings), "<td style"), 4U - 1U) << "the matrix' own";
   auto& table = std::get<ResultTable>(findings.sections[0]);
   table.hottest = 8;
   const std::string html = renderFindingsPage(findings);
   EXPECT_EQ(count(html, "<td style"), 3U + 5U) << "the unknown cell and those of the best are not these";
-  EXPECT_THAT(html, HasSubstr("<td>–</td>")) << "what is unknown has no colour";
+  EXPECT_THAT(html, HasSubstr("<td>–</td>")) << "what is unknown has no color";
   table.rows[0].values[1] = 8.0;
   table.rows[1].values[1] = 0.0;
   const std::string ends = renderFindingsPage(findings);
@@ -90,7 +90,7 @@ TEST(FindingsPage, PointsOutWhatBeatsAnotherColumn) {
   EXPECT_EQ(count(html, "beats\""), 2U) << "neither a tie nor what has no rival";
 }
 
-/// A picture of one colour as a PNG.
+/// A picture of one color as a PNG.
 std::vector<unsigned char> png() {
   const test::ScratchFolder scratch;
   writePng(scratch / "a.png", cv::Mat(4, 4, CV_8UC3, cv::Scalar(10, 20, 30)));
@@ -225,7 +225,7 @@ TEST(LineChart, BreaksWhereNothingIsKnown) {
 TEST(LineChart, TellsManyCurvesApart) {
   EXPECT_NE(report::curveClass(0), report::curveClass(7));
   EXPECT_EQ(report::curveClass(1).substr(0, 8), report::curveClass(8).substr(0, 8))
-      << "colour again, other dashes";
+      << "color again, other dashes";
 }
 
 TEST(LineChartFigure, PointsOutAMarkThatIsOneOfItsPositions) {

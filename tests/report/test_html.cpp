@@ -3,7 +3,7 @@
 #include <set>
 
 #include "estancia/core/error.hpp"
-#include "estancia/report/colour.hpp"
+#include "estancia/report/color.hpp"
 #include "estancia/report/html.hpp"
 
 namespace estancia::report {
@@ -77,7 +77,7 @@ TEST(Html, PicturesAreEmbeddedByTheirBytesAndOthersRefused) {
   EXPECT_THROW(imageUri({}, "empty.jpg"), Error);
 }
 
-TEST(Colour, ViridisRunsFromPurpleToYellowAndStaysInside) {
+TEST(Color, ViridisRunsFromPurpleToYellowAndStaysInside) {
   EXPECT_EQ(viridis(0).hex(), "#440154");
   EXPECT_EQ(viridis(1).hex(), "#fde725");
   EXPECT_EQ(viridis(-3).hex(), viridis(0).hex());
@@ -87,7 +87,7 @@ TEST(Colour, ViridisRunsFromPurpleToYellowAndStaysInside) {
   EXPECT_EQ(viridis(1).ink(), "#000");
 }
 
-TEST(Colour, ManyClassesLookDifferent) {
+TEST(Color, ManyClassesLookDifferent) {
   for (const auto style : {classStyle, symbolStyle}) {
     std::set<std::pair<std::string, std::size_t>> seen;
     for (std::size_t i = 0; i < distinctClasses; ++i) seen.emplace(style(i).fill.hex(), style(i).shape);
@@ -95,7 +95,7 @@ TEST(Colour, ManyClassesLookDifferent) {
   }
 }
 
-TEST(Colour, SmallSymbolsOfNeighboursDifferInHueAndShape) {
+TEST(Color, SmallSymbolsOfNeighborsDifferInHueAndShape) {
   for (std::size_t i = 0; i + 1 < distinctClasses; ++i) {
     EXPECT_NE(symbolStyle(i).shape, symbolStyle(i + 1).shape);
     EXPECT_NE(symbolStyle(i).fill.hex(), symbolStyle(i + 1).fill.hex());

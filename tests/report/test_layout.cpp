@@ -32,10 +32,10 @@ std::vector<Link> ring(std::size_t n) {
 TEST(GraphLayout, ARingIsDrawnRound) {
   const auto points = layoutGraph(12, ring(12));
   expectFiniteAndApart(points, 0.3);
-  Point centre;
-  for (const Point& p : points) centre = {centre.x + p.x / 12, centre.y + p.y / 12};
-  const double radius = distance(points[0], centre);
-  for (const Point& p : points) EXPECT_NEAR(distance(p, centre), radius, 0.15 * radius);
+  Point center;
+  for (const Point& p : points) center = {center.x + p.x / 12, center.y + p.y / 12};
+  const double radius = distance(points[0], center);
+  for (const Point& p : points) EXPECT_NEAR(distance(p, center), radius, 0.15 * radius);
 }
 
 TEST(GraphLayout, DistancesFollowTheNumberOfTransitions) {
@@ -57,35 +57,35 @@ TEST(GraphLayout, AThousandNodesStayFinite) {
 }
 
 TEST(Separation, NodesAtOnePlacePartAndStayInTheBox) {
-  std::vector<Point> centres(15, Point{100, 100});
+  std::vector<Point> centers(15, Point{100, 100});
   const std::vector<double> radii(15, 10);
-  separate(centres, radii, 4, {0, 0, 200, 200});
-  expectFiniteAndApart(centres, 23.5);
-  for (const Point& p : centres) {
+  separate(centers, radii, 4, {0, 0, 200, 200});
+  expectFiniteAndApart(centers, 23.5);
+  for (const Point& p : centers) {
     EXPECT_GE(std::min(p.x, p.y), 10);
     EXPECT_LE(std::max(p.x, p.y), 190);
   }
 }
 
 TEST(Separation, LeavesNodesThatAreFarApartWhereTheyAre) {
-  std::vector<Point> centres{{20, 20}, {80, 90}};
-  separate(centres, {10, 10}, 4, {0, 0, 100, 100});
-  EXPECT_EQ(centres[0].x, 20);
-  EXPECT_EQ(centres[1].y, 90);
+  std::vector<Point> centers{{20, 20}, {80, 90}};
+  separate(centers, {10, 10}, 4, {0, 0, 100, 100});
+  EXPECT_EQ(centers[0].x, 20);
+  EXPECT_EQ(centers[1].y, 90);
 }
 
 TEST(Separation, OnlyTheNodesThatOverlapMove) {  // whatever else is on the map
-  std::vector<Point> centres;
+  std::vector<Point> centers;
   for (int row = 0; row < 20; ++row)
-    for (int column = 0; column < 20; ++column) centres.push_back({60.0 * column + 20, 60.0 * row + 20});
-  const std::vector<Point> before = centres;
-  centres.push_back({24, 20});
-  separate(centres, std::vector<double>(401, 8), 4, {0, 0, 1300, 1300});
+    for (int column = 0; column < 20; ++column) centers.push_back({60.0 * column + 20, 60.0 * row + 20});
+  const std::vector<Point> before = centers;
+  centers.push_back({24, 20});
+  separate(centers, std::vector<double>(401, 8), 4, {0, 0, 1300, 1300});
   for (std::size_t i = 1; i < before.size(); ++i) {
-    EXPECT_EQ(centres[i].x, before[i].x);
-    EXPECT_EQ(centres[i].y, before[i].y);
+    EXPECT_EQ(centers[i].x, before[i].x);
+    EXPECT_EQ(centers[i].y, before[i].y);
   }
-  EXPECT_NEAR(std::hypot(centres[400].x - centres[0].x, centres[400].y - centres[0].y), 20, 0.5);
+  EXPECT_NEAR(std::hypot(centers[400].x - centers[0].x, centers[400].y - centers[0].y), 20, 0.5);
 }
 
 TEST(MapPlane, AFlatMapIsSeenFromAboveWithoutTurning) {
@@ -120,7 +120,7 @@ TEST(MapPlane, AStandingRobotHasAPlaneToo) {
   EXPECT_TRUE(std::isfinite(p.x) && std::isfinite(p.y));
 }
 
-TEST(MapLayout, NodesWithoutPosesLieAmongTheirNeighbours) {
+TEST(MapLayout, NodesWithoutPosesLieAmongTheirNeighbors) {
   TopologicalMap map = sampleMap();
   for (MappedFrame& frame : map.frames)
     if (frame.node == 2) frame.pose.reset();

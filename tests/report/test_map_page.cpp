@@ -108,7 +108,7 @@ TEST(MapPage, OneNodeWithoutPosesRoomsOrPicturesIsAPage) {
   const std::string html = renderMapPage({map});
   expectWellFormed(html);
   EXPECT_THAT(html, HasSubstr("No poses are known"));
-  EXPECT_THAT(html, Not(HasSubstr("Colour by room")));
+  EXPECT_THAT(html, Not(HasSubstr("Color by room")));
   EXPECT_THAT(html, Not(HasSubstr("<img ")));
   EXPECT_THAT(html, Not(HasSubstr("nan")));
 }
@@ -197,7 +197,7 @@ Zones zonesOf(const TopologicalMap& map) {
   return describeZones(recording, groups);
 }
 
-TEST(MapPage, ZonesColourNodesAndAreNamedOnTheirCards) {
+TEST(MapPage, ZonesColorNodesAndAreNamedOnTheirCards) {
   const TopologicalMap map = sampleMap();
   const Zones zones = zonesOf(map);
   MapPage page{map};
@@ -212,19 +212,19 @@ TEST(MapPage, ZonesColourNodesAndAreNamedOnTheirCards) {
   EXPECT_EQ(count(html, "In zone 0, "), 3U);
   EXPECT_EQ(count(html, ": 100 % of its images"), 5U);
   const nlohmann::json data = dataOf(html);
-  EXPECT_EQ(data["nodes"][0][4], data["nodes"][1][4]) << "one zone, one colour";
+  EXPECT_EQ(data["nodes"][0][4], data["nodes"][1][4]) << "one zone, one color";
   EXPECT_NE(data["nodes"][1][4], data["nodes"][2][4]);
   EXPECT_NE(data["nodes"][1][5], data["nodes"][2][5]) << "zones differ in shape, too";
 }
 
-/// The badge of a node's card: colour and text.
+/// The badge of a node's card: color and text.
 std::string badgeOf(const std::string& html, int node) {
   const std::size_t card = html.find("<article class=\"card\" id=\"node-" + std::to_string(node) + "\"");
   const std::size_t from = html.find("<svg class=\"badge\"", card);
   return html.substr(from, html.find("</svg>", from) - from);
 }
 
-TEST(MapPage, BadgesOfCardsHaveTheColoursOfTheMap) {
+TEST(MapPage, BadgesOfCardsHaveTheColorsOfTheMap) {
   const TopologicalMap map = sampleMap();
   const Zones zones = zonesOf(map);
   MapPage page{map};

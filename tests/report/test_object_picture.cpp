@@ -20,16 +20,16 @@ PredictedObject thingAt(const cv::Rect& box, ObjectBelief::Source source, int wo
   return object;
 }
 
-int pixelsOf(const cv::Mat& image, const cv::Vec3b& colour) {
+int pixelsOf(const cv::Mat& image, const cv::Vec3b& color) {
   int count = 0;
   for (int y = 0; y < image.rows; ++y)
-    for (int x = 0; x < image.cols; ++x) count += image.at<cv::Vec3b>(y, x) == colour ? 1 : 0;
+    for (int x = 0; x < image.cols; ++x) count += image.at<cv::Vec3b>(y, x) == color ? 1 : 0;
   return count;
 }
 
-TEST(ObjectPicture, ColoursTellWhatIsBelieved) {
+TEST(ObjectPicture, ColorsTellWhatIsBelieved) {
   const cv::Mat image(240, 320, CV_8UC3, cv::Scalar::all(7));
-  const cv::Vec3b green(115, 158, 0), blue(178, 114, 0), orange(0, 159, 230), grey(128, 128, 128);
+  const cv::Vec3b green(115, 158, 0), blue(178, 114, 0), orange(0, 159, 230), gray(128, 128, 128);
   const cv::Mat drawn =
       drawObjects(image,
                   std::vector<PredictedObject>{thingAt({20, 50, 60, 60}, ObjectBelief::Source::both, 0),
@@ -37,7 +37,7 @@ TEST(ObjectPicture, ColoursTellWhatIsBelieved) {
                                                thingAt({220, 50, 60, 60}, ObjectBelief::Source::seen, 0),
                                                thingAt({20, 150, 60, 60}, ObjectBelief::Source::none, -1)},
                   {"mug", "Töpfe"});
-  for (const cv::Vec3b& colour : {green, blue, orange, grey}) EXPECT_GT(pixelsOf(drawn, colour), 200);
+  for (const cv::Vec3b& color : {green, blue, orange, gray}) EXPECT_GT(pixelsOf(drawn, color), 200);
   EXPECT_EQ(pixelsOf(image, {7, 7, 7}), 240 * 320) << "what was given stays as it is";
   EXPECT_EQ(drawn.at<cv::Vec3b>(80, 50), cv::Vec3b(7, 7, 7)) << "the thing can be seen in its box";
 }
@@ -50,7 +50,7 @@ TEST(ObjectPicture, BoxesMayTouchTheBorder) {
             image.size());
 }
 
-TEST(ObjectPicture, RefusesGreyPicturesAndWordsWithoutAName) {
+TEST(ObjectPicture, RefusesGrayPicturesAndWordsWithoutAName) {
   EXPECT_THAT(errorOf([] { drawObjects(cv::Mat(9, 9, CV_8U), {}, {}); }), HasSubstr("BGR"));
   EXPECT_THAT(errorOf([] {
                 drawObjects(cv::Mat(9, 9, CV_8UC3),

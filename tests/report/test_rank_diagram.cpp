@@ -144,10 +144,10 @@ TEST(RankDiagram, LeavesOutWhatLongNamesHaveInCommon) {
   const std::string front = "inception-v3+places365+resnet50+squeezenet+",
                     back = "/svm-rbf-of-all-the-features";
   diagram.methods[0].name = front + "gist" + back;
-  diagram.methods[1].name = front + "grey" + back;
+  diagram.methods[1].name = front + "gray" + back;
   const std::string svg = renderRankDiagram(diagram);
   EXPECT_THAT(svg, HasSubstr(">…gist…<"));
-  EXPECT_THAT(svg, HasSubstr(">…grey…<"));
+  EXPECT_THAT(svg, HasSubstr(">…gray…<"));
   diagram.methods[1].name = diagram.methods[0].name;
   EXPECT_THAT(renderRankDiagram(diagram), HasSubstr(">inception-v3"));
 }

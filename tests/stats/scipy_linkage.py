@@ -17,10 +17,10 @@ METHODS = ["single", "complete", "average", "weighted", "ward"]
 def descriptors(seed, items, labels, places):
     """Item i varies the distribution of place i % places; float32."""
     random = Random(seed)
-    centres = [[random.uniform() for _ in range(labels)] for _ in range(places)]
+    centers = [[random.uniform() for _ in range(labels)] for _ in range(places)]
     rows = []
     for i in range(items):
-        row = [c * c * c * (0.5 + random.uniform()) for c in centres[i % places]]
+        row = [c * c * c * (0.5 + random.uniform()) for c in centers[i % places]]
         total = 0.0
         for value in row:
             total += value

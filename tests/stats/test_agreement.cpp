@@ -83,7 +83,7 @@ TEST(Agreement, NeedsItemsAndEqualLengths) {
   EXPECT_THROW(measureAgreement(two, none), Error);
 }
 
-/// Random labellings of random length, the same ones every time.
+/// Random labelings of random length, the same ones every time.
 class Cases {
  public:
   std::size_t length() { return 1 + random_() % 60; }

@@ -30,7 +30,7 @@ TEST(Distance, AgreesWithSciPy) {
   EXPECT_NEAR(compare(Comparison::chebyshev, p, q), 0.4, 1e-6);               // distance.chebyshev(p, q)
   EXPECT_NEAR(compare(Comparison::jensenShannon, p, q), 0.33016050, 1e-6);    // distance.jensenshannon(p, q)
   EXPECT_NEAR(compare(Comparison::kullbackLeibler, p, q), 0.94459064, 1e-5);  // entropy(p, q) + entropy(q, p)
-  EXPECT_NEAR(compare(Comparison::cosine, embedded(Embedding::centred, p), embedded(Embedding::centred, q)),
+  EXPECT_NEAR(compare(Comparison::cosine, embedded(Embedding::centered, p), embedded(Embedding::centered, q)),
               1.96225045,
               1e-6);  // distance.correlation(p, q)
   EXPECT_NEAR(
@@ -110,18 +110,18 @@ TEST(Distance, HellingerIsEuclideanOnSquareRoots) {
       std::sqrt(sum), 1e-6);
 }
 
-TEST(Distance, LogRatiosAreCentredAndKnowNoScale) {
-  const Values a = embedded(Embedding::centredLogRatio, p);
+TEST(Distance, LogRatiosAreCenteredAndKnowNoScale) {
+  const Values a = embedded(Embedding::centeredLogRatio, p);
   EXPECT_NEAR(std::accumulate(a.begin(), a.end(), 0.0), 0, 1e-5);
   Values half = p;
   for (float& v : half) v /= 2;
-  const Values b = embedded(Embedding::centredLogRatio, half);
+  const Values b = embedded(Embedding::centeredLogRatio, half);
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-3);
 }
 
 TEST(Distance, AbsentLabelsStayFinite) {
   const Values sparse{1, 0, 0, 0};
-  for (const float v : embedded(Embedding::centredLogRatio, sparse)) EXPECT_TRUE(std::isfinite(v));
+  for (const float v : embedded(Embedding::centeredLogRatio, sparse)) EXPECT_TRUE(std::isfinite(v));
 }
 
 TEST(Distance, DivergencesOfDistributionsThatShareNothingAreFinite) {
@@ -141,13 +141,13 @@ TEST(Distance, DivergencesKeepTheDigitsOfSmallDifferences) {
   EXPECT_NEAR(compare(Comparison::kullbackLeibler, a, b) / (d * d / 0.01), 1, 0.01);
 }
 
-TEST(Distance, CentresAndSumsUpInEachPart) {
+TEST(Distance, CentersAndSumsUpInEachPart) {
   const std::vector<LabelPart> parts{{2, 1}, {3, 2}};
   const Values both{0.75F, 0.25F, 0.5F, 0.25F, 0.25F};
   Values out(5);
   embed(Embedding::cumulative, both, out, parts);
   EXPECT_EQ(out, (Values{0.75F, 1, 0.5F, 0.75F, 1}));
-  embed(Embedding::centred, both, out, parts);
+  embed(Embedding::centered, both, out, parts);
   for (std::size_t i = 0; i < 5; ++i) EXPECT_FLOAT_EQ(out[i], both[i] - (i < 2 ? 0.5F : 1.0F / 3));
 }
 

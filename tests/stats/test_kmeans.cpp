@@ -49,10 +49,10 @@ std::vector<Vector> means(const DescriptorMatrix& rows, const std::vector<int>& 
 }
 
 double inertia(const DescriptorMatrix& rows, const std::vector<int>& clusters, std::size_t k) {
-  const auto centres = means(rows, clusters, k);
+  const auto centers = means(rows, clusters, k);
   double sum = 0;
   for (std::size_t i = 0; i < rows.size(); ++i)
-    sum += squaredDistance(rows.row(i), centres[static_cast<std::size_t>(clusters[i])]);
+    sum += squaredDistance(rows.row(i), centers[static_cast<std::size_t>(clusters[i])]);
   return sum;
 }
 
@@ -60,10 +60,10 @@ double inertia(const DescriptorMatrix& rows, const std::vector<int>& clusters, s
 double plainKMeans(const DescriptorMatrix& rows, std::size_t k, int starts, std::mt19937& random) {
   double best = std::numeric_limits<double>::infinity();
   for (int start = 0; start < starts; ++start) {
-    std::vector<Vector> centres;
+    std::vector<Vector> centers;
     for (std::size_t c = 0; c < k; ++c) {
       const auto row = rows.row(random() % rows.size());
-      centres.emplace_back(row.begin(), row.end());
+      centers.emplace_back(row.begin(), row.end());
     }
     double before = std::numeric_limits<double>::infinity(), now = before;
     do {
@@ -74,15 +74,15 @@ double plainKMeans(const DescriptorMatrix& rows, std::size_t k, int starts, std:
       for (std::size_t i = 0; i < rows.size(); ++i) {
         std::size_t nearest = 0;
         for (std::size_t c = 1; c < k; ++c)
-          if (squaredDistance(rows.row(i), centres[c]) < squaredDistance(rows.row(i), centres[nearest]))
+          if (squaredDistance(rows.row(i), centers[c]) < squaredDistance(rows.row(i), centers[nearest]))
             nearest = c;
-        now += squaredDistance(rows.row(i), centres[nearest]);
+        now += squaredDistance(rows.row(i), centers[nearest]);
         ++counts[nearest];
         for (std::size_t d = 0; d < rows.labels(); ++d) sums[nearest][d] += rows.row(i)[d];
       }
       for (std::size_t c = 0; c < k; ++c)
         for (std::size_t d = 0; d < rows.labels() && counts[c] > 0; ++d)
-          centres[c][d] = sums[c][d] / counts[c];
+          centers[c][d] = sums[c][d] / counts[c];
     } while (now < before);
     best = std::min(best, now);
   }
@@ -123,10 +123,10 @@ TEST(KMeans, IsAsTightAsThePlainAlgorithmInManyDimensions) {
 TEST(KMeans, EveryRowIsInTheClusterWhoseMeanIsNearest) {
   const DescriptorMatrix rows = noise(150, 12, 8);
   const auto clusters = kMeans(rows, 7);
-  const auto centres = means(rows, clusters, 7);
+  const auto centers = means(rows, clusters, 7);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const double own = squaredDistance(rows.row(i), centres[static_cast<std::size_t>(clusters[i])]);
-    for (const Vector& other : centres) EXPECT_LE(own, squaredDistance(rows.row(i), other) + 1e-4) << i;
+    const double own = squaredDistance(rows.row(i), centers[static_cast<std::size_t>(clusters[i])]);
+    for (const Vector& other : centers) EXPECT_LE(own, squaredDistance(rows.row(i), other) + 1e-4) << i;
   }
 }
 

@@ -19,14 +19,14 @@ using test::Random;
 
 DescriptorMatrix descriptors(std::uint64_t seed, std::size_t items, std::size_t labels, std::size_t places) {
   Random random(seed);
-  std::vector<std::vector<double>> centres(places, std::vector<double>(labels));
-  for (auto& centre : centres)
-    for (double& value : centre) value = random.uniform();
+  std::vector<std::vector<double>> centers(places, std::vector<double>(labels));
+  for (auto& center : centers)
+    for (double& value : center) value = random.uniform();
   DescriptorMatrix matrix(labels);
   for (std::size_t i = 0; i < items; ++i) {
     std::vector<double> row;
     double sum = 0;
-    for (const double c : centres[i % places]) {
+    for (const double c : centers[i % places]) {
       row.push_back(c * c * c * (0.5 + random.uniform()));
       sum += row.back();
     }

@@ -48,7 +48,7 @@ std::string labelLines(std::size_t count) {
 
 std::string modelToml(const std::string& file, int input, const std::string& more) {
   return fmt::format(
-      "name = \"small\"\nfile = \"{}\"\nlabels = \"labels.txt\"\ninput = {}\ncolour = \"BGR\"\n{}\n", file,
+      "name = \"small\"\nfile = \"{}\"\nlabels = \"labels.txt\"\ninput = {}\ncolor = \"BGR\"\n{}\n", file,
       input, more);
 }
 

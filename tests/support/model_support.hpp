@@ -27,7 +27,7 @@ std::string labelLines(std::size_t count);
 /// A model.toml for `file`, `labels.txt` and a square `input`, with further lines.
 std::string modelToml(const std::string& file, int input, const std::string& more = "");
 
-/// A network 1×3×side×side → `outputs` probabilities: softmax of a linear map of the mean colour.
+/// A network 1×3×side×side → `outputs` probabilities: softmax of a linear map of the mean color.
 /// `change` may alter the graph before it is written.
 std::string smallOnnx(int side, int outputs, const std::function<void(onnx::GraphProto&)>& change = {});
 
@@ -38,7 +38,7 @@ void writeSmallModel(const std::filesystem::path& folder, const std::string& mor
 ModelSpec testModel(const std::filesystem::path& models, const std::string& file, const std::string& labels,
                     const Preprocessing& preprocessing, const ScratchFolder& scratch);
 
-/// Preprocessing of the MobileNets: centre 87.5 %, RGB, x / 127.5 − 1.
+/// Preprocessing of the MobileNets: center 87.5 %, RGB, x / 127.5 − 1.
 Preprocessing mobilenetInput(int side);
 
 /// Every n-th photograph of nyuv2_half, at most `count`.

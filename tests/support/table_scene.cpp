@@ -16,11 +16,11 @@ namespace estancia::test {
 namespace {
 
 const CameraIntrinsics camera{320, 240, 262.5, 262.5, 159.5, 119.5};
-const cv::Vec3b tableColour{150, 150, 150};
+const cv::Vec3b tableColor{150, 150, 150};
 
 /// How far along the ray, if at all.
 std::optional<double> hit(const Solid& solid, const cv::Vec3d& from, const cv::Vec3d& ray) {
-  const cv::Vec3d to = from - solid.centre;
+  const cv::Vec3d to = from - solid.center;
   if (solid.kind == Solid::Kind::ball) {
     const double a = ray.dot(ray), b = to.dot(ray), c = to.dot(to) - solid.half[0] * solid.half[0];
     const double root = b * b - a * c;
@@ -55,14 +55,14 @@ std::pair<cv::Mat, cv::Mat> look(const std::vector<Solid>& solids, const Pose& p
     for (int u = 0; u < camera.width; ++u) {
       const cv::Vec3d ray = rigid.rotation() * cv::Vec3d(camera.slopeX(u), camera.slopeY(v), 1);
       double nearest = table && ray[2] < 0 ? -from[2] / ray[2] : std::numeric_limits<double>::infinity();
-      cv::Vec3b colour = tableColour;
+      cv::Vec3b color = tableColor;
       for (const Solid& solid : solids)
         if (const auto along = hit(solid, from, ray); along && *along < nearest) {
           nearest = *along;
-          colour = solid.bgr;
+          color = solid.bgr;
         }
       if (!(nearest < 5)) continue;
-      seen.first.at<cv::Vec3b>(v, u) = colour;
+      seen.first.at<cv::Vec3b>(v, u) = color;
       seen.second.at<float>(v, u) = static_cast<float>(nearest);  // the ray's z is 1 in the camera
     }
   return seen;
@@ -108,9 +108,9 @@ void TableSequence::writeTo(const std::filesystem::path& folder) const {
   std::string poses;
   for (std::size_t i = 0; i < frames_.size(); ++i) {
     cv::imwrite(folder / "rgb" / frames_[i].name, seen_[i].first);
-    cv::Mat millimetres;
-    seen_[i].second.convertTo(millimetres, CV_16U, 1000);
-    cv::imwrite(folder / "depth" / frames_[i].name, millimetres);
+    cv::Mat millimeters;
+    seen_[i].second.convertTo(millimeters, CV_16U, 1000);
+    cv::imwrite(folder / "depth" / frames_[i].name, millimeters);
     const Pose p = frames_[i].pose.value();
     poses += fmt::format("{} {} {} {} {} {} {} {}\n", i, p.x, p.y, p.z, p.qx, p.qy, p.qz, p.qw);
   }

@@ -50,7 +50,7 @@ class EveryDistance : public testing::TestWithParam<std::string> {
     if (distance_.standardized) {
       Standardization s{std::vector<float>(labels), std::vector<float>(labels)};
       for (std::size_t i = 0; i < labels; ++i) {
-        s.centre[i] = 0.01F * static_cast<float>(i % 7);
+        s.center[i] = 0.01F * static_cast<float>(i % 7);
         s.weight[i] = 0.5F + 0.1F * static_cast<float>(i % 11);
       }
       bank_.setStandardization(s);
@@ -174,8 +174,8 @@ double fused(const std::vector<LabelPart>& parts, const std::vector<float>& a, c
   double sum = 0, weights = 0;
   for (std::size_t first = 0; const LabelPart& part : parts) {
     std::vector<float> x(part.size), y(part.size);
-    embed(Embedding::centredLogRatio, std::span(a).subspan(first, part.size), x);
-    embed(Embedding::centredLogRatio, std::span(b).subspan(first, part.size), y);
+    embed(Embedding::centeredLogRatio, std::span(a).subspan(first, part.size), x);
+    embed(Embedding::centeredLogRatio, std::span(b).subspan(first, part.size), y);
     sum += part.weight * compare(Comparison::cosine, x, y);
     weights += part.weight;
     first += part.size;
@@ -216,11 +216,11 @@ TEST(NodeBankOfParts, APartThatIsSurerThanBeforeChangesNothing) {
   const std::vector<LabelPart> parts{{3, 1}, {2, 1}};
   const std::vector<float> a{0.5F, 0.3F, 0.2F, 0.6F, 0.3F}, b{0.5F, 0.3F, 0.2F, 0.02F, 0.01F};
   std::vector<float> x(5), y(5);
-  embed(Embedding::centredLogRatio, a, x, parts);
-  embed(Embedding::centredLogRatio, b, y, parts);
+  embed(Embedding::centeredLogRatio, a, x, parts);
+  embed(Embedding::centeredLogRatio, b, y, parts);
   for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(x[i], y[i], 1e-4);
-  embed(Embedding::centredLogRatio, a, x);
-  embed(Embedding::centredLogRatio, b, y);
+  embed(Embedding::centeredLogRatio, a, x);
+  embed(Embedding::centeredLogRatio, b, y);
   EXPECT_GT(std::abs(x[0] - y[0]), 0.5) << "as one part it would";
 }
 

@@ -36,7 +36,7 @@ TEST(Quality, OfASmallFlatIsAsCountedByHand) {
   ASSERT_TRUE(quality.rooms);
   EXPECT_DOUBLE_EQ(quality.rooms->vMeasure, 1);
   EXPECT_DOUBLE_EQ(quality.rooms->purity, 1);
-  // kitchen and office frames are 0.5 m from their centres, hall frames at theirs
+  // kitchen and office frames are 0.5 m from their centers, hall frames at theirs
   EXPECT_DOUBLE_EQ(*quality.spatialSpread, 4 * 0.5 / 7);
   const double extent = std::hypot(8, 1), link = std::hypot(4, 0.5);
   EXPECT_DOUBLE_EQ(*quality.original.roomPurity, 1);

@@ -34,7 +34,7 @@ TEST(Links, AreTransitionsInEitherDirectionOnce) {
   EXPECT_THAT(linksOf(map), ElementsAre(testing::Pair(0U, 1U), testing::Pair(1U, 2U)));
 }
 
-TEST(Route, IsMeasuredInMetresWhenAllNodesHaveAPosition) {
+TEST(Route, IsMeasuredInMetersWhenAllNodesHaveAPosition) {
   const Route route = getRoute(test::sampleMap(), 0, 3);
   EXPECT_THAT(route.nodes, ElementsAre(0, 1, 3));
   EXPECT_TRUE(route.metric);

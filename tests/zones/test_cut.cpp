@@ -28,13 +28,13 @@ CondensedDistances distancesOf(const std::vector<double>& points) {
   return distances;
 }
 
-SuggestedCut suggestionFor(const std::vector<double>& points, std::size_t neighbours = 5) {
+SuggestedCut suggestionFor(const std::vector<double>& points, std::size_t neighbors = 5) {
   return suggestCut(link(distancesOf(points), Linkage::average),
-                    findNeighbours(distancesOf(points), neighbours));
+                    findNeighbors(distancesOf(points), neighbors));
 }
 
 TEST(NearestItems, AreTheNearestOfEqualOnesTheFirst) {
-  const NearestItems two = findNeighbours(distancesOf({0, 1, 2, 10, 3}), 2);
+  const NearestItems two = findNeighbors(distancesOf({0, 1, 2, 10, 3}), 2);
   EXPECT_EQ(two.each, 2U);
   EXPECT_THAT(two.nearest, ElementsAre(1, 2,    // 0
                                        0, 2,    // 1: both at 1
@@ -44,29 +44,29 @@ TEST(NearestItems, AreTheNearestOfEqualOnesTheFirst) {
 }
 
 TEST(NearestItems, AreAllOthersWhereThereAreFew) {
-  EXPECT_THAT(findNeighbours(distancesOf({0, 5, 1}), 9).nearest, ElementsAre(2, 1, 2, 0, 0, 1));
-  EXPECT_TRUE(findNeighbours(distancesOf({4}), 5).nearest.empty());
-  EXPECT_TRUE(findNeighbours(distancesOf({}), 5).nearest.empty());
+  EXPECT_THAT(findNeighbors(distancesOf({0, 5, 1}), 9).nearest, ElementsAre(2, 1, 2, 0, 0, 1));
+  EXPECT_TRUE(findNeighbors(distancesOf({4}), 5).nearest.empty());
+  EXPECT_TRUE(findNeighbors(distancesOf({}), 5).nearest.empty());
 }
 
 TEST(NearestItems, AreWantedByTheRootOfTheNumberOfItems) {
-  EXPECT_EQ(neighboursForCut(1), 3U);
-  EXPECT_EQ(neighboursForCut(216), 5U);
-  EXPECT_EQ(neighboursForCut(1173), 11U);
+  EXPECT_EQ(neighborsForCut(1), 3U);
+  EXPECT_EQ(neighborsForCut(216), 5U);
+  EXPECT_EQ(neighborsForCut(1173), 11U);
 }
 
 /// Newman's definition, term by term: Q = 1/W Σ_ij (A_ij − k_i k_j / W) [i and j in one part].
-double slowModularity(const NearestItems& neighbours, const std::vector<int>& parts) {
+double slowModularity(const NearestItems& neighbors, const std::vector<int>& parts) {
   const std::size_t n = parts.size();
   std::vector<std::vector<double>> weights(n, std::vector<double>(n));
   for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t k = 0; k < neighbours.each; ++k) {
-      const std::size_t link = i * neighbours.each + k, j = neighbours.nearest[link];
-      const double weight = neighbours.weights.empty() ? 1 : neighbours.weights[link];
+    for (std::size_t k = 0; k < neighbors.each; ++k) {
+      const std::size_t link = i * neighbors.each + k, j = neighbors.nearest[link];
+      const double weight = neighbors.weights.empty() ? 1 : neighbors.weights[link];
       weights[i][j] += weight / 2;
       weights[j][i] += weight / 2;
     }
-  for (std::size_t i = 0; i < neighbours.within.size(); ++i) weights[i][i] += neighbours.within[i];
+  for (std::size_t i = 0; i < neighbors.within.size(); ++i) weights[i][i] += neighbors.within[i];
   std::vector<double> degrees(n);
   double total = 0, q = 0;
   for (std::size_t i = 0; i < n; ++i)
@@ -92,26 +92,26 @@ TEST(SuggestedCut, HasTheLargestModularityOfAllCuts) {
     }
     for (const Linkage linkage : {Linkage::average, Linkage::single, Linkage::ward}) {
       const Dendrogram tree = link(distancesOf(points), linkage);
-      NearestItems neighbours = findNeighbours(distancesOf(points), 5);
-      if (trial % 2 == 1) weighBySize(neighbours, sizes);
+      NearestItems neighbors = findNeighbors(distancesOf(points), 5);
+      if (trial % 2 == 1) weighBySize(neighbors, sizes);
       double best = 0;
       for (std::size_t count = 1; count <= points.size(); ++count)
-        best = std::max(best, slowModularity(neighbours, tree.cutInto(count)));
-      const SuggestedCut cut = suggestCut(tree, neighbours);
+        best = std::max(best, slowModularity(neighbors, tree.cutInto(count)));
+      const SuggestedCut cut = suggestCut(tree, neighbors);
       EXPECT_NEAR(cut.modularity, best, 1e-9);
-      EXPECT_NEAR(slowModularity(neighbours, tree.cutAt(cut.distance)), best, 1e-9) << "the cut that is said";
+      EXPECT_NEAR(slowModularity(neighbors, tree.cutAt(cut.distance)), best, 1e-9) << "the cut that is said";
     }
   }
 }
 
 TEST(NearestItems, OfGroupsWeighAsTheirImages) {
-  NearestItems neighbours = findNeighbours(distancesOf({0, 1, 3, 7}), 3);
-  weighBySize(neighbours, std::vector<std::size_t>{2, 1, 5, 1});
-  EXPECT_THAT(neighbours.nearest, ElementsAre(1, 2, 3, 0, 2, 3, 1, 0, 3, 2, 1, 0));
-  EXPECT_THAT(neighbours.within, ElementsAre(2, 0, 15, 0));
-  EXPECT_THAT(neighbours.weights, ElementsAre(2, 2, 0, 2, 1, 0, 0, 0, 0, 3, 0, 0));
+  NearestItems neighbors = findNeighbors(distancesOf({0, 1, 3, 7}), 3);
+  weighBySize(neighbors, std::vector<std::size_t>{2, 1, 5, 1});
+  EXPECT_THAT(neighbors.nearest, ElementsAre(1, 2, 3, 0, 2, 3, 1, 0, 3, 2, 1, 0));
+  EXPECT_THAT(neighbors.within, ElementsAre(2, 0, 15, 0));
+  EXPECT_THAT(neighbors.weights, ElementsAre(2, 2, 0, 2, 1, 0, 0, 0, 0, 3, 0, 0));
   EXPECT_THAT(errorOf([&] {
-                weighBySize(neighbours, std::vector<std::size_t>{1, 2});
+                weighBySize(neighbors, std::vector<std::size_t>{1, 2});
               }),
               HasSubstr("2 groups"));
 }
@@ -137,12 +137,12 @@ TEST(SuggestedCut, LeavesTogetherWhatIsAlikeOrTooFew) {
   }
 }
 
-TEST(SuggestedCut, NeedsNeighboursOfTheSameItems) {
+TEST(SuggestedCut, NeedsNeighborsOfTheSameItems) {
   EXPECT_THAT(
       errorOf([] {
-        suggestCut(link(distancesOf({1, 2, 3}), Linkage::average), findNeighbours(distancesOf({1, 2}), 1));
+        suggestCut(link(distancesOf({1, 2, 3}), Linkage::average), findNeighbors(distancesOf({1, 2}), 1));
       }),
-      HasSubstr("2 neighbours do not belong to a dendrogram of 3 leaves"));
+      HasSubstr("2 neighbors do not belong to a dendrogram of 3 leaves"));
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ TEST_F(ZoneFile, ComesBackAsItWas) {
     EXPECT_EQ(a.roomShare, b.roomShare);
     ASSERT_EQ(a.extent.has_value(), b.extent.has_value());
     if (a.extent) {
-      EXPECT_EQ(a.extent->centre, b.extent->centre);
+      EXPECT_EQ(a.extent->center, b.extent->center);
     }
   }
   ASSERT_EQ(back.rooms.size(), 3U);
@@ -166,8 +166,8 @@ TEST_F(ZoneFile, IsRefusedWhenItIsDamaged) {
       {"/zones/0/mean/3", nullptr},
       {"/zones/0/sigma/3", -0.5},
       {"/zones/0/room_share", "all"},
-      {"/zones/0/extent", {{"centre", {1, 2}}, {"spread", 1}, {"images", 1}}},
-      {"/zones/0/extent", {{"centre", {1, 2, 3}}, {"spread", 1}, {"images", 99}}},
+      {"/zones/0/extent", {{"center", {1, 2}}, {"spread", 1}, {"images", 1}}},
+      {"/zones/0/extent", {{"center", {1, 2, 3}}, {"spread", 1}, {"images", 99}}},
       {"/rooms/0/images", 1000},
       {"/rooms/0/mean", ordered_json::array()},
       {"/frames", ordered_json::array()},

@@ -90,7 +90,7 @@ TEST(Zones, LieWhereTheirPosedImagesWereTaken) {
   recording.frames[1].pose = Pose::planar(3, 2, 0);
   const Zones zones = describeZones(recording, std::vector<int>{0, 0, 0, 1});
   ASSERT_TRUE(zones.zones[0].extent);
-  EXPECT_THAT(zones.zones[0].extent->centre, ElementsAre(2, 2, 0));
+  EXPECT_THAT(zones.zones[0].extent->center, ElementsAre(2, 2, 0));
   EXPECT_EQ(zones.zones[0].extent->spread, 1);
   EXPECT_EQ(zones.zones[0].extent->images, 2U);
   EXPECT_FALSE(zones.zones[1].extent);

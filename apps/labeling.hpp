@@ -29,11 +29,11 @@ struct ModelArguments {
 };
 
 /// The frames of a command and whatever gives them words: a model, or SEQ itself when it is a recording.
-class Labelling {
+class Labeling {
  public:
   /// `words`: the vocabulary that is wanted, if any. Recordings, and labelers that discover their words, are
-  /// put into it; where they discover them and none is wanted, all frames are labelled at once to know them.
-  Labelling(const SequenceArguments& frames, const ModelArguments& model, const Vocabulary* words = nullptr);
+  /// put into it; where they discover them and none is wanted, all frames are labeled at once to know them.
+  Labeling(const SequenceArguments& frames, const ModelArguments& model, const Vocabulary* words = nullptr);
 
   const Sequence& sequence() const { return *sequence_; }
   const Vocabulary& vocabulary() const { return labeler_->vocabulary(); }
@@ -43,7 +43,7 @@ class Labelling {
   /// others to `use`. Throws Interrupted on Ctrl-C, Error when no frame at all has words. Returns how many
   /// have none.
   std::size_t forEach(std::size_t first, const std::string& what,
-                      const std::function<void(const LabelledFrame&)>& use);
+                      const std::function<void(const LabeledFrame&)>& use);
 
   /// The words of one frame; empty, with a warning, when it has none.
   LexicalDescriptor words(std::size_t frame);

@@ -1,5 +1,5 @@
-// The search for neighbours beside looking at every point.
-#include "estancia/cloud/neighbours.hpp"
+// The search for neighbors beside looking at every point.
+#include "estancia/cloud/neighbors.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -43,9 +43,9 @@ std::vector<std::uint32_t> bruteWithin(const std::vector<cv::Point3f>& points, c
   return found;
 }
 
-std::vector<std::uint32_t> sortedIndices(std::span<const Neighbour> found) {
+std::vector<std::uint32_t> sortedIndices(std::span<const Neighbor> found) {
   std::vector<std::uint32_t> indices;
-  for (const Neighbour& n : found) indices.push_back(n.index);
+  for (const Neighbor& n : found) indices.push_back(n.index);
   std::ranges::sort(indices);
   return indices;
 }
@@ -55,8 +55,8 @@ class Surfaces : public ::testing::TestWithParam<std::tuple<std::size_t, float, 
 TEST_P(Surfaces, TheSamePointsAsWhenAllAreLookedAt) {
   const auto [count, scale, away] = GetParam();
   const auto points = surface(count, scale, away);
-  const Neighbours tree(points);
-  std::vector<Neighbour> buffer;
+  const Neighbors tree(points);
+  std::vector<Neighbor> buffer;
   for (const float radius : {0.F, 0.03F * scale, 0.3F * scale, 10 * scale})
     for (std::size_t i = 0; i < count; i += 1 + count / 40) {
       const cv::Point3f place = points[i] + cv::Point3f(0, 0, i % 2 == 0 ? 0 : 0.02F * scale);
@@ -67,8 +67,8 @@ TEST_P(Surfaces, TheSamePointsAsWhenAllAreLookedAt) {
 TEST_P(Surfaces, TheNearestOnesAsWhenAllAreSorted) {
   const auto [count, scale, away] = GetParam();
   const auto points = surface(count, scale, away);
-  const Neighbours tree(points);
-  std::vector<Neighbour> buffer;
+  const Neighbors tree(points);
+  std::vector<Neighbor> buffer;
   for (const std::size_t wanted : {1U, 2U, 10U, 100U, 100000U})
     for (std::size_t i = 0; i < count; i += 1 + count / 40) {
       const cv::Point3f place = points[i] + cv::Point3f(0, 0.02F * scale, 0);
@@ -78,7 +78,7 @@ TEST_P(Surfaces, TheNearestOnesAsWhenAllAreSorted) {
         if (const float d = squaredBetween(p, place); std::isfinite(d)) all.push_back(d);
       std::ranges::sort(all);
       all.resize(std::min(all.size(), wanted));
-      for (const Neighbour& n : tree.nearest(place, wanted, buffer)) {
+      for (const Neighbor& n : tree.nearest(place, wanted, buffer)) {
         ours.push_back(n.squared);
         EXPECT_EQ(n.squared, squaredBetween(points[n.index], place));
       }
@@ -86,19 +86,19 @@ TEST_P(Surfaces, TheNearestOnesAsWhenAllAreSorted) {
     }
 }
 
-// Far from the origin (a map's coordinates), in millimetres, of few points.
+// Far from the origin (a map's coordinates), in millimeters, of few points.
 INSTANTIATE_TEST_SUITE_P(Clouds, Surfaces,
                          ::testing::Combine(::testing::Values(1, 2, 31, 32, 33, 70, 2000),
                                             ::testing::Values(1.F, 1000.F), ::testing::Values(0.F, 5000.F)));
 
-TEST(Neighbours, OneTreeForAnyNumberOfThreads) {
+TEST(Neighbors, OneTreeForAnyNumberOfThreads) {
   const auto points = surface(5000);
-  const Neighbours one(points, 1), many(points, 5);
+  const Neighbors one(points, 1), many(points, 5);
   EXPECT_TRUE(std::ranges::equal(one.order(), many.order()));
   EXPECT_EQ(one.size(), points.size() - (points.size() + 3) / 7);
   std::vector<std::vector<std::uint32_t>> found(points.size()), again(points.size());
   const auto into = [](auto& lists) {
-    return [&lists](std::uint32_t i, std::span<const Neighbour> near) { lists[i] = sortedIndices(near); };
+    return [&lists](std::uint32_t i, std::span<const Neighbor> near) { lists[i] = sortedIndices(near); };
   };
   one.eachWithin(0.05F, 1, into(found));
   many.eachWithin(0.05F, 4, into(again));
@@ -107,17 +107,17 @@ TEST(Neighbours, OneTreeForAnyNumberOfThreads) {
     EXPECT_EQ(found[i], bruteWithin(points, points[i], 0.05F));
 }
 
-TEST(Neighbours, NothingIsNearNothing) {
-  std::vector<Neighbour> buffer;
+TEST(Neighbors, NothingIsNearNothing) {
+  std::vector<Neighbor> buffer;
   const std::vector<cv::Point3f> holes(40, {kNaN, 0, 0}), one = {{1, 2, 3}};
   for (const auto& points : {std::vector<cv::Point3f>{}, holes}) {
-    const Neighbours none(points);
+    const Neighbors none(points);
     EXPECT_EQ(none.size(), 0U);
     EXPECT_THAT(none.within({0, 0, 0}, 1, buffer), IsEmpty());
     EXPECT_THAT(none.nearest({0, 0, 0}, 3, buffer), IsEmpty());
     none.eachWithin(1, 2, [](std::uint32_t, auto) { FAIL(); });
   }
-  const Neighbours tree(one);
+  const Neighbors tree(one);
   for (const cv::Point3f& place : {cv::Point3f(kNaN, 2, 3), cv::Point3f(1, kInf, 3), cv::Point3f(1, 2, 5)}) {
     EXPECT_THAT(tree.within(place, 1, buffer), IsEmpty());
     EXPECT_THAT(tree.nearest(place, 1, buffer, 1), IsEmpty());
@@ -128,11 +128,11 @@ TEST(Neighbours, NothingIsNearNothing) {
   EXPECT_THAT(tree.within({1, 2, 3}, kInf, buffer), SizeIs(1));
 }
 
-TEST(Neighbours, DuplicatesAreAllThere) {
+TEST(Neighbors, DuplicatesAreAllThere) {
   std::vector<cv::Point3f> points(1000, {1, 1, 1});
   points.emplace_back(2, 1, 1);
-  const Neighbours tree(points);
-  std::vector<Neighbour> buffer;
+  const Neighbors tree(points);
+  std::vector<Neighbor> buffer;
   EXPECT_THAT(tree.within({1, 1, 1}, 0, buffer), SizeIs(1000));
   EXPECT_THAT(tree.nearest({1, 1, 1}, 1001, buffer), SizeIs(1001));
   EXPECT_EQ(tree.nearest({1, 1, 1}, 1001, buffer).back().index, 1000U);

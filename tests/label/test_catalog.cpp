@@ -1,4 +1,4 @@
-// The catalogue itself, and models fetched by it from a server on this machine.
+// The catalog itself, and models fetched by it from a server on this machine.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <onnx/onnx_pb.h>
@@ -7,7 +7,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/label/catalogue.hpp"
+#include "estancia/label/catalog.hpp"
 #include "support/loopback_server.hpp"
 #include "support/model_support.hpp"
 
@@ -27,52 +27,52 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
 
-Catalogue builtin() {
-  Catalogue catalogue;
-  catalogue.add("catalogue.toml", builtinCatalogue);
-  return catalogue;
+Catalog builtin() {
+  Catalog catalog;
+  catalog.add("catalog.toml", builtinCatalog);
+  return catalog;
 }
 
-TEST(BuiltinCatalogue, HasTheSevenNetworksOfTheThesis) {
-  const Catalogue catalogue = builtin();
+TEST(BuiltinCatalog, HasTheSevenNetworksOfTheThesis) {
+  const Catalog catalog = builtin();
   for (const char* name :
        {"imagenet-alexnet", "imagenet-caffenet", "imagenet-googlenet", "imagenet-vgg-cnn-s",
         "places205-alexnet", "places205-googlenet", "hybrid-alexnet"})
-    EXPECT_THAT(catalogue.get(name).about, HasSubstr("thesis: ")) << name;
-  EXPECT_EQ(catalogue.labelSets().at("hybrid-1183").count, 1183U);
+    EXPECT_THAT(catalog.get(name).about, HasSubstr("thesis: ")) << name;
+  EXPECT_EQ(catalog.labelSets().at("hybrid-1183").count, 1183U);
 }
 
-TEST(BuiltinCatalogue, SaysHowToUseEveryModel) {
+TEST(BuiltinCatalog, SaysHowToUseEveryModel) {
   const test::ScratchFolder scratch;
-  const Catalogue catalogue = builtin();
-  for (const auto& [name, model] : catalogue.models()) {
+  const Catalog catalog = builtin();
+  for (const auto& [name, model] : catalog.models()) {
     SCOPED_TRACE(name);
     writeFile(scratch / name / "model.toml", model.modelToml);
     const ModelSpec spec = readModelSpec(scratch / name);
     EXPECT_EQ(spec.name, name);
-    EXPECT_FALSE(spec.licence.empty());
+    EXPECT_FALSE(spec.license.empty());
     EXPECT_THAT(spec.source, testing::StartsWith("http"));
     EXPECT_FALSE(model.about.empty());
     EXPECT_GE(spec.preprocessing.width, 224);
     const auto& mean = spec.preprocessing.mean;
     EXPECT_THAT(mean, testing::Each(testing::AllOf(testing::Gt(90), testing::Lt(130))));
-    const bool bgr = spec.preprocessing.colour == Preprocessing::Colour::bgr;
+    const bool bgr = spec.preprocessing.color == Preprocessing::Color::bgr;
     EXPECT_EQ(mean[0] < mean[2], bgr)
-        << "pictures have more red than blue: the mean's order is that of colour";
+        << "pictures have more red than blue: the mean's order is that of color";
   }
 }
 
 /// So that whoever adds an entry knows which files nobody vouches for.
-TEST(BuiltinCatalogue, ListsWhatHasNoChecksum) {
+TEST(BuiltinCatalog, ListsWhatHasNoChecksum) {
   std::vector<std::string> without;
-  const Catalogue catalogue = builtin();
-  const auto look = [&](const std::string& owner, const CatalogueFile& file) {
+  const Catalog catalog = builtin();
+  const auto look = [&](const std::string& owner, const CatalogFile& file) {
     if (file.byHand.empty() && file.remote.sha256.empty() && file.remote.sha1.empty())
       without.push_back(owner + "/" + file.name);
   };
-  for (const auto& [name, model] : catalogue.models())
+  for (const auto& [name, model] : catalog.models())
     for (const auto& file : model.files) look(name, file);
-  for (const auto& [name, set] : catalogue.labelSets()) look(name, set.file);
+  for (const auto& [name, set] : catalog.labelSets()) look(name, set.file);
   EXPECT_THAT(without,
               testing::UnorderedElementsAre(
                   "imagenet-alexnet/deploy.prototxt", "imagenet-caffenet/deploy.prototxt",
@@ -87,14 +87,14 @@ TEST(BuiltinCatalogue, ListsWhatHasNoChecksum) {
                   "hybrid1365-vgg16/deploy.prototxt", "places-205/", "hybrid-1183/", "hybrid-1365/"));
 }
 
-TEST(CatalogueFiles, AreCheckedLineByLine) {
+TEST(CatalogFiles, AreCheckedLineByLine) {
   const std::string good =
       "[labels.l]\ncount = 2\nurls = [\"https://h/l\"]\n"
-      "[models.m]\nabout = \"a\"\nlicence = \"MIT\"\nsource = \"s\"\nlabels = \"l\"\n"
+      "[models.m]\nabout = \"a\"\nlicense = \"MIT\"\nsource = \"s\"\nlabels = \"l\"\n"
       "[[models.m.files]]\nname = \"n.onnx\"\nurls = [\"https://h/n\"]\n"
-      "[models.m.model]\nfile = \"n.onnx\"\ninput = 8\ncolour = \"RGB\"\n";
+      "[models.m.model]\nfile = \"n.onnx\"\ninput = 8\ncolor = \"RGB\"\n";
   const auto refusal = [](const std::string& text) {
-    return errorOf([&] { Catalogue().add("own.toml", text); });
+    return errorOf([&] { Catalog().add("own.toml", text); });
   };
   EXPECT_EQ(refusal(good), "");
   const auto with = [&](const std::string& before, const std::string& after) {
@@ -114,7 +114,7 @@ TEST(CatalogueFiles, AreCheckedLineByLine) {
   EXPECT_THAT(with("urls = [\"https://h/n\"]", "sha1 = \"12\""), HasSubstr("40 hex digits"));
   EXPECT_THAT(with("urls = [\"https://h/n\"]", "sha256 = \"12\""), HasSubstr("64 hex digits"));
   EXPECT_THAT(with("urls = [\"https://h/n\"]", "size = 5"), HasSubstr("`by_hand`"));
-  EXPECT_THAT(with("licence = \"MIT\"\n", ""), HasSubstr("`licence`"));
+  EXPECT_THAT(with("license = \"MIT\"\n", ""), HasSubstr("`license`"));
   EXPECT_THAT(with("labels = \"l\"", "labels = \"k\""), HasSubstr("label set k"));
   EXPECT_THAT(with("labels = \"l\"\n", ""), HasSubstr("labels.txt"));
   EXPECT_THAT(with("[models.m.model]\n", "x = 1\n[models.m.model]\n"), HasSubstr("unknown key `x`"));
@@ -156,7 +156,7 @@ TEST_F(LabelLists, AreRefusedWhenTheyAreNotAsPublished) {
               HasSubstr("no words for n0144"));
 }
 
-/// A server with the small model, a catalogue that lists it, and a home of the test's own.
+/// A server with the small model, a catalog that lists it, and a home of the test's own.
 class FetchModel : public testing::Test {
  protected:
   FetchModel() {
@@ -175,20 +175,20 @@ class FetchModel : public testing::Test {
   }
   std::string entry(const std::string& more = "") const {
     return "[labels.four]\ncount = 4\nurls = [\"" + server_.url("/labels") +
-           "\"]\n[models.small]\nabout = \"a test\"\nlicence = \"MIT\"\nsource = \"here\"\nlabels = "
+           "\"]\n[models.small]\nabout = \"a test\"\nlicense = \"MIT\"\nsource = \"here\"\nlabels = "
            "\"four\"\n"
            "[[models.small.files]]\nname = \"small.onnx\"\nurls = [\"" +
            server_.url("/small.onnx") + "\"]\n" + more +
-           "[models.small.model]\nfile = \"small.onnx\"\ninput = 8\ncolour = \"BGR\"\n";
+           "[models.small.model]\nfile = \"small.onnx\"\ninput = 8\ncolor = \"BGR\"\n";
   }
-  FetchedModel fetch(const std::string& catalogue) {
-    Catalogue all;
-    all.add("test.toml", catalogue);
+  FetchedModel fetch(const std::string& catalog) {
+    Catalog all;
+    all.add("test.toml", catalog);
     Progress silent;
     return fetchModel(all, "small", silent, options_);
   }
-  std::string refusal(const std::string& catalogue) {
-    return errorOf([&] { fetch(catalogue); });
+  std::string refusal(const std::string& catalog) {
+    return errorOf([&] { fetch(catalog); });
   }
 
   test::ScratchFolder scratch_;
@@ -203,7 +203,7 @@ TEST_F(FetchModel, InstallsAModelThatWorks) {
   EXPECT_EQ(model.check.digests, 2U);
   EXPECT_EQ(loadModel("small")->vocabulary()[3], "word 3");
   const ModelSpec spec = readModelSpec(modelHome() / "small");
-  EXPECT_EQ(spec.licence, "MIT");
+  EXPECT_EQ(spec.license, "MIT");
   EXPECT_EQ(spec.source, "here");
   EXPECT_FALSE(fs::exists(downloadFolder("small")));
   EXPECT_THAT(model.notes, ElementsAre(AllOf(HasSubstr("four.list: no checksum is published"),
@@ -300,17 +300,17 @@ TEST_F(FetchModel, TakesFilesOutOfArchivesAndTriesTheNextWhenTheyAreNotInOne) {
 TEST_F(FetchModel, FindsAMistakeInTheSettingsBeforeItDownloads) {
   std::string text = entry();
   text.replace(text.find("\"BGR\""), 5, "\"blue\"");
-  EXPECT_THAT(refusal(text), HasSubstr("`colour`"));
+  EXPECT_THAT(refusal(text), HasSubstr("`color`"));
   EXPECT_TRUE(server_.requests().empty());
 }
 
-TEST_F(FetchModel, KnowsTheUsersOwnCatalogue) {
-  EXPECT_FALSE(Catalogue::load().models().contains("small"));
-  EXPECT_THAT(errorOf([] { Catalogue::load().get("small"); }), HasSubstr("known are clip-vit-b32, "));
-  writeFile(scratch_ / "home/catalogue.toml", entry());
-  EXPECT_EQ(Catalogue::load().get("small").about, "a test");
-  writeFile(scratch_ / "home/catalogue.toml", "[models.small]\n");
-  EXPECT_THAT(errorOf([] { Catalogue::load(); }), HasSubstr("home/catalogue.toml"));
+TEST_F(FetchModel, KnowsTheUsersOwnCatalog) {
+  EXPECT_FALSE(Catalog::load().models().contains("small"));
+  EXPECT_THAT(errorOf([] { Catalog::load().get("small"); }), HasSubstr("known are clip-vit-b32, "));
+  writeFile(scratch_ / "home/catalog.toml", entry());
+  EXPECT_EQ(Catalog::load().get("small").about, "a test");
+  writeFile(scratch_ / "home/catalog.toml", "[models.small]\n");
+  EXPECT_THAT(errorOf([] { Catalog::load(); }), HasSubstr("home/catalog.toml"));
 }
 
 }  // namespace

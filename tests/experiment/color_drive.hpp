@@ -1,4 +1,4 @@
-// What the tests of experiments compare: small models, and a drive through four rooms of one colour each.
+// What the tests of experiments compare: small models, and a drive through four rooms of one color each.
 #pragma once
 
 #include <cstdint>
@@ -13,23 +13,23 @@
 
 namespace estancia::test {
 
-/// A model NAME in `folder` that sees colours the better the larger `scale` is.
-inline void writeColourModel(const ScratchFolder& folder, const std::string& name, const std::string& scale) {
+/// A model NAME in `folder` that sees colors the better the larger `scale` is.
+inline void writeColorModel(const ScratchFolder& folder, const std::string& name, const std::string& scale) {
   writeSmallModel(folder / name, "scale = " + scale);
   std::string toml = readFile(folder / name / "model.toml");
   toml.replace(toml.find("small"), 5, name);
   writeFile(folder / name / "model.toml", toml);
 }
 
-/// Four rooms in a row of 3 m, each of its own colour, seen ten times each; with rooms.csv and a TUM
+/// Four rooms in a row of 3 m, each of its own color, seen ten times each; with rooms.csv and a TUM
 /// trajectory.
-inline void writeColourDrive(const std::filesystem::path& folder, std::uint64_t seed) {
+inline void writeColorDrive(const std::filesystem::path& folder, std::uint64_t seed) {
   std::filesystem::create_directories(folder);
-  const std::vector<cv::Scalar> colours{{20, 20, 230}, {20, 230, 20}, {230, 20, 20}, {230, 230, 230}};
+  const std::vector<cv::Scalar> colors{{20, 20, 230}, {20, 230, 20}, {230, 20, 20}, {230, 230, 230}};
   cv::RNG random(seed);
   std::string rooms = "image,room\n", poses;
   for (int i = 0; i < 40; ++i) {
-    cv::Mat picture(48, 64, CV_8UC3, colours[static_cast<std::size_t>(i / 10)]),
+    cv::Mat picture(48, 64, CV_8UC3, colors[static_cast<std::size_t>(i / 10)]),
         noise(picture.size(), CV_8SC3);
     random.fill(noise, cv::RNG::NORMAL, 0, 20);
     cv::add(picture, noise, picture, {}, CV_8UC3);

@@ -18,7 +18,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-class Labelling : public testing::Test {
+class Labeling : public testing::Test {
  protected:
   void SetUp() override {
     setenv("ESTANCIA_CACHE", (scratch_ / "cache").c_str(), 1);
@@ -54,7 +54,7 @@ class Labelling : public testing::Test {
   const std::string pictures_ = scratch_ / "pictures";
 };
 
-TEST_F(Labelling, ASecondRunLabelsNothing) {
+TEST_F(Labeling, ASecondRunLabelsNothing) {
   EXPECT_EQ(label(pictures_, scratch_ / "a.labels")["remembered"], 0);
   EXPECT_EQ(label(pictures_, scratch_ / "b.labels")["remembered"], 24);
   EXPECT_EQ(readFile(scratch_ / "a.labels"), readFile(scratch_ / "b.labels")) << "to the last bit";
@@ -66,7 +66,7 @@ TEST_F(Labelling, ASecondRunLabelsNothing) {
   EXPECT_EQ(label(pictures_, scratch_ / "d.labels")["remembered"], 0);
 }
 
-TEST_F(Labelling, ASplitOrSomeRoomsAreLabelledAlone) {
+TEST_F(Labeling, ASplitOrSomeRoomsAreLabeledAlone) {
   std::string rooms;
   for (int i = 0; i < 24; ++i)
     rooms += "frame" + std::to_string(10 + i) + ".png,room" + std::to_string(i / 6) +
@@ -80,7 +80,7 @@ TEST_F(Labelling, ASplitOrSomeRoomsAreLabelledAlone) {
       HasSubstr("there is no split \"tset\"; there are test, train"));
 }
 
-TEST_F(Labelling, ACacheThatIsCutOffIsRepaired) {
+TEST_F(Labeling, ACacheThatIsCutOffIsRepaired) {
   label(pictures_, scratch_ / "a.labels");
   for (const auto& entry : fs::directory_iterator(scratch_ / "cache"))
     fs::resize_file(entry.path(), fs::file_size(entry.path()) * 2 / 3);
@@ -91,7 +91,7 @@ TEST_F(Labelling, ACacheThatIsCutOffIsRepaired) {
   EXPECT_EQ(label(pictures_, scratch_ / "c.labels")["remembered"], 24);
 }
 
-TEST_F(Labelling, AnotherPictureUnderTheSameNameIsLabelledAnew) {
+TEST_F(Labeling, AnotherPictureUnderTheSameNameIsLabeledAnew) {
   label(pictures_, scratch_ / "a.labels");
   fs::copy_file(fs::path(pictures_) / "frame33.png", fs::path(pictures_) / "frame10.png",
                 fs::copy_options::overwrite_existing);
@@ -100,7 +100,7 @@ TEST_F(Labelling, AnotherPictureUnderTheSameNameIsLabelledAnew) {
   EXPECT_EQ(label(pictures_, scratch_ / "c.labels")["remembered"], 23);
 }
 
-TEST_F(Labelling, ALabelFileStandsForItsImagesInEveryCommand) {
+TEST_F(Labeling, ALabelFileStandsForItsImagesInEveryCommand) {
   const std::string words = scratch_ / "words.labels", fromWords = scratch_ / "w.estancia",
                     fromImages = scratch_ / "i.estancia";
   label(pictures_, words);
@@ -118,7 +118,7 @@ TEST_F(Labelling, ALabelFileStandsForItsImagesInEveryCommand) {
               HasSubstr("leave out --model"));
 }
 
-TEST_F(Labelling, CsvAndNpyGoOutAndComeBack) {
+TEST_F(Labeling, CsvAndNpyGoOutAndComeBack) {
   label(pictures_, scratch_ / "words.labels");
   for (const std::string kind : {"csv", "npy"}) {
     const std::string out = scratch_ / ("words." + kind);
@@ -136,7 +136,7 @@ TEST_F(Labelling, CsvAndNpyGoOutAndComeBack) {
               HasSubstr("--overwrite"));
 }
 
-TEST_F(Labelling, SeveralModelsMakeOneMap) {
+TEST_F(Labeling, SeveralModelsMakeOneMap) {
   writeSmallModel(scratch_ / "other", "crop = 0.5");
   const std::string both = model_ + "+" + (scratch_ / "other").string(), map = scratch_ / "both.estancia";
   const auto mapped = run({"map", pictures_, "-o", map, "--model", both, "--distance", "clr-cosine"});
@@ -147,7 +147,7 @@ TEST_F(Labelling, SeveralModelsMakeOneMap) {
   EXPECT_EQ(run({"ask", map, "word 2"}).exitCode, 0);
 }
 
-TEST_F(Labelling, ABlackBoxThatFindsItsWordsMapsAndLocalizes) {
+TEST_F(Labeling, ABlackBoxThatFindsItsWordsMapsAndLocalizes) {
   // A program that answers by the picture's file alone and never says which words it knows.
   writeFile(scratch_ / "box/box.py",
             "import sys, json\n"

@@ -1,4 +1,4 @@
-// A network that names things by their colour.
+// A network that names things by their color.
 #pragma once
 
 #include <filesystem>
@@ -7,6 +7,6 @@ namespace estancia::test {
 
 /// A model folder whose network says "word 0" of red pictures and "word 1" of blue ones; "word 2" and "word
 /// 3" are rare.
-void writeColourModel(const std::filesystem::path& folder);
+void writeColorModel(const std::filesystem::path& folder);
 
 }  // namespace estancia::test

@@ -1,4 +1,4 @@
-#include "estancia/label/catalogue.hpp"
+#include "estancia/label/catalog.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,12 +18,12 @@ namespace {
 
 constexpr std::int64_t longestFile = std::int64_t{1} << 40;
 
-/// Reads one catalogue file.
-class CatalogueReader {
+/// Reads one catalog file.
+class CatalogReader {
  public:
-  CatalogueReader(const fs::path& name, const std::string& text) : file_(name, text) {}
+  CatalogReader(const fs::path& name, const std::string& text) : file_(name, text) {}
 
-  void read(std::map<std::string, CatalogueEntry>& models, std::map<std::string, LabelSet>& sets) {
+  void read(std::map<std::string, CatalogEntry>& models, std::map<std::string, LabelSet>& sets) {
     file_.read({
         {"labels", false, "label sets",
          [&](auto& n) {
@@ -89,7 +89,7 @@ class CatalogueReader {
   }
 
   /// The keys that say where a file comes from.
-  std::vector<ConfigFile::Key> fileKeys(CatalogueFile& file) {
+  std::vector<ConfigFile::Key> fileKeys(CatalogFile& file) {
     return {
         {"urls", false, "where it is", [&](auto& n) { file.remote.urls = urls(n); }},
         {"sha256", false, "its digest", [&](auto& n) { file.remote.sha256 = digest(n, 64); }},
@@ -114,8 +114,8 @@ class CatalogueReader {
     return set;
   }
 
-  CatalogueFile fileOf(const toml::node& node) {
-    CatalogueFile file;
+  CatalogFile fileOf(const toml::node& node) {
+    CatalogFile file;
     auto keys = fileKeys(file);
     keys.push_back({"name", true, "its name in the model's folder",
                     [&](auto& n) { file.name = nameOf(n, file_.text(n)); }});
@@ -128,14 +128,14 @@ class CatalogueReader {
     return file;
   }
 
-  CatalogueEntry entry(const toml::node& node, const std::string& name) {
-    CatalogueEntry model;
+  CatalogEntry entry(const toml::node& node, const std::string& name) {
+    CatalogEntry model;
     model.name = name;
     toml::table settings;
     file_.read(file_.subtable(node),
                {
                    {"about", true, "what it is", [&](auto& n) { model.about = file_.text(n); }},
-                   {"licence", true, "the model's licence", [&](auto& n) { model.licence = file_.text(n); }},
+                   {"license", true, "the model's license", [&](auto& n) { model.license = file_.text(n); }},
                    {"source", true, "where it is described", [&](auto& n) { model.source = file_.text(n); }},
                    {"labels", false, "its label set", [&](auto& n) { model.labels = file_.text(n); }},
                    {"megabytes", false, "about how much there is to download",
@@ -151,7 +151,7 @@ class CatalogueReader {
     if (model.labels.empty()) requireFile(node, model, "labels.txt");
     settings.insert_or_assign("name", name);
     settings.insert_or_assign("labels", "labels.txt");
-    settings.insert_or_assign("licence", model.licence);
+    settings.insert_or_assign("license", model.license);
     settings.insert_or_assign("source", model.source);
     std::ostringstream text;
     text << "# " << io::printable(model.about) << "\n" << settings << "\n";
@@ -159,7 +159,7 @@ class CatalogueReader {
     return model;
   }
 
-  void requireFile(const toml::node& node, const CatalogueEntry& model, const std::string& name) const {
+  void requireFile(const toml::node& node, const CatalogEntry& model, const std::string& name) const {
     if (std::none_of(model.files.begin(), model.files.end(), [&](auto& f) { return f.name == name; }))
       file_.fail(node, fmt::format("{} has no file \"{}\" among its `files`{}", model.name, name,
                                    name == "labels.txt" ? ", and no label set as `labels`" : ""));
@@ -194,29 +194,29 @@ std::map<std::string, std::string, std::less<>> wordNetWords(const std::vector<s
 
 }  // namespace
 
-Catalogue Catalogue::load() {
-  Catalogue catalogue;
-  catalogue.add("models/catalogue.toml", builtinCatalogue);
-  const fs::path own = modelHome().parent_path() / "catalogue.toml";
-  if (fs::exists(own)) catalogue.add(own, io::readBytes(own, std::size_t{1} << 24U));
-  return catalogue;
+Catalog Catalog::load() {
+  Catalog catalog;
+  catalog.add("models/catalog.toml", builtinCatalog);
+  const fs::path own = modelHome().parent_path() / "catalog.toml";
+  if (fs::exists(own)) catalog.add(own, io::readBytes(own, std::size_t{1} << 24U));
+  return catalog;
 }
 
-void Catalogue::add(const fs::path& name, const std::string& text) {
-  CatalogueReader(name, text).read(models_, labelSets_);
+void Catalog::add(const fs::path& name, const std::string& text) {
+  CatalogReader(name, text).read(models_, labelSets_);
 }
 
-const CatalogueEntry& Catalogue::get(const std::string& name) const {
+const CatalogEntry& Catalog::get(const std::string& name) const {
   if (const auto found = models_.find(name); found != models_.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [other, model] : models_) known.push_back(other);
-  throw Error(fmt::format("no model \"{}\" in the catalogue; known are {}", io::printable(name),
+  throw Error(fmt::format("no model \"{}\" in the catalog; known are {}", io::printable(name),
                           fmt::join(known, ", ")));
 }
 
-std::string Catalogue::checksums(const CatalogueEntry& model) const {
+std::string Catalog::checksums(const CatalogEntry& model) const {
   std::vector<RemoteFile> files;
-  for (const CatalogueFile& file : model.files)
+  for (const CatalogFile& file : model.files)
     if (file.byHand.empty()) files.push_back(file.remote);
   for (std::string set = model.labels; !set.empty(); set = labelSets_.at(set).words)
     files.push_back(labelSets_.at(set).file.remote);
@@ -228,8 +228,8 @@ std::string Catalogue::checksums(const CatalogueEntry& model) const {
   return std::any_of(files.begin(), files.end(), any) ? "partly" : "none";
 }
 
-bool CatalogueEntry::needsHands() const {
-  return std::any_of(files.begin(), files.end(), [](const CatalogueFile& f) { return !f.byHand.empty(); });
+bool CatalogEntry::needsHands() const {
+  return std::any_of(files.begin(), files.end(), [](const CatalogFile& f) { return !f.byHand.empty(); });
 }
 
 std::vector<std::string> labelsOf(const LabelSet& set, const std::vector<std::string>& lines,

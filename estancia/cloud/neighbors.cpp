@@ -1,4 +1,4 @@
-#include "estancia/cloud/neighbours.hpp"
+#include "estancia/cloud/neighbors.hpp"
 
 #include <fmt/format.h>
 
@@ -13,19 +13,19 @@
 namespace estancia {
 
 /// A point on its way into a block.
-struct Neighbours::Item {
+struct Neighbors::Item {
   std::array<float, 3> at;
   std::uint32_t index;
 };
 
 namespace {
 
-constexpr std::size_t kBlock = Neighbours::kBlock;
+constexpr std::size_t kBlock = Neighbors::kBlock;
 
 /// Appends the points of a block that are near enough; `found` has room for all of them. Returns their
 /// number.
-ESTANCIA_MULTIVERSION std::size_t scan(const Neighbours::Block& block, float x, float y, float z,
-                                       float squared, Neighbour* found) {
+ESTANCIA_MULTIVERSION std::size_t scan(const Neighbors::Block& block, float x, float y, float z,
+                                       float squared, Neighbor* found) {
   float distances[kBlock];
   for (std::size_t i = 0; i < kBlock; ++i) {
     const float dx = block.x[i] - x, dy = block.y[i] - y, dz = block.z[i] - z;
@@ -40,18 +40,18 @@ ESTANCIA_MULTIVERSION std::size_t scan(const Neighbours::Block& block, float x, 
 }
 
 /// Room for `count` more behind the first `used`.
-Neighbour* room(std::vector<Neighbour>& buffer, std::size_t used, std::size_t count) {
+Neighbor* room(std::vector<Neighbor>& buffer, std::size_t used, std::size_t count) {
   if (buffer.size() < used + count) buffer.resize(2 * used + count + 8 * kBlock);
   return buffer.data() + used;
 }
 
-bool nearer(const Neighbour& a, const Neighbour& b) {
+bool nearer(const Neighbor& a, const Neighbor& b) {
   return a.squared < b.squared || (a.squared == b.squared && a.index < b.index);
 }
 
 }  // namespace
 
-Neighbours::Neighbours(std::span<const cv::Point3f> points, int threads) {
+Neighbors::Neighbors(std::span<const cv::Point3f> points, int threads) {
   constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max();
   if (points.size() >= most)
     throw Error(fmt::format("a cloud of {} points is too large to be searched; thin it out", points.size()));
@@ -68,7 +68,7 @@ Neighbours::Neighbours(std::span<const cv::Point3f> points, int threads) {
   for (const Item& item : items) order_.push_back(item.index);
 }
 
-void Neighbours::build(std::span<Item> items, std::size_t node, std::size_t block, std::size_t threads) {
+void Neighbors::build(std::span<Item> items, std::size_t node, std::size_t block, std::size_t threads) {
   const std::size_t blocks = (items.size() + kBlock - 1) / kBlock;
   std::array<float, 3> low = items[0].at, high = items[0].at;
   for (const Item& item : items)
@@ -106,8 +106,8 @@ void Neighbours::build(std::span<Item> items, std::size_t node, std::size_t bloc
   });
 }
 
-std::span<const Neighbour> Neighbours::within(const cv::Point3f& place, float radius,
-                                              std::vector<Neighbour>& buffer) const {
+std::span<const Neighbor> Neighbors::within(const cv::Point3f& place, float radius,
+                                              std::vector<Neighbor>& buffer) const {
   if (!isFinite(place) || !(radius >= 0)) return {};
   const float squared = radius * radius;
   std::size_t count = 0;
@@ -117,8 +117,8 @@ std::span<const Neighbour> Neighbours::within(const cv::Point3f& place, float ra
   return {buffer.data(), count};
 }
 
-std::span<const Neighbour> Neighbours::nearest(const cv::Point3f& place, std::size_t count,
-                                               std::vector<Neighbour>& buffer, float farthest) const {
+std::span<const Neighbor> Neighbors::nearest(const cv::Point3f& place, std::size_t count,
+                                               std::vector<Neighbor>& buffer, float farthest) const {
   count = std::min(count, size());
   if (!isFinite(place) || count == 0 || !(farthest >= 0)) return {};
   struct Visit {
@@ -128,14 +128,14 @@ std::span<const Neighbour> Neighbours::nearest(const cv::Point3f& place, std::si
   std::array<Visit, 64> visits;  // one a level, and the tree halves what is below 2³²
   std::size_t waiting = 0, found = 0;
   float worst = farthest * farthest;
-  Neighbour* best = room(buffer, count, kBlock) - count;  // the found ones, then those of a block
+  Neighbor* best = room(buffer, count, kBlock) - count;  // the found ones, then those of a block
   visits[waiting++] = {0, squaredTo(nodes_[0], place)};
   while (waiting > 0) {
     const Visit visit = visits[--waiting];
     if (visit.squared > worst || (found == count && visit.squared >= worst)) continue;
     const Node& node = nodes_[visit.node];
     if (node.last == node.first + 1) {
-      Neighbour* near = best + count;
+      Neighbor* near = best + count;
       const std::size_t some = scan(blocks_[node.first], place.x, place.y, place.z, worst, near);
       for (std::size_t i = 0; i < some; ++i) {
         if (found == count) {

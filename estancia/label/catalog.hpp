@@ -1,4 +1,4 @@
-// The models that can be had: where from, under which licence, and how to use them.
+// The models that can be had: where from, under which license, and how to use them.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 namespace estancia {
 
 /// A file of a model.
-struct CatalogueFile {
+struct CatalogFile {
   std::string name;    ///< in the model's folder
   RemoteFile remote;   ///< what is downloaded; no addresses when `byHand` says how to make it instead
   std::string member;  ///< when that is an archive: the file in it
@@ -24,16 +24,16 @@ struct CatalogueFile {
 /// A list of labels that several models share.
 struct LabelSet {
   std::size_t count = 0;
-  CatalogueFile file;
+  CatalogFile file;
   /// Lines end with their number and may begin with a folder's letter or a WordNet number, as in
   /// "/a/airport_terminal 2" and "n01440764 tench, Tinca tinca 0": only the words between are the label.
   bool numbered = false;
   std::string words;  ///< the set that knows the words of lines with a WordNet number and nothing else
 };
 
-struct CatalogueEntry {
-  std::string name, about, licence, source;
-  std::vector<CatalogueFile> files;
+struct CatalogEntry {
+  std::string name, about, license, source;
+  std::vector<CatalogFile> files;
   std::string labels;     ///< a label set; "" when the label file is among `files`
   double megabytes = 0;   ///< of the whole download, about
   std::string modelToml;  ///< its model.toml, but for the digests
@@ -42,28 +42,28 @@ struct CatalogueEntry {
   bool needsHands() const;
 };
 
-/// models/catalogue.toml, compiled in.
-extern const std::string builtinCatalogue;
+/// models/catalog.toml, compiled in.
+extern const std::string builtinCatalog;
 
-class Catalogue {
+class Catalog {
  public:
-  /// The entries of this library and of the user's own catalogue.toml beside the model home; where a name is
-  /// in both, the user's. Throws Error `…/catalogue.toml:LINE: …` on a mistake.
-  static Catalogue load();
+  /// The entries of this library and of the user's own catalog.toml beside the model home; where a name is
+  /// in both, the user's. Throws Error `…/catalog.toml:LINE: …` on a mistake.
+  static Catalog load();
 
-  /// Adds what a catalogue's text says; `name` stands for the file in messages. Throws Error as above.
+  /// Adds what a catalog's text says; `name` stands for the file in messages. Throws Error as above.
   void add(const std::filesystem::path& name, const std::string& text);
 
   /// By name.
-  const std::map<std::string, CatalogueEntry>& models() const { return models_; }
+  const std::map<std::string, CatalogEntry>& models() const { return models_; }
   const std::map<std::string, LabelSet>& labelSets() const { return labelSets_; }
   /// Throws Error listing the known names.
-  const CatalogueEntry& get(const std::string& name) const;
+  const CatalogEntry& get(const std::string& name) const;
   /// What is published of the files that are fetched: "sha256" or "sha1" of all, "partly", or "none".
-  std::string checksums(const CatalogueEntry& model) const;
+  std::string checksums(const CatalogEntry& model) const;
 
  private:
-  std::map<std::string, CatalogueEntry> models_;
+  std::map<std::string, CatalogEntry> models_;
   std::map<std::string, LabelSet> labelSets_;
 };
 
@@ -88,7 +88,7 @@ std::filesystem::path downloadFolder(const std::string& model);
 
 /// Downloads a model into downloadFolder(), checks it and installs it as addModel() does. Files that the user
 /// has put there are used. Throws Error, and Interrupted; what has arrived is then kept for the next run.
-FetchedModel fetchModel(const Catalogue& catalogue, const std::string& name, Progress& progress,
+FetchedModel fetchModel(const Catalog& catalog, const std::string& name, Progress& progress,
                         const FetchOptions& options = {});
 
 }  // namespace estancia

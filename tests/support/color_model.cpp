@@ -1,4 +1,4 @@
-#include "support/colour_model.hpp"
+#include "support/color_model.hpp"
 
 #include <onnx/onnx_pb.h>
 
@@ -6,7 +6,7 @@
 
 namespace estancia::test {
 
-void writeColourModel(const std::filesystem::path& folder) {
+void writeColorModel(const std::filesystem::path& folder) {
   const std::string network = smallOnnx(8, 4, [](onnx::GraphProto& graph) {
     const float weights[4][3] = {{-1, 0, 1}, {1, 0, -1}, {0, -1, 0}, {0, -1, 0}};  // of blue, green, red
     for (int i = 0; i < 12; ++i) graph.mutable_initializer(0)->set_float_data(i, weights[i / 3][i % 3]);

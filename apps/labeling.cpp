@@ -1,4 +1,4 @@
-#include "labelling.hpp"
+#include "labeling.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -17,9 +17,9 @@ class Recorder {
   Recorder(const Sequence& sequence, LabelStreamOptions options) : sequence_(sequence), options_(options) {}
 
   Recording run(Labeler& labeler) {
-    progress_->begin("labelling", sequence_.size());
-    Recording recording = record(sequence_, labeler, options_, [this](const LabelledFrame& frame) {
-      if (!frame.labelled()) spdlog::warn("skipped: {}", frame.problem);
+    progress_->begin("labeling", sequence_.size());
+    Recording recording = record(sequence_, labeler, options_, [this](const LabeledFrame& frame) {
+      if (!frame.labeled()) spdlog::warn("skipped: {}", frame.problem);
       if (frame.remembered) ++remembered;
       progress_->advance();
       if (interrupted())
@@ -65,17 +65,17 @@ void ModelArguments::addTo(CLI::App& command, const std::string& what) {
 void ModelArguments::addRunningTo(CLI::App& command) {
   addOptionsTo(command);
   command.add_flag("--no-cache", noCache, "Label anew instead of remembering earlier runs")
-      ->group("Labelling");
+      ->group("Labeling");
 }
 
 void ModelArguments::addOptionsTo(CLI::App& command) {
-  const auto labelling = "Labelling";
+  const auto labeling = "Labeling";
   command.add_option("--engine", options.engine, "What runs the network; default: the fastest at hand")
       ->check(CLI::IsMember({"onnxruntime", "opencv"}))
-      ->group(labelling);
+      ->group(labeling);
   command.add_option("--threads", options.threads, "Threads of the work; default: one a free core")
       ->check(CLI::Range(1, 1024))
-      ->group(labelling);
+      ->group(labeling);
 }
 
 std::unique_ptr<Labeler> ModelArguments::open() const {
@@ -84,7 +84,7 @@ std::unique_ptr<Labeler> ModelArguments::open() const {
   return loadModel(model.empty() ? byDefault : model, how);
 }
 
-Labelling::Labelling(const SequenceArguments& frames, const ModelArguments& model, const Vocabulary* words)
+Labeling::Labeling(const SequenceArguments& frames, const ModelArguments& model, const Vocabulary* words)
     : sequence_(frames.open()),
       cache_(model.noCache ? nullptr : std::make_unique<LabelCache>()),
       strict_(frames.strict) {
@@ -105,14 +105,14 @@ Labelling::Labelling(const SequenceArguments& frames, const ModelArguments& mode
   labeler_ = std::make_unique<RecordedLabeler>(std::move(recording));
 }
 
-std::size_t Labelling::forEach(std::size_t first, const std::string& what,
-                               const std::function<void(const LabelledFrame&)>& use) {
+std::size_t Labeling::forEach(std::size_t first, const std::string& what,
+                               const std::function<void(const LabeledFrame&)>& use) {
   const auto progress = makeStderrProgress();
   LabelStream stream(*sequence_, *labeler_, {.first = first, .strict = strict_, .cache = cache_.get()});
   std::size_t used = 0, skipped = 0;
   progress->begin(what, sequence_->size(), first);
   while (const auto frame = stream.next()) {
-    if (frame->labelled()) {
+    if (frame->labeled()) {
       use(*frame);
       ++used;
       if (frame->remembered) ++remembered_;
@@ -133,13 +133,13 @@ std::size_t Labelling::forEach(std::size_t first, const std::string& what,
   return skipped;
 }
 
-LexicalDescriptor Labelling::words(std::size_t frame) {
+LexicalDescriptor Labeling::words(std::size_t frame) {
   const OneFrame one(*sequence_, frame);
   LabelStream stream(one, *labeler_, {.strict = strict_, .ahead = 1, .readers = 1, .cache = cache_.get()});
-  const LabelledFrame labelled = *stream.next();
-  if (labelled.remembered) ++remembered_;
-  if (!labelled.labelled()) spdlog::warn("no words: {}", labelled.problem);
-  return labelled.descriptor;
+  const LabeledFrame labeled = *stream.next();
+  if (labeled.remembered) ++remembered_;
+  if (!labeled.labeled()) spdlog::warn("no words: {}", labeled.problem);
+  return labeled.descriptor;
 }
 
 }  // namespace estancia::apps

@@ -13,7 +13,7 @@
 
 namespace estancia {
 
-struct Neighbour {
+struct Neighbor {
   std::uint32_t index;  ///< in the cloud
   float squared;        ///< of its distance [m²]
 };
@@ -21,7 +21,7 @@ struct Neighbour {
 /// A k-d tree (Bentley 1975) over the finite points of a cloud, whose leaves are blocks of points that are
 /// compared at once. Exact, for any density and extent. Immutable: any number of threads may ask, each with a
 /// buffer of its own, which grows to what is needed and is then used again.
-class Neighbours {
+class Neighbors {
  public:
   static constexpr std::size_t kBlock = 32;
 
@@ -41,12 +41,12 @@ class Neighbours {
 
   /// Copies what it needs of `points`, on `threads` threads (0: one a usable core); the result does not
   /// depend on them. Throws Error on more points than an index can tell apart.
-  explicit Neighbours(std::span<const cv::Point3f> points, int threads = 1);
+  explicit Neighbors(std::span<const cv::Point3f> points, int threads = 1);
 
   /// How many points are finite.
   std::size_t size() const { return order_.size(); }
 
-  /// Their indices, such that neighbours in this list are neighbours in space: work in this order is quick.
+  /// Their indices, such that neighbors in this list are neighbors in space: work in this order is quick.
   std::span<const std::uint32_t> order() const { return order_; }
 
   /// Where the i-th point of order() is.
@@ -58,17 +58,17 @@ class Neighbours {
 
   /// The points at most `radius` [m] away, the one at `place` itself included; in a fixed order that means
   /// nothing. Lies in `buffer` until that is used again. Nothing when `place` is not finite.
-  std::span<const Neighbour> within(const cv::Point3f& place, float radius,
-                                    std::vector<Neighbour>& buffer) const;
+  std::span<const Neighbor> within(const cv::Point3f& place, float radius,
+                                    std::vector<Neighbor>& buffer) const;
 
   /// The `count` nearest points (fewer when there are no more) not beyond `farthest` [m], nearest first, the
   /// one at `place` itself included. Which of several equally far ones is left out is fixed but means
   /// nothing.
-  std::span<const Neighbour> nearest(const cv::Point3f& place, std::size_t count,
-                                     std::vector<Neighbour>& buffer,
+  std::span<const Neighbor> nearest(const cv::Point3f& place, std::size_t count,
+                                     std::vector<Neighbor>& buffer,
                                      float farthest = std::numeric_limits<float>::infinity()) const;
 
-  /// Calls use(i, neighbours) for every finite point i of the cloud with what within() says of it, on
+  /// Calls use(i, neighbors) for every finite point i of the cloud with what within() says of it, on
   /// `threads` threads (0: one a usable core); each i once, in no order.
   template <class Use>
   void eachWithin(float radius, int threads, const Use& use) const {
@@ -76,7 +76,7 @@ class Neighbours {
     Progress silent;
     inParallel((blocks_.size() + together - 1) / together, threads, silent,
                "stopped while points were looked at", [&](std::size_t chunk) {
-                 std::vector<Neighbour> buffer;
+                 std::vector<Neighbor> buffer;
                  const std::size_t end = std::min(order_.size(), (chunk + 1) * together * kBlock);
                  for (std::size_t i = chunk * together * kBlock; i < end; ++i)
                    use(order_[i], within(place(i), radius, buffer));

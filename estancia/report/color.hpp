@@ -1,4 +1,4 @@
-// Colours that people with colour-blindness can tell apart.
+// Colors that people with color-blindness can tell apart.
 #pragma once
 
 #include <cstddef>
@@ -7,22 +7,22 @@
 
 namespace estancia::report {
 
-struct Colour {
+struct Color {
   int red = 0, green = 0, blue = 0;  ///< sRGB, 0 … 255
 
   std::string hex() const;  ///< "#rrggbb"
-  /// Black or white, whichever reads better on this colour (WCAG relative luminance).
+  /// Black or white, whichever reads better on this color (WCAG relative luminance).
   std::string ink() const;
 };
 
-/// Eleven evenly spaced colours of viridis (Smith & van der Walt, matplotlib), perceptually uniform.
-const std::vector<Colour>& viridisStops();
+/// Eleven evenly spaced colors of viridis (Smith & van der Walt, matplotlib), perceptually uniform.
+const std::vector<Color>& viridisStops();
 
 /// viridis between its stops; t is clamped to [0, 1].
-Colour viridis(double t);
+Color viridis(double t);
 
 struct ClassStyle {
-  Colour fill;
+  Color fill;
   std::size_t shape = 0;  ///< 0 circle, 1 square, 2 diamond, 3 hexagon, 4 triangle
 };
 
@@ -36,7 +36,7 @@ ClassStyle classStyle(std::size_t i);
 /// differ in shape alone, and the first 35 in hue or shape.
 ClassStyle symbolStyle(std::size_t i);
 
-/// What has no class of its own: a grey disc.
+/// What has no class of its own: a gray disc.
 ClassStyle plainStyle();
 
 }  // namespace estancia::report
