@@ -57,7 +57,7 @@ std::string reasonOf(const PlaceAnswer& answer, const TopologicalMap& map) {
 }
 
 std::string roomOf(const Place& place) {
-  const std::string room = place.roomForPeople();
+  const std::string room = place.displayRoom();
   return room.empty() ? "" : "  (" + room + ")";
 }
 
@@ -91,7 +91,7 @@ void run(const Arguments& arguments) {
     for (const std::string& room : answers.rooms) shown.push_back("room " + room);
     fmt::print("{} → {}\n", arguments.words, fmt::join(shown, ", "));
     if (answers.rooms.empty() && std::none_of(answers.places.begin(), answers.places.end(),
-                                              [](const auto& a) { return a.amongBest5; }))
+                                              [](const auto& a) { return a.inTop5; }))
       fmt::print("No place has it among its five best words; the likeliest are\n");
   }
   for (const PlaceAnswer& answer : answers.places) {
@@ -101,7 +101,7 @@ void run(const Arguments& arguments) {
                               {"lift", answer.lift},
                               {"label", nullptr},
                               {"rank", answer.rank},
-                              {"among_best_5", answer.amongBest5},
+                              {"among_best_5", answer.inTop5},
                               {"room", place.room}});
     if (answer.room.empty()) json["places"].back()["label"] = map.vocabulary[answer.label];
     addPredicted(json["places"].back(), place);

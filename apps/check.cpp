@@ -3,7 +3,7 @@
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/odometry/check.hpp"
 #include "estancia/report/text.hpp"
 
@@ -51,7 +51,7 @@ void printForMachines(const CheckReport& report, const std::vector<std::string>&
 }
 
 void run(const Arguments& arguments) {
-  if (isRecording(arguments.sequence.path))
+  if (isDescriptorFile(arguments.sequence.path))
     throw Error(fmt::format("{} holds words; check the images they were made from", arguments.sequence.path));
   const auto sequence = openSequence(arguments.sequence.path, arguments.sequence.options);
   const auto progress = makeStderrProgress();

@@ -10,7 +10,7 @@
 #include "described.hpp"
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/classify/scores.hpp"
-#include "estancia/classify/selection.hpp"
+#include "estancia/classify/label_selection.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/progress.hpp"
@@ -78,7 +78,7 @@ void warnOfAnswers(const Features& features) {
 
 void train(const Arguments& arguments) {
   requireReplaceable(arguments.output, arguments.overwrite, isRoomClassifier, "room classifier");
-  Describing describing(arguments.describing);
+  FeatureSource describing(arguments.describing);
   const bool words = holdsNumbers(arguments.source.path);
   Features features = describing.features(
       arguments.source, arguments.descriptor.empty() && !words ? defaultDescriptor : arguments.descriptor);
@@ -122,7 +122,7 @@ void train(const Arguments& arguments) {
 
 /// What images are described by when `classifier` is to tell their rooms.
 Features described(const Arguments& arguments, const RoomClassifier& classifier) {
-  Describing describing(arguments.describing);
+  FeatureSource describing(arguments.describing);
   const bool numbers = holdsNumbers(arguments.source.path);
   if (!numbers) requireDescribable(classifier);
   return describing.features(arguments.source, numbers ? "" : descriptorOf(classifier));
@@ -245,7 +245,7 @@ Features featuresToPredict(const Arguments& arguments, const RoomClassifier& cla
   const std::vector<fs::path> paths(names.begin(), names.end());
   if (paths.size() == 1 && !isImageFile(paths[0])) return described(arguments, classifier);
   requireDescribable(classifier);
-  return Describing(arguments.describing).features(*openImages(paths), descriptorOf(classifier));
+  return FeatureSource(arguments.describing).features(*openImages(paths), descriptorOf(classifier));
 }
 
 void predict(const Arguments& arguments) {
@@ -301,7 +301,7 @@ Json placeJson(int node, const Place& place) {
 void name(const Arguments& arguments) {
   const RoomClassifier classifier = RoomClassifier::load(arguments.model);
   const auto sequence = arguments.source.path.empty() ? nullptr : arguments.source.open();
-  Describing describing(arguments.describing);
+  FeatureSource describing(arguments.describing);
   nameRooms(arguments.map, classifier, sequence.get(), describing);
   const TopologicalMap map = MapStore::open(arguments.map, MapStore::Access::read).load();
   const std::vector<Place> places = placesOf(map);

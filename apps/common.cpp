@@ -10,7 +10,7 @@
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/io/picture.hpp"
+#include "estancia/io/image_writer.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/zones/zone_file.hpp"
 

@@ -14,9 +14,9 @@
 #include "estancia/core/plus_names.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/describe/table_features.hpp"
-#include "estancia/describe/words.hpp"
+#include "estancia/describe/lexical.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/map_recording.hpp"
 #include "estancia/topology/store.hpp"
 
@@ -85,33 +85,33 @@ std::vector<DescriptorPart> partsOfFile(const std::string& path) {
     const MapStore::Identity words = MapStore::open(path, MapStore::Access::read).identity();
     return partsOfWords(words.vocabulary, words.model);
   }
-  return withRows(featuresOf(readRecording(path)), {}).parts;
+  return withRows(featuresOf(readDescriptors(path)), {}).parts;
 }
 
 }  // namespace
 
 bool holdsNumbers(const std::string& path) {
-  return isMap(path) || isRecording(path);
+  return isMap(path) || isDescriptorFile(path);
 }
 
-Describing::Describing(const ModelArguments& arguments)
+FeatureSource::FeatureSource(const ModelArguments& arguments)
     : cache_(arguments.noCache ? nullptr : std::make_unique<LabelCache>()), progress_(makeStderrProgress()) {
   options_.labeler = arguments.options;
   options_.cache = cache_.get();
 }
 
-Features Describing::features(const SequenceArguments& source, const std::string& descriptor) {
+Features FeatureSource::features(const SequenceArguments& source, const std::string& descriptor) {
   const auto parts = [&](const Features& all) {
     return descriptor.empty() ? all : withParts(all, splitAtPlus(descriptor));
   };
-  if (isMap(source.path)) return parts(chosen(featuresOf(readMapRecording(source.path)), source));
+  if (isMap(source.path)) return parts(chosen(featuresOf(readMapDescriptors(source.path)), source));
   if (isFeatureTable(source.path)) return parts(chosen(featuresOf(readFeatureTable(source.path)), source));
   const auto sequence = source.open();
-  if (isRecording(source.path)) return parts(asListedIn(*sequence, featuresOf(readRecording(source.path))));
+  if (isDescriptorFile(source.path)) return parts(asListedIn(*sequence, featuresOf(readDescriptors(source.path))));
   return features(*sequence, descriptor, source.strict);
 }
 
-Features Describing::features(const Sequence& sequence, const std::string& descriptor, bool strict) {
+Features FeatureSource::features(const Sequence& sequence, const std::string& descriptor, bool strict) {
   std::vector<std::string> problems;
   Features features = describeSequence(sequence, descriptor, options_, *progress_, &problems);
   if (strict && !problems.empty()) throw Error(problems.front());
@@ -119,7 +119,7 @@ Features Describing::features(const Sequence& sequence, const std::string& descr
   return features;
 }
 
-RoomPredictions Describing::rooms(const RoomClassifier& classifier, const Recording& words,
+RoomPredictions FeatureSource::rooms(const RoomClassifier& classifier, const DescriptorSequence& words,
                                   const Sequence* sequence) {
   std::vector<std::string> problems;
   const Features features = featuresFor(classifier, words, sequence, options_, *progress_, &problems);
@@ -127,14 +127,14 @@ RoomPredictions Describing::rooms(const RoomClassifier& classifier, const Record
   return predictRooms(classifier, features, words.frames, options_.labeler.threads);
 }
 
-void Describing::warn(const std::vector<std::string>& problems) const {
+void FeatureSource::warn(const std::vector<std::string>& problems) const {
   for (const std::string& problem : problems) spdlog::warn("left out: {}", problem);
   if (cache_ && !cache_->problem().empty()) spdlog::warn("{}", cache_->problem());
 }
 
 void nameRooms(const std::string& map, const RoomClassifier& classifier, const Sequence* sequence,
-               Describing& describing) {
-  const RoomPredictions predictions = describing.rooms(classifier, readMapRecording(map), sequence);
+               FeatureSource& describing) {
+  const RoomPredictions predictions = describing.rooms(classifier, readMapDescriptors(map), sequence);
   MapStore store = MapStore::open(map, MapStore::Access::write);
   store.putPredictions(predictions);
   store.commit();

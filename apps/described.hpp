@@ -15,9 +15,9 @@
 namespace estancia::apps {
 
 /// Describes with a progress bar and the cache, and warns of images that cannot be described.
-class Describing {
+class FeatureSource {
  public:
-  explicit Describing(const ModelArguments& arguments);
+  explicit FeatureSource(const ModelArguments& arguments);
 
   /// SEQ: a map, a label file, a table of features, or images, which are described by `descriptor` (of the
   /// others: the parts that it names; "": all there are).
@@ -28,7 +28,7 @@ class Describing {
 
   /// What `classifier` says of the frames whose words are known; `sequence` (nullptr: not at hand) shows
   /// what the words do not tell.
-  RoomPredictions rooms(const RoomClassifier& classifier, const Recording& words, const Sequence* sequence);
+  RoomPredictions rooms(const RoomClassifier& classifier, const DescriptorSequence& words, const Sequence* sequence);
 
  private:
   void warn(const std::vector<std::string>& problems) const;
@@ -43,7 +43,7 @@ bool holdsNumbers(const std::string& path);
 
 /// Names the places of a map file by what `classifier` says of its frames; `sequence` as for rooms().
 void nameRooms(const std::string& map, const RoomClassifier& classifier, const Sequence* sequence,
-               Describing& describing);
+               FeatureSource& describing);
 
 /// Adds `--classifier`, for the commands that name what they find.
 void addClassifierOption(CLI::App& command, std::string& classifier);

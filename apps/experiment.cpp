@@ -8,7 +8,7 @@
 
 #include "common.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/experiment/distribution.hpp"
+#include "estancia/experiment/work_queue.hpp"
 #include "estancia/experiment/experiment.hpp"
 #include "estancia/io/result_table.hpp"
 #include "estancia/report/findings_files.hpp"
@@ -56,8 +56,8 @@ void run(const Arguments& arguments) {
   fs::path folder = arguments.output;
   if (folder.empty())
     folder = configs.size() == 1 ? configs[0].stem() : fs::absolute(configs[0]).parent_path().filename();
-  std::unique_ptr<Distribution> distribution;
-  if (auto ranks = joinRanks()) distribution = std::make_unique<Distribution>(std::move(ranks));
+  std::unique_ptr<WorkQueue> distribution;
+  if (auto ranks = joinMpiProcesses()) distribution = std::make_unique<WorkQueue>(std::move(ranks));
   const bool speaks = distribution == nullptr || distribution->isFirst();
   if (!speaks) silence();
   const auto progress = speaks ? makeStderrProgress() : std::make_unique<Progress>();

@@ -60,7 +60,7 @@ void addExportCommand(CLI::App& app) {
               "  estancia export home.estancia --format nav2 -o home.geojson\n"
               "  estancia export home.zones --format rooms | jq .kitchen.words");
   command->callback([arguments] {
-    arguments->options.bothWays = !arguments->oneWay;
+    arguments->options.bidirectional = !arguments->oneWay;
     const std::string text = textOf(arguments->map, arguments->format, arguments->options);
     if (arguments->output.empty()) {
       fmt::print("{}", text);

@@ -14,8 +14,8 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/io/picture.hpp"
-#include "estancia/report/cloud_picture.hpp"
+#include "estancia/io/image_writer.hpp"
+#include "estancia/report/cloud_image.hpp"
 
 namespace estancia::apps {
 namespace {

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/report/text.hpp"
 #include "labeling.hpp"
 
@@ -31,7 +31,7 @@ void run(const Arguments& arguments) {
   if (!folder.empty() && !fs::is_directory(folder))
     throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
   Labeling labeling(arguments.sequence, arguments.model);
-  Recording recording{
+  DescriptorSequence recording{
       labeling.vocabulary(), labeling.identity(), {}, DescriptorMatrix(labeling.vocabulary().size())};
   recording.descriptors.reserve(labeling.sequence().size());
   std::size_t skipped = 0;
@@ -44,7 +44,7 @@ void run(const Arguments& arguments) {
     if (arguments.model.noCache) throw;
     throw Interrupted(fmt::format("{}; their labels are kept in the cache: run it again to go on", e.what()));
   }
-  writeRecording(recording, arguments.output);
+  writeDescriptors(recording, arguments.output);
   if (recording.vocabulary.layout().parts.size() > 1 && !arguments.output.ends_with(".labels"))
     spdlog::warn(
         "{} holds the words of several models side by side, but not which are whose; maps are better made of "

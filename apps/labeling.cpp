@@ -6,7 +6,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/label/record.hpp"
-#include "estancia/label/recorded.hpp"
+#include "estancia/label/recorded_labeler.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -16,9 +16,9 @@ class Recorder {
  public:
   Recorder(const Sequence& sequence, LabelStreamOptions options) : sequence_(sequence), options_(options) {}
 
-  Recording run(Labeler& labeler) {
+  DescriptorSequence run(Labeler& labeler) {
     progress_->begin("labeling", sequence_.size());
-    Recording recording = record(sequence_, labeler, options_, [this](const LabeledFrame& frame) {
+    DescriptorSequence recording = record(sequence_, labeler, options_, [this](const LabeledFrame& frame) {
       if (!frame.labeled()) spdlog::warn("skipped: {}", frame.problem);
       if (frame.remembered) ++remembered;
       progress_->advance();
@@ -88,10 +88,10 @@ Labeling::Labeling(const SequenceArguments& frames, const ModelArguments& model,
     : sequence_(frames.open()),
       cache_(model.noCache ? nullptr : std::make_unique<LabelCache>()),
       strict_(frames.strict) {
-  if (isRecording(frames.path)) {
+  if (isDescriptorFile(frames.path)) {
     if (!model.model.empty())
       throw Error(fmt::format("{} holds words already; leave out --model", frames.path));
-    Recording recording = readRecording(frames.path);
+    DescriptorSequence recording = readDescriptors(frames.path);
     if (words != nullptr && !(recording.vocabulary == *words)) recording = inWordsOf(*words, recording);
     labeler_ = std::make_unique<RecordedLabeler>(std::move(recording));
     return;
@@ -99,7 +99,7 @@ Labeling::Labeling(const SequenceArguments& frames, const ModelArguments& model,
   labeler_ = model.open();
   if (!labeler_->discovers()) return;
   Recorder recorder(*sequence_, {.strict = strict_, .cache = cache_.get()});
-  Recording recording = recorder.run(*labeler_);
+  DescriptorSequence recording = recorder.run(*labeler_);
   remembered_ = recorder.remembered;
   if (words != nullptr) recording = inWordsOf(*words, recording);
   labeler_ = std::make_unique<RecordedLabeler>(std::move(recording));

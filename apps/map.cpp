@@ -9,8 +9,8 @@
 #include "common.hpp"
 #include "described.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/picture.hpp"
-#include "estancia/io/recording.hpp"
+#include "estancia/io/image_writer.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/session.hpp"
@@ -38,7 +38,7 @@ MapperOptions mapperOptions(MapperOptions options, const Arguments& arguments, c
   if (!arguments.distance.empty()) options.distance = arguments.distance;
   if (command.count("--tau-join") > 0) options.tauJoin = arguments.tauJoin;
   if (command.count("--tau-revisit") > 0) options.tauRevisit = arguments.tauRevisit;
-  if (command.count("--blur") > 0) options.blurImages = arguments.blur;
+  if (command.count("--blur") > 0) options.transitionImages = arguments.blur;
   return options;
 }
 
@@ -51,7 +51,7 @@ std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, con
                        sequence == nullptr ? "" : " " + arguments.sequence.path);
   };
   try {
-    Describing describing(arguments.model);
+    FeatureSource describing(arguments.model);
     nameRooms(arguments.output, classifier, sequence, describing);
   } catch (const Interrupted& e) {
     throw Interrupted(later(e));
@@ -67,7 +67,7 @@ std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, con
 void run(const Arguments& arguments, const CLI::App& command) {
   const MapperOptions options = mapperOptions({}, arguments, command);
   getDistance(options.distance);
-  const bool pictures = !isRecording(arguments.sequence.path);
+  const bool pictures = !isDescriptorFile(arguments.sequence.path);
   const auto classifier = openClassifier(arguments.classifier, arguments.sequence);
   if (fs::exists(arguments.output) && !arguments.goOn && !arguments.overwrite)
     throw Error(

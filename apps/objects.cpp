@@ -15,7 +15,7 @@
 #include "estancia/label/record.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
-#include "estancia/objects/patches.hpp"
+#include "estancia/objects/object_crops.hpp"
 #include "estancia/report/text.hpp"
 #include "labeling.hpp"
 
@@ -84,7 +84,7 @@ void collect(const CollectArguments& a) {
 struct LabelArguments {
   std::string views, output;
   ObjectViewsOptions type;
-  PatchOptions patches;
+  CropOptions patches;
   ModelArguments model;
   bool overwrite = false, json = false;
 };
@@ -118,7 +118,7 @@ void label(const LabelArguments& a) {
   const auto cache = a.model.noCache ? nullptr : std::make_unique<LabelCache>();
   const auto progress = makeStderrProgress();
   std::size_t remembered = 0, skipped = 0;
-  const Recording words =
+  const DescriptorSequence words =
       labelAll(*patches, *labeler, "labeling", cache.get(), *progress, [&](const LabeledFrame& frame) {
         if (!frame.labeled()) {
           ++skipped;
@@ -127,7 +127,7 @@ void label(const LabelArguments& a) {
         remembered += frame.remembered ? 1 : 0;
       });
   if (cache && !cache->problem().empty()) spdlog::warn("{}", cache->problem());
-  writeRecording(words, output);
+  writeDescriptors(words, output);
   if (a.json)
     print({{"labels", output},
            {"views", words.frames.size()},
@@ -150,8 +150,8 @@ void addSequenceWithDepth(CLI::App& command, SequenceArguments& sequence) {
     command.remove_option(command.get_option(option));
 }
 
-void addPatchOptions(CLI::App& command, PatchOptions& patches) {
-  using Background = PatchOptions::Background;
+void addPatchOptions(CLI::App& command, CropOptions& patches) {
+  using Background = CropOptions::Background;
   static const std::map<std::string, Background> backgrounds = {
       {"kept", Background::kept}, {"gray", Background::gray}, {"mean", Background::mean}};
   command

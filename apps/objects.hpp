@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "common.hpp"
-#include "estancia/cloud/patch.hpp"
+#include "estancia/cloud/crop_object.hpp"
 
 namespace estancia::apps {
 
@@ -12,7 +12,7 @@ namespace estancia::apps {
 void addSequenceWithDepth(CLI::App& command, SequenceArguments& sequence);
 
 /// Adds what labelers see around things.
-void addPatchOptions(CLI::App& command, PatchOptions& patches);
+void addPatchOptions(CLI::App& command, CropOptions& patches);
 
 void addObjectsCollect(CLI::App& objects);
 void addObjectsLabel(CLI::App& objects);

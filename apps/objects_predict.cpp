@@ -9,9 +9,9 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/io/picture.hpp"
+#include "estancia/io/image_writer.hpp"
 #include "estancia/objects/predict.hpp"
-#include "estancia/report/object_picture.hpp"
+#include "estancia/report/object_image.hpp"
 #include "estancia/report/text.hpp"
 #include "labeling.hpp"
 #include "objects.hpp"
@@ -26,20 +26,20 @@ struct Arguments {
   SequenceArguments sequence;
   std::string model, picture;
   ModelArguments labeler;
-  PatchOptions patches;
+  CropOptions patches;
   bool shapeOnly = false, overwrite = false, json = false;
   std::size_t first = 0, every = 1, frames = 0, least = ClusterOptions().least;
 };
 
-std::string_view nameOf(ObjectBelief::Source source) {
+std::string_view nameOf(FusedAnswer::Source source) {
   switch (source) {
-    case ObjectBelief::Source::none:
+    case FusedAnswer::Source::none:
       return "none";
-    case ObjectBelief::Source::seen:
+    case FusedAnswer::Source::seen:
       return "picture";
-    case ObjectBelief::Source::shape:
+    case FusedAnswer::Source::shape:
       return "shape";
-    case ObjectBelief::Source::both:
+    case FusedAnswer::Source::both:
       return "both";
   }
   return "none";
@@ -51,9 +51,9 @@ std::optional<std::size_t> likeliest(const std::vector<float>& said) {
   return std::max_element(said.begin(), said.end()) - said.begin();
 }
 
-class Telling {
+class PredictionPrinter {
  public:
-  Telling(const Study& study, bool json) : names_(study.names()), json_(json) {}
+  PredictionPrinter(const TargetClasses& study, bool json) : names_(study.names()), json_(json) {}
 
   void frame(const ClusteredFrame& frame, const std::string& name,
              const std::vector<PredictedObject>& objects, double clustering, const PredictSeconds& seconds) {
@@ -82,7 +82,7 @@ class Telling {
   std::size_t count() const { return last_.size(); }
 
  private:
-  std::string believed(const ObjectBelief& belief) const {
+  std::string believed(const FusedAnswer& belief) const {
     if (belief.word < 0) return "?";
     return fmt::format("{} {:.0f} %", names_[static_cast<std::size_t>(belief.word)],
                        100 * belief.probability);
@@ -129,7 +129,7 @@ class Telling {
                  {"picture", answer(object.seen)},
                  {"mass", object.mass},
                  {"shape", answer(object.shape)}};
-      const ObjectBelief& belief = object.belief;
+      const FusedAnswer& belief = object.belief;
       thing["believed"] = {
           {"word", belief.word < 0 ? Json() : Json(names_[static_cast<std::size_t>(belief.word)])},
           {"probability", belief.probability},
@@ -173,7 +173,7 @@ void run(const Arguments& a) {
     spdlog::warn("{} is not who named what was learned from ({}), so its answers are taken as they are",
                  labeler->identity(), model.labeler());
 
-  Telling telling(model.study(), a.json);
+  PredictionPrinter telling(model.study(), a.json);
   std::size_t read = 0;
   cv::Mat drawn;
   for (std::size_t i = a.first; i < sequence->size() && (a.frames == 0 || read < a.frames);

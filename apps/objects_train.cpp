@@ -9,7 +9,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/object_samples.hpp"
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/objects/training.hpp"
 #include "estancia/report/text.hpp"
 #include "objects.hpp"
@@ -34,8 +34,8 @@ struct Sources {
   std::vector<LabeledViews> labeled;
 };
 
-Recording wordsFor(const Arguments& a, std::size_t source) {
-  if (!a.labels.empty()) return readRecording(a.labels[source]);
+DescriptorSequence wordsFor(const Arguments& a, std::size_t source) {
+  if (!a.labels.empty()) return readDescriptors(a.labels[source]);
   const std::string& views = a.views[source];
   if (!isObjectSamples(views))
     throw Error(fmt::format(
@@ -48,7 +48,7 @@ Recording wordsFor(const Arguments& a, std::size_t source) {
         "{} has no words yet: run `estancia objects label {}`, or say where they are by --labels, "
         "or learn the true names by --truth",
         views, views));
-  return readRecording(wordsOf(views));
+  return readDescriptors(wordsOf(views));
 }
 
 /// A thing that is there twice would be two instances, and stand on both sides of what is held out.
@@ -75,8 +75,8 @@ Sources open(const Arguments& a) {
   return sources;
 }
 
-Study studyOf(const Arguments& a, const Sources& sources) {
-  if (!a.study.empty()) return Study::fromFile(a.study);
+TargetClasses studyOf(const Arguments& a, const Sources& sources) {
+  if (!a.study.empty()) return TargetClasses::fromFile(a.study);
   if (!a.truth)
     throw Error(
         "the words to learn are missing: give a study, a TOML file with a table [words.NAME] each, by "
@@ -87,11 +87,11 @@ Study studyOf(const Arguments& a, const Sources& sources) {
         fmt::format("{}: nobody says what these things are, so there are no true names to learn; label "
                     "them, or fill in the column `category` of samples.csv",
                     a.views.front()));
-  return Study::ofCategories(categories);
+  return TargetClasses::ofCategories(categories);
 }
 
 /// Labels that are spelt as no labeler spells them are no error, as their word has others.
-void warnOfLabels(const Study& study, const Sources& sources) {
+void warnOfLabels(const TargetClasses& study, const Sources& sources) {
   std::set<std::string> told;
   for (const LabeledViews& labeled : sources.labeled)
     if (labeled.words)
@@ -99,7 +99,7 @@ void warnOfLabels(const Study& study, const Sources& sources) {
         if (told.insert(sentence).second) spdlog::warn("{}", sentence);
 }
 
-Json jsonOf(const Arguments& a, const GatheredTraining& g, const ObjectModel& model) {
+Json jsonOf(const Arguments& a, const TrainingSet& g, const ObjectModel& model) {
   Json words = Json::array();
   for (std::size_t w = 0; w < model.study().words.size(); ++w) {
     Json word{{"word", model.study().words[w].name}, {"views", g.samples[w]}, {"instances", g.instances[w]}};
@@ -122,7 +122,7 @@ Json jsonOf(const Arguments& a, const GatheredTraining& g, const ObjectModel& mo
   return json;
 }
 
-void tell(const Arguments& a, const GatheredTraining& g, const ObjectModel& model) {
+void tell(const Arguments& a, const TrainingSet& g, const ObjectModel& model) {
   const auto percent = [](double share) {
     return share < 0 ? std::string("?") : fmt::format("{:.0f} %", 100 * share);
   };
@@ -153,14 +153,14 @@ void run(Arguments& a) {
   if (a.output.empty()) throw Error("the model has no name; give -o one, such as kitchen.objects");
   requireReplaceable(a.output, a.overwrite, isObjectModel, "model of objects");
   const Sources sources = open(a);
-  const Study study = studyOf(a, sources);
-  a.options.naming = namingOf(a.naming);
+  const TargetClasses study = studyOf(a, sources);
+  a.options.naming = getPseudoLabeling(a.naming);
   a.options.correct = a.prior == "uniform";
   a.options.shape.threads = a.options.classifier.threads;
   warnOfLabels(study, sources);
   const auto progress = makeStderrProgress();
   std::vector<std::string> problems;
-  const GatheredTraining gathered = gatherTraining(sources.labeled, study, a.options, *progress, &problems);
+  const TrainingSet gathered = gatherTraining(sources.labeled, study, a.options, *progress, &problems);
   for (const std::string& problem : problems) spdlog::warn("left out: {}", problem);
   const ObjectModel model = ObjectModel::train(gathered.training, a.options.classifier, *progress);
   model.save(a.output);
@@ -200,8 +200,8 @@ void addObjectsTrain(CLI::App& objects) {
       "The words, and what labelers and data sets call them: TOML, a table [words.NAME] each; "
       "with --truth by default the categories");
   command->add_option("-o,--output", a->output, "The model, NAME.objects")->required();
-  command->add_option("--names", a->naming, explained("How words become names:", namings()))
-      ->check(CLI::IsMember(namesOf(namings())))
+  command->add_option("--names", a->naming, explained("How words become names:", pseudoLabelings()))
+      ->check(CLI::IsMember(namesOf(pseudoLabelings())))
       ->capture_default_str();
   command
       ->add_option("--prior", a->prior,

@@ -11,10 +11,10 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/cloud_file.hpp"
-#include "estancia/io/picture.hpp"
+#include "estancia/io/image_writer.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "estancia/report/cloud_picture.hpp"
+#include "estancia/report/cloud_image.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -99,7 +99,7 @@ const std::array<cv::Vec3b, 6> instanceColors{
     {{0, 159, 230}, {115, 158, 0}, {178, 114, 0}, {0, 94, 213}, {167, 121, 204}, {233, 180, 86}}};
 
 void drawInstances(const Arguments& arguments, const PointCloud& scene,
-                   const std::map<std::string, PointCloud>& models, const std::vector<Instance>& instances) {
+                   const std::map<std::string, PointCloud>& models, const std::vector<Detection>& instances) {
   std::vector<CloudLayer> layers(1);
   layers[0].cloud = &scene;
   for (std::size_t i = 0; i < instances.size(); ++i)
@@ -118,7 +118,7 @@ void run(const Arguments& arguments) {
 
   const auto progress = makeStderrProgress();
   const auto scene = recognizer.prepareScene(arguments.scene, cloud, *progress);
-  std::vector<Instance> instances;
+  std::vector<Detection> instances;
   nlohmann::ordered_json explained{{"scene", toJson(scene->stages())}};
   if (arguments.explain && !arguments.json) tellStages(arguments.scene, scene->stages());
   std::map<std::string, PointCloud> models;
@@ -128,7 +128,7 @@ void run(const Arguments& arguments) {
       PointCloud shape = readCloud(file);
       const auto model = recognizer.prepareModel(name, shape);
       std::vector<StageReport> stages = model->stages();
-      for (Instance& found : recognizer.find(*model, *scene, &stages)) instances.push_back(std::move(found));
+      for (Detection& found : recognizer.find(*model, *scene, &stages)) instances.push_back(std::move(found));
       explained["models"][name] = toJson(stages);
       if (arguments.explain && !arguments.json) tellStages(name, stages);
       models[name] = std::move(shape);
@@ -142,7 +142,7 @@ void run(const Arguments& arguments) {
   }
   if (models.empty()) throw Error(fmt::format("none of the {} models can be looked for", files.size()));
   std::stable_sort(instances.begin(), instances.end(),
-                   [](const Instance& a, const Instance& b) { return a.confidence > b.confidence; });
+                   [](const Detection& a, const Detection& b) { return a.confidence > b.confidence; });
 
   const auto stood = cloud.viewpoint ? "where its VIEWPOINT says" : "at its origin";
   if (instances.empty() && arguments.viewpoint.empty() && !scene->hasView())
@@ -153,7 +153,7 @@ void run(const Arguments& arguments) {
   if (!arguments.picture.empty()) drawInstances(arguments, cloud, models, instances);
   if (arguments.json) {
     nlohmann::ordered_json json{{"instances", nlohmann::json::array()}};
-    for (const Instance& found : instances)
+    for (const Detection& found : instances)
       json["instances"].push_back({{"model", found.model},
                                    {"pose", rowMajor(found.pose)},
                                    {"inliers", found.inliers},
@@ -162,7 +162,7 @@ void run(const Arguments& arguments) {
     if (arguments.explain) json["stages"] = explained;
     print(json);
   } else {
-    for (const Instance& found : instances) {
+    for (const Detection& found : instances) {
       const cv::Point3d at = found.pose * found.center;
       fmt::print("{:<20} at ({:.3f}, {:.3f}, {:.3f})  {:>6} inliers  confidence {:.2f}\n", found.model, at.x,
                  at.y, at.z, found.inliers, found.confidence);

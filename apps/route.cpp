@@ -30,7 +30,7 @@ std::optional<int> nodeNumber(const std::string& text) {
 }
 
 void run(Arguments& arguments) {
-  arguments.options.bothWays = !arguments.oneWay;
+  arguments.options.bidirectional = !arguments.oneWay;
   const TopologicalMap map = MapStore::open(arguments.map, MapStore::Access::read).load();
   std::optional<WordRoute> found;
   Route route;
@@ -75,7 +75,7 @@ void run(Arguments& arguments) {
                found->goal.node, 100 * found->goal.probability);
   std::vector<std::string> steps;
   for (const int node : route.nodes) {
-    const std::string room = places[indexOf(map, node)].roomForPeople();
+    const std::string room = places[indexOf(map, node)].displayRoom();
     steps.push_back(room.empty() ? std::to_string(node) : fmt::format("{} ({})", node, room));
   }
   fmt::print(

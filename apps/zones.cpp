@@ -81,7 +81,7 @@ class Stream {
     fmt::print("{}: zone {} ({}), one of {}\n", frame.name, zone, zones_.nameOf(zone), zones_.zoneCount());
   }
 
-  Zones finish(const Recording& recording) {
+  Zones finish(const DescriptorSequence& recording) {
     if (options_.count && *options_.count > recording.frames.size())
       throw Error(fmt::format("{} images cannot make {} zones; choose 1 to {}", recording.frames.size(),
                               *options_.count, recording.frames.size()));
@@ -96,7 +96,7 @@ class Stream {
   }
 
   /// After finish().
-  StreamAgreement agreement(const Recording& recording) const {
+  StreamAgreement agreement(const DescriptorSequence& recording) const {
     const auto progress = makeStderrProgress();
     return compareWithExact(recording, zoneOf_, options_, *progress);
   }
@@ -110,7 +110,7 @@ class Stream {
 };
 
 /// The words of all images. With --stream the zones follow as they come, else the memory is asked for first.
-Recording recordingOf(const Arguments& arguments, const ZoneOptions& options, std::optional<Stream>& stream) {
+DescriptorSequence recordingOf(const Arguments& arguments, const ZoneOptions& options, std::optional<Stream>& stream) {
   const auto begin = [&](std::size_t images, const Vocabulary& words) {
     if (arguments.stream)
       stream.emplace(words, options, arguments.json);
@@ -127,7 +127,7 @@ Recording recordingOf(const Arguments& arguments, const ZoneOptions& options, st
           fmt::format("{} knows its frames, their poses and rooms; leave out --poses, --rooms, --split and "
                       "--only",
                       path));
-    Recording recording = readMapRecording(path);
+    DescriptorSequence recording = readMapDescriptors(path);
     begin(recording.frames.size(), recording.vocabulary);
     for (std::size_t i = 0; stream && i < recording.frames.size(); ++i)
       stream->see(recording.frames[i], recording.descriptors.row(i));
@@ -135,7 +135,7 @@ Recording recordingOf(const Arguments& arguments, const ZoneOptions& options, st
   }
   Labeling labeling(arguments.sequence, arguments.model);
   begin(labeling.sequence().size(), labeling.vocabulary());
-  Recording recording{
+  DescriptorSequence recording{
       labeling.vocabulary(), labeling.identity(), {}, DescriptorMatrix(labeling.vocabulary().size())};
   try {
     labeling.forEach(0, "labeling", [&](const LabeledFrame& frame) {
@@ -148,13 +148,13 @@ Recording recordingOf(const Arguments& arguments, const ZoneOptions& options, st
       writeZoneFile(stream->finish(recording), arguments.output);
       throw Interrupted(fmt::format("{}; the zones until then are in {}", e.what(), arguments.output));
     }
-    if (arguments.model.noCache || isRecording(path)) throw;
+    if (arguments.model.noCache || isDescriptorFile(path)) throw;
     throw Interrupted(fmt::format("{}; their labels are kept in the cache: run it again to go on", e.what()));
   }
   return recording;
 }
 
-Zones clustered(const Recording& recording, const ZoneOptions& options) {
+Zones clustered(const DescriptorSequence& recording, const ZoneOptions& options) {
   const auto progress = makeStderrProgress();
   try {
     return findZones(recording, options, *progress);
@@ -164,11 +164,11 @@ Zones clustered(const Recording& recording, const ZoneOptions& options) {
 }
 
 /// Names the zones by what `classifier` says of their images.
-void name(Zones& zones, const Recording& recording, const RoomClassifier& classifier,
+void name(Zones& zones, const DescriptorSequence& recording, const RoomClassifier& classifier,
           const Arguments& arguments) {
   const std::string& path = arguments.sequence.path;
   const auto sequence = holdsNumbers(path) ? nullptr : openSequence(path, arguments.sequence.options);
-  Describing describing(arguments.model);
+  FeatureSource describing(arguments.model);
   nameRooms(zones, describing.rooms(classifier, recording, sequence.get()));
 }
 
@@ -252,7 +252,7 @@ void run(const Arguments& arguments, const CLI::App& command) {
   requireReplaceable(arguments.output, arguments.overwrite, isZoneFile, "zone file");
   const auto classifier = openClassifier(arguments.classifier, arguments.sequence);
   std::optional<Stream> stream;
-  const Recording recording = recordingOf(arguments, options, stream);
+  const DescriptorSequence recording = recordingOf(arguments, options, stream);
   Zones zones = stream ? stream->finish(recording) : clustered(recording, options);
   if (classifier) name(zones, recording, *classifier, arguments);
   writeZoneFile(zones, arguments.output);

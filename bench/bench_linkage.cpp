@@ -26,7 +26,7 @@
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/npy.hpp"
-#include "estancia/stats/agreement.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/linkage.hpp"
 

@@ -141,7 +141,7 @@ void drive(std::size_t frames, std::size_t places, std::size_t stay, const char*
       session->add(frame, image);
     } else {
       mapper->add(image);
-      mapper->takeNews();
+      mapper->takeChanges();
     }
     table.add(std::chrono::duration<double>(Clock::now() - start).count());
     if (((i & (i - 1)) == 0 && i >= 1024) || i == frames)

@@ -38,7 +38,7 @@ ClusteredFrame clustered(const Sequence& sequence, std::size_t i, const ClusterO
 }
 
 ObjectModel learned(const Sequence& sequence, int threads) {
-  ObjectTraining training{Study::ofCategories({"mug", "bottle", "chair", "monitor", "carton"}),
+  ObjectTraining training{TargetClasses::ofCategories({"mug", "bottle", "chair", "monitor", "carton"}),
                           {},
                           {shapeParts({}), {}, DescriptorMatrix(0)},
                           {},

@@ -101,7 +101,7 @@ Outcome runOurs(const Task& task) {
   const auto preparedScene = recognizer.prepareScene("scene", scene, silent);
   const auto preparedModel = recognizer.prepareModel("model", model);
   std::vector<StageReport> stages;
-  const std::vector<Instance> found = recognizer.find(*preparedModel, *preparedScene, &stages);
+  const std::vector<Detection> found = recognizer.find(*preparedModel, *preparedScene, &stages);
   outcome.seconds = watch.seconds();
   stages.insert(stages.begin(), preparedScene->stages().begin(), preparedScene->stages().end());
   for (const StageReport& s : stages) {
@@ -110,7 +110,7 @@ Outcome runOurs(const Task& task) {
   }
   const Neighbors neighbors(scene.points, task.threads);
   outcome.poses = found.size();
-  for (const Instance& i : found)
+  for (const Detection& i : found)
     outcome.inliers = std::max(outcome.inliers, inliersOf(i.pose, model, neighbors));
   return outcome;
 }

@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "estancia/io/picture.hpp"
+#include "estancia/io/image_writer.hpp"
 #include "estancia/io/sequence.hpp"
 #include "estancia/label/label_stream.hpp"
 #include "estancia/label/model.hpp"

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "estancia/io/recording.hpp"
-#include "estancia/stats/agreement.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/zones/zone_stream.hpp"
 
 namespace {
@@ -26,10 +26,10 @@ double millisecondsSince(Clock::time_point start) {
 
 /// A robot that stays about fifty images in each of a hundred places, each of one of twelve kinds, and comes
 /// back to them.
-Recording madeUp(std::size_t frames, std::size_t labels) {
+DescriptorSequence madeUp(std::size_t frames, std::size_t labels) {
   std::vector<std::string> words;
   for (std::size_t i = 0; i < labels; ++i) words.push_back(fmt::format("word {}", i));
-  Recording recording{Vocabulary(words), "made up", {}, DescriptorMatrix(labels)};
+  DescriptorSequence recording{Vocabulary(words), "made up", {}, DescriptorMatrix(labels)};
   std::mt19937 random(7);
   std::normal_distribution<float> normal;
   const auto vary = [&](const std::vector<float>& logits, float by) {
@@ -54,7 +54,7 @@ Recording madeUp(std::size_t frames, std::size_t labels) {
   return recording;
 }
 
-void measure(const Recording& recording, const ZoneStreamOptions& options) {
+void measure(const DescriptorSequence& recording, const ZoneStreamOptions& options) {
   const std::size_t frames = recording.frames.size();
   ZoneStream stream(recording.vocabulary, {}, options);
   std::vector<double> times;
@@ -102,9 +102,9 @@ void measure(const Recording& recording, const ZoneStreamOptions& options) {
 int main(int argc, char** argv) {
   try {
     ZoneStreamOptions options;
-    if (argc > 1 && isRecording(argv[1])) {
+    if (argc > 1 && isDescriptorFile(argv[1])) {
       if (argc > 2) options.groups = std::stoul(argv[2]);
-      measure(readRecording(argv[1]), options);
+      measure(readDescriptors(argv[1]), options);
     } else {
       if (argc > 3) options.groups = std::stoul(argv[3]);
       measure(madeUp(argc > 1 ? std::stoul(argv[1]) : 10000, argc > 2 ? std::stoul(argv[2]) : 1001), options);

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/stats/agreement.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/localizer.hpp"
 #include "estancia/topology/session.hpp"
@@ -70,7 +70,7 @@ std::pair<double, std::size_t> bestByHand(const Run& run, const std::string& dis
       for (std::size_t i = 0; i < run.descriptors.size(); ++i) mapper.add(run.descriptors.row(i));
       mapper.finish();
       std::vector<int> nodes(run.descriptors.size());
-      for (const auto& event : mapper.takeNews().events) {
+      for (const auto& event : mapper.takeChanges().events) {
         if (const auto* decision = std::get_if<Decision>(&event)) {
           nodes[decision->frame] = decision->node;
         } else {

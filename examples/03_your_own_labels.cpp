@@ -18,7 +18,7 @@ int main() try {
   for (int step = 0; step < 60; ++step) mapper.add(rooms[static_cast<std::size_t>(step / 10 % 3)]);
   mapper.finish();
 
-  for (const auto& event : mapper.takeNews().events)
+  for (const auto& event : mapper.takeChanges().events)
     if (const auto* decision = std::get_if<estancia::Decision>(&event))
       if (decision->kind != estancia::DecisionKind::join)
         std::printf("frame %2zu: %s, place %d\n", decision->frame, estancia::toString(decision->kind).c_str(),

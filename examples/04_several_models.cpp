@@ -1,6 +1,6 @@
 // Two networks in conjunction, and nothing labeled twice: images → a label file that every command takes.
 //   04_several_models IMAGES OUTPUT.labels [MODEL+MODEL…]
-#include <estancia/io/recording.hpp>
+#include <estancia/io/descriptor_sequence.hpp>
 #include <estancia/io/sequence.hpp>
 #include <estancia/label/label_cache.hpp>
 #include <estancia/label/model.hpp>
@@ -17,11 +17,11 @@ int main(int argc, char** argv) try {
   estancia::LabelCache cache;  // what an earlier run has labeled is read here
   estancia::LabelStreamOptions options;
   options.cache = &cache;
-  const estancia::Recording words = estancia::record(*images, *labeler, options);
+  const estancia::DescriptorSequence words = estancia::record(*images, *labeler, options);
 
   for (const estancia::LabelPart& part : words.vocabulary.layout().parts)
     std::printf("%zu words that weigh %.1f\n", part.size, static_cast<double>(part.weight));
-  estancia::writeRecording(words, argv[2]);
+  estancia::writeDescriptors(words, argv[2]);
 } catch (const std::exception& e) {
   return std::fprintf(stderr, "error: %s\n", e.what()), 2;
 }

@@ -17,7 +17,7 @@ int main(int argc, char** argv) try {
   estancia::LabelCache cache;
   estancia::LabelStreamOptions remembering;
   remembering.cache = &cache;
-  const estancia::Recording words = estancia::record(*images, *labeler, remembering);
+  const estancia::DescriptorSequence words = estancia::record(*images, *labeler, remembering);
 
   estancia::Progress silent;
   const estancia::Zones zones = estancia::findZones(words, {}, silent);

@@ -29,7 +29,7 @@ int main(int argc, char** argv) try {
     std::printf("%s %.1f %%\n", classifier.rooms()[room].c_str(), 100 * seen.row(0)[room]);
 
   // The words that the map was made of say enough; nothing is labeled again.
-  const auto words = estancia::readMapRecording(argv[2]);
+  const auto words = estancia::readMapDescriptors(argv[2]);
   const auto features = estancia::featuresFor(classifier, words, nullptr, describing, silent);
   {
     auto store = estancia::MapStore::open(argv[2], estancia::MapStore::Access::write);

@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-#include "estancia/core/frame_runs.hpp"
+#include "estancia/core/temporal_segments.hpp"
 
 namespace estancia {
 namespace {
@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t shortestPiece = 3;
 
 /// Cuts runs into equal pieces, the longest pieces first, until there are `least` or all are short.
-std::vector<FrameRun> cut(const std::vector<FrameRun>& runs, std::size_t least) {
+std::vector<TemporalSegment> cut(const std::vector<TemporalSegment>& runs, std::size_t least) {
   std::vector<std::size_t> pieces(runs.size(), 1);
   const auto ifCutOnceMore = [&](std::size_t r) { return runs[r].size / (pieces[r] + 1); };
   for (std::size_t count = runs.size(); count < least; ++count) {
@@ -27,7 +27,7 @@ std::vector<FrameRun> cut(const std::vector<FrameRun>& runs, std::size_t least) 
     if (ifCutOnceMore(longest) < shortestPiece) break;
     ++pieces[longest];
   }
-  std::vector<FrameRun> cut;
+  std::vector<TemporalSegment> cut;
   for (std::size_t r = 0; r < runs.size(); ++r)
     for (std::size_t p = 0; p < pieces[r]; ++p) {
       const std::size_t begin = runs[r].size * p / pieces[r], end = runs[r].size * (p + 1) / pieces[r];
@@ -41,12 +41,12 @@ std::vector<FrameRun> cut(const std::vector<FrameRun>& runs, std::size_t least) 
 std::vector<int> runsOfRooms(const std::vector<Frame>& frames, int least) {
   std::vector<std::string> rooms;
   for (const Frame& frame : frames) rooms.push_back(frame.room);
-  std::map<std::string, std::vector<FrameRun>> runs;
-  for (const FrameRun& run : frameRuns(frames, rooms)) runs[rooms[run.first]].push_back(run);
+  std::map<std::string, std::vector<TemporalSegment>> runs;
+  for (const TemporalSegment& run : temporalSegments(frames, rooms)) runs[rooms[run.first]].push_back(run);
   std::vector<int> groups(frames.size());
   int group = 0;
   for (const auto& [room, ofRoom] : runs) {
-    for (const FrameRun& run : cut(ofRoom, static_cast<std::size_t>(std::max(least, 1)))) {
+    for (const TemporalSegment& run : cut(ofRoom, static_cast<std::size_t>(std::max(least, 1)))) {
       const auto first = groups.begin() + static_cast<std::ptrdiff_t>(run.first);
       std::fill(first, first + static_cast<std::ptrdiff_t>(run.size), group++);
     }
@@ -69,7 +69,7 @@ std::vector<int> groupsOfInstances(const std::vector<int>& classes, const std::v
   int group = 0;
   for (const auto& [instance, samples] : members) {
     const std::size_t least = instancesOf[mainClass[instance]] > 1 ? 1 : std::max(pieces, 1);
-    for (const FrameRun& run : cut({{0, samples.size()}}, least)) {
+    for (const TemporalSegment& run : cut({{0, samples.size()}}, least)) {
       for (std::size_t i = 0; i < run.size; ++i) groups[samples[run.first + i]] = group;
       ++group;
     }

@@ -8,7 +8,7 @@
 #include <random>
 #include <utility>
 
-#include "estancia/classify/search.hpp"
+#include "estancia/classify/parameter_search.hpp"
 #include "estancia/classify/trainers.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "estancia/classify/search.hpp"
+#include "estancia/classify/parameter_search.hpp"
 #include "estancia/classify/trainers.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"

@@ -116,7 +116,7 @@ RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& f
   return predictions;
 }
 
-Features featuresFor(const RoomClassifier& classifier, const Recording& words, const Sequence* sequence,
+Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence& words, const Sequence* sequence,
                      const DescribeOptions& options, Progress& progress, std::vector<std::string>* problems) {
   const Features known = featuresOf(words);
   std::vector<std::string> taken, missing;

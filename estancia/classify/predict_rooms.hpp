@@ -7,7 +7,7 @@
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/room_predictions.hpp"
 #include "estancia/describe/features.hpp"
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/sequence.hpp"
 
 namespace estancia {
@@ -36,7 +36,7 @@ RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& f
 /// are made of are taken from there; only the others are described, from `sequence`, which may be nullptr
 /// where there are none. Frames that cannot be described, or that the sequence lacks, are left out, and
 /// `problems` told. Throws Error saying what is missing, and as describeSequence() does; Interrupted.
-Features featuresFor(const RoomClassifier& classifier, const Recording& words, const Sequence* sequence,
+Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence& words, const Sequence* sequence,
                      const DescribeOptions& options, Progress& progress,
                      std::vector<std::string>* problems = nullptr);
 

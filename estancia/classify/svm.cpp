@@ -8,8 +8,8 @@
 #include <optional>
 #include <utility>
 
-#include "estancia/classify/coupling.hpp"
-#include "estancia/classify/search.hpp"
+#include "estancia/classify/pairwise_coupling.hpp"
+#include "estancia/classify/parameter_search.hpp"
 #include "estancia/classify/svm_training.hpp"
 #include "estancia/classify/trainers.hpp"
 #include "estancia/core/error.hpp"

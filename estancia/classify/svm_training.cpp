@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "estancia/classify/coupling.hpp"
+#include "estancia/classify/pairwise_coupling.hpp"
 #include "estancia/core/error.hpp"
 
 namespace estancia {

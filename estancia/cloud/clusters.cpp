@@ -8,13 +8,13 @@
 #include <limits>
 #include <optional>
 
-#include "estancia/cloud/facet.hpp"
+#include "estancia/cloud/plane_fit.hpp"
 #include "estancia/cloud/inverse_depth.hpp"
-#include "estancia/cloud/joins.hpp"
-#include "estancia/cloud/loose_clusters.hpp"
-#include "estancia/cloud/pieces.hpp"
+#include "estancia/cloud/merge_segments.hpp"
+#include "estancia/cloud/unorganized_clusters.hpp"
+#include "estancia/cloud/segments.hpp"
 #include "estancia/cloud/planes.hpp"
-#include "estancia/cloud/vessels.hpp"
+#include "estancia/cloud/merge_containers.hpp"
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
@@ -55,7 +55,7 @@ cv::Rect fieldOf(const InverseDepth& grid) {
 
 /// Some of the points at which all around is of the same piece: those at its rim are mixed with what is
 /// behind.
-std::vector<cv::Point3f> innerPoints(const InverseDepth& grid, const Pieces& pieces, const Cluster& cluster) {
+std::vector<cv::Point3f> innerPoints(const InverseDepth& grid, const Segmentation& pieces, const Cluster& cluster) {
   constexpr double rim = 2;  // pixels
   constexpr std::size_t most = 2000;
   const std::ptrdiff_t across = grid.pixels(rim), down = across * grid.stride;
@@ -78,7 +78,7 @@ std::vector<cv::Point3f> innerPoints(const InverseDepth& grid, const Pieces& pie
 }
 
 /// Fills in all but the points.
-void describe(const InverseDepth& grid, const Pieces& pieces, const cv::Rect& field, Cluster& cluster) {
+void describe(const InverseDepth& grid, const Segmentation& pieces, const cv::Rect& field, Cluster& cluster) {
   constexpr int edge = 2;  // pixels
   const auto width = static_cast<std::uint32_t>(grid.camera.width);
   int left = grid.camera.width, right = 0, top = grid.camera.height, bottom = 0;
@@ -95,10 +95,10 @@ void describe(const InverseDepth& grid, const Pieces& pieces, const cv::Rect& fi
   cluster.center = sum / static_cast<double>(cluster.points.size());
   cluster.atBorder = left < field.x + edge || top < field.y + edge || right >= field.br().x - edge ||
                      bottom >= field.br().y - edge;
-  cluster.flat = lieOnOnePlane(innerPoints(grid, pieces, cluster), cluster.center.z);
+  cluster.flat = isPlanar(innerPoints(grid, pieces, cluster), cluster.center.z);
 }
 
-std::vector<Cluster> clustersOf(const InverseDepth& grid, const Mask& mask, const Pieces& pieces,
+std::vector<Cluster> clustersOf(const InverseDepth& grid, const Mask& mask, const Segmentation& pieces,
                                 const ClusterOptions& options) {
   const double enough = std::max(1., grid.area(static_cast<double>(options.least)));
   std::vector<Cluster> clusters;
@@ -180,9 +180,9 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
   const InverseDepth grid = inverseDepth(depth, camera, options.threads);
   WithoutPlanes scene = removePlanes(grid, options);
   std::vector<std::uint8_t> creases = concaveCreases(grid, scene.rest, options.crease, options.threads);
-  Pieces pieces = cutPieces(grid, scene.rest, std::move(creases));
-  joinPieces(grid, scene.rest, options.join, options.threads, pieces);
-  joinVessels(grid, scene.rest, scene.planes, options.threads, pieces);
+  Segmentation pieces = oversegment(grid, scene.rest, std::move(creases));
+  mergeSegments(grid, scene.rest, options.join, options.threads, pieces);
+  mergeContainerInteriors(grid, scene.rest, scene.planes, options.threads, pieces);
   std::vector<Cluster> clusters = clustersOf(grid, scene.rest, pieces, options);
   return {std::move(scene.planes), std::move(clusters)};
 }
@@ -191,7 +191,7 @@ Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options) {
   requireSound(options);
   requireWhole(cloud);
   const auto camera = cameraOf(cloud);
-  if (!camera) return findLooseClusters(cloud, options);
+  if (!camera) return findUnorganizedClusters(cloud, options);
   cv::Mat depth(camera->height, camera->width, CV_32F);
   std::ranges::transform(cloud.points, depth.ptr<float>(),
                          [](const cv::Point3f& p) { return isFinite(p) ? p.z : 0; });
@@ -228,7 +228,7 @@ bool isFlat(const PointCloud& cloud) {
                                ? cv::Point3d(cloud.viewpoint->x, cloud.viewpoint->y, cloud.viewpoint->z)
                                : cv::Point3d();
   const double distance = cv::norm(sum / static_cast<double>(points.size()) - from);
-  return lieOnOnePlane(std::move(points), distance);
+  return isPlanar(std::move(points), distance);
 }
 
 }  // namespace estancia

@@ -3,16 +3,16 @@
 #include <cmath>
 #include <limits>
 
-#include "estancia/cloud/spread.hpp"
+#include "estancia/cloud/covariance.hpp"
 #include "estancia/core/error.hpp"
 
 namespace estancia {
 namespace {
 
-cv::Point3f normalAt(const cv::Point3f& place, const Spread& spread, const cv::Point3f& viewpoint) {
+cv::Point3f normalAt(const cv::Point3f& place, const LocalCovariance& spread, const cv::Point3f& viewpoint) {
   constexpr float none = std::numeric_limits<float>::quiet_NaN();
   if (spread.count < 3) return {none, none, none};
-  const cv::Vec3d normal = axesOf(spread.covariance).normal;
+  const cv::Vec3d normal = principalAxes(spread.covariance).normal;
   const cv::Vec3d look =
       cv::Vec3d(viewpoint.x, viewpoint.y, viewpoint.z) - cv::Vec3d(place.x, place.y, place.z);
   return cv::Point3d(normal.dot(look) < 0 ? -normal : normal);
@@ -39,7 +39,7 @@ std::vector<cv::Point3f> estimateNormals(std::span<const cv::Point3f> places, co
                    squared = near.empty() ? -1 : near.back().squared;
                  }
                  normals[i] =
-                     normalAt(places[i], spreadAround(points, places[i], squared), options.viewpoint);
+                     normalAt(places[i], localCovariance(points, places[i], squared), options.viewpoint);
                }
              });
   return normals;

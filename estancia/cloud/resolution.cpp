@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "estancia/cloud/spread.hpp"
+#include "estancia/cloud/covariance.hpp"
 
 namespace estancia {
 namespace {
@@ -64,7 +64,7 @@ std::optional<double> noiseAt(const Neighbors& points, const cv::Point3f& place,
   collect(points, place, radius, near);
   if (near.size() < fewest) return std::nullopt;
   const cv::Vec3d n =
-      axesOf(spreadAround(points, place, static_cast<float>(radius * radius)).covariance).normal;
+      principalAxes(localCovariance(points, place, static_cast<float>(radius * radius)).covariance).normal;
   if (!(n.dot(n) > 0)) return std::nullopt;
   const cv::Vec3d side = std::abs(n[0]) < 0.5 ? cv::Vec3d(1, 0, 0) : cv::Vec3d(0, 1, 0);
   const cv::Vec3d across = n.cross(side), u = across / cv::norm(across), v = n.cross(u);
@@ -135,7 +135,7 @@ double spacingOf(const Neighbors& points) {
     double radius = resolution * std::sqrt(wanted / std::numbers::pi);
     std::size_t inside = 0;
     for (int round = 0; round < 30; ++round, radius *= 1.3) {
-      inside = spreadAround(points, place, static_cast<float>(radius * radius)).count;
+      inside = localCovariance(points, place, static_cast<float>(radius * radius)).count;
       if (static_cast<double>(inside) >= wanted) break;
     }
     if (inside > 0) spacings.push_back(radius * std::sqrt(std::numbers::pi / static_cast<double>(inside)));

@@ -72,7 +72,7 @@ struct StackedBars {
 };
 
 /// A number for each pair of things, as heat.
-struct Matrix {
+struct HeatTable {
   std::string title, caption;
   std::vector<std::string> names;  ///< of rows and columns
   std::vector<double> values;      ///< row-major; not finite where unknown
@@ -120,7 +120,7 @@ struct Findings {
   std::string title, summary;                              ///< the summary is one sentence: the answer
   std::vector<std::pair<std::string, std::string>> facts;  ///< under what circumstances
   std::vector<std::string> notes;                          ///< what was left out, and why
-  std::vector<std::variant<ResultTable, LineChart, StackedBars, Matrix, RankDiagram, Pictures, WordClouds>>
+  std::vector<std::variant<ResultTable, LineChart, StackedBars, HeatTable, RankDiagram, Pictures, WordClouds>>
       sections;
   std::vector<Findings> apart;  ///< what is also written in files of its own …
   std::string file = {};        ///< … of this name, without an ending

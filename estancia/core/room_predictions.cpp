@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "estancia/core/opinion_pool.hpp"
+#include "estancia/core/log_opinion_pool.hpp"
 
 namespace estancia {
 
@@ -35,7 +35,7 @@ std::vector<RoomProbability> roomsOf(const RoomPredictions& predictions, std::si
 std::vector<std::vector<RoomProbability>> poolRooms(const RoomPredictions& predictions,
                                                     std::span<const std::size_t> groupOf,
                                                     std::size_t groups) {
-  std::vector<OpinionPool> pools(groups, OpinionPool(predictions.rooms.size()));
+  std::vector<LogOpinionPool> pools(groups, LogOpinionPool(predictions.rooms.size()));
   const std::size_t images = std::min(groupOf.size(), predictions.probabilities.size());
   for (std::size_t i = 0; i < images; ++i)
     if (groupOf[i] < groups) pools[groupOf[i]].add(predictions.probabilities.row(i));

@@ -14,7 +14,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/describe/load_descriptor.hpp"
-#include "estancia/describe/words.hpp"
+#include "estancia/describe/lexical.hpp"
 #include "estancia/label/record.hpp"
 
 namespace estancia {
@@ -55,7 +55,7 @@ Words* wordsIn(const NamedDescriptor& source) {
 Column labeled(const Sequence& sequence, const NamedDescriptor& source, LabelCache* cache,
                 Progress& progress, Problems& problems) {
   std::vector<std::size_t> frames;
-  const Recording words = labelAll(
+  const DescriptorSequence words = labelAll(
       sequence, wordsIn(source)->labeler(), fmt::format("{}: labeling {}", source.name, sequence.name()),
       cache, progress, [&](const LabeledFrame& frame) {
         if (frame.labeled())
@@ -188,7 +188,7 @@ Features featuresOf(const Descriptor& descriptor, const View& view) {
   return features;
 }
 
-Features featuresOf(const Recording& recording) {
+Features featuresOf(const DescriptorSequence& recording) {
   return {partsOfWords(recording.vocabulary, recording.model), recording.frames, recording.descriptors};
 }
 

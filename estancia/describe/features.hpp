@@ -8,7 +8,7 @@
 #include "estancia/core/frame.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/describe/descriptor.hpp"
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/sequence.hpp"
 #include "estancia/label/label_cache.hpp"
 #include "estancia/label/model.hpp"
@@ -43,7 +43,7 @@ Features describeSequence(const Sequence& sequence, const std::string& descripto
 Features featuresOf(const Descriptor& descriptor, const View& view);
 
 /// The words of a recording (a label file, a map) as features; one part a model of it.
-Features featuresOf(const Recording& recording);
+Features featuresOf(const DescriptorSequence& recording);
 
 /// The same frames in the parts that are named, in that order. Throws Error listing the parts there are.
 Features withParts(const Features& features, const std::vector<std::string>& names);

@@ -9,7 +9,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/plus_names.hpp"
-#include "estancia/describe/words.hpp"
+#include "estancia/describe/lexical.hpp"
 
 namespace estancia {
 namespace {

@@ -65,8 +65,8 @@ std::string summaryOf(const MethodComparison& comparison) {
 }
 
 /// Adjusted p-values of all pairs, in the order of the rows.
-Matrix pairMatrix(const MethodComparison& comparison) {
-  Matrix matrix;
+HeatTable pairMatrix(const MethodComparison& comparison) {
+  HeatTable matrix;
   matrix.title = "Adjusted p-values of all pairs";
   matrix.caption = fmt::format("{}; two methods differ where p ≤ {}.",
                                postHocName(comparison.options.postHoc), comparison.options.alpha);

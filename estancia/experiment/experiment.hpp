@@ -13,14 +13,14 @@
 
 namespace estancia {
 
-class Distribution;
+class WorkQueue;
 
 struct ExperimentRun {
   std::filesystem::path folder;     ///< where cells and results.csv go; made when it is not there
   std::vector<std::string> models;  ///< instead of those of the configuration; none: as it says
   LabelerOptions labeler;       ///< its threads also compute the cells; the findings do not depend on them
   LabelCache* cache = nullptr;  ///< of words that were paid for before
-  Distribution* distribution = nullptr;  ///< shares the cells among processes; null: this one does all
+  WorkQueue* distribution = nullptr;  ///< shares the cells among processes; null: this one does all
 };
 
 /// Runs the experiments of the files, each of the type that it names: results.csv holds the cells of all, the

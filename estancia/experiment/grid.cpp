@@ -20,7 +20,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/parallel.hpp"
-#include "estancia/experiment/distribution.hpp"
+#include "estancia/experiment/work_queue.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 
@@ -33,7 +33,7 @@ constexpr std::size_t mostCellBytes = 16 << 20;
 
 }  // namespace
 
-Grid::Grid(fs::path folder, GridColumns columns, int threads, Distribution* distribution)
+Grid::Grid(fs::path folder, GridColumns columns, int threads, WorkQueue* distribution)
     : folder_(std::move(folder)),
       columns_(std::move(columns)),
       threads_(static_cast<std::size_t>(threads > 0               ? threads

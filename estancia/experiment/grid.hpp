@@ -13,7 +13,7 @@
 
 namespace estancia {
 
-class Distribution;
+class WorkQueue;
 
 /// One number that a cell found: `measure`, or `measure` at one of the points that the cell was read at.
 struct CellResult {
@@ -45,7 +45,7 @@ class Grid {
   /// `distribution`: these have the folder in common, and the first of them writes the table. The folder is
   /// made by run().
   Grid(std::filesystem::path folder, GridColumns columns, int threads = 0,
-       Distribution* distribution = nullptr);
+       WorkQueue* distribution = nullptr);
 
   /// Makes the folder, before anything long is begun. Throws Error when it cannot be made or written.
   void makeFolder() const;
@@ -81,7 +81,7 @@ class Grid {
   std::filesystem::path folder_;
   GridColumns columns_;
   std::size_t threads_;
-  Distribution* distribution_;
+  WorkQueue* distribution_;
   std::map<std::string, CellResults> known_;               ///< by file name
   std::map<std::vector<std::string>, std::string> named_;  ///< coordinates of all cells → their source
   std::string source_;

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "estancia/stats/ranks.hpp"
+#include "estancia/stats/mean_ranks.hpp"
 
 namespace estancia {
 namespace {

@@ -8,7 +8,7 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/experiment/distribution.hpp"
+#include "estancia/experiment/work_queue.hpp"
 #include "estancia/experiment/object_segmentation_findings.hpp"
 #include "estancia/io/depth_file.hpp"
 #include "estancia/io/image_file.hpp"

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
-#include "estancia/io/picture.hpp"
+#include "estancia/io/image_writer.hpp"
 #include "estancia/stats/proportion.hpp"
 
 namespace estancia {

@@ -28,15 +28,15 @@ std::vector<T> rowsOf(const std::vector<T>& all, const std::vector<std::size_t>&
   return some;
 }
 
-WordShares rowsOf(const WordShares& all, const std::vector<std::size_t>& rows) {
-  WordShares some{DescriptorMatrix(all.shares.labels()), rowsOf(all.mass, rows)};
+ClassProbabilities rowsOf(const ClassProbabilities& all, const std::vector<std::size_t>& rows) {
+  ClassProbabilities some{DescriptorMatrix(all.shares.labels()), rowsOf(all.mass, rows)};
   for (const std::size_t row : rows) some.shares.append(all.shares.row(row));
   return some;
 }
 
 /// The truth as a labeler would say it that knows it.
-WordShares truthOf(const ObjectTask& task, const std::vector<std::size_t>& rows) {
-  WordShares truth{DescriptorMatrix(task.study.words.size()), std::vector<float>(rows.size(), 1)};
+ClassProbabilities truthOf(const ObjectTask& task, const std::vector<std::size_t>& rows) {
+  ClassProbabilities truth{DescriptorMatrix(task.study.words.size()), std::vector<float>(rows.size(), 1)};
   for (const std::size_t row : rows) {
     std::vector<float> one(task.study.words.size());
     one[static_cast<std::size_t>(task.words[row])] = 1;
@@ -54,7 +54,7 @@ int bestOf(DescriptorView row) {
 /// What the labeler says of these samples; its prior is that of what is learned from, the truth has no say.
 std::vector<int> labeled(const ObjectTask& task, const ObjectSplit& split,
                           const std::vector<std::size_t>& samples) {
-  WordShares said = rowsOf(task.said->shares, samples);
+  ClassProbabilities said = rowsOf(task.said->shares, samples);
   if (task.data->prior) said = corrected(said, priorOf(rowsOf(task.said->shares, split.train)));
   std::vector<int> words;
   for (std::size_t i = 0; i < said.shares.size(); ++i) words.push_back(bestOf(said.shares.row(i)));
@@ -87,13 +87,13 @@ struct Trial {
     how.folds = options->folds;
     how.seed = seed;
     how.threads = 1;  // cells run side by side
-    WordShares said = data.machineNames ? rowsOf(task->said->shares, rows.train) : truthOf(*task, rows.train);
+    ClassProbabilities said = data.machineNames ? rowsOf(task->said->shares, rows.train) : truthOf(*task, rows.train);
     // Other noise in each split; the same for all methods.
     if (noise > 0) said = withNoise(said, data.noise, noise, things, seed * 100'003 + split);
     if (data.prior) said = corrected(said, priorOf(said));
     Progress silent;
     const Features shapes = withRows(task->shapes, rows.train);
-    const auto names = nameSamples(method.naming, said, method.naming == Naming::confident ? groups : things,
+    const auto names = assignPseudoLabels(method.naming, said, method.naming == PseudoLabeling::confident ? groups : things,
                                    shapes, how, silent);
     // As ObjectModel learns, without its agreement, which takes five times as long.
     const NamedShapes named = namedShapes(shapes, names, groups, task->study.words.size(), options->folds);

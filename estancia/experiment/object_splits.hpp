@@ -14,7 +14,7 @@
 #include "estancia/experiment/experiment.hpp"
 #include "estancia/experiment/grid.hpp"
 #include "estancia/io/object_views.hpp"
-#include "estancia/objects/names.hpp"
+#include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/shape.hpp"
 
 namespace estancia {
@@ -24,7 +24,7 @@ class ConfigFile;
 struct ObjectSplitsOptions {
   /// What is tried on some data.
   struct Trials {
-    std::vector<Naming> namings{Naming::top, Naming::voted, Naming::confident};
+    std::vector<PseudoLabeling> pseudoLabelings{PseudoLabeling::top, PseudoLabeling::voted, PseudoLabeling::confident};
     std::vector<std::string> classifiers{"svm-rbf"};
     std::vector<double> noises{0};        ///< shares of training samples that are misnamed on purpose
     std::vector<std::uint64_t> seeds{1};  ///< of noise and learning; each accuracy is the mean over them

@@ -17,9 +17,9 @@ constexpr std::int64_t mostSeed = 1'000'000'000;
 std::vector<ConfigFile::Key> trialKeys(ConfigFile& config, Options::Trials& trials) {
   const auto readNamings = [&config, &trials](const toml::node& node) {
     std::vector<std::string> names;
-    each(config, names, oneOf(config, namings()))(node);
-    trials.namings.clear();
-    for (const std::string& name : names) trials.namings.push_back(namingOf(name));
+    each(config, names, oneOf(config, pseudoLabelings()))(node);
+    trials.pseudoLabelings.clear();
+    for (const std::string& name : names) trials.pseudoLabelings.push_back(getPseudoLabeling(name));
   };
   return {{"namings", false, "how names are made of a labeler's answers", readNamings},
           {"classifiers", false, "", each(config, trials.classifiers, oneOf(config, classifierTypes()))},

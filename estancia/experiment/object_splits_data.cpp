@@ -10,12 +10,12 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/label/label_stream.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
-#include "estancia/label/recorded.hpp"
-#include "estancia/objects/patches.hpp"
+#include "estancia/label/recorded_labeler.hpp"
+#include "estancia/objects/object_crops.hpp"
 #include "estancia/objects/splits.hpp"
 
 namespace estancia {
@@ -57,7 +57,7 @@ class Shared {
     if (model.empty() && data.labels.empty()) return nullptr;
     auto& labeler = labelers_[model.empty() ? data.labels.string() : model];
     if (labeler == nullptr && model.empty()) {
-      labeler = std::make_unique<RecordedLabeler>(readRecording(data.labels));
+      labeler = std::make_unique<RecordedLabeler>(readDescriptors(data.labels));
     } else if (labeler == nullptr) {
       LabelerOptions options = run_.labeler;
       options.onDemand = true;
@@ -67,7 +67,7 @@ class Shared {
   }
 
   /// Those of the study's words.
-  std::shared_ptr<const ObjectViews> viewsOf(const Data& data, const Study& study) {
+  std::shared_ptr<const ObjectViews> viewsOf(const Data& data, const TargetClasses& study) {
     auto& views = views_[viewsKey(data)];
     if (views != nullptr) return views;
     auto all = openObjectViews(data.views, data.reading);
@@ -83,20 +83,20 @@ class Shared {
     return views;
   }
 
-  const Features& shapesOf(const Data& data, const ObjectViews& views) {
+  const Features& sampleSegments(const Data& data, const ObjectViews& views) {
     auto& shapes = shapes_[fmt::format("{}\n{} {} {}", viewsKey(data), data.shape.samples, data.shape.size,
                                        data.shape.seed)];
     if (shapes) return *shapes;
     ShapeOptions options = data.shape;
     options.threads = run_.labeler.threads;
     std::vector<std::string> problems;
-    shapes = estancia::shapesOf(views, options, progress_, &problems);
+    shapes = estancia::sampleSegments(views, options, progress_, &problems);
     tell(data, problems, "has no shape");
     return *shapes;
   }
 
   /// What the labeler says of the views, by the view's name.
-  const Recording& wordsOf(const Data& data, const ObjectViews& views, Labeler& labeler) {
+  const DescriptorSequence& wordsOf(const Data& data, const ObjectViews& views, Labeler& labeler) {
     auto& words = words_[viewsKey(data) + "\n" + labeler.identity() + data.labels.string()];
     if (words) return *words;
     const auto patches = patchesOf(views);
@@ -138,18 +138,18 @@ class Shared {
   std::map<std::string, std::unique_ptr<Labeler>> labelers_;
   std::map<std::string, std::shared_ptr<const ObjectViews>> views_;
   std::map<std::string, std::optional<Features>> shapes_;
-  std::map<std::string, std::optional<Recording>> words_;
+  std::map<std::string, std::optional<DescriptorSequence>> words_;
 };
 
-Study studyOf(const Data& data) {
-  if (!data.study.empty()) return Study::fromFile(data.study);
+TargetClasses studyOf(const Data& data) {
+  if (!data.study.empty()) return TargetClasses::fromFile(data.study);
   const auto views = openObjectViews(data.views, data.reading);
   std::set<std::string> categories;
   for (std::size_t i = 0; i < views->size(); ++i)
     if (!views->view(i).category.empty()) categories.insert(views->view(i).category);
   if (categories.empty())
     throw Error(fmt::format("{}: the category of no view is known", data.views.string()));
-  return Study::ofCategories({categories.begin(), categories.end()});
+  return TargetClasses::ofCategories({categories.begin(), categories.end()});
 }
 
 void require(const ObjectTask& task) {
@@ -245,7 +245,7 @@ std::vector<ObjectSplit> officialSplits(const ObjectTask& task) {
 }
 
 /// The right answers' share of each thing's samples; what says nothing is wrong.
-std::vector<double> labeledOf(const ObjectTask& task, const WordShares& shares) {
+std::vector<double> labeledOf(const ObjectTask& task, const ClassProbabilities& shares) {
   std::vector<double> right(task.thingNames.size()), all(task.thingNames.size());
   for (std::size_t i = 0; i < task.things.size(); ++i) {
     const auto thing = static_cast<std::size_t>(task.things[i]);
@@ -290,8 +290,8 @@ ObjectTask prepare(const Data& data, Shared& shared, const ObjectSplitsOptions& 
   ObjectTask task{
       &data, studyOf(data), nullptr, {}, {{}, {}, DescriptorMatrix(0)}, {}, {}, {}, {}, {}, {}, {}, {}};
   task.views = shared.viewsOf(data, task.study);
-  const Features& all = shared.shapesOf(data, *task.views);
-  const Recording* words = labeler == nullptr ? nullptr : &shared.wordsOf(data, *task.views, *labeler);
+  const Features& all = shared.sampleSegments(data, *task.views);
+  const DescriptorSequence* words = labeler == nullptr ? nullptr : &shared.wordsOf(data, *task.views, *labeler);
 
   std::map<std::string, std::size_t> viewNamed, wordsOf;
   for (std::size_t i = 0; i < task.views->size(); ++i) viewNamed.emplace(task.views->view(i).name, i);

@@ -12,7 +12,7 @@
 #include "estancia/describe/features.hpp"
 #include "estancia/experiment/object_splits.hpp"
 #include "estancia/io/object_views.hpp"
-#include "estancia/objects/study.hpp"
+#include "estancia/objects/target_classes.hpp"
 
 namespace estancia {
 
@@ -27,13 +27,13 @@ struct ObjectWords {
   std::string labeler;  ///< its identity
   Vocabulary vocabulary;
   DescriptorMatrix descriptors;  ///< a row a sample
-  WordShares shares;             ///< of the study's words, as they are
+  ClassProbabilities shares;             ///< of the study's words, as they are
 };
 
 /// Samples of a study's words. Invariant: one row of shapes, word, thing and group a sample.
 struct ObjectTask {
   const ObjectSplitsOptions::Data* data;
-  Study study;
+  TargetClasses study;
   std::shared_ptr<const ObjectViews> views;
   std::vector<std::size_t> view;        ///< of each sample
   Features shapes;                      ///< of all samples

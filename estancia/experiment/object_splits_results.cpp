@@ -11,8 +11,8 @@
 
 #include "estancia/core/label_words.hpp"
 #include "estancia/experiment/thesis_objects.hpp"
-#include "estancia/io/picture.hpp"
-#include "estancia/objects/patches.hpp"
+#include "estancia/io/image_writer.hpp"
+#include "estancia/objects/object_crops.hpp"
 
 namespace estancia {
 namespace {
@@ -23,8 +23,8 @@ using Best = ResultTable::Best;
 constexpr std::size_t mostWords = 20;   // of a confusion matrix …
 constexpr std::size_t mostClouds = 24;  // … and things that have a cloud each
 
-std::string nameOf(Naming naming) {
-  return namings()[static_cast<std::size_t>(naming)].first;
+std::string nameOf(PseudoLabeling naming) {
+  return pseudoLabelings()[static_cast<std::size_t>(naming)].first;
 }
 
 double mean(const std::vector<double>& values) {
@@ -178,7 +178,7 @@ void addNoise(const Results& results, Findings& findings) {
 }
 
 /// Rows of a confusion in percent.
-Matrix matrixOf(const ObjectTask& task, const std::string& title, std::vector<double> counts) {
+HeatTable matrixOf(const ObjectTask& task, const std::string& title, std::vector<double> counts) {
   const std::size_t words = task.study.words.size();
   for (std::size_t r = 0; r < words; ++r) {
     const auto row = counts.begin() + static_cast<std::ptrdiff_t>(r * words);
@@ -310,7 +310,7 @@ std::string ObjectMethod::name() const {
 std::vector<ObjectMethod> methodsOf(const ObjectSplitsOptions::Trials& trials) {
   std::vector<ObjectMethod> methods;
   for (const std::string& classifier : trials.classifiers)
-    for (const Naming naming : trials.namings) methods.push_back({classifier, naming});
+    for (const PseudoLabeling naming : trials.pseudoLabelings) methods.push_back({classifier, naming});
   return methods;
 }
 

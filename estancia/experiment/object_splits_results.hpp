@@ -15,7 +15,7 @@ namespace estancia {
 /// A classifier that learns by one kind of names.
 struct ObjectMethod {
   std::string classifier;
-  Naming naming = Naming::top;
+  PseudoLabeling naming = PseudoLabeling::top;
   std::string name() const;  ///< "svm-rbf voted"
 };
 

@@ -47,12 +47,12 @@ struct Task {
 };
 
 /// Labels sequences of one model.
-using Recorder = std::function<Recording(const Sequence&)>;
+using Recorder = std::function<DescriptorSequence(const Sequence&)>;
 
 /// A map in a file of its own, as `estancia map` makes it; gone in the end.
 class ScratchMap {
  public:
-  ScratchMap(const Recording& recording, fs::path path) : path_(std::move(path)) {
+  ScratchMap(const DescriptorSequence& recording, fs::path path) : path_(std::move(path)) {
     auto session =
         MappingSession::create(path_, recording.vocabulary, recording.model, {}, MapStore::Existing::replace);
     for (std::size_t i = 0; i < recording.frames.size(); ++i)
@@ -71,7 +71,7 @@ class ScratchMap {
   fs::path path_;
 };
 
-LocalizationAccuracy find(const Recording& queries, const MapReader& map, std::size_t lookahead,
+LocalizationAccuracy find(const DescriptorSequence& queries, const MapReader& map, std::size_t lookahead,
                           const AdmissibleImages& truth) {
   LocalizerOptions options;
   options.lookahead = lookahead;
@@ -92,7 +92,7 @@ CellResults drive(const Task& task, const Recorder& recorder, const fs::path& sc
   const auto again = openImages(task.drive->again);
   const ScratchMap file(recorder(*images), scratch);
   const MapReader map(file.path());
-  const Recording queries = recorder(*again);
+  const DescriptorSequence queries = recorder(*again);
   const AdmissibleImages truth =
       task.drive->truth.empty() ? AdmissibleImages{} : readAdmissibleImages(task.drive->truth);
   CellResults results;
@@ -135,7 +135,7 @@ Halves readHalves(const PlaceTasksOptions::Rooms& rooms, const std::vector<Frame
 }
 
 /// Share of the queries whose nearest image shows the same kind of room.
-double nearestNeighbor(const Recording& words, const std::vector<std::string>& rooms,
+double nearestNeighbor(const DescriptorSequence& words, const std::vector<std::string>& rooms,
                         const std::vector<std::size_t>& train, const std::vector<std::size_t>& test) {
   const auto rows = [&](const std::vector<std::size_t>& chosen) {
     DescriptorMatrix matrix(words.vocabulary.size());
@@ -162,7 +162,7 @@ double nearestNeighbor(const Recording& words, const std::vector<std::string>& r
 
 CellResults rooms(const Task& task, const Recorder& recorder) {
   const auto images = openImages(task.rooms->images);
-  const Recording words = recorder(*images);
+  const DescriptorSequence words = recorder(*images);
   const Halves halves = readHalves(*task.rooms, words.frames);
   return {{"nearest_neighbor", "", nearestNeighbor(words, halves.rooms, halves.train, halves.test)},
           {"halves_exchanged", "", nearestNeighbor(words, halves.rooms, halves.test, halves.train)}};

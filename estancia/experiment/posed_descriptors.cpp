@@ -40,7 +40,7 @@ void PosedDescriptors::widen(const Vocabulary& words) {
 PosedDescriptors labelPosed(const Sequence& sequence, Labeler& labeler, LabelCache* cache, Progress& progress,
                             const std::string& what) {
   std::vector<std::size_t> labeled;
-  const Recording recording =
+  const DescriptorSequence recording =
       labelAll(sequence, labeler, what, cache, progress, [&labeled](const LabeledFrame& frame) {
         if (frame.labeled()) labeled.push_back(frame.index);
       });

@@ -13,7 +13,7 @@
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "estancia/recognition/score.hpp"
+#include "estancia/recognition/pose_error.hpp"
 
 namespace estancia {
 namespace {
@@ -72,9 +72,9 @@ std::string problemOf(const Work& work) {
 
 /// Makes what the search needs of both; the scene may be described again for a model of another size.
 void describe(const PreparedModel& model, const PreparedScene& scene) {
-  const RecognitionLengths lengths = scene.lengthsFor(model);
-  scene.describedFor(lengths);
-  model.describedFor(lengths);
+  const RecognitionScales scales = scene.scalesFor(model);
+  scene.describedFor(scales);
+  model.describedFor(scales);
 }
 
 }  // namespace
@@ -189,7 +189,7 @@ void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& foun
     if (!search.problem.empty()) continue;
     search.modelSeconds = secondsSince(preparing);
     const auto looking = Clock::now();
-    std::vector<Instance> instances;
+    std::vector<Detection> instances;
     search.problem = problemOf([&] { instances = recipe->recognizer.find(*entry.model, *scene); });
     search.seconds = secondsSince(looking);
     search.verified = !instances.empty();

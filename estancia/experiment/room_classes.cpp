@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <map>
 
-#include "estancia/core/frame_runs.hpp"
+#include "estancia/core/temporal_segments.hpp"
 
 namespace estancia {
 
@@ -14,7 +14,7 @@ std::vector<std::string> classesOfRuns(const std::vector<Frame>& frames,
   for (std::size_t i = 0; i < marks.size(); ++i) places[i] += '\n' + marks[i];
   std::vector<std::string> classes(frames.size());
   std::map<std::string, std::size_t> counts;  // classes of each room so far
-  for (const FrameRun& run : frameRuns(frames, places)) {
+  for (const TemporalSegment& run : temporalSegments(frames, places)) {
     const std::string& room = rooms[run.first];
     if (room.empty()) continue;
     const std::size_t pieces = std::min(parts, run.size);

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "estancia/classify/classifier.hpp"
-#include "estancia/classify/selection.hpp"
+#include "estancia/classify/label_selection.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/experiment/config_lists.hpp"
 #include "estancia/experiment/scenes.hpp"

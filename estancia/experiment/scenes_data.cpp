@@ -18,7 +18,7 @@
 #include "estancia/experiment/room_table.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/io/feature_table.hpp"
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/label/model.hpp"
 
 namespace estancia {
@@ -50,7 +50,7 @@ struct Wanted {
 Wanted findDescriptors(const ScenesOptions& options, const ExperimentRun& run,
                        std::vector<std::string>& notes) {
   const bool images = std::any_of(options.data.begin(), options.data.end(),
-                                  [](const Data& data) { return !isRecording(data.images.path); });
+                                  [](const Data& data) { return !isDescriptorFile(data.images.path); });
   Wanted wanted;
   std::set<std::string> names;
   const auto add = [&](const std::string& descriptor) {
@@ -88,7 +88,7 @@ struct Source {
 /// Words or other numbers that are in a file already; nothing when there are images.
 std::optional<Features> readTable(const Data& data, const SequenceSource& from) {
   const fs::path& file = from.path;
-  if (!fs::is_regular_file(file) || !isRecording(file)) return std::nullopt;
+  if (!fs::is_regular_file(file) || !isDescriptorFile(file)) return std::nullopt;
   if (!from.options.split.empty())
     throw Error(
         fmt::format("{}: `split` parts sequences of images; name the other half by [data.test], or a "
@@ -103,7 +103,7 @@ std::optional<Features> readTable(const Data& data, const SequenceSource& from) 
       if (std::find(header.begin(), header.end(), column) != header.end())
         return featuresOf(readFeatureTable(file, {data.ignored}));
   }
-  return featuresOf(readRecording(file));
+  return featuresOf(readDescriptors(file));
 }
 
 Source open(const std::string& name, const Data& data, SequenceSource from, const std::string& split) {

@@ -124,7 +124,7 @@ class Sections {
   }
 
   /// Of each true room, the share of its images that were taken for each other one; over all pairs that tell.
-  Matrix confusion(std::size_t number, const std::string& what) const {
+  HeatTable confusion(std::size_t number, const std::string& what) const {
     const std::size_t rooms = results_.rooms.size();
     std::vector<double> sums(rooms * rooms);
     for (std::size_t p = 0; p < results_.pairs.size(); ++p) {
@@ -132,7 +132,7 @@ class Sections {
       const auto counts = cell(p, number).confusion(results_.pairs[p].images);
       for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += counts[i];
     }
-    Matrix matrix{fmt::format("{}: rooms taken for others by {}", results_.name, nameOf(number)),
+    HeatTable matrix{fmt::format("{}: rooms taken for others by {}", results_.name, nameOf(number)),
                   fmt::format("{}. A row is a room, the percent of its images that were taken for each of "
                               "the rooms. All confusions are in {}-confusions.csv.",
                               what, results_.name),

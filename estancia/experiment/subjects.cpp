@@ -7,14 +7,14 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/plus_names.hpp"
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/label/model.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 
 std::unique_ptr<Sequence> openImages(const SequenceSource& source) {
-  if (isRecording(source.path))
+  if (isDescriptorFile(source.path))
     throw Error(fmt::format("{} holds words already; models are compared on images", source.path.string()));
   return openSequence(source.path, source.options);
 }

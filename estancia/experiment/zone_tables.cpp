@@ -23,7 +23,7 @@
 #include "estancia/experiment/zone_tables_findings.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
-#include "estancia/stats/agreement.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/zones/cut.hpp"
@@ -41,7 +41,7 @@ using Data = ZoneTablesOptions::Data;
 
 /// Some data as one model says it.
 struct Labeled {
-  Recording words;
+  DescriptorSequence words;
   std::vector<int> rooms;           ///< a number for the room of each frame
   std::vector<ImageClass> classes;  ///< one a frame
   std::set<std::string> roomNames, classNames;
@@ -56,7 +56,7 @@ std::vector<T> chosen(const std::vector<T>& from, const std::vector<std::size_t>
 }
 
 /// Keeps the frames whose room is known and wanted.
-Labeled withRooms(const Recording& all, const Data& data) {
+Labeled withRooms(const DescriptorSequence& all, const Data& data) {
   std::vector<std::string> rooms, classes, marks;
   if (data.table.empty()) {
     for (const Frame& frame : all.frames) rooms.push_back(frame.room);
@@ -254,7 +254,7 @@ std::vector<std::vector<Labeled>> labelData(const std::vector<const Data*>& data
     const auto labeler = loadModel(model.model, run.labeler);
     told.facts.emplace_back("Model", labeler->identity());
     for (std::size_t d = 0; d < data.size(); ++d) {
-      const Recording words =
+      const DescriptorSequence words =
           labelAll(*sequences[d], *labeler, fmt::format("{}: labeling {}", model.name, sequences[d]->name()),
                    run.cache, progress);
       if (words.frames.size() < sequences[d]->size())

@@ -50,7 +50,7 @@ Frame readFrame(ByteReader& in) {
 
 }  // namespace
 
-void writeLabelFile(const Recording& recording, const fs::path& file) {
+void writeLabelFile(const DescriptorSequence& recording, const fs::path& file) {
   ByteWriter out;
   out.raw(magic);
   out.number(version);
@@ -71,7 +71,7 @@ void writeLabelFile(const Recording& recording, const fs::path& file) {
   writeWhole(file, out.bytes());
 }
 
-Recording readLabelFile(const fs::path& file) {
+DescriptorSequence readLabelFile(const fs::path& file) {
   const std::string bytes = readBytes(file, mostBytes);
   ByteReader in(bytes, printable(file.string()), "label the sequence again");
   if (!bytes.starts_with(magic))

@@ -13,7 +13,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/develop.hpp"
+#include "estancia/io/tone_mapping.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_file.hpp"
@@ -155,7 +155,7 @@ cv::Mat PanoramaTour::developed(std::size_t place) const {
   const int width = camera_.usefulWidth();
   if (panorama.cols > width)
     cv::resize(panorama, panorama, {width, std::max(1, width / 2)}, 0, 0, cv::INTER_AREA);
-  cv::Mat picture = develop(panorama, exposure_);
+  cv::Mat picture = toneMap(panorama, exposure_);
   const std::lock_guard lock(mutex_);
   recent_.push_back({place, picture});
   if (recent_.size() > 4) recent_.erase(recent_.begin());

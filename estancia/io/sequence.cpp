@@ -11,8 +11,8 @@
 #include "estancia/io/camera_file.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
-#include "estancia/io/recording.hpp"
-#include "estancia/io/selection.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/io/frame_selection.hpp"
 #include "estancia/io/side_files.hpp"
 #include "estancia/io/trajectory.hpp"
 
@@ -39,11 +39,11 @@ class RecordedFrames final : public io::ListedSequence {
 };
 
 bool isWords(const fs::path& path) {
-  return fs::is_regular_file(path) && isRecording(path);
+  return fs::is_regular_file(path) && isDescriptorFile(path);
 }
 
 io::Opened openWords(const fs::path& path, const SequenceOptions&) {
-  return std::make_unique<RecordedFrames>(path, readRecording(path).frames);
+  return std::make_unique<RecordedFrames>(path, readDescriptors(path).frames);
 }
 
 /// In the order in which they are asked: the plain folder of images takes what no data set claims.

@@ -9,7 +9,7 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/descriptor.hpp"
-#include "estancia/io/words.hpp"
+#include "estancia/io/label_scores.hpp"
 #include "estancia/label/model_spec.hpp"
 
 namespace estancia {

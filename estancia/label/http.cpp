@@ -20,7 +20,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/io/words.hpp"
+#include "estancia/io/label_scores.hpp"
 #include "estancia/label/black_box.hpp"
 #include "estancia/label/http_connection.hpp"
 #include "estancia/label/http_settings.hpp"

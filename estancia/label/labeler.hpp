@@ -11,7 +11,7 @@
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/core/word.hpp"
+#include "estancia/core/label_probability.hpp"
 
 namespace estancia {
 

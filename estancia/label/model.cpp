@@ -18,14 +18,14 @@
 #include "estancia/core/plus_names.hpp"
 #include "estancia/label/ensemble.hpp"
 #include "estancia/label/http.hpp"
-#include "estancia/label/human.hpp"
+#include "estancia/label/human_labeler.hpp"
 #include "estancia/label/network_file.hpp"
-#include "estancia/label/on_demand.hpp"
+#include "estancia/label/lazy_labeler.hpp"
 #include "estancia/label/onnxruntime_engine.hpp"
 #include "estancia/label/onnxruntime_library.hpp"
 #include "estancia/label/opencv_engine.hpp"
-#include "estancia/label/process.hpp"
-#include "estancia/label/recorded.hpp"
+#include "estancia/label/process_labeler.hpp"
+#include "estancia/label/recorded_labeler.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;

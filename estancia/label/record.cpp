@@ -9,7 +9,7 @@
 
 namespace estancia {
 
-Recording record(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options,
+DescriptorSequence record(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options,
                  const std::function<void(const LabeledFrame&)>& watch) {
   std::vector<Frame> frames;
   std::vector<LexicalDescriptor> words;
@@ -25,7 +25,7 @@ Recording record(const Sequence& sequence, Labeler& labeler, const LabelStreamOp
   if (frames.empty())
     throw Error(fmt::format("{}: not one of its frames could be labeled{}", sequence.name(),
                             problem.empty() ? "" : "; " + problem));
-  Recording recording{labeler.vocabulary(), labeler.identity(), std::move(frames),
+  DescriptorSequence recording{labeler.vocabulary(), labeler.identity(), std::move(frames),
                       DescriptorMatrix(labeler.vocabulary().size())};
   recording.descriptors.reserve(words.size());
   for (LexicalDescriptor& row : words) {
@@ -36,10 +36,10 @@ Recording record(const Sequence& sequence, Labeler& labeler, const LabelStreamOp
   return recording;
 }
 
-Recording labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what, LabelCache* cache,
+DescriptorSequence labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what, LabelCache* cache,
                    Progress& progress, const std::function<void(const LabeledFrame&)>& watch) {
   progress.begin(what, sequence.size());
-  Recording recording = record(sequence, labeler, {.cache = cache}, [&](const LabeledFrame& frame) {
+  DescriptorSequence recording = record(sequence, labeler, {.cache = cache}, [&](const LabeledFrame& frame) {
     if (watch) watch(frame);
     progress.advance();
     if (interrupted())

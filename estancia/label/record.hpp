@@ -6,7 +6,7 @@
 #include <string>
 
 #include "estancia/core/progress.hpp"
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/label/label_stream.hpp"
 
 namespace estancia {
@@ -14,11 +14,11 @@ namespace estancia {
 /// Labels every frame. Where the labeler discovers words, all descriptors get the words found by the end.
 /// Frames without words are left out. `watch` sees each frame as it comes (for progress; throw to stop).
 /// Throws Error when no frame at all has words, and what the stream throws.
-Recording record(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options = {},
+DescriptorSequence record(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options = {},
                  const std::function<void(const LabeledFrame&)>& watch = {});
 
 /// The same with a bar, called `what` for people. Throws Interrupted when the user asks to stop.
-Recording labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what, LabelCache* cache,
+DescriptorSequence labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what, LabelCache* cache,
                    Progress& progress, const std::function<void(const LabeledFrame&)>& watch = {});
 
 }  // namespace estancia

@@ -87,9 +87,9 @@ cv::Mat maskOf(const ClusteredFrame& frame, std::size_t i) {
   return mask;
 }
 
-cv::Mat patchOf(const ClusteredFrame& frame, std::size_t i, const PatchOptions& options) {
-  const bool kept = options.background == PatchOptions::Background::kept;
-  return patchOf(frame.image, boxOf(frame, i), kept ? cv::Mat() : maskOf(frame, i), options);
+cv::Mat cropObject(const ClusteredFrame& frame, std::size_t i, const CropOptions& options) {
+  const bool kept = options.background == CropOptions::Background::kept;
+  return cropObject(frame.image, boxOf(frame, i), kept ? cv::Mat() : maskOf(frame, i), options);
 }
 
 }  // namespace estancia

@@ -5,7 +5,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include "estancia/cloud/clusters.hpp"
-#include "estancia/cloud/patch.hpp"
+#include "estancia/cloud/crop_object.hpp"
 #include "estancia/core/camera.hpp"
 #include "estancia/core/point_cloud.hpp"
 #include "estancia/io/sequence.hpp"
@@ -42,7 +42,7 @@ cv::Rect boxOf(const ClusteredFrame& frame, std::size_t i);
 /// Not 0 where the image shows cluster i; CV_8U, the size of the image.
 cv::Mat maskOf(const ClusteredFrame& frame, std::size_t i);
 
-/// The picture of cluster i for labelers: patchOf() its box. Throws Error on options out of range.
-cv::Mat patchOf(const ClusteredFrame& frame, std::size_t i, const PatchOptions& options = {});
+/// The picture of cluster i for labelers: cropObject() its box. Throws Error on options out of range.
+cv::Mat cropObject(const ClusteredFrame& frame, std::size_t i, const CropOptions& options = {});
 
 }  // namespace estancia

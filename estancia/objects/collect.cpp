@@ -7,14 +7,14 @@
 #include <map>
 #include <opencv2/core.hpp>
 
-#include "estancia/cloud/patch.hpp"
+#include "estancia/cloud/crop_object.hpp"
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/object_samples.hpp"
-#include "estancia/io/picture.hpp"
+#include "estancia/io/image_writer.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/new_samples.hpp"
 
@@ -30,7 +30,7 @@ void requireOptions(const CollectOptions& options) {
 
 /// What a patch with the largest margin that can be chosen later shows.
 cv::Rect surroundings(const cv::Rect& box) {
-  const PatchOptions standard;
+  const CropOptions standard;
   const auto reach = static_cast<int>(
       std::ceil(std::max(box.width, box.height) * (0.5 + mostCollectedMargin) / standard.crop));
   const cv::Point middle = (box.tl() + box.br()) / 2;

@@ -33,7 +33,7 @@ void requireTwoWords(const ObjectTraining& training) {
 }
 
 /// By word; see ObjectModel::agreement().
-std::vector<float> agreementOf(const Samples& samples, const DescriptorMatrix& held) {
+std::vector<float> scorePose(const Samples& samples, const DescriptorMatrix& held) {
   std::vector<float> taken(held.labels(), 0), right(held.labels(), 0), agreement(held.labels(), -1);
   for (std::size_t i = 0; i < held.size(); ++i) {
     const auto best = std::ranges::max_element(held.row(i));
@@ -72,7 +72,7 @@ std::vector<float> readShares(ByteReader& in, std::size_t words, float least, bo
 }  // namespace
 
 struct ObjectModel::Learned {
-  Study study;
+  TargetClasses study;
   ShapeOptions shape;
   std::string labeler;
   std::vector<float> prior, agreement;
@@ -93,13 +93,13 @@ ObjectModel ObjectModel::train(const ObjectTraining& training, const ClassifierO
   requireTwoWords(training);
   NamedShapes named = namedShapes(training.shapes, training.words, training.instances, words, options.folds);
   std::shared_ptr<const Classifier> classifier = trainClassifier(named.samples, options, progress);
-  std::vector<float> agreement = agreementOf(named.samples, heldOut(named.samples, options, progress));
+  std::vector<float> agreement = scorePose(named.samples, heldOut(named.samples, options, progress));
   return ObjectModel(std::make_shared<const Learned>(
       Learned{training.study, training.shape, training.labeler, training.prior, std::move(agreement),
               std::move(named.embedding), std::move(classifier)}));
 }
 
-const Study& ObjectModel::study() const {
+const TargetClasses& ObjectModel::study() const {
   return learned_->study;
 }
 
@@ -130,7 +130,7 @@ DescriptorMatrix ObjectModel::predict(const Features& shapes, int threads) const
 void ObjectModel::save(const fs::path& file) const {
   ByteWriter content;
   content.number(static_cast<std::uint64_t>(study().words.size()));
-  for (const Study::Word& word : study().words) {
+  for (const TargetClasses::Word& word : study().words) {
     content.text(word.name);
     writeTexts(content, word.labels);
     writeTexts(content, word.categories);
@@ -152,7 +152,7 @@ ObjectModel ObjectModel::load(const fs::path& file) {
   Learned learned;
   const std::size_t words = in.count(sizeof(std::uint32_t));
   for (std::size_t w = 0; w < words; ++w) {
-    Study::Word word;
+    TargetClasses::Word word;
     word.name = in.text();
     word.labels = readTexts(model);
     word.categories = readTexts(model);

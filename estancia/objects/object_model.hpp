@@ -11,13 +11,13 @@
 #include "estancia/classify/embedding.hpp"
 #include "estancia/describe/features.hpp"
 #include "estancia/objects/shape.hpp"
-#include "estancia/objects/study.hpp"
+#include "estancia/objects/target_classes.hpp"
 
 namespace estancia {
 
 /// What a model is learned from. Invariant: as many words and instances as rows of `shapes`.
 struct ObjectTraining {
-  Study study;
+  TargetClasses study;
   ShapeOptions shape;  ///< that `shapes` were made with
   Features shapes;
   std::vector<int> words;      ///< of the study; −1 is left out
@@ -34,7 +34,7 @@ class ObjectModel {
   static ObjectModel train(const ObjectTraining& training, const ClassifierOptions& options,
                            Progress& progress);
 
-  const Study& study() const;
+  const TargetClasses& study() const;
   const ShapeOptions& shape() const;
   const std::string& labeler() const;
   const std::vector<float>& prior() const;

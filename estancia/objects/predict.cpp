@@ -9,7 +9,7 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/opinion_pool.hpp"
+#include "estancia/core/log_opinion_pool.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/progress.hpp"
 
@@ -33,7 +33,7 @@ class Watch {
 struct Thing {
   explicit Thing(std::size_t words) : seen(words), shape(words) {}
 
-  OpinionPool seen, shape;
+  LogOpinionPool seen, shape;
   std::size_t views = 0, flat = 0, answered = 0;
   double mass = 0, brightness = 0;  ///< sums
 };
@@ -63,7 +63,7 @@ struct ObjectPredictor::State {
   Labeler* labeler;
   PredictOptions options;
   Tracks tracks;
-  std::optional<Restriction> restriction = {};  ///< where there is a labeler
+  std::optional<VocabularyMapping> restriction = {};  ///< where there is a labeler
   bool corrects = false;
   std::map<std::size_t, Thing> things;
 
@@ -105,7 +105,7 @@ struct ObjectPredictor::State {
     }
     std::vector<char> answersOf(patches.size());
     for (const std::size_t a : answered) answersOf[a] = 1;
-    WordShares shares = restriction->apply(answers);
+    ClassProbabilities shares = restriction->apply(answers);
     if (corrects) shares = corrected(shares, model.prior());
     for (std::size_t k = 0; k < answered.size(); ++k) {
       PredictedObject& object = objects[answered[k]];
@@ -141,7 +141,7 @@ struct ObjectPredictor::State {
     return features;
   }
 
-  ObjectBelief believed(const PredictedObject& object, bool flat, double brightness, bool answered) {
+  FusedAnswer believed(const PredictedObject& object, bool flat, double brightness, bool answered) {
     Thing& thing = things.try_emplace(object.thing, words()).first->second;
     ++thing.views;
     thing.flat += flat ? 1 : 0;
@@ -154,7 +154,7 @@ struct ObjectPredictor::State {
     const auto shape = asFloats(thing.shape.pooled());
     if (thing.answered > 0) seen.resize(words(), 0);  // it may have said nothing of the words
     const auto views = static_cast<double>(thing.views);
-    return believe(model, {.seen = seen,
+    return fuseAnswers(model, {.seen = seen,
                            .mass = static_cast<float>(
                                thing.mass / static_cast<double>(std::max<std::size_t>(thing.answered, 1))),
                            .brightness = thing.brightness / views,
@@ -204,7 +204,7 @@ std::vector<PredictedObject> ObjectPredictor::predict(const ClusteredFrame& fram
     objects[i].thing = numbers[i];
     objects[i].box = boxOf(frame, i);
     brightness[i] = brightnessOf(frame.image(objects[i].box));
-    if (s.labeler != nullptr) patches[i] = patchOf(frame, i, s.options.patches);
+    if (s.labeler != nullptr) patches[i] = cropObject(frame, i, s.options.patches);
   });
   took.patches = watch.lap();
   std::vector<char> answered(clusters.size());

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "estancia/cloud/patch.hpp"
+#include "estancia/cloud/crop_object.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/label/labeler.hpp"
-#include "estancia/objects/belief.hpp"
+#include "estancia/objects/late_fusion.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/object_model.hpp"
 #include "estancia/objects/tracks.hpp"
@@ -20,7 +20,7 @@ namespace estancia {
 
 struct PredictOptions {
   TrackOptions tracks = {};
-  PatchOptions patches = {};
+  CropOptions patches = {};
   int threads = 0;  ///< 0: one a usable core; the answers do not depend on it
 };
 
@@ -32,7 +32,7 @@ struct PredictedObject {
   std::vector<float> seen, shape;  ///< what this view's picture and shape say; empty where they say nothing
   float mass = 0;                  ///< of the words in the labeler's whole answer
   std::string problem;  ///< why the picture or the shape of this view says nothing; "" when all is well
-  ObjectBelief belief;  ///< of all views so far, by OpinionPool
+  FusedAnswer belief;  ///< of all views so far, by LogOpinionPool
 };
 
 /// Where the time of a frame went [s].

@@ -67,7 +67,7 @@ std::vector<float> describeShape(const PointCloud& cloud, const ShapeOptions& op
   return numbers;
 }
 
-Features shapesOf(const ObjectViews& views, const ShapeOptions& options, Progress& progress,
+Features sampleSegments(const ObjectViews& views, const ShapeOptions& options, Progress& progress,
                   std::vector<std::string>* problems) {
   Features features{shapeParts(options), {}, DescriptorMatrix(0)};
   std::vector<std::vector<float>> rows(views.size());

@@ -12,15 +12,15 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
-#include "estancia/label/recorded.hpp"
+#include "estancia/label/recorded_labeler.hpp"
 
 namespace estancia {
 namespace {
 
 /// Some of other views.
-class Chosen : public ObjectViews {
+class ViewSubset : public ObjectViews {
  public:
-  Chosen(const ObjectViews& all, std::vector<std::size_t> chosen) : all_(all), chosen_(std::move(chosen)) {}
+  ViewSubset(const ObjectViews& all, std::vector<std::size_t> chosen) : all_(all), chosen_(std::move(chosen)) {}
   std::string name() const override { return all_.name(); }
   std::size_t size() const override { return chosen_.size(); }
   const ObjectView& view(std::size_t i) const override { return all_.view(chosen_[i]); }
@@ -35,9 +35,9 @@ class Chosen : public ObjectViews {
 /// What a labeler said, found by the names of views, whatever the recording calls their pictures. Where it
 /// has whole names of views these alone count: a view that was skipped has not the words of another thing's
 /// "0017".
-class Answers {
+class RecordedLabels {
  public:
-  Answers(const Recording& recording, const ObjectViews& views) : labeler_(recording) {
+  RecordedLabels(const DescriptorSequence& recording, const ObjectViews& views) : labeler_(recording) {
     for (const Frame& frame : recording.frames) names_.insert(frame.name);
     for (std::size_t i = 0; i < views.size(); ++i) whole_ = whole_ || names_.contains(views.view(i).name);
   }
@@ -81,17 +81,17 @@ Features noShapes(const ShapeOptions& options) {
   return none;
 }
 
-class Gathering {
+class TrainingSetBuilder {
  public:
-  Gathering(const Study& study, const TrainingOptions& options, bool labeled)
+  TrainingSetBuilder(const TargetClasses& study, const TrainingOptions& options, bool labeled)
       : study_(study), options_(options), labeled_(labeled) {}
 
   void add(const LabeledViews& source, std::size_t number, Progress& progress,
            std::vector<std::string>* problems) {
     DescriptorMatrix answers(labeled_ ? source.words->vocabulary.size() : 0);
-    const Chosen chosen(*source.views, choose(source, answers));
+    const ViewSubset chosen(*source.views, choose(source, answers));
     if (chosen.size() == 0) return;
-    const Features shapes = shapesOf(chosen, options_.shape, progress, problems);
+    const Features shapes = sampleSegments(chosen, options_.shape, progress, problems);
     Features& all = gathered_.training.shapes;
     append(all.values, shapes.values);
     all.frames.insert(all.frames.end(), shapes.frames.begin(), shapes.frames.end());
@@ -106,7 +106,7 @@ class Gathering {
     }
     if (!labeled_) return;
     const Vocabulary& vocabulary = source.words->vocabulary;
-    const WordShares shares = restrictTo(study_, vocabulary, said);
+    const ClassProbabilities shares = restrictTo(study_, vocabulary, said);
     append(shares_.shares, shares.shares);
     shares_.mass.insert(shares_.mass.end(), shares.mass.begin(), shares.mass.end());
     const std::vector<float> often = priorOf({said, {}});
@@ -114,7 +114,7 @@ class Gathering {
       often_[shortLabel(vocabulary[label])] += often[label] * static_cast<double>(said.size());
   }
 
-  GatheredTraining finish(const std::string& labeler, Progress& progress) {
+  TrainingSet finish(const std::string& labeler, Progress& progress) {
     ObjectTraining& training = gathered_.training;
     if (training.instances.empty())
       throw Error(
@@ -136,7 +136,7 @@ class Gathering {
  private:
   /// Fills `answers` with what was said of those that are chosen, one row each.
   std::vector<std::size_t> choose(const LabeledViews& source, DescriptorMatrix& answers) {
-    std::optional<Answers> words;
+    std::optional<RecordedLabels> words;
     if (labeled_) words.emplace(*source.words, *source.views);
     std::vector<std::size_t> chosen;
     for (std::size_t i = 0; i < source.views->size(); ++i) {
@@ -158,7 +158,7 @@ class Gathering {
     return chosen;
   }
 
-  static std::string strange(const Recording& words, const ObjectView& view) {
+  static std::string strange(const DescriptorSequence& words, const ObjectView& view) {
     return words.frames.empty()
                ? "; the file of words is empty"
                : fmt::format(
@@ -174,24 +174,24 @@ class Gathering {
   std::vector<int> namesBy(const std::string& labeler, Progress& progress) {
     ObjectTraining& training = gathered_.training;
     training.labeler = labeler;
-    WordShares shares = withoutStrangers();
+    ClassProbabilities shares = withoutStrangers();
     if (options_.correct) {
       training.prior = priorOf(shares);
       shares = corrected(shares, training.prior);
     }
-    return nameSamples(options_.naming, shares, training.instances, training.shapes, options_.classifier,
+    return assignPseudoLabels(options_.naming, shares, training.instances, training.shapes, options_.classifier,
                        progress);
   }
 
   /// Nothing is said of things that the labeler takes for something else than the study's words.
-  WordShares withoutStrangers() const {
+  ClassProbabilities withoutStrangers() const {
     std::vector<double> sums(instances_.size(), 0), counts(instances_.size(), 0);
     const auto& instances = gathered_.training.instances;
     for (std::size_t i = 0; i < instances.size(); ++i) {
       sums[static_cast<std::size_t>(instances[i])] += shares_.mass[i];
       ++counts[static_cast<std::size_t>(instances[i])];
     }
-    WordShares known{DescriptorMatrix(shares_.shares.labels()), shares_.mass};
+    ClassProbabilities known{DescriptorMatrix(shares_.shares.labels()), shares_.mass};
     const std::vector<float> nothing(shares_.shares.labels(), 0);
     for (std::size_t i = 0; i < instances.size(); ++i) {
       const auto instance = static_cast<std::size_t>(instances[i]);
@@ -237,11 +237,11 @@ class Gathering {
         mostly, options_.leastMass > 0 ? ", or ask for less mass" : ""));
   }
 
-  const Study& study_;
+  const TargetClasses& study_;
   const TrainingOptions& options_;
   bool labeled_;
-  GatheredTraining gathered_{{study_, options_.shape, noShapes(options_.shape), {}, {}, "", {}}, {}, {}};
-  WordShares shares_{DescriptorMatrix(study_.words.size()), {}};
+  TrainingSet gathered_{{study_, options_.shape, noShapes(options_.shape), {}, {}, "", {}}, {}, {}};
+  ClassProbabilities shares_{DescriptorMatrix(study_.words.size()), {}};
   std::vector<int> truths_;
   std::map<std::string, double> often_;  // what the labeler says of all views together
   std::string stranger_;                 // a view without words beside a name that has some
@@ -250,7 +250,7 @@ class Gathering {
 
 }  // namespace
 
-GatheredTraining gatherTraining(std::span<const LabeledViews> sources, const Study& study,
+TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetClasses& study,
                                 const TrainingOptions& options, Progress& progress,
                                 std::vector<std::string>* problems) {
   if (!(options.leastMass >= 0 && options.leastMass <= 1))
@@ -267,7 +267,7 @@ GatheredTraining gatherTraining(std::span<const LabeledViews> sources, const Stu
                               source.words->model, sources.front().views->name(), labeler));
   }
   requireSplit(sources, options.split);
-  Gathering gathering(study, options, labeled);
+  TrainingSetBuilder gathering(study, options, labeled);
   for (std::size_t i = 0; i < sources.size(); ++i) gathering.add(sources[i], i, progress, problems);
   return gathering.finish(labeler, progress);
 }

@@ -10,22 +10,22 @@
 #include "estancia/classify/classifier.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/object_views.hpp"
-#include "estancia/io/recording.hpp"
-#include "estancia/objects/names.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/object_model.hpp"
 #include "estancia/objects/shape.hpp"
-#include "estancia/objects/study.hpp"
+#include "estancia/objects/target_classes.hpp"
 
 namespace estancia {
 
 /// Views with the words for their pictures; without words they go by their true categories.
 struct LabeledViews {
   const ObjectViews* views = nullptr;
-  std::optional<Recording> words = {};
+  std::optional<DescriptorSequence> words = {};
 };
 
 struct TrainingOptions {
-  Naming naming = Naming::voted;  ///< how words become names; true categories are names already
+  PseudoLabeling naming = PseudoLabeling::voted;  ///< how words become names; true categories are names already
   bool correct = true;            ///< for how often the labeler says each word: corrected()
   bool all = false;  ///< also flat views and those cut by the border, which show not the thing's shape
   /// Things of whose pictures the labeler says less than this about the words, in the mean over their views,
@@ -37,7 +37,7 @@ struct TrainingOptions {
 };
 
 /// What is learned from, and what is not, for people.
-struct GatheredTraining {
+struct TrainingSet {
   ObjectTraining training;
   std::vector<std::size_t> samples, instances;  ///< of each word
   std::size_t flat = 0, atBorder = 0;           ///< views that were left out as they are
@@ -53,7 +53,7 @@ struct GatheredTraining {
 /// told in `problems` and left out. Throws Error when no view is left or named, saying why, when no view is
 /// of the split, when sources were labeled by different labelers, only some have words, and as restrictTo()
 /// does; Interrupted.
-GatheredTraining gatherTraining(std::span<const LabeledViews> sources, const Study& study,
+TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetClasses& study,
                                 const TrainingOptions& options, Progress& progress,
                                 std::vector<std::string>* problems = nullptr);
 

@@ -15,7 +15,7 @@ std::vector<CandidatePose> candidatesOf(const std::vector<TriedPose>& poses,
   constexpr double alike = 0.985;  // cosine of 10°
   constexpr std::size_t promising = 20;
   constexpr int rounds = 15;
-  const RecognitionLengths& lengths = scene.lengths;
+  const RecognitionScales& scales = scene.scales;
   const cv::Point3d middle = meanOf(model.tried.few.points);
   const auto refined = [&](std::vector<CandidatePose> candidates, const OrientedPoints& points,
                            const Surface& surface, double reach, double apart) {
@@ -24,7 +24,7 @@ std::vector<CandidatePose> candidatesOf(const std::vector<TriedPose>& poses,
                [&](std::size_t i) {
                  CandidatePose& c = candidates[i];
                  c.pose = refinePose(points, surface, c.pose, reach, rounds);
-                 c.evidence = examine(points, surface, scene.view, c.pose, lengths.tolerance);
+                 c.evidence = examine(points, surface, scene.view, c.pose, scales.tolerance);
                });
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const CandidatePose& a, const CandidatePose& b) {
@@ -34,12 +34,12 @@ std::vector<CandidatePose> candidatesOf(const std::vector<TriedPose>& poses,
   };
   std::vector<CandidatePose> candidates;
   for (const TriedPose& p : poses) candidates.push_back({p.pose, {}});
-  candidates = differentPoses(std::move(candidates), middle, lengths.consistency / 2, alike);
-  candidates = refined(std::move(candidates), model.tried.few, *scene.coarse, 2 * lengths.consistency,
-                       lengths.consistency / 2);
+  candidates = differentPoses(std::move(candidates), middle, scales.consistency / 2, alike);
+  candidates = refined(std::move(candidates), model.tried.few, *scene.coarse, 2 * scales.consistency,
+                       scales.consistency / 2);
   if (candidates.size() > promising) candidates.resize(promising);
-  return refined(std::move(candidates), model.tried.many, *scene.surface, 2 * lengths.tolerance,
-                 lengths.consistency);
+  return refined(std::move(candidates), model.tried.many, *scene.surface, 2 * scales.tolerance,
+                 scales.consistency);
 }
 
 void keepVerified(std::vector<CandidatePose>& candidates, const PreparedModel::Described& model,
@@ -50,9 +50,9 @@ void keepVerified(std::vector<CandidatePose>& candidates, const PreparedModel::D
   }
   std::vector<cv::Affine3d> poses;
   for (const CandidatePose& c : candidates) poses.push_back(c.pose);
-  const OrientedPoints points = spreadPointsBy(*model.surface, scene.lengths.tolerance);
+  const OrientedPoints points = spreadPointsBy(*model.surface, scene.scales.tolerance);
   const std::vector<bool> there =
-      verifyGlobally(points, *scene.coarse, scene.view, scene.parts, poses, scene.lengths.tolerance);
+      verifyGlobally(points, *scene.coarse, scene.view, scene.parts, poses, scene.scales.tolerance);
   std::vector<CandidatePose> left;
   for (std::size_t i = 0; i < candidates.size(); ++i)
     if (there[i]) left.push_back(candidates[i]);

@@ -31,7 +31,7 @@ void each(std::size_t count, std::size_t together, int threads, const Work& work
 
 }  // namespace
 
-double evidenceFor(const PoseAgreement& agreement, double tried, bool closed) {
+double evidenceFor(const PoseScore& agreement, double tried, bool closed) {
   constexpr double wholeArea = 700;
   constexpr double leastPart = 0.25;
   const double part = closed ? std::clamp(agreement.facing, leastPart, 1.0) : 1;
@@ -40,9 +40,9 @@ double evidenceFor(const PoseAgreement& agreement, double tried, bool closed) {
 
 std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
                                      const std::vector<Match>& matches, const DenseModel& tried,
-                                     const DenseScene& there, const RecognitionLengths& lengths,
+                                     const DenseScene& there, const RecognitionScales& scales,
                                      std::size_t most, int threads) {
-  const AgreementLimits limits{6 * lengths.unit + lengths.noise, 10 * lengths.unit + 1.5 * lengths.noise,
+  const PoseTolerances limits{6 * scales.unit + scales.noise, 10 * scales.unit + 1.5 * scales.noise,
                                0.5};
   const auto poseOf = [&](const Match& match) {
     const cv::Matx33d turn = cv::Matx33d(scene.frames[match.scene].t() * model.frames[match.model]);
@@ -59,7 +59,7 @@ std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const Surface
   }
   std::vector<std::pair<double, std::size_t>> order(matches.size());
   each(matches.size(), 256, threads, [&](std::size_t i) {
-    order[i] = {-agreementOf(quarter, there, poseOf(matches[i]), limits).vote(), i};
+    order[i] = {-scorePose(quarter, there, poseOf(matches[i]), limits).vote(), i};
   });
   const std::size_t left = std::min(order.size(), std::max(order.size() / often, 10 * most));
   std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(left), order.end());
@@ -67,29 +67,29 @@ std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const Surface
   each(left, 64, threads, [&](std::size_t i) {
     TriedPose& p = poses[i];
     p.pose = poseOf(matches[order[i].second]);
-    p.agreement = agreementOf(tried.few, there, p.pose, limits);
+    p.agreement = scorePose(tried.few, there, p.pose, limits);
     p.score = p.agreement.vote();
   });
-  return bestOf(std::move(poses), tried.center, 6 * lengths.unit, most);
+  return bestOf(std::move(poses), tried.center, 6 * scales.unit, most);
 }
 
 std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseModel& tried,
-                                   const DenseScene& there, const RecognitionLengths& lengths, int threads) {
+                                   const DenseScene& there, const RecognitionScales& scales, int threads) {
   constexpr std::size_t promising = 30;
-  const double unit = lengths.unit, noise = lengths.noise;
+  const double unit = scales.unit, noise = scales.noise;
   // A small model has more points than the scene, which cannot confirm what it has not measured.
-  const double seen = std::pow(std::min(1.0, unit / std::max(lengths.spacing, unit)), 2);
+  const double seen = std::pow(std::min(1.0, unit / std::max(scales.spacing, unit)), 2);
   each(poses.size(), 4, threads, [&](std::size_t i) {
     TriedPose& p = poses[i];
     p.pose = refineInField(tried.few, tried.center, there, p.pose, {10 * unit, 6 * unit, 10});
-    p.agreement = agreementOf(tried.few, there, p.pose, {4 * unit, 7.5 * unit + noise, 0.65});
+    p.agreement = scorePose(tried.few, there, p.pose, {4 * unit, 7.5 * unit + noise, 0.65});
     p.score = p.agreement.vote();
   });
   poses = bestOf(std::move(poses), tried.center, 5 * unit, promising);
   each(poses.size(), 1, threads, [&](std::size_t i) {
     TriedPose& p = poses[i];
     p.pose = refineInField(tried.many, tried.center, there, p.pose, {7.5 * unit, 3 * unit + 0.2 * noise, 15});
-    p.agreement = agreementOf(tried.many, there, p.pose, {lengths.tolerance, 6 * unit + noise, 0.7});
+    p.agreement = scorePose(tried.many, there, p.pose, {scales.tolerance, 6 * unit + noise, 0.7});
     p.score = evidenceFor(p.agreement, seen * static_cast<double>(tried.many.points.size()),
                           tried.closed && there.view.known());
   });

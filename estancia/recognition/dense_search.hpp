@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "estancia/recognition/agreement.hpp"
+#include "estancia/recognition/pose_score.hpp"
 #include "estancia/recognition/descriptors.hpp"
-#include "estancia/recognition/lengths.hpp"
+#include "estancia/recognition/scales.hpp"
 #include "estancia/recognition/matching.hpp"
 
 namespace estancia {
@@ -21,25 +21,25 @@ struct DenseModel {
 /// A pose and what the scene says of it.
 struct TriedPose {
   cv::Affine3d pose;  ///< T_scene_model
-  PoseAgreement agreement;
+  PoseScore agreement;
   double score = 0;
 };
 
 /// The pose that brings the local frames of each match together, best first, `most` different ones.
 std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
                                      const std::vector<Match>& matches, const DenseModel& tried,
-                                     const DenseScene& there, const RecognitionLengths& lengths,
+                                     const DenseScene& there, const RecognitionScales& scales,
                                      std::size_t most, int threads);
 
 /// Refines poses with the few points, the best of these with the many, and scores them by evidenceFor(); best
 /// first, different ones.
 std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseModel& tried,
-                                   const DenseScene& there, const RecognitionLengths& lengths, int threads);
+                                   const DenseScene& there, const RecognitionScales& scales, int threads);
 
 /// The evidence that a model is there: the mean vote of its points times the root of its area, for the same
 /// share of a larger surface is less likely to be chance. The area is `tried`, the number of points, 700 of
 /// which count 1 (less than one where the scene has fewer points than are tried); of a closed model that of
 /// the points that face the sensor.
-double evidenceFor(const PoseAgreement& agreement, double tried, bool closed);
+double evidenceFor(const PoseScore& agreement, double tried, bool closed);
 
 }  // namespace estancia

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estancia/cloud/mean_surface.hpp"
+#include "estancia/cloud/mls_surface.hpp"
 #include "estancia/cloud/noise.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/recognition/keypoints.hpp"
-#include "estancia/recognition/lengths.hpp"
+#include "estancia/recognition/scales.hpp"
 #include "estancia/recognition/verify.hpp"
 #include "estancia/recognition/viewpoint.hpp"
 
@@ -23,7 +23,7 @@ bool isMean(const RecognitionOptions& options) {
 }
 
 /// A length that would silently find nothing, or everything, is likely to be in other units.
-void requireLengths(const std::string& name, const RecognitionLengths& lengths, double extent,
+void requireLengths(const std::string& name, const RecognitionScales& scales, double extent,
                     double resolution) {
   const auto require = [&](double length, const char* what, double least, double good) {
     if (length >= least && length <= extent / 2) return;
@@ -32,29 +32,29 @@ void requireLengths(const std::string& name, const RecognitionLengths& lengths, 
                     "{:.4g} m apart; is it in other units? Then scale it; else about {:.4g} m would do",
                     name, what, length, extent, resolution, std::min(good, extent / 3)));
   };
-  if (lengths.normalRadius > 0) require(lengths.normalRadius, "normal radius", resolution, 8 * resolution);
-  require(lengths.keypointSpacing, "keypoint spacing", resolution / 10, 5 * resolution);
-  require(lengths.consistency, "consistency", resolution / 10, 5 * resolution);
-  require(lengths.tolerance, "tolerance", resolution / 10, 3 * resolution);
+  if (scales.normalRadius > 0) require(scales.normalRadius, "normal radius", resolution, 8 * resolution);
+  require(scales.keypointSpacing, "keypoint spacing", resolution / 10, 5 * resolution);
+  require(scales.consistency, "consistency", resolution / 10, 5 * resolution);
+  require(scales.tolerance, "tolerance", resolution / 10, 3 * resolution);
 }
 
 /// The surface that was asked for, then its keypoints and descriptors. `raw`: what a mean surface averages.
 DescribedSurface describedSurface(const std::string& name, const PointCloud& raw,
                                   const std::vector<cv::Point3f>& seeds, const PointCloud& filtered,
                                   double perPoint, const Orientation& orientation,
-                                  const RecognitionOptions& options, const RecognitionLengths& lengths) {
+                                  const RecognitionOptions& options, const RecognitionScales& scales) {
   DescribedSurface described;
   StageAccount account(&described.stages);
   if (isMean(options)) {
     if (options.normalRadius > 0 || options.keypointSpacing > 0 || options.tolerance > 0)
-      requireLengths(name, lengths, extentOf(raw.points), lengths.spacing);
-    MeanSurfaceOptions smoothing = smoothingFor(lengths);
+      requireLengths(name, scales, extentOf(raw.points), scales.spacing);
+    MlsOptions smoothing = smoothingFor(scales);
     smoothing.perPoint = perPoint;
     smoothing.away = orientation.outwards;
     if (orientation.outwards) smoothing.viewpoint = orientation.middle;
     smoothing.threads = options.threads;
     described.surface =
-        std::make_unique<const Surface>(name, meanSurface(seeds, raw, smoothing), options.threads);
+        std::make_unique<const Surface>(name, projectMls(seeds, raw, smoothing), options.threads);
     account.add("mean surface",
                 fmt::format("of {} points over {:.4g} m, normals {:.4g} m: {} points {:.4g} m apart",
                             raw.points.size(), smoothing.width, smoothing.radius, described.surface->size(),
@@ -62,27 +62,27 @@ DescribedSurface describedSurface(const std::string& name, const PointCloud& raw
   } else {
     PointCloud oriented = filtered;
     const Neighbors neighbors(filtered.points, options.threads);
-    if (lengths.normalRadius > 0)
-      requireRadius(name, filtered.points, neighbors, lengths.normalRadius, "normal radius");
-    requireLengths(name, lengths, extentOf(filtered.points), resolutionOf(neighbors));
+    if (scales.normalRadius > 0)
+      requireRadius(name, filtered.points, neighbors, scales.normalRadius, "normal radius");
+    requireLengths(name, scales, extentOf(filtered.points), resolutionOf(neighbors));
     oriented.normals = estimateNormals(
         filtered.points, neighbors,
-        {.radius = lengths.normalRadius, .neighbors = options.normalNeighbors, .threads = options.threads});
+        {.radius = scales.normalRadius, .neighbors = options.normalNeighbors, .threads = options.threads});
     described.surface = std::make_unique<const Surface>(name, oriented, options.threads);
     account.add("normals",
                 fmt::format("{}: {} of {} points",
-                            lengths.normalRadius > 0 ? fmt::format("radius {:.4g} m", lengths.normalRadius)
+                            scales.normalRadius > 0 ? fmt::format("radius {:.4g} m", scales.normalRadius)
                                                      : fmt::format("{} neighbors", options.normalNeighbors),
                             described.surface->size(), filtered.points.size()));
   }
   const auto keypoints =
-      findKeypoints(*described.surface, options.keypoints, lengths.keypointSpacing, options.threads);
+      findKeypoints(*described.surface, options.keypoints, scales.keypointSpacing, options.threads);
   account.add("keypoints", fmt::format("{}, {:.4g} m: {} of {} points", options.keypoints,
-                                       lengths.keypointSpacing, keypoints.size(), described.surface->size()));
-  described.features = describe(*described.surface, keypoints, options.descriptor, lengths.descriptorRadius,
+                                       scales.keypointSpacing, keypoints.size(), described.surface->size()));
+  described.features = describe(*described.surface, keypoints, options.descriptor, scales.descriptorRadius,
                                 options.threads, isMean(options) ? FrameSigns::normal : FrameSigns::majority);
   account.add("descriptors",
-              fmt::format("{}, {:.4g} m: {} of {} keypoints", options.descriptor, lengths.descriptorRadius,
+              fmt::format("{}, {:.4g} m: {} of {} keypoints", options.descriptor, scales.descriptorRadius,
                           described.features.size(), keypoints.size()));
   return described;
 }
@@ -124,13 +124,13 @@ PreparedModel::PreparedModel(std::string name, PointCloud raw, PointCloud filter
 }
 
 std::shared_ptr<const PreparedModel::Described> PreparedModel::describedFor(
-    const RecognitionLengths& scene) const {
+    const RecognitionScales& scene) const {
   constexpr std::size_t manyKept = 8;
-  RecognitionLengths lengths = scene;
-  if (!isMean(options_)) lengths.unit = lengths.noise = lengths.spacing = 0;  // which then play no part
+  RecognitionScales scales = scene;
+  if (!isMean(options_)) scales.unit = scales.noise = scales.spacing = 0;  // which then play no part
   const std::lock_guard lock(mutex_);
   for (const auto& [known, described] : described_)
-    if (known == lengths) return described;
+    if (known == scales) return described;
   auto fresh = std::make_shared<Described>();
   DenseModel& tried = fresh->tried;
   if (isMean(options_)) {
@@ -138,30 +138,30 @@ std::shared_ptr<const PreparedModel::Described> PreparedModel::describedFor(
     // the features are to be those of the noise, not of one draw of it.
     constexpr std::size_t manyDraws = 3;
     constexpr double hidden = 0.5;  // units, up to which noise is averaged away
-    const double added = lengths.noise > hidden * lengths.unit && lengths.noise > noise_
-                             ? std::sqrt(lengths.noise * lengths.noise - noise_ * noise_)
+    const double added = scales.noise > hidden * scales.unit && scales.noise > noise_
+                             ? std::sqrt(scales.noise * scales.noise - noise_ * noise_)
                              : 0;
     const std::size_t draws = added > 0 ? manyDraws : 1;
     const std::vector<cv::Point3f> seeds =
         cloud_.points == raw_.points ? std::vector<cv::Point3f>() : cloud_.points;
     static_cast<DescribedSurface&>(*fresh) =
         describedSurface(name_, withDraws(raw_, added, draws), seeds, cloud_, 1 / static_cast<double>(draws),
-                         orientation_, options_, lengths);
-    tried.few = spreadPointsBy(*fresh->surface, 9 * lengths.unit);
-    tried.many = spreadPointsBy(*fresh->surface, 4.5 * lengths.unit);
+                         orientation_, options_, scales);
+    tried.few = spreadPointsBy(*fresh->surface, 9 * scales.unit);
+    tried.many = spreadPointsBy(*fresh->surface, 4.5 * scales.unit);
     tried.closed = orientation_.outwards;
     balanceNormals(tried.few);
     balanceNormals(tried.many);
   } else {
     constexpr std::size_t fewPoints = 300, manyPoints = 1000;
     static_cast<DescribedSurface&>(*fresh) =
-        describedSurface(name_, cloud_, {}, cloud_, 1, orientation_, options_, lengths);
+        describedSurface(name_, cloud_, {}, cloud_, 1, orientation_, options_, scales);
     tried.few = spreadPoints(*fresh->surface, fewPoints);
     tried.many = spreadPoints(*fresh->surface, manyPoints);
   }
   tried.center = center_;
   if (described_.size() >= manyKept) described_.erase(described_.begin());
-  described_.emplace_back(lengths, fresh);
+  described_.emplace_back(scales, fresh);
   return fresh;
 }
 
@@ -188,57 +188,57 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
   if (!(spacing_ > 0))
     throw Error(fmt::format("{}: its {} points lie all at one place, or nearly; they show no surface", name_,
                             raw_.points.size()));
-  lengths_ = estancia::lengthsFor(options_, resolution_, spacing_, noise_);
+  scales_ = estancia::scalesFor(options_, resolution_, spacing_, noise_);
   account.add("noise",
               fmt::format("{:.4g} m across the surface, points {:.4g} m apart, {:.4g} m from the nearest",
                           noise_, spacing_, resolution_));
-  described_ = describe(lengths_);
+  described_ = describe(scales_);
   stages_.insert(stages_.end(), described_->stages.begin(), described_->stages.end());
 }
 
-RecognitionLengths PreparedScene::lengthsFor(const PreparedModel& model) const {
-  return isMean(options_) ? estancia::lengthsFor(options_, resolution_, spacing_, noise_, model.extent())
-                          : lengths_;
+RecognitionScales PreparedScene::scalesFor(const PreparedModel& model) const {
+  return isMean(options_) ? estancia::scalesFor(options_, resolution_, spacing_, noise_, model.extent())
+                          : scales_;
 }
 
 std::shared_ptr<const PreparedScene::Described> PreparedScene::describedFor(
-    const RecognitionLengths& lengths) const {
+    const RecognitionScales& scales) const {
   constexpr std::size_t manyKept = 4;
-  if (lengths == lengths_) return described_;
+  if (scales == scales_) return described_;
   const std::lock_guard lock(mutex_);
   for (const auto& known : others_)
-    if (known->lengths == lengths) return known;
+    if (known->scales == scales) return known;
   if (others_.size() >= manyKept) others_.erase(others_.begin());
-  others_.push_back(describe(lengths));
+  others_.push_back(describe(scales));
   return others_.back();
 }
 
 std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
-    const RecognitionLengths& lengths) const {
+    const RecognitionScales& scales) const {
   auto fresh = std::make_shared<Described>();
   const PointCloud& left = filtered_.points.empty() ? raw_ : filtered_;
-  RecognitionLengths own = lengths;
+  RecognitionScales own = scales;
   if (options_.sceneKeypointSpacing > 0 && options_.keypoints == "uniform")
     own.keypointSpacing = options_.sceneKeypointSpacing;
   static_cast<DescribedSurface&>(*fresh) =
       describedSurface(name_, raw_, filtered_.points, left, 1, {}, options_, own);
-  fresh->lengths = lengths;
+  fresh->scales = scales;
   StageAccount account(&fresh->stages);
   const Surface& surface = *fresh->surface;
   const bool evidence = options_.verification == "evidence";
   if (evidence || options_.grouping == "local-frames")
-    fresh->field = NearestField(surface.points(), lengths.tolerance, 4 * lengths.tolerance, options_.threads);
+    fresh->field = NearestField(surface.points(), scales.tolerance, 4 * scales.tolerance, options_.threads);
   if (!evidence) {
-    OrientedPoints spread = spreadPointsBy(surface, lengths.tolerance);
+    OrientedPoints spread = spreadPointsBy(surface, scales.tolerance);
     PointCloud thin;
     thin.points = std::move(spread.points);
     thin.normals = std::move(spread.normals);
     fresh->coarse = std::make_unique<const Surface>(name_, thin, options_.threads);
     if (options_.verification == "global")
-      fresh->parts = smoothPartsOf(*fresh->coarse, 2 * lengths.tolerance, options_.threads);
+      fresh->parts = smoothPartsOf(*fresh->coarse, 2 * scales.tolerance, options_.threads);
   }
   // The averaged surface has a wider spacing, and no noise.
-  fresh->view = isMean(options_) ? RangePicture(surface.points(), 1.8 * lengths.unit)
+  fresh->view = isMean(options_) ? RangePicture(surface.points(), 1.8 * scales.unit)
                                  : RangePicture(raw_.points, resolution_);
   account.add("view", fresh->view.known() ? "seen from the origin" : "no view from the origin");
   return fresh;

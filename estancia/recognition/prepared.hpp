@@ -10,8 +10,8 @@
 
 #include "estancia/recognition/dense_search.hpp"
 #include "estancia/recognition/descriptors.hpp"
-#include "estancia/recognition/lengths.hpp"
-#include "estancia/recognition/range_picture.hpp"
+#include "estancia/recognition/scales.hpp"
+#include "estancia/recognition/range_image.hpp"
 #include "estancia/recognition/recognition_options.hpp"
 #include "estancia/recognition/refine.hpp"
 #include "estancia/recognition/stage_report.hpp"
@@ -47,7 +47,7 @@ class PreparedModel {
   const std::vector<StageReport>& stages() const { return stages_; }
 
   /// Made when first asked for, and kept.
-  std::shared_ptr<const Described> describedFor(const RecognitionLengths& lengths) const;
+  std::shared_ptr<const Described> describedFor(const RecognitionScales& scales) const;
 
  private:
   std::string name_;
@@ -58,14 +58,14 @@ class PreparedModel {
   Orientation orientation_;
   std::vector<StageReport> stages_;
   mutable std::mutex mutex_;
-  mutable std::vector<std::pair<RecognitionLengths, std::shared_ptr<const Described>>> described_;
+  mutable std::vector<std::pair<RecognitionScales, std::shared_ptr<const Described>>> described_;
 };
 
 class PreparedScene {
  public:
   /// As it is described for some lengths, and what poses are tried with.
   struct Described : DescribedSurface {
-    RecognitionLengths lengths;
+    RecognitionScales scales;
     std::unique_ptr<const Surface> coarse;  ///< points of surface about a tolerance apart
     std::vector<int> parts;                 ///< smoothPartsOf(coarse), for global verification
     NearestField field;                     ///< of surface, for local frames and evidence
@@ -83,25 +83,25 @@ class PreparedScene {
   bool hasView() const { return described_->view.known(); }
   double resolution() const { return resolution_; }  ///< of the raw cloud: resolutionOf() [m]
   double noise() const { return noise_; }            ///< standard deviation across the surface, estimated [m]
-  const RecognitionLengths& lengths() const { return lengths_; }   ///< where no model asks for others
+  const RecognitionScales& scales() const { return scales_; }   ///< where no model asks for others
   const Surface& surface() const { return *described_->surface; }  ///< for lengths()
   const std::vector<StageReport>& stages() const { return stages_; }
 
   /// lengths(), unless these do not suit the size of a model.
-  RecognitionLengths lengthsFor(const PreparedModel& model) const;
+  RecognitionScales scalesFor(const PreparedModel& model) const;
 
   /// Made when first asked for, and kept.
-  std::shared_ptr<const Described> describedFor(const RecognitionLengths& lengths) const;
+  std::shared_ptr<const Described> describedFor(const RecognitionScales& scales) const;
 
  private:
-  std::shared_ptr<const Described> describe(const RecognitionLengths& lengths) const;
+  std::shared_ptr<const Described> describe(const RecognitionScales& scales) const;
 
   std::string name_;
   cv::Affine3d fromView_ = cv::Affine3d::Identity();
   PointCloud raw_, filtered_;  ///< finite points only; filtered_ is empty when no filter changed anything
   RecognitionOptions options_;
   double resolution_ = 0, spacing_ = 0, noise_ = 0;
-  RecognitionLengths lengths_;
+  RecognitionScales scales_;
   std::shared_ptr<const Described> described_;
   std::vector<StageReport> stages_;
   mutable std::mutex mutex_;

@@ -100,19 +100,19 @@ std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string&
                                                options_, std::vector<StageReport>{});
 }
 
-std::vector<Instance> Recognizer::find(const PreparedModel& model, const PreparedScene& scene,
+std::vector<Detection> Recognizer::find(const PreparedModel& model, const PreparedScene& scene,
                                        std::vector<StageReport>* stages) const {
   requireSameUnits(model, scene);
   StageAccount account(stages);
-  const RecognitionLengths lengths = scene.lengthsFor(model);
-  const auto there = scene.describedFor(lengths);
-  if (stages && lengths != scene.lengths())
+  const RecognitionScales scales = scene.scalesFor(model);
+  const auto there = scene.describedFor(scales);
+  if (stages && scales != scene.scales())
     for (const StageReport& s : there->stages) stages->push_back({"scene's " + s.stage, s.detail, s.seconds});
-  const auto described = model.describedFor(lengths);
+  const auto described = model.describedFor(scales);
   if (stages) stages->insert(stages->end(), described->stages.begin(), described->stages.end());
   account.add("model", fmt::format("{} keypoints", described->features.size()));
   requireShape(model.name(), described->tried.few);
-  return instancesOf(options_, model, *described, scene, *there, account);
+  return detectionsOf(options_, model, *described, scene, *there, account);
 }
 
 }  // namespace estancia

@@ -15,7 +15,7 @@
 namespace estancia {
 
 /// An object that was found.
-struct Instance {
+struct Detection {
   std::string model;
   cv::Affine3d pose;        ///< T_scene_model
   std::size_t inliers = 0;  ///< model points that the scene confirms, of those that are tried
@@ -47,7 +47,7 @@ class Recognizer {
   /// The instances of a model, best first; `stages`, when given, is told what each stage kept. What a model
   /// needs for the scene's lengths is made when it is first needed, and kept. Throws Error on a model and a
   /// scene in different units, and on a model that is but a plane.
-  std::vector<Instance> find(const PreparedModel& model, const PreparedScene& scene,
+  std::vector<Detection> find(const PreparedModel& model, const PreparedScene& scene,
                              std::vector<StageReport>* stages = nullptr) const;
 
   const RecognitionOptions& options() const { return options_; }

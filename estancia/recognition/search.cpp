@@ -26,11 +26,11 @@ std::string toldOf(const std::vector<TriedPose>& poses) {
 
 /// Of the best pose, accepted or not: "; best pose 0.19 of 0.25 needed: 41 % supported, 12 % seen through".
 std::string comparison(const TriedPose& pose, double accept) {
-  const PoseAgreement& a = pose.agreement;
+  const PoseScore& a = pose.agreement;
   return fmt::format(
       "; best pose {:.2f} of {:.2f} needed: {} % supported, {} % seen through, {} % elsewhere, "
       "{} % hidden, {} % turned away",
-      pose.score, accept, percent(a.supported), percent(a.seenThrough + a.behind), percent(a.elsewhere),
+      pose.score, accept, percent(a.supported), percent(a.seenThrough + a.behind), percent(a.mismatched),
       percent(a.occluded), percent(1 - a.facing));
 }
 
@@ -51,7 +51,7 @@ class Search {
         there_(there),
         account_(account) {}
 
-  std::vector<Instance> instances() const {
+  std::vector<Detection> instances() const {
     std::vector<TriedPose> poses = grouped(matches());
     return options_.verification == "evidence" ? byEvidence(std::move(poses)) : byInliers(poses);
   }
@@ -73,11 +73,11 @@ class Search {
     std::vector<TriedPose> poses;
     if (options_.grouping == "local-frames") {
       poses = posesOfFrames(described_.features, there_.features, matches, described_.tried, there_.dense(),
-                            there_.lengths, options_.hypotheses, options_.threads);
+                            there_.scales, options_.hypotheses, options_.threads);
       account_.add("grouping", fmt::format("local-frames: {} poses{}", poses.size(), toldOf(poses)));
       return poses;
     }
-    const double consistency = there_.lengths.consistency;
+    const double consistency = there_.scales.consistency;
     const auto hypotheses = groupMatches(described_.features, there_.features, matches, options_.grouping,
                                          consistency, options_.minimalMatches, options_.threads);
     account_.add("grouping", fmt::format("{}, {:.4g} m: {} poses, {} matches agree on the first",
@@ -88,19 +88,19 @@ class Search {
     return poses;
   }
 
-  std::vector<Instance> byEvidence(std::vector<TriedPose> poses) const {
-    poses = refinePoses(std::move(poses), described_.tried, there_.dense(), there_.lengths, options_.threads);
+  std::vector<Detection> byEvidence(std::vector<TriedPose> poses) const {
+    poses = refinePoses(std::move(poses), described_.tried, there_.dense(), there_.scales, options_.threads);
     account_.add("refinement", fmt::format("{} different poses{}", poses.size(), toldOf(poses)));
     const std::string best = poses.empty() ? "" : comparison(poses[0], options_.accept);
     std::erase_if(poses, [&](const TriedPose& p) { return p.score < options_.accept || !(p.score > 0); });
-    std::vector<Instance> instances;
+    std::vector<Detection> instances;
     for (const TriedPose& p : apart(std::move(poses), model_.center()))
       instances.push_back(instance(p.pose, p.agreement.points, confidenceOf(p.score, options_.accept)));
     account_.add("verification", fmt::format("evidence: {} instances{}", instances.size(), best));
     return instances;
   }
 
-  std::vector<Instance> byInliers(const std::vector<TriedPose>& poses) const {
+  std::vector<Detection> byInliers(const std::vector<TriedPose>& poses) const {
     std::vector<CandidatePose> candidates = candidatesOf(poses, described_, there_, options_);
     account_.add("refinement",
                  fmt::format("{} different poses{}", candidates.size(),
@@ -111,7 +111,7 @@ class Search {
                                                candidates[0].evidence.inliers, candidates[0].evidence.facing,
                                                candidates[0].evidence.confidence())));
     keepVerified(candidates, described_, there_, options_);
-    std::vector<Instance> instances;
+    std::vector<Detection> instances;
     for (const CandidatePose& c : apart(std::move(candidates), meanOf(described_.tried.few.points)))
       instances.push_back(instance(c.pose, c.evidence.inliers, c.evidence.confidence()));
     account_.add("verification", fmt::format("{}: {} instances", options_.verification, instances.size()));
@@ -124,7 +124,7 @@ class Search {
     return differentPoses(std::move(poses), middle, model_.extent() / 4, anyTurn);
   }
 
-  Instance instance(const cv::Affine3d& pose, std::size_t inliers, double confidence) const {
+  Detection instance(const cv::Affine3d& pose, std::size_t inliers, double confidence) const {
     return {model_.name(), scene_.fromView() * pose, inliers, confidence, model_.center()};
   }
 
@@ -138,7 +138,7 @@ class Search {
 
 }  // namespace
 
-std::vector<Instance> instancesOf(const RecognitionOptions& options, const PreparedModel& model,
+std::vector<Detection> detectionsOf(const RecognitionOptions& options, const PreparedModel& model,
                                   const DescribedModel& described, const PreparedScene& scene,
                                   const DescribedScene& there, StageAccount& account) {
   return Search(options, model, described, scene, there, account).instances();

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/recognition/range_picture.hpp"
+#include "estancia/recognition/range_image.hpp"
 #include "estancia/recognition/refine.hpp"
 #include "estancia/recognition/surface.hpp"
 
@@ -26,7 +26,7 @@ struct Evidence {
   double confidence() const;
 };
 
-/// Of the nearest points themselves, as isThere() counts them; agreementOf() asks the scene more quickly.
+/// Of the nearest points themselves, as isThere() counts them; scorePose() asks the scene more quickly.
 Evidence examine(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
                  const cv::Affine3d& pose, double tolerance);
 

@@ -30,7 +30,7 @@ Findings findingsOf(const Confusion& confusion, const std::string& title,
       100 * confusion.balancedAccuracy());
   findings.facts = std::move(facts);
   ResultTable table{"Rooms", "", "room", {{"images", 0}, {"right [%]", 1, ResultTable::Best::largest}}, {}};
-  Matrix matrix{"What is taken for what",
+  HeatTable matrix{"What is taken for what",
                 "Share of a true room's images (row) by what they are taken for (column) [%]",
                 confusion.rooms,
                 {},

@@ -8,7 +8,7 @@
 #include "estancia/core/output_file.hpp"
 #include "estancia/report/html.hpp"
 #include "estancia/report/line_chart.hpp"
-#include "estancia/report/matrix.hpp"
+#include "estancia/report/heat_table.hpp"
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"
 #include "estancia/report/rank_diagram.hpp"
@@ -87,7 +87,7 @@ Markup section(const LineChart& chart) {
   return lineChart(chart);
 }
 
-Markup section(const Matrix& matrix) {
+Markup section(const HeatTable& matrix) {
   return matrixTable(matrix);
 }
 

@@ -53,7 +53,7 @@ void drawNode(Markup& svg, const MapSummary& summary, std::size_t n, const Point
   const std::string id = std::to_string(node.node->id);
   const ClassStyle look = colors.styleOf(summary, n);
   double room = 2;
-  for (const std::size_t shape : colors.shapesOf(summary, n)) room = std::min(room, textRoom(shape));
+  for (const std::size_t shape : colors.sampleSegments(summary, n)) room = std::min(room, textRoom(shape));
   const double size = std::min(12.5, room * radius / std::max(textWidth(id), 0.8));
   svg.open("a", {{"class", "node"},
                  {"href", "#node-" + id},
@@ -150,7 +150,7 @@ ClassStyle MapColors::styleOf(const MapSummary& summary, std::size_t node) const
   return look;
 }
 
-std::vector<std::size_t> MapColors::shapesOf(const MapSummary& summary, std::size_t node) const {
+std::vector<std::size_t> MapColors::sampleSegments(const MapSummary& summary, std::size_t node) const {
   std::vector<std::size_t> shapes{summary.styleOf(summary.nodes[node]).shape};
   if (zones != nullptr) shapes.push_back(zones->styleOf(node).shape);
   return shapes;
@@ -189,7 +189,7 @@ Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapCo
   std::vector<double> extents;
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     double reach = 1;
-    for (const std::size_t shape : colors.shapesOf(summary, n)) reach = std::max(reach, reachOf(shape));
+    for (const std::size_t shape : colors.sampleSegments(summary, n)) reach = std::max(reach, reachOf(shape));
     extents.push_back(radii[n] * reach);
   }
   std::vector<std::pair<std::size_t, std::size_t>> lines;

@@ -22,7 +22,7 @@ struct MapColors {
 
   ClassStyle styleOf(const MapSummary& summary, std::size_t node) const;
   /// The shapes that a node may be shown in.
-  std::vector<std::size_t> shapesOf(const MapSummary& summary, std::size_t node) const;
+  std::vector<std::size_t> sampleSegments(const MapSummary& summary, std::size_t node) const;
 };
 
 /// An <svg> in which every node is a link to `#node-<id>` and carries its position as data-node.

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "estancia/report/measures.hpp"
-#include "estancia/report/pictures.hpp"
+#include "estancia/report/page_images.hpp"
 #include "estancia/topology/map.hpp"
 #include "estancia/zones/zones.hpp"
 

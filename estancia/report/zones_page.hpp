@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "estancia/report/measures.hpp"
-#include "estancia/report/pictures.hpp"
+#include "estancia/report/page_images.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "estancia/stats/ranks.hpp"
+#include "estancia/stats/mean_ranks.hpp"
 
 namespace estancia {
 namespace {

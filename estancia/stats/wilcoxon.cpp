@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
-#include "estancia/stats/ranks.hpp"
+#include "estancia/stats/mean_ranks.hpp"
 
 namespace estancia {
 namespace {

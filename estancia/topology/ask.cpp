@@ -85,7 +85,7 @@ Answers ask(const TopologicalMap& map, const std::string& words, std::size_t cou
     else
       lookForRooms(places[i], answers.rooms, map.predictions->rooms.size(), answer);
     answer.probability = std::min(answer.probability, 1.0);
-    answer.amongBest5 = answer.rank <= 5;
+    answer.inTop5 = answer.rank <= 5;
     sum += answer.probability * static_cast<double>(node.frames);
     images += static_cast<double>(node.frames);
     answers.places.push_back(answer);

@@ -210,7 +210,7 @@ std::string toNav2(const TopologicalMap& map, const ExportOptions& options) {
     const std::size_t a = indexOf(map, transition.from), b = indexOf(map, transition.to);
     if (a == b || a == places.size() || b == places.size()) continue;
     edges.emplace(a, b);
-    if (options.bothWays) edges.emplace(b, a);
+    if (options.bidirectional) edges.emplace(b, a);
   }
   int id = map.nodes.back().id;  // ids are unique among nodes and edges together
   for (const auto& [a, b] : edges)

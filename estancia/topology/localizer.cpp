@@ -10,7 +10,7 @@
 namespace estancia {
 namespace {
 
-Belief makeBelief(const LocalizerMap& source, const BeliefOptions& options) {
+PlaceFilter makeBelief(const LocalizerMap& source, const PlaceFilterOptions& options) {
   const TopologicalMap& map = *source.map;
   if (map.nodes.empty() || source.images.size() == 0) throw Error("the map is empty: there is nowhere to be");
   std::vector<std::size_t> nodeOfImage;
@@ -19,7 +19,7 @@ Belief makeBelief(const LocalizerMap& source, const BeliefOptions& options) {
   std::vector<std::pair<std::size_t, std::size_t>> edges;
   for (const Transition& transition : map.transitions)
     edges.emplace_back(indexOf(map, transition.from), indexOf(map, transition.to));
-  return Belief(std::move(nodeOfImage), map.nodes.size(), edges, options);
+  return PlaceFilter(std::move(nodeOfImage), map.nodes.size(), edges, options);
 }
 
 std::size_t largest(const std::vector<float>& values) {
@@ -95,7 +95,7 @@ std::vector<Localization> Localizer::settle(std::size_t count) {
       answers[t] = frame.answer;
     }
     belief_.observe(frame.likelihood, ahead);
-    belief_.retrace(ahead, before);
+    belief_.backward(ahead, before);
     std::swap(ahead, before);
     const float scale = 1 / *std::max_element(ahead.begin(), ahead.end());
     for (float& value : ahead) value *= scale;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
-#include "estancia/topology/belief.hpp"
+#include "estancia/topology/bayes_filter.hpp"
 #include "estancia/topology/map.hpp"
 #include "estancia/topology/node_bank.hpp"
 
@@ -18,7 +18,7 @@ struct LocalizerOptions {
       0;  ///< answer this many frames late, and better: fixed-lag smoothing; 0: filter only
   std::size_t mostImages =
       50000;  ///< compare with at most so many stored images, evenly thinned: bounds memory
-  BeliefOptions belief;
+  PlaceFilterOptions belief;
 };
 
 struct Localization {
@@ -64,7 +64,7 @@ class Localizer {
   LocalizerOptions options_;
   Distance distance_;
   std::vector<float> images_;  ///< rows made ready for comparing
-  Belief belief_;
+  PlaceFilter belief_;
   std::vector<float> state_;
   std::deque<Waiting> waiting_;
 };

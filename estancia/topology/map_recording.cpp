@@ -7,11 +7,11 @@
 
 namespace estancia {
 
-Recording readMapRecording(const std::filesystem::path& file) {
+DescriptorSequence readMapDescriptors(const std::filesystem::path& file) {
   MapStore store = MapStore::open(file, MapStore::Access::read);
   store.beginReading();
   const TopologicalMap map = store.load();
-  Recording recording{map.vocabulary, map.model, {}, DescriptorMatrix(map.vocabulary.size())};
+  DescriptorSequence recording{map.vocabulary, map.model, {}, DescriptorMatrix(map.vocabulary.size())};
   recording.frames.assign(map.frames.begin(), map.frames.end());
   recording.descriptors.reserve(map.frames.size());
   store.forEachDescriptor(0, [&](std::size_t, DescriptorView descriptor) {

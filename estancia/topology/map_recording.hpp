@@ -3,11 +3,11 @@
 
 #include <filesystem>
 
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 
 namespace estancia {
 
 /// The frames of a map file with their descriptors, as of one moment. Throws Error as MapStore::open() does.
-Recording readMapRecording(const std::filesystem::path& map);
+DescriptorSequence readMapDescriptors(const std::filesystem::path& map);
 
 }  // namespace estancia

@@ -34,8 +34,8 @@ Mapper::Mapper(const DescriptorLayout& layout, MapperOptions options)
   for (const auto& tau : {options_.tauJoin, options_.tauRevisit})
     if (tau && !(*tau > 0 && std::isfinite(*tau)))
       throw Error(fmt::format("a threshold of {} can never be met; give a positive distance", *tau));
-  if (options_.blurImages > mostBlur)
-    throw Error(fmt::format("at most {} images can blur a stay, not {}", mostBlur, options_.blurImages));
+  if (options_.transitionImages > mostBlur)
+    throw Error(fmt::format("at most {} images can blur a stay, not {}", mostBlur, options_.transitionImages));
   thresholds_ = thresholdsFrom(options_.tauJoin.value_or(distance_.tauJoin), options_.thresholds);
   if (options_.tauRevisit) thresholds_.revisit = *options_.tauRevisit;
 }
@@ -54,25 +54,25 @@ Mapper::Image Mapper::makeImage(DescriptorView probabilities) const {
   return image;
 }
 
-bool Mapper::isYoung() const {
-  return isAutomatic() && scale_.keyframes() < options_.settleFrames &&
-         scale_.frames() < mostFramesPerKeyframe * options_.settleFrames;
+bool Mapper::isWarmingUp() const {
+  return isAutomatic() && scale_.keyframes() < options_.warmupFrames &&
+         scale_.frames() < mostFramesPerKeyframe * options_.warmupFrames;
 }
 
 void Mapper::add(DescriptorView probabilities) {
   requireProbabilities(probabilities, labels_, "the labeler");
   const Image image = makeImage(probabilities);
   const std::size_t frame = scale_.frames();
-  const bool young = isYoung();
+  const bool young = isWarmingUp();
   scale_.add(image.words, image.embedded);
   if (young) young_.push_back(image.words);
   if (frame == 0 && distance_.standardized) bank_.setStandardization(scale_.standardization());
   place(frame, image);
-  if (isAutomatic() && (scale_.keyframes() >= nextRescale_ || young != isYoung())) rescale(young);
+  if (isAutomatic() && (scale_.keyframes() >= nextRescale_ || young != isWarmingUp())) rescale(young);
 }
 
 void Mapper::finish() {
-  if (isYoung() && frames() > 1) rescale(true);
+  if (isWarmingUp() && frames() > 1) rescale(true);
 }
 
 void Mapper::rescale(bool young) {
@@ -81,11 +81,11 @@ void Mapper::rescale(bool young) {
   if (!options_.tauJoin)
     if (const auto found = scale_.estimate(bank_.standardization())) thresholds_ = *found;
   if (options_.tauRevisit) thresholds_.revisit = *options_.tauRevisit;
-  if (young) repeatYoungRun();
-  if (!isYoung()) young_ = {};
+  if (young) remapWarmup();
+  if (!isWarmingUp()) young_ = {};
 }
 
-void Mapper::repeatYoungRun() {
+void Mapper::remapWarmup() {
   Standardization standardization = bank_.standardization();
   bank_ = NodeBank(distance_, labels_);
   bank_.setStandardization(std::move(standardization));
@@ -94,8 +94,8 @@ void Mapper::repeatYoungRun() {
   current_ = 0;
   nextId_ = 0;
   stay_ = 0;
-  news_ = {};
-  news_.restarted = true;
+  changes_ = {};
+  changes_.restarted = true;
   for (std::size_t frame = 0; frame < young_.size(); ++frame) place(frame, makeImage(young_[frame]));
 }
 
@@ -110,7 +110,7 @@ void Mapper::place(std::size_t frame, const Image& image) {
 
   if (bank_.size() == 0) {
     decision.kind = DecisionKind::start;
-    current_ = split();
+    current_ = createNode();
   } else {
     const std::vector<float> query = bank_.makeQuery(image.embedded);
     decision.toCurrent = bank_.distance(current_, query);
@@ -128,19 +128,19 @@ void Mapper::place(std::size_t frame, const Image& image) {
         decision.kind = DecisionKind::revisit;
         current_ = other->slot;
       } else {
-        decision.kind = DecisionKind::split;
-        current_ = split();
+        decision.kind = DecisionKind::createNode;
+        current_ = createNode();
       }
-      drive(decision.current, currentNode(), frame);
+      addTransition(decision.current, currentNode(), frame);
     }
   }
   join(current_, image);
   decision.node = currentNode();
-  news_.events.emplace_back(decision);
-  mergeTwins(frame);
+  changes_.events.emplace_back(decision);
+  mergeDuplicateNodes(frame);
 }
 
-std::size_t Mapper::split() {
+std::size_t Mapper::createNode() {
   NodeMemory node = bank_.makeNode(nextId_++);
   node.nextMergeCheck = leastFramesToMerge;
   return bank_.add(std::move(node));
@@ -148,7 +148,7 @@ std::size_t Mapper::split() {
 
 void Mapper::join(std::size_t slot, const Image& image) {
   ++stay_;
-  const std::size_t k = options_.blurImages;
+  const std::size_t k = options_.transitionImages;
   const double weight = k > 0 ? std::min(1.0, static_cast<double>(stay_) / static_cast<double>(k)) : 1.0;
   bank_.update(slot, [&](NodeMemory& node) {
     ++node.frames;
@@ -159,13 +159,13 @@ void Mapper::join(std::size_t slot, const Image& image) {
     recent_.push_back(image);
     if (recent_.size() > k) recent_.pop_front();
   }
-  news_.changedNodes.insert(bank_[slot].id);
+  changes_.changedNodes.insert(bank_[slot].id);
 }
 
 /// The robot leaves the current node: its last k images get the falling weights they would have had in
 /// hindsight.
 void Mapper::leave() {
-  const std::size_t k = options_.blurImages;
+  const std::size_t k = options_.transitionImages;
   bank_.update(current_, [&](NodeMemory& node) {
     for (std::size_t i = 0; i < recent_.size(); ++i) {
       const std::size_t fromStart = stay_ - recent_.size() + i + 1;  // 1 is the stay's first image
@@ -177,19 +177,19 @@ void Mapper::leave() {
       if (node.embedded) node.embedded->add(recent_[i].embedded, due - given);
     }
   });
-  news_.changedNodes.insert(bank_[current_].id);
+  changes_.changedNodes.insert(bank_[current_].id);
   recent_.clear();
   stay_ = 0;
 }
 
-void Mapper::drive(int from, int to, std::size_t frame) {
+void Mapper::addTransition(int from, int to, std::size_t frame) {
   Transition& transition = transitions_.try_emplace({from, to}, Transition{from, to, 0, frame}).first->second;
   ++transition.count;
-  news_.changedTransitions.insert({from, to});
+  changes_.changedTransitions.insert({from, to});
 }
 
 /// Two nodes whose means have come close are one place: the older one keeps its name.
-void Mapper::mergeTwins(std::size_t frame) {
+void Mapper::mergeDuplicateNodes(std::size_t frame) {
   const NodeMemory& node = bank_[current_];
   if (thresholds_.merge <= 0 || node.frames < node.nextMergeCheck) return;
   bank_.update(current_,
@@ -222,14 +222,14 @@ void Mapper::mergeTwins(std::size_t frame) {
     target.firstFrame = std::min(target.firstFrame, transition.firstFrame);
   }
   transitions_ = std::move(redirected);
-  news_.redirected = true;
-  news_.events.emplace_back(Merge{frame, keptId, absorbedId, twin->distance, thresholds_.merge});
-  news_.changedNodes.erase(absorbedId);
-  news_.changedNodes.insert(keptId);
+  changes_.redirected = true;
+  changes_.events.emplace_back(Merge{frame, keptId, absorbedId, twin->distance, thresholds_.merge});
+  changes_.changedNodes.erase(absorbedId);
+  changes_.changedNodes.insert(keptId);
 }
 
-Mapper::News Mapper::takeNews() {
-  return std::exchange(news_, {});
+Mapper::MapChanges Mapper::takeChanges() {
+  return std::exchange(changes_, {});
 }
 
 }  // namespace estancia

@@ -26,9 +26,9 @@ struct MapperOptions {
   std::optional<double> tauRevisit;           ///< τ2; follows from τ_join unless given
   bool nearerThanCurrent =
       true;  ///< move only to a node nearer than the current one (the original program does)
-  std::size_t blurImages =
+  std::size_t transitionImages =
       0;  ///< k: the first and last k images of a stay weigh i/k, they blur a node; 0: off
-  std::size_t settleFrames =
+  std::size_t warmupFrames =
       600;  ///< the run's first frames, decided again whenever the scales have been found anew
   ThresholdOptions thresholds;
 
@@ -46,11 +46,11 @@ struct MapperOptions {
 /// as long as the caller takes the news.
 ///
 /// Standardized distances and automatic thresholds need to know the run. They are found again at frames 10,
-/// 13, 17, … (each time the run has grown by a quarter). While the run is young (settleFrames), Algorithm 4.1
+/// 13, 17, … (each time the run has grown by a quarter). While the run is young (warmupFrames), Algorithm 4.1
 /// is then repeated on all frames so far, so that the first minute is mapped by the same scales as the rest.
 class Mapper {
  public:
-  /// Throws Error on an unknown distance, thresholds that are not positive, or more than 1,000 blurImages.
+  /// Throws Error on an unknown distance, thresholds that are not positive, or more than 1,000 transitionImages.
   /// `layout`: how many labels, of how many models; a number will do for one (Vocabulary::layout()).
   Mapper(const DescriptorLayout& layout, MapperOptions options);
 
@@ -69,14 +69,14 @@ class Mapper {
   const std::map<std::pair<int, int>, Transition>& transitions() const { return transitions_; }
 
   /// What happened since the last call, for the map file.
-  struct News {
+  struct MapChanges {
     bool restarted = false;  ///< forget all decisions before: they have been made again
     std::vector<std::variant<Decision, Merge>> events;
     std::set<int> changedNodes;
     bool redirected = false;  ///< a merge has changed transitions: write all of them anew
     std::set<std::pair<int, int>> changedTransitions;
   };
-  News takeNews();
+  MapChanges takeChanges();
 
   /// The mapper's own memory, for --continue; nodes are saved apart by nodeState().
   std::string state() const;
@@ -92,30 +92,30 @@ class Mapper {
   };
   Image makeImage(DescriptorView probabilities) const;
   bool isAutomatic() const;
-  bool isYoung() const;
+  bool isWarmingUp() const;
   void rescale(bool young);
-  void repeatYoungRun();
+  void remapWarmup();
   void place(std::size_t frame, const Image& image);
   void join(std::size_t slot, const Image& image);
-  std::size_t split();
+  std::size_t createNode();
   void leave();
-  void drive(int from, int to, std::size_t frame);
-  void mergeTwins(std::size_t frame);
+  void addTransition(int from, int to, std::size_t frame);
+  void mergeDuplicateNodes(std::size_t frame);
 
   std::size_t labels_;
   MapperOptions options_;
   Distance distance_;
-  RunScale scale_;
+  ThresholdEstimator scale_;
   NodeBank bank_;
   Thresholds thresholds_;
   std::size_t nextRescale_;
   std::size_t current_ = 0;  ///< slot of the current node
   int nextId_ = 0;
   std::size_t stay_ = 0;      ///< images since the robot entered the current node
-  std::deque<Image> recent_;  ///< the last blurImages images of this stay
+  std::deque<Image> recent_;  ///< the last transitionImages images of this stay
   std::map<std::pair<int, int>, Transition> transitions_;
   std::vector<std::vector<float>> young_;  ///< descriptors of all frames while the run is young
-  News news_;
+  MapChanges changes_;
 };
 
 }  // namespace estancia

@@ -67,7 +67,7 @@ MapperOptions MapperOptions::thesis() {
   options.distance = "weighted-root";
   options.tauJoin = 0.015;
   options.tauRevisit = 0.015;
-  options.blurImages = 15;
+  options.transitionImages = 15;
   options.thresholds.mergeRatio = 0;
   return options;
 }
@@ -75,8 +75,8 @@ MapperOptions MapperOptions::thesis() {
 std::string MapperOptions::toJson() const {
   Json json{{"distance", distance},
             {"nearer_than_current", nearerThanCurrent},
-            {"blur_images", blurImages},
-            {"settle_frames", settleFrames},
+            {"blur_images", transitionImages},
+            {"settle_frames", warmupFrames},
             {"far_quantile", thresholds.farQuantile},
             {"revisit_ratio", thresholds.revisitRatio},
             {"merge_ratio", thresholds.mergeRatio}};
@@ -91,8 +91,8 @@ MapperOptions MapperOptions::fromJson(const std::string& text) {
     MapperOptions options;
     json.at("distance").get_to(options.distance);
     json.at("nearer_than_current").get_to(options.nearerThanCurrent);
-    json.at("blur_images").get_to(options.blurImages);
-    json.at("settle_frames").get_to(options.settleFrames);
+    json.at("blur_images").get_to(options.transitionImages);
+    json.at("settle_frames").get_to(options.warmupFrames);
     json.at("far_quantile").get_to(options.thresholds.farQuantile);
     json.at("revisit_ratio").get_to(options.thresholds.revisitRatio);
     json.at("merge_ratio").get_to(options.thresholds.mergeRatio);
@@ -106,7 +106,7 @@ MapperOptions MapperOptions::fromJson(const std::string& text) {
 
 std::string Mapper::state() const {
   Writer out;
-  const RunScale::Memory seen = scale_.memory();
+  const ThresholdEstimator::Memory seen = scale_.memory();
   out.put<std::uint64_t>(seen.frames);
   out.put<std::uint64_t>(seen.keyframes);
   out.put<std::uint64_t>(seen.views);
@@ -146,7 +146,7 @@ Mapper Mapper::restore(const DescriptorLayout& layout, MapperOptions options, co
   const std::size_t labels = layout.labels();
   Mapper mapper(layout, std::move(options));
   Reader in(state);
-  RunScale::Memory seen;
+  ThresholdEstimator::Memory seen;
   const auto frames = seen.frames = in.get<std::uint64_t>();
   seen.keyframes = in.get<std::uint64_t>();
   seen.views = in.get<std::uint64_t>();
@@ -191,9 +191,9 @@ Mapper Mapper::restore(const DescriptorLayout& layout, MapperOptions options, co
   if (frames > 0) mapper.current_ = mapper.bank_.slotOf(current);
 
   mapper.scale_.restore(std::move(seen), std::move(moments), descriptor);
-  if (mapper.isYoung())
+  if (mapper.isWarmingUp())
     for (std::size_t frame = 0; frame < frames; ++frame) mapper.young_.push_back(descriptor(frame));
-  const std::size_t recent = std::min<std::size_t>(mapper.options_.blurImages, mapper.stay_);
+  const std::size_t recent = std::min<std::size_t>(mapper.options_.transitionImages, mapper.stay_);
   for (std::size_t frame = frames - std::min<std::size_t>(recent, frames); frame < frames; ++frame)
     mapper.recent_.push_back(mapper.makeImage(descriptor(frame)));
   return mapper;

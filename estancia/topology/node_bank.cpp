@@ -15,7 +15,7 @@ NodeBank::NodeBank(Distance distance, std::size_t labels)
     : distance_(std::move(distance)),
       labels_(labels),
       byDotProduct_(
-          !distance_.sigmaWeighted && labels <= Sketch::mostLength &&
+          !distance_.sigmaWeighted && labels <= QuantizedUpperBounds::mostLength &&
           (distance_.comparison == Comparison::cosine || distance_.comparison == Comparison::euclidean)),
       sketch_(labels) {}
 

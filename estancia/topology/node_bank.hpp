@@ -10,7 +10,7 @@
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/label_scale.hpp"
 #include "estancia/stats/moments.hpp"
-#include "estancia/topology/sketch.hpp"
+#include "estancia/topology/quantized_bounds.hpp"
 
 namespace estancia {
 
@@ -77,7 +77,7 @@ class NodeBank {
   std::vector<float> rows_;     ///< the compared vectors, size()×labels
   std::vector<float> weights_;  ///< of σ-weighted distances, size()×labels
   std::vector<double> squaredNorms_;
-  Sketch sketch_;
+  QuantizedUpperBounds sketch_;
 };
 
 }  // namespace estancia

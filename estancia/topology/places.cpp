@@ -44,7 +44,7 @@ std::vector<Place> placesOf(const TopologicalMap& map) {
   return places;
 }
 
-std::string Place::roomForPeople() const {
+std::string Place::displayRoom() const {
   if (!room.empty() || predicted.empty()) return room;
   return fmt::format("{} {:.0f} %", predicted.front().room, 100 * predicted.front().probability);
 }

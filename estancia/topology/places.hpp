@@ -25,7 +25,7 @@ struct Place {
   std::vector<RoomProbability> predicted;
 
   /// The name of the room for people: the true one, else the predicted one, else "".
-  std::string roomForPeople() const;
+  std::string displayRoom() const;
 };
 
 /// One place a node, in the order of map.nodes; one pass over the frames.

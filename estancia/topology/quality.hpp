@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "estancia/stats/agreement.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/topology/map.hpp"
 
 namespace estancia {

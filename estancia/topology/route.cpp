@@ -32,7 +32,7 @@ class Ways {
       if (a == map.nodes.size() || b == map.nodes.size()) continue;
       const double cost = metric_ ? distanceBetween(*places[a].position, *places[b].position) : 1.0;
       boost::add_edge(a, b, cost, graph);
-      if (options.bothWays) boost::add_edge(b, a, cost, graph);
+      if (options.bidirectional) boost::add_edge(b, a, cost, graph);
     }
     boost::dijkstra_shortest_paths(graph, indexOf(map, from),
                                    boost::predecessor_map(previous_.data()).distance_map(costs_.data()));
@@ -57,7 +57,7 @@ class Ways {
 };
 
 std::string onlyForwards(const RouteOptions& options) {
-  return options.bothWays ? "; the robot never drove between their parts of the map"
+  return options.bidirectional ? "; the robot never drove between their parts of the map"
                           : "; allow driving transitions backwards, too";
 }
 

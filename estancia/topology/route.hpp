@@ -11,7 +11,7 @@
 namespace estancia {
 
 struct RouteOptions {
-  bool bothWays = true;  ///< drive transitions backwards, too; false where doors or lanes are one-way
+  bool bidirectional = true;  ///< drive transitions backwards, too; false where doors or lanes are one-way
   /// Places whose probability is within this share of the best one's hold the word equally well: the nearest
   /// of them is the goal. 0: always the most probable place.
   double tolerance = 0.1;

@@ -69,7 +69,7 @@ void MappingSession::add(const Frame& frame, DescriptorView descriptor, const Pi
   mapped.node = mapper_.currentNode();
   store_.addFrame(index, mapped, descriptor);
   // Pictures of all young frames, whose nodes may still change, then of a node's 1st, 2nd, 4th, 8th … frame.
-  const bool keep = index < mapper_.options().settleFrames ||
+  const bool keep = index < mapper_.options().warmupFrames ||
                     std::has_single_bit(mapper_.bank()[mapper_.currentSlot()].frames);
   if (picture && keep) store_.putPicture(index, picture());
   if (std::chrono::steady_clock::now() - lastWritten_ >= writeInterval) write();
@@ -81,7 +81,7 @@ void MappingSession::finish() {
 }
 
 void MappingSession::write() {
-  const Mapper::News news = mapper_.takeNews();
+  const Mapper::MapChanges news = mapper_.takeChanges();
   if (news.restarted) store_.clearMap();
   const NodeBank& bank = mapper_.bank();
   for (const auto& event : news.events)

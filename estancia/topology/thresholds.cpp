@@ -32,16 +32,16 @@ Thresholds thresholdsFrom(double tauJoin, const ThresholdOptions& options) {
   return {tauJoin, options.revisitRatio * tauJoin, options.mergeRatio * tauJoin};
 }
 
-RunScale::RunScale(Distance distance, std::size_t labels, ThresholdOptions options)
+ThresholdEstimator::ThresholdEstimator(Distance distance, std::size_t labels, ThresholdOptions options)
     : distance_(std::move(distance)), options_(options), labels_(distance_, labels) {}
 
-std::size_t RunScale::strideAfter(std::size_t keyframes) {
+std::size_t ThresholdEstimator::strideAfter(std::size_t keyframes) {
   std::size_t stride = 1;
   while ((keyframes + stride - 1) / stride > anchors) stride *= 2;
   return stride;
 }
 
-void RunScale::add(std::span<const float> probabilities, std::span<const float> embedded) {
+void ThresholdEstimator::add(std::span<const float> probabilities, std::span<const float> embedded) {
   const std::size_t frame = labels_.memory().frames;
   const std::size_t keyframe = labels_.memory().keyframes;
   if (!labels_.add(probabilities, embedded)) return;
@@ -56,7 +56,7 @@ void RunScale::add(std::span<const float> probabilities, std::span<const float> 
   sampled_.emplace(keyframe, frame);
 }
 
-std::optional<Thresholds> RunScale::estimate(const Standardization& standardization) const {
+std::optional<Thresholds> ThresholdEstimator::estimate(const Standardization& standardization) const {
   if (!labels_.hasSeenEnough()) return std::nullopt;
   // Pairs of frames are compared just as frames and nodes will be.
   std::map<std::size_t, std::vector<float>> queries;
@@ -88,11 +88,11 @@ std::optional<Thresholds> RunScale::estimate(const Standardization& standardizat
   return thresholdsFrom(std::max(tauJoin, leastShare * distance_.tauJoin), options_);
 }
 
-RunScale::Memory RunScale::memory() const {
+ThresholdEstimator::Memory ThresholdEstimator::memory() const {
   return {labels_.memory(), sampled_};
 }
 
-void RunScale::restore(Memory memory, Moments moments,
+void ThresholdEstimator::restore(Memory memory, Moments moments,
                        const std::function<std::vector<float>(std::size_t)>& probabilities) {
   sampled_ = std::move(memory.sampled);
   for (const auto& [keyframe, frame] : sampled_) {

@@ -34,9 +34,9 @@ Thresholds thresholdsFrom(double tauJoin, const ThresholdOptions& options);
 /// their lower quantile bounds how often two places may pass for one. Where the robot came back, some far
 /// pairs show the same place; their share is read off the near pairs (twice the share of far pairs below the
 /// near median) and the quantile moves up by it.
-class RunScale {
+class ThresholdEstimator {
  public:
-  RunScale(Distance distance, std::size_t labels, ThresholdOptions options);
+  ThresholdEstimator(Distance distance, std::size_t labels, ThresholdOptions options);
 
   /// The next frame: its probabilities, and the same embedded.
   void add(std::span<const float> probabilities, std::span<const float> embedded);

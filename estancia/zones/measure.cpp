@@ -100,7 +100,7 @@ std::optional<double> meanDistance(std::span<const ClassPair> pairs) {
   return sum / static_cast<double>(pairs.size());
 }
 
-ClassDistances classDistances(const Recording& recording, std::span<const std::string> classes,
+ClassDistances classDistances(const DescriptorSequence& recording, std::span<const std::string> classes,
                               const ZoneOptions& options, Progress& progress) {
   if (classes.size() != recording.frames.size())
     throw Error(fmt::format("{} classes do not belong to {} frames; give one a frame", classes.size(),

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/stats/agreement.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {
@@ -61,7 +61,7 @@ struct ClassDistances {
 
 /// By any distance: ZoneOptions::distance, "ks" for the thesis'. `classes` has one name a frame, "" where not
 /// known. O(N² L). Throws Error when the lengths differ, no class is known, or the distance is not.
-ClassDistances classDistances(const Recording& recording, std::span<const std::string> classes,
+ClassDistances classDistances(const DescriptorSequence& recording, std::span<const std::string> classes,
                               const ZoneOptions& options, Progress& progress);
 
 }  // namespace estancia

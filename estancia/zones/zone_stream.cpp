@@ -247,13 +247,13 @@ std::string ZoneStream::nameOf(int zone) const {
   return nameZones(vocabulary_, {{mean.mean().begin(), mean.mean().end()}}, probabilities_.mean()).front();
 }
 
-StreamAgreement compareWithExact(const Recording& recording, std::span<const int> zoneOf,
+StreamAgreement compareWithExact(const DescriptorSequence& recording, std::span<const int> zoneOf,
                                  const ZoneOptions& options, Progress& progress, std::size_t most) {
   const std::size_t frames = recording.frames.size(), compared = std::min(frames, most);
   if (zoneOf.size() != frames)
     throw Error(
         fmt::format("{} zone numbers do not belong to {} frames; give one a frame", zoneOf.size(), frames));
-  Recording some{recording.vocabulary, recording.model, {}, DescriptorMatrix(recording.vocabulary.size())};
+  DescriptorSequence some{recording.vocabulary, recording.model, {}, DescriptorMatrix(recording.vocabulary.size())};
   std::vector<int> streamed;
   for (std::size_t i = 0; i < compared; ++i) {
     const std::size_t frame = i * frames / compared;

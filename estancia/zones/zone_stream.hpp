@@ -10,7 +10,7 @@
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/stats/agreement.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/label_scale.hpp"
@@ -118,7 +118,7 @@ struct StreamAgreement {
 
 /// Compares `zoneOf`, the stream's zones of the recording's frames, on all images or, where there are more
 /// than `most`, on so many spread evenly over the run. Throws as findZones() does.
-StreamAgreement compareWithExact(const Recording& recording, std::span<const int> zoneOf,
+StreamAgreement compareWithExact(const DescriptorSequence& recording, std::span<const int> zoneOf,
                                  const ZoneOptions& options, Progress& progress, std::size_t most = 5000);
 
 }  // namespace estancia

@@ -73,7 +73,7 @@ std::vector<float> toVector(std::span<const float> values) {
   return {values.begin(), values.end()};
 }
 
-std::vector<RoomWords> roomsOf(const Recording& recording) {
+std::vector<RoomWords> roomsOf(const DescriptorSequence& recording) {
   std::map<std::string, std::vector<std::size_t>> members;
   for (std::size_t frame = 0; frame < recording.frames.size(); ++frame)
     if (!recording.frames[frame].room.empty()) members[recording.frames[frame].room].push_back(frame);
@@ -113,7 +113,7 @@ ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbors, const Zon
   return {tree.cutAt(suggested.distance), suggested.distance, std::move(suggested.reason)};
 }
 
-CondensedDistances compareImages(const Recording& recording, const ZoneOptions& options, Progress& progress) {
+CondensedDistances compareImages(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress) {
   const Distance distance = getDistance(options.distance, recording.vocabulary.layout().parts);
   const Comparison comparison = comparisonFor(distance, getLinkage(options.linkage));
   for (std::size_t i = 0; i < recording.frames.size(); ++i)
@@ -123,7 +123,7 @@ CondensedDistances compareImages(const Recording& recording, const ZoneOptions& 
   return pairwiseDistances(vectors, comparison, {.threads = options.threads, .progress = &progress});
 }
 
-ImageTree linkImages(const Recording& recording, const ZoneOptions& options, Progress& progress) {
+ImageTree linkImages(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress) {
   if (recording.frames.empty()) throw Error("there are no zones without images; give at least one");
   CondensedDistances distances = compareImages(recording, options, progress);
   NearestItems neighbors = findNeighbors(distances);
@@ -131,7 +131,7 @@ ImageTree linkImages(const Recording& recording, const ZoneOptions& options, Pro
           std::move(neighbors)};
 }
 
-Zones findZones(const Recording& recording, const ZoneOptions& options, Progress& progress) {
+Zones findZones(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress) {
   requireSound(options);
   // Algorithm 5.1: every image is a cluster of its own (lines 1–4); the distances of all pairs (5–7); the two
   // nearest become one, again and again (8–22). The thesis stops while it merges, and prints that test the
@@ -148,7 +148,7 @@ Zones findZones(const Recording& recording, const ZoneOptions& options, Progress
   return zones;
 }
 
-Zones describeZones(const Recording& recording, std::span<const int> groups) {
+Zones describeZones(const DescriptorSequence& recording, std::span<const int> groups) {
   if (recording.frames.empty()) throw Error("there are no zones without images; give at least one");
   if (groups.size() != recording.frames.size())
     throw Error(fmt::format("{} zone numbers do not belong to {} frames; give one a frame", groups.size(),

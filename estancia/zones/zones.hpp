@@ -11,7 +11,7 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/core/room_predictions.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/stats/dendrogram.hpp"
 #include "estancia/stats/pairwise.hpp"
 #include "estancia/stats/spatial_variance.hpp"
@@ -81,7 +81,7 @@ struct Zones {
 /// Algorithm 5.1. Throws Error for an empty recording, unknown names, both a cut and a count or one that is
 /// none, a linkage that does not fit the distance, and more images than fit into memory; Interrupted when the
 /// user asks to stop.
-Zones findZones(const Recording& recording, const ZoneOptions& options, Progress& progress);
+Zones findZones(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress);
 
 /// All merges of findZones(), and what its cut is suggested from: for whoever cuts the same tree at several
 /// heights. `cut` and `count` do not matter. Throws as above.
@@ -89,7 +89,7 @@ struct ImageTree {
   Dendrogram dendrogram;
   NearestItems neighbors;
 };
-ImageTree linkImages(const Recording& recording, const ZoneOptions& options, Progress& progress);
+ImageTree linkImages(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress);
 
 /// Throws Error when both a cut and a count are asked for, or a cut that is none.
 void requireSound(const ZoneOptions& options);
@@ -105,12 +105,12 @@ struct ZoneCut {
 ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbors, const ZoneOptions& options);
 
 /// The distances of all pairs of images by options.distance, as options.linkage needs them. Throws as above.
-CondensedDistances compareImages(const Recording& recording, const ZoneOptions& options, Progress& progress);
+CondensedDistances compareImages(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress);
 
 /// Zones of a partition that is known already: `groups[i]` is any number for the group of frame i. Numbers
 /// the zones anew by size and fills in all but distance, linkage, cut and dendrogram. Throws Error when there
 /// is no frame or not one number a frame.
-Zones describeZones(const Recording& recording, std::span<const int> groups);
+Zones describeZones(const DescriptorSequence& recording, std::span<const int> groups);
 
 /// Names the zones by what a room classifier says of the run's frames, row i of frame i. Throws Error unless
 /// there is a row a frame.

@@ -7,7 +7,7 @@
 #include <opencv2/imgproc.hpp>
 #include <sstream>
 
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/zones/zone_file.hpp"
 #include "support/support.hpp"
@@ -35,7 +35,7 @@ class ClassifyCommand : public testing::Test {
   /// Three rooms, thrice visited: words that no room is called by.
   static void writeWords(const fs::path& file, unsigned seed, bool withRooms) {
     SyntheticPlaces places(3, 12, 0.4);
-    Recording recording{Vocabulary({"stove", "fridge", "tub", "sink", "bed", "sofa", "desk", "lamp", "plant",
+    DescriptorSequence recording{Vocabulary({"stove", "fridge", "tub", "sink", "bed", "sofa", "desk", "lamp", "plant",
                                     "door", "window", "chair"}),
                         "test 1",
                         {},
@@ -49,7 +49,7 @@ class ClassifyCommand : public testing::Test {
         recording.frames.push_back(frame);
         recording.descriptors.append(places.image(place));
       }
-    writeRecording(recording, file);
+    writeDescriptors(recording, file);
   }
 
   /// `count` pictures of lines that lie or stand, and what they are.

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "estancia/io/recording.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"
 
@@ -21,7 +21,7 @@ class ZonesCommand : public testing::Test {
  protected:
   void SetUp() override {
     SyntheticPlaces places(3, 12, 0.4);
-    Recording recording{Vocabulary({"stove", "fridge", "tub", "sink", "bed", "sofa", "desk", "lamp", "plant",
+    DescriptorSequence recording{Vocabulary({"stove", "fridge", "tub", "sink", "bed", "sofa", "desk", "lamp", "plant",
                                     "door", "window", "chair"}),
                         "test",
                         {},
@@ -35,7 +35,7 @@ class ZonesCommand : public testing::Test {
         recording.frames.push_back(frame);
         recording.descriptors.append(places.image(place));
       }
-    writeRecording(recording, words_);
+    writeDescriptors(recording, words_);
   }
 
   json zones(const std::vector<std::string>& more = {}) {

@@ -8,7 +8,7 @@
 #include <opencv2/ml.hpp>
 #include <set>
 
-#include "estancia/classify/coupling.hpp"
+#include "estancia/classify/pairwise_coupling.hpp"
 #include "estancia/classify/folds.hpp"
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/error.hpp"

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "estancia/classify/scores.hpp"
-#include "estancia/classify/selection.hpp"
+#include "estancia/classify/label_selection.hpp"
 #include "samples.hpp"
 
 namespace estancia {

@@ -22,7 +22,7 @@ using test::errorOf;
 using test::level;
 using test::see;
 using test::Seen;
-using test::Shape;
+using test::SegmentSamples;
 using test::View;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -30,8 +30,8 @@ using ::testing::SizeIs;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 const View kView;
-const Shape kTable = level(0);
-const Shape kBox = box({0, 0, 0}, {0.16, 0.1, 0.12}, 0.5);
+const SegmentSamples kTable = level(0);
+const SegmentSamples kBox = box({0, 0, 0}, {0.16, 0.1, 0.12}, 0.5);
 
 /// Intersection over union of a cluster and a shape.
 double overlap(const Cluster& cluster, const Seen& seen, int shape) {
@@ -135,7 +135,7 @@ TEST(Clusters, WallAndFloorAreNone) {
   View view;
   view.from = {0, -2, 1.2};
   view.to = {0, 0.5, 0.7};
-  const Shape wall = board({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 50, 50);
+  const SegmentSamples wall = board({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 50, 50);
   const Seen seen = see({kTable, wall}, view);
   const Clusters found = findClusters(seen.depth, view.camera);
   EXPECT_THAT(found.planes, SizeIs(2));
@@ -150,7 +150,7 @@ TEST(Clusters, WallAndFloorAreNone) {
 TEST(Clusters, WhatIsBehindAPlaneStays) {
   View view;
   view.from = {0, -1.2, 1.5};
-  const Shape floor = level(-0.7), desk = level(0, 0.4, 0.3, -0.4, 0.2);
+  const SegmentSamples floor = level(-0.7), desk = level(0, 0.4, 0.3, -0.4, 0.2);
   const Seen seen = see({floor, desk, box({0.4, 0.1, -0.7}, {0.3, 0.2, 0.3}, 0.5)}, view);
   const Clusters found = findClusters(seen.depth, view.camera);
   EXPECT_THAT(found.planes, SizeIs(2));
@@ -160,7 +160,7 @@ TEST(Clusters, WhatIsBehindAPlaneStays) {
 TEST(Clusters, StripesThatAreNoPlaneDoNotEndTheSearch) {
   View view;
   view.from = {0, -1.1, 1.3};
-  std::vector<Shape> shapes = {level(0, 0.3, 0.5, 0.35, 0)};  // a table, and beside it slats that are more
+  std::vector<SegmentSamples> shapes = {level(0, 0.3, 0.5, 0.35, 0)};  // a table, and beside it slats that are more
   for (int i = 0; i < 14; ++i) shapes.push_back(level(0.1, 0.3, 0.03, -0.35, -0.5 + 0.1 * i));
   const Seen seen = see(shapes, view);
   ClusterOptions options;

@@ -9,7 +9,7 @@
 #include <opencv2/core.hpp>
 #include <random>
 
-#include "estancia/cloud/spread.hpp"
+#include "estancia/cloud/covariance.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "support/support.hpp"
 
@@ -108,7 +108,7 @@ TEST(Normals, NoneWhereNoPlaneIs) {
     EXPECT_THAT(errorOf([&] { normalsOf(same, wrong); }), HasSubstr("one of the two"));
 }
 
-TEST(Spread, AsSummedUpOneByOne) {
+TEST(LocalCovariance, AsSummedUpOneByOne) {
   const std::vector<cv::Point3f> points =
       grid(30, {5, -3, 2}, {0.02F, 0.01F, 0.003F}, {-0.004F, 0.02F, 0.01F});
   const Neighbors tree(points);
@@ -125,17 +125,17 @@ TEST(Spread, AsSummedUpOneByOne) {
     products += v * v.t();
     ++count;
   }
-  const Spread spread = spreadAround(tree, place, squared);
+  const LocalCovariance spread = localCovariance(tree, place, squared);
   ASSERT_EQ(spread.count, count);
   const cv::Vec3d mean = sum / static_cast<double>(count);
   EXPECT_LT(cv::norm(spread.offset - mean), 1e-8);
   const cv::Matx33d covariance = products * (1.0 / static_cast<double>(count)) - mean * mean.t();
   EXPECT_LT(cv::norm(spread.covariance - covariance), 1e-8);
-  EXPECT_EQ(spreadAround(tree, {kNaN, 0, 0}, 1).count, 0U);
-  EXPECT_EQ(spreadAround(tree, {500, 0, 0}, 1).count, 0U);
+  EXPECT_EQ(localCovariance(tree, {kNaN, 0, 0}, 1).count, 0U);
+  EXPECT_EQ(localCovariance(tree, {500, 0, 0}, 1).count, 0U);
 }
 
-TEST(Axes, AsAnIterativeSolverHasThem) {
+TEST(PrincipalAxes, AsAnIterativeSolverHasThem) {
   cv::RNG random(4);
   for (int i = 0; i < 2000; ++i) {
     cv::Matx33d factor;
@@ -145,7 +145,7 @@ TEST(Axes, AsAnIterativeSolverHasThem) {
     cv::Vec3d values;
     cv::Matx33d vectors;
     cv::eigen(covariance, values, vectors);  // largest first
-    const Axes axes = axesOf(covariance);
+    const PrincipalAxes axes = principalAxes(covariance);
     for (int k = 0; k < 3; ++k)
       EXPECT_NEAR(axes.variances[static_cast<std::size_t>(k)], values[2 - k], 1e-10 * values[0]);
     const cv::Vec3d expected(vectors(2, 0), vectors(2, 1), vectors(2, 2));

@@ -7,17 +7,17 @@
 #include <mutex>
 #include <vector>
 
-#include "estancia/experiment/ranks.hpp"
+#include "estancia/experiment/mpi_processes.hpp"
 
 namespace estancia::test {
 
-class LocalRanks final : public Ranks {
+class LocalRanks final : public MpiProcesses {
  public:
   /// So many that know each other.
-  static std::vector<std::unique_ptr<Ranks>> several(int count) {
+  static std::vector<std::unique_ptr<MpiProcesses>> several(int count) {
     const auto post = std::make_shared<Post>();
     post->boxes.resize(static_cast<std::size_t>(count));
-    std::vector<std::unique_ptr<Ranks>> ranks;
+    std::vector<std::unique_ptr<MpiProcesses>> ranks;
     for (int i = 0; i < count; ++i) ranks.push_back(std::make_unique<LocalRanks>(post, i));
     return ranks;
   }

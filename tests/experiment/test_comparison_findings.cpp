@@ -76,7 +76,7 @@ TEST(ComparisonFindings, DrawTheControlOrAllPairs) {
   EXPECT_TRUE(pairs.criticalDifference);
   const Findings findings = comparisonFindings(nemenyi);
   ASSERT_EQ(findings.sections.size(), 3U);
-  const auto& matrix = std::get<Matrix>(findings.sections[2]);
+  const auto& matrix = std::get<HeatTable>(findings.sections[2]);
   EXPECT_THAT(matrix.names, ElementsAre("a", "b", "c"));
   EXPECT_EQ(matrix.at(0, 2), matrix.at(2, 0));
   EXPECT_LT(matrix.at(0, 2), matrix.at(0, 1));

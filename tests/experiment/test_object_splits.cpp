@@ -180,7 +180,7 @@ TEST_F(ObjectSplits, ShowTablesConfusionsCloudsAndExamples) {
       EXPECT_EQ(clouds->clouds[1].words[0].first, "box");
       EXPECT_NEAR(clouds->clouds[1].words[0].second, 0.6, 1e-6);
     }
-    if (const auto* matrix = std::get_if<Matrix>(&section);
+    if (const auto* matrix = std::get_if<HeatTable>(&section);
         matrix && matrix->title == "things, baseline: labeler") {
       EXPECT_EQ(matrix->at(0, 1), 100) << "balls that are called boxes [%]";
       EXPECT_NEAR(matrix->at(2, 0), 100 / 3.0, 1e-6);

@@ -108,7 +108,7 @@ TEST_F(ZoneTables, TellsWhatEstanciaZonesWouldFind) {
   const auto found = rows();
   const auto sequence = openSequence(scratch_ / "drive");
   const auto labeler = loadModel(scratch_ / "sharp");
-  const Recording words = record(*sequence, *labeler);
+  const DescriptorSequence words = record(*sequence, *labeler);
   Progress silent;
   for (const auto& [distance, linkage] : {std::pair{"standardized-clr", "ward"}, {"ks", "average"}})
     for (const std::string cut : {"0.2", "0.8", "auto"}) {
@@ -186,7 +186,7 @@ TEST_F(ZoneTables, SayTheDefaultBesideTheThesis) {
       EXPECT_EQ(chart->x.size(), 40U) << "no more zones than images";
       EXPECT_EQ(chart->lines[0].mark, zones) << "the automatic cut";
     }
-    if (const auto* matrix = std::get_if<Matrix>(&section)) {
+    if (const auto* matrix = std::get_if<HeatTable>(&section)) {
       ++matrices;
       ASSERT_EQ(matrix->names.size(), 8U) << "few classes are told one by one";
       EXPECT_EQ(matrix->names[0], "room0 1");

@@ -19,8 +19,8 @@ using testing::AnyOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-Recording sample() {
-  Recording recording{
+DescriptorSequence sample() {
+  DescriptorSequence recording{
       Vocabulary({"cup", "cat", "kitchen"}, {{2, 1}, {1, 0.5F}}), "net 0123", {}, DescriptorMatrix(3)};
   recording.frames.push_back({"a.jpg", 1.25, Pose{1, 2, 3, 0, 0, 0, 1}, "kitchen"});
   recording.frames.push_back({"b \xff.jpg", {}, {}, ""});
@@ -32,9 +32,9 @@ Recording sample() {
 TEST(LabelFile, KeepsEverythingExactly) {
   const test::ScratchFolder scratch;
   const fs::path file = scratch / "words.labels";
-  const Recording before = sample();
+  const DescriptorSequence before = sample();
   io::writeLabelFile(before, file);
-  const Recording after = io::readLabelFile(file);
+  const DescriptorSequence after = io::readLabelFile(file);
   EXPECT_EQ(after.vocabulary, before.vocabulary);
   EXPECT_EQ(after.vocabulary.layout().parts, before.vocabulary.layout().parts);
   EXPECT_EQ(after.model, before.model);
@@ -50,7 +50,7 @@ TEST(LabelFile, KeepsEverythingExactly) {
 
 TEST(LabelFile, StandsForItsSequence) {
   const test::ScratchFolder scratch;
-  writeRecording(sample(), scratch / "words.labels");
+  writeDescriptors(sample(), scratch / "words.labels");
   const auto sequence = openSequence(scratch / "words.labels");
   ASSERT_EQ(sequence->size(), 2U);
   EXPECT_EQ(sequence->frame(0).room, "kitchen");
@@ -78,7 +78,7 @@ TEST(LabelFile, AbsurdNumbersDoNotAllocate) {
     damaged.replace(at, 8, 8, '\xff');
     test::writeFile(scratch / "damaged.labels", damaged);
     try {
-      const Recording read = io::readLabelFile(scratch / "damaged.labels");
+      const DescriptorSequence read = io::readLabelFile(scratch / "damaged.labels");
       EXPECT_EQ(read.frames.size(), 2U) << at;  // a name, a room or a time stamp may be anything
     } catch (const Error&) {
     }
@@ -94,14 +94,14 @@ TEST(LabelFile, SaysWhatItIsNot) {
   newer[8] = 2;
   test::writeFile(scratch / "new.labels", newer);
   EXPECT_THAT(test::errorOf([&] { io::readLabelFile(scratch / "new.labels"); }), HasSubstr("version 2"));
-  EXPECT_THAT(test::errorOf([&] { writeRecording(sample(), scratch / "words.txt"); }), HasSubstr("NAME.csv"));
+  EXPECT_THAT(test::errorOf([&] { writeDescriptors(sample(), scratch / "words.txt"); }), HasSubstr("NAME.csv"));
 }
 
-TEST(Recording, IsPutInOtherWords) {
-  const Recording other = inWordsOf(Vocabulary({"kitchen", "dog", "cup"}), sample());
+TEST(DescriptorSequence, IsPutInOtherWords) {
+  const DescriptorSequence other = inWordsOf(Vocabulary({"kitchen", "dog", "cup"}), sample());
   EXPECT_THAT(other.descriptors.row(0), ElementsAre(1, 0, 0.1F));
   EXPECT_EQ(other.frames.size(), 2U);
-  Recording cranes{Vocabulary({"cup", "crane", "crane"}), "m", {{"a", {}, {}, ""}}, DescriptorMatrix(3)};
+  DescriptorSequence cranes{Vocabulary({"cup", "crane", "crane"}), "m", {{"a", {}, {}, ""}}, DescriptorMatrix(3)};
   cranes.descriptors.append(LexicalDescriptor{0.1F, 0.7F, 0.2F});
   EXPECT_THAT(inWordsOf(Vocabulary({"crane", "cup", "crane"}), cranes).descriptors.row(0),
               ElementsAre(0.7F, 0.1F, 0.2F));

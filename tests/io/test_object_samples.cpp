@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "estancia/io/cloud_file.hpp"
-#include "estancia/io/picture.hpp"
+#include "estancia/io/image_writer.hpp"
 #include "io/pictures.hpp"
 #include "support/support.hpp"
 

@@ -11,15 +11,15 @@
 
 #include "estancia/classify/classifier.hpp"
 #include "estancia/describe/features.hpp"
-#include "estancia/objects/study.hpp"
+#include "estancia/objects/target_classes.hpp"
 
 namespace estancia::test {
 
-inline Study madeUpStudy(int words) {
+inline TargetClasses madeUpStudy(int words) {
   std::vector<std::string> names;
   names.reserve(static_cast<std::size_t>(words));
   for (int w = 0; w < words; ++w) names.push_back(fmt::format("word {}", w));
-  return Study::ofCategories(names);
+  return TargetClasses::ofCategories(names);
 }
 
 /// Views of things whose words are known.
@@ -70,8 +70,8 @@ inline MadeUpThings madeUpThings(int words, int things, int views, unsigned draw
 }
 
 /// Shares of one word each, 0.6, and of the others alike.
-inline WordShares saying(const std::vector<int>& words, std::size_t count) {
-  WordShares said{DescriptorMatrix(count), std::vector<float>(words.size(), 0.5F)};
+inline ClassProbabilities saying(const std::vector<int>& words, std::size_t count) {
+  ClassProbabilities said{DescriptorMatrix(count), std::vector<float>(words.size(), 0.5F)};
   for (const int word : words) {
     std::vector<float> row(count, 0.4F / static_cast<float>(count - 1));
     row[static_cast<std::size_t>(word)] = 0.6F;

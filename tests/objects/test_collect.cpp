@@ -12,7 +12,7 @@
 #include "estancia/io/object_samples.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
-#include "estancia/objects/patches.hpp"
+#include "estancia/objects/object_crops.hpp"
 #include "support/support.hpp"
 #include "support/table_scene.hpp"
 
@@ -83,15 +83,15 @@ TEST_F(Collect, LabelersSeeOfASampleWhatTheySeeOfItsFrame) {
       clusteredFrame(sequence.image(0), sequence.depth(0), *sequence.intrinsics(), ClusterOptions());
   const auto views = openObjectViews(folder_);
   ASSERT_EQ(views->size(), 2U);
-  using Background = PatchOptions::Background;
+  using Background = CropOptions::Background;
   for (const Background background : {Background::kept, Background::gray, Background::mean})
     for (const double margin : {0., 0.2, 0.5}) {
-      PatchOptions options;
+      CropOptions options;
       options.background = background;
       options.margin = margin;
       const auto patches = patchesOf(*views, options);
       for (std::size_t i = 0; i < 2; ++i) {
-        const cv::Mat expected = patchOf(frame, i, options), seen = patches->image(i);
+        const cv::Mat expected = cropObject(frame, i, options), seen = patches->image(i);
         ASSERT_EQ(seen.size(), expected.size());
         EXPECT_EQ(cv::norm(seen, expected, cv::NORM_INF), 0) << "margin " << margin << ", thing " << i;
       }

@@ -7,7 +7,7 @@
 #include "estancia/io/object_views.hpp"
 #include "estancia/label/record.hpp"
 #include "estancia/objects/collect.hpp"
-#include "estancia/objects/patches.hpp"
+#include "estancia/objects/object_crops.hpp"
 #include "estancia/objects/predict.hpp"
 #include "estancia/objects/training.hpp"
 #include "support/support.hpp"
@@ -49,8 +49,8 @@ class Colors : public Labeler {
   Vocabulary words_{{"ball", "box", "nothing"}};
 };
 
-Study ballsAndBoxes() {
-  return Study::ofCategories({"ball", "box"});
+TargetClasses ballsAndBoxes() {
+  return TargetClasses::ofCategories({"ball", "box"});
 }
 
 /// Three balls and three boxes, no two alike.
@@ -111,7 +111,7 @@ TEST_F(Predicting, PicturesAndShapesAgreeOnWhatIsSeen) {
     const bool ball = sequence.image(0).at<cv::Vec3b>(object.box.y + object.box.height / 2,
                                                       object.box.x + object.box.width / 2) == red;
     EXPECT_EQ(object.belief.word, ball ? 0 : 1) << object.belief.why;
-    EXPECT_EQ(object.belief.source, ObjectBelief::Source::both) << object.belief.why;
+    EXPECT_EQ(object.belief.source, FusedAnswer::Source::both) << object.belief.why;
   }
 }
 
@@ -122,7 +122,7 @@ TEST_F(Predicting, InTheDarkTheShapeIsBelieved) {
   sequence.dim(0.02);
   const auto objects = predict(predictor, sequence);
   ASSERT_THAT(objects, SizeIs(1));
-  EXPECT_EQ(objects[0].belief.source, ObjectBelief::Source::shape) << objects[0].belief.why;
+  EXPECT_EQ(objects[0].belief.source, FusedAnswer::Source::shape) << objects[0].belief.why;
   EXPECT_EQ(objects[0].belief.word, 0);
   EXPECT_THAT(objects[0].belief.why, HasSubstr("dark"));
 }
@@ -132,7 +132,7 @@ TEST_F(Predicting, WhoAsksNoLabelerGoesByTheShape) {
   const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, blue)}, {60}});
   ASSERT_THAT(objects, SizeIs(1));
   EXPECT_THAT(objects[0].seen, IsEmpty());
-  EXPECT_EQ(objects[0].belief.source, ObjectBelief::Source::shape);
+  EXPECT_EQ(objects[0].belief.source, FusedAnswer::Source::shape);
   EXPECT_EQ(objects[0].belief.word, 0);
   EXPECT_THAT(objects[0].belief.why, HasSubstr("no picture was asked"));
 }

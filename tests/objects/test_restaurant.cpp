@@ -5,7 +5,7 @@
 #include <map>
 
 #include "estancia/io/object_views.hpp"
-#include "estancia/objects/names.hpp"
+#include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/object_model.hpp"
 #include "made_up.hpp"
 #include "support/support.hpp"
@@ -30,10 +30,10 @@ TEST(Restaurant, TheVoteWithstandsNoiseThatTopDoesNot) {
   ESTANCIA_NEEDS(data, "restaurant20_sim is not unpacked");
   const auto opened = openObjectViews(*data);
   Progress silent;
-  Views all{shapesOf(*opened, {}, silent), {}};
+  Views all{sampleSegments(*opened, {}, silent), {}};
   std::vector<std::string> categories;
   for (const Frame& frame : all.shapes.frames) categories.push_back(frame.room);
-  const Study study = Study::ofCategories(categories);
+  const TargetClasses study = TargetClasses::ofCategories(categories);
   ASSERT_EQ(study.words.size(), 20U);
   std::map<int, std::size_t> seen;
   std::vector<std::size_t> train, asked;
@@ -42,28 +42,28 @@ TEST(Restaurant, TheVoteWithstandsNoiseThatTopDoesNot) {
     (seen[all.words[i]]++ / 5 == 1 ? asked : train).push_back(i);
   }
   const Views known = some(all, train), unseen = some(all, asked);
-  const auto accuracy = [&](Naming naming, double rate, std::uint64_t seed) {
+  const auto accuracy = [&](PseudoLabeling naming, double rate, std::uint64_t seed) {
     ClassifierOptions options;
     options.c = 10;
     options.gamma = 1;
-    const WordShares said =
+    const ClassProbabilities said =
         withNoise(test::saying(known.words, 20), NoiseKind::view, rate, known.words, seed);
     const ObjectTraining training{study,
                                   {},
                                   known.shapes,
-                                  nameSamples(naming, said, known.words, known.shapes, options, silent),
+                                  assignPseudoLabels(naming, said, known.words, known.shapes, options, silent),
                                   known.words,
                                   "",
                                   {}};
     return test::shareRight(ObjectModel::train(training, options, silent).predict(unseen.shapes),
                             unseen.words);
   };
-  const double clean = accuracy(Naming::top, 0, 1);
+  const double clean = accuracy(PseudoLabeling::top, 0, 1);
   EXPECT_GT(clean, 0.7);
   double topLoses = 0, votedLoses = 0;
   for (const std::uint64_t seed : {1, 2, 3}) {
-    topLoses += (clean - accuracy(Naming::top, 0.2, seed)) / 3;
-    votedLoses += (clean - accuracy(Naming::voted, 0.2, seed)) / 3;
+    topLoses += (clean - accuracy(PseudoLabeling::top, 0.2, seed)) / 3;
+    votedLoses += (clean - accuracy(PseudoLabeling::voted, 0.2, seed)) / 3;
   }
   EXPECT_LE(votedLoses, 0.05);
   EXPECT_GT(topLoses, 0.05);

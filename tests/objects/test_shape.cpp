@@ -113,8 +113,8 @@ TEST(Shapes, OfAllViewsWhateverTheThreads) {
   const Views views({ellipsoid({1, 1, 1}), holes, ellipsoid({1, 2, 1}), {}, ellipsoid({3, 1, 1})});
   Progress silent;
   std::vector<std::string> problems, again;
-  const Features one = shapesOf(views, quick(true, 1), silent, &problems),
-                 four = shapesOf(views, quick(true, 4), silent, &again);
+  const Features one = sampleSegments(views, quick(true, 1), silent, &problems),
+                 four = sampleSegments(views, quick(true, 4), silent, &again);
   EXPECT_EQ(one.values.values(), four.values.values());
   EXPECT_EQ(problems, again);
   EXPECT_THAT(problems,
@@ -130,10 +130,10 @@ TEST(Shapes, OfAllViewsWhateverTheThreads) {
 TEST(Shapes, NoneIsAnError) {
   Progress silent;
   EXPECT_THAT(errorOf([&] {
-                shapesOf(Views({{}, {}}), quick(), silent);
+                sampleSegments(Views({{}, {}}), quick(), silent);
               }),
               HasSubstr("made up: the shape of not one of its 2 views can be described; view 0: its file"));
-  EXPECT_NE(errorOf([&] { shapesOf(Views({}), quick(), silent); }), "");
+  EXPECT_NE(errorOf([&] { sampleSegments(Views({}), quick(), silent); }), "");
 }
 
 }  // namespace

@@ -45,9 +45,9 @@ ObjectView view(const std::string& name, const std::string& instance, const std:
 }
 
 /// The answers of a labeler that knows three words, for the views that are named.
-Recording said(const std::vector<std::pair<std::string, std::vector<float>>>& answers,
+DescriptorSequence said(const std::vector<std::pair<std::string, std::vector<float>>>& answers,
                const std::string& model = "labeler 1") {
-  Recording words{Vocabulary({"coffee mug", "bottle", "wall"}), model, {}, DescriptorMatrix(3)};
+  DescriptorSequence words{Vocabulary({"coffee mug", "bottle", "wall"}), model, {}, DescriptorMatrix(3)};
   for (const auto& [name, row] : answers) {
     words.frames.push_back({name, {}, {}, ""});
     words.descriptors.append(row);
@@ -55,12 +55,12 @@ Recording said(const std::vector<std::pair<std::string, std::vector<float>>>& an
   return words;
 }
 
-const Study study{{{"mug", {"coffee mug"}, {"mug", "cup"}}, {"bottle", {"bottle"}, {"bottle"}}}};
+const TargetClasses study{{{"mug", {"coffee mug"}, {"mug", "cup"}}, {"bottle", {"bottle"}, {"bottle"}}}};
 
 class Training : public testing::Test {
  protected:
-  GatheredTraining gather(std::vector<LabeledViews> sources, TrainingOptions options = {},
-                          const Study& of = study) {
+  TrainingSet gather(std::vector<LabeledViews> sources, TrainingOptions options = {},
+                          const TargetClasses& of = study) {
     Progress silent;
     problems_.clear();
     options.shape.samples = 100;
@@ -76,8 +76,8 @@ TEST_F(Training, NamesComeFromWhatIsSaidOfAThingAltogether) {
                            {"c", {.2F, .3F, .5F}},
                            {"d", {.1F, .6F, .3F}},
                            {"e", {0, 0, 1}}});
-  TrainingOptions options{.naming = Naming::voted, .correct = false};
-  const GatheredTraining voted = gather({{&views, words}}, options);
+  TrainingOptions options{.naming = PseudoLabeling::voted, .correct = false};
+  const TrainingSet voted = gather({{&views, words}}, options);
   EXPECT_THAT(voted.training.words, ElementsAre(0, 0, 0, 1, 1));
   EXPECT_THAT(voted.training.instances, ElementsAre(0, 0, 0, 1, 1));
   EXPECT_THAT(voted.samples, ElementsAre(3, 2));
@@ -85,8 +85,8 @@ TEST_F(Training, NamesComeFromWhatIsSaidOfAThingAltogether) {
   EXPECT_EQ(voted.training.labeler, "labeler 1");
   EXPECT_THAT(voted.training.prior, IsEmpty());
   EXPECT_NEAR(voted.mass, (.9 + .9 + .5 + .7 + 0) / 5, 1e-6);
-  options.naming = Naming::top;
-  const GatheredTraining top = gather({{&views, words}}, options);
+  options.naming = PseudoLabeling::top;
+  const TrainingSet top = gather({{&views, words}}, options);
   EXPECT_THAT(top.training.words, ElementsAre(0, 0, 1, 1, -1));
   EXPECT_EQ(top.unnamed, 1U);
   EXPECT_THAT(gather({{&views, words}}).training.prior, SizeIs(2)) << "corrected unless told otherwise";
@@ -95,7 +95,7 @@ TEST_F(Training, NamesComeFromWhatIsSaidOfAThingAltogether) {
 TEST_F(Training, ThingsThatAreSomethingElseGetNoName) {
   const MadeUpViews views({view("a", "1"), view("b", "1"), view("c", "2")});
   const auto words = said({{"a", {.3F, 0, .7F}}, {"b", {.1F, 0, .9F}}, {"c", {0, .1F, .9F}}});
-  const auto gathered = gather({{&views, words}}, {.naming = Naming::top, .leastMass = 0.15});
+  const auto gathered = gather({{&views, words}}, {.naming = PseudoLabeling::top, .leastMass = 0.15});
   EXPECT_THAT(gathered.training.words, ElementsAre(0, 0, -1)) << "of thing 1 the mean is 0.2";
   EXPECT_THAT(errorOf([&] { gather({{&views, words}}, {.leastMass = 2}); }), HasSubstr("mass of 2"));
 }
@@ -197,7 +197,7 @@ TEST_F(Training, RefusesWhatCannotBeLearnedFrom) {
                 gather({{&views, words}, {&views, said({{"a", {1, 0, 0}}}, "labeler 2")}});
               }),
               AllOf(HasSubstr("labeler 1"), HasSubstr("labeler 2")));
-  const Study birds{{{"robin", {"robin"}, {"robin"}}, {"wren", {"wren"}, {"wren"}}}};
+  const TargetClasses birds{{{"robin", {"robin"}, {"robin"}}, {"wren", {"wren"}, {"wren"}}}};
   EXPECT_THAT(errorOf([&] { gather({{&views, words}}, {}, birds); }), HasSubstr("none of the study's words"));
 }
 

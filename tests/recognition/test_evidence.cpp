@@ -6,10 +6,10 @@
 #include <limits>
 #include <random>
 
-#include "estancia/recognition/agreement.hpp"
+#include "estancia/recognition/pose_score.hpp"
 #include "estancia/recognition/dense_search.hpp"
 #include "estancia/recognition/different_poses.hpp"
-#include "estancia/recognition/lengths.hpp"
+#include "estancia/recognition/scales.hpp"
 #include "estancia/recognition/nearest_field.hpp"
 #include "recognition/made_up_surface.hpp"
 
@@ -69,33 +69,33 @@ struct Wall {
     model.points = part.points;
     model.normals = part.normals;
   }
-  PoseAgreement at(const cv::Affine3d& pose) const {
-    return agreementOf(model, {surface, field, view}, pose, {0.01, 0.03, 0.7});
+  PoseScore at(const cv::Affine3d& pose) const {
+    return scorePose(model, {surface, field, view}, pose, {0.01, 0.03, 0.7});
   }
 };
 
-TEST(PoseAgreement, VotesForWhatIsThereAndAgainstWhatIsSeenThrough) {
+TEST(PoseScore, VotesForWhatIsThereAndAgainstWhatIsSeenThrough) {
   const Wall wall;
   ASSERT_TRUE(wall.view.known());
-  const PoseAgreement there = wall.at(cv::Affine3d::Identity());
+  const PoseScore there = wall.at(cv::Affine3d::Identity());
   EXPECT_NEAR(there.vote(), 1, 0.01);
   EXPECT_EQ(there.points, wall.model.points.size());
   // Half the offset that is allowed: 1 − (1/2)².
   EXPECT_NEAR(wall.at(cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, 0.005))).vote(), 0.75, 0.01);
-  const PoseAgreement before = wall.at(cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, -0.3)));
+  const PoseScore before = wall.at(cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, -0.3)));
   EXPECT_NEAR(before.seenThrough, 1, 0.01);
   EXPECT_NEAR(before.vote(), -1, 0.01);
-  const PoseAgreement behind = wall.at(cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, 0.3)));
+  const PoseScore behind = wall.at(cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, 0.3)));
   EXPECT_NEAR(behind.occluded, 1, 0.01);
   EXPECT_NEAR(behind.vote(), 0, 0.01);
-  const PoseAgreement nearby = wall.at(cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, 0.02)));
-  EXPECT_NEAR(nearby.elsewhere, 1, 0.01);
+  const PoseScore nearby = wall.at(cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, 0.02)));
+  EXPECT_NEAR(nearby.mismatched, 1, 0.01);
   EXPECT_NEAR(nearby.vote(), -0.25, 0.01);
-  const PoseAgreement aside = wall.at(cv::Affine3d(cv::Vec3d(), cv::Vec3d(3, 0, 0)));
+  const PoseScore aside = wall.at(cv::Affine3d(cv::Vec3d(), cv::Vec3d(3, 0, 0)));
   EXPECT_NEAR(aside.vote(), 0, 0.01);  // nobody looked there
 }
 
-TEST(PoseAgreement, RareNormalsWeighMore) {
+TEST(PoseScore, RareNormalsWeighMore) {
   OrientedPoints points;
   for (int i = 0; i < 100; ++i) {
     points.points.emplace_back(0.01F * static_cast<float>(i), 0.F, 1.F);
@@ -110,7 +110,7 @@ TEST(PoseAgreement, RareNormalsWeighMore) {
 }
 
 TEST(Evidence, GrowsWithTheRootOfTheAreaThatCouldBeSeen) {
-  PoseAgreement half;
+  PoseScore half;
   half.facing = half.support = 0.5;
   EXPECT_NEAR(evidenceFor(half, 700, false), 0.5, 1e-9);
   EXPECT_NEAR(evidenceFor(half, 2800, false), 1, 1e-9);
@@ -137,22 +137,22 @@ TEST(RefineInField, BringsASheetBack) {
   EXPECT_GT(cv::norm(turned * middle - middle), 0.008);
 }
 
-TEST(RecognitionLengths, FollowSpacingNoiseAndModel) {
+TEST(RecognitionScales, FollowSpacingNoiseAndModel) {
   const RecognitionOptions options = RecognitionOptions::preset("default");
-  const RecognitionLengths clean = lengthsFor(options, 0.0018, 0.002, 0.0005, 0.3);
+  const RecognitionScales clean = scalesFor(options, 0.0018, 0.002, 0.0005, 0.3);
   EXPECT_NEAR(clean.unit, 0.002, 1e-5);
   EXPECT_NEAR(clean.tolerance, 0.005, 1e-4);
-  const RecognitionLengths noisy = lengthsFor(options, 0.0018, 0.002, 0.01, 0.3);
+  const RecognitionScales noisy = scalesFor(options, 0.0018, 0.002, 0.01, 0.3);
   EXPECT_NEAR(noisy.normalRadius, 0.03, 1e-3);
   EXPECT_EQ(noisy.tolerance, clean.tolerance);  // averaged surfaces do not get worse
   EXPECT_EQ(noisy.descriptorRadius, clean.descriptorRadius);
-  const RecognitionLengths millimeters = lengthsFor(options, 1.8, 2, 0.5, 300);
+  const RecognitionScales millimeters = scalesFor(options, 1.8, 2, 0.5, 300);
   EXPECT_NEAR(millimeters.normalRadius, 1000 * clean.normalRadius, 1e-6);
-  const RecognitionLengths large = lengthsFor(options, 0.0018, 0.002, 0.0005, 4);
+  const RecognitionScales large = scalesFor(options, 0.0018, 0.002, 0.0005, 4);
   EXPECT_NEAR(large.unit, 0.01, 1e-4);  // a 400th
   RecognitionOptions own = options;
   own.tolerance = 0.02;
-  EXPECT_EQ(lengthsFor(own, 0.0018, 0.002, 0.0005, 0.3).tolerance, 0.02);
+  EXPECT_EQ(scalesFor(own, 0.0018, 0.002, 0.0005, 0.3).tolerance, 0.02);
 }
 
 TEST(DifferentPoses, AreTheBestOfThoseThatAreAlike) {

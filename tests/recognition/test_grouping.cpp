@@ -9,7 +9,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/recognition/keypoints.hpp"
-#include "estancia/recognition/score.hpp"
+#include "estancia/recognition/pose_error.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "recognition/pcl_reference.hpp"
 #include "support/support.hpp"

@@ -12,7 +12,7 @@
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "estancia/recognition/score.hpp"
+#include "estancia/recognition/pose_error.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -44,7 +44,7 @@ Pair pairOf(const std::filesystem::path& data, const std::string& model, const s
   return pair;
 }
 
-std::vector<Instance> findIn(const PointCloud& model, const PointCloud& scene,
+std::vector<Detection> findIn(const PointCloud& model, const PointCloud& scene,
                              const RecognitionOptions& options = standard) {
   const Recognizer recognizer(options);
   Progress silent;

@@ -12,7 +12,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/recognition/prepared.hpp"
-#include "estancia/recognition/score.hpp"
+#include "estancia/recognition/pose_error.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "support/support.hpp"
 
@@ -39,7 +39,7 @@ struct Scenery {
   }
 };
 
-std::vector<Instance> findIn(const RecognitionOptions& options, const PointCloud& model,
+std::vector<Detection> findIn(const RecognitionOptions& options, const PointCloud& model,
                              const PointCloud& scene) {
   const Recognizer recognizer(options);
   Progress silent;
@@ -47,7 +47,7 @@ std::vector<Instance> findIn(const RecognitionOptions& options, const PointCloud
                          *recognizer.prepareScene("scene", scene, silent));
 }
 
-testing::AssertionResult isFound(const std::vector<Instance>& found, const Scenery& scenery,
+testing::AssertionResult isFound(const std::vector<Detection>& found, const Scenery& scenery,
                                  double scale = 1) {
   if (found.empty()) return testing::AssertionFailure() << "nothing found";
   const PoseError e = poseError(found[0].pose, scenery.truth, centerOf(scenery.model));
@@ -153,14 +153,14 @@ TEST(Recognizer, AModelIsDescribedOnceForTheLengthsOfAScene) {
   const Scenery scenery;
   const Recognizer recognizer(RecognitionOptions::preset("classical"));
   const auto model = recognizer.prepareModel("model", scenery.model);
-  const RecognitionLengths some{.normalRadius = 0.02,
+  const RecognitionScales some{.normalRadius = 0.02,
                                 .keypointSpacing = 0.02,
                                 .descriptorRadius = 0.04,
                                 .consistency = 0.01,
                                 .tolerance = 0.005};
   const auto described = model->describedFor(some);
   EXPECT_EQ(described, model->describedFor(some));
-  RecognitionLengths others = some;
+  RecognitionScales others = some;
   others.descriptorRadius = 0.05;
   EXPECT_NE(described, model->describedFor(others));
 }
@@ -172,8 +172,8 @@ TEST(Recognizer, ScenesDifferInNoiseButFixedLengthsDescribeAModelOnce) {
   Progress silent;
   const auto clean = recognizer.prepareScene("clean", scenery.scene, silent);
   const auto noisy = recognizer.prepareScene("noisy", withGaussianNoise(scenery.scene, 0.002, 1), silent);
-  EXPECT_NE(clean->lengths(), noisy->lengths());
-  EXPECT_EQ(model->describedFor(clean->lengths()), model->describedFor(noisy->lengths()));
+  EXPECT_NE(clean->scales(), noisy->scales());
+  EXPECT_EQ(model->describedFor(clean->scales()), model->describedFor(noisy->scales()));
 }
 
 TEST(Recognizer, ScenesCanHaveFewerKeypointsThanModels) {
@@ -184,7 +184,7 @@ TEST(Recognizer, ScenesCanHaveFewerKeypointsThanModels) {
     Progress silent;
     const Recognizer recognizer(options);
     const auto scene = recognizer.prepareScene("scene", scenery.scene, silent);
-    return scene->describedFor(scene->lengths())->features.size();
+    return scene->describedFor(scene->scales())->features.size();
   };
   EXPECT_EQ(keypoints(0), keypoints(options.keypointSpacing));
   EXPECT_LT(2 * keypoints(2 * options.keypointSpacing), keypoints(0));
@@ -230,14 +230,14 @@ TEST(Recognizer, LengthsThatAreAdvisedAreAccepted) {
   for (const float scale : {0.01F, 100.F, 1000.F}) {
     const Scenery scenery(scale);
     RecognitionOptions options = RecognitionOptions::preset("tight");
-    const std::map<std::string, double*> lengths{{"normal radius", &options.normalRadius},
+    const std::map<std::string, double*> scales{{"normal radius", &options.normalRadius},
                                                  {"keypoint spacing", &options.keypointSpacing},
                                                  {"descriptor radius", &options.descriptorRadius},
                                                  {"consistency", &options.consistency},
                                                  {"tolerance", &options.tolerance}};
     std::set<std::string> advised;
     for (std::string error;;) {
-      std::vector<Instance> found;
+      std::vector<Detection> found;
       error = test::errorOf([&] { found = findIn(options, scenery.model, scenery.scene); });
       if (error.empty()) {
         EXPECT_TRUE(isFound(found, scenery, scale)) << scale;
@@ -248,7 +248,7 @@ TEST(Recognizer, LengthsThatAreAdvisedAreAccepted) {
           error, told, std::regex("a (\\w+ ?\\w*) of .* other units.* about ([0-9.e+-]+) m would do")))
           << error;
       ASSERT_TRUE(advised.insert(told[1]).second) << "advised twice: " << error;
-      *lengths.at(told[1]) = std::stod(told[2]);
+      *scales.at(told[1]) = std::stod(told[2]);
     }
     EXPECT_FALSE(advised.empty()) << scale;
   }
@@ -299,16 +299,16 @@ TEST(Recognizer, APlaneHasNoPose) {
 
 TEST(Recognizer, AViewpointElsewhereChangesNothing) {
   const Scenery scenery;
-  const cv::Affine3d elsewhere(cv::Vec3d(0.3, 1, -2), cv::Vec3d(3, -1, 2));
+  const cv::Affine3d mismatched(cv::Vec3d(0.3, 1, -2), cv::Vec3d(3, -1, 2));
   RecognitionOptions options = RecognitionOptions::preset("default");
-  options.viewpoint = elsewhere * cv::Point3d(0, 0, 0);
-  const auto found = findIn(options, scenery.model, test::moved(scenery.scene, elsewhere));
+  options.viewpoint = mismatched * cv::Point3d(0, 0, 0);
+  const auto found = findIn(options, scenery.model, test::moved(scenery.scene, mismatched));
   Scenery there = scenery;
-  there.truth = elsewhere * scenery.truth;
+  there.truth = mismatched * scenery.truth;
   EXPECT_TRUE(isFound(found, there));
   options.viewpoint.reset();
-  PointCloud says = test::moved(scenery.scene, elsewhere);
-  says.viewpoint = poseOf(elsewhere);
+  PointCloud says = test::moved(scenery.scene, mismatched);
+  says.viewpoint = poseOf(mismatched);
   EXPECT_TRUE(isFound(findIn(options, scenery.model, says), there));
   options.viewpoint = cv::Point3d(std::numeric_limits<double>::quiet_NaN(), 0, 0);
   EXPECT_THAT(test::errorOf([&] { findIn(options, scenery.model, scenery.scene); }), HasSubstr("viewpoint"));

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "estancia/recognition/score.hpp"
+#include "estancia/recognition/pose_error.hpp"
 #include "recognition/made_up_surface.hpp"
 
 namespace estancia {

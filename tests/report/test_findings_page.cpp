@@ -9,7 +9,7 @@
 #include <regex>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/picture.hpp"
+#include "estancia/io/image_writer.hpp"
 #include "estancia/report/line_chart.hpp"
 #include "html_checks.hpp"
 #include "support/support.hpp"
@@ -37,7 +37,7 @@ Findings sample() {
   findings.sections.emplace_back(LineChart{
       "Curves", "", "k", "left", false, {1, 2, 3, 4}, {{"a", {100, 50, 25, 0}}, {"b", {80, 60, NAN, 10}}}});
   findings.sections.emplace_back(StackedBars{"Bars", "", {"wins", "losses"}, {{"a", {3, 1}}, {"b", {0, 4}}}});
-  findings.sections.emplace_back(Matrix{"Heat", "", {"hall", "lab"}, {0.25, 1, 1, NAN}, 2});
+  findings.sections.emplace_back(HeatTable{"Heat", "", {"hall", "lab"}, {0.25, 1, 1, NAN}, 2});
   return findings;
 }
 
@@ -126,11 +126,11 @@ TEST(FindingsPage, DrawsAMatrixAsHeatBetweenItsOwnExtremes) {
   EXPECT_THAT(html, HasSubstr("background:#fde725;color:#000\" title=\"hall · lab: 1.00\">1.00<"));
   EXPECT_THAT(html, HasSubstr("<td class=\"unknown\">–</td>"));
   Findings large;
-  large.sections.emplace_back(Matrix{"Heat", "", std::vector<std::string>(21, "x"),
+  large.sections.emplace_back(HeatTable{"Heat", "", std::vector<std::string>(21, "x"),
                                      std::vector<double>(std::size_t{21} * 21, 0.5), 2});
   EXPECT_EQ(count(renderFindingsPage(large), ">0.50</td>"), 0U) << "no room for numbers";
   EXPECT_EQ(count(renderFindingsPage(large), "x · x: 0.50"), 21U * 21U);
-  large.sections = {Matrix{"Heat", "", {"a"}, {NAN}, 2}, Matrix{"Heat", "", {}, {}, 2}};
+  large.sections = {HeatTable{"Heat", "", {"a"}, {NAN}, 2}, HeatTable{"Heat", "", {}, {}, 2}};
   EXPECT_THAT(renderFindingsPage(large), Not(HasSubstr("inf")));
 }
 
@@ -146,7 +146,7 @@ TEST(FindingsPage, NeedsNoNetworkAndHasNoForeignMarkup) {
   chart.title = chart.caption = chart.xName = chart.yName = chart.lines[0].name = hostile;
   auto& bars = std::get<StackedBars>(findings.sections[2]);
   bars.title = bars.caption = bars.parts[0] = bars.bars[0].name = hostile;
-  auto& matrix = std::get<Matrix>(findings.sections[3]);
+  auto& matrix = std::get<HeatTable>(findings.sections[3]);
   matrix.title = matrix.caption = matrix.names[0] = hostile;
   const std::string html = renderFindingsPage(findings);
   EXPECT_EQ(count(html, "<script"), 1U);

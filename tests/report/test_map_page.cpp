@@ -187,7 +187,7 @@ TEST(MapPage, FloorPlanIsCheckedAndEmbedded) {
 
 /// Zones of the frames of a map: its nodes 0 and 1 are one zone, all others another.
 Zones zonesOf(const TopologicalMap& map) {
-  Recording recording{map.vocabulary, map.model, {}, DescriptorMatrix(map.vocabulary.size())};
+  DescriptorSequence recording{map.vocabulary, map.model, {}, DescriptorMatrix(map.vocabulary.size())};
   std::vector<int> groups;
   for (const MappedFrame& frame : map.frames) {
     recording.frames.push_back(frame);

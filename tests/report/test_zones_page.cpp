@@ -82,7 +82,7 @@ TEST(ZonesPage, ARobotThatStandsStillIsDrawn) {
 
 TEST(ZonesPage, OneZoneAndOneImageArePages) {
   expectSound(renderZonesPage({sampleZones({.zones = 1})}));
-  Recording one{Vocabulary({"word"}), "", {Frame{}}, DescriptorMatrix(1)};
+  DescriptorSequence one{Vocabulary({"word"}), "", {Frame{}}, DescriptorMatrix(1)};
   one.descriptors.append(std::vector<float>{0});
   Progress silent;
   for (const bool posed : {false, true}) {

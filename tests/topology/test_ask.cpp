@@ -22,7 +22,7 @@ TEST(Ask, RanksPlacesByProbability) {
   EXPECT_EQ(best.node, 1);
   EXPECT_FLOAT_EQ(static_cast<float>(best.probability), 0.7F);
   EXPECT_EQ(best.rank, 1U);
-  EXPECT_TRUE(best.amongBest5);
+  EXPECT_TRUE(best.inTop5);
   // mean over the 7 images: (2·0.1 + 3·0.7 + 2·0) / 7
   EXPECT_NEAR(best.lift, 0.7 / (2.3 / 7), 1e-6);
   EXPECT_EQ(answers.places[1].node, 0);
@@ -36,8 +36,8 @@ TEST(Ask, TellsPlacesOutsideTheFiveBest) {
   TopologicalMap map{Vocabulary({"a", "b", "c", "d", "e", "f"}), "", "", {}, {}, {}, {}, {}};
   map.nodes = {test::nodeWith(0, 1, {0.1F, 0.2F, 0.2F, 0.2F, 0.2F, 0.2F})};
   EXPECT_EQ(ask(map, "a").places[0].rank, 6U);
-  EXPECT_FALSE(ask(map, "a").places[0].amongBest5);
-  EXPECT_TRUE(ask(map, "f").places[0].amongBest5);
+  EXPECT_FALSE(ask(map, "a").places[0].inTop5);
+  EXPECT_TRUE(ask(map, "f").places[0].inTop5);
 }
 
 TEST(Ask, AddsUpAllMatchingLabelsButNeverAboveOne) {

@@ -156,7 +156,7 @@ TEST(Nav2, IsARouteGraphWithWords) {
 
 TEST(Nav2, KeepsToDrivenDirectionsWhenTold) {
   ExportOptions options;
-  options.bothWays = false;
+  options.bidirectional = false;
   options.frame = "odom";
   const json graph = json::parse(toNav2(test::sampleMap(), options));
   expectNav2Loads(graph);

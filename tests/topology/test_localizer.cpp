@@ -15,14 +15,14 @@ namespace {
 
 using Matrix = std::vector<std::vector<double>>;
 
-Belief makeBelief(std::size_t images = 9) {
+PlaceFilter makeBelief(std::size_t images = 9) {
   std::vector<std::size_t> nodeOf(images);
   for (std::size_t i = 0; i < images; ++i) nodeOf[i] = i * 3 / images;
-  return Belief(nodeOf, 4, {{0, 1}, {1, 2}, {2, 1}}, {});  // node 3 has no images
+  return PlaceFilter(nodeOf, 4, {{0, 1}, {1, 2}, {2, 1}}, {});  // node 3 has no images
 }
 
 /// T(i, j) by pushing each unit vector through predict().
-Matrix transitionMatrix(const Belief& belief) {
+Matrix transitionMatrix(const PlaceFilter& belief) {
   const std::size_t n = belief.states();
   Matrix t(n, std::vector<double>(n));
   for (std::size_t i = 0; i < n; ++i) {
@@ -34,16 +34,16 @@ Matrix transitionMatrix(const Belief& belief) {
   return t;
 }
 
-TEST(Belief, PredictionKeepsAllProbability) {
-  const Belief belief = makeBelief();
+TEST(PlaceFilter, PredictionKeepsAllProbability) {
+  const PlaceFilter belief = makeBelief();
   for (const auto& row : transitionMatrix(belief)) {
     EXPECT_NEAR(std::accumulate(row.begin(), row.end(), 0.0), 1, 1e-5);
     EXPECT_GT(*std::min_element(row.begin(), row.end()), 0);  // anything may happen
   }
 }
 
-TEST(Belief, DrivingOnMovesOn) {
-  const Belief belief = makeBelief();
+TEST(PlaceFilter, DrivingOnMovesOn) {
+  const PlaceFilter belief = makeBelief();
   std::vector<float> in(belief.states(), 0.0F), out(belief.states());
   in[3] = 1;  // driving on, at image 3
   belief.predict(in, out);
@@ -51,14 +51,14 @@ TEST(Belief, DrivingOnMovesOn) {
   EXPECT_EQ(std::max_element(images.begin(), images.end()) - images.begin(), 4);
 }
 
-TEST(Belief, RetraceIsPredictTransposed) {
-  const Belief belief = makeBelief();
+TEST(PlaceFilter, RetraceIsPredictTransposed) {
+  const PlaceFilter belief = makeBelief();
   const Matrix t = transitionMatrix(belief);
   std::mt19937 random(3);
   std::uniform_real_distribution<float> uniform;
   std::vector<float> in(belief.states()), out(belief.states());
   for (float& v : in) v = uniform(random);
-  belief.retrace(in, out);
+  belief.backward(in, out);
   for (std::size_t i = 0; i < t.size(); ++i) {
     double expected = 0;
     for (std::size_t j = 0; j < t.size(); ++j) expected += t[i][j] * in[j];
@@ -66,8 +66,8 @@ TEST(Belief, RetraceIsPredictTransposed) {
   }
 }
 
-TEST(Belief, LikelihoodIsLargestAtTheNearestAndFlatWithoutDifferences) {
-  const Belief belief = makeBelief(4);
+TEST(PlaceFilter, LikelihoodIsLargestAtTheNearestAndFlatWithoutDifferences) {
+  const PlaceFilter belief = makeBelief(4);
   const std::vector<float> distances{0.9F, 0.2F, 0.8F, 0.7F}, same(4, 0.5F);
   const auto likelihood = belief.likelihood(distances);
   EXPECT_EQ(likelihood[1], 1.0F);
@@ -114,13 +114,13 @@ struct Corridor {
   DescriptorMatrix images{80};
 };
 
-std::vector<Localization> localized(const LocalizerMap& source, const std::vector<std::vector<float>>& drive,
+std::vector<Localization> localized(const LocalizerMap& source, const std::vector<std::vector<float>>& addTransition,
                                     std::size_t lookahead) {
   LocalizerOptions options;
   options.lookahead = lookahead;
   Localizer localizer(source, options);
   std::vector<Localization> answers;
-  for (const auto& image : drive)
+  for (const auto& image : addTransition)
     for (const auto& answer : localizer.add(image)) answers.push_back(answer);
   for (const auto& answer : localizer.finish()) answers.push_back(answer);
   return answers;
@@ -144,7 +144,7 @@ std::vector<std::size_t> forwards(std::size_t n = 30) {
 TEST(Localizer, ClearImagesAreFoundAtOnce) {
   Corridor corridor(0.3);
   const auto truth = forwards();
-  const auto answers = localized(corridor.source(), corridor.world.drive(truth, 1), 0);
+  const auto answers = localized(corridor.source(), corridor.world.addTransition(truth, 1), 0);
   ASSERT_EQ(answers.size(), 30U);
   EXPECT_EQ(share(answers, truth, false), 1.0);
   for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_EQ(answers[i].node, static_cast<int>(i / 3));
@@ -156,9 +156,9 @@ TEST(Localizer, TheDriveTellsWhatSingleImagesDoNot) {
   for (const bool back : {false, true}) {
     auto truth = forwards(60);
     if (back) std::reverse(truth.begin(), truth.end());
-    const auto drive = corridor.world.drive(truth, 1);
-    const auto filtered = localized(corridor.source(), drive, 0);
-    const auto smoothed = localized(corridor.source(), drive, 10);
+    const auto addTransition = corridor.world.addTransition(truth, 1);
+    const auto filtered = localized(corridor.source(), addTransition, 0);
+    const auto smoothed = localized(corridor.source(), addTransition, 10);
     ASSERT_EQ(smoothed.size(), truth.size());
     EXPECT_LT(share(filtered, truth, false), 0.6) << "the test must be hard";
     EXPECT_GT(share(filtered, truth, true), share(filtered, truth, false) + 0.15) << back;
@@ -169,25 +169,25 @@ TEST(Localizer, TheDriveTellsWhatSingleImagesDoNot) {
 TEST(Localizer, RecoversWhenTheRobotIsCarriedElsewhere) {
   Corridor corridor(0.6);
   std::vector<std::size_t> truth{0, 1, 2, 3, 4, 5, 20, 21, 22, 23, 24, 25};
-  const auto answers = localized(corridor.source(), corridor.world.drive(truth, 1), 0);
+  const auto answers = localized(corridor.source(), corridor.world.addTransition(truth, 1), 0);
   EXPECT_NEAR(static_cast<double>(answers.back().beliefImage), 25, 1);
 }
 
 TEST(Localizer, SmoothingEqualsForwardBackwardOverTheWholeDrive) {
   Corridor corridor(1.5, 9);
   const auto truth = forwards(9);
-  const auto drive = corridor.world.drive(truth, 1);
+  const auto addTransition = corridor.world.addTransition(truth, 1);
   const auto smoothed =
-      localized(corridor.source(), drive, 100);  // lookahead beyond the end: everything at once
+      localized(corridor.source(), addTransition, 100);  // lookahead beyond the end: everything at once
 
   std::vector<std::size_t> nodeOf;
   for (const auto& frame : corridor.map.frames) nodeOf.push_back(static_cast<std::size_t>(frame.node));
-  const Belief belief(nodeOf, 3, {{0, 1}, {1, 2}}, {});
+  const PlaceFilter belief(nodeOf, 3, {{0, 1}, {1, 2}}, {});
   const Matrix t = transitionMatrix(belief);
   const std::size_t n = belief.states();
   std::vector<std::vector<double>> likelihoods, forward;
   std::vector<float> a(80), b(80);
-  for (const auto& image : drive) {
+  for (const auto& image : addTransition) {
     std::vector<float> distances;
     embed(Embedding::squareRoot, image, a);
     for (std::size_t i = 0; i < 9; ++i) {
@@ -208,7 +208,7 @@ TEST(Localizer, SmoothingEqualsForwardBackwardOverTheWholeDrive) {
     forward.push_back(state = next);
   }
   std::vector<double> backward(n, 1.0);
-  for (std::size_t f = drive.size(); f-- > 0;) {
+  for (std::size_t f = addTransition.size(); f-- > 0;) {
     std::vector<double> nodes(3, 0.0);
     double total = 0;
     for (std::size_t s = 0; s < n; ++s) {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "estancia/core/error.hpp"
-#include "estancia/topology/sketch.hpp"
+#include "estancia/topology/quantized_bounds.hpp"
 #include "support/synthetic.hpp"
 
 namespace estancia {
@@ -56,7 +56,7 @@ class EveryDistance : public testing::TestWithParam<std::string> {
       bank_.setStandardization(s);
     }
     for (std::size_t place = 0; place < 60; ++place)
-      bank_.add(nodeOf(bank_, distance_, static_cast<int>(place), places_.drive({place}, 1 + place % 4)));
+      bank_.add(nodeOf(bank_, distance_, static_cast<int>(place), places_.addTransition({place}, 1 + place % 4)));
   }
 
   NodeBank::Nearest slowNearest(const std::vector<float>& query, std::size_t except,
@@ -127,11 +127,11 @@ TEST(NodeBank, ThesisWeightsAreOneMinusTwoSigma) {
   EXPECT_NEAR(bank.distance(0, image), (0.6 * 0.5 * 0.5 + 1 * 0.4 * 0.4) / 1.6, 1e-6);
 }
 
-TEST(Sketch, BoundsHoldForAnyVectors) {
+TEST(QuantizedUpperBounds, BoundsHoldForAnyVectors) {
   std::mt19937 random(9);
   std::normal_distribution<float> normal;
   for (const std::size_t length : {1U, 63U, 64U, 1001U}) {
-    Sketch sketch(length);
+    QuantizedUpperBounds sketch(length);
     std::vector<std::vector<float>> rows;
     for (std::size_t r = 0; r < 40; ++r) {
       std::vector<float> row(length, 0.0F);
@@ -153,7 +153,7 @@ TEST(Sketch, BoundsHoldForAnyVectors) {
   }
 }
 
-TEST(Sketch, BoundsOfUnitVectorsAreTight) {
+TEST(QuantizedUpperBounds, BoundsOfUnitVectorsAreTight) {
   std::mt19937 random(9);
   std::normal_distribution<float> normal;
   std::vector<float> a(1001), b(1001);
@@ -162,7 +162,7 @@ TEST(Sketch, BoundsOfUnitVectorsAreTight) {
     const float norm = std::sqrt(dot(*v, *v));
     for (float& x : *v) x /= norm;
   }
-  Sketch sketch(1001);
+  QuantizedUpperBounds sketch(1001);
   sketch.set(0, a);
   std::vector<float> upper(1);
   sketch.upperBounds(b, upper);

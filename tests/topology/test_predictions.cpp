@@ -58,9 +58,9 @@ TEST(PredictedRooms, NameThePlaces) {
   EXPECT_NEAR(places[1].predicted.front().probability, 0.4317365, 1e-6);
   EXPECT_EQ(places[2].predicted.front().room, "office");
   EXPECT_EQ(places[0].room, "") << "what is predicted is never the truth";
-  EXPECT_EQ(places[0].roomForPeople(), "kitchen 75 %");
-  EXPECT_EQ(placesOf(namedMap())[2].roomForPeople(), "office");
-  EXPECT_EQ(placesOf(withoutTruth(test::sampleMap()))[0].roomForPeople(), "");
+  EXPECT_EQ(places[0].displayRoom(), "kitchen 75 %");
+  EXPECT_EQ(placesOf(namedMap())[2].displayRoom(), "office");
+  EXPECT_EQ(placesOf(withoutTruth(test::sampleMap()))[0].displayRoom(), "");
 }
 
 TEST(PredictedRooms, AreAsked) {

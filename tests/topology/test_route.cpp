@@ -59,7 +59,7 @@ TEST(Route, ToItselfIsOneNode) {
 
 TEST(Route, DrivesBackwardsUnlessForbidden) {
   RouteOptions oneWay;
-  oneWay.bothWays = false;
+  oneWay.bidirectional = false;
   EXPECT_THAT(getRoute(test::sampleMap(), 3, 0).nodes, ElementsAre(3, 1, 0));
   EXPECT_FALSE(findRoute(test::sampleMap(), 3, 0, oneWay));
   EXPECT_THAT(test::errorOf([&] { getRoute(test::sampleMap(), 3, 0, oneWay); }),

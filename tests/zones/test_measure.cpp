@@ -132,7 +132,7 @@ TEST(Categories, RefuseWhatDoesNotBelongTogether) {
 }
 
 TEST(ClassDistances, AreMeansOverPairsOfImages) {
-  const Recording recording = recordingOf({{1, 0, 0}, {0.8F, 0.2F, 0}, {0, 0, 1}, {0.5F, 0.5F, 0}});
+  const DescriptorSequence recording = recordingOf({{1, 0, 0}, {0.8F, 0.2F, 0}, {0, 0, 1}, {0.5F, 0.5F, 0}});
   ZoneOptions options = ZoneOptions::thesis();
   Progress silent;
   const ClassDistances distances =
@@ -149,7 +149,7 @@ TEST(ClassDistances, AreMeansOverPairsOfImages) {
 }
 
 TEST(ClassDistances, RefuseWhatDoesNotBelongTogether) {
-  const Recording recording = recordingOf({{1, 0}, {0, 1}});
+  const DescriptorSequence recording = recordingOf({{1, 0}, {0, 1}});
   Progress silent;
   const auto problem = [&](const std::vector<std::string>& classes) {
     return errorOf([&] { classDistances(recording, classes, ZoneOptions::thesis(), silent); });
@@ -159,7 +159,7 @@ TEST(ClassDistances, RefuseWhatDoesNotBelongTogether) {
 }
 
 TEST(ZoneQuality, ComparesWithRoomsWhereTheyAreKnown) {
-  Recording recording = recordingOf({{1, 0}, {1, 0}, {0, 1}, {0, 1}, {0, 1}});
+  DescriptorSequence recording = recordingOf({{1, 0}, {1, 0}, {0, 1}, {0, 1}, {0, 1}});
   const std::vector<int> groups{0, 0, 1, 1, 1};
   const ZoneQuality unknown = evaluate(describeZones(recording, groups));
   EXPECT_FALSE(unknown.rooms);

@@ -19,7 +19,7 @@ using testing::Not;
 
 /// Zones of 12, 8 and 4 images; the first two are taken for a kitchen, of the last nothing was said.
 Zones namedZones(bool truth = false) {
-  Recording recording = test::driveThrough({0, 0, 0, 1, 1, 2}, 4);
+  DescriptorSequence recording = test::driveThrough({0, 0, 0, 1, 1, 2}, 4);
   std::vector<int> groups;
   RoomPredictions said{"forest on test", {"bath", "kitchen"}, DescriptorMatrix(2)};
   for (std::size_t i = 0; i < recording.frames.size(); ++i) {

@@ -24,7 +24,7 @@ using testing::AllOf;
 using testing::HasSubstr;
 
 Zones someZones() {
-  Recording recording = test::driveThrough({0, 1, 2}, 8);
+  DescriptorSequence recording = test::driveThrough({0, 1, 2}, 8);
   recording.frames[3].name = "bad \xFF name\n\"";
   recording.frames[3].room = "";
   recording.frames[4].timestamp = 1321.123456789;
@@ -105,7 +105,7 @@ TEST_F(ZoneFile, KeepsEveryFloat) {
 }
 
 TEST_F(ZoneFile, KeepsWhichModelSaysWhat) {
-  Recording recording = test::recordingOf({{1, 0, 0.5F}});
+  DescriptorSequence recording = test::recordingOf({{1, 0, 0.5F}});
   recording.vocabulary = Vocabulary({"a", "caf\xE9", "c"}, {{2, 1}, {1, 0.3F}});
   writeZoneFile(describeZones(recording, std::vector<int>{0}), file_);
   const Zones back = readZoneFile(file_);
@@ -217,7 +217,7 @@ TEST_F(ZoneFile, SaysWhenItCannotBeWritten) {
 }
 
 TEST(RoomsJson, TellsRoomsWhereTheyAreKnown) {
-  Recording recording = test::recordingOf({{0.5F, 0.5F, 0}, {0.3F, 0.7F, 0}, {0, 0.4F, 0.6F}});
+  DescriptorSequence recording = test::recordingOf({{0.5F, 0.5F, 0}, {0.3F, 0.7F, 0}, {0, 0.4F, 0.6F}});
   recording.frames[0].room = recording.frames[1].room = "kitchen";
   recording.frames[2].room = "bath";
   const auto json = ordered_json::parse(toRoomsJson(describeZones(recording, std::vector<int>{0, 0, 1}), 2));
@@ -229,7 +229,7 @@ TEST(RoomsJson, TellsRoomsWhereTheyAreKnown) {
 }
 
 TEST(RoomsJson, TellsZonesElse) {
-  const Recording recording = test::recordingOf({{1, 0}, {1, 0}, {0, 1}, {1, 0}});
+  const DescriptorSequence recording = test::recordingOf({{1, 0}, {1, 0}, {0, 1}, {1, 0}});
   const auto json = ordered_json::parse(toRoomsJson(describeZones(recording, std::vector<int>{0, 0, 1, 2})));
   ASSERT_EQ(json.size(), 3U);
   EXPECT_EQ(json["word 0"]["images"], 2);

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "estancia/core/error.hpp"
-#include "estancia/stats/agreement.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
 #include "recordings.hpp"
 #include "support/support.hpp"
 
@@ -21,7 +21,7 @@ using test::errorOf;
 using test::recordingOf;
 using testing::HasSubstr;
 
-ZoneStream streamOf(const Recording& recording, const ZoneOptions& options = {},
+ZoneStream streamOf(const DescriptorSequence& recording, const ZoneOptions& options = {},
                     const ZoneStreamOptions& stream = {}) {
   ZoneStream zones(recording.vocabulary, options, stream);
   for (std::size_t i = 0; i < recording.frames.size(); ++i) zones.add(recording.descriptors.row(i));
@@ -29,7 +29,7 @@ ZoneStream streamOf(const Recording& recording, const ZoneOptions& options = {},
   return zones;
 }
 
-double agreementWithExact(const Recording& recording, const ZoneOptions& options, std::size_t groups) {
+double agreementWithExact(const DescriptorSequence& recording, const ZoneOptions& options, std::size_t groups) {
   Progress silent;
   const std::vector<int> exact = findZones(recording, options, silent).zoneOf;
   const ZoneStream stream = streamOf(recording, options, {groups, 20});
@@ -37,8 +37,8 @@ double agreementWithExact(const Recording& recording, const ZoneOptions& options
   return measureAgreement(exact, stream.zoneOf()).adjustedRandIndex;
 }
 
-const Recording& drive() {
-  static const Recording recording = driveThrough({0, 1, 2, 0, 3, 1, 4, 2}, 20);
+const DescriptorSequence& drive() {
+  static const DescriptorSequence recording = driveThrough({0, 1, 2, 0, 3, 1, 4, 2}, 20);
   return recording;
 }
 
@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(ZoneStream, EveryWay,
                                          std::pair{"l2", "complete"}));
 
 TEST(ZoneStream, KeepsTheNumbersOfItsZones) {
-  const Recording recording = driveThrough({0, 1, 0, 2, 1, 0}, 20);
+  const DescriptorSequence recording = driveThrough({0, 1, 0, 2, 1, 0}, 20);
   ZoneOptions options;
   options.count = 2;
   ZoneStream stream(recording.vocabulary, options, {.groups = 30, .relinkEvery = 5});
@@ -88,7 +88,7 @@ TEST(ZoneStream, KeepsTheNumbersOfItsZones) {
 }
 
 TEST(ZoneStream, TellsItsZonesInWords) {
-  const Recording recording = recordingOf({{1, 0}, {0, 1}, {0.5F, 0.5F}});
+  const DescriptorSequence recording = recordingOf({{1, 0}, {0, 1}, {0.5F, 0.5F}});
   ZoneOptions options;
   options.distance = "l2";
   options.linkage = "average";
@@ -120,9 +120,9 @@ TEST(ZoneStream, DoesNotDependOnThreads) {
 
 TEST(ZoneStream, TakesWhatIsHardlyARun) {
   EXPECT_TRUE(streamOf(recordingOf({{0.5F, 0.5F}})).zoneOf() == std::vector<int>{0});
-  const Recording alike = recordingOf(std::vector<std::vector<float>>(30, {0.2F, 0.8F}));
+  const DescriptorSequence alike = recordingOf(std::vector<std::vector<float>>(30, {0.2F, 0.8F}));
   EXPECT_EQ(streamOf(alike, {}, {4, 3}).zones().size(), 1U);
-  const Recording nothing = recordingOf(std::vector<std::vector<float>>(30, {0, 0, 0}));
+  const DescriptorSequence nothing = recordingOf(std::vector<std::vector<float>>(30, {0, 0, 0}));
   EXPECT_EQ(streamOf(nothing, {}, {4, 3}).zones().size(), 1U);
   ZoneStream empty(Vocabulary({"desk", "cup", "bed"}));
   empty.update();
@@ -135,12 +135,12 @@ TEST(ZoneStream, IsExactForARobotThatStandsToo) {
     const DescriptorView moving = drive().descriptors.row(4 * i);
     images.emplace_back(moving.begin(), moving.begin() + 5);
   }
-  const Recording recording = recordingOf(images);
+  const DescriptorSequence recording = recordingOf(images);
   EXPECT_EQ(agreementWithExact(recording, {}, 100), 1);
 }
 
 TEST(ZoneStream, OfManyLapsIsNearTheExactResult) {
-  const Recording laps = driveThrough({0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5}, 60);
+  const DescriptorSequence laps = driveThrough({0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5}, 60);
   EXPECT_GT(agreementWithExact(laps, {}, 200), 0.9);
 }
 

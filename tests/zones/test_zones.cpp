@@ -10,7 +10,7 @@
 #include <random>
 
 #include "estancia/core/error.hpp"
-#include "estancia/stats/agreement.hpp"
+#include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "recordings.hpp"
 #include "support/support.hpp"
@@ -25,14 +25,14 @@ using testing::Each;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-Zones zonesOf(const Recording& recording, const ZoneOptions& options = {}) {
+Zones zonesOf(const DescriptorSequence& recording, const ZoneOptions& options = {}) {
   Progress silent;
   return findZones(recording, options, silent);
 }
 
 /// The same frames in another order.
-Recording shuffled(const Recording& recording, const std::vector<std::size_t>& order) {
-  Recording result{recording.vocabulary, recording.model, {}, DescriptorMatrix(recording.vocabulary.size())};
+DescriptorSequence shuffled(const DescriptorSequence& recording, const std::vector<std::size_t>& order) {
+  DescriptorSequence result{recording.vocabulary, recording.model, {}, DescriptorMatrix(recording.vocabulary.size())};
   for (const std::size_t i : order) {
     result.frames.push_back(recording.frames[i]);
     result.descriptors.append(recording.descriptors.row(i));
@@ -41,7 +41,7 @@ Recording shuffled(const Recording& recording, const std::vector<std::size_t>& o
 }
 
 TEST(Zones, AreTheRoomsOfADrive) {
-  const Recording recording = driveThrough({0, 1, 2, 0, 3, 1}, 15);
+  const DescriptorSequence recording = driveThrough({0, 1, 2, 0, 3, 1}, 15);
   const Zones zones = zonesOf(recording);
   ASSERT_EQ(zones.zones.size(), 4U);
   for (std::size_t i = 0; i < recording.frames.size(); ++i)
@@ -56,7 +56,7 @@ TEST(Zones, AreTheRoomsOfADrive) {
 }
 
 TEST(Zones, TellMeanSpreadAndMembers) {
-  const Recording recording = recordingOf({{1, 0}, {0, 1}, {0.5F, 0.5F}});
+  const DescriptorSequence recording = recordingOf({{1, 0}, {0, 1}, {0.5F, 0.5F}});
   const Zones zones = describeZones(recording, std::vector<int>{7, -2, 7});
   ASSERT_EQ(zones.zones.size(), 2U);
   EXPECT_THAT(zones.zoneOf, ElementsAre(0, 1, 0));
@@ -70,7 +70,7 @@ TEST(Zones, TellMeanSpreadAndMembers) {
 }
 
 TEST(Zones, KnowTheRoomsTheyAreIn) {
-  Recording recording = recordingOf({{1, 0}, {1, 0}, {1, 0}, {0, 1}, {1, 0}});
+  DescriptorSequence recording = recordingOf({{1, 0}, {1, 0}, {1, 0}, {0, 1}, {1, 0}});
   recording.frames[0].room = "kitchen";
   recording.frames[1].room = "hall";
   recording.frames[2].room = "hall";
@@ -85,7 +85,7 @@ TEST(Zones, KnowTheRoomsTheyAreIn) {
 }
 
 TEST(Zones, LieWhereTheirPosedImagesWereTaken) {
-  Recording recording = recordingOf({{1, 0}, {1, 0}, {1, 0}, {0, 1}});
+  DescriptorSequence recording = recordingOf({{1, 0}, {1, 0}, {1, 0}, {0, 1}});
   recording.frames[0].pose = Pose::planar(1, 2, 0);  // the trajectory ends after two images
   recording.frames[1].pose = Pose::planar(3, 2, 0);
   const Zones zones = describeZones(recording, std::vector<int>{0, 0, 0, 1});
@@ -97,7 +97,7 @@ TEST(Zones, LieWhereTheirPosedImagesWereTaken) {
 }
 
 TEST(Zones, AreCutWhereTheyAreTold) {
-  const Recording recording = driveThrough({0, 1, 2, 3}, 10);
+  const DescriptorSequence recording = driveThrough({0, 1, 2, 3}, 10);
   ZoneOptions options;
   options.count = 7;
   const Zones seven = zonesOf(recording, options);
@@ -114,7 +114,7 @@ TEST(Zones, AreCutWhereTheyAreTold) {
 
 TEST(Zones, ByTheThesisMergeUpToTheirThreshold) {
   // Eq. 5.1: the first two are .3 apart, the third is .7 and 1 from them: .85 from their cluster.
-  const Recording recording = recordingOf({{1, 0}, {0.7F, 0.3F}, {0, 1}});
+  const DescriptorSequence recording = recordingOf({{1, 0}, {0.7F, 0.3F}, {0, 1}});
   const ZoneOptions thesis = ZoneOptions::thesis();
   EXPECT_EQ(thesis.distance, "ks");
   EXPECT_EQ(thesis.linkage, "average");
@@ -160,7 +160,7 @@ std::vector<int> slowAlgorithm51(const DescriptorMatrix& images, double threshol
 }
 
 TEST(Zones, AreThoseOfAlgorithm51) {
-  const Recording recording = driveThrough({0, 1, 2, 3, 4}, 6, 11);
+  const DescriptorSequence recording = driveThrough({0, 1, 2, 3, 4}, 6, 11);
   for (const double cut : {0.05, 0.1, 0.2, 0.35, 0.5}) {
     ZoneOptions options = ZoneOptions::thesis();
     options.cut = cut;
@@ -171,7 +171,7 @@ TEST(Zones, AreThoseOfAlgorithm51) {
 }
 
 TEST(Zones, DoNotDependOnTheOrderOfTheFrames) {
-  Recording recording = driveThrough({0, 1, 2, 0, 3}, 12);
+  DescriptorSequence recording = driveThrough({0, 1, 2, 0, 3}, 12);
   const std::vector<float> first(recording.descriptors.row(0).begin(), recording.descriptors.row(0).end());
   for (int i = 0; i < 30; ++i) {  // the robot waits
     recording.frames.push_back(recording.frames[0]);
@@ -193,7 +193,7 @@ TEST(Zones, DoNotDependOnTheOrderOfTheFrames) {
 }
 
 TEST(Zones, DoNotDependOnThreads) {
-  const Recording recording = driveThrough({0, 1, 2, 0, 3}, 20);
+  const DescriptorSequence recording = driveThrough({0, 1, 2, 0, 3}, 20);
   ZoneOptions one, three;
   one.threads = 1;
   three.threads = 3;
@@ -212,7 +212,7 @@ TEST(Zones, OfOneImageAreOne) {
 }
 
 TEST(Zones, OfIdenticalImagesAreOne) {
-  const Recording recording = recordingOf(std::vector<std::vector<float>>(20, {0.2F, 0.7F, 0.1F}));
+  const DescriptorSequence recording = recordingOf(std::vector<std::vector<float>>(20, {0.2F, 0.7F, 0.1F}));
   for (const char* distance : {"standardized-clr", "ks", "cosine", "jensen-shannon"}) {
     ZoneOptions options;
     options.distance = distance;
@@ -243,7 +243,7 @@ TEST(Zones, TakeOneLabel) {
 }
 
 TEST(Zones, RefuseWhatCannotBe) {
-  const Recording recording = recordingOf({{1, 0}, {0, 1}});
+  const DescriptorSequence recording = recordingOf({{1, 0}, {0, 1}});
   const auto problem = [&](const std::function<void(ZoneOptions&)>& change) {
     ZoneOptions options;
     change(options);
@@ -260,7 +260,7 @@ TEST(Zones, RefuseWhatCannotBe) {
                 o.cut = 1;
               }),
               HasSubstr("not by both"));
-  Recording empty{Vocabulary({"a"}), "test", {}, DescriptorMatrix(1)};
+  DescriptorSequence empty{Vocabulary({"a"}), "test", {}, DescriptorMatrix(1)};
   EXPECT_THAT(errorOf([&] { zonesOf(empty); }), HasSubstr("no zones without images"));
   EXPECT_THAT(errorOf([&] { describeZones(recording, std::vector<int>{1}); }), HasSubstr("1 zone numbers"));
 }

@@ -1,0 +1,115 @@
+#include "estancia/cloud/covariance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "estancia/core/simd.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr std::size_t kLanes = 16;
+constexpr std::size_t kSums = 10;  // 1, x, y, z, xx, xy, xz, yy, yz, zz
+
+/// Adds what the points of some blocks that are near enough say, each lane for itself.
+ESTANCIA_MULTIVERSION void add(const Neighbors::Block* all, const std::uint32_t* blocks, std::size_t count,
+                               float px, float py, float pz, float squared, float* sums) {
+  float lanes[kSums][kLanes];
+  for (std::size_t s = 0; s < kSums; ++s)
+    for (std::size_t l = 0; l < kLanes; ++l) lanes[s][l] = sums[s * kLanes + l];
+  for (std::size_t b = 0; b < count; ++b) {
+    const Neighbors::Block& block = all[blocks[b]];
+    for (std::size_t first = 0; first < Neighbors::kBlock; first += kLanes)
+#pragma omp simd
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const float dx = block.x[first + l] - px, dy = block.y[first + l] - py, dz = block.z[first + l] - pz;
+        const bool near = dx * dx + dy * dy + dz * dz <= squared;  // NaN is not
+        const float x = near ? dx : 0, y = near ? dy : 0, z = near ? dz : 0;
+        lanes[0][l] += near ? 1.F : 0.F;
+        lanes[1][l] += x;
+        lanes[2][l] += y;
+        lanes[3][l] += z;
+        lanes[4][l] += x * x;
+        lanes[5][l] += x * y;
+        lanes[6][l] += x * z;
+        lanes[7][l] += y * y;
+        lanes[8][l] += y * z;
+        lanes[9][l] += z * z;
+      }
+  }
+  for (std::size_t s = 0; s < kSums; ++s)
+    for (std::size_t l = 0; l < kLanes; ++l) sums[s * kLanes + l] = lanes[s][l];
+}
+
+}  // namespace
+
+LocalCovariance localCovariance(const Neighbors& points, const cv::Point3f& place, float squared) {
+  LocalCovariance spread;
+  std::array<double, kSums> totals{};
+  std::array<float, kSums * kLanes> sums{};
+  const auto take = [&] {  // floats count and add well for a while only
+    for (std::size_t s = 0; s < kSums; ++s)
+      for (std::size_t l = 0; l < kLanes; ++l) totals[s] += sums[s * kLanes + l];
+    sums.fill(0);
+  };
+  std::array<std::uint32_t, 128> blocks;
+  std::size_t waiting = 0;
+  points.eachBlock(place, squared, [&](std::uint32_t block) {
+    blocks[waiting++] = block;
+    if (waiting < blocks.size()) return;
+    add(points.blocks().data(), blocks.data(), waiting, place.x, place.y, place.z, squared, sums.data());
+    take();
+    waiting = 0;
+  });
+  add(points.blocks().data(), blocks.data(), waiting, place.x, place.y, place.z, squared, sums.data());
+  take();
+  spread.count = static_cast<std::size_t>(totals[0]);
+  if (spread.count == 0) return spread;
+  for (double& total : totals) total /= static_cast<double>(spread.count);
+  const auto& [one, x, y, z, xx, xy, xz, yy, yz, zz] = totals;
+  spread.offset = {x, y, z};
+  spread.covariance = {xx - x * x, xy - x * y, xz - x * z,  //
+                       xy - x * y, yy - y * y, yz - y * z,  //
+                       xz - x * z, yz - y * z, zz - z * z};
+  return spread;
+}
+
+PrincipalAxes principalAxes(const cv::Matx33d& c) {
+  PrincipalAxes axes;
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  const double mean = (c(0, 0) + c(1, 1) + c(2, 2)) / 3;
+  const double a = c(0, 0) - mean, b = c(1, 1) - mean, d = c(2, 2) - mean;
+  const double off = c(0, 1) * c(0, 1) + c(0, 2) * c(0, 2) + c(1, 2) * c(1, 2);
+  const double p = std::sqrt((a * a + b * b + d * d + 2 * off) / 6);
+  if (!(p > 0)) {  // a ball, or a point: no direction is any other's better
+    axes.variances = {mean, mean, mean};
+    axes.normal = {none, none, none};
+    return axes;
+  }
+  const double det = a * (b * d - c(1, 2) * c(1, 2)) - c(0, 1) * (c(0, 1) * d - c(1, 2) * c(0, 2)) +
+                     c(0, 2) * (c(0, 1) * c(1, 2) - b * c(0, 2));
+  const double angle = std::acos(std::clamp(det / (2 * p * p * p), -1.0, 1.0)) / 3;
+  const double largest = mean + 2 * p * std::cos(angle);
+  const double least = mean + 2 * p * std::cos(angle + 2 * std::numbers::pi / 3);
+  axes.variances = {std::max(least, 0.0), std::max(3 * mean - largest - least, 0.0), largest};
+  // Two rows of C - least · I span the plane across the normal; the two that do so best.
+  const cv::Vec3d rows[] = {{c(0, 0) - least, c(0, 1), c(0, 2)},
+                            {c(0, 1), c(1, 1) - least, c(1, 2)},
+                            {c(0, 2), c(1, 2), c(2, 2) - least}};
+  double longest = 0;
+  for (const auto& [i, j] : {std::pair{0, 1}, {0, 2}, {1, 2}}) {
+    const cv::Vec3d across = rows[i].cross(rows[j]);
+    if (const double length = across.dot(across); length > longest) {
+      longest = length;
+      axes.normal = across;
+    }
+  }
+  constexpr double line = 1e-6;  // of the largest variance: single precision tells no less from nothing
+  const bool plane = axes.variances[1] > line * largest && longest > 0;
+  axes.normal = plane ? axes.normal / std::sqrt(longest) : cv::Vec3d(none, none, none);
+  return axes;
+}
+
+}  // namespace estancia

@@ -1,0 +1,183 @@
+#include "estancia/cloud/merge_containers.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <tuple>
+
+#include "estancia/cloud/segment_samples.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr double kLeastWall = 600;  // [square pixels]
+
+/// A circle (Kåsa 1976) through most of some points of a plane.
+struct Circle {
+  cv::Point2d center;
+  double radius = 0;
+  double share = 0;  ///< of the points that lie on it
+  double arc = 0;    ///< what they see of it [°]
+};
+
+std::optional<Circle> circleOf(const std::vector<cv::Point2d>& points, double tolerance) {
+  constexpr double trimmed = 0.7, least = 0.75;  // of the points; of the tolerance
+  Circle circle;
+  std::vector<double> off(points.size(), 0), sorted;
+  double most = 0;
+  const auto rank = static_cast<std::size_t>(trimmed * static_cast<double>(points.size() - 1));
+  for (int round = 0; round < 6; ++round) {
+    cv::Matx33d squares = cv::Matx33d::zeros();
+    cv::Vec3d products, x;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (off[i] > most) continue;
+      const cv::Vec3d row(points[i].x, points[i].y, 1);
+      squares += row * row.t();
+      products += row * points[i].dot(points[i]);
+    }
+    if (!cv::solve(squares, products, x, cv::DECOMP_CHOLESKY)) return {};
+    circle.center = {x[0] / 2, x[1] / 2};
+    circle.radius = std::sqrt(std::max(1e-9, x[2] + circle.center.dot(circle.center)));
+    for (std::size_t i = 0; i < points.size(); ++i)
+      off[i] = std::abs(cv::norm(points[i] - circle.center) - circle.radius);
+    sorted = off;
+    std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(rank));
+    most = std::max(least * tolerance, sorted[rank]);
+  }
+  std::vector<double> angles;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const cv::Point2d d = points[i] - circle.center;
+    if (off[i] < tolerance) angles.push_back(std::atan2(d.y, d.x));
+  }
+  if (angles.empty()) return {};
+  circle.share = static_cast<double>(angles.size()) / static_cast<double>(points.size());
+  std::ranges::sort(angles);
+  double gap = angles.front() + 2 * CV_PI - angles.back();
+  for (std::size_t i = 1; i < angles.size(); ++i) gap = std::max(gap, angles[i] - angles[i - 1]);
+  circle.arc = 360 - gap * 180 / CV_PI;
+  return circle;
+}
+
+/// How a piece stands on a plane.
+struct Standing {
+  std::vector<cv::Point2d> footprint;
+  std::vector<double> heights;
+};
+
+/// Places over a plane.
+class Ground {
+ public:
+  explicit Ground(const Plane& plane) : n_(plane.normal), offset_(plane.offset) {
+    const cv::Vec3d side = std::abs(n_[0]) < 0.9 ? cv::Vec3d(1, 0, 0) : cv::Vec3d(0, 1, 0);
+    e1_ = cv::normalize(n_.cross(side));
+    e2_ = n_.cross(e1_);
+  }
+  cv::Point2d foot(const cv::Vec3d& p) const { return {p.dot(e1_), p.dot(e2_)}; }
+  double height(const cv::Vec3d& p) const { return p.dot(n_) - offset_; }
+
+ private:
+  cv::Vec3d n_, e1_, e2_;
+  double offset_;
+};
+
+Standing standing(const SegmentSamples& shape, const Plane& plane, std::size_t step) {
+  const Ground ground(plane);
+  Standing result;
+  for (std::size_t i = 0; i < shape.surface.size(); i += step) {
+    const cv::Vec3d p(shape.surface[i].x, shape.surface[i].y, shape.surface[i].z);
+    result.footprint.push_back(ground.foot(p));
+    result.heights.push_back(ground.height(p));
+  }
+  return result;
+}
+
+double quantile(std::vector<double> values, double share) {
+  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, values.begin() + rank);
+  return values[static_cast<std::size_t>(rank)];
+}
+
+constexpr std::size_t kStep = 5;  // every fifth point of a surface tells its footprint
+
+/// The plane that the piece stands on, or over: the nearest below it.
+const Plane* supportOf(const SegmentSamples& shape, const std::vector<Plane>& planes) {
+  constexpr double sunk = -0.02;  // [m]
+  const Plane* support = nullptr;
+  double least = HUGE_VAL;
+  for (const Plane& plane : planes) {
+    const double height = quantile(standing(shape, plane, kStep).heights, 0.05);
+    if (height > sunk && height < least) std::tie(least, support) = std::tuple(height, &plane);
+  }
+  return support;
+}
+
+/// The circle of a round wall, or of its rim where it leans.
+std::optional<Circle> wallOf(const Standing& piece, double rim) {
+  constexpr double tolerance = 0.008, belowRim = 0.02;  // [m]
+  constexpr double narrowest = 0.02, widest = 0.20;     // radius [m]
+  constexpr double mostly = 0.6, leastArc = 90;
+  constexpr std::size_t fewest = 30, mostUpper = 300;
+  std::vector<cv::Point2d> all, upper;
+  std::size_t above = 0;
+  for (const double height : piece.heights) above += height > rim - belowRim ? 1 : 0;
+  const std::size_t every = 1 + above / mostUpper;
+  for (std::size_t i = 0; i < piece.footprint.size(); ++i) {
+    if (i % kStep == 0) all.push_back(piece.footprint[i]);
+    if (piece.heights[i] > rim - belowRim && above-- % every == 0) upper.push_back(piece.footprint[i]);
+  }
+  for (const auto* points : {&all, &upper}) {
+    if (points->size() < fewest) continue;
+    const auto circle = circleOf(*points, tolerance);
+    if (circle && circle->radius >= narrowest && circle->radius <= widest && circle->share > mostly &&
+        circle->arc > leastArc)
+      return circle;
+  }
+  return {};
+}
+
+/// Whether a thing lies within a circle, mostly, and not above a rim.
+bool isInside(const SegmentSamples& shape, const Plane& plane, const Circle& circle, double rim) {
+  constexpr double beside = 0.015;  // [m]
+  constexpr double inside = 0.85;
+  const Ground ground(plane);
+  const std::size_t count = (shape.surface.size() + kStep - 1) / kStep;
+  std::size_t in = 0, seen = 0;
+  for (std::size_t i = 0; i < shape.surface.size(); i += kStep) {
+    const cv::Vec3d p(shape.surface[i].x, shape.surface[i].y, shape.surface[i].z);
+    in +=
+        cv::norm(ground.foot(p) - circle.center) < circle.radius + beside && ground.height(p) < rim + beside;
+    const std::size_t out = ++seen - in;  // most things are elsewhere, which few points tell
+    if (!(static_cast<double>(count - out) > inside * static_cast<double>(count))) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes, int threads,
+                 Segmentation& pieces) {
+  constexpr double largest = 0.8;  // no vessel is [m]
+  if (planes.empty()) return;
+  const std::vector<SegmentSamples> shapes = sampleSegments(grid, mask, pieces);
+  const auto find = [&](std::size_t index) {
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> result;
+    const SegmentSamples& wall = shapes[index];
+    if (pieces.sizes[wall.piece] < grid.area(kLeastWall) || cv::norm(wall.high - wall.low) > largest)
+      return result;
+    const Plane* support = supportOf(wall, planes);
+    if (support == nullptr) return result;
+    const Standing round = standing(wall, *support, 1);
+    const double rim = quantile(round.heights, 0.98);
+    const auto circle = wallOf(round, rim);
+    if (!circle) return result;
+    for (const SegmentSamples& other : shapes) {
+      if (&other == &wall || pieces.sizes[other.piece] > 3 * pieces.sizes[wall.piece]) continue;
+      if (isInside(other, *support, *circle, rim)) result.emplace_back(wall.piece, other.piece);
+    }
+    return result;
+  };
+  joinFound(shapes.size(), find, mask, threads, pieces);
+}
+
+}  // namespace estancia

@@ -1,0 +1,172 @@
+#include "estancia/cloud/merge_segments.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+#include <tuple>
+
+#include "estancia/cloud/plane_fit.hpp"
+#include "estancia/cloud/segment_samples.hpp"
+#include "estancia/core/simd.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr std::size_t kContacts = 3;              // points of the border that must be near
+constexpr double kConcave = -0.2;                 // how concave a contact may be
+constexpr float kAroundContact = 0.03F;           // [m]
+constexpr double kWidestGap = 0.20;               // behind something nearer [m]
+constexpr float kAroundGap = 0.05F;               // what of either side is looked at [m]
+constexpr double kSameWay = 20, kOffset = 0.025;  // of two parts of one surface [°], [m]
+constexpr double kHidden = 0.9, kInFront = 0.3;   // shares of the gap
+constexpr float kNearer = 0.01F;                  // what is in front of the gap is so much [m]
+
+float squared(const cv::Point3f& v) {
+  return v.dot(v);
+}
+
+/// The squared distance to the nearest of some points, as the bits of the float: those of floats that are not
+/// negative order as they do.
+ESTANCIA_MULTIVERSION
+std::int32_t nearestOf(const float* x, const float* y, const float* z, std::size_t count, float px, float py,
+                       float pz) {
+  std::int32_t least = std::numeric_limits<std::int32_t>::max();
+  for (std::size_t i = 0; i < count; ++i) {
+    const float dx = x[i] - px, dy = y[i] - py, dz = z[i] - pz;
+    least = std::min(least, std::bit_cast<std::int32_t>(dx * dx + dy * dy + dz * dz));
+  }
+  return least;
+}
+
+/// The first of those at that distance.
+ESTANCIA_MULTIVERSION
+std::int32_t firstAt(std::int32_t least, const float* x, const float* y, const float* z, std::int32_t count,
+                     float px, float py, float pz) {
+  std::int32_t first = count - 1;
+  for (std::int32_t i = 0; i < count; ++i) {
+    const float dx = x[i] - px, dy = y[i] - py, dz = z[i] - pz;
+    const bool there = std::bit_cast<std::int32_t>(dx * dx + dy * dy + dz * dz) == least;
+    first = std::min(first, there ? i : count);
+  }
+  return first;
+}
+
+/// The points of the one within `radius` of a point of the other.
+std::vector<cv::Point3f> near(std::span<const cv::Point3f> points, std::span<const cv::Point3f> others,
+                              float radius) {
+  std::vector<cv::Point3f> result;
+  if (others.empty()) return result;
+  cv::Point3f low = others.front(), high = low;
+  for (const cv::Point3f& q : others) {
+    low = {std::min(low.x, q.x), std::min(low.y, q.y), std::min(low.z, q.z)};
+    high = {std::max(high.x, q.x), std::max(high.y, q.y), std::max(high.z, q.z)};
+  }
+  const cv::Point3f reach(radius, radius, radius);
+  low -= reach;
+  high += reach;
+  const cv::Point3f* last = others.data();  // the next point is often near the same one
+  for (const cv::Point3f& p : points) {
+    if (p.x < low.x || p.y < low.y || p.z < low.z || p.x > high.x || p.y > high.y || p.z > high.z) continue;
+    const auto isNear = [&](const cv::Point3f& q) { return squared(p - q) < radius * radius; };
+    if (!isNear(*last)) {
+      const auto found = std::ranges::find_if(others, isNear);
+      if (found == others.end()) continue;
+      last = &*found;
+    }
+    result.push_back(p);
+  }
+  return result;
+}
+
+/// The plane of what is seen of a surface, looking towards the camera.
+std::optional<PlaneFit> seenFacet(std::span<const cv::Point3f> points, std::size_t fewest) {
+  auto facet = fitPlane(points, fewest);
+  if (facet && facet->normal.dot(facet->center) > 0) facet->normal = -facet->normal;
+  return facet;
+}
+
+/// Whether the surfaces meet flat or convexly where they touch (Stein et al., CVPR 2014, equation 4).
+bool meetConvexly(const SegmentSamples& a, const SegmentSamples& b, std::span<const cv::Point3f> contactA,
+                  std::span<const cv::Point3f> contactB) {
+  constexpr float reach = 2 * kAroundContact;
+  const auto atA =
+      seenFacet(near(near(a.surface, contactB, reach), near(b.surface, contactA, reach), kAroundContact), 3);
+  const auto atB =
+      seenFacet(near(near(b.surface, contactA, reach), near(a.surface, contactB, reach), kAroundContact), 3);
+  if (!atA || !atB) return true;  // too small to tell
+  const cv::Vec3d between = atA->center - atB->center;
+  const double length = cv::norm(between);
+  return length == 0 || (atA->normal - atB->normal).dot(between) > kConcave * length;
+}
+
+/// Whether something nearer hides what lies between two points of these pieces.
+bool isHidden(const InverseDepth& grid, const Segmentation& pieces, const SegmentSamples& a, const SegmentSamples& b,
+              const cv::Point3f& from, const cv::Point3f& to) {
+  constexpr int steps = 39;
+  int covered = 0, front = 0;
+  for (int i = 1; i < steps; ++i) {
+    const cv::Point3f p = from + (to - from) * (static_cast<float>(i) / steps);
+    const int u = static_cast<int>(std::lround(grid.camera.fx * p.x / p.z + grid.camera.cx));
+    const int v = static_cast<int>(std::lround(grid.camera.fy * p.y / p.z + grid.camera.cy));
+    const std::size_t at =
+        grid.at(std::clamp(u, 0, grid.camera.width - 1), std::clamp(v, 0, grid.camera.height - 1));
+    const float w = grid.raw[at];
+    const bool nearer = w > 0 && 1 / w < p.z - kNearer;
+    const bool own = pieces.labels[at] == a.piece || pieces.labels[at] == b.piece;
+    front += nearer ? 1 : 0;
+    covered += nearer || own || w == 0 ? 1 : 0;
+  }
+  return covered > kHidden * (steps - 1) && front > kInFront * (steps - 1);
+}
+
+bool continueEachOther(const SegmentSamples& a, const SegmentSamples& b, const cv::Point3f& endA, const cv::Point3f& endB) {
+  constexpr std::size_t fewest = 15;
+  const auto atA = seenFacet(near(a.surface, {&endA, 1}, kAroundGap), fewest);
+  const auto atB = seenFacet(near(b.surface, {&endB, 1}, kAroundGap), fewest);
+  if (!atA || !atB) return false;
+  const cv::Vec3d between = atB->center - atA->center;
+  const double off = std::max(std::abs(between.dot(atA->normal)), std::abs(between.dot(atB->normal)));
+  return off < kOffset && atA->normal.dot(atB->normal) > std::cos(kSameWay * CV_PI / 180);
+}
+
+bool belongTogether(const InverseDepth& grid, const Segmentation& pieces, const SegmentSamples& a, const SegmentSamples& b,
+                    double contact) {
+  const auto close = static_cast<float>(contact * contact);
+  std::vector<cv::Point3f> contactA, contactB;
+  float nearest = std::numeric_limits<float>::infinity();
+  cv::Point3f endA, endB;
+  for (const cv::Point3f& p : b.border) {
+    const std::int32_t bits = nearestOf(a.x.data(), a.y.data(), a.z.data(), a.x.size(), p.x, p.y, p.z);
+    const auto least = std::bit_cast<float>(bits);
+    if (!(least < std::max(close, nearest))) continue;
+    const auto count = static_cast<std::int32_t>(a.x.size());
+    const std::int32_t at = firstAt(bits, a.x.data(), a.y.data(), a.z.data(), count, p.x, p.y, p.z);
+    const cv::Point3f& other = a.border[static_cast<std::size_t>(at)];
+    if (least < close) {
+      contactB.push_back(p);
+      contactA.push_back(other);
+    }
+    if (least < nearest) std::tie(nearest, endA, endB) = std::tuple(least, other, p);
+  }
+  if (contactB.size() >= kContacts) return meetConvexly(a, b, contactA, contactB);
+  return nearest <= kWidestGap * kWidestGap && isHidden(grid, pieces, a, b, endB, endA) &&
+         continueEachOther(a, b, endA, endB);
+}
+
+}  // namespace
+
+void mergeSegments(const InverseDepth& grid, const Mask& mask, double contact, int threads, Segmentation& pieces) {
+  const std::vector<SegmentSamples> shapes = sampleSegments(grid, mask, pieces);
+  const auto pairs = nearPairs(shapes, pieces, std::max(kWidestGap, contact));
+  const auto find = [&](std::size_t i) -> std::vector<std::pair<std::uint32_t, std::uint32_t>> {
+    const SegmentSamples &a = shapes[pairs[i].first], &b = shapes[pairs[i].second];
+    if (!belongTogether(grid, pieces, a, b, contact)) return {};
+    return {{a.piece, b.piece}};
+  };
+  joinFound(pairs.size(), find, mask, threads, pieces);
+}
+
+}  // namespace estancia

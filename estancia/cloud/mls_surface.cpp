@@ -1,0 +1,274 @@
+#include "estancia/cloud/mls_surface.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "estancia/cloud/neighbors.hpp"
+#include "estancia/cloud/covariance.hpp"
+#include "estancia/cloud/voxel_grid.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/core/simd.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr std::size_t kLanes = 16;
+constexpr std::size_t kSums = 10;  // 1, x, y, z, xx, xy, xz, yy, yz, zz
+
+/// What the points of a block weigh, and which way they face: 0, 0, 0 where that is not known.
+struct alignas(64) Weights {
+  float weight[Neighbors::kBlock], x[Neighbors::kBlock], y[Neighbors::kBlock], z[Neighbors::kBlock];
+};
+
+struct Ball {
+  float x, y, z, squared;
+  float facing[3];  ///< points that look the other way do not count
+};
+
+/// Weighted moments, Tukey's weights of the distance.
+ESTANCIA_MULTIVERSION void addBall(const Neighbors::Block* blocks, const Weights* weights,
+                                   const std::uint32_t* numbers, std::size_t count, const Ball& ball,
+                                   float* sums) {
+  float lanes[kSums][kLanes] = {};
+  const float px = ball.x, py = ball.y, pz = ball.z, inverse = 1 / ball.squared;
+  const float fx = ball.facing[0], fy = ball.facing[1], fz = ball.facing[2];
+  for (std::size_t b = 0; b < count; ++b) {
+    const Neighbors::Block& block = blocks[numbers[b]];
+    const Weights& w = weights[numbers[b]];
+    for (std::size_t first = 0; first < Neighbors::kBlock; first += kLanes)
+#pragma omp simd
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const std::size_t i = first + l;
+        const float dx = block.x[i] - px, dy = block.y[i] - py, dz = block.z[i] - pz;
+        const float left = 1 - (dx * dx + dy * dy + dz * dz) * inverse;
+        const bool counts = (left > 0) & (w.x[i] * fx + w.y[i] * fy + w.z[i] * fz >= 0);  // NaN is not
+        const float g = counts ? w.weight[i] * left * left : 0;
+        const float x = counts ? dx : 0, y = counts ? dy : 0, z = counts ? dz : 0;
+        lanes[0][l] += g;
+        lanes[1][l] += g * x;
+        lanes[2][l] += g * y;
+        lanes[3][l] += g * z;
+        lanes[4][l] += g * x * x;
+        lanes[5][l] += g * x * y;
+        lanes[6][l] += g * x * z;
+        lanes[7][l] += g * y * y;
+        lanes[8][l] += g * y * z;
+        lanes[9][l] += g * z * z;
+      }
+  }
+  for (std::size_t s = 0; s < kSums; ++s)
+    for (std::size_t l = 0; l < kLanes; ++l) sums[s] += lanes[s][l];
+}
+
+struct Cylinder {
+  float x, y, z;
+  float axis[3];
+  float squaredWidth, depth;
+  float facing[3];
+};
+
+/// Weights and weighted heights along the axis, Tukey's weights of the distance from it.
+ESTANCIA_MULTIVERSION void addCylinder(const Neighbors::Block* blocks, const Weights* weights,
+                                       const std::uint32_t* numbers, std::size_t count,
+                                       const Cylinder& cylinder, float* sums) {
+  float weight[kLanes] = {}, height[kLanes] = {};
+  const float px = cylinder.x, py = cylinder.y, pz = cylinder.z;
+  const float ax = cylinder.axis[0], ay = cylinder.axis[1], az = cylinder.axis[2];
+  const float fx = cylinder.facing[0], fy = cylinder.facing[1], fz = cylinder.facing[2];
+  const float inverse = 1 / cylinder.squaredWidth, depth = cylinder.depth;
+  for (std::size_t b = 0; b < count; ++b) {
+    const Neighbors::Block& block = blocks[numbers[b]];
+    const Weights& w = weights[numbers[b]];
+    for (std::size_t first = 0; first < Neighbors::kBlock; first += kLanes)
+#pragma omp simd
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        const std::size_t i = first + l;
+        const float dx = block.x[i] - px, dy = block.y[i] - py, dz = block.z[i] - pz;
+        const float h = dx * ax + dy * ay + dz * az;
+        const float left = 1 - (dx * dx + dy * dy + dz * dz - h * h) * inverse;
+        const bool counts =
+            (left > 0) & (std::abs(h) <= depth) & (w.x[i] * fx + w.y[i] * fy + w.z[i] * fz >= 0);
+        const float g = counts ? w.weight[i] * left * left : 0;
+        weight[l] += g;
+        height[l] += g * (counts ? h : 0);
+      }
+  }
+  for (std::size_t l = 0; l < kLanes; ++l) sums[0] += weight[l], sums[1] += height[l];
+}
+
+/// Voxels of a cloud, to be averaged over.
+class Support {
+ public:
+  Support(const PointCloud& voxels, const std::vector<std::uint32_t>& counts, double perPoint, int threads)
+      : points_(voxels.points, threads), weights_(points_.blocks().size()) {
+    for (std::size_t b = 0; b < weights_.size(); ++b)
+      for (std::size_t i = 0; i < Neighbors::kBlock; ++i) {
+        Weights& w = weights_[b];
+        w.weight[i] = w.x[i] = w.y[i] = w.z[i] = 0;
+        if (b * Neighbors::kBlock + i >= points_.size()) continue;
+        const std::uint32_t index = points_.blocks()[b].index[i];
+        w.weight[i] = static_cast<float>(counts[index] * perPoint);
+        if (voxels.normals.empty()) continue;
+        const cv::Point3f& n = voxels.normals[index];
+        if (std::isfinite(n.x + n.y + n.z)) w.x[i] = n.x, w.y[i] = n.y, w.z[i] = n.z;
+      }
+    hasNormals_ = !voxels.normals.empty();
+  }
+
+  /// Which way the nearest point faces; 0, 0, 0 when that is not known.
+  cv::Vec3f facing(const cv::Point3f& place, std::vector<Neighbor>& buffer) const {
+    if (!hasNormals_) return {};
+    const auto near = points_.nearest(place, 1, buffer);
+    return near.empty() ? cv::Vec3f() : normals_[near[0].index];
+  }
+
+  void rememberNormals(const PointCloud& voxels) {
+    for (const cv::Point3f& n : voxels.normals)
+      normals_.push_back(std::isfinite(n.x + n.y + n.z) ? cv::Vec3f(n.x, n.y, n.z) : cv::Vec3f());
+  }
+
+  std::array<float, kSums> ball(const Ball& ball, std::vector<std::uint32_t>& numbers) const {
+    list({ball.x, ball.y, ball.z}, ball.squared, numbers);
+    std::array<float, kSums> sums{};
+    addBall(points_.blocks().data(), weights_.data(), numbers.data(), numbers.size(), ball, sums.data());
+    return sums;
+  }
+
+  std::array<float, 2> cylinder(const Cylinder& c, std::vector<std::uint32_t>& numbers) const {
+    const float width = std::sqrt(c.squaredWidth), place[] = {c.x, c.y, c.z};
+    float low[3], high[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float half =
+          c.depth * std::abs(c.axis[k]) + width * std::sqrt(std::max(0.F, 1 - c.axis[k] * c.axis[k]));
+      low[k] = place[k] - half, high[k] = place[k] + half;
+    }
+    numbers.clear();
+    const auto nodes = points_.nodes();
+    for (std::size_t i = 0; i < nodes.size();) {
+      const Neighbors::Node& node = nodes[i];
+      const bool apart = node.high[0] < low[0] || node.low[0] > high[0] || node.high[1] < low[1] ||
+                         node.low[1] > high[1] || node.high[2] < low[2] || node.low[2] > high[2];
+      if (!apart && node.last == node.first + 1) numbers.push_back(node.first);
+      i = apart ? node.skip : i + 1;
+    }
+    std::array<float, 2> sums{};
+    addCylinder(points_.blocks().data(), weights_.data(), numbers.data(), numbers.size(), c, sums.data());
+    return sums;
+  }
+
+ private:
+  void list(const cv::Point3f& place, float squared, std::vector<std::uint32_t>& numbers) const {
+    numbers.clear();
+    points_.eachBlock(place, squared, [&](std::uint32_t number) { numbers.push_back(number); });
+  }
+
+  Neighbors points_;
+  std::vector<Weights> weights_;
+  std::vector<cv::Vec3f> normals_;
+  bool hasNormals_ = false;
+};
+
+struct Element {
+  cv::Point3f place, normal;
+  float weight = -1;  ///< of the points that it is the mean of; negative: none
+};
+
+Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions& o,
+               std::vector<Neighbor>& buffer, std::vector<std::uint32_t>& numbers) {
+  constexpr int rounds = 2;
+  constexpr float fewInBall = 6, fewInCylinder = 3;
+  const cv::Vec3f facing = support.facing(seed, buffer);
+  const auto squared = static_cast<float>(o.radius * o.radius);
+  Element element;
+  cv::Vec3f p(seed.x, seed.y, seed.z), normal;
+  float weight = 0;
+  for (int round = 0; round < rounds; ++round) {
+    const auto m = support.ball({p[0], p[1], p[2], squared, {facing[0], facing[1], facing[2]}}, numbers);
+    if (!(m[0] >= fewInBall)) return element;
+    const double w = m[0], x = m[1] / w, y = m[2] / w, z = m[3] / w;
+    normal = principalAxes({m[4] / w - x * x, m[5] / w - x * y, m[6] / w - x * z,  //
+                     m[5] / w - x * y, m[7] / w - y * y, m[8] / w - y * z,  //
+                     m[6] / w - x * z, m[8] / w - y * z, m[9] / w - z * z})
+                 .normal;
+    if (!std::isfinite(normal[0])) return element;
+    const auto [sum, heights] = support.cylinder({p[0],
+                                                  p[1],
+                                                  p[2],
+                                                  {normal[0], normal[1], normal[2]},
+                                                  static_cast<float>(o.width * o.width),
+                                                  static_cast<float>(o.depth),
+                                                  {facing[0], facing[1], facing[2]}},
+                                                 numbers);
+    if (!(sum >= fewInCylinder)) return element;
+    p += normal * (heights / sum);
+    weight = sum;
+  }
+  constexpr double furthest = 1.2;  // of the depth, that a point is moved
+  const cv::Vec3f moved = p - cv::Vec3f(seed.x, seed.y, seed.z);
+  if (cv::norm(moved) >= furthest * o.depth) return element;
+  const cv::Vec3f look = cv::Vec3f(o.viewpoint.x, o.viewpoint.y, o.viewpoint.z) - p;
+  const float towards =
+      facing.dot(facing) > 0 ? normal.dot(facing) : normal.dot(look) * (o.away ? -1.F : 1.F);
+  if (towards < 0) normal = -normal;
+  return {cv::Point3f(p), cv::Point3f(normal), weight};
+}
+
+}  // namespace
+
+PointCloud projectMls(const std::vector<cv::Point3f>& seeds, const PointCloud& cloud,
+                       const MlsOptions& options) {
+  for (const double length : {options.leaf, options.radius, options.width, options.depth})
+    if (!(length > 0) || !std::isfinite(length))
+      throw Error(fmt::format("a surface is averaged over positive lengths, not over {} m", length));
+  std::vector<std::uint32_t> counts;
+  const PointCloud voxels = voxelGrid(cloud, options.leaf, &counts);
+  Support support(voxels, counts, options.perPoint, options.threads);
+  support.rememberNormals(voxels);
+  const std::vector<cv::Point3f>& from = seeds.empty() ? voxels.points : seeds;
+
+  std::vector<Element> elements(from.size());
+  constexpr std::size_t together = 256;
+  Progress silent;
+  inParallel((from.size() + together - 1) / together, options.threads, silent,
+             "stopped while a surface was smoothed", [&](std::size_t chunk) {
+               std::vector<Neighbor> buffer;
+               std::vector<std::uint32_t> numbers;
+               const std::size_t end = std::min(from.size(), (chunk + 1) * together);
+               for (std::size_t i = chunk * together; i < end; ++i)
+                 elements[i] = meanAt(from[i], support, options, buffer, numbers);
+             });
+
+  // What few points lie around is a stray one's or an edge's.
+  constexpr float thin = 0.15F;
+  std::vector<float> weights;
+  for (const Element& e : elements) weights.push_back(std::max(e.weight, 0.F));
+  float least = 0;
+  if (!weights.empty()) {
+    const auto middle = weights.begin() + static_cast<std::ptrdiff_t>(weights.size() / 2);
+    std::nth_element(weights.begin(), middle, weights.end());
+    least = thin * *middle;
+  }
+  std::erase_if(elements, [&](const Element& e) { return e.weight < 0 || e.weight <= least; });
+
+  PointCloud surface;
+  const auto keep = [&](const Element& e) {
+    surface.points.push_back(e.place);
+    surface.normals.push_back(e.normal);
+  };
+  if (options.spacing > 0) {
+    std::vector<cv::Point3f> places;
+    for (const Element& e : elements) places.push_back(e.place);
+    for (const std::uint32_t i : onePerVoxel(places, options.spacing)) keep(elements[i]);
+  } else {
+    for (const Element& e : elements) keep(e);
+  }
+  surface.width = surface.points.size();
+  surface.height = 1;
+  return surface;
+}
+
+}  // namespace estancia

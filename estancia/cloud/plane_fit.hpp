@@ -1,0 +1,26 @@
+// The plane through a few points, and whether it holds them.
+#pragma once
+
+#include <cstddef>
+#include <opencv2/core/matx.hpp>
+#include <opencv2/core/types.hpp>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace estancia {
+
+struct PlaneFit {
+  cv::Vec3d center, normal;  ///< the normal is of unit length
+  double distance(const cv::Point3f& p) const { return (cv::Vec3d(p.x, p.y, p.z) - center).dot(normal); }
+};
+
+/// The plane (total least squares) of finite points; none when they are fewer than three or `fewest`, or lie
+/// on a line.
+std::optional<PlaneFit> fitPlane(std::span<const cv::Point3f> points, std::size_t fewest = 3);
+
+/// Whether 95 % of the points lie within 4 mm of one plane, which is what depth cameras make of one at 1 m;
+/// more at `distance` [m]. False for fewer than 50.
+bool isPlanar(std::vector<cv::Point3f> points, double distance);
+
+}  // namespace estancia

@@ -1,0 +1,35 @@
+#include "estancia/io/image_writer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/output_file.hpp"
+
+namespace estancia {
+
+std::vector<unsigned char> encodePicture(const cv::Mat& bgr, int width) {
+  cv::Mat small = bgr;
+  if (bgr.cols > width) {
+    const int height = std::max(1, static_cast<int>(std::lround(1.0 * bgr.rows * width / bgr.cols)));
+    cv::resize(bgr, small, {width, height}, 0, 0, cv::INTER_AREA);
+  }
+  constexpr int quality = 82;
+  std::vector<unsigned char> jpeg;
+  if (!cv::imencode(".jpg", small, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality}))
+    throw Error("a picture could not be encoded as JPEG; was OpenCV built without it?");
+  return jpeg;
+}
+
+void writePng(const std::filesystem::path& file, const cv::Mat& bgr) {
+  std::vector<unsigned char> png;
+  if (bgr.empty() || !cv::imencode(".png", bgr, png))
+    throw Error(fmt::format("{}: the picture could not be encoded as PNG", file.string()));
+  writeWhole(file, {reinterpret_cast<const char*>(png.data()), png.size()});
+}
+
+}  // namespace estancia

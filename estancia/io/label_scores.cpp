@@ -1,0 +1,198 @@
+#include "estancia/io/label_scores.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
+
+namespace estancia::io {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::size_t kLongestLabel = 1000;  // bytes
+constexpr std::size_t kMostWords = 100'000;
+constexpr int kDeepest = 64;
+
+std::string excerpt(std::string_view text) {
+  constexpr std::size_t most = 80;
+  return printable(text.substr(0, most)) + (text.size() > most ? "…" : "");
+}
+
+Json parse(std::string_view text, const std::string& source) {
+  const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
+    if (depth > kDeepest) throw Error(fmt::format("{}: JSON of more than {} levels", source, kDeepest));
+    return true;
+  };
+  try {
+    return Json::parse(text, shallow);
+  } catch (const Json::exception&) {
+    const bool notANumber =
+        text.find("NaN") != std::string_view::npos || text.find("Infinity") != std::string_view::npos;
+    throw Error(fmt::format("{}: not JSON{}: \"{}\"", source,
+                            notANumber ? " (JSON knows no NaN and no Infinity)" : "", excerpt(text)));
+  }
+}
+
+const Json* find(const Json& answer, const std::string& pointer) {
+  try {
+    return &answer.at(Json::json_pointer(pointer));
+  } catch (const Json::exception&) {
+    return nullptr;
+  }
+}
+
+const Json& wordsIn(const Json& answer, const WordFormat& format, const std::string& source) {
+  const Json* words = find(answer, format.at.empty() ? "/labels" : format.at);
+  if (words == nullptr && format.at.empty() && answer.is_array()) words = &answer;
+  if (words == nullptr)
+    throw Error(
+        fmt::format("{}: nothing at {}, where the words should be, in {}", source,
+                    format.at.empty() ? "/labels" : format.at,
+                    excerpt(answer.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 100))));
+  return *words;
+}
+
+float confidenceOf(const Json& value, const std::string& label, const WordFormat& format,
+                   const std::string& source) {
+  if (!value.is_number())
+    throw Error(fmt::format("{}: the confidence of \"{}\" is no number", source, excerpt(label)));
+  return toProbability(value.get<double>() * format.scale, label, source);
+}
+
+Word wordOf(const Json& element, const WordFormat& format, const std::string& source) {
+  const auto member = [&](const std::string& key) -> const Json& {
+    const auto found = element.is_object() ? element.find(key) : element.end();
+    if (!element.is_object() || found == element.end())
+      throw Error(
+          fmt::format("{}: an element of the list of words has no \"{}\": {}", source, key,
+                      excerpt(element.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 100))));
+    return *found;
+  };
+  const Json& label = member(format.label);
+  if (!label.is_string()) throw Error(fmt::format("{}: \"{}\" must be a text", source, format.label));
+  std::string name = toLabel(label.get_ref<const std::string&>(), source);
+  const float confidence = confidenceOf(member(format.confidence), name, format, source);
+  return {std::move(name), confidence};
+}
+
+}  // namespace
+
+float toProbability(double value, const std::string& label, const std::string& source) {
+  constexpr double slack = 1e-4;                 // as requireProbabilities() allows
+  if (!(value >= -slack && value <= 1 + slack))  // NaN, too
+    throw Error(fmt::format(
+        "{}: {} for \"{}\" is no probability; it must be from 0 to 1 (percentages: divide by 100)", source,
+        value, excerpt(label)));
+  return static_cast<float>(std::clamp(value, 0.0, 1.0));
+}
+
+std::string toLabel(std::string_view text, const std::string& source) {
+  constexpr const char* blanks = " \t\r\n";
+  const auto begin = text.find_first_not_of(blanks);
+  if (begin == std::string_view::npos) throw Error(fmt::format("{}: a label without a name", source));
+  text = text.substr(begin, text.find_last_not_of(blanks) + 1 - begin);
+  if (text.size() > kLongestLabel)
+    throw Error(fmt::format("{}: a label of {} bytes, at most {}: \"{}\"", source, text.size(), kLongestLabel,
+                            excerpt(text)));
+  return printable(text);
+}
+
+void requireJsonPointer(const std::string& at, const std::string& source) {
+  try {
+    Json::json_pointer{at};
+  } catch (const Json::exception&) {
+    throw Error(fmt::format("{}: \"{}\" is no JSON pointer; write it as in \"/outputs/0/labels\"", source,
+                            excerpt(at)));
+  }
+}
+
+Answer readAnswer(std::string_view text, const WordFormat& format, const std::string& source) {
+  const Json json = parse(text, source);
+  Answer answer;
+  if (json.is_object()) {
+    if (const auto image = json.find("image"); image != json.end() && image->is_string())
+      answer.image = image->get<std::string>();
+    if (const auto error = json.find("error"); error != json.end() && !error->is_null()) {
+      const std::string reason = error->is_string() ? error->get<std::string>() : error->dump();
+      answer.error = reason.empty() ? "an error without a reason" : excerpt(reason);
+      return answer;
+    }
+  }
+  const Json& words = wordsIn(json, format, source);
+  if (words.is_object()) {
+    for (const auto& [label, confidence] : words.items()) {
+      std::string name = toLabel(label, source);
+      const float probability = confidenceOf(confidence, name, format, source);
+      answer.words.push_back({std::move(name), probability});
+    }
+  } else if (words.is_array()) {
+    for (const Json& element : words) answer.words.push_back(wordOf(element, format, source));
+  } else {
+    throw Error(fmt::format("{}: the words must be {{LABEL: confidence, …}} or a list", source));
+  }
+  return answer;
+}
+
+WordBook::WordBook(Vocabulary vocabulary) : given_(true), vocabulary_(std::move(vocabulary)) {
+  for (std::size_t i = 0; i < vocabulary_->size(); ++i)
+    places_[(*vocabulary_)[i]].push_back(static_cast<std::uint32_t>(i));
+}
+
+const Vocabulary& WordBook::vocabulary() const {
+  if (!vocabulary_ || vocabulary_->size() != size()) {
+    if (labels_.empty())
+      throw Error("no words are known yet: they are discovered on the way; label some images first");
+    vocabulary_.emplace(labels_);
+  }
+  return *vocabulary_;
+}
+
+WordBook::Places WordBook::place(std::vector<Word> words, std::size_t best, const std::string& source) {
+  const auto surer = [](const Word& a, const Word& b) {
+    return a.probability != b.probability ? a.probability > b.probability : a.label < b.label;
+  };
+  if (discovers()) {  // new words come in an order that does not hang on how the answer was written
+    std::erase_if(words, [](const Word& word) { return word.probability == 0; });
+    std::ranges::sort(words, surer);
+    std::map<std::string_view, bool> seen;
+    std::vector<Word> once;
+    for (const Word& word : words)
+      if ((best == 0 || once.size() < best) && seen.emplace(word.label, true).second) once.push_back(word);
+    words = std::move(once);
+    for (const Word& word : words) {
+      if (places_.contains(word.label)) continue;
+      if (labels_.size() == kMostWords)
+        throw Error(fmt::format("{}: more than {} different words; give a label file", source, kMostWords));
+      places_[word.label].push_back(static_cast<std::uint32_t>(labels_.size()));
+      labels_.push_back(word.label);
+    }
+  }
+  std::map<std::string_view, std::size_t> times;
+  std::map<std::uint32_t, float> placed;
+  for (const Word& word : words) {
+    const auto found = places_.find(word.label);
+    if (found == places_.end()) continue;
+    const std::size_t nth = std::min(times[word.label]++, found->second.size() - 1);
+    float& value = placed[found->second[nth]];
+    value = std::max(value, word.probability);
+  }
+  Places places(placed.begin(), placed.end());
+  if (best > 0 && places.size() > best) {
+    std::ranges::stable_sort(places, std::ranges::greater{}, &Places::value_type::second);
+    places.resize(best);
+    std::ranges::sort(places);
+  }
+  return places;
+}
+
+LexicalDescriptor WordBook::toDescriptor(const Places& places) const {
+  LexicalDescriptor descriptor(size(), 0.0F);
+  for (const auto& [place, probability] : places) descriptor[place] = probability;
+  return descriptor;
+}
+
+}  // namespace estancia::io

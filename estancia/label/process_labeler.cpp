@@ -1,0 +1,203 @@
+#include "estancia/label/process_labeler.hpp"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "estancia/core/config.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/label_scores.hpp"
+#include "estancia/label/black_box.hpp"
+#include "estancia/label/line_process.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+using std::chrono::milliseconds;
+
+struct Settings {
+  LineProcess::Settings process;
+  milliseconds timeout{30'000};        ///< an image
+  milliseconds startTimeout{120'000};  ///< the first one: it may have to load a network
+  AnswerSettings answer;
+  std::string identity;
+};
+
+Settings readSettings(const ModelSpec& spec) {
+  ConfigFile config(spec.folder / "model.toml");
+  Settings settings;
+  settings.process.folder = spec.folder;
+  const auto seconds = [&](auto& n) {
+    return milliseconds(std::llround(1000 * config.number(n, 0.001, 86'400)));
+  };
+  auto keys = settings.answer.keys(config);
+  keys.push_back({"command", true, "the program and its arguments", [&](auto& n) {
+                    for (const auto& word : config.list(n))
+                      settings.process.command.push_back(config.text(word));
+                    if (settings.process.command.empty() || settings.process.command[0].empty())
+                      config.fail(n, "`command` must name a program: [\"python3\", \"my_labeler.py\"]");
+                  }});
+  keys.push_back(
+      {"timeout", false, "how long an image may take", [&](auto& n) { settings.timeout = seconds(n); }});
+  keys.push_back({"start_timeout", false, "how long the first image may take",
+                  [&](auto& n) { settings.startTimeout = seconds(n); }});
+  readBlackBox(config, std::move(keys));
+  const auto& command = settings.process.command;  // another script is another model
+  settings.identity =
+      blackBoxIdentity(spec, config, {command.begin(), command.end()}, {"timeout", "start_timeout"});
+  return settings;
+}
+
+/// A folder for nobody but us, gone in the end.
+class PrivateFolder {
+ public:
+  PrivateFolder() {
+    std::string pattern = (fs::temp_directory_path() / "estancia-XXXXXX").string();
+    if (mkdtemp(pattern.data()) == nullptr)
+      throw Error(
+          fmt::format("cannot make a folder for images ({}): {}; set TMPDIR to one that can be written",
+                      io::printable(pattern), std::strerror(errno)));
+    path_ = pattern;
+  }
+  ~PrivateFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  PrivateFolder(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(const PrivateFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// A file as long as the program may look at it.
+class PassingFile {
+ public:
+  PassingFile(fs::path path, const cv::Mat& bytes) : path_(std::move(path)) {
+    std::ofstream file(path_, std::ios::binary);
+    file.write(bytes.ptr<char>(), static_cast<std::streamsize>(bytes.total()));
+    file.close();
+    if (!file) throw Error(fmt::format("{}: cannot be written; is the disk full?", path_.string()));
+  }
+  ~PassingFile() {
+    std::error_code ignored;
+    fs::remove(path_, ignored);
+  }
+  PassingFile(const PassingFile&) = delete;
+  PassingFile& operator=(const PassingFile&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+class ProcessLabeler final : public Labeler {
+ public:
+  explicit ProcessLabeler(const ModelSpec& spec)
+      : source_("model " + spec.name), settings_(readSettings(spec)), book_(wordBook(spec)) {}
+
+  const Vocabulary& vocabulary() const override { return book_.vocabulary(); }
+  bool discovers() const override { return book_.discovers(); }
+  LexicalDescriptor adopt(std::span<const Word> words) override {
+    return describe(book_, {words.begin(), words.end()}, 0, source_);
+  }
+  std::string identity() const override { return settings_.identity; }
+
+  /// The picture as PNG: whole, and quickly packed.
+  Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override {
+    std::vector<unsigned char> png;
+    try {
+      cv::imencode(".png", bgr, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
+    } catch (const cv::Exception&) {
+      throw Error(fmt::format("{}: the image {} cannot be written as PNG", source_, frame));
+    }
+    return {cv::Mat(png, true).reshape(1, 1), frame, {}};
+  }
+
+  LexicalDescriptor infer(const Prepared& prepared) override {
+    const PassingFile image(folder_.path() / fmt::format("{:06}.png", number_++), prepared.input);
+    const io::Answer answer = ask(image.path());
+    if (!answer.error.empty()) throw FrameError(fmt::format("{}: {}", source_, answer.error));
+    return describe(book_, answer.words, settings_.answer.best, source_);
+  }
+
+ private:
+  io::Answer ask(const fs::path& image) {
+    using Outcome = LineProcess::Outcome;
+    for (bool again = false;; again = true) try {
+        if (!process_) {
+          process_.emplace(settings_.process);
+          hasAnswered_ = false;
+        }
+        std::string line;
+        const auto timeout = hasAnswered_ ? settings_.timeout : settings_.startTimeout;
+        const Outcome outcome = process_->ask(image.string(), timeout, line);
+        if (outcome == Outcome::answered) {
+          io::Answer answer = io::readAnswer(line, settings_.answer.format, source_);
+          requireAnswerTo(image, answer.image);
+          hasAnswered_ = true;
+          return answer;
+        }
+        const std::string what =
+            outcome == Outcome::hung
+                ? fmt::format(
+                      "gave no answer within {} s and was killed (does it flush stdout after each line?)",
+                      std::chrono::duration<double>(timeout).count())
+                : fmt::format("ended without an answer ({})", process_->end());
+        std::string words = process_->lastWords();
+        words = words.empty() ? "it wrote nothing to stderr" : "its last words: " + words;
+        // Who has not answered at all will not do so the second time either, and waiting is long.
+        const bool hopeless = outcome == Outcome::hung && !hasAnswered_;
+        process_.reset();
+        if (again || hopeless)
+          throw Error(
+              fmt::format("{}: the program {}{}; {}", source_, what, again ? ", twice in a row" : "", words));
+      } catch (const Interrupted&) {
+        process_.reset();
+        throw;
+      } catch (const Error& e) {
+        process_.reset();
+        const std::string message = e.what();
+        if (message.starts_with(source_)) throw;
+        throw Error(fmt::format("{}: the program {}", source_, message));
+      }
+  }
+
+  void requireAnswerTo(const fs::path& image, const std::string& answered) const {
+    if (answered == image.string() || answered == image.filename().string()) return;
+    if (answered.empty())
+      throw Error(fmt::format("{}: its answer does not say for which \"image\" it is", source_));
+    throw Error(fmt::format("{}: it answered for \"{}\" when asked for {}; one line for each, in order",
+                            source_, io::printable(answered.substr(0, 200)), image.string()));
+  }
+
+  std::string source_;
+  Settings settings_;
+  io::WordBook book_;
+  PrivateFolder folder_;
+  std::size_t number_ = 0;
+  std::optional<LineProcess> process_;
+  bool hasAnswered_ = false;  // this process, since it started
+};
+
+}  // namespace
+
+std::unique_ptr<Labeler> openProcess(const ModelSpec& spec) {
+  return std::make_unique<ProcessLabeler>(spec);
+}
+
+}  // namespace estancia

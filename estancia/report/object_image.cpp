@@ -1,0 +1,65 @@
+#include "estancia/report/object_image.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <opencv2/imgproc.hpp>
+
+#include "estancia/core/error.hpp"
+#include "estancia/report/text.hpp"
+
+namespace estancia::report {
+namespace {
+
+/// Colors that people tell apart, by Wong, Nature Methods 8 (2011), BGR.
+cv::Scalar colorOf(FusedAnswer::Source source) {
+  switch (source) {
+    case FusedAnswer::Source::both:
+      return {115, 158, 0};
+    case FusedAnswer::Source::shape:
+      return {178, 114, 0};
+    case FusedAnswer::Source::seen:
+      return {0, 159, 230};
+    case FusedAnswer::Source::none:
+      break;
+  }
+  return {128, 128, 128};
+}
+
+std::string captionOf(const PredictedObject& object, const std::vector<std::string>& words) {
+  const auto word = static_cast<std::size_t>(object.belief.word);
+  if (object.belief.word < 0) return fmt::format("{}", object.thing);
+  if (word >= words.size())
+    throw Error(fmt::format("thing {} is word {} of {}; give the words of its model", object.thing, word + 1,
+                            words.size()));
+  // OpenCV's font knows ASCII only.
+  std::string name = cleanText(words[word]);
+  std::ranges::replace_if(
+      name, [](char c) { return c < ' ' || c > '~'; }, '?');
+  return fmt::format("{} {} {:.0f}%", object.thing, name, 100 * object.belief.probability);
+}
+
+}  // namespace
+
+cv::Mat drawObjects(const cv::Mat& image, std::span<const PredictedObject> objects,
+                    const std::vector<std::string>& words) {
+  if (image.empty() || image.type() != CV_8UC3) throw Error("things are drawn into a BGR image of 8 bits");
+  cv::Mat drawn = image.clone();
+  const int font = cv::FONT_HERSHEY_SIMPLEX;
+  const double size = 0.4 * std::max(1., image.cols / 640.);
+  for (const PredictedObject& object : objects)
+    cv::rectangle(drawn, object.box, colorOf(object.belief.source), 2);
+  for (const PredictedObject& object : objects) {
+    const std::string caption = captionOf(object, words);
+    int below = 0;
+    const cv::Size text = cv::getTextSize(caption, font, size, 1, &below);
+    const cv::Point corner(std::clamp(object.box.x, 0, std::max(0, image.cols - text.width)),
+                           std::max(object.box.y, text.height + below));
+    cv::rectangle(drawn, corner + cv::Point(0, below), corner + cv::Point(text.width, -text.height),
+                  colorOf(object.belief.source), cv::FILLED);
+    cv::putText(drawn, caption, corner, font, size, cv::Scalar::all(255), 1, cv::LINE_AA);
+  }
+  return drawn;
+}
+
+}  // namespace estancia::report

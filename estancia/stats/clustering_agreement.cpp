@@ -1,0 +1,76 @@
+#include "estancia/stats/clustering_agreement.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <utility>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+/// Counts as doubles: exact up to 2⁵³, and their pairs are what the formulas want.
+using Counts = std::map<int, double>;
+
+double entropy(const Counts& counts, double total) {
+  double sum = 0;
+  for (const auto& [name, count] : counts) sum -= count / total * std::log(count / total);
+  return sum;
+}
+
+double pairs(double count) {
+  return count * (count - 1) / 2;
+}
+
+double share(double part, double whole) {  // rounding may leave the interval by an ulp
+  return whole <= 0 ? 1 : std::clamp(part / whole, 0.0, 1.0);
+}
+
+}  // namespace
+
+Agreement measureAgreement(std::span<const int> truth, std::span<const int> clusters) {
+  if (truth.size() != clusters.size())
+    throw Error(
+        fmt::format("{} true classes cannot be compared with {} cluster numbers; give one of each an item",
+                    truth.size(), clusters.size()));
+  if (truth.empty()) throw Error("a clustering of nothing cannot be judged; give at least one item");
+
+  std::map<std::pair<int, int>, double> joint;  // (cluster, class)
+  Counts classes, sizes, largest;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    ++joint[{clusters[i], truth[i]}];
+    ++classes[truth[i]];
+    ++sizes[clusters[i]];
+  }
+  const auto total = static_cast<double>(truth.size());
+
+  double information = 0, pairsTogether = 0, correct = 0;
+  for (const auto& [key, count] : joint) {
+    information += count / total * std::log(total * count / (sizes[key.first] * classes[key.second]));
+    pairsTogether += pairs(count);
+    largest[key.first] = std::max(largest[key.first], count);
+  }
+  for (const auto& [cluster, count] : largest) correct += count;
+
+  Agreement result;
+  result.homogeneity = share(information, entropy(classes, total));
+  result.completeness = share(information, entropy(sizes, total));
+  const double sum = result.homogeneity + result.completeness;
+  result.vMeasure = sum > 0 ? 2 * result.homogeneity * result.completeness / sum : 0;
+  result.purity = correct / total;
+
+  double pairsInClasses = 0, pairsInClusters = 0;
+  for (const auto& [name, count] : classes) pairsInClasses += pairs(count);
+  for (const auto& [name, count] : sizes) pairsInClusters += pairs(count);
+  const double expected = total > 1 ? pairsInClasses * pairsInClusters / pairs(total) : 0;
+  const double best = (pairsInClasses + pairsInClusters) / 2;
+  // Equal only when both are one cluster, or both are all singletons: the same partition.
+  result.adjustedRandIndex = best == expected ? 1 : (pairsTogether - expected) / (best - expected);
+  return result;
+}
+
+}  // namespace estancia

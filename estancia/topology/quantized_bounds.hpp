@@ -1,0 +1,44 @@
+// Rough copies of many vectors, a byte a value: they tell quickly, and with certainty, which few can be the
+// nearest.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace estancia {
+
+/// Holds vectors quantized to 8 bits with the exact norm of each one's rounding error. For a query it bounds
+/// every dot product from above (Cauchy–Schwarz on the errors), at a quarter of the memory traffic of
+/// float32.
+class QuantizedUpperBounds {
+ public:
+  explicit QuantizedUpperBounds(std::size_t length);
+
+  static constexpr std::size_t mostLength = 100'000;  ///< longer dot products could overflow 32 bits
+
+  /// Sets vector `slot`, appending when slot = size().
+  void set(std::size_t slot, std::span<const float> vector);
+  /// Removes `slot`; the last vector takes its place.
+  void remove(std::size_t slot);
+  std::size_t size() const { return rows_.size(); }
+
+  /// upper[i] ≥ dot(vector i, query), for all i; `upper` has size() values.
+  void upperBounds(std::span<const float> query, std::span<float> upper) const;
+
+ private:
+  struct Row {
+    float scale;      ///< value ≈ scale · byte
+    float roughNorm;  ///< ‖scale · bytes‖
+    float errorNorm;  ///< ‖value − scale · bytes‖
+  };
+  Row quantize(std::span<const float> vector, std::int8_t* bytes) const;
+
+  std::size_t length_;
+  std::size_t stride_;  ///< length_ rounded up to whole cache lines
+  std::vector<std::int8_t> bytes_;
+  std::vector<Row> rows_;
+};
+
+}  // namespace estancia

@@ -1,0 +1,225 @@
+// Pictures of things: cut out of a picture, or drawn from points.
+#include "estancia/cloud/crop_object.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::errorOf;
+using ::testing::HasSubstr;
+
+using Background = CropOptions::Background;
+const cv::Vec3b kGray(128, 128, 128);
+
+/// 40 × 30 pixels, each of which tells its place.
+cv::Mat places() {
+  cv::Mat picture(30, 40, CV_8UC3);
+  for (int v = 0; v < 30; ++v)
+    for (int u = 0; u < 40; ++u)
+      picture.at<cv::Vec3b>(v, u) = cv::Vec3b(static_cast<uchar>(u), static_cast<uchar>(v), 200);
+  return picture;
+}
+
+CropOptions with(Background background, double margin = 0, double crop = 0.875) {
+  CropOptions options;
+  options.background = background;
+  options.margin = margin;
+  options.crop = crop;
+  return options;
+}
+
+TEST(Patch, MiddleOfTheSquareHoldsTheThing) {
+  const cv::Mat patch = cropObject(places(), {10, 12, 14, 6});
+  ASSERT_EQ(patch.size(), cv::Size(16, 16));  // 14 / 0.875
+  EXPECT_EQ(patch.at<cv::Vec3b>(0, 0), cv::Vec3b(9, 7, 200));
+  EXPECT_EQ(patch.at<cv::Vec3b>(15, 15), cv::Vec3b(24, 22, 200));
+  EXPECT_EQ(cropObject(places(), {10, 12, 4, 8}, {}, with(Background::kept, 0, 1)).size(), cv::Size(8, 8));
+  EXPECT_EQ(cropObject(places(), {10, 12, 4, 8}, {}, with(Background::kept, 0.25, 1)).size(), cv::Size(12, 12));
+}
+
+TEST(Patch, GrayBeyondThePicture) {
+  const cv::Mat patch = cropObject(places(), {0, 0, 14, 14});
+  ASSERT_EQ(patch.size(), cv::Size(16, 16));
+  EXPECT_EQ(patch.at<cv::Vec3b>(0, 5), kGray);
+  EXPECT_EQ(patch.at<cv::Vec3b>(5, 0), kGray);
+  EXPECT_EQ(patch.at<cv::Vec3b>(1, 1), cv::Vec3b(0, 0, 200));
+  const cv::Mat whole = cropObject(places(), {0, 0, 40, 30});
+  ASSERT_EQ(whole.size(), cv::Size(46, 46));
+  EXPECT_EQ(whole.at<cv::Vec3b>(45, 45), kGray);
+  EXPECT_EQ(whole.at<cv::Vec3b>(8, 3), cv::Vec3b(0, 0, 200));
+}
+
+TEST(Patch, BackgroundMayBePaintedOver) {
+  cv::Mat mask = cv::Mat::zeros(30, 40, CV_8U);
+  mask({10, 12, 2, 1}).setTo(255);
+  mask.at<uchar>(25, 39) = 255;  // no part of the box
+  const cv::Rect box(10, 12, 2, 2);
+  const cv::Mat gray = cropObject(places(), box, mask, with(Background::gray, 0, 1));
+  EXPECT_EQ(gray.at<cv::Vec3b>(0, 1), cv::Vec3b(11, 12, 200));
+  EXPECT_EQ(gray.at<cv::Vec3b>(1, 1), kGray);
+  const cv::Mat mean = cropObject(places(), box, mask, with(Background::mean, 1, 1));
+  ASSERT_EQ(mean.size(), cv::Size(6, 6));
+  EXPECT_EQ(mean.at<cv::Vec3b>(2, 3), cv::Vec3b(11, 12, 200));
+  EXPECT_NEAR(mean.at<cv::Vec3b>(5, 5)[0], 10.5, 0.51);
+  EXPECT_EQ(mean.at<cv::Vec3b>(5, 5)[1], 12);
+  const cv::Mat kept = cropObject(places(), box, mask, with(Background::kept, 0, 1));
+  EXPECT_EQ(kept.at<cv::Vec3b>(1, 1), cv::Vec3b(11, 13, 200));
+}
+
+TEST(Patch, RefusesWhatIsNoThingInAPicture) {
+  const cv::Mat picture = places(), mask(30, 40, CV_8U, cv::Scalar(1));
+  const auto problem = [&](const cv::Rect& box, const cv::Mat& m = {}, const CropOptions& options = {}) {
+    return errorOf([&] { cropObject(picture, box, m, options); });
+  };
+  constexpr int huge = std::numeric_limits<int>::max();
+  for (const cv::Rect& box :
+       {cv::Rect(0, 0, 0, 5), cv::Rect(-1, 0, 5, 5), cv::Rect(36, 0, 5, 5), cv::Rect(0, 28, 3, 3),
+        cv::Rect(huge, 0, 5, 5), cv::Rect(1, 1, huge, huge), cv::Rect(0, 0, -4, 4)})
+    EXPECT_THAT(problem(box), HasSubstr("does not lie in the picture")) << box;
+  const cv::Rect box(1, 1, 5, 5);
+  EXPECT_EQ(problem(box, mask, with(Background::mean)), "");
+  EXPECT_THAT(problem(box, {}, with(Background::mean)), HasSubstr("its background cannot be replaced"));
+  EXPECT_THAT(problem(box, mask(cv::Rect(0, 0, 20, 20))), HasSubstr("a mask of 20 × 20"));
+  EXPECT_THAT(problem(box, cv::Mat(30, 40, CV_32S, cv::Scalar(1))), HasSubstr("8 bits"));
+  EXPECT_THAT(problem(box, cv::Mat::zeros(30, 40, CV_8U), with(Background::mean)),
+              HasSubstr("marks nothing"));
+  for (const double margin : {-0.1, 4.1, std::nan("")})
+    EXPECT_THAT(problem(box, {}, with(Background::kept, margin)), HasSubstr("margin"));
+  for (const double crop : {0.0, 1.1, std::nan("")})
+    EXPECT_THAT(problem(box, {}, with(Background::kept, 0, crop)), HasSubstr("crop"));
+  EXPECT_THAT(errorOf([] { cropObject({}, {0, 0, 1, 1}); }), HasSubstr("three channels"));
+  EXPECT_THAT(errorOf([] { cropObject(cv::Mat(9, 9, CV_8U), {0, 0, 1, 1}); }), HasSubstr("three channels"));
+  const cv::Mat wide = cv::Mat::zeros(1, 9000, CV_8UC3);
+  EXPECT_THAT(errorOf([&] {
+                cropObject(wide, {0, 0, 9000, 1}, {}, with(Background::kept, 4));
+              }),
+              HasSubstr("wider than"));
+}
+
+PointCloud cloudOf(const std::vector<cv::Point3f>& points, const std::vector<cv::Vec3b>& colors = {}) {
+  PointCloud cloud;
+  cloud.points = points;
+  cloud.colors = colors;
+  cloud.width = points.size();
+  cloud.height = 1;
+  return cloud;
+}
+
+/// A board that stands upright and looks along `azimuth`: 24 cm wide, 12 cm high, its upper half red.
+PointCloud board(double azimuth, double depth = 0) {
+  PointCloud cloud;
+  for (int i = -60; i < 60; ++i)
+    for (int k = -30; k < 30; ++k) {
+      const double along = 0.002 * i, up = 0.002 * k;
+      cloud.points.emplace_back(static_cast<float>(-std::sin(azimuth) * along + depth * std::cos(azimuth)),
+                                static_cast<float>(std::cos(azimuth) * along + depth * std::sin(azimuth)),
+                                static_cast<float>(up));
+      cloud.colors.push_back(k < 0 ? cv::Vec3b(0, 255, 0) : cv::Vec3b(0, 0, 255));
+    }
+  cloud.width = cloud.points.size();
+  cloud.height = 1;
+  return cloud;
+}
+
+int pixelsOf(const cv::Mat& picture, const cv::Vec3b& color) {
+  cv::Mat same;
+  cv::inRange(picture, color, color, same);
+  return cv::countNonZero(same);
+}
+
+cv::Rect extentOf(const cv::Mat& picture) {
+  cv::Mat background;
+  cv::inRange(picture, kGray, kGray, background);
+  return cv::boundingRect(background == 0);
+}
+
+TEST(RenderedPatch, SeesTheBoardFromItsFaceAndUpright) {
+  for (const int degrees : {0, 30, 75, 120, 285}) {
+    const cv::Mat picture = renderObject(board(degrees * CV_PI / 180), 200);
+    ASSERT_EQ(picture.size(), cv::Size(200, 200));
+    const cv::Rect extent = extentOf(picture);
+    EXPECT_NEAR(extent.width, 175, 8) << degrees;
+    EXPECT_NEAR(extent.height, 87, 8) << degrees;
+    EXPECT_EQ(picture.at<cv::Vec3b>(80, 100), cv::Vec3b(0, 0, 255)) << degrees;
+    EXPECT_EQ(picture.at<cv::Vec3b>(120, 100), cv::Vec3b(0, 255, 0)) << degrees;
+    const cv::Rect inside(extent.x + 4, extent.y + 4, extent.width - 8, extent.height - 8);
+    EXPECT_EQ(pixelsOf(picture(inside), kGray), 0) << degrees << ": no holes between the points";
+  }
+}
+
+TEST(RenderedPatch, TheNearestIsInFront) {
+  PointCloud near = board(0, 0.05), far = board(0, -0.05);
+  near.colors.assign(near.points.size(), {0, 0, 255});
+  far.colors.assign(far.points.size(), {255, 0, 0});
+  for (auto& p : far.points) p = {p.x, p.y * 0.5F, p.z * 0.5F};  // hidden, seen from the front
+  for (const bool nearFirst : {false, true}) {
+    PointCloud both = nearFirst ? near : far;
+    const PointCloud& second = nearFirst ? far : near;
+    both.points.insert(both.points.end(), second.points.begin(), second.points.end());
+    both.colors.insert(both.colors.end(), second.colors.begin(), second.colors.end());
+    both.width = both.points.size();
+    EXPECT_EQ(renderObject(both).at<cv::Vec3b>(149, 149), cv::Vec3b(0, 0, 255)) << nearFirst;
+  }
+}
+
+TEST(RenderedPatch, MarginMakesTheThingSmaller) {
+  const cv::Rect wide = extentOf(renderObject(board(0), 200, with(Background::kept, 0, 1)));
+  const cv::Rect narrow = extentOf(renderObject(board(0), 200, with(Background::kept, 0.5, 1)));
+  EXPECT_NEAR(wide.width, 200, 1);
+  EXPECT_NEAR(narrow.width, 100, 8);
+}
+
+TEST(RenderedPatch, WithoutColorsTheNearIsBright) {
+  PointCloud ball;
+  for (int i = 0; i < 4000; ++i) {  // spread evenly (Fibonacci)
+    const double z = 1 - (2 * i + 1) / 4000.0, r = std::sqrt(1 - z * z), a = i * 2.399963;
+    ball.points.emplace_back(static_cast<float>(r * std::cos(a)), static_cast<float>(r * std::sin(a)),
+                             static_cast<float>(z));
+  }
+  ball.width = ball.points.size();
+  ball.height = 1;
+  const cv::Mat picture = renderObject(ball, 200);
+  const cv::Vec3b &middle = picture.at<cv::Vec3b>(100, 100), &side = picture.at<cv::Vec3b>(100, 180);
+  EXPECT_EQ(middle[0], middle[2]);
+  EXPECT_GT(middle[0], 200);
+  EXPECT_LT(side[0], middle[0] - 20);
+}
+
+TEST(RenderedPatch, ScaleDoesNotMatter) {
+  PointCloud cloud = board(0.3);
+  const cv::Mat before = renderObject(cloud, 100);
+  for (auto& p : cloud.points) p *= 1024.F;
+  EXPECT_EQ(cv::norm(before, renderObject(cloud, 100), cv::NORM_INF), 0);
+}
+
+TEST(RenderedPatch, FewFarAndMissingPoints) {
+  constexpr float none = std::numeric_limits<float>::quiet_NaN(), far = 3e38F;
+  EXPECT_EQ(extentOf(renderObject(cloudOf({{1, 2, 3}, {none, 0, 0}}), 100)), cv::Rect(48, 48, 5, 5));
+  EXPECT_GT(extentOf(renderObject(cloudOf({{-far, 0, 0}, {far, far, -far}}), 100)).width, 50);
+  EXPECT_GT(extentOf(renderObject(cloudOf({{0, 0, 0}, {1, 0, 0}}), 100)).width, 70);  // a line has no face
+  EXPECT_EQ(extentOf(renderObject(cloudOf({{0, 0, 0}, {1, 0, 0}}), 1)).width, 1);
+  EXPECT_THAT(errorOf([&] {
+                renderObject(cloudOf({{none, 0, 0}}));
+              }),
+              HasSubstr("no point of the cloud is finite"));
+  EXPECT_THAT(errorOf([&] { renderObject({}); }), HasSubstr("no point of the cloud is finite"));
+  EXPECT_THAT(errorOf([&] {
+                renderObject(cloudOf({{1, 2, 3}}, {{1, 2, 3}, {4, 5, 6}}));
+              }),
+              HasSubstr("colors"));
+  for (const int size : {0, -1, 5000})
+    EXPECT_THAT(errorOf([&] { renderObject(board(0), size); }), HasSubstr("1 … 4096"));
+  EXPECT_THAT(errorOf([&] { renderObject(board(0), 100, with(Background::kept, -1)); }), HasSubstr("margin"));
+}
+
+}  // namespace
+}  // namespace estancia

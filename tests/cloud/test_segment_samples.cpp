@@ -1,0 +1,111 @@
+// What stands for the pieces of a depth picture, and which of them are compared: never more than so many.
+#include "estancia/cloud/segment_samples.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <opencv2/core.hpp>
+#include <set>
+
+#include "estancia/cloud/clusters.hpp"
+#include "estancia/cloud/planes.hpp"
+
+namespace estancia {
+namespace {
+
+using ::testing::UnorderedElementsAre;
+
+const CameraIntrinsics kCamera{640, 480, 525, 525, 319.5, 239.5};
+
+/// Tiles of 12 pixels, each at another depth than those around it: some 1,800 pieces.
+cv::Mat tiles(float nearest) {
+  cv::Mat depth(480, 640, CV_32F);
+  for (int v = 0; v < depth.rows; ++v)
+    for (int u = 0; u < depth.cols; ++u) {
+      const int column = u / 12, row = v / 12;
+      depth.at<float>(v, u) = nearest * (1 + 0.02F * static_cast<float>((5 * column + 3 * row) % 13));
+    }
+  return depth;
+}
+
+/// A shape as large as a point.
+SegmentSamples dot(std::uint32_t piece, const cv::Point3f& at) {
+  return {.piece = piece, .surface = {at}, .border = {at}, .low = at, .high = at, .x = {}, .y = {}, .z = {}};
+}
+
+TEST(Shapes, TheLargestOfManyPieces) {
+  for (const float nearest : {0.02F, 0.6F}) {
+    const ClusterOptions options;
+    const InverseDepth grid = inverseDepth(tiles(nearest), kCamera, 1);
+    const WithoutPlanes scene = removePlanes(grid, options);
+    const Segmentation pieces =
+        oversegment(grid, scene.rest, concaveCreases(grid, scene.rest, options.crease, options.threads));
+    ASSERT_GT(pieces.sizes.size(), 3 * kMaxSegmentSamples);
+    const std::vector<SegmentSamples> shapes = sampleSegments(grid, scene.rest, pieces);
+    ASSERT_EQ(shapes.size(), kMaxSegmentSamples);
+    EXPECT_TRUE(std::ranges::is_sorted(shapes, {}, &SegmentSamples::piece));
+    std::set<std::uint32_t> taken;
+    std::uint32_t smallest = pieces.sizes[shapes.front().piece], largestLeft = 0;
+    for (const SegmentSamples& shape : shapes) {
+      taken.insert(shape.piece);
+      smallest = std::min(smallest, pieces.sizes[shape.piece]);
+      EXPECT_FALSE(shape.surface.empty() || shape.border.empty());
+    }
+    ASSERT_EQ(taken.size(), kMaxSegmentSamples);
+    for (std::uint32_t i = 1; i < pieces.sizes.size(); ++i)
+      if (!taken.contains(i)) largestLeft = std::max(largestLeft, pieces.sizes[i]);
+    EXPECT_GE(smallest, largestLeft);
+    EXPECT_EQ(nearPairs(shapes, pieces, 0.2).size(), kMaxPairs) << nearest;  // of tens of thousands
+  }
+}
+
+TEST(Shapes, NearPairsThatDoNotTouch) {
+  const std::vector<SegmentSamples> shapes{dot(1, {0, 0, 1}), dot(3, {0.1F, 0, 1}), dot(4, {0.25F, 0, 1}),
+                                  dot(7, {0.25F, 0, 3})};
+  Segmentation pieces;
+  EXPECT_THAT(nearPairs(shapes, pieces, 0.2), UnorderedElementsAre(std::pair(0U, 1U), std::pair(1U, 2U)));
+  pieces.touching = {{1, 3}};
+  EXPECT_THAT(nearPairs(shapes, pieces, 0.2), UnorderedElementsAre(std::pair(1U, 2U)));
+}
+
+TEST(Shapes, TheNearestOfManyPairs) {
+  std::vector<SegmentSamples> shapes;
+  for (std::uint32_t i = 0; i < kMaxSegmentSamples; ++i)
+    shapes.push_back(dot(i + 1, {static_cast<float>(i * i) * 1e-7F, 0, 1}));
+  const auto apart = [&](std::size_t i, std::size_t j) {
+    return std::abs(shapes[i].low.x - shapes[j].low.x);
+  };
+  const auto chosen = nearPairs(shapes, {}, 0.2);
+  const std::set pairs(chosen.begin(), chosen.end());
+  ASSERT_EQ(pairs.size(), kMaxPairs);
+  float farthest = 0, nearestLeft = 1;
+  for (std::uint32_t i = 0; i < shapes.size(); ++i)
+    for (std::uint32_t j = i + 1; j < shapes.size(); ++j) {
+      if (pairs.contains({i, j}))
+        farthest = std::max(farthest, apart(i, j));
+      else
+        nearestLeft = std::min(nearestLeft, apart(i, j));
+    }
+  EXPECT_LE(farthest, nearestLeft);
+}
+
+TEST(Shapes, CrowdedPicturesAreTheSameOnAnyThreads) {
+  const cv::Mat depth = tiles(0.6F);
+  ClusterOptions options;
+  options.least = 1;
+  options.threads = 1;
+  const Clusters one = findClusters(depth, kCamera, options);
+  std::size_t points = 0;
+  for (const Cluster& cluster : one.clusters) points += cluster.points.size();
+  EXPECT_TRUE(one.planes.empty());
+  EXPECT_EQ(points, depth.total());
+  options.threads = 3;
+  const Clusters three = findClusters(depth, kCamera, options);
+  ASSERT_EQ(one.clusters.size(), three.clusters.size());
+  for (std::size_t i = 0; i < one.clusters.size(); ++i)
+    EXPECT_EQ(one.clusters[i].points, three.clusters[i].points);
+}
+
+}  // namespace
+}  // namespace estancia

@@ -1,0 +1,218 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "estancia/core/error.hpp"
+#include "estancia/objects/pseudo_labels.hpp"
+#include "estancia/objects/object_model.hpp"
+#include "made_up.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+
+using test::errorOf;
+using test::madeUpThings;
+using test::MadeUpThings;
+using test::rows;
+using test::saying;
+using testing::Each;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+ClassifierOptions quick() {
+  ClassifierOptions options;
+  options.c = 3;
+  options.gamma = 1;
+  return options;
+}
+
+const Features& noShapes() {
+  static const Features none{{}, {}, DescriptorMatrix(0)};
+  return none;
+}
+
+std::vector<int> names(PseudoLabeling naming, const ClassProbabilities& shares, const std::vector<int>& instances,
+                       const Features& shapes = noShapes()) {
+  Progress silent;
+  return assignPseudoLabels(naming, shares, instances, shapes, quick(), silent);
+}
+
+TEST(Names, AreFoundByTheirOwnNames) {
+  EXPECT_EQ(getPseudoLabeling("top"), PseudoLabeling::top);
+  EXPECT_EQ(getPseudoLabeling("voted"), PseudoLabeling::voted);
+  EXPECT_EQ(getPseudoLabeling("confident"), PseudoLabeling::confident);
+  EXPECT_EQ(pseudoLabelings().size(), 3U);
+  EXPECT_THAT(errorOf([] { getPseudoLabeling("best"); }), HasSubstr("top, voted, confident"));
+}
+
+TEST(Names, TopIsTheLikeliestOfEachSample) {
+  const ClassProbabilities said{rows({{0.1F, 0.9F}, {0.5F, 0.5F}, {0, 0}}), {1, 1, 0}};
+  EXPECT_THAT(names(PseudoLabeling::top, said, {0, 0, 0}), ElementsAre(1, 0, -1));
+}
+
+TEST(Names, VotedPoolsAllThatIsSaidOfAThing) {
+  const ClassProbabilities said{rows({{0.6F, 0.4F}, {0.6F, 0.4F}, {0.05F, 0.95F}, {0, 0}, {0.9F, 0.1F}, {0, 0}}),
+                        {1, 1, 1, 0, 1, 0}};
+  // The sure answer outweighs two doubtful ones; what is silent goes with its thing.
+  EXPECT_THAT(names(PseudoLabeling::voted, said, {7, 7, 7, 7, -2, 5}), ElementsAre(1, 1, 1, 1, 0, -1));
+}
+
+TEST(Names, NothingSaidIsNoName) {
+  const ClassProbabilities silent{rows({{0, 0}, {0, 0}}), {0, 0}};
+  const MadeUpThings two = madeUpThings(1, 1, 2, 1);
+  for (const PseudoLabeling naming : {PseudoLabeling::top, PseudoLabeling::voted, PseudoLabeling::confident})
+    EXPECT_THAT(names(naming, silent, {0, 1}, two.shapes), ElementsAre(-1, -1));
+  const ClassProbabilities none{DescriptorMatrix(2), {}};
+  for (const PseudoLabeling naming : {PseudoLabeling::top, PseudoLabeling::voted, PseudoLabeling::confident})
+    EXPECT_THAT(names(naming, none, {}), ElementsAre());
+}
+
+TEST(Names, DifferentNumbersOfSamplesAreRefused) {
+  const ClassProbabilities said = saying({0, 1, 1}, 2);
+  for (const PseudoLabeling naming : {PseudoLabeling::top, PseudoLabeling::voted, PseudoLabeling::confident})
+    EXPECT_THAT(errorOf([&] { names(naming, said, {0, 1}); }), HasSubstr("3 samples have answers, but 2"));
+  EXPECT_THAT(errorOf([&] {
+                names(PseudoLabeling::confident, said, {0, 1, 2}, madeUpThings(1, 1, 2, 1).shapes);
+              }),
+              HasSubstr("but 2 have a shape"));
+}
+
+TEST(Names, ConfidentLeavesOutWhatShapesSpeakAgainst) {
+  const MadeUpThings things = madeUpThings(4, 5, 8, 1);
+  std::vector<int> wrong = things.words;
+  for (std::size_t i = 0; i < wrong.size(); i += 5) wrong[i] = (wrong[i] + 1 + static_cast<int>(i) % 3) % 4;
+  const std::vector<int> kept = names(PseudoLabeling::confident, saying(wrong, 4), things.instances, things.shapes);
+  std::size_t wrongBefore = 0, wrongAfter = 0, rightLost = 0;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    ASSERT_TRUE(kept[i] == -1 || kept[i] == wrong[i]);
+    wrongBefore += wrong[i] != things.words[i] ? 1 : 0;
+    wrongAfter += kept[i] >= 0 && kept[i] != things.words[i] ? 1 : 0;
+    rightLost += kept[i] < 0 && wrong[i] == things.words[i] ? 1 : 0;
+  }
+  EXPECT_EQ(wrongBefore, 32U);
+  EXPECT_LT(wrongAfter, wrongBefore / 4);
+  EXPECT_LT(rightLost, 10U);
+}
+
+/// A word that cannot be held out is not doubted, and one word alone has nothing to be told from.
+TEST(Names, ConfidentDoubtsNothingThatItCannotJudge) {
+  MadeUpThings things = madeUpThings(3, 3, 8, 1);
+  for (std::size_t i = 0; i < things.words.size(); ++i)
+    if (things.words[i] == 2) things.instances[i] = 100;
+  std::vector<int> few = things.words;
+  int seen = 0;  // word 2: one thing of two samples; nothing is said of the others
+  for (int& word : few)
+    if (word == 2 && ++seen > 2) word = -1;
+  ClassProbabilities said{DescriptorMatrix(3), std::vector<float>(few.size(), 1)};
+  for (const int word : few) {
+    std::vector<float> row(3);
+    if (word >= 0) row[static_cast<std::size_t>(word)] = 1;
+    said.shares.append(row);
+  }
+  const std::vector<int> kept = names(PseudoLabeling::confident, said, things.instances, things.shapes);
+  EXPECT_EQ(std::ranges::count(kept, 2), 2);
+  const ClassProbabilities alike = saying(std::vector<int>(things.words.size(), 1), 3);
+  EXPECT_THAT(names(PseudoLabeling::confident, alike, things.instances, things.shapes), Each(1));
+}
+
+TEST(Noise, SwapsAsManyAsAsked) {
+  std::vector<int> words, instances;
+  for (int i = 0; i < 100; ++i) {
+    words.push_back(i % 4);
+    instances.push_back(i / 10);
+  }
+  const ClassProbabilities said = saying(words, 4);
+  const auto changed = [&](NoiseKind kind, double rate, std::uint64_t seed) {
+    const ClassProbabilities noisy = withNoise(said, kind, rate, instances, seed);
+    std::set<std::size_t> rows;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      std::vector<float> before(said.shares.row(i).begin(), said.shares.row(i).end()),
+          after(noisy.shares.row(i).begin(), noisy.shares.row(i).end());
+      if (test::best(after) != words[i]) rows.insert(i);
+      if (kind == NoiseKind::pair && rows.contains(i)) {
+        EXPECT_EQ(test::best(after), (words[i] + 1) % 4);
+      }
+      std::ranges::sort(before);
+      std::ranges::sort(after);
+      EXPECT_EQ(before, after) << "the distribution is another";
+    }
+    EXPECT_EQ(noisy.mass, said.mass);
+    return rows;
+  };
+  for (const NoiseKind kind : {NoiseKind::view, NoiseKind::pair}) {
+    EXPECT_EQ(changed(kind, 0, 1).size(), 0U);
+    EXPECT_EQ(changed(kind, 0.2, 1).size(), 20U);
+    EXPECT_EQ(changed(kind, 1, 1).size(), 100U);
+    EXPECT_EQ(changed(kind, 0.2, 1), changed(kind, 0.2, 1));
+    EXPECT_NE(changed(kind, 0.2, 1), changed(kind, 0.2, 2));
+    EXPECT_TRUE(std::ranges::includes(changed(kind, 0.4, 1), changed(kind, 0.2, 1)));
+  }
+  EXPECT_THAT(errorOf([&] { withNoise(said, NoiseKind::view, 1.5, instances, 1); }), HasSubstr("not 1.5"));
+}
+
+TEST(Noise, MisnamesWholeThingsAlike) {
+  std::vector<int> instances(100);
+  for (int i = 0; i < 100; ++i) instances[static_cast<std::size_t>(i)] = i / 10;
+  std::vector<int> words(100, 1);
+  words[3] = 2;  // the labeler was wrong about one view
+  const ClassProbabilities noisy = withNoise(saying(words, 4), NoiseKind::instance, 0.3, instances, 4);
+  int misnamed = 0;
+  for (std::size_t thing = 0; thing < 10; ++thing) {
+    std::set<int> called;
+    for (std::size_t i = 10 * thing; i < 10 * thing + 10; ++i)
+      if (i != 3) called.insert(test::best(noisy.shares.row(i)));
+    EXPECT_EQ(called.size(), 1U);
+    misnamed += *called.begin() != 1 ? 1 : 0;
+  }
+  EXPECT_EQ(misnamed, 3);
+}
+
+TEST(Noise, WhereNothingIsSaidNothingIsSwapped) {
+  const ClassProbabilities said{rows({{0, 0, 0}, {0.2F, 0.7F, 0.1F}, {0, 0, 0}}), {0, 1, 0}};
+  const std::vector<int> instances{0, 0, 1};
+  for (const NoiseKind kind : {NoiseKind::view, NoiseKind::pair}) {
+    const ClassProbabilities noisy = withNoise(said, kind, 1, instances, 1);
+    EXPECT_THAT(noisy.shares.row(0), Each(0));
+    EXPECT_NE(test::best(noisy.shares.row(1)), 1);
+  }
+  const ClassProbabilities one{rows({{1}, {1}}), {1, 1}};
+  EXPECT_EQ(withNoise(one, NoiseKind::view, 1, {}, 1).shares.values(), one.shares.values());
+  EXPECT_EQ(withNoise({DescriptorMatrix(3), {}}, NoiseKind::instance, 0.5, {}, 1).shares.size(), 0U);
+}
+
+/// What the vote is for: independent errors about single views do not reach the classifier.
+TEST(Names, TheVoteWithstandsNoiseThatTopDoesNot) {
+  const int words = 12;
+  const test::Manner manner{24, 0.3, 1.0};
+  const MadeUpThings train = madeUpThings(words, 1, 10, 1, manner),
+                     asked = madeUpThings(words, 1, 40, 2, manner);
+  const auto accuracy = [&](PseudoLabeling naming, double rate, std::uint64_t seed) {
+    Progress silent;
+    ClassifierOptions options;
+    options.c = 10;
+    options.gamma = 1;
+    const ClassProbabilities said =
+        withNoise(saying(train.words, words), NoiseKind::view, rate, train.instances, seed);
+    const ObjectTraining training{test::madeUpStudy(words),
+                                  {},
+                                  train.shapes,
+                                  assignPseudoLabels(naming, said, train.instances, train.shapes, options, silent),
+                                  train.instances,
+                                  "",
+                                  {}};
+    return test::shareRight(ObjectModel::train(training, options, silent).predict(asked.shapes), asked.words);
+  };
+  double topLoses = 0, votedLoses = 0;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    topLoses += (accuracy(PseudoLabeling::top, 0, seed) - accuracy(PseudoLabeling::top, 0.2, seed)) / 3;
+    votedLoses += (accuracy(PseudoLabeling::voted, 0, seed) - accuracy(PseudoLabeling::voted, 0.2, seed)) / 3;
+  }
+  EXPECT_LE(votedLoses, 0.05);
+  EXPECT_GT(topLoses, 0.05);
+}
+
+}  // namespace
+}  // namespace estancia
