@@ -15,7 +15,7 @@ void show(bool json) {
   if (json) {
     auto models = nlohmann::ordered_json::array();
     for (const auto& use : usage)
-      models.push_back({{"model", use.model}, {"frames", use.pictures}, {"bytes", use.bytes}});
+      models.push_back({{"model", use.model}, {"frames", use.images}, {"bytes", use.bytes}});
     print({{"folder", cache.folder().string()},
            {"bytes", total},
            {"limit", cache.limit()},
@@ -23,7 +23,7 @@ void show(bool json) {
     return;
   }
   for (const auto& use : usage)
-    fmt::print("{:>9.1f} MB {:>9} frames  {}\n", static_cast<double>(use.bytes) / 1e6, use.pictures,
+    fmt::print("{:>9.1f} MB {:>9} frames  {}\n", static_cast<double>(use.bytes) / 1e6, use.images,
                use.model);
   fmt::print("{:.1f} of at most {:.0f} MB in {}\n", static_cast<double>(total) / 1e6,
              static_cast<double>(cache.limit()) / 1e6, cache.folder().string());

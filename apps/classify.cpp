@@ -233,7 +233,7 @@ std::string csvOf(const RoomPredictions& said, const std::vector<Frame>& frames,
   return text;
 }
 
-/// One sequence, or any number of single pictures.
+/// One sequence, or any number of single images.
 std::vector<std::string> pathsToPredict(const Arguments& arguments) {
   std::vector<std::string> paths{arguments.source.path};
   paths.insert(paths.end(), arguments.images.begin(), arguments.images.end());
@@ -382,7 +382,7 @@ void addTrain(CLI::App& classify, const Shared& arguments) {
       "  estancia classify train ~/pictures -o rooms.classifier\n"
       "  estancia classify train nyu -o rooms.classifier --split train --only kitchen,bathroom,bedroom\n"
       "  estancia classify train table.csv -o table.classifier --descriptor g+d\n"
-      "  estancia classify train pictures.labels --rooms rooms.csv -o rooms.classifier --classifier forest");
+      "  estancia classify train images.labels --rooms rooms.csv -o rooms.classifier --classifier forest");
   command->callback([arguments] { train(*arguments); });
 }
 
@@ -398,9 +398,9 @@ void addTest(CLI::App& classify, const Shared& arguments) {
   arguments->describing.addRunningTo(*command);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
-              "  estancia classify test rooms.classifier ~/other-pictures\n"
+              "  estancia classify test rooms.classifier ~/other-images\n"
               "  estancia classify test rooms.classifier nyu --split test --json\n"
-              "  estancia classify test rooms.classifier ~/other-pictures -o test.html");
+              "  estancia classify test rooms.classifier ~/other-images -o test.html");
   command->callback([arguments] { test(*arguments); });
 }
 
@@ -409,16 +409,16 @@ void addPredict(CLI::App& classify, const Shared& arguments) {
   addModel(*command, arguments);
   arguments->source.addTo(*command);
   command->get_option("SEQ")->description(
-      "Pictures, or a sequence as of other commands, its words, or a map");
+      "Images, or a sequence as of other commands, its words, or a map");
   arguments->source.addDepthTo(*command);
-  command->add_option("IMAGE", arguments->images, "More pictures");
+  command->add_option("IMAGE", arguments->images, "More images");
   command->add_option("--least", arguments->least, "Say nothing of images that are less probable than this")
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("-o,--output", arguments->output, "Write a CSV instead");
   arguments->describing.addRunningTo(*command);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
-              "  estancia classify predict rooms.classifier picture.jpg another.jpg\n"
+              "  estancia classify predict rooms.classifier image.jpg another.jpg\n"
               "  estancia classify predict rooms.classifier ~/pictures --json\n"
               "  estancia classify predict rooms.classifier ~/pictures --least 0.5 -o said.csv");
   command->callback([arguments] { predict(*arguments); });
@@ -458,8 +458,8 @@ void addClassifyCommand(CLI::App& app) {
   command->require_subcommand(1);
   addExamples(*command,
               "  estancia classify train ~/pictures -o rooms.classifier\n"
-              "  estancia classify test rooms.classifier ~/other-pictures\n"
-              "  estancia classify predict rooms.classifier picture.jpg\n"
+              "  estancia classify test rooms.classifier ~/other-images\n"
+              "  estancia classify predict rooms.classifier image.jpg\n"
               "  estancia map ~/drive -o home.estancia --classifier rooms.classifier");
   addTrain(*command, arguments);
   addTest(*command, arguments);

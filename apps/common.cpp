@@ -65,7 +65,7 @@ void SequenceArguments::addDepthTo(CLI::App& command) {
   const auto depth = "Depth";
   command
       .add_option("--depth-scale", options.depthScale,
-                  "What a meter is in the numbers of depth pictures; default: the data set's own, else "
+                  "What a meter is in the numbers of depth images; default: the data set's own, else "
                   "16 bits 1000 (millimeters), 8 bits 25.5 (255 is 10 m), float 1")
       ->check(positive())
       ->group(depth);
@@ -120,13 +120,13 @@ void requireReplaceable(const std::filesystem::path& output, bool overwrite,
                             output.string(), what));
 }
 
-void requirePicture(const std::string& picture, bool overwrite, const std::vector<std::string>& inputs) {
-  if (picture.empty()) return;
-  requireNoData(picture, inputs, pngStart);
+void requireImage(const std::string& image, bool overwrite, const std::vector<std::string>& inputs) {
+  if (image.empty()) return;
+  requireNoData(image, inputs, pngStart);
   requireReplaceable(
-      picture, overwrite, [](const std::filesystem::path&) { return true; }, "picture");
-  if (!picture.ends_with(".png"))
-    throw Error(fmt::format("{} is to be a picture, but only PNG is written; call it NAME.png", picture));
+      image, overwrite, [](const std::filesystem::path&) { return true; }, "image");
+  if (!image.ends_with(".png"))
+    throw Error(fmt::format("{} is to be an image, but only PNG is written; call it NAME.png", image));
 }
 
 CLI::Validator positive() {

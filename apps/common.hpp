@@ -42,8 +42,8 @@ void requireNoData(const std::filesystem::path& output, const std::vector<std::s
 void requireReplaceable(const std::filesystem::path& output, bool overwrite,
                         bool (*isOurs)(const std::filesystem::path&), std::string_view what);
 
-/// Both for a picture (PNG) that a command draws, unless it is "".
-void requirePicture(const std::string& picture, bool overwrite, const std::vector<std::string>& inputs);
+/// Both for an image (PNG) that a command draws, unless it is "".
+void requireImage(const std::string& image, bool overwrite, const std::vector<std::string>& inputs);
 
 /// What the pages that we write begin with.
 constexpr std::string_view pageStart = "<!DOCTYPE html>\n";

@@ -38,7 +38,7 @@ class FeatureSource {
   std::unique_ptr<Progress> progress_;
 };
 
-/// Whether SEQ holds numbers instead of pictures.
+/// Whether SEQ holds numbers instead of images.
 bool holdsNumbers(const std::string& path);
 
 /// Names the places of a map file by what `classifier` says of its frames; `sequence` as for rooms().

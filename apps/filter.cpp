@@ -21,7 +21,7 @@ namespace estancia::apps {
 namespace {
 
 struct Arguments {
-  std::string input, output, graph, picture;
+  std::string input, output, graph, image;
   CloudFileOptions file;
   FilterOptions filter;
   double noise = 0, normalRadius = 0;
@@ -119,7 +119,7 @@ void requireOutputs(const Arguments& arguments) {
     outputs.push_back(arguments.graph);
   }
   const std::vector<std::string> inputs{arguments.input, arguments.file.intrinsics, arguments.file.colors};
-  requirePicture(arguments.picture, arguments.overwrite, inputs);
+  requireImage(arguments.image, arguments.overwrite, inputs);
   for (const std::string& output : outputs) {
     requireReplaceable(output, arguments.overwrite, isCloudFile, "point cloud");
     requireNoData(output, inputs);
@@ -157,11 +157,11 @@ void run(Arguments& arguments) {
   }
   writeCloud(arguments.output, filtered.cloud);
   if (!arguments.graph.empty()) writeCloud(arguments.graph, filtered.cloud, filtered.gas.edges);
-  if (!arguments.picture.empty()) {
+  if (!arguments.image.empty()) {
     CloudLayer layer;
     layer.cloud = &filtered.cloud;
     layer.edges = filtered.gas.edges;
-    writePng(arguments.picture, drawClouds({&layer, 1}));
+    writePng(arguments.image, drawClouds({&layer, 1}));
   }
   tell(arguments, filtered, account);
 }
@@ -171,7 +171,7 @@ void run(Arguments& arguments) {
 void addFilterCommand(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("filter", "Thin out a point cloud and take the noise off it");
-  command->add_option("IN", arguments->input, "Cloud (.pcd, .ply) or depth picture (.png, .tif, .exr, …)")
+  command->add_option("IN", arguments->input, "Cloud (.pcd, .ply) or depth image (.png, .tif, .exr, …)")
       ->required();
   command->add_option("OUT", arguments->output, "The filtered cloud, .pcd or .ply")->required();
   FilterOptions& filter = arguments->filter;
@@ -195,7 +195,7 @@ void addFilterCommand(CLI::App& app) {
   command->add_option("--deadline", filter.gng.seconds, "Neurons: stop after so many seconds")
       ->check(positive());
   command->add_option("--graph", arguments->graph, "Neurons: write their graph, too (.ply with edges)");
-  command->add_option("--picture", arguments->picture,
+  command->add_option("--picture", arguments->image,
                       "Draw the filtered cloud, neurons with their graph (PNG)");
   command
       ->add_option(
@@ -211,8 +211,8 @@ void addFilterCommand(CLI::App& app) {
                    "Of the points that a normal is fitted to [m]; default: follows resolution and noise")
       ->check(positive())
       ->needs("--normals");
-  command->add_flag("--overwrite", arguments->overwrite, "Replace existing clouds and pictures");
-  const auto depth = "Depth pictures";
+  command->add_flag("--overwrite", arguments->overwrite, "Replace existing clouds and images");
+  const auto depth = "Depth images";
   command
       ->add_option("--depth-scale", arguments->file.depthScale,
                    "What a meter is in their numbers; default: 16 bits 1000, 8 bits 25.5, float 1")
@@ -222,9 +222,9 @@ void addFilterCommand(CLI::App& app) {
       ->add_option(
           "--intrinsics", arguments->file.intrinsics,
           "The camera: file with fx fy cx cy, a 3×3 matrix, or a calibration of ROS or OpenCV; default: "
-          "camera-intrinsics.txt, intrinsics.txt or camera.yaml beside the picture or above")
+          "camera-intrinsics.txt, intrinsics.txt or camera.yaml beside the image or above")
       ->group(depth);
-  command->add_option("--colors", arguments->file.colors, "Color picture of the same view")->group(depth);
+  command->add_option("--colors", arguments->file.colors, "Color image of the same view")->group(depth);
   addJsonOption(*command, arguments->json);
   addExamples(
       *command,

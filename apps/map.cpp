@@ -67,7 +67,7 @@ std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, con
 void run(const Arguments& arguments, const CLI::App& command) {
   const MapperOptions options = mapperOptions({}, arguments, command);
   getDistance(options.distance);
-  const bool pictures = !isDescriptorFile(arguments.sequence.path);
+  const bool images = !isDescriptorFile(arguments.sequence.path);
   const auto classifier = openClassifier(arguments.classifier, arguments.sequence);
   if (fs::exists(arguments.output) && !arguments.goOn && !arguments.overwrite)
     throw Error(
@@ -95,11 +95,11 @@ void run(const Arguments& arguments, const CLI::App& command) {
       session = MappingSession::create(
           arguments.output, labeling.vocabulary(), labeling.identity(), options,
           arguments.overwrite ? MapStore::Existing::replace : MapStore::Existing::refuse);
-    const auto picture = [&] {
-      return encodePicture(frame.image.empty() ? sequence.image(frame.index) : frame.image);
+    const auto image = [&] {
+      return encodeImage(frame.image.empty() ? sequence.image(frame.index) : frame.image);
     };
     session->add(sequence.frame(frame.index), frame.descriptor,
-                 pictures ? MappingSession::Picture(picture) : MappingSession::Picture());
+                 images ? MappingSession::Image(image) : MappingSession::Image());
   };
   std::size_t skipped = 0;
   try {
@@ -128,7 +128,7 @@ void run(const Arguments& arguments, const CLI::App& command) {
                mapper.thresholds().revisit);
   session.reset();  // the rooms are written into its file
   if (classifier) {
-    const auto places = placesPerRoom(arguments, *classifier, pictures ? &sequence : nullptr);
+    const auto places = placesPerRoom(arguments, *classifier, images ? &sequence : nullptr);
     json["predicted_rooms"] = places;
     for (const auto& [room, count] : places)
       if (!arguments.json) fmt::print("  {:<24} {}\n", room, counted(count, "place"));

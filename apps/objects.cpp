@@ -161,7 +161,7 @@ void addPatchOptions(CLI::App& command, CropOptions& patches) {
       ->capture_default_str();
   command
       .add_option("--background", patches.background,
-                  "What is behind a thing for the labeler: kept (what the picture shows), gray, mean (the "
+                  "What is behind a thing for the labeler: kept (what the image shows), gray, mean (the "
                   "thing's mean color); default: kept")
       ->transform(CLI::CheckedTransformer(backgrounds).description(""));
 }
@@ -169,9 +169,9 @@ void addPatchOptions(CLI::App& command, CropOptions& patches) {
 void addObjectsCollect(CLI::App& objects) {
   auto a = std::make_shared<CollectArguments>();
   CLI::App* command =
-      objects.add_subcommand("collect", "Gather pictures and clouds of the things in a sequence with depth");
+      objects.add_subcommand("collect", "Gather images and clouds of the things in a sequence with depth");
   addSequenceWithDepth(*command, a->sequence);
-  command->add_option("-o,--output", a->output, "A new folder: samples.csv, pictures/ and clouds/")
+  command->add_option("-o,--output", a->output, "A new folder: samples.csv, images/ and clouds/")
       ->required();
   command->add_option("--first", a->options.first, "The frame to begin with, from 0");
   command->add_option("--frames", a->options.frames, "Look at so many frames; default: all")
@@ -184,7 +184,7 @@ void addObjectsCollect(CLI::App& objects) {
       ->capture_default_str();
   command
       ->add_option("--least", a->options.clusters.least,
-                   "Pixels of a thing at least, in a picture with a focal length of 525")
+                   "Pixels of a thing at least, in an image with a focal length of 525")
       ->check(positive())
       ->capture_default_str();
   command->add_option("--threads", a->options.clusters.threads, "Threads; default: one a usable core")
@@ -199,7 +199,7 @@ void addObjectsCollect(CLI::App& objects) {
 
 void addObjectsLabel(CLI::App& objects) {
   auto a = std::make_shared<LabelArguments>();
-  CLI::App* command = objects.add_subcommand("label", "Let a labeler name the pictures of things");
+  CLI::App* command = objects.add_subcommand("label", "Let a labeler name the images of things");
   command->add_option("VIEWS", a->views, "A folder of `estancia objects collect`, or of another data set")
       ->required();
   std::string types = "How to read VIEWS: auto (finds out by itself)";
@@ -211,7 +211,7 @@ void addObjectsLabel(CLI::App& objects) {
       "NAME.labels, which holds all that the labeler says; default: words.labels in VIEWS, if "
       "it was collected");
   addPatchOptions(*command, a->patches);
-  a->model.addTo(*command, "What labels the pictures");
+  a->model.addTo(*command, "What labels the images");
   command->add_flag("--overwrite", a->overwrite, "Replace existing words");
   addJsonOption(*command, a->json);
   addExamples(*command,
@@ -222,7 +222,7 @@ void addObjectsLabel(CLI::App& objects) {
 
 void addObjectsCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "objects", "Things that name themselves: learn shapes by what a labeler says of their pictures");
+      "objects", "Things that name themselves: learn shapes by what a labeler says of their images");
   command->require_subcommand(1);
   addExamples(*command,
               "  estancia objects collect ~/kitchen -o things\n"

@@ -1,4 +1,4 @@
-// estancia objects predict: what the things in a sequence are, by picture and by shape.
+// estancia objects predict: what the things in a sequence are, by image and by shape.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -24,7 +24,7 @@ using report::counted;
 
 struct Arguments {
   SequenceArguments sequence;
-  std::string model, picture;
+  std::string model, image;
   ModelArguments labeler;
   CropOptions patches;
   bool shapeOnly = false, overwrite = false, json = false;
@@ -36,7 +36,7 @@ std::string_view nameOf(FusedAnswer::Source source) {
     case FusedAnswer::Source::none:
       return "none";
     case FusedAnswer::Source::seen:
-      return "picture";
+      return "image";
     case FusedAnswer::Source::shape:
       return "shape";
     case FusedAnswer::Source::both:
@@ -99,7 +99,7 @@ class PredictionPrinter {
     for (std::size_t i = 0; i < objects.size(); ++i) {
       const PredictedObject& object = objects[i];
       const Cluster& cluster = frame.clusters.clusters[i];
-      fmt::print("  {:>4} at {:.2f} m  picture {:<18} shape {:<18} -> {:<18} {}{}\n", object.thing,
+      fmt::print("  {:>4} at {:.2f} m  image {:<18} shape {:<18} -> {:<18} {}{}\n", object.thing,
                  cluster.center.z, said(object.seen), said(object.shape), believed(object.belief),
                  object.belief.why, cluster.atBorder ? "; cut by the border" : "");
     }
@@ -126,7 +126,7 @@ class PredictionPrinter {
                  {"center", {cluster.center.x, cluster.center.y, cluster.center.z}},
                  {"flat", cluster.flat},
                  {"at_border", cluster.atBorder},
-                 {"picture", answer(object.seen)},
+                 {"image", answer(object.seen)},
                  {"mass", object.mass},
                  {"shape", answer(object.shape)}};
       const FusedAnswer& belief = object.belief;
@@ -142,7 +142,7 @@ class PredictionPrinter {
            {"things", things},
            {"seconds",
             {{"clusters", clustering},
-             {"pictures", seconds.patches},
+             {"images", seconds.patches},
              {"labeler", seconds.labeler},
              {"shapes", seconds.shapes},
              {"classifier", seconds.classifier}}}});
@@ -154,7 +154,7 @@ class PredictionPrinter {
 };
 
 void run(const Arguments& a) {
-  requirePicture(a.picture, a.overwrite, {a.model, a.sequence.path});
+  requireImage(a.image, a.overwrite, {a.model, a.sequence.path});
   const ObjectModel model = ObjectModel::load(a.model);
   const auto sequence = a.sequence.open();
   requireClusterable(*sequence);
@@ -201,11 +201,11 @@ void run(const Arguments& a) {
     }
     ++read;
     telling.frame(clustered, about.name, objects, took.count(), seconds);
-    if (!a.picture.empty()) drawn = report::drawObjects(clustered.image, objects, model.study().names());
+    if (!a.image.empty()) drawn = report::drawObjects(clustered.image, objects, model.study().names());
   }
   if (read == 0 && !interrupted())
     throw Error(fmt::format("{}: no frame can be read with its depth", sequence->name()));
-  if (!drawn.empty()) writePng(a.picture, drawn);
+  if (!drawn.empty()) writePng(a.image, drawn);
   telling.things();
   if (interrupted()) throw Interrupted(fmt::format("stopped after {}", counted(read, "frame")));
   if (telling.count() == 0) throw NoAnswer{};
@@ -216,12 +216,12 @@ void run(const Arguments& a) {
 void addObjectsPredict(CLI::App& objects) {
   auto a = std::make_shared<Arguments>();
   CLI::App* command = objects.add_subcommand(
-      "predict", "Tell what the things in a sequence are: by picture, by shape, and which to believe");
+      "predict", "Tell what the things in a sequence are: by image, by shape, and which to believe");
   addSequenceWithDepth(*command, a->sequence);
   command->add_option("--model", a->model, "What was learned, of `estancia objects train`")->required();
   command->add_option(
       "--labeler", a->labeler.model,
-      fmt::format("What labels the pictures, as --model of `estancia objects label`; default: {}",
+      fmt::format("What labels the images, as --model of `estancia objects label`; default: {}",
                   a->labeler.byDefault));
   addPatchOptions(*command, a->patches);
   a->labeler.addOptionsTo(*command);
@@ -233,11 +233,11 @@ void addObjectsPredict(CLI::App& objects) {
       ->capture_default_str();
   command->add_option("--frames", a->frames, "Look at so many frames; default: all")->check(positive());
   command
-      ->add_option("--least", a->least, "Pixels of a thing at least, in a picture with a focal length of 525")
+      ->add_option("--least", a->least, "Pixels of a thing at least, in an image with a focal length of 525")
       ->check(positive())
       ->capture_default_str();
-  command->add_option("--picture", a->picture, "Draw the last frame with its things (PNG)");
-  command->add_flag("--overwrite", a->overwrite, "Replace an existing picture");
+  command->add_option("--picture", a->image, "Draw the last frame with its things (PNG)");
+  command->add_flag("--overwrite", a->overwrite, "Replace an existing image");
   addJsonOption(*command, a->json);
   addExamples(*command,
               "  estancia objects predict ~/kitchen --model kitchen.objects\n"

@@ -211,7 +211,7 @@ void addObjectsTrain(CLI::App& objects) {
       ->capture_default_str();
   command
       ->add_option("--mass", a->options.leastMass,
-                   "Give no name to things of whose pictures the labeler says less than this share about the "
+                   "Give no name to things of whose images the labeler says less than this share about the "
                    "study's words: they are something else")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();

@@ -1,4 +1,4 @@
-// estancia odometry: where the camera stood in every picture of an RGB-D sequence.
+// estancia odometry: where the camera stood in every image of an RGB-D sequence.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -135,7 +135,7 @@ void run(const Arguments& arguments) {
 void addOdometryCommand(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
-      app.add_subcommand("odometry", "Find where the camera stood in every picture that has depth");
+      app.add_subcommand("odometry", "Find where the camera stood in every image that has depth");
   arguments->sequence.addTo(*command);
   arguments->sequence.addDepthTo(*command);
   command
@@ -150,7 +150,7 @@ void addOdometryCommand(CLI::App& app) {
                    "What is aligned: depth, color, hybrid, or auto: depth, hybrid where depth would slide")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "depth", "color", "hybrid"}));
-  command->add_option("--width", o.width, "Pictures are reduced to this width [pixels]")
+  command->add_option("--width", o.width, "Images are reduced to this width [pixels]")
       ->capture_default_str();
   command->add_option("--farthest", o.farthest, "Depth beyond is not used [m]")->capture_default_str();
   command

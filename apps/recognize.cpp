@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   std::vector<std::string> models;
-  std::string scene, preset = "default", picture;
+  std::string scene, preset = "default", image;
   // What the user says goes before what the preset says.
   std::optional<std::string> filter, keypoints, descriptor, grouping, verification;
   std::optional<std::size_t> points;
@@ -105,14 +105,14 @@ void drawInstances(const Arguments& arguments, const PointCloud& scene,
   for (std::size_t i = 0; i < instances.size(); ++i)
     layers.push_back(
         {&models.at(instances[i].model), instances[i].pose, instanceColors[i % instanceColors.size()], {}});
-  writePng(arguments.picture, drawClouds(layers));
+  writePng(arguments.image, drawClouds(layers));
 }
 
 void run(const Arguments& arguments) {
   const std::vector<NamedFile> files = namedFiles(arguments.models);
   std::vector<std::string> inputs{arguments.scene};
   for (const NamedFile& model : files) inputs.push_back(model.file.string());
-  requirePicture(arguments.picture, arguments.overwrite, inputs);
+  requireImage(arguments.image, arguments.overwrite, inputs);
   const Recognizer recognizer(optionsOf(arguments));
   const PointCloud cloud = readCloud(arguments.scene);
 
@@ -150,7 +150,7 @@ void run(const Arguments& arguments) {
         "{} does not look like a view from a sensor {}, so what is hidden, or seen through, does not count; "
         "say where it stood with --viewpoint X Y Z",
         arguments.scene, stood);
-  if (!arguments.picture.empty()) drawInstances(arguments, cloud, models, instances);
+  if (!arguments.image.empty()) drawInstances(arguments, cloud, models, instances);
   if (arguments.json) {
     nlohmann::ordered_json json{{"instances", nlohmann::json::array()}};
     for (const Detection& found : instances)
@@ -204,8 +204,8 @@ void addRecognizeCommand(CLI::App& app) {
                    "Where the sensor stood, in the frame of the scene [m]; default: where a PCD's VIEWPOINT "
                    "says; else at its origin, looking along z")
       ->expected(3);
-  command->add_option("--picture", a->picture, "Draw the scene with what was found in it (PNG)");
-  command->add_flag("--overwrite", a->overwrite, "Replace an existing picture");
+  command->add_option("--picture", a->image, "Draw the scene with what was found in it (PNG)");
+  command->add_flag("--overwrite", a->overwrite, "Replace an existing image");
   command->add_option("--threads", a->threads, "Threads of the work; default: one a usable core")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--explain", a->explain, "Tell what each stage took and kept");

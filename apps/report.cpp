@@ -30,7 +30,7 @@ std::string titleOf(const Arguments& arguments) {
 
 void writeMap(const Arguments& arguments, const CLI::App& command) {
   if (!arguments.map.empty())
-    throw Error(fmt::format("--map gives pictures to zones; {} is a map and has its own", arguments.file));
+    throw Error(fmt::format("--map gives images to zones; {} is a map and has its own", arguments.file));
   const MapStore store = MapStore::open(arguments.file, MapStore::Access::read);
   const TopologicalMap map = store.load();
   MapPage page{map};
@@ -46,13 +46,13 @@ void writeMap(const Arguments& arguments, const CLI::App& command) {
   if (!arguments.floorPlan.empty()) {
     if (command.count("--extent") == 0)
       throw Error(
-          "--floor-plan needs --extent XMIN YMIN XMAX YMAX: where the picture's edges are in the map [m]");
+          "--floor-plan needs --extent XMIN YMIN XMAX YMAX: where the image's edges are in the map [m]");
     page.floorPlan = readFloorPlan(arguments.floorPlan, arguments.extent);
   }
   std::optional<Zones> zones;
   if (!arguments.zones.empty()) page.zones = &zones.emplace(readZoneFile(arguments.zones));
-  page.pictures.frames = store.pictureFrames();
-  page.pictures.read = [&store](std::size_t frame) { return store.picture(frame); };
+  page.images.frames = store.imageFrames();
+  page.images.read = [&store](std::size_t frame) { return store.image(frame); };
   writeMapPage(arguments.output, page);
 }
 
@@ -69,7 +69,7 @@ void writeZones(const Arguments& arguments) {
   if (!arguments.map.empty()) {
     map.emplace(MapStore::open(arguments.map, MapStore::Access::read));
     overlayZones(zones, report::groupedRun(map->load()));  // throws where the map is of another run
-    page.pictures = picturesOf(*map, zones.frames);
+    page.images = imagesOf(*map, zones.frames);
   }
   writeZonesPage(arguments.output, page);
 }
@@ -92,13 +92,13 @@ void addReportCommand(CLI::App& app) {
   command->add_option("-o,--output", arguments->output, "The HTML file to write")->required();
   command->add_option("--title", arguments->title, "Title of the page; default: the file's name");
   command->add_option("--label", arguments->label, "Start as the heat map of this label");
-  command->add_option("--floor-plan", arguments->floorPlan, "A picture of the building to draw the map on")
+  command->add_option("--floor-plan", arguments->floorPlan, "An image of the building to draw the map on")
       ->check(CLI::ExistingFile);
   command->add_option("--extent", arguments->extent,
                       "The floor plan's edges in the map [m]: XMIN YMIN XMAX YMAX");
   command->add_option("--zones", arguments->zones, "Lay these zones of the same run over the map")
       ->check(CLI::ExistingFile);
-  command->add_option("--map", arguments->map, "Show zones with the pictures of this map of the same run")
+  command->add_option("--map", arguments->map, "Show zones with the images of this map of the same run")
       ->check(CLI::ExistingFile);
   addExamples(*command,
               "  estancia report home.estancia -o home.html\n"

@@ -330,7 +330,7 @@ void addZonesCommand(CLI::App& app) {
               "  estancia zones ~/pictures -o home.zones\n"
               "  estancia zones home.estancia -o home.zones --count 8\n"
               "  estancia zones drive.mp4 -o drive.zones --stream\n"
-              "  estancia zones pictures.labels -o thesis.zones --preset thesis\n"
+              "  estancia zones images.labels -o thesis.zones --preset thesis\n"
               "  estancia zones ~/pictures -o home.zones --classifier rooms.classifier");
   command->callback([arguments, command] { run(*arguments, *command); });
 }

@@ -1,5 +1,5 @@
-// Taking depth pictures apart, stage by stage, beside PCL's planes and Euclidean clusters in the same run.
-//   bench_clusters FOCAL DEPTH…    pictures in millimeters whose camera looks along their middle
+// Taking depth images apart, stage by stage, beside PCL's planes and Euclidean clusters in the same run.
+//   bench_clusters FOCAL DEPTH…    images in millimeters whose camera looks along their middle
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -166,7 +166,7 @@ void run(double focal, const std::vector<std::string>& files) {
     theirPlanes += pcl.planes.size();
 #endif
   }
-  fmt::print("{} pictures, milliseconds each, best of {}; processor time of one thread unless said\n\n",
+  fmt::print("{} images, milliseconds each, best of {}; processor time of one thread unless said\n\n",
              files.size(), kRounds);
   fmt::print("| stage | ms |\n|---|---|\n");
   for (const Row& row : rows)

@@ -1,5 +1,5 @@
 // PHOG, GIST and ESF, one thread each, beside peers in the same run. docs/benchmarks.md holds what it showed.
-//   bench_describe [SEQUENCE]   a folder of pictures with depth (rgb/, depth/), brought to 320×240; without
+//   bench_describe [SEQUENCE]   a folder of images with depth (rgb/, depth/), brought to 320×240; without
 //                               it made-up ones. Peers are scikit-image and PCL, where they are at hand.
 #include <fmt/format.h>
 #include <unistd.h>
@@ -133,7 +133,7 @@ void run(const fs::path& path) {
   cv::setNumThreads(1);
   const std::vector<Scene> scenes = scenesOf(path);
   fmt::print(
-      "{} pictures of {}x{}, one thread; milliseconds of the processor\n\n| who | ms, median | best | times "
+      "{} images of {}x{}, one thread; milliseconds of the processor\n\n| who | ms, median | best | times "
       "as fast |\n|---|---|---|---|\n",
       scenes.size(), kSize.width, kSize.height);
   const Milliseconds edges = timeOf<Scene>(scenes, [](const Scene& s) { phog(s.image); });
@@ -149,7 +149,7 @@ void run(const fs::path& path) {
     printPeer("its filters by SciPy's Fourier transforms, no prefilter", peers[2], energies);
     printPeer("scikit-image's gabor, the same frequencies, no prefilter", peers[3], energies);
   }
-  print("ESF of a depth picture, 20,000 of its points",
+  print("ESF of a depth image, 20,000 of its points",
         timeOf<Scene>(scenes, [](const Scene& s) { esf(backProject(s.depth, kCamera)); }));
   std::vector<PointCloud> clouds;
   for (const Scene& scene : scenes) {

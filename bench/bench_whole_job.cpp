@@ -40,7 +40,7 @@ double wholeJob(const Sequence& sequence, Labeler& labeler, std::size_t frames,
   LabelStream stream(sequence, labeler);
   for (std::size_t i = 0; i < frames; ++i) {
     const auto frame = stream.next();
-    session.add(sequence.frame(frame->index), frame->descriptor, [&] { return encodePicture(frame->image); });
+    session.add(sequence.frame(frame->index), frame->descriptor, [&] { return encodeImage(frame->image); });
   }
   session.finish();
   return static_cast<double>(frames) / seconds(start);

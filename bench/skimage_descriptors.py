@@ -1,4 +1,4 @@
-"""The peers of bench_describe: FOLDER of pictures → milliseconds of the processor a picture (median) of scikit-image's parts of PHOG and
+"""The peers of bench_describe: FOLDER of images → milliseconds of the processor an image (median) of scikit-image's parts of PHOG and
 GIST, one a line: PHOG's edges, orientations and pyramid; GIST's filters by its Gabor kernels and by Fourier transforms."""
 
 import os
@@ -86,8 +86,8 @@ def median(work, images):
     return 1000 * float(np.median(times))
 
 
-pictures = [io.imread(name) for name in sorted(glob.glob(sys.argv[1] + "/*.png"))]
+images = [io.imread(name) for name in sorted(glob.glob(sys.argv[1] + "/*.png"))]
 for work in (phog, hog, gist_by_fourier, gabor):
-    few = pictures[:3] if work is gabor else pictures
+    few = images[:3] if work is gabor else images
     work(few[0])
     print(median(work, few))

@@ -1,5 +1,5 @@
-// An image becomes words: the ten most probable labels of a picture.
-//   01_label_an_image PICTURE [MODEL]
+// An image becomes words: the ten most probable labels of an image.
+//   01_label_an_image IMAGE [MODEL]
 #include <estancia/io/image_file.hpp>
 #include <estancia/label/model.hpp>
 
@@ -10,7 +10,7 @@
 #include <vector>
 
 int main(int argc, char** argv) try {
-  if (argc < 2) return std::fputs("usage: 01_label_an_image PICTURE [MODEL]\n", stderr), 2;
+  if (argc < 2) return std::fputs("usage: 01_label_an_image IMAGE [MODEL]\n", stderr), 2;
   const auto labeler = estancia::loadModel(argc > 2 ? argv[2] : estancia::defaultModel);
   const estancia::LexicalDescriptor p = labeler->label(estancia::io::readImage(argv[1]));
 

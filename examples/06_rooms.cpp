@@ -1,6 +1,6 @@
-// Which room is this? Learned from pictures whose rooms are known (rooms.csv beside them, or a folder a
+// Which room is this? Learned from images whose rooms are known (rooms.csv beside them, or a folder a
 // room), then told of every place of a map, which can be asked for a room from then on.
-//   06_rooms PICTURES MAP [ROOM]
+//   06_rooms IMAGES MAP [ROOM]
 #include <estancia/classify/predict_rooms.hpp>
 #include <estancia/describe/load_descriptor.hpp>
 #include <estancia/topology/ask.hpp>
@@ -11,20 +11,20 @@
 #include <exception>
 
 int main(int argc, char** argv) try {
-  if (argc < 3) return std::fputs("usage: 06_rooms PICTURES MAP [ROOM]\n", stderr), 2;
+  if (argc < 3) return std::fputs("usage: 06_rooms IMAGES MAP [ROOM]\n", stderr), 2;
   estancia::Progress silent;
   estancia::LabelCache cache;
   estancia::DescribeOptions describing;
   describing.cache = &cache;
-  const auto pictures = estancia::openSequence(argv[1]);
-  const auto known = estancia::describeSequence(*pictures, "inception-v3", describing, silent);
+  const auto images = estancia::openSequence(argv[1]);
+  const auto known = estancia::describeSequence(*images, "inception-v3", describing, silent);
   const auto classifier = estancia::RoomClassifier::train(known, {}, silent);
   std::printf("%s\n", classifier.choice().c_str());
 
-  // A robot asks about what it sees now; here that is the first of the pictures.
+  // A robot asks about what it sees now; here that is the first of the images.
   const auto descriptor = estancia::loadDescriptor(estancia::descriptorOf(classifier));
   const auto seen =
-      classifier.predict(estancia::featuresOf(*descriptor, {pictures->image(0), {}, {}, "now"}));
+      classifier.predict(estancia::featuresOf(*descriptor, {images->image(0), {}, {}, "now"}));
   for (std::size_t room = 0; room < classifier.rooms().size(); ++room)
     std::printf("%s %.1f %%\n", classifier.rooms()[room].c_str(), 100 * seen.row(0)[room]);
 

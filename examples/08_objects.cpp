@@ -1,4 +1,4 @@
-// Things that name themselves: what stands about in each frame is told by its picture and by its shape, and
+// Things that name themselves: what stands about in each frame is told by its image and by its shape, and
 // which of the two to believe.
 //   08_objects MODEL SEQUENCE     (MODEL of `estancia objects train`; a sequence with depth)
 #include <estancia/label/model.hpp>

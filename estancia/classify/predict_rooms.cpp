@@ -55,8 +55,8 @@ void requireDescribable(const RoomClassifier& classifier) {
     const std::string& name = learned.part.name;
     if (isOfTable(learned.part))
       throw Error(
-          fmt::format("the room classifier has learned from {} {} of a table, which no picture has; give a "
-                      "table with the same columns, or train on pictures",
+          fmt::format("the room classifier has learned from {} {} of a table, which no image has; give a "
+                      "table with the same columns, or train on images",
                       learned.part.size() == 1 ? "the column" : "the columns", name));
     if (findDescriptor(name)) continue;
     try {
@@ -65,7 +65,7 @@ void requireDescribable(const RoomClassifier& classifier) {
       throw Error(
           fmt::format("the room classifier has learned from {}: {}; install it by `estancia models get {}` "
                       "or `estancia models add FOLDER`, or give words of it (`*.labels` …) instead of "
-                      "pictures",
+                      "images",
                       name, e.what(), name));
     }
   }

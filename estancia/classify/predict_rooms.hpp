@@ -18,7 +18,7 @@ std::string descriptorOf(const RoomClassifier& classifier);
 /// "svm-rbf on inception-v3+gist"
 std::string nameOf(const RoomClassifier& classifier);
 
-/// Throws Error, saying what to install or to give, unless pictures can be described by that here.
+/// Throws Error, saying what to install or to give, unless images can be described by that here.
 void requireDescribable(const RoomClassifier& classifier);
 
 /// The same for the images of `sequence`, which needs depth where the classifier does.

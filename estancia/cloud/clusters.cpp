@@ -35,9 +35,9 @@ void requireSound(const ClusterOptions& options) {
     throw Error(fmt::format("{} threads are none; give 0 for as many as there are cores", options.threads));
 }
 
-/// What of the picture has depth: cameras often see none along its edge.
+/// What of the image has depth: cameras often see none along its edge.
 cv::Rect fieldOf(const InverseDepth& grid) {
-  constexpr int share = 20;  // of the picture: what is missing beyond is no edge of the camera's
+  constexpr int share = 20;  // of the image: what is missing beyond is no edge of the camera's
   const int width = grid.camera.width, height = grid.camera.height;
   const auto sees = [&](int u, int v) { return grid.raw[grid.at(u, v)] > 0; };
   const auto emptyLines = [&](int lines, int length, const auto& seen) {

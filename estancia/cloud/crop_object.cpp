@@ -94,7 +94,7 @@ View bestView(const std::vector<cv::Vec3d>& points) {
   return best;
 }
 
-/// The square of a patch around `box`, which may reach beyond the picture.
+/// The square of a patch around `box`, which may reach beyond the image.
 cv::Rect squareAround(const cv::Rect& box, const CropOptions& options) {
   requireValid(options);
   constexpr double widest = 16384;
@@ -109,17 +109,17 @@ cv::Rect squareAround(const cv::Rect& box, const CropOptions& options) {
 
 cv::Mat cropObject(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask, const CropOptions& options) {
   if (bgr.empty() || bgr.type() != CV_8UC3)
-    throw Error("a patch is cut out of a picture with three channels of 8 bits; convert it");
+    throw Error("a patch is cut out of an image with three channels of 8 bits; convert it");
   if (box.x < 0 || box.y < 0 || box.width <= 0 || box.height <= 0 || box.width > bgr.cols ||
       box.height > bgr.rows || box.x > bgr.cols - box.width || box.y > bgr.rows - box.height)
-    throw Error(fmt::format("the box {} × {} at ({}, {}) does not lie in the picture of {} × {}", box.width,
+    throw Error(fmt::format("the box {} × {} at ({}, {}) does not lie in the image of {} × {}", box.width,
                             box.height, box.x, box.y, bgr.cols, bgr.rows));
   const bool kept = options.background == CropOptions::Background::kept;
   if (!kept && mask.empty())
     throw Error(
         "which pixels are the thing is not known here, so its background cannot be replaced; keep it");
   if (!mask.empty() && (mask.size() != bgr.size() || mask.type() != CV_8UC1))
-    throw Error(fmt::format("a mask of {} × {} for a picture of {} × {}; give one of its size, 8 bits",
+    throw Error(fmt::format("a mask of {} × {} for an image of {} × {}; give one of its size, 8 bits",
                             mask.cols, mask.rows, bgr.cols, bgr.rows));
   const cv::Rect square = squareAround(box, options);
 
@@ -139,7 +139,7 @@ cv::Mat renderObject(const PointCloud& cloud, int size, const CropOptions& optio
   requireWhole(cloud);
   constexpr int largest = 4096;
   if (size < 1 || size > largest)
-    throw Error(fmt::format("a picture of {} pixels; give 1 … {}", size, largest));
+    throw Error(fmt::format("an image of {} pixels; give 1 … {}", size, largest));
   std::vector<cv::Vec3d> points;
   std::vector<std::size_t> from;
   for (std::size_t i = 0; i < cloud.points.size(); ++i)
@@ -158,13 +158,13 @@ cv::Mat renderObject(const PointCloud& cloud, int size, const CropOptions& optio
   const cv::Vec3d thing = extent.size(), middle = (extent.least + extent.most) / 2;
   const double longer = std::max(thing[0], thing[1]);
   const double scale = longer > 0 ? size / (longer * widthOf(options)) : 0;
-  // Discs that just close the surface where points are spread evenly over the picture of it.
+  // Discs that just close the surface where points are spread evenly over the image of it.
   constexpr double overlap = 1.1;
   const double spacing = scale * std::sqrt(thing[0] * thing[1] / static_cast<double>(points.size()));
   const int radius =
       static_cast<int>(std::clamp(std::ceil(overlap * spacing), 2.0, std::max(2.0, size / 8.0)));
 
-  cv::Mat picture(size, size, CV_8UC3, kGray);
+  cv::Mat image(size, size, CV_8UC3, kGray);
   cv::Mat depth(size, size, CV_64F, cv::Scalar(std::numeric_limits<double>::infinity()));
   for (std::size_t i = 0; i < points.size(); ++i) {
     const cv::Vec3d& p = points[i];
@@ -181,10 +181,10 @@ cv::Mat renderObject(const PointCloud& cloud, int size, const CropOptions& optio
         const int du = u - x, dv = v - y;
         if (du * du + dv * dv > radius * radius || p[2] >= depth.at<double>(v, u)) continue;
         depth.at<double>(v, u) = p[2];
-        picture.at<cv::Vec3b>(v, u) = color;
+        image.at<cv::Vec3b>(v, u) = color;
       }
   }
-  return picture;
+  return image;
 }
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// Depth pictures as 1/z, in which planes are linear over the picture and a depth camera's noise is even.
+// Depth images as 1/z, in which planes are linear over the image and a depth camera's noise is even.
 #pragma once
 
 #include <algorithm>
@@ -14,10 +14,10 @@
 
 namespace estancia {
 
-/// A depth picture within a margin of pixels without depth, so that whoever looks at neighbors need not ask
-/// where the picture ends. Pictures that go with it (masks, labels) have its size() and are indexed as it is.
+/// A depth image within a margin of pixels without depth, so that whoever looks at neighbors need not ask
+/// where the image ends. Images that go with it (masks, labels) have its size() and are indexed as it is.
 struct InverseDepth {
-  CameraIntrinsics camera;    ///< of this picture
+  CameraIntrinsics camera;    ///< of this image
   double scale = 1;           ///< lengths in pixels are given for a focal length of 525 and grow with it
   int margin = 0;             ///< on every side
   std::ptrdiff_t stride = 0;  ///< from row to row
@@ -42,7 +42,7 @@ struct InverseDepth {
   double area(double squarePixels) const { return squarePixels * scale * scale; }
 };
 
-/// Depths that are not within a millimeter and a kilometer are none. The smooth picture is the mean over the
+/// Depths that are not within a millimeter and a kilometer are none. The smooth image is the mean over the
 /// pairs of opposite pixels in a window of 5 × 5 that both lie near in depth: planes stay exact, and edges
 /// stay where they are. Throws Error as backProject() does.
 InverseDepth inverseDepth(const cv::Mat& depth, const CameraIntrinsics& camera, int threads);

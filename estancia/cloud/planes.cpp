@@ -70,7 +70,7 @@ Half halve(const InverseDepth& grid, double tolerance, int threads) {
   for (int u = 0; u < grid.camera.width; u += 2) half.x.push_back(grid.slopeX[static_cast<std::size_t>(u)]);
   for (int v = 0; v < grid.camera.height; v += 2) half.y.push_back(grid.slopeY[static_cast<std::size_t>(v)]);
   const std::size_t n = half.row(half.height);
-  for (auto* picture : {&half.w, &half.nx, &half.ny, &half.nz, &half.near}) picture->resize(n);
+  for (auto* image : {&half.w, &half.nx, &half.ny, &half.nz, &half.near}) image->resize(n);
   const auto width = static_cast<std::size_t>(half.width);
   const auto fx = static_cast<float>(grid.camera.fx), fy = static_cast<float>(grid.camera.fy);
   inBands(half.height, threads, [&](int first, int last) {
@@ -229,7 +229,7 @@ void areaRow(const float* w, const float* x, float y, float length, float pixelA
 struct Patches {
   cv::Mat labels;             ///< CV_32S, 0: none
   std::vector<double> areas;  ///< of them that is seen [m²]
-  std::vector<double> least;  ///< of them there is [m²]: twice that where the edge of the picture cuts
+  std::vector<double> least;  ///< of them there is [m²]: twice that where the edge of the image cuts
 
   std::size_t largest() const {
     return static_cast<std::size_t>(std::ranges::max_element(least) - least.begin());

@@ -1,4 +1,4 @@
-// The large planes of a depth picture: tables, walls, floors.
+// The large planes of a depth image: tables, walls, floors.
 #pragma once
 
 #include <cstdint>

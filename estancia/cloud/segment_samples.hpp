@@ -1,4 +1,4 @@
-// Some points that stand for each piece of a depth picture.
+// Some points that stand for each piece of a depth image.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@
 
 namespace estancia {
 
-// Pictures may fall into thousands of pieces, and pieces are compared by pairs: these bound the work whatever
-// the picture. A kitchen has 50 shapes and 100 pairs that are near.
+// Images may fall into thousands of pieces, and pieces are compared by pairs: these bound the work whatever
+// the image. A kitchen has 50 shapes and 100 pairs that are near.
 constexpr std::size_t kMaxSegmentSamples = 512;
 constexpr std::size_t kMaxPairs = 4096;
 
 struct SegmentSamples {
   std::uint32_t piece;
   std::vector<cv::Point3f> surface;  ///< spread over it, 1500 at most
-  std::vector<cv::Point3f> border;   ///< along its border in the picture, 256 at most
+  std::vector<cv::Point3f> border;   ///< along its border in the image, 256 at most
   cv::Point3f low, high;             ///< of the border
   std::vector<float> x, y, z;        ///< the border by coordinate, so that many points are compared at once
 };
@@ -29,7 +29,7 @@ struct SegmentSamples {
 std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask& mask, const Segmentation& pieces);
 
 /// Which shapes, by their indices, come within `farthest` [m] of each other by the boxes around their
-/// borders, but do not touch in the picture; of more than kMaxPairs those whose boxes are nearest.
+/// borders, but do not touch in the image; of more than kMaxPairs those whose boxes are nearest.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector<SegmentSamples>& shapes,
                                                                const Segmentation& pieces, double farthest);
 

@@ -11,14 +11,14 @@ constexpr double kOpening = 2.5;                      // how far seeds stay away
 constexpr double kCreased = 0.45;                     // share of creases in a border that parts its pieces
 constexpr int kRounds = 3;                            // of joining neighbors
 
-/// The rows of a picture of bytes over the mask's, as OpenCV sees them; shares the memory.
-cv::Mat rowsOf(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t>& picture) {
+/// The rows of an image of bytes over the mask's, as OpenCV sees them; shares the memory.
+cv::Mat rowsOf(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t>& image) {
   const auto isEmpty = [](const Mask::Span& row) { return row.first == row.last; };
   const auto top = std::ranges::find_if_not(mask.rows, isEmpty) - mask.rows.begin();
   auto bottom = std::ssize(mask.rows);
   while (bottom > top && isEmpty(mask.rows[static_cast<std::size_t>(bottom - 1)])) --bottom;
   return {static_cast<int>(bottom - top), static_cast<int>(grid.stride), CV_8U,
-          &picture[grid.at(-grid.margin, static_cast<int>(top))]};
+          &image[grid.at(-grid.margin, static_cast<int>(top))]};
 }
 
 /// Takes small blobs out of what is marked; in what stays, marks are above 1.

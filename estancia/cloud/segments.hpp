@@ -1,4 +1,4 @@
-// A depth picture without its planes, cut where convex pieces meet.
+// A depth image without its planes, cut where convex pieces meet.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +38,7 @@ class DisjointSets {
 constexpr double kMinSegmentArea = 400;      ///< [square pixels]
 constexpr std::size_t kMinBorderPairs = 5;  ///< pairs of points that make two pieces neighbors
 
-/// Pieces of a depth picture; number 0 is none.
+/// Pieces of a depth image; number 0 is none.
 struct Segmentation {
   std::vector<std::uint32_t> labels;  ///< a number a pixel, indexed as InverseDepth
   std::vector<std::uint32_t> sizes;   ///< pixels of each number
@@ -68,7 +68,7 @@ void mergeNeighbors(std::vector<SegmentBorder>& borders, DisjointSets& sets, con
 /// surfaces belong together: Stein et al., CVPR 2014), and what is small goes to its closest neighbor.
 Segmentation oversegment(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t> creases);
 
-/// Sets become pieces, numbered as they appear in the picture.
+/// Sets become pieces, numbered as they appear in the image.
 void renumber(const Mask& mask, Segmentation& pieces, DisjointSets& sets);
 
 }  // namespace estancia

@@ -95,14 +95,14 @@ struct RankDiagram {
   std::optional<std::size_t> control;                       ///< pointed out
 };
 
-/// Pictures of what was found, each with a line under it.
-struct Pictures {
-  struct Picture {
+/// Images of what was found, each with a line under it.
+struct Images {
+  struct Image {
     std::vector<unsigned char> file;  ///< a PNG or JPEG
     std::string caption;
   };
   std::string title, caption;
-  std::vector<Picture> pictures;
+  std::vector<Image> images;
   bool wide = false;  ///< one beside few others
 };
 
@@ -120,7 +120,7 @@ struct Findings {
   std::string title, summary;                              ///< the summary is one sentence: the answer
   std::vector<std::pair<std::string, std::string>> facts;  ///< under what circumstances
   std::vector<std::string> notes;                          ///< what was left out, and why
-  std::vector<std::variant<ResultTable, LineChart, StackedBars, HeatTable, RankDiagram, Pictures, WordClouds>>
+  std::vector<std::variant<ResultTable, LineChart, StackedBars, HeatTable, RankDiagram, Images, WordClouds>>
       sections;
   std::vector<Findings> apart;  ///< what is also written in files of its own …
   std::string file = {};        ///< … of this name, without an ending

@@ -35,7 +35,7 @@ cv::Point3f asNormal(const cv::Point3f& vector) {
 
 void requireDepth(const cv::Mat& depth, const CameraIntrinsics& camera) {
   if (depth.empty() || depth.type() != CV_32FC1)
-    throw Error("a depth picture must have one channel of 32-bit floats [m]; convert it");
+    throw Error("a depth image must have one channel of 32-bit floats [m]; convert it");
   if (camera.width <= 0 || camera.height <= 0 || !(camera.fx > 0) || !(camera.fy > 0) ||
       !std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy))
     throw Error(fmt::format("no camera has {} x {} pixels, fx {}, fy {}, cx {}, cy {}; give its intrinsics",

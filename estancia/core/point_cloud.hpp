@@ -18,7 +18,7 @@ struct PointCloud {
   std::vector<cv::Point3f> points;  ///< NaN where an organized cloud has a hole
   std::vector<cv::Vec3b> colors;
   std::vector<cv::Point3f> normals;    ///< unit vectors, towards whoever looked; NaN where none is known
-  std::size_t width = 0, height = 0;   ///< of the picture behind an organized cloud; else height is 1
+  std::size_t width = 0, height = 0;   ///< of the image behind an organized cloud; else height is 1
   std::optional<Pose> viewpoint = {};  ///< where the sensor stood among the points; none: at the origin
 
   bool organized() const { return height > 1; }
@@ -35,11 +35,11 @@ inline bool isFinite(const cv::Point3f& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
-/// Throws Error on a depth picture that has no pixel or another type than CV_32F, and on a camera without a
+/// Throws Error on a depth image that has no pixel or another type than CV_32F, and on a camera without a
 /// size or focal length.
 void requireDepth(const cv::Mat& depth, const CameraIntrinsics& camera);
 
-/// What a depth picture (CV_32F, meters) saw, organized, in the optical frame of `camera`, whose pictures may
+/// What a depth image (CV_32F, meters) saw, organized, in the optical frame of `camera`, whose images may
 /// have another size. Pixels with 0, NaN or anything else that is no depth become holes. Throws Error as
 /// requireDepth() does.
 PointCloud backProject(const cv::Mat& depth, const CameraIntrinsics& camera);

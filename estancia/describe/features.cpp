@@ -83,7 +83,7 @@ View viewOf(const Sequence& sequence, std::size_t frame, bool image, bool depth)
   return view;
 }
 
-/// All that needs no model, so that every picture is decoded once.
+/// All that needs no model, so that every image is decoded once.
 std::vector<Column> computed(const Sequence& sequence, const std::vector<const NamedDescriptor*>& sources,
                              int threads, Progress& progress, Problems& problems) {
   std::vector<Column> columns;

@@ -11,7 +11,7 @@ namespace estancia {
 /// 512 numbers ≥ 0: for each of 4 scales (the finest first) and 8 orientations the mean magnitude of a Gabor
 /// filter's answer in 4 × 4 blocks, row by row. `image` is BGR or gray, 8 bits, of any size: its central
 /// square counts, brought to 256 × 256 pixels, after local contrast has been made equal everywhere. All 0 for
-/// a picture without any contrast. Throws Error on other images.
+/// an image without any contrast. Throws Error on other images.
 ///
 /// Oliva, Torralba: Modeling the shape of the scene, IJCV 42(3), 2001, with all parameters, sizes and borders
 /// of the authors' own program, so that its numbers compare with published ones. Block means are taken over

@@ -12,7 +12,7 @@
 namespace estancia::describe {
 namespace {
 
-constexpr int kBorder = 32;  // mirrored around the picture [pixels]
+constexpr int kBorder = 32;  // mirrored around the image [pixels]
 constexpr int kWhole = kGistSide + 2 * kBorder;
 constexpr double kNothing = 1e-4;  // filters are left out where they pass less than this
 
@@ -37,7 +37,7 @@ struct Filter {
   std::vector<float> weights;  ///< piece by piece, each twice: for the real and the imaginary part
 };
 
-/// The transfer function of the authors' createGabor; frequencies in cycles a picture of kWhole pixels.
+/// The transfer function of the authors' createGabor; frequencies in cycles an image of kWhole pixels.
 double transfer(int scale, int orientation, int fx, int fy) {
   const double center = 0.3 / std::pow(1.85, scale);
   double angle = std::atan2(fy, fx) + std::numbers::pi / kGistOrientations * orientation;
@@ -87,7 +87,7 @@ std::vector<float> turnsOf(int p) {
   return turns;
 }
 
-/// The spectrum of the picture moved so that what was at the place becomes the origin.
+/// The spectrum of the image moved so that what was at the place becomes the origin.
 ESTANCIA_MULTIVERSION void move(const float* spectrum, const float* turnsX, const float* turnsY,
                                 float* moved) {
   for (int y = 0; y < kWhole; ++y) {
@@ -136,17 +136,17 @@ void addBlocks(const cv::Mat& answers, float* sums) {
 
 }  // namespace
 
-std::vector<float> meanAnswers(const cv::Mat& picture) {
+std::vector<float> meanAnswers(const cv::Mat& image) {
   static const std::vector<Filter> filters = makeFilters();
   cv::Mat bordered, spectrum;
-  cv::copyMakeBorder(picture, bordered, kBorder, kBorder, kBorder, kBorder, cv::BORDER_REFLECT);
+  cv::copyMakeBorder(image, bordered, kBorder, kBorder, kBorder, kBorder, cv::BORDER_REFLECT);
   cv::dft(bordered, spectrum, cv::DFT_COMPLEX_OUTPUT);
 
   constexpr std::size_t blocks = kGistBlocks * kGistBlocks;
   std::vector<float> means(filters.size() * blocks);
   cv::Mat moved(spectrum.size(), CV_32FC2), answers(kSmall, kSmall, CV_32FC2);
   for (std::size_t p = 0; p < kPlaces.size(); ++p) {
-    // The picture begins where its border ends.
+    // The image begins where its border ends.
     move(spectrum.ptr<float>(), turnsOf(kBorder + kPlaces[p].x).data(),
          turnsOf(kBorder + kPlaces[p].y).data(), moved.ptr<float>());
     for (std::size_t f = 0; f < filters.size(); ++f) {

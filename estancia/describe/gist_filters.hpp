@@ -6,10 +6,10 @@
 
 namespace estancia::describe {
 
-constexpr int kGistSide = 256;  ///< of the picture [pixels]
+constexpr int kGistSide = 256;  ///< of the image [pixels]
 constexpr int kGistBlocks = 4, kGistScales = 4, kGistOrientations = 8;
 
-/// `picture` is CV_32F, kGistSide × kGistSide. A number a scale, orientation and block, in that order.
-std::vector<float> meanAnswers(const cv::Mat& picture);
+/// `image` is CV_32F, kGistSide × kGistSide. A number a scale, orientation and block, in that order.
+std::vector<float> meanAnswers(const cv::Mat& image);
 
 }  // namespace estancia::describe

@@ -9,8 +9,8 @@
 namespace estancia::describe {
 namespace {
 
-constexpr int kBorder = 5;      // mirrored around the picture [pixels]
-constexpr double kCutOff = 4;   // half of it passes [cycles a picture]
+constexpr int kBorder = 5;      // mirrored around the image [pixels]
+constexpr double kCutOff = 4;   // half of it passes [cycles an image]
 constexpr float kNoise = 0.2F;  // contrast below this is left small
 constexpr int kWaves = 18;      // of higher ones less than 1e-6 passes
 
@@ -42,7 +42,7 @@ cv::Mat product(const cv::Mat& a, const cv::Mat& b) {
   return c;
 }
 
-/// The transfer function exp(-f² / s²) in both directions, on a picture that goes on periodically. It passes
+/// The transfer function exp(-f² / s²) in both directions, on an image that goes on periodically. It passes
 /// so few waves that two thin matrices do it in a fraction of a Fourier transform's time: A (Aᵀ X A) Aᵀ.
 class LowPass {
  public:
@@ -58,8 +58,8 @@ class LowPass {
     transposed_ = waves_.t();
   }
 
-  cv::Mat operator()(const cv::Mat& picture) const {
-    const cv::Mat passed = product(product(transposed_, picture), waves_);
+  cv::Mat operator()(const cv::Mat& image) const {
+    const cv::Mat passed = product(product(transposed_, image), waves_);
     return product(product(waves_, passed), transposed_);
   }
 
@@ -73,11 +73,11 @@ class LowPass {
 cv::Mat withEqualContrast(const cv::Mat& gray) {
   static const LowPass common(256 + 2 * kBorder);
   const bool isCommon = gray.cols == 256;
-  cv::Mat picture;
-  cv::log(gray + 1, picture);
-  cv::copyMakeBorder(picture, picture, kBorder, kBorder, kBorder, kBorder, cv::BORDER_REFLECT);
+  cv::Mat image;
+  cv::log(gray + 1, image);
+  cv::copyMakeBorder(image, image, kBorder, kBorder, kBorder, kBorder, cv::BORDER_REFLECT);
   const auto smooth = [&](const cv::Mat& m) { return isCommon ? common(m) : LowPass(m.cols)(m); };
-  const cv::Mat detail = picture - smooth(picture);
+  const cv::Mat detail = image - smooth(image);
   cv::Mat deviation = cv::abs(smooth(detail.mul(detail)));
   cv::sqrt(deviation, deviation);
   cv::Mat equal = detail / (deviation + kNoise);

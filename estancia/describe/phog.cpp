@@ -23,13 +23,13 @@ void requireValid(const PhogOptions& options) {
     throw Error(fmt::format("phog: a range of {} degrees; 180 and 360 can be had", options.range));
   if (options.longestSide < 16)
     throw Error(
-        fmt::format("phog: pictures of {} pixels tell nothing; take at least 16", options.longestSide));
+        fmt::format("phog: images of {} pixels tell nothing; take at least 16", options.longestSide));
 }
 
 cv::Mat grayOf(const cv::Mat& image, int longestSide) {
-  if (image.empty()) throw Error("phog: there is no picture");
+  if (image.empty()) throw Error("phog: there is no image");
   if (image.type() != CV_8UC3 && image.type() != CV_8UC1)
-    throw Error("phog: the picture is neither BGR nor gray with 8 bits; convert it");
+    throw Error("phog: the image is neither BGR nor gray with 8 bits; convert it");
   cv::Mat gray = image;
   if (const int side = std::max(image.cols, image.rows); side > longestSide) {
     const double scale = static_cast<double>(longestSide) / side;
@@ -77,7 +77,7 @@ double highThreshold(const Gradient& gradient) {
   return (step + 1) * static_cast<double>(top) / steps;
 }
 
-/// Canny's edges with the thresholds of the picture's own contrast, as in MATLAB's edge(), which the authors
+/// Canny's edges with the thresholds of the image's own contrast, as in MATLAB's edge(), which the authors
 /// used: σ = √2, high where 70 % are below, low at 40 % of it.
 cv::Mat edgesOf(const cv::Mat& gray) {
   cv::Mat smooth, edges;
@@ -97,7 +97,7 @@ std::vector<float> phog(const cv::Mat& image, const PhogOptions& options) {
   const cv::Mat edges = edgesOf(gray);
   const Gradient gradient(gray);  // of what was not smoothed, as in the paper
 
-  // Votes in the smallest cells. A larger cell holds four smaller ones, whatever the size of the picture.
+  // Votes in the smallest cells. A larger cell holds four smaller ones, whatever the size of the image.
   const int bins = options.bins, side = 1 << options.levels;
   std::vector<double> votes(static_cast<std::size_t>(side * side * bins));
   const double turn = options.range * std::numbers::pi / 180;

@@ -1,4 +1,4 @@
-// Pyramid histogram of oriented gradients: which way edges run, in ever smaller parts of the picture.
+// Pyramid histogram of oriented gradients: which way edges run, in ever smaller parts of the image.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -13,7 +13,7 @@ struct PhogOptions {
   int bins = 30;    ///< of orientation, in every cell
   int levels = 2;   ///< the last level; level v has 2^v × 2^v cells
   int range = 360;  ///< 180: a change from dark to light counts as one from light to dark does
-  /// Larger pictures are reduced to this side: edges then mean the same in all sizes [pixels].
+  /// Larger images are reduced to this side: edges then mean the same in all sizes [pixels].
   int longestSide = 640;
 };
 

@@ -1,4 +1,4 @@
-// What a comparison of methods found, as tables, pictures and sentences.
+// What a comparison of methods found, as tables, images and sentences.
 #pragma once
 
 #include <string>

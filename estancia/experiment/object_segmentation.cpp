@@ -90,21 +90,21 @@ SegmentedScene read(const ObjectScene& scene, const CellResults& results) {
           score("euclidean_"), count("posters_told"), count("taken_for_flat")};
 }
 
-Pictures show(const std::vector<ObjectScene>& files, const std::vector<SegmentedScene>& scenes,
+Images show(const std::vector<ObjectScene>& files, const std::vector<SegmentedScene>& scenes,
               const std::vector<std::size_t>& chosen, const Options& options, const std::string& title) {
-  Pictures pictures{title, "The picture, its objects, and the clusters that were found.", {}, true};
+  Images images{title, "The image, its objects, and the clusters that were found.", {}, true};
   for (const std::size_t i : chosen) {
     const Scene scene(files[i], options);
     const SegmentationScore& score = scenes[i].ours;
-    pictures.pictures.push_back(
-        {segmentationPicture(io::readImage(files[i].image), scene.truth,
+    images.images.push_back(
+        {segmentationImage(io::readImage(files[i].image), scene.truth,
                              pixelsOf(findClusters(scene.depth, options.camera, clustering(options)))),
          fmt::format("{}{}: {} of {} objects, mean IoU {:.2f}", files[i].name,
                      files[i].category.empty() ? "" : " (" + files[i].category + ")", score.found,
                      score.objects,
                      score.iou / static_cast<double>(std::max<std::size_t>(score.objects, 1)))});
   }
-  return pictures;
+  return images;
 }
 
 CameraIntrinsics readCamera(ConfigFile& config, const toml::table& table) {
@@ -115,8 +115,8 @@ CameraIntrinsics readCamera(ConfigFile& config, const toml::table& table) {
   const auto number = [&config](double& to, double least) {
     return [&config, &to, least](auto& n) { to = config.number(n, least, largest); };
   };
-  config.read(table, {{"width", true, "of its pictures [pixels]", size(camera.width)},
-                      {"height", true, "of its pictures [pixels]", size(camera.height)},
+  config.read(table, {{"width", true, "of its images [pixels]", size(camera.width)},
+                      {"height", true, "of its images [pixels]", size(camera.height)},
                       {"fx", true, "focal length [pixels]", number(camera.fx, 1)},
                       {"fy", true, "focal length [pixels]", number(camera.fy, 1)},
                       {"cx", true, "principal point [pixels]", number(camera.cx, -largest)},
@@ -138,8 +138,8 @@ ObjectSegmentationOptions readObjectSegmentation(ConfigFile& config) {
        {"tolerance", false, "", [&](auto& n) { options.tolerance = config.number(n, 1e-4, 10); }},
        {"seed", false, "",
         [&](auto& n) { options.seed = static_cast<std::uint64_t>(config.integer(n, 0, 1'000'000'000)); }},
-       {"pictures", false, "",
-        [&](auto& n) { options.pictures = static_cast<std::size_t>(config.integer(n, 0, 20)); }}});
+       {"images", false, "",
+        [&](auto& n) { options.images = static_cast<std::size_t>(config.integer(n, 0, 20)); }}});
   options.camera = readCamera(config, *camera);
   return options;
 }
@@ -178,7 +178,7 @@ Findings segmentObjects(const Options& options, Grid& grid, const ExperimentRun&
   Findings findings = findingsOf(scenes);
   if (run.distribution == nullptr || run.distribution->isFirst()) {
     std::vector<std::size_t> order = bestFirst(scenes);
-    const auto count = static_cast<std::ptrdiff_t>(std::min(options.pictures, order.size() / 2));
+    const auto count = static_cast<std::ptrdiff_t>(std::min(options.images, order.size() / 2));
     if (count > 0) {
       findings.sections.emplace_back(
           show(files, scenes, {order.end() - count, order.end()}, options, "The worst scenes"));

@@ -1,4 +1,4 @@
-// Are the things in a picture found, whole and apart (thesis 6.3)? docs/objects-experiment.md shows the
+// Are the things in an image found, whole and apart (thesis 6.3)? docs/objects-experiment.md shows the
 // tables that it makes.
 #pragma once
 
@@ -20,10 +20,10 @@ class ConfigFile;
 struct ObjectSegmentationOptions {
   std::filesystem::path scenes;  ///< see readObjectScenes()
   CameraIntrinsics camera;
-  double depthScale = 0;     ///< units a meter of the depth pictures; 0: the usual
+  double depthScale = 0;     ///< units a meter of the depth images; 0: the usual
   double tolerance = 0.02;   ///< of plain Euclidean clusters [m]
   std::uint64_t seed = 1;    ///< of planes and of the posters' noise
-  std::size_t pictures = 3;  ///< of the best scenes on the page, and as many of the worst
+  std::size_t images = 3;  ///< of the best scenes on the page, and as many of the worst
 };
 
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.
@@ -32,7 +32,7 @@ ObjectSegmentationOptions readObjectSegmentation(ConfigFile& config);
 /// scene,objects,found,over,under,mean_iou,posters,posters_told,taken_for_flat,euclidean_found, …
 GridColumns objectSegmentationColumns();
 
-/// Runs the experiment. Throws Error when the scenes are not there or a picture cannot be read.
+/// Runs the experiment. Throws Error when the scenes are not there or an image cannot be read.
 Findings segmentObjects(const ObjectSegmentationOptions& options, Grid& grid, const ExperimentRun& run,
                         Progress& progress);
 

@@ -79,16 +79,16 @@ cv::Vec3b colorOf(std::size_t i) {
 }
 
 cv::Mat painted(const cv::Mat& bgr, const std::vector<PixelSet>& things) {
-  cv::Mat gray, picture;
+  cv::Mat gray, image;
   cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
-  cv::cvtColor(gray, picture, cv::COLOR_GRAY2BGR);
+  cv::cvtColor(gray, image, cv::COLOR_GRAY2BGR);
   for (std::size_t t = 0; t < things.size(); ++t)
     for (const std::uint32_t pixel : things[t]) {
-      cv::Vec3b& to = picture.ptr<cv::Vec3b>()[pixel];
+      cv::Vec3b& to = image.ptr<cv::Vec3b>()[pixel];
       for (int channel = 0; channel < 3; ++channel)
         to[channel] = static_cast<unsigned char>((to[channel] + 2 * colorOf(t)[channel]) / 3);
     }
-  return picture;
+  return image;
 }
 
 }  // namespace
@@ -140,13 +140,13 @@ std::vector<std::size_t> bestFirst(const std::vector<SegmentedScene>& scenes) {
   return order;
 }
 
-std::vector<unsigned char> segmentationPicture(const cv::Mat& bgr, const cv::Mat& truth,
+std::vector<unsigned char> segmentationImage(const cv::Mat& bgr, const cv::Mat& truth,
                                                const std::vector<PixelSet>& clusters) {
   constexpr int width = 900;
   cv::Mat image = bgr, row;
   if (image.size() != truth.size()) cv::resize(bgr, image, truth.size(), 0, 0, cv::INTER_AREA);
   cv::hconcat(std::vector<cv::Mat>{image, painted(image, objectsOf(truth)), painted(image, clusters)}, row);
-  return encodePicture(row, width);
+  return encodeImage(row, width);
 }
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// Tables and pictures of a segmentation experiment.
+// Tables and images of a segmentation experiment.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -18,14 +18,14 @@ struct SegmentedScene {
   std::size_t takenForFlat = 0;  ///< objects that are
 };
 
-/// Score by category and over all, posters. The pictures are the caller's.
+/// Score by category and over all, posters. The images are the caller's.
 Findings findingsOf(const std::vector<SegmentedScene>& scenes);
 
 /// Scenes from the best to the worst.
 std::vector<std::size_t> bestFirst(const std::vector<SegmentedScene>& scenes);
 
 /// The image, its objects and the clusters side by side, as a JPEG; each thing in a color of its own.
-std::vector<unsigned char> segmentationPicture(const cv::Mat& bgr, const cv::Mat& truth,
+std::vector<unsigned char> segmentationImage(const cv::Mat& bgr, const cv::Mat& truth,
                                                const std::vector<PixelSet>& clusters);
 
 }  // namespace estancia

@@ -19,7 +19,7 @@ constexpr double half = 0.5, fifth = 0.2;
 
 void requireTruth(const cv::Mat& truth) {
   if (truth.type() != CV_32SC1 || !truth.isContinuous())
-    throw Error("the objects of a picture must be one picture of 32-bit numbers");
+    throw Error("the objects of an image must be one image of 32-bit numbers");
 }
 
 /// Sets that grow together.
@@ -67,7 +67,7 @@ SegmentationScore scoreClusters(const cv::Mat& truth, const std::vector<PixelSet
     std::map<int, std::size_t> common;
     for (const std::uint32_t pixel : cluster) {
       if (pixel >= truth.total())
-        throw Error(fmt::format("a cluster has the pixel {} of a picture of {}", pixel, truth.total()));
+        throw Error(fmt::format("a cluster has the pixel {} of an image of {}", pixel, truth.total()));
       if (object[pixel] != 0) ++common[object[pixel]];
     }
     std::vector<int> holds;

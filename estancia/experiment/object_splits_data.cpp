@@ -38,7 +38,7 @@ class SomeViews final : public ObjectViews {
   std::size_t size() const override { return chosen_.size(); }
   const ObjectView& view(std::size_t i) const override { return all_->view(chosen_.at(i)); }
   PointCloud cloud(std::size_t i) const override { return all_->cloud(chosen_.at(i)); }
-  ObjectPicture picture(std::size_t i) const override { return all_->picture(chosen_.at(i)); }
+  ObjectImage image(std::size_t i) const override { return all_->image(chosen_.at(i)); }
 
  private:
   std::unique_ptr<ObjectViews> all_;

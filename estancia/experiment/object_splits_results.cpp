@@ -258,7 +258,7 @@ void addClouds(const Results& results, Findings& findings) {
 
 /// Where shape is right and the labeler wrong (Tables 6.3, 6.5), or the reverse (6.4, 6.6): one of each word,
 /// then more.
-Pictures examples(const Results& results, std::size_t method, bool success) {
+Images examples(const Results& results, std::size_t method, bool success) {
   constexpr std::size_t most = 6;
   constexpr int side = 192;
   const ObjectTask& task = *results.task;
@@ -267,7 +267,7 @@ Pictures examples(const Results& results, std::size_t method, bool success) {
   const auto name = [&](int word) {
     return word < 0 ? std::string("nothing") : task.study.words[static_cast<std::size_t>(word)].name;
   };
-  Pictures pictures{
+  Images images{
       fmt::format("{}, {}: {}", task.data->name, split.name,
                   success ? "shape is right, the labeler wrong" : "the labeler is right, shape wrong"),
       "",
@@ -285,20 +285,20 @@ Pictures examples(const Results& results, std::size_t method, bool success) {
   const auto patches = patchesOf(*task.views);
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = wanted[k * wanted.size() / count], sample = split.test[i];
-    pictures.pictures.push_back(
-        {encodePicture(patches->image(task.view[sample]), side),
+    images.images.push_back(
+        {encodeImage(patches->image(task.view[sample]), side),
          fmt::format("{}: {}; labeler {}, shape {}",
                      task.thingNames[static_cast<std::size_t>(task.things[sample])], name(task.words[sample]),
                      name(results.labeled[0][i]), name(answers[i]))});
   }
-  return pictures;
+  return images;
 }
 
 void addExamples(const Results& results, Findings& findings) {
   if (results.labeled.empty() || !results.task->data->machineNames) return;
   for (const bool success : {true, false})
-    if (Pictures pictures = examples(results, bestMethod(results), success); !pictures.pictures.empty())
-      findings.sections.emplace_back(std::move(pictures));
+    if (Images images = examples(results, bestMethod(results), success); !images.images.empty())
+      findings.sections.emplace_back(std::move(images));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What an experiment on splits found, and its tables, curves, clouds and pictures.
+// What an experiment on splits found, and its tables, curves, clouds and images.
 #pragma once
 
 #include <cstddef>

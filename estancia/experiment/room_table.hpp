@@ -1,4 +1,4 @@
-// The rooms of images, as data sets tell them: a CSV beside the pictures.
+// The rooms of images, as data sets tell them: a CSV beside the images.
 #pragma once
 
 #include <cstddef>

@@ -18,19 +18,19 @@
 namespace estancia {
 namespace {
 
-CameraIntrinsics cameraOf(const std::filesystem::path& picture, const CloudFileOptions& options) {
+CameraIntrinsics cameraOf(const std::filesystem::path& image, const CloudFileOptions& options) {
   auto file = options.intrinsics;
-  const auto folder = std::filesystem::absolute(picture).parent_path();
+  const auto folder = std::filesystem::absolute(image).parent_path();
   if (file.empty()) file = io::findIntrinsics(folder);
   if (file.empty()) file = io::findIntrinsics(folder.parent_path());
   if (file.empty())
     throw Error(fmt::format(
-        "{}: nothing says which camera took this depth picture; give its intrinsics (fx fy cx cy)",
-        io::printable(picture.string())));
+        "{}: nothing says which camera took this depth image; give its intrinsics (fx fy cx cy)",
+        io::printable(image.string())));
   return io::readIntrinsics(file);
 }
 
-PointCloud readDepthPicture(const std::filesystem::path& file, const CloudFileOptions& options) {
+PointCloud readDepthImage(const std::filesystem::path& file, const CloudFileOptions& options) {
   CameraIntrinsics camera = cameraOf(file, options);
   const cv::Mat depth = io::readDepth(file, options.depthScale);
   if (camera.width == 0) {
@@ -51,8 +51,8 @@ PointCloud readDepthPicture(const std::filesystem::path& file, const CloudFileOp
 PointCloud readCloud(const std::filesystem::path& file, const CloudFileOptions& options) {
   if (io::hasSuffix(file, {".pcd"})) return readPcd(file);
   if (io::hasSuffix(file, {".ply"})) return readPly(file);
-  if (io::hasSuffix(file, io::depthSuffixes())) return readDepthPicture(file, options);
-  throw Error(fmt::format("{}: no cloud by its name; read are .pcd, .ply, and depth pictures {}",
+  if (io::hasSuffix(file, io::depthSuffixes())) return readDepthImage(file, options);
+  throw Error(fmt::format("{}: no cloud by its name; read are .pcd, .ply, and depth images {}",
                           io::printable(file.string()), fmt::join(io::depthSuffixes(), ", ")));
 }
 

@@ -8,19 +8,19 @@
 
 namespace estancia {
 
-/// What a depth picture does not say itself. Clouds in other files need none of it.
+/// What a depth image does not say itself. Clouds in other files need none of it.
 struct CloudFileOptions {
   double depthScale = 0;  ///< what a meter is in its numbers; 0: what is usual for its kind (io::readDepth)
-  /// The camera (io::readIntrinsics); "" takes the file of a usual name in the picture's folder or the one
+  /// The camera (io::readIntrinsics); "" takes the file of a usual name in the image's folder or the one
   /// above.
   std::filesystem::path intrinsics;
   std::filesystem::path
-      colors;  ///< a color picture of the same view, brought to the depth's size; "": none
+      colors;  ///< a color image of the same view, brought to the depth's size; "": none
 };
 
-/// Reads a cloud by the ending of its name: .pcd (readPcd), .ply (readPly), or a depth picture (.png, .tif,
+/// Reads a cloud by the ending of its name: .pcd (readPcd), .ply (readPly), or a depth image (.png, .tif,
 /// .tiff, .exr, .pfm, .pgm), which becomes an organized cloud in the camera's optical frame. Throws Error
-/// when the file cannot be read, is none of these, or is a depth picture of an unknown camera.
+/// when the file cannot be read, is none of these, or is a depth image of an unknown camera.
 PointCloud readCloud(const std::filesystem::path& file, const CloudFileOptions& options = {});
 
 /// Whether a file begins as PCD or PLY files do, whatever its name.

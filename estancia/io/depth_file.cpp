@@ -24,13 +24,13 @@ double usualUnits(int depth) {
   return depth == CV_8U ? 25.5 : depth == CV_16U ? 1000 : 1;
 }
 
-/// The only channel of a picture. Gray pictures are often saved with three.
-cv::Mat onlyChannel(const cv::Mat& picture, const fs::path& file) {
-  if (picture.channels() == 1) return picture;
+/// The only channel of an image. Gray images are often saved with three.
+cv::Mat onlyChannel(const cv::Mat& image, const fs::path& file) {
+  if (image.channels() == 1) return image;
   cv::Mat first, other;
-  cv::extractChannel(picture, first, 0);
-  for (int c = 1; c < std::min(picture.channels(), 3); ++c) {
-    cv::extractChannel(picture, other, c);
+  cv::extractChannel(image, first, 0);
+  for (int c = 1; c < std::min(image.channels(), 3); ++c) {
+    cv::extractChannel(image, other, c);
     if (cv::norm(first, other, cv::NORM_INF) != 0)
       throw Error(
           fmt::format("{}: colors are no depth; export depth with one channel, 16 bits in millimeters",
@@ -43,7 +43,7 @@ cv::Mat depthOfCloud(const fs::path& file, double unitsPerMeter) {
   const PointCloud cloud = readPcd(file);
   if (!cloud.organized())
     throw Error(
-        fmt::format("{}: its points are in no order, so that it has no depth picture; save it organized",
+        fmt::format("{}: its points are in no order, so that it has no depth image; save it organized",
                     printable(file.string())));
   cv::Mat meters = depthOf(cloud);
   if (unitsPerMeter > 0) meters.convertTo(meters, CV_32F, 1 / unitsPerMeter);
@@ -54,7 +54,7 @@ cv::Mat depthOfCloud(const fs::path& file, double unitsPerMeter) {
 
 cv::Mat readDepth(const fs::path& file, double unitsPerMeter) {
   if (hasSuffix(file, {".pcd"})) return depthOfCloud(file, unitsPerMeter);
-  const cv::Mat raw = onlyChannel(decodePicture(file, cv::IMREAD_UNCHANGED), file);
+  const cv::Mat raw = onlyChannel(decodeImage(file, cv::IMREAD_UNCHANGED), file);
   const int kind = raw.depth();
   if (kind != CV_8U && kind != CV_16U && kind != CV_32F && kind != CV_64F)
     throw Error(fmt::format("{}: depth has 8 or 16 bits without sign, or is float; convert it",

@@ -18,7 +18,7 @@ std::vector<std::filesystem::path> filesIn(const std::filesystem::path& folder,
 /// Whether the file's name, in lower case, ends with one of `suffixes`.
 bool hasSuffix(const std::filesystem::path& file, const std::vector<std::string>& suffixes);
 
-/// Suffixes of the pictures that the readers take, lower case, with the dot.
+/// Suffixes of the images that the readers take, lower case, with the dot.
 const std::vector<std::string>& imageSuffixes();
 
 /// Natural order of names: runs of digits compare as numbers, so "img9" comes before "img10".

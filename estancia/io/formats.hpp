@@ -36,13 +36,13 @@ class ListedSequence : public Sequence {
   std::vector<std::string> splits_;
 };
 
-/// A frame's depth picture: "" where it has none.
+/// A frame's depth image: "" where it has none.
 struct DepthFile {
   std::filesystem::path file;
-  std::optional<double> timestamp;  ///< of the nearest depth picture, even where that is not this frame's
+  std::optional<double> timestamp;  ///< of the nearest depth image, even where that is not this frame's
 };
 
-/// Frames that are one picture file each, perhaps with one of depth: what most data sets come down to.
+/// Frames that are one image file each, perhaps with one of depth: what most data sets come down to.
 class ImageFiles final : public ListedSequence {
  public:
   /// `depthScale`: units a meter, as readDepth has it.

@@ -18,22 +18,22 @@ namespace {
 
 constexpr std::size_t kMostBytes = std::size_t{1} << 29;
 
-// OpenCV reads OpenEXR only when this is set before its first picture of any kind. A user's own choice is
+// OpenCV reads OpenEXR only when this is set before its first image of any kind. A user's own choice is
 // kept.
 [[maybe_unused]] const int openExrEnabled = setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);
 
 cv::Mat decode(std::string& bytes, const fs::path& file, int flags = cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH) {
-  cv::Mat picture;
+  cv::Mat image;
   try {
     const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U, bytes.data());
-    picture = cv::imdecode(buffer, flags);
+    image = cv::imdecode(buffer, flags);
   } catch (const cv::Exception&) {  // said below
   }
-  if (picture.empty())
+  if (image.empty())
     throw Error(
-        fmt::format("{}: the picture cannot be decoded, it is damaged or of a rare kind; copy or convert it",
+        fmt::format("{}: the image cannot be decoded, it is damaged or of a rare kind; copy or convert it",
                     printable(file.string())));
-  return picture;
+  return image;
 }
 
 /// The bytes behind `export default 'data:…;base64,…'`.
@@ -58,7 +58,7 @@ std::string decodeDataUri(const std::string& text, const fs::path& file) {
 cv::Mat readImage(const fs::path& file) {
   std::string bytes = readBytes(file, kMostBytes);
   if (inspectImage(bytes, printable(file.string())).isRadiance())
-    throw Error(fmt::format("{}: radiance, not a picture; open its folder as type \"panorama\"",
+    throw Error(fmt::format("{}: radiance, not an image; open its folder as type \"panorama\"",
                             printable(file.string())));
   return toBgr8(decode(bytes, file));
 }
@@ -76,22 +76,22 @@ cv::Mat readPanorama(const fs::path& file) {
   return header.isRadiance() ? panorama : toBgr8(std::move(panorama));
 }
 
-cv::Mat decodePicture(const fs::path& file, int flags) {
+cv::Mat decodeImage(const fs::path& file, int flags) {
   std::string bytes = readBytes(file, kMostBytes);
   inspectImage(bytes, printable(file.string()));
   return decode(bytes, file, flags);
 }
 
-cv::Mat toBgr8(cv::Mat picture) {
-  if (picture.depth() == CV_16U) picture.convertTo(picture, CV_8U, 1 / 257.0);
-  if (picture.depth() != CV_8U) {
-    picture.convertTo(picture, CV_32F);
-    cv::patchNaNs(picture, 0);
-    picture.convertTo(picture, CV_8U, 255);
+cv::Mat toBgr8(cv::Mat image) {
+  if (image.depth() == CV_16U) image.convertTo(image, CV_8U, 1 / 257.0);
+  if (image.depth() != CV_8U) {
+    image.convertTo(image, CV_32F);
+    cv::patchNaNs(image, 0);
+    image.convertTo(image, CV_8U, 255);
   }
-  if (picture.channels() == 1) cv::cvtColor(picture, picture, cv::COLOR_GRAY2BGR);
-  if (picture.channels() == 4) cv::cvtColor(picture, picture, cv::COLOR_BGRA2BGR);
-  return picture;
+  if (image.channels() == 1) cv::cvtColor(image, image, cv::COLOR_GRAY2BGR);
+  if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
+  return image;
 }
 
 }  // namespace estancia::io

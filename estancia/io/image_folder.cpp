@@ -1,4 +1,4 @@
-// A plain folder of pictures, in the natural order of their names.
+// A plain folder of images, in the natural order of their names.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ cv::Mat ImageFiles::depth(std::size_t i) const {
   const fs::path& file = depths_.at(i).file;
   if (file.empty())
     throw Error(
-        fmt::format("{}: {} has no depth picture; leave it out or give its depth", name_, frames_[i].name));
+        fmt::format("{}: {} has no depth image; leave it out or give its depth", name_, frames_[i].name));
   return readDepth(file, depthScale_);
 }
 
@@ -74,13 +74,13 @@ bool isImageFile(const std::filesystem::path& file) {
 }
 
 std::unique_ptr<Sequence> openImages(const std::vector<std::filesystem::path>& files) {
-  if (files.empty()) throw Error("there are no pictures to open; name at least one");
-  auto sequence = std::make_unique<io::ImageFiles>(files.size() == 1 ? io::nameOf(files[0]) : "pictures");
+  if (files.empty()) throw Error("there are no images to open; name at least one");
+  auto sequence = std::make_unique<io::ImageFiles>(files.size() == 1 ? io::nameOf(files[0]) : "images");
   for (const auto& file : files) {
     const std::string name = io::printable(file.string());
     if (!std::filesystem::exists(file)) throw Error(fmt::format("{}: there is no such file", name));
     if (!isImageFile(file))
-      throw Error(fmt::format("{}: no picture (jpg, png, bmp, tif, webp, pgm, ppm)", name));
+      throw Error(fmt::format("{}: no image (jpg, png, bmp, tif, webp, pgm, ppm)", name));
     Frame frame;
     frame.name = name;
     sequence->add(std::move(frame), file);

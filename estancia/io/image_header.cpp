@@ -78,7 +78,7 @@ Size inspectBmp(const Bytes& b) {
   const auto pixels = b.little(10, 4), headerSize = b.little(14, 4);
   if (headerSize == 12) return {"BMP", b.little(18, 2), b.little(20, 2)};  // OS/2
   const auto width = b.littleSigned32(18),
-             height = b.littleSigned32(22);  // top-down pictures count downwards
+             height = b.littleSigned32(22);  // top-down images count downwards
   const auto bits = b.little(28, 2), compression = b.little(30, 4);
   if (width <= 0 || height == 0) throw Damaged();
   Size size{"BMP", static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(std::abs(height))};
@@ -253,7 +253,7 @@ ImageHeader inspectImage(std::string_view bytes, const std::string& file) {
   const Inspect inspect = findFormat(b);
   if (inspect == nullptr)
     throw Error(
-        fmt::format("{}: not a picture, its content is none of JPEG, PNG, BMP, TIFF, WebP, PGM or PPM; "
+        fmt::format("{}: not an image, its content is none of JPEG, PNG, BMP, TIFF, WebP, PGM or PPM; "
                     "remove or convert it",
                     file));
   try {
@@ -265,9 +265,9 @@ ImageHeader inspectImage(std::string_view bytes, const std::string& file) {
                               file, header.width, header.height, kMostPixels));
     return header;
   } catch (const CutOff&) {
-    throw Error(fmt::format("{}: the picture is cut off, its file ends too early; copy it again", file));
+    throw Error(fmt::format("{}: the image is cut off, its file ends too early; copy it again", file));
   } catch (const Damaged&) {
-    throw Error(fmt::format("{}: the picture's header is damaged; copy it again", file));
+    throw Error(fmt::format("{}: the image's header is damaged; copy it again", file));
   }
 }
 

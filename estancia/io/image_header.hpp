@@ -1,4 +1,4 @@
-// What a picture file says of itself, checked before a decoder allocates or guesses anything.
+// What an image file says of itself, checked before a decoder allocates or guesses anything.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ struct ImageHeader {
 };
 
 /// Recognizes the format by content, never by name, and reads the declared size. Throws Error, naming `file`,
-/// when the bytes are no picture, declare no pixels or more than 2^26 (67 million), or end before the picture
+/// when the bytes are no image, declare no pixels or more than 2^26 (67 million), or end before the image
 /// does: decoders fill the rest of a truncated JPEG or TIFF with gray and say nothing. Damage inside complete
 /// data is left to the decoders (PNG has checksums, JPEG has none).
 ImageHeader inspectImage(std::string_view bytes, const std::string& file);

@@ -12,7 +12,7 @@
 
 namespace estancia {
 
-std::vector<unsigned char> encodePicture(const cv::Mat& bgr, int width) {
+std::vector<unsigned char> encodeImage(const cv::Mat& bgr, int width) {
   cv::Mat small = bgr;
   if (bgr.cols > width) {
     const int height = std::max(1, static_cast<int>(std::lround(1.0 * bgr.rows * width / bgr.cols)));
@@ -21,14 +21,14 @@ std::vector<unsigned char> encodePicture(const cv::Mat& bgr, int width) {
   constexpr int quality = 82;
   std::vector<unsigned char> jpeg;
   if (!cv::imencode(".jpg", small, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality}))
-    throw Error("a picture could not be encoded as JPEG; was OpenCV built without it?");
+    throw Error("an image could not be encoded as JPEG; was OpenCV built without it?");
   return jpeg;
 }
 
 void writePng(const std::filesystem::path& file, const cv::Mat& bgr) {
   std::vector<unsigned char> png;
   if (bgr.empty() || !cv::imencode(".png", bgr, png))
-    throw Error(fmt::format("{}: the picture could not be encoded as PNG", file.string()));
+    throw Error(fmt::format("{}: the image could not be encoded as PNG", file.string()));
   writeWhole(file, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 

@@ -1,4 +1,4 @@
-// Pictures that are written: small ones for maps and reports, and files.
+// Images that are written: small ones for maps and reports, and files.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 namespace estancia {
 
 /// The image as a JPEG of at most `width` pixels width. Throws Error when it cannot be encoded.
-std::vector<unsigned char> encodePicture(const cv::Mat& bgr, int width = 192);
+std::vector<unsigned char> encodeImage(const cv::Mat& bgr, int width = 192);
 
 /// What a PNG file begins with.
 constexpr std::string_view pngStart = "\x89PNG\r\n";

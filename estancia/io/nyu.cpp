@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Of the color camera, to which depth is registered: camera_params.m of the data set's own toolbox
-/// (fx_rgb, fy_rgb, cx_rgb, cy_rgb), which is for 640 × 480; the pictures say by their size what it becomes.
+/// (fx_rgb, fy_rgb, cx_rgb, cy_rgb), which is for 640 × 480; the images say by their size what it becomes.
 constexpr CameraIntrinsics kPublished = {
     640, 480, 518.85790117450188, 519.46961112127485, 325.58244941119034, 253.73616633400465};
 
@@ -104,7 +104,7 @@ Opened openNyu(const fs::path& path, const SequenceOptions& options) {
   const auto left = std::ranges::count_if(scenes, [](const auto& entry) { return entry.second.line > 0; });
   if (left > 0)
     sequence->warn(
-        fmt::format("scenes.csv: {} of {} lines are of pictures that are not there", left, scenes.size()));
+        fmt::format("scenes.csv: {} of {} lines are of images that are not there", left, scenes.size()));
   return sequence;
 }
 

@@ -152,8 +152,8 @@ bool isObjectSamples(const fs::path& folder) {
   return stream.read(start.data(), static_cast<std::streamsize>(start.size())) && start == kKind;
 }
 
-fs::path pictureOf(const fs::path& folder, const std::string& name) {
-  return folder / "pictures" / (name + ".png");
+fs::path imageOf(const fs::path& folder, const std::string& name) {
+  return folder / "images" / (name + ".png");
 }
 
 fs::path maskOf(const fs::path& folder, const std::string& name) {

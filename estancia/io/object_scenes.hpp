@@ -1,4 +1,4 @@
-// RGB-D pictures of scenes in which every object is marked.
+// RGB-D images of scenes in which every object is marked.
 #pragma once
 
 #include <filesystem>

@@ -69,7 +69,7 @@ class LeftOut {
   std::string first_;
 };
 
-/// A picture of marks: one channel of 8 bits, or several equal ones. Throws Error on anything else.
+/// An image of marks: one channel of 8 bits, or several equal ones. Throws Error on anything else.
 cv::Mat readMarks(const std::filesystem::path& file);
 
 /// The points of the marked pixels in `box`, with colors: `depth` (CV_32F, meters), `mask` (CV_8U) and

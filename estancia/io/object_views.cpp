@@ -24,7 +24,7 @@ struct Format {
 
 /// In the order in which they are asked.
 constexpr Format kFormats[] = {
-    {"samples", "what `estancia objects collect` gathered: samples.csv, pictures/, clouds/",
+    {"samples", "what `estancia objects collect` gathered: samples.csv, images/, clouds/",
      io::isSampleViews, io::openSampleViews},
     {"nyu", "NYU Depth V2: rgb/, depth/, label/ of equal names, classes40.txt, scenes.csv", io::isNyuObjects,
      io::openNyuObjects},
@@ -98,7 +98,7 @@ std::string LeftOut::sentence(std::size_t all, const std::string& what) const {
 }
 
 cv::Mat readMarks(const fs::path& file) {
-  const cv::Mat read = decodePicture(file, cv::IMREAD_UNCHANGED);
+  const cv::Mat read = decodeImage(file, cv::IMREAD_UNCHANGED);
   std::vector<cv::Mat> channels;
   cv::split(read, channels);
   const bool gray =
@@ -114,7 +114,7 @@ PointCloud pointsBehind(const cv::Mat& image, const cv::Mat& depth, const cv::Ma
                         const CameraIntrinsics& camera, const std::string& view) {
   if (image.size() != depth.size() || mask.size() != depth.size())
     throw Error(
-        fmt::format("{}: picture ({} × {}), depth ({} × {}) and mask ({} × {}) differ in size; one "
+        fmt::format("{}: image ({} × {}), depth ({} × {}) and mask ({} × {}) differ in size; one "
                     "of them belongs to another view",
                     view, image.cols, image.rows, depth.cols, depth.rows, mask.cols, mask.rows));
   CameraIntrinsics part = camera.scaledTo(depth.cols, depth.rows);

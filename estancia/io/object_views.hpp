@@ -21,13 +21,13 @@ struct ObjectView {
       instance;  ///< of which thing; several views of one thing have the same, unique among categories
   std::string category;   ///< what the data set calls it; "" where unknown
   std::string split;      ///< the data set's own part: "train", "test"; "" where it has none
-  std::string frame;      ///< the picture or frame it comes from; "" where there is none
+  std::string frame;      ///< the image or frame it comes from; "" where there is none
   bool flat = false;      ///< told to be flat when it was collected
-  bool atBorder = false;  ///< cut by the edge of the picture
+  bool atBorder = false;  ///< cut by the edge of the image
 };
 
-/// The thing in its picture.
-struct ObjectPicture {
+/// The thing in its image.
+struct ObjectImage {
   cv::Mat image;  ///< BGR; empty where there is only a cloud
   cv::Rect box;   ///< of the thing in it
   cv::Mat mask;   ///< CV_8U, the size of the image, not 0 on the thing; empty where unknown
@@ -46,7 +46,7 @@ class ObjectViews {
   virtual PointCloud cloud(std::size_t i) const = 0;
 
   /// Throws Error when this view cannot be read.
-  virtual ObjectPicture picture(std::size_t i) const = 0;
+  virtual ObjectImage image(std::size_t i) const = 0;
 
   /// Sentences about what was left out.
   const std::vector<std::string>& warnings() const { return warnings_; }
@@ -65,7 +65,7 @@ struct ObjectViewsOptions {
 /// Opens a folder of views:
 ///  * "samples": what `estancia objects collect` gathered, see object_samples.hpp;
 ///  * "clouds": CATEGORY/NAME.pcd (or .ply), a folder an object, which is one instance, or
-///    CATEGORY/INSTANCE/NAME.pcd where there are several; no pictures;
+///    CATEGORY/INSTANCE/NAME.pcd where there are several; no images;
 ///  * "washington": the RGB-D Object Dataset (Lai et al., ICRA 2011), CATEGORY/CATEGORY_N/
 ///    CATEGORY_N_VIDEO_FRAME_{crop.png,depthcrop.png,maskcrop.png,loc.txt}; a camera file in the folder
 ///    (io::findIntrinsics) replaces the published camera;

@@ -67,7 +67,7 @@ class CloudViews final : public ListedObjectViews {
   }
 
   PointCloud cloud(std::size_t i) const override { return enough(readCloud(files_.at(i)), view(i).name); }
-  ObjectPicture picture(std::size_t i) const override {
+  ObjectImage image(std::size_t i) const override {
     view(i);
     return {};
   }

@@ -26,8 +26,8 @@ namespace {
 constexpr const char* kNoThings[] = {"wall",           "floor",          "ceiling",
                                      "otherstructure", "otherfurniture", "otherprop"};
 
-// Shares of the picture: 900 pixels of 320 × 240, 600 of them with depth; what comes within 6 pixels of the
-// edge is cut by it, as published pictures have no labels in a frame of 2 to 5 pixels.
+// Shares of the image: 900 pixels of 320 × 240, 600 of them with depth; what comes within 6 pixels of the
+// edge is cut by it, as published images have no labels in a frame of 2 to 5 pixels.
 constexpr double kLeastArea = 900.0 / (320 * 240), kLeastDepth = 600.0 / (320 * 240), kEdge = 6.0 / 320;
 
 /// The class of each mark; "" where it is no thing.
@@ -128,16 +128,16 @@ class NyuObjects final : public ListedObjectViews {
   PointCloud cloud(std::size_t i) const override {
     const Place& place = places_.at(i);
     const cv::Mat depth = frames_->depth(place.frame);
-    const ObjectPicture seen = picture(i);
+    const ObjectImage seen = image(i);
     return enough(pointsBehind(seen.image, depth, seen.mask, seen.box, *frames_->intrinsics(), view(i).name),
                   view(i).name);
   }
 
-  ObjectPicture picture(std::size_t i) const override {
+  ObjectImage image(std::size_t i) const override {
     const Place& place = places_.at(i);
     const cv::Mat image = frames_->image(place.frame), marks = readMarks(labels_[place.frame]);
     if (image.size() != marks.size())
-      throw Error(fmt::format("{}: {} × {} pixels, its picture has {} × {}",
+      throw Error(fmt::format("{}: {} × {} pixels, its image has {} × {}",
                               printable(labels_[place.frame].string()), marks.cols, marks.rows, image.cols,
                               image.rows));
     cv::Mat mask = cv::Mat::zeros(marks.rows + 2, marks.cols + 2, CV_8U);
@@ -157,13 +157,13 @@ class NyuObjects final : public ListedObjectViews {
 
   void list(std::size_t frame, const std::vector<Component>& components,
             const std::array<std::string, 256>& classes) {
-    const std::string& picture = frames_->frame(frame).name;
+    const std::string& image = frames_->frame(frame).name;
     std::array<int, 256> numbers = {};
     for (const Component& component : components) {
       const std::string& category = classes[component.mark];
       const std::string name =
-          fmt::format("{}_{}_{}", fs::path(picture).stem().string(), category, ++numbers[component.mark]);
-      add({name, name, category, frames_->splits()[frame], picture, false, component.atEdge});
+          fmt::format("{}_{}_{}", fs::path(image).stem().string(), category, ++numbers[component.mark]);
+      add({name, name, category, frames_->splits()[frame], image, false, component.atEdge});
       places_.push_back({frame, component});
     }
   }

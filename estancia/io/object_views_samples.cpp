@@ -20,7 +20,7 @@ class SampleViews final : public ListedObjectViews {
     const std::vector<ObjectSample> samples = readObjectSamples(folder);
     LeftOut leftOut;
     for (const ObjectSample& sample : samples) {
-      const fs::path files[] = {pictureOf(folder, sample.view.name), cloudOf(folder, sample.view.name)};
+      const fs::path files[] = {imageOf(folder, sample.view.name), cloudOf(folder, sample.view.name)};
       const auto* missing =
           std::ranges::find_if(files, [](const fs::path& f) { return !fs::is_regular_file(f); });
       if (missing != std::end(files)) {
@@ -37,9 +37,9 @@ class SampleViews final : public ListedObjectViews {
     return enough(readCloud(cloudOf(folder_, view(i).name)), view(i).name);
   }
 
-  ObjectPicture picture(std::size_t i) const override {
-    const fs::path file = pictureOf(folder_, view(i).name);
-    ObjectPicture seen{readImage(file), boxes_[i], {}};
+  ObjectImage image(std::size_t i) const override {
+    const fs::path file = imageOf(folder_, view(i).name);
+    ObjectImage seen{readImage(file), boxes_[i], {}};
     if ((seen.box & cv::Rect({}, seen.image.size())) != seen.box)
       throw Error(fmt::format("{}: {} × {} pixels do not hold the box of samples.csv",
                               printable(file.string()), seen.image.cols, seen.image.rows));
@@ -47,7 +47,7 @@ class SampleViews final : public ListedObjectViews {
     if (!fs::is_regular_file(marks)) return seen;
     seen.mask = readMarks(marks);
     if (seen.mask.size() != seen.image.size())
-      throw Error(fmt::format("{}: {} × {} pixels, but its picture has {} × {}", printable(marks.string()),
+      throw Error(fmt::format("{}: {} × {} pixels, but its image has {} × {}", printable(marks.string()),
                               seen.mask.cols, seen.mask.rows, seen.image.cols, seen.image.rows));
     return seen;
   }
@@ -61,7 +61,7 @@ class SampleViews final : public ListedObjectViews {
 
 /// Also without a sound list: that is to be told, not read as something else.
 bool isSampleViews(const fs::path& folder) {
-  return fs::exists(folder / "samples.csv") || (fs::is_directory(pictureOf(folder, "x").parent_path()) &&
+  return fs::exists(folder / "samples.csv") || (fs::is_directory(imageOf(folder, "x").parent_path()) &&
                                                 fs::is_directory(cloudOf(folder, "x").parent_path()));
 }
 

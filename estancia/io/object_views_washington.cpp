@@ -1,5 +1,5 @@
 // The RGB-D Object Dataset (Lai, Bo, Ren, Fox: A large-scale hierarchical multi-view RGB-D object dataset,
-// ICRA 2011), as published: CATEGORY/CATEGORY_N/CATEGORY_N_VIDEO_FRAME_crop.png is the picture around an
+// ICRA 2011), as published: CATEGORY/CATEGORY_N/CATEGORY_N_VIDEO_FRAME_crop.png is the image around an
 // object, _depthcrop.png its depth (16 bits, millimeters), _maskcrop.png the object in it, and _loc.txt "x,y"
 // where the crop begins in the camera's 640 × 480 pixels, counted from 1. Categories hold underscores
 // ("bell_pepper"), so names are read from the right. Videos 1, 2 and 4 look down by 30°, 45° and 60°.
@@ -45,7 +45,7 @@ bool isFrameOf(std::string_view name, std::string_view instance) {
          isNumbered(name.substr(0, last), instance);
 }
 
-/// The first pixel of the crop in the camera's picture, from 0.
+/// The first pixel of the crop in the camera's image, from 0.
 cv::Point readPlace(const fs::path& file) {
   std::vector<std::string> lines = readLines(file);
   std::vector<double> numbers;
@@ -78,7 +78,7 @@ class Washington final : public ListedObjectViews {
   }
 
   PointCloud cloud(std::size_t i) const override {
-    const ObjectPicture seen = picture(i);
+    const ObjectImage seen = image(i);
     const std::string& stem = stems_.at(i);
     const cv::Mat depth = readDepth(stem + kBeside[0], kMillimeters);
     const fs::path file = stem + kBeside[2];
@@ -92,11 +92,11 @@ class Washington final : public ListedObjectViews {
     return enough(pointsBehind(seen.image, depth, seen.mask, seen.box, own, view(i).name), view(i).name);
   }
 
-  ObjectPicture picture(std::size_t i) const override {
+  ObjectImage image(std::size_t i) const override {
     const std::string& stem = stems_.at(i);
-    ObjectPicture seen{readImage(stem + kCrop), {}, readMarks(stem + kBeside[1])};
+    ObjectImage seen{readImage(stem + kCrop), {}, readMarks(stem + kBeside[1])};
     if (seen.image.size() != seen.mask.size())
-      throw Error(fmt::format("{}{}: {} × {} pixels, its picture has {} × {}", printable(stem), kBeside[1],
+      throw Error(fmt::format("{}{}: {} × {} pixels, its image has {} × {}", printable(stem), kBeside[1],
                               seen.mask.cols, seen.mask.rows, seen.image.cols, seen.image.rows));
     seen.box = cv::boundingRect(seen.mask);
     if (seen.box.empty()) throw Error(fmt::format("{}{}: marks nothing", printable(stem), kBeside[1]));

@@ -84,7 +84,7 @@ class PanoramaTour final : public ListedSequence {
   };
   struct Developed {
     std::size_t place;
-    cv::Mat picture;
+    cv::Mat image;
   };
   cv::Mat developed(std::size_t place) const;
 
@@ -148,18 +148,18 @@ cv::Mat PanoramaTour::developed(std::size_t place) const {
   {
     const std::lock_guard lock(mutex_);
     for (const Developed& d : recent_)
-      if (d.place == place) return d.picture;
+      if (d.place == place) return d.image;
   }
   // Outside the lock: other threads may render their places meanwhile.
   cv::Mat panorama = readPanorama(files_[place]);
   const int width = camera_.usefulWidth();
   if (panorama.cols > width)
     cv::resize(panorama, panorama, {width, std::max(1, width / 2)}, 0, 0, cv::INTER_AREA);
-  cv::Mat picture = toneMap(panorama, exposure_);
+  cv::Mat image = toneMap(panorama, exposure_);
   const std::lock_guard lock(mutex_);
-  recent_.push_back({place, picture});
+  recent_.push_back({place, image});
   if (recent_.size() > 4) recent_.erase(recent_.begin());
-  return picture;
+  return image;
 }
 
 cv::Mat PanoramaTour::image(std::size_t i) const {

@@ -328,7 +328,7 @@ PointCloud readPcd(const std::filesystem::path& file) {
 
 cv::Mat depthOf(const PointCloud& cloud) {
   if (!cloud.organized())
-    throw Error(fmt::format("a cloud of {} points in no order has no depth picture; save it organized",
+    throw Error(fmt::format("a cloud of {} points in no order has no depth image; save it organized",
                             cloud.points.size()));
   cv::Mat depth(static_cast<int>(cloud.height), static_cast<int>(cloud.width), CV_32F);
   auto* pixels = depth.ptr<float>();

@@ -22,7 +22,7 @@ PointCloud readPcd(const std::filesystem::path& file);
 /// cannot be written (writeWhole).
 void writePcd(const std::filesystem::path& file, const PointCloud& cloud, bool ascii = false);
 
-/// The depth picture behind an organized cloud in a camera's optical frame: z [m], CV_32F, height × width; 0
+/// The depth image behind an organized cloud in a camera's optical frame: z [m], CV_32F, height × width; 0
 /// where z is not finite or not above 0. Throws Error when the cloud is not organized.
 cv::Mat depthOf(const PointCloud& cloud);
 

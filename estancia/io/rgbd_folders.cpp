@@ -1,4 +1,4 @@
-// Pictures and depth in two folders side by side: rgb/ (or color/, image/ …) and depth/. A picture's depth
+// Images and depth in two folders side by side: rgb/ (or color/, image/ …) and depth/. An image's depth
 // has the same name without its suffix, or, where all names are time stamps, the nearest one.
 #include <fmt/format.h>
 
@@ -14,11 +14,11 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr const char* kPictureFolders[] = {"rgb", "color", "colour", "image", "images"};
+constexpr const char* kImageFolders[] = {"rgb", "color", "colour", "image", "images"};
 
-/// The folder of the pictures; "" when there is none.
-fs::path pictureFolder(const fs::path& path) {
-  for (const char* name : kPictureFolders)
+/// The folder of the images; "" when there is none.
+fs::path imageFolder(const fs::path& path) {
+  for (const char* name : kImageFolders)
     if (isImageFolder(path / name)) return path / name;
   return {};
 }
@@ -31,16 +31,16 @@ bool isTimed(const std::vector<fs::path>& files) {
 
 bool isRgbdFolders(const fs::path& path) {
   return fs::is_directory(path) && !isImageFolder(path) && fs::is_directory(path / "depth") &&
-         !filesIn(path / "depth", depthSuffixes()).empty() && !pictureFolder(path).empty();
+         !filesIn(path / "depth", depthSuffixes()).empty() && !imageFolder(path).empty();
 }
 
 Opened openRgbdFolders(const fs::path& path, const SequenceOptions& options) {
-  const fs::path folder = pictureFolder(path);
+  const fs::path folder = imageFolder(path);
   if (folder.empty() || !fs::is_directory(path / "depth"))
-    throw Error(fmt::format("{}: no pictures in a folder rgb, color or image beside a folder depth",
+    throw Error(fmt::format("{}: no images in a folder rgb, color or image beside a folder depth",
                             printable(path.string())));
-  const auto pictures = filesIn(folder, imageSuffixes()), depths = filesIn(path / "depth", depthSuffixes());
-  const bool timed = isTimed(pictures), depthTimed = isTimed(depths);
+  const auto images = filesIn(folder, imageSuffixes()), depths = filesIn(path / "depth", depthSuffixes());
+  const bool timed = isTimed(images), depthTimed = isTimed(depths);
   std::unordered_map<std::string, fs::path> byStem;
   std::vector<TimedFile> byTime;
   for (const auto& file : depths) {
@@ -50,7 +50,7 @@ Opened openRgbdFolders(const fs::path& path, const SequenceOptions& options) {
   std::ranges::stable_sort(byTime, {}, &TimedFile::timestamp);
 
   auto sequence = std::make_unique<ImageFiles>(nameOf(path), options.depthScale);
-  for (const auto& file : pictures) {
+  for (const auto& file : images) {
     Frame frame;
     frame.name = printable(file.filename().string());
     if (timed) frame.timestamp = timestampOf(file);

@@ -34,7 +34,7 @@ class RecordedFrames final : public io::ListedSequence {
     frames_ = std::move(frames);
   }
   cv::Mat image(std::size_t i) const override {
-    throw Error(fmt::format("{}: there is no picture of {}, only its words", name_, frames_.at(i).name));
+    throw Error(fmt::format("{}: there is no image of {}, only its words", name_, frames_.at(i).name));
   }
 };
 
@@ -48,7 +48,7 @@ io::Opened openWords(const fs::path& path, const SequenceOptions&) {
 
 /// In the order in which they are asked: the plain folder of images takes what no data set claims.
 constexpr Format kFormats[] = {
-    {"recording", "words instead of pictures: .labels (of `estancia label`), .csv, .jsonl, .npy", isWords,
+    {"recording", "words instead of images: .labels (of `estancia label`), .csv, .jsonl, .npy", isWords,
      openWords},
     {"video", "a video file that OpenCV opens", io::isVideo, io::openVideo},
     {"tum", "TUM RGB-D: rgb.txt, depth.txt, groundtruth.txt", io::isTumRgbd, io::openTumRgbd},
@@ -61,7 +61,7 @@ constexpr Format kFormats[] = {
      io::openNyu},
     {"rgbd", "two folders: rgb/ (or color/, image/) and depth/, files of equal names", io::isRgbdFolders,
      io::openRgbdFolders},
-    {"vidrilo", "ViDRILO: pictures and organized PCD clouds of equal numbers, annotations as text",
+    {"vidrilo", "ViDRILO: images and organized PCD clouds of equal numbers, annotations as text",
      io::isVidrilo, io::openVidrilo},
     {"classes",
      "a folder a room, full of images, perhaps in train/ and test/ (those alone are found by auto)",
@@ -103,18 +103,18 @@ const Format& formatOf(const fs::path& path, const std::string& type) {
                   io::printable(path.string()), foldersWithImages(path)));
 }
 
-/// Files that do not say the size of the pictures mean the pictures of this sequence.
+/// Files that do not say the size of the images mean the images of this sequence.
 void attachIntrinsics(io::ListedSequence& sequence, const fs::path& file) {
   CameraIntrinsics camera = io::readIntrinsics(file);
   constexpr std::size_t tries = 10;
   for (std::size_t i = 0; camera.width == 0 && i < std::min(sequence.size(), tries); ++i) try {
-      const cv::Mat picture = sequence.image(i);
-      camera.width = picture.cols;
-      camera.height = picture.rows;
+      const cv::Mat image = sequence.image(i);
+      camera.width = image.cols;
+      camera.height = image.rows;
     } catch (const Error&) {  // the next may be fine
     }
   if (camera.width == 0)
-    throw Error(fmt::format("{}: does not say the size of the pictures, and none of the first {} can be read",
+    throw Error(fmt::format("{}: does not say the size of the images, and none of the first {} can be read",
                             io::printable(file.string()), tries));
   sequence.setIntrinsics(camera);
 }
@@ -198,7 +198,7 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
   if (!(options.depthScale >= 0 && options.depthScale <= 1e9) ||
       (options.depthScale > 0 && options.depthScale < 1e-6))
     throw Error(
-        fmt::format("depthScale = {}: give what a meter is in the numbers of the depth pictures "
+        fmt::format("depthScale = {}: give what a meter is in the numbers of the depth images "
                     "(1000 for millimeters)",
                     options.depthScale));
   std::error_code error;

@@ -34,29 +34,29 @@ class Sequence {
   /// Throws nothing for i < size().
   virtual const Frame& frame(std::size_t i) const = 0;
 
-  /// The picture: BGR, 8 bits, 3 channels, never empty (gray and 16-bit sources are converted).
+  /// The image: BGR, 8 bits, 3 channels, never empty (gray and 16-bit sources are converted).
   /// Throws Error when this one frame cannot be read; later frames may still be fine. Safe to call from
   /// several threads; videos are quickest when read in order.
   virtual cv::Mat image(std::size_t i) const = 0;
 
-  /// Identifies the pixels that image(i) gives without decoding them: equal fingerprints, equal pictures. ""
+  /// Identifies the pixels that image(i) gives without decoding them: equal fingerprints, equal images. ""
   /// where that is not possible. Throws Error when the file cannot be read. Safe to call from several
   /// threads.
   virtual std::string fingerprint(std::size_t /*i*/) const { return ""; }
 
-  /// Whether there are depth pictures; single frames may still lack theirs.
+  /// Whether there are depth images; single frames may still lack theirs.
   virtual bool hasDepth() const { return false; }
 
   /// Meters along the optical axis, CV_32F, never empty; 0 where there is none. Its size may be another than
-  /// the picture's: it shows the same view. Throws Error when this frame's depth is missing or cannot be
+  /// the image's: it shows the same view. Throws Error when this frame's depth is missing or cannot be
   /// read. Safe to call from several threads.
   virtual cv::Mat depth(std::size_t i) const;
 
-  /// When the depth picture nearest to frame i in time was taken [s], also where that is too far away to be
+  /// When the depth image nearest to frame i in time was taken [s], also where that is too far away to be
   /// the frame's own. Absent where depth has no time stamps of its own.
   virtual std::optional<double> depthTimestamp(std::size_t /*i*/) const { return std::nullopt; }
 
-  /// The camera of the pictures and of depth; scaledTo() fits it to a size. Absent where unknown.
+  /// The camera of the images and of depth; scaledTo() fits it to a size. Absent where unknown.
   const std::optional<CameraIntrinsics>& intrinsics() const { return intrinsics_; }
 
   /// Absent where nobody gave poses. Frames may lack theirs all the same, as where a trajectory is all NaN.
@@ -89,7 +89,7 @@ struct SequenceOptions {
   /// A pose further away in time than this belongs to no frame [s].
   double maxPoseGap = 0.05;
 
-  /// What a meter is in the numbers of depth pictures; 0 takes the data set's own (TUM RGB-D 5000), or, where
+  /// What a meter is in the numbers of depth images; 0 takes the data set's own (TUM RGB-D 5000), or, where
   /// there is none, 1000 for 16 bits (millimeters), 25.5 for 8 bits (255 is 10 m) and 1 for float (meters).
   double depthScale = 0;
   /// The camera: a file with its 3×3 matrix, `fx fy cx cy`, or a calibration of ROS or OpenCV (YAML); ""
@@ -111,11 +111,11 @@ struct SequenceOptions {
 std::unique_ptr<Sequence> openSequence(const std::filesystem::path& path,
                                        const SequenceOptions& options = {});
 
-/// Single picture files, in the order given; each frame is called as its file is given. Throws Error for what
-/// is no file, or no picture by its name.
+/// Single image files, in the order given; each frame is called as its file is given. Throws Error for what
+/// is no file, or no image by its name.
 std::unique_ptr<Sequence> openImages(const std::vector<std::filesystem::path>& files);
 
-/// Whether the file is a picture by its name.
+/// Whether the file is an image by its name.
 bool isImageFile(const std::filesystem::path& file);
 
 /// The known values of SequenceOptions::type, each with one line of explanation.

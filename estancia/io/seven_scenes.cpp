@@ -1,5 +1,5 @@
 // Microsoft 7-Scenes: frame-XXXXXX.color.png with frame-XXXXXX.pose.txt (4×4, camera → world, meters), or the
-// pictures in `frames/` and all poses in `poses.csv` (`frame,T00,…,T23`). The data set has no time stamps.
+// images in `frames/` and all poses in `poses.csv` (`frame,T00,…,T23`). The data set has no time stamps.
 // Depth is frame-XXXXXX.depth.png in millimeters. It publishes one camera for color and depth, which are not
 // registered.
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// Poses and rooms that lie beside the pictures.
+// Poses and rooms that lie beside the images.
 #pragma once
 
 #include <filesystem>

@@ -111,9 +111,9 @@ cv::Mat toneMap(cv::Mat panorama, double exposure) {
     for (int c = 0; c < 3; ++c)
       p[c] = toSrgb(radiance ? rollOff(gain * p[c]) : std::min(gain * toLinear(p[c]), 1.F));
   });
-  cv::Mat picture;
-  panorama.convertTo(picture, CV_8U, 255);
-  return picture;
+  cv::Mat image;
+  panorama.convertTo(image, CV_8U, 255);
+  return image;
 }
 
 }  // namespace estancia::io

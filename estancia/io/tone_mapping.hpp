@@ -5,9 +5,9 @@
 
 namespace estancia::io {
 
-/// The panorama (CV_32FC3 linear radiance, or an 8-bit picture) as a camera would have taken it: BGR, 8 bits,
+/// The panorama (CV_32FC3 linear radiance, or an 8-bit image) as a camera would have taken it: BGR, 8 bits,
 /// sRGB. Radiance is exposed so that its log-average over the sphere becomes middle gray (0.18), then changed
-/// by `exposure` [EV]; highlights above 0.6 are rolled off softly. A picture is exposed already and only
+/// by `exposure` [EV]; highlights above 0.6 are rolled off softly. An image is exposed already and only
 /// changed.
 cv::Mat toneMap(cv::Mat panorama, double exposure);
 

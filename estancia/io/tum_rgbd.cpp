@@ -55,8 +55,8 @@ Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
   const fs::path list = path / "rgb.txt";
   auto sequence = std::make_unique<ImageFiles>(nameOf(path),
                                                options.depthScale > 0 ? options.depthScale : kUnitsPerMeter);
-  const auto pictures = readList(list);
-  if (pictures.empty()) throw Error(fmt::format("{}: lists no images", printable(list.string())));
+  const auto images = readList(list);
+  if (images.empty()) throw Error(fmt::format("{}: lists no images", printable(list.string())));
   std::vector<TimedFile> depths;
   if (fs::exists(path / "depth.txt")) try {
       depths = readList(path / "depth.txt");
@@ -65,7 +65,7 @@ Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
     }
   for (TimedFile& depth : depths) depth.file = path / depth.file;
   std::ranges::stable_sort(depths, {}, &TimedFile::timestamp);
-  for (const auto& [time, file] : pictures) {
+  for (const auto& [time, file] : images) {
     Frame frame;
     frame.name = printable(file.string());
     frame.timestamp = time;

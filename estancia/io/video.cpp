@@ -116,18 +116,18 @@ std::size_t Video::count() const {
 
 cv::Mat Video::image(std::size_t i) const {
   const std::lock_guard lock(mutex_);
-  cv::Mat picture;
+  cv::Mat image;
   try {
     if (moveTo(i)) {
       ++next_;  // also when decoding fails: the decoder has moved on
-      capture_.read(picture);
+      capture_.read(image);
     }
   } catch (const cv::Exception&) {  // said below
-    picture.release();
+    image.release();
   }
-  if (picture.empty())
+  if (image.empty())
     throw Error(fmt::format("{}: {} cannot be decoded", printable(file_.string()), frames_.at(i).name));
-  return toBgr8(picture.clone());  // the capture reuses its buffer
+  return toBgr8(image.clone());  // the capture reuses its buffer
 }
 
 std::string Video::fingerprint(std::size_t i) const {
@@ -154,7 +154,7 @@ bool isVideo(const fs::path& path) {
 
 Opened openVideo(const fs::path& path, const SequenceOptions&) {
   if (hasSuffix(path, imageSuffixes()))
-    throw Error(fmt::format("{}: a single picture; open its folder", printable(path.string())));
+    throw Error(fmt::format("{}: a single image; open its folder", printable(path.string())));
   if (isText(path))  // which FFmpeg would play as a terminal's screen
     throw Error(fmt::format("{}: a text file is no video", printable(path.string())));
   return std::make_unique<Video>(path);

@@ -2,12 +2,12 @@
 // Localization with Objects information dataset, IJRR 34(14), 2015), and RobotVision@ImageCLEF, from which it
 // came. One folder a sequence.
 //
-// Published: five sequences of pairs of a color picture and a point cloud (PCD) of one Kinect, each with the
+// Published: five sequences of pairs of a color image and a point cloud (PCD) of one Kinect, each with the
 // category of its room (ten) and the presence of fifteen objects. The files of sequence 1 are called
-// "sequence1visual12…" after their number; the challenge's toolbox keeps pictures and clouds in folders
+// "sequence1visual12…" after their number; the challenge's toolbox keeps images and clouds in folders
 // "…Visual" and "…Depth", and takes z of an organized cloud as depth.
 // Inferred, because the set itself is to be had no longer: how the clouds are called, and how annotations
-// look as text. So any folder is read in which pictures and clouds are told apart by their suffixes and
+// look as text. So any folder is read in which images and clouds are told apart by their suffixes and
 // belong together by the last number in their names; of annotations see readAnnotations(). Those in Matlab
 // files are not read: write them to rooms.csv.
 #include <fmt/format.h>
@@ -118,7 +118,7 @@ bool isFile(const std::string& cell) {
 }
 
 struct Columns {
-  std::optional<std::size_t> frame;  ///< absent: lines follow the pictures
+  std::optional<std::size_t> frame;  ///< absent: lines follow the images
   std::size_t room = 0;
 };
 
@@ -162,7 +162,7 @@ Columns guessColumns(const std::vector<std::vector<std::string>>& rows,
   return columns;
 }
 
-/// Sets the rooms that a table tells: a line a frame, in the order of the pictures, or with the picture's
+/// Sets the rooms that a table tells: a line a frame, in the order of the images, or with the image's
 /// number or file. What else a line says (objects, positions) is passed over. Categories that are numbers
 /// stay such. Throws Error when the table does not fit.
 void readAnnotations(const fs::path& file, ImageFiles& sequence) {
@@ -187,10 +187,10 @@ void readAnnotations(const fs::path& file, ImageFiles& sequence) {
     throw Error("its lines have fewer values than its header");
   if (!columns.frame && rows.size() != sequence.size())
     throw Error(
-        fmt::format("it tells of {} frames, and there are {} pictures", rows.size(), sequence.size()));
+        fmt::format("it tells of {} frames, and there are {} images", rows.size(), sequence.size()));
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const auto frame = columns.frame ? frames.find(numberOf(rows[k][*columns.frame])) : frames.end();
-    if (columns.frame && frame == frames.end()) continue;  // of a picture that was left out
+    if (columns.frame && frame == frames.end()) continue;  // of an image that was left out
     sequence.frames()[columns.frame ? frame->second : k].room = printable(rows[k][columns.room]);
   }
 }
@@ -268,41 +268,41 @@ void fitCamera(ImageFiles& sequence, const std::vector<fs::path>& clouds) {
 
 }  // namespace
 
-/// Pictures and clouds in two folders, or side by side if they are called as in the data set.
+/// Images and clouds in two folders, or side by side if they are called as in the data set.
 bool isVidrilo(const fs::path& path) {
   if (!fs::is_directory(path)) return false;
   const fs::path clouds = folderOf(path, kCloudSuffix, looksDeep);
   if (clouds.empty()) return false;
-  const fs::path pictures = folderOf(path, imageSuffixes(), looksVisual);
-  if (pictures.empty()) return false;
-  return (pictures != path && clouds != path) ||
-         (speaksOf(filesIn(pictures, imageSuffixes()).front(), {"visual"}) &&
+  const fs::path images = folderOf(path, imageSuffixes(), looksVisual);
+  if (images.empty()) return false;
+  return (images != path && clouds != path) ||
+         (speaksOf(filesIn(images, imageSuffixes()).front(), {"visual"}) &&
           speaksOf(filesIn(clouds, kCloudSuffix).front(), {"depth"}));
 }
 
 Opened openVidrilo(const fs::path& path, const SequenceOptions& options) {
-  const fs::path pictureFolder = folderOf(path, imageSuffixes(), looksVisual),
+  const fs::path imageFolder = folderOf(path, imageSuffixes(), looksVisual),
                  cloudFolder = folderOf(path, kCloudSuffix, looksDeep);
-  if (pictureFolder.empty() || cloudFolder.empty())
+  if (imageFolder.empty() || cloudFolder.empty())
     throw Error(
         fmt::format("{}: there is no folder, or more than one, with {}; ViDRILO has a folder a sequence, "
-                    "with one of pictures (visual) and one of clouds (depth)",
-                    printable(path.string()), pictureFolder.empty() ? "pictures" : "clouds (.pcd)"));
-  const auto pictures = filesIn(pictureFolder, imageSuffixes()), clouds = filesIn(cloudFolder, kCloudSuffix);
-  byNumber(pictures);
+                    "with one of images (visual) and one of clouds (depth)",
+                    printable(path.string()), imageFolder.empty() ? "images" : "clouds (.pcd)"));
+  const auto images = filesIn(imageFolder, imageSuffixes()), clouds = filesIn(cloudFolder, kCloudSuffix);
+  byNumber(images);
   const auto numbered = byNumber(clouds);
   auto sequence = std::make_unique<ImageFiles>(nameOf(path), options.depthScale);
   std::size_t without = 0;
-  for (const fs::path& file : pictures) {
+  for (const fs::path& file : images) {
     Frame frame;
     frame.name = printable(file.filename().string());
     const auto cloud = numbered.find(numberOf(file));
     if (cloud == numbered.end()) ++without;
     sequence->add(std::move(frame), file, {cloud == numbered.end() ? fs::path() : cloud->second, {}});
   }
-  if (without == pictures.size())
-    throw Error(fmt::format("{}: no picture has the number of a cloud", printable(path.string())));
-  if (without > 0) sequence->warn(fmt::format("{} of {} pictures have no cloud", without, pictures.size()));
+  if (without == images.size())
+    throw Error(fmt::format("{}: no image has the number of a cloud", printable(path.string())));
+  if (without > 0) sequence->warn(fmt::format("{} of {} images have no cloud", without, images.size()));
   fitCamera(*sequence, clouds);
 
   if (const fs::path table = annotationsIn(path); !table.empty()) try {

@@ -1,4 +1,4 @@
-// Several models in conjunction: one look at each picture, the words of all.
+// Several models in conjunction: one look at each image, the words of all.
 #pragma once
 
 #include <memory>

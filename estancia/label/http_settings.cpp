@@ -20,7 +20,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr std::string_view kPlaceholder = "${image}";
-constexpr std::string_view kBoundary = "estancia-f0e1c6b27d9a4835";  // occurs in no picture
+constexpr std::string_view kBoundary = "estancia-f0e1c6b27d9a4835";  // occurs in no image
 
 bool hasControls(std::string_view text) {
   return std::ranges::any_of(text, [](unsigned char c) { return c < 0x20 || c == 0x7F; });
@@ -156,18 +156,18 @@ HttpSettings readHttpSettings(const ModelSpec& spec) {
 }
 
 std::string requestBody(const HttpSettings& settings, const cv::Mat& bgr) {
-  std::vector<unsigned char> picture;
+  std::vector<unsigned char> image;
   std::vector<int> how;
   if (settings.format == "jpg") how = {cv::IMWRITE_JPEG_QUALITY, settings.quality};
-  cv::imencode("." + settings.format, bgr, picture, how);
+  cv::imencode("." + settings.format, bgr, image, how);
   if (!settings.bodyTemplate.empty()) {
     std::string body = settings.bodyTemplate;
-    const std::string text = base64(picture);
+    const std::string text = base64(image);
     for (std::size_t at = 0; (at = body.find(kPlaceholder, at)) != std::string::npos; at += text.size())
       body.replace(at, kPlaceholder.size(), text);
     return body;
   }
-  const std::string bytes(picture.begin(), picture.end());
+  const std::string bytes(image.begin(), image.end());
   if (settings.field.empty()) return bytes;
   return fmt::format(
       "--{0}\r\nContent-Disposition: form-data; name=\"{1}\"; filename=\"image.{2}\"\r\nContent-Type: "

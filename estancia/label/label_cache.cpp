@@ -50,8 +50,8 @@ std::uint32_t checksumOf(const RecordHead& head, std::string_view value) {
 }
 
 /// The key's bytes. Fingerprints are digests already, but nobody promises their form.
-std::string keyOf(const std::string& picture) {
-  const std::string hex = sha256(picture);
+std::string keyOf(const std::string& image) {
+  const std::string hex = sha256(image);
   std::string key;
   for (std::size_t i = 0; i < hex.size(); i += 2)
     key += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
@@ -104,7 +104,7 @@ class LabelCache::File {
 
   const fs::path& path() const { return path_; }
   const std::string& name() const { return name_; }
-  std::size_t pictures() const { return places_.size(); }
+  std::size_t images() const { return places_.size(); }
 
   std::optional<std::string> find(const std::string& key) const {
     const auto place = places_.find(key);
@@ -313,14 +313,14 @@ LabelCache::File& LabelCache::fileOf(const std::string& model) {
   return *file;
 }
 
-std::optional<std::string> LabelCache::find(const std::string& model, const std::string& picture) {
-  const std::string key = keyOf(picture);
+std::optional<std::string> LabelCache::find(const std::string& model, const std::string& image) {
+  const std::string key = keyOf(image);
   const std::lock_guard lock(mutex_);
   return fileOf(model).find(key);
 }
 
-void LabelCache::put(const std::string& model, const std::string& picture, std::string_view value) {
-  const std::string key = keyOf(picture);
+void LabelCache::put(const std::string& model, const std::string& image, std::string_view value) {
+  const std::string key = keyOf(image);
   const std::lock_guard lock(mutex_);
   if (!problem_.empty()) return;
   try {
@@ -361,7 +361,7 @@ std::vector<LabelCache::Usage> LabelCache::usage() const {
   std::vector<Usage> all;
   for (const fs::path& path : filesIn(folder_)) {
     const File file(path, File::Use::statistics);
-    all.push_back({file.name(), file.pictures(), sizeOf(path)});
+    all.push_back({file.name(), file.images(), sizeOf(path)});
   }
   return all;
 }

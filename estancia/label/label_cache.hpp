@@ -1,4 +1,4 @@
-// Words that were paid for once: descriptors by (content of the picture, model), kept between runs.
+// Words that were paid for once: descriptors by (content of the image, model), kept between runs.
 #pragma once
 
 #include <cstdint>
@@ -31,18 +31,18 @@ class LabelCache {
   LabelCache(const LabelCache&) = delete;
   LabelCache& operator=(const LabelCache&) = delete;
 
-  /// `model` is Labeler::cacheKey(), `picture` Sequence::fingerprint().
-  std::optional<std::string> find(const std::string& model, const std::string& picture);
+  /// `model` is Labeler::cacheKey(), `image` Sequence::fingerprint().
+  std::optional<std::string> find(const std::string& model, const std::string& image);
 
   /// Remembers `value`. Never throws: what cannot be written is not cached, see problem().
-  void put(const std::string& model, const std::string& picture, std::string_view value);
+  void put(const std::string& model, const std::string& image, std::string_view value);
 
   /// Why nothing is being written (disk full, read-only …), one sentence; "" when all is well.
   std::string problem() const;
 
   struct Usage {
     std::string model;  ///< its cacheKey()
-    std::uint64_t pictures = 0;
+    std::uint64_t images = 0;
     std::uint64_t bytes = 0;
   };
   /// What the folder holds now, the model used last first.

@@ -36,7 +36,7 @@ struct Waiting {
   std::vector<Part> parts;
 };
 
-/// Raw pixels identify a picture where its file does not.
+/// Raw pixels identify an image where its file does not.
 std::string fingerprintOf(const cv::Mat& image) {
   const cv::Mat whole = image.isContinuous() ? image : image.clone();
   return sha256({reinterpret_cast<const char*>(whole.data), whole.total() * whole.elemSize()}) + " pixels " +
@@ -154,7 +154,7 @@ class LabelStream::Reader {
     return waiting;
   }
 
-  /// Whether the picture must be decoded for the words that are still missing.
+  /// Whether the image must be decoded for the words that are still missing.
   bool looksAtImage(const Waiting& waiting) const {
     for (std::size_t p = 0; p < parts_.size(); ++p)
       if (parts_[p]->needsImage() && !waiting.parts[p].remembered) return true;
@@ -260,7 +260,7 @@ class LabelStream::Inference {
                                                    [](const Part& part) { return !part.remembered; });
   }
 
-  /// Whether the cache gave what would else have needed a look at the picture.
+  /// Whether the cache gave what would else have needed a look at the image.
   bool isRemembered(const Waiting& waiting) const {
     bool some = false;
     for (std::size_t p = 0; p < parts_.size(); ++p) {

@@ -28,7 +28,7 @@ struct LabeledFrame {
   cv::Mat image;        ///< as Sequence::image() gave it; empty when it was not needed or cannot be read
   std::string problem;  ///< why the frame has no words, one sentence; "" when all is well
 
-  bool remembered = false;  ///< its words were in the cache: nobody looked at the picture
+  bool remembered = false;  ///< its words were in the cache: nobody looked at the image
 
   bool labeled() const { return problem.empty(); }
 };

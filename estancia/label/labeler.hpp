@@ -64,7 +64,7 @@ class Labeler {
   /// Identifies the numbers for caches: the identity, and whatever changes their last digits (the engine).
   virtual std::string cacheKey() const { return identity(); }
 
-  /// Whether prepare() looks at the picture at all; recordings go by the frame's name.
+  /// Whether prepare() looks at the image at all; recordings go by the frame's name.
   virtual bool needsImage() const { return true; }
 
   /// Preprocesses a BGR image of any size (empty unless needsImage()); `frame` is its name. Safe to call from

@@ -52,7 +52,7 @@ class SpecReader {
         {"file", true, "the network's file", [this](auto& n) { spec_.file = file_.inside(n); }},
         {"config", false, "the file of the network's layers",
          [this](auto& n) { spec_.config = file_.inside(n); }},
-        {"input_node", false, "the node that takes the picture",
+        {"input_node", false, "the node that takes the image",
          [this](auto& n) { spec_.inputNode = file_.text(n); }},
         {"output", false, "the output to read", [this](auto& n) { spec_.output = file_.text(n); }},
         {"input", true, "the input's size, 224 or [width, height]", [this](auto& n) { readInput(n); }},

@@ -25,13 +25,13 @@ struct ModelSpec {
   std::filesystem::path config;  ///< its .prototxt (Caffe, required) or .pbtxt (TensorFlow)
   std::filesystem::path labels;  ///< one label a line, in the order of the outputs
   std::string
-      inputNode;       ///< [input_node] TensorFlow.js: what the picture is given to, if not the placeholder
+      inputNode;       ///< [input_node] TensorFlow.js: what the image is given to, if not the placeholder
   std::string output;  ///< the output to read, where a network has several; TensorFlow.js: any node
   Preprocessing preprocessing;  ///< [input, region, crop, resize, color, mean, scale]
 
   // What the outputs mean; see toProbabilities() in scores.hpp.
   enum class Reduce { none, max };
-  Reduce reduce = Reduce::none;  ///< max: a row of outputs for each of many places (anchors) in the picture
+  Reduce reduce = Reduce::none;  ///< max: a row of outputs for each of many places (anchors) in the image
   bool softmax = false;          ///< the outputs are logits of labels that exclude each other
   bool sigmoid = false;          ///< the outputs are logits of labels that do not
   std::vector<std::size_t>

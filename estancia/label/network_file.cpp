@@ -95,7 +95,7 @@ std::string readTflite(const ModelSpec& spec, const fs::path& path) {
   const auto graph =
       tflite::readGraph({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}, path.string());
   const auto& shape = graph.tensors[static_cast<std::size_t>(graph.input)].shape;
-  if (shape.size() != 4) throw Error(fmt::format("{} takes no picture as its input", path.string()));
+  if (shape.size() != 4) throw Error(fmt::format("{} takes no image as its input", path.string()));
   requireInputShape(spec, path, {shape[0], shape[3], shape[1], shape[2]});
   return tflite::toOnnx(graph, path.string());
 }

@@ -117,7 +117,7 @@ class ProcessLabeler final : public Labeler {
   }
   std::string identity() const override { return settings_.identity; }
 
-  /// The picture as PNG: whole, and quickly packed.
+  /// The image as PNG: whole, and quickly packed.
   Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override {
     std::vector<unsigned char> png;
     try {

@@ -12,7 +12,7 @@
 
 namespace estancia {
 
-/// Gives every frame the words that a recording has for it, without a look at the picture.
+/// Gives every frame the words that a recording has for it, without a look at the image.
 ///
 /// A frame finds its record by its whole name, else by the last part of its path, else by that without its
 /// extension ("rgb/0017.png" finds "0017.jpg"), unless several records would do. FrameError when none does.

@@ -161,7 +161,7 @@ std::string Nodes::onlyPlaceholder() const {
     if (node.op == "Placeholder") names.push_back(name);
   if (names.size() != 1)
     throw Error(
-        fmt::format("has {} placeholders; name the node of the picture as `input_node`", names.size()));
+        fmt::format("has {} placeholders; name the node of the image as `input_node`", names.size()));
   return names[0];
 }
 

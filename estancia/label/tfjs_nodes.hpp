@@ -35,7 +35,7 @@ struct Node {
   std::pair<int, int> perSide(const char* attribute, std::optional<int> otherwise = {}) const;
   /// SAME, else VALID. Throws Error on anything else.
   bool samePadding() const;
-  /// Throws Error unless pictures are N×H×W×C.
+  /// Throws Error unless images are N×H×W×C.
   void requireChannelsLast() const;
   void requireInputs(std::size_t count) const;
 
@@ -52,7 +52,7 @@ class Nodes {
   /// Throws Error when there is no such node.
   const Node& at(const std::string& name) const;
 
-  /// The node of a picture, and the node that no other reads. Throws Error unless there is just one.
+  /// The node of an image, and the node that no other reads. Throws Error unless there is just one.
   std::string onlyPlaceholder() const;
   std::string onlyEnd() const;
 

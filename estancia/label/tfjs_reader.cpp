@@ -29,9 +29,9 @@ using Integers = std::vector<std::int64_t>;
 using Reals = std::vector<float>;
 using Shape = std::vector<int>;
 
-constexpr std::int64_t largestSide = 4096;  ///< of a picture [pixels], as in model.toml
+constexpr std::int64_t largestSide = 4096;  ///< of an image [pixels], as in model.toml
 
-/// What a node gives: a picture (or other tensor) that the network computes, a stored weight, or integers
+/// What a node gives: an image (or other tensor) that the network computes, a stored weight, or integers
 /// that follow from shapes alone.
 struct Value {
   int tensor = -1;
@@ -48,7 +48,7 @@ class Reader {
     const std::string input = section_.input.empty() ? nodes_.onlyPlaceholder() : section_.input;
     const std::string output = section_.output.empty() ? nodes_.onlyEnd() : section_.output;
     node_ = &nodes_.at(input);
-    graph().input = addTensor(picture());
+    graph().input = addTensor(image());
     values_[node_].tensor = graph().input;
     for (const Node* node : nodes_.inOrder(input, output, requireKnown)) {
       node_ = node;
@@ -56,7 +56,7 @@ class Reader {
     }
     graph().output = values_.at(&nodes_.at(output)).tensor;
     if (graph().output < 0 || graph().output == graph().input)
-      throw Error(fmt::format("computes nothing from a picture in {}", inQuotes(output)));
+      throw Error(fmt::format("computes nothing from an image in {}", inQuotes(output)));
     return std::move(network_);
   }
 
@@ -74,13 +74,13 @@ class Reader {
     return network_.graph.tensors[static_cast<std::size_t>(tensor)].shape;
   }
 
-  /// The shape of the picture. A placeholder may say what it takes; -1 is any size.
-  Shape picture() const {
+  /// The shape of the image. A placeholder may say what it takes; -1 is any size.
+  Shape image() const {
     const Integers takes = node_->shape();
     const bool own = section_.width == 0 && takes.size() == 4 && takes[1] > 0 && takes[2] > 0 &&
                      takes[1] <= largestSide && takes[2] <= largestSide;
     if (section_.width == 0 && !own)
-      throw Error("does not say how large its picture is; convert it as a model, whose `input` does");
+      throw Error("does not say how large its image is; convert it as a model, whose `input` does");
     Shape ours{1, own ? static_cast<int>(takes[1]) : section_.height,
                own ? static_cast<int>(takes[2]) : section_.width, 3};
     const auto fits = [](std::int64_t theirs, std::int64_t size) { return theirs == -1 || theirs == size; };
@@ -97,12 +97,12 @@ class Reader {
     return values_.at(&nodes_.at(node_->inputs[i]));
   }
   int tensorInput(std::size_t i) const {
-    if (input(i).tensor < 0) node_->fail(fmt::format("has no picture as its input {}", i));
+    if (input(i).tensor < 0) node_->fail(fmt::format("has no image as its input {}", i));
     return input(i).tensor;
   }
-  Shape pictureShape(std::size_t i) const {
+  Shape imageShape(std::size_t i) const {
     const Shape& shape = shapeOf(tensorInput(i));
-    if (shape.size() != 4) node_->fail("has an input that is no picture");
+    if (shape.size() != 4) node_->fail("has an input that is no image");
     return shape;
   }
   const std::string& weightInput(std::size_t i) const {
@@ -243,7 +243,7 @@ class Reader {
   Shape slide(const Operator& op, const Shape& in, int filterY, int filterX, int channels) const {
     const auto outputs = [&](int size, int filter, int stride, int dilation) {
       const auto count = tflite::placeWindow(size, filter, stride, dilation, op.samePadding).outputs;
-      if (count < 1) node_->fail("has a window larger than the picture");
+      if (count < 1) node_->fail("has a window larger than the image");
       return static_cast<int>(count);
     };
     return {in[0], outputs(in[1], filterY, op.strideY, op.dilationY),
@@ -262,7 +262,7 @@ class Reader {
   /// Weights rows×columns×inputs×filters become filters×rows×columns×inputs, as TensorFlow Lite has them.
   Value convertConvolution() {
     const std::string& name = weightInput(1);
-    const Shape stored = weights_.shape(name), in = pictureShape(0);
+    const Shape stored = weights_.shape(name), in = imageShape(0);
     if (stored.size() != 4 || stored[2] != in[3])
       node_->fail(fmt::format("has weights [{}] for {} channels", fmt::join(stored, "×"), in[3]));
     return convolve(Kind::conv, {stored[3], stored[0], stored[1], stored[2]},
@@ -272,7 +272,7 @@ class Reader {
   /// Weights rows×columns×inputs×multiplier become 1×rows×columns×filters: the same order in memory.
   Value convertDepthwise() {
     const std::string& name = weightInput(1);
-    const Shape stored = weights_.shape(name), in = pictureShape(0);
+    const Shape stored = weights_.shape(name), in = imageShape(0);
     if (stored.size() != 4 || stored[2] != in[3])
       node_->fail(fmt::format("has weights [{}] for {} channels", fmt::join(stored, "×"), in[3]));
     const int filters = stored[2] * stored[3];  // fits: all elements do
@@ -286,13 +286,13 @@ class Reader {
     op.samePadding = node_->samePadding();
     std::tie(op.strideY, op.strideX) = node_->perSide("strides");
     std::tie(op.dilationY, op.dilationX) = node_->perSide("dilations", 1);
-    Shape out = slide(op, pictureShape(0), shape[1], shape[2], filters);
+    Shape out = slide(op, imageShape(0), shape[1], shape[2], filters);
     return add(std::move(op), std::move(out));
   }
 
   Value convertPool() {
     node_->requireChannelsLast();
-    const Shape in = pictureShape(0);
+    const Shape in = imageShape(0);
     Operator op = newOperator(node_->op == "AvgPool" ? Kind::averagePool : Kind::maxPool, {tensorInput(0)});
     op.samePadding = node_->samePadding();
     std::tie(op.strideY, op.strideX) = node_->perSide("strides");
@@ -301,10 +301,10 @@ class Reader {
     return add(std::move(op), std::move(out));
   }
 
-  /// Of all pixels of a picture: an average pool as large as the picture.
+  /// Of all pixels of an image: an average pool as large as the image.
   Value convertMean() {
     node_->requireInputs(2);
-    const Shape in = pictureShape(0);
+    const Shape in = imageShape(0);
     Integers axes = integersInput(1);
     for (auto& axis : axes) axis += axis < 0 ? 4 : 0;
     std::sort(axes.begin(), axes.end());
@@ -341,7 +341,7 @@ class Reader {
   Value convertBatchNorm() {
     node_->requireChannelsLast();
     node_->requireInputs(5);
-    const auto channels = static_cast<std::size_t>(pictureShape(0)[3]);
+    const auto channels = static_cast<std::size_t>(imageShape(0)[3]);
     std::array<Reals, 4> stored;
     for (std::size_t i = 0; i < 4; ++i) {
       stored[i] = weights_.reals(weightInput(i + 1));

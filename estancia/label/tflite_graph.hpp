@@ -69,7 +69,7 @@ struct Graph {
   int input = 0, output = 0;        ///< positions in `tensors`
 };
 
-/// Where a window of `filter` pixels, `dilation` apart, lands along one side of a picture.
+/// Where a window of `filter` pixels, `dilation` apart, lands along one side of an image.
 struct Window {
   std::int64_t before = 0, after = 0;  ///< padding
   std::int64_t outputs = 0;            ///< positions; 0 when the window does not fit

@@ -156,7 +156,7 @@ class Writer {
 
   /// The name under which input i of the current operator is known.
   std::string inputName(std::size_t i = 0) const {
-    if (input(i).constant) failHere(fmt::format("has the constant \"{}\" as a picture", input(i).name));
+    if (input(i).constant) failHere(fmt::format("has the constant \"{}\" as an image", input(i).name));
     return names_[index(op_->inputs[i])];
   }
 
@@ -171,7 +171,7 @@ class Writer {
   }
 
   Shape imageShape() const {
-    if (input().shape.size() != 4) failHere("has an input that is no picture");
+    if (input().shape.size() != 4) failHere("has an input that is no image");
     return shapeOf(input());
   }
 
@@ -250,7 +250,7 @@ class Writer {
   void writeWindow(onnx::NodeProto* node, const Shape& in, std::int64_t channels, int filterY, int filterX) {
     const Window y = placeWindow(in[2], filterY, op_->strideY, op_->dilationY, op_->samePadding);
     const Window x = placeWindow(in[3], filterX, op_->strideX, op_->dilationX, op_->samePadding);
-    if (y.outputs < 1 || x.outputs < 1) failHere("has a window larger than the picture");
+    if (y.outputs < 1 || x.outputs < 1) failHere("has a window larger than the image");
     requireShape({in[0], channels, y.outputs, x.outputs});
     setInts(node, "kernel_shape", {filterY, filterX});
     setInts(node, "strides", {op_->strideY, op_->strideX});
@@ -381,7 +381,7 @@ class Writer {
                        shape);
   }
 
-  /// Elements in the order of the file: a picture's channels last, unless it is a single pixel.
+  /// Elements in the order of the file: an image's channels last, unless it is a single pixel.
   std::string inputInFileOrder() {
     const auto& shape = input().shape;
     if (shape.size() != 4 || shape[3] == 1 || (shape[1] == 1 && shape[2] == 1)) return inputName();
@@ -393,9 +393,9 @@ class Writer {
     if (input().elements() != output().elements()) failHere("changes the number of elements");
     const std::string from = inputInFileOrder();
     const Shape fileShape(output().shape.begin(), output().shape.end());
-    const bool picture =
+    const bool image =
         fileShape.size() == 4 && fileShape[3] != 1 && (fileShape[1] != 1 || fileShape[2] != 1);
-    if (!picture) {
+    if (!image) {
       addNode("Reshape", {from, addShape("_shape", shapeOf(output()))}, newName());
     } else {
       addNode("Reshape", {from, addShape("_shape", fileShape)}, newName("_nhwc_out"));

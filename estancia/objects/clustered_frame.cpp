@@ -22,11 +22,11 @@ ClusteredFrame clusteredFrame(const cv::Mat& image, const cv::Mat& depth, const 
 void requireClusterable(const Sequence& sequence) {
   if (!sequence.hasDepth())
     throw Error(fmt::format(
-        "{}: there are no depth pictures, by which things are told apart; give a sequence with depth",
+        "{}: there are no depth images, by which things are told apart; give a sequence with depth",
         sequence.name()));
   if (!sequence.intrinsics())
     throw Error(
-        fmt::format("{}: nothing says which camera took the pictures; give its fx fy cx cy by --intrinsics",
+        fmt::format("{}: nothing says which camera took the images; give its fx fy cx cy by --intrinsics",
                     sequence.name()));
 }
 
@@ -38,12 +38,12 @@ ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i) {
     else
       read.depth = sequence.depth(i);
   });
-  constexpr double likeness = 1.05;  // of the shapes of pictures that show the same view
+  constexpr double likeness = 1.05;  // of the shapes of images that show the same view
   const double image = static_cast<double>(read.image.cols) / read.image.rows;
   const double depth = static_cast<double>(read.depth.cols) / read.depth.rows;
   if (image > likeness * depth || depth > likeness * image)
     throw Error(
-        fmt::format("a picture of {} × {} and depth of {} × {} pixels do not show the same view; register "
+        fmt::format("an image of {} × {} and depth of {} × {} pixels do not show the same view; register "
                     "depth to color",
                     read.image.cols, read.image.rows, read.depth.cols, read.depth.rows));
   return read;

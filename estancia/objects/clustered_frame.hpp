@@ -15,8 +15,8 @@ namespace estancia {
 struct ClusteredFrame {
   cv::Mat image;            ///< BGR
   cv::Mat depth;            ///< CV_32F [m]; may have another size than the image
-  CameraIntrinsics camera;  ///< of the depth picture
-  Clusters clusters;        ///< their points and boxes are pixels of the depth picture
+  CameraIntrinsics camera;  ///< of the depth image
+  Clusters clusters;        ///< their points and boxes are pixels of the depth image
 };
 
 /// Throws Error as findClusters() does, and on an image that is not BGR.
@@ -42,7 +42,7 @@ cv::Rect boxOf(const ClusteredFrame& frame, std::size_t i);
 /// Not 0 where the image shows cluster i; CV_8U, the size of the image.
 cv::Mat maskOf(const ClusteredFrame& frame, std::size_t i);
 
-/// The picture of cluster i for labelers: cropObject() its box. Throws Error on options out of range.
+/// The image of cluster i for labelers: cropObject() its box. Throws Error on options out of range.
 cv::Mat cropObject(const ClusteredFrame& frame, std::size_t i, const CropOptions& options = {});
 
 }  // namespace estancia

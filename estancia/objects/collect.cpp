@@ -97,7 +97,7 @@ class Collector {
     // choose.
     const cv::Rect box = boxOf(frame, i), there = surroundings(box) & cv::Rect({}, frame.image.size());
     sample.box = box - there.tl();
-    writePng(pictureOf(folder_, sample.view.name), frame.image(there));
+    writePng(imageOf(folder_, sample.view.name), frame.image(there));
     writePng(maskOf(folder_, sample.view.name), maskOf(frame, i)(there));
     writeCloud(cloudOf(folder_, sample.view.name), cloudOf(frame, i));
   }

@@ -46,9 +46,9 @@ std::string percent(double share) {
   return fmt::format("{:.0f} %", 100 * share);
 }
 
-/// Why the picture cannot be relied on; "" where it can.
+/// Why the image cannot be relied on; "" where it can.
 std::string doubtOf(const ObjectEvidence& evidence, const std::optional<Answer>& seen) {
-  if (evidence.seen.empty()) return "no picture was asked about";
+  if (evidence.seen.empty()) return "no image was asked about";
   if (!(evidence.brightness >= dark))
     return fmt::format("it is too dark to be seen, {} of white", percent(evidence.brightness));
   if (!seen) return "the labeler says nothing of the study's words";
@@ -74,9 +74,9 @@ FusedAnswer moreLikely(const ObjectModel& model, const Answer& seen, const Answe
   const auto& words = model.study().words;
   return believed(trustsShape ? FusedAnswer::Source::shape : FusedAnswer::Source::seen,
                   trustsShape ? shape : seen,
-                  fmt::format("the picture says {} {}, the shape {} {}: {}, which makes the {} more likely",
+                  fmt::format("the image says {} {}, the shape {} {}: {}, which makes the {} more likely",
                               words[seen.word].name, percent(seen.probability), words[shape.word].name,
-                              percent(shape.probability), tried, trustsShape ? "shape" : "picture"));
+                              percent(shape.probability), tried, trustsShape ? "shape" : "image"));
 }
 
 }  // namespace
@@ -90,9 +90,9 @@ FusedAnswer fuseAnswers(const ObjectModel& model, const ObjectEvidence& evidence
   };
   if (evidence.flat)
     return {Source::none, -1, 0,
-            seen ? fmt::format("it is flat: a picture of something, or a single face; the picture says {}",
+            seen ? fmt::format("it is flat: an image of something, or a single face; the image says {}",
                                said(*seen))
-                 : "it is flat: a picture of something, or a single face"};
+                 : "it is flat: an image of something, or a single face"};
   const std::string doubt = doubtOf(evidence, seen);
   if (!doubt.empty() && !shape)
     return {Source::none, -1, 0, doubt + ", and its shape could not be described"};
@@ -100,10 +100,10 @@ FusedAnswer fuseAnswers(const ObjectModel& model, const ObjectEvidence& evidence
     return believed(Source::shape, *shape, fmt::format("{}; the shape says {}", doubt, said(*shape)));
   if (!shape)
     return believed(Source::seen, *seen,
-                    fmt::format("its shape could not be described; the picture says {}", said(*seen)));
+                    fmt::format("its shape could not be described; the image says {}", said(*seen)));
   if (seen->word == shape->word)
     return believed(Source::both, {seen->word, std::max(seen->probability, shape->probability)},
-                    fmt::format("picture and shape agree on {}, {} and {}", study.words[seen->word].name,
+                    fmt::format("image and shape agree on {}, {} and {}", study.words[seen->word].name,
                                 percent(seen->probability), percent(shape->probability)));
   return moreLikely(model, *seen, *shape);
 }

@@ -10,9 +10,9 @@ namespace estancia {
 
 /// What is known of one thing.
 struct ObjectEvidence {
-  DescriptorView seen;  ///< what the labeler says of its picture, in the words of the study; empty: not asked
+  DescriptorView seen;  ///< what the labeler says of its image, in the words of the study; empty: not asked
   float mass = 0;       ///< of that in the labeler's whole answer
-  double brightness = 1;  ///< of its picture: mean gray, 0 … 1; 0 where there is none
+  double brightness = 1;  ///< of its image: mean gray, 0 … 1; 0 where there is none
   DescriptorView shape;   ///< what the model says of its shape; empty: could not be described
   bool flat = false;
 };
@@ -25,8 +25,8 @@ struct FusedAnswer {
   std::string why;  ///< one sentence
 };
 
-/// First that applies: a flat thing is believed to be none (a picture of something); in the dark, or where
-/// the labeler knows nothing of the words, the shape is believed; where there is no shape, the picture; where
+/// First that applies: a flat thing is believed to be none (an image of something); in the dark, or where
+/// the labeler knows nothing of the words, the shape is believed; where there is no shape, the image; where
 /// both agree, both; else what is more likely right: by its own probability and, of the shape, by how often
 /// that word was right of what was held out in training (the sum of the log-odds). Throws Error when an
 /// answer is in the words of another study.

@@ -16,7 +16,7 @@ using io::printable;
 
 /// The folders in a folder of samples.
 std::set<fs::path> partsOf(const fs::path& folder) {
-  return {pictureOf(folder, "x").parent_path(), maskOf(folder, "x").parent_path(),
+  return {imageOf(folder, "x").parent_path(), maskOf(folder, "x").parent_path(),
           cloudOf(folder, "x").parent_path()};
 }
 
@@ -24,7 +24,7 @@ std::set<fs::path> partsOf(const fs::path& folder) {
 std::set<fs::path> filesOf(const fs::path& folder) {
   std::set<fs::path> files{folder / "samples.csv", wordsOf(folder)};
   for (const ObjectSample& sample : readObjectSamples(folder)) {
-    files.insert(pictureOf(folder, sample.view.name));
+    files.insert(imageOf(folder, sample.view.name));
     files.insert(maskOf(folder, sample.view.name));
     files.insert(cloudOf(folder, sample.view.name));
   }

@@ -21,7 +21,7 @@ class NewSamples {
   NewSamples(const NewSamples&) = delete;
   NewSamples& operator=(const NewSamples&) = delete;
 
-  /// Where pictures, masks and clouds go for now.
+  /// Where images, masks and clouds go for now.
   const std::filesystem::path& folder() const { return part_; }
 
   /// Writes the list and puts the folder in its place. Throws Error when that fails.

@@ -23,7 +23,7 @@ class Patches final : public Sequence {
   const Frame& frame(std::size_t i) const override { return frames_[i]; }
 
   cv::Mat image(std::size_t i) const override {
-    const ObjectPicture seen = views_.picture(i);
+    const ObjectImage seen = views_.image(i);
     if (!seen.image.empty()) return cropObject(seen.image, seen.box, seen.mask, options_);
     constexpr int size = 299;  // what the larger networks take
     return renderObject(views_.cloud(i), size, options_);

@@ -1,4 +1,4 @@
-// The pictures of things as a sequence, for whatever labels sequences.
+// The images of things as a sequence, for whatever labels sequences.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace estancia {
 
-/// A frame a view, called as it is, whose picture is cropObject() its picture, or renderObject() its cloud where
+/// A frame a view, called as it is, whose image is cropObject() its image, or renderObject() its cloud where
 /// it has none. `views` must outlive it.
 std::unique_ptr<Sequence> patchesOf(const ObjectViews& views, const CropOptions& options = {});
 

@@ -1,4 +1,4 @@
-// What the things in the frames of a sequence are, frame by frame: what their pictures say, what their shapes
+// What the things in the frames of a sequence are, frame by frame: what their images say, what their shapes
 // say, and which to believe.
 #pragma once
 
@@ -29,9 +29,9 @@ struct PredictedObject {
   std::size_t thing = 0;           ///< its number in the sequence
   std::size_t views = 0;           ///< of it so far, with this one
   cv::Rect box;                    ///< in the image
-  std::vector<float> seen, shape;  ///< what this view's picture and shape say; empty where they say nothing
+  std::vector<float> seen, shape;  ///< what this view's image and shape say; empty where they say nothing
   float mass = 0;                  ///< of the words in the labeler's whole answer
-  std::string problem;  ///< why the picture or the shape of this view says nothing; "" when all is well
+  std::string problem;  ///< why the image or the shape of this view says nothing; "" when all is well
   FusedAnswer belief;  ///< of all views so far, by LogOpinionPool
 };
 

@@ -25,14 +25,14 @@ class ViewSubset : public ObjectViews {
   std::size_t size() const override { return chosen_.size(); }
   const ObjectView& view(std::size_t i) const override { return all_.view(chosen_[i]); }
   PointCloud cloud(std::size_t i) const override { return all_.cloud(chosen_[i]); }
-  ObjectPicture picture(std::size_t i) const override { return all_.picture(chosen_[i]); }
+  ObjectImage image(std::size_t i) const override { return all_.image(chosen_[i]); }
 
  private:
   const ObjectViews& all_;
   std::vector<std::size_t> chosen_;
 };
 
-/// What a labeler said, found by the names of views, whatever the recording calls their pictures. Where it
+/// What a labeler said, found by the names of views, whatever the recording calls their images. Where it
 /// has whole names of views these alone count: a view that was skipped has not the words of another thing's
 /// "0017".
 class RecordedLabels {

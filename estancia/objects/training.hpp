@@ -18,7 +18,7 @@
 
 namespace estancia {
 
-/// Views with the words for their pictures; without words they go by their true categories.
+/// Views with the words for their images; without words they go by their true categories.
 struct LabeledViews {
   const ObjectViews* views = nullptr;
   std::optional<DescriptorSequence> words = {};
@@ -28,7 +28,7 @@ struct TrainingOptions {
   PseudoLabeling naming = PseudoLabeling::voted;  ///< how words become names; true categories are names already
   bool correct = true;            ///< for how often the labeler says each word: corrected()
   bool all = false;  ///< also flat views and those cut by the border, which show not the thing's shape
-  /// Things of whose pictures the labeler says less than this about the words, in the mean over their views,
+  /// Things of whose images the labeler says less than this about the words, in the mean over their views,
   /// are none of the study's and get no name; 0 … 1.
   double leastMass = 0;
   std::string split = {};  ///< only the views of this part of the data; "": all

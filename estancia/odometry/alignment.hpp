@@ -1,4 +1,4 @@
-// How one RGB-D picture lies to another.
+// How one RGB-D image lies to another.
 #pragma once
 
 #include <opencv2/core/affine.hpp>
@@ -12,7 +12,7 @@ struct Alignment {
   cv::Affine3d transform;  ///< T_target_source
   double overlap =
       0;  ///< share of the source's points that lie on the target's surface, as far as it is in view
-  double inView = 0;      ///< share of the source's points that fall into the target's picture
+  double inView = 0;      ///< share of the source's points that fall into the target's image
   double rmse = 0;        ///< of their differences in depth [m]
   double likeness = 0;    ///< correlation of the gray values there; 1 where nothing is to be seen
   double firmness = 0;    ///< how well the planes in view fix the motion in its weakest direction [m²]

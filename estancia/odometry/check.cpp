@@ -44,7 +44,7 @@ std::size_t CheckReport::count(Severity severity) const {
 
 CheckReport checkSequence(const Sequence& sequence, const CheckOptions& options, Progress& progress) {
   odometry::Checklist list;
-  const odometry::DepthFacts facts = odometry::checkPictures(sequence, options, progress, list);
+  const odometry::DepthFacts facts = odometry::checkImages(sequence, options, progress, list);
   odometry::checkCamera(sequence, facts, list);
   odometry::checkTimes(sequence, list);
   odometry::checkTrajectory(sequence, list);

@@ -35,8 +35,8 @@ struct CheckOptions {
   std::size_t frames = 60;  ///< looked at, evenly over the sequence; more take longer and find rarer faults
 };
 
-/// Looks at pictures, depth, camera, time stamps and poses, each as far as the sequence has it. Where there
-/// are depth, camera and poses, it lets pairs of depth pictures tell which of the usual conventions, scales
+/// Looks at images, depth, camera, time stamps and poses, each as far as the sequence has it. Where there
+/// are depth, camera and poses, it lets pairs of depth images tell which of the usual conventions, scales
 /// and delays the poses have: the one under which they agree best, when it is clearly better than the others
 /// (three standard errors over the pairs). The same report for the same data. Throws Interrupted.
 CheckReport checkSequence(const Sequence& sequence, const CheckOptions& options, Progress& progress);

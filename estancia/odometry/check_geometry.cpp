@@ -1,5 +1,5 @@
-// Do the poses fit the depth? Pairs of depth pictures are reprojected into each other under what the poses
-// may have meant; the truth stands out, because wrong motions put surfaces where the other picture sees none.
+// Do the poses fit the depth? Pairs of depth images are reprojected into each other under what the poses
+// may have meant; the truth stands out, because wrong motions put surfaces where the other image sees none.
 #include <fmt/format.h>
 
 #include <array>
@@ -295,7 +295,7 @@ void report(const Sequence& sequence, const Candidate& best, double given, doubl
             ? fmt::format("subtract the delay from the trajectory's time stamps, or leave out its first {}",
                           by > 1 ? fmt::format("{} poses", by) : "pose")
             : fmt::format("add the delay to the trajectory's time stamps, or leave out the first {}",
-                          by > 1 ? fmt::format("{} pictures", by) : "picture"));
+                          by > 1 ? fmt::format("{} images", by) : "image"));
   }
   if (std::abs(std::log(h.scale)) > 0.08) reportScale(h.scale, facts, evidence, list);
 }
@@ -334,7 +334,7 @@ void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& 
         "Poses do not fit the depth, whatever convention, scale or delay is tried",
         fmt::format("{:.0f} % of the depth agrees at best, {:.0f} % for a still camera, {} pairs of frames",
                     100 * meanOf(best.scores), 100 * meanOf(unmoved), geometry.pairs()),
-        "check that trajectory, pictures and intrinsics belong together; `estancia odometry` computes poses "
+        "check that trajectory, images and intrinsics belong together; `estancia odometry` computes poses "
         "anew");
     return;
   }

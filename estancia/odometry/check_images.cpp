@@ -1,4 +1,4 @@
-// Pictures, depth and camera: what single frames tell.
+// Images, depth and camera: what single frames tell.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr double kBlack = 8, kWhite = 247;  // mean gray value of a picture without use
+constexpr double kBlack = 8, kWhite = 247;  // mean gray value of an image without use
 
 constexpr std::size_t kDepthPixels = 300000;  // looked at in all frames together: plenty
 
@@ -25,7 +25,7 @@ struct Tally {
   }
 };
 
-struct PictureTally {
+struct ImageTally {
   std::size_t looked = 0, pairs = 0;
   Tally unreadable, dark, bright, frozen;
 };
@@ -44,44 +44,44 @@ std::string text(cv::Size size) {
 }
 
 /// Whether frame i shows the very same pixels as the next: cameras do not, stuck drivers do.
-bool isFrozen(const Sequence& sequence, std::size_t i, const cv::Mat& picture) {
+bool isFrozen(const Sequence& sequence, std::size_t i, const cv::Mat& image) {
   const std::string mine = sequence.fingerprint(i);
   if (!mine.empty()) return mine == sequence.fingerprint(i + 1);
   const cv::Mat next = sequence.image(i + 1);
-  return next.size() == picture.size() && cv::norm(picture, next, cv::NORM_INF) == 0;
+  return next.size() == image.size() && cv::norm(image, next, cv::NORM_INF) == 0;
 }
 
-/// The picture's size, empty when it cannot be read.
-cv::Size lookAtPicture(const Sequence& sequence, std::size_t i, PictureTally& tally) {
+/// The image's size, empty when it cannot be read.
+cv::Size lookAtImage(const Sequence& sequence, std::size_t i, ImageTally& tally) {
   ++tally.looked;
   const std::string& name = sequence.frame(i).name;
-  cv::Mat picture;
+  cv::Mat image;
   try {
-    picture = sequence.image(i);
+    image = sequence.image(i);
   } catch (const Error&) {
     tally.unreadable.add(name);
     return {};
   }
-  const cv::Scalar mean = cv::mean(picture);
+  const cv::Scalar mean = cv::mean(image);
   const double gray = (mean[0] + mean[1] + mean[2]) / 3;
   if (gray < kBlack) tally.dark.add(name);
   if (gray > kWhite) tally.bright.add(name);
   if (i + 1 < sequence.size()) try {
       ++tally.pairs;
-      if (isFrozen(sequence, i, picture)) tally.frozen.add(name);
+      if (isFrozen(sequence, i, image)) tally.frozen.add(name);
     } catch (const Error&) {  // the next one cannot be read: counted when it is looked at
     }
-  return picture.size();
+  return image.size();
 }
 
-/// Whether the nearest depth was taken at another time than the picture: checkTimes says so.
+/// Whether the nearest depth was taken at another time than the image: checkTimes says so.
 bool isOutOfTime(const Sequence& sequence, std::size_t i) {
   const auto time = sequence.frame(i).timestamp, depthTime = sequence.depthTimestamp(i);
   return time && depthTime && std::abs(*depthTime - *time) > kSynchronous;
 }
 
 /// Takes about `pixels` of the frame's pixels.
-cv::Size lookAtDepth(const Sequence& sequence, std::size_t i, cv::Size picture, std::size_t pixels,
+cv::Size lookAtDepth(const Sequence& sequence, std::size_t i, cv::Size image, std::size_t pixels,
                      DepthTally& tally) {
   ++tally.looked;
   const std::string& name = sequence.frame(i).name;
@@ -108,29 +108,29 @@ cv::Size lookAtDepth(const Sequence& sequence, std::size_t i, cv::Size picture, 
   else
     tally.medians.push_back(medianOf(valid));
   tally.values.insert(tally.values.end(), valid.begin(), valid.end());
-  if (!picture.empty() && !sameShape(picture, depth.size()))
-    tally.shape.add(fmt::format("{}: depth {}, picture {}", name, text(depth.size()), text(picture)));
+  if (!image.empty() && !sameShape(image, depth.size()))
+    tally.shape.add(fmt::format("{}: depth {}, image {}", name, text(depth.size()), text(image)));
   return depth.size();
 }
 
-void judgePictures(const PictureTally& tally, Checklist& list) {
+void judgeImages(const ImageTally& tally, Checklist& list) {
   const std::size_t before = list.faults();
   const auto complain = [&](const Tally& t, std::size_t of, const char* name, const char* what,
                             const char* fix) {
     if (t.count > 0)
       list.add(severityOfMissing(t.count, of), name, what,
-               fmt::format("{} looked at, first {}", share(t.count, of, "pictures"), t.first), fix);
+               fmt::format("{} looked at, first {}", share(t.count, of, "images"), t.first), fix);
   };
-  complain(tally.unreadable, tally.looked, "picture-unreadable", "Pictures cannot be read",
+  complain(tally.unreadable, tally.looked, "image-unreadable", "Images cannot be read",
            "copy them again, or leave them out");
-  complain(tally.dark, tally.looked, "picture-black", "Pictures are black",
+  complain(tally.dark, tally.looked, "image-black", "Images are black",
            "check the exposure and the lens cap, and cut these frames");
-  complain(tally.bright, tally.looked, "picture-white", "Pictures are overexposed",
+  complain(tally.bright, tally.looked, "image-white", "Images are overexposed",
            "let the camera expose by itself, and cut these frames");
-  complain(tally.frozen, tally.pairs, "picture-frozen", "Pictures are the same as the next, to the pixel",
+  complain(tally.frozen, tally.pairs, "image-frozen", "Images are the same as the next, to the pixel",
            "the camera or its driver hung: record again, or leave out the repeated frames");
   if (list.faults() == before)
-    list.fine("pictures", "Pictures can be read and show something",
+    list.fine("images", "Images can be read and show something",
               fmt::format("{} looked at", tally.looked));
 }
 
@@ -172,7 +172,7 @@ void judgeDepth(const DepthTally& tally, Checklist& list) {
         severityOfMissing(tally.missing.count, tally.looked), "depth-missing",
         "Depth is missing or cannot be read",
         fmt::format("{} looked at: {}", share(tally.missing.count, tally.looked, "frames"), tally.firstError),
-        "give every picture a depth file that can be read, or leave these frames out");
+        "give every image a depth file that can be read, or leave these frames out");
   if (tally.empty.count > 0)
     list.add(severityOfMissing(tally.empty.count, tally.looked), "depth-empty", "Depth holds no valid pixel",
              fmt::format("{} looked at, first {}", share(tally.empty.count, tally.looked, "frames"),
@@ -180,7 +180,7 @@ void judgeDepth(const DepthTally& tally, Checklist& list) {
              "check the depth stream and its range: 0, 65535 and NaN mean none");
   if (tally.shape.count > 0)
     list.add(Severity::problem, "depth-size",
-             "Depth and picture have different shapes: they show different views",
+             "Depth and image have different shapes: they show different views",
              fmt::format("{} looked at, first {}", share(tally.shape.count, tally.looked, "frames"),
                          tally.shape.first),
              "export depth registered to color (ROS: aligned_depth_to_color)");
@@ -210,26 +210,26 @@ void judgeDepth(const DepthTally& tally, Checklist& list) {
 
 }  // namespace
 
-DepthFacts checkPictures(const Sequence& sequence, const CheckOptions& options, Progress& progress,
+DepthFacts checkImages(const Sequence& sequence, const CheckOptions& options, Progress& progress,
                          Checklist& list) {
-  PictureTally pictures;
+  ImageTally images;
   DepthTally depths;
   DepthFacts facts;
   const auto indices = evenly(sequence.size(), options.frames);
   const std::size_t pixels = 100 + kDepthPixels / indices.size();
   progress.begin("looking at frames", indices.size());
   for (const std::size_t i : indices) {
-    const cv::Size picture = lookAtPicture(sequence, i, pictures);
-    if (facts.picture.empty()) facts.picture = picture;
+    const cv::Size image = lookAtImage(sequence, i, images);
+    if (facts.image.empty()) facts.image = image;
     if (sequence.hasDepth()) {
-      const cv::Size depth = lookAtDepth(sequence, i, picture, pixels, depths);
+      const cv::Size depth = lookAtDepth(sequence, i, image, pixels, depths);
       if (facts.depth.empty()) facts.depth = depth;
     }
     progress.advance();
     if (interrupted()) throw Interrupted("stopped before the check was done");
   }
   progress.end();
-  judgePictures(pictures, list);
+  judgeImages(images, list);
   if (!sequence.hasDepth()) return facts;
   judgeDepth(depths, list);
   if (!depths.medians.empty()) facts.median = medianOf(depths.medians);
@@ -251,13 +251,13 @@ void checkCamera(const Sequence& sequence, const DepthFacts& facts, Checklist& l
   const double x = (camera->cx + 0.5) / camera->width, y = (camera->cy + 0.5) / camera->height;
   const std::string given = fmt::format("fx {:g}, fy {:g}, cx {:g}, cy {:g} for {} × {}", camera->fx,
                                         camera->fy, camera->cx, camera->cy, camera->width, camera->height);
-  const char* const fix = "give --intrinsics the calibration of these pictures, at their size";
-  if (!facts.picture.empty() && !sameShape(facts.picture, {camera->width, camera->height}))
-    list.add(Severity::problem, "camera-size", "The intrinsics are for pictures of another shape",
-             fmt::format("{}; pictures are {}", given, text(facts.picture)), fix);
+  const char* const fix = "give --intrinsics the calibration of these images, at their size";
+  if (!facts.image.empty() && !sameShape(facts.image, {camera->width, camera->height}))
+    list.add(Severity::problem, "camera-size", "The intrinsics are for images of another shape",
+             fmt::format("{}; images are {}", given, text(facts.image)), fix);
   else if (!(x > 0.3 && x < 0.7 && y > 0.3 && y < 0.7))
     list.add(Severity::problem, "camera-center", "The camera's principal point is far from the middle",
-             fmt::format("{}: at {:.0f} % and {:.0f} %; it fits pictures of about {:.0f} × {:.0f}", given,
+             fmt::format("{}: at {:.0f} % and {:.0f} %; it fits images of about {:.0f} × {:.0f}", given,
                          100 * x, 100 * y, 2 * camera->cx, 2 * camera->cy),
              fix);
   if (!(view > 20 && view < 150))

@@ -12,7 +12,7 @@
 
 namespace estancia::odometry {
 
-constexpr double kSynchronous = 0.02;  ///< at most so far apart are a picture and its depth [s]
+constexpr double kSynchronous = 0.02;  ///< at most so far apart are an image and its depth [s]
 
 /// What the parts write on.
 class Checklist {
@@ -40,7 +40,7 @@ class Checklist {
   std::vector<CheckItem> items_;
 };
 
-/// "3 of 60 pictures": what evidence mostly is.
+/// "3 of 60 images": what evidence mostly is.
 std::string share(std::size_t count, std::size_t of, const char* what);
 
 /// How bad it is that `missing` of `all` are not there: a fifth is more than a gap.
@@ -57,13 +57,13 @@ std::optional<double> frameInterval(const Sequence& sequence);
 /// Evenly spread indices of at most `count` of `size` frames, ascending.
 std::vector<std::size_t> evenly(std::size_t size, std::size_t count);
 
-/// What the pictures of a sequence showed.
+/// What the images of a sequence showed.
 struct DepthFacts {
   std::optional<double> median;  ///< [m], absent when no depth was seen
-  cv::Size picture, depth;       ///< of the first that could be read
+  cv::Size image, depth;       ///< of the first that could be read
 };
 
-DepthFacts checkPictures(const Sequence& sequence, const CheckOptions& options, Progress& progress,
+DepthFacts checkImages(const Sequence& sequence, const CheckOptions& options, Progress& progress,
                          Checklist& list);
 void checkCamera(const Sequence& sequence, const DepthFacts& facts, Checklist& list);
 void checkTimes(const Sequence& sequence, Checklist& list);

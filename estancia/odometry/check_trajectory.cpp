@@ -1,4 +1,4 @@
-// Time stamps and poses: what the lists tell without a look at pictures.
+// Time stamps and poses: what the lists tell without a look at images.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -123,7 +123,7 @@ std::string mendedClock(std::pair<double, double> trajectory, std::pair<double, 
        {std::pair{1e3, "milliseconds"}, std::pair{1e6, "microseconds"}, std::pair{1e9, "nanoseconds"}})
     if (std::abs(longer / factor - 1) < 0.1)
       return fmt::format("its stamps look like {}: divide them by {:.0f}", unit, factor);
-  return "stamp it by the clock of the pictures, in seconds, or allow a larger --pose-gap";
+  return "stamp it by the clock of the images, in seconds, or allow a larger --pose-gap";
 }
 
 void checkClock(const Sequence& sequence, Checklist& list) {
@@ -133,8 +133,8 @@ void checkClock(const Sequence& sequence, Checklist& list) {
   if (!first.timestamp || !last.timestamp) return;
   const auto [begin, end] = *source->otherClock;
   list.add(Severity::warning, "pose-clock",
-           "The trajectory is of another clock: none of its stamps fits a picture, poses went by order",
-           fmt::format("it lasts from {:.3f} to {:.3f}, {} pictures from {:.3f} to {:.3f} s", begin, end,
+           "The trajectory is of another clock: none of its stamps fits an image, poses went by order",
+           fmt::format("it lasts from {:.3f} to {:.3f}, {} images from {:.3f} to {:.3f} s", begin, end,
                        sequence.size(), *first.timestamp, *last.timestamp),
            mendedClock({begin, end}, {*first.timestamp, *last.timestamp}));
 }

@@ -1,4 +1,4 @@
-// Points that look alike in two pictures: a first guess where views lie far apart.
+// Points that look alike in two images: a first guess where views lie far apart.
 #pragma once
 
 #include <opencv2/core/affine.hpp>
@@ -10,15 +10,15 @@
 
 namespace estancia::odometry {
 
-/// Corners of a picture that have depth.
+/// Corners of an image that have depth.
 struct Features {
-  CameraIntrinsics camera;  ///< of the picture
+  CameraIntrinsics camera;  ///< of the image
   std::vector<cv::Point2f> pixels;
   std::vector<cv::Point3f> points;  ///< in the camera's frame [m]
   cv::Mat descriptors;              ///< a row each (ORB, Rublee et al. 2011)
 };
 
-/// At most `most` features of the picture; `depth` [m, CV_32F] shows the same view in any size, `camera` is
+/// At most `most` features of the image; `depth` [m, CV_32F] shows the same view in any size, `camera` is
 /// scaled to both.
 Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera, int most,
                     double farthest);

@@ -36,18 +36,18 @@ std::unique_ptr<FrameView> viewOf(const Sequence& sequence, std::size_t frame, c
     view->bgr = sequence.image(frame);
     if (!sameShape(view->bgr.size(), view->depth.size()))
       throw Error(fmt::format(
-          "depth has {} × {} pixels and the picture {} × {}: they show different views; export depth "
+          "depth has {} × {} pixels and the image {} × {}: they show different views; export depth "
           "registered to color (see `estancia check`)",
           view->depth.cols, view->depth.rows, view->bgr.cols, view->bgr.rows));
     const CameraIntrinsics camera = sequence.intrinsics()->scaledTo(view->depth.cols, view->depth.rows);
-    view->picture = reducedPicture(view->bgr, view->depth, camera, options.width, options.farthest);
-    const int usable = cv::countNonZero(view->picture.depth);
-    if (usable < kLeastDepth * static_cast<double>(view->picture.depth.total()))
+    view->image = reducedImage(view->bgr, view->depth, camera, options.width, options.farthest);
+    const int usable = cv::countNonZero(view->image.depth);
+    if (usable < kLeastDepth * static_cast<double>(view->image.depth.total()))
       view->problem =
           fmt::format("{} of {} pixels have depth up to {} m (see --depth-scale and `estancia check`)",
-                      usable, view->picture.depth.total(), options.farthest);
+                      usable, view->image.depth.total(), options.farthest);
     else
-      view->pyramid = pyramidOf(view->picture, kLevels);
+      view->pyramid = pyramidOf(view->image, kLevels);
   } catch (const Error& e) {
     view->problem = e.what();
   }
@@ -65,17 +65,17 @@ const Pyramid& Keyframes::pyramid(std::size_t k) const {
     std::rotate(atHand_.begin(), found, found + 1);
   } else {
     if (atHand_.size() > 1) atHand_.pop_back();
-    atHand_.insert(atHand_.begin(), {k, pyramidOf(keyframes_[k].picture, kLevels)});
+    atHand_.insert(atHand_.begin(), {k, pyramidOf(keyframes_[k].image, kLevels)});
   }
   return atHand_.front().second;
 }
 
 Features Keyframes::featuresOf(const FrameView& view) const {
-  return odometry::featuresOf(view.bgr, view.depth, view.picture.camera, kFeatures, options_.farthest);
+  return odometry::featuresOf(view.bgr, view.depth, view.image.camera, kFeatures, options_.farthest);
 }
 
 std::size_t Keyframes::add(const FrameView& view, const cv::Affine3d& pose) {
-  keyframes_.push_back({view.frame, pose, view.picture, featuresOf(view)});
+  keyframes_.push_back({view.frame, pose, view.image, featuresOf(view)});
   recall_.add(words_.describe ? words_.describe(view.frame) : LexicalDescriptor());
   return keyframes_.size() - 1;
 }
@@ -99,7 +99,7 @@ std::optional<PoseGraphEdge> Keyframes::verified(std::size_t source, std::size_t
   const auto guess = guessFromFeatures(a.features, b.features, options_.loopFeatures);
   if (!guess) return std::nullopt;
   const Alignment found =
-      align(pyramidOf(a.picture, kLevels), pyramidOf(b.picture, kLevels), *guess, alignment_);
+      align(pyramidOf(a.image, kLevels), pyramidOf(b.image, kLevels), *guess, alignment_);
   if (!found.solved || found.overlap < options_.loopOverlap || found.rmse > options_.mostRmse ||
       found.likeness < options_.leastLikeness)
     return std::nullopt;

@@ -1,4 +1,4 @@
-// The pictures that odometry keeps, what ties them together, and which of them see the same place.
+// The images that odometry keeps, what ties them together, and which of them see the same place.
 #pragma once
 
 #include <memory>
@@ -23,7 +23,7 @@ AlignmentTerm alignmentTerm(const std::string& name);
 struct FrameView {
   std::size_t frame = 0;
   std::string problem;  ///< why it cannot be; "" when all is well
-  RgbdPicture picture;
+  RgbdImage image;
   Pyramid pyramid;
   cv::Mat bgr, depth;  ///< as read
 };
@@ -40,7 +40,7 @@ class Keyframes {
   const cv::Affine3d& pose(std::size_t k) const { return keyframes_[k].pose; }
   const AlignmentOptions& alignment() const { return alignment_; }
 
-  /// Made from the kept picture, the latest two at hand.
+  /// Made from the kept image, the latest two at hand.
   const Pyramid& pyramid(std::size_t k) const;
 
   /// Returns its number.
@@ -65,7 +65,7 @@ class Keyframes {
   struct Keyframe {
     std::size_t frame;
     cv::Affine3d pose;
-    RgbdPicture picture;
+    RgbdImage image;
     Features features;
   };
   std::optional<PoseGraphEdge> verified(std::size_t source, std::size_t target) const;

@@ -36,11 +36,11 @@ Eigen::Matrix4d eigenOf(const Matrix4& matrix) {
   return Eigen::Map<const RowMajor4>(matrix.data());
 }
 
-/// The picture's own memory, not a copy: it outlives the step.
-core::Tensor tensorOf(const cv::Mat& picture) {
-  const std::int64_t rows = picture.rows, columns = picture.cols, channels = picture.channels();
-  auto memory = std::make_shared<core::Blob>(core::Device("CPU:0"), picture.data, [](void*) {});
-  return {{rows, columns, channels}, {columns * channels, channels, 1}, picture.data, core::Float32, memory};
+/// The image's own memory, not a copy: it outlives the step.
+core::Tensor tensorOf(const cv::Mat& image) {
+  const std::int64_t rows = image.rows, columns = image.cols, channels = image.channels();
+  auto memory = std::make_shared<core::Blob>(core::Device("CPU:0"), image.data, [](void*) {});
+  return {{rows, columns, channels}, {columns * channels, channels, 1}, image.data, core::Float32, memory};
 }
 
 OdometryResult stepOf(const PyramidLevel& source, const PyramidLevel& target, const core::Tensor& transform,
@@ -70,7 +70,7 @@ OdometryResult stepOf(const PyramidLevel& source, const PyramidLevel& target, co
 }
 
 /// Open3D's loops over pixels on the caller's thread alone, whichever of its two ways they take: sums are
-/// added up in one order, and small pictures are quicker so than with threads that wait for each other.
+/// added up in one order, and small images are quicker so than with threads that wait for each other.
 class Alone {
  public:
   template <typename Work>

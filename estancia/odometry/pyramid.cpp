@@ -33,15 +33,15 @@ cv::Mat halvedDepth(const cv::Mat& depth) {
   return half;
 }
 
-RgbdPicture halved(const RgbdPicture& picture) {
-  const CameraIntrinsics& c = picture.camera;
-  RgbdPicture half;
-  half.depth = halvedDepth(picture.depth);
+RgbdImage halved(const RgbdImage& image) {
+  const CameraIntrinsics& c = image.camera;
+  RgbdImage half;
+  half.depth = halvedDepth(image.depth);
   // An odd last row or column is left out, so that pixels keep their rays.
   half.camera = {half.depth.cols, half.depth.rows,        c.fx / 2,
                  c.fy / 2,        (c.cx + 0.5) / 2 - 0.5, (c.cy + 0.5) / 2 - 0.5};
   const cv::Rect even(0, 0, half.depth.cols * 2, half.depth.rows * 2);
-  cv::resize(picture.gray(even), half.gray, half.depth.size(), 0, 0, cv::INTER_AREA);
+  cv::resize(image.gray(even), half.gray, half.depth.size(), 0, 0, cv::INTER_AREA);
   return half;
 }
 
@@ -72,12 +72,12 @@ cv::Mat normalsOf(const cv::Mat& points) {
   return normals;
 }
 
-PyramidLevel levelOf(const RgbdPicture& picture) {
+PyramidLevel levelOf(const RgbdImage& image) {
   PyramidLevel level;
-  level.camera = picture.camera;
-  cv::GaussianBlur(picture.gray, level.gray, {3, 3}, 0);
-  level.depth = picture.depth.clone();
-  level.depth.setTo(kNoDepth, picture.depth <= 0);
+  level.camera = image.camera;
+  cv::GaussianBlur(image.gray, level.gray, {3, 3}, 0);
+  level.depth = image.depth.clone();
+  level.depth.setTo(kNoDepth, image.depth <= 0);
   level.points = pointsOf(level.depth, level.camera);
   level.normals = normalsOf(level.points);
   cv::Sobel(level.gray, level.grayDx, CV_32F, 1, 0);
@@ -94,24 +94,24 @@ bool sameShape(cv::Size a, cv::Size b) {
   return std::abs(ratio - 1) < 0.02;
 }
 
-RgbdPicture reducedPicture(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,
+RgbdImage reducedImage(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,
                            int width, double farthest) {
-  RgbdPicture picture;
-  picture.camera = camera;
-  picture.depth = depth.clone();
-  picture.depth.setTo(0, depth > farthest);
+  RgbdImage image;
+  image.camera = camera;
+  image.depth = depth.clone();
+  image.depth.setTo(0, depth > farthest);
   cv::Mat gray;
   cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
   cv::resize(gray, gray, depth.size(), 0, 0, gray.cols > depth.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
-  gray.convertTo(picture.gray, CV_32F, 1.0 / 255);
-  while (picture.depth.cols > width && std::min(picture.depth.cols, picture.depth.rows) / 2 >= kSmallest)
-    picture = halved(picture);
-  return picture;
+  gray.convertTo(image.gray, CV_32F, 1.0 / 255);
+  while (image.depth.cols > width && std::min(image.depth.cols, image.depth.rows) / 2 >= kSmallest)
+    image = halved(image);
+  return image;
 }
 
-Pyramid pyramidOf(const RgbdPicture& picture, int levels) {
-  Pyramid pyramid{levelOf(picture)};
-  RgbdPicture next = picture;
+Pyramid pyramidOf(const RgbdImage& image, int levels) {
+  Pyramid pyramid{levelOf(image)};
+  RgbdImage next = image;
   while (static_cast<int>(pyramid.size()) < levels &&
          std::min(next.depth.cols, next.depth.rows) / 2 >= kSmallest) {
     next = halved(next);

@@ -1,4 +1,4 @@
-// An RGB-D picture at several sizes, as alignment wants it.
+// An RGB-D image at several sizes, as alignment wants it.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -9,13 +9,13 @@
 namespace estancia::odometry {
 
 /// Gray values and depth of one moment, seen by one camera.
-struct RgbdPicture {
+struct RgbdImage {
   CameraIntrinsics camera;
   cv::Mat gray;   ///< CV_32F, 0 to 1
   cv::Mat depth;  ///< CV_32F [m], same size; 0 where there is none
 };
 
-/// One size of a picture and what alignment derives from it; everything CV_32F (or CV_32FC3), contiguous, NaN
+/// One size of an image and what alignment derives from it; everything CV_32F (or CV_32FC3), contiguous, NaN
 /// where there is no depth.
 struct PyramidLevel {
   CameraIntrinsics camera;
@@ -26,15 +26,15 @@ struct PyramidLevel {
 /// From the finest to the coarsest.
 using Pyramid = std::vector<PyramidLevel>;
 
-/// Whether both have the same proportions within 2 %, as depth and the picture of the same view do.
+/// Whether both have the same proportions within 2 %, as depth and the image of the same view do.
 bool sameShape(cv::Size a, cv::Size b);
 
-/// The picture in depth's size, halved until it is at most `width` wide. `camera` is that of `depth` (meters,
+/// The image in depth's size, halved until it is at most `width` wide. `camera` is that of `depth` (meters,
 /// CV_32F); what lies beyond `farthest` [m] counts as no depth. `bgr` shows the same view in any size.
-RgbdPicture reducedPicture(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,
+RgbdImage reducedImage(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,
                            int width, double farthest);
 
 /// At most `levels` sizes, none less than 24 pixels wide or high.
-Pyramid pyramidOf(const RgbdPicture& picture, int levels);
+Pyramid pyramidOf(const RgbdImage& image, int levels);
 
 }  // namespace estancia::odometry

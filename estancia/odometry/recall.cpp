@@ -28,9 +28,9 @@ std::vector<std::size_t> Recall::nearest(const LexicalDescriptor& descriptor, st
   return nearestEmbedded(embed(descriptor), most, eligible);
 }
 
-std::vector<std::size_t> Recall::nearest(std::size_t picture, std::size_t most,
+std::vector<std::size_t> Recall::nearest(std::size_t image, std::size_t most,
                                          const std::function<bool(std::size_t)>& eligible) const {
-  return nearestEmbedded(embedded_[picture], most, eligible);
+  return nearestEmbedded(embedded_[image], most, eligible);
 }
 
 std::vector<std::size_t> Recall::nearestEmbedded(const std::vector<float>& query, std::size_t most,
@@ -45,9 +45,9 @@ std::vector<std::size_t> Recall::nearestEmbedded(const std::vector<float>& query
                          i);
   most = std::min(most, found.size());
   std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(most), found.end());
-  std::vector<std::size_t> pictures;
-  for (std::size_t k = 0; k < most; ++k) pictures.push_back(found[k].second);
-  return pictures;
+  std::vector<std::size_t> images;
+  for (std::size_t k = 0; k < most; ++k) images.push_back(found[k].second);
+  return images;
 }
 
 }  // namespace estancia::odometry

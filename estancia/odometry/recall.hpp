@@ -1,4 +1,4 @@
-// Which earlier pictures say the same words.
+// Which earlier images say the same words.
 #pragma once
 
 #include <cstddef>
@@ -13,22 +13,22 @@
 
 namespace estancia::odometry {
 
-/// Lexical descriptors of pictures, compared as maps compare them (standardized-clr: what measurement found
+/// Lexical descriptors of images, compared as maps compare them (standardized-clr: what measurement found
 /// best). What has no words is never found and finds nothing.
 class Recall {
  public:
   explicit Recall(const std::vector<LabelPart>& parts) : distance_(getDistance("standardized-clr", parts)) {}
 
-  /// The number of the picture is how many were added before it. Throws Error when the number of labels
+  /// The number of the image is how many were added before it. Throws Error when the number of labels
   /// changes.
   void add(const LexicalDescriptor& descriptor);
 
   std::size_t size() const { return embedded_.size(); }
 
-  /// At most `most` pictures that `eligible` admits, the nearest first. Standardized by the pictures so far.
+  /// At most `most` images that `eligible` admits, the nearest first. Standardized by the images so far.
   std::vector<std::size_t> nearest(const LexicalDescriptor& descriptor, std::size_t most,
                                    const std::function<bool(std::size_t)>& eligible) const;
-  std::vector<std::size_t> nearest(std::size_t picture, std::size_t most,
+  std::vector<std::size_t> nearest(std::size_t image, std::size_t most,
                                    const std::function<bool(std::size_t)>& eligible) const;
 
  private:

@@ -6,7 +6,7 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr int kWidth = 160;          // of the small depth picture [pixels]
+constexpr int kWidth = 160;          // of the small depth image [pixels]
 constexpr int kStride = 4;           // from point to point in it [pixels]
 constexpr double kTolerance = 0.04;  // of the depth: noise, and pixels that are not quite the same
 

@@ -1,4 +1,4 @@
-// Do two depth pictures agree on what is where, if the camera moved as somebody says?
+// Do two depth images agree on what is where, if the camera moved as somebody says?
 #pragma once
 
 #include <opencv2/core/affine.hpp>

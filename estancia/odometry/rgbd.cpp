@@ -187,7 +187,7 @@ void Tracker::add(std::unique_ptr<FrameView> view) {
       velocity_ = cv::Affine3d::Identity();
       if (!lost_)
         result_.notes.push_back(fmt::format("{:.1f} s without {} before {}", *now - *before,
-                                            last_->frame + 1 == i ? "a picture" : "usable depth",
+                                            last_->frame + 1 == i ? "an image" : "usable depth",
                                             sequence_.frame(i).name));
     }
     if (lost_ || !follow(*view)) {
@@ -227,7 +227,7 @@ void requireRgbd(const Sequence& sequence) {
   if (sequence.size() == 0) throw Error(fmt::format("{}: no frames", sequence.name()));
   if (!sequence.hasDepth())
     throw Error(fmt::format(
-        "{}: no depth pictures, which odometry needs; `estancia check` says where they are looked "
+        "{}: no depth images, which odometry needs; `estancia check` says where they are looked "
         "for, and --poses takes a trajectory from elsewhere",
         sequence.name()));
   if (!sequence.intrinsics())

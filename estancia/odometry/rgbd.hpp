@@ -1,4 +1,4 @@
-// Where the camera stood in every picture of an RGB-D sequence: tracking, loops, and a pose graph.
+// Where the camera stood in every image of an RGB-D sequence: tracking, loops, and a pose graph.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ struct RgbdOptions {
   /// "color" (gray values; needs texture), "hybrid" (both), or "auto": depth, and hybrid where depth would
   /// slide, as along a bare wall.
   std::string term = "auto";
-  /// Pictures are halved until they are at most so wide [pixels]: more is slower, and on a Kinect no better.
+  /// Images are halved until they are at most so wide [pixels]: more is slower, and on a Kinect no better.
   int width = 160;
   /// Depth beyond this is too noisy to align by [m].
   double farthest = 4;

@@ -24,7 +24,7 @@ struct Cues {
   double outliers = 0;
 };
 
-Cues cuesOf(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
+Cues cuesOf(const OrientedPoints& model, const Surface& scene, const RangeImage& view,
             std::span<const int> parts, const cv::Affine3d& pose, double tolerance) {
   const cv::Affine3f there(pose);
   const cv::Matx33f turn = there.rotation();
@@ -144,7 +144,7 @@ std::vector<int> smoothPartsOf(const Surface& surface, double reach, int threads
   return parts;
 }
 
-std::vector<bool> verifyGlobally(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
+std::vector<bool> verifyGlobally(const OrientedPoints& model, const Surface& scene, const RangeImage& view,
                                  std::span<const int> smoothParts, std::span<const cv::Affine3d> poses,
                                  double tolerance) {
   if (poses.empty()) return {};

@@ -16,7 +16,7 @@ namespace estancia {
 struct DenseScene {
   const Surface& surface;
   const NearestField& field;  ///< of surface.points()
-  const RangePicture& view;
+  const RangeImage& view;
 };
 
 /// What is told apart.

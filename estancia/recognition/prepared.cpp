@@ -117,7 +117,7 @@ PreparedModel::PreparedModel(std::string name, PointCloud raw, PointCloud filter
   const Neighbors neighbors(raw_.points, options_.threads);
   noise_ = estimateNoise(neighbors, options_.threads);
   const double spacing = spacingOf(neighbors);
-  orientation_ = {!RangePicture(raw_.points, spacing).known(), center_};
+  orientation_ = {!RangeImage(raw_.points, spacing).known(), center_};
   account.add("model", fmt::format("{}; noise {:.4g} m, points {:.4g} m apart",
                                    orientation_.outwards ? "shows several sides" : "seen from the origin",
                                    noise_, spacing));
@@ -238,8 +238,8 @@ std::shared_ptr<const PreparedScene::Described> PreparedScene::describe(
       fresh->parts = smoothPartsOf(*fresh->coarse, 2 * scales.tolerance, options_.threads);
   }
   // The averaged surface has a wider spacing, and no noise.
-  fresh->view = isMean(options_) ? RangePicture(surface.points(), 1.8 * scales.unit)
-                                 : RangePicture(raw_.points, resolution_);
+  fresh->view = isMean(options_) ? RangeImage(surface.points(), 1.8 * scales.unit)
+                                 : RangeImage(raw_.points, resolution_);
   account.add("view", fresh->view.known() ? "seen from the origin" : "no view from the origin");
   return fresh;
 }

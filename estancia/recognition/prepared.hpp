@@ -69,7 +69,7 @@ class PreparedScene {
     std::unique_ptr<const Surface> coarse;  ///< points of surface about a tolerance apart
     std::vector<int> parts;                 ///< smoothPartsOf(coarse), for global verification
     NearestField field;                     ///< of surface, for local frames and evidence
-    RangePicture view{{}, 0};
+    RangeImage view{{}, 0};
     DenseScene dense() const { return {*surface, field, view}; }
   };
 

@@ -6,7 +6,7 @@
 
 namespace estancia {
 
-RangePicture::RangePicture(std::span<const cv::Point3f> points, double spacing) {
+RangeImage::RangeImage(std::span<const cv::Point3f> points, double spacing) {
   constexpr double widest = 4;  // slope: 76° to either side
   constexpr int mostCells = 4'000'000;
   std::vector<float> zs;
@@ -62,7 +62,7 @@ RangePicture::RangePicture(std::span<const cv::Point3f> points, double spacing) 
     }
 }
 
-std::optional<float> RangePicture::depth(const cv::Point3f& place) const {
+std::optional<float> RangeImage::depth(const cv::Point3f& place) const {
   const auto cell = cellOf(place);
   if (!cell || std::isinf(depths_[*cell])) return {};
   return depths_[*cell];

@@ -12,10 +12,10 @@ namespace estancia {
 /// The points of a scene as the sensor at the origin saw them, along +z (the optical frame). Says nothing
 /// when the cloud does not look like such a view: points behind the sensor, a wide angle, or two surfaces
 /// behind each other all over, as of an object that was scanned from all sides.
-class RangePicture {
+class RangeImage {
  public:
   /// `spacing` [m]: how far apart points lie where the scene is.
-  RangePicture(std::span<const cv::Point3f> points, double spacing);
+  RangeImage(std::span<const cv::Point3f> points, double spacing);
 
   /// Depth [m] of the surface that the sensor saw in the direction of `place`; none where it saw nothing.
   std::optional<float> depth(const cv::Point3f& place) const;

@@ -11,7 +11,7 @@ double Evidence::confidence() const {
   return seen / static_cast<double>(facing - occluded) * std::sqrt(seen / static_cast<double>(facing));
 }
 
-Evidence examine(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
+Evidence examine(const OrientedPoints& model, const Surface& scene, const RangeImage& view,
                  const cv::Affine3d& pose, double tolerance) {
   constexpr float agreeing = 0.7F;  // cosine of the normals of the same surface
   constexpr float grazing = 0.1F;   // cosine beyond which a sensor sees nothing of a surface

@@ -27,7 +27,7 @@ struct Evidence {
 };
 
 /// Of the nearest points themselves, as isThere() counts them; scorePose() asks the scene more quickly.
-Evidence examine(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
+Evidence examine(const OrientedPoints& model, const Surface& scene, const RangeImage& view,
                  const cv::Affine3d& pose, double tolerance);
 
 /// The plain check: the confidence is at least `accept`, the scene does not look through a fifth of the
@@ -40,7 +40,7 @@ bool isThere(const Evidence& evidence, double accept);
 /// annealing. `smoothParts` is smoothPartsOf(scene). Points of model and scene should lie equally far apart.
 /// `tolerance` [m] is that between a scene point and the model point that explains it. Returns whether each
 /// pose belongs to it.
-std::vector<bool> verifyGlobally(const OrientedPoints& model, const Surface& scene, const RangePicture& view,
+std::vector<bool> verifyGlobally(const OrientedPoints& model, const Surface& scene, const RangeImage& view,
                                  std::span<const int> smoothParts, std::span<const cv::Affine3d> poses,
                                  double tolerance);
 

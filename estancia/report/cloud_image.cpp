@@ -32,7 +32,7 @@ std::vector<cv::Vec3d> finitePoints(const CloudLayer& layer) {
   return points;
 }
 
-/// Where the picture is taken from.
+/// Where the image is taken from.
 struct Camera {
   cv::Affine3d fromScene;
   double focal = 1;
@@ -159,7 +159,7 @@ void shade(Canvas& canvas) {
 cv::Mat drawClouds(std::span<const CloudLayer> layers, const CloudView& view) {
   if (view.width < 16 || view.height < 16 || view.width > 16384 || view.height > 16384)
     throw Error(
-        fmt::format("a picture of {} × {} pixels cannot be drawn; use 16 to 16384", view.width, view.height));
+        fmt::format("an image of {} × {} pixels cannot be drawn; use 16 to 16384", view.width, view.height));
   if (layers.empty()) throw Error("there is no cloud to draw");
   const std::vector<cv::Vec3d> points = finitePoints(layers.front());
   if (points.empty()) throw Error("the cloud has no point to draw");

@@ -1,4 +1,4 @@
-// Clouds as a picture that shows their shape.
+// Clouds as an image that shows their shape.
 #pragma once
 
 #include <array>
@@ -13,10 +13,10 @@
 
 namespace estancia {
 
-/// One cloud of a picture.
+/// One cloud of an image.
 struct CloudLayer {
   const PointCloud* cloud = nullptr;
-  cv::Affine3d pose = cv::Affine3d::Identity();         ///< T_picture_cloud
+  cv::Affine3d pose = cv::Affine3d::Identity();         ///< T_image_cloud
   std::optional<cv::Vec3b> color;                      ///< BGR; none: the cloud's own, or gray
   std::span<const std::array<std::uint32_t, 2>> edges;  ///< pairs of points that a line joins
 };
@@ -28,7 +28,7 @@ struct CloudView {
   double elevation = 0;            ///< [deg] upwards
 };
 
-/// The layers seen in perspective, as large as the picture holds; the first decides where one stands. Shapes
+/// The layers seen in perspective, as large as the image holds; the first decides where one stands. Shapes
 /// show by shading distances (eye-dome lighting: Boucheny, thesis, Grenoble 2009). BGR, 8 bits. Points that
 /// are not finite are left out. Throws Error when there is nothing to draw, or on a view without pixels.
 cv::Mat drawClouds(std::span<const CloudLayer> layers, const CloudView& view = {});

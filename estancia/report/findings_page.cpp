@@ -95,13 +95,13 @@ Markup section(const RankDiagram& diagram) {
   return rankDiagram(diagram);
 }
 
-Markup section(const Pictures& gallery) {
+Markup section(const Images& gallery) {
   Markup out;
   out.open("div", {{"class", "results"}}).element("h3", shorten(gallery.title, 160));
   out.open("div", {{"class", gallery.wide ? "gallery wide" : "gallery"}});
-  for (const Pictures::Picture& picture : gallery.pictures) {
-    const std::string caption = shorten(picture.caption, 300);
-    out.open("figure").leaf("img", {{"src", imageUri(picture.file, "the picture of " + caption)},
+  for (const Images::Image& image : gallery.images) {
+    const std::string caption = shorten(image.caption, 300);
+    out.open("figure").leaf("img", {{"src", imageUri(image.file, "the image of " + caption)},
                                     {"alt", caption},
                                     {"decoding", "async"}});
     out.element("figcaption", caption).close();

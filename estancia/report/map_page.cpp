@@ -66,7 +66,7 @@ void addGuide(Markup& body, bool metric, bool zones) {
       "p",
       "A node is a place that the robot told apart by the words its images evoke: it holds the mean "
       "probability of every label over its images. Search a word to see where it is likely; select a "
-      "node for its words and pictures; the chart of decisions shows why the mapper stayed, moved or "
+      "node for its words and images; the chart of decisions shows why the mapper stayed, moved or "
       "founded a new place.");
   body.element("p",
                metric ? "Nodes lie where their images were taken, moved apart where they would overlap. The "
@@ -225,10 +225,10 @@ std::string renderMapPage(const MapPage& page) {
     body.open("section", {{"id", "places"}}).element("h2", "Places");
     std::string limits;
     if (cards.carded < summary.nodes.size())
-      limits = fmt::format("Pictures and word clouds are shown for the {} largest of {} nodes. ",
+      limits = fmt::format("Images and word clouds are shown for the {} largest of {} nodes. ",
                            cards.carded, summary.nodes.size());
     if (cards.withheld > 0)
-      limits += counted(cards.withheld, "picture") + " left out to keep this page small. ";
+      limits += counted(cards.withheld, "image") + " left out to keep this page small. ";
     if (threshold > 0.0005)
       limits += fmt::format("The search leaves out probabilities below {}.", significant(threshold));
     if (!limits.empty()) body.element("p", {{"class", "note"}}, limits);

@@ -35,9 +35,9 @@ struct MapPage {
   std::optional<std::size_t> label = {};    ///< the map starts as this label's heat map
   std::optional<FloorPlan> floorPlan = {};  ///< needs poses in a z-up map
   const Zones* zones = nullptr;             ///< of the same run, to lay over the nodes
-  PagePictures pictures = {};
+  PageImages images = {};
 
-  std::size_t cards = 60;  ///< only this many of the largest nodes get pictures and a word cloud
+  std::size_t cards = 60;  ///< only this many of the largest nodes get images and a word cloud
   std::size_t indexEntries =
       200'000;  ///< values in the search index; smaller probabilities are left out first
 };

@@ -39,7 +39,7 @@ void addPrediction(Markup& card, const NodeSummary& node) {
 }
 
 void addCard(Markup& out, const MapSummary& summary, std::size_t position, const NodeZones* zones,
-             Painting painting, const LoadedPictures& pictures) {
+             Painting painting, const LoadedImages& images) {
   const NodeSummary& node = summary.nodes[position];
   const bool byZone = painting == Painting::zones && zones != nullptr;
   out.open("article", {{"class", "card"},
@@ -59,7 +59,7 @@ void addCard(Markup& out, const MapSummary& summary, std::size_t position, const
   if (zones != nullptr) out.add(zoneLine(*zones, position));
   out.close().close();
   const auto nameOf = [&summary](std::size_t frame) { return summary.map->frames[frame].name; };
-  out.add(pictureGrid(pictures, node.frames, fmt::format("What node {} looks like", node.node->id), nameOf));
+  out.add(imageGrid(images, node.frames, fmt::format("What node {} looks like", node.node->id), nameOf));
   out.add(wordCloud(*summary.map, *node.node));
   out.add(labelBars(summary.map->vocabulary, node.node->mean, {}, 10));
   out.open("footer")
@@ -102,10 +102,10 @@ NodeCards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZo
     large[order[i]] = 1;
     withCards.push_back(&summary.nodes[order[i]].frames);
   }
-  const LoadedPictures pictures = loadPictures(withCards, page.pictures);
-  result.withheld = pictures.withheld;
+  const LoadedImages images = loadImages(withCards, page.images);
+  result.withheld = images.withheld;
   for (std::size_t i = 0; i < order.size(); ++i)
-    large[i] != 0 ? addCard(result.cards, summary, i, zones, painting, pictures)
+    large[i] != 0 ? addCard(result.cards, summary, i, zones, painting, images)
                   : addRow(result.rows, summary, i, zones);
   return result;
 }

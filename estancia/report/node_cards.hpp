@@ -1,4 +1,4 @@
-// One card a place: its words, pictures, neighbors and visits.
+// One card a place: its words, images, neighbors and visits.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ struct NodeCards {
   Markup cards;              ///< <article>s of the largest nodes, in order of id
   Markup rows;               ///< shorter <article>s of all others; empty when there are none
   std::size_t carded = 0;    ///< how many nodes have a full card
-  std::size_t withheld = 0;  ///< pictures left out because page.pictures.bytes were used up
+  std::size_t withheld = 0;  ///< images left out because page.images.bytes were used up
 };
 
 /// `zones` may be nullptr. Badges have the colors of zones where the painting is of zones, else of rooms;

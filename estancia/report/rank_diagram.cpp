@@ -54,7 +54,7 @@ std::vector<std::string> drawnNames(const RankDiagram& diagram) {
 struct Geometry {
   std::vector<std::string> names;  ///< as drawn
   std::size_t count = 0, atLeft = 0;
-  double left = 0, right = 0, width = 0;  ///< ends of the stems, and of the picture
+  double left = 0, right = 0, width = 0;  ///< ends of the stems, and of the image
   double axis = 0, bars = 0, rows = 0, height = 0;
   std::vector<std::size_t> levels;  ///< one a group, from the axis down
 

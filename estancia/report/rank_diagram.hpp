@@ -16,7 +16,7 @@ Markup rankDiagram(const RankDiagram& diagram);
 
 namespace estancia {
 
-/// The same as a picture of its own, an SVG file that suits light and dark screens and needs nothing else;
+/// The same as an image of its own, an SVG file that suits light and dark screens and needs nothing else;
 /// programs that know no media queries draw it dark on white.
 std::string renderRankDiagram(const RankDiagram& diagram);
 

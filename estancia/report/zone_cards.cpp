@@ -48,13 +48,13 @@ std::string sizeOf(const ZoneSummary& entry) {
 }
 
 void addCard(Markup& out, const ZonesSummary& summary, const ZoneSummary& entry,
-             const LoadedPictures& pictures) {
+             const LoadedImages& images) {
   const Zone& zone = *entry.zone;
   out.open("article", {{"class", "card"}, {"id", fmt::format("zone-{}", zone.id)}, {"tabindex", "-1"}});
   out.open("header").add(badge(entry.style, std::to_string(zone.id))).open("div");
   out.element("h3", entry.name).element("p", sizeOf(entry)).close().close();
   const auto nameOf = [&summary](std::size_t frame) { return summary.zones->frames[frame].name; };
-  out.add(pictureGrid(pictures, zone.images, fmt::format("What zone {} looks like", zone.id), nameOf));
+  out.add(imageGrid(images, zone.images, fmt::format("What zone {} looks like", zone.id), nameOf));
   out.add(labelBars(summary.zones->vocabulary, zone.mean, zone.sigma, 8));
   out.open("footer").add(visitStrip(entry.visits, summary.zones->frames.size()));
   addFacts(out, summary, entry);
@@ -70,13 +70,13 @@ void addRow(Markup& out, const ZonesSummary& summary, const ZoneSummary& entry) 
 
 }  // namespace
 
-ZoneCards zoneCards(const ZonesSummary& summary, const PagePictures& pictures, std::size_t cards) {
+ZoneCards zoneCards(const ZonesSummary& summary, const PageImages& images, std::size_t cards) {
   ZoneCards result;
   result.carded = std::min(cards, summary.list.size());
   result.listed = std::min(mostRows, summary.list.size() - result.carded);
   std::vector<const std::vector<std::size_t>*> withCards;
   for (std::size_t i = 0; i < result.carded; ++i) withCards.push_back(&summary.list[i].zone->images);
-  const LoadedPictures loaded = loadPictures(withCards, pictures);
+  const LoadedImages loaded = loadImages(withCards, images);
   result.withheld = loaded.withheld;
   for (std::size_t i = 0; i < result.carded; ++i) addCard(result.cards, summary, summary.list[i], loaded);
   for (std::size_t i = result.carded; i < result.carded + result.listed; ++i)

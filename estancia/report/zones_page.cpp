@@ -57,7 +57,7 @@ void addExplorer(Markup& body, const ZonesPage& page, const ZonesSummary& summar
             {{"class", path.empty ? "explore flat" : "explore"}, {"id", "map"}, {"aria-label", "Zones"}});
   if (!path.empty)
     addFigure(
-        body, "picture", "From above",
+        body, "image", "From above",
         "Every symbol is an image, where it was taken; images from one place stand round it. The dotted "
         "line is the driven path.",
         580, 440, [&](const FigureStyle& style) { return zoneFigure(summary, path, style); });
@@ -97,12 +97,12 @@ void addRooms(Markup& body, const ZonesSummary& summary) {
 }
 
 void addCards(Markup& body, const ZonesPage& page, const ZonesSummary& summary) {
-  const ZoneCards cards = zoneCards(summary, page.pictures, page.cards);
+  const ZoneCards cards = zoneCards(summary, page.images, page.cards);
   body.open("section", {{"id", "places"}}).element("h2", "Zone by zone");
   std::string limits =
       "Bars are the mean probability of a word over the zone's images, ± its standard deviation. ";
   if (cards.withheld > 0)
-    limits += counted(cards.withheld, "picture") + " left out to keep this page small. ";
+    limits += counted(cards.withheld, "image") + " left out to keep this page small. ";
   if (const std::size_t told = cards.carded + cards.listed; told < summary.list.size())
     limits += counted(summary.list.size() - told, "zone") + " of the smallest are not listed.";
   body.element("p", {{"class", "note"}}, limits).open("div", {{"class", "cards"}}).add(cards.cards).close();

@@ -27,7 +27,7 @@ struct ComparisonOptions {
   std::string control;  ///< the method that the others are compared with; "": the one of the best mean rank
 };
 
-/// Friedman's test and a post-hoc test with what tables and pictures show of them (thesis Table 3.2; Demšar,
+/// Friedman's test and a post-hoc test with what tables and images show of them (thesis Table 3.2; Demšar,
 /// JMLR 7 (2006)).
 struct MethodComparison {
   /// One method beside the control.

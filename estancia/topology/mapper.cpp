@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t mostFramesPerKeyframe = 10;  // of a young run, on the average: bounds its memory
 constexpr std::size_t firstRescale = 10;           // keyframes before a run can tell anything about itself
-constexpr std::uint64_t leastFramesToMerge = 3;    // below this a mean is still one picture's accident
+constexpr std::uint64_t leastFramesToMerge = 3;    // below this a mean is still one image's accident
 constexpr std::size_t mostBlur = 1000;             // images kept in memory for it
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 

@@ -61,17 +61,17 @@ MappingSession MappingSession::resume(const std::filesystem::path& path, const V
   return {std::move(store), std::move(mapper)};
 }
 
-void MappingSession::add(const Frame& frame, DescriptorView descriptor, const Picture& picture) {
+void MappingSession::add(const Frame& frame, DescriptorView descriptor, const Image& image) {
   const std::size_t index = mapper_.frames();
   mapper_.add(descriptor);
   MappedFrame mapped;
   static_cast<Frame&>(mapped) = frame;
   mapped.node = mapper_.currentNode();
   store_.addFrame(index, mapped, descriptor);
-  // Pictures of all young frames, whose nodes may still change, then of a node's 1st, 2nd, 4th, 8th … frame.
+  // Images of all young frames, whose nodes may still change, then of a node's 1st, 2nd, 4th, 8th … frame.
   const bool keep = index < mapper_.options().warmupFrames ||
                     std::has_single_bit(mapper_.bank()[mapper_.currentSlot()].frames);
-  if (picture && keep) store_.putPicture(index, picture());
+  if (image && keep) store_.putImage(index, image());
   if (std::chrono::steady_clock::now() - lastWritten_ >= writeInterval) write();
 }
 

@@ -21,8 +21,8 @@ namespace estancia {
 /// on from there, with the very map that an unbroken run would have made.
 class MappingSession {
  public:
-  /// A small JPEG of the frame being added; called only for frames whose picture is kept.
-  using Picture = std::function<std::vector<unsigned char>()>;
+  /// A small JPEG of the frame being added; called only for frames whose image is kept.
+  using Image = std::function<std::vector<unsigned char>()>;
 
   /// The file appears with the first second of frames. Throws Error as MapStore::create() does.
   static MappingSession create(const std::filesystem::path& path, const Vocabulary& vocabulary,
@@ -37,7 +37,7 @@ class MappingSession {
   std::size_t frames() const { return mapper_.frames(); }
   const Mapper& mapper() const { return mapper_; }
 
-  void add(const Frame& frame, DescriptorView descriptor, const Picture& picture = {});
+  void add(const Frame& frame, DescriptorView descriptor, const Image& image = {});
   /// Writes everything, with the last word on a young run. More frames may follow.
   void finish();
 

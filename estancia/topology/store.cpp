@@ -40,7 +40,7 @@ CREATE TABLE frames(id INTEGER PRIMARY KEY, name TEXT NOT NULL, timestamp REAL, 
                     qx REAL, qy REAL, qz REAL, qw REAL, room TEXT NOT NULL, node INTEGER NOT NULL);
 CREATE INDEX frames_of_node ON frames(node);
 CREATE TABLE descriptors(frame INTEGER PRIMARY KEY, probabilities BLOB NOT NULL);
-CREATE TABLE pictures(frame INTEGER PRIMARY KEY, jpeg BLOB NOT NULL);
+CREATE TABLE images(frame INTEGER PRIMARY KEY, jpeg BLOB NOT NULL);
 CREATE TABLE nodes(id INTEGER PRIMARY KEY, frames INTEGER NOT NULL, mean BLOB NOT NULL, sigma BLOB NOT NULL,
                    state BLOB NOT NULL);
 CREATE TABLE transitions(source INTEGER NOT NULL, target INTEGER NOT NULL, count INTEGER NOT NULL,
@@ -373,9 +373,9 @@ void MapStore::addFrame(std::size_t index, const MappedFrame& frame, DescriptorV
   ++impl_->frames;
 }
 
-void MapStore::putPicture(std::size_t frame, const std::vector<unsigned char>& jpeg) {
+void MapStore::putImage(std::size_t frame, const std::vector<unsigned char>& jpeg) {
   impl_->requireFrame(frame);
-  impl_->write("INSERT OR REPLACE INTO pictures VALUES(?1, ?2)", frame, std::as_bytes(std::span(jpeg)));
+  impl_->write("INSERT OR REPLACE INTO images VALUES(?1, ?2)", frame, std::as_bytes(std::span(jpeg)));
 }
 
 void MapStore::putNode(const Node& node, const std::string& state) {
@@ -544,15 +544,15 @@ void MapStore::forEachDescriptor(std::size_t first,
   }
 }
 
-std::vector<std::size_t> MapStore::pictureFrames() const {
-  Statement rows(impl_->database, "SELECT frame FROM pictures WHERE frame >= 0 ORDER BY frame");
+std::vector<std::size_t> MapStore::imageFrames() const {
+  Statement rows(impl_->database, "SELECT frame FROM images WHERE frame >= 0 ORDER BY frame");
   std::vector<std::size_t> frames;
   while (rows.next()) frames.push_back(static_cast<std::size_t>(rows.integer(0)));
   return frames;
 }
 
-std::vector<unsigned char> MapStore::picture(std::size_t frame) const {
-  Statement& row = impl_->prepared("SELECT jpeg FROM pictures WHERE frame = ?1");
+std::vector<unsigned char> MapStore::image(std::size_t frame) const {
+  Statement& row = impl_->prepared("SELECT jpeg FROM images WHERE frame = ?1");
   const sqlite::ResetAtEnd reset(row);
   row.bind(1, frame);
   if (!row.next()) return {};

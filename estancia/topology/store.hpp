@@ -52,7 +52,7 @@ class MapStore {
   /// Frames come in order: `index` is the number of frames so far.
   void addFrame(std::size_t index, const MappedFrame& frame, DescriptorView descriptor);
   /// A small JPEG of a frame, for reports.
-  void putPicture(std::size_t frame, const std::vector<unsigned char>& jpeg);
+  void putImage(std::size_t frame, const std::vector<unsigned char>& jpeg);
   /// Inserts or replaces; `state` is the mapper's own memory of the node.
   void putNode(const Node& node, const std::string& state);
   void putTransition(const Transition& transition);
@@ -88,9 +88,9 @@ class MapStore {
   /// All descriptors from `first` on, in order; stops early when `visit` returns false.
   void forEachDescriptor(std::size_t first,
                          const std::function<bool(std::size_t, DescriptorView)>& visit) const;
-  /// Frames with a picture, and the picture (empty when there is none).
-  std::vector<std::size_t> pictureFrames() const;
-  std::vector<unsigned char> picture(std::size_t frame) const;
+  /// Frames with an image, and the image (empty when there is none).
+  std::vector<std::size_t> imageFrames() const;
+  std::vector<unsigned char> image(std::size_t frame) const;
 
  private:
   struct Impl;

@@ -12,7 +12,7 @@ MapStore::Identity readIdentity(sqlite::Database& database);
 /// The parts of a vocabulary as JSON, [[labels, weight], …].
 std::string partsToJson(const Vocabulary& vocabulary);
 
-/// Everything but descriptors, pictures and states. Every number and length is checked before it is used.
+/// Everything but descriptors, images and states. Every number and length is checked before it is used.
 TopologicalMap readMap(sqlite::Database& database, const MapStore::Identity& identity);
 
 /// Copies a blob of `labels` float32 values. Throws Error when it has another length or a value that is not

@@ -5,7 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "odometry/recorded_room.hpp"
 #include "support/support.hpp"
 

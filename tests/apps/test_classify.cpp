@@ -52,21 +52,21 @@ class ClassifyCommand : public testing::Test {
     writeDescriptors(recording, file);
   }
 
-  /// `count` pictures of lines that lie or stand, and what they are.
+  /// `count` images of lines that lie or stand, and what they are.
   void writeLines(const fs::path& folder, int count) {
     std::string table = "image,room\n";
     fs::create_directories(folder);
     cv::RNG random(5);
     for (int i = 0; i < count; ++i) {
       const bool lying = i / 4 % 2 == 0;
-      cv::Mat picture(48, 64, CV_8UC3, cv::Scalar(30, 30, 30));
+      cv::Mat image(48, 64, CV_8UC3, cv::Scalar(30, 30, 30));
       for (int line = 0; line < 4; ++line) {
         const int at = random.uniform(4, 44);
-        cv::line(picture, lying ? cv::Point(0, at) : cv::Point(at, 0),
+        cv::line(image, lying ? cv::Point(0, at) : cv::Point(at, 0),
                  lying ? cv::Point(63, at) : cv::Point(at, 47), cv::Scalar(220, 220, 220), 2);
       }
       const std::string name = "line" + std::to_string(i) + ".png";
-      cv::imwrite((folder / name).string(), picture);
+      cv::imwrite((folder / name).string(), image);
       table += name + (lying ? ",lying\n" : ",standing\n");
     }
     writeFile(folder / "rooms.csv", table);
@@ -218,21 +218,21 @@ TEST_F(ClassifyCommand, SaysNothingWhereItIsNotSure) {
               HasSubstr("image,predicted_room,probability,second,second_probability\nframe 0,,0."));
 }
 
-TEST_F(ClassifyCommand, LearnsFromPictures) {
+TEST_F(ClassifyCommand, LearnsFromImages) {
   writeLines(scratch_ / "lines", 40);
-  const std::string picture = scratch_ / "lines/line0.png", model = scratch_ / "lines.classifier";
+  const std::string image = scratch_ / "lines/line0.png", model = scratch_ / "lines.classifier";
   const auto trained = run({"classify", "train", scratch_ / "lines", "-o", model, "--descriptor", "phog"});
   ASSERT_EQ(trained.exitCode, 0) << trained.err;
   EXPECT_THAT(trained.out, AllOf(HasSubstr("2 rooms of 40 images by svm-rbf on phog"), HasSubstr("lying")));
   const auto said =
-      lines(run({"classify", "predict", model, picture, scratch_ / "lines/line4.png", "--json"}));
+      lines(run({"classify", "predict", model, image, scratch_ / "lines/line4.png", "--json"}));
   ASSERT_EQ(said.size(), 2U);
-  EXPECT_EQ(said[0]["image"], picture);
+  EXPECT_EQ(said[0]["image"], image);
   EXPECT_EQ(said[0]["room"], "lying");
   EXPECT_EQ(said[1]["room"], "standing");
   expectError({"classify", "predict", model, words_}, "phog");
-  expectError({"classify", "predict", model, picture, scratch_ / "missing.png"}, "no such file");
-  expectError({"classify", "predict", model, picture, words_}, "no picture");
+  expectError({"classify", "predict", model, image, scratch_ / "missing.png"}, "no such file");
+  expectError({"classify", "predict", model, image, words_}, "no image");
 }
 
 TEST_F(ClassifyCommand, NamesThePlacesOfAMap) {
@@ -346,16 +346,16 @@ TEST_F(ClassifyCommand, ReplacesRoomClassifiersOnlyAndOnlyWhenTold) {
 
 TEST_F(ClassifyCommand, NeverReplacesWhatItReads) {
   writeLines(scratch_ / "lines", 16);
-  const std::string picture = scratch_ / "lines/line0.png", classifier = scratch_ / "lines.classifier";
+  const std::string image = scratch_ / "lines/line0.png", classifier = scratch_ / "lines.classifier";
   ASSERT_EQ(run({"classify", "train", scratch_ / "lines", "-o", classifier, "--descriptor", "phog"}).exitCode,
             0);
   train();
-  const std::string pixels = readFile(picture), words = readFile(others_);
-  expectError({"classify", "predict", classifier, picture, "-o", picture}, "is read here");
-  expectError({"classify", "predict", classifier, scratch_ / "lines", "-o", picture}, "exists");
-  writeFile(scratch_ / "broken.png", "no picture");
-  expectError({"classify", "predict", classifier, scratch_ / "broken.png"}, "not a picture");
-  EXPECT_EQ(readFile(picture), pixels);
+  const std::string pixels = readFile(image), words = readFile(others_);
+  expectError({"classify", "predict", classifier, image, "-o", image}, "is read here");
+  expectError({"classify", "predict", classifier, scratch_ / "lines", "-o", image}, "exists");
+  writeFile(scratch_ / "broken.png", "no image");
+  expectError({"classify", "predict", classifier, scratch_ / "broken.png"}, "not an image");
+  EXPECT_EQ(readFile(image), pixels);
   expectError({"classify", "test", model_, others_, "-o", others_}, "is read here");
   expectError({"classify", "test", model_, words_, "-o", others_}, "exists");
   EXPECT_EQ(readFile(others_), words);

@@ -1,4 +1,4 @@
-// The command as a user runs it, on small pictures and a network that knows four colors.
+// The command as a user runs it, on small images and a network that knows four colors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,16 +25,16 @@ class Command : public testing::Test {
  protected:
   void SetUp() override { writeSmallModel(model_); }
 
-  /// `stay` pictures of each color in turn.
-  void writePictures(const fs::path& folder, std::size_t stay = 10, std::size_t visits = 4) {
+  /// `stay` images of each color in turn.
+  void writeImages(const fs::path& folder, std::size_t stay = 10, std::size_t visits = 4) {
     fs::create_directories(folder);
     cv::RNG random(3);
     for (std::size_t i = 0; i < stay * visits; ++i) {
-      cv::Mat picture(48, 64, CV_8UC3, colors[i / stay % colors.size()]);
-      cv::Mat noise(picture.size(), CV_8SC3);
+      cv::Mat image(48, 64, CV_8UC3, colors[i / stay % colors.size()]);
+      cv::Mat noise(image.size(), CV_8SC3);
       random.fill(noise, cv::RNG::NORMAL, 0, 4);
-      cv::add(picture, noise, picture, {}, CV_8UC3);
-      cv::imwrite((folder / ("frame" + std::to_string(i) + ".jpg")).string(), picture);
+      cv::add(image, noise, image, {}, CV_8UC3);
+      cv::imwrite((folder / ("frame" + std::to_string(i) + ".jpg")).string(), image);
     }
   }
 
@@ -53,7 +53,7 @@ class Command : public testing::Test {
 
   ScratchFolder scratch_;
   const std::string model_ = scratch_ / "model";
-  const std::string pictures_ = scratch_ / "pictures";
+  const std::string images_ = scratch_ / "images";
   const std::string map_ = scratch_ / "home.estancia";
 };
 
@@ -79,8 +79,8 @@ TEST_F(Command, WrongWordsAreOneLineAndExitCodeTwo) {
 }
 
 TEST_F(Command, MapsAsksAndRoutes) {
-  writePictures(pictures_);
-  const auto mapped = map(pictures_, map_, {"--json"});
+  writeImages(images_);
+  const auto mapped = map(images_, map_, {"--json"});
   ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
   const json summary = json::parse(mapped.out);
   EXPECT_EQ(summary["frames"], 40);
@@ -99,16 +99,16 @@ TEST_F(Command, MapsAsksAndRoutes) {
 }
 
 TEST_F(Command, AWordThatNoLabelMeansIsAnAnswerOfItsOwn) {
-  writePictures(pictures_, 3, 2);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeImages(images_, 3, 2);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
   const auto result = run({"ask", map_, "wrod 2"});
   EXPECT_EQ(result.exitCode, 1);
   EXPECT_THAT(result.out, HasSubstr("Did you mean"));
 }
 
 TEST_F(Command, NoWayIsAnAnswerOfItsOwn) {
-  writePictures(pictures_);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeImages(images_);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
   for (const std::vector<std::string>& to : {std::vector<std::string>{"0", "--one-way"}, {"wrod 2"}}) {
     std::vector<std::string> arguments{"route", map_, "--from", "3", "--to"};
     arguments.insert(arguments.end(), to.begin(), to.end());
@@ -123,30 +123,30 @@ TEST_F(Command, NoWayIsAnAnswerOfItsOwn) {
 }
 
 TEST_F(Command, OverwritesMapsOnly) {
-  writePictures(pictures_, 3, 2);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
-  EXPECT_EQ(map(pictures_, map_, {"--overwrite"}).exitCode, 0);
+  writeImages(images_, 3, 2);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
+  EXPECT_EQ(map(images_, map_, {"--overwrite"}).exitCode, 0);
   const std::string letter = scratch_ / "letter.txt";
   writeFile(letter, "dear reader");
-  expectError(map(pictures_, letter, {"--overwrite"}), "not an Estancia map");
+  expectError(map(images_, letter, {"--overwrite"}), "not an Estancia map");
   EXPECT_EQ(readFile(letter), "dear reader");
   const std::string folder = scratch_ / "folder";
   fs::create_directory(folder);
-  expectError(map(pictures_, folder, {"--overwrite"}), "not an Estancia map");
+  expectError(map(images_, folder, {"--overwrite"}), "not an Estancia map");
   EXPECT_TRUE(fs::is_directory(folder));
 }
 
 TEST_F(Command, ContinuesWithTheSettingsOfTheMapOnly) {
-  writePictures(pictures_);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
-  EXPECT_EQ(map(pictures_, map_, {"--continue"}).exitCode, 0) << "the same distance";
-  expectError(map(pictures_, map_, {"--continue", "--tau-join", "0.1"}), "made with other settings");
+  writeImages(images_);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
+  EXPECT_EQ(map(images_, map_, {"--continue"}).exitCode, 0) << "the same distance";
+  expectError(map(images_, map_, {"--continue", "--tau-join", "0.1"}), "made with other settings");
 }
 
 TEST_F(Command, ExplainsAFrameByTheNameOfItsFile) {
-  writePictures(pictures_, 3, 1);
-  fs::rename(fs::path(pictures_) / "frame1.jpg", fs::path(pictures_) / "bad\xFF.jpg");
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeImages(images_, 3, 1);
+  fs::rename(fs::path(images_) / "frame1.jpg", fs::path(images_) / "bad\xFF.jpg");
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
   const auto explained = run({"explain", map_, "bad\xFF.jpg"});
   EXPECT_EQ(explained.exitCode, 0) << explained.err;
   EXPECT_THAT(explained.out, HasSubstr("(bad\\xFF.jpg)"));
@@ -161,19 +161,19 @@ TEST_F(Command, FindsTheModelsOfTheUserWithoutHome) {
 }
 
 TEST_F(Command, SaysWhenItsOutputIsLost) {
-  writePictures(pictures_, 3, 2);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeImages(images_, 3, 2);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
   const std::string line =
       std::string(ESTANCIA_COMMAND) + " ask '" + map_ + "' 'word 1' >/dev/full 2>/dev/null";
   EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 2);
 }
 
 TEST_F(Command, LocalizesWithOneLineOfJsonAFrame) {
-  writePictures(pictures_);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeImages(images_);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
   for (const char* lookahead : {"0", "3"}) {
     const auto result =
-        run({"localize", map_, pictures_, "--model", model_, "--json", "--lookahead", lookahead});
+        run({"localize", map_, images_, "--model", model_, "--json", "--lookahead", lookahead});
     ASSERT_EQ(result.exitCode, 0) << result.err;
     std::istringstream lines(result.out);
     std::string line;
@@ -192,12 +192,12 @@ TEST_F(Command, LocalizesWithOneLineOfJsonAFrame) {
 }
 
 TEST_F(Command, EvaluatesAgainstRooms) {
-  writePictures(pictures_);
+  writeImages(images_);
   std::string rooms = "image,room\n";
   for (int i = 0; i < 40; ++i)
     rooms += "frame" + std::to_string(i) + ".jpg,room " + std::to_string(i / 10) + "\n";
-  writeFile(fs::path(pictures_) / "rooms.csv", rooms);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeFile(fs::path(images_) / "rooms.csv", rooms);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
   const json measures = json::parse(run({"evaluate", map_, "--json"}).out);
   EXPECT_DOUBLE_EQ(measures["v_measure"], 1);
   EXPECT_DOUBLE_EQ(measures["purity"], 1);
@@ -206,17 +206,17 @@ TEST_F(Command, EvaluatesAgainstRooms) {
   for (int i = 0; i < 40; ++i) truth += std::to_string(i) + "," + std::to_string(i) + "\n";
   writeFile(scratch_ / "truth.csv", truth);
   const json found = json::parse(
-      run({"evaluate", map_, pictures_, "--model", model_, "--truth", scratch_ / "truth.csv", "--json"}).out);
+      run({"evaluate", map_, images_, "--model", model_, "--truth", scratch_ / "truth.csv", "--json"}).out);
   EXPECT_DOUBLE_EQ(found["recall"], 1);
   EXPECT_DOUBLE_EQ(found["image_room"], 1);
   writeFile(scratch_ / "truth.csv", "query,refs\n0,x\n");
-  expectError(run({"evaluate", map_, pictures_, "--model", model_, "--truth", scratch_ / "truth.csv"}),
+  expectError(run({"evaluate", map_, images_, "--model", model_, "--truth", scratch_ / "truth.csv"}),
               "truth.csv:2");
 }
 
 TEST_F(Command, ExplainsExportsAndReports) {
-  writePictures(pictures_);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeImages(images_);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
   EXPECT_THAT(run({"explain", map_, "frame10.jpg"}).out, HasSubstr("new place"));
   const json explained = json::parse(run({"explain", map_, "10", "--json"}).out);
   EXPECT_EQ(explained["decision"], "split");
@@ -233,93 +233,93 @@ TEST_F(Command, RefusesSequencesWithNothingToRead) {
   fs::create_directories(scratch_ / "empty");
   expectError(map(scratch_ / "empty", map_), "empty");
   expectError(map(scratch_ / "nowhere", map_), "nowhere");
-  writeFile(scratch_ / "text/a.jpg", "this is no picture");
+  writeFile(scratch_ / "text/a.jpg", "this is no image");
   expectError(map(scratch_ / "text", map_), "none of the 1 frames");
   EXPECT_FALSE(fs::exists(map_));
 }
 
 TEST_F(Command, OneImageIsAMap) {
-  writePictures(pictures_, 1, 1);
-  EXPECT_EQ(map(pictures_, map_).exitCode, 0);
+  writeImages(images_, 1, 1);
+  EXPECT_EQ(map(images_, map_).exitCode, 0);
   EXPECT_EQ(run({"report", map_, "-o", scratch_ / "page.html"}).exitCode, 0);
   EXPECT_EQ(run({"evaluate", map_}).exitCode, 0);
 }
 
 TEST_F(Command, SkipsATruncatedImageUnlessStrict) {
-  writePictures(pictures_, 25);
-  const fs::path broken = fs::path(pictures_) / "frame50.jpg";
+  writeImages(images_, 25);
+  const fs::path broken = fs::path(images_) / "frame50.jpg";
   writeFile(broken, readFile(broken).substr(0, 600));
-  const auto lenient = map(pictures_, map_, {"--json"});
+  const auto lenient = map(images_, map_, {"--json"});
   EXPECT_EQ(lenient.exitCode, 0) << lenient.err;
   EXPECT_EQ(json::parse(lenient.out)["frames"], 99);
   EXPECT_EQ(json::parse(lenient.out)["skipped"], 1);
   EXPECT_THAT(lenient.err, HasSubstr("frame50.jpg"));
   EXPECT_THAT(lenient.err, HasSubstr("1 unreadable"));
-  expectError(map(pictures_, scratch_ / "strict.estancia", {"--strict"}), "frame50.jpg");
+  expectError(map(images_, scratch_ / "strict.estancia", {"--strict"}), "frame50.jpg");
 }
 
 TEST_F(Command, TakesImagesOfAllSizesAndDepths) {
-  fs::create_directories(pictures_);
-  const fs::path folder = pictures_;
+  fs::create_directories(images_);
+  const fs::path folder = images_;
   cv::imwrite((folder / "1.png").string(), cv::Mat(10, 10, CV_8UC1, cv::Scalar(99)));
   cv::imwrite((folder / "2.png").string(), cv::Mat(300, 20, CV_16UC1, cv::Scalar(30000)));
   cv::imwrite((folder / "3.png").string(), cv::Mat(1, 1, CV_8UC3, cv::Scalar(1, 2, 3)));
   cv::imwrite((folder / "4.png").string(), cv::Mat(64, 900, CV_8UC4, cv::Scalar(9, 9, 9, 9)));
-  const auto result = map(pictures_, map_, {"--json"});
+  const auto result = map(images_, map_, {"--json"});
   EXPECT_EQ(result.exitCode, 0) << result.err;
   EXPECT_EQ(json::parse(result.out)["frames"], 4);
 }
 
 TEST_F(Command, ContinuesAnExistingMapOnlyWhenTold) {
-  writePictures(pictures_);
+  writeImages(images_);
   const fs::path half = scratch_ / "half";
   fs::create_directories(half);
   for (int i = 0; i < 23; ++i) {
     const std::string name = "frame" + std::to_string(i) + ".jpg";
-    fs::copy_file(fs::path(pictures_) / name, half / name);
+    fs::copy_file(fs::path(images_) / name, half / name);
   }
   ASSERT_EQ(map(half, map_).exitCode, 0);
-  expectError(map(pictures_, map_), "--continue");
-  const auto result = map(pictures_, map_, {"--continue", "--json"});
+  expectError(map(images_, map_), "--continue");
+  const auto result = map(images_, map_, {"--continue", "--json"});
   EXPECT_EQ(result.exitCode, 0) << result.err;
   EXPECT_EQ(json::parse(result.out)["new_frames"], 17);
-  ASSERT_EQ(map(pictures_, scratch_ / "whole.estancia").exitCode, 0);
+  ASSERT_EQ(map(images_, scratch_ / "whole.estancia").exitCode, 0);
   EXPECT_EQ(run({"export", map_, "--format", "json"}).out,
             run({"export", scratch_ / "whole.estancia", "--format", "json"}).out);
-  const auto nothing = map(pictures_, map_, {"--continue", "--json"});
+  const auto nothing = map(images_, map_, {"--continue", "--json"});
   EXPECT_EQ(json::parse(nothing.out)["new_frames"], 0) << nothing.err;
-  writePictures(scratch_ / "other", 2, 2);
+  writeImages(scratch_ / "other", 2, 2);
   fs::rename(scratch_ / "other/frame0.jpg", scratch_ / "other/elsewhere.jpg");
   expectError(map(scratch_ / "other", map_, {"--continue"}), "frame0.jpg");
 }
 
 TEST_F(Command, KeepsTheOldMapUntilThereIsANewOne) {
-  writePictures(pictures_);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeImages(images_);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
   const std::string before = readFile(map_);
-  writeFile(scratch_ / "text/a.jpg", "this is no picture");
+  writeFile(scratch_ / "text/a.jpg", "this is no image");
   expectError(map(scratch_ / "text", map_, {"--overwrite"}), "none of the");
   EXPECT_EQ(readFile(map_), before);
-  EXPECT_EQ(map(pictures_, map_, {"--overwrite"}).exitCode, 0);
+  EXPECT_EQ(map(images_, map_, {"--overwrite"}).exitCode, 0);
 }
 
 TEST_F(Command, RefusesAnotherVocabulary) {
-  writePictures(pictures_);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeImages(images_);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
   writeFile(fs::path(model_) / "labels.txt", "red\ngreen\nblue\nwhite\n");
-  expectError(map(pictures_, map_, {"--continue"}), "vocabularies differ");
-  expectError(run({"localize", map_, pictures_, "--model", model_}), "vocabularies differ");
+  expectError(map(images_, map_, {"--continue"}), "vocabularies differ");
+  expectError(run({"localize", map_, images_, "--model", model_}), "vocabularies differ");
 }
 
 TEST_F(Command, RefusesAnotherModelWithTheSameWords) {
-  writePictures(pictures_);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeImages(images_);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
   const std::string other = scratch_ / "other";
   writeSmallModel(other);
   const std::string toml = readFile(fs::path(other) / "model.toml");
   writeFile(fs::path(other) / "model.toml", "name = \"another\"\n" + toml.substr(toml.find('\n') + 1));
-  expectError(run({"localize", map_, pictures_, "--model", other}), "--model");
-  expectError(run({"evaluate", map_, pictures_, "--model", other}), "--model");
+  expectError(run({"localize", map_, images_, "--model", other}), "--model");
+  expectError(run({"evaluate", map_, images_, "--model", other}), "--model");
 }
 
 TEST_F(Command, RefusesFilesThatAreNoMaps) {
@@ -334,19 +334,19 @@ TEST_F(Command, RefusesFilesThatAreNoMaps) {
 }
 
 TEST_F(Command, SaysWhenTheTargetCannotBeWritten) {
-  writePictures(pictures_, 2, 2);
-  expectError(map(pictures_, "/proc/home.estancia"), "/proc: cannot write");
-  expectError(map(pictures_, scratch_ / "no/such/folder/home.estancia"), "folder");
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeImages(images_, 2, 2);
+  expectError(map(images_, "/proc/home.estancia"), "/proc: cannot write");
+  expectError(map(images_, scratch_ / "no/such/folder/home.estancia"), "folder");
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
   expectError(run({"report", map_, "-o", "/proc/page.html"}), "/proc/page.html");
   expectError(run({"export", map_, "--format", "json", "-o", scratch_ / "no/such/x.json"}), "x.json");
 }
 
 TEST_F(Command, TwoProcessesCannotWriteOneMap) {
-  writePictures(pictures_);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeImages(images_);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
   const auto other = MapStore::open(map_, MapStore::Access::write);
-  expectError(map(pictures_, map_, {"--continue"}), "another process");
+  expectError(map(images_, map_, {"--continue"}), "another process");
   EXPECT_EQ(run({"ask", map_, "word 1"}).exitCode, 0) << "reading is allowed meanwhile";
 }
 

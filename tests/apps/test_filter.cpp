@@ -104,7 +104,7 @@ TEST_F(Filter, NormalsLookWhereTheFileSaysThatTheSensorStood) {
   EXPECT_GT(readCloud(at("out.ply")).normals.at(5050).z, 0.99F);
 }
 
-TEST_F(Filter, ADepthPictureBecomesACloud) {
+TEST_F(Filter, ADepthImageBecomesACloud) {
   cv::imwrite(at("depth.png"), cv::Mat(60, 80, CV_16U, cv::Scalar(1500)));
   refuses({at("depth.png"), at("a.ply"), "--method", "none"}, "intrinsics");
   writeFile(at("mine.txt"), "100 100 39.5 29.5");

@@ -23,13 +23,13 @@ class Labeling : public testing::Test {
   void SetUp() override {
     setenv("ESTANCIA_CACHE", (scratch_ / "cache").c_str(), 1);
     writeSmallModel(model_);
-    fs::create_directories(pictures_);
+    fs::create_directories(images_);
     cv::RNG random(3);
     for (int i = 0; i < 24; ++i) {
-      cv::Mat picture(48, 64, CV_8UC3, cv::Scalar(i / 6 * 60, 230 - i / 6 * 60, 20 + i / 6 * 50));
-      cv::Mat noise(picture.size(), CV_8UC3);
+      cv::Mat image(48, 64, CV_8UC3, cv::Scalar(i / 6 * 60, 230 - i / 6 * 60, 20 + i / 6 * 50));
+      cv::Mat noise(image.size(), CV_8UC3);
       random.fill(noise, cv::RNG::UNIFORM, 0, 8);
-      cv::imwrite(fs::path(pictures_) / ("frame" + std::to_string(10 + i) + ".png"), picture + noise);
+      cv::imwrite(fs::path(images_) / ("frame" + std::to_string(10 + i) + ".png"), image + noise);
     }
   }
   void TearDown() override { unsetenv("ESTANCIA_CACHE"); }
@@ -51,19 +51,19 @@ class Labeling : public testing::Test {
 
   ScratchFolder scratch_;
   const std::string model_ = scratch_ / "model";
-  const std::string pictures_ = scratch_ / "pictures";
+  const std::string images_ = scratch_ / "images";
 };
 
 TEST_F(Labeling, ASecondRunLabelsNothing) {
-  EXPECT_EQ(label(pictures_, scratch_ / "a.labels")["remembered"], 0);
-  EXPECT_EQ(label(pictures_, scratch_ / "b.labels")["remembered"], 24);
+  EXPECT_EQ(label(images_, scratch_ / "a.labels")["remembered"], 0);
+  EXPECT_EQ(label(images_, scratch_ / "b.labels")["remembered"], 24);
   EXPECT_EQ(readFile(scratch_ / "a.labels"), readFile(scratch_ / "b.labels")) << "to the last bit";
-  EXPECT_EQ(label(pictures_, scratch_ / "c.labels", {"--no-cache"})["remembered"], 0);
+  EXPECT_EQ(label(images_, scratch_ / "c.labels", {"--no-cache"})["remembered"], 0);
 
   const auto shown = json::parse(run({"cache", "--json"}).out);
   EXPECT_EQ(shown["models"][0]["frames"], 24);
   EXPECT_GT(json::parse(run({"cache", "clear", "--json"}).out)["freed"], 24 * 4 * 4);
-  EXPECT_EQ(label(pictures_, scratch_ / "d.labels")["remembered"], 0);
+  EXPECT_EQ(label(images_, scratch_ / "d.labels")["remembered"], 0);
 }
 
 TEST_F(Labeling, ASplitOrSomeRoomsAreLabeledAlone) {
@@ -71,55 +71,55 @@ TEST_F(Labeling, ASplitOrSomeRoomsAreLabeledAlone) {
   for (int i = 0; i < 24; ++i)
     rooms += "frame" + std::to_string(10 + i) + ".png,room" + std::to_string(i / 6) +
              (i % 3 == 0 ? ",test\n" : ",train\n");
-  writeFile(fs::path(pictures_) / "rooms.csv", rooms);
-  EXPECT_EQ(label(pictures_, scratch_ / "a.labels", {"--split", "test"})["frames"], 8);
-  EXPECT_EQ(label(pictures_, scratch_ / "b.labels", {"--split", "train", "--only", "room0,room3"})["frames"],
+  writeFile(fs::path(images_) / "rooms.csv", rooms);
+  EXPECT_EQ(label(images_, scratch_ / "a.labels", {"--split", "test"})["frames"], 8);
+  EXPECT_EQ(label(images_, scratch_ / "b.labels", {"--split", "train", "--only", "room0,room3"})["frames"],
             8);
   EXPECT_THAT(
-      refusal({"label", pictures_, "-o", scratch_ / "c.labels", "--model", model_, "--split", "tset"}),
+      refusal({"label", images_, "-o", scratch_ / "c.labels", "--model", model_, "--split", "tset"}),
       HasSubstr("there is no split \"tset\"; there are test, train"));
 }
 
 TEST_F(Labeling, ACacheThatIsCutOffIsRepaired) {
-  label(pictures_, scratch_ / "a.labels");
+  label(images_, scratch_ / "a.labels");
   for (const auto& entry : fs::directory_iterator(scratch_ / "cache"))
     fs::resize_file(entry.path(), fs::file_size(entry.path()) * 2 / 3);
-  const int remembered = label(pictures_, scratch_ / "b.labels")["remembered"];
+  const int remembered = label(images_, scratch_ / "b.labels")["remembered"];
   EXPECT_GT(remembered, 8);
   EXPECT_LT(remembered, 24);
   EXPECT_EQ(readFile(scratch_ / "a.labels"), readFile(scratch_ / "b.labels"));
-  EXPECT_EQ(label(pictures_, scratch_ / "c.labels")["remembered"], 24);
+  EXPECT_EQ(label(images_, scratch_ / "c.labels")["remembered"], 24);
 }
 
-TEST_F(Labeling, AnotherPictureUnderTheSameNameIsLabeledAnew) {
-  label(pictures_, scratch_ / "a.labels");
-  fs::copy_file(fs::path(pictures_) / "frame33.png", fs::path(pictures_) / "frame10.png",
+TEST_F(Labeling, AnotherImageUnderTheSameNameIsLabeledAnew) {
+  label(images_, scratch_ / "a.labels");
+  fs::copy_file(fs::path(images_) / "frame33.png", fs::path(images_) / "frame10.png",
                 fs::copy_options::overwrite_existing);
-  EXPECT_EQ(label(pictures_, scratch_ / "b.labels")["remembered"], 24) << "it is known by its content";
-  cv::imwrite(fs::path(pictures_) / "frame10.png", cv::Mat(48, 64, CV_8UC3, cv::Scalar(1, 2, 3)));
-  EXPECT_EQ(label(pictures_, scratch_ / "c.labels")["remembered"], 23);
+  EXPECT_EQ(label(images_, scratch_ / "b.labels")["remembered"], 24) << "it is known by its content";
+  cv::imwrite(fs::path(images_) / "frame10.png", cv::Mat(48, 64, CV_8UC3, cv::Scalar(1, 2, 3)));
+  EXPECT_EQ(label(images_, scratch_ / "c.labels")["remembered"], 23);
 }
 
 TEST_F(Labeling, ALabelFileStandsForItsImagesInEveryCommand) {
   const std::string words = scratch_ / "words.labels", fromWords = scratch_ / "w.estancia",
                     fromImages = scratch_ / "i.estancia";
-  label(pictures_, words);
+  label(images_, words);
   ASSERT_EQ(run({"map", words, "-o", fromWords, "--distance", "l2"}).exitCode, 0);
-  ASSERT_EQ(run({"map", pictures_, "-o", fromImages, "--model", model_, "--distance", "l2"}).exitCode, 0);
+  ASSERT_EQ(run({"map", images_, "-o", fromImages, "--model", model_, "--distance", "l2"}).exitCode, 0);
   EXPECT_EQ(run({"export", fromWords, "--format", "json"}).out,
             run({"export", fromImages, "--format", "json"}).out);
   const auto byWords = run({"localize", fromImages, words});
-  const auto byImages = run({"localize", fromImages, pictures_, "--model", model_});
+  const auto byImages = run({"localize", fromImages, images_, "--model", model_});
   EXPECT_EQ(byWords.exitCode, 0) << byWords.err;
   EXPECT_EQ(byWords.out, byImages.out);
   EXPECT_EQ(run({"evaluate", fromWords, words}).exitCode, 0);
-  EXPECT_EQ(run({"report", fromWords, "-o", scratch_ / "w.html"}).exitCode, 0) << "without pictures";
+  EXPECT_EQ(run({"report", fromWords, "-o", scratch_ / "w.html"}).exitCode, 0) << "without images";
   EXPECT_THAT(refusal({"map", words, "-o", scratch_ / "x.estancia", "--model", model_}),
               HasSubstr("leave out --model"));
 }
 
 TEST_F(Labeling, CsvAndNpyGoOutAndComeBack) {
-  label(pictures_, scratch_ / "words.labels");
+  label(images_, scratch_ / "words.labels");
   for (const std::string kind : {"csv", "npy"}) {
     const std::string out = scratch_ / ("words." + kind);
     const json written = label(scratch_ / "words.labels", out);
@@ -130,25 +130,25 @@ TEST_F(Labeling, CsvAndNpyGoOutAndComeBack) {
     // A second recording of the same words is found in the map of the first.
     EXPECT_EQ(run({"localize", scratch_ / (kind + ".estancia"), out}).exitCode, 0);
   }
-  EXPECT_THAT(refusal({"label", pictures_, "-o", scratch_ / "words.txt", "--model", model_}),
+  EXPECT_THAT(refusal({"label", images_, "-o", scratch_ / "words.txt", "--model", model_}),
               HasSubstr("NAME.csv"));
-  EXPECT_THAT(refusal({"label", pictures_, "-o", scratch_ / "words.labels", "--model", model_}),
+  EXPECT_THAT(refusal({"label", images_, "-o", scratch_ / "words.labels", "--model", model_}),
               HasSubstr("--overwrite"));
 }
 
 TEST_F(Labeling, SeveralModelsMakeOneMap) {
   writeSmallModel(scratch_ / "other", "crop = 0.5");
   const std::string both = model_ + "+" + (scratch_ / "other").string(), map = scratch_ / "both.estancia";
-  const auto mapped = run({"map", pictures_, "-o", map, "--model", both, "--distance", "clr-cosine"});
+  const auto mapped = run({"map", images_, "-o", map, "--model", both, "--distance", "clr-cosine"});
   ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
-  EXPECT_EQ(run({"localize", map, pictures_, "--model", both}).exitCode, 0);
-  EXPECT_EQ(run({"map", pictures_, "-o", map, "--model", both, "--continue"}).exitCode, 0);
-  EXPECT_THAT(refusal({"localize", map, pictures_, "--model", model_}), HasSubstr("the vocabularies differ"));
+  EXPECT_EQ(run({"localize", map, images_, "--model", both}).exitCode, 0);
+  EXPECT_EQ(run({"map", images_, "-o", map, "--model", both, "--continue"}).exitCode, 0);
+  EXPECT_THAT(refusal({"localize", map, images_, "--model", model_}), HasSubstr("the vocabularies differ"));
   EXPECT_EQ(run({"ask", map, "word 2"}).exitCode, 0);
 }
 
 TEST_F(Labeling, ABlackBoxThatFindsItsWordsMapsAndLocalizes) {
-  // A program that answers by the picture's file alone and never says which words it knows.
+  // A program that answers by the image's file alone and never says which words it knows.
   writeFile(scratch_ / "box/box.py",
             "import sys, json\n"
             "for line in sys.stdin:\n"
@@ -158,17 +158,17 @@ TEST_F(Labeling, ABlackBoxThatFindsItsWordsMapsAndLocalizes) {
   writeFile(scratch_ / "box/model.toml",
             "name = \"box\"\ntype = \"process\"\ncommand = [\"python3\", \"box.py\"]\n");
   const std::string box = scratch_ / "box", map = scratch_ / "box.estancia";
-  const auto mapped = run({"map", pictures_, "-o", map, "--model", box, "--distance", "l2"});
+  const auto mapped = run({"map", images_, "-o", map, "--model", box, "--distance", "l2"});
   ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
-  const auto found = run({"localize", map, pictures_, "--model", box});
+  const auto found = run({"localize", map, images_, "--model", box});
   EXPECT_EQ(found.exitCode, 0) << found.err;
   EXPECT_EQ(std::count(found.out.begin(), found.out.end(), '\n'), 24);
   EXPECT_EQ(
       json::parse(
-          run({"label", pictures_, "-o", scratch_ / "b.labels", "--model", box, "--json"}).out)["words"],
+          run({"label", images_, "-o", scratch_ / "b.labels", "--model", box, "--json"}).out)["words"],
       3);
   const auto again =
-      json::parse(run({"label", pictures_, "-o", scratch_ / "c.labels", "--model", box, "--json"}).out);
+      json::parse(run({"label", images_, "-o", scratch_ / "c.labels", "--model", box, "--json"}).out);
   EXPECT_EQ(again["remembered"], 24) << "each frame once";
 }
 

@@ -98,11 +98,11 @@ TEST_F(Objects, ThingsNameThemselves) {
   EXPECT_TRUE(fs::exists(scratch_ / "things/words.labels"));
   const CommandResult again = label({"--json", "--overwrite"});
   ASSERT_EQ(again.exitCode, 0) << again.err;
-  EXPECT_EQ(json::parse(again.out)["remembered"], 24) << "pictures that were labeled before";
+  EXPECT_EQ(json::parse(again.out)["remembered"], 24) << "images that were labeled before";
 
   const CommandResult wider = label({"--json", "--overwrite", "--margin", "0.3", "--background", "gray"});
   ASSERT_EQ(wider.exitCode, 0) << wider.err;
-  EXPECT_EQ(json::parse(wider.out)["remembered"], 0) << "other pictures";
+  EXPECT_EQ(json::parse(wider.out)["remembered"], 0) << "other images";
   ASSERT_EQ(label({"--overwrite"}).exitCode, 0);
 
   const CommandResult trained = train({"--json"});
@@ -153,7 +153,7 @@ TEST_F(Objects, TellsPeopleWhatItDid) {
                                       "--first", "1", "--every", "2", "--frames", "1"});
   ASSERT_EQ(told.exitCode, 0) << told.err;
   EXPECT_THAT(told.out, AllOf(HasSubstr("0001.png: 6 things"), Not(HasSubstr("0003.png")),
-                              HasSubstr("picture -"), HasSubstr("no picture was asked about")));
+                              HasSubstr("image -"), HasSubstr("no image was asked about")));
 }
 
 TEST_F(Objects, TrueCategoriesAreLearnedWithoutAStudy) {
@@ -213,7 +213,7 @@ TEST_F(Objects, SaysWhatIsMissing) {
   fs::remove_all(scratch_ / "flat/depth");
   CommandResult result = objects({"collect", scratch_ / "flat/rgb", "-o", scratch_ / "none"});
   EXPECT_EQ(result.exitCode, 2);
-  EXPECT_THAT(result.err, HasSubstr("no depth pictures"));
+  EXPECT_THAT(result.err, HasSubstr("no depth images"));
   fs::remove(scratch_ / "table/intrinsics.txt");
   result = collect();
   EXPECT_EQ(result.exitCode, 2);

@@ -16,15 +16,15 @@ using testing::Not;
 
 class OdometryCommand : public testing::Test {
  protected:
-  /// Two pictures of a wall, one meter away by millimeters; without a camera file.
+  /// Two images of a wall, one meter away by millimeters; without a camera file.
   void SetUp() override {
-    cv::Mat picture(120, 160, CV_8UC3);
+    cv::Mat image(120, 160, CV_8UC3);
     cv::theRNG().state = 7;
-    cv::randu(picture, 0, 255);
+    cv::randu(image, 0, 255);
     const cv::Mat depth(120, 160, CV_16U, cv::Scalar(1000));
     for (const std::string folder : {"rgb", "depth"}) std::filesystem::create_directories(room_ / folder);
     for (const std::string name : {"0.png", "1.png"}) {
-      cv::imwrite((room_ / "rgb" / name).string(), picture);
+      cv::imwrite((room_ / "rgb" / name).string(), image);
       cv::imwrite((room_ / "depth" / name).string(), depth);
     }
     writeFile(scratch_ / "camera.txt", "140 140 79.5 59.5\n");

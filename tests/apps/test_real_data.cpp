@@ -62,7 +62,7 @@ TEST(RealPlaces, BecomeZonesThatAreTheirPlaces) {
 TEST(Corridor, IsDrivenAgainAndRecognized) {
   const auto data = findData("corridor_vpr");
   const auto model = findFetched("models/inception-v3/graph.lite");
-  ESTANCIA_NEEDS(data && model, "the corridor pictures or the default network are not here");
+  ESTANCIA_NEEDS(data && model, "the corridor images or the default network are not here");
   const ScratchFolder scratch;
   const std::string map = scratch / "corridor.estancia";
   const auto mapped = run({"map", *data / "ref", "-o", map});
@@ -76,7 +76,7 @@ TEST(Conjunction, OfThreeNetworksKnowsTheCorridorBetterThanAnyAlone) {
   const auto data = findData("corridor_vpr"), models = findTestModels();
   const auto inception = findFetched("models/inception-v3/graph.lite"),
              coco = findFetched("models/coco-ssd/model.json");
-  ESTANCIA_NEEDS(data && models && inception && coco, "the corridor pictures or the networks are not here");
+  ESTANCIA_NEEDS(data && models && inception && coco, "the corridor images or the networks are not here");
   const ScratchFolder scratch;
   const std::string places = scratch / "places";
   writeFile(places + "/net.onnx", readFile(*models / "squeezenet_places365.onnx"));

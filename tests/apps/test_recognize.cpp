@@ -43,11 +43,11 @@ cv::Matx44d readPose(const fs::path& file) {
 }
 
 TEST_F(Recognize, TellsModelsPosesRowByRowAndDrawsThem) {
-  const std::string picture = scratch_ / "found.png";
-  writeFile(picture, "\x89PNG\r\n an older one");
+  const std::string image = scratch_ / "found.png";
+  writeFile(image, "\x89PNG\r\n an older one");
   const CommandResult result =
       run({"recognize", in("scenes/scene001.pcd"), "--model", "mario=" + in("meshes/mario000_0.ply"),
-           "--model", in("meshes/Squirrel011_0.ply"), "--json", "--picture", picture, "--overwrite"});
+           "--model", in("meshes/Squirrel011_0.ply"), "--json", "--picture", image, "--overwrite"});
   ASSERT_EQ(result.exitCode, 0) << result.err;
   const json told = json::parse(result.out);
   ASSERT_EQ(told["instances"].size(), 2U);
@@ -63,7 +63,7 @@ TEST_F(Recognize, TellsModelsPosesRowByRowAndDrawsThem) {
     EXPECT_GT(found["confidence"], 0.5);
     EXPECT_GT(found["inliers"], 100);
   }
-  const cv::Mat drawn = cv::imread(picture);
+  const cv::Mat drawn = cv::imread(image);
   ASSERT_EQ(drawn.cols, 1280);
   int orange = 0;  // the first instance's color, shaded
   for (int y = 0; y < drawn.rows; ++y)

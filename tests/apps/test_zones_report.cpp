@@ -60,7 +60,7 @@ TEST_F(ZonesReport, ShowsZonesByThemselves) {
   EXPECT_THAT(html, HasSubstr("<h1>Three rooms</h1>"));
   EXPECT_THAT(html, HasSubstr("<dt>zones</dt><dd>3</dd>"));
   EXPECT_THAT(html, HasSubstr("kettle"));
-  EXPECT_THAT(report(zones_, {"--map", map_}), HasSubstr("kettle")) << "a map without pictures";
+  EXPECT_THAT(report(zones_, {"--map", map_}), HasSubstr("kettle")) << "a map without images";
 }
 
 TEST_F(ZonesReport, ShowsZonesOverAMap) {

@@ -1,4 +1,4 @@
-// What stands about in made-up scenes, in pictures and in clouds.
+// What stands about in made-up scenes, in images and in clouds.
 #include "estancia/cloud/clusters.hpp"
 
 #include <gmock/gmock.h>
@@ -177,7 +177,7 @@ TEST(Clusters, ThingsAtTheBorder) {
     Clusters found = findClusters(seen.depth, kView.camera);
     ASSERT_THAT(found.clusters, SizeIs(1));
     EXPECT_TRUE(found.clusters.front().atBorder);
-    cv::Mat margin = seen.depth.clone();  // as cameras see it that match pictures in windows
+    cv::Mat margin = seen.depth.clone();  // as cameras see it that match images in windows
     margin.colRange(0, 9) = 0;
     margin.colRange(631, 640) = 0;
     found = findClusters(margin, kView.camera);
@@ -190,7 +190,7 @@ TEST(Clusters, ThingsAtTheBorder) {
   EXPECT_FALSE(found.clusters.front().atBorder);
 }
 
-TEST(Clusters, APictureOfAThingIsFlat) {
+TEST(Clusters, AImageOfAThingIsFlat) {
   const double s = std::sqrt(0.5);
   const Seen seen = see({kTable, board({-0.2, 0, 0.08}, {1, 0, 0}, {0, s, s}, 0.08, 0.1), kBox});
   const Clusters found = findClusters(seen.depth, kView.camera);
@@ -232,11 +232,11 @@ TEST(Clusters, SameForAnyThreadsAndSeedsFindTheSame) {
   }
 }
 
-TEST(Clusters, SmallPicturesShowTheSame) {
+TEST(Clusters, SmallImagesShowTheSame) {
   View view;
   view.camera = kView.camera.scaledTo(320, 240);
   const Seen seen = see({kTable, kBox, bowl({0.25, 0.1, 0.06}, 0.08, 0.09)}, view);
-  const Clusters found = findClusters(seen.depth, kView.camera);  // of pictures of another size
+  const Clusters found = findClusters(seen.depth, kView.camera);  // of images of another size
   EXPECT_THAT(found.planes, SizeIs(1));
   EXPECT_THAT(found.clusters, SizeIs(2));
   EXPECT_GT(bestOverlap(found, seen, 1), 0.85);
@@ -253,7 +253,7 @@ TEST(Clusters, OnlyAsSmallAsAskedFor) {
   EXPECT_THAT(findClusters(seen.depth, kView.camera, options).clusters, IsEmpty());
 }
 
-TEST(Clusters, OneThingMayFillThePicture) {
+TEST(Clusters, OneThingMayFillTheImage) {
   View view;
   view.from = {0, -0.8, 0};
   view.to = {0, 0, 0};
@@ -288,11 +288,11 @@ TEST(Clusters, NothingIsNoError) {
   EXPECT_THAT(findClusters(see({kTable}).depth, kView.camera).clusters, IsEmpty());
 }
 
-TEST(Clusters, RefusesWhatIsNoDepthPicture) {
+TEST(Clusters, RefusesWhatIsNoDepthImage) {
   const cv::Mat depth(48, 64, CV_32F, cv::Scalar(1));
-  EXPECT_THAT(errorOf([&] { findClusters(cv::Mat(), kView.camera); }), HasSubstr("depth picture"));
+  EXPECT_THAT(errorOf([&] { findClusters(cv::Mat(), kView.camera); }), HasSubstr("depth image"));
   EXPECT_THAT(errorOf([&] { findClusters(cv::Mat(48, 64, CV_16U), kView.camera); }),
-              HasSubstr("depth picture"));
+              HasSubstr("depth image"));
   EXPECT_THAT(errorOf([&] { findClusters(depth, {}); }), HasSubstr("no camera has"));
   CameraIntrinsics camera = kView.camera;
   camera.fx = 0;

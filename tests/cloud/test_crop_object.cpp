@@ -1,4 +1,4 @@
-// Pictures of things: cut out of a picture, or drawn from points.
+// Images of things: cut out of an image, or drawn from points.
 #include "estancia/cloud/crop_object.hpp"
 
 #include <gmock/gmock.h>
@@ -22,11 +22,11 @@ const cv::Vec3b kGray(128, 128, 128);
 
 /// 40 × 30 pixels, each of which tells its place.
 cv::Mat places() {
-  cv::Mat picture(30, 40, CV_8UC3);
+  cv::Mat image(30, 40, CV_8UC3);
   for (int v = 0; v < 30; ++v)
     for (int u = 0; u < 40; ++u)
-      picture.at<cv::Vec3b>(v, u) = cv::Vec3b(static_cast<uchar>(u), static_cast<uchar>(v), 200);
-  return picture;
+      image.at<cv::Vec3b>(v, u) = cv::Vec3b(static_cast<uchar>(u), static_cast<uchar>(v), 200);
+  return image;
 }
 
 CropOptions with(Background background, double margin = 0, double crop = 0.875) {
@@ -46,7 +46,7 @@ TEST(Patch, MiddleOfTheSquareHoldsTheThing) {
   EXPECT_EQ(cropObject(places(), {10, 12, 4, 8}, {}, with(Background::kept, 0.25, 1)).size(), cv::Size(12, 12));
 }
 
-TEST(Patch, GrayBeyondThePicture) {
+TEST(Patch, GrayBeyondTheImage) {
   const cv::Mat patch = cropObject(places(), {0, 0, 14, 14});
   ASSERT_EQ(patch.size(), cv::Size(16, 16));
   EXPECT_EQ(patch.at<cv::Vec3b>(0, 5), kGray);
@@ -75,16 +75,16 @@ TEST(Patch, BackgroundMayBePaintedOver) {
   EXPECT_EQ(kept.at<cv::Vec3b>(1, 1), cv::Vec3b(11, 13, 200));
 }
 
-TEST(Patch, RefusesWhatIsNoThingInAPicture) {
-  const cv::Mat picture = places(), mask(30, 40, CV_8U, cv::Scalar(1));
+TEST(Patch, RefusesWhatIsNoThingInAImage) {
+  const cv::Mat image = places(), mask(30, 40, CV_8U, cv::Scalar(1));
   const auto problem = [&](const cv::Rect& box, const cv::Mat& m = {}, const CropOptions& options = {}) {
-    return errorOf([&] { cropObject(picture, box, m, options); });
+    return errorOf([&] { cropObject(image, box, m, options); });
   };
   constexpr int huge = std::numeric_limits<int>::max();
   for (const cv::Rect& box :
        {cv::Rect(0, 0, 0, 5), cv::Rect(-1, 0, 5, 5), cv::Rect(36, 0, 5, 5), cv::Rect(0, 28, 3, 3),
         cv::Rect(huge, 0, 5, 5), cv::Rect(1, 1, huge, huge), cv::Rect(0, 0, -4, 4)})
-    EXPECT_THAT(problem(box), HasSubstr("does not lie in the picture")) << box;
+    EXPECT_THAT(problem(box), HasSubstr("does not lie in the image")) << box;
   const cv::Rect box(1, 1, 5, 5);
   EXPECT_EQ(problem(box, mask, with(Background::mean)), "");
   EXPECT_THAT(problem(box, {}, with(Background::mean)), HasSubstr("its background cannot be replaced"));
@@ -130,29 +130,29 @@ PointCloud board(double azimuth, double depth = 0) {
   return cloud;
 }
 
-int pixelsOf(const cv::Mat& picture, const cv::Vec3b& color) {
+int pixelsOf(const cv::Mat& image, const cv::Vec3b& color) {
   cv::Mat same;
-  cv::inRange(picture, color, color, same);
+  cv::inRange(image, color, color, same);
   return cv::countNonZero(same);
 }
 
-cv::Rect extentOf(const cv::Mat& picture) {
+cv::Rect extentOf(const cv::Mat& image) {
   cv::Mat background;
-  cv::inRange(picture, kGray, kGray, background);
+  cv::inRange(image, kGray, kGray, background);
   return cv::boundingRect(background == 0);
 }
 
 TEST(RenderedPatch, SeesTheBoardFromItsFaceAndUpright) {
   for (const int degrees : {0, 30, 75, 120, 285}) {
-    const cv::Mat picture = renderObject(board(degrees * CV_PI / 180), 200);
-    ASSERT_EQ(picture.size(), cv::Size(200, 200));
-    const cv::Rect extent = extentOf(picture);
+    const cv::Mat image = renderObject(board(degrees * CV_PI / 180), 200);
+    ASSERT_EQ(image.size(), cv::Size(200, 200));
+    const cv::Rect extent = extentOf(image);
     EXPECT_NEAR(extent.width, 175, 8) << degrees;
     EXPECT_NEAR(extent.height, 87, 8) << degrees;
-    EXPECT_EQ(picture.at<cv::Vec3b>(80, 100), cv::Vec3b(0, 0, 255)) << degrees;
-    EXPECT_EQ(picture.at<cv::Vec3b>(120, 100), cv::Vec3b(0, 255, 0)) << degrees;
+    EXPECT_EQ(image.at<cv::Vec3b>(80, 100), cv::Vec3b(0, 0, 255)) << degrees;
+    EXPECT_EQ(image.at<cv::Vec3b>(120, 100), cv::Vec3b(0, 255, 0)) << degrees;
     const cv::Rect inside(extent.x + 4, extent.y + 4, extent.width - 8, extent.height - 8);
-    EXPECT_EQ(pixelsOf(picture(inside), kGray), 0) << degrees << ": no holes between the points";
+    EXPECT_EQ(pixelsOf(image(inside), kGray), 0) << degrees << ": no holes between the points";
   }
 }
 
@@ -187,8 +187,8 @@ TEST(RenderedPatch, WithoutColorsTheNearIsBright) {
   }
   ball.width = ball.points.size();
   ball.height = 1;
-  const cv::Mat picture = renderObject(ball, 200);
-  const cv::Vec3b &middle = picture.at<cv::Vec3b>(100, 100), &side = picture.at<cv::Vec3b>(100, 180);
+  const cv::Mat image = renderObject(ball, 200);
+  const cv::Vec3b &middle = image.at<cv::Vec3b>(100, 100), &side = image.at<cv::Vec3b>(100, 180);
   EXPECT_EQ(middle[0], middle[2]);
   EXPECT_GT(middle[0], 200);
   EXPECT_LT(side[0], middle[0] - 20);

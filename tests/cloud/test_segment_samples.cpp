@@ -1,4 +1,4 @@
-// What stands for the pieces of a depth picture, and which of them are compared: never more than so many.
+// What stands for the pieces of a depth image, and which of them are compared: never more than so many.
 #include "estancia/cloud/segment_samples.hpp"
 
 #include <gmock/gmock.h>
@@ -90,7 +90,7 @@ TEST(Shapes, TheNearestOfManyPairs) {
   EXPECT_LE(farthest, nearestLeft);
 }
 
-TEST(Shapes, CrowdedPicturesAreTheSameOnAnyThreads) {
+TEST(Shapes, CrowdedImagesAreTheSameOnAnyThreads) {
   const cv::Mat depth = tiles(0.6F);
   ClusterOptions options;
   options.least = 1;

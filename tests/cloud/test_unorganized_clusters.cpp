@@ -65,15 +65,15 @@ double bestOverlap(const Clusters& found, const Seen& seen, int shape) {
   return best;
 }
 
-TEST(CloudClusters, OrganizedAsThePictureItCameFrom) {
+TEST(CloudClusters, OrganizedAsTheImageItCameFrom) {
   const Seen seen = tableWithTwoThings();
   const PointCloud cloud = backProject(seen.depth, kView.camera);
-  const Clusters found = findClusters(cloud), picture = findClusters(seen.depth, kView.camera);
+  const Clusters found = findClusters(cloud), image = findClusters(seen.depth, kView.camera);
   ASSERT_THAT(found.planes, SizeIs(1));
-  ASSERT_EQ(found.clusters.size(), picture.clusters.size());
+  ASSERT_EQ(found.clusters.size(), image.clusters.size());
   for (std::size_t i = 0; i < found.clusters.size(); ++i) {
-    EXPECT_EQ(found.clusters[i].points, picture.clusters[i].points);
-    EXPECT_EQ(found.clusters[i].box, picture.clusters[i].box);
+    EXPECT_EQ(found.clusters[i].points, image.clusters[i].points);
+    EXPECT_EQ(found.clusters[i].box, image.clusters[i].box);
   }
 }
 

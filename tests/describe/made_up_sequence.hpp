@@ -1,4 +1,4 @@
-// A sequence in memory: pictures, and depth where it is given.
+// A sequence in memory: images, and depth where it is given.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@ namespace estancia::test {
 
 class MadeUpSequence final : public Sequence {
  public:
-  /// An empty picture cannot be read; an empty depth is missing.
+  /// An empty image cannot be read; an empty depth is missing.
   void add(cv::Mat image, cv::Mat depth = {}) {
     Frame frame;
     frame.name = fmt::format("{:04}.png", frames_.size());
@@ -39,7 +39,7 @@ class MadeUpSequence final : public Sequence {
   }
   bool hasDepth() const override { return hasDepth_; }
   cv::Mat depth(std::size_t i) const override {
-    if (depths_[i].empty()) throw Error("no depth picture");
+    if (depths_[i].empty()) throw Error("no depth image");
     return depths_[i];
   }
 
@@ -50,11 +50,11 @@ class MadeUpSequence final : public Sequence {
 };
 
 /// Noise of blocks: edges of every direction.
-inline cv::Mat busyPicture(cv::Size size, unsigned seed, int channels = 3) {
-  cv::Mat blocks(std::max(1, size.height / 8), std::max(1, size.width / 8), CV_8UC(channels)), picture;
+inline cv::Mat busyImage(cv::Size size, unsigned seed, int channels = 3) {
+  cv::Mat blocks(std::max(1, size.height / 8), std::max(1, size.width / 8), CV_8UC(channels)), image;
   cv::RNG(seed).fill(blocks, cv::RNG::UNIFORM, 0, 256);
-  cv::resize(blocks, picture, size, 0, 0, cv::INTER_CUBIC);
-  return picture;
+  cv::resize(blocks, image, size, 0, 0, cv::INTER_CUBIC);
+  return image;
 }
 
 }  // namespace estancia::test

@@ -229,20 +229,20 @@ TEST(Esf, DescribesAView) {
 TEST(Esf, OfASequenceLeavesOutFramesWithoutDepth) {
   test::MadeUpSequence sequence;
   Progress silent;
-  const cv::Mat picture = test::busyPicture({320, 240}, 1);
-  for (std::uint64_t i = 0; i < 4; ++i) sequence.add(picture, i == 1 ? cv::Mat() : roomDepth(i));
-  sequence.add(picture, cv::Mat::zeros(240, 320, CV_32F));
+  const cv::Mat image = test::busyImage({320, 240}, 1);
+  for (std::uint64_t i = 0; i < 4; ++i) sequence.add(image, i == 1 ? cv::Mat() : roomDepth(i));
+  sequence.add(image, cv::Mat::zeros(240, 320, CV_32F));
   EXPECT_THAT(errorOf([&] { describeSequence(sequence, "esf", {}, silent); }), HasSubstr("intrinsics"));
-  sequence.setCamera({640, 480, 580, 580, 319.5, 239.5});  // of pictures twice the size
+  sequence.setCamera({640, 480, 580, 580, 319.5, 239.5});  // of images twice the size
   std::vector<std::string> problems;
   const Features features = describeSequence(sequence, "gist+esf", {}, silent, &problems);
   EXPECT_EQ(features.frames.size(), 3U);
   EXPECT_EQ(features.values.labels(), 512U + 640U);
   EXPECT_THAT(problems,
-              testing::ElementsAre("0001.png: no depth picture", HasSubstr("0004.png: esf: 0 points")));
+              testing::ElementsAre("0001.png: no depth image", HasSubstr("0004.png: esf: 0 points")));
 
   test::MadeUpSequence flat;
-  flat.add(picture);
+  flat.add(image);
   EXPECT_THAT(errorOf([&] { describeSequence(flat, "phog+esf", {}, silent); }),
               AllOf(HasSubstr("esf needs depth"), HasSubstr("there is none")));
 }

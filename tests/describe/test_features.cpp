@@ -16,7 +16,7 @@
 namespace estancia {
 namespace {
 
-using test::busyPicture;
+using test::busyImage;
 using test::errorOf;
 using test::MadeUpSequence;
 using testing::AllOf;
@@ -26,7 +26,7 @@ using testing::HasSubstr;
 class DescribeSequence : public testing::Test {
  protected:
   DescribeSequence() {
-    for (unsigned i = 0; i < 6; ++i) sequence_.add(busyPicture({64, 48}, i));
+    for (unsigned i = 0; i < 6; ++i) sequence_.add(busyImage({64, 48}, i));
   }
 
   std::string model(const std::string& name) {
@@ -103,7 +103,7 @@ TEST_F(DescribeSequence, DoesNotDependOnThreads) {
 
 TEST_F(DescribeSequence, LeavesOutFramesThatCannotBeDescribedAndTellsWhy) {
   sequence_.add({});
-  sequence_.add(busyPicture({64, 48}, 9));
+  sequence_.add(busyImage({64, 48}, 9));
   const Features features = describe("phog+" + model("a"));
   ASSERT_EQ(features.frames.size(), 7U);
   EXPECT_EQ(features.frames[6].name, "0007.png");
@@ -133,7 +133,7 @@ TEST_F(DescribeSequence, TakesWordsOutOfTheCache) {
   const std::string a = model("a");
   const Features first = describeSequence(sequence_, a, options, silent_);
   ASSERT_EQ(cache.usage().size(), 1U);
-  EXPECT_EQ(cache.usage()[0].pictures, 6U);
+  EXPECT_EQ(cache.usage()[0].images, 6U);
   const Features second = describeSequence(sequence_, a, options, silent_);
   EXPECT_EQ(first.values.values(), second.values.values());
   EXPECT_EQ(first.parts, second.parts);

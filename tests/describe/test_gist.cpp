@@ -17,7 +17,7 @@
 namespace estancia {
 namespace {
 
-using test::busyPicture;
+using test::busyImage;
 using test::errorOf;
 using testing::HasSubstr;
 
@@ -29,7 +29,7 @@ cv::Mat mirrored(const cv::Mat& m, int border) {
   return out;
 }
 
-/// `m` (CV_64F or CV_64FC2) through a transfer function of frequencies in cycles a picture; complex.
+/// `m` (CV_64F or CV_64FC2) through a transfer function of frequencies in cycles an image; complex.
 template <class Transfer>
 cv::Mat filtered(const cv::Mat& m, Transfer transfer) {
   cv::Mat spectrum;
@@ -50,18 +50,18 @@ cv::Mat realPart(const cv::Mat& m) {
 
 /// The authors' program for a square of 256 pixels, filter by filter on all pixels, in double precision.
 std::vector<double> slowGist(const cv::Mat& square) {
-  cv::Mat picture(256, 256, CV_64F);
+  cv::Mat image(256, 256, CV_64F);
   for (int y = 0; y < 256; ++y)
     for (int x = 0; x < 256; ++x) {
       const auto p = square.at<cv::Vec3b>(y, x);
-      picture.at<double>(y, x) = (p[0] + p[1] + p[2]) / 3.0;
+      image.at<double>(y, x) = (p[0] + p[1] + p[2]) / 3.0;
     }
   double least = 0, most = 0;
-  cv::minMaxLoc(picture, &least, &most);
-  picture = (picture - least) * (255 / (most - least));
+  cv::minMaxLoc(image, &least, &most);
+  image = (image - least) * (255 / (most - least));
 
   cv::Mat logarithm;
-  cv::log(picture + 1, logarithm);
+  cv::log(image + 1, logarithm);
   logarithm = mirrored(logarithm, 5);
   const double s1 = 4 / std::sqrt(std::log(2));
   const auto low = [&](int fx, int fy) { return std::exp(-(fx * fx + fy * fy) / (s1 * s1)); };
@@ -119,23 +119,23 @@ double sumOf(const std::vector<float>& v, std::size_t scale, std::size_t orienta
 
 /// Stripes of so many pixels a period; their normal stands at `degrees`.
 cv::Mat stripes(double period, double degrees) {
-  cv::Mat picture(256, 256, CV_8UC3);
+  cv::Mat image(256, 256, CV_8UC3);
   for (int y = 0; y < 256; ++y)
     for (int x = 0; x < 256; ++x) {
       const double along = x * std::cos(degrees * pi / 180) + y * std::sin(degrees * pi / 180);
-      picture.at<cv::Vec3b>(y, x) =
+      image.at<cv::Vec3b>(y, x) =
           cv::Vec3b::all(static_cast<uchar>(128 + 100 * std::sin(2 * pi * along / period)));
     }
-  return picture;
+  return image;
 }
 
 TEST(Gist, IsWithinThreePerMilleOfTheAuthorsProgram) {
   cv::Mat noise(256, 256, CV_8UC3), step(256, 256, CV_8UC3, cv::Scalar::all(20));
   cv::RNG(3).fill(noise, cv::RNG::UNIFORM, 0, 256);
   step.colRange(150, 256).setTo(cv::Scalar::all(220));
-  for (const cv::Mat& picture : {busyPicture({256, 256}, 1), busyPicture({256, 256}, 2), step, noise}) {
-    const std::vector<float> ours = gist(picture);
-    const std::vector<double> theirs = slowGist(picture);
+  for (const cv::Mat& image : {busyImage({256, 256}, 1), busyImage({256, 256}, 2), step, noise}) {
+    const std::vector<float> ours = gist(image);
+    const std::vector<double> theirs = slowGist(image);
     ASSERT_EQ(ours.size(), 512U);
     EXPECT_LT(difference(ours, theirs), 3e-3);
     const double largest = *std::max_element(theirs.begin(), theirs.end());
@@ -154,7 +154,7 @@ TEST(Gist, IsWithinThreePerMilleOfTheAuthorsProgramOnPhotographs) {
 }
 
 TEST(Gist, TakesTheCentralSquare) {
-  const cv::Mat square = busyPicture({256, 256}, 5);
+  const cv::Mat square = busyImage({256, 256}, 5);
   cv::Mat wide(256, 400, CV_8UC3, cv::Scalar(7, 200, 90));
   square.copyTo(wide.colRange(72, 328));
   EXPECT_EQ(gist(wide), gist(square));
@@ -175,9 +175,9 @@ TEST(Gist, StripesAnswerAtTheirScaleAndDirection) {
 }
 
 TEST(Gist, BlocksAreRowByRow) {
-  cv::Mat picture(256, 256, CV_8UC3, cv::Scalar::all(128));
-  busyPicture({64, 64}, 4).copyTo(picture({64, 128, 64, 64}));  // second column, third row
-  const auto v = gist(picture);
+  cv::Mat image(256, 256, CV_8UC3, cv::Scalar::all(128));
+  busyImage({64, 64}, 4).copyTo(image({64, 128, 64, 64}));  // second column, third row
+  const auto v = gist(image);
   for (std::size_t f = 0; f < 32; ++f)
     EXPECT_EQ(std::max_element(v.begin() + static_cast<std::ptrdiff_t>(16 * f),
                                v.begin() + static_cast<std::ptrdiff_t>(16 * f + 16)) -
@@ -186,11 +186,11 @@ TEST(Gist, BlocksAreRowByRow) {
 }
 
 TEST(Gist, BrightnessAndContrastDoNotCount) {
-  cv::Mat picture = busyPicture({320, 240}, 6), darker;
-  for (auto& value : cv::Mat_<cv::Vec3b>(picture))
+  cv::Mat image = busyImage({320, 240}, 6), darker;
+  for (auto& value : cv::Mat_<cv::Vec3b>(image))
     for (int c = 0; c < 3; ++c) value[c] &= 0xFE;  // halves are exact
-  picture.convertTo(darker, CV_8U, 0.5, 40);
-  EXPECT_LT(difference(gist(darker), gist(picture)), 1e-4);
+  image.convertTo(darker, CV_8U, 0.5, 40);
+  EXPECT_LT(difference(gist(darker), gist(image)), 1e-4);
 }
 
 TEST(Gist, IsZeroWithoutContrast) {
@@ -200,31 +200,31 @@ TEST(Gist, IsZeroWithoutContrast) {
   }
 }
 
-TEST(Gist, TakesPicturesOfAnySizeGrayOrColor) {
+TEST(Gist, TakesImagesOfAnySizeGrayOrColor) {
   for (const cv::Size size : {cv::Size(1, 1), {1, 9000}, {9000, 1}, {2, 2}, {3, 5}, {4000, 3000}}) {
-    const auto v = gist(busyPicture(size, 8));
+    const auto v = gist(busyImage(size, 8));
     ASSERT_EQ(v.size(), 512U);
     for (const float x : v) ASSERT_TRUE(std::isfinite(x) && x >= 0) << size;
   }
-  const cv::Mat gray = busyPicture({200, 100}, 9, 1);
+  const cv::Mat gray = busyImage({200, 100}, 9, 1);
   cv::Mat color;
   cv::cvtColor(gray, color, cv::COLOR_GRAY2BGR);
   EXPECT_LT(difference(gist(gray), gist(color)), 1e-5);
 }
 
-TEST(Gist, RefusesWhatIsNoPicture) {
-  EXPECT_THAT(errorOf([] { gist({}); }), HasSubstr("gist: there is no picture"));
+TEST(Gist, RefusesWhatIsNoImage) {
+  EXPECT_THAT(errorOf([] { gist({}); }), HasSubstr("gist: there is no image"));
   EXPECT_THAT(errorOf([] { gist(cv::Mat(9, 9, CV_32F)); }), HasSubstr("neither BGR nor gray"));
-  EXPECT_THAT(errorOf([] { Gist().describe({}); }), HasSubstr("no picture"));
+  EXPECT_THAT(errorOf([] { Gist().describe({}); }), HasSubstr("no image"));
 }
 
 TEST(Gist, DoesNotDependOnThreadsOfOpenCV) {
-  const cv::Mat picture = busyPicture({640, 480}, 10);
+  const cv::Mat image = busyImage({640, 480}, 10);
   const int threads = cv::getNumThreads();
   cv::setNumThreads(1);
-  const auto one = gist(picture);
+  const auto one = gist(image);
   cv::setNumThreads(4);
-  EXPECT_EQ(gist(picture), one);
+  EXPECT_EQ(gist(image), one);
   cv::setNumThreads(threads);
 }
 

@@ -16,7 +16,7 @@
 namespace estancia {
 namespace {
 
-using test::busyPicture;
+using test::busyImage;
 using test::errorOf;
 using testing::HasSubstr;
 
@@ -85,14 +85,14 @@ std::vector<double> slowPhog(const cv::Mat& bgr, int bins, int levels, int range
 
 /// Dark on the left of a line through the middle whose normal stands at `degrees`.
 cv::Mat edgeAt(double degrees) {
-  cv::Mat picture(120, 120, CV_8UC3);
+  cv::Mat image(120, 120, CV_8UC3);
   for (int y = 0; y < 120; ++y)
     for (int x = 0; x < 120; ++x) {
       const double side =
           (x - 59.5) * std::cos(degrees * pi / 180) + (y - 59.5) * std::sin(degrees * pi / 180);
-      picture.at<cv::Vec3b>(y, x) = cv::Vec3b::all(cv::saturate_cast<uchar>(128 + 60 * std::tanh(side)));
+      image.at<cv::Vec3b>(y, x) = cv::Vec3b::all(cv::saturate_cast<uchar>(128 + 60 * std::tanh(side)));
     }
-  return picture;
+  return image;
 }
 
 std::ptrdiff_t strongestBin(const std::vector<float>& v, int bins) {
@@ -102,9 +102,9 @@ std::ptrdiff_t strongestBin(const std::vector<float>& v, int bins) {
 TEST(Phog, IsThatOfThePaper) {
   for (const cv::Size size : {cv::Size(64, 48), {101, 77}, {33, 90}})
     for (const int range : {180, 360}) {
-      const cv::Mat picture = busyPicture(size, 3);
-      const std::vector<float> ours = phog(picture, {.range = range});
-      const std::vector<double> slow = slowPhog(picture, 30, 2, range);
+      const cv::Mat image = busyImage(size, 3);
+      const std::vector<float> ours = phog(image, {.range = range});
+      const std::vector<double> slow = slowPhog(image, 30, 2, range);
       ASSERT_EQ(ours.size(), 630U);
       ASSERT_EQ(slow.size(), 630U);
       // Directions on the very limit of two bins may fall to either side.
@@ -136,7 +136,7 @@ TEST(Phog, ATurnedEdgeMovesThroughTheBins) {
 }
 
 TEST(Phog, EveryLevelHasTheSameEnergyAndCellsAddUp) {
-  const auto v = phog(busyPicture({123, 91}, 4), {.levels = 3});
+  const auto v = phog(busyImage({123, 91}, 4), {.levels = 3});
   ASSERT_EQ(v.size(), 30U * 85);
   EXPECT_NEAR(sumOf(v), 1, 1e-5);
   for (const auto& [begin, end] : {std::pair{0U, 30U}, {30U, 150U}, {150U, 630U}, {630U, 2550U}})
@@ -146,9 +146,9 @@ TEST(Phog, EveryLevelHasTheSameEnergyAndCellsAddUp) {
 }
 
 TEST(Phog, CellsAreRowByRow) {
-  cv::Mat picture(96, 96, CV_8UC3, cv::Scalar::all(90));
-  cv::circle(picture, {84, 36}, 6, cv::Scalar::all(200), cv::FILLED);  // fourth column, second row
-  const auto v = phog(picture);
+  cv::Mat image(96, 96, CV_8UC3, cv::Scalar::all(90));
+  cv::circle(image, {84, 36}, 6, cv::Scalar::all(200), cv::FILLED);  // fourth column, second row
+  const auto v = phog(image);
   EXPECT_NEAR(sumOf(v, 30 * (1 + 1), 30 * (1 + 2)), 1 / 3.0, 1e-5);
   EXPECT_NEAR(sumOf(v, 30 * (5 + 7), 30 * (5 + 8)), 1 / 3.0, 1e-5);
 }
@@ -158,38 +158,38 @@ TEST(Phog, IsZeroWithoutEdges) {
   EXPECT_EQ(phog(cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(99))), std::vector<float>(630, 0.0F));
 }
 
-TEST(Phog, TakesPicturesOfAnySizeGrayOrColor) {
+TEST(Phog, TakesImagesOfAnySizeGrayOrColor) {
   for (const cv::Size size : {cv::Size(1, 500), {500, 1}, {1, 9000}, {2, 2}, {3, 3}, {5, 2}, {4000, 3000}}) {
-    const auto v = phog(busyPicture(size, 5));
+    const auto v = phog(busyImage(size, 5));
     ASSERT_EQ(v.size(), 630U);
     for (const float x : v) ASSERT_TRUE(std::isfinite(x) && x >= 0) << size;
     const double sum = sumOf(v);
     EXPECT_TRUE(sum == 0 || std::abs(sum - 1) < 1e-5) << size << sum;
   }
-  const cv::Mat gray = busyPicture({200, 100}, 9, 1);
+  const cv::Mat gray = busyImage({200, 100}, 9, 1);
   cv::Mat color;
   cv::cvtColor(gray, color, cv::COLOR_GRAY2BGR);
   EXPECT_EQ(phog(gray), phog(color));
 }
 
 TEST(Phog, DoesNotDependOnThreadsOfOpenCV) {
-  const cv::Mat picture = busyPicture({640, 480}, 10);
+  const cv::Mat image = busyImage({640, 480}, 10);
   const int threads = cv::getNumThreads();
   cv::setNumThreads(1);
-  const auto one = phog(picture);
+  const auto one = phog(image);
   cv::setNumThreads(4);
-  EXPECT_EQ(phog(picture), one);
+  EXPECT_EQ(phog(image), one);
   cv::setNumThreads(threads);
 }
 
 TEST(Phog, RefusesWhatItCannotDo) {
-  EXPECT_THAT(errorOf([] { phog({}); }), HasSubstr("phog: there is no picture"));
+  EXPECT_THAT(errorOf([] { phog({}); }), HasSubstr("phog: there is no image"));
   EXPECT_THAT(errorOf([] { phog(cv::Mat(9, 9, CV_16UC3)); }), HasSubstr("neither BGR nor gray"));
-  const cv::Mat picture = busyPicture({20, 20}, 1);
-  EXPECT_THAT(errorOf([&] { phog(picture, {.bins = 0}); }), HasSubstr("0 bins"));
-  EXPECT_THAT(errorOf([&] { phog(picture, {.levels = 9}); }), HasSubstr("level 9"));
-  EXPECT_THAT(errorOf([&] { phog(picture, {.range = 90}); }), HasSubstr("90 degrees"));
-  EXPECT_THAT(errorOf([&] { phog(picture, {.longestSide = 1}); }), HasSubstr("1 pixels"));
+  const cv::Mat image = busyImage({20, 20}, 1);
+  EXPECT_THAT(errorOf([&] { phog(image, {.bins = 0}); }), HasSubstr("0 bins"));
+  EXPECT_THAT(errorOf([&] { phog(image, {.levels = 9}); }), HasSubstr("level 9"));
+  EXPECT_THAT(errorOf([&] { phog(image, {.range = 90}); }), HasSubstr("90 degrees"));
+  EXPECT_THAT(errorOf([&] { phog(image, {.longestSide = 1}); }), HasSubstr("1 pixels"));
   EXPECT_THAT(errorOf([&] { Phog({.levels = -1}); }), HasSubstr("level -1"));
 }
 

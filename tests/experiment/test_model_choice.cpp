@@ -1,4 +1,4 @@
-// The whole experiment on made-up pictures: a model that sees colors must beat one that sees nothing.
+// The whole experiment on made-up images: a model that sees colors must beat one that sees nothing.
 #include "estancia/experiment/model_choice.hpp"
 
 #include <gmock/gmock.h>
@@ -209,7 +209,7 @@ TEST_F(ModelChoice, SeveralModelsAtWorkTogetherAreOneCandidate) {
 }
 
 TEST_F(ModelChoice, UnreadableImagesAreLeftOutAndTold) {
-  writeFile(scratch / "drive" / "0012.png", "no picture");
+  writeFile(scratch / "drive" / "0012.png", "no image");
   const Findings findings = run(config());
   EXPECT_THAT(findings.notes, testing::Contains(HasSubstr("1 unreadable images were left out")));
 }

@@ -25,7 +25,7 @@ using test::writeFile;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-/// The pixels of a rectangle in a picture 10 wide.
+/// The pixels of a rectangle in an image 10 wide.
 PixelSet rectangle(int x, int y, int width, int height) {
   PixelSet pixels;
   for (int r = y; r < y + height; ++r)
@@ -169,7 +169,7 @@ class ObjectSegmentation : public testing::Test {
 
   Findings run(const std::string& more = "", int threads = 2, const std::string& out = "out") {
     writeFile(scratch_ / "study.toml",
-              "type = \"object-segmentation\"\nscenes = \"scenes\"\npictures = 1\n" + more +
+              "type = \"object-segmentation\"\nscenes = \"scenes\"\nimages = 1\n" + more +
                   "[camera]\nwidth = 160\nheight = 120\nfx = 131.25\nfy = 131.25\ncx = 79.5\ncy = 59.5\n");
     return runExperiment({scratch_ / "study.toml"}, {scratch_ / out, {}, {"", threads}, nullptr}, progress_);
   }
@@ -204,7 +204,7 @@ TEST_F(ObjectSegmentation, HasARowAScene) {
   EXPECT_LT(*table.rows[2].values[3], 70) << "six of six are no certainty";
   ASSERT_EQ(findings.sections.size(), 5U);
   for (const std::size_t s : {3U, 4U})
-    EXPECT_EQ(std::get<Pictures>(findings.sections[s]).pictures.size(), 1U);
+    EXPECT_EQ(std::get<Images>(findings.sections[s]).images.size(), 1U);
 }
 
 TEST_F(ObjectSegmentation, GoesOnWhereItStoppedAndDoesNotDependOnThreads) {
@@ -247,7 +247,7 @@ TEST(RealScenes, AreNearlyAllSegmentedRightly) {
   ESTANCIA_NEEDS(data, "mosd_rgbd is not here");
   const test::ScratchFolder scratch;
   writeFile(scratch / "real.toml", "type = \"object-segmentation\"\nscenes = \"" + data->string() +
-                                       "\"\npictures = 0\n[camera]\nwidth = 640\nheight = 480\nfx = 525\n"
+                                       "\"\nimages = 0\n[camera]\nwidth = 640\nheight = 480\nfx = 525\n"
                                        "fy = 525\ncx = 319.5\ncy = 239.5\n");
   Progress silent;
   runExperiment({scratch / "real.toml"}, {scratch / "out", {}, {}, nullptr}, silent);

@@ -61,7 +61,7 @@ class ObjectSplits : public testing::Test {
  protected:
   void SetUp() override {
     const std::filesystem::path folder = scratch_ / "things";
-    for (const char* part : {"pictures", "clouds"}) std::filesystem::create_directories(folder / part);
+    for (const char* part : {"images", "clouds"}) std::filesystem::create_directories(folder / part);
     for (const std::string& kind : kinds)
       for (int i = 0; i < instances; ++i)
         for (int v = 0; v < views; ++v) {
@@ -75,7 +75,7 @@ class ObjectSplits : public testing::Test {
           writeCloud(cloudOf(folder, sample.view.name),
                      shapeOf(kind, 1 + 0.1 * i,
                              100 * static_cast<std::uint64_t>(i) + static_cast<std::uint64_t>(v)));
-          cv::imwrite(pictureOf(folder, sample.view.name), cv::Mat(16, 16, CV_8UC3, cv::Scalar(50, 90, 200)));
+          cv::imwrite(imageOf(folder, sample.view.name), cv::Mat(16, 16, CV_8UC3, cv::Scalar(50, 90, 200)));
         }
     writeObjectSamples(folder, samples_);
     // A labeler that is wrong about one view in three of every thing, and about all of ball 1.
@@ -185,9 +185,9 @@ TEST_F(ObjectSplits, ShowTablesConfusionsCloudsAndExamples) {
       EXPECT_EQ(matrix->at(0, 1), 100) << "balls that are called boxes [%]";
       EXPECT_NEAR(matrix->at(2, 0), 100 / 3.0, 1e-6);
     }
-    if (const auto* pictures = std::get_if<Pictures>(&section)) {
-      ASSERT_FALSE(pictures->pictures.empty());
-      EXPECT_THAT(pictures->pictures[0].caption, HasSubstr("labeler"));
+    if (const auto* images = std::get_if<Images>(&section)) {
+      ASSERT_FALSE(images->images.empty());
+      EXPECT_THAT(images->images[0].caption, HasSubstr("labeler"));
     }
   }
 }

@@ -1,4 +1,4 @@
-// Places and rooms on made-up pictures: a model that sees colors must beat one that sees nothing.
+// Places and rooms on made-up images: a model that sees colors must beat one that sees nothing.
 #include "estancia/experiment/place_tasks.hpp"
 
 #include <gmock/gmock.h>

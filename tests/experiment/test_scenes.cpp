@@ -1,4 +1,4 @@
-// Scene classification on made-up pictures whose rooms are known: four colors, four rooms.
+// Scene classification on made-up images whose rooms are known: four colors, four rooms.
 #include "estancia/experiment/scenes.hpp"
 
 #include <gmock/gmock.h>
@@ -172,7 +172,7 @@ TEST_F(Scenes, AreTheSameForAnyNumberOfThreadsAndComputedOnce) {
   EXPECT_EQ(readFile(scratch_ / "out/results.csv"), first);
 }
 
-TEST_F(Scenes, OnlyCellsWhosePicturesChangedAreComputedAgain) {
+TEST_F(Scenes, OnlyCellsWhoseImagesChangedAreComputedAgain) {
   const std::string study = "same_sequence = false\n" + models({"sharp"}) + svm_ + pair_ +
                             "[[data]]\nname = \"three\"\npath = \"three\"\n";
   test::writeColorDrive(scratch_ / "three", 3);
@@ -199,7 +199,7 @@ TEST_F(Scenes, NothingIsLearnedFromTheTest) {
     return readFile(scratch_ / "model");
   };
   const std::string bytes = modelBytes();
-  // Every other test picture becomes noise, and the rooms of these are exchanged.
+  // Every other test image becomes noise, and the rooms of these are exchanged.
   std::string rooms = "image,room\n";
   cv::RNG random(5);
   for (int i = 0; i < 40; ++i) {
@@ -226,7 +226,7 @@ TEST_F(Scenes, NothingIsLearnedFromTheTest) {
 }
 
 TEST_F(Scenes, CrossValidationHoldsOutWholeRuns) {
-  // Each run shows one picture again and again, whose look says nothing about its room: who has seen the run
+  // Each run shows one image again and again, whose look says nothing about its room: who has seen the run
   // knows the room, who has not can but guess.
   Features features{
       {{"look", PartKind::energies, {"a", "b", "c", "d", "e", "f"}, "look"}}, {}, DescriptorMatrix(6)};

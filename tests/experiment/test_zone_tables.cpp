@@ -1,4 +1,4 @@
-// Zones on made-up pictures whose rooms are known: four colors, four rooms.
+// Zones on made-up images whose rooms are known: four colors, four rooms.
 #include "estancia/experiment/zone_tables.hpp"
 
 #include <gmock/gmock.h>

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "estancia/io/sequence.hpp"
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -82,7 +82,7 @@ TEST_F(Classes, HalvesOfDifferentClassesAreNotFoundByThemselves) {
   EXPECT_EQ(open("classes", "train")->size(), 2U);
 }
 
-TEST_F(Classes, PicturesBesideDepthStayWhatTheyWere) {
+TEST_F(Classes, ImagesBesideDepthStayWhatTheyWere) {
   add("rgb/1.png");
   test::writeFile(folder_ / "depth/1.png", test::encoded(".png", cv::Mat(2, 2, CV_16U, cv::Scalar(2000))));
   EXPECT_THAT(told(*open()), ElementsAre("1.png="));

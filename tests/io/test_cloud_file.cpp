@@ -1,4 +1,4 @@
-// Clouds by the ending of their name, written PCD files, and depth pictures that become clouds.
+// Clouds by the ending of their name, written PCD files, and depth images that become clouds.
 #include "estancia/io/cloud_file.hpp"
 
 #include <fmt/format.h>
@@ -121,15 +121,15 @@ TEST_F(CloudFile, OtherEndingsAreRefusedByName) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
 }
 
-TEST_F(CloudFile, ADepthPictureIsAnOrganizedCloud) {
+TEST_F(CloudFile, ADepthImageIsAnOrganizedCloud) {
   std::filesystem::create_directories(folder_ / "depth");
-  const auto picture = folder_ / "depth/1.png";
+  const auto image = folder_ / "depth/1.png";
   cv::Mat depth(2, 4, CV_16U, cv::Scalar(2000));
   depth.at<std::uint16_t>(0, 1) = 0;
-  cv::imwrite(picture.string(), depth);
-  EXPECT_THAT(errorOf([&] { readCloud(picture); }), AllOf(HasSubstr("1.png"), HasSubstr("intrinsics")));
-  test::writeFile(folder_ / "intrinsics.txt", "4 4 1.5 0.5\n");  // above the picture's folder
-  PointCloud cloud = readCloud(picture);
+  cv::imwrite(image.string(), depth);
+  EXPECT_THAT(errorOf([&] { readCloud(image); }), AllOf(HasSubstr("1.png"), HasSubstr("intrinsics")));
+  test::writeFile(folder_ / "intrinsics.txt", "4 4 1.5 0.5\n");  // above the image's folder
+  PointCloud cloud = readCloud(image);
   EXPECT_EQ(cloud.width, 4U);
   EXPECT_EQ(cloud.height, 2U);
   EXPECT_EQ(cloud.points.at(0), cv::Point3f(-0.75F, -0.25F, 2));
@@ -140,7 +140,7 @@ TEST_F(CloudFile, ADepthPictureIsAnOrganizedCloud) {
   colors(cv::Rect(4, 0, 4, 4)) = cv::Scalar(7, 8, 9);
   cv::imwrite((folder_ / "colors.png").string(), colors);
   test::writeFile(folder_ / "mine.txt", "8 8 1.5 0.5\n");
-  cloud = readCloud(picture, {500, folder_ / "mine.txt", folder_ / "colors.png"});
+  cloud = readCloud(image, {500, folder_ / "mine.txt", folder_ / "colors.png"});
   EXPECT_EQ(cloud.points.at(0), cv::Point3f(-0.75F, -0.25F, 4));
   EXPECT_EQ(cloud.colors.at(5), cv::Vec3b(1, 2, 3));
   EXPECT_EQ(cloud.colors.at(6), cv::Vec3b(7, 8, 9));

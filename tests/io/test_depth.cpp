@@ -8,7 +8,7 @@
 #include "estancia/io/camera_file.hpp"
 #include "estancia/io/depth_file.hpp"
 #include "estancia/io/sequence.hpp"
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -23,7 +23,7 @@ using ::testing::IsEmpty;
 
 const float kNan = std::numeric_limits<float>::quiet_NaN();
 
-/// A depth picture with two pixels.
+/// A depth image with two pixels.
 template <typename T>
 cv::Mat two(int type, T first, T second) {
   cv::Mat raw(1, 2, type);
@@ -35,7 +35,7 @@ cv::Mat two(int type, T first, T second) {
 class DepthFiles : public ::testing::Test {
  protected:
   void write(const std::string& name, const std::string& bytes) { test::writeFile(folder_ / name, bytes); }
-  void writePicture(const std::string& name) { write(name, encoded(".png", test::plain(4, 3, {1, 2, 3}))); }
+  void writeImage(const std::string& name) { write(name, encoded(".png", test::plain(4, 3, {1, 2, 3}))); }
   void writeDepth(const std::string& name, std::uint16_t raw, cv::Size size = {2, 1}) {
     write(name, encoded(".png", cv::Mat(size, CV_16U, cv::Scalar(raw))));
   }
@@ -87,7 +87,7 @@ TEST_F(DepthFiles, RefuseColorsDamageAndSigns) {
 }
 
 TEST_F(DepthFiles, OfOtherSequencesAreAbsent) {
-  writePicture("a.png");
+  writeImage("a.png");
   const auto sequence = open();
   EXPECT_FALSE(sequence->hasDepth());
   EXPECT_FALSE(sequence->intrinsics());
@@ -96,8 +96,8 @@ TEST_F(DepthFiles, OfOtherSequencesAreAbsent) {
 
 // ---- rgb/ beside depth/
 
-TEST_F(DepthFiles, InAFolderBesidePicturesArePairedByTheirNames) {
-  for (const char* name : {"rgb/9.png", "rgb/10.png", "rgb/11.png"}) writePicture(name);
+TEST_F(DepthFiles, InAFolderBesideImagesArePairedByTheirNames) {
+  for (const char* name : {"rgb/9.png", "rgb/10.png", "rgb/11.png"}) writeImage(name);
   writeDepth("depth/9.png", 900);
   writeDepth("depth/11.png", 1100, {64, 48});
   const auto sequence = open();
@@ -113,9 +113,9 @@ TEST_F(DepthFiles, InAFolderBesidePicturesArePairedByTheirNames) {
   EXPECT_EQ(sequence->fingerprint(0), openSequence(folder_ / "rgb")->fingerprint(0));
 }
 
-TEST_F(DepthFiles, InAFolderBesideTimedPicturesArePairedByTime) {
+TEST_F(DepthFiles, InAFolderBesideTimedImagesArePairedByTime) {
   for (const char* name : {"color/10.000000.png", "color/10.033333.png", "color/10.066667.png"})
-    writePicture(name);
+    writeImage(name);
   writeDepth("depth/9.991000.png", 1000);
   writeDepth("depth/10.040000.png", 2000);
   writeDepth("depth/10.120000.png", 3000);
@@ -127,9 +127,9 @@ TEST_F(DepthFiles, InAFolderBesideTimedPicturesArePairedByTime) {
   EXPECT_EQ(sequence->depthTimestamp(2), 10.04);
 }
 
-TEST_F(DepthFiles, BesidePicturesInTheFolderItselfLeaveItAPlainFolder) {
-  writePicture("a.png");
-  writePicture("rgb/b.png");
+TEST_F(DepthFiles, BesideImagesInTheFolderItselfLeaveItAPlainFolder) {
+  writeImage("a.png");
+  writeImage("rgb/b.png");
   writeDepth("depth/b.png", 1000);
   const auto sequence = open();
   EXPECT_EQ(sequence->frame(0).name, "a.png");
@@ -137,7 +137,7 @@ TEST_F(DepthFiles, BesidePicturesInTheFolderItselfLeaveItAPlainFolder) {
 }
 
 TEST_F(DepthFiles, MayBeInOtherUnits) {
-  writePicture("rgb/a.png");
+  writeImage("rgb/a.png");
   writeDepth("depth/a.png", 1000);
   options_.depthScale = 5000;
   EXPECT_EQ(depthOf(*open(), 0), 0.2F);
@@ -149,7 +149,7 @@ TEST_F(DepthFiles, MayBeInOtherUnits) {
 
 TEST_F(DepthFiles, CanBeReadByManyThreads) {
   for (int i = 0; i < 8; ++i) {
-    writePicture(fmt::format("rgb/{}.png", i));
+    writeImage(fmt::format("rgb/{}.png", i));
     writeDepth(fmt::format("depth/{}.png", i), static_cast<std::uint16_t>(1000 + i));
   }
   const auto sequence = open();
@@ -181,7 +181,7 @@ TEST(NyuDepth, OpensAsPairs) {
 // ---- TUM RGB-D and 7-Scenes
 
 TEST_F(DepthFiles, OfTumAreTheNearestInTime) {
-  for (const char* name : {"rgb/1.png", "rgb/2.png", "rgb/3.png"}) writePicture(name);
+  for (const char* name : {"rgb/1.png", "rgb/2.png", "rgb/3.png"}) writeImage(name);
   write("rgb.txt", "1.00 rgb/1.png\n1.03 rgb/2.png\n1.50 rgb/3.png\n");
   write("depth.txt", "# depth maps\n1.045 depth/b.png\n1.012 depth/a.png\n");
   writeDepth("depth/a.png", 5000);
@@ -196,7 +196,7 @@ TEST_F(DepthFiles, OfTumAreTheNearestInTime) {
 }
 
 TEST_F(DepthFiles, OfTumAreLeftAsideWhenTheirListIsDamaged) {
-  writePicture("1.png");
+  writeImage("1.png");
   write("rgb.txt", "1.00 1.png\n");
   for (const char* list : {"noon a.png\n", "1.0 ../a.png\n", "1.0 /a.png\n"}) {
     write("depth.txt", list);
@@ -280,8 +280,8 @@ TEST_F(Intrinsics, AreRefusedWhenTheyMakeNoCamera) {
   EXPECT_NE(errorOfReading(std::string("517\0 516 318 255", 16)), "");
 }
 
-TEST_F(Intrinsics, InTheFolderAreForItsPicturesUnlessTheySayTheirSize) {
-  writePicture("a.png");
+TEST_F(Intrinsics, InTheFolderAreForItsImagesUnlessTheySayTheirSize) {
+  writeImage("a.png");
   write("intrinsics.txt", "5 5 2 1.5\n");
   const auto camera = open()->intrinsics();
   ASSERT_TRUE(camera);
@@ -296,7 +296,7 @@ TEST_F(Intrinsics, InTheFolderAreForItsPicturesUnlessTheySayTheirSize) {
 }
 
 TEST_F(Intrinsics, ThatAreWrongStopOnlyWhoNamesThem) {
-  writePicture("a.png");
+  writeImage("a.png");
   write("intrinsics.txt", "none\n");
   const auto sequence = open();
   EXPECT_FALSE(sequence->intrinsics());
@@ -307,8 +307,8 @@ TEST_F(Intrinsics, ThatAreWrongStopOnlyWhoNamesThem) {
   EXPECT_THAT(errorOf([&] { open(); }), HasSubstr("missing.txt"));
 }
 
-TEST_F(Intrinsics, NeedAPictureToKnowTheirSize) {
-  write("a.png", "no picture");
+TEST_F(Intrinsics, NeedAImageToKnowTheirSize) {
+  write("a.png", "no image");
   write("intrinsics.txt", "5 5 2 1.5\n");
   const auto sequence = open();
   EXPECT_FALSE(sequence->intrinsics());

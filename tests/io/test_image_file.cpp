@@ -5,7 +5,7 @@
 
 #include "estancia/io/image_file.hpp"
 #include "estancia/io/image_header.hpp"
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia::io {
@@ -28,9 +28,9 @@ class ImageFile : public ::testing::Test {
   test::ScratchFolder folder_;
 };
 
-void expectPixel(const cv::Mat& picture, int row, int column, const cv::Vec3b& bgr, int tolerance = 0) {
-  ASSERT_EQ(picture.type(), CV_8UC3);
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(picture.at<cv::Vec3b>(row, column)[c], bgr[c], tolerance);
+void expectPixel(const cv::Mat& image, int row, int column, const cv::Vec3b& bgr, int tolerance = 0) {
+  ASSERT_EQ(image.type(), CV_8UC3);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(image.at<cv::Vec3b>(row, column)[c], bgr[c], tolerance);
 }
 
 TEST_F(ImageFile, GivesBgrOfEightBitsWhateverIsInside) {
@@ -56,9 +56,9 @@ TEST_F(ImageFile, ScalesSixteenBitsDropsAlphaAndTakesFloatAsZeroToOne) {
               {10, 20, 30});
   cv::Mat light(4, 6, CV_32FC3, cv::Scalar(0.2, 0.4, 7));
   light.at<cv::Vec3f>(0, 0)[0] = std::numeric_limits<float>::quiet_NaN();
-  const cv::Mat picture = read("float.tif", encoded(".tif", light, {cv::IMWRITE_TIFF_COMPRESSION, 1}));
-  expectPixel(picture, 1, 1, {51, 102, 255});
-  expectPixel(picture, 0, 0, {0, 102, 255});
+  const cv::Mat image = read("float.tif", encoded(".tif", light, {cv::IMWRITE_TIFF_COMPRESSION, 1}));
+  expectPixel(image, 1, 1, {51, 102, 255});
+  expectPixel(image, 0, 0, {0, 102, 255});
 }
 
 TEST_F(ImageFile, ConvertsCmykJpeg) {
@@ -84,7 +84,7 @@ TEST_F(ImageFile, TurnsByTheExifOrientation) {
   const std::string tiff =
       "MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"s;  // orientation 6
   jpeg.insert(2, "\xFF\xE1\0\x22"s + "Exif\0\0"s + tiff);
-  const cv::Mat upright = read("turned.jpg", jpeg);  // "the picture's left is the top": turn clockwise
+  const cv::Mat upright = read("turned.jpg", jpeg);  // "the image's left is the top": turn clockwise
   ASSERT_EQ(upright.size(), cv::Size(8, 16));
   expectPixel(upright, 2, 4, {255, 255, 255}, 5);
   expectPixel(upright, 13, 4, {0, 0, 0}, 5);
@@ -92,23 +92,23 @@ TEST_F(ImageFile, TurnsByTheExifOrientation) {
 
 TEST_F(ImageFile, NamesWhatIsWrongWithAFile) {
   EXPECT_THAT(errorOfReading("a.jpg", ""), HasSubstr("a.jpg: the file is empty"));
-  EXPECT_THAT(errorOfReading("b.jpg", "Dear reader, this is text."), HasSubstr("b.jpg: not a picture"));
+  EXPECT_THAT(errorOfReading("b.jpg", "Dear reader, this is text."), HasSubstr("b.jpg: not an image"));
   EXPECT_THAT(errorOfReading("c.jpg", "\xFF\xD8\xFF"), HasSubstr("cut off"));
   EXPECT_THAT(errorOf([&] { readImage(folder_ / "none.jpg"); }), HasSubstr("none.jpg: not a file"));
-  EXPECT_THAT(errorOfReading("new\nline.jpg", "text"), HasSubstr("new\\x0Aline.jpg: not a picture"));
+  EXPECT_THAT(errorOfReading("new\nline.jpg", "text"), HasSubstr("new\\x0Aline.jpg: not an image"));
 }
 
 TEST_F(ImageFile, NoticesACutAnywhere) {
-  const cv::Mat picture = texture(40, 30);
+  const cv::Mat image = texture(40, 30);
   const std::vector<std::pair<std::string, std::string>> whole = {
-      {".jpg", encoded(".jpg", picture)},
-      {".jpg", encoded(".jpg", picture, {cv::IMWRITE_JPEG_PROGRESSIVE, 1})},
-      {".png", encoded(".png", picture)},
-      {".bmp", encoded(".bmp", picture)},
-      {".webp", encoded(".webp", picture)},
-      {".tif", encoded(".tif", picture, {cv::IMWRITE_TIFF_COMPRESSION, 1})},
-      {".tif", encoded(".tif", picture)},
-      {".ppm", encoded(".ppm", picture)},
+      {".jpg", encoded(".jpg", image)},
+      {".jpg", encoded(".jpg", image, {cv::IMWRITE_JPEG_PROGRESSIVE, 1})},
+      {".png", encoded(".png", image)},
+      {".bmp", encoded(".bmp", image)},
+      {".webp", encoded(".webp", image)},
+      {".tif", encoded(".tif", image, {cv::IMWRITE_TIFF_COMPRESSION, 1})},
+      {".tif", encoded(".tif", image)},
+      {".ppm", encoded(".ppm", image)},
       {".pgm", encoded(".pgm", texture(40, 30, CV_16U))}};
   for (const auto& [suffix, bytes] : whole) {
     ASSERT_EQ(errorOfReading("whole" + suffix, bytes), "") << suffix;
@@ -143,9 +143,9 @@ TEST_F(ImageFile, SurvivesAnyFlippedByte) {
           static_cast<char>(random.uniform(0, 256));
       const std::string name = std::string("flipped") + suffix;
       try {
-        const cv::Mat picture = read(name, bytes);
-        EXPECT_EQ(picture.type(), CV_8UC3);
-        EXPECT_FALSE(picture.empty());
+        const cv::Mat image = read(name, bytes);
+        EXPECT_EQ(image.type(), CV_8UC3);
+        EXPECT_FALSE(image.empty());
       } catch (const Error&) {  // refused: fine
       }
     }
@@ -178,7 +178,7 @@ TEST_F(ImageFile, RefusesSizesOfNothing) {
   EXPECT_THAT(errorOfReading("nothing.pgm", "P5\n0 0\n255\n"), HasSubstr("header is damaged"));
 }
 
-TEST_F(ImageFile, TellsRadianceFromPictures) {
+TEST_F(ImageFile, TellsRadianceFromImages) {
   const std::string exr = encoded(".exr", cv::Mat(4, 8, CV_32FC3, cv::Scalar(1, 2, 3)));
   EXPECT_THAT(errorOfReading("radiance.png", exr), HasSubstr("type \"panorama\""));
   test::writeFile(folder_ / "radiance.exr", exr);

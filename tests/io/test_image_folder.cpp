@@ -6,7 +6,7 @@
 #include <atomic>
 
 #include "estancia/io/sequence.hpp"
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -78,7 +78,7 @@ TEST_F(ImageFolder, GoesOnBehindATruncatedImage) {
   const auto sequence = open();
   ASSERT_EQ(sequence->size(), 100U);
   for (std::size_t i = 0; i < 100; ++i) EXPECT_EQ(errorOf([&] { sequence->image(i); }).empty(), i != 50) << i;
-  EXPECT_THAT(errorOf([&] { sequence->image(50); }), HasSubstr("50.jpg: the picture is cut off"));
+  EXPECT_THAT(errorOf([&] { sequence->image(50); }), HasSubstr("50.jpg: the image is cut off"));
 }
 
 TEST_F(ImageFolder, SaysWhenThereIsNothingToRead) {

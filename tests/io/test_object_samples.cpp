@@ -6,7 +6,7 @@
 
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/image_writer.hpp"
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -37,9 +37,9 @@ ObjectSample sample(const std::string& name) {
 }
 
 void save(const fs::path& folder, const std::string& name, std::size_t points = 120) {
-  fs::create_directories(folder / "pictures");
+  fs::create_directories(folder / "images");
   fs::create_directories(folder / "clouds");
-  writePng(pictureOf(folder, name), test::plain(10, 10, {1, 2, 3}));
+  writePng(imageOf(folder, name), test::plain(10, 10, {1, 2, 3}));
   PointCloud cloud;
   cloud.points.assign(points, {1, 2, 3});
   cloud.width = points;
@@ -128,15 +128,15 @@ TEST(ObjectSamples, AreViews) {
   EXPECT_EQ(views->view(2).instance, "7");
   EXPECT_TRUE(views->view(2).flat);
   EXPECT_EQ(views->cloud(0).points.size(), 120U);
-  EXPECT_EQ(views->picture(0).box, cv::Rect(2, 3, 4, 5));
-  EXPECT_EQ(views->picture(0).image.at<cv::Vec3b>(0, 0), cv::Vec3b(1, 2, 3));
-  EXPECT_THAT(errorOf([&] { views->picture(1); }), HasSubstr("do not hold the box"));
-  const std::string png = test::readFile(pictureOf(folder.path(), "a"));
-  writeFile(pictureOf(folder.path(), "a"), png.substr(0, png.size() / 2));
-  EXPECT_THAT(errorOf([&] { views->picture(0); }), HasSubstr("a.png"));
+  EXPECT_EQ(views->image(0).box, cv::Rect(2, 3, 4, 5));
+  EXPECT_EQ(views->image(0).image.at<cv::Vec3b>(0, 0), cv::Vec3b(1, 2, 3));
+  EXPECT_THAT(errorOf([&] { views->image(1); }), HasSubstr("do not hold the box"));
+  const std::string png = test::readFile(imageOf(folder.path(), "a"));
+  writeFile(imageOf(folder.path(), "a"), png.substr(0, png.size() / 2));
+  EXPECT_THAT(errorOf([&] { views->image(0); }), HasSubstr("a.png"));
   save(folder.path(), "c", 99);
   EXPECT_THAT(errorOf([&] { views->cloud(2); }), HasSubstr("99 points are too few"));
-  for (const char* name : {"a", "b", "c"}) fs::remove(pictureOf(folder.path(), name));
+  for (const char* name : {"a", "b", "c"}) fs::remove(imageOf(folder.path(), name));
   EXPECT_THAT(errorOf([&] { openObjectViews(folder.path()); }), HasSubstr("no view of an object"));
 }
 

@@ -9,7 +9,7 @@
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/object_scenes.hpp"
 #include "estancia/io/object_views.hpp"
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -69,7 +69,7 @@ TEST(CloudViews, FolderIsACategoryAndInnerFoldersAreInstances) {
   EXPECT_EQ(views->cloud(3).points.size(), 150U);
   EXPECT_EQ(views->cloud(3).colors[7], cv::Vec3b(10, 20, 30));
   EXPECT_THAT(views->cloud(2).colors, IsEmpty());
-  EXPECT_TRUE(views->picture(0).image.empty());
+  EXPECT_TRUE(views->image(0).image.empty());
   EXPECT_THAT(views->warnings(), IsEmpty());
 }
 
@@ -126,9 +126,9 @@ class NyuObjectViews : public ::testing::Test {
     depth_({12, 12, 2, 2}).setTo(0);
     write(number, cv::Size(64, 48));
   }
-  void write(int number, cv::Size picture) {
+  void write(int number, cv::Size image) {
     writeFile(folder_ / fmt::format("rgb/{:04}.png", number),
-              encoded(".png", test::plain(picture.width, picture.height, {1, 2, 3})));
+              encoded(".png", test::plain(image.width, image.height, {1, 2, 3})));
     writeFile(folder_ / fmt::format("depth/{:04}.png", number), encoded(".png", depth_));
     writeFile(folder_ / fmt::format("label/{:04}.png", number), encoded(".png", marks_));
   }
@@ -146,7 +146,7 @@ TEST_F(NyuObjectViews, ComponentsOfClassesAreInstances) {
   EXPECT_EQ(chair.frame, "0000.png");
   EXPECT_FALSE(chair.atBorder);
   EXPECT_TRUE(views->view(2).atBorder);
-  const ObjectPicture seen = views->picture(1);
+  const ObjectImage seen = views->image(1);
   EXPECT_EQ(seen.image.size(), cv::Size(64, 48));
   EXPECT_EQ(seen.box, cv::Rect(30, 10, 15, 15));
   EXPECT_EQ(cv::countNonZero(seen.mask), 125);
@@ -165,7 +165,7 @@ TEST_F(NyuObjectViews, TooFewPointsOrTooLittleDepthAreLeftOut) {
   depth_({10, 10, 5, 4}).setTo(76);  // 20 of 64 × 48 pixels, 24 are asked for
   write(0, {64, 48});
   EXPECT_THAT(namesOf(*open(folder_.path(), "auto", 1)), ElementsAre("0000_chair_1", "0000_table_1"));
-  EXPECT_EQ(open(folder_.path(), "auto", 1)->picture(0).box.x, 30);
+  EXPECT_EQ(open(folder_.path(), "auto", 1)->image(0).box.x, 30);
 }
 
 TEST_F(NyuObjectViews, FramesThatDoNotFitAreLeftOut) {
@@ -182,13 +182,13 @@ TEST_F(NyuObjectViews, FramesThatDoNotFitAreLeftOut) {
   EXPECT_THAT(views->warnings(), ElementsAre(AllOf(HasSubstr("3 of 4 frames"), HasSubstr("0001.png"))));
   depth_ = cv::Mat(48, 64, CV_8U, cv::Scalar(76));
   write(0, {32, 24});
-  EXPECT_THAT(errorOf([&] { views->picture(0); }), HasSubstr("its picture has 32 × 24"));
+  EXPECT_THAT(errorOf([&] { views->image(0); }), HasSubstr("its image has 32 × 24"));
   marks_.setTo(0);
   write(0, {64, 48});
   EXPECT_THAT(errorOf([&] { views->cloud(0); }), HasSubstr("changed since it was opened"));
   cv::Mat colors(48, 64, CV_8UC3, cv::Scalar(1, 2, 3));
   writeFile(folder_ / "label/0000.png", encoded(".png", colors));
-  EXPECT_THAT(errorOf([&] { views->picture(0); }), HasSubstr("marks are gray"));
+  EXPECT_THAT(errorOf([&] { views->image(0); }), HasSubstr("marks are gray"));
 }
 
 TEST_F(NyuObjectViews, ClassesMustBeNamedInOrder) {

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "estancia/io/sequence.hpp"
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -146,7 +146,7 @@ TEST_F(Panorama, RepairsTheRingingAroundLamps) {
   EXPECT_EQ(view.at<cv::Vec3b>(120, 160), cv::Vec3b(255, 255, 255));
 }
 
-TEST_F(Panorama, ReadsPicturesOnlyWhenAskedForAndLeavesTheirExposure) {
+TEST_F(Panorama, ReadsImagesOnlyWhenAskedForAndLeavesTheirExposure) {
   add("a.png", test::plain(512, 256, {40, 80, 160}));
   EXPECT_EQ(open()->size(), 1U) << "an ordinary image";
   options_.type = "panorama";
@@ -183,7 +183,7 @@ TEST_F(Panorama, FailsFrameByFrameWhereOneIsDamaged) {
   EXPECT_NE(errorOf([&] { tour->image(1); }), "");
   EXPECT_THAT(errorOf([&] { tour->image(2); }), HasSubstr("c.exr.js: no complete data URI"));
   EXPECT_THAT(errorOf([&] { tour->image(3); }), HasSubstr("d.exr.js: its base64 text is damaged"));
-  EXPECT_THAT(errorOf([&] { tour->image(4); }), HasSubstr("e.exr.js: the picture is cut off"));
+  EXPECT_THAT(errorOf([&] { tour->image(4); }), HasSubstr("e.exr.js: the image is cut off"));
   EXPECT_THAT(errorOf([&] { tour->image(5); }), HasSubstr("8 × 8 pixels are no equirectangular panorama"));
 }
 

@@ -237,7 +237,7 @@ TEST_F(Pcd, DamageIsRefusedOrReadButNeverMore) {
   }
 }
 
-TEST_F(Pcd, OnlyAnOrganizedCloudHasADepthPicture) {
+TEST_F(Pcd, OnlyAnOrganizedCloudHasADepthImage) {
   EXPECT_THAT(errorOf([&] { depthOf(read(header("ascii") + "1 2 3\n4 5 6\n")); }),
               HasSubstr("save it organized"));
   const PointCloud cloud = read(header("ascii", "WIDTH 1\nHEIGHT 4\n") + "0 0 2\n0 0 -1\n0 0 inf\n0 0 nan\n");

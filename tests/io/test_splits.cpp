@@ -6,7 +6,7 @@
 #include <map>
 
 #include "estancia/io/sequence.hpp"
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -139,10 +139,10 @@ TEST_F(Nyu, KnowsRoomsHalvesDepthAndCamera) {
   EXPECT_EQ(open("test")->depth(0).at<float>(0, 0), 10);
 }
 
-TEST_F(Nyu, ColumnsMayStandInAnyOrderAndLinesMayLackPictures) {
+TEST_F(Nyu, ColumnsMayStandInAnyOrderAndLinesMayLackImages) {
   table("scene,index\nkitchen,0008\nhall,9\n");
   EXPECT_THAT(roomsOf(*open()), ElementsAre("", "kitchen", "", ""));
-  EXPECT_THAT(open()->warnings(), ElementsAre(HasSubstr("1 of 2 lines are of pictures")));
+  EXPECT_THAT(open()->warnings(), ElementsAre(HasSubstr("1 of 2 lines are of images")));
   EXPECT_THAT(errorOf([&] { open("train"); }), HasSubstr("nobody says"));
 }
 
@@ -157,7 +157,7 @@ TEST_F(Nyu, NamesTheLineThatIsWrong) {
   EXPECT_THAT(refusal(), HasSubstr("scenes.csv:3: frame 7 is in line 2 already"));
 }
 
-TEST_F(Nyu, OtherTablesBesidePicturesAndDepthAreNotIts) {
+TEST_F(Nyu, OtherTablesBesideImagesAndDepthAreNotIts) {
   table("frame_index,scene\n7,kitchen\n");
   EXPECT_THAT(roomsOf(*open()), ElementsAre("", "", "", "")) << "read as plain rgb/ and depth/";
   SequenceOptions options;

@@ -5,7 +5,7 @@
 
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia::io {

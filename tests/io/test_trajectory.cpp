@@ -10,7 +10,7 @@
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/trajectory.hpp"
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia {

@@ -6,7 +6,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "estancia/io/sequence.hpp"
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -19,18 +19,18 @@ using ::testing::IsEmpty;
 constexpr int kFrames = 120;
 
 /// The frame's number in binary: eight black or white bars, which no coding blurs away.
-cv::Mat pictureOf(int number) {
-  cv::Mat picture = test::plain(64, 48, {});
+cv::Mat imageOf(int number) {
+  cv::Mat image = test::plain(64, 48, {});
   for (int bit = 0; bit < 8; ++bit)
-    if ((number >> bit & 1) != 0) picture.colRange(8 * bit, 8 * bit + 8).setTo(cv::Scalar::all(255));
-  return picture;
+    if ((number >> bit & 1) != 0) image.colRange(8 * bit, 8 * bit + 8).setTo(cv::Scalar::all(255));
+  return image;
 }
 
-int numberOf(const cv::Mat& picture) {
-  EXPECT_EQ(picture.type(), CV_8UC3);
-  EXPECT_EQ(picture.size(), cv::Size(64, 48));
+int numberOf(const cv::Mat& image) {
+  EXPECT_EQ(image.type(), CV_8UC3);
+  EXPECT_EQ(image.size(), cv::Size(64, 48));
   int number = 0;
-  for (int bit = 0; bit < 8; ++bit) number |= (picture.at<cv::Vec3b>(24, 8 * bit + 4)[1] > 127) << bit;
+  for (int bit = 0; bit < 8; ++bit) number |= (image.at<cv::Vec3b>(24, 8 * bit + 4)[1] > 127) << bit;
   return number;
 }
 
@@ -46,7 +46,7 @@ class Video : public ::testing::TestWithParam<Coding> {
     const std::string& c = GetParam().fourcc;
     cv::VideoWriter writer(file_, cv::VideoWriter::fourcc(c[0], c[1], c[2], c[3]), 20, {64, 48});
     ASSERT_TRUE(writer.isOpened());
-    for (int i = 0; i < kFrames; ++i) writer.write(pictureOf(i));
+    for (int i = 0; i < kFrames; ++i) writer.write(imageOf(i));
   }
   test::ScratchFolder folder_;
   std::filesystem::path file_;
@@ -68,7 +68,7 @@ TEST_P(Video, SeeksToTheRightFrame) {
     EXPECT_EQ(numberOf(video->image(static_cast<std::size_t>(i))), i);
 }
 
-TEST_P(Video, KeepsThePicturesThatItGave) {
+TEST_P(Video, KeepsTheImagesThatItGave) {
   const auto video = openSequence(file_);
   const cv::Mat first = video->image(0);
   video->image(50);
@@ -145,7 +145,7 @@ TEST(NoVideo, IsRefusedWithASentence) {
               HasSubstr("d.mp4: not a video that OpenCV can open"));
   EXPECT_THAT(errorOf([&] { openSequence(folder / "b.mp4"); }), HasSubstr("b.mp4: not a video"));
   EXPECT_THAT(errorOf([&] { openSequence(folder / "c.PNG"); }),
-              HasSubstr("c.PNG: a single picture; open its folder"));
+              HasSubstr("c.PNG: a single image; open its folder"));
   SequenceOptions options;
   options.type = "video";
   EXPECT_NE(errorOf([&] { openSequence(folder.path(), options); }), "");

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "estancia/io/sequence.hpp"
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -36,7 +36,7 @@ std::string cloudAt(float z) {
 
 class Vidrilo : public ::testing::Test {
  protected:
-  void pictures(const std::string& pattern, const std::vector<int>& numbers) {
+  void images(const std::string& pattern, const std::vector<int>& numbers) {
     for (const int n : numbers)
       test::writeFile(folder_ / fmt::format(fmt::runtime(pattern), n),
                       test::encoded(".png", test::plain(16, 12, {1, 2, n * 1.0})));
@@ -46,7 +46,7 @@ class Vidrilo : public ::testing::Test {
       test::writeFile(folder_ / fmt::format(fmt::runtime(pattern), n), cloudAt(static_cast<float>(n)));
   }
   void asPublished() {
-    pictures("Visual/sequence1visual{}.png", {1, 2, 10});
+    images("Visual/sequence1visual{}.png", {1, 2, 10});
     clouds("Depth/sequence1depth{}.pcd", {1, 2, 10});
   }
   std::unique_ptr<Sequence> open(const std::string& type = "auto") {
@@ -66,7 +66,7 @@ class Vidrilo : public ::testing::Test {
   test::ScratchFolder folder_;
 };
 
-TEST_F(Vidrilo, PairsPicturesAndCloudsByNumber) {
+TEST_F(Vidrilo, PairsImagesAndCloudsByNumber) {
   asPublished();
   const auto sequence = open();
   ASSERT_EQ(sequence->size(), 3U);
@@ -92,7 +92,7 @@ TEST_F(Vidrilo, FindsTheCameraInTheClouds) {
 }
 
 TEST_F(Vidrilo, TellsOfCloudsThatNoPinholeMade) {
-  pictures("Visual/{}.png", {1});
+  images("Visual/{}.png", {1});
   std::string turned = cloudAt(2);  // x forward, as robots have it
   for (std::size_t i = turned.size() - 16 * 12 * 12; i < turned.size(); i += 12)
     std::swap_ranges(&turned[i], &turned[i] + 4, &turned[i] + 8);
@@ -102,7 +102,7 @@ TEST_F(Vidrilo, TellsOfCloudsThatNoPinholeMade) {
 }
 
 TEST_F(Vidrilo, OtherLayoutsDoAsWell) {
-  pictures("sequence2visual{}.png", {1, 2});
+  images("sequence2visual{}.png", {1, 2});
   clouds("sequence2depth{}.pcd", {1, 2});
   EXPECT_TRUE(open()->hasDepth()) << "side by side";
   const test::ScratchFolder other;
@@ -110,11 +110,11 @@ TEST_F(Vidrilo, OtherLayoutsDoAsWell) {
   test::writeFile(other / "pcd/1.pcd", cloudAt(3));
   EXPECT_FLOAT_EQ(openSequence(other.path())->depth(0).at<float>(0, 0), 3);
   test::writeFile(other / "color/0002.jpg", test::encoded(".jpg", test::plain(16, 12, {1, 2, 3})));
-  EXPECT_THAT(openSequence(other.path())->warnings(), Contains(HasSubstr("1 of 2 pictures have no cloud")));
+  EXPECT_THAT(openSequence(other.path())->warnings(), Contains(HasSubstr("1 of 2 images have no cloud")));
 }
 
 TEST_F(Vidrilo, AFolderOfImagesWithSomeCloudInItStaysAFolder) {
-  pictures("{}.png", {1, 2});
+  images("{}.png", {1, 2});
   clouds("model{}.pcd", {1});
   EXPECT_FALSE(open()->hasDepth());
   EXPECT_TRUE(open("vidrilo")->hasDepth());
@@ -124,7 +124,7 @@ TEST_F(Vidrilo, ReadsAnnotationsInSeveralForms) {
   asPublished();
   EXPECT_THAT(rooms(), ElementsAre("", "", ""));
   annotate("Corridor 0 1\nToilet 1 0\nElevatorArea 0 0\n");
-  EXPECT_THAT(rooms(), ElementsAre("Corridor", "Toilet", "ElevatorArea")) << "in the order of the pictures";
+  EXPECT_THAT(rooms(), ElementsAre("Corridor", "Toilet", "ElevatorArea")) << "in the order of the images";
   annotate("10;Elevator Area;0;1\n1;\"Corridor\";1;1\n2;Toilet;0;0\n");
   EXPECT_THAT(rooms(), ElementsAre("Corridor", "Toilet", "Elevator Area")) << "by number";
   annotate(
@@ -140,7 +140,7 @@ TEST_F(Vidrilo, ReadsAnnotationsInSeveralForms) {
 TEST_F(Vidrilo, LeavesAsideAnnotationsThatDoNotFit) {
   asPublished();
   for (const auto& [text, problem] : std::vector<std::pair<std::string, std::string>>{
-           {"Corridor\nToilet\n", "it tells of 2 frames, and there are 3 pictures"},
+           {"Corridor\nToilet\n", "it tells of 2 frames, and there are 3 images"},
            {"1 Corridor\n2\n", "line 2 has 1 values"},
            {"1 0.25 3\n2 0.5 3\n", "it does not say which column is the room"},
            {"1 1.pcd\n2 2.pcd\n", "it names files only"},
@@ -154,11 +154,11 @@ TEST_F(Vidrilo, LeavesAsideAnnotationsThatDoNotFit) {
 }
 
 TEST_F(Vidrilo, SaysWhatIsMissingOrDouble) {
-  pictures("Visual/{}.png", {1, 2});
+  images("Visual/{}.png", {1, 2});
   EXPECT_THAT(errorOf([&] { open("vidrilo"); }),
               HasSubstr("with clouds (.pcd); ViDRILO has a folder a sequence"));
   clouds("Depth/{}.pcd", {3});
-  EXPECT_THAT(errorOf([&] { open("vidrilo"); }), HasSubstr("no picture has the number of a cloud"));
+  EXPECT_THAT(errorOf([&] { open("vidrilo"); }), HasSubstr("no image has the number of a cloud"));
   clouds("Depth/other{}.pcd", {3});
   EXPECT_THAT(errorOf([&] { open("vidrilo"); }), HasSubstr("have the same number"));
 }

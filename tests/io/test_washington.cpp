@@ -5,7 +5,7 @@
 #include <opencv2/core.hpp>
 
 #include "estancia/io/object_views.hpp"
-#include "io/pictures.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -66,7 +66,7 @@ TEST_F(Washington, NamesAreReadFromTheRight) {
   EXPECT_THAT(views->warnings(), IsEmpty());
 }
 
-TEST_F(Washington, PointsAreMetricInTheWholePicture) {
+TEST_F(Washington, PointsAreMetricInTheWholeImage) {
   view("mug/mug_1/mug_1_1_1");
   view("mug/mug_1/mug_1_1_2", "1 1");
   const auto views = open();
@@ -77,7 +77,7 @@ TEST_F(Washington, PointsAreMetricInTheWholePicture) {
   EXPECT_NEAR(cloud.points[0].y, (200 - 240) / 570.3 * 1.5, 1e-6);
   EXPECT_EQ(cloud.colors[0], cv::Vec3b(1, 2, 3));
   EXPECT_NEAR(views->cloud(1).points[0].x, (3 - 320) / 570.3 * 1.5, 1e-6);
-  const ObjectPicture seen = views->picture(0);
+  const ObjectImage seen = views->image(0);
   EXPECT_EQ(seen.image.size(), cv::Size(20, 10));
   EXPECT_EQ(seen.box, cv::Rect(2, 0, 18, 10));
   EXPECT_EQ(cv::countNonZero(seen.mask), 180);
@@ -113,12 +113,12 @@ TEST_F(Washington, WrongPlacesAreRefused) {
   }
 }
 
-TEST_F(Washington, PicturesThatDoNotFitAreRefused) {
+TEST_F(Washington, ImagesThatDoNotFitAreRefused) {
   const std::string stem = "mug/mug_1/mug_1_1_1";
   view(stem);
   const auto views = open();
   write(stem + "_maskcrop.png", encoded(".png", cv::Mat(9, 20, CV_8U, cv::Scalar(1))));
-  EXPECT_THAT(errorOf([&] { views->picture(0); }), HasSubstr("20 × 9 pixels, its picture has 20 × 10"));
+  EXPECT_THAT(errorOf([&] { views->image(0); }), HasSubstr("20 × 9 pixels, its image has 20 × 10"));
   write(stem + "_maskcrop.png", encoded(".png", cv::Mat::zeros(10, 20, CV_8U)));
   EXPECT_THAT(errorOf([&] { views->cloud(0); }), HasSubstr("marks nothing"));
   view(stem);

@@ -123,7 +123,7 @@ TEST(Ensemble, RefusesWhatCannotWorkTogether) {
   EXPECT_THAT(refusal(list(EnsembleMember{std::move(open)})), HasSubstr("discovers its words"));
 }
 
-/// Three frames, three pictures.
+/// Three frames, three images.
 class Frames final : public Sequence {
  public:
   Frames() {
@@ -136,7 +136,7 @@ class Frames final : public Sequence {
     ++decoded;
     return cv::Mat(2, 2, CV_8UC3, cv::Scalar::all(static_cast<double>(i)));
   }
-  std::string fingerprint(std::size_t i) const override { return "picture " + std::to_string(i); }
+  std::string fingerprint(std::size_t i) const override { return "image " + std::to_string(i); }
   mutable std::atomic<int> decoded = 0;
 
  private:

@@ -206,14 +206,14 @@ TEST_F(HttpLabeler, PostsAJpegAndReadsTheLabels) {
 
 TEST_F(HttpLabeler, PostsAForm) {
   service_.handle = [](const auto& request, auto& response) {
-    ASSERT_TRUE(request.has_file("picture"));
-    const auto file = request.get_file_value("picture");
+    ASSERT_TRUE(request.has_file("image"));
+    const auto file = request.get_file_value("image");
     EXPECT_EQ(file.content_type, "image/png");
     const std::vector<unsigned char> bytes(file.content.begin(), file.content.end());
     EXPECT_EQ(cv::norm(cv::imdecode(bytes, cv::IMREAD_COLOR), gray(), cv::NORM_INF), 0);
     answer(response, R"([{"label": "cup", "confidence": 1}])");
   };
-  EXPECT_THAT(open("field = \"picture\"\nformat = \"png\"")->label(gray()), ElementsAre(1));
+  EXPECT_THAT(open("field = \"image\"\nformat = \"png\"")->label(gray()), ElementsAre(1));
 }
 
 /// The service of the thesis, in the form it has now.

@@ -33,7 +33,7 @@ class Cache : public testing::Test {
   fs::path folder_ = scratch_ / "labels";
 };
 
-TEST_F(Cache, RemembersBetweenRunsByModelAndPicture) {
+TEST_F(Cache, RemembersBetweenRunsByModelAndImage) {
   {
     LabelCache cache(folder_, 1 << 20);
     EXPECT_FALSE(cache.find("net", "cat"));
@@ -136,7 +136,7 @@ TEST_F(Cache, TheModelUsedLongestAgoGoesFirst) {
   for (int i = 0; i < 50; ++i) cache.put("new", std::to_string(i), std::string(1000, 'n'));
   ASSERT_EQ(cache.usage().size(), 1U);
   EXPECT_EQ(cache.usage()[0].model, "new");
-  EXPECT_EQ(cache.usage()[0].pictures, 50U);
+  EXPECT_EQ(cache.usage()[0].images, 50U);
 }
 
 TEST_F(Cache, SeveralWritersDoNotMixTheirRecords) {
@@ -193,7 +193,7 @@ TEST_F(Cache, IsClearedAndCounted) {
   const auto usage = cache.usage();
   ASSERT_EQ(usage.size(), 1U);
   EXPECT_EQ(usage[0].model, "net");
-  EXPECT_EQ(usage[0].pictures, 1U);
+  EXPECT_EQ(usage[0].images, 1U);
   EXPECT_EQ(usage[0].bytes, fs::file_size(onlyFile(folder_)));
   EXPECT_EQ(cache.clear(), usage[0].bytes);
   EXPECT_TRUE(cache.usage().empty());

@@ -52,7 +52,7 @@ type = "opencv"
 file = "net.caffemodel"
 config = "net.prototxt"
 labels = "words/labels.txt"
-input_node = "picture"
+input_node = "image"
 output = "prob"
 input = [320, 240]
 region = "stretch"
@@ -84,7 +84,7 @@ source = "somewhere"
   EXPECT_EQ(pre.color, Preprocessing::Color::bgr);
   EXPECT_THAT(pre.mean, ElementsAre(1, 2.5, 3));
   EXPECT_THAT(pre.scale, ElementsAre(2, 2, 2));
-  EXPECT_EQ(spec.inputNode, "picture");
+  EXPECT_EQ(spec.inputNode, "image");
   EXPECT_FALSE(spec.softmax);
   EXPECT_TRUE(spec.sigmoid);
   EXPECT_EQ(spec.reduce, ModelSpec::Reduce::max);
@@ -285,12 +285,12 @@ TEST_F(ModelHome, OpensTypesThatAreRegistered) {
   EXPECT_EQ(loadModel((scratch_ / "given").string())->identity(), "fixed");
 }
 
-/// A detector of 4 things at 16 places in a picture of 8×8.
+/// A detector of 4 things at 16 places in an image of 8×8.
 void writeDetector(const fs::path& folder) {
   test::TfjsBuilder network;
   network.weight("weights", {3, 3, 3, 4}, std::vector<float>(108, 0.01F));
   network.integers("shape", {3}, {1, 16, 4});
-  network.node("Conv2D", "conv", {"picture", "weights"}, test::TfjsBuilder::windowAttributes(2, true));
+  network.node("Conv2D", "conv", {"image", "weights"}, test::TfjsBuilder::windowAttributes(2, true));
   network.node("Reshape", "scores", {"conv", "shape"});
   fs::create_directories(folder);
   network.write(folder);

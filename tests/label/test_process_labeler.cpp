@@ -91,7 +91,7 @@ TEST_F(ProcessLabeler, LabelsImages) {
   EXPECT_THAT(labeler->identity(), testing::StartsWith("mine "));
 }
 
-TEST_F(ProcessLabeler, HandsOverTheWholePictureAndTakesItAway) {
+TEST_F(ProcessLabeler, HandsOverTheWholeImageAndTakesItAway) {
   cv::Mat image(30, 40, CV_8UC3);
   cv::RNG(1).fill(image, cv::RNG::UNIFORM, 0, 256);
   std::string path;

@@ -81,7 +81,7 @@ TEST_F(Recorded, ChecksItsSettings) {
   EXPECT_THAT(errorOf([&] { open("file = \"r.csv\""); }), HasSubstr("r.csv:2: 7 for \"cup\""));
 }
 
-TEST_F(Recorded, IsCheckedWithoutAPicture) {
+TEST_F(Recorded, IsCheckedWithoutAImage) {
   writeFile(scratch_ / "r.csv", "image,cup,mug\n1,0.1,0.2\n");
   open("file = \"r.csv\"");
   EXPECT_EQ(checkModel(scratch_.path().string()).labels, 2U);

@@ -34,8 +34,8 @@ Values randomValues(std::size_t count, unsigned seed) {
   return values;
 }
 
-/// The picture that all networks here are given, H×W×C.
-Values picture() {
+/// The image that all networks here are given, H×W×C.
+Values image() {
   return randomValues(height * width * channels, 7);
 }
 
@@ -47,13 +47,13 @@ class TfjsReader : public testing::Test {
     return tflite::toOnnx(network.graph, file.string());
   }
 
-  /// What the network answers to picture(); pictures as N×H×W×C, as TensorFlow has them.
+  /// What the network answers to image(); images as N×H×W×C, as TensorFlow has them.
   Values answer(const std::string& output = "", const std::string& input = "") {
     const std::string bytes = convert(input, output);
     onnx::ModelProto model;
     EXPECT_TRUE(model.ParseFromString(bytes));
     EXPECT_NO_THROW(onnx::checker::check_model(model));
-    const Values values = picture();
+    const Values values = image();
     cv::Mat blob({1, channels, height, width}, CV_32F);
     for (int i = 0; i < height * width * channels; ++i)
       *(blob.ptr<float>(0, i % channels) + i / channels) = values[static_cast<std::size_t>(i)];
@@ -77,7 +77,7 @@ class TfjsReader : public testing::Test {
     network_.weight("weights", {3, 3, 3, 4}, randomValues(108, 1));
     network_.weight("bias", {4}, randomValues(4, 2));
     network_.integers("shape", {2}, {1, -1});
-    network_.node("Conv2D", "conv", {"picture", "weights"}, TfjsBuilder::windowAttributes(2, true));
+    network_.node("Conv2D", "conv", {"image", "weights"}, TfjsBuilder::windowAttributes(2, true));
     network_.node("BiasAdd", "biased", {"conv", "bias"});
     network_.node("Relu6", "relu", {"biased"});
     network_.node("Reshape", "row", {"relu", "shape"});
@@ -100,9 +100,9 @@ float pixel(const Values& values, int y, int x, int c) {
 // ---- operators
 
 TEST_F(TfjsReader, ConvolvesWithFiltersInTheLastDimension) {
-  const Values in = picture(), weights = randomValues(3 * 2 * channels * 5, 1);
+  const Values in = image(), weights = randomValues(3 * 2 * channels * 5, 1);
   network_.weight("weights", {3, 2, channels, 5}, weights);
-  network_.node("Conv2D", "conv", {"picture", "weights"}, TfjsBuilder::windowAttributes(2, true));
+  network_.node("Conv2D", "conv", {"image", "weights"}, TfjsBuilder::windowAttributes(2, true));
   Values expected;  // SAME: 6 rows by 2 need one row of padding, behind; 7 columns one column, behind
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 4; ++column)
@@ -119,9 +119,9 @@ TEST_F(TfjsReader, ConvolvesWithFiltersInTheLastDimension) {
 }
 
 TEST_F(TfjsReader, ConvolvesEachChannelAlone) {
-  const Values in = picture(), weights = randomValues(3 * 3 * channels * 2, 1);
+  const Values in = image(), weights = randomValues(3 * 3 * channels * 2, 1);
   network_.weight("weights", {3, 3, channels, 2}, weights);  // two filters a channel
-  network_.node("DepthwiseConv2dNative", "conv", {"picture", "weights"},
+  network_.node("DepthwiseConv2dNative", "conv", {"image", "weights"},
                 TfjsBuilder::windowAttributes(1, false, 2));
   Values expected;  // dilated by 2, nine pixels span 5×5
   for (int row = 0; row < 2; ++row)
@@ -141,14 +141,14 @@ TEST_F(TfjsReader, AddsAndMultipliesByChannel) {
   network_.weight("factor", {channels}, {2, -1, 0.5F});
   network_.weight("offset", {1, 1, 1, channels}, {0.1F, 0.2F, 0.3F});
   network_.weight("half", {}, {0.5F});
-  network_.node("Mul", "scaled", {"factor", "picture"});  // in either order
+  network_.node("Mul", "scaled", {"factor", "image"});  // in either order
   network_.node("Add", "moved", {"scaled", "offset"});
-  network_.node("AddV2", "sum", {"moved", "picture"});
-  network_.node("Mul", "product", {"sum", "picture:0"});
+  network_.node("AddV2", "sum", {"moved", "image"});
+  network_.node("Mul", "product", {"sum", "image:0"});
   network_.node("Identity", "same", {"product", "^moved"});
   network_.node("Mul", "halved", {"same", "half"});
   const float factor[] = {2, -1, 0.5F}, offset[] = {0.1F, 0.2F, 0.3F};
-  Values expected = picture();
+  Values expected = image();
   for (std::size_t i = 0; i < expected.size(); ++i)
     expected[i] *= 0.5F * (expected[i] * factor[i % 3] + offset[i % 3] + expected[i]);
   expectNear(answer(), expected);
@@ -160,9 +160,9 @@ TEST_F(TfjsReader, NormalizesBatches) {
   network_.weight("beta", {3}, beta);
   network_.weight("mean", {3}, mean);
   network_.weight("variance", {3}, variance);
-  network_.node("FusedBatchNorm", "normal", {"picture", "gamma", "beta", "mean", "variance"},
+  network_.node("FusedBatchNorm", "normal", {"image", "gamma", "beta", "mean", "variance"},
                 {{"epsilon", {{"f", 0.01}}}});
-  Values expected = picture();
+  Values expected = image();
   for (std::size_t i = 0; i < expected.size(); ++i)
     expected[i] =
         (expected[i] - mean[i % 3]) * gamma[i % 3] / std::sqrt(variance[i % 3] + 0.01F) + beta[i % 3];
@@ -171,11 +171,11 @@ TEST_F(TfjsReader, NormalizesBatches) {
 
 TEST_F(TfjsReader, CutsOffBelowAndAbove) {
   network_.weight("ten", {}, {10});
-  network_.node("Mul", "large", {"picture", "ten"});
+  network_.node("Mul", "large", {"image", "ten"});
   network_.node("Relu6", "six", {"large"});
   network_.node("Relu", "any", {"large"});
   network_.node("Sigmoid", "sure", {"large"});
-  Values six = picture(), any = picture(), sure = picture();
+  Values six = image(), any = image(), sure = image();
   for (float& v : sure) v = 1 / (1 + std::exp(-10 * v));
   for (float& v : six) v = std::clamp(10 * v, 0.0F, 6.0F);
   for (float& v : any) v = std::max(10 * v, 0.0F);
@@ -185,25 +185,25 @@ TEST_F(TfjsReader, CutsOffBelowAndAbove) {
 }
 
 TEST_F(TfjsReader, JoinsRowsOfShapesThatTheGraphComputes) {
-  // [first of the picture's shape, -1, 3], as detectors write it
+  // [first of the image's shape, -1, 3], as detectors write it
   network_.integers("zero", {1}, {0});
   network_.integers("one", {1}, {1});
   network_.integers("rest", {}, {-1});
   network_.integers("three", {}, {3});
-  network_.node("Shape", "shape", {"picture"});
+  network_.node("Shape", "shape", {"image"});
   network_.node("StridedSlice", "batch", {"shape", "zero", "one", "one"},
                 {{"shrink_axis_mask", {{"i", "1"}}}});
   network_.node("Pack", "rows", {"batch", "rest", "three"});
-  network_.node("Reshape", "a", {"picture", "rows"});
+  network_.node("Reshape", "a", {"image", "rows"});
   network_.node("ConcatV2", "both", {"a", "a", "one"});
-  Values expected = picture();
+  Values expected = image();
   const Values once = expected;
   expected.insert(expected.end(), once.begin(), once.end());
   expectNear(answer(), expected);
 }
 
 TEST_F(TfjsReader, ReadsWhatIsFusedIntoAConvolution) {
-  const Values in = picture();
+  const Values in = image();
   network_.weight("weights", {1, 1, channels, channels}, {9, 0, 0, 0, 9, 0, 0, 0, 9});
   network_.weight("each", {1, 1, channels, 1}, {9, 9, 9});
   network_.weight("bias", {channels}, {1, 2, -3});
@@ -213,11 +213,11 @@ TEST_F(TfjsReader, ReadsWhatIsFusedIntoAConvolution) {
     return attributes;
   };
   const std::string bias = "Qmlhc0FkZA==", relu = "UmVsdQ==", relu6 = "UmVsdTY=", elu = "RWx1";
-  network_.node("_FusedConv2D", "a", {"picture", "weights", "bias"}, fused({bias}));
-  network_.node("FusedDepthwiseConv2dNative", "b", {"picture", "each", "bias"}, fused({bias, relu}));
-  network_.node("_FusedConv2D", "c", {"picture", "weights", "bias"}, fused({bias, relu6}));
-  network_.node("_FusedConv2D", "d", {"picture", "weights", "bias"}, fused({bias, elu}));
-  network_.node("_FusedConv2D", "e", {"picture", "weights", "each"}, fused({}));
+  network_.node("_FusedConv2D", "a", {"image", "weights", "bias"}, fused({bias}));
+  network_.node("FusedDepthwiseConv2dNative", "b", {"image", "each", "bias"}, fused({bias, relu}));
+  network_.node("_FusedConv2D", "c", {"image", "weights", "bias"}, fused({bias, relu6}));
+  network_.node("_FusedConv2D", "d", {"image", "weights", "bias"}, fused({bias, elu}));
+  network_.node("_FusedConv2D", "e", {"image", "weights", "each"}, fused({}));
   const float offset[] = {1, 2, -3};
   Values plain = in;
   for (std::size_t i = 0; i < plain.size(); ++i) plain[i] = 9 * plain[i] + offset[i % 3];
@@ -231,11 +231,11 @@ TEST_F(TfjsReader, ReadsWhatIsFusedIntoAConvolution) {
 }
 
 TEST_F(TfjsReader, PoolsWithoutCountingThePadding) {
-  const Values in = picture();
+  const Values in = image();
   auto attributes = TfjsBuilder::windowAttributes(2, true);
   attributes["ksize"]["list"]["i"] = {"1", "3", "3", "1"};
-  network_.node("MaxPool", "largest", {"picture"}, attributes);
-  network_.node("AvgPool", "mean", {"picture"}, attributes);
+  network_.node("MaxPool", "largest", {"image"}, attributes);
+  network_.node("AvgPool", "mean", {"image"}, attributes);
   Values largest, mean;  // 6 rows by 2: padding behind; 7 columns by 2: on both sides
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 4; ++column)
@@ -256,13 +256,13 @@ TEST_F(TfjsReader, PoolsWithoutCountingThePadding) {
 
 TEST_F(TfjsReader, EndsAsAClassifier) {
   // mean of all pixels, flattened in two ways, a matrix, softmax
-  const Values in = picture(), weights = randomValues(6, 3);
+  const Values in = image(), weights = randomValues(6, 3);
   network_.integers("sides", {2}, {-2, 1});
   network_.weight("weights", {3, 2}, weights);
   network_.weight("bias", {2}, {0.5F, -0.5F});
-  network_.node("Mean", "mean", {"picture", "sides"}, {{"keep_dims", {{"b", true}}}});
+  network_.node("Mean", "mean", {"image", "sides"}, {{"keep_dims", {{"b", true}}}});
   network_.node("Squeeze", "squeezed", {"mean"}, {{"squeeze_dims", {{"list", {{"i", {"1", "-2"}}}}}}});
-  network_.node("Mean", "flat", {"picture", "sides"});
+  network_.node("Mean", "flat", {"image", "sides"});
   network_.node("Add", "twice", {"squeezed", "flat"});
   network_.node("MatMul", "logits", {"twice", "weights"});
   network_.node("BiasAdd", "biased", {"logits", "bias"});
@@ -292,10 +292,10 @@ TEST_F(TfjsReader, ReadsQuantizedWeights) {
 }
 
 TEST_F(TfjsReader, StartsAndEndsAtAnyNode) {
-  network_.node("ResizeBilinear", "resized", {"picture"});
+  network_.node("ResizeBilinear", "resized", {"image"});
   network_.node("Relu", "positive", {"resized"});
   network_.node("NonMaxSuppressionV3", "boxes", {"positive"});
-  Values expected = picture();
+  Values expected = image();
   for (float& v : expected) v = std::max(v, 0.0F);
   expectNear(answer("positive", "resized"), expected);
   onnx::ModelProto model;
@@ -306,30 +306,30 @@ TEST_F(TfjsReader, StartsAndEndsAtAnyNode) {
 // ---- what cannot be read
 
 TEST_F(TfjsReader, NamesAnOperatorThatItCannotRead) {
-  network_.node("ResizeBilinear", "resized", {"picture"});
+  network_.node("ResizeBilinear", "resized", {"image"});
   network_.node("Relu", "positive", {"resized"});
   EXPECT_THAT(refusal(), AllOf(HasSubstr("model.json needs the operator ResizeBilinear (node \"resized\")"),
                                HasSubstr("`input_node`")));
 }
 
 TEST_F(TfjsReader, AsksForTheOutputAndTheInputWhereThereAreSeveral) {
-  network_.node("Relu", "a", {"picture"});
-  network_.node("Relu", "b", {"picture"});
+  network_.node("Relu", "a", {"image"});
+  network_.node("Relu", "b", {"image"});
   EXPECT_THAT(refusal(), AllOf(HasSubstr("2 outputs"), HasSubstr("\"a\", \"b\""), HasSubstr("`output`")));
   network_.node("Placeholder", "other", {});
   EXPECT_THAT(refusal("a"), AllOf(HasSubstr("2 placeholders"), HasSubstr("`input_node`")));
-  EXPECT_THAT(refusal("c", "picture"), HasSubstr("no node \"c\""));
-  EXPECT_THAT(refusal("picture", "picture"), HasSubstr("computes nothing"));
+  EXPECT_THAT(refusal("c", "image"), HasSubstr("no node \"c\""));
+  EXPECT_THAT(refusal("image", "image"), HasSubstr("computes nothing"));
 }
 
-TEST_F(TfjsReader, SaysWhenThePlaceholderTakesAnotherPicture) {
+TEST_F(TfjsReader, SaysWhenThePlaceholderTakesAnotherImage) {
   auto& takes = network_.model["modelTopology"]["node"][0]["attr"]["shape"]["shape"]["dim"];
   const auto sizes = [](const std::vector<std::string>& list) {
     auto all = TfjsBuilder::Json::array();
     for (const auto& size : list) all.push_back({{"size", size}});
     return all;
   };
-  network_.node("Relu", "positive", {"picture"});
+  network_.node("Relu", "positive", {"image"});
   takes = sizes({"-1", "6", "-1", "3"});
   EXPECT_EQ(refusal(), "");
   for (const auto& list : {sizes({"-1", "6", "-1", "1"}), sizes({"1", "7", "6", "3"}), sizes({"1", "18"})}) {
@@ -339,7 +339,7 @@ TEST_F(TfjsReader, SaysWhenThePlaceholderTakesAnotherPicture) {
 }
 
 TEST_F(TfjsReader, TakesTheSizeFromThePlaceholderWhenNobodyElseKnows) {
-  network_.node("Relu", "positive", {"picture"});
+  network_.node("Relu", "positive", {"image"});
   auto& takes = network_.model["modelTopology"]["node"][0]["attr"]["shape"]["shape"]["dim"];
   const auto shapeFor = [&](const std::vector<std::string>& sizes) {
     takes = TfjsBuilder::Json::array();
@@ -429,7 +429,7 @@ TEST_F(TfjsReader, RefusesGraphsThatDoNotFit) {
     writeGoodNetwork();
     auto& nodes = network_.model["modelTopology"]["node"];
     nodes[node][key] = value;
-    return refusal("row", "picture");
+    return refusal("row", "image");
   };
   constexpr std::size_t conv = 4, biased = 5, relu = 6, row = 7;
   EXPECT_EQ(altered(relu, "op", "Relu"), "");
@@ -439,13 +439,13 @@ TEST_F(TfjsReader, RefusesGraphsThatDoNotFit) {
   EXPECT_THAT(altered(relu, "name", "conv"), HasSubstr("two nodes of the name \"conv\""));
   EXPECT_THAT(altered(relu, "input", TfjsBuilder::Json::array()), HasSubstr("lacks its input 0 in Relu6"));
   EXPECT_THAT(altered(relu, "input", {"biased:1"}), HasSubstr("no node \"biased:1\""));
-  EXPECT_THAT(altered(relu, "input", {"bias"}), HasSubstr("no picture as its input 0"));
+  EXPECT_THAT(altered(relu, "input", {"bias"}), HasSubstr("no image as its input 0"));
   EXPECT_THAT(altered(relu, "input", 7), HasSubstr("model.json"));
   EXPECT_THAT(altered(biased, "input", {"conv", "weights"}), HasSubstr("[3×3×3×4] where one a channel"));
-  EXPECT_THAT(altered(biased, "input", {"conv", "picture"}), HasSubstr("different shapes"));
-  EXPECT_THAT(altered(conv, "input", {"picture", "picture"}), HasSubstr("no stored weight"));
-  EXPECT_THAT(altered(conv, "input", {"picture", "bias"}), HasSubstr("weights [4] for 3 channels"));
-  EXPECT_THAT(altered(conv, "input", {"picture", "weights", "bias"}), HasSubstr("3 inputs"));
+  EXPECT_THAT(altered(biased, "input", {"conv", "image"}), HasSubstr("different shapes"));
+  EXPECT_THAT(altered(conv, "input", {"image", "image"}), HasSubstr("no stored weight"));
+  EXPECT_THAT(altered(conv, "input", {"image", "bias"}), HasSubstr("weights [4] for 3 channels"));
+  EXPECT_THAT(altered(conv, "input", {"image", "weights", "bias"}), HasSubstr("3 inputs"));
   EXPECT_THAT(altered(conv, "attr", nullptr), HasSubstr("padding other than"));
   for (const char* strides : {"0", "-1", "5000", "9999999999999999999999", "x", ""}) {
     auto attributes = TfjsBuilder::windowAttributes(2, true);
@@ -457,7 +457,7 @@ TEST_F(TfjsReader, RefusesGraphsThatDoNotFit) {
   channelsFirst["data_format"]["s"] = "TkNIVw==";
   EXPECT_THAT(altered(conv, "attr", channelsFirst), HasSubstr("other than NHWC"));
   auto tooLarge = TfjsBuilder::windowAttributes(1, false, 4);
-  EXPECT_THAT(altered(conv, "attr", tooLarge), HasSubstr("larger than the picture"));
+  EXPECT_THAT(altered(conv, "attr", tooLarge), HasSubstr("larger than the image"));
   EXPECT_THAT(altered(row, "input", {"relu", "bias"}), HasSubstr("a few integers are needed"));
 }
 
@@ -467,14 +467,14 @@ TEST_F(TfjsReader, RefusesImpossibleReshapes) {
     network_ = TfjsBuilder();
     network_.integers("shape", {std::max(1, static_cast<int>(shape.size()))},
                       shape.empty() ? std::vector<std::int32_t>{-7} : shape);
-    network_.node("Reshape", "row", {"picture", "shape"});
+    network_.node("Reshape", "row", {"image", "shape"});
     EXPECT_THAT(refusal(), HasSubstr("cannot make ["));
   }
 }
 
 TEST_F(TfjsReader, RefusesToWriteAWeightTooOften) {
   network_.weight("values", {1 << 16}, Values(1 << 16));
-  std::string last = "picture";
+  std::string last = "image";
   for (int i = 0; i < 4200; ++i) {  // 256 KiB in the file would become more than 1 GiB
     const std::string name = "sum" + std::to_string(i);
     network_.node("Add", name, {last, "values"});
@@ -485,7 +485,7 @@ TEST_F(TfjsReader, RefusesToWriteAWeightTooOften) {
 }
 
 TEST_F(TfjsReader, ReadsALongChainWithoutRecursion) {
-  std::string last = "picture";
+  std::string last = "image";
   for (int i = 0; i < 50'000; ++i) {
     const std::string name = "n" + std::to_string(i);
     network_.node("Identity", name, {last});

@@ -22,8 +22,8 @@ using test::format::ElementType;
 using test::format::Padding;
 using Values = std::vector<float>;
 
-/// A picture H×W×C in the order of the file.
-struct Picture {
+/// An image H×W×C in the order of the file.
+struct Image {
   int height, width, channels;
   Values values;
   float at(int y, int x, int c) const {
@@ -39,12 +39,12 @@ Values randomValues(std::size_t count, unsigned seed) {
   return values;
 }
 
-Picture randomPicture(int height, int width, int channels) {
+Image randomImage(int height, int width, int channels) {
   return {height, width, channels, randomValues(static_cast<std::size_t>(height * width * channels), 7)};
 }
 
 /// What the network in `file` answers, in its own (N×C×H×W) order.
-cv::Mat answer(const std::string& file, const Picture& input) {
+cv::Mat answer(const std::string& file, const Image& input) {
   const auto graph =
       tflite::readGraph({reinterpret_cast<const std::uint8_t*>(file.data()), file.size()}, "test.tflite");
   const std::string bytes = tflite::toOnnx(graph, "test.tflite");
@@ -61,8 +61,8 @@ cv::Mat answer(const std::string& file, const Picture& input) {
   return network.forward().clone();
 }
 
-/// Compares a picture N×C×H×W with one in the order of the file.
-void expectPicture(const cv::Mat& actual, const Picture& expected) {
+/// Compares an image N×C×H×W with one in the order of the file.
+void expectImage(const cv::Mat& actual, const Image& expected) {
   ASSERT_EQ(actual.dims, 4);
   ASSERT_EQ(actual.size[1], expected.channels);
   ASSERT_EQ(actual.size[2], expected.height);
@@ -97,7 +97,7 @@ struct Window {
     return -std::max((outputs(size, filter, stride) - 1) * stride + span(filter) - size, 0) / 2;
   }
 
-  /// Calls use(ky, kx, y, x) for each pixel of the picture under the window at (row, column).
+  /// Calls use(ky, kx, y, x) for each pixel of the image under the window at (row, column).
   template <class Use>
   void forEachPixel(int row, int column, Use use) const {
     for (int ky = 0; ky < filterY; ++ky)
@@ -108,10 +108,10 @@ struct Window {
       }
   }
 
-  /// A picture of `channels` with value(row, column, channel).
+  /// An image of `channels` with value(row, column, channel).
   template <class Value>
-  Picture picture(int channels, Value value) const {
-    Picture result{outputsY(), outputsX(), channels, {}};
+  Image image(int channels, Value value) const {
+    Image result{outputsY(), outputsX(), channels, {}};
     for (int row = 0; row < outputsY(); ++row)
       for (int column = 0; column < outputsX(); ++column)
         for (int c = 0; c < channels; ++c) result.values.push_back(value(row, column, c));
@@ -140,7 +140,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST_P(Windows, ConvolveLikeTheDefinition) {
   const Window w = GetParam();
-  const Picture input = randomPicture(w.height, w.width, 3);
+  const Image input = randomImage(w.height, w.width, 3);
   constexpr int filters = 5;
   const Values weights = randomValues(static_cast<std::size_t>(filters * w.filterY * w.filterX * 3), 1);
   const Values bias = randomValues(filters, 2);
@@ -152,8 +152,8 @@ TEST_P(Windows, ConvolveLikeTheDefinition) {
   const int out = network.tensor(w.shape(filters));
   network.conv(in, stored, offset, out, w.padding, w.strideX, w.strideY, w.dilation);
 
-  expectPicture(
-      answer(network.file(in, out), input), w.picture(filters, [&](int row, int column, int filter) {
+  expectImage(
+      answer(network.file(in, out), input), w.image(filters, [&](int row, int column, int filter) {
         float sum = bias[static_cast<std::size_t>(filter)];
         w.forEachPixel(row, column, [&](int ky, int kx, int y, int x) {
           for (int c = 0; c < 3; ++c)
@@ -166,7 +166,7 @@ TEST_P(Windows, ConvolveLikeTheDefinition) {
 
 TEST_P(Windows, ConvolveEachChannelAloneLikeTheDefinition) {
   const Window w = GetParam();
-  const Picture input = randomPicture(w.height, w.width, 3);
+  const Image input = randomImage(w.height, w.width, 3);
   constexpr int filters = 6;  // two a channel
   const Values weights = randomValues(static_cast<std::size_t>(w.filterY * w.filterX * filters), 1);
 
@@ -176,8 +176,8 @@ TEST_P(Windows, ConvolveEachChannelAloneLikeTheDefinition) {
   const int out = network.tensor(w.shape(filters));
   network.depthwise(in, stored, out, w.padding, w.strideX, w.strideY, w.dilation);
 
-  expectPicture(answer(network.file(in, out), input),
-                w.picture(filters, [&](int row, int column, int filter) {
+  expectImage(answer(network.file(in, out), input),
+                w.image(filters, [&](int row, int column, int filter) {
                   float sum = 0;
                   w.forEachPixel(row, column, [&](int ky, int kx, int y, int x) {
                     sum += input.at(y, x, filter / 2) *
@@ -190,14 +190,14 @@ TEST_P(Windows, ConvolveEachChannelAloneLikeTheDefinition) {
 TEST_P(Windows, PoolWithoutCountingThePadding) {
   Window w = GetParam();
   w.dilation = 1;  // pools have none
-  const Picture input = randomPicture(w.height, w.width, 4);
+  const Image input = randomImage(w.height, w.width, 4);
   for (const bool average : {true, false}) {
     test::TfliteBuilder network;
     const int in = network.tensor({1, w.height, w.width, 4});
     const int out = network.tensor(w.shape(4));
     network.pool(average, in, out, w.padding, w.strideX, w.strideY, w.filterX, w.filterY);
 
-    expectPicture(answer(network.file(in, out), input), w.picture(4, [&](int row, int column, int c) {
+    expectImage(answer(network.file(in, out), input), w.image(4, [&](int row, int column, int c) {
       float sum = 0, largest = std::numeric_limits<float>::lowest();
       int count = 0;
       w.forEachPixel(row, column, [&](int, int, int y, int x) {
@@ -263,18 +263,18 @@ TEST(Weights, HaveAZeroPoint) {
 }
 
 TEST(Reshape, KeepsTheFilesOrderOfElements) {
-  const Picture input = randomPicture(2, 4, 3);
+  const Image input = randomImage(2, 4, 3);
   test::TfliteBuilder network;
   const int in = network.tensor({1, 2, 4, 3});
   const int turned = network.tensor({1, 4, 3, 2});
   const int flat = network.tensor({1, 24});
   network.plain(22, {in}, turned);
   network.plain(22, {turned}, flat);
-  expectPicture(answer(network.file(in, turned), input), {4, 3, 2, input.values});
+  expectImage(answer(network.file(in, turned), input), {4, 3, 2, input.values});
 }
 
 TEST(Reshape, FlattensWithChannelsLast) {
-  const Picture input = randomPicture(2, 4, 3);
+  const Image input = randomImage(2, 4, 3);
   test::TfliteBuilder network;
   const int in = network.tensor({1, 2, 4, 3});
   const int flat = network.tensor({1, 24});
@@ -283,7 +283,7 @@ TEST(Reshape, FlattensWithChannelsLast) {
 }
 
 TEST(FullyConnected, MultipliesTheFilesOrderOfElements) {
-  const Picture input = randomPicture(2, 2, 3);
+  const Image input = randomImage(2, 2, 3);
   const Values weights = randomValues(24, 3);
   test::TfliteBuilder network;
   const int in = network.tensor({1, 2, 2, 3});
@@ -297,7 +297,7 @@ TEST(FullyConnected, MultipliesTheFilesOrderOfElements) {
 }
 
 TEST(Branches, AreAddedAndJoinedAlongChannels) {
-  const Picture input = randomPicture(2, 3, 3);
+  const Image input = randomImage(2, 3, 3);
   for (const int axis : {3, -1}) {
     test::TfliteBuilder network;
     const int in = network.tensor({1, 2, 3, 3});
@@ -305,29 +305,29 @@ TEST(Branches, AreAddedAndJoinedAlongChannels) {
     const int joined = network.tensor({1, 2, 3, 6});
     network.add(in, in, sum, Activation::RELU);
     network.concatenation({sum, in}, joined, axis);
-    Picture expected{2, 3, 6, {}};
+    Image expected{2, 3, 6, {}};
     for (int pixel = 0; pixel < 6; ++pixel)
       for (int c = 0; c < 6; ++c) {
         const float value = input.values[static_cast<std::size_t>(pixel * 3 + c % 3)];
         expected.values.push_back(c < 3 ? std::max(0.0F, 2 * value) : value);
       }
-    expectPicture(answer(network.file(in, joined), input), expected);
+    expectImage(answer(network.file(in, joined), input), expected);
   }
 }
 
 TEST(Branches, AreJoinedAlongRows) {
-  const Picture input = randomPicture(2, 3, 3);
+  const Image input = randomImage(2, 3, 3);
   test::TfliteBuilder network;
   const int in = network.tensor({1, 2, 3, 3});
   const int joined = network.tensor({1, 4, 3, 3});
   network.concatenation({in, in}, joined, 1);
-  Picture expected{4, 3, 3, input.values};
+  Image expected{4, 3, 3, input.values};
   expected.values.insert(expected.values.end(), input.values.begin(), input.values.end());
-  expectPicture(answer(network.file(in, joined), input), expected);
+  expectImage(answer(network.file(in, joined), input), expected);
 }
 
-TEST(Mean, IsTakenOverThePicture) {
-  const Picture input = randomPicture(3, 2, 2);
+TEST(Mean, IsTakenOverTheImage) {
+  const Image input = randomImage(3, 2, 2);
   Values expected{0, 0};
   for (std::size_t i = 0; i < 12; ++i) expected[i % 2] += input.values[i] / 6;
   for (const bool keep : {true, false}) {

@@ -19,7 +19,7 @@ class TfjsBuilder {
   TfjsBuilder() {
     model["modelTopology"]["node"] = Json::array();
     model["weightsManifest"] = Json::array({{{"paths", {"shard1", "shard2"}}, {"weights", Json::array()}}});
-    node("Placeholder", "picture", {});
+    node("Placeholder", "image", {});
   }
 
   Json& node(const std::string& op, const std::string& name, const std::vector<std::string>& inputs,

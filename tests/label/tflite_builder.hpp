@@ -13,7 +13,7 @@ namespace estancia::test {
 
 namespace format = tflite::format;
 
-/// One graph of a picture input. Tensors are added first; they are numbered from 0 in the order of adding.
+/// One graph of an image input. Tensors are added first; they are numbered from 0 in the order of adding.
 class TfliteBuilder {
  public:
   /// A computed tensor, or the input. `scale` 0 = not quantized.

@@ -47,9 +47,9 @@ class Collect : public testing::Test {
 };
 
 /// The color that the middle of a sample's box has.
-cv::Vec3b middleOf(const ObjectPicture& picture) {
-  return picture.image.at<cv::Vec3b>(picture.box.y + picture.box.height / 2,
-                                     picture.box.x + picture.box.width / 2);
+cv::Vec3b middleOf(const ObjectImage& image) {
+  return image.image.at<cv::Vec3b>(image.box.y + image.box.height / 2,
+                                     image.box.x + image.box.width / 2);
 }
 
 TEST_F(Collect, ViewsOfAThingStayOneInstanceAllAround) {
@@ -64,10 +64,10 @@ TEST_F(Collect, ViewsOfAThingStayOneInstanceAllAround) {
   for (std::size_t i = 0; i < views->size(); ++i) {
     const ObjectView& view = views->view(i);
     framesOf[view.instance].insert(view.frame);
-    const ObjectPicture picture = views->picture(i);
-    EXPECT_EQ(picture.image.size(), picture.mask.size());
+    const ObjectImage image = views->image(i);
+    EXPECT_EQ(image.image.size(), image.mask.size());
     const PointCloud cloud = views->cloud(i);
-    const cv::Vec3b color = middleOf(picture);
+    const cv::Vec3b color = middleOf(image);
     ASSERT_THAT(cloud.colors, SizeIs(cloud.points.size()));
     EXPECT_EQ(cloud.colors[cloud.colors.size() / 2], color);
     EXPECT_TRUE(color == red || color == blue) << view.name;
@@ -144,7 +144,7 @@ TEST_F(Collect, WhatTheBorderCutsIsMarked) {
   EXPECT_EQ(c.atBorder, 1U);
   for (std::size_t i = 0; i < 2; ++i) {
     const auto views = openObjectViews(folder_);
-    EXPECT_EQ(views->view(i).atBorder, middleOf(views->picture(i)) == red);
+    EXPECT_EQ(views->view(i).atBorder, middleOf(views->image(i)) == red);
   }
 }
 
@@ -177,7 +177,7 @@ TEST_F(Collect, AKilledRunIsNotInTheWay) {
   const fs::path part = folder_.string() + ".part";
   fs::create_directories(part);
   writeObjectSamples(part, {});
-  writeFile(part / "pictures/thing-0000-0000.png", "half of it");
+  writeFile(part / "images/thing-0000-0000.png", "half of it");
   EXPECT_EQ(collect(twoThings({0})).samples, 2U);
   EXPECT_FALSE(fs::exists(part));
   fs::remove_all(folder_);
@@ -276,7 +276,7 @@ TEST(ClusteredFrame, HolesInDepthAreNoPoints) {
   }
 }
 
-/// Its pictures lack their lower half.
+/// Its images lack their lower half.
 class Halved : public TableSequence {
  public:
   using TableSequence::TableSequence;
@@ -286,12 +286,12 @@ class Halved : public TableSequence {
   }
 };
 
-TEST_F(Collect, PicturesOfAnotherViewThanDepthAreLeftOut) {
+TEST_F(Collect, ImagesOfAnotherViewThanDepthAreLeftOut) {
   EXPECT_THAT(errorOf([&] { collect(Halved({ballAt(0, 0, 0.06, red)}, {0})); }), HasSubstr("none of the 1"));
   EXPECT_THAT(problems_, ElementsAre(HasSubstr("do not show the same view")));
 }
 
-TEST(ClusteredFrame, RefusesGrayPictures) {
+TEST(ClusteredFrame, RefusesGrayImages) {
   EXPECT_THAT(errorOf([] {
                 clusteredFrame(cv::Mat(240, 320, CV_8U), cv::Mat(240, 320, CV_32F, cv::Scalar(1)),
                                {320, 240, 262.5, 262.5, 159.5, 119.5});

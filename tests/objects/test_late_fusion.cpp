@@ -54,7 +54,7 @@ TEST_F(PlaceFilter, InBothWhereTheyAgree) {
   EXPECT_EQ(belief.source, Source::both);
   EXPECT_EQ(belief.word, 0);
   EXPECT_NEAR(belief.probability, 0.8, 1e-6);
-  EXPECT_EQ(belief.why, "picture and shape agree on mug, 80 % and 70 %");
+  EXPECT_EQ(belief.why, "image and shape agree on mug, 80 % and 70 %");
 }
 
 TEST_F(PlaceFilter, InNothingFlat) {
@@ -64,10 +64,10 @@ TEST_F(PlaceFilter, InNothingFlat) {
   EXPECT_EQ(belief.word, -1);
   EXPECT_EQ(belief.probability, 0);
   EXPECT_THAT(belief.why,
-              HasSubstr("it is flat: a picture of something, or a single face; the picture says mug 80 %"));
+              HasSubstr("it is flat: an image of something, or a single face; the image says mug 80 %"));
 }
 
-TEST_F(PlaceFilter, InTheShapeWhereThePictureTellsNothing) {
+TEST_F(PlaceFilter, InTheShapeWhereTheImageTellsNothing) {
   shape_ = {0.1F, 0.3F, 0.6F};
   const auto expectShape = [&](const std::string& why) {
     const FusedAnswer belief = believed();
@@ -86,15 +86,15 @@ TEST_F(PlaceFilter, InTheShapeWhereThePictureTellsNothing) {
   seen_ = {0, 0, 0};
   expectShape("says nothing of the study's words");
   seen_.clear();
-  expectShape("no picture was asked about");
+  expectShape("no image was asked about");
 }
 
-TEST_F(PlaceFilter, InThePictureWhereThereIsNoShape) {
+TEST_F(PlaceFilter, InTheImageWhereThereIsNoShape) {
   shape_.clear();
   FusedAnswer belief = believed();
   EXPECT_EQ(belief.source, Source::seen);
   EXPECT_EQ(belief.word, 0);
-  EXPECT_EQ(belief.why, "its shape could not be described; the picture says mug 80 %");
+  EXPECT_EQ(belief.why, "its shape could not be described; the image says mug 80 %");
   evidence_.brightness = 0;
   belief = believed();
   EXPECT_EQ(belief.source, Source::none);
@@ -112,7 +112,7 @@ TEST_F(PlaceFilter, InWhatIsMoreLikelyWhereTheyDiffer) {
   EXPECT_EQ(belief.word, 1);
   EXPECT_NEAR(belief.probability, 0.6, 1e-6);
   EXPECT_THAT(belief.why,
-              HasSubstr(fmt::format("the picture says mug 80 %, the shape bowl 60 %: such shapes were "
+              HasSubstr(fmt::format("the image says mug 80 %, the shape bowl 60 %: such shapes were "
                                     "right in {:.0f} % of what was held out, which makes the shape",
                                     100 * learned().agreement()[1])));
   shape_ = {0.3F, 0.35F, 0.34F};
@@ -120,7 +120,7 @@ TEST_F(PlaceFilter, InWhatIsMoreLikelyWhereTheyDiffer) {
   belief = believed();
   EXPECT_EQ(belief.source, Source::seen);
   EXPECT_EQ(belief.word, 0);
-  EXPECT_THAT(belief.why, HasSubstr("which makes the picture more likely"));
+  EXPECT_THAT(belief.why, HasSubstr("which makes the image more likely"));
 }
 
 TEST_F(PlaceFilter, InShapesThatWereNeverTestedByTheirProbabilityAlone) {

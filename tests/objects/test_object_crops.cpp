@@ -1,4 +1,4 @@
-// Views of objects as a sequence of pictures.
+// Views of objects as a sequence of images.
 #include "estancia/objects/object_crops.hpp"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@ using test::errorOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// A view with a picture, one with a cloud alone, and one that cannot be read.
+/// A view with an image, one with a cloud alone, and one that cannot be read.
 class Three final : public ObjectViews {
  public:
   Three() { warnings_ = {"one is odd"}; }
@@ -32,7 +32,7 @@ class Three final : public ObjectViews {
     cloud.height = 1;
     return cloud;
   }
-  ObjectPicture picture(std::size_t i) const override {
+  ObjectImage image(std::size_t i) const override {
     if (i > 0) return {};
     cv::Mat mask = cv::Mat::zeros(20, 20, CV_8U);
     mask({5, 5, 7, 3}).setTo(255);

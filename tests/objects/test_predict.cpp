@@ -1,4 +1,4 @@
-// What things are: by picture, by shape, and over time.
+// What things are: by image, by shape, and over time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,14 +22,14 @@ using ::testing::SizeIs;
 
 const cv::Vec3b red{0, 0, 255}, blue{255, 0, 0};
 
-/// Says "ball" of red pictures, "box" of blue ones, "nothing" of those that are neither.
+/// Says "ball" of red images, "box" of blue ones, "nothing" of those that are neither.
 class Colors : public Labeler {
  public:
   explicit Colors(std::size_t batch = 3) : batch_(batch) {}
   const Vocabulary& vocabulary() const override { return words_; }
   std::string identity() const override { return "colors"; }
   Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override {
-    if (broken) throw FrameError("the picture is broken");
+    if (broken) throw FrameError("the image is broken");
     return {bgr, frame, {}};
   }
   LexicalDescriptor infer(const Prepared& prepared) override {
@@ -95,7 +95,7 @@ class Predicting : public testing::Test {
   }
 };
 
-TEST_F(Predicting, PicturesAndShapesAgreeOnWhatIsSeen) {
+TEST_F(Predicting, ImagesAndShapesAgreeOnWhatIsSeen) {
   Colors labeler;
   ObjectPredictor predictor(model(), &labeler);
   EXPECT_TRUE(predictor.corrects());
@@ -134,7 +134,7 @@ TEST_F(Predicting, WhoAsksNoLabelerGoesByTheShape) {
   EXPECT_THAT(objects[0].seen, IsEmpty());
   EXPECT_EQ(objects[0].belief.source, FusedAnswer::Source::shape);
   EXPECT_EQ(objects[0].belief.word, 0);
-  EXPECT_THAT(objects[0].belief.why, HasSubstr("no picture was asked"));
+  EXPECT_THAT(objects[0].belief.why, HasSubstr("no image was asked"));
 }
 
 TEST_F(Predicting, AColorThatLiesLosesToALabelerThatKnowsNothing) {
@@ -164,13 +164,13 @@ TEST_F(Predicting, ViewsOfAThingArePooled) {
   }
 }
 
-TEST_F(Predicting, ABrokenPictureLeavesTheShape) {
+TEST_F(Predicting, ABrokenImageLeavesTheShape) {
   Colors labeler;
   labeler.broken = true;
   ObjectPredictor predictor(model(), &labeler);
   const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, red)}, {60}});
   ASSERT_THAT(objects, SizeIs(1));
-  EXPECT_EQ(objects[0].problem, "the picture is broken");
+  EXPECT_EQ(objects[0].problem, "the image is broken");
   EXPECT_EQ(objects[0].belief.word, 0);
 }
 

@@ -49,7 +49,7 @@ class Views final : public ObjectViews {
     if (clouds_[i].points.empty()) throw Error("its file is damaged");
     return clouds_[i];
   }
-  ObjectPicture picture(std::size_t) const override { return {}; }
+  ObjectImage image(std::size_t) const override { return {}; }
 
  private:
   std::vector<PointCloud> clouds_;

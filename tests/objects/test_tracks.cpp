@@ -116,7 +116,7 @@ TEST(Tracks, AFrameWithoutAPoseGoesByThePixels) {
   EXPECT_THAT(tracks.follow(of({mug}), camera, Pose{}), ElementsAre(0));
 }
 
-TEST(Tracks, TheSizeOfThePicturesDoesNotMatter) {
+TEST(Tracks, TheSizeOfTheImagesDoesNotMatter) {
   Tracks tracks;
   Cluster mug = ball({0.1, 0, 1}, 0.05);
   tracks.follow(of({mug}), camera, {});

@@ -33,7 +33,7 @@ class MadeUpViews : public ObjectViews {
     cloud.height = 1;
     return cloud;
   }
-  ObjectPicture picture(std::size_t /*i*/) const override { return {}; }
+  ObjectImage image(std::size_t /*i*/) const override { return {}; }
 
  private:
   std::vector<ObjectView> views_;

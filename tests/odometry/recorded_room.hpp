@@ -48,14 +48,14 @@ class RecordedRoom : public Sequence {
   }
 
   cv::Mat image(std::size_t i) const override {
-    cv::Mat picture(intrinsics_->height, intrinsics_->width, CV_8UC3);
+    cv::Mat image(intrinsics_->height, intrinsics_->width, CV_8UC3);
     const cv::Affine3d camera = rigidOf(*frames_[i].pose);
-    picture.forEach<cv::Vec3b>([&](cv::Vec3b& pixel, const int* at) {
+    image.forEach<cv::Vec3b>([&](cv::Vec3b& pixel, const int* at) {
       const cv::Vec3d p = camera * (hit(camera, at[1], at[0]) * ray(at[1], at[0]));
       for (int c = 0; c < 3; ++c)
         pixel[c] = static_cast<uchar>(128 + 100 * std::sin((5 + c) * p[c]) * std::cos(7 * p[(c + 1) % 3]));
     });
-    return picture;
+    return image;
   }
 
  private:
@@ -93,7 +93,7 @@ class RecordedRoom : public Sequence {
   std::vector<Frame> frames_;
 };
 
-/// Frames whose pictures do not matter.
+/// Frames whose images do not matter.
 class FramesOnly : public Sequence {
  public:
   explicit FramesOnly(std::vector<Frame> frames) : frames_(std::move(frames)) {}
@@ -120,9 +120,9 @@ class Altered : public Sequence {
   const Frame& frame(std::size_t i) const override { return frames[i]; }
   bool hasDepth() const override { return depthThere && sequence_.hasDepth(); }
   cv::Mat image(std::size_t i) const override {
-    cv::Mat picture = sequence_.image(i);
-    if (alterPicture) alterPicture(i, picture);
-    return picture;
+    cv::Mat image = sequence_.image(i);
+    if (alterImage) alterImage(i, image);
+    return image;
   }
   cv::Mat depth(std::size_t i) const override {
     cv::Mat meters = sequence_.depth(i);
@@ -155,7 +155,7 @@ class Altered : public Sequence {
   std::vector<Frame> frames;
   bool depthThere = true;
   std::optional<double> depthDelay;  ///< [s] of depth behind color
-  std::function<void(std::size_t, cv::Mat&)> alterPicture, alterDepth;
+  std::function<void(std::size_t, cv::Mat&)> alterImage, alterDepth;
 
  private:
   const Sequence& sequence_;

@@ -37,7 +37,7 @@ class Drive : public Sequence {
 
   bool depthKnown = true;
   double unit = 1;                      ///< depth is multiplied by it: other units
-  int shrink = 1;                       ///< depth is so much smaller than the picture
+  int shrink = 1;                       ///< depth is so much smaller than the image
   int cutDepth = 0;                     ///< so many of its columns are missing
   std::set<std::size_t> noDepthFile;    ///< depth() throws
   std::set<std::size_t> noDepthValues;  ///< depth is 0 everywhere

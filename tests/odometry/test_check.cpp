@@ -134,7 +134,7 @@ const std::vector<Fault>& geometricFaults() {
        },
        {"pose-constant"}},
       {"no intrinsics", [](Altered& s) { s.camera().reset(); }, {"camera-missing"}},
-      {"intrinsics of a picture twice as large",
+      {"intrinsics of an image twice as large",
        [](Altered& s) {
          CameraIntrinsics twice = s.camera()->scaledTo(2 * s.camera()->width, 2 * s.camera()->height);
          twice.width /= 2;
@@ -178,16 +178,16 @@ TEST(Check, FindsExactlyWhatIsWrongInTheRedKitchen) {
   }
 }
 
-/// Three pictures with depth, one a second.
-class PictureFolder {
+/// Three images with depth, one a second.
+class ImageFolder {
  public:
-  PictureFolder() {
-    cv::Mat picture(48, 64, CV_8UC3), depth(48, 64, CV_16U);
+  ImageFolder() {
+    cv::Mat image(48, 64, CV_8UC3), depth(48, 64, CV_16U);
     for (const char* kind : {"rgb", "depth"}) std::filesystem::create_directory(folder_ / kind);
     for (const std::string name : {"1.000.png", "2.000.png", "3.000.png"}) {
-      cv::randu(picture, 0, 255);
+      cv::randu(image, 0, 255);
       cv::randu(depth, 1000, 3000);
-      cv::imwrite(folder_ / "rgb" / name, picture);
+      cv::imwrite(folder_ / "rgb" / name, image);
       cv::imwrite(folder_ / "depth" / name, depth);
     }
     test::writeFile(folder_ / "intrinsics.txt", "60 60 31.5 23.5\n");
@@ -202,7 +202,7 @@ class PictureFolder {
 };
 
 TEST(Check, ATrajectoryWithoutOnePoseIsAProblem) {
-  const PictureFolder folder;
+  const ImageFolder folder;
   const auto checked = [&](const std::string& values) {
     return folder.check("1.0" + values + "\n2.0" + values + "\n3.0" + values + "\n");
   };
@@ -234,8 +234,8 @@ TEST(Check, ATrajectoryOfAnotherClockIsFound) {
   };
   EXPECT_THAT(fix(begin * 1e3, end * 1e3), HasSubstr("milliseconds: divide them by 1000"));
   EXPECT_THAT(fix(begin * 1e9, end * 1e9), HasSubstr("nanoseconds: divide them by 1000000000"));
-  EXPECT_THAT(fix(begin + 500, end + 500), HasSubstr("by the clock of the pictures"));
-  EXPECT_THAT(fix(0, 0), HasSubstr("by the clock of the pictures"));
+  EXPECT_THAT(fix(begin + 500, end + 500), HasSubstr("by the clock of the images"));
+  EXPECT_THAT(fix(0, 0), HasSubstr("by the clock of the images"));
   Altered ofTheSame(room);
   ofTheSame.source() = PoseSource{};
   EXPECT_THAT(faultsOf(ofTheSame), IsEmpty());
@@ -243,11 +243,11 @@ TEST(Check, ATrajectoryOfAnotherClockIsFound) {
 
 TEST(Check, TheFoldersTrajectoryOfAnotherClockIsFound) {
   const CheckReport report =
-      PictureFolder().check("1000 0 0 0 0 0 0 1\n2000 1 0 0 0 0 0 1\n3000 2 0 0 0 0 0 1\n");
+      ImageFolder().check("1000 0 0 0 0 0 0 1\n2000 1 0 0 0 0 0 1\n3000 2 0 0 0 0 0 1\n");
   EXPECT_THAT(faults(report), ElementsAre("pose-clock"));
   EXPECT_THAT(onlyFault(report).fix, HasSubstr("divide them by 1000"));
   EXPECT_THAT(onlyFault(report).evidence,
-              HasSubstr("from 1000.000 to 3000.000, 3 pictures from 1.000 to 3.000 s"));
+              HasSubstr("from 1000.000 to 3000.000, 3 images from 1.000 to 3.000 s"));
 }
 
 TEST(Check, SaysHowToMendIt) {
@@ -323,12 +323,12 @@ TEST(Check, DepthThatCannotBeReadIsFoundWhateverItsStamps) {
   EXPECT_THAT(tear(2).evidence, HasSubstr("45 of 90 frames looked at: torn"));
   EXPECT_EQ(tear(30).severity, Severity::warning);
   EXPECT_THAT(tear(30).evidence, HasSubstr("3 of 90 frames"));
-  spoilt.depthDelay = 0.5;  // no picture's own: said once
+  spoilt.depthDelay = 0.5;  // no image's own: said once
   tear(1);
   EXPECT_THAT(faultsOf(spoilt), ElementsAre("depth-time"));
 }
 
-TEST(Check, LooksAtCameraAndPictures) {
+TEST(Check, LooksAtCameraAndImages) {
   const RecordedRoom room;
   const auto found = [&room](const std::function<void(Altered&)>& spoil) {
     Altered spoilt(room);
@@ -345,24 +345,24 @@ TEST(Check, LooksAtCameraAndPictures) {
   EXPECT_THAT(found([](Altered& s) { s.camera() = CameraIntrinsics{160, 120, 140, 140, 60, 80}; }),
               IsEmpty());
   EXPECT_THAT(
-      found([](Altered& s) { s.alterPicture = [](std::size_t i, cv::Mat& p) { p *= i < 40 ? 0 : 1; }; }),
-      ElementsAre("picture-black", "picture-frozen"));
+      found([](Altered& s) { s.alterImage = [](std::size_t i, cv::Mat& p) { p *= i < 40 ? 0 : 1; }; }),
+      ElementsAre("image-black", "image-frozen"));
   EXPECT_THAT(found([](Altered& s) {
-                s.alterPicture = [](std::size_t i, cv::Mat& p) {
+                s.alterImage = [](std::size_t i, cv::Mat& p) {
                   p.setTo(cv::Scalar::all(255 - static_cast<double>(i % 2)));
                 };
               }),
-              ElementsAre("picture-white"));
+              ElementsAre("image-white"));
   EXPECT_THAT(found([](Altered& s) {
-                s.alterPicture = [](std::size_t, cv::Mat& p) { p.setTo(cv::Scalar(10, 200, 30)); };
+                s.alterImage = [](std::size_t, cv::Mat& p) { p.setTo(cv::Scalar(10, 200, 30)); };
               }),
-              ElementsAre("picture-frozen"));
+              ElementsAre("image-frozen"));
   EXPECT_THAT(found([](Altered& s) {
-                s.alterPicture = [](std::size_t i, cv::Mat&) {
+                s.alterImage = [](std::size_t i, cv::Mat&) {
                   if (i == 0) throw Error("damaged");
                 };
               }),
-              ElementsAre("picture-unreadable"));
+              ElementsAre("image-unreadable"));
 }
 
 TEST(Check, LooksAtTimeStamps) {
@@ -436,7 +436,7 @@ TEST(Check, LooksAtAsManyFramesAsAskedFor) {
   std::vector<std::size_t> seen;
   Altered watched(room);
   watched.depthThere = false;
-  watched.alterPicture = [&](std::size_t i, cv::Mat&) { seen.push_back(i); };
+  watched.alterImage = [&](std::size_t i, cv::Mat&) { seen.push_back(i); };
   check(watched, 3);
   EXPECT_THAT(seen, ElementsAre(0, 1, 44, 45, 89)) << "the next one, too, to see whether it is frozen";
 }

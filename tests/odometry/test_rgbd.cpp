@@ -117,7 +117,7 @@ TEST(Rgbd, FramesWithoutDepthEndNoTracking) {
   EXPECT_THAT(trajectory.notes, IsEmpty());
 }
 
-TEST(Rgbd, TimeWithoutDepthIsNotTimeWithoutPictures) {
+TEST(Rgbd, TimeWithoutDepthIsNotTimeWithoutImages) {
   Drive drive(turnAround(120, -114));
   drive.stamp({0, 0.6, 1.2, 1.8, 2.4, 3});
   drive.noDepthFile = {2};
@@ -131,7 +131,7 @@ TEST(Rgbd, FramesWithoutUsableDepthAreLostAndTheOthersAreNot) {
   drive.covered = {8};
   const auto trajectory = trackRgbd(drive, {.loopFeatures = 12});
   EXPECT_THAT(lostFrames(trajectory), ElementsAre(3, 6, 8));
-  EXPECT_THAT(trajectory.lost[0].why, HasSubstr("no depth picture"));
+  EXPECT_THAT(trajectory.lost[0].why, HasSubstr("no depth image"));
   EXPECT_THAT(trajectory.lost[1].why, HasSubstr("0 of 19200 pixels have depth"));
   EXPECT_LT(errorOf(trajectory, drive), 0.06);  // a bare wall, and only 19,200 pixels
   ASSERT_EQ(trajectory.notes.size(), 1U);       // only the hand before the lens had depth that fits nothing
@@ -156,7 +156,7 @@ TEST(Rgbd, ATimeGapIsSaidAndBridged) {
   drive.stamp({0, 0.1, 0.2, 0.3, 7.3, 7.4, 7.5, 7.6});
   const auto trajectory = trackRgbd(drive);
   EXPECT_THAT(lostFrames(trajectory), IsEmpty());
-  EXPECT_THAT(trajectory.notes, ElementsAre(HasSubstr("7.0 s without a picture before frame 4")));
+  EXPECT_THAT(trajectory.notes, ElementsAre(HasSubstr("7.0 s without an image before frame 4")));
 }
 
 TEST(Rgbd, OneImageStandsAtTheOrigin) {
@@ -166,7 +166,7 @@ TEST(Rgbd, OneImageStandsAtTheOrigin) {
   EXPECT_NEAR(distanceBetween(*trajectory.poses[0], {}), 0, 1e-9);
 }
 
-TEST(Rgbd, DepthMayBeSmallerThanThePicture) {
+TEST(Rgbd, DepthMayBeSmallerThanTheImage) {
   Drive drive(turnAround(60, -52));
   drive.shrink = 2;
   const auto trajectory = trackRgbd(drive);
@@ -177,7 +177,7 @@ TEST(Rgbd, DepthMayBeSmallerThanThePicture) {
 TEST(Rgbd, RefusesDepthOfAnotherShape) {
   Drive drive(turnAround(60, -57));
   drive.cutDepth = 40;
-  EXPECT_THAT(refusal(drive), HasSubstr("depth has 120 × 120 pixels and the picture 160 × 120"));
+  EXPECT_THAT(refusal(drive), HasSubstr("depth has 120 × 120 pixels and the image 160 × 120"));
   drive.cutDepth = 1;
   EXPECT_EQ(refusal(drive), "accepted");
 }
@@ -193,7 +193,7 @@ TEST(Rgbd, RefusesWhatCannotBeTracked) {
   EXPECT_THAT(refusal(drive), HasSubstr("--intrinsics"));
   EXPECT_THAT(refusal(drive), HasSubstr("estancia check"));
   drive.depthKnown = false;
-  EXPECT_THAT(refusal(drive), HasSubstr("no depth pictures"));
+  EXPECT_THAT(refusal(drive), HasSubstr("no depth images"));
   EXPECT_THAT(refusal(Drive({})), HasSubstr("no frames"));
 }
 

@@ -47,7 +47,7 @@ TEST(NearestField, KnowsTheNearestPointUpToACell) {
 struct Wall {
   Surface surface;
   NearestField field;
-  RangePicture view;
+  RangeImage view;
   OrientedPoints model;
 
   static PointCloud square(float half, float z, float step) {
@@ -121,7 +121,7 @@ TEST(Evidence, GrowsWithTheRootOfTheAreaThatCouldBeSeen) {
 TEST(RefineInField, BringsASheetBack) {
   const Surface surface("sheet", test::wavySheet(120, 0.4, 1, 0));
   const NearestField field(surface.points(), 0.003, 0.03, 1);
-  const RangePicture view(surface.points(), 0.005);
+  const RangeImage view(surface.points(), 0.005);
   OrientedPoints model;
   for (std::size_t i = 0; i < surface.size(); i += 20) {
     model.points.push_back(surface.points()[i]);

@@ -15,7 +15,7 @@ struct Stage {
   Surface scene{"scene", all};
   Surface model{"model", test::moved(object, truth.inv())};
   OrientedPoints points = spreadPoints(model, 500);
-  RangePicture view{all.points, 0.004};
+  RangeImage view{all.points, 0.004};
 
   PointCloud withWall() const {
     PointCloud cloud = object;
@@ -121,7 +121,7 @@ TEST(SmoothParts, EndAtEdges) {
   EXPECT_EQ(parts, smoothPartsOf(surface, 0.03, 3));
 }
 
-TEST(RangePicture, KnowsWhatTheSensorSaw) {
+TEST(RangeImage, KnowsWhatTheSensorSaw) {
   const std::vector<cv::Point3f> wall = [] {
     std::vector<cv::Point3f> points;
     for (int i = 0; i < 10000; ++i)
@@ -129,15 +129,15 @@ TEST(RangePicture, KnowsWhatTheSensorSaw) {
                           0.01F * static_cast<float>(i / 100) - 0.5F, 2.F);
     return points;
   }();
-  const RangePicture view(wall, 0.01);
+  const RangeImage view(wall, 0.01);
   ASSERT_TRUE(view.known());
   ASSERT_TRUE(view.depth({0.1F, 0.1F, 1.F}));
   EXPECT_FLOAT_EQ(*view.depth({0.1F, 0.1F, 1.F}), 2.F);
   EXPECT_FALSE(view.depth({3.F, 0.F, 2.F}));
   EXPECT_FALSE(view.depth({0.F, 0.F, -1.F}));
   const std::vector<cv::Point3f> around{{0, 0, 1}, {0, 0, -1}, {1, 0, 0}};
-  EXPECT_FALSE(RangePicture(around, 0.01).known());
-  EXPECT_FALSE(RangePicture({}, 0.01).known());
+  EXPECT_FALSE(RangeImage(around, 0.01).known());
+  EXPECT_FALSE(RangeImage({}, 0.01).known());
 }
 
 TEST(Score, MeasuresAtTheModelsCenter) {

@@ -29,28 +29,28 @@ CloudLayer layer(const PointCloud& cloud, const cv::Vec3b& color) {
   return {&cloud, cv::Affine3d::Identity(), color, {}};
 }
 
-int count(const cv::Mat& picture, const cv::Vec3b& color) {
+int count(const cv::Mat& image, const cv::Vec3b& color) {
   cv::Mat same;
-  cv::inRange(picture, color, color, same);
+  cv::inRange(image, color, color, same);
   return cv::countNonZero(same);
 }
 
 const cv::Vec3b red(0, 0, 255), blue(255, 0, 0);
 
-TEST(CloudPicture, FillsThePictureAndKeepsShapes) {
+TEST(CloudImage, FillsTheImageAndKeepsShapes) {
   const PointCloud wall = square(1, 3);
   const std::array layers{layer(wall, red)};
-  const cv::Mat picture = drawClouds(layers, {.width = 400, .height = 300});
-  ASSERT_EQ(picture.size(), cv::Size(400, 300));
+  const cv::Mat image = drawClouds(layers, {.width = 400, .height = 300});
+  ASSERT_EQ(image.size(), cv::Size(400, 300));
   cv::Mat drawn;
-  cv::inRange(picture, red, red, drawn);
+  cv::inRange(image, red, red, drawn);
   const cv::Rect box = cv::boundingRect(drawn);
   EXPECT_NEAR(box.height, 282, 12);                       // 94 % of the height …
   EXPECT_NEAR(box.width, box.height, 4);                  // … and square
   EXPECT_GT(cv::countNonZero(drawn), 0.95 * box.area());  // without holes
 }
 
-TEST(CloudPicture, WhatIsNearerHidesWhatIsBehindIt) {
+TEST(CloudImage, WhatIsNearerHidesWhatIsBehindIt) {
   const PointCloud wall = square(1, 3), thing = square(0.3F, 2);
   const std::array front{layer(wall, red), layer(thing, blue)};
   EXPECT_GT(count(drawClouds(front), blue), 10000);
@@ -59,17 +59,17 @@ TEST(CloudPicture, WhatIsNearerHidesWhatIsBehindIt) {
   EXPECT_EQ(count(drawClouds(behind), blue), 0);
 }
 
-TEST(CloudPicture, EdgesOfDistanceAreDark) {
+TEST(CloudImage, EdgesOfDistanceAreDark) {
   PointCloud steps = square(1, 3);
   const PointCloud near = square(0.3F, 2);
   steps.points.insert(steps.points.end(), near.points.begin(), near.points.end());
   steps.width = steps.points.size();
   const std::array layers{layer(steps, red)};
-  const cv::Mat picture = drawClouds(layers);
-  EXPECT_GT(count(picture, cv::Vec3b(0, 0, 64)), 500);  // the wall beside the near square
+  const cv::Mat image = drawClouds(layers);
+  EXPECT_GT(count(image, cv::Vec3b(0, 0, 64)), 500);  // the wall beside the near square
 }
 
-TEST(CloudPicture, MovesWithPoseAndDrawsEdges) {
+TEST(CloudImage, MovesWithPoseAndDrawsEdges) {
   const PointCloud wall = square(1, 3);
   PointCloud pair;
   pair.points = {{-0.5F, 0, 2}, {0.5F, 0, 2}};
@@ -85,7 +85,7 @@ TEST(CloudPicture, MovesWithPoseAndDrawsEdges) {
   EXPECT_EQ(count(drawClouds(away), blue), 0);
 }
 
-TEST(CloudPicture, RefusesNothingToDraw) {
+TEST(CloudImage, RefusesNothingToDraw) {
   EXPECT_THAT(errorOf([] { drawClouds({}); }), HasSubstr("no cloud"));
   PointCloud none;
   none.points = {{std::numeric_limits<float>::quiet_NaN(), 0, 0}};
@@ -97,7 +97,7 @@ TEST(CloudPicture, RefusesNothingToDraw) {
   EXPECT_THAT(errorOf([&] { drawClouds(one, {.width = 2}); }), HasSubstr("16"));
 }
 
-TEST(CloudPicture, OnePointIsDrawn) {
+TEST(CloudImage, OnePointIsDrawn) {
   PointCloud one;
   one.points = {{0, 0, 0}};
   one.width = one.height = 1;

@@ -90,7 +90,7 @@ TEST(FindingsPage, PointsOutWhatBeatsAnotherColumn) {
   EXPECT_EQ(count(html, "beats\""), 2U) << "neither a tie nor what has no rival";
 }
 
-/// A picture of one color as a PNG.
+/// An image of one color as a PNG.
 std::vector<unsigned char> png() {
   const test::ScratchFolder scratch;
   writePng(scratch / "a.png", cv::Mat(4, 4, CV_8UC3, cv::Scalar(10, 20, 30)));
@@ -98,12 +98,12 @@ std::vector<unsigned char> png() {
   return {bytes.begin(), bytes.end()};
 }
 
-TEST(FindingsPage, ShowsPicturesAndClouds) {
+TEST(FindingsPage, ShowsImagesAndClouds) {
   Findings findings;
-  findings.sections.emplace_back(Pictures{
+  findings.sections.emplace_back(Images{
       "Right",
       "Of the test.",
-      {{png(), "a mug"}, {encodePicture(cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(9))), test::hostileText}}});
+      {{png(), "a mug"}, {encodeImage(cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(9))), test::hostileText}}});
   findings.sections.emplace_back(
       WordClouds{"Clouds", "", {{"mug 1", {{"cup", 0.5}, {test::hostileText, 0.1}}}, {"none", {}}}});
   const std::string html = renderFindingsPage(findings);
@@ -114,10 +114,10 @@ TEST(FindingsPage, ShowsPicturesAndClouds) {
     EXPECT_THAT(html, HasSubstr(text));
   EXPECT_EQ(count(html, "<img"), 2U);
   EXPECT_EQ(count(html, "class=\"gallery\""), 2U);
-  std::get<Pictures>(findings.sections[0]).wide = true;
+  std::get<Images>(findings.sections[0]).wide = true;
   EXPECT_EQ(count(renderFindingsPage(findings), "class=\"gallery wide\""), 1U);
-  std::get<Pictures>(findings.sections[0]).pictures[0].file = {'<', 's', 'v', 'g'};
-  EXPECT_THAT(test::errorOf([&] { renderFindingsPage(findings); }), HasSubstr("the picture of a mug"));
+  std::get<Images>(findings.sections[0]).images[0].file = {'<', 's', 'v', 'g'};
+  EXPECT_THAT(test::errorOf([&] { renderFindingsPage(findings); }), HasSubstr("the image of a mug"));
 }
 
 TEST(FindingsPage, DrawsAMatrixAsHeatBetweenItsOwnExtremes) {
@@ -207,7 +207,7 @@ TEST(LineChart, ACloseUpBeginsNearTheLeastValueAndSpacesPositionsEvenly) {
   const auto found = heights(chart);
   ASSERT_EQ(found.size(), 3U);
   EXPECT_NEAR(found[1] - found[0], found[2] - found[1], 1e-6);
-  EXPECT_GT(found[0] - found[2], 0.5 * 280) << "the differences fill the picture";
+  EXPECT_GT(found[0] - found[2], 0.5 * 280) << "the differences fill the image";
   const std::string html = report::lineChart(chart).str();
   for (const char* text : {"left:0%", "left:50%", "left:100%", ">1000<"}) EXPECT_THAT(html, HasSubstr(text));
   chart.lines[0].y = {75, 75, 75};

@@ -70,7 +70,7 @@ TEST(Html, JsonCannotCloseItsScript) {
   EXPECT_EQ(jsonForScript("\"a\u2028b\u2029\""), "\"a\\u2028b\\u2029\"");
 }
 
-TEST(Html, PicturesAreEmbeddedByTheirBytesAndOthersRefused) {
+TEST(Html, ImagesAreEmbeddedByTheirBytesAndOthersRefused) {
   EXPECT_EQ(imageUri({0xFF, 0xD8, 0xFF, 0xE0}, "x"), "data:image/jpeg;base64,/9j/4A==");
   const std::string svg = "<svg onload='x'/>";
   EXPECT_THROW(imageUri({svg.begin(), svg.end()}, "plan.svg"), Error);

@@ -25,13 +25,13 @@ using testing::Not;
 
 const std::vector<unsigned char> jpeg{0xFF, 0xD8, 0xFF, 0xE0, 1, 2, 3};
 
-MapPage withPictures(const TopologicalMap& map, std::size_t bytes = 7) {
+MapPage withImages(const TopologicalMap& map, std::size_t bytes = 7) {
   MapPage page{map};
-  for (std::size_t i = 0; i < map.frames.size(); ++i) page.pictures.frames.push_back(i);
-  page.pictures.read = [bytes](std::size_t) {
-    std::vector<unsigned char> picture = jpeg;
-    picture.resize(bytes);
-    return picture;
+  for (std::size_t i = 0; i < map.frames.size(); ++i) page.images.frames.push_back(i);
+  page.images.read = [bytes](std::size_t) {
+    std::vector<unsigned char> image = jpeg;
+    image.resize(bytes);
+    return image;
   };
   return page;
 }
@@ -44,13 +44,13 @@ nlohmann::json dataOf(const std::string& html) {
 
 TEST(MapPage, NeedsNothingFromOutside) {
   const TopologicalMap map = sampleMap();
-  const std::string html = renderMapPage(withPictures(map));
+  const std::string html = renderMapPage(withImages(map));
   expectNothingFromOutside(html);
 }
 
-TEST(MapPage, ShowsNodesPicturesDecisionsAndMeasures) {
+TEST(MapPage, ShowsNodesImagesDecisionsAndMeasures) {
   const TopologicalMap map = sampleMap();
-  MapPage page = withPictures(map);
+  MapPage page = withImages(map);
   page.measures = {{"v", "V-measure", 0.94, 2, "Agreement with the rooms."}};
   page.sequence = "corridor";
   const std::string html = renderMapPage(page);
@@ -64,9 +64,9 @@ TEST(MapPage, ShowsNodesPicturesDecisionsAndMeasures) {
   expectWellFormed(html);
 }
 
-TEST(MapPage, EveryPictureHasAnAlternativeText) {
+TEST(MapPage, EveryImageHasAnAlternativeText) {
   const TopologicalMap map = sampleMap();
-  const std::string html = renderMapPage(withPictures(map));
+  const std::string html = renderMapPage(withImages(map));
   EXPECT_EQ(count(html, "<img "), count(html, " alt=\"What node"));
 }
 
@@ -74,7 +74,7 @@ TEST(MapPage, HostileTextsStayTexts) {
   test::SampleOptions options;
   options.marker = test::hostileText;
   const TopologicalMap map = sampleMap(options);
-  MapPage page = withPictures(map);
+  MapPage page = withImages(map);
   page.title = page.sequence = page.date = options.marker;
   page.measures = {{options.marker, options.marker, std::nullopt, 2, options.marker}};
   const std::string html = renderMapPage(page);
@@ -87,7 +87,7 @@ TEST(MapPage, HostileTextsStayTexts) {
 
 TEST(MapPage, TheSameMapGivesTheSameBytes) {
   const TopologicalMap map = sampleMap({.nodes = 12});
-  EXPECT_EQ(renderMapPage(withPictures(map)), renderMapPage(withPictures(map)));
+  EXPECT_EQ(renderMapPage(withImages(map)), renderMapPage(withImages(map)));
   const TopologicalMap unposed = sampleMap({.nodes = 12, .poses = false});
   EXPECT_EQ(renderMapPage({unposed}), renderMapPage({unposed}));
 }
@@ -103,7 +103,7 @@ TEST(MapPage, AnEmptyMapSaysSo) {
   EXPECT_THAT(html, HasSubstr("no nodes yet"));
 }
 
-TEST(MapPage, OneNodeWithoutPosesRoomsOrPicturesIsAPage) {
+TEST(MapPage, OneNodeWithoutPosesRoomsOrImagesIsAPage) {
   const TopologicalMap map = sampleMap({.nodes = 1, .poses = false, .rooms = false});
   const std::string html = renderMapPage({map});
   expectWellFormed(html);
@@ -146,7 +146,7 @@ TEST(MapPage, TheIndexHoldsEveryLabelThatANodeMayBeFoundBy) {
 
 TEST(MapPage, AThousandNodesStaySmallAndSayWhatIsLeftOut) {
   const TopologicalMap map = sampleMap({.nodes = 1000, .framesPerNode = 4, .labels = 1001, .poses = false});
-  const std::string html = renderMapPage(withPictures(map, 12'000));
+  const std::string html = renderMapPage(withImages(map, 12'000));
   expectWellFormed(html);
   EXPECT_LT(html.size(), 6'000'000U);
   EXPECT_THAT(html, HasSubstr("60 largest of 1000 nodes"));
@@ -158,13 +158,13 @@ TEST(MapPage, AThousandNodesStaySmallAndSayWhatIsLeftOut) {
   EXPECT_THAT(renderMapPage(folded), HasSubstr("<summary>The 1 smaller node</summary>"));
 }
 
-TEST(MapPage, EveryNodeHasAPictureBeforeAnyHasTwo) {
+TEST(MapPage, EveryNodeHasAImageBeforeAnyHasTwo) {
   const TopologicalMap map = sampleMap();
-  MapPage page = withPictures(map, 1000);
-  page.pictures.bytes = 5500;
+  MapPage page = withImages(map, 1000);
+  page.images.bytes = 5500;
   const std::string html = renderMapPage(page);
   EXPECT_EQ(count(html, "<img "), 5U);
-  EXPECT_EQ(count(html, "class=\"pictures p1\""), 5U);
+  EXPECT_EQ(count(html, "class=\"images p1\""), 5U);
 }
 
 TEST(MapPage, FloorPlanIsCheckedAndEmbedded) {

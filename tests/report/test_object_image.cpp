@@ -1,4 +1,4 @@
-// Things drawn into the picture that they are in.
+// Things drawn into the image that they are in.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ int pixelsOf(const cv::Mat& image, const cv::Vec3b& color) {
   return count;
 }
 
-TEST(ObjectPicture, ColorsTellWhatIsBelieved) {
+TEST(ObjectImage, ColorsTellWhatIsBelieved) {
   const cv::Mat image(240, 320, CV_8UC3, cv::Scalar::all(7));
   const cv::Vec3b green(115, 158, 0), blue(178, 114, 0), orange(0, 159, 230), gray(128, 128, 128);
   const cv::Mat drawn =
@@ -42,15 +42,15 @@ TEST(ObjectPicture, ColorsTellWhatIsBelieved) {
   EXPECT_EQ(drawn.at<cv::Vec3b>(80, 50), cv::Vec3b(7, 7, 7)) << "the thing can be seen in its box";
 }
 
-TEST(ObjectPicture, BoxesMayTouchTheBorder) {
+TEST(ObjectImage, BoxesMayTouchTheBorder) {
   const cv::Mat image(50, 40, CV_8UC3, cv::Scalar::all(7));
   EXPECT_EQ(drawObjects(image, std::vector{thingAt({0, 0, 40, 50}, FusedAnswer::Source::both, 0)},
-                        {"a word that is wider than the picture"})
+                        {"a word that is wider than the image"})
                 .size(),
             image.size());
 }
 
-TEST(ObjectPicture, RefusesGrayPicturesAndWordsWithoutAName) {
+TEST(ObjectImage, RefusesGrayImagesAndWordsWithoutAName) {
   EXPECT_THAT(errorOf([] { drawObjects(cv::Mat(9, 9, CV_8U), {}, {}); }), HasSubstr("BGR"));
   EXPECT_THAT(errorOf([] {
                 drawObjects(cv::Mat(9, 9, CV_8UC3),

@@ -28,7 +28,7 @@ void expectSound(const std::string& html) {
   EXPECT_FALSE(std::regex_search(html, std::regex("(nan|inf)[ \"%,]")));
 }
 
-TEST(ZonesPage, ShowsPictureStripTreeRoomsAndCards) {
+TEST(ZonesPage, ShowsImageStripTreeRoomsAndCards) {
   const Zones zones = sampleZones();
   ZonesPage page{zones};
   page.title = "A ring";
@@ -139,11 +139,11 @@ TEST(ZonesPage, TheSameZonesGiveTheSameBytes) {
   EXPECT_EQ(renderZonesPage({zones}), renderZonesPage({zones}));
 }
 
-TEST(ZonesPage, PicturesComeFromTheMapOfTheSameImages) {
+TEST(ZonesPage, ImagesComeFromTheMapOfTheSameImages) {
   const Zones zones = sampleZones();
   ZonesPage page{zones};
-  page.pictures.frames = {0, 1, 2, 30};
-  page.pictures.read = [](std::size_t) { return std::vector<unsigned char>{0xFF, 0xD8, 0xFF, 0xE0, 1}; };
+  page.images.frames = {0, 1, 2, 30};
+  page.images.read = [](std::size_t) { return std::vector<unsigned char>{0xFF, 0xD8, 0xFF, 0xE0, 1}; };
   const std::string html = renderZonesPage(page);
   expectSound(html);
   EXPECT_EQ(count(html, "<img "), 4U);

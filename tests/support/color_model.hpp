@@ -5,7 +5,7 @@
 
 namespace estancia::test {
 
-/// A model folder whose network says "word 0" of red pictures and "word 1" of blue ones; "word 2" and "word
+/// A model folder whose network says "word 0" of red images and "word 1" of blue ones; "word 2" and "word
 /// 3" are rare.
 void writeColorModel(const std::filesystem::path& folder);
 

@@ -41,7 +41,7 @@ class TableSequence : public Sequence {
   void loseAllDepth() { depth_ = false; }
   void loseCamera() { intrinsics_.reset(); }
   void losePoses();
-  /// Multiplies all pictures.
+  /// Multiplies all images.
   void dim(double factor);
 
   /// As rgb/, depth/ (millimeters), intrinsics.txt and poses.txt, which openSequence() reads.

@@ -82,7 +82,7 @@ TEST(MapStore, GivesBackAllThatWasWritten) {
     store.putTransition({0, 4, 3, 1});
     store.putDecision({0, DecisionKind::start, 0, -1, std::nan(""), -1, std::nan(""), 0.3, 0.2});
     store.putDecision({1, DecisionKind::createNode, 4, 0, 0.75, 7, 0.5, 0.3, 0.2});
-    store.putPicture(1, {0xff, 0xd8, 0x00, 0x01});
+    store.putImage(1, {0xff, 0xd8, 0x00, 0x01});
     store.putState("thresholds", std::string("a\0b", 3));
     store.commit();
   }
@@ -119,9 +119,9 @@ TEST(MapStore, GivesBackAllThatWasWritten) {
             (std::vector<std::pair<int, std::string>>{{0, std::string("\0state", 6)}, {4, ""}}));
   EXPECT_EQ(store.findState("thresholds"), std::string("a\0b", 3));
   EXPECT_EQ(store.findState("nothing"), std::nullopt);
-  EXPECT_EQ(store.pictureFrames(), std::vector<std::size_t>{1});
-  EXPECT_EQ(store.picture(1), (std::vector<unsigned char>{0xff, 0xd8, 0x00, 0x01}));
-  EXPECT_TRUE(store.picture(0).empty());
+  EXPECT_EQ(store.imageFrames(), std::vector<std::size_t>{1});
+  EXPECT_EQ(store.image(1), (std::vector<unsigned char>{0xff, 0xd8, 0x00, 0x01}));
+  EXPECT_TRUE(store.image(0).empty());
   EXPECT_EQ(store.descriptor(1), descriptorOf(1));
 }
 
@@ -261,7 +261,7 @@ TEST(MapStore, RefusesFramesOutOfOrderAndDescriptorsOfAnotherModel) {
                 store.putNode({0, 1, {1, 0}, {0, 0}}, "");
               }),
               HasSubstr("node 0 has 2 means"));
-  EXPECT_THAT(test::errorOf([&] { store.putPicture(0, {1}); }), HasSubstr("there is no frame 0"));
+  EXPECT_THAT(test::errorOf([&] { store.putImage(0, {1}); }), HasSubstr("there is no frame 0"));
 }
 
 TEST(MapStore, RefusesToChangeAMapOpenedForReading) {
