@@ -22,10 +22,27 @@ std::optional<std::string> variable(const std::string& name) {
   return std::nullopt;
 }
 
+/// A value of TOML as Option::set() takes it. Throws Error when it is of another type than the option.
+std::string tomlText(const toml::node& node, const Option& option) {
+  const auto refuse = [&]() -> std::string {
+    throw Error(ErrorCode::malformedFile, fmt::format("`{}` must be {}", option.key(), option.accepted()));
+  };
+  if (const auto text = node.value_exact<std::string>())
+    return option.isNumber() || option.isFlag() ? refuse() : *text;
+  if (const auto flag = node.value_exact<bool>())
+    return option.isFlag() ? (*flag ? "true" : "false") : refuse();
+  if (const auto whole = node.value_exact<std::int64_t>())
+    return option.isNumber() ? std::to_string(*whole) : refuse();
+  if (const auto number = node.value_exact<double>())
+    return option.isNumber() && !option.isInteger() ? fmt::format("{}", *number) : refuse();
+  return refuse();
+}
+
 }  // namespace
 
 ConfigFile::ConfigFile(fs::path path) : path_(std::move(path)) {
-  if (!fs::is_regular_file(path_)) throw Error(fmt::format("{} is missing", path_.string()));
+  if (!fs::is_regular_file(path_))
+    throw Error(ErrorCode::fileNotFound, fmt::format("{} is missing", path_.string()));
   parse([this] { return toml::parse_file(path_.string()); });
 }
 
@@ -37,8 +54,8 @@ void ConfigFile::parse(const std::function<toml::table()>& source) {
   try {
     table_ = source();
   } catch (const toml::parse_error& e) {
-    throw Error(
-        fmt::format("{}:{}: {}", path_.string(), e.source().begin.line, std::string(e.description())));
+    throw Error(ErrorCode::malformedFile, fmt::format("{}:{}: {}", path_.string(), e.source().begin.line,
+                                                      std::string(e.description())));
   }
 }
 
@@ -58,11 +75,33 @@ void ConfigFile::read(const toml::table& table, const std::vector<Key>& keys, Ot
   }
   for (const auto& key : keys)
     if (key.required && !table.contains(key.name))
-      throw Error(fmt::format("{}: the key `{}` is missing: {}", path_.string(), key.name, key.meaning));
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: the key `{}` is missing: {}", path_.string(), key.name, key.meaning));
+}
+
+std::vector<ConfigFile::Key> ConfigFile::keysOf(OptionGroup& options) {
+  std::vector<Key> keys;
+  for (Option& option : options.options())
+    keys.push_back({option.key(), false, option.help(), [this, &option](const toml::node& node) {
+                      try {
+                        option.set(tomlText(node, option), "`" + key_ + "`");
+                      } catch (const Error& e) {
+                        fail(node, e.what());
+                      }
+                    }});
+  for (OptionGroup& group : options.groups())
+    keys.push_back({Option(group.name(), Option::Text{}, "").key(), false, group.help(),
+                    [this, &group](const toml::node& node) { read(subtable(node), group); }});
+  return keys;
+}
+
+void ConfigFile::read(const toml::table& table, OptionGroup& options) {
+  read(table, keysOf(options));
 }
 
 void ConfigFile::fail(const toml::node& at, const std::string& what) const {
-  throw Error(fmt::format("{}:{}: {}", path_.string(), at.source().begin.line, what));
+  throw Error(ErrorCode::malformedFile,
+              fmt::format("{}:{}: {}", path_.string(), at.source().begin.line, what));
 }
 
 std::string ConfigFile::text(const toml::node& node) const {

@@ -1,4 +1,4 @@
-// Configuration files: TOML whose every complaint names file and line.
+// Configuration file: TOML with errors that name file and line.
 #pragma once
 
 #include <toml++/toml.h>
@@ -10,6 +10,8 @@
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "estancia/core/options.hpp"
 
 namespace estancia {
 
@@ -38,6 +40,12 @@ class ConfigFile {
   /// Uses the listed keys of `table`; throws Error on others, and on missing ones.
   void read(const toml::table& table, const std::vector<Key>& keys, Others others = Others::refuse);
   void read(const std::vector<Key>& keys, Others others = Others::refuse) { read(table_, keys, others); }
+
+  /// Uses the keys of `table` as values of declared options; tables inside are their groups. Throws Error on
+  /// other keys and on values that are not accepted.
+  void read(const toml::table& table, OptionGroup& options);
+  /// The keys of declared options, for tables that hold others, too.
+  std::vector<Key> keysOf(OptionGroup& options);
 
   [[noreturn]] void fail(const toml::node& at, const std::string& what) const;
 

@@ -111,6 +111,11 @@ class StderrProgress final : public Progress {
 
 }  // namespace
 
+Progress& Progress::none() {
+  static Progress silent;
+  return silent;
+}
+
 std::unique_ptr<Progress> makeStderrProgress() {
   return std::make_unique<StderrProgress>();
 }

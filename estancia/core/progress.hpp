@@ -1,4 +1,4 @@
-// Progress of long work, and asking it to stop.
+// Progress: how far long work is, and the user's wish to interrupt it.
 #pragma once
 
 #include <cstddef>
@@ -15,6 +15,8 @@ class Progress {
   virtual void begin(const std::string& /*what*/, std::size_t /*total*/, std::size_t /*done*/ = 0) {}
   virtual void advance(std::size_t /*count*/ = 1) {}
   virtual void end() {}
+  /// One that says nothing: the default of every function that takes a Progress. Safe to share.
+  static Progress& none();
 };
 
 /// A bar with rate and time left when stderr is a terminal; otherwise a plain line every few seconds.

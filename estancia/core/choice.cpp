@@ -1,0 +1,23 @@
+#include "estancia/core/choice.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+
+std::string namesOf(const Choices& choices) {
+  std::string names;
+  for (const Choice& choice : choices) names += (names.empty() ? "" : ", ") + choice.name;
+  return names;
+}
+
+void requireChoice(std::string_view what, std::string_view name, const Choices& choices) {
+  if (std::any_of(choices.begin(), choices.end(), [&](const Choice& c) { return c.name == name; })) return;
+  throw Error(ErrorCode::unknownName,
+              fmt::format("unknown {} \"{}\"; known: {}", what, name, namesOf(choices)));
+}
+
+}  // namespace estancia

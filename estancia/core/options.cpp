@@ -1,0 +1,188 @@
+#include "estancia/core/options.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace {
+
+template <class... Cases>
+struct Overloaded : Cases... {
+  using Cases::operator()...;
+};
+template <class... Cases>
+Overloaded(Cases...) -> Overloaded<Cases...>;
+
+template <class Number>
+std::optional<Number> parsed(std::string_view text) {
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || text.empty()) return {};
+  return number;
+}
+
+std::string withDashes(std::string_view name) {
+  std::string text(name);
+  std::replace(text.begin(), text.end(), '_', '-');
+  return text;
+}
+
+}  // namespace
+
+Option& Option::range(double min, double max) {
+  min_ = min;
+  max_ = max;
+  open_ = false;
+  return *this;
+}
+
+Option& Option::above(double min, double max) {
+  range(min, max);
+  open_ = true;
+  return *this;
+}
+
+Option& Option::unit(std::string unit) {
+  unit_ = std::move(unit);
+  return *this;
+}
+
+Option& Option::choices(Choices choices) {
+  choices_ = std::move(choices);
+  return *this;
+}
+
+Option& Option::why(std::string why) {
+  why_ = std::move(why);
+  return *this;
+}
+
+Option& Option::automatic(std::string meaning) {
+  automatic_ = std::move(meaning);
+  return *this;
+}
+
+std::string Option::key() const {
+  std::string key = name_;
+  std::replace(key.begin(), key.end(), '-', '_');
+  return key;
+}
+
+bool Option::isInteger() const {
+  return std::holds_alternative<int*>(value_) || std::holds_alternative<std::uint32_t*>(value_) ||
+         std::holds_alternative<std::uint64_t*>(value_) ||
+         std::holds_alternative<std::optional<std::uint64_t>*>(value_);
+}
+
+bool Option::isNumber() const {
+  return isInteger() || std::holds_alternative<float*>(value_) || std::holds_alternative<double*>(value_) ||
+         std::holds_alternative<std::optional<double>*>(value_);
+}
+
+std::string Option::text() const {
+  return std::visit(
+      Overloaded{[](const bool* v) { return std::string(*v ? "true" : "false"); },
+                 [](const std::string* v) { return *v; },
+                 [](const std::optional<double>* v) { return *v ? fmt::format("{}", **v) : ""; },
+                 [](const std::optional<std::uint64_t>* v) { return *v ? fmt::format("{}", **v) : ""; },
+                 [](const Text& v) { return v.get(); }, [](const auto* v) { return fmt::format("{}", *v); }},
+      value_);
+}
+
+std::optional<double> Option::number() const {
+  return std::visit(Overloaded{[](const bool*) { return std::optional<double>(); },
+                               [](const std::string*) { return std::optional<double>(); },
+                               [](const Text&) { return std::optional<double>(); },
+                               [](const std::optional<double>* v) { return *v; },
+                               [](const std::optional<std::uint64_t>* v) {
+                                 return *v ? std::optional<double>(static_cast<double>(**v)) : std::nullopt;
+                               },
+                               [](const auto* v) { return std::optional<double>(static_cast<double>(*v)); }},
+                    value_);
+}
+
+bool Option::contains(double number) const {
+  return std::isfinite(number) && (open_ ? number > min_ : number >= min_) && number <= max_;
+}
+
+void Option::set(const std::string& text, std::string_view path) {
+  const auto refuse = [&] {
+    throw Error(ErrorCode::invalidOption, fmt::format("{} is \"{}\"; give {}", path, text, accepted()));
+  };
+  if (!choices_.empty()) requireChoice(path, text, choices_);
+  const auto assign = [&](auto& member, const auto& number) {
+    if (!number || !contains(static_cast<double>(*number))) refuse();
+    member = *number;
+  };
+  std::visit(Overloaded{[&](bool* v) {
+                          if (text != "true" && text != "false") refuse();
+                          *v = text == "true";
+                        },
+                        [&](std::string* v) { *v = text; }, [&](const Text& v) { v.set(text); },
+                        [&](std::optional<double>* v) { assign(*v, parsed<double>(text)); },
+                        [&](std::optional<std::uint64_t>* v) { assign(*v, parsed<std::uint64_t>(text)); },
+                        [&](auto* v) { assign(*v, parsed<std::remove_pointer_t<decltype(v)>>(text)); }},
+             value_);
+}
+
+void Option::validate(std::string_view path) const {
+  if (!choices_.empty()) requireChoice(path, text(), choices_);
+  if (const auto value = number(); value && !contains(*value))
+    throw Error(ErrorCode::invalidOption, fmt::format("{} is {}; give {}", path, text(), accepted()));
+}
+
+std::string Option::accepted() const {
+  if (!choices_.empty()) return "one of " + namesOf(choices_);
+  if (isFlag()) return "true or false";
+  if (!isNumber()) return "a text";
+  const std::string kind = isInteger() ? "a whole number" : "a number";
+  const std::string inUnit = unit_.empty() ? "" : " " + unit_;
+  if (std::isfinite(min_) && std::isfinite(max_))
+    return open_ ? fmt::format("{} above {} and up to {}{}", kind, min_, max_, inUnit)
+                 : fmt::format("{} from {} to {}{}", kind, min_, max_, inUnit);
+  if (std::isfinite(min_))
+    return fmt::format("{} {} {}{}", kind, open_ ? "above" : "of at least", min_, inUnit);
+  return kind + (unit_.empty() ? "" : " in " + unit_);
+}
+
+Option& OptionGroup::add(std::string name, Option::Value value, std::string help) {
+  return options_.emplace_back(std::move(name), std::move(value), std::move(help));
+}
+
+OptionGroup OptionGroup::named(std::string name) && {
+  name_ = std::move(name);
+  return std::move(*this);
+}
+
+Option* OptionGroup::find(std::string_view path) {
+  const std::string wanted = withDashes(path);
+  const std::size_t dot = wanted.find('.');
+  if (dot == std::string::npos) {
+    for (Option& option : options_)
+      if (option.name() == wanted) return &option;
+    return nullptr;
+  }
+  for (OptionGroup& group : groups_)
+    if (group.name() == wanted.substr(0, dot)) return group.find(std::string_view(wanted).substr(dot + 1));
+  return nullptr;
+}
+
+void OptionGroup::set(std::string_view path, const std::string& text) {
+  if (Option* option = find(path)) return option->set(text, fmt::format("{}.{}", name_, withDashes(path)));
+  Choices known;
+  for (const Option& option : options_) known.push_back({option.name(), option.help()});
+  for (const OptionGroup& group : groups_) known.push_back({group.name() + ".…", group.help()});
+  requireChoice("option of " + name_, path, known);
+}
+
+void OptionGroup::validate(const std::string& path) const {
+  for (const Option& option : options_) option.validate(path + "." + option.name());
+  for (const OptionGroup& group : groups_) group.validate(path + "." + group.name());
+}
+
+}  // namespace estancia
