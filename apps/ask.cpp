@@ -90,8 +90,8 @@ void run(const Arguments& arguments) {
     for (const std::string& label : labels) shown.push_back(shortLabel(label));
     for (const std::string& room : answers.rooms) shown.push_back("room " + room);
     fmt::print("{} → {}\n", arguments.words, fmt::join(shown, ", "));
-    if (answers.rooms.empty() && std::none_of(answers.places.begin(), answers.places.end(),
-                                              [](const auto& a) { return a.inTop5; }))
+    if (answers.rooms.empty() &&
+        std::none_of(answers.places.begin(), answers.places.end(), [](const auto& a) { return a.inTop5; }))
       fmt::print("No place has it among its five best words; the likeliest are\n");
   }
   for (const PlaceAnswer& answer : answers.places) {

@@ -8,9 +8,9 @@
 #include <map>
 
 #include "described.hpp"
+#include "estancia/classify/label_selection.hpp"
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/classify/scores.hpp"
-#include "estancia/classify/label_selection.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/progress.hpp"
@@ -408,8 +408,7 @@ void addPredict(CLI::App& classify, const Shared& arguments) {
   CLI::App* command = classify.add_subcommand("predict", "Tell which room each image shows");
   addModel(*command, arguments);
   arguments->source.addTo(*command);
-  command->get_option("SEQ")->description(
-      "Images, or a sequence as of other commands, its words, or a map");
+  command->get_option("SEQ")->description("Images, or a sequence as of other commands, its words, or a map");
   arguments->source.addDepthTo(*command);
   command->add_option("IMAGE", arguments->images, "More images");
   command->add_option("--least", arguments->least, "Say nothing of images that are less probable than this")

@@ -13,10 +13,10 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/plus_names.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/describe/table_features.hpp"
 #include "estancia/describe/lexical.hpp"
-#include "estancia/io/files.hpp"
+#include "estancia/describe/table_features.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/io/files.hpp"
 #include "estancia/topology/map_recording.hpp"
 #include "estancia/topology/store.hpp"
 
@@ -107,7 +107,8 @@ Features FeatureSource::features(const SequenceArguments& source, const std::str
   if (isMap(source.path)) return parts(chosen(featuresOf(readMapDescriptors(source.path)), source));
   if (isFeatureTable(source.path)) return parts(chosen(featuresOf(readFeatureTable(source.path)), source));
   const auto sequence = source.open();
-  if (isDescriptorFile(source.path)) return parts(asListedIn(*sequence, featuresOf(readDescriptors(source.path))));
+  if (isDescriptorFile(source.path))
+    return parts(asListedIn(*sequence, featuresOf(readDescriptors(source.path))));
   return features(*sequence, descriptor, source.strict);
 }
 
@@ -120,7 +121,7 @@ Features FeatureSource::features(const Sequence& sequence, const std::string& de
 }
 
 RoomPredictions FeatureSource::rooms(const RoomClassifier& classifier, const DescriptorSequence& words,
-                                  const Sequence* sequence) {
+                                     const Sequence* sequence) {
   std::vector<std::string> problems;
   const Features features = featuresFor(classifier, words, sequence, options_, *progress_, &problems);
   warn(problems);

@@ -28,7 +28,8 @@ class FeatureSource {
 
   /// What `classifier` says of the frames whose words are known; `sequence` (nullptr: not at hand) shows
   /// what the words do not tell.
-  RoomPredictions rooms(const RoomClassifier& classifier, const DescriptorSequence& words, const Sequence* sequence);
+  RoomPredictions rooms(const RoomClassifier& classifier, const DescriptorSequence& words,
+                        const Sequence* sequence);
 
  private:
   void warn(const std::vector<std::string>& problems) const;

@@ -8,8 +8,8 @@
 
 #include "common.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/experiment/work_queue.hpp"
 #include "estancia/experiment/experiment.hpp"
+#include "estancia/experiment/work_queue.hpp"
 #include "estancia/io/result_table.hpp"
 #include "estancia/report/findings_files.hpp"
 #include "estancia/report/findings_page.hpp"

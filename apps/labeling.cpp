@@ -106,7 +106,7 @@ Labeling::Labeling(const SequenceArguments& frames, const ModelArguments& model,
 }
 
 std::size_t Labeling::forEach(std::size_t first, const std::string& what,
-                               const std::function<void(const LabeledFrame&)>& use) {
+                              const std::function<void(const LabeledFrame&)>& use) {
   const auto progress = makeStderrProgress();
   LabelStream stream(*sequence_, *labeler_, {.first = first, .strict = strict_, .cache = cache_.get()});
   std::size_t used = 0, skipped = 0;

@@ -171,8 +171,7 @@ void addObjectsCollect(CLI::App& objects) {
   CLI::App* command =
       objects.add_subcommand("collect", "Gather images and clouds of the things in a sequence with depth");
   addSequenceWithDepth(*command, a->sequence);
-  command->add_option("-o,--output", a->output, "A new folder: samples.csv, images/ and clouds/")
-      ->required();
+  command->add_option("-o,--output", a->output, "A new folder: samples.csv, images/ and clouds/")->required();
   command->add_option("--first", a->options.first, "The frame to begin with, from 0");
   command->add_option("--frames", a->options.frames, "Look at so many frames; default: all")
       ->check(positive());

@@ -150,8 +150,7 @@ void addOdometryCommand(CLI::App& app) {
                    "What is aligned: depth, color, hybrid, or auto: depth, hybrid where depth would slide")
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "depth", "color", "hybrid"}));
-  command->add_option("--width", o.width, "Images are reduced to this width [pixels]")
-      ->capture_default_str();
+  command->add_option("--width", o.width, "Images are reduced to this width [pixels]")->capture_default_str();
   command->add_option("--farthest", o.farthest, "Depth beyond is not used [m]")->capture_default_str();
   command
       ->add_option("--loop-features", o.loopFeatures,

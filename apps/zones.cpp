@@ -110,7 +110,8 @@ class Stream {
 };
 
 /// The words of all images. With --stream the zones follow as they come, else the memory is asked for first.
-DescriptorSequence recordingOf(const Arguments& arguments, const ZoneOptions& options, std::optional<Stream>& stream) {
+DescriptorSequence recordingOf(const Arguments& arguments, const ZoneOptions& options,
+                               std::optional<Stream>& stream) {
   const auto begin = [&](std::size_t images, const Vocabulary& words) {
     if (arguments.stream)
       stream.emplace(words, options, arguments.json);

@@ -23,10 +23,10 @@
 
 #include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/inverse_depth.hpp"
-#include "estancia/cloud/merge_segments.hpp"
-#include "estancia/cloud/segments.hpp"
-#include "estancia/cloud/planes.hpp"
 #include "estancia/cloud/merge_containers.hpp"
+#include "estancia/cloud/merge_segments.hpp"
+#include "estancia/cloud/planes.hpp"
+#include "estancia/cloud/segments.hpp"
 #include "estancia/io/depth_file.hpp"
 
 namespace {
@@ -149,7 +149,8 @@ void run(double focal, const std::vector<std::string>& files) {
     add(processorTime, [&] { creases = concaveCreases(grid, scene->rest, options.crease, 1); });
     add(processorTime, [&] { pieces = oversegment(grid, scene->rest, creases); });
     add(processorTime, [&] { mergeSegments(grid, scene->rest, options.join, 1, joined = pieces); });
-    add(processorTime, [&] { mergeContainerInteriors(grid, scene->rest, scene->planes, 1, vessels = joined); });
+    add(processorTime,
+        [&] { mergeContainerInteriors(grid, scene->rest, scene->planes, 1, vessels = joined); });
     Clusters found;
     add(processorTime, [&] { found = findClusters(depth, camera, options); });
     add(wallTime, [&] { found = findClusters(depth, camera, options); });

@@ -23,8 +23,7 @@ int main(int argc, char** argv) try {
 
   // A robot asks about what it sees now; here that is the first of the images.
   const auto descriptor = estancia::loadDescriptor(estancia::descriptorOf(classifier));
-  const auto seen =
-      classifier.predict(estancia::featuresOf(*descriptor, {images->image(0), {}, {}, "now"}));
+  const auto seen = classifier.predict(estancia::featuresOf(*descriptor, {images->image(0), {}, {}, "now"}));
   for (std::size_t room = 0; room < classifier.rooms().size(); ++room)
     std::printf("%s %.1f %%\n", classifier.rooms()[room].c_str(), 100 * seen.row(0)[room]);
 

@@ -35,10 +35,10 @@ struct ClassifierOptions {
   /// svm-linear, svm-rbf, linear: what an error costs, > 0; the larger, the closer the training set is
   /// followed.
   std::optional<double> c = {};
-  std::optional<double> gamma = {};    ///< svm-rbf: k(a, b) = exp(−gamma |a − b|²), > 0
+  std::optional<double> gamma = {};   ///< svm-rbf: k(a, b) = exp(−gamma |a − b|²), > 0
   std::optional<int> neighbors = {};  ///< knn: how many vote
-  std::string metric = "";             ///< knn: "euclidean" or "cosine"; "": the better one
-  int trees = 500;                     ///< forest
+  std::string metric = "";            ///< knn: "euclidean" or "cosine"; "": the better one
+  int trees = 500;                    ///< forest
 };
 
 /// A trained classifier. Safe to use from several threads.

@@ -19,9 +19,9 @@ enum class WordSums : std::uint8_t {
 };
 
 /// What was learned of one part. A number v of the descriptor becomes (e(v) − mean) · scale, with e after the
-/// part's kind: probabilities of words → centered log-ratio (stats/distance.hpp), of a selection centered over
-/// its words and the rest that they leave of 1; log-odds where they are independent; histogram and energies →
-/// square root.
+/// part's kind: probabilities of words → centered log-ratio (stats/distance.hpp), of a selection centered
+/// over its words and the rest that they leave of 1; log-odds where they are independent; histogram and
+/// energies → square root.
 struct PartEmbedding {
   DescriptorPart part;
   WordSums sums = WordSums::whole;  ///< of probabilities

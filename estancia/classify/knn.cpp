@@ -66,8 +66,8 @@ std::vector<Neighbor> smallest(std::span<const float> keys, std::span<const floa
 
 /// Votes of the first k: 1 / distance, times the weight of the class. Samples at distance 0 outvote all
 /// others.
-std::vector<double> votes(std::span<const Neighbor> neighbors, std::size_t k,
-                          const std::vector<int>& classes, const std::vector<double>& weights) {
+std::vector<double> votes(std::span<const Neighbor> neighbors, std::size_t k, const std::vector<int>& classes,
+                          const std::vector<double>& weights) {
   std::vector<double> sums(weights.size());
   const bool same = neighbors.front().distance == 0;
   double all = 0;
@@ -204,8 +204,7 @@ std::vector<double> scoresOf(const Search& search, bool cosine, const std::vecto
         for (const std::vector<int>& folds : search.folds) {
           std::vector<Neighbor> nearest;
           for (const Neighbor& neighbor : all)
-            if (folds[neighbor.row] != folds[i] && nearest.size() < most + spare)
-              nearest.push_back(neighbor);
+            if (folds[neighbor.row] != folds[i] && nearest.size() < most + spare) nearest.push_back(neighbor);
           if (nearest.empty()) continue;
           measure(x, x.row(i), nearest);
           for (std::size_t c = 0; c < counts.size(); ++c) {
@@ -231,7 +230,7 @@ std::unique_ptr<Classifier> trainKnn(const Samples& samples, const ClassifierOpt
   const Search search = searchOf(samples, options);
   const std::vector<int> counts =
       options.neighbors ? std::vector<int>{*options.neighbors}
-                         : std::vector<int>(std::begin(neighborCounts), std::end(neighborCounts));
+                        : std::vector<int>(std::begin(neighborCounts), std::end(neighborCounts));
   double best = -1;
   int neighbors = 0;
   bool cosine = false;
@@ -247,8 +246,8 @@ std::unique_ptr<Classifier> trainKnn(const Samples& samples, const ClassifierOpt
   }
   return std::make_unique<Knn>(cosine ? toUnit(samples.x) : samples.x, samples.classes, search.weights,
                                static_cast<std::size_t>(neighbors), cosine,
-                               fmt::format("{} neighbors, {}: {}", neighbors,
-                                           cosine ? "cosine" : "Euclidean", heldOut(best, options)));
+                               fmt::format("{} neighbors, {}: {}", neighbors, cosine ? "cosine" : "Euclidean",
+                                           heldOut(best, options)));
 }
 
 void Knn::write(ByteWriter& out) const {

@@ -116,8 +116,9 @@ RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& f
   return predictions;
 }
 
-Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence& words, const Sequence* sequence,
-                     const DescribeOptions& options, Progress& progress, std::vector<std::string>* problems) {
+Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence& words,
+                     const Sequence* sequence, const DescribeOptions& options, Progress& progress,
+                     std::vector<std::string>* problems) {
   const Features known = featuresOf(words);
   std::vector<std::string> taken, missing;
   bool unlike = false;  // a part of the same name is another

@@ -36,8 +36,8 @@ RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& f
 /// are made of are taken from there; only the others are described, from `sequence`, which may be nullptr
 /// where there are none. Frames that cannot be described, or that the sequence lacks, are left out, and
 /// `problems` told. Throws Error saying what is missing, and as describeSequence() does; Interrupted.
-Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence& words, const Sequence* sequence,
-                     const DescribeOptions& options, Progress& progress,
+Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence& words,
+                     const Sequence* sequence, const DescribeOptions& options, Progress& progress,
                      std::vector<std::string>* problems = nullptr);
 
 }  // namespace estancia

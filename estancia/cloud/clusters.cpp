@@ -8,13 +8,13 @@
 #include <limits>
 #include <optional>
 
-#include "estancia/cloud/plane_fit.hpp"
 #include "estancia/cloud/inverse_depth.hpp"
-#include "estancia/cloud/merge_segments.hpp"
-#include "estancia/cloud/unorganized_clusters.hpp"
-#include "estancia/cloud/segments.hpp"
-#include "estancia/cloud/planes.hpp"
 #include "estancia/cloud/merge_containers.hpp"
+#include "estancia/cloud/merge_segments.hpp"
+#include "estancia/cloud/plane_fit.hpp"
+#include "estancia/cloud/planes.hpp"
+#include "estancia/cloud/segments.hpp"
+#include "estancia/cloud/unorganized_clusters.hpp"
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
@@ -55,7 +55,8 @@ cv::Rect fieldOf(const InverseDepth& grid) {
 
 /// Some of the points at which all around is of the same piece: those at its rim are mixed with what is
 /// behind.
-std::vector<cv::Point3f> innerPoints(const InverseDepth& grid, const Segmentation& pieces, const Cluster& cluster) {
+std::vector<cv::Point3f> innerPoints(const InverseDepth& grid, const Segmentation& pieces,
+                                     const Cluster& cluster) {
   constexpr double rim = 2;  // pixels
   constexpr std::size_t most = 2000;
   const std::ptrdiff_t across = grid.pixels(rim), down = across * grid.stride;

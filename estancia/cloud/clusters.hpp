@@ -15,13 +15,15 @@ namespace estancia {
 /// Lengths that noise decides hold at 1 m from the camera and grow with the square of the distance, as the
 /// noise of depth cameras does.
 struct ClusterOptions {
-  double planeArea = 0.25;       ///< a plane has at least this [m²] in one patch, of which half may lie
-                                 ///< beyond the edge of the image: tables, walls, floors; > 0
+  /// A plane has at least this [m²] in one patch, of which half may lie beyond the edge of the image: tables,
+  /// walls, floors; > 0.
+  double planeArea = 0.25;
   double planeTolerance = 0.01;  ///< points so near to a plane belong to it [m at 1 m]; > 0
   double crease = 0.0022;        ///< how deep a concave crease is that parts two things [m at 1 m]; > 0
   double join = 0.02;            ///< pieces so near to each other touch [m]; > 0
-  std::size_t least = 400;       ///< points of a cluster, in an image with a focal length of 525 pixels; as
-                                 ///< it is for a cloud that is not organized
+  /// Points of a cluster, in an image with a focal length of 525 pixels; as it is for a cloud that is not
+  /// organized.
+  std::size_t least = 400;
   std::uint64_t seed = 1;
   int threads = 0;  ///< 0: one a usable core; the result does not depend on it
 };

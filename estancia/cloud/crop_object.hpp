@@ -26,7 +26,7 @@ struct CropOptions {
 /// of image, a box that is empty or leaves the image, a mask that is missing or of another size, and on
 /// options out of range.
 cv::Mat cropObject(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask = {},
-                const CropOptions& options = {});
+                   const CropOptions& options = {});
 
 /// An image of a cloud without a camera, as wide in its square of `size` pixels (1 … 4096) as cropObject()
 /// would have it: points are discs on gray, the nearest in front, shaded by depth where they have no colors.

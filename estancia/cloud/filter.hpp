@@ -27,8 +27,8 @@ std::vector<std::pair<std::string, std::string>> filterMethods();
 struct FilteredCloud {
   PointCloud cloud;
   double leaf = 0;  ///< edge of the voxels [m]; 0 without voxels
-  NeuralGas
-      gas;  ///< the graph over the points, which are its neurons, and how it grew; its own cloud is empty
+  /// The graph over the points, which are its neurons, and how it grew; its own cloud is empty.
+  NeuralGas gas;
 };
 
 /// The filtered cloud. All methods but none leave out points that are not finite. Of a cloud that has no more

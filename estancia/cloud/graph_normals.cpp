@@ -16,8 +16,7 @@ namespace {
 /// Neighbors of all neurons, one after the other.
 class Neighbors {
  public:
-  explicit Neighbors(const NeuralGas& gas)
-      : first_(gas.cloud.points.size() + 1), all_(2 * gas.edges.size()) {
+  explicit Neighbors(const NeuralGas& gas) : first_(gas.cloud.points.size() + 1), all_(2 * gas.edges.size()) {
     const std::size_t neurons = gas.cloud.points.size();
     for (const auto& edge : gas.edges)
       for (const std::uint32_t end : edge) {

@@ -16,7 +16,7 @@ struct GngOptions {
   std::size_t neurons = 20000;             ///< stop at so many; at least 2
   std::size_t signalsPerInsertion = 2000;  ///< δ
   float winnerRate = 0.1F;                 ///< ε_w, of the way to the signal
-  float neighborRate = 0.001F;            ///< ε_n
+  float neighborRate = 0.001F;             ///< ε_n
   double insertionDecay = 0.5;             ///< α: the part of their error that q and f keep
   double errorDecay = 0.995;       ///< γ: the part of its error that every neuron keeps at an insertion
   std::uint32_t maximalAge = 250;  ///< a_max: an edge that is older goes

@@ -155,8 +155,8 @@ bool isInside(const SegmentSamples& shape, const Plane& plane, const Circle& cir
 
 }  // namespace
 
-void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes, int threads,
-                 Segmentation& pieces) {
+void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes,
+                             int threads, Segmentation& pieces) {
   constexpr double largest = 0.8;  // no vessel is [m]
   if (planes.empty()) return;
   const std::vector<SegmentSamples> shapes = sampleSegments(grid, mask, pieces);

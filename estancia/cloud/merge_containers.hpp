@@ -10,7 +10,7 @@
 namespace estancia {
 
 /// Joins what lies within the round wall of a vessel that stands on one of `planes`: its inside.
-void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes, int threads,
-                 Segmentation& pieces);
+void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes,
+                             int threads, Segmentation& pieces);
 
 }  // namespace estancia

@@ -103,8 +103,8 @@ bool meetConvexly(const SegmentSamples& a, const SegmentSamples& b, std::span<co
 }
 
 /// Whether something nearer hides what lies between two points of these pieces.
-bool isHidden(const InverseDepth& grid, const Segmentation& pieces, const SegmentSamples& a, const SegmentSamples& b,
-              const cv::Point3f& from, const cv::Point3f& to) {
+bool isHidden(const InverseDepth& grid, const Segmentation& pieces, const SegmentSamples& a,
+              const SegmentSamples& b, const cv::Point3f& from, const cv::Point3f& to) {
   constexpr int steps = 39;
   int covered = 0, front = 0;
   for (int i = 1; i < steps; ++i) {
@@ -122,7 +122,8 @@ bool isHidden(const InverseDepth& grid, const Segmentation& pieces, const Segmen
   return covered > kHidden * (steps - 1) && front > kInFront * (steps - 1);
 }
 
-bool continueEachOther(const SegmentSamples& a, const SegmentSamples& b, const cv::Point3f& endA, const cv::Point3f& endB) {
+bool continueEachOther(const SegmentSamples& a, const SegmentSamples& b, const cv::Point3f& endA,
+                       const cv::Point3f& endB) {
   constexpr std::size_t fewest = 15;
   const auto atA = seenFacet(near(a.surface, {&endA, 1}, kAroundGap), fewest);
   const auto atB = seenFacet(near(b.surface, {&endB, 1}, kAroundGap), fewest);
@@ -132,8 +133,8 @@ bool continueEachOther(const SegmentSamples& a, const SegmentSamples& b, const c
   return off < kOffset && atA->normal.dot(atB->normal) > std::cos(kSameWay * CV_PI / 180);
 }
 
-bool belongTogether(const InverseDepth& grid, const Segmentation& pieces, const SegmentSamples& a, const SegmentSamples& b,
-                    double contact) {
+bool belongTogether(const InverseDepth& grid, const Segmentation& pieces, const SegmentSamples& a,
+                    const SegmentSamples& b, double contact) {
   const auto close = static_cast<float>(contact * contact);
   std::vector<cv::Point3f> contactA, contactB;
   float nearest = std::numeric_limits<float>::infinity();
@@ -158,7 +159,8 @@ bool belongTogether(const InverseDepth& grid, const Segmentation& pieces, const 
 
 }  // namespace
 
-void mergeSegments(const InverseDepth& grid, const Mask& mask, double contact, int threads, Segmentation& pieces) {
+void mergeSegments(const InverseDepth& grid, const Mask& mask, double contact, int threads,
+                   Segmentation& pieces) {
   const std::vector<SegmentSamples> shapes = sampleSegments(grid, mask, pieces);
   const auto pairs = nearPairs(shapes, pieces, std::max(kWidestGap, contact));
   const auto find = [&](std::size_t i) -> std::vector<std::pair<std::uint32_t, std::uint32_t>> {

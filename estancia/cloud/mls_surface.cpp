@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/covariance.hpp"
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/simd.hpp"
@@ -191,8 +191,8 @@ Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions
     if (!(m[0] >= fewInBall)) return element;
     const double w = m[0], x = m[1] / w, y = m[2] / w, z = m[3] / w;
     normal = principalAxes({m[4] / w - x * x, m[5] / w - x * y, m[6] / w - x * z,  //
-                     m[5] / w - x * y, m[7] / w - y * y, m[8] / w - y * z,  //
-                     m[6] / w - x * z, m[8] / w - y * z, m[9] / w - z * z})
+                            m[5] / w - x * y, m[7] / w - y * y, m[8] / w - y * z,  //
+                            m[6] / w - x * z, m[8] / w - y * z, m[9] / w - z * z})
                  .normal;
     if (!std::isfinite(normal[0])) return element;
     const auto [sum, heights] = support.cylinder({p[0],
@@ -220,7 +220,7 @@ Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions
 }  // namespace
 
 PointCloud projectMls(const std::vector<cv::Point3f>& seeds, const PointCloud& cloud,
-                       const MlsOptions& options) {
+                      const MlsOptions& options) {
   for (const double length : {options.leaf, options.radius, options.width, options.depth})
     if (!(length > 0) || !std::isfinite(length))
       throw Error(fmt::format("a surface is averaged over positive lengths, not over {} m", length));

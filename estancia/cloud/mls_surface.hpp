@@ -29,6 +29,6 @@ struct MlsOptions {
 /// has some, say which way the surface faces, and keep the two sides of a thin object apart. The same for any
 /// number of threads. Throws Error on lengths that are not positive.
 PointCloud projectMls(const std::vector<cv::Point3f>& seeds, const PointCloud& cloud,
-                       const MlsOptions& options);
+                      const MlsOptions& options);
 
 }  // namespace estancia

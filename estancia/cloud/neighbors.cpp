@@ -107,7 +107,7 @@ void Neighbors::build(std::span<Item> items, std::size_t node, std::size_t block
 }
 
 std::span<const Neighbor> Neighbors::within(const cv::Point3f& place, float radius,
-                                              std::vector<Neighbor>& buffer) const {
+                                            std::vector<Neighbor>& buffer) const {
   if (!isFinite(place) || !(radius >= 0)) return {};
   const float squared = radius * radius;
   std::size_t count = 0;
@@ -118,7 +118,7 @@ std::span<const Neighbor> Neighbors::within(const cv::Point3f& place, float radi
 }
 
 std::span<const Neighbor> Neighbors::nearest(const cv::Point3f& place, std::size_t count,
-                                               std::vector<Neighbor>& buffer, float farthest) const {
+                                             std::vector<Neighbor>& buffer, float farthest) const {
   count = std::min(count, size());
   if (!isFinite(place) || count == 0 || !(farthest >= 0)) return {};
   struct Visit {

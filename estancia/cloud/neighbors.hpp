@@ -59,14 +59,14 @@ class Neighbors {
   /// The points at most `radius` [m] away, the one at `place` itself included; in a fixed order that means
   /// nothing. Lies in `buffer` until that is used again. Nothing when `place` is not finite.
   std::span<const Neighbor> within(const cv::Point3f& place, float radius,
-                                    std::vector<Neighbor>& buffer) const;
+                                   std::vector<Neighbor>& buffer) const;
 
   /// The `count` nearest points (fewer when there are no more) not beyond `farthest` [m], nearest first, the
   /// one at `place` itself included. Which of several equally far ones is left out is fixed but means
   /// nothing.
   std::span<const Neighbor> nearest(const cv::Point3f& place, std::size_t count,
-                                     std::vector<Neighbor>& buffer,
-                                     float farthest = std::numeric_limits<float>::infinity()) const;
+                                    std::vector<Neighbor>& buffer,
+                                    float farthest = std::numeric_limits<float>::infinity()) const;
 
   /// Calls use(i, neighbors) for every finite point i of the cloud with what within() says of it, on
   /// `threads` threads (0: one a usable core); each i once, in no order.

@@ -11,8 +11,8 @@
 namespace estancia {
 
 struct NormalOptions {
-  double radius = 0;           ///< [m] of the points that a plane is fitted to; 0: `neighbors` says which
-  std::size_t neighbors = 0;  ///< so many nearest points, and those that are no further than the last
+  double radius = 0;               ///< [m] of the points that a plane is fitted to; 0: `neighbors` says which
+  std::size_t neighbors = 0;       ///< so many nearest points, and those that are no further than the last
   cv::Point3f viewpoint{0, 0, 0};  ///< that normals look towards: where the sensor was
   int threads = 0;                 ///< 0: one a usable core
 };

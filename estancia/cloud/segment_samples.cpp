@@ -44,7 +44,8 @@ std::vector<std::uint32_t> largePieces(const Segmentation& pieces, double least)
 
 }  // namespace
 
-std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask& mask, const Segmentation& pieces) {
+std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask& mask,
+                                           const Segmentation& pieces) {
   std::vector<SegmentSamples> shapes;
   std::vector<std::uint32_t> shapeOf(pieces.sizes.size()), skip(pieces.sizes.size());
   for (const std::uint32_t i : largePieces(pieces, grid.area(kLeastShape))) {
@@ -98,7 +99,8 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector
   return pairs;
 }
 
-void joinFound(std::size_t count, const FindPairs& find, const Mask& mask, int threads, Segmentation& pieces) {
+void joinFound(std::size_t count, const FindPairs& find, const Mask& mask, int threads,
+               Segmentation& pieces) {
   std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found(count);
   inParallel(count, static_cast<std::size_t>(threads > 0 ? threads : usableCores()),
              [&](std::size_t i) { found[i] = find(i); });

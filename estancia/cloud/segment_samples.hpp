@@ -26,7 +26,8 @@ struct SegmentSamples {
 };
 
 /// Of the pieces that are not too small to tell, in their order; of more than kMaxSegmentSamples the largest.
-std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask& mask, const Segmentation& pieces);
+std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask& mask,
+                                           const Segmentation& pieces);
 
 /// Which shapes, by their indices, come within `farthest` [m] of each other by the boxes around their
 /// borders, but do not touch in the image; of more than kMaxPairs those whose boxes are nearest.

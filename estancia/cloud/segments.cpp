@@ -110,7 +110,7 @@ void grow(const InverseDepth& grid, const Mask& mask, Segmentation& pieces) {
 }
 
 std::vector<SegmentBorder> bordersOf(const InverseDepth& grid, const Mask& mask, const Segmentation& pieces,
-                              const std::vector<std::uint8_t>& creases) {
+                                     const std::vector<std::uint8_t>& creases) {
   std::vector<std::uint64_t> pairs;
   const auto look = [&](std::size_t i, std::size_t j) {
     const std::uint32_t a = pieces.labels[i], b = pieces.labels[j];
@@ -160,8 +160,8 @@ void joinSmooth(std::vector<SegmentBorder>& borders, DisjointSets& sets) {
   }
 }
 
-void joinSmall(std::vector<SegmentBorder>& borders, DisjointSets& sets, const std::vector<std::uint32_t>& sizes,
-               double least) {
+void joinSmall(std::vector<SegmentBorder>& borders, DisjointSets& sets,
+               const std::vector<std::uint32_t>& sizes, double least) {
   struct Closest {
     std::size_t pairs = 0;
     std::uint32_t piece = 0;
@@ -203,8 +203,8 @@ std::vector<SegmentBorder> bordersOf(std::vector<std::uint64_t> pairs) {
   return borders;
 }
 
-void mergeNeighbors(std::vector<SegmentBorder>& borders, DisjointSets& sets, const std::vector<std::uint32_t>& sizes,
-                    double least) {
+void mergeNeighbors(std::vector<SegmentBorder>& borders, DisjointSets& sets,
+                    const std::vector<std::uint32_t>& sizes, double least) {
   joinSmooth(borders, sets);
   joinSmall(borders, sets, sizes, least);
 }

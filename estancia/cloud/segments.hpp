@@ -35,15 +35,15 @@ class DisjointSets {
   std::vector<std::uint32_t> parent_;
 };
 
-constexpr double kMinSegmentArea = 400;      ///< [square pixels]
+constexpr double kMinSegmentArea = 400;     ///< [square pixels]
 constexpr std::size_t kMinBorderPairs = 5;  ///< pairs of points that make two pieces neighbors
 
 /// Pieces of a depth image; number 0 is none.
 struct Segmentation {
   std::vector<std::uint32_t> labels;  ///< a number a pixel, indexed as InverseDepth
   std::vector<std::uint32_t> sizes;   ///< pixels of each number
-  std::vector<std::pair<std::uint32_t, std::uint32_t>>
-      touching;  ///< a < b: surfaces that go over into each other
+  /// A < b: surfaces that go over into each other.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> touching;
 };
 
 /// Where two pieces go over into each other.
@@ -60,8 +60,8 @@ inline std::uint64_t pairOf(std::uint32_t a, std::uint32_t b, bool creased) {
 
 /// Joins neighbors whose border mostly is no crease, then those of less than `least` points with the
 /// neighbor of the longest border. Leaves the borders that are left.
-void mergeNeighbors(std::vector<SegmentBorder>& borders, DisjointSets& sets, const std::vector<std::uint32_t>& sizes,
-                    double least);
+void mergeNeighbors(std::vector<SegmentBorder>& borders, DisjointSets& sets,
+                    const std::vector<std::uint32_t>& sizes, double least);
 
 /// Cuts what `mask` marks at `creases` and at edges in depth. Pieces grow from where no crease is near, as a
 /// crease often has gaps; neighbors whose border mostly is no crease are one again (convexity decides which

@@ -7,11 +7,11 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
-#include "estancia/cloud/plane_fit.hpp"
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/normals.hpp"
-#include "estancia/cloud/segments.hpp"
+#include "estancia/cloud/plane_fit.hpp"
 #include "estancia/cloud/resolution.hpp"
+#include "estancia/cloud/segments.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
 
 namespace estancia {
@@ -107,7 +107,7 @@ void labelConnected(const Surface& s, const Wanted& wanted, double least, std::v
 
 /// The plane with most of some candidates on it (RANSAC, one point with its normal a hypothesis).
 std::optional<PlaneFit> bestPlane(const Surface& s, const std::vector<std::uint32_t>& candidates,
-                               double tolerance, cv::RNG& random) {
+                                  double tolerance, cv::RNG& random) {
   constexpr int hypotheses = 150, mostSamples = 3000;
   constexpr double faces = 0.94;
   const auto any = [&] {
@@ -242,7 +242,7 @@ void grow(const Surface& s, const std::vector<std::uint8_t>& rest, std::vector<s
 }
 
 std::vector<SegmentBorder> bordersBetween(const Surface& s, const std::vector<std::uint32_t>& labels,
-                                   const std::vector<std::uint8_t>& creases) {
+                                          const std::vector<std::uint8_t>& creases) {
   std::vector<std::uint64_t> pairs;
   std::vector<Neighbor> buffer;
   for (std::uint32_t i = 0; i < s.size(); ++i) {

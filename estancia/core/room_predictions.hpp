@@ -31,8 +31,8 @@ std::vector<RoomProbability> roomsOf(const RoomPredictions& predictions, std::si
 /// said of any. `groupOf[i]` is the group of image i; images beyond its end and numbers of `groups` or more
 /// belong to none.
 ///
-/// Opinions are pooled by LogOpinionPool, which was right about places as often as the mean of the probabilities
-/// and closer in its probabilities (docs/classify.md).
+/// Opinions are pooled by LogOpinionPool, which was right about places as often as the mean of the
+/// probabilities and closer in its probabilities (docs/classify.md).
 std::vector<std::vector<RoomProbability>> poolRooms(const RoomPredictions& predictions,
                                                     std::span<const std::size_t> groupOf, std::size_t groups);
 

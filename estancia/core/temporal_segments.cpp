@@ -60,7 +60,8 @@ double longestStep(const std::vector<double>& positions, const std::vector<std::
 
 }  // namespace
 
-std::vector<TemporalSegment> temporalSegments(const std::vector<Frame>& frames, const std::vector<std::string>& places) {
+std::vector<TemporalSegment> temporalSegments(const std::vector<Frame>& frames,
+                                              const std::vector<std::string>& places) {
   if (places.size() != frames.size())
     throw Error(fmt::format("{} places of {} frames; give one a frame", places.size(), frames.size()));
   std::vector<double> positions = timesOf(frames);

@@ -23,6 +23,7 @@ struct TemporalSegment {
 /// and in either case where it falls. Medians are of what rises inside places. Other names say nothing: the
 /// digits of "1305031102.175304.png" or "x-1.25_a0.71.png" are fractions.
 /// Throws Error when there are not as many places as frames.
-std::vector<TemporalSegment> temporalSegments(const std::vector<Frame>& frames, const std::vector<std::string>& places);
+std::vector<TemporalSegment> temporalSegments(const std::vector<Frame>& frames,
+                                              const std::vector<std::string>& places);
 
 }  // namespace estancia

@@ -13,8 +13,8 @@
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
-#include "estancia/describe/load_descriptor.hpp"
 #include "estancia/describe/lexical.hpp"
+#include "estancia/describe/load_descriptor.hpp"
 #include "estancia/label/record.hpp"
 
 namespace estancia {
@@ -52,8 +52,8 @@ Words* wordsIn(const NamedDescriptor& source) {
   return dynamic_cast<Words*>(source.descriptor.get());
 }
 
-Column labeled(const Sequence& sequence, const NamedDescriptor& source, LabelCache* cache,
-                Progress& progress, Problems& problems) {
+Column labeled(const Sequence& sequence, const NamedDescriptor& source, LabelCache* cache, Progress& progress,
+               Problems& problems) {
   std::vector<std::size_t> frames;
   const DescriptorSequence words = labelAll(
       sequence, wordsIn(source)->labeler(), fmt::format("{}: labeling {}", source.name, sequence.name()),

@@ -22,8 +22,7 @@ void requireValid(const PhogOptions& options) {
   if (options.range != 180 && options.range != 360)
     throw Error(fmt::format("phog: a range of {} degrees; 180 and 360 can be had", options.range));
   if (options.longestSide < 16)
-    throw Error(
-        fmt::format("phog: images of {} pixels tell nothing; take at least 16", options.longestSide));
+    throw Error(fmt::format("phog: images of {} pixels tell nothing; take at least 16", options.longestSide));
 }
 
 cv::Mat grayOf(const cv::Mat& image, int longestSide) {

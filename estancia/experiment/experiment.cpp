@@ -81,8 +81,8 @@ struct Kind {
 constexpr Kind kKinds[] = {
     {"model-choice", "which model's words tell places apart (thesis 4.5.2)", modelChoiceColumns, false,
      prepare<readModelChoice, chooseModel>},
-    {"object-segmentation", "things in images found whole and apart (thesis 6.3)",
-     objectSegmentationColumns, false, prepare<readObjectSegmentation, segmentObjects>},
+    {"object-segmentation", "things in images found whole and apart (thesis 6.3)", objectSegmentationColumns,
+     false, prepare<readObjectSegmentation, segmentObjects>},
     {"object-splits", "shapes learned by a labeler's names, asked about other things (thesis 6.4)",
      objectSplitsColumns, false, prepare<readObjectSplits, splitObjects>},
     {"places", "places mapped, found again, and rooms told apart", placeTasksColumns, true,

@@ -44,8 +44,7 @@ class Grid {
   /// `threads` = 0 takes one a usable core, or a single one where several processes share the cells by
   /// `distribution`: these have the folder in common, and the first of them writes the table. The folder is
   /// made by run().
-  Grid(std::filesystem::path folder, GridColumns columns, int threads = 0,
-       WorkQueue* distribution = nullptr);
+  Grid(std::filesystem::path folder, GridColumns columns, int threads = 0, WorkQueue* distribution = nullptr);
 
   /// Makes the folder, before anything long is begun. Throws Error when it cannot be made or written.
   void makeFolder() const;

@@ -125,7 +125,7 @@ struct Labeled {
 };
 
 Labeled label(const OpenDrive& drive, Labeler& labeler, const std::string& model, LabelCache* cache,
-               Progress& progress, std::vector<std::string>& notes) {
+              Progress& progress, std::vector<std::string>& notes) {
   const auto of = [&](const Sequence& sequence, const std::string& which) {
     auto result =
         labelPosed(sequence, labeler, cache, progress, fmt::format("{}: labeling {}", model, which));

@@ -8,8 +8,8 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/experiment/work_queue.hpp"
 #include "estancia/experiment/object_segmentation_findings.hpp"
+#include "estancia/experiment/work_queue.hpp"
 #include "estancia/io/depth_file.hpp"
 #include "estancia/io/image_file.hpp"
 #include "estancia/io/object_scenes.hpp"
@@ -91,14 +91,14 @@ SegmentedScene read(const ObjectScene& scene, const CellResults& results) {
 }
 
 Images show(const std::vector<ObjectScene>& files, const std::vector<SegmentedScene>& scenes,
-              const std::vector<std::size_t>& chosen, const Options& options, const std::string& title) {
+            const std::vector<std::size_t>& chosen, const Options& options, const std::string& title) {
   Images images{title, "The image, its objects, and the clusters that were found.", {}, true};
   for (const std::size_t i : chosen) {
     const Scene scene(files[i], options);
     const SegmentationScore& score = scenes[i].ours;
     images.images.push_back(
         {segmentationImage(io::readImage(files[i].image), scene.truth,
-                             pixelsOf(findClusters(scene.depth, options.camera, clustering(options)))),
+                           pixelsOf(findClusters(scene.depth, options.camera, clustering(options)))),
          fmt::format("{}{}: {} of {} objects, mean IoU {:.2f}", files[i].name,
                      files[i].category.empty() ? "" : " (" + files[i].category + ")", score.found,
                      score.objects,

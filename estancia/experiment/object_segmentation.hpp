@@ -20,10 +20,10 @@ class ConfigFile;
 struct ObjectSegmentationOptions {
   std::filesystem::path scenes;  ///< see readObjectScenes()
   CameraIntrinsics camera;
-  double depthScale = 0;     ///< units a meter of the depth images; 0: the usual
-  double tolerance = 0.02;   ///< of plain Euclidean clusters [m]
-  std::uint64_t seed = 1;    ///< of planes and of the posters' noise
-  std::size_t images = 3;  ///< of the best scenes on the page, and as many of the worst
+  double depthScale = 0;    ///< units a meter of the depth images; 0: the usual
+  double tolerance = 0.02;  ///< of plain Euclidean clusters [m]
+  std::uint64_t seed = 1;   ///< of planes and of the posters' noise
+  std::size_t images = 3;   ///< of the best scenes on the page, and as many of the worst
 };
 
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.

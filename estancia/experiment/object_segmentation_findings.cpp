@@ -141,7 +141,7 @@ std::vector<std::size_t> bestFirst(const std::vector<SegmentedScene>& scenes) {
 }
 
 std::vector<unsigned char> segmentationImage(const cv::Mat& bgr, const cv::Mat& truth,
-                                               const std::vector<PixelSet>& clusters) {
+                                             const std::vector<PixelSet>& clusters) {
   constexpr int width = 900;
   cv::Mat image = bgr, row;
   if (image.size() != truth.size()) cv::resize(bgr, image, truth.size(), 0, 0, cv::INTER_AREA);

@@ -26,6 +26,6 @@ std::vector<std::size_t> bestFirst(const std::vector<SegmentedScene>& scenes);
 
 /// The image, its objects and the clusters side by side, as a JPEG; each thing in a color of its own.
 std::vector<unsigned char> segmentationImage(const cv::Mat& bgr, const cv::Mat& truth,
-                                               const std::vector<PixelSet>& clusters);
+                                             const std::vector<PixelSet>& clusters);
 
 }  // namespace estancia

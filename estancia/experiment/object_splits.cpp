@@ -53,7 +53,7 @@ int bestOf(DescriptorView row) {
 
 /// What the labeler says of these samples; its prior is that of what is learned from, the truth has no say.
 std::vector<int> labeled(const ObjectTask& task, const ObjectSplit& split,
-                          const std::vector<std::size_t>& samples) {
+                         const std::vector<std::size_t>& samples) {
   ClassProbabilities said = rowsOf(task.said->shares, samples);
   if (task.data->prior) said = corrected(said, priorOf(rowsOf(task.said->shares, split.train)));
   std::vector<int> words;
@@ -87,14 +87,16 @@ struct Trial {
     how.folds = options->folds;
     how.seed = seed;
     how.threads = 1;  // cells run side by side
-    ClassProbabilities said = data.machineNames ? rowsOf(task->said->shares, rows.train) : truthOf(*task, rows.train);
+    ClassProbabilities said =
+        data.machineNames ? rowsOf(task->said->shares, rows.train) : truthOf(*task, rows.train);
     // Other noise in each split; the same for all methods.
     if (noise > 0) said = withNoise(said, data.noise, noise, things, seed * 100'003 + split);
     if (data.prior) said = corrected(said, priorOf(said));
     Progress silent;
     const Features shapes = withRows(task->shapes, rows.train);
-    const auto names = assignPseudoLabels(method.naming, said, method.naming == PseudoLabeling::confident ? groups : things,
-                                   shapes, how, silent);
+    const auto names =
+        assignPseudoLabels(method.naming, said, method.naming == PseudoLabeling::confident ? groups : things,
+                           shapes, how, silent);
     // As ObjectModel learns, without its agreement, which takes five times as long.
     const NamedShapes named = namedShapes(shapes, names, groups, task->study.words.size(), options->folds);
     const DescriptorMatrix found = trainClassifier(named.samples, how, silent)
@@ -148,8 +150,7 @@ ObjectSplitsResults runTask(const Options& options, const ObjectTask& task, Grid
     results.cells.push_back({answers.accuracy(test), std::move(answers)});
   }
   if (task.said) {
-    for (const ObjectSplit& split : task.splits)
-      results.labeled.push_back(labeled(task, split, split.test));
+    for (const ObjectSplit& split : task.splits) results.labeled.push_back(labeled(task, split, split.test));
     results.learnedFrom = labeled(task, task.splits[0], task.splits[0].train);
   }
   return results;

@@ -24,7 +24,8 @@ class ConfigFile;
 struct ObjectSplitsOptions {
   /// What is tried on some data.
   struct Trials {
-    std::vector<PseudoLabeling> pseudoLabelings{PseudoLabeling::top, PseudoLabeling::voted, PseudoLabeling::confident};
+    std::vector<PseudoLabeling> pseudoLabelings{PseudoLabeling::top, PseudoLabeling::voted,
+                                                PseudoLabeling::confident};
     std::vector<std::string> classifiers{"svm-rbf"};
     std::vector<double> noises{0};        ///< shares of training samples that are misnamed on purpose
     std::vector<std::uint64_t> seeds{1};  ///< of noise and learning; each accuracy is the mean over them

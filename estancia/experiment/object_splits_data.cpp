@@ -291,7 +291,8 @@ ObjectTask prepare(const Data& data, Shared& shared, const ObjectSplitsOptions& 
       &data, studyOf(data), nullptr, {}, {{}, {}, DescriptorMatrix(0)}, {}, {}, {}, {}, {}, {}, {}, {}};
   task.views = shared.viewsOf(data, task.study);
   const Features& all = shared.sampleSegments(data, *task.views);
-  const DescriptorSequence* words = labeler == nullptr ? nullptr : &shared.wordsOf(data, *task.views, *labeler);
+  const DescriptorSequence* words =
+      labeler == nullptr ? nullptr : &shared.wordsOf(data, *task.views, *labeler);
 
   std::map<std::string, std::size_t> viewNamed, wordsOf;
   for (std::size_t i = 0; i < task.views->size(); ++i) viewNamed.emplace(task.views->view(i).name, i);

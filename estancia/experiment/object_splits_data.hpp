@@ -27,7 +27,7 @@ struct ObjectWords {
   std::string labeler;  ///< its identity
   Vocabulary vocabulary;
   DescriptorMatrix descriptors;  ///< a row a sample
-  ClassProbabilities shares;             ///< of the study's words, as they are
+  ClassProbabilities shares;     ///< of the study's words, as they are
 };
 
 /// Samples of a study's words. Invariant: one row of shapes, word, thing and group a sample.

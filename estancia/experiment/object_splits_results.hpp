@@ -30,9 +30,9 @@ struct ObjectAnswers {
 struct ObjectSplitsResults {
   const ObjectTask* task = nullptr;
   std::vector<ObjectMethod> methods;
-  std::vector<std::vector<int>>
-      labeled;                  ///< [split][test sample]: the labeler's word, −1: none; empty: not asked
-  std::vector<int> learnedFrom;  ///< the labeler's word of the first split's training samples, likewise
+  /// [split][test sample]: the labeler's word, −1: none; empty: not asked.
+  std::vector<std::vector<int>> labeled;
+  std::vector<int> learnedFrom;      ///< the labeler's word of the first split's training samples, likewise
   std::vector<ObjectAnswers> cells;  ///< [(method · noises + noise) · splits + split]
 
   std::size_t indexOf(std::size_t method, std::size_t noise, std::size_t split) const {

@@ -136,7 +136,7 @@ Halves readHalves(const PlaceTasksOptions::Rooms& rooms, const std::vector<Frame
 
 /// Share of the queries whose nearest image shows the same kind of room.
 double nearestNeighbor(const DescriptorSequence& words, const std::vector<std::string>& rooms,
-                        const std::vector<std::size_t>& train, const std::vector<std::size_t>& test) {
+                       const std::vector<std::size_t>& train, const std::vector<std::size_t>& test) {
   const auto rows = [&](const std::vector<std::size_t>& chosen) {
     DescriptorMatrix matrix(words.vocabulary.size());
     for (const std::size_t i : chosen) matrix.append(words.descriptors.row(i));

@@ -11,9 +11,9 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/cloud_file.hpp"
+#include "estancia/recognition/pose_error.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "estancia/recognition/pose_error.hpp"
 
 namespace estancia {
 namespace {

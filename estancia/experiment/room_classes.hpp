@@ -9,9 +9,9 @@
 
 namespace estancia {
 
-/// Classes of images that follow each other: temporalSegments() of one room and one value of `marks` (one a frame;
-/// none: no such thing). Each run is cut into `parts` equal parts, in order. "kitchen 1", "kitchen 2" …, one
-/// a frame; "" where `rooms` is "".
+/// Classes of images that follow each other: temporalSegments() of one room and one value of `marks` (one a
+/// frame; none: no such thing). Each run is cut into `parts` equal parts, in order. "kitchen 1", "kitchen 2"
+/// …, one a frame; "" where `rooms` is "".
 std::vector<std::string> classesOfRuns(const std::vector<Frame>& frames,
                                        const std::vector<std::string>& rooms,
                                        const std::vector<std::string>& marks, std::size_t parts);

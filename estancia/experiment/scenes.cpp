@@ -8,9 +8,9 @@
 #include <set>
 #include <utility>
 
+#include "estancia/classify/label_selection.hpp"
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/classify/scores.hpp"
-#include "estancia/classify/label_selection.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"

@@ -17,8 +17,8 @@
 #include "estancia/experiment/room_classes.hpp"
 #include "estancia/experiment/room_table.hpp"
 #include "estancia/io/csv.hpp"
-#include "estancia/io/feature_table.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/io/feature_table.hpp"
 #include "estancia/label/model.hpp"
 
 namespace estancia {

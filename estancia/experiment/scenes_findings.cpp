@@ -133,12 +133,12 @@ class Sections {
       for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += counts[i];
     }
     HeatTable matrix{fmt::format("{}: rooms taken for others by {}", results_.name, nameOf(number)),
-                  fmt::format("{}. A row is a room, the percent of its images that were taken for each of "
-                              "the rooms. All confusions are in {}-confusions.csv.",
-                              what, results_.name),
-                  results_.rooms,
-                  {},
-                  0};
+                     fmt::format("{}. A row is a room, the percent of its images that were taken for each of "
+                                 "the rooms. All confusions are in {}-confusions.csv.",
+                                 what, results_.name),
+                     results_.rooms,
+                     {},
+                     0};
     for (std::size_t r = 0; r < rooms; ++r) {
       const auto begin = sums.begin() + static_cast<std::ptrdiff_t>(r * rooms);
       const double images = std::accumulate(begin, begin + static_cast<std::ptrdiff_t>(rooms), 0.0);

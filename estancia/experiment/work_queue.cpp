@@ -161,7 +161,7 @@ void WorkQueue::tell(const std::optional<std::size_t>& piece, const std::excepti
 // ---- all
 
 void WorkQueue::each(const std::string& list, const std::vector<std::size_t>& pieces, std::size_t threads,
-                        const std::function<void(std::size_t)>& work, const std::function<void()>& onDone) {
+                     const std::function<void(std::size_t)>& work, const std::function<void()>& onDone) {
   if (!isFirst()) {
     ++phase_;
     inParallel(threads, threads, [&](std::size_t) {

@@ -241,8 +241,8 @@ std::vector<Candidate> chooseModels(const ZoneTablesOptions& options, const Expe
 
 /// data × models, model by model: one network at a time.
 std::vector<std::vector<Labeled>> labelData(const std::vector<const Data*>& data,
-                                             const std::vector<Candidate>& models, const ExperimentRun& run,
-                                             Progress& progress, Findings& told) {
+                                            const std::vector<Candidate>& models, const ExperimentRun& run,
+                                            Progress& progress, Findings& told) {
   std::vector<std::unique_ptr<Sequence>> sequences;
   for (const Data* one : data) {
     sequences.push_back(openImages(one->images));

@@ -253,9 +253,9 @@ void addMatrices(const Data& data, Findings& findings) {
   for (const ClassMatrix& matrix : data.matrices)
     findings.sections.emplace_back(
         HeatTable{fmt::format("{}: distances between {}, by {} (Fig. 5.4)", data.name,
-                           data.matrixNames == data.rooms ? "rooms" : "classes", matrix.distance),
-               "The mean distance of an image of the one and an image of the other, mean over the models.",
-               data.matrixNames, matrix.mean, 2});
+                              data.matrixNames == data.rooms ? "rooms" : "classes", matrix.distance),
+                  "The mean distance of an image of the one and an image of the other, mean over the models.",
+                  data.matrixNames, matrix.mean, 2});
 }
 
 }  // namespace

@@ -46,8 +46,8 @@ struct ZoneTablesResults {
     std::size_t images = 0;
     std::vector<std::string> rooms;  ///< their names
     std::size_t classes = 0;         ///< of all rooms
-    std::vector<std::string>
-        matrixNames;                    ///< rows of the matrices: classes, or the rooms where they are many
+    /// Rows of the matrices: classes, or the rooms where they are many.
+    std::vector<std::string> matrixNames;
     std::vector<ClassMatrix> matrices;  ///< mean over the models
   };
   std::vector<Data> data;

@@ -24,9 +24,9 @@ CameraIntrinsics cameraOf(const std::filesystem::path& image, const CloudFileOpt
   if (file.empty()) file = io::findIntrinsics(folder);
   if (file.empty()) file = io::findIntrinsics(folder.parent_path());
   if (file.empty())
-    throw Error(fmt::format(
-        "{}: nothing says which camera took this depth image; give its intrinsics (fx fy cx cy)",
-        io::printable(image.string())));
+    throw Error(
+        fmt::format("{}: nothing says which camera took this depth image; give its intrinsics (fx fy cx cy)",
+                    io::printable(image.string())));
   return io::readIntrinsics(file);
 }
 

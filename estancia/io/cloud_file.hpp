@@ -14,8 +14,8 @@ struct CloudFileOptions {
   /// The camera (io::readIntrinsics); "" takes the file of a usual name in the image's folder or the one
   /// above.
   std::filesystem::path intrinsics;
-  std::filesystem::path
-      colors;  ///< a color image of the same view, brought to the depth's size; "": none
+  /// A color image of the same view, brought to the depth's size; "": none.
+  std::filesystem::path colors;
 };
 
 /// Reads a cloud by the ending of its name: .pcd (readPcd), .ply (readPly), or a depth image (.png, .tif,

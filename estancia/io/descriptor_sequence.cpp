@@ -16,8 +16,8 @@
 #include "estancia/io/files.hpp"
 #include "estancia/io/frame_list.hpp"
 #include "estancia/io/label_file.hpp"
-#include "estancia/io/npy.hpp"
 #include "estancia/io/label_scores.hpp"
+#include "estancia/io/npy.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -33,7 +33,7 @@ std::optional<Vocabulary> givenWords(const DescriptorFileOptions& options) {
 }
 
 DescriptorSequence recordingOf(const fs::path& file, Vocabulary vocabulary, std::vector<Frame> frames,
-                      DescriptorMatrix descriptors) {
+                               DescriptorMatrix descriptors) {
   if (frames.empty()) throw Error(fmt::format("{}: no images in it", io::printable(file.string())));
   // Nothing in such a file says who spoke. Those who use the same words are taken for the same, so that one
   // recording can be found in the map of another.
@@ -261,7 +261,8 @@ DescriptorSequence inWordsOf(const Vocabulary& vocabulary, const DescriptorSeque
   std::map<std::pair<std::string, std::size_t>, std::size_t> places;
   for (const auto& name : numbered(vocabulary)) places.emplace(name, places.size());
   const auto names = numbered(recording.vocabulary);
-  DescriptorSequence result{vocabulary, recording.model, recording.frames, DescriptorMatrix(vocabulary.size())};
+  DescriptorSequence result{vocabulary, recording.model, recording.frames,
+                            DescriptorMatrix(vocabulary.size())};
   LexicalDescriptor row(vocabulary.size());
   for (std::size_t i = 0; i < recording.frames.size(); ++i) {
     std::fill(row.begin(), row.end(), 0.0F);

@@ -43,7 +43,8 @@ bool isDescriptorFile(const std::filesystem::path& file);
 ///  * .npy: float32 or float64, C order, N×L.
 /// Throws Error `FILE:LINE: …` on anything that is no probability (values within rounding of [0, 1] are
 /// clamped), on repeated images and on files that are cut short.
-DescriptorSequence readDescriptors(const std::filesystem::path& file, const DescriptorFileOptions& options = {});
+DescriptorSequence readDescriptors(const std::filesystem::path& file,
+                                   const DescriptorFileOptions& options = {});
 
 /// Writes by the file's name: .labels (everything, exact), .csv or .npy. Throws Error on other names.
 void writeDescriptors(const DescriptorSequence& recording, const std::filesystem::path& file);

@@ -24,8 +24,8 @@ struct Format {
 
 /// In the order in which they are asked.
 constexpr Format kFormats[] = {
-    {"samples", "what `estancia objects collect` gathered: samples.csv, images/, clouds/",
-     io::isSampleViews, io::openSampleViews},
+    {"samples", "what `estancia objects collect` gathered: samples.csv, images/, clouds/", io::isSampleViews,
+     io::openSampleViews},
     {"nyu", "NYU Depth V2: rgb/, depth/, label/ of equal names, classes40.txt, scenes.csv", io::isNyuObjects,
      io::openNyuObjects},
     {"washington", "RGB-D Object Dataset: CATEGORY/CATEGORY_1/CATEGORY_1_1_1_crop.png with depth and mask",

@@ -17,8 +17,8 @@ namespace estancia {
 /// What is known of a view without its pixels.
 struct ObjectView {
   std::string name;  ///< unique among the views
-  std::string
-      instance;  ///< of which thing; several views of one thing have the same, unique among categories
+  /// Of which thing; several views of one thing have the same, unique among categories.
+  std::string instance;
   std::string category;   ///< what the data set calls it; "" where unknown
   std::string split;      ///< the data set's own part: "train", "test"; "" where it has none
   std::string frame;      ///< the image or frame it comes from; "" where there is none

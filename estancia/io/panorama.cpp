@@ -13,10 +13,10 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/io/tone_mapping.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_file.hpp"
+#include "estancia/io/tone_mapping.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;

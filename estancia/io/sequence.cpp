@@ -9,9 +9,9 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/camera_file.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/frame_selection.hpp"
 #include "estancia/io/side_files.hpp"
 #include "estancia/io/trajectory.hpp"

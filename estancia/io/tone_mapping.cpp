@@ -33,7 +33,7 @@ double logAverage(const cv::Mat& linear) {
 /// The lower median, channel by channel, of the neighbors of (row, column) that are not damaged; nothing
 /// else is near 0 and 2 π in a panorama, so columns wrap around. False when there is no such neighbor.
 bool medianOfSoundNeighbors(const cv::Mat& linear, const cv::Mat& damaged, int row, int column,
-                             cv::Vec3f& median) {
+                            cv::Vec3f& median) {
   std::array<std::array<float, 8>, 3> values;
   std::size_t count = 0;
   for (int r = std::max(row - 1, 0); r <= std::min(row + 1, linear.rows - 1); ++r) {

@@ -186,8 +186,7 @@ void readAnnotations(const fs::path& file, ImageFiles& sequence) {
   if (std::max(columns.room, columns.frame.value_or(0)) >= rows.front().size())
     throw Error("its lines have fewer values than its header");
   if (!columns.frame && rows.size() != sequence.size())
-    throw Error(
-        fmt::format("it tells of {} frames, and there are {} images", rows.size(), sequence.size()));
+    throw Error(fmt::format("it tells of {} frames, and there are {} images", rows.size(), sequence.size()));
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const auto frame = columns.frame ? frames.find(numberOf(rows[k][*columns.frame])) : frames.end();
     if (columns.frame && frame == frames.end()) continue;  // of an image that was left out

@@ -17,8 +17,8 @@ struct EnsembleMember {
   /// > 0; how much it counts beside the others. Absent: √(its labels) where distances are fused, since more
   /// words tell more; 1 where probabilities are.
   std::optional<float> weight = std::nullopt;
-  float temperature =
-      1;  ///< > 0; p becomes p^(1/T) of the same sum: above 1 less sure of itself, below 1 more
+  /// > 0; p becomes p^(1/T) of the same sum: above 1 less sure of itself, below 1 more.
+  float temperature = 1;
 };
 
 /// How answers become one descriptor.

@@ -28,8 +28,7 @@ std::string archiveName(const std::string& url) {
 /// Fills a model's download folder.
 class Fetcher {
  public:
-  Fetcher(const Catalog& catalog, const CatalogEntry& entry, Progress& progress,
-          const FetchOptions& options)
+  Fetcher(const Catalog& catalog, const CatalogEntry& entry, Progress& progress, const FetchOptions& options)
       : catalog_(catalog),
         entry_(entry),
         progress_(progress),

@@ -91,7 +91,8 @@ Vocabulary sortedLabels(const std::vector<Said>& all) {
 
 }  // namespace
 
-DescriptorSequence readHumanLabels(const fs::path& file, const std::optional<Vocabulary>& given, double certainty) {
+DescriptorSequence readHumanLabels(const fs::path& file, const std::optional<Vocabulary>& given,
+                                   double certainty) {
   if (!(certainty > 0 && certainty <= 1))
     throw Error(fmt::format("certainty = {}: give a number above 0, at most 1", certainty));
   const std::string name = io::printable(file.string());

@@ -19,8 +19,8 @@ namespace estancia {
 ///     certainty · (what was said) + (1 − certainty) / L,
 /// the label smoothing of Szegedy et al. 2016 (section 7) with ε = 1 − certainty, in [0, 1]. Throws Error
 /// `FILE:LINE: …`, also on labels that are not in `given`.
-DescriptorSequence readHumanLabels(const std::filesystem::path& file, const std::optional<Vocabulary>& given = {},
-                          double certainty = 0.95);
+DescriptorSequence readHumanLabels(const std::filesystem::path& file,
+                                   const std::optional<Vocabulary>& given = {}, double certainty = 0.95);
 
 /// Type "human": `file`, `labels`, `certainty`. Throws Error as readHumanLabels() does.
 std::unique_ptr<Labeler> openHuman(const ModelSpec& spec);

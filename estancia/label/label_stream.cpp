@@ -257,7 +257,7 @@ class LabelStream::Inference {
 
   static bool needsInference(const Waiting& waiting) {
     return waiting.frame.labeled() && std::any_of(waiting.parts.begin(), waiting.parts.end(),
-                                                   [](const Part& part) { return !part.remembered; });
+                                                  [](const Part& part) { return !part.remembered; });
   }
 
   /// Whether the cache gave what would else have needed a look at the image.

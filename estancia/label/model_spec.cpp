@@ -109,8 +109,7 @@ class SpecReader {
       return {all, all, all};
     }
     if (list->size() != 3)
-      file_.fail(node,
-                 fmt::format("`{}` must be one number or three, in the order of `color`", file_.key()));
+      file_.fail(node, fmt::format("`{}` must be one number or three, in the order of `color`", file_.key()));
     return {file_.number(*list->get(0), least, most), file_.number(*list->get(1), least, most),
             file_.number(*list->get(2), least, most)};
   }

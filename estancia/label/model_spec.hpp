@@ -20,13 +20,13 @@ struct ModelSpec {
   /// One of labelerTypes(). "network" is run by the best engine at hand that can open its file, or the one
   /// that the user names; "opencv" and "onnxruntime" are networks for that engine only.
   std::string type = "network";
-  std::filesystem::path
-      file;  ///< the network: .onnx, .tflite, .lite, .json (TensorFlow.js), .caffemodel or .pb
+  /// The network: .onnx, .tflite, .lite, .json (TensorFlow.js), .caffemodel or .pb.
+  std::filesystem::path file;
   std::filesystem::path config;  ///< its .prototxt (Caffe, required) or .pbtxt (TensorFlow)
   std::filesystem::path labels;  ///< one label a line, in the order of the outputs
-  std::string
-      inputNode;       ///< [input_node] TensorFlow.js: what the image is given to, if not the placeholder
-  std::string output;  ///< the output to read, where a network has several; TensorFlow.js: any node
+  /// [input_node] TensorFlow.js: what the image is given to, if not the placeholder.
+  std::string inputNode;
+  std::string output;           ///< the output to read, where a network has several; TensorFlow.js: any node
   Preprocessing preprocessing;  ///< [input, region, crop, resize, color, mean, scale]
 
   // What the outputs mean; see toProbabilities() in scores.hpp.
@@ -34,8 +34,8 @@ struct ModelSpec {
   Reduce reduce = Reduce::none;  ///< max: a row of outputs for each of many places (anchors) in the image
   bool softmax = false;          ///< the outputs are logits of labels that exclude each other
   bool sigmoid = false;          ///< the outputs are logits of labels that do not
-  std::vector<std::size_t>
-      unused;  ///< outputs that have no label (background, numbers never given), ascending
+  /// Outputs that have no label (background, numbers never given), ascending.
+  std::vector<std::size_t> unused;
   std::filesystem::path embeddings;  ///< .npy, labels×D: the network embeds images (CLIP), see scores.hpp
   double logitScale = 100;           ///< [logit_scale] of their cosines with the embeddings
 

@@ -10,8 +10,8 @@ namespace estancia {
 /// resized to width × height, its colors are put in order, and every value v becomes (v − mean) · scale.
 struct Preprocessing {
   enum class Region {
-    square,   ///< a square, `crop` of the image's shorter side: keeps shapes, drops the ends of the longer
-              ///< side
+    /// A square, `crop` of the image's shorter side: keeps shapes, drops the ends of the longer side.
+    square,
     stretch,  ///< `crop` of the width by `crop` of the height: sees more, but squeezes (Caffe's habit)
   };
   enum class Resize { area, linear, cubic };
@@ -21,7 +21,7 @@ struct Preprocessing {
   Region region = Region::square;
   double crop = 0.875;           ///< in (0, 1]; "resize to 256, cut 224" is 224 / 256 = 0.875
   Resize resize = Resize::area;  ///< how to shrink (area averages all pixels); `area` enlarges linearly
-  Color color = Color::rgb;   ///< order of the input's channels, also of `mean` and `scale`
+  Color color = Color::rgb;      ///< order of the input's channels, also of `mean` and `scale`
   std::array<double, 3> mean{0, 0, 0};   ///< subtracted from values of 0 … 255
   std::array<double, 3> scale{1, 1, 1};  ///< multiplied afterwards, e.g. 1 / 127.5
 };

@@ -10,7 +10,7 @@
 namespace estancia {
 
 DescriptorSequence record(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options,
-                 const std::function<void(const LabeledFrame&)>& watch) {
+                          const std::function<void(const LabeledFrame&)>& watch) {
   std::vector<Frame> frames;
   std::vector<LexicalDescriptor> words;
   std::string problem;  // the first
@@ -26,7 +26,7 @@ DescriptorSequence record(const Sequence& sequence, Labeler& labeler, const Labe
     throw Error(fmt::format("{}: not one of its frames could be labeled{}", sequence.name(),
                             problem.empty() ? "" : "; " + problem));
   DescriptorSequence recording{labeler.vocabulary(), labeler.identity(), std::move(frames),
-                      DescriptorMatrix(labeler.vocabulary().size())};
+                               DescriptorMatrix(labeler.vocabulary().size())};
   recording.descriptors.reserve(words.size());
   for (LexicalDescriptor& row : words) {
     row.resize(recording.vocabulary.size());  // words that were found later
@@ -36,8 +36,9 @@ DescriptorSequence record(const Sequence& sequence, Labeler& labeler, const Labe
   return recording;
 }
 
-DescriptorSequence labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what, LabelCache* cache,
-                   Progress& progress, const std::function<void(const LabeledFrame&)>& watch) {
+DescriptorSequence labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what,
+                            LabelCache* cache, Progress& progress,
+                            const std::function<void(const LabeledFrame&)>& watch) {
   progress.begin(what, sequence.size());
   DescriptorSequence recording = record(sequence, labeler, {.cache = cache}, [&](const LabeledFrame& frame) {
     if (watch) watch(frame);

@@ -15,10 +15,11 @@ namespace estancia {
 /// Frames without words are left out. `watch` sees each frame as it comes (for progress; throw to stop).
 /// Throws Error when no frame at all has words, and what the stream throws.
 DescriptorSequence record(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options = {},
-                 const std::function<void(const LabeledFrame&)>& watch = {});
+                          const std::function<void(const LabeledFrame&)>& watch = {});
 
 /// The same with a bar, called `what` for people. Throws Interrupted when the user asks to stop.
-DescriptorSequence labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what, LabelCache* cache,
-                   Progress& progress, const std::function<void(const LabeledFrame&)>& watch = {});
+DescriptorSequence labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what,
+                            LabelCache* cache, Progress& progress,
+                            const std::function<void(const LabeledFrame&)>& watch = {});
 
 }  // namespace estancia

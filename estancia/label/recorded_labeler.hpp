@@ -33,8 +33,8 @@ class RecordedLabeler : public Labeler {
   std::unordered_map<std::string, std::size_t> byName_, byLastPart_, byStem_;
 };
 
-/// Type "recorded": `file` is the recording, `labels` and `frames` what may lie beside it (DescriptorFileOptions).
-/// Throws Error as readDescriptors() does.
+/// Type "recorded": `file` is the recording, `labels` and `frames` what may lie beside it
+/// (DescriptorFileOptions). Throws Error as readDescriptors() does.
 std::unique_ptr<Labeler> openRecorded(const ModelSpec& spec);
 
 }  // namespace estancia

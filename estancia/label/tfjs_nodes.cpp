@@ -160,8 +160,7 @@ std::string Nodes::onlyPlaceholder() const {
   for (const auto& [name, node] : nodes_)
     if (node.op == "Placeholder") names.push_back(name);
   if (names.size() != 1)
-    throw Error(
-        fmt::format("has {} placeholders; name the node of the image as `input_node`", names.size()));
+    throw Error(fmt::format("has {} placeholders; name the node of the image as `input_node`", names.size()));
   return names[0];
 }
 

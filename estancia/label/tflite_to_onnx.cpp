@@ -393,8 +393,7 @@ class Writer {
     if (input().elements() != output().elements()) failHere("changes the number of elements");
     const std::string from = inputInFileOrder();
     const Shape fileShape(output().shape.begin(), output().shape.end());
-    const bool image =
-        fileShape.size() == 4 && fileShape[3] != 1 && (fileShape[1] != 1 || fileShape[2] != 1);
+    const bool image = fileShape.size() == 4 && fileShape[3] != 1 && (fileShape[1] != 1 || fileShape[2] != 1);
     if (!image) {
       addNode("Reshape", {from, addShape("_shape", shapeOf(output()))}, newName());
     } else {

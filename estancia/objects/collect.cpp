@@ -13,8 +13,8 @@
 #include "estancia/core/parallel.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/io/object_samples.hpp"
 #include "estancia/io/image_writer.hpp"
+#include "estancia/io/object_samples.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/new_samples.hpp"
 

@@ -10,8 +10,8 @@ namespace estancia {
 
 /// What is known of one thing.
 struct ObjectEvidence {
-  DescriptorView seen;  ///< what the labeler says of its image, in the words of the study; empty: not asked
-  float mass = 0;       ///< of that in the labeler's whole answer
+  DescriptorView seen;    ///< what the labeler says of its image, in the words of the study; empty: not asked
+  float mass = 0;         ///< of that in the labeler's whole answer
   double brightness = 1;  ///< of its image: mean gray, 0 … 1; 0 where there is none
   DescriptorView shape;   ///< what the model says of its shape; empty: could not be described
   bool flat = false;

@@ -154,12 +154,13 @@ struct ObjectPredictor::State {
     const auto shape = asFloats(thing.shape.pooled());
     if (thing.answered > 0) seen.resize(words(), 0);  // it may have said nothing of the words
     const auto views = static_cast<double>(thing.views);
-    return fuseAnswers(model, {.seen = seen,
-                           .mass = static_cast<float>(
-                               thing.mass / static_cast<double>(std::max<std::size_t>(thing.answered, 1))),
-                           .brightness = thing.brightness / views,
-                           .shape = shape,
-                           .flat = 2 * thing.flat > thing.views});
+    return fuseAnswers(
+        model, {.seen = seen,
+                .mass = static_cast<float>(thing.mass /
+                                           static_cast<double>(std::max<std::size_t>(thing.answered, 1))),
+                .brightness = thing.brightness / views,
+                .shape = shape,
+                .flat = 2 * thing.flat > thing.views});
   }
 
   /// A sequence may have no end; what will not be seen again is not kept.

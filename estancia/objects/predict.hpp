@@ -11,8 +11,8 @@
 #include "estancia/cloud/crop_object.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/label/labeler.hpp"
-#include "estancia/objects/late_fusion.hpp"
 #include "estancia/objects/clustered_frame.hpp"
+#include "estancia/objects/late_fusion.hpp"
 #include "estancia/objects/object_model.hpp"
 #include "estancia/objects/tracks.hpp"
 
@@ -32,7 +32,7 @@ struct PredictedObject {
   std::vector<float> seen, shape;  ///< what this view's image and shape say; empty where they say nothing
   float mass = 0;                  ///< of the words in the labeler's whole answer
   std::string problem;  ///< why the image or the shape of this view says nothing; "" when all is well
-  FusedAnswer belief;  ///< of all views so far, by LogOpinionPool
+  FusedAnswer belief;   ///< of all views so far, by LogOpinionPool
 };
 
 /// Where the time of a frame went [s].

@@ -47,7 +47,8 @@ std::vector<std::vector<std::size_t>> samplesOf(std::span<const int> instances) 
 }
 
 /// The word of each thing, by all that is said of its samples; −1 where nothing is.
-std::vector<int> poolOf(const ClassProbabilities& shares, const std::vector<std::vector<std::size_t>>& things) {
+std::vector<int> poolOf(const ClassProbabilities& shares,
+                        const std::vector<std::vector<std::size_t>>& things) {
   std::vector<int> words;
   for (const auto& samples : things) {
     LogOpinionPool pool(shares.shares.labels());
@@ -68,8 +69,8 @@ std::vector<int> voted(const ClassProbabilities& shares, std::span<const int> in
   return words;
 }
 
-std::vector<int> confident(const ClassProbabilities& shares, std::span<const int> instances, const Features& shapes,
-                           const ClassifierOptions& options, Progress& progress) {
+std::vector<int> confident(const ClassProbabilities& shares, std::span<const int> instances,
+                           const Features& shapes, const ClassifierOptions& options, Progress& progress) {
   requireAsMany(shares, shapes.values.size(), "a shape");
   std::vector<int> words = likeliestOfEach(shares.shares);
   std::vector<int> known = words;
@@ -99,8 +100,9 @@ PseudoLabeling getPseudoLabeling(const std::string& name) {
   return all[found - known.begin()];
 }
 
-std::vector<int> assignPseudoLabels(PseudoLabeling naming, const ClassProbabilities& shares, std::span<const int> instances,
-                             const Features& shapes, const ClassifierOptions& options, Progress& progress) {
+std::vector<int> assignPseudoLabels(PseudoLabeling naming, const ClassProbabilities& shares,
+                                    std::span<const int> instances, const Features& shapes,
+                                    const ClassifierOptions& options, Progress& progress) {
   requireAsMany(shares, instances.size(), "an instance");
   switch (naming) {
     case PseudoLabeling::top:
@@ -113,8 +115,8 @@ std::vector<int> assignPseudoLabels(PseudoLabeling naming, const ClassProbabilit
   throw Error("an unknown way of naming");
 }
 
-ClassProbabilities withNoise(const ClassProbabilities& shares, NoiseKind kind, double rate, std::span<const int> instances,
-                     std::uint64_t seed) {
+ClassProbabilities withNoise(const ClassProbabilities& shares, NoiseKind kind, double rate,
+                             std::span<const int> instances, std::uint64_t seed) {
   if (!(rate >= 0 && rate <= 1)) throw Error(fmt::format("a share of noise is 0 to 1, not {}", rate));
   const std::size_t words = shares.shares.labels();
   std::vector<std::vector<std::size_t>> things;  // that are misnamed alike, and what they are called

@@ -29,15 +29,16 @@ PseudoLabeling getPseudoLabeling(const std::string& name);
 /// same samples) and `options` are for Naming::confident alone, which is as top where there are no two words
 /// to tell apart, and does not doubt samples of a word that cannot be held out. Throws Error when the numbers
 /// of samples differ; Interrupted.
-std::vector<int> assignPseudoLabels(PseudoLabeling naming, const ClassProbabilities& shares, std::span<const int> instances,
-                             const Features& shapes, const ClassifierOptions& options, Progress& progress);
+std::vector<int> assignPseudoLabels(PseudoLabeling naming, const ClassProbabilities& shares,
+                                    std::span<const int> instances, const Features& shapes,
+                                    const ClassifierOptions& options, Progress& progress);
 
 /// Label noise to be injected: `rate` of the samples of which something is said (0 … 1), chosen by `seed`,
 /// swap the share of their likeliest word with that of another. view: each by itself; pair: always the next
 /// word instead of any; instance: all samples of a thing alike, by the word that they have together. Of one
 /// seed, those that a lower rate chooses are among those of a higher one. Throws Error on another rate.
 enum class NoiseKind { view, pair, instance };
-ClassProbabilities withNoise(const ClassProbabilities& shares, NoiseKind kind, double rate, std::span<const int> instances,
-                     std::uint64_t seed);
+ClassProbabilities withNoise(const ClassProbabilities& shares, NoiseKind kind, double rate,
+                             std::span<const int> instances, std::uint64_t seed);
 
 }  // namespace estancia

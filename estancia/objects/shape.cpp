@@ -68,7 +68,7 @@ std::vector<float> describeShape(const PointCloud& cloud, const ShapeOptions& op
 }
 
 Features sampleSegments(const ObjectViews& views, const ShapeOptions& options, Progress& progress,
-                  std::vector<std::string>* problems) {
+                        std::vector<std::string>* problems) {
   Features features{shapeParts(options), {}, DescriptorMatrix(0)};
   std::vector<std::vector<float>> rows(views.size());
   std::vector<std::string> told(views.size());

@@ -27,6 +27,6 @@ std::vector<float> describeShape(const PointCloud& cloud, const ShapeOptions& op
 /// Of all views, a frame each, called as it is; its `room` is the view's category. Views that cannot be
 /// described are left out and told in `problems`. Throws Error when none is left, Interrupted.
 Features sampleSegments(const ObjectViews& views, const ShapeOptions& options, Progress& progress,
-                  std::vector<std::string>* problems = nullptr);
+                        std::vector<std::string>* problems = nullptr);
 
 }  // namespace estancia

@@ -202,7 +202,8 @@ ClassProbabilities VocabularyMapping::apply(const DescriptorMatrix& descriptors)
   return result;
 }
 
-ClassProbabilities restrictTo(const TargetClasses& study, const Vocabulary& vocabulary, const DescriptorMatrix& descriptors) {
+ClassProbabilities restrictTo(const TargetClasses& study, const Vocabulary& vocabulary,
+                              const DescriptorMatrix& descriptors) {
   return VocabularyMapping(study, vocabulary).apply(descriptors);
 }
 

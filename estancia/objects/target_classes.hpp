@@ -64,7 +64,8 @@ class VocabularyMapping {
 };
 
 /// The same for one time.
-ClassProbabilities restrictTo(const TargetClasses& study, const Vocabulary& vocabulary, const DescriptorMatrix& descriptors);
+ClassProbabilities restrictTo(const TargetClasses& study, const Vocabulary& vocabulary,
+                              const DescriptorMatrix& descriptors);
 
 /// How often the labeler says each word: the mean of the rows that say anything; even where none does. W
 /// numbers that add up to 1.

@@ -20,7 +20,8 @@ namespace {
 /// Some of other views.
 class ViewSubset : public ObjectViews {
  public:
-  ViewSubset(const ObjectViews& all, std::vector<std::size_t> chosen) : all_(all), chosen_(std::move(chosen)) {}
+  ViewSubset(const ObjectViews& all, std::vector<std::size_t> chosen)
+      : all_(all), chosen_(std::move(chosen)) {}
   std::string name() const override { return all_.name(); }
   std::size_t size() const override { return chosen_.size(); }
   const ObjectView& view(std::size_t i) const override { return all_.view(chosen_[i]); }
@@ -179,8 +180,8 @@ class TrainingSetBuilder {
       training.prior = priorOf(shares);
       shares = corrected(shares, training.prior);
     }
-    return assignPseudoLabels(options_.naming, shares, training.instances, training.shapes, options_.classifier,
-                       progress);
+    return assignPseudoLabels(options_.naming, shares, training.instances, training.shapes,
+                              options_.classifier, progress);
   }
 
   /// Nothing is said of things that the labeler takes for something else than the study's words.
@@ -251,8 +252,8 @@ class TrainingSetBuilder {
 }  // namespace
 
 TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetClasses& study,
-                                const TrainingOptions& options, Progress& progress,
-                                std::vector<std::string>* problems) {
+                           const TrainingOptions& options, Progress& progress,
+                           std::vector<std::string>* problems) {
   if (!(options.leastMass >= 0 && options.leastMass <= 1))
     throw Error(fmt::format("a least mass of {} is none; it is a share, 0 to 1", options.leastMass));
   const bool labeled = !sources.empty() && sources.front().words.has_value();

@@ -9,10 +9,10 @@
 
 #include "estancia/classify/classifier.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/io/object_views.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/objects/pseudo_labels.hpp"
+#include "estancia/io/object_views.hpp"
 #include "estancia/objects/object_model.hpp"
+#include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/shape.hpp"
 #include "estancia/objects/target_classes.hpp"
 
@@ -25,8 +25,9 @@ struct LabeledViews {
 };
 
 struct TrainingOptions {
-  PseudoLabeling naming = PseudoLabeling::voted;  ///< how words become names; true categories are names already
-  bool correct = true;            ///< for how often the labeler says each word: corrected()
+  PseudoLabeling naming =
+      PseudoLabeling::voted;  ///< how words become names; true categories are names already
+  bool correct = true;        ///< for how often the labeler says each word: corrected()
   bool all = false;  ///< also flat views and those cut by the border, which show not the thing's shape
   /// Things of whose images the labeler says less than this about the words, in the mean over their views,
   /// are none of the study's and get no name; 0 … 1.
@@ -54,8 +55,8 @@ struct TrainingSet {
 /// of the split, when sources were labeled by different labelers, only some have words, and as restrictTo()
 /// does; Interrupted.
 TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetClasses& study,
-                                const TrainingOptions& options, Progress& progress,
-                                std::vector<std::string>* problems = nullptr);
+                           const TrainingOptions& options, Progress& progress,
+                           std::vector<std::string>* problems = nullptr);
 
 /// The categories of the views, which are the words when nobody gives a study.
 std::vector<std::string> categoriesOf(std::span<const LabeledViews> sources);

@@ -10,8 +10,8 @@ namespace estancia::odometry {
 struct Alignment {
   bool solved = false;
   cv::Affine3d transform;  ///< T_target_source
-  double overlap =
-      0;  ///< share of the source's points that lie on the target's surface, as far as it is in view
+  /// Share of the source's points that lie on the target's surface, as far as it is in view.
+  double overlap = 0;
   double inView = 0;      ///< share of the source's points that fall into the target's image
   double rmse = 0;        ///< of their differences in depth [m]
   double likeness = 0;    ///< correlation of the gray values there; 1 where nothing is to be seen
@@ -21,9 +21,10 @@ struct Alignment {
 
 struct AlignmentOptions {
   AlignmentTerm term = AlignmentTerm::automatic;
-  int mostSteps = 20;    ///< on the coarsest level; half as many on each finer one
-  double beyond = 0.10;  ///< twice on each coarser level: points that differ by more in depth are not taken
-                         ///< for one while aligning [m]
+  int mostSteps = 20;  ///< on the coarsest level; half as many on each finer one
+  /// Twice on each coarser level: points that differ by more in depth are not taken for one while aligning
+  /// [m].
+  double beyond = 0.10;
   double sameSurface = 0.05;  ///< … and when the result is judged [m]
 };
 

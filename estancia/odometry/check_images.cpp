@@ -130,8 +130,7 @@ void judgeImages(const ImageTally& tally, Checklist& list) {
   complain(tally.frozen, tally.pairs, "image-frozen", "Images are the same as the next, to the pixel",
            "the camera or its driver hung: record again, or leave out the repeated frames");
   if (list.faults() == before)
-    list.fine("images", "Images can be read and show something",
-              fmt::format("{} looked at", tally.looked));
+    list.fine("images", "Images can be read and show something", fmt::format("{} looked at", tally.looked));
 }
 
 /// 8 bits leave few different depths, all multiples of one step [m]. Nothing when depth is finer.
@@ -211,7 +210,7 @@ void judgeDepth(const DepthTally& tally, Checklist& list) {
 }  // namespace
 
 DepthFacts checkImages(const Sequence& sequence, const CheckOptions& options, Progress& progress,
-                         Checklist& list) {
+                       Checklist& list) {
   ImageTally images;
   DepthTally depths;
   DepthFacts facts;

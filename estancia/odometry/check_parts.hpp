@@ -60,11 +60,11 @@ std::vector<std::size_t> evenly(std::size_t size, std::size_t count);
 /// What the images of a sequence showed.
 struct DepthFacts {
   std::optional<double> median;  ///< [m], absent when no depth was seen
-  cv::Size image, depth;       ///< of the first that could be read
+  cv::Size image, depth;         ///< of the first that could be read
 };
 
 DepthFacts checkImages(const Sequence& sequence, const CheckOptions& options, Progress& progress,
-                         Checklist& list);
+                       Checklist& list);
 void checkCamera(const Sequence& sequence, const DepthFacts& facts, Checklist& list);
 void checkTimes(const Sequence& sequence, Checklist& list);
 void checkTrajectory(const Sequence& sequence, Checklist& list);

@@ -98,8 +98,7 @@ std::optional<PoseGraphEdge> Keyframes::verified(std::size_t source, std::size_t
   const Keyframe &a = keyframes_[source], &b = keyframes_[target];
   const auto guess = guessFromFeatures(a.features, b.features, options_.loopFeatures);
   if (!guess) return std::nullopt;
-  const Alignment found =
-      align(pyramidOf(a.image, kLevels), pyramidOf(b.image, kLevels), *guess, alignment_);
+  const Alignment found = align(pyramidOf(a.image, kLevels), pyramidOf(b.image, kLevels), *guess, alignment_);
   if (!found.solved || found.overlap < options_.loopOverlap || found.rmse > options_.mostRmse ||
       found.likeness < options_.leastLikeness)
     return std::nullopt;

@@ -17,7 +17,7 @@ using Matrix6 = std::array<double, 36>;  ///< row-major; rotation, then translat
 /// What an alignment makes small.
 enum class AlignmentTerm {
   depth,     ///< distances of points from planes; sees nothing in front of one flat wall
-  color,    ///< differences of gray values; sees nothing without texture
+  color,     ///< differences of gray values; sees nothing without texture
   hybrid,    ///< gray values and depth together
   automatic  ///< depth, and where that leaves a direction open, hybrid; no term of a single step
 };

@@ -94,8 +94,8 @@ bool sameShape(cv::Size a, cv::Size b) {
   return std::abs(ratio - 1) < 0.02;
 }
 
-RgbdImage reducedImage(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,
-                           int width, double farthest) {
+RgbdImage reducedImage(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera, int width,
+                       double farthest) {
   RgbdImage image;
   image.camera = camera;
   image.depth = depth.clone();

@@ -31,8 +31,8 @@ bool sameShape(cv::Size a, cv::Size b);
 
 /// The image in depth's size, halved until it is at most `width` wide. `camera` is that of `depth` (meters,
 /// CV_32F); what lies beyond `farthest` [m] counts as no depth. `bgr` shows the same view in any size.
-RgbdImage reducedImage(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera,
-                           int width, double farthest);
+RgbdImage reducedImage(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera, int width,
+                       double farthest);
 
 /// At most `levels` sizes, none less than 24 pixels wide or high.
 Pyramid pyramidOf(const RgbdImage& image, int levels);

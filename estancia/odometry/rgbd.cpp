@@ -226,10 +226,10 @@ RgbdTrajectory Tracker::finish(Progress& progress) {
 void requireRgbd(const Sequence& sequence) {
   if (sequence.size() == 0) throw Error(fmt::format("{}: no frames", sequence.name()));
   if (!sequence.hasDepth())
-    throw Error(fmt::format(
-        "{}: no depth images, which odometry needs; `estancia check` says where they are looked "
-        "for, and --poses takes a trajectory from elsewhere",
-        sequence.name()));
+    throw Error(
+        fmt::format("{}: no depth images, which odometry needs; `estancia check` says where they are looked "
+                    "for, and --poses takes a trajectory from elsewhere",
+                    sequence.name()));
   if (!sequence.intrinsics())
     throw Error(fmt::format(
         "{}: the camera is not known; give its focal lengths and center by --intrinsics (`estancia "

@@ -72,8 +72,8 @@ struct RgbdTrajectory {
   };
   std::vector<Lost> lost;
   std::vector<std::size_t> keyframes;  ///< frames
-  std::vector<std::pair<std::size_t, std::size_t>>
-      loops;                       ///< pairs of frames that were believed to see the same
+  /// Pairs of frames that were believed to see the same.
+  std::vector<std::pair<std::size_t, std::size_t>> loops;
   std::vector<std::string> notes;  ///< sentences: time gaps, places where tracking was resumed
 };
 

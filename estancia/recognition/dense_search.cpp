@@ -42,8 +42,7 @@ std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const Surface
                                      const std::vector<Match>& matches, const DenseModel& tried,
                                      const DenseScene& there, const RecognitionScales& scales,
                                      std::size_t most, int threads) {
-  const PoseTolerances limits{6 * scales.unit + scales.noise, 10 * scales.unit + 1.5 * scales.noise,
-                               0.5};
+  const PoseTolerances limits{6 * scales.unit + scales.noise, 10 * scales.unit + 1.5 * scales.noise, 0.5};
   const auto poseOf = [&](const Match& match) {
     const cv::Matx33d turn = cv::Matx33d(scene.frames[match.scene].t() * model.frames[match.model]);
     const cv::Vec3d from(cv::Point3d(model.points[match.model])), to(cv::Point3d(scene.points[match.scene]));

@@ -4,10 +4,10 @@
 
 #include <vector>
 
-#include "estancia/recognition/pose_score.hpp"
 #include "estancia/recognition/descriptors.hpp"
-#include "estancia/recognition/scales.hpp"
 #include "estancia/recognition/matching.hpp"
+#include "estancia/recognition/pose_score.hpp"
+#include "estancia/recognition/scales.hpp"
 
 namespace estancia {
 

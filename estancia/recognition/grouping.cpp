@@ -145,11 +145,11 @@ std::vector<std::vector<std::uint32_t>> houghSets(const SurfaceFeatures& model, 
   const Neighbors neighbors(votes, threads);
   std::vector<std::vector<std::uint32_t>> around(votes.size());
   neighbors.eachWithin(static_cast<float>(tolerance), threads,
-                        [&](std::uint32_t i, std::span<const Neighbor> near) {
-                          if (near.size() < minimum) return;
-                          for (const Neighbor& n : near) around[i].push_back(n.index);
-                          std::sort(around[i].begin(), around[i].end());
-                        });
+                       [&](std::uint32_t i, std::span<const Neighbor> near) {
+                         if (near.size() < minimum) return;
+                         for (const Neighbor& n : near) around[i].push_back(n.index);
+                         std::sort(around[i].begin(), around[i].end());
+                       });
   std::vector<std::uint32_t> order(votes.size());
   std::iota(order.begin(), order.end(), 0U);
   std::stable_sort(order.begin(), order.end(),

@@ -29,9 +29,9 @@ std::vector<std::vector<NearRow>> nearestRows(const DescriptorMatrix& rows, cons
 
 /// From which side matches are looked for.
 enum class MatchEach {
-  scene,  ///< each scene keypoint gets the model keypoints nearest to it: many scenes' clutter finds a
-          ///< partner
-  model   ///< each model keypoint gets the scene keypoints nearest to it: far fewer, and several can be right
+  /// Each scene keypoint gets the model keypoints nearest to it: many scenes' clutter finds a partner.
+  scene,
+  model  ///< each model keypoint gets the scene keypoints nearest to it: far fewer, and several can be right
 };
 
 /// The matches of each keypoint of one side with its `count` nearest of the other, nearest descriptors first;

@@ -25,7 +25,7 @@ inline bool faces(const cv::Point3f& p, const cv::Point3f& n) {
 }  // namespace
 
 PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
-                          const PoseTolerances& limits) {
+                    const PoseTolerances& limits) {
   const cv::Matx33f turn(pose.rotation());
   const cv::Point3f shift(cv::Vec3f(pose.translation()));
   const auto offset = static_cast<float>(limits.offset), freeSpace = static_cast<float>(limits.freeSpace),
@@ -69,7 +69,7 @@ PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const 
       mismatched += w;
   }
   if (!(total > 0)) return {};
-  return {facing / total,    supported / total, seenThrough / total, occluded / total,
+  return {facing / total,     supported / total, seenThrough / total, occluded / total,
           mismatched / total, behind / total,    support / total,     points};
 }
 

@@ -32,7 +32,7 @@ struct PoseScore {
   double supported = 0;    ///< of these, with a surface there that is turned the same way
   double seenThrough = 0;  ///< of these, in front of what the sensor saw: there can be nothing
   double occluded = 0;     ///< of these, behind something
-  double mismatched = 0;    ///< of these, with a surface near that is not the model's
+  double mismatched = 0;   ///< of these, with a surface near that is not the model's
   double behind = 0;   ///< turned away, and nothing stands before them: the sensor would see the other side
   double support = 0;  ///< supported, each by 1 when offset and angle are 0, down to 0 at the limits
   std::size_t points = 0;  ///< that are supported
@@ -45,7 +45,7 @@ struct PoseScore {
 /// Beside examine() in verify.hpp because it is asked for every match: it looks points up instead of
 /// searching for them, and weighs how well they fit instead of counting those within a tolerance.
 PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const cv::Affine3d& pose,
-                          const PoseTolerances& limits);
+                    const PoseTolerances& limits);
 
 /// Weights such that parts that face one way together count by a power of their size below 1, or a table's
 /// top would agree with the side of every box: the number of points whose normals differ by less than 20°, to

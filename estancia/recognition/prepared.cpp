@@ -72,7 +72,7 @@ DescribedSurface describedSurface(const std::string& name, const PointCloud& raw
     account.add("normals",
                 fmt::format("{}: {} of {} points",
                             scales.normalRadius > 0 ? fmt::format("radius {:.4g} m", scales.normalRadius)
-                                                     : fmt::format("{} neighbors", options.normalNeighbors),
+                                                    : fmt::format("{} neighbors", options.normalNeighbors),
                             described.surface->size(), filtered.points.size()));
   }
   const auto keypoints =

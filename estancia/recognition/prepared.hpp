@@ -10,10 +10,10 @@
 
 #include "estancia/recognition/dense_search.hpp"
 #include "estancia/recognition/descriptors.hpp"
-#include "estancia/recognition/scales.hpp"
 #include "estancia/recognition/range_image.hpp"
 #include "estancia/recognition/recognition_options.hpp"
 #include "estancia/recognition/refine.hpp"
+#include "estancia/recognition/scales.hpp"
 #include "estancia/recognition/stage_report.hpp"
 
 namespace estancia {
@@ -83,7 +83,7 @@ class PreparedScene {
   bool hasView() const { return described_->view.known(); }
   double resolution() const { return resolution_; }  ///< of the raw cloud: resolutionOf() [m]
   double noise() const { return noise_; }            ///< standard deviation across the surface, estimated [m]
-  const RecognitionScales& scales() const { return scales_; }   ///< where no model asks for others
+  const RecognitionScales& scales() const { return scales_; }      ///< where no model asks for others
   const Surface& surface() const { return *described_->surface; }  ///< for lengths()
   const std::vector<StageReport>& stages() const { return stages_; }
 

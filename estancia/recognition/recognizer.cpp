@@ -101,7 +101,7 @@ std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string&
 }
 
 std::vector<Detection> Recognizer::find(const PreparedModel& model, const PreparedScene& scene,
-                                       std::vector<StageReport>* stages) const {
+                                        std::vector<StageReport>* stages) const {
   requireSameUnits(model, scene);
   StageAccount account(stages);
   const RecognitionScales scales = scene.scalesFor(model);

@@ -19,14 +19,14 @@ struct Detection {
   std::string model;
   cv::Affine3d pose;        ///< T_scene_model
   std::size_t inliers = 0;  ///< model points that the scene confirms, of those that are tried
-  double confidence =
-      0;  ///< [0, 1]. How much of what should be seen of the model is: Evidence in verify.hpp; where evidence
-          ///< verifies: e² / (e² + accept²), 0.5 for what is just accepted
+  /// [0, 1]. How much of what should be seen of the model is: Evidence in verify.hpp; where evidence
+  /// verifies: e² / (e² + accept²), 0.5 for what is just accepted.
+  double confidence = 0;
   cv::Point3d center;  ///< of the model's points, in the model's frame [m]
 };
 
-class PreparedModel;  ///< prepared.hpp: filtered cloud; normals, keypoints, descriptors for the lengths of a
-                      ///< scene
+/// Prepared.hpp: filtered cloud; normals, keypoints, descriptors for the lengths of a scene.
+class PreparedModel;
 class PreparedScene;  ///< prepared.hpp: the same of a scene, and its noise and resolution
 
 /// Looks for models in scenes. What a model or a scene needs is prepared once and shared; safe to use from
@@ -48,7 +48,7 @@ class Recognizer {
   /// needs for the scene's lengths is made when it is first needed, and kept. Throws Error on a model and a
   /// scene in different units, and on a model that is but a plane.
   std::vector<Detection> find(const PreparedModel& model, const PreparedScene& scene,
-                             std::vector<StageReport>* stages = nullptr) const;
+                              std::vector<StageReport>* stages = nullptr) const;
 
   const RecognitionOptions& options() const { return options_; }
 

@@ -14,7 +14,7 @@ double rounded(double value, int perDecade) {
 }  // namespace
 
 RecognitionScales scalesFor(const RecognitionOptions& options, double resolution, double spacing,
-                              double noise, double extent) {
+                            double noise, double extent) {
   const auto or_ = [](double given, double automatic) { return given > 0 ? given : automatic; };
   if (options.surface != "mean")  // at 2 mm without noise and with 10 mm: 16 and 36 mm for normals
     return {.normalRadius =

@@ -20,7 +20,7 @@ struct RecognitionScales {
 /// What `options` leave open follows the scene, whose points lie `resolution` [m] from the nearest other and
 /// `spacing` apart as on a grid, with so much `noise`. `extent` [m] is that of the model; 0: none yet.
 RecognitionScales scalesFor(const RecognitionOptions& options, double resolution, double spacing,
-                              double noise, double extent = 0);
+                            double noise, double extent = 0);
 
 /// What a surface is averaged over.
 MlsOptions smoothingFor(const RecognitionScales& scales);

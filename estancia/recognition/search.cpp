@@ -139,8 +139,8 @@ class Search {
 }  // namespace
 
 std::vector<Detection> detectionsOf(const RecognitionOptions& options, const PreparedModel& model,
-                                  const DescribedModel& described, const PreparedScene& scene,
-                                  const DescribedScene& there, StageAccount& account) {
+                                    const DescribedModel& described, const PreparedScene& scene,
+                                    const DescribedScene& there, StageAccount& account) {
   return Search(options, model, described, scene, there, account).instances();
 }
 

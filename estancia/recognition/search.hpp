@@ -11,7 +11,7 @@ namespace estancia {
 /// The instances of a model, best first. `described` and `there` are the two for the lengths of the search;
 /// `account` is told what each stage kept.
 std::vector<Detection> detectionsOf(const RecognitionOptions& options, const PreparedModel& model,
-                                  const PreparedModel::Described& described, const PreparedScene& scene,
-                                  const PreparedScene::Described& there, StageAccount& account);
+                                    const PreparedModel::Described& described, const PreparedScene& scene,
+                                    const PreparedScene::Described& there, StageAccount& account);
 
 }  // namespace estancia

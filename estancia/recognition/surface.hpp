@@ -22,7 +22,7 @@ class Surface {
   std::size_t size() const { return points_.size(); }
   const std::vector<cv::Point3f>& points() const { return points_; }    ///< [m]
   const std::vector<cv::Point3f>& normals() const { return normals_; }  ///< unit vectors
-  const Neighbors& neighbors() const { return neighbors_; }          ///< of points()
+  const Neighbors& neighbors() const { return neighbors_; }             ///< of points()
 
   double resolution() const { return resolution_; }  ///< median distance of a point to the nearest other [m]
   double extent() const { return extent_; }          ///< diagonal of the box around the points [m]

@@ -17,7 +17,7 @@ namespace estancia {
 struct CloudLayer {
   const PointCloud* cloud = nullptr;
   cv::Affine3d pose = cv::Affine3d::Identity();         ///< T_image_cloud
-  std::optional<cv::Vec3b> color;                      ///< BGR; none: the cloud's own, or gray
+  std::optional<cv::Vec3b> color;                       ///< BGR; none: the cloud's own, or gray
   std::span<const std::array<std::uint32_t, 2>> edges;  ///< pairs of points that a line joins
 };
 

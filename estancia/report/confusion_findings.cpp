@@ -31,10 +31,10 @@ Findings findingsOf(const Confusion& confusion, const std::string& title,
   findings.facts = std::move(facts);
   ResultTable table{"Rooms", "", "room", {{"images", 0}, {"right [%]", 1, ResultTable::Best::largest}}, {}};
   HeatTable matrix{"What is taken for what",
-                "Share of a true room's images (row) by what they are taken for (column) [%]",
-                confusion.rooms,
-                {},
-                0};
+                   "Share of a true room's images (row) by what they are taken for (column) [%]",
+                   confusion.rooms,
+                   {},
+                   0};
   for (std::size_t r = 0; r < confusion.rooms.size(); ++r) {
     const auto& row = confusion.counts[r];
     const auto all = static_cast<double>(std::accumulate(row.begin(), row.end(), std::size_t{0}));

@@ -6,9 +6,9 @@
 #include <numeric>
 
 #include "estancia/core/output_file.hpp"
+#include "estancia/report/heat_table.hpp"
 #include "estancia/report/html.hpp"
 #include "estancia/report/line_chart.hpp"
-#include "estancia/report/heat_table.hpp"
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"
 #include "estancia/report/rank_diagram.hpp"
@@ -101,9 +101,9 @@ Markup section(const Images& gallery) {
   out.open("div", {{"class", gallery.wide ? "gallery wide" : "gallery"}});
   for (const Images::Image& image : gallery.images) {
     const std::string caption = shorten(image.caption, 300);
-    out.open("figure").leaf("img", {{"src", imageUri(image.file, "the image of " + caption)},
-                                    {"alt", caption},
-                                    {"decoding", "async"}});
+    out.open("figure").leaf(
+        "img",
+        {{"src", imageUri(image.file, "the image of " + caption)}, {"alt", caption}, {"decoding", "async"}});
     out.element("figcaption", caption).close();
   }
   out.close();

@@ -180,7 +180,7 @@ std::string searchIndex(const MapPage& page, const MapSummary& summary, const No
   for (const std::string& label : page.map.vocabulary.labels()) labels.push_back(shorten(label, 200));
   for (const Color& color : viridisStops()) colors.push_back({color.red, color.green, color.blue});
   for (std::size_t shape = 0; shape < 5; ++shape) shapes.push_back(shapePath(shape, unitRadius));
-  nlohmann::json data{{"labels", labels},   {"nodes", nodes},   {"index", index},
+  nlohmann::json data{{"labels", labels}, {"nodes", nodes},   {"index", index},
                       {"colors", colors}, {"shapes", shapes}, {"least", threshold}};
   return data.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
@@ -225,8 +225,8 @@ std::string renderMapPage(const MapPage& page) {
     body.open("section", {{"id", "places"}}).element("h2", "Places");
     std::string limits;
     if (cards.carded < summary.nodes.size())
-      limits = fmt::format("Images and word clouds are shown for the {} largest of {} nodes. ",
-                           cards.carded, summary.nodes.size());
+      limits = fmt::format("Images and word clouds are shown for the {} largest of {} nodes. ", cards.carded,
+                           summary.nodes.size());
     if (cards.withheld > 0)
       limits += counted(cards.withheld, "image") + " left out to keep this page small. ";
     if (threshold > 0.0005)

@@ -38,8 +38,8 @@ struct MapPage {
   PageImages images = {};
 
   std::size_t cards = 60;  ///< only this many of the largest nodes get images and a word cloud
-  std::size_t indexEntries =
-      200'000;  ///< values in the search index; smaller probabilities are left out first
+  /// Values in the search index; smaller probabilities are left out first.
+  std::size_t indexEntries = 200'000;
 };
 
 /// The whole page. The same input gives the same bytes.

@@ -21,9 +21,7 @@ PageImages imagesOf(const MapStore& map, const std::vector<Frame>& frames) {
       images.frames.push_back(i);
       there[i] = found->second;
     }
-  images.read = [&map, there = std::move(there)](std::size_t frame) {
-    return map.image(there.at(frame));
-  };
+  images.read = [&map, there = std::move(there)](std::size_t frame) { return map.image(there.at(frame)); };
   return images;
 }
 
@@ -47,7 +45,7 @@ std::vector<std::size_t> choose(const std::vector<std::size_t>& frames,
 }  // namespace
 
 LoadedImages loadImages(const std::vector<const std::vector<std::size_t>*>& places,
-                            const PageImages& images) {
+                        const PageImages& images) {
   LoadedImages loaded;
   if (!images.read) return loaded;
   std::vector<std::vector<std::size_t>> chosen;
@@ -72,8 +70,8 @@ LoadedImages loadImages(const std::vector<const std::vector<std::size_t>*>& plac
   return loaded;
 }
 
-Markup imageGrid(const LoadedImages& images, const std::vector<std::size_t>& frames,
-                   const std::string& what, const std::function<std::string(std::size_t)>& nameOf) {
+Markup imageGrid(const LoadedImages& images, const std::vector<std::size_t>& frames, const std::string& what,
+                 const std::function<std::string(std::size_t)>& nameOf) {
   std::vector<std::size_t> shown;
   for (const auto& [frame, bytes] : images.byFrame)
     if (std::binary_search(frames.begin(), frames.end(), frame)) shown.push_back(frame);

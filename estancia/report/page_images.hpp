@@ -35,13 +35,12 @@ struct LoadedImages {
 
 /// Loads images of every place (its frames, ascending), evenly spread over its life; every place has one
 /// before any has two.
-LoadedImages loadImages(const std::vector<const std::vector<std::size_t>*>& places,
-                            const PageImages& images);
+LoadedImages loadImages(const std::vector<const std::vector<std::size_t>*>& places, const PageImages& images);
 
 /// The loaded images of a place; empty when there is none. `what` begins the alternative text, `nameOf`
 /// gives a frame's name.
-Markup imageGrid(const LoadedImages& images, const std::vector<std::size_t>& frames,
-                   const std::string& what, const std::function<std::string(std::size_t)>& nameOf);
+Markup imageGrid(const LoadedImages& images, const std::vector<std::size_t>& frames, const std::string& what,
+                 const std::function<std::string(std::size_t)>& nameOf);
 
 }  // namespace report
 }  // namespace estancia

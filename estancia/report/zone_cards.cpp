@@ -47,8 +47,7 @@ std::string sizeOf(const ZoneSummary& entry) {
                      100 * entry.share);
 }
 
-void addCard(Markup& out, const ZonesSummary& summary, const ZoneSummary& entry,
-             const LoadedImages& images) {
+void addCard(Markup& out, const ZonesSummary& summary, const ZoneSummary& entry, const LoadedImages& images) {
   const Zone& zone = *entry.zone;
   out.open("article", {{"class", "card"}, {"id", fmt::format("zone-{}", zone.id)}, {"tabindex", "-1"}});
   out.open("header").add(badge(entry.style, std::to_string(zone.id))).open("div");

@@ -101,8 +101,7 @@ void addCards(Markup& body, const ZonesPage& page, const ZonesSummary& summary) 
   body.open("section", {{"id", "places"}}).element("h2", "Zone by zone");
   std::string limits =
       "Bars are the mean probability of a word over the zone's images, ± its standard deviation. ";
-  if (cards.withheld > 0)
-    limits += counted(cards.withheld, "image") + " left out to keep this page small. ";
+  if (cards.withheld > 0) limits += counted(cards.withheld, "image") + " left out to keep this page small. ";
   if (const std::size_t told = cards.carded + cards.listed; told < summary.list.size())
     limits += counted(summary.list.size() - told, "zone") + " of the smallest are not listed.";
   body.element("p", {{"class", "note"}}, limits).open("div", {{"class", "cards"}}).add(cards.cards).close();

@@ -18,7 +18,7 @@ struct ZonesPage {
   std::string title = "A run and its zones";
   std::string date = {};               ///< shown as it is; "" keeps pages reproducible
   std::vector<Measure> measures = {};  ///< shown in this order
-  PageImages images = {};          ///< by the numbers of Zones::frames
+  PageImages images = {};              ///< by the numbers of Zones::frames
   std::size_t cards = 60;              ///< only this many of the largest zones get images and words
 };
 

@@ -10,8 +10,8 @@ struct Agreement {
   double homogeneity = 0;   ///< 1 when every cluster holds one class only
   double completeness = 0;  ///< 1 when every class is in one cluster only
   double vMeasure = 0;      ///< harmonic mean of the two (Rosenberg and Hirschberg 2007, β = 1)
-  double adjustedRandIndex =
-      0;              ///< pairs judged alike, corrected for chance; at most 1 (Hubert and Arabie 1985)
+  /// Pairs judged alike, corrected for chance; at most 1 (Hubert and Arabie 1985)
+  double adjustedRandIndex = 0;
   double purity = 0;  ///< share of the items that belong to their cluster's most frequent class
 };
 

@@ -13,10 +13,10 @@ namespace estancia {
 
 /// Where descriptors live while they are compared.
 enum class Embedding {
-  identity,        ///< the probabilities themselves
-  squareRoot,      ///< √p: Euclidean distance there is Hellinger's
+  identity,         ///< the probabilities themselves
+  squareRoot,       ///< √p: Euclidean distance there is Hellinger's
   centered,         ///< p − mean(p): a cosine there is Pearson's correlation
-  cumulative,      ///< p summed up from the first label on: the distribution function
+  cumulative,       ///< p summed up from the first label on: the distribution function
   centeredLogRatio  ///< ln p − mean(ln p): Aitchison's geometry of compositions
 };
 

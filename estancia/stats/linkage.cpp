@@ -155,7 +155,7 @@ class Clusters {
 /// From any cluster to its nearest, to that one's nearest …: the chain ends in two that are each other's
 /// nearest. With these linkages they stay so whatever else merges, so they merge now.
 std::vector<Link> nearestNeighborChain(CondensedDistances& distances, Linkage linkage,
-                                        const LinkageOptions& options) {
+                                       const LinkageOptions& options) {
   Clusters clusters(distances, linkage, options.sizes);
   Watch watch(options.progress, distances.items() - 1);
   std::vector<Link> links;

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "estancia/stats/friedman.hpp"
-#include "estancia/stats/post_hoc.hpp"
 #include "estancia/stats/mean_ranks.hpp"
+#include "estancia/stats/post_hoc.hpp"
 #include "estancia/stats/wilcoxon.hpp"
 
 namespace estancia {

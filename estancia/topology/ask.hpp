@@ -18,7 +18,7 @@ struct PlaceAnswer {
   std::size_t rank = 0;   ///< place of the node's best match among all its labels, or its rooms, from 1
   std::size_t label = 0;  ///< that label
   std::string room;       ///< or that room; "" where the words were taken for labels
-  bool inTop5 = false;  ///< rank ≤ 5
+  bool inTop5 = false;    ///< rank ≤ 5
 };
 
 /// What words are taken for in a map: labels or, where a classifier has named rooms, rooms; never both.

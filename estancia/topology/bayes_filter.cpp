@@ -26,7 +26,8 @@ std::size_t moved(std::size_t image, int by, std::size_t images) {
 }  // namespace
 
 PlaceFilter::PlaceFilter(std::vector<std::size_t> nodeOfImage, std::size_t nodes,
-               const std::vector<std::pair<std::size_t, std::size_t>>& edges, PlaceFilterOptions options)
+                         const std::vector<std::pair<std::size_t, std::size_t>>& edges,
+                         PlaceFilterOptions options)
     : nodeOf_(std::move(nodeOfImage)), imagesOf_(nodes), linked_(nodes), options_(options) {
   for (std::size_t image = 0; image < nodeOf_.size(); ++image) imagesOf_[nodeOf_[image]].push_back(image);
   for (const auto& [a, b] : edges) {

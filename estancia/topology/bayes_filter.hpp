@@ -22,7 +22,7 @@ class PlaceFilter {
  public:
   /// `nodeOfImage`: each image's node as an index 0 … nodes−1. `edges`: linked nodes, both ways.
   PlaceFilter(std::vector<std::size_t> nodeOfImage, std::size_t nodes,
-         const std::vector<std::pair<std::size_t, std::size_t>>& edges, PlaceFilterOptions options);
+              const std::vector<std::pair<std::size_t, std::size_t>>& edges, PlaceFilterOptions options);
 
   std::size_t images() const { return nodeOf_.size(); }
   std::size_t states() const;

@@ -14,7 +14,7 @@ namespace estancia {
 struct ExportOptions {
   std::size_t words = 10;     ///< how many of a place's best labels go along
   std::string frame = "map";  ///< nav2: the coordinate frame of the poses, as the robot's TF tree names it
-  bool bidirectional = true;       ///< nav2: an edge each way for every transition; false: only as it was driven
+  bool bidirectional = true;  ///< nav2: an edge each way for every transition; false: only as it was driven
 };
 
 /// GraphML 1.0: nodes with words, room (the true one), predicted_room and room_probability (a classifier's),

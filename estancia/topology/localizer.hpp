@@ -14,10 +14,10 @@
 namespace estancia {
 
 struct LocalizerOptions {
-  std::size_t lookahead =
-      0;  ///< answer this many frames late, and better: fixed-lag smoothing; 0: filter only
-  std::size_t mostImages =
-      50000;  ///< compare with at most so many stored images, evenly thinned: bounds memory
+  /// Answer this many frames late, and better: fixed-lag smoothing; 0: filter only.
+  std::size_t lookahead = 0;
+  /// Compare with at most so many stored images, evenly thinned: bounds memory.
+  std::size_t mostImages = 50000;
   PlaceFilterOptions belief;
 };
 

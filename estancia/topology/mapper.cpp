@@ -35,7 +35,8 @@ Mapper::Mapper(const DescriptorLayout& layout, MapperOptions options)
     if (tau && !(*tau > 0 && std::isfinite(*tau)))
       throw Error(fmt::format("a threshold of {} can never be met; give a positive distance", *tau));
   if (options_.transitionImages > mostBlur)
-    throw Error(fmt::format("at most {} images can blur a stay, not {}", mostBlur, options_.transitionImages));
+    throw Error(
+        fmt::format("at most {} images can blur a stay, not {}", mostBlur, options_.transitionImages));
   thresholds_ = thresholdsFrom(options_.tauJoin.value_or(distance_.tauJoin), options_.thresholds);
   if (options_.tauRevisit) thresholds_.revisit = *options_.tauRevisit;
 }

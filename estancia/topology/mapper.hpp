@@ -24,12 +24,12 @@ struct MapperOptions {
   std::string distance = "standardized-clr";  ///< see baseDistances(); the default is what measurement says
   std::optional<double> tauJoin;              ///< τ1; found by the run itself unless given
   std::optional<double> tauRevisit;           ///< τ2; follows from τ_join unless given
-  bool nearerThanCurrent =
-      true;  ///< move only to a node nearer than the current one (the original program does)
-  std::size_t transitionImages =
-      0;  ///< k: the first and last k images of a stay weigh i/k, they blur a node; 0: off
-  std::size_t warmupFrames =
-      600;  ///< the run's first frames, decided again whenever the scales have been found anew
+  /// Move only to a node nearer than the current one (the original program does)
+  bool nearerThanCurrent = true;
+  /// K: the first and last k images of a stay weigh i/k, they blur a node; 0: off.
+  std::size_t transitionImages = 0;
+  /// The run's first frames, decided again whenever the scales have been found anew.
+  std::size_t warmupFrames = 600;
   ThresholdOptions thresholds;
 
   /// The thesis' own choices: rooted Eq. 4.5, k = 15, τ1 = τ2 = 0.015, no merging. The thesis prints τ1 =
@@ -50,8 +50,9 @@ struct MapperOptions {
 /// is then repeated on all frames so far, so that the first minute is mapped by the same scales as the rest.
 class Mapper {
  public:
-  /// Throws Error on an unknown distance, thresholds that are not positive, or more than 1,000 transitionImages.
-  /// `layout`: how many labels, of how many models; a number will do for one (Vocabulary::layout()).
+  /// Throws Error on an unknown distance, thresholds that are not positive, or more than 1,000
+  /// transitionImages. `layout`: how many labels, of how many models; a number will do for one
+  /// (Vocabulary::layout()).
   Mapper(const DescriptorLayout& layout, MapperOptions options);
 
   /// Maps the next frame. Throws Error when it is no descriptor; the mapper is then as it was.

@@ -20,8 +20,8 @@ struct NodeMemory {
   std::uint64_t frames = 0;
   std::uint64_t nextMergeCheck = 0;  ///< look for a twin when the node holds this many frames
   Moments words;                     ///< of the probabilities: what people see (Eq. 4.2)
-  std::optional<Moments>
-      embedded;  ///< of the embedded descriptors: what is compared; absent when that is the same
+  /// Of the embedded descriptors: what is compared; absent when that is the same.
+  std::optional<Moments> embedded;
 
   const Moments& compared() const { return embedded ? *embedded : words; }
 };

@@ -18,8 +18,8 @@ double distanceBetween(const Position& a, const Position& b);
 
 struct Place {
   std::optional<Position> position;  ///< mean of its posed frames (thesis 4.4)
-  std::map<std::string, std::size_t>
-      rooms;         ///< how many of its frames are in which room; unknown rooms left out
+  /// How many of its frames are in which room; unknown rooms left out.
+  std::map<std::string, std::size_t> rooms;
   std::string room;  ///< the most frequent of them, "" when none is known
   /// What a classifier takes it for, best first; empty when none was asked. Not the truth.
   std::vector<RoomProbability> predicted;

@@ -48,8 +48,8 @@ struct MapQuality {
   /// Links against the driven path. A node stands for the room most of its frames are in. Two rooms are truly
   /// linked when somewhere two consecutive frames lie one in each.
   std::size_t trueLinks = 0;  ///< such pairs of rooms
-  std::optional<double>
-      edgePrecision;  ///< share of the map's links inside one room or between truly linked rooms
+  /// Share of the map's links inside one room or between truly linked rooms.
+  std::optional<double> edgePrecision;
   std::optional<double> edgeRecall;  ///< share of the truly linked rooms with a link of the map between them
 };
 

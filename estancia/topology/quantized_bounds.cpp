@@ -27,7 +27,8 @@ void byteDots(const std::int8_t* rows, std::size_t count, std::size_t stride, co
 QuantizedUpperBounds::QuantizedUpperBounds(std::size_t length)
     : length_(length), stride_((length + cacheLine - 1) / cacheLine * cacheLine) {}
 
-QuantizedUpperBounds::Row QuantizedUpperBounds::quantize(std::span<const float> vector, std::int8_t* bytes) const {
+QuantizedUpperBounds::Row QuantizedUpperBounds::quantize(std::span<const float> vector,
+                                                         std::int8_t* bytes) const {
   float largest = 0;
   for (const float v : vector) largest = std::max(largest, std::fabs(v));
   const float scale = largest > 0 ? largest / 127 : 1;

@@ -58,7 +58,7 @@ class Ways {
 
 std::string onlyForwards(const RouteOptions& options) {
   return options.bidirectional ? "; the robot never drove between their parts of the map"
-                          : "; allow driving transitions backwards, too";
+                               : "; allow driving transitions backwards, too";
 }
 
 }  // namespace

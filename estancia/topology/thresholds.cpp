@@ -93,7 +93,7 @@ ThresholdEstimator::Memory ThresholdEstimator::memory() const {
 }
 
 void ThresholdEstimator::restore(Memory memory, Moments moments,
-                       const std::function<std::vector<float>(std::size_t)>& probabilities) {
+                                 const std::function<std::vector<float>(std::size_t)>& probabilities) {
   sampled_ = std::move(memory.sampled);
   for (const auto& [keyframe, frame] : sampled_) {
     std::vector<float> embedded = probabilities(frame);

@@ -14,8 +14,8 @@
 namespace estancia {
 
 struct ThresholdOptions {
-  double farQuantile =
-      0.03;  ///< τ_join accepts this share of pairs of different places; larger: larger places
+  /// τ_join accepts this share of pairs of different places; larger: larger places.
+  double farQuantile = 0.03;
   double revisitRatio = 0.4;  ///< τ_revisit = this · τ_join: moving needs more evidence than staying
   double mergeRatio = 0.3;    ///< τ_merge = this · τ_join, between the means of two nodes; 0: never merge
 };

@@ -253,7 +253,8 @@ StreamAgreement compareWithExact(const DescriptorSequence& recording, std::span<
   if (zoneOf.size() != frames)
     throw Error(
         fmt::format("{} zone numbers do not belong to {} frames; give one a frame", zoneOf.size(), frames));
-  DescriptorSequence some{recording.vocabulary, recording.model, {}, DescriptorMatrix(recording.vocabulary.size())};
+  DescriptorSequence some{
+      recording.vocabulary, recording.model, {}, DescriptorMatrix(recording.vocabulary.size())};
   std::vector<int> streamed;
   for (std::size_t i = 0; i < compared; ++i) {
     const std::size_t frame = i * frames / compared;

@@ -113,7 +113,8 @@ ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbors, const Zon
   return {tree.cutAt(suggested.distance), suggested.distance, std::move(suggested.reason)};
 }
 
-CondensedDistances compareImages(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress) {
+CondensedDistances compareImages(const DescriptorSequence& recording, const ZoneOptions& options,
+                                 Progress& progress) {
   const Distance distance = getDistance(options.distance, recording.vocabulary.layout().parts);
   const Comparison comparison = comparisonFor(distance, getLinkage(options.linkage));
   for (std::size_t i = 0; i < recording.frames.size(); ++i)

@@ -105,7 +105,8 @@ struct ZoneCut {
 ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbors, const ZoneOptions& options);
 
 /// The distances of all pairs of images by options.distance, as options.linkage needs them. Throws as above.
-CondensedDistances compareImages(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress);
+CondensedDistances compareImages(const DescriptorSequence& recording, const ZoneOptions& options,
+                                 Progress& progress);
 
 /// Zones of a partition that is known already: `groups[i]` is any number for the group of frame i. Numbers
 /// the zones anew by size and fills in all but distance, linkage, cut and dendrogram. Throws Error when there

@@ -35,11 +35,11 @@ class ClassifyCommand : public testing::Test {
   /// Three rooms, thrice visited: words that no room is called by.
   static void writeWords(const fs::path& file, unsigned seed, bool withRooms) {
     SyntheticPlaces places(3, 12, 0.4);
-    DescriptorSequence recording{Vocabulary({"stove", "fridge", "tub", "sink", "bed", "sofa", "desk", "lamp", "plant",
-                                    "door", "window", "chair"}),
-                        "test 1",
-                        {},
-                        DescriptorMatrix(12)};
+    DescriptorSequence recording{Vocabulary({"stove", "fridge", "tub", "sink", "bed", "sofa", "desk", "lamp",
+                                             "plant", "door", "window", "chair"}),
+                                 "test 1",
+                                 {},
+                                 DescriptorMatrix(12)};
     for (unsigned skip = 0; skip < 100 * seed; ++skip) places.image(0);
     for (const std::size_t place : {0U, 1U, 2U, 0U, 1U, 2U, 2U, 1U, 0U})
       for (int i = 0; i < 6; ++i) {
@@ -224,8 +224,7 @@ TEST_F(ClassifyCommand, LearnsFromImages) {
   const auto trained = run({"classify", "train", scratch_ / "lines", "-o", model, "--descriptor", "phog"});
   ASSERT_EQ(trained.exitCode, 0) << trained.err;
   EXPECT_THAT(trained.out, AllOf(HasSubstr("2 rooms of 40 images by svm-rbf on phog"), HasSubstr("lying")));
-  const auto said =
-      lines(run({"classify", "predict", model, image, scratch_ / "lines/line4.png", "--json"}));
+  const auto said = lines(run({"classify", "predict", model, image, scratch_ / "lines/line4.png", "--json"}));
   ASSERT_EQ(said.size(), 2U);
   EXPECT_EQ(said[0]["image"], image);
   EXPECT_EQ(said[0]["room"], "lying");

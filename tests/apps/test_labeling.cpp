@@ -75,9 +75,8 @@ TEST_F(Labeling, ASplitOrSomeRoomsAreLabeledAlone) {
   EXPECT_EQ(label(images_, scratch_ / "a.labels", {"--split", "test"})["frames"], 8);
   EXPECT_EQ(label(images_, scratch_ / "b.labels", {"--split", "train", "--only", "room0,room3"})["frames"],
             8);
-  EXPECT_THAT(
-      refusal({"label", images_, "-o", scratch_ / "c.labels", "--model", model_, "--split", "tset"}),
-      HasSubstr("there is no split \"tset\"; there are test, train"));
+  EXPECT_THAT(refusal({"label", images_, "-o", scratch_ / "c.labels", "--model", model_, "--split", "tset"}),
+              HasSubstr("there is no split \"tset\"; there are test, train"));
 }
 
 TEST_F(Labeling, ACacheThatIsCutOffIsRepaired) {
@@ -163,10 +162,9 @@ TEST_F(Labeling, ABlackBoxThatFindsItsWordsMapsAndLocalizes) {
   const auto found = run({"localize", map, images_, "--model", box});
   EXPECT_EQ(found.exitCode, 0) << found.err;
   EXPECT_EQ(std::count(found.out.begin(), found.out.end(), '\n'), 24);
-  EXPECT_EQ(
-      json::parse(
-          run({"label", images_, "-o", scratch_ / "b.labels", "--model", box, "--json"}).out)["words"],
-      3);
+  EXPECT_EQ(json::parse(
+                run({"label", images_, "-o", scratch_ / "b.labels", "--model", box, "--json"}).out)["words"],
+            3);
   const auto again =
       json::parse(run({"label", images_, "-o", scratch_ / "c.labels", "--model", box, "--json"}).out);
   EXPECT_EQ(again["remembered"], 24) << "each frame once";

@@ -21,11 +21,11 @@ class ZonesCommand : public testing::Test {
  protected:
   void SetUp() override {
     SyntheticPlaces places(3, 12, 0.4);
-    DescriptorSequence recording{Vocabulary({"stove", "fridge", "tub", "sink", "bed", "sofa", "desk", "lamp", "plant",
-                                    "door", "window", "chair"}),
-                        "test",
-                        {},
-                        DescriptorMatrix(12)};
+    DescriptorSequence recording{Vocabulary({"stove", "fridge", "tub", "sink", "bed", "sofa", "desk", "lamp",
+                                             "plant", "door", "window", "chair"}),
+                                 "test",
+                                 {},
+                                 DescriptorMatrix(12)};
     const std::vector<std::string> rooms{"kitchen", "bath", "bedroom"};
     for (const std::size_t place : {0U, 1U, 2U, 0U})
       for (int i = 0; i < 10; ++i) {

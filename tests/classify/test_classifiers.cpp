@@ -8,8 +8,8 @@
 #include <opencv2/ml.hpp>
 #include <set>
 
-#include "estancia/classify/pairwise_coupling.hpp"
 #include "estancia/classify/folds.hpp"
+#include "estancia/classify/pairwise_coupling.hpp"
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/core/error.hpp"
 #include "samples.hpp"

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "estancia/classify/label_selection.hpp"
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/classify/scores.hpp"
-#include "estancia/classify/label_selection.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "samples.hpp"

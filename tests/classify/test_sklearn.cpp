@@ -6,8 +6,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "estancia/classify/scores.hpp"
 #include "estancia/classify/label_selection.hpp"
+#include "estancia/classify/scores.hpp"
 #include "samples.hpp"
 
 namespace estancia {

@@ -16,8 +16,8 @@ using SegmentSamples = std::function<double(const cv::Vec3d& origin, const cv::V
 inline constexpr double kNever = HUGE_VAL;
 
 /// What of the plane through `at` lies within half · side of it, along two directions at right angles.
-inline SegmentSamples board(const cv::Vec3d& at, const cv::Vec3d& along, const cv::Vec3d& up, double halfAlong,
-                   double halfUp) {
+inline SegmentSamples board(const cv::Vec3d& at, const cv::Vec3d& along, const cv::Vec3d& up,
+                            double halfAlong, double halfUp) {
   const cv::Vec3d normal = along.cross(up);
   return [=](const cv::Vec3d& origin, const cv::Vec3d& ray) {
     const double t = (at - origin).dot(normal) / ray.dot(normal);

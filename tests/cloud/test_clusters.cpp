@@ -160,7 +160,8 @@ TEST(Clusters, WhatIsBehindAPlaneStays) {
 TEST(Clusters, StripesThatAreNoPlaneDoNotEndTheSearch) {
   View view;
   view.from = {0, -1.1, 1.3};
-  std::vector<SegmentSamples> shapes = {level(0, 0.3, 0.5, 0.35, 0)};  // a table, and beside it slats that are more
+  std::vector<SegmentSamples> shapes = {
+      level(0, 0.3, 0.5, 0.35, 0)};  // a table, and beside it slats that are more
   for (int i = 0; i < 14; ++i) shapes.push_back(level(0.1, 0.3, 0.03, -0.35, -0.5 + 0.1 * i));
   const Seen seen = see(shapes, view);
   ClusterOptions options;

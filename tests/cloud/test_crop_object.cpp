@@ -43,7 +43,8 @@ TEST(Patch, MiddleOfTheSquareHoldsTheThing) {
   EXPECT_EQ(patch.at<cv::Vec3b>(0, 0), cv::Vec3b(9, 7, 200));
   EXPECT_EQ(patch.at<cv::Vec3b>(15, 15), cv::Vec3b(24, 22, 200));
   EXPECT_EQ(cropObject(places(), {10, 12, 4, 8}, {}, with(Background::kept, 0, 1)).size(), cv::Size(8, 8));
-  EXPECT_EQ(cropObject(places(), {10, 12, 4, 8}, {}, with(Background::kept, 0.25, 1)).size(), cv::Size(12, 12));
+  EXPECT_EQ(cropObject(places(), {10, 12, 4, 8}, {}, with(Background::kept, 0.25, 1)).size(),
+            cv::Size(12, 12));
 }
 
 TEST(Patch, GrayBeyondTheImage) {

@@ -142,8 +142,7 @@ TEST(Filter, RefusesOtherNamesAndTornClouds) {
   PointCloud torn = plane();
   torn.colors.pop_back();
   for (const auto& [method, explanation] : filterMethods())
-    EXPECT_THAT(errorOf([&, name = method] { filtered(torn, filterBy(name, 5)); }),
-                HasSubstr("4799 colors"));
+    EXPECT_THAT(errorOf([&, name = method] { filtered(torn, filterBy(name, 5)); }), HasSubstr("4799 colors"));
 }
 
 }  // namespace

@@ -62,7 +62,7 @@ TEST(Shapes, TheLargestOfManyPieces) {
 
 TEST(Shapes, NearPairsThatDoNotTouch) {
   const std::vector<SegmentSamples> shapes{dot(1, {0, 0, 1}), dot(3, {0.1F, 0, 1}), dot(4, {0.25F, 0, 1}),
-                                  dot(7, {0.25F, 0, 3})};
+                                           dot(7, {0.25F, 0, 3})};
   Segmentation pieces;
   EXPECT_THAT(nearPairs(shapes, pieces, 0.2), UnorderedElementsAre(std::pair(0U, 1U), std::pair(1U, 2U)));
   pieces.touching = {{1, 3}};

@@ -29,8 +29,7 @@ inline void writeColorDrive(const std::filesystem::path& folder, std::uint64_t s
   cv::RNG random(seed);
   std::string rooms = "image,room\n", poses;
   for (int i = 0; i < 40; ++i) {
-    cv::Mat image(48, 64, CV_8UC3, colors[static_cast<std::size_t>(i / 10)]),
-        noise(image.size(), CV_8SC3);
+    cv::Mat image(48, 64, CV_8UC3, colors[static_cast<std::size_t>(i / 10)]), noise(image.size(), CV_8SC3);
     random.fill(noise, cv::RNG::NORMAL, 0, 20);
     cv::add(image, noise, image, {}, CV_8UC3);
     const std::string name = (i < 10 ? "000" : "00") + std::to_string(i) + ".png";

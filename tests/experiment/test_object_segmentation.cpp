@@ -203,8 +203,7 @@ TEST_F(ObjectSegmentation, HasARowAScene) {
   EXPECT_EQ(table.rows[2].name, "all");
   EXPECT_LT(*table.rows[2].values[3], 70) << "six of six are no certainty";
   ASSERT_EQ(findings.sections.size(), 5U);
-  for (const std::size_t s : {3U, 4U})
-    EXPECT_EQ(std::get<Images>(findings.sections[s]).images.size(), 1U);
+  for (const std::size_t s : {3U, 4U}) EXPECT_EQ(std::get<Images>(findings.sections[s]).images.size(), 1U);
 }
 
 TEST_F(ObjectSegmentation, GoesOnWhereItStoppedAndDoesNotDependOnThreads) {

@@ -206,8 +206,7 @@ TEST_F(ObjectSplits, NoiseMisnamesWhatIsLearnedFromAlone) {
     if (row[4] == "0.2" && row[3] == "knn voted") voted += std::stod(row[5]) / 5;
     if (row[4] == "0.9") hopeless += std::stod(row[5]) / 10;
   }
-  for (const auto& [split, values] : labeled)
-    EXPECT_EQ(values.size(), 1U) << "the labeler is not made worse";
+  for (const auto& [split, values] : labeled) EXPECT_EQ(values.size(), 1U) << "the labeler is not made worse";
   EXPECT_GT(voted, 0.95);
   EXPECT_LT(hopeless, 0.4);
 }

@@ -47,7 +47,8 @@ std::string bytesOf(const std::vector<Number>& values) {
 
 class Recordings : public testing::Test {
  protected:
-  DescriptorSequence read(const std::string& name, const std::string& bytes, const DescriptorFileOptions& options = {}) {
+  DescriptorSequence read(const std::string& name, const std::string& bytes,
+                          const DescriptorFileOptions& options = {}) {
     writeFile(scratch_ / name, bytes);
     return readDescriptors(scratch_ / name, options);
   }
@@ -175,7 +176,8 @@ TEST_F(Recordings, RefuseBadCsv) {
   EXPECT_THAT(refusal("a.csv", "image,cup\n1.png,0\n", {file("words.txt", "mug\n"), {}}),
               HasSubstr("the vocabularies differ"));
   EXPECT_THAT(refusal("a.txt", "image,cup\n"), HasSubstr("known are .labels, .csv"));
-  EXPECT_THAT(errorOf([&] { readDescriptors(scratch_ / "none.csv"); }), HasSubstr("no file that can be read"));
+  EXPECT_THAT(errorOf([&] { readDescriptors(scratch_ / "none.csv"); }),
+              HasSubstr("no file that can be read"));
 }
 
 TEST_F(Recordings, RefuseBadJsonLines) {

@@ -94,14 +94,16 @@ TEST(LabelFile, SaysWhatItIsNot) {
   newer[8] = 2;
   test::writeFile(scratch / "new.labels", newer);
   EXPECT_THAT(test::errorOf([&] { io::readLabelFile(scratch / "new.labels"); }), HasSubstr("version 2"));
-  EXPECT_THAT(test::errorOf([&] { writeDescriptors(sample(), scratch / "words.txt"); }), HasSubstr("NAME.csv"));
+  EXPECT_THAT(test::errorOf([&] { writeDescriptors(sample(), scratch / "words.txt"); }),
+              HasSubstr("NAME.csv"));
 }
 
 TEST(DescriptorSequence, IsPutInOtherWords) {
   const DescriptorSequence other = inWordsOf(Vocabulary({"kitchen", "dog", "cup"}), sample());
   EXPECT_THAT(other.descriptors.row(0), ElementsAre(1, 0, 0.1F));
   EXPECT_EQ(other.frames.size(), 2U);
-  DescriptorSequence cranes{Vocabulary({"cup", "crane", "crane"}), "m", {{"a", {}, {}, ""}}, DescriptorMatrix(3)};
+  DescriptorSequence cranes{
+      Vocabulary({"cup", "crane", "crane"}), "m", {{"a", {}, {}, ""}}, DescriptorMatrix(3)};
   cranes.descriptors.append(LexicalDescriptor{0.1F, 0.7F, 0.2F});
   EXPECT_THAT(inWordsOf(Vocabulary({"crane", "cup", "crane"}), cranes).descriptors.row(0),
               ElementsAre(0.7F, 0.1F, 0.2F));

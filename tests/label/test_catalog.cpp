@@ -57,8 +57,7 @@ TEST(BuiltinCatalog, SaysHowToUseEveryModel) {
     const auto& mean = spec.preprocessing.mean;
     EXPECT_THAT(mean, testing::Each(testing::AllOf(testing::Gt(90), testing::Lt(130))));
     const bool bgr = spec.preprocessing.color == Preprocessing::Color::bgr;
-    EXPECT_EQ(mean[0] < mean[2], bgr)
-        << "images have more red than blue: the mean's order is that of color";
+    EXPECT_EQ(mean[0] < mean[2], bgr) << "images have more red than blue: the mean's order is that of color";
   }
 }
 

@@ -17,7 +17,8 @@ using testing::HasSubstr;
 
 class Human : public testing::Test {
  protected:
-  DescriptorSequence read(const std::string& csv, double certainty = 1, const std::optional<Vocabulary>& given = {}) {
+  DescriptorSequence read(const std::string& csv, double certainty = 1,
+                          const std::optional<Vocabulary>& given = {}) {
     writeFile(scratch_ / "h.csv", csv);
     return readHumanLabels(scratch_ / "h.csv", given, certainty);
   }

@@ -152,16 +152,15 @@ TEST_P(Windows, ConvolveLikeTheDefinition) {
   const int out = network.tensor(w.shape(filters));
   network.conv(in, stored, offset, out, w.padding, w.strideX, w.strideY, w.dilation);
 
-  expectImage(
-      answer(network.file(in, out), input), w.image(filters, [&](int row, int column, int filter) {
-        float sum = bias[static_cast<std::size_t>(filter)];
-        w.forEachPixel(row, column, [&](int ky, int kx, int y, int x) {
-          for (int c = 0; c < 3; ++c)
-            sum += input.at(y, x, c) *
-                   weights[static_cast<std::size_t>(((filter * w.filterY + ky) * w.filterX + kx) * 3 + c)];
-        });
-        return sum;
-      }));
+  expectImage(answer(network.file(in, out), input), w.image(filters, [&](int row, int column, int filter) {
+    float sum = bias[static_cast<std::size_t>(filter)];
+    w.forEachPixel(row, column, [&](int ky, int kx, int y, int x) {
+      for (int c = 0; c < 3; ++c)
+        sum += input.at(y, x, c) *
+               weights[static_cast<std::size_t>(((filter * w.filterY + ky) * w.filterX + kx) * 3 + c)];
+    });
+    return sum;
+  }));
 }
 
 TEST_P(Windows, ConvolveEachChannelAloneLikeTheDefinition) {
@@ -176,15 +175,14 @@ TEST_P(Windows, ConvolveEachChannelAloneLikeTheDefinition) {
   const int out = network.tensor(w.shape(filters));
   network.depthwise(in, stored, out, w.padding, w.strideX, w.strideY, w.dilation);
 
-  expectImage(answer(network.file(in, out), input),
-                w.image(filters, [&](int row, int column, int filter) {
-                  float sum = 0;
-                  w.forEachPixel(row, column, [&](int ky, int kx, int y, int x) {
-                    sum += input.at(y, x, filter / 2) *
-                           weights[static_cast<std::size_t>((ky * w.filterX + kx) * filters + filter)];
-                  });
-                  return sum;
-                }));
+  expectImage(answer(network.file(in, out), input), w.image(filters, [&](int row, int column, int filter) {
+    float sum = 0;
+    w.forEachPixel(row, column, [&](int ky, int kx, int y, int x) {
+      sum += input.at(y, x, filter / 2) *
+             weights[static_cast<std::size_t>((ky * w.filterX + kx) * filters + filter)];
+    });
+    return sum;
+  }));
 }
 
 TEST_P(Windows, PoolWithoutCountingThePadding) {

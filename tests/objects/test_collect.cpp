@@ -48,8 +48,7 @@ class Collect : public testing::Test {
 
 /// The color that the middle of a sample's box has.
 cv::Vec3b middleOf(const ObjectImage& image) {
-  return image.image.at<cv::Vec3b>(image.box.y + image.box.height / 2,
-                                     image.box.x + image.box.width / 2);
+  return image.image.at<cv::Vec3b>(image.box.y + image.box.height / 2, image.box.x + image.box.width / 2);
 }
 
 TEST_F(Collect, ViewsOfAThingStayOneInstanceAllAround) {

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "estancia/core/error.hpp"
-#include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/object_model.hpp"
+#include "estancia/objects/pseudo_labels.hpp"
 #include "made_up.hpp"
 #include "support/support.hpp"
 
@@ -34,8 +34,8 @@ const Features& noShapes() {
   return none;
 }
 
-std::vector<int> names(PseudoLabeling naming, const ClassProbabilities& shares, const std::vector<int>& instances,
-                       const Features& shapes = noShapes()) {
+std::vector<int> names(PseudoLabeling naming, const ClassProbabilities& shares,
+                       const std::vector<int>& instances, const Features& shapes = noShapes()) {
   Progress silent;
   return assignPseudoLabels(naming, shares, instances, shapes, quick(), silent);
 }
@@ -54,8 +54,8 @@ TEST(Names, TopIsTheLikeliestOfEachSample) {
 }
 
 TEST(Names, VotedPoolsAllThatIsSaidOfAThing) {
-  const ClassProbabilities said{rows({{0.6F, 0.4F}, {0.6F, 0.4F}, {0.05F, 0.95F}, {0, 0}, {0.9F, 0.1F}, {0, 0}}),
-                        {1, 1, 1, 0, 1, 0}};
+  const ClassProbabilities said{
+      rows({{0.6F, 0.4F}, {0.6F, 0.4F}, {0.05F, 0.95F}, {0, 0}, {0.9F, 0.1F}, {0, 0}}), {1, 1, 1, 0, 1, 0}};
   // The sure answer outweighs two doubtful ones; what is silent goes with its thing.
   EXPECT_THAT(names(PseudoLabeling::voted, said, {7, 7, 7, 7, -2, 5}), ElementsAre(1, 1, 1, 1, 0, -1));
 }
@@ -84,7 +84,8 @@ TEST(Names, ConfidentLeavesOutWhatShapesSpeakAgainst) {
   const MadeUpThings things = madeUpThings(4, 5, 8, 1);
   std::vector<int> wrong = things.words;
   for (std::size_t i = 0; i < wrong.size(); i += 5) wrong[i] = (wrong[i] + 1 + static_cast<int>(i) % 3) % 4;
-  const std::vector<int> kept = names(PseudoLabeling::confident, saying(wrong, 4), things.instances, things.shapes);
+  const std::vector<int> kept =
+      names(PseudoLabeling::confident, saying(wrong, 4), things.instances, things.shapes);
   std::size_t wrongBefore = 0, wrongAfter = 0, rightLost = 0;
   for (std::size_t i = 0; i < kept.size(); ++i) {
     ASSERT_TRUE(kept[i] == -1 || kept[i] == wrong[i]);
@@ -196,13 +197,14 @@ TEST(Names, TheVoteWithstandsNoiseThatTopDoesNot) {
     options.gamma = 1;
     const ClassProbabilities said =
         withNoise(saying(train.words, words), NoiseKind::view, rate, train.instances, seed);
-    const ObjectTraining training{test::madeUpStudy(words),
-                                  {},
-                                  train.shapes,
-                                  assignPseudoLabels(naming, said, train.instances, train.shapes, options, silent),
-                                  train.instances,
-                                  "",
-                                  {}};
+    const ObjectTraining training{
+        test::madeUpStudy(words),
+        {},
+        train.shapes,
+        assignPseudoLabels(naming, said, train.instances, train.shapes, options, silent),
+        train.instances,
+        "",
+        {}};
     return test::shareRight(ObjectModel::train(training, options, silent).predict(asked.shapes), asked.words);
   };
   double topLoses = 0, votedLoses = 0;

@@ -5,8 +5,8 @@
 #include <map>
 
 #include "estancia/io/object_views.hpp"
-#include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/object_model.hpp"
+#include "estancia/objects/pseudo_labels.hpp"
 #include "made_up.hpp"
 #include "support/support.hpp"
 
@@ -48,13 +48,14 @@ TEST(Restaurant, TheVoteWithstandsNoiseThatTopDoesNot) {
     options.gamma = 1;
     const ClassProbabilities said =
         withNoise(test::saying(known.words, 20), NoiseKind::view, rate, known.words, seed);
-    const ObjectTraining training{study,
-                                  {},
-                                  known.shapes,
-                                  assignPseudoLabels(naming, said, known.words, known.shapes, options, silent),
-                                  known.words,
-                                  "",
-                                  {}};
+    const ObjectTraining training{
+        study,
+        {},
+        known.shapes,
+        assignPseudoLabels(naming, said, known.words, known.shapes, options, silent),
+        known.words,
+        "",
+        {}};
     return test::shareRight(ObjectModel::train(training, options, silent).predict(unseen.shapes),
                             unseen.words);
   };

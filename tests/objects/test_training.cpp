@@ -46,7 +46,7 @@ ObjectView view(const std::string& name, const std::string& instance, const std:
 
 /// The answers of a labeler that knows three words, for the views that are named.
 DescriptorSequence said(const std::vector<std::pair<std::string, std::vector<float>>>& answers,
-               const std::string& model = "labeler 1") {
+                        const std::string& model = "labeler 1") {
   DescriptorSequence words{Vocabulary({"coffee mug", "bottle", "wall"}), model, {}, DescriptorMatrix(3)};
   for (const auto& [name, row] : answers) {
     words.frames.push_back({name, {}, {}, ""});
@@ -60,7 +60,7 @@ const TargetClasses study{{{"mug", {"coffee mug"}, {"mug", "cup"}}, {"bottle", {
 class Training : public testing::Test {
  protected:
   TrainingSet gather(std::vector<LabeledViews> sources, TrainingOptions options = {},
-                          const TargetClasses& of = study) {
+                     const TargetClasses& of = study) {
     Progress silent;
     problems_.clear();
     options.shape.samples = 100;

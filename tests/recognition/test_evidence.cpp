@@ -6,11 +6,11 @@
 #include <limits>
 #include <random>
 
-#include "estancia/recognition/pose_score.hpp"
 #include "estancia/recognition/dense_search.hpp"
 #include "estancia/recognition/different_poses.hpp"
-#include "estancia/recognition/scales.hpp"
 #include "estancia/recognition/nearest_field.hpp"
+#include "estancia/recognition/pose_score.hpp"
+#include "estancia/recognition/scales.hpp"
 #include "recognition/made_up_surface.hpp"
 
 namespace estancia {

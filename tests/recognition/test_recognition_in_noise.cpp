@@ -10,9 +10,9 @@
 #include "estancia/cloud/noise.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/cloud_file.hpp"
+#include "estancia/recognition/pose_error.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "estancia/recognition/pose_error.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -45,7 +45,7 @@ Pair pairOf(const std::filesystem::path& data, const std::string& model, const s
 }
 
 std::vector<Detection> findIn(const PointCloud& model, const PointCloud& scene,
-                             const RecognitionOptions& options = standard) {
+                              const RecognitionOptions& options = standard) {
   const Recognizer recognizer(options);
   Progress silent;
   return recognizer.find(*recognizer.prepareModel("model", model),

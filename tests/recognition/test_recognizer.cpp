@@ -11,8 +11,8 @@
 #include "estancia/cloud/noise.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
-#include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/pose_error.hpp"
+#include "estancia/recognition/prepared.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "support/support.hpp"
 
@@ -40,7 +40,7 @@ struct Scenery {
 };
 
 std::vector<Detection> findIn(const RecognitionOptions& options, const PointCloud& model,
-                             const PointCloud& scene) {
+                              const PointCloud& scene) {
   const Recognizer recognizer(options);
   Progress silent;
   return recognizer.find(*recognizer.prepareModel("model", model),
@@ -154,10 +154,10 @@ TEST(Recognizer, AModelIsDescribedOnceForTheLengthsOfAScene) {
   const Recognizer recognizer(RecognitionOptions::preset("classical"));
   const auto model = recognizer.prepareModel("model", scenery.model);
   const RecognitionScales some{.normalRadius = 0.02,
-                                .keypointSpacing = 0.02,
-                                .descriptorRadius = 0.04,
-                                .consistency = 0.01,
-                                .tolerance = 0.005};
+                               .keypointSpacing = 0.02,
+                               .descriptorRadius = 0.04,
+                               .consistency = 0.01,
+                               .tolerance = 0.005};
   const auto described = model->describedFor(some);
   EXPECT_EQ(described, model->describedFor(some));
   RecognitionScales others = some;
@@ -231,10 +231,10 @@ TEST(Recognizer, LengthsThatAreAdvisedAreAccepted) {
     const Scenery scenery(scale);
     RecognitionOptions options = RecognitionOptions::preset("tight");
     const std::map<std::string, double*> scales{{"normal radius", &options.normalRadius},
-                                                 {"keypoint spacing", &options.keypointSpacing},
-                                                 {"descriptor radius", &options.descriptorRadius},
-                                                 {"consistency", &options.consistency},
-                                                 {"tolerance", &options.tolerance}};
+                                                {"keypoint spacing", &options.keypointSpacing},
+                                                {"descriptor radius", &options.descriptorRadius},
+                                                {"consistency", &options.consistency},
+                                                {"tolerance", &options.tolerance}};
     std::set<std::string> advised;
     for (std::string error;;) {
       std::vector<Detection> found;

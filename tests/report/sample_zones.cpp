@@ -12,7 +12,8 @@ Zones sampleZones(const SampleZonesOptions& options) {
   std::vector<std::string> labels;
   for (std::size_t l = 0; l < options.labels; ++l)
     labels.push_back(fmt::format("word{}{}", l, options.marker));
-  DescriptorSequence recording{Vocabulary(labels), "model" + options.marker, {}, DescriptorMatrix(labels.size())};
+  DescriptorSequence recording{
+      Vocabulary(labels), "model" + options.marker, {}, DescriptorMatrix(labels.size())};
   std::vector<int> groups;
   for (int round = 0; round < 2; ++round)
     for (std::size_t z = 0; z < options.zones; ++z) {

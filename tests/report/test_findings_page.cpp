@@ -127,7 +127,7 @@ TEST(FindingsPage, DrawsAMatrixAsHeatBetweenItsOwnExtremes) {
   EXPECT_THAT(html, HasSubstr("<td class=\"unknown\">–</td>"));
   Findings large;
   large.sections.emplace_back(HeatTable{"Heat", "", std::vector<std::string>(21, "x"),
-                                     std::vector<double>(std::size_t{21} * 21, 0.5), 2});
+                                        std::vector<double>(std::size_t{21} * 21, 0.5), 2});
   EXPECT_EQ(count(renderFindingsPage(large), ">0.50</td>"), 0U) << "no room for numbers";
   EXPECT_EQ(count(renderFindingsPage(large), "x · x: 0.50"), 21U * 21U);
   large.sections = {HeatTable{"Heat", "", {"a"}, {NAN}, 2}, HeatTable{"Heat", "", {}, {}, 2}};

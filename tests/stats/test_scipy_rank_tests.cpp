@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "estancia/stats/friedman.hpp"
-#include "estancia/stats/post_hoc.hpp"
 #include "estancia/stats/mean_ranks.hpp"
+#include "estancia/stats/post_hoc.hpp"
 #include "estancia/stats/studentized_range.hpp"
 #include "estancia/stats/wilcoxon.hpp"
 #include "scipy_random.hpp"

@@ -114,7 +114,8 @@ struct Corridor {
   DescriptorMatrix images{80};
 };
 
-std::vector<Localization> localized(const LocalizerMap& source, const std::vector<std::vector<float>>& addTransition,
+std::vector<Localization> localized(const LocalizerMap& source,
+                                    const std::vector<std::vector<float>>& addTransition,
                                     std::size_t lookahead) {
   LocalizerOptions options;
   options.lookahead = lookahead;

@@ -24,7 +24,8 @@ inline DescriptorSequence recordingOf(const std::vector<std::vector<float>>& row
 }
 
 /// A drive through rooms 0, 1, 2 … of 20 words, `stay` images in each visit; their rooms are known.
-inline DescriptorSequence driveThrough(const std::vector<std::size_t>& rooms, std::size_t stay, unsigned seed = 7) {
+inline DescriptorSequence driveThrough(const std::vector<std::size_t>& rooms, std::size_t stay,
+                                       unsigned seed = 7) {
   SyntheticPlaces places(6, 20, 0.4, seed);
   DescriptorSequence recording = recordingOf(places.drive(rooms, stay));
   for (std::size_t i = 0; i < recording.frames.size(); ++i)

@@ -29,7 +29,8 @@ ZoneStream streamOf(const DescriptorSequence& recording, const ZoneOptions& opti
   return zones;
 }
 
-double agreementWithExact(const DescriptorSequence& recording, const ZoneOptions& options, std::size_t groups) {
+double agreementWithExact(const DescriptorSequence& recording, const ZoneOptions& options,
+                          std::size_t groups) {
   Progress silent;
   const std::vector<int> exact = findZones(recording, options, silent).zoneOf;
   const ZoneStream stream = streamOf(recording, options, {groups, 20});

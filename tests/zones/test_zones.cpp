@@ -32,7 +32,8 @@ Zones zonesOf(const DescriptorSequence& recording, const ZoneOptions& options = 
 
 /// The same frames in another order.
 DescriptorSequence shuffled(const DescriptorSequence& recording, const std::vector<std::size_t>& order) {
-  DescriptorSequence result{recording.vocabulary, recording.model, {}, DescriptorMatrix(recording.vocabulary.size())};
+  DescriptorSequence result{
+      recording.vocabulary, recording.model, {}, DescriptorMatrix(recording.vocabulary.size())};
   for (const std::size_t i : order) {
     result.frames.push_back(recording.frames[i]);
     result.descriptors.append(recording.descriptors.row(i));
