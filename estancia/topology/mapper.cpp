@@ -129,7 +129,7 @@ void Mapper::place(std::size_t frame, const Image& image) {
         decision.kind = DecisionKind::revisit;
         current_ = other->slot;
       } else {
-        decision.kind = DecisionKind::createNode;
+        decision.kind = DecisionKind::split;
         current_ = createNode();
       }
       addTransition(decision.current, currentNode(), frame);
