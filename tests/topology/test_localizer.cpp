@@ -115,13 +115,13 @@ struct Corridor {
 };
 
 std::vector<Localization> localized(const LocalizerMap& source,
-                                    const std::vector<std::vector<float>>& addTransition,
+                                    const std::vector<std::vector<float>>& drive,
                                     std::size_t lookahead) {
   LocalizerOptions options;
   options.lookahead = lookahead;
   Localizer localizer(source, options);
   std::vector<Localization> answers;
-  for (const auto& image : addTransition)
+  for (const auto& image : drive)
     for (const auto& answer : localizer.add(image)) answers.push_back(answer);
   for (const auto& answer : localizer.finish()) answers.push_back(answer);
   return answers;
@@ -145,7 +145,7 @@ std::vector<std::size_t> forwards(std::size_t n = 30) {
 TEST(Localizer, ClearImagesAreFoundAtOnce) {
   Corridor corridor(0.3);
   const auto truth = forwards();
-  const auto answers = localized(corridor.source(), corridor.world.addTransition(truth, 1), 0);
+  const auto answers = localized(corridor.source(), corridor.world.drive(truth, 1), 0);
   ASSERT_EQ(answers.size(), 30U);
   EXPECT_EQ(share(answers, truth, false), 1.0);
   for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_EQ(answers[i].node, static_cast<int>(i / 3));
@@ -157,9 +157,9 @@ TEST(Localizer, TheDriveTellsWhatSingleImagesDoNot) {
   for (const bool back : {false, true}) {
     auto truth = forwards(60);
     if (back) std::reverse(truth.begin(), truth.end());
-    const auto addTransition = corridor.world.addTransition(truth, 1);
-    const auto filtered = localized(corridor.source(), addTransition, 0);
-    const auto smoothed = localized(corridor.source(), addTransition, 10);
+    const auto drive = corridor.world.drive(truth, 1);
+    const auto filtered = localized(corridor.source(), drive, 0);
+    const auto smoothed = localized(corridor.source(), drive, 10);
     ASSERT_EQ(smoothed.size(), truth.size());
     EXPECT_LT(share(filtered, truth, false), 0.6) << "the test must be hard";
     EXPECT_GT(share(filtered, truth, true), share(filtered, truth, false) + 0.15) << back;
@@ -170,16 +170,16 @@ TEST(Localizer, TheDriveTellsWhatSingleImagesDoNot) {
 TEST(Localizer, RecoversWhenTheRobotIsCarriedElsewhere) {
   Corridor corridor(0.6);
   std::vector<std::size_t> truth{0, 1, 2, 3, 4, 5, 20, 21, 22, 23, 24, 25};
-  const auto answers = localized(corridor.source(), corridor.world.addTransition(truth, 1), 0);
+  const auto answers = localized(corridor.source(), corridor.world.drive(truth, 1), 0);
   EXPECT_NEAR(static_cast<double>(answers.back().beliefImage), 25, 1);
 }
 
 TEST(Localizer, SmoothingEqualsForwardBackwardOverTheWholeDrive) {
   Corridor corridor(1.5, 9);
   const auto truth = forwards(9);
-  const auto addTransition = corridor.world.addTransition(truth, 1);
+  const auto drive = corridor.world.drive(truth, 1);
   const auto smoothed =
-      localized(corridor.source(), addTransition, 100);  // lookahead beyond the end: everything at once
+      localized(corridor.source(), drive, 100);  // lookahead beyond the end: everything at once
 
   std::vector<std::size_t> nodeOf;
   for (const auto& frame : corridor.map.frames) nodeOf.push_back(static_cast<std::size_t>(frame.node));
@@ -188,7 +188,7 @@ TEST(Localizer, SmoothingEqualsForwardBackwardOverTheWholeDrive) {
   const std::size_t n = belief.states();
   std::vector<std::vector<double>> likelihoods, forward;
   std::vector<float> a(80), b(80);
-  for (const auto& image : addTransition) {
+  for (const auto& image : drive) {
     std::vector<float> distances;
     embed(Embedding::squareRoot, image, a);
     for (std::size_t i = 0; i < 9; ++i) {
@@ -209,7 +209,7 @@ TEST(Localizer, SmoothingEqualsForwardBackwardOverTheWholeDrive) {
     forward.push_back(state = next);
   }
   std::vector<double> backward(n, 1.0);
-  for (std::size_t f = addTransition.size(); f-- > 0;) {
+  for (std::size_t f = drive.size(); f-- > 0;) {
     std::vector<double> nodes(3, 0.0);
     double total = 0;
     for (std::size_t s = 0; s < n; ++s) {

@@ -108,7 +108,7 @@ std::vector<int> textbook(const Images& images, double tau1, double tau2, bool r
 
 TEST(Mapper, IsAlgorithm41) {
   test::SyntheticPlaces places(6, 40, 0.6);
-  const Images images = places.addTransition({0, 1, 0, 2, 3, 1, 4, 5, 0, 4, 2}, 9);
+  const Images images = places.drive({0, 1, 0, 2, 3, 1, 4, 5, 0, 4, 2}, 9);
   for (const bool root : {false, true})
     for (const bool nearer : {false, true})
       for (const double scale : {0.6, 0.9, 1.3, 2.0}) {
@@ -149,7 +149,7 @@ TEST(Mapper, RecordsEveryDecisionWithItsDistances) {
 TEST(Mapper, CountsTransitionsInTheirDirection) {
   test::SyntheticPlaces places(3, 60, 0.1);
   Mapper mapper(60, fixed("hellinger", 0.4, 0.4));
-  mapped(mapper, places.addTransition({0, 1, 2, 1, 2}, 4));
+  mapped(mapper, places.drive({0, 1, 2, 1, 2}, 4));
   const auto& transitions = mapper.transitions();
   ASSERT_EQ(transitions.size(), 3U);
   EXPECT_EQ(transitions.at({1, 2}).count, 2U);
@@ -159,7 +159,7 @@ TEST(Mapper, CountsTransitionsInTheirDirection) {
 
 TEST(Mapper, NodesHoldMeanAndSigmaOfTheirImages) {
   test::SyntheticPlaces places(1, 30, 0.2);
-  const Images images = places.addTransition({0}, 25);
+  const Images images = places.drive({0}, 25);
   Mapper mapper(30, fixed("hellinger", 1.4, 1.4));
   mapped(mapper, images);
   const NodeMemory& node = mapper.bank()[0];
@@ -175,7 +175,7 @@ TEST(Mapper, NodesHoldMeanAndSigmaOfTheirImages) {
 
 TEST(Mapper, BlurredImagesWeighLessAtBothEndsOfAStay) {
   test::SyntheticPlaces places(2, 30, 0.05);
-  const Images images = places.addTransition({0, 1}, 8);
+  const Images images = places.drive({0, 1}, 8);
   MapperOptions options = fixed("hellinger", 0.5, 0.4);
   options.transitionImages = 3;
   Mapper mapper(30, options);
@@ -197,7 +197,7 @@ TEST(Mapper, BlurredImagesWeighLessAtBothEndsOfAStay) {
 TEST(Mapper, FindsItsThresholdsByItself) {
   for (const std::size_t stay : {6U, 12U, 40U}) {  // frame rates differ, the map must not
     test::SyntheticPlaces places(8, 200, 0.7);
-    const auto map = mapped(MapperOptions{}, places.addTransition({0, 1, 2, 3, 4, 5, 6, 7, 2, 5, 0}, stay));
+    const auto map = mapped(MapperOptions{}, places.drive({0, 1, 2, 3, 4, 5, 6, 7, 2, 5, 0}, stay));
     ASSERT_EQ(map.nodes.size(), 11 * stay);
     EXPECT_EQ(std::set<int>(map.nodes.begin(), map.nodes.end()).size(), 8U) << "stay " << stay;
     EXPECT_EQ(map.nodes[8 * stay], map.nodes[2 * stay]) << "stay " << stay;
@@ -210,7 +210,7 @@ TEST(Mapper, FindsThresholdsForEveryDistance) {
     test::SyntheticPlaces places(8, 200, 0.3);
     MapperOptions options;
     options.distance = distance.name;
-    const auto map = mapped(options, places.addTransition({0, 1, 2, 3, 4, 5, 6, 7, 2, 5, 0}, 12));
+    const auto map = mapped(options, places.drive({0, 1, 2, 3, 4, 5, 6, 7, 2, 5, 0}, 12));
     const std::set<int> nodes(map.nodes.begin(), map.nodes.end());
     EXPECT_GE(nodes.size(), 4U) << distance.name;
     EXPECT_LE(nodes.size(), 20U) << distance.name;
@@ -220,8 +220,8 @@ TEST(Mapper, FindsThresholdsForEveryDistance) {
 TEST(Mapper, FirstMinuteIsMappedByTheScalesOfTheWholeYoungRun) {
   // One long stay, then seven places. What the run is like shows only after the first stay.
   test::SyntheticPlaces places(8, 200, 0.7);
-  Images images = places.addTransition({0}, 60);
-  for (const auto& image : places.addTransition({1, 2, 3, 4, 5, 6, 7}, 20)) images.push_back(image);
+  Images images = places.drive({0}, 60);
+  for (const auto& image : places.drive({1, 2, 3, 4, 5, 6, 7}, 20)) images.push_back(image);
   const auto map = mapped(MapperOptions{}, images);
   for (std::size_t frame = 0; frame < 60; ++frame) EXPECT_EQ(map.nodes[frame], map.nodes[0]);
 }
@@ -232,7 +232,7 @@ TEST(Mapper, MergesTwinsAndRedirectsTheirTransitions) {
       fixed("standardized-clr", 0.6, 1e-9);  // never revisits, so every return makes a twin
   options.thresholds.mergeRatio = 0.3;
   Mapper mapper(200, options);
-  const auto map = mapped(mapper, places.addTransition({0, 1, 2, 0, 1, 2}, 12));
+  const auto map = mapped(mapper, places.drive({0, 1, 2, 0, 1, 2}, 12));
   EXPECT_GE(map.merges.size(), 2U);
   const std::set<int> alive(map.nodes.begin(), map.nodes.end());
   EXPECT_EQ(alive.size(), 3U);
@@ -268,7 +268,7 @@ TEST(Mapper, ThesisPresetLeavesNodes) {
 
 TEST(Mapper, OneImageIsAMap) {
   test::SyntheticPlaces places(1, 20);
-  const auto map = mapped(MapperOptions{}, places.addTransition({0}, 1));
+  const auto map = mapped(MapperOptions{}, places.drive({0}, 1));
   EXPECT_EQ(map.nodes, std::vector<int>{0});
 }
 
@@ -284,18 +284,18 @@ TEST(Mapper, IdenticalImagesAreOnePlace) {
 TEST(Mapper, AStandingRobotStaysInOnePlace) {
   for (const double noise : {0.01, 0.05, 0.2}) {
     test::SyntheticPlaces places(1, 200, noise);
-    const auto map = mapped(MapperOptions{}, places.addTransition({0}, 700));
+    const auto map = mapped(MapperOptions{}, places.drive({0}, 700));
     EXPECT_EQ(std::set<int>(map.nodes.begin(), map.nodes.end()).size(), 1U) << noise;
   }
 }
 
 TEST(Mapper, ALongStandTeachesNothing) {
   // The scales of camera noise must not become the scales of the map.
-  const std::vector<std::size_t> addTransition{0, 1, 2, 3, 4, 5, 6, 7, 2, 5, 0};
+  const std::vector<std::size_t> drive{0, 1, 2, 3, 4, 5, 6, 7, 2, 5, 0};
   for (const std::size_t stand : {0U, 30U, 300U, 3000U}) {
     test::SyntheticPlaces still(1, 200, 0.05), places(8, 200, 0.7);
-    Images images = still.addTransition({0}, stand);
-    for (const auto& image : places.addTransition(addTransition, 12)) images.push_back(image);
+    Images images = still.drive({0}, stand);
+    for (const auto& image : places.drive(drive, 12)) images.push_back(image);
     const auto map = mapped(MapperOptions{}, images);
     const std::set<int> nodes(map.nodes.begin() + static_cast<std::ptrdiff_t>(stand), map.nodes.end());
     EXPECT_EQ(nodes.size(), 8U) << stand;
@@ -322,7 +322,7 @@ class MapperRestoredAt : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(MapperRestoredAt, MapsAsIfNothingHadHappened) {
   test::SyntheticPlaces places(9, 64, 0.7);
-  const Images images = places.addTransition({0, 1, 2, 3, 4, 5, 6, 7, 8, 1, 3, 5, 0, 2}, 12);
+  const Images images = places.drive({0, 1, 2, 3, 4, 5, 6, 7, 8, 1, 3, 5, 0, 2}, 12);
   MapperOptions options;
   options.warmupFrames = 70;
   options.transitionImages = 2;
@@ -355,7 +355,7 @@ INSTANTIATE_TEST_SUITE_P(Frames, MapperRestoredAt, testing::Values(1, 5, 10, 11,
 TEST(Mapper, DamagedStateIsRefusedWithASentence) {
   test::SyntheticPlaces places(3, 16);
   Mapper mapper(16, {});
-  mapped(mapper, places.addTransition({0, 1, 2}, 8), false);
+  mapped(mapper, places.drive({0, 1, 2}, 8), false);
   const std::string state = mapper.state();
   std::vector<std::pair<int, std::string>> nodes;
   for (std::size_t slot = 0; slot < mapper.bank().size(); ++slot)

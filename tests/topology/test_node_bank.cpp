@@ -57,7 +57,7 @@ class EveryDistance : public testing::TestWithParam<std::string> {
     }
     for (std::size_t place = 0; place < 60; ++place)
       bank_.add(
-          nodeOf(bank_, distance_, static_cast<int>(place), places_.addTransition({place}, 1 + place % 4)));
+          nodeOf(bank_, distance_, static_cast<int>(place), places_.drive({place}, 1 + place % 4)));
   }
 
   NodeBank::Nearest slowNearest(const std::vector<float>& query, std::size_t except,
