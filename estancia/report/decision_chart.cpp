@@ -123,7 +123,7 @@ Markup decisionChart(const TopologicalMap& map) {
   for (std::size_t i = 0; i < decisions.size(); ++i) {
     const Decision& d = decisions[i];
     const auto x = static_cast<double>(i);
-    if (d.kind == DecisionKind::split && std::isfinite(d.toCurrent)) splits.push_back({x, d.toCurrent});
+    if (d.kind == DecisionKind::createNode && std::isfinite(d.toCurrent)) splits.push_back({x, d.toCurrent});
     if (d.kind == DecisionKind::revisit && std::isfinite(d.toOther)) revisits.push_back({x, d.toOther});
   }
 

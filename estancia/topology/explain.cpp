@@ -147,7 +147,7 @@ std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame) {
           fmt::format("{} moved to node {}, which was known already.", nameOf(map, frame), d.node));
       explainRevisit(d, sentences);
       break;
-    case DecisionKind::split:
+    case DecisionKind::createNode:
       sentences.push_back(fmt::format("{} made node {}, a new place.", nameOf(map, frame), d.node));
       explainSplit(d, sentences);
       break;

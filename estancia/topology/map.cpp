@@ -35,8 +35,8 @@ std::string toString(DecisionKind kind) {
       return "join";
     case DecisionKind::revisit:
       return "revisit";
-    case DecisionKind::split:
-      return "split";
+    case DecisionKind::createNode:
+      return "create-node";
   }
   throw Error("a decision of unknown kind");
 }

@@ -30,10 +30,14 @@ struct Transition {
 };
 
 enum class DecisionKind {
-  start,    ///< the very first image makes the first node
-  join,     ///< within τ_join of the current node: stays there
-  revisit,  ///< within τ_revisit of another node, and nearer to it than to the current one: moves there
-  split     ///< near to nothing: makes a new node
+  /// The very first frame makes the first node.
+  start,
+  /// Within τ_join of the current node: stays there.
+  join,
+  /// Within τ_revisit of another node, and nearer to it than to the current one: moves there.
+  revisit,
+  /// Near to no node: makes a new one.
+  createNode
 };
 
 /// Why a frame went where it went: the stored answer of `estancia explain`.
@@ -80,7 +84,7 @@ struct TopologicalMap {
   const Node& getNode(int id) const;
 };
 
-/// "start", "join", "revisit", "split"
+/// "start", "join", "revisit", "create-node".
 std::string toString(DecisionKind kind);
 
 /// The `count` most probable labels of a node, best first, as label indices.

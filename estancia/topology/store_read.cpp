@@ -104,7 +104,7 @@ void readDecisions(Database& database, TopologicalMap& map) {
     decision.frame =
         static_cast<std::size_t>(checked(database, rows.integer(0), 0, frames - 1, "a decision's frame"));
     decision.kind = static_cast<DecisionKind>(checked(
-        database, rows.integer(1), 0, static_cast<int>(DecisionKind::split), "the kind of a decision"));
+        database, rows.integer(1), 0, static_cast<int>(DecisionKind::createNode), "the kind of a decision"));
     decision.node = readNodeId(database, rows.integer(2), 0, "a decision's node");
     decision.current = readNodeId(database, rows.integer(3), -1, "a decision's current node");
     decision.toCurrent = rows.real(4);

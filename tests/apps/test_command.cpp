@@ -219,7 +219,7 @@ TEST_F(Command, ExplainsExportsAndReports) {
   ASSERT_EQ(map(images_, map_).exitCode, 0);
   EXPECT_THAT(run({"explain", map_, "frame10.jpg"}).out, HasSubstr("new place"));
   const json explained = json::parse(run({"explain", map_, "10", "--json"}).out);
-  EXPECT_EQ(explained["decision"], "split");
+  EXPECT_EQ(explained["decision"], "create-node");
   EXPECT_GT(explained["to_current"], explained["tau_join"]);
   EXPECT_EQ(json::parse(run({"export", map_, "--format", "json"}).out)["places"].size(), 4U);
   EXPECT_THAT(run({"export", map_, "--format", "graphml"}).out, HasSubstr("<graphml"));

@@ -36,7 +36,7 @@ TopologicalMap sampleMap(const SampleOptions& options) {
         map.decisions.push_back({number,
                                  first        ? DecisionKind::start
                                  : !moved     ? DecisionKind::join
-                                 : round == 0 ? DecisionKind::split
+                                 : round == 0 ? DecisionKind::createNode
                                               : DecisionKind::revisit,
                                  frame.node, first ? -1 : map.frames.back().node,
                                  first   ? nan
