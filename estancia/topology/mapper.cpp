@@ -129,7 +129,7 @@ void Mapper::place(std::size_t frame, const Image& image) {
         decision.kind = DecisionKind::revisit;
         current_ = other->slot;
       } else {
-        decision.kind = DecisionKind::split;
+        decision.kind = DecisionKind::createNode;
         current_ = createNode();
       }
       addTransition(decision.current, currentNode(), frame);

@@ -44,9 +44,9 @@ inline TopologicalMap sampleMap() {
                 frameAt("g.jpg", 1, 4, 0, "hall")};
   map.decisions = {{0, DecisionKind::start, 0, -1, 0, -1, 0, 0.3, 0.25},
                    {1, DecisionKind::join, 0, 0, 0.1, -1, 0, 0.3, 0.25},
-                   {2, DecisionKind::split, 1, 0, 0.6, -1, 0, 0.3, 0.25},
-                   {3, DecisionKind::split, 2, 1, 0.4, 0, 0.5, 0.3, 0.25},
-                   {4, DecisionKind::split, 3, 2, 0.7, 1, 0.6, 0.3, 0.25},
+                   {2, DecisionKind::createNode, 1, 0, 0.6, -1, 0, 0.3, 0.25},
+                   {3, DecisionKind::createNode, 2, 1, 0.4, 0, 0.5, 0.3, 0.25},
+                   {4, DecisionKind::createNode, 3, 2, 0.7, 1, 0.6, 0.3, 0.25},
                    {5, DecisionKind::join, 3, 3, 0.05, -1, 0, 0.3, 0.25},
                    {6, DecisionKind::revisit, 1, 3, 0.65, 1, 0.1, 0.3, 0.25}};
   map.merges = {{5, 1, 2, 0.12, 0.2}};

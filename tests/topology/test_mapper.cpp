@@ -137,7 +137,7 @@ TEST(Mapper, RecordsEveryDecisionWithItsDistances) {
   EXPECT_TRUE(std::isnan(map.decisions[0].toCurrent));
   EXPECT_EQ(map.decisions[1].kind, DecisionKind::join);
   EXPECT_NEAR(map.decisions[1].toCurrent, 0.04, 1e-6);
-  EXPECT_EQ(map.decisions[2].kind, DecisionKind::split);
+  EXPECT_EQ(map.decisions[2].kind, DecisionKind::createNode);
   EXPECT_EQ(map.decisions[2].current, 0);
   EXPECT_EQ(map.decisions[2].other, -1);
   EXPECT_EQ(map.decisions[3].kind, DecisionKind::revisit);

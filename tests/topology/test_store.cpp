@@ -81,7 +81,7 @@ TEST(MapStore, GivesBackAllThatWasWritten) {
     store.putNode({4, 1, {0, 0.25F, 0.75F}, {0, 0.2F, 0}}, "");
     store.putTransition({0, 4, 3, 1});
     store.putDecision({0, DecisionKind::start, 0, -1, std::nan(""), -1, std::nan(""), 0.3, 0.2});
-    store.putDecision({1, DecisionKind::split, 4, 0, 0.75, 7, 0.5, 0.3, 0.2});
+    store.putDecision({1, DecisionKind::createNode, 4, 0, 0.75, 7, 0.5, 0.3, 0.2});
     store.putImage(1, {0xff, 0xd8, 0x00, 0x01});
     store.putState("thresholds", std::string("a\0b", 3));
     store.commit();
@@ -112,7 +112,7 @@ TEST(MapStore, GivesBackAllThatWasWritten) {
   EXPECT_EQ(map.transitions[0].firstFrame, 1U);
   ASSERT_EQ(map.decisions.size(), 2U);
   EXPECT_TRUE(std::isnan(map.decisions[0].toCurrent));
-  EXPECT_EQ(map.decisions[1].kind, DecisionKind::split);
+  EXPECT_EQ(map.decisions[1].kind, DecisionKind::createNode);
   EXPECT_EQ(map.decisions[1].other, 7);
   EXPECT_DOUBLE_EQ(map.decisions[1].toOther, 0.5);
   EXPECT_EQ(store.nodeStates(),
@@ -224,7 +224,7 @@ TEST(MapStore, MovesTheFramesOfAnAbsorbedNode) {
   MapStore store = MapStore::open(path, Access::write);
   store.addFrame(3, frameNamed("d", 1), descriptorOf(3));
   store.putNode({1, 1, {0, 0, 0}, {0, 0, 0}}, "");
-  store.putDecision({3, DecisionKind::split, 1, 0, 0.5, -1, std::nan(""), 0.3, 0.2});
+  store.putDecision({3, DecisionKind::createNode, 1, 0, 0.5, -1, std::nan(""), 0.3, 0.2});
   store.addMerge({3, 0, 1, 0.1, 0.2});
   const TopologicalMap map = store.load();
   EXPECT_EQ(map.nodes.size(), 1U);
