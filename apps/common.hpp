@@ -87,5 +87,7 @@ void addExperimentCommand(CLI::App& app);
 void addCompareCommand(CLI::App& app);
 void addModelsCommand(CLI::App& app);
 void addCacheCommand(CLI::App& app);
+void addOptionsCommand(CLI::App& app);
+void addGenerateCommand(CLI::App& app);
 
 }  // namespace estancia::apps

@@ -3,13 +3,16 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <opencv2/core/utils/logger.hpp>
+#include <string_view>
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/version.hpp"
 
 namespace {
 
@@ -25,10 +28,14 @@ void logToStderr() {
   spdlog::set_default_logger(std::move(logger));
 }
 
-int complain(const std::string& sentence) {
+/// One line on stderr with the error's code in brackets, and with --json an object on stdout, too.
+int complain(estancia::ErrorCode code, const std::string& sentence, bool json) {
+  const std::string name(nameOf(code));
+  if (json) estancia::apps::print({{"error", {{"code", name}, {"message", sentence}}}});
   std::fflush(stdout);
-  std::fprintf(stderr, "error: %s\n", sentence.c_str());
-  return estancia::apps::failure;
+  std::fprintf(stderr, "error: %s [%s]\n", sentence.c_str(), name.c_str());
+  if (code == estancia::ErrorCode::interrupted) return 130;  // as a shell reports SIGINT
+  return code == estancia::ErrorCode::noAnswer ? estancia::apps::noAnswer : estancia::apps::failure;
 }
 
 /// What is wrong with the command line, and where to read more.
@@ -54,7 +61,7 @@ int main(int argc, char** argv) {
 
   CLI::App app("Estancia turns a robot's images into a map in words that can be asked and driven.",
                "estancia");
-  app.set_version_flag("--version", ESTANCIA_VERSION);
+  app.set_version_flag("--version", estancia::version());
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   addExamples(app,
@@ -82,23 +89,29 @@ int main(int argc, char** argv) {
   addCompareCommand(app);
   addModelsCommand(app);
   addCacheCommand(app);
+  addOptionsCommand(app);
+  addGenerateCommand(app);
 
+  const bool json =
+      std::any_of(argv, argv + argc, [](const char* word) { return std::string_view(word) == "--json"; });
+  using estancia::ErrorCode;
   try {
     app.parse(argc, argv);
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-      return complain("the output could not be written to the end; check where it goes");
+      return complain(ErrorCode::fileUnwritable,
+                      "the output could not be written completely; check where it goes", false);
     return success;
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
-    return complain(explainWrongWords(app, e));
+    return complain(ErrorCode::invalidOption, explainWrongWords(app, e), json);
   } catch (const NoAnswer&) {
     return noAnswer;
-  } catch (const estancia::Interrupted& e) {
-    complain(e.what());
-    return 130;  // as a shell reports SIGINT
+  } catch (const estancia::Error& e) {
+    return complain(e.code(), e.what(), json);
   } catch (const std::bad_alloc&) {
-    return complain("out of memory; use fewer or smaller images, or a smaller model");
+    return complain(ErrorCode::tooLarge, "out of memory; use fewer or smaller images, or a smaller model",
+                    json);
   } catch (const std::exception& e) {
-    return complain(e.what());
+    return complain(ErrorCode::invalidState, e.what(), json);
   }
 }

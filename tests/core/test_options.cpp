@@ -89,9 +89,11 @@ TEST(Options, AreValidatedWithAllTheirParts) {
   validate(outer);
   outer.inner.radius = 0;
   EXPECT_THAT([&] { validate(outer); }, FailsWith(ErrorCode::invalidOption, "outer.inner.ball-radius", "0"));
-  outer = {.method = "none"};
+  outer = {};
+  outer.method = "none";
   EXPECT_THAT([&] { validate(outer); }, FailsWith(ErrorCode::unknownName, "none", "outer.method"));
-  outer = {.inner = {.limit = 2}};
+  outer = {};
+  outer.inner.limit = 2;
   EXPECT_THAT([&] { validate(outer); }, FailsWith(ErrorCode::invalidOption, "outer.inner.limit"));
 }
 
