@@ -222,7 +222,7 @@ constexpr std::string_view csvHeader = "image,predicted_room,probability,second,
 std::string csvOf(const RoomPredictions& said, const std::vector<Frame>& frames, double least) {
   std::string text(csvHeader);
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    const auto rooms = roomsOf(said, i);
+    const auto rooms = rankedRooms(said, i);
     text += io::csvCell(frames[i].name) + ',' + (isUnsure(rooms, least) ? "" : io::csvCell(rooms[0].room));
     for (std::size_t r = 0; r < 2; ++r) {
       if (r == 1) text += ',' + (rooms.size() > 1 ? io::csvCell(rooms[1].room) : "");
@@ -264,7 +264,7 @@ void predict(const Arguments& arguments) {
     return;
   }
   for (std::size_t i = 0; i < features.frames.size(); ++i)
-    printLine(features.frames[i].name, roomsOf(said, i), arguments);
+    printLine(features.frames[i].name, rankedRooms(said, i), arguments);
 }
 
 // ---- show, name

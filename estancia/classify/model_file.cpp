@@ -38,7 +38,7 @@ ModelFileReader::ModelFileReader(const fs::path& file, const ModelFileKind& kind
     throw Error(fmt::format("{}: this {} is of version {}, this program reads version {}; update Estancia",
                             name, kind.noun, found, kind.version));
   const std::string digest(in_.raw(digits));
-  if (sha256(std::string_view(bytes_).substr(bytes_.size() - in_.left())) != digest)
+  if (sha256(std::string_view(bytes_).substr(bytes_.size() - in_.remaining())) != digest)
     in_.fail("it is cut short or damaged (its digest is another)");
 }
 
@@ -54,7 +54,7 @@ std::pair<FeatureEmbedding, std::shared_ptr<const Classifier>> ModelFileReader::
   requirePrintable({classifier->choice()});
   for (const PartEmbedding& learned : embedding.parts())
     requirePrintable({learned.part.name, learned.part.identity});
-  if (in_.left() != 0 || static_cast<std::size_t>(classifier->classCount()) != classes ||
+  if (in_.remaining() != 0 || static_cast<std::size_t>(classifier->classCount()) != classes ||
       classifier->columns() != embedding.columns())
     in_.fail("it is damaged (its names, parts and classifier do not fit)");
   return {std::move(embedding), std::move(classifier)};

@@ -190,7 +190,7 @@ Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, cons
 
 Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options) {
   requireSound(options);
-  requireWhole(cloud);
+  validate(cloud);
   const auto camera = cameraOf(cloud);
   if (!camera) return findUnorganizedClusters(cloud, options);
   cv::Mat depth(camera->height, camera->width, CV_32F);
@@ -200,7 +200,7 @@ Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options) {
 }
 
 PointCloud pointsOf(const PointCloud& cloud, const std::vector<std::uint32_t>& points) {
-  requireWhole(cloud);
+  validate(cloud);
   PointCloud part;
   part.width = points.size();
   part.height = 1;

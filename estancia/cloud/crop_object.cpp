@@ -136,7 +136,7 @@ cv::Mat cropObject(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask,
 
 cv::Mat renderObject(const PointCloud& cloud, int size, const CropOptions& options) {
   requireValid(options);
-  requireWhole(cloud);
+  validate(cloud);
   constexpr int largest = 4096;
   if (size < 1 || size > largest)
     throw Error(fmt::format("an image of {} pixels; give 1 … {}", size, largest));

@@ -86,7 +86,7 @@ FilteredCloud filterWithDetails(const PointCloud& cloud, const FilterOptions& op
   for (const Method& method : kMethods) {
     known += fmt::format("{}{}", known.empty() ? "" : ", ", method.name);
     if (options.method != method.name) continue;
-    requireWhole(cloud);
+    validate(cloud);
     FilteredCloud filtered = method.apply(cloud, options, progress);
     filtered.cloud.viewpoint = cloud.viewpoint;
     if (filtered.cloud.points.empty() && method.apply != keepAll)

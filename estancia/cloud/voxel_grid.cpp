@@ -86,7 +86,7 @@ struct Sums {
 }  // namespace
 
 PointCloud voxelGrid(const PointCloud& cloud, double leaf, std::vector<std::uint32_t>* counts) {
-  requireWhole(cloud);
+  validate(cloud);
   std::vector<Sums> voxels;
   VoxelTable(cloud.points).number(leaf, [&](std::size_t i, std::uint32_t voxel) {
     if (voxel == voxels.size()) voxels.emplace_back();

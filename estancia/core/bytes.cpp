@@ -4,8 +4,6 @@
 
 #include <utility>
 
-#include "estancia/core/error.hpp"
-
 namespace estancia {
 
 ByteReader::ByteReader(std::string_view bytes, std::string name, std::string remedy)
@@ -13,19 +11,19 @@ ByteReader::ByteReader(std::string_view bytes, std::string name, std::string rem
 
 std::size_t ByteReader::count(std::size_t bytes) {
   const auto found = number<std::uint64_t>();
-  if (found > left() / bytes) fail("it is cut short");
+  if (found > remaining() / bytes) fail("it is truncated", ErrorCode::truncatedFile);
   return found;
 }
 
 std::string_view ByteReader::raw(std::size_t bytes) {
-  if (bytes > rest_.size()) fail("it is cut short");
+  if (bytes > rest_.size()) fail("it is truncated", ErrorCode::truncatedFile);
   const std::string_view taken = rest_.substr(0, bytes);
   rest_.remove_prefix(bytes);
   return taken;
 }
 
-void ByteReader::fail(std::string_view why) const {
-  throw Error(fmt::format("{}: {}; {}", name_, why, remedy_));
+void ByteReader::fail(std::string_view why, ErrorCode code) const {
+  throw Error(code, fmt::format("{}: {}; {}", name_, why, remedy_));
 }
 
 }  // namespace estancia

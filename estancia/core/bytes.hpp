@@ -1,4 +1,4 @@
-// Numbers and texts to bytes and back: what our binary files are made of. Little-endian.
+// Binary serialization: numbers and texts to little-endian bytes and back.
 #pragma once
 
 #include <bit>
@@ -10,6 +10,8 @@
 #include <string_view>
 #include <type_traits>
 #include <vector>
+
+#include "estancia/core/error.hpp"
 
 namespace estancia {
 
@@ -40,10 +42,11 @@ class ByteWriter {
   std::string bytes_;
 };
 
-/// Takes values off the front; never beyond the end, and never more memory than the file is long.
+/// Reads values one after the other. Never reads beyond the end, and never allocates more than the bytes
+/// hold.
 class ByteReader {
  public:
-  /// `name` and `remedy` make up the message of every Error: "NAME: it is cut short; REMEDY".
+  /// `name` and `remedy` stand in the message of every Error: "NAME: it is truncated; REMEDY".
   ByteReader(std::string_view bytes, std::string name, std::string remedy);
 
   template <class Value>
@@ -61,12 +64,12 @@ class ByteReader {
     if (!values.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
     return values;
   }
-  /// How many items follow that take at least `bytes` each.
+  /// The number of items that follow, of at least `bytes` each.
   std::size_t count(std::size_t bytes);
   std::string text() { return std::string(raw(number<std::uint32_t>())); }
   std::string_view raw(std::size_t bytes);
-  std::size_t left() const { return rest_.size(); }
-  [[noreturn]] void fail(std::string_view why) const;
+  std::size_t remaining() const { return rest_.size(); }
+  [[noreturn]] void fail(std::string_view why, ErrorCode code = ErrorCode::malformedFile) const;
 
  private:
   std::string_view rest_;

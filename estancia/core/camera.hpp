@@ -1,4 +1,4 @@
-// What a camera sees where.
+// Pinhole camera intrinsics: focal lengths, principal point and image size, in pixels.
 #pragma once
 
 namespace estancia {

@@ -1,4 +1,4 @@
-// The control groups whose limits this process has to keep.
+// Control groups (cgroups): folders of those that limit this process.
 #pragma once
 
 #include <filesystem>
@@ -7,9 +7,8 @@
 
 namespace estancia {
 
-/// The folders of the control groups around this process, of version 2 and of version 1's `controller`
-/// ("cpu", "memory"): its own first, then those around it. `root` is where /proc and /sys are looked for, for
-/// tests.
+/// Folders of the control groups of this process, of version 2 and of version 1's `controller` ("cpu",
+/// "memory"): its own first, then the enclosing ones. `root` is where /proc and /sys are, for tests.
 std::vector<std::filesystem::path> cgroupFolders(const std::filesystem::path& root,
                                                  std::string_view controller);
 

@@ -116,17 +116,17 @@ bool ConfigFile::flag(const toml::node& node) const {
   return *value;
 }
 
-double ConfigFile::number(const toml::node& node, double least, double most) const {
+double ConfigFile::number(const toml::node& node, double min, double max) const {
   const auto value = node.value<double>();
-  if (!value || node.is_boolean() || !std::isfinite(*value) || *value < least || *value > most)
-    fail(node, fmt::format("`{}` must be a number from {} to {}", key_, least, most));
+  if (!value || node.is_boolean() || !std::isfinite(*value) || *value < min || *value > max)
+    fail(node, fmt::format("`{}` must be a number from {} to {}", key_, min, max));
   return *value;
 }
 
-std::int64_t ConfigFile::integer(const toml::node& node, std::int64_t least, std::int64_t most) const {
+std::int64_t ConfigFile::integer(const toml::node& node, std::int64_t min, std::int64_t max) const {
   const auto value = node.value_exact<std::int64_t>();
-  if (!value || *value < least || *value > most)
-    fail(node, fmt::format("`{}` must be a whole number from {} to {}", key_, least, most));
+  if (!value || *value < min || *value > max)
+    fail(node, fmt::format("`{}` must be a whole number from {} to {}", key_, min, max));
   return *value;
 }
 

@@ -15,20 +15,21 @@
 
 namespace estancia {
 
-/// Reads one TOML file by a list of the keys that it may hold. All errors are an Error `FILE:LINE: what`.
+/// Reads one TOML file by a list of its keys. All errors are Error (malformedFile) `FILE:LINE: what`.
 class ConfigFile {
  public:
   struct Key {
     std::string name;
     bool required;
-    std::string meaning;  ///< for the message that it is missing
+    /// Stands in the message that it is missing.
+    std::string meaning;
     std::function<void(const toml::node&)> use;
   };
 
-  /// Throws Error when the file is missing or no TOML.
+  /// Throws Error (fileNotFound, malformedFile).
   explicit ConfigFile(std::filesystem::path path);
 
-  /// The same of a text that is in memory; `name` stands for the file in messages.
+  /// Reads a text in memory; `name` stands for the file in messages.
   ConfigFile(std::filesystem::path name, std::string_view text);
 
   const std::filesystem::path& path() const { return path_; }
@@ -52,13 +53,13 @@ class ConfigFile {
   // What a key's value must be; the key being read is named in the message.
   std::string text(const toml::node& node) const;
   bool flag(const toml::node& node) const;
-  double number(const toml::node& node, double least, double most) const;
-  std::int64_t integer(const toml::node& node, std::int64_t least, std::int64_t most) const;
+  double number(const toml::node& node, double min, double max) const;
+  std::int64_t integer(const toml::node& node, std::int64_t min, std::int64_t max) const;
   /// A relative path that stays inside the file's own folder.
   std::filesystem::path inside(const toml::node& node) const;
   std::filesystem::path inside(const toml::node& node, const std::filesystem::path& path) const;
-  /// Any file or folder: `~` and `${VARIABLE}` are expanded, and what is relative then is so to the file's
-  /// own folder. ESTANCIA_HOME and ESTANCIA_DATA have their defaults where they are not set.
+  /// Any file or folder: `~` and `${VARIABLE}` are expanded; a relative path starts in the file's own folder.
+  /// ESTANCIA_HOME and ESTANCIA_DATA have defaults where they are not set.
   std::filesystem::path anywhere(const toml::node& node) const;
   const toml::array& list(const toml::node& node) const;
   const toml::table& subtable(const toml::node& node) const;

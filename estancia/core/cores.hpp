@@ -1,4 +1,4 @@
-// How many threads are worth starting.
+// CPU cores: how many this process may use, and how many of them are idle.
 #pragma once
 
 #include <filesystem>
@@ -8,15 +8,15 @@
 namespace estancia {
 
 /// Cores that this process may use: those of its affinity mask, at most its cgroup's CPU quota (v1 and v2).
-/// At least 1. `root` is where /proc and /sys are looked for, for tests.
+/// At least 1. `root` is where /proc and /sys are, for tests.
 int usableCores(const std::filesystem::path& root = "/");
 
-/// usableCores() minus those that others' work keeps busy right now, seen over 50 ms. At least 1; all of them
+/// usableCores() minus those that other processes keep busy, measured over 50 ms. At least 1; all of them
 /// when the machine does not tell. One thread more than free cores slows a network down.
 int freeCores();
 
-/// CPU time that the cores `cpus` have spent working, all processes together, out of the text of /proc/stat
-/// [clock ticks]; -1 when a core is missing.
+/// CPU time of all processes on the cores `cpus`, from the text of /proc/stat [clock ticks]; -1 when a core
+/// is missing.
 long long busyTicks(const std::string& procStat, const std::set<int>& cpus);
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// The lexical descriptor: one probability a label (thesis Eq. 4.1), and rows of them.
+// Lexical descriptor: one probability per label (thesis Eq. 4.1), and matrices of them.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ class DescriptorMatrix {
   const std::vector<float>& values() const { return values_; }
   void reserve(std::size_t rows) { values_.reserve(rows * labels_); }
 
-  /// Appends one row. Throws Error when its length is not labels().
+  /// Appends one row. Throws Error (mismatch) when its length is not labels().
   void append(DescriptorView row);
 
  private:
@@ -33,8 +33,8 @@ class DescriptorMatrix {
   std::vector<float> values_;
 };
 
-/// Throws Error unless `descriptor` has `labels` values that are all finite and in [0, 1] (up to rounding).
-/// `source` names where it came from, for the message.
+/// Throws Error (mismatch, labelerFailure) unless `descriptor` has `labels` values that are all finite and in
+/// [0, 1] (up to rounding). `source` says in the message where it came from.
 void requireProbabilities(DescriptorView descriptor, std::size_t labels, const std::string& source);
 
 }  // namespace estancia

@@ -16,7 +16,8 @@ class Hash {
  public:
   explicit Hash(const EVP_MD* kind) : context_(EVP_MD_CTX_new(), &EVP_MD_CTX_free) {
     if (!context_ || EVP_DigestInit_ex(context_.get(), kind, nullptr) != 1)
-      throw Error("SHA-256 or SHA-1 is not available in this OpenSSL");
+      throw Error(ErrorCode::missingDependency,
+                  "SHA-256 or SHA-1 is not available in this OpenSSL; install another");
   }
   void update(const char* bytes, std::size_t count) { EVP_DigestUpdate(context_.get(), bytes, count); }
   std::string hex() {
@@ -34,12 +35,16 @@ class Hash {
 
 std::string hashOfFile(const std::filesystem::path& path, const EVP_MD* kind) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(fmt::format("cannot read {}: check the path and its permissions", path.string()));
+  if (!file)
+    throw Error(ErrorCode::fileUnreadable,
+                fmt::format("cannot read {}: check the path and its permissions", path.string()));
   Hash hash(kind);
   std::array<char, 1 << 16> block{};
   while (file.read(block.data(), block.size()) || file.gcount() > 0)
     hash.update(block.data(), static_cast<std::size_t>(file.gcount()));
-  if (file.bad()) throw Error(fmt::format("reading {} failed half way: check the disk", path.string()));
+  if (file.bad())
+    throw Error(ErrorCode::fileUnreadable,
+                fmt::format("reading {} failed halfway: check the disk", path.string()));
   return hash.hex();
 }
 

@@ -1,4 +1,4 @@
-// SHA-256 of bytes and files, as 64 hex digits; SHA-1 of files, as 40.
+// Digests: SHA-256 of bytes and files, SHA-1 of files, as hex digits.
 #pragma once
 
 #include <filesystem>
@@ -9,10 +9,10 @@ namespace estancia {
 
 std::string sha256(std::string_view bytes);
 
-/// Throws Error when the file cannot be read.
+/// Throws Error (fileUnreadable).
 std::string sha256OfFile(const std::filesystem::path& path);
 
-/// SHA-1, which old publishers give: it tells damage, not forgery. Throws Error as above.
+/// SHA-1, which old publishers give: it detects damage, not forgery. Throws Error (fileUnreadable).
 std::string sha1OfFile(const std::filesystem::path& path);
 
 }  // namespace estancia

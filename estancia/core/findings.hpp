@@ -1,4 +1,4 @@
-// What an experiment found, as plain data: experiments write it, the command prints it, pages draw it.
+// Findings: results of an experiment as plain data, in tables, charts and images.
 #pragma once
 
 #include <cstddef>

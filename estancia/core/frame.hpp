@@ -1,4 +1,4 @@
-// One moment of a sequence: what is known of it without its pixels.
+// Frame: name, timestamp, pose and true room of one image of a sequence.
 #pragma once
 
 #include <optional>
@@ -9,10 +9,14 @@
 namespace estancia {
 
 struct Frame {
-  std::string name;                 ///< unique in its sequence: the file name, or "frame 000123" in a video
-  std::optional<double> timestamp;  ///< seconds; never guessed where the source has none
-  std::optional<Pose> pose;         ///< T_map_camera, absent where unknown or not finite
-  std::string room;                 ///< true place, "" where unknown; used to evaluate, never to map
+  /// Unique in its sequence: the file name, or "frame 000123" in a video.
+  std::string name;
+  /// Seconds; absent where the source has none.
+  std::optional<double> timestamp;
+  /// T_map_camera; absent where unknown or not finite.
+  std::optional<Pose> pose;
+  /// The true room, "" where unknown. Used for evaluation, never for mapping.
+  std::string room;
 };
 
 }  // namespace estancia

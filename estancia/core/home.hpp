@@ -1,4 +1,4 @@
-// Where a user's own files are.
+// Home folder and environment variables of the user.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@ namespace estancia {
 /// "" when the variable is not set.
 std::string environment(const std::string& variable);
 
-/// $HOME, else what the system's list of users says, as the shell's ~ does: services have no HOME.
+/// $HOME, else the home folder in the system's list of users, as the shell's ~ does: services have no HOME.
 std::filesystem::path userHome();
 
 }  // namespace estancia

@@ -1,14 +1,15 @@
-// A label with its probability, by name.
+// Label probability: a label by its name, with its probability.
 #pragma once
 
 #include <string>
 
 namespace estancia {
 
-/// As sources say it whose words are no fixed list: programs, services, people.
-struct Word {
+/// One answer of a labeler without a fixed vocabulary: a program, a service, a person.
+struct LabelProbability {
   std::string label;
-  float probability = 0;  ///< in [0, 1]
+  /// In [0, 1].
+  float probability = 0;
 };
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// Labels as words for people: found by a question, shortened, ranked.
+// Label search: finds labels by words (synonyms, plurals, misspellings), ranks and shortens them.
 #pragma once
 
 #include <cstddef>
@@ -11,14 +11,14 @@
 
 namespace estancia {
 
-/// The labels that `words` mean, as indices. A label line holds synonyms between commas ("cup, mug"); case,
+/// Indices of the labels that `words` mean. A label line holds synonyms between commas ("cup, mug"); case,
 /// hyphens, underscores and a leading WordNet number do not matter. The first of these rules that finds
-/// anything counts: a synonym equals the words; equals them but for plural forms; holds them as whole words
-/// ("dining table" holds "table"); is itself held by them (asked "red umbrella", knows "umbrella"; the
-/// longest such synonyms). Empty when none does.
+/// a label counts: a synonym equals the words; equals them but for plural forms; contains them as whole words
+/// ("dining table" contains "table"); is contained in them ("red umbrella" contains "umbrella"; the longest
+/// such synonyms). Empty when no rule does.
 std::vector<std::size_t> findLabels(const Vocabulary& vocabulary, std::string_view words);
 
-/// Whether the two say the same but for case, hyphens, underscores and plural forms.
+/// Whether the two are equal but for case, hyphens, underscores and plural forms.
 bool sameWords(std::string_view a, std::string_view b);
 
 /// Up to `count` synonyms, or words of them, spelt nearly like `words` (Damerau–Levenshtein distance of at

@@ -10,17 +10,17 @@
 
 namespace estancia {
 namespace {
-constexpr double leastProbability = 0.001;
+constexpr double minProbability = 0.001;
 }
 
 void LogOpinionPool::add(DescriptorView opinion) {
   if (opinion.size() != sums_.size())
-    throw Error(
-        fmt::format("an opinion about {} answers among those about {}", opinion.size(), sums_.size()));
+    throw Error(ErrorCode::mismatch,
+                fmt::format("an opinion has {} answers; the pool needs {}", opinion.size(), sums_.size()));
   if (std::ranges::all_of(opinion, [](float p) { return p <= 0; })) return;
   ++size_;
   for (std::size_t k = 0; k < sums_.size(); ++k)
-    sums_[k] += std::log(std::max(leastProbability, static_cast<double>(opinion[k])));
+    sums_[k] += std::log(std::max(minProbability, static_cast<double>(opinion[k])));
 }
 
 std::vector<double> LogOpinionPool::pooled() const {

@@ -1,4 +1,4 @@
-// What several opinions about one thing say together.
+// Logarithmic opinion pool: fuses several probability vectors of one object.
 #pragma once
 
 #include <cstddef>
@@ -8,26 +8,26 @@
 
 namespace estancia {
 
-/// The mean of the logarithms of probabilities, scaled to add up to 1 (the logarithmic opinion pool; Genest
-/// and Zidek 1986, Combining probability distributions). Images of one place or thing are taken one after the
-/// other and err together: a plain product would count the same evidence again and again and be sure of
-/// whatever it says; the mean does not change when images repeat. None counts as below 0.001: a forest's or a
-/// neighborhood's 0 is no proof.
+/// The normalized geometric mean of probabilities (Genest and Zidek 1986, Combining probability
+/// distributions). Images of one place or object follow each other and err together: their plain product
+/// would count the same evidence repeatedly and be overconfident; the mean does not change when images
+/// repeat. Probabilities count as at least 0.001: the 0 of a random forest or of k nearest neighbors is no
+/// proof.
 class LogOpinionPool {
  public:
-  /// Of opinions about so many answers.
+  /// Pools opinions about so many answers.
   explicit LogOpinionPool(std::size_t answers) : sums_(answers, 0) {}
 
-  /// One that is all 0 is none. Throws Error when it is about another number of answers.
+  /// An opinion of zeros is ignored. Throws Error (mismatch) on another number of answers.
   void add(DescriptorView opinion);
 
   std::size_t size() const { return size_; }
 
-  /// Empty where there is no opinion.
+  /// Adds up to 1; empty without any opinion.
   std::vector<double> pooled() const;
 
  private:
-  std::vector<double> sums_;  ///< of logarithms
+  std::vector<double> sums_;  // of logarithms
   std::size_t size_ = 0;
 };
 

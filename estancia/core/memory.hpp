@@ -1,4 +1,4 @@
-// How much memory is worth asking for.
+// Available memory: bytes that this process may still allocate.
 #pragma once
 
 #include <cstdint>
@@ -6,9 +6,9 @@
 
 namespace estancia {
 
-/// Bytes that this process may still take without pushing others out: what the system has available, at most
-/// what the limits of its cgroups (v1 and v2) and of its address space leave. The largest number when the
-/// machine does not tell. `root` is where /proc and /sys are looked for, for tests.
+/// Bytes that this process may still allocate without swapping: what the system has available, at most what
+/// the limits of its cgroups (v1 and v2) and of its address space leave. The largest number when the machine
+/// does not tell. `root` is where /proc and /sys are, for tests.
 std::uint64_t availableMemory(const std::filesystem::path& root = "/");
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// Functions of our own modules, which bring large libraries along and are opened when they are first needed.
+// Plugins: functions of modules that bring large libraries along and are opened when first needed.
 #pragma once
 
 #include <string>
@@ -7,12 +7,13 @@ namespace estancia {
 
 struct ModuleFunction {
   void* address = nullptr;
-  std::string problem;  ///< where there is none: why
+  /// Why there is no address.
+  std::string problem;
 };
 
 /// `name` in `module`, a file that lies beside this library or command, in `fromBin` relative to them, or
 /// where the loader looks. The module stays open until the process ends, as its threads may. `global` shows
-/// its symbols to what is opened after it.
+/// its symbols to modules that are opened after it.
 ModuleFunction moduleFunction(const std::string& module, const std::string& fromBin, const char* name,
                               bool global = false);
 

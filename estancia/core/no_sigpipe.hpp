@@ -1,4 +1,4 @@
-// Writing to what may be closed at its other end.
+// SIGPIPE guard: a write to a closed pipe or socket fails with EPIPE and does not end the program.
 #pragma once
 
 #include <csignal>

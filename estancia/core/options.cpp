@@ -74,8 +74,8 @@ std::string Option::key() const {
 }
 
 bool Option::isInteger() const {
-  return std::holds_alternative<int*>(value_) || std::holds_alternative<std::uint32_t*>(value_) ||
-         std::holds_alternative<std::uint64_t*>(value_) ||
+  return std::holds_alternative<int*>(value_) || std::holds_alternative<std::optional<int>*>(value_) ||
+         std::holds_alternative<std::uint32_t*>(value_) || std::holds_alternative<std::uint64_t*>(value_) ||
          std::holds_alternative<std::optional<std::uint64_t>*>(value_);
 }
 
@@ -89,6 +89,7 @@ std::string Option::text() const {
       Overloaded{[](const bool* v) { return std::string(*v ? "true" : "false"); },
                  [](const std::string* v) { return *v; },
                  [](const std::optional<double>* v) { return *v ? fmt::format("{}", **v) : ""; },
+                 [](const std::optional<int>* v) { return *v ? fmt::format("{}", **v) : ""; },
                  [](const std::optional<std::uint64_t>* v) { return *v ? fmt::format("{}", **v) : ""; },
                  [](const Text& v) { return v.get(); }, [](const auto* v) { return fmt::format("{}", *v); }},
       value_);
@@ -99,6 +100,7 @@ std::optional<double> Option::number() const {
                                [](const std::string*) { return std::optional<double>(); },
                                [](const Text&) { return std::optional<double>(); },
                                [](const std::optional<double>* v) { return *v; },
+                               [](const std::optional<int>* v) { return std::optional<double>(*v); },
                                [](const std::optional<std::uint64_t>* v) {
                                  return *v ? std::optional<double>(static_cast<double>(**v)) : std::nullopt;
                                },
@@ -125,6 +127,7 @@ void Option::set(const std::string& text, std::string_view path) {
                         },
                         [&](std::string* v) { *v = text; }, [&](const Text& v) { v.set(text); },
                         [&](std::optional<double>* v) { assign(*v, parsed<double>(text)); },
+                        [&](std::optional<int>* v) { assign(*v, parsed<int>(text)); },
                         [&](std::optional<std::uint64_t>* v) { assign(*v, parsed<std::uint64_t>(text)); },
                         [&](auto* v) { assign(*v, parsed<std::remove_pointer_t<decltype(v)>>(text)); }},
              value_);

@@ -28,8 +28,9 @@ class Option {
     std::function<std::string()> get;
     std::function<void(const std::string&)> set;
   };
-  using Value = std::variant<bool*, int*, std::uint32_t*, std::uint64_t*, float*, double*, std::string*,
-                             std::optional<double>*, std::optional<std::uint64_t>*, Text>;
+  using Value =
+      std::variant<bool*, int*, std::uint32_t*, std::uint64_t*, float*, double*, std::string*,
+                   std::optional<int>*, std::optional<double>*, std::optional<std::uint64_t>*, Text>;
 
   Option(std::string name, Value value, std::string help)
       : name_(std::move(name)), value_(std::move(value)), help_(std::move(help)) {}

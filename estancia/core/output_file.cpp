@@ -33,18 +33,22 @@ const char* nameOf(fs::file_type type) {
 }  // namespace
 
 fs::path outputTarget(const fs::path& path) {
-  constexpr int mostLinks = 40;  // as the kernel follows
+  constexpr int maxLinks = 40;  // as the kernel follows
   std::error_code problem;
   const auto type = fs::status(path, problem).type();  // asks the kernel: links of /proc lead nowhere else
   if (type != fs::file_type::regular && type != fs::file_type::not_found && type != fs::file_type::none)
-    throw Error(fmt::format("{}: a {}; give the name of a file to write", path.string(), nameOf(type)));
+    throw Error(ErrorCode::fileUnwritable,
+                fmt::format("{} is a {}; give the name of a file to write", path.string(), nameOf(type)));
   fs::path target = path;
   for (int links = 0; fs::is_symlink(target, problem); ++links) {
-    if (links == mostLinks)
-      throw Error(fmt::format("{}: a link that leads in a circle; give another name", path.string()));
+    if (links == maxLinks)
+      throw Error(ErrorCode::fileUnwritable,
+                  fmt::format("{} is a circular link; give another name", path.string()));
     const fs::path next = fs::read_symlink(target, problem);
     if (problem)
-      throw Error(fmt::format("{}: a link that cannot be read ({})", path.string(), problem.message()));
+      throw Error(ErrorCode::fileUnwritable,
+                  fmt::format("{} is a link that cannot be read ({}); give another name", path.string(),
+                              problem.message()));
     target = target.parent_path() / next;
   }
   return target;
@@ -65,7 +69,8 @@ void writeWhole(const fs::path& path, std::string_view bytes) {
   if (!problem) return;
   std::error_code ignored;
   fs::remove(beside, ignored);
-  throw Error(fmt::format("{}: cannot be written ({}); check the folder and the room on the disk",
+  throw Error(ErrorCode::fileUnwritable,
+              fmt::format("{} cannot be written ({}); check the folder and the free disk space",
                           path.string(), problem.message()));
 }
 

@@ -1,4 +1,4 @@
-// The same work for many things, on several threads.
+// Parallel for: the same work for many items, on several threads.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@ namespace estancia {
 /// that of the lowest i.
 void inParallel(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& work);
 
-/// The same on `threads` threads (0: one a usable core), telling `progress` of what is done. Throws
-/// Interrupted with the sentence `stopped` when the user asks to stop.
+/// The same on `threads` threads (0: one a usable core), advancing `progress`. Throws Interrupted with the
+/// sentence `stopped` when the user asks to stop.
 void inParallel(std::size_t count, int threads, Progress& progress, const std::string& stopped,
                 const std::function<void(std::size_t)>& work);
 

@@ -1,4 +1,4 @@
-// Names that are put together: "inception-v3+gist".
+// Combined names: splits "inception-v3+gist" at its plus signs.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace estancia {
 
-/// What stands between the plus signs, also where that is nothing; at least one name. A path that exists is
-/// one name, whatever it is made of.
+/// The names between the plus signs, empty ones included; at least one. An existing path is one name, with or
+/// without plus signs.
 std::vector<std::string> splitAtPlus(const std::string& names);
 
 }  // namespace estancia

@@ -10,7 +10,7 @@
 
 namespace estancia {
 
-void requireWhole(const PointCloud& cloud) {
+void validate(const PointCloud& cloud) {
   const std::size_t n = cloud.points.size();
   const bool shaped =
       n == 0 || (cloud.height > 0 && n / cloud.height == cloud.width && n % cloud.height == 0);
@@ -18,9 +18,10 @@ void requireWhole(const PointCloud& cloud) {
       (cloud.normals.empty() || cloud.normals.size() == n))
     return;
   throw Error(
-      fmt::format("a cloud of {} × {} points has {} points, {} colors and {} normals; give each point "
-                  "one or none at all",
-                  cloud.width, cloud.height, n, cloud.colors.size(), cloud.normals.size()));
+      ErrorCode::invalidInput,
+      fmt::format(
+          "a cloud of {} × {} points has {} points, {} colors and {} normals; give all points one or none",
+          cloud.width, cloud.height, n, cloud.colors.size(), cloud.normals.size()));
 }
 
 cv::Point3f asNormal(const cv::Point3f& vector) {
@@ -35,11 +36,15 @@ cv::Point3f asNormal(const cv::Point3f& vector) {
 
 void requireDepth(const cv::Mat& depth, const CameraIntrinsics& camera) {
   if (depth.empty() || depth.type() != CV_32FC1)
-    throw Error("a depth image must have one channel of 32-bit floats [m]; convert it");
+    throw Error(ErrorCode::invalidInput,
+                "a depth image must have one channel of 32-bit floats [m]; convert it");
   if (camera.width <= 0 || camera.height <= 0 || !(camera.fx > 0) || !(camera.fy > 0) ||
       !std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy))
-    throw Error(fmt::format("no camera has {} x {} pixels, fx {}, fy {}, cx {}, cy {}; give its intrinsics",
-                            camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy));
+    throw Error(
+        ErrorCode::invalidInput,
+        fmt::format(
+            "camera intrinsics {} x {} pixels, fx {}, fy {}, cx {}, cy {} are invalid; give positive sizes",
+            camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy));
 }
 
 PointCloud backProject(const cv::Mat& depth, const CameraIntrinsics& camera) {

@@ -1,4 +1,4 @@
-// Where a camera stood.
+// Camera pose T_map_camera: position and unit quaternion.
 #pragma once
 
 #include <array>
@@ -6,11 +6,13 @@
 
 namespace estancia {
 
-/// T_map_camera: the camera's optical frame (x right, y down, z forward; REP-103) seen from the map. Meters.
-/// Data sets that give a robot's planar pose (x, y, θ) become a camera that looks along θ in a z-up map.
+/// T_map_camera: the camera's optical frame (x right, y down, z forward; REP-103) in the map. Meters. A
+/// robot's planar pose (x, y, θ) becomes a camera that looks along θ in a z-up map.
 struct Pose {
-  double x = 0, y = 0, z = 0;             ///< position in the map [m]
-  double qx = 0, qy = 0, qz = 0, qw = 1;  ///< unit quaternion, rotation map ← camera
+  /// Position in the map [m].
+  double x = 0, y = 0, z = 0;
+  /// Unit quaternion, rotation map ← camera.
+  double qx = 0, qy = 0, qz = 0, qw = 1;
 
   /// A level camera at (x, y, 0) that looks along `theta` (radians, counter-clockwise from the map's x axis).
   static Pose planar(double x, double y, double theta) {

@@ -7,7 +7,7 @@
 
 namespace estancia {
 
-/// Told how far a long piece of work is. The default does nothing, so a library call stays silent.
+/// Receives how far a long piece of work is. The default does nothing, so a library call stays silent.
 class Progress {
  public:
   virtual ~Progress() = default;
@@ -15,7 +15,7 @@ class Progress {
   virtual void begin(const std::string& /*what*/, std::size_t /*total*/, std::size_t /*done*/ = 0) {}
   virtual void advance(std::size_t /*count*/ = 1) {}
   virtual void end() {}
-  /// One that says nothing: the default of every function that takes a Progress. Safe to share.
+  /// The silent default of every function that takes a Progress. Safe to share.
   static Progress& none();
 };
 

@@ -1,4 +1,4 @@
-// Poses as rigid transforms that can be multiplied and inverted.
+// Rigid transforms: poses that can be multiplied and inverted.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ inline cv::Affine3d rigidOf(const Pose& p) {
           cv::Vec3d(p.x, p.y, p.z)};
 }
 
-/// The other way; its rotation must be one.
+/// The inverse of rigidOf(); `transform` must be rigid.
 inline Pose poseOf(const cv::Affine3d& transform) {
   const cv::Matx33d r = transform.rotation();
   const cv::Vec3d t = transform.translation();
@@ -43,7 +43,7 @@ inline Pose poseOf(const cv::Affine3d& transform) {
   return {t[0], t[1], t[2], q[0], q[1], q[2], q[3]};
 }
 
-/// How far a transform turns [rad, 0 to π].
+/// The rotation angle of a transform [rad, 0 to π].
 inline double angleOf(const cv::Affine3d& transform) {
   const cv::Matx33d r = transform.rotation();
   const double sine = std::sqrt(std::pow(r(2, 1) - r(1, 2), 2) + std::pow(r(0, 2) - r(2, 0), 2) +

@@ -22,7 +22,7 @@ std::vector<RoomProbability> ranked(const std::vector<std::string>& names, std::
 
 }  // namespace
 
-std::vector<RoomProbability> roomsOf(const RoomPredictions& predictions, std::size_t image) {
+std::vector<RoomProbability> rankedRooms(const RoomPredictions& predictions, std::size_t image) {
   if (image >= predictions.probabilities.size()) return {};
   const DescriptorView row = predictions.probabilities.row(image);
   const double total = std::accumulate(row.begin(), row.end(), 0.0);
@@ -45,9 +45,9 @@ std::vector<std::vector<RoomProbability>> poolRooms(const RoomPredictions& predi
   return pooled;
 }
 
-std::string describeRooms(const std::vector<RoomProbability>& rooms, std::size_t most) {
+std::string describeRooms(const std::vector<RoomProbability>& rooms, std::size_t maxRooms) {
   std::string text;
-  for (std::size_t i = 0; i < std::min(most, rooms.size()); ++i)
+  for (std::size_t i = 0; i < std::min(maxRooms, rooms.size()); ++i)
     if (i == 0 || rooms[i].probability >= 0.01)
       text += fmt::format("{}{} {:.0f} %", i == 0 ? "" : ", ", rooms[i].room, 100 * rooms[i].probability);
   return text;

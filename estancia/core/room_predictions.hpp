@@ -1,4 +1,4 @@
-// What a room classifier says of images, as plain data; never the truth, which is Frame::room.
+// Room predictions: probabilities of rooms for images, and their fusion.
 #pragma once
 
 #include <cstddef>
@@ -10,11 +10,15 @@
 
 namespace estancia {
 
-/// Invariant: one column of `probabilities` a room.
+/// What a room classifier predicts for images; the truth is Frame::room. Invariant: one column of
+/// `probabilities` a room.
 struct RoomPredictions {
-  std::string classifier;          ///< which one, for people: "svm-rbf on inception-v3+gist"
-  std::vector<std::string> rooms;  ///< R names, none empty
-  DescriptorMatrix probabilities;  ///< N×R; a row adds up to 1, or is all 0 where nothing was said
+  /// For people: "svm-rbf on inception-v3+gist".
+  std::string classifier;
+  /// R names, none empty.
+  std::vector<std::string> rooms;
+  /// N×R; a row adds up to 1, or is all 0 for an image without a prediction.
+  DescriptorMatrix probabilities;
 };
 
 struct RoomProbability {
@@ -24,19 +28,18 @@ struct RoomProbability {
   bool operator==(const RoomProbability&) const = default;
 };
 
-/// What was said of one image, best first; empty where nothing was.
-std::vector<RoomProbability> roomsOf(const RoomPredictions& predictions, std::size_t image);
+/// The rooms of one image, best first; empty without a prediction.
+std::vector<RoomProbability> rankedRooms(const RoomPredictions& predictions, std::size_t image);
 
-/// The rooms that images are taken for together, best first, of each group of images; empty where nothing was
-/// said of any. `groupOf[i]` is the group of image i; images beyond its end and numbers of `groups` or more
-/// belong to none.
+/// The rooms of each group of images, best first; empty for a group without predictions. `groupOf[i]` is the
+/// group of image i; images beyond its end and numbers of `groups` or more belong to none.
 ///
-/// Opinions are pooled by LogOpinionPool, which was right about places as often as the mean of the
-/// probabilities and closer in its probabilities (docs/classify.md).
+/// Predictions are fused by LogOpinionPool, which was as accurate on places as the mean of the probabilities
+/// and better calibrated (docs/classify.md).
 std::vector<std::vector<RoomProbability>> poolRooms(const RoomPredictions& predictions,
                                                     std::span<const std::size_t> groupOf, std::size_t groups);
 
-/// "kitchen 83 %, office 10 %": the `most` likeliest, down to one percent; "" where there are none.
-std::string describeRooms(const std::vector<RoomProbability>& rooms, std::size_t most = 3);
+/// "kitchen 83 %, office 10 %": the first `maxRooms`, down to one percent; "" without any.
+std::string describeRooms(const std::vector<RoomProbability>& rooms, std::size_t maxRooms = 3);
 
 }  // namespace estancia

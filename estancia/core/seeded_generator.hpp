@@ -1,4 +1,4 @@
-// Reproducible runs of OpenCV's algorithms that draw random numbers.
+// Seeded random numbers: makes OpenCV's random algorithms reproducible.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace estancia {
 
-/// OpenCV draws from a generator that belongs to the thread: seeded here, given back as it was.
+/// Seeds OpenCV's generator of this thread, and restores it on destruction.
 class SeededGenerator {
  public:
   explicit SeededGenerator(std::uint64_t seed) : before_(cv::theRNG()) { cv::theRNG() = cv::RNG(seed); }

@@ -1,5 +1,4 @@
-// One binary that is quick on any x86-64: hot loops are compiled once per level of instruction sets, and what
-// the processor can do, whoever made it, is chosen at start.
+// SIMD multiversioning: hot loops are compiled once per instruction set; the processor chooses at start.
 #pragma once
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(ESTANCIA_NO_MULTIVERSION)

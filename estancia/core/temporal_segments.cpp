@@ -15,11 +15,11 @@ namespace {
 
 /// "frame" and 123 of "frame000123.jpg"; nothing where the name ends otherwise, or in a fraction.
 std::optional<std::pair<std::string, double>> numberedName(const std::string& name) {
-  constexpr std::size_t mostDigits = 15;  // that a double tells apart
+  constexpr std::size_t maxDigits = 15;  // that a double distinguishes
   const std::string stem = std::filesystem::path(name).stem().string();
   std::size_t begin = stem.size();
   while (begin > 0 && std::isdigit(static_cast<unsigned char>(stem[begin - 1])) != 0) --begin;
-  if (begin == stem.size() || stem.size() - begin > mostDigits || (begin > 0 && stem[begin - 1] == '.'))
+  if (begin == stem.size() || stem.size() - begin > maxDigits || (begin > 0 && stem[begin - 1] == '.'))
     return std::nullopt;
   return std::pair{stem.substr(0, begin), std::stod(stem.substr(begin))};
 }
@@ -45,9 +45,8 @@ std::vector<double> numbersOf(const std::vector<Frame>& frames) {
   return numbers;
 }
 
-/// The longest step from one position to the next that does not part a run, `times` the median one.
-double longestStep(const std::vector<double>& positions, const std::vector<std::string>& places,
-                   double times) {
+/// The largest step within a segment: `times` the median one.
+double maxStep(const std::vector<double>& positions, const std::vector<std::string>& places, double times) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < positions.size(); ++i)
     if (places[i] == places[i - 1] && positions[i] > positions[i - 1])
@@ -63,24 +62,25 @@ double longestStep(const std::vector<double>& positions, const std::vector<std::
 std::vector<TemporalSegment> temporalSegments(const std::vector<Frame>& frames,
                                               const std::vector<std::string>& places) {
   if (places.size() != frames.size())
-    throw Error(fmt::format("{} places of {} frames; give one a frame", places.size(), frames.size()));
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{} places for {} frames; give one a frame", places.size(), frames.size()));
   std::vector<double> positions = timesOf(frames);
   const double times = positions.empty() ? 1 : 2;  // clocks jitter, numbers do not
   if (positions.empty()) positions = numbersOf(frames);
-  const double longest = longestStep(positions, places, times);
+  const double limit = maxStep(positions, places, times);
   const auto follows = [&](std::size_t i) {
     if (places[i] != places[i - 1]) return false;
     if (positions.empty()) return true;
     const double step = positions[i] - positions[i - 1];
-    return step >= 0 && step <= longest;
+    return step >= 0 && step <= limit;
   };
-  std::vector<TemporalSegment> runs;
+  std::vector<TemporalSegment> segments;
   for (std::size_t i = 0; i < frames.size(); ++i)
     if (i > 0 && follows(i))
-      ++runs.back().size;
+      ++segments.back().size;
     else
-      runs.push_back({i, 1});
-  return runs;
+      segments.push_back({i, 1});
+  return segments;
 }
 
 }  // namespace estancia

@@ -21,27 +21,32 @@ std::size_t DescriptorLayout::labels() const {
 Vocabulary::Vocabulary(std::vector<std::string> labels, std::vector<LabelPart> parts)
     : labels_(std::move(labels)), layout_(labels_.size()) {
   if (!parts.empty()) layout_ = std::move(parts);
-  if (labels_.empty()) throw Error("a vocabulary needs at least one label");
+  if (labels_.empty()) throw Error(ErrorCode::invalidInput, "a vocabulary needs at least one label");
   std::string all;
   for (std::size_t i = 0; i < labels_.size(); ++i) {
-    if (labels_[i].empty()) throw Error(fmt::format("label {} of the vocabulary is empty", i + 1));
+    if (labels_[i].empty())
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("label {} of the vocabulary is empty; name it", i + 1));
     all += labels_[i];
     all += '\n';
   }
-  const auto isSound = [](const LabelPart& part) {
+  const auto isValid = [](const LabelPart& part) {
     return part.size > 0 && part.weight > 0 && std::isfinite(part.weight);
   };
-  if (layout_.labels() != labels_.size() || !std::all_of(layout_.parts.begin(), layout_.parts.end(), isSound))
-    throw Error(fmt::format("{} labels cannot be made of such parts; each needs labels and a weight above 0",
+  if (layout_.labels() != labels_.size() || !std::all_of(layout_.parts.begin(), layout_.parts.end(), isValid))
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("the parts do not make up {} labels; each needs labels and a weight above 0",
                             labels_.size()));
   if (layout_.parts.size() > 1)
     for (const LabelPart& part : layout_.parts) all += fmt::format("\n{} {}", part.size, part.weight);
   digest_ = sha256(all);
 }
 
-Vocabulary Vocabulary::fromFile(const std::filesystem::path& path) {
+Vocabulary readVocabulary(const std::filesystem::path& path) {
   std::ifstream file(path);
-  if (!file) throw Error(fmt::format("cannot read the label file {}", path.string()));
+  if (!file)
+    throw Error(ErrorCode::fileUnreadable,
+                fmt::format("cannot read the label file {}; check the path", path.string()));
   std::vector<std::string> labels;
   std::string line;
   while (std::getline(file, line)) {
@@ -53,10 +58,12 @@ Vocabulary Vocabulary::fromFile(const std::filesystem::path& path) {
   for (std::size_t i = 0; i < labels.size(); ++i)
     if (labels[i].empty())
       throw Error(
+          ErrorCode::malformedFile,
           fmt::format("{}:{}: empty label; give every output of the model a name", path.string(), i + 1));
   if (labels.empty())
-    throw Error(fmt::format(
-        "{}: no labels in it; write one label a line, in the order of the model's outputs", path.string()));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{} has no labels; write one label a line, in the order of the model's outputs",
+                            path.string()));
   return Vocabulary(std::move(labels));
 }
 
@@ -64,13 +71,15 @@ void requireSameVocabulary(const Vocabulary& expected, const Vocabulary& actual,
   if (expected == actual) return;
   if (expected.labels() == actual.labels())
     throw Error(
-        fmt::format("{}: the same words, but of other models or with other weights; use the model that the "
+        ErrorCode::mismatch,
+        fmt::format("{}: the labels are equal, but their models or weights differ; use the model that the "
                     "map was made with",
                     context));
   std::size_t i = 0;
   while (i < expected.size() && i < actual.size() && expected[i] == actual[i]) ++i;
   const auto labelAt = [i](const Vocabulary& v) { return i < v.size() ? v[i] : std::string("(none)"); };
   throw Error(
+      ErrorCode::mismatch,
       fmt::format("{}: the vocabularies differ ({} labels against {}; label {} is \"{}\" against \"{}\"); "
                   "use the model that the map was made with",
                   context, expected.size(), actual.size(), i + 1, labelAt(expected), labelAt(actual)));

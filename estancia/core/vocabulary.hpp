@@ -1,4 +1,4 @@
-// The words: an ordered list of labels, identified by a digest.
+// Vocabulary: an ordered list of labels, identified by a digest.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,11 @@
 
 namespace estancia {
 
-/// Labels that stand together because one model gives them all: a distribution of its own.
+/// The labels of one model within a vocabulary of several: a distribution of its own.
 struct LabelPart {
   std::size_t size = 0;
-  float weight = 1;  ///< > 0; how much the part counts beside the others when descriptors are compared
+  /// > 0; weight of the part when descriptors are compared.
+  float weight = 1;
   bool operator==(const LabelPart&) const = default;
 };
 
@@ -25,18 +26,14 @@ struct DescriptorLayout {
   std::size_t labels() const;
 };
 
-/// An ordered list of labels L = {l_1 … l_L}. A label line may hold synonyms: "cup, mug". A label may stand
-/// there more than once (ImageNet has two cranes; several models may know the kitchen).
+/// An ordered list of labels L = {l_1 … l_L}. A label line may hold synonyms: "cup, mug". A label may
+/// occur more than once (ImageNet has two cranes; several models may know the kitchen).
 /// Invariant: at least one label, none empty; position i belongs to value i of every descriptor.
 class Vocabulary {
  public:
-  /// `parts` are those of several models, in order; none: the whole is one. Throws Error on an empty list, an
-  /// empty label, or parts that do not make up the list.
+  /// `parts` are those of several models, in order; none: one model. Throws Error (invalidInput) on an empty
+  /// list, an empty label, or parts whose sizes do not add up to the list's.
   explicit Vocabulary(std::vector<std::string> labels, std::vector<LabelPart> parts = {});
-
-  /// One label a line (UTF-8, CR and trailing blanks dropped, empty last lines ignored).
-  /// Throws Error naming file and line.
-  static Vocabulary fromFile(const std::filesystem::path& path);
 
   std::size_t size() const { return labels_.size(); }
   const std::string& operator[](std::size_t i) const { return labels_[i]; }
@@ -55,7 +52,11 @@ class Vocabulary {
   std::string digest_;
 };
 
-/// Throws Error saying how the two differ (sizes, first different label) unless they are equal.
+/// Reads one label a line (UTF-8; CR, trailing blanks and empty last lines are dropped). Throws Error
+/// (fileUnreadable, malformedFile) with file and line.
+Vocabulary readVocabulary(const std::filesystem::path& path);
+
+/// Throws Error (mismatch) with the sizes and the first different label unless the two are equal.
 void requireSameVocabulary(const Vocabulary& expected, const Vocabulary& actual, const std::string& context);
 
 }  // namespace estancia

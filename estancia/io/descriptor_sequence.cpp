@@ -29,7 +29,7 @@ std::string at(const fs::path& file, std::size_t line) {
 
 std::optional<Vocabulary> givenWords(const DescriptorFileOptions& options) {
   if (options.labels.empty()) return std::nullopt;
-  return Vocabulary::fromFile(options.labels);
+  return readVocabulary(options.labels);
 }
 
 DescriptorSequence recordingOf(const fs::path& file, Vocabulary vocabulary, std::vector<Frame> frames,
@@ -54,7 +54,7 @@ class SparseRows {
     if (auto vocabulary = givenWords(options)) book_ = io::WordBook(std::move(*vocabulary));
   }
 
-  void add(std::string image, std::vector<Word> words, const std::string& source) {
+  void add(std::string image, std::vector<LabelProbability> words, const std::string& source) {
     frames_.push_back(named(std::move(image)));
     places_.push_back(book_.place(std::move(words), 0, source));
   }
@@ -122,7 +122,7 @@ DescriptorSequence readWideCsv(const fs::path& file, const DescriptorFileOptions
 
 DescriptorSequence readLongCsv(const fs::path& file, const DescriptorFileOptions& options) {
   std::vector<std::string> images;  // in the order in which they appear
-  std::vector<std::vector<Word>> words;
+  std::vector<std::vector<LabelProbability>> words;
   std::unordered_map<std::string, std::size_t> indices;
   bool header = true;
   io::forEachCsvRow(file, [&](io::CsvRow& row) {
@@ -190,7 +190,7 @@ DescriptorSequence readNpy(const fs::path& file, const DescriptorFileOptions& op
   if (!fs::is_regular_file(labels))
     throw Error(fmt::format("{}: its {} columns have no names; write them, one a line, into {}", name,
                             matrix.columns(), io::printable(labels.string())));
-  Vocabulary vocabulary = Vocabulary::fromFile(labels);
+  Vocabulary vocabulary = readVocabulary(labels);
   if (vocabulary.size() != matrix.columns())
     throw Error(fmt::format("{} has {} columns, but {} has {} labels; use the label file that belongs to it",
                             name, matrix.columns(), io::printable(labels.string()), vocabulary.size()));

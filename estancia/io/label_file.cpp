@@ -84,7 +84,7 @@ DescriptorSequence readLabelFile(const fs::path& file) {
   const std::string digest(in.raw(64));
   std::string model = in.text();
   const auto labelCount = in.number<std::uint64_t>();
-  if (labelCount == 0 || labelCount > in.left()) in.fail("it is cut short");
+  if (labelCount == 0 || labelCount > in.remaining()) in.fail("it is cut short");
   std::vector<std::string> labels;
   for (std::uint64_t i = 0; i < labelCount; ++i) labels.push_back(in.text());
   const auto partCount = in.number<std::uint64_t>();
@@ -97,13 +97,13 @@ DescriptorSequence readLabelFile(const fs::path& file) {
   Vocabulary vocabulary(std::move(labels), std::move(parts));
   if (vocabulary.digest() != digest) in.fail("it is damaged (the words are not those of its digest)");
   const auto frameCount = in.number<std::uint64_t>();
-  if (frameCount > in.left()) in.fail("it is cut short");
+  if (frameCount > in.remaining()) in.fail("it is cut short");
   std::vector<Frame> frames;
   for (std::uint64_t i = 0; i < frameCount; ++i) frames.push_back(readFrame(in));
 
   DescriptorMatrix descriptors(vocabulary.size());
   const std::size_t rowBytes = vocabulary.size() * sizeof(float);
-  if (in.left() / rowBytes != frameCount || in.left() % rowBytes != 0) in.fail("it is cut short");
+  if (in.remaining() / rowBytes != frameCount || in.remaining() % rowBytes != 0) in.fail("it is cut short");
   descriptors.reserve(frames.size());
   LexicalDescriptor row(vocabulary.size());
   for (const Frame& frame : frames) {

@@ -63,7 +63,7 @@ float confidenceOf(const Json& value, const std::string& label, const WordFormat
   return toProbability(value.get<double>() * format.scale, label, source);
 }
 
-Word wordOf(const Json& element, const WordFormat& format, const std::string& source) {
+LabelProbability wordOf(const Json& element, const WordFormat& format, const std::string& source) {
   const auto member = [&](const std::string& key) -> const Json& {
     const auto found = element.is_object() ? element.find(key) : element.end();
     if (!element.is_object() || found == element.end())
@@ -151,19 +151,20 @@ const Vocabulary& WordBook::vocabulary() const {
   return *vocabulary_;
 }
 
-WordBook::Places WordBook::place(std::vector<Word> words, std::size_t best, const std::string& source) {
-  const auto surer = [](const Word& a, const Word& b) {
+WordBook::Places WordBook::place(std::vector<LabelProbability> words, std::size_t best,
+                                 const std::string& source) {
+  const auto surer = [](const LabelProbability& a, const LabelProbability& b) {
     return a.probability != b.probability ? a.probability > b.probability : a.label < b.label;
   };
   if (discovers()) {  // new words come in an order that does not hang on how the answer was written
-    std::erase_if(words, [](const Word& word) { return word.probability == 0; });
+    std::erase_if(words, [](const LabelProbability& word) { return word.probability == 0; });
     std::ranges::sort(words, surer);
     std::map<std::string_view, bool> seen;
-    std::vector<Word> once;
-    for (const Word& word : words)
+    std::vector<LabelProbability> once;
+    for (const LabelProbability& word : words)
       if ((best == 0 || once.size() < best) && seen.emplace(word.label, true).second) once.push_back(word);
     words = std::move(once);
-    for (const Word& word : words) {
+    for (const LabelProbability& word : words) {
       if (places_.contains(word.label)) continue;
       if (labels_.size() == kMostWords)
         throw Error(fmt::format("{}: more than {} different words; give a label file", source, kMostWords));
@@ -173,7 +174,7 @@ WordBook::Places WordBook::place(std::vector<Word> words, std::size_t best, cons
   }
   std::map<std::string_view, std::size_t> times;
   std::map<std::uint32_t, float> placed;
-  for (const Word& word : words) {
+  for (const LabelProbability& word : words) {
     const auto found = places_.find(word.label);
     if (found == places_.end()) continue;
     const std::size_t nth = std::min(times[word.label]++, found->second.size() - 1);

@@ -27,9 +27,9 @@ struct WordFormat {
 
 /// One image's answer in JSON.
 struct Answer {
-  std::string image;        ///< its member `image`, "" where there is none
-  std::string error;        ///< its member `error`: why there are no words; "" when all is well
-  std::vector<Word> words;  ///< in the order written (of an object: sorted by label)
+  std::string image;                    ///< its member `image`, "" where there is none
+  std::string error;                    ///< its member `error`: why there are no words; "" when all is well
+  std::vector<LabelProbability> words;  ///< in the order written (of an object: sorted by label)
 };
 
 /// Throws Error `SOURCE: …` when the text is no such answer.
@@ -66,7 +66,7 @@ class WordBook {
   using Places = std::vector<std::pair<std::uint32_t, float>>;  ///< places, each once, with probabilities
   /// At most the `best` words of one answer, 0 = all. Throws Error `SOURCE: …` when there come more than
   /// 100,000 different words.
-  Places place(std::vector<Word> words, std::size_t best, const std::string& source);
+  Places place(std::vector<LabelProbability> words, std::size_t best, const std::string& source);
 
   /// size() probabilities, 0 where there is no word.
   LexicalDescriptor toDescriptor(const Places& places) const;

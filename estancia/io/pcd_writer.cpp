@@ -62,7 +62,7 @@ std::string bytesOf(const PointCloud& cloud) {
 }  // namespace
 
 void writePcd(const std::filesystem::path& file, const PointCloud& cloud, bool ascii) {
-  requireWhole(cloud);
+  validate(cloud);
   if (cloud.points.empty())
     throw Error(fmt::format("{}: a cloud without points is not written", io::printable(file.string())));
   writeWhole(file, headerOf(cloud, ascii) + (ascii ? textOf(cloud) : bytesOf(cloud)));

@@ -69,7 +69,7 @@ void writePly(const std::filesystem::path& file, const PointCloud& cloud, const 
   const auto refuse = [&](const std::string& why) {
     throw Error(fmt::format("{}: {}", io::printable(file.string()), why));
   };
-  requireWhole(cloud);
+  validate(cloud);
   constexpr auto most = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());
   if (cloud.points.size() > most) refuse("too many points for a PLY file; thin the cloud out");
   const auto vertices = verticesOf(cloud);

@@ -59,10 +59,10 @@ std::vector<ConfigFile::Key> AnswerSettings::keys(ConfigFile& config) {
 
 io::WordBook wordBook(const ModelSpec& spec) {
   if (spec.labels.empty()) return {};
-  return io::WordBook(Vocabulary::fromFile(modelFile(spec, spec.labels)));
+  return io::WordBook(readVocabulary(modelFile(spec, spec.labels)));
 }
 
-LexicalDescriptor describe(io::WordBook& book, std::vector<Word> words, std::size_t best,
+LexicalDescriptor describe(io::WordBook& book, std::vector<LabelProbability> words, std::size_t best,
                            const std::string& source) {
   const auto places = book.place(std::move(words), best, source);
   if (book.size() == 0)

@@ -38,7 +38,7 @@ struct AnswerSettings {
 io::WordBook wordBook(const ModelSpec& spec);
 
 /// An answer's words as descriptor. Throws FrameError when no word at all is known yet: nothing can be said.
-LexicalDescriptor describe(io::WordBook& book, std::vector<Word> words, std::size_t best,
+LexicalDescriptor describe(io::WordBook& book, std::vector<LabelProbability> words, std::size_t best,
                            const std::string& source);
 
 }  // namespace estancia

@@ -14,8 +14,8 @@ void append(std::string& bytes, Value value) {
 }
 
 /// The words in `bytes`, or nothing when they are none.
-std::optional<std::vector<Word>> wordsIn(std::string_view bytes) {
-  std::vector<Word> words;
+std::optional<std::vector<LabelProbability>> wordsIn(std::string_view bytes) {
+  std::vector<LabelProbability> words;
   while (!bytes.empty()) {
     float probability = 0;
     std::uint32_t length = 0;

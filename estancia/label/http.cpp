@@ -33,7 +33,7 @@ using std::chrono::milliseconds;
 
 /// What a service made of one image.
 struct Outcome {
-  std::vector<Word> words;
+  std::vector<LabelProbability> words;
   std::string problem;  ///< of this image
   std::string failure;  ///< of the service: the work cannot go on
   bool answered = false;
@@ -74,7 +74,7 @@ class HttpLabeler final : public Labeler {
 
   const Vocabulary& vocabulary() const override { return book_.vocabulary(); }
   bool discovers() const override { return book_.discovers(); }
-  LexicalDescriptor adopt(std::span<const Word> words) override {
+  LexicalDescriptor adopt(std::span<const LabelProbability> words) override {
     return describe(book_, {words.begin(), words.end()}, 0, source_);
   }
   std::string identity() const override { return settings_.identity; }

@@ -136,7 +136,7 @@ std::unique_ptr<Labeler> openHuman(const ModelSpec& spec) {
                         {"certainty", false, "how sure the person is",
                          [&](auto& n) { certainty = config.number(n, 0.01, 1); }}});
   std::optional<Vocabulary> given;
-  if (!spec.labels.empty()) given = Vocabulary::fromFile(modelFile(spec, spec.labels));
+  if (!spec.labels.empty()) given = readVocabulary(modelFile(spec, spec.labels));
   DescriptorSequence recording = readHumanLabels(modelFile(spec, file), given, certainty);
   recording.model = blackBoxIdentity(spec, config, {file});
   return std::make_unique<RecordedLabeler>(std::move(recording));

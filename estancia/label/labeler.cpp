@@ -4,7 +4,7 @@
 
 namespace estancia {
 
-LexicalDescriptor Labeler::adopt(std::span<const Word>) {
+LexicalDescriptor Labeler::adopt(std::span<const LabelProbability>) {
   throw Error("this labeler has a fixed vocabulary and adopts no words");
 }
 

@@ -56,7 +56,7 @@ class Labeler {
   virtual bool discovers() const { return false; }
   /// The descriptor of words that are known from elsewhere (a cache), which may be new. For labelers that
   /// discover.
-  virtual LexicalDescriptor adopt(std::span<const Word> words);
+  virtual LexicalDescriptor adopt(std::span<const LabelProbability> words);
 
   /// Identifies the model for maps: name and digest of its files.
   virtual std::string identity() const = 0;

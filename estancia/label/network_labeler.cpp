@@ -13,7 +13,7 @@ namespace estancia {
 
 NetworkLabeler::NetworkLabeler(const ModelSpec& spec, std::string engine)
     : spec_(spec),
-      vocabulary_(Vocabulary::fromFile(modelFile(spec, spec.labels))),
+      vocabulary_(readVocabulary(modelFile(spec, spec.labels))),
       identity_(fmt::format("{} {}", spec.name, modelDigest(spec))),
       engine_(std::move(engine)),
       scores_(spec, vocabulary_.size()) {}

@@ -112,7 +112,7 @@ class ProcessLabeler final : public Labeler {
 
   const Vocabulary& vocabulary() const override { return book_.vocabulary(); }
   bool discovers() const override { return book_.discovers(); }
-  LexicalDescriptor adopt(std::span<const Word> words) override {
+  LexicalDescriptor adopt(std::span<const LabelProbability> words) override {
     return describe(book_, {words.begin(), words.end()}, 0, source_);
   }
   std::string identity() const override { return settings_.identity; }

@@ -101,7 +101,7 @@ void explainMerges(const TopologicalMap& map, const Decision& d, Sentences& sent
 /// What a classifier takes the frame and the place that it is in now for.
 void explainRooms(const TopologicalMap& map, std::size_t frame, Sentences& sentences) {
   if (!map.predictions) return;
-  const auto own = roomsOf(*map.predictions, frame);
+  const auto own = rankedRooms(*map.predictions, frame);
   const std::size_t place = indexOf(map, map.frames[frame].node);
   if (own.empty() || place == map.nodes.size()) return;
   sentences.push_back(

@@ -151,7 +151,7 @@ void judgePredictions(const TopologicalMap& map, const std::vector<Place>& place
   for (std::size_t i = 0; i < map.frames.size(); ++i) {
     const MappedFrame& frame = map.frames[i];
     const std::size_t place = indexOf(map, frame.node);
-    const std::vector<RoomProbability> own = roomsOf(*map.predictions, i);
+    const std::vector<RoomProbability> own = rankedRooms(*map.predictions, i);
     if (frame.room.empty() || place == places.size() || own.empty()) continue;
     ++judged;
     if (own.front().room == frame.room) ++right;

@@ -385,8 +385,8 @@ TEST_F(ClassifyCommand, WrongInputIsOneLine) {
   expectError({"classify", "predict", model_, scratch_ / "lines"}, "has learned from test");
   expectError({"classify", "predict", words_, words_}, "no room classifier");
   writeFile(scratch_ / "cut.classifier", readFile(model_).substr(0, 400));
-  expectError({"classify", "show", scratch_ / "cut.classifier"}, "cut short");
-  expectError({"map", unknown_, "-o", map_, "--classifier", scratch_ / "cut.classifier"}, "cut short");
+  expectError({"classify", "show", scratch_ / "cut.classifier"}, "truncated");
+  expectError({"map", unknown_, "-o", map_, "--classifier", scratch_ / "cut.classifier"}, "truncated");
   EXPECT_FALSE(fs::exists(map_)) << "known before the mapping begins";
   expectError({"zones", unknown_, "-o", zones_, "--classifier", words_}, "no room classifier");
   expectError({"classify", "name", model_, scratch_ / "missing.estancia"}, "no such map");

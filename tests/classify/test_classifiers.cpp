@@ -72,7 +72,7 @@ TEST_P(EachType, IsReadBackExactly) {
   const std::string bytes = bytesOf(*classifier);
   ByteReader in(bytes, "bytes", "look again");
   const auto back = readClassifier(in);
-  EXPECT_EQ(in.left(), 0U);
+  EXPECT_EQ(in.remaining(), 0U);
   EXPECT_EQ(bytesOf(*back), bytes);
   EXPECT_EQ(back->type(), GetParam());
   EXPECT_EQ(back->choice(), classifier->choice());

@@ -1,16 +1,14 @@
-// What several opinions say together.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "estancia/core/log_opinion_pool.hpp"
-#include "support/support.hpp"
+#include "support/errors.hpp"
 
 namespace estancia::test {
 namespace {
 
 using ::testing::DoubleNear;
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 std::vector<double> pooled(const std::vector<std::vector<float>>& opinions) {
@@ -36,7 +34,7 @@ TEST(LogOpinionPool, AZeroIsNoProofAndNoOpinionIsNone) {
   pool.add(std::vector<float>{0, 0});
   EXPECT_EQ(pool.size(), 0U);
   EXPECT_THAT(pool.pooled(), IsEmpty());
-  EXPECT_THAT(errorOf([&] { pool.add(std::vector<float>{1}); }), HasSubstr("1 answers among those about 2"));
+  EXPECT_THAT([&] { pool.add(std::vector<float>{1}); }, FailsWith(ErrorCode::mismatch, "1", "2"));
 }
 
 }  // namespace

@@ -41,9 +41,9 @@ TEST(RoomPredictions, LeaveOutImagesOfWhichNothingWasSaid) {
                                 std::vector<std::size_t>{0, 0, 1, 7, 0}, 2);
   EXPECT_NEAR(pooled[0][0].probability, 0.9, 1e-6);
   EXPECT_THAT(pooled[1], IsEmpty());
-  EXPECT_THAT(roomsOf(predictions({{0, 0}}), 0), IsEmpty());
-  EXPECT_THAT(roomsOf(predictions({{0.2F, 0.8F}}), 1), IsEmpty());
-  EXPECT_EQ(roomsOf(predictions({{0.2F, 0.8F}}), 0).front().room, "office");
+  EXPECT_THAT(rankedRooms(predictions({{0, 0}}), 0), IsEmpty());
+  EXPECT_THAT(rankedRooms(predictions({{0.2F, 0.8F}}), 1), IsEmpty());
+  EXPECT_EQ(rankedRooms(predictions({{0.2F, 0.8F}}), 0).front().room, "office");
 }
 
 TEST(RoomPredictions, AreDescribedShortly) {

@@ -3,14 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "support/support.hpp"
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
 
 using testing::ElementsAre;
 
-/// The lengths of the runs of frames of these names.
+/// The sizes of the segments of frames of these names.
 std::vector<std::size_t> lengths(const std::vector<std::string>& names,
                                  const std::vector<std::string>& places,
                                  const std::vector<double>& times = {}) {
@@ -22,10 +22,10 @@ std::vector<std::size_t> lengths(const std::vector<std::string>& names,
   }
   std::vector<std::size_t> sizes;
   std::size_t next = 0;
-  for (const TemporalSegment& run : temporalSegments(frames, places)) {
-    EXPECT_EQ(run.first, next);
-    next += run.size;
-    sizes.push_back(run.size);
+  for (const TemporalSegment& segment : temporalSegments(frames, places)) {
+    EXPECT_EQ(segment.first, next);
+    next += segment.size;
+    sizes.push_back(segment.size);
   }
   EXPECT_EQ(next, names.size());
   return sizes;
@@ -35,13 +35,13 @@ std::vector<std::string> all(std::size_t frames) {
   return std::vector<std::string>(frames, "a");
 }
 
-TEST(FrameRuns, EndWhereThePlaceChanges) {
+TEST(TemporalSegments, EndWhereThePlaceChanges) {
   EXPECT_THAT(lengths({"one.png", "two.png", "three.png", "four.png"}, {"a", "a", "b", "a"}),
               ElementsAre(2, 1, 1));
   EXPECT_THAT(lengths({}, {}), ElementsAre());
 }
 
-TEST(FrameRuns, EndWhereNumbersLeaveMoreOutThanUsual) {
+TEST(TemporalSegments, EndWhereNumbersLeaveMoreOutThanUsual) {
   EXPECT_THAT(lengths({"0001.png", "0002.png", "0003.png", "0005.png", "0006.png"}, all(5)),
               ElementsAre(3, 2));
   EXPECT_THAT(lengths({"frame000001.jpg", "frame000002.jpg", "frame000003.jpg", "frame000009.jpg"}, all(4)),
@@ -50,7 +50,7 @@ TEST(FrameRuns, EndWhereNumbersLeaveMoreOutThanUsual) {
       << "they fall";
 }
 
-TEST(FrameRuns, OfEveryThirdImageAreThoseOfAll) {
+TEST(TemporalSegments, OfEveryThirdImageAreThoseOfAll) {
   std::vector<std::string> names, places;
   for (int i = 0; i < 60; i += 3) {
     names.push_back(std::to_string(i) + ".png");
@@ -59,7 +59,7 @@ TEST(FrameRuns, OfEveryThirdImageAreThoseOfAll) {
   EXPECT_THAT(lengths(names, places), ElementsAre(10, 10));
 }
 
-TEST(FrameRuns, FractionsAreNoNumbersOfFrames) {
+TEST(TemporalSegments, FractionsAreNoNumbersOfFrames) {
   EXPECT_THAT(lengths({"1305031102.175304.png", "1305031102.211214.png", "1305031102.943223.png",
                        "1305031103.011215.png"},
                       all(4)),
@@ -74,15 +74,15 @@ TEST(FrameRuns, FractionsAreNoNumbersOfFrames) {
   EXPECT_THAT(lengths({long1, long2}, all(2)), ElementsAre(2)) << "too long for a number";
 }
 
-TEST(FrameRuns, EndWhereTimePasses) {
+TEST(TemporalSegments, EndWhereTimePasses) {
   // Two rounds of a robot; the clock jitters, and names say nothing.
   EXPECT_THAT(lengths({"9", "3", "7", "1", "2"}, all(5), {0, 0.2, 0.55, 60, 60.2}), ElementsAre(3, 2));
   EXPECT_THAT(lengths({"1", "2", "3", "4"}, all(4), {10, 11, 1, 2}), ElementsAre(2, 2)) << "it falls";
   EXPECT_THAT(lengths({"1", "2", "7", "8"}, all(4), {10, 11, 12}), ElementsAre(2, 2)) << "one has no time";
 }
 
-TEST(FrameRuns, NeedAPlaceOfEachFrame) {
-  EXPECT_THAT(test::errorOf([] { temporalSegments({}, {"a"}); }), testing::HasSubstr("1 places of 0 frames"));
+TEST(TemporalSegments, NeedAPlaceOfEachFrame) {
+  EXPECT_THAT([] { temporalSegments({}, {"a"}); }, test::FailsWith(ErrorCode::mismatch, "1", "0"));
 }
 
 }  // namespace

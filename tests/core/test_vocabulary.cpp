@@ -1,16 +1,17 @@
 #include <gtest/gtest.h>
 
-#include "estancia/core/error.hpp"
 #include "estancia/core/vocabulary.hpp"
-#include "support/support.hpp"
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
 
+using test::FailsWith;
+
 TEST(Vocabulary, ReadsOneLabelALineAndDropsCarriageReturns) {
   const test::ScratchFolder folder;
   test::writeFile(folder / "labels.txt", "tench, Tinca tinca\r\ngoldfish  \r\n\r\n");
-  const auto vocabulary = Vocabulary::fromFile(folder / "labels.txt");
+  const auto vocabulary = readVocabulary(folder / "labels.txt");
   ASSERT_EQ(vocabulary.size(), 2U);
   EXPECT_EQ(vocabulary[0], "tench, Tinca tinca");
   EXPECT_EQ(vocabulary[1], "goldfish");
@@ -21,19 +22,19 @@ TEST(Vocabulary, KeepsLabelsThatStandTwiceAndDropsAByteOrderMark) {
   test::writeFile(folder / "labels.txt",
                   "\xEF\xBB\xBF"
                   "crane\nheron\ncrane\n");
-  EXPECT_EQ(Vocabulary::fromFile(folder / "labels.txt").labels(),
+  EXPECT_EQ(readVocabulary(folder / "labels.txt").labels(),
             (std::vector<std::string>{"crane", "heron", "crane"}));
 }
 
 TEST(Vocabulary, NamesTheLineOfAnEmptyLabel) {
   const test::ScratchFolder folder;
   test::writeFile(folder / "labels.txt", "cup\n\nmug\n");
-  try {
-    Vocabulary::fromFile(folder / "labels.txt");
-    FAIL() << "an empty label must be refused";
-  } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("labels.txt:2"), std::string::npos) << e.what();
-  }
+  EXPECT_THAT([&] { readVocabulary(folder / "labels.txt"); },
+              FailsWith(ErrorCode::malformedFile, "labels.txt:2"));
+  test::writeFile(folder / "labels.txt", "\r\n");
+  EXPECT_THAT([&] { readVocabulary(folder / "labels.txt"); },
+              FailsWith(ErrorCode::malformedFile, "labels.txt"));
+  EXPECT_THAT([&] { readVocabulary(folder / "none.txt"); }, FailsWith(ErrorCode::fileUnreadable, "none.txt"));
 }
 
 TEST(Vocabulary, DigestDependsOnOrderAndOnBoundaries) {
@@ -43,12 +44,9 @@ TEST(Vocabulary, DigestDependsOnOrderAndOnBoundaries) {
 }
 
 TEST(Vocabulary, SaysWhereTwoDiffer) {
-  try {
-    requireSameVocabulary(Vocabulary({"cup", "mug"}), Vocabulary({"cup", "jug"}), "map.estancia");
-    FAIL() << "different vocabularies must be refused";
-  } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("\"mug\" against \"jug\""), std::string::npos) << e.what();
-  }
+  const Vocabulary mug({"cup", "mug"}), jug({"cup", "jug"});
+  EXPECT_THAT([&] { requireSameVocabulary(mug, jug, "map.estancia"); },
+              FailsWith(ErrorCode::mismatch, "map.estancia", "\"mug\"", "\"jug\""));
 }
 
 TEST(Vocabulary, OfSeveralModelsHasParts) {
@@ -61,7 +59,7 @@ TEST(Vocabulary, OfSeveralModelsHasParts) {
   EXPECT_TRUE(whole == Vocabulary(labels, {{3, 1}}));
   for (const std::vector<LabelPart>& wrong :
        {std::vector<LabelPart>{{2, 1}}, {{2, 1}, {2, 1}}, {{3, 1}, {0, 1}}, {{2, 1}, {1, 0}}})
-    EXPECT_NE(test::errorOf([&] { Vocabulary(labels, wrong); }), "");
+    EXPECT_THAT([&] { Vocabulary(labels, wrong); }, FailsWith(ErrorCode::invalidInput, "3"));
 }
 
 }  // namespace

@@ -124,7 +124,7 @@ TEST_F(ProcessLabeler, DiscoversWordsTheSurestFirst) {
   EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("c", "a", "b"));
   EXPECT_THAT(labeler->label(gray()), ElementsAre(0.25F, 0, 0, 0.5F));
   EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("c", "a", "b", "d"));
-  const std::vector<Word> remembered{{"z", 0.5F}, {"a", 0.25F}};
+  const std::vector<LabelProbability> remembered{{"z", 0.5F}, {"a", 0.25F}};
   EXPECT_THAT(labeler->adopt(remembered), ElementsAre(0, 0.25F, 0, 0, 0.5F));
 }
 
