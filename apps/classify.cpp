@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using report::counted;
 
-/// What is learned from unless told otherwise: rooms are told apart by their things (docs/classify.md).
+/// What is learned from unless told otherwise: rooms are told apart by their things (docs/how-to/rooms.md).
 const std::string defaultDescriptor = "inception-v3+coco-ssd";
 
 struct Arguments {

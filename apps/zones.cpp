@@ -288,7 +288,7 @@ void addZonesCommand(CLI::App& app) {
       "Image folder, video file, data set, folder of panoramas, label file, or a map (*.estancia), whose "
       "words are taken");
   command->add_option("-o,--output", arguments->output, "The file of zones, NAME.zones")->required();
-  // Rooms are told apart by their things more than places are, which the detector adds (docs/zones.md).
+  // Rooms are told apart by their things more than places are, which the detector adds (docs/how-to/zones.md).
   arguments->model.byDefault = "inception-v3+coco-ssd";
   arguments->model.addTo(*command, "What labels the images");
   addClassifierOption(*command, arguments->classifier);

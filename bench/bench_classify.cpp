@@ -1,5 +1,5 @@
 // Prediction of rooms beside scikit-learn: nearest neighbors and Gaussian support vector machines, the same
-// data, parameters and answers. docs/benchmarks.md holds what it showed.
+// data, parameters and answers. docs/measured/benchmarks.md holds what it showed.
 //   bench_classify [THREADS]     2,389 made-up descriptors of 1,001 words to learn from, as many to predict
 #include <fmt/format.h>
 #include <unistd.h>

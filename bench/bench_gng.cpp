@@ -1,5 +1,5 @@
 // Growing neural gas beside a textbook's, on one core, in one run; both learn from the same signals and must
-// end in the same graph. docs/gng.md holds what it showed.
+// end in the same graph. docs/measured/gng.md holds what it showed.
 //   bench_gng CLOUD.pcd [neurons] [delta] [textbook's neurons]
 // The textbook runs whole unless the last number is smaller than the first: then it stops at so many.
 #include <fmt/format.h>

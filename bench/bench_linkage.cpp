@@ -1,4 +1,4 @@
-// Semantic zones: the distances of all pairs and their linkage, exact. docs/benchmarks.md holds what it
+// Semantic zones: the distances of all pairs and their linkage, exact. docs/measured/benchmarks.md holds what it
 // showed.
 //   bench_linkage scipy [LABELS.npy]   ours beside SciPy's pdist(chebyshev) + linkage(average), in one run;
 //                                      without labels 4,579 × 1,001 made-up ones

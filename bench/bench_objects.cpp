@@ -1,5 +1,5 @@
 // A whole frame of `estancia objects predict`, stage by stage: clusters, patches, shapes, classifier, belief;
-// and the network apart. docs/benchmarks.md holds what it showed.
+// and the network apart. docs/measured/benchmarks.md holds what it showed.
 //   bench_objects SEQ [THREADS [FRAMES [LABELER]]]     a sequence with depth, e.g. 7-Scenes RedKitchen (640 ×
 //   480)
 //

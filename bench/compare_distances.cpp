@@ -1,5 +1,5 @@
 // Which node distance is best? Maps and localizes with every distance on descriptors that are stored in map
-// files, so that no image is labeled again. docs/distances.md holds the table and the commands.
+// files, so that no image is labeled again. docs/measured/distances.md holds the table and the commands.
 //   compare_distances TOUR.estancia SECOND_TOUR.estancia CORRIDOR.estancia SECOND_CORRIDOR.estancia
 //   GROUND_TRUTH.csv [DISTANCE…]      without names all
 #include <fmt/format.h>

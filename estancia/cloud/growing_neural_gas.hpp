@@ -47,7 +47,7 @@ struct NeuralGas {
 /// topologies. NIPS 7, 1995): signals are drawn from the finite points of `cloud`; f is the neighbor of q
 /// with the largest error. The same options and cloud give the same graph on any machine, unless `seconds`
 /// cut it short. A cloud that has no more distinct points than `neurons` is its own best network: they come
-/// back, each joined with its nearest. docs/gng.md says how it is done and what it costs.
+/// back, each joined with its nearest. docs/measured/gng.md says how it is done and what it costs.
 /// Throws Error when no point is finite or an option makes no sense; Interrupted.
 NeuralGas growNeuralGas(const PointCloud& cloud, const GngOptions& options, Progress& progress);
 

@@ -35,7 +35,7 @@ std::vector<RoomProbability> rankedRooms(const RoomPredictions& predictions, std
 /// group of image i; images beyond its end and numbers of `groups` or more belong to none.
 ///
 /// Predictions are fused by LogOpinionPool, which was as accurate on places as the mean of the probabilities
-/// and better calibrated (docs/classify.md).
+/// and better calibrated (docs/how-to/rooms.md).
 std::vector<std::vector<RoomProbability>> poolRooms(const RoomPredictions& predictions,
                                                     std::span<const std::size_t> groupOf, std::size_t groups);
 

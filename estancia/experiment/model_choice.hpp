@@ -1,5 +1,5 @@
 // Which model fits? The thesis' experiment (4.5.2, Table 4.1, Fig. 4.4 and 4.5) and a ranking by place
-// recognition. docs/model-choice.md explains the measures.
+// recognition. docs/measured/model-choice.md explains the measures.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Are the things in an image found, whole and apart (thesis 6.3)? docs/objects-experiment.md shows the
+// Are the things in an image found, whole and apart (thesis 6.3)? docs/measured/objects.md shows the
 // tables that it makes.
 #pragma once
 

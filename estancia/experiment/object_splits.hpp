@@ -1,5 +1,5 @@
 // Shapes learned by the names that a labeler gives, asked about things or views that were not learned from
-// (thesis 6.4: Fig. 6.3, 6.6 and 6.7, Tables 6.7 and 6.8). docs/objects-experiment.md shows the tables that
+// (thesis 6.4: Fig. 6.3, 6.6 and 6.7, Tables 6.7 and 6.8). docs/measured/objects.md shows the tables that
 // it makes.
 #pragma once
 

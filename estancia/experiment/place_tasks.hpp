@@ -1,5 +1,5 @@
 // What a robot needs of its words: places mapped, found again, and rooms told apart, model by model.
-// docs/conjunction.md shows the table that it makes.
+// docs/measured/conjunction.md shows the table that it makes.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // Known objects looked for in noisy scenes, by every filter, keypoint detector and descriptor
-// (thesis 2.5, 2.6: Tables 2.2 to 2.17). docs/recognition-experiment.md shows the tables that it makes.
+// (thesis 2.5, 2.6: Tables 2.2 to 2.17). docs/measured/recognition.md shows the tables that it makes.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // Which room is this? Every descriptor with every classifier, learned on some images and asked about others
-// (thesis 3.5: Fig. 3.7, 3.8 and 3.11, Table 3.2). docs/scenes.md shows the tables that it makes.
+// (thesis 3.5: Fig. 3.7, 3.8 and 3.11, Table 3.2). docs/measured/scenes.md shows the tables that it makes.
 #pragma once
 
 #include <cstddef>

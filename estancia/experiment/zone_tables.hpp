@@ -1,5 +1,5 @@
 // Zones by every model, distance, linkage and cut, against rooms that are known (thesis 5.5: Tables 5.2
-// and 5.3, Fig. 5.4). docs/zones.md shows the tables that it makes.
+// and 5.3, Fig. 5.4). docs/how-to/zones.md shows the tables that it makes.
 #pragma once
 
 #include <cstddef>

@@ -24,7 +24,7 @@ struct EnsembleMember {
 /// How answers become one descriptor.
 enum class Fusion {
   /// The vocabularies stand side by side as parts (Vocabulary::layout()); a distance compares part by part
-  /// and takes the weighted mean. The default: docs/conjunction.md shows why.
+  /// and takes the weighted mean. The default: docs/measured/conjunction.md shows why.
   distances,
   /// Equal labels are merged, the others stand side by side; p(l) = Σ w_m p_m(l) / Σ w_m.
   probabilities

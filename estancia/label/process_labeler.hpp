@@ -15,7 +15,7 @@ namespace estancia {
 ///
 /// It is started with the first image. When it ends or answers too late it is started once more for the same
 /// image; a second time in a row is an Error with its end and its last words on stderr. So is everything that
-/// is no answer. Keys of model.toml: docs/labelers.md. Throws Error.
+/// is no answer. Keys of model.toml: docs/how-to/labelers.md. Throws Error.
 std::unique_ptr<Labeler> openProcess(const ModelSpec& spec);
 
 }  // namespace estancia

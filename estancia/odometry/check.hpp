@@ -19,7 +19,7 @@ enum class Severity {
 /// One thing that was looked at.
 struct CheckItem {
   Severity severity;
-  std::string name;      ///< stable, for machines: "pose-inverted"; docs/rgbd.md lists them
+  std::string name;      ///< stable, for machines: "pose-inverted"; docs/how-to/depth.md lists them
   std::string what;      ///< a sentence: what it is
   std::string evidence;  ///< numbers, and how many frames were looked at
   std::string fix;       ///< a sentence: what to do; "" when fine

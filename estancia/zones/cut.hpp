@@ -20,7 +20,7 @@ struct NearestItems {
   std::vector<double> within;          ///< N, how much an item is linked to itself; empty: not at all
 };
 
-/// How many neighbors suggestCut() wants of each of so many items: √N / 3, at least 3 (docs/zones.md).
+/// How many neighbors suggestCut() wants of each of so many items: √N / 3, at least 3 (docs/how-to/zones.md).
 std::size_t neighborsForCut(std::size_t items);
 
 /// `count` of each, 0: neighborsForCut(). O(N²).

@@ -10,7 +10,7 @@ namespace estancia {
 
 /// The file's text: {"format": "estancia-zones", "version": 1, "vocabulary": {"digest", "labels", "parts"},
 /// "model", "distance", "linkage", "cut", "cut_reason", "zones": […], "rooms": […], "frames": […],
-/// "dendrogram": […]}; docs/zones.md lists every key. Probabilities have the fewest digits that read back as
+/// "dendrogram": […]}; docs/how-to/zones.md lists every key. Probabilities have the fewest digits that read back as
 /// the same float32; texts that are no UTF-8 are written as {"hex": …}. Zones with predicted rooms make a
 /// file of version 2; others stay in version 1, which older programs read.
 std::string zoneFileText(const Zones& zones);

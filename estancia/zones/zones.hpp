@@ -21,7 +21,7 @@ namespace estancia {
 
 struct ZoneOptions {
   /// How two images are compared, by name (compared_vectors.hpp). The default agrees best with rooms and
-  /// places where these are known (docs/zones.md).
+  /// places where these are known (docs/how-to/zones.md).
   std::string distance = "standardized-clr";
   /// How two zones are compared, by name (linkage.hpp).
   std::string linkage = "ward";

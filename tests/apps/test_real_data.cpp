@@ -1,4 +1,4 @@
-// The figures that the project promises, on real places with the default network (docs/benchmarks.md).
+// The figures that the project promises, on real places with the default network (docs/measured/benchmarks.md).
 #include <gtest/gtest.h>
 
 #include <algorithm>
