@@ -17,12 +17,12 @@
 #include "estancia/describe/table_features.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/report/confusion_findings.hpp"
-#include "estancia/report/findings_page.hpp"
 #include "estancia/report/text.hpp"
 #include "estancia/stats/proportion.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/store.hpp"
+#include "experiments/src/findings/confusion_findings.hpp"
+#include "experiments/src/findings/findings_page.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -153,17 +153,18 @@ void test(const Arguments& arguments) {
   const RoomClassifier classifier = RoomClassifier::load(arguments.model);
   const Features features = described(arguments, classifier);
   const Confusion confusion = testRooms(classifier, features, arguments.describing.options.threads);
-  const std::size_t total = confusion.total(), right = rightOf(confusion);
+  const std::size_t total = confusion.total(), right = experiments::rightOf(confusion);
   const auto [low, high] = wilsonInterval(right, total);
   auto unlearned = imagesByRoom(features);
   for (const std::string& room : classifier.rooms()) unlearned.erase(room);
   if (!arguments.output.empty()) {
-    writeFindingsPage(
+    experiments::writeFindingsPage(
         arguments.output,
-        findingsOf(confusion, fs::path(arguments.model).stem().string(),
-                   {{"classifier", nameOf(classifier)},
-                    {"chosen", classifier.choice()},
-                    {"tested on", io::printable(fs::path(arguments.source.path).filename().string())}}));
+        experiments::findingsOf(
+            confusion, fs::path(arguments.model).stem().string(),
+            {{"classifier", nameOf(classifier)},
+             {"chosen", classifier.choice()},
+             {"tested on", io::printable(fs::path(arguments.source.path).filename().string())}}));
     spdlog::info("wrote {}", arguments.output);
   }
   if (arguments.json) {

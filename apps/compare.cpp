@@ -6,10 +6,10 @@
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/experiment/comparison_findings.hpp"
-#include "estancia/io/result_table.hpp"
-#include "estancia/io/score_table.hpp"
-#include "estancia/report/findings_files.hpp"
+#include "experiments/src/findings/comparison_findings.hpp"
+#include "experiments/src/findings/findings_files.hpp"
+#include "experiments/src/findings/result_table.hpp"
+#include "experiments/src/findings/score_table.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -59,13 +59,13 @@ nlohmann::ordered_json jsonOf(const MethodComparison& comparison) {
   return json;
 }
 
-void writeAll(const fs::path& folder, const Findings& findings) {
+void writeAll(const fs::path& folder, const experiments::Findings& findings) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error)
     throw Error(fmt::format("cannot make the folder {}: {}; choose another with -o", folder.string(),
                             error.message()));
-  writeFindingsFiles(folder / "comparison", findings);
+  experiments::writeFindingsFiles(folder / "comparison", findings);
   spdlog::info("wrote comparison.md, .csv, .tex, .html and .svg into {}", folder.string());
 }
 
@@ -73,7 +73,7 @@ void run(const Arguments& arguments) {
   ComparisonOptions options = arguments.options;
   options.postHoc = getPostHoc(arguments.postHoc);
   options.better = arguments.smaller ? Better::smaller : Better::larger;
-  MethodScores scores = io::readScores(arguments.scores, arguments.column);
+  MethodScores scores = experiments::readScores(arguments.scores, arguments.column);
   const auto requireTwo = [&](const std::vector<std::string>& names, const char* what) {
     if (names.size() < 2)
       throw Error(fmt::format("{} has one {} ({}); a comparison needs at least 2 methods and 2 tests",
@@ -82,7 +82,7 @@ void run(const Arguments& arguments) {
   requireTwo(scores.methods, "method");
   requireTwo(scores.tests, "test");
   const MethodComparison comparison = compareMethods(std::move(scores), options);
-  const Findings findings = comparisonFindings(comparison);
+  const experiments::Findings findings = experiments::comparisonFindings(comparison);
   if (!arguments.output.empty()) writeAll(arguments.output, findings);
   if (arguments.json) {
     print(jsonOf(comparison));
@@ -90,7 +90,7 @@ void run(const Arguments& arguments) {
   }
   fmt::print("{}\n\n", findings.summary);
   for (const auto& [fact, value] : findings.facts) fmt::print("{}: {}\n", fact, value);
-  fmt::print("\n{}", io::textTable(comparisonTable(comparison)));
+  fmt::print("\n{}", experiments::textTable(experiments::comparisonTable(comparison)));
   for (const std::string& note : findings.notes) spdlog::warn("{}", note);
 }
 

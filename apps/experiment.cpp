@@ -8,15 +8,17 @@
 
 #include "common.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/experiment/experiment.hpp"
-#include "estancia/experiment/work_queue.hpp"
-#include "estancia/io/result_table.hpp"
-#include "estancia/report/findings_files.hpp"
-#include "estancia/report/findings_page.hpp"
+#include "experiments/src/findings/findings_files.hpp"
+#include "experiments/src/findings/findings_page.hpp"
+#include "experiments/src/findings/result_table.hpp"
+#include "experiments/src/runner/experiment.hpp"
+#include "experiments/src/runner/work_queue.hpp"
 #include "labeling.hpp"
 
 namespace estancia::apps {
 namespace {
+
+using namespace experiments;
 
 struct Arguments {
   std::vector<std::string> configs, models;
@@ -80,7 +82,7 @@ void run(const Arguments& arguments) {
     fmt::print("{}\n", findings.summary);
     for (const auto& section : findings.sections)
       if (const auto* table = std::get_if<ResultTable>(&section))
-        fmt::print("\n{}\n{}", table->title, io::textTable(*table));
+        fmt::print("\n{}\n{}", table->title, textTable(*table));
   }
   spdlog::info("wrote {} and the results in its folder", (folder / "report.html").string());
 }
@@ -90,7 +92,7 @@ void run(const Arguments& arguments) {
 void addExperimentCommand(CLI::App& app) {
   auto arguments = std::make_shared<Arguments>();
   std::string kinds = "The experiment (TOML; several are run as one), of one of the types";
-  for (const auto& [type, explanation] : experimentTypes())
+  for (const auto& [type, explanation] : experiments::experimentTypes())
     kinds += fmt::format(" {} ({})", type, explanation);
   CLI::App* command = app.add_subcommand("experiment", "Run an experiment: compare models on your sequences");
   command->add_option("CONFIG", arguments->configs, kinds)->required();

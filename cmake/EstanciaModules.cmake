@@ -4,27 +4,27 @@ option(ESTANCIA_OPEN3D "Build odometry, where Open3D is installed" ON)
 option(ESTANCIA_MPI "Run experiments under mpirun, where Open MPI is installed" ON)
 list(FILTER ESTANCIA_SOURCES EXCLUDE REGEX "_module\\.cpp$")
 
-# Makes the module `target` of estancia/${opener}_module.cpp and the libraries that follow. estancia/${opener}.cpp is
-# told its file in ${TARGET}_MODULE, and in ${TARGET}_FROM_BIN where that is installed, seen from the command.
-function(estancia_add_module target opener)
-  add_library(${target} MODULE ${PROJECT_SOURCE_DIR}/estancia/${opener}_module.cpp)
+# Makes the module `target` of ${opener}_module.cpp and the libraries that follow, for `owner`. ${opener}.cpp knows
+# its file as ${TARGET}_MODULE, and as ${TARGET}_FROM_BIN the folder where it is installed, relative to the command.
+function(estancia_add_module target owner opener)
+  add_library(${target} MODULE ${PROJECT_SOURCE_DIR}/${opener}_module.cpp)
   estancia_defaults(${target})
   set_target_properties(${target} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/${CMAKE_INSTALL_LIBDIR}
                                              CXX_VISIBILITY_PRESET hidden)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
   target_link_libraries(${target} PRIVATE ${ARGN})
-  add_dependencies(estancia ${target})
+  add_dependencies(${owner} ${target})
   file(RELATIVE_PATH from_bin ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
   string(TOUPPER ${target} name)
   set_source_files_properties(
-    estancia/${opener}.cpp
+    ${opener}.cpp
     PROPERTIES COMPILE_DEFINITIONS "${name}_MODULE=\"$<TARGET_FILE_NAME:${target}>\";${name}_FROM_BIN=\"${from_bin}\"")
-  target_link_libraries(estancia PRIVATE ${CMAKE_DL_LIBS})
+  target_link_libraries(estancia PRIVATE ${CMAKE_DL_LIBS}) # core/module_function.cpp opens it
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 endfunction()
 
 # Open3D, which itself loads a hundred libraries, aligns and optimizes for odometry.
-function(estancia_use_open3d)
+function(estancia_use_open3d owner opener)
   if(ESTANCIA_OPEN3D)
     find_package(Open3D QUIET CONFIG)
     find_package(TBB QUIET CONFIG)
@@ -35,7 +35,7 @@ function(estancia_use_open3d)
     return()
   endif()
   message(STATUS "Open3D: ${Open3D_VERSION}")
-  estancia_add_module(estancia_open3d odometry/open3d Open3D::Open3D TBB::tbb OpenMP::OpenMP_CXX opencv_core)
+  estancia_add_module(estancia_open3d ${owner} ${opener} Open3D::Open3D TBB::tbb OpenMP::OpenMP_CXX opencv_core)
   if(ESTANCIA_SANITIZE)
     # Under the address sanitizer Eigen would manage memory in another way than the Open3D that it is handed to.
     target_compile_definitions(estancia_open3d PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
@@ -43,7 +43,7 @@ function(estancia_use_open3d)
 endfunction()
 
 # Experiments on several machines talk through Open MPI, once mpirun has started the command.
-function(estancia_use_mpi)
+function(estancia_use_mpi owner opener)
   if(ESTANCIA_MPI)
     find_package(MPI QUIET COMPONENTS C)
   endif()
@@ -51,5 +51,5 @@ function(estancia_use_mpi)
     message(STATUS "Open MPI: none found, experiments will run on one machine; script/bootstrap installs it")
     return()
   endif()
-  estancia_add_module(estancia_mpi experiment/mpi_processes MPI::MPI_C)
+  estancia_add_module(estancia_mpi ${owner} ${opener} MPI::MPI_C)
 endfunction()

@@ -1,10 +1,10 @@
-// The pages' styles and scripts, compiled in by cmake/EstanciaPage.cmake.
+// The pages' styles and scripts, compiled in by cmake/EstanciaEmbed.cmake.
 #pragma once
 
 #include <string>
 
 namespace estancia::report {
 
-extern const std::string mapPageCss, mapPageScript, findingsPageCss, zonesPageCss, zonesPageScript;
+extern const std::string mapPageCss, mapPageScript, tablesCss, zonesPageCss, zonesPageScript;
 
 }  // namespace estancia::report

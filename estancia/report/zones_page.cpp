@@ -127,7 +127,7 @@ std::string renderZonesPage(const ZonesPage& page) {
     addCards(body, page, summary);
   }
   body.add(measuresSection(page.measures)).close();
-  return htmlDocument(page.title, mapPageCss + findingsPageCss + zonesPageCss, body, "", zonesPageScript);
+  return htmlDocument(page.title, mapPageCss + tablesCss + zonesPageCss, body, "", zonesPageScript);
 }
 
 void writeZonesPage(const std::filesystem::path& path, const ZonesPage& page) {

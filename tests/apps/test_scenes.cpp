@@ -11,7 +11,7 @@
 #include <map>
 #include <thread>
 
-#include "experiment/color_drive.hpp"
+#include "experiments/color_drive.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {

@@ -7,9 +7,9 @@
 #include <regex>
 
 #include "estancia/core/error.hpp"
-#include "html_checks.hpp"
 #include "sample_map.hpp"
 #include "sample_zones.hpp"
+#include "support/html_checks.hpp"
 #include "support/support.hpp"
 
 namespace estancia {

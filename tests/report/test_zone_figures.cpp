@@ -12,8 +12,8 @@
 #include "estancia/report/plane.hpp"
 #include "estancia/report/time_strip.hpp"
 #include "estancia/report/zone_figure.hpp"
-#include "html_checks.hpp"
 #include "sample_zones.hpp"
+#include "support/html_checks.hpp"
 
 namespace estancia::report {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/topology/store.hpp"
-#include "html_checks.hpp"
 #include "sample_zones.hpp"
+#include "support/html_checks.hpp"
 #include "support/support.hpp"
 
 namespace estancia {

@@ -1,0 +1,21 @@
+// What a test of a room classifier found, for a page.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "estancia/classify/scores.hpp"
+#include "experiments/src/findings/findings.hpp"
+
+namespace estancia::experiments {
+
+/// Accuracy, balanced accuracy, the rooms' own shares, and what was taken for what. `facts` say under what
+/// circumstances. Throws Error when nothing was tested.
+Findings findingsOf(const Confusion& confusion, const std::string& title,
+                    std::vector<std::pair<std::string, std::string>> facts);
+
+/// How many are right.
+std::size_t rightOf(const Confusion& confusion);
+
+}  // namespace estancia::experiments

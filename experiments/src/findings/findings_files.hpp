@@ -1,0 +1,15 @@
+// What was found, in the forms that papers and programs take.
+#pragma once
+
+#include <filesystem>
+
+#include "experiments/src/findings/findings.hpp"
+
+namespace estancia::experiments {
+
+/// Writes STEM.html, the page of it all; STEM.md, the first table under the sentences; STEM.csv and STEM.tex,
+/// the first table alone; STEM.svg, the first rank diagram. Where there is no table or diagram, its files are
+/// not written. Throws Error when one cannot be written.
+void writeFindingsFiles(const std::filesystem::path& stem, const Findings& findings);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,17 @@
+// The page of an experiment: one HTML file that needs nothing else and no network.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "experiments/src/findings/findings.hpp"
+
+namespace estancia::experiments {
+
+/// The whole page. Texts may hold anything; they are escaped. The same findings give the same bytes.
+std::string renderFindingsPage(const Findings& findings);
+
+/// Renders and writes the page beside `path`, then renames it. Throws Error when it cannot be written.
+void writeFindingsPage(const std::filesystem::path& path, const Findings& findings);
+
+}  // namespace estancia::experiments

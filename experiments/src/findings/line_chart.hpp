@@ -1,0 +1,18 @@
+// Curves over a common axis.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "estancia/report/html.hpp"
+#include "experiments/src/findings/findings.hpp"
+
+namespace estancia::experiments {
+
+/// The classes that color and dash the i-th of many curves: seven colors, then other dashes; 28 in all.
+std::string curveClass(std::size_t i);
+
+/// A figure with legend, axes and caption. A curve breaks where its value is not finite.
+report::Markup lineChart(const LineChart& chart);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,19 @@
+// The critical-difference diagram: who is how good, and who is not found to differ (Demšar, JMLR 7 (2006)).
+#pragma once
+
+#include <string>
+
+#include "estancia/report/html.hpp"
+#include "experiments/src/findings/findings.hpp"
+
+namespace estancia::experiments {
+
+/// A figure of a page. The best rank is at the left; the better half of the methods is named at the left, the
+/// other at the right. Long names lose their middle.
+report::Markup rankDiagram(const RankDiagram& diagram);
+
+/// The same as an image of its own, an SVG file that suits light and dark screens and needs nothing else;
+/// programs that know no media queries draw it dark on white.
+std::string renderRankDiagram(const RankDiagram& diagram);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,93 @@
+#include "experiments/src/objects/object_scenes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/csv.hpp"
+#include "estancia/io/files.hpp"
+#include "estancia/io/object_view_formats.hpp"
+
+namespace estancia::experiments {
+namespace fs = std::filesystem;
+namespace {
+
+std::optional<std::size_t> columnOf(const std::vector<std::string>& header, const char* name) {
+  const auto found = std::ranges::find(header, name);
+  if (found == header.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - header.begin());
+}
+
+/// Names become those of folders and files: letters, digits, dashes.
+bool isPlain(const std::string& name) {
+  return !name.empty() && std::ranges::all_of(name, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
+  });
+}
+
+}  // namespace
+
+std::vector<ObjectScene> readObjectScenes(const fs::path& folder, std::vector<std::string>* problems) {
+  const fs::path file = folder / "index.csv";
+  const std::string name = io::printable(file.string());
+  std::vector<ObjectScene> scenes;
+  std::vector<std::string> header;
+  std::optional<std::size_t> split, number, category;
+  std::set<std::string> seen;
+  io::LeftOut leftOut;
+  io::forEachCsvRow(file, [&](const io::CsvRow& row) {
+    const auto fail = [&](const std::string& what) {
+      return Error(fmt::format("{}:{}: {}", name, row.line, what));
+    };
+    if (header.empty()) {
+      header = row.cells;
+      split = columnOf(header, "split");
+      number = columnOf(header, "n");
+      category = columnOf(header, "category");
+      if (!split || !number) throw fail("the header has no columns `split` and `n`");
+      return;
+    }
+    if (row.cells.size() != header.size())
+      throw fail(fmt::format("{} cells, the header has {}", row.cells.size(), header.size()));
+    if (!isPlain(row.cells[*split]) || !isPlain(row.cells[*number]))
+      throw fail("`split` and `n` name files: letters, digits, - and _ alone");
+    ObjectScene scene;
+    scene.name = row.cells[*split] + row.cells[*number];
+    if (category) scene.category = io::printable(row.cells[*category]);
+    if (!seen.insert(scene.name).second) throw fail(fmt::format("the scene {} is there twice", scene.name));
+    const auto path = [&](const char* end) { return folder / row.cells[*split] / (scene.name + end); };
+    scene.image = path("_rgb.jpg");
+    scene.depth = path("_depth.png");
+    scene.mask = path("_label.png");
+    const std::array<const fs::path*, 3> files = {&scene.image, &scene.depth, &scene.mask};
+    const auto missing =
+        std::ranges::find_if(files, [](const fs::path* f) { return !fs::is_regular_file(*f); });
+    if (missing == files.end())
+      scenes.push_back(std::move(scene));
+    else
+      leftOut.add(fmt::format("{} is not there", io::printable((*missing)->string())));
+  });
+  if (header.empty()) throw Error(fmt::format("{}: empty; it lists the scenes", name));
+  const std::string sentence = leftOut.none() ? "" : leftOut.sentence(seen.size(), "scenes");
+  if (scenes.empty())
+    throw Error(fmt::format("{}: there is no scene{}", name, sentence.empty() ? "" : "; " + sentence));
+  if (problems != nullptr && !sentence.empty()) problems->push_back(sentence);
+  return scenes;
+}
+
+cv::Mat readObjectMask(const fs::path& file) {
+  constexpr int parts = 10, firstObject = 2;
+  const cv::Mat marks = io::readMarks(file);
+  cv::Mat objects(marks.size(), CV_32S);
+  for (int v = 0; v < marks.rows; ++v)
+    for (int u = 0; u < marks.cols; ++u) {
+      const int object = marks.at<uchar>(v, u) / parts;
+      objects.at<int>(v, u) = object < firstObject ? 0 : object;
+    }
+  return objects;
+}
+
+}  // namespace estancia::experiments

@@ -1,0 +1,196 @@
+#include "experiments/src/objects/object_segmentation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "estancia/core/config.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/io/depth_file.hpp"
+#include "estancia/io/image_file.hpp"
+#include "experiments/src/objects/object_scenes.hpp"
+#include "experiments/src/objects/object_segmentation_findings.hpp"
+#include "experiments/src/runner/work_queue.hpp"
+
+namespace estancia::experiments {
+namespace {
+
+using Options = ObjectSegmentationOptions;
+
+constexpr int methodVersion = 1;  // of what follows: scenes of another one are segmented anew
+constexpr int largest = 20'000;   // pixels of a side, and of a focal length
+
+ClusterOptions clustering(const Options& options) {
+  ClusterOptions clusters;
+  clusters.seed = options.seed;
+  clusters.threads = 1;  // scenes are taken side by side
+  return clusters;
+}
+
+/// One scene, read.
+struct Scene {
+  cv::Mat depth, truth;
+  Scene(const ObjectScene& scene, const Options& options)
+      : depth(io::readDepth(scene.depth, options.depthScale)),
+        truth(whereDepthIs(readObjectMask(scene.mask), depth)) {}
+};
+
+std::vector<PixelSet> pixelsOf(Clusters clusters) {
+  std::vector<PixelSet> pixels;
+  for (Cluster& cluster : clusters.clusters) pixels.push_back(std::move(cluster.points));
+  return pixels;
+}
+
+void add(CellResults& results, const std::string& prefix, const SegmentationScore& score) {
+  const auto objects = static_cast<double>(score.objects);
+  for (const auto& [measure, count] :
+       {std::pair{"found", score.found}, {"over", score.over}, {"under", score.under}})
+    results.push_back({prefix + measure, "", static_cast<double>(count)});
+  results.push_back({prefix + "mean_iou", "", score.objects == 0 ? 0 : score.iou / objects});
+}
+
+CellResults segment(const ObjectScene& file, const Options& options) {
+  const Scene scene(file, options);
+  const ClusterOptions how = clustering(options);
+  Clusters found = findClusters(scene.depth, options.camera, how);
+  const auto euclidean = euclideanClusters(scene.depth, options.camera, found.planes, how, options.tolerance);
+  const PointCloud cloud = backProject(scene.depth, options.camera);
+  std::size_t told = 0, taken = 0;
+  const auto objects = objectsOf(scene.truth);
+  for (std::size_t o = 0; o < objects.size(); ++o) {
+    told += isFlat(posterOf(cloud, objects[o], options.seed + o));
+    taken += isFlat(pointsOf(cloud, objects[o]));
+  }
+  const auto count = static_cast<double>(objects.size());
+  CellResults results{{"objects", "", count}};
+  add(results, "", scoreClusters(scene.truth, pixelsOf(std::move(found))));
+  results.push_back({"posters", "", count});
+  results.push_back({"posters_told", "", static_cast<double>(told)});
+  results.push_back({"taken_for_flat", "", static_cast<double>(taken)});
+  add(results, "euclidean_", scoreClusters(scene.truth, euclidean));
+  return results;
+}
+
+SegmentedScene read(const ObjectScene& scene, const CellResults& results) {
+  const auto get = [&](const std::string& measure) {
+    const auto found =
+        std::find_if(results.begin(), results.end(), [&](const auto& r) { return r.measure == measure; });
+    if (found == results.end() || !(found->value >= 0 && found->value < 1e9))
+      throw Error(fmt::format("the cell of {} has no {}; remove the folder `cells`", scene.name, measure));
+    return found->value;
+  };
+  const auto count = [&](const std::string& measure) { return static_cast<std::size_t>(get(measure)); };
+  const auto score = [&](const std::string& prefix) {
+    return SegmentationScore{count("objects"), count(prefix + "found"), count(prefix + "over"),
+                             count(prefix + "under"), get(prefix + "mean_iou") * get("objects")};
+  };
+  return {scene.name,          scene.category,        score(""),
+          score("euclidean_"), count("posters_told"), count("taken_for_flat")};
+}
+
+Images show(const std::vector<ObjectScene>& files, const std::vector<SegmentedScene>& scenes,
+            const std::vector<std::size_t>& chosen, const Options& options, const std::string& title) {
+  Images images{title, "The image, its objects, and the clusters that were found.", {}, true};
+  for (const std::size_t i : chosen) {
+    const Scene scene(files[i], options);
+    const SegmentationScore& score = scenes[i].ours;
+    images.images.push_back(
+        {segmentationImage(io::readImage(files[i].image), scene.truth,
+                           pixelsOf(findClusters(scene.depth, options.camera, clustering(options)))),
+         fmt::format("{}{}: {} of {} objects, mean IoU {:.2f}", files[i].name,
+                     files[i].category.empty() ? "" : " (" + files[i].category + ")", score.found,
+                     score.objects,
+                     score.iou / static_cast<double>(std::max<std::size_t>(score.objects, 1)))});
+  }
+  return images;
+}
+
+CameraIntrinsics readCamera(ConfigFile& config, const toml::table& table) {
+  CameraIntrinsics camera;
+  const auto size = [&config](int& to) {
+    return [&config, &to](auto& n) { to = static_cast<int>(config.integer(n, 1, largest)); };
+  };
+  const auto number = [&config](double& to, double least) {
+    return [&config, &to, least](auto& n) { to = config.number(n, least, largest); };
+  };
+  config.read(table, {{"width", true, "of its images [pixels]", size(camera.width)},
+                      {"height", true, "of its images [pixels]", size(camera.height)},
+                      {"fx", true, "focal length [pixels]", number(camera.fx, 1)},
+                      {"fy", true, "focal length [pixels]", number(camera.fy, 1)},
+                      {"cx", true, "principal point [pixels]", number(camera.cx, -largest)},
+                      {"cy", true, "principal point [pixels]", number(camera.cy, -largest)}});
+  return camera;
+}
+
+}  // namespace
+
+ObjectSegmentationOptions readObjectSegmentation(ConfigFile& config) {
+  Options options;
+  const toml::table* camera = nullptr;
+  config.read(
+      {{"type", true, "the kind of experiment", [](auto&) {}},
+       {"scenes", true, "the folder with the list of scenes",
+        [&](auto& n) { options.scenes = config.anywhere(n); }},
+       {"camera", true, "the camera that took them", [&](auto& n) { camera = &config.subtable(n); }},
+       {"depth_scale", false, "", [&](auto& n) { options.depthScale = config.number(n, 1e-6, 1e9); }},
+       {"tolerance", false, "", [&](auto& n) { options.tolerance = config.number(n, 1e-4, 10); }},
+       {"seed", false, "",
+        [&](auto& n) { options.seed = static_cast<std::uint64_t>(config.integer(n, 0, 1'000'000'000)); }},
+       {"images", false, "",
+        [&](auto& n) { options.images = static_cast<std::size_t>(config.integer(n, 0, 20)); }}});
+  options.camera = readCamera(config, *camera);
+  return options;
+}
+
+GridColumns objectSegmentationColumns() {
+  return {{"scene"},
+          "",
+          {"objects", "found", "over", "under", "mean_iou", "posters", "posters_told", "taken_for_flat",
+           "euclidean_found", "euclidean_over", "euclidean_under", "euclidean_mean_iou"}};
+}
+
+Findings segmentObjects(const Options& options, Grid& grid, const ExperimentRun& run, Progress& progress) {
+  if (!run.models.empty())
+    throw Error(
+        fmt::format("{} is no model that finds clusters: --models names networks, which segmentation "
+                    "has none of; leave it out",
+                    run.models.front()));
+  std::vector<std::string> problems;
+  const std::vector<ObjectScene> files = readObjectScenes(options.scenes, &problems);
+  std::vector<Cell> cells;
+  cells.reserve(files.size());
+  const CameraIntrinsics& camera = options.camera;
+  for (const ObjectScene& file : files)
+    cells.push_back(
+        {{file.name},
+         sha256(fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", methodVersion, sha256OfFile(file.depth),
+                            sha256OfFile(file.mask), camera.width, camera.height, camera.fx, camera.fy,
+                            camera.cx, camera.cy, options.depthScale, options.tolerance, options.seed))});
+  const auto found = grid.run(
+      cells, [&](std::size_t i) { return segment(files[i], options); }, progress, "segmenting");
+  std::vector<SegmentedScene> scenes;
+  for (std::size_t i = 0; i < files.size(); ++i) scenes.push_back(read(files[i], found[i]));
+  if (std::all_of(scenes.begin(), scenes.end(), [](const auto& scene) { return scene.ours.objects == 0; }))
+    throw Error(fmt::format("{}: no scene has an object with depth", options.scenes.string()));
+
+  Findings findings = findingsOf(scenes);
+  if (run.distribution == nullptr || run.distribution->isFirst()) {
+    std::vector<std::size_t> order = bestFirst(scenes);
+    const auto count = static_cast<std::ptrdiff_t>(std::min(options.images, order.size() / 2));
+    if (count > 0) {
+      findings.sections.emplace_back(
+          show(files, scenes, {order.end() - count, order.end()}, options, "The worst scenes"));
+      findings.sections.emplace_back(
+          show(files, scenes, {order.begin(), order.begin() + count}, options, "The best scenes"));
+    }
+  }
+  findings.facts = {{"Scenes", fmt::format("{}: {}", options.scenes.string(), files.size())},
+                    {"Clusters", "of the library's defaults"},
+                    {"Euclidean clusters", fmt::format("{} m apart", options.tolerance)}};
+  findings.notes = problems;
+  return findings;
+}
+
+}  // namespace estancia::experiments

@@ -1,0 +1,31 @@
+// Tables and images of a segmentation experiment.
+#pragma once
+
+#include <opencv2/core/mat.hpp>
+#include <string>
+#include <vector>
+
+#include "experiments/src/findings/findings.hpp"
+#include "experiments/src/objects/object_segmentation_score.hpp"
+
+namespace estancia::experiments {
+
+/// What was found in one scene.
+struct SegmentedScene {
+  std::string name, category;
+  SegmentationScore ours, euclidean;
+  std::size_t postersTold = 0;   ///< objects whose photograph is told to be flat
+  std::size_t takenForFlat = 0;  ///< objects that are
+};
+
+/// Score by category and over all, posters. The images are the caller's.
+Findings findingsOf(const std::vector<SegmentedScene>& scenes);
+
+/// Scenes from the best to the worst.
+std::vector<std::size_t> bestFirst(const std::vector<SegmentedScene>& scenes);
+
+/// The image, its objects and the clusters side by side, as a JPEG; each thing in a color of its own.
+std::vector<unsigned char> segmentationImage(const cv::Mat& bgr, const cv::Mat& truth,
+                                             const std::vector<PixelSet>& clusters);
+
+}  // namespace estancia::experiments

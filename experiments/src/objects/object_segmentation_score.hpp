@@ -1,0 +1,49 @@
+// How well clusters are the objects of an image, and what they are compared with.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <opencv2/core/mat.hpp>
+#include <vector>
+
+#include "estancia/cloud/clusters.hpp"
+#include "estancia/core/camera.hpp"
+#include "estancia/core/point_cloud.hpp"
+
+namespace estancia::experiments {
+
+/// The pixels of one thing, row by row, ascending.
+using PixelSet = std::vector<std::uint32_t>;
+
+/// Of one image.
+struct SegmentationScore {
+  std::size_t objects = 0;
+  std::size_t found = 0;  ///< of these some cluster has half: intersection over union ≥ 0.5
+  std::size_t over = 0;   ///< objects of which two clusters or more hold a fifth each
+  std::size_t under = 0;  ///< objects that share a cluster which holds a fifth of each
+  double iou = 0;         ///< sum over the objects of that of their best clusters
+};
+
+/// `truth`: CV_32S, the object of each pixel, 0 where there is none. Pixels of clusters that are no object's
+/// count against them. Throws Error on another type of image and on pixels that it does not have.
+SegmentationScore scoreClusters(const cv::Mat& truth, const std::vector<PixelSet>& clusters);
+
+/// The objects of `truth` where `depth` (CV_32F) is known; 0 elsewhere. Throws Error when their sizes differ.
+cv::Mat whereDepthIs(const cv::Mat& truth, const cv::Mat& depth);
+
+/// Of each object of `truth` its pixels, by number.
+std::vector<PixelSet> objectsOf(const cv::Mat& truth);
+
+/// What the thesis does: what is left without the planes, apart where it is more than `tolerance` [m] apart
+/// (Euclidean clusters; Rusu, Semantic 3D Object Maps, 2009), each of `least` pixels (see
+/// ClusterOptions). Measured on every third pixel of every third row of a Kinect's image.
+std::vector<PixelSet> euclideanClusters(const cv::Mat& depth, const CameraIntrinsics& camera,
+                                        const std::vector<Plane>& planes, const ClusterOptions& options,
+                                        double tolerance);
+
+/// An object's pixels as a photograph of it would be seen: on the plane through its centroid that faces the
+/// camera, with the noise (1.4 mm · z²) and the steps (2.85 mm · z²) of a Kinect's depth (Khoshelham,
+/// Oude Elberink, Sensors 12, 2012). `cloud` is that of the image, organized.
+PointCloud posterOf(const PointCloud& cloud, const PixelSet& object, std::uint64_t seed);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,201 @@
+#include "experiments/src/objects/object_splits.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/objects/learning.hpp"
+#include "experiments/src/objects/object_splits_data.hpp"
+#include "experiments/src/objects/object_splits_results.hpp"
+#include "experiments/src/objects/thesis_objects.hpp"
+
+namespace estancia::experiments {
+namespace {
+
+using Options = ObjectSplitsOptions;
+
+constexpr int methodVersion = 1;  // of what follows: cells of another one are computed anew
+
+template <class T>
+std::vector<T> rowsOf(const std::vector<T>& all, const std::vector<std::size_t>& rows) {
+  std::vector<T> some;
+  some.reserve(rows.size());
+  for (const std::size_t row : rows) some.push_back(all[row]);
+  return some;
+}
+
+ClassProbabilities rowsOf(const ClassProbabilities& all, const std::vector<std::size_t>& rows) {
+  ClassProbabilities some{DescriptorMatrix(all.shares.labels()), rowsOf(all.mass, rows)};
+  for (const std::size_t row : rows) some.shares.append(all.shares.row(row));
+  return some;
+}
+
+/// The truth as a labeler would say it that knows it.
+ClassProbabilities truthOf(const ObjectTask& task, const std::vector<std::size_t>& rows) {
+  ClassProbabilities truth{DescriptorMatrix(task.study.words.size()), std::vector<float>(rows.size(), 1)};
+  for (const std::size_t row : rows) {
+    std::vector<float> one(task.study.words.size());
+    one[static_cast<std::size_t>(task.words[row])] = 1;
+    truth.shares.append(one);
+  }
+  return truth;
+}
+
+/// The likeliest word; −1 where nothing is said.
+int bestOf(DescriptorView row) {
+  const auto best = std::max_element(row.begin(), row.end());
+  return best == row.end() || *best <= 0 ? -1 : static_cast<int>(best - row.begin());
+}
+
+/// What the labeler says of these samples; its prior is that of what is learned from, the truth has no say.
+std::vector<int> labeled(const ObjectTask& task, const ObjectSplit& split,
+                         const std::vector<std::size_t>& samples) {
+  ClassProbabilities said = rowsOf(task.said->shares, samples);
+  if (task.data->prior) said = corrected(said, priorOf(rowsOf(task.said->shares, split.train)));
+  std::vector<int> words;
+  for (std::size_t i = 0; i < said.shares.size(); ++i) words.push_back(bestOf(said.shares.row(i)));
+  return words;
+}
+
+/// One cell: names made, shapes learned, test asked.
+struct Trial {
+  const Options* options;
+  const ObjectTask* task;
+  std::size_t split;
+  ObjectMethod method;
+  double noise;
+
+  std::string inputs() const {
+    const ObjectSplit& rows = task->splits[split];
+    const Options::Data& data = *task->data;
+    return sha256(fmt::format("{} {} {} {} {} {} {} {} {} {} {}", methodVersion, task->digest,
+                              fmt::join(rows.train, ","), fmt::join(rows.test, ","), method.name(), noise,
+                              static_cast<int>(data.noise), data.machineNames, data.prior, options->folds,
+                              fmt::join(data.trials.seeds, ",")));
+  }
+
+  std::vector<int> answer(std::uint64_t seed) const {
+    const ObjectSplit& rows = task->splits[split];
+    const Options::Data& data = *task->data;
+    const auto things = rowsOf(task->things, rows.train), groups = rowsOf(task->groups, rows.train);
+    ClassifierOptions how;
+    how.type = method.classifier;
+    how.folds = options->folds;
+    how.seed = seed;
+    how.threads = 1;  // cells run side by side
+    ClassProbabilities said =
+        data.machineNames ? rowsOf(task->said->shares, rows.train) : truthOf(*task, rows.train);
+    // Other noise in each split; the same for all methods.
+    if (noise > 0) said = withNoise(said, data.noise, noise, things, seed * 100'003 + split);
+    if (data.prior) said = corrected(said, priorOf(said));
+    Progress silent;
+    const Features shapes = withRows(task->shapes, rows.train);
+    const auto names =
+        assignPseudoLabels(method.naming, said, method.naming == PseudoLabeling::confident ? groups : things,
+                           shapes, how, silent);
+    // As ObjectModel learns, without its agreement, which takes five times as long.
+    const NamedShapes named = namedShapes(shapes, names, groups, task->study.words.size(), options->folds);
+    const DescriptorMatrix found = trainClassifier(named.samples, how, silent)
+                                       ->predict(named.embedding.apply(withRows(task->shapes, rows.test)), 1);
+    std::vector<int> words;
+    for (std::size_t i = 0; i < found.size(); ++i) words.push_back(bestOf(found.row(i)));
+    return words;
+  }
+
+  CellResults run() const {
+    const ObjectSplit& rows = task->splits[split];
+    try {
+      SceneAnswers answers;
+      for (const std::uint64_t seed : task->data->trials.seeds) answers.answers.push_back(answer(seed));
+      CellResults results = answers.toResults(testOf(*task, rows));
+      if (task->said) {
+        const std::vector<int> said = labeled(*task, rows, rows.test);
+        std::size_t right = 0;
+        for (std::size_t i = 0; i < said.size(); ++i) right += said[i] == task->words[rows.test[i]];
+        results.push_back(
+            {"labeler_accuracy", "", static_cast<double>(right) / static_cast<double>(said.size())});
+      }
+      return results;
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const Error& problem) {
+      throw Error(fmt::format("{}, {}, {}, noise {}: {}", task->data->name, rows.name, method.name(), noise,
+                              problem.what()));
+    }
+  }
+};
+
+ObjectSplitsResults runTask(const Options& options, const ObjectTask& task, Grid& grid, Progress& progress) {
+  ObjectSplitsResults results;
+  results.task = &task;
+  results.methods = methodsOf(task.data->trials);
+  std::vector<Trial> trials;
+  std::vector<Cell> cells;
+  for (const ObjectMethod& method : results.methods)
+    for (const double noise : task.data->trials.noises)
+      for (std::size_t s = 0; s < task.splits.size(); ++s) {
+        trials.push_back({&options, &task, s, method, noise});
+        cells.push_back({{task.data->name, task.splits[s].name, method.name(), fmt::format("{}", noise)},
+                         trials.back().inputs()});
+      }
+  const auto found = grid.run(
+      cells, [&](std::size_t t) { return trials[t].run(); }, progress, "learning " + task.data->name);
+  for (std::size_t t = 0; t < trials.size(); ++t) {
+    const SceneTest test = testOf(task, task.splits[trials[t].split]);
+    SceneAnswers answers = SceneAnswers::fromResults(found[t], test, task.data->trials.seeds.size());
+    results.cells.push_back({answers.accuracy(test), std::move(answers)});
+  }
+  if (task.said) {
+    for (const ObjectSplit& split : task.splits) results.labeled.push_back(labeled(task, split, split.test));
+    results.learnedFrom = labeled(task, task.splits[0], task.splits[0].train);
+  }
+  return results;
+}
+
+void addFacts(const ObjectTask& task, Findings& findings) {
+  const Options::Data& data = *task.data;
+  std::string told =
+      fmt::format("{} views of {} things in {} words; ESF of {} samples{}; names of {}", task.words.size(),
+                  task.thingNames.size(), task.study.words.size(), data.shape.samples,
+                  data.shape.size ? " and size" : "", data.machineNames ? "the labeler" : "people");
+  if (task.said) told += fmt::format(", labeler {}", task.said->labeler);
+  if (task.said) told += data.prior ? ", corrected by its prior" : ", as it says";
+  if (data.trials.noises.back() > 0)
+    told += fmt::format("; noise by {}", data.noise == NoiseKind::view   ? "view"
+                                         : data.noise == NoiseKind::pair ? "view, to the next word"
+                                                                         : "thing");
+  told += fmt::format("; seeds {}", fmt::join(data.trials.seeds, ", "));
+  findings.facts.emplace_back(data.name, told);
+}
+
+}  // namespace
+
+GridColumns objectSplitsColumns() {
+  return {{"data", "split", "classifier", "label_noise"},
+          "",
+          {"labeler_accuracy", "accuracy"},
+          {"data", "split", "labeler_accuracy", "classifier", "label_noise", "accuracy"}};
+}
+
+Findings splitObjects(const Options& options, Grid& grid, const ExperimentRun& run, Progress& progress) {
+  Findings findings;
+  findings.title = "Objects that label themselves";
+  const std::vector<ObjectTask> tasks = prepareTasks(options, run, progress, findings.notes);
+  const bool asked = std::any_of(tasks.begin(), tasks.end(), [](const ObjectTask& t) { return !!t.said; });
+  bool instances = false;
+  for (const ObjectTask& task : tasks) {
+    const ObjectSplitsResults results = runTask(options, task, grid, progress);
+    if (task.said || !asked) findings.summary += (findings.summary.empty() ? "" : " ") + summaryOf(results);
+    addFindings(results, findings);
+    addFacts(task, findings);
+    instances |= task.data->split == Options::Split::instances;
+  }
+  if (instances) findings.sections.emplace_back(thesisObjectsTable());
+  return findings;
+}
+
+}  // namespace estancia::experiments

@@ -1,0 +1,357 @@
+#include "experiments/src/objects/object_splits_results.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <opencv2/imgproc.hpp>
+#include <set>
+
+#include "estancia/core/label_words.hpp"
+#include "estancia/io/image_writer.hpp"
+#include "estancia/objects/object_crops.hpp"
+#include "experiments/src/objects/thesis_objects.hpp"
+
+namespace estancia::experiments {
+namespace {
+
+using Results = ObjectSplitsResults;
+using Best = ResultTable::Best;
+
+constexpr std::size_t mostWords = 20;   // of a confusion matrix …
+constexpr std::size_t mostClouds = 24;  // … and things that have a cloud each
+
+std::string nameOf(PseudoLabeling naming) {
+  return pseudoLabelings()[static_cast<std::size_t>(naming)].first;
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// Splits that were drawn; all where there is no baseline beside them.
+std::size_t firstDrawn(const ObjectTask& task) {
+  return task.hasBaseline() && task.splits.size() > 1 ? 1 : 0;
+}
+
+/// In percent, of the drawn splits.
+std::vector<double> drawn(const Results& results, std::size_t method, std::size_t noise) {
+  std::vector<double> values;
+  for (std::size_t s = firstDrawn(*results.task); s < results.task->splits.size(); ++s)
+    values.push_back(100 * results.accuracy(method, noise, s));
+  return values;
+}
+
+std::vector<double> drawnLabeled(const Results& results) {
+  std::vector<double> values;
+  for (std::size_t s = firstDrawn(*results.task); s < results.task->splits.size(); ++s)
+    values.push_back(100 * *results.labelerAccuracy(s));
+  return values;
+}
+
+/// The method that is right most often without noise of ours, on average over the drawn splits.
+std::size_t bestMethod(const Results& results) {
+  std::size_t best = 0;
+  for (std::size_t m = 1; m < results.methods.size(); ++m)
+    if (mean(drawn(results, m, 0)) > mean(drawn(results, best, 0))) best = m;
+  return best;
+}
+
+/// Columns of percent: the labeler, then the methods, which beat it or not.
+std::vector<ResultTable::Column> columnsOf(const Results& results) {
+  std::vector<ResultTable::Column> columns;
+  const bool asked = !results.labeled.empty();
+  if (asked) columns.push_back({"labeler [%]", 1});
+  for (const ObjectMethod& method : results.methods) {
+    columns.push_back({method.name() + " [%]", 1});
+    if (asked) columns.back().beats = 0;
+  }
+  return columns;
+}
+
+template <class OfLabeler, class OfMethod>
+ResultTable::Row rowOf(const Results& results, const std::string& name, const OfLabeler& labeler,
+                       const OfMethod& method) {
+  ResultTable::Row row{name, {}};
+  if (!results.labeled.empty()) row.values.emplace_back(labeler());
+  for (std::size_t m = 0; m < results.methods.size(); ++m) row.values.emplace_back(method(m));
+  return row;
+}
+
+ResultTable::Row splitRow(const Results& results, std::size_t split) {
+  return rowOf(
+      results, results.task->splits[split].name, [&] { return 100 * *results.labelerAccuracy(split); },
+      [&](std::size_t m) { return 100 * results.accuracy(m, 0, split); });
+}
+
+template <class Of>
+ResultTable::Row sumRow(const Results& results, const std::string& name, const Of& of) {
+  return rowOf(
+      results, name, [&] { return of(drawnLabeled(results)); },
+      [&](std::size_t m) { return of(drawn(results, m, 0)); });
+}
+
+std::string noiseText(const ObjectTask& task) {
+  const double noise = task.data->trials.noises.front();
+  return noise > 0 ? fmt::format(", label noise {:g} %", 100 * noise) : "";
+}
+
+/// Mean, best and worst, beside the thesis' where the protocol is its.
+void addProtocol(const Results& results, Findings& findings) {
+  const ObjectTask& task = *results.task;
+  ResultTable table{
+      fmt::format("{}: accuracy{}", task.data->name, noiseText(task)), "", "splits", columnsOf(results), {}};
+  if (task.hasBaseline()) table.rows.push_back(splitRow(results, 0));
+  const std::size_t count = task.splits.size() - firstDrawn(task);
+  if (count == 1) table.rows.push_back(splitRow(results, firstDrawn(task)));
+  if (count > 1) {
+    table.rows.push_back(sumRow(results, fmt::format("mean of {}", count), mean));
+    table.rows.push_back(
+        sumRow(results, "best", [](const auto& v) { return *std::max_element(v.begin(), v.end()); }));
+    table.rows.push_back(
+        sumRow(results, "worst", [](const auto& v) { return *std::min_element(v.begin(), v.end()); }));
+  }
+  if (task.data->split == ObjectSplitsOptions::Split::instances && task.data->machineNames) {
+    const ThesisObjects thesis;
+    table.caption = "Best and worst: of each column by itself. The thesis: other data, as many splits.";
+    table.columns.push_back({"thesis: labeler [%]", 1});
+    table.columns.push_back({"thesis: classifier [%]", 2});
+    for (ResultTable::Row& row : table.rows) {
+      const bool baseline = row.name == "baseline";
+      row.values.push_back(baseline ? std::optional(thesis.labeler) : std::nullopt);
+      row.values.push_back(baseline              ? thesis.baseline
+                           : row.name == "best"  ? thesis.best
+                           : row.name == "worst" ? thesis.worst
+                                                 : std::optional(thesis.mean));
+    }
+  }
+  findings.sections.emplace_back(std::move(table));
+}
+
+/// Fig. 6.7; without a labeler beside it there is nothing to see.
+void addSplits(const Results& results, Findings& findings) {
+  const ObjectTask& task = *results.task;
+  if (task.splits.size() < 2 || results.labeled.empty()) return;
+  ResultTable table{fmt::format("{}: the splits{}", task.data->name, noiseText(task)),
+                    "Green: shape is right more often than the labeler (Fig. 6.7).",
+                    "split",
+                    columnsOf(results),
+                    {}};
+  for (std::size_t s = 0; s < task.splits.size(); ++s) table.rows.push_back(splitRow(results, s));
+  findings.sections.emplace_back(std::move(table));
+}
+
+void addNoise(const Results& results, Findings& findings) {
+  const ObjectTask& task = *results.task;
+  const auto& noises = task.data->trials.noises;
+  if (noises.size() < 2) return;
+  const std::string title = fmt::format("{}: label noise", task.data->name);
+  ResultTable table{
+      title,
+      fmt::format("Mean over {} splits; names of training samples swapped on purpose, {}.",
+                  task.splits.size() - firstDrawn(task),
+                  task.data->noise == NoiseKind::view   ? "view by view"
+                  : task.data->noise == NoiseKind::pair ? "view by view, always for the next word"
+                                                        : "all views of a thing alike"),
+      "label noise",
+      {},
+      {}};
+  for (const ObjectMethod& method : results.methods)
+    table.columns.push_back({method.name() + " [%]", 1, Best::none});
+  for (std::size_t n = 0; n < noises.size(); ++n) {
+    ResultTable::Row row{fmt::format("{:g} %", 100 * noises[n]), {}};
+    for (std::size_t m = 0; m < results.methods.size(); ++m)
+      row.values.emplace_back(mean(drawn(results, m, n)));
+    table.rows.push_back(std::move(row));
+  }
+  findings.sections.emplace_back(table);
+  if (!std::is_sorted(noises.begin(), noises.end())) return;
+  LineChart chart{title, "", "label noise [%]", "accuracy [%]", false, {}, {}, true};
+  for (const double noise : noises) chart.x.push_back(100 * noise);
+  for (std::size_t m = 0; m < results.methods.size(); ++m) {
+    chart.lines.push_back({results.methods[m].name(), {}});
+    for (const auto& row : table.rows) chart.lines.back().y.push_back(*row.values[m]);
+  }
+  findings.sections.emplace_back(std::move(chart));
+}
+
+/// Rows of a confusion in percent.
+HeatTable matrixOf(const ObjectTask& task, const std::string& title, std::vector<double> counts) {
+  const std::size_t words = task.study.words.size();
+  for (std::size_t r = 0; r < words; ++r) {
+    const auto row = counts.begin() + static_cast<std::ptrdiff_t>(r * words);
+    const auto end = row + static_cast<std::ptrdiff_t>(words);
+    const double all = std::accumulate(row, end, 0.0);
+    std::transform(row, end, row, [all](double n) {
+      return all > 0 ? 100 * n / all : std::numeric_limits<double>::quiet_NaN();
+    });
+  }
+  return {title, "Share of a true word's views (row) by what they are taken for (column) [%]",
+          task.study.names(), std::move(counts), 0};
+}
+
+/// Fig. 6.6, of the baseline or the first split.
+void addConfusions(const Results& results, Findings& findings) {
+  const ObjectTask& task = *results.task;
+  const std::size_t words = task.study.words.size();
+  const bool one = task.data->split == ObjectSplitsOptions::Split::instances && !task.hasBaseline();
+  if (words > mostWords || one) return;  // one of many splits by chance tells little
+  const std::string where = fmt::format("{}, {}", task.data->name, task.splits[0].name);
+  const auto add = [&](const std::string& who, std::vector<double> counts) {
+    findings.sections.emplace_back(matrixOf(task, fmt::format("{}: {}", where, who), std::move(counts)));
+  };
+  const SceneTest test = testOf(task, task.splits[0]);
+  const auto addSaid = [&](const std::string& who, const std::vector<std::size_t>& samples,
+                           const std::vector<int>& said) {
+    std::vector<double> counts(words * words);
+    for (std::size_t i = 0; i < samples.size(); ++i)
+      if (said[i] >= 0)
+        counts[static_cast<std::size_t>(task.words[samples[i]]) * words +
+               static_cast<std::size_t>(said[i])] += 1;
+    add(who, std::move(counts));
+  };
+  if (task.data->machineNames) addSaid("names learned from (top)", task.splits[0].train, results.learnedFrom);
+  if (!results.labeled.empty()) addSaid("labeler", task.splits[0].test, results.labeled[0]);
+  const std::size_t shown = task.data->machineNames ? results.methods.size() : 1;
+  for (std::size_t m = 0; m < shown; ++m)
+    add(results.methods[m].name(), results.cells[results.indexOf(m, 0, 0)].answers.confusion(test));
+}
+
+/// Fig. 6.3: of each thing, or of each word where there are many things.
+void addClouds(const Results& results, Findings& findings) {
+  const ObjectTask& task = *results.task;
+  if (!task.said || !task.data->machineNames) return;
+  const bool byThing = task.thingNames.size() <= mostClouds;
+  WordClouds clouds{fmt::format("What the labeler says of each {}", byThing ? "thing" : "word"),
+                    "Mean of all its labels, not only the study's (Fig. 6.3).",
+                    {}};
+  for (const auto& known : findings.sections)
+    if (const auto* other = std::get_if<WordClouds>(&known); other != nullptr && other->title == clouds.title)
+      return;
+  const auto& of = byThing ? task.things : task.words;
+  const auto names = byThing ? task.thingNames : task.study.names();
+  const std::size_t labels = task.said->vocabulary.size();
+  for (std::size_t t = 0; t < names.size(); ++t) {
+    std::vector<double> sum(labels);
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < of.size(); ++i) {
+      if (of[i] != static_cast<int>(t)) continue;
+      const auto row = task.said->descriptors.row(i);
+      for (std::size_t l = 0; l < labels; ++l) sum[l] += row[l];
+      ++count;
+    }
+    if (count == 0) continue;
+    const std::vector<float> means(sum.begin(), sum.end());
+    WordClouds::Cloud cloud{names[t], {}};
+    if (byThing)
+      cloud.name +=
+          fmt::format(" ({})", task.study.words[static_cast<std::size_t>(task.wordOfThing[t])].name);
+    for (const std::size_t l : bestLabels(means, 20))
+      if (const double weight = sum[l] / static_cast<double>(count); weight > 1e-3)
+        cloud.words.emplace_back(shortLabel(task.said->vocabulary[l]), weight);
+    clouds.clouds.push_back(std::move(cloud));
+  }
+  findings.sections.emplace_back(std::move(clouds));
+}
+
+/// Where shape is right and the labeler wrong (Tables 6.3, 6.5), or the reverse (6.4, 6.6): one of each word,
+/// then more.
+Images examples(const Results& results, std::size_t method, bool success) {
+  constexpr std::size_t most = 6;
+  constexpr int side = 192;
+  const ObjectTask& task = *results.task;
+  const ObjectSplit& split = task.splits[0];
+  const auto& answers = results.cells[results.indexOf(method, 0, 0)].answers.answers[0];
+  const auto name = [&](int word) {
+    return word < 0 ? std::string("nothing") : task.study.words[static_cast<std::size_t>(word)].name;
+  };
+  Images images{
+      fmt::format("{}, {}: {}", task.data->name, split.name,
+                  success ? "shape is right, the labeler wrong" : "the labeler is right, shape wrong"),
+      "",
+      {}};
+  std::vector<std::size_t> wanted;
+  std::set<int> things;
+  for (std::size_t i = 0; i < split.test.size(); ++i) {
+    const int truth = task.words[split.test[i]];
+    if ((answers[i] == truth) == success && (results.labeled[0][i] == truth) != success &&
+        things.insert(task.things[split.test[i]]).second)
+      wanted.push_back(i);
+  }
+  // Spread over all of them, where there are many things.
+  const std::size_t count = std::min(most, wanted.size());
+  const auto patches = patchesOf(*task.views);
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = wanted[k * wanted.size() / count], sample = split.test[i];
+    images.images.push_back(
+        {encodeImage(patches->image(task.view[sample]), side),
+         fmt::format("{}: {}; labeler {}, shape {}",
+                     task.thingNames[static_cast<std::size_t>(task.things[sample])], name(task.words[sample]),
+                     name(results.labeled[0][i]), name(answers[i]))});
+  }
+  return images;
+}
+
+void addExamples(const Results& results, Findings& findings) {
+  if (results.labeled.empty() || !results.task->data->machineNames) return;
+  for (const bool success : {true, false})
+    if (Images images = examples(results, bestMethod(results), success); !images.images.empty())
+      findings.sections.emplace_back(std::move(images));
+}
+
+}  // namespace
+
+std::string ObjectMethod::name() const {
+  return classifier + " " + nameOf(naming);
+}
+
+std::vector<ObjectMethod> methodsOf(const ObjectSplitsOptions::Trials& trials) {
+  std::vector<ObjectMethod> methods;
+  for (const std::string& classifier : trials.classifiers)
+    for (const PseudoLabeling naming : trials.pseudoLabelings) methods.push_back({classifier, naming});
+  return methods;
+}
+
+std::optional<double> ObjectSplitsResults::labelerAccuracy(std::size_t split) const {
+  if (labeled.empty()) return std::nullopt;
+  const auto& test = task->splits[split].test;
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < test.size(); ++i) right += labeled[split][i] == task->words[test[i]];
+  return static_cast<double>(right) / static_cast<double>(test.size());
+}
+
+SceneTest testOf(const ObjectTask& task, const ObjectSplit& split) {
+  SceneTest test;
+  test.roomCount = static_cast<int>(task.study.words.size());
+  std::vector<int> things;
+  for (const std::size_t i : split.test) {
+    test.rooms.push_back(task.words[i]);
+    const auto known = std::find(things.begin(), things.end(), task.things[i]);
+    test.runs.push_back(static_cast<int>(known - things.begin()));
+    if (known == things.end()) things.push_back(task.things[i]);
+  }
+  test.runCount = static_cast<int>(things.size());
+  return test;
+}
+
+void addFindings(const ObjectSplitsResults& results, Findings& findings) {
+  addProtocol(results, findings);
+  addNoise(results, findings);
+  addSplits(results, findings);
+  addConfusions(results, findings);
+  addExamples(results, findings);
+  addClouds(results, findings);
+}
+
+std::string summaryOf(const ObjectSplitsResults& results) {
+  const std::size_t best = bestMethod(results);
+  std::string text = fmt::format("{}: {} is right about {:.1f} %", results.task->data->name,
+                                 results.methods[best].name(), mean(drawn(results, best, 0)));
+  if (!results.labeled.empty())
+    text += fmt::format(", the labeler about {:.1f} %", mean(drawnLabeled(results)));
+  return text + ".";
+}
+
+}  // namespace estancia::experiments

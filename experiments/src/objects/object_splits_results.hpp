@@ -1,0 +1,57 @@
+// What an experiment on splits found, and its tables, curves, clouds and images.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "experiments/src/findings/findings.hpp"
+#include "experiments/src/objects/object_splits_data.hpp"
+#include "experiments/src/scenes/scene_answers.hpp"
+
+namespace estancia::experiments {
+
+/// A classifier that learns by one kind of names.
+struct ObjectMethod {
+  std::string classifier;
+  PseudoLabeling naming = PseudoLabeling::top;
+  std::string name() const;  ///< "svm-rbf voted"
+};
+
+std::vector<ObjectMethod> methodsOf(const ObjectSplitsOptions::Trials& trials);
+
+/// What one method answered to one split at one noise.
+struct ObjectAnswers {
+  double accuracy = 0;
+  SceneAnswers answers;  ///< a word a test sample, for each seed
+};
+
+struct ObjectSplitsResults {
+  const ObjectTask* task = nullptr;
+  std::vector<ObjectMethod> methods;
+  /// [split][test sample]: the labeler's word, −1: none; empty: not asked.
+  std::vector<std::vector<int>> labeled;
+  std::vector<int> learnedFrom;      ///< the labeler's word of the first split's training samples, likewise
+  std::vector<ObjectAnswers> cells;  ///< [(method · noises + noise) · splits + split]
+
+  std::size_t indexOf(std::size_t method, std::size_t noise, std::size_t split) const {
+    return (method * task->data->trials.noises.size() + noise) * task->splits.size() + split;
+  }
+  double accuracy(std::size_t method, std::size_t noise, std::size_t split) const {
+    return cells[indexOf(method, noise, split)].accuracy;
+  }
+  /// Share of the split's test samples that the labeler names rightly; absent where none was asked.
+  std::optional<double> labelerAccuracy(std::size_t split) const;
+};
+
+/// The test of a split: words for rooms, things for runs.
+SceneTest testOf(const ObjectTask& task, const ObjectSplit& split);
+
+/// Tables and figures of one task, appended.
+void addFindings(const ObjectSplitsResults& results, Findings& findings);
+
+/// One sentence: how well the best method does beside the labeler.
+std::string summaryOf(const ObjectSplitsResults& results);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,62 @@
+// Which model fits? The thesis' experiment (4.5.2, Table 4.1, Fig. 4.4 and 4.5) and a ranking by place
+// recognition. docs/measured/model-choice.md explains the measures.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/core/progress.hpp"
+#include "estancia/io/sequence.hpp"
+#include "experiments/src/findings/findings.hpp"
+#include "experiments/src/runner/experiment.hpp"
+#include "experiments/src/runner/grid.hpp"
+#include "experiments/src/runner/subjects.hpp"
+
+namespace estancia {
+
+class ConfigFile;
+
+}  // namespace estancia
+
+namespace estancia::experiments {
+
+struct ModelChoiceOptions {
+  struct Drive {
+    std::string name;  ///< for people; default: the folder's
+    SequenceSource images;
+    bool optional = false;                ///< left out, with a note, when it is not there
+    std::optional<SequenceSource> again;  ///< the same places another time: the queries of place recognition
+    /// Images this near show the same place [m]; 0: a quarter of the spread of the positions (the root of
+    /// their variance).
+    double radius = 0;
+    /// Without `again`: images nearer in time than this share of the drive's frames are no answers.
+    double gap = 0.05;
+  };
+
+  std::vector<std::string> models;  ///< names or folders; none: all that are installed
+  std::vector<Drive> sequences;     ///< at least one, all with poses
+  /// How descriptors are compared; each gives its own ranking, the first one the answer. Only distances whose
+  /// vectors k-means can average: Euclidean ones and cosines.
+  std::vector<std::string> distances{"standardized-clr"};
+  std::size_t clusters = 50;                      ///< k = 1 … this
+  std::vector<std::size_t> shown{7, 15, 30, 50};  ///< the k of the tables
+  std::size_t repeats = 10;  ///< k-means begins at random: variances are the mean of so many clusterings
+  std::size_t seed = 1;      ///< of the first one; the others follow
+};
+
+/// Throws Error `file:line: …` on unknown, missing or wrong keys.
+ModelChoiceOptions readModelChoice(ConfigFile& config);
+
+/// The columns of its results.csv. Places have no k: they stand in a row of their own.
+GridColumns modelChoiceColumns();
+
+/// Runs the experiment. Throws Error when a named model or a sequence that is not optional cannot be opened,
+/// a sequence has no poses, or nothing is left to compare.
+Findings chooseModel(const ModelChoiceOptions& options, Grid& grid, const ExperimentRun& run,
+                     Progress& progress);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,34 @@
+// Does the image that looks most alike show the same place?
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "estancia/core/descriptor.hpp"
+#include "estancia/stats/distance.hpp"
+#include "estancia/stats/spatial_variance.hpp"
+
+namespace estancia::experiments {
+
+/// Images by their vectors (comparedVectors()), positions and numbers in their sequence.
+struct PlacedImages {
+  const DescriptorMatrix& vectors;
+  std::span<const Position> positions;
+  std::span<const std::size_t> frames;
+};
+
+struct PlaceRecognition {
+  std::size_t queries = 0;  ///< images whose place is seen in another image, too
+  double right = 0;         ///< share of them whose nearest image lies within the radius; 0 without queries
+  double chance = 0;        ///< the same for an image drawn by chance
+};
+
+/// Finds for each query the nearest of `images` by `comparison`. It is right within `radius` [m]. Queries
+/// that have no image within the radius do not count. With `gap` > 0 queries and images are one drive, and
+/// images taken at most so many frames before or after the query are no answers. O(queries · images ·
+/// labels).
+PlaceRecognition recognizePlaces(const PlacedImages& queries, const PlacedImages& images,
+                                 Comparison comparison, double radius, std::size_t gap);
+
+}  // namespace estancia::experiments

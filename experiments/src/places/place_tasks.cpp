@@ -1,0 +1,327 @@
+#include "experiments/src/places/place_tasks.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "estancia/core/config.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/label/model.hpp"
+#include "estancia/label/record.hpp"
+#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/topology/accuracy.hpp"
+#include "estancia/topology/quality.hpp"
+#include "estancia/topology/session.hpp"
+#include "experiments/src/places/posed_descriptors.hpp"
+#include "experiments/src/places/room_table.hpp"
+
+namespace estancia::experiments {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int methodVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr struct Measure {
+  const char *name, *title;
+  int decimals = 3;
+  ResultTable::Best best = ResultTable::Best::largest;
+} measures[] = {{"nodes", "nodes", 0, ResultTable::Best::none},
+                {"v_measure", "V-measure"},
+                {"one_image", "one image"},
+                {"filtered", "filtered"},
+                {"smoothed", "smoothed"},
+                {"nearest_neighbor", "nearest neighbor"},
+                {"halves_exchanged", "halves exchanged"}};
+constexpr std::size_t smoothing = 20;  // frames of lookahead
+
+/// One task of the configuration, ready for every model.
+struct Task {
+  std::string name, inputs;  ///< inputs: a digest of what is not the model
+  const PlaceTasksOptions::Drive* drive = nullptr;
+  const PlaceTasksOptions::Rooms* rooms = nullptr;
+};
+
+/// Labels sequences of one model.
+using Recorder = std::function<DescriptorSequence(const Sequence&)>;
+
+/// A map in a file of its own, as `estancia map` makes it; gone in the end.
+class ScratchMap {
+ public:
+  ScratchMap(const DescriptorSequence& recording, fs::path path) : path_(std::move(path)) {
+    auto session =
+        MappingSession::create(path_, recording.vocabulary, recording.model, {}, MapStore::Existing::replace);
+    for (std::size_t i = 0; i < recording.frames.size(); ++i)
+      session.add(recording.frames[i], recording.descriptors.row(i));
+    session.finish();
+  }
+  ~ScratchMap() {
+    std::error_code ignored;
+    fs::remove(path_, ignored);
+  }
+  ScratchMap(const ScratchMap&) = delete;
+  ScratchMap& operator=(const ScratchMap&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+LocalizationAccuracy find(const DescriptorSequence& queries, const MapReader& map, std::size_t lookahead,
+                          const AdmissibleImages& truth) {
+  LocalizerOptions options;
+  options.lookahead = lookahead;
+  Localizer localizer(map.forLocalizer(options.mostImages), options);
+  std::vector<Localization> answers;
+  const auto give = [&](const std::vector<Localization>& some) {
+    answers.insert(answers.end(), some.begin(), some.end());
+  };
+  for (std::size_t i = 0; i < queries.frames.size(); ++i) give(localizer.add(queries.descriptors.row(i)));
+  give(localizer.finish());
+  std::vector<std::size_t> numbers(queries.frames.size());
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = i;
+  return measureLocalization(map.map(), queries.frames, numbers, answers, truth);
+}
+
+CellResults drive(const Task& task, const Recorder& recorder, const fs::path& scratch) {
+  const auto images = openImages(task.drive->images);
+  const auto again = openImages(task.drive->again);
+  const ScratchMap file(recorder(*images), scratch);
+  const MapReader map(file.path());
+  const DescriptorSequence queries = recorder(*again);
+  const AdmissibleImages truth =
+      task.drive->truth.empty() ? AdmissibleImages{} : readAdmissibleImages(task.drive->truth);
+  CellResults results;
+  const MapQuality quality = evaluate(map.map());
+  results.push_back({"nodes", "", static_cast<double>(quality.nodes)});
+  if (quality.rooms) results.push_back({"v_measure", "", quality.rooms->vMeasure});
+  const auto add = [&](const char* measure, const Accuracy& accuracy) {
+    if (const auto& share = accuracy.recall ? accuracy.recall : accuracy.room)
+      results.push_back({measure, "", *share});
+  };
+  const LocalizationAccuracy filtered = find(queries, map, 0, truth);
+  add("one_image", filtered.nearestImage);
+  add("filtered", filtered.belief);
+  add("smoothed", find(queries, map, smoothing, truth).belief);
+  return results;
+}
+
+/// Which images of the sequence belong to which room and half.
+struct Halves {
+  std::vector<std::size_t> train, test;
+  std::vector<std::string> rooms;  ///< of every image
+};
+
+Halves readHalves(const PlaceTasksOptions::Rooms& rooms, const std::vector<Frame>& frames) {
+  const RoomTable table(rooms.table, rooms.imageColumn, frames);
+  Halves halves;
+  halves.rooms = table.column(rooms.roomColumn);
+  const auto splits = table.column(rooms.splitColumn);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const bool wanted = rooms.rooms.empty() || std::find(rooms.rooms.begin(), rooms.rooms.end(),
+                                                         halves.rooms[i]) != rooms.rooms.end();
+    if (halves.rooms[i].empty() || !wanted) continue;
+    if (splits[i] == rooms.train) halves.train.push_back(i);
+    if (splits[i] == rooms.test) halves.test.push_back(i);
+  }
+  if (halves.train.empty() || halves.test.empty())
+    throw Error(fmt::format("{}: {} images to learn from and {} to ask; both halves need some",
+                            rooms.table.string(), halves.train.size(), halves.test.size()));
+  return halves;
+}
+
+/// Share of the queries whose nearest image shows the same kind of room.
+double nearestNeighbor(const DescriptorSequence& words, const std::vector<std::string>& rooms,
+                       const std::vector<std::size_t>& train, const std::vector<std::size_t>& test) {
+  const auto rows = [&](const std::vector<std::size_t>& chosen) {
+    DescriptorMatrix matrix(words.vocabulary.size());
+    for (const std::size_t i : chosen) matrix.append(words.descriptors.row(i));
+    return matrix;
+  };
+  const Distance distance = getDistance(MapperOptions{}.distance, words.vocabulary.layout().parts);
+  const DescriptorMatrix known = rows(train);
+  const DescriptorMatrix vectors = comparedVectors(known, known, distance);
+  const DescriptorMatrix queries = comparedVectors(rows(test), known, distance);
+  std::size_t right = 0;
+  for (std::size_t q = 0; q < test.size(); ++q) {
+    std::size_t best = 0;
+    double least = compare(distance.comparison, vectors.row(0), queries.row(q));
+    for (std::size_t i = 1; i < train.size(); ++i)
+      if (const double d = compare(distance.comparison, vectors.row(i), queries.row(q)); d < least) {
+        best = i;
+        least = d;
+      }
+    right += rooms[train[best]] == rooms[test[q]] ? 1 : 0;
+  }
+  return static_cast<double>(right) / static_cast<double>(test.size());
+}
+
+CellResults rooms(const Task& task, const Recorder& recorder) {
+  const auto images = openImages(task.rooms->images);
+  const DescriptorSequence words = recorder(*images);
+  const Halves halves = readHalves(*task.rooms, words.frames);
+  return {{"nearest_neighbor", "", nearestNeighbor(words, halves.rooms, halves.train, halves.test)},
+          {"halves_exchanged", "", nearestNeighbor(words, halves.rooms, halves.test, halves.train)}};
+}
+
+/// What identifies the images without labeling them.
+std::string digestOf(const SequenceSource& source) {
+  const auto sequence = openImages(source);
+  std::string all;
+  for (std::size_t i = 0; i < sequence->size(); ++i)
+    all += sequence->frame(i).name + '\n' + sequence->frame(i).room + '\n' + sequence->fingerprint(i) + '\n';
+  return sha256(all);
+}
+
+std::vector<Task> openTasks(const PlaceTasksOptions& options, std::vector<std::string>& notes) {
+  std::vector<Task> tasks;
+  const auto isThere = [&](const fs::path& path, bool optional) {
+    if (!optional || fs::exists(path)) return true;
+    notes.push_back(fmt::format("{} is not there and was left out", path.string()));
+    return false;
+  };
+  for (const auto& drive : options.drives)
+    if (isThere(drive.images.path, drive.optional))
+      tasks.push_back({drive.name,
+                       digestOf(drive.images) + digestOf(drive.again) +
+                           (drive.truth.empty() ? "" : sha256OfFile(drive.truth)),
+                       &drive, nullptr});
+  for (const auto& rooms : options.rooms)
+    if (isThere(rooms.images.path, rooms.optional))
+      tasks.push_back(
+          {rooms.name,
+           digestOf(rooms.images) + sha256OfFile(rooms.table) +
+               fmt::format("{} {} {} {} {} {}", rooms.imageColumn, rooms.roomColumn, rooms.splitColumn,
+                           rooms.train, rooms.test, fmt::join(rooms.rooms, ",")),
+           nullptr, &rooms});
+  if (tasks.empty())
+    throw Error("none of the sequences is there; name one of yours by [[drive]] or [[rooms]]");
+  return tasks;
+}
+
+Findings findingsOf(const std::vector<Task>& tasks, const std::vector<std::string>& models,
+                    const std::vector<std::vector<CellResults>>& cells) {
+  Findings findings;
+  findings.title = "Places mapped, found again, and rooms told apart";
+  for (std::size_t t = 0; t < tasks.size(); ++t) {
+    ResultTable table;
+    table.title = tasks[t].name;
+    table.caption =
+        tasks[t].drive != nullptr
+            ? "The map by its V-measure against the rooms; another drive found in it: the share of right "
+              "answers by each image alone, by all images so far, and with twenty more."
+            : "Share of images whose nearest one of the other half shows the same kind of room.";
+    table.rowsAre = "model";
+    for (const std::string& model : models) table.rows.push_back({model, {}});
+    for (const Measure& measure : measures) {
+      std::vector<std::optional<double>> values;
+      for (const CellResults& results : cells[t]) {
+        const auto found = std::find_if(results.begin(), results.end(),
+                                        [&](const CellResult& r) { return r.measure == measure.name; });
+        values.push_back(found == results.end() ? std::nullopt : std::optional(found->value));
+      }
+      if (std::none_of(values.begin(), values.end(), [](const auto& v) { return v.has_value(); })) continue;
+      table.columns.push_back({measure.title, measure.decimals, measure.best});
+      for (std::size_t m = 0; m < models.size(); ++m) table.rows[m].values.push_back(values[m]);
+    }
+    findings.sections.emplace_back(std::move(table));
+  }
+  findings.summary = fmt::format(
+      "{} models on {} tasks, all with the default distance and thresholds that the "
+      "runs found themselves.",
+      models.size(), tasks.size());
+  return findings;
+}
+
+}  // namespace
+
+PlaceTasksOptions readPlaceTasks(ConfigFile& config) {
+  PlaceTasksOptions options;
+  const toml::array *drives = nullptr, *rooms = nullptr;
+  const auto texts = [&](std::vector<std::string>& to) {
+    return [&config, &to](auto& n) {
+      for (const auto& element : config.list(n)) to.push_back(config.text(element));
+    };
+  };
+  config.read({{"type", true, "the kind of experiment", [](auto&) {}},
+               {"models", false, "the models to compare", texts(options.models)},
+               {"drive", false, "drives to map and find", [&](auto& n) { drives = &config.list(n); }},
+               {"rooms", false, "rooms to tell apart", [&](auto& n) { rooms = &config.list(n); }}});
+  const auto text = [&config](std::string& to) { return [&config, &to](auto& n) { to = config.text(n); }; };
+  if (drives != nullptr)
+    for (const toml::node& node : *drives) {
+      auto& drive = options.drives.emplace_back();
+      const toml::table* again = nullptr;
+      auto keys = sourceKeys(config, drive.images, true);
+      keys.push_back({"name", true, "what to call it", text(drive.name)});
+      keys.push_back({"optional", false, "", [&](auto& n) { drive.optional = config.flag(n); }});
+      keys.push_back({"truth", false, "CSV query,refs", [&](auto& n) { drive.truth = config.anywhere(n); }});
+      keys.push_back({"again", true, "the drive to find", [&](auto& n) { again = &config.subtable(n); }});
+      config.read(config.subtable(node), keys);
+      drive.again = drive.images;  // the same but for what is said of it
+      config.read(*again, sourceKeys(config, drive.again, false));
+    }
+  if (rooms != nullptr)
+    for (const toml::node& node : *rooms) {
+      auto& set = options.rooms.emplace_back();
+      auto keys = sourceKeys(config, set.images, true);
+      keys.push_back({"name", true, "what to call it", text(set.name)});
+      keys.push_back({"optional", false, "", [&](auto& n) { set.optional = config.flag(n); }});
+      keys.push_back({"table", true, "the CSV of rooms", [&](auto& n) { set.table = config.anywhere(n); }});
+      keys.push_back({"image_column", false, "", text(set.imageColumn)});
+      keys.push_back({"room_column", false, "", text(set.roomColumn)});
+      keys.push_back({"split_column", false, "", text(set.splitColumn)});
+      keys.push_back({"train", false, "", text(set.train)});
+      keys.push_back({"test", false, "", text(set.test)});
+      keys.push_back({"only", false, "only these rooms", texts(set.rooms)});
+      config.read(config.subtable(node), keys);
+    }
+  return options;
+}
+
+GridColumns placeTasksColumns() {
+  GridColumns columns{{"model", "task"}, "", {}};
+  for (const Measure& measure : measures) columns.measures.emplace_back(measure.name);
+  return columns;
+}
+
+Findings comparePlaceTasks(const PlaceTasksOptions& options, Grid& grid, const ExperimentRun& run,
+                           Progress& progress) {
+  std::vector<std::string> notes;
+  const auto models = modelsToCompare(options.models, run, notes);
+  const auto tasks = openTasks(options, notes);
+  std::vector<std::string> names;
+  std::vector<std::vector<CellResults>> cells(tasks.size());
+  std::vector<std::pair<std::string, std::string>> identities;
+  for (const Candidate& model : models) {
+    names.push_back(model.name);
+    const auto labeler = loadModel(model.model, run.labeler);
+    identities.emplace_back("Model", labeler->identity());
+    const Recorder recorder = [&](const Sequence& sequence) {
+      return labelAll(sequence, *labeler, fmt::format("{}: labeling {}", model.name, sequence.name()),
+                      run.cache, progress);
+    };
+    std::vector<Cell> grids;
+    for (const Task& task : tasks)
+      grids.push_back({{model.name, task.name},
+                       sha256(fmt::format("{} {} {}", methodVersion, labeler->cacheKey(), task.inputs))});
+    const auto found = grid.run(
+        grids,
+        [&](std::size_t t) {
+          return tasks[t].drive != nullptr ? drive(tasks[t], recorder, run.folder / ".map.estancia")
+                                           : rooms(tasks[t], recorder);
+        },
+        progress, model.name);
+    for (std::size_t t = 0; t < tasks.size(); ++t) cells[t].push_back(found[t]);
+  }
+  Findings findings = findingsOf(tasks, names, cells);
+  findings.facts = std::move(identities);
+  findings.notes = std::move(notes);
+  return findings;
+}
+
+}  // namespace estancia::experiments

@@ -1,0 +1,59 @@
+// What a robot needs of its words: places mapped, found again, and rooms told apart, model by model.
+// docs/measured/conjunction.md shows the table that it makes.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "estancia/core/progress.hpp"
+#include "experiments/src/findings/findings.hpp"
+#include "experiments/src/runner/experiment.hpp"
+#include "experiments/src/runner/grid.hpp"
+#include "experiments/src/runner/subjects.hpp"
+
+namespace estancia {
+
+class ConfigFile;
+
+}  // namespace estancia
+
+namespace estancia::experiments {
+
+struct PlaceTasksOptions {
+  /// A drive that becomes a map, and another one that is found in it.
+  struct Drive {
+    std::string name;
+    SequenceSource images;
+    SequenceSource again;
+    std::filesystem::path truth;  ///< CSV query,refs (readAdmissibleImages); "" = by rooms
+    bool optional = false;
+  };
+  /// Images whose rooms are known: those of the one half name the nearest of the other.
+  struct Rooms {
+    std::string name;
+    SequenceSource images;
+    std::filesystem::path table;  ///< CSV with a header, one line an image
+    std::string imageColumn = "image", roomColumn = "room", splitColumn = "split";
+    std::string train = "train", test = "test";  ///< values of the split column
+    std::vector<std::string> rooms;              ///< only these; none: all
+    bool optional = false;
+  };
+
+  std::vector<std::string> models;  ///< names, folders, several joined by +; none: all that are installed
+  std::vector<Drive> drives;
+  std::vector<Rooms> rooms;
+};
+
+/// Throws Error `file:line: …` on unknown, missing or wrong keys.
+PlaceTasksOptions readPlaceTasks(ConfigFile& config);
+
+/// The columns of its results.csv; a task has some of the measures.
+GridColumns placeTasksColumns();
+
+/// Runs the tasks with the default mapper and localizer. Throws Error when a model, or a sequence that is not
+/// optional, cannot be opened.
+Findings comparePlaceTasks(const PlaceTasksOptions& options, Grid& grid, const ExperimentRun& run,
+                           Progress& progress);
+
+}  // namespace estancia::experiments

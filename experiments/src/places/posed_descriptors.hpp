@@ -1,0 +1,42 @@
+// A sequence as one model says it, for experiments that know where the images were taken.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "estancia/core/descriptor.hpp"
+#include "estancia/core/progress.hpp"
+#include "estancia/core/vocabulary.hpp"
+#include "estancia/io/sequence.hpp"
+#include "estancia/label/label_cache.hpp"
+#include "estancia/label/labeler.hpp"
+#include "estancia/stats/spatial_variance.hpp"
+
+namespace estancia::experiments {
+
+/// The frames whose position is known, in driving order; the three lists belong together.
+struct PosedDescriptors {
+  explicit PosedDescriptors(const Vocabulary& words)
+      : parts(words.layout().parts), descriptors(words.size()) {}
+
+  std::vector<std::size_t> frames;  ///< their numbers in the sequence
+  std::vector<Position> positions;
+  std::vector<LabelPart> parts;  ///< that the descriptors are made of
+  DescriptorMatrix descriptors;
+  std::size_t unreadable = 0;  ///< frames that could not be read, which are left out
+
+  /// Gives every descriptor zeros at its end, for words that have been discovered since.
+  void widen(const Vocabulary& words);
+
+  /// SHA-256 over the lists: two that have the same lead to the same results.
+  std::string digest() const;
+};
+
+/// Labels the sequence. Throws Error when no frame with a pose can be read, Interrupted when the user asks to
+/// stop. Every descriptor has as many values as the labeler knows words in
+/// the end.
+PosedDescriptors labelPosed(const Sequence& sequence, Labeler& labeler, LabelCache* cache, Progress& progress,
+                            const std::string& what);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,37 @@
+// The rooms of images, as data sets tell them: a CSV beside the images.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "estancia/core/frame.hpp"
+
+namespace estancia::experiments {
+
+/// A CSV with a header and one line an image, matched with the frames of a sequence. Images are named by
+/// their file's name, with or without its extension, or by the number in it; images without a line, and lines
+/// without an image, are no error.
+class RoomTable {
+ public:
+  /// Throws Error `FILE:LINE: …` when there is no such file, no such column, or a line has too many or too
+  /// few cells.
+  RoomTable(std::filesystem::path file, const std::string& imageColumn, const std::vector<Frame>& frames);
+
+  /// The cells of one column, one a frame; "" where no line names it. Throws Error when there is no such
+  /// column.
+  std::vector<std::string> column(const std::string& name) const;
+
+ private:
+  std::size_t numberOf(const std::string& column) const;
+
+  std::filesystem::path file_;
+  std::vector<std::string> header_;
+  std::vector<std::vector<std::string>> lines_;  ///< the cells of each frame's line, none where it has none
+};
+
+/// The number in a name of nothing but digits ("0012.png" → "12"), else the name without its extension.
+std::string imageNumber(const std::string& name);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,42 @@
+// Filtered clouds that are kept: filtering takes longer than reading.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "estancia/cloud/filter.hpp"
+#include "estancia/core/point_cloud.hpp"
+#include "estancia/core/progress.hpp"
+
+namespace estancia::experiments {
+
+/// A folder of clouds, each a file that is there whole or not at all; several threads and processes may share
+/// it. Those that were kept first go when it grows too large. A damaged file counts as absent.
+class FilteredClouds {
+ public:
+  struct Filtered {
+    PointCloud cloud;
+    double seconds = 0;  ///< that filtering took, then
+  };
+
+  /// The folder is made when it is needed. `mostBytes` = 0 keeps nothing.
+  FilteredClouds(std::filesystem::path folder, std::uint64_t mostBytes);
+
+  /// The cloud that `source` gives, filtered. `origin` says all that the source depends on. Throws what
+  /// filterCloud(), `source` and writing throw.
+  Filtered get(const std::string& origin, const FilterOptions& filter,
+               const std::function<PointCloud()>& source) const;
+
+  /// All that a filter's result depends on.
+  static std::string describe(const FilterOptions& filter);
+
+ private:
+  void makeRoom() const;
+
+  std::filesystem::path folder_;
+  std::uint64_t mostBytes_;
+};
+
+}  // namespace estancia::experiments

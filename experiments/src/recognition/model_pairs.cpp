@@ -1,0 +1,167 @@
+#include "experiments/src/recognition/model_pairs.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/csv.hpp"
+#include "estancia/io/files.hpp"
+
+namespace estancia::experiments {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::size_t mostPoseBytes = 1 << 16;
+
+cv::Affine3d readRigid(const fs::path& file) {
+  const auto fail = [&](const std::string& why) {
+    throw Error(fmt::format("{}: {}; a pose is 16 numbers, row by row, of a rotation and a translation [m]",
+                            io::printable(file.string()), why));
+  };
+  std::string text = io::readBytes(file, mostPoseBytes);
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r' || c == ','; }, ' ');
+  std::vector<double> numbers;
+  for (const std::string_view word : io::wordsOf(text)) {
+    const auto number = io::toNumber(word);
+    if (!number || !std::isfinite(*number))
+      fail(fmt::format("\"{}\" is no number", io::printable(word.substr(0, 40))));
+    numbers.push_back(*number);
+  }
+  if (numbers.size() != 16) fail(fmt::format("there are {} numbers", numbers.size()));
+  const cv::Matx44d matrix(numbers.data());
+  const cv::Matx33d rotation = matrix.get_minor<3, 3>(0, 0);
+  constexpr double tolerance = 1e-3;  // files have few digits
+  if (cv::norm(rotation * rotation.t() - cv::Matx33d::eye()) > tolerance || cv::determinant(rotation) < 0)
+    fail("the rotation is none");
+  if (cv::norm(matrix.row(3) - cv::Matx14d(0, 0, 0, 1)) > tolerance) fail("the last row is not 0 0 0 1");
+  return cv::Affine3d(matrix);
+}
+
+/// The columns of a row by their names.
+class Columns {
+ public:
+  Columns(const fs::path& list, const io::CsvRow& head) : list_(list) {
+    for (std::size_t c = 0; c < head.cells.size(); ++c)
+      if (!positions_.emplace(head.cells[c], c).second)
+        fail(head, fmt::format("the column \"{}\" is there twice", io::printable(head.cells[c])));
+    head_ = head;
+  }
+
+  const std::string* find(const io::CsvRow& row, const std::string& column) const {
+    const auto found = positions_.find(column);
+    if (found == positions_.end()) return nullptr;
+    if (found->second >= row.cells.size())
+      fail(row, fmt::format("there is nothing in the column \"{}\"", io::printable(column)));
+    return &row.cells[found->second];
+  }
+
+  const std::string& get(const io::CsvRow& row, const std::string& column) const {
+    const std::string* cell = find(row, column);
+    if (cell == nullptr)
+      fail(head_, fmt::format("there is no column \"{}\"; there are {}", io::printable(column),
+                              io::printable(fmt::format("{}", fmt::join(head_.cells, ", ")))));
+    if (cell->empty()) fail(row, fmt::format("there is nothing in the column \"{}\"", io::printable(column)));
+    return *cell;
+  }
+
+  fs::path file(const io::CsvRow& row, const std::string& name) const {
+    const fs::path file = list_.parent_path() / name;
+    std::error_code problem;
+    if (!fs::is_regular_file(file, problem))
+      fail(row, fmt::format("there is no file {}", io::printable(file.string())));
+    return file;
+  }
+
+  [[noreturn]] void fail(const io::CsvRow& row, const std::string& why) const {
+    throw Error(fmt::format("{}:{}: {}", io::printable(list_.string()), row.line, why));
+  }
+
+ private:
+  fs::path list_;
+  io::CsvRow head_{1, {}};
+  std::map<std::string, std::size_t> positions_;
+};
+
+/// Models go by the names of their files, or by all that the list says where two files have one name.
+void nameModels(std::vector<ModelPairs::Model>& models) {
+  std::map<std::string, std::size_t> uses;
+  for (const auto& model : models) ++uses[fs::path(model.name).stem().string()];
+  for (auto& model : models)
+    if (const std::string stem = fs::path(model.name).stem().string(); uses[stem] == 1) model.name = stem;
+}
+
+}  // namespace
+
+bool ModelPairs::holds(std::size_t scene, const std::string& object) const {
+  return std::any_of(pairs.begin(), pairs.end(), [&](const Pair& pair) {
+    return pair.scene == scene && models[pair.model].object == object;
+  });
+}
+
+ModelPairs readModelPairs(const fs::path& list, const ModelPairsOptions& options) {
+  const auto rows = io::readCsv(list);
+  if (rows.size() < 2)
+    throw Error(
+        fmt::format("{}: there are no pairs; the first line names the columns scene, object, {} and {}",
+                    io::printable(list.string()), options.modelColumn, options.poseColumn));
+  const Columns columns(list, rows[0]);
+  ModelPairs found;
+  std::map<std::string, std::size_t> scenes, models;
+  std::map<std::pair<std::size_t, std::size_t>, std::size_t> pairs;
+  for (auto row = rows.begin() + 1; row != rows.end(); ++row) {
+    const std::string& scene = columns.get(*row, "scene");
+    const std::string& object = columns.get(*row, "object");
+    const std::string& model = columns.get(*row, options.modelColumn);
+    const auto [known, isNew] = models.emplace(model, found.models.size());
+    if (isNew) found.models.push_back({model, object, columns.file(*row, model)});
+    if (found.models[known->second].object != object)
+      columns.fail(*row,
+                   fmt::format("{} is a model of \"{}\" here and of \"{}\" above", io::printable(model),
+                               io::printable(object), io::printable(found.models[known->second].object)));
+    if (const std::string* present = columns.find(*row, "scene_present");
+        present != nullptr && *present == "0") {
+      ++found.leftOut;
+      continue;
+    }
+    const auto [place, isNewScene] = scenes.emplace(scene, found.scenes.size());
+    if (isNewScene) {
+      std::string file = options.sceneFiles;
+      if (const auto at = file.find("{}"); at != std::string::npos) file.replace(at, 2, scene);
+      found.scenes.push_back({scene, columns.file(*row, file)});
+    }
+    const cv::Affine3d pose = readRigid(columns.file(*row, columns.get(*row, options.poseColumn)));
+    const auto [pair, isNewPair] = pairs.emplace(std::pair(place->second, known->second), found.pairs.size());
+    if (isNewPair) found.pairs.push_back({place->second, known->second, {}});
+    found.pairs[pair->second].poses.push_back(pose);
+  }
+  if (found.pairs.empty())
+    throw Error(fmt::format("{}: the scene of no pair is there", io::printable(list.string())));
+  nameModels(found.models);
+  return found;
+}
+
+ModelPairs onlyScenes(const ModelPairs& pairs, const std::vector<std::string>& names) {
+  ModelPairs chosen{{}, pairs.models, {}, pairs.leftOut};
+  for (const std::string& name : names) {
+    const auto scene = std::find_if(pairs.scenes.begin(), pairs.scenes.end(),
+                                    [&](const ModelPairs::Scene& s) { return s.name == name; });
+    if (scene == pairs.scenes.end())
+      throw Error(fmt::format("no scene of the pairs is called \"{}\"", io::printable(name)));
+    for (ModelPairs::Pair pair : pairs.pairs) {
+      if (pair.scene != static_cast<std::size_t>(scene - pairs.scenes.begin())) continue;
+      pair.scene = chosen.scenes.size();
+      chosen.pairs.push_back(std::move(pair));
+    }
+    chosen.scenes.push_back(*scene);
+  }
+  return chosen;
+}
+
+}  // namespace estancia::experiments

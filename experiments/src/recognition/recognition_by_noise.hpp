@@ -1,0 +1,20 @@
+// What the recognition experiment found as the noise grows.
+#pragma once
+
+#include <string>
+
+#include "experiments/src/findings/findings.hpp"
+#include "experiments/src/recognition/recognition_results.hpp"
+
+namespace estancia::experiments {
+
+/// What did best without noise, or with the least, and with the most.
+std::string bestByNoise(const RecognitionResults& results);
+
+/// Everything that was compared in rows, the noise in columns, where that is not too much.
+void addOverviews(const RecognitionResults& results, Findings& findings);
+
+/// Fig. 2.6–2.8, in the honest score.
+void addCurves(const RecognitionResults& results, Findings& findings);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,11 @@
+// What the cells of the recognition experiment say together.
+#pragma once
+
+#include "experiments/src/findings/findings.hpp"
+#include "experiments/src/recognition/recognition_results.hpp"
+
+namespace estancia::experiments {
+
+Findings findingsOf(const RecognitionResults& results);
+
+}  // namespace estancia::experiments

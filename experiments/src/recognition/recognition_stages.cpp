@@ -1,0 +1,228 @@
+#include "experiments/src/recognition/recognition_stages.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "estancia/cloud/noise.hpp"
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/io/cloud_file.hpp"
+#include "estancia/recognition/pose_error.hpp"
+#include "estancia/recognition/prepared.hpp"
+#include "estancia/recognition/recognizer.hpp"
+
+namespace estancia::experiments {
+namespace {
+
+using Options = RecognitionExperimentOptions;
+using Clock = std::chrono::steady_clock;
+
+double secondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// The clouds are filtered before the recognizer sees them.
+RecognitionOptions optionsOf(const RecognitionUnit& unit) {
+  RecognitionOptions options = RecognitionOptions::preset(unit.preset);
+  options.keypoints = unit.keypoint;
+  options.descriptor = unit.descriptor;
+  options.modelFilter = options.sceneFilter = {};
+  options.threads = 1;
+  return options;
+}
+
+std::string describe(const RecognitionOptions& o) {
+  return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.surface, o.keypoints,
+                     o.descriptor, o.grouping, o.verification, o.normalRadius, o.normalNeighbors,
+                     o.keypointSpacing, o.sceneKeypointSpacing, o.descriptorRadius, o.consistency,
+                     o.tolerance, o.matchEach, o.neighbors, o.matchDistance, o.minimalMatches, o.hypotheses,
+                     o.accept);
+}
+
+/// As the preset would filter: it may need fewer signals of a neural gas.
+FilterOptions filterOf(const std::string& preset, const std::string& method, std::size_t points) {
+  FilterOptions filter = RecognitionOptions::preset(preset).sceneFilter;
+  filter.method = method;
+  filter.points = points;
+  return filter;
+}
+
+std::string describe(const cv::Affine3d& pose) {
+  std::string text;
+  for (const double value : pose.matrix.val) text += fmt::format(" {}", value);
+  return text;
+}
+
+/// Why `work` found nothing that it could describe; "" when it is done.
+template <class Work>
+std::string problemOf(const Work& work) {
+  try {
+    work();
+    return "";
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const Error& problem) {
+    return problem.what();
+  }
+}
+
+/// Makes what the search needs of both; the scene may be described again for a model of another size.
+void describe(const PreparedModel& model, const PreparedScene& scene) {
+  const RecognitionScales scales = scene.scalesFor(model);
+  scene.describedFor(scales);
+  model.describedFor(scales);
+}
+
+}  // namespace
+
+struct RecognitionStages::Entry {
+  std::once_flag made;
+  std::shared_ptr<const PreparedModel> model;  ///< null where it cannot be described …
+  std::string problem;                         ///< … and why
+};
+
+/// Models are prepared when they are first needed.
+struct RecognitionStages::Recipe {
+  Recipe(const std::string& name, const RecognitionOptions& options, std::size_t entries)
+      : preset(name), recognizer(options), models(entries) {}
+
+  std::string preset;
+  Recognizer recognizer;
+  std::vector<Entry> models;  ///< [filter · models + model]
+};
+
+RecognitionStages::RecognitionStages(const Options& options, const ModelPairs& pairs,
+                                     const std::filesystem::path& folder)
+    : options_(options),
+      pairs_(pairs),
+      clouds_(folder / "filtered", std::uint64_t{options.keptMegabytes} << 20) {
+  for (const ModelPairs::Model& model : pairs.models) {
+    Model read{readCloud(model.file), sha256OfFile(model.file), {}, {}};
+    try {
+      read.center = centerOf(read.cloud);
+    } catch (const Error& problem) {
+      throw Error(fmt::format("{}: {}", model.file.string(), problem.what()));
+    }
+    models_.push_back(std::move(read));
+  }
+  for (const Options::Symmetry& symmetry : options.symmetries) {
+    const auto model = std::find_if(pairs.models.begin(), pairs.models.end(),
+                                    [&](const auto& m) { return m.name == symmetry.model; });
+    if (model == pairs.models.end())
+      throw Error(
+          fmt::format("a symmetry of {}, which is no model of {}", symmetry.model, options.pairs.string()));
+    Model& turned = models_[static_cast<std::size_t>(model - pairs.models.begin())];
+    const auto turns = turnsAround(symmetry.point ? cv::Point3d(*symmetry.point) : turned.center,
+                                   symmetry.axis, symmetry.fold);
+    turned.symmetries.insert(turned.symmetries.end(), turns.begin(), turns.end());
+  }
+  for (const ModelPairs::Scene& scene : pairs.scenes) sceneDigests_.push_back(sha256OfFile(scene.file));
+}
+
+RecognitionStages::~RecognitionStages() = default;
+
+std::string RecognitionStages::inputs(const RecognitionUnit& unit) const {
+  std::string text = describe(optionsOf(unit)) + "\n" + sceneDigests_[unit.scene] + "\n" +
+                     FilteredClouds::describe(filterOf(unit.preset, unit.sceneFilter, unit.size)) + "\n" +
+                     fmt::format("{} {}\n", options_.translation, options_.rotation);
+  for (const std::string& filter : options_.modelFilters)
+    text += FilteredClouds::describe(filterOf(unit.preset, filter, options_.modelPoints)) + "\n";
+  for (const Model& model : models_) {
+    text += model.digest + "\n";
+    for (const cv::Affine3d& symmetry : model.symmetries) text += describe(symmetry) + "\n";
+  }
+  for (const ModelPairs::Pair& pair : pairs_.pairs)
+    if (pair.scene == unit.scene)
+      for (const cv::Affine3d& pose : pair.poses) text += std::to_string(pair.model) + describe(pose) + "\n";
+  return sha256(text);
+}
+
+std::shared_ptr<RecognitionStages::Recipe> RecognitionStages::recipeOf(const RecognitionUnit& unit) {
+  const std::lock_guard lock(mutex_);
+  auto& known = recipes_[fmt::format("{}\n{}\n{}", unit.preset, unit.keypoint, unit.descriptor)];
+  std::shared_ptr<Recipe> recipe = known.lock();
+  if (recipe == nullptr)
+    known = recipe = std::make_shared<Recipe>(unit.preset, optionsOf(unit),
+                                              options_.modelFilters.size() * pairs_.models.size());
+  latest_ = recipe;  // the next unit mostly wants the same
+  return recipe;
+}
+
+bool RecognitionStages::isCorrect(const RecognitionTask& task, std::size_t model,
+                                  const cv::Affine3d& pose) const {
+  for (const ModelPairs::Pair& pair : pairs_.pairs) {
+    if (pair.scene != task.unit.scene || pair.model != model) continue;
+    for (const cv::Affine3d& truth : pair.poses)
+      if (estancia::isCorrect(poseError(pose, truth, models_[model].center, models_[model].symmetries),
+                              options_.translation, options_.rotation))
+        return true;
+  }
+  return false;
+}
+
+void RecognitionStages::look(const RecognitionTask& task, RecognitionFound& found) {
+  const RecognitionUnit& unit = task.unit;
+  const auto& [name, file] = pairs_.scenes[unit.scene];
+  PointCloud noisy = readCloud(file);
+  if (unit.noise > 0) noisy = withGaussianNoise(std::move(noisy), unit.noise, unit.seed);
+  const auto filtered = clouds_.get(
+      fmt::format("{} {} {}", sceneDigests_[unit.scene], unit.noise, unit.noise > 0 ? unit.seed : 0),
+      filterOf(unit.preset, unit.sceneFilter, unit.size), [&] { return noisy; });
+  found.filterSeconds = filtered.seconds;
+
+  const auto recipe = recipeOf(unit);
+  const auto start = Clock::now();
+  std::shared_ptr<const PreparedScene> scene;
+  const std::string problem =
+      problemOf([&] { scene = recipe->recognizer.prepareScene(name, noisy, filtered.cloud); });
+  found.describeSeconds = secondsSince(start);
+  for (RecognitionSearch& search : found.searches) {
+    if (interrupted()) throw Interrupted("");
+    const auto preparing = Clock::now();
+    const Entry& entry = modelOf(*recipe, search);
+    search.problem = problem.empty() ? entry.problem : problem;
+    if (search.problem.empty()) search.problem = problemOf([&] { describe(*entry.model, *scene); });
+    if (!search.problem.empty()) continue;
+    search.modelSeconds = secondsSince(preparing);
+    const auto looking = Clock::now();
+    std::vector<Detection> instances;
+    search.problem = problemOf([&] { instances = recipe->recognizer.find(*entry.model, *scene); });
+    search.seconds = secondsSince(looking);
+    search.verified = !instances.empty();
+    search.correct = search.verified && isCorrect(task, search.model, instances.front().pose);
+  }
+}
+
+const RecognitionStages::Entry& RecognitionStages::modelOf(Recipe& recipe, const RecognitionSearch& search) {
+  const Model& model = models_[search.model];
+  Entry& entry = recipe.models[search.modelFilter * pairs_.models.size() + search.model];
+  std::call_once(entry.made, [&] {
+    const auto filtered =
+        clouds_.get(model.digest,
+                    filterOf(recipe.preset, options_.modelFilters[search.modelFilter], options_.modelPoints),
+                    [&] { return model.cloud; });
+    entry.problem = problemOf([&] {
+      entry.model = recipe.recognizer.prepareModel(pairs_.models[search.model].name, filtered.cloud);
+    });
+  });
+  return entry;
+}
+
+RecognitionFound RecognitionStages::recognize(const RecognitionTask& task) {
+  RecognitionFound found;
+  for (std::size_t filter = 0; filter < options_.modelFilters.size(); ++filter)
+    for (const std::size_t model : task.models) {
+      RecognitionSearch search;
+      search.modelFilter = filter;
+      search.model = model;
+      found.searches.push_back(search);
+    }
+  look(task, found);
+  return found;
+}
+
+}  // namespace estancia::experiments

@@ -1,0 +1,56 @@
+// The recognizer at work in the recognition experiment.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <opencv2/core/affine.hpp>
+#include <opencv2/core/types.hpp>
+#include <string>
+#include <vector>
+
+#include "estancia/core/point_cloud.hpp"
+#include "experiments/src/recognition/filtered_clouds.hpp"
+#include "experiments/src/recognition/recognition.hpp"
+
+namespace estancia::experiments {
+
+/// Keeps the models and, in FOLDER/filtered, filtered clouds. Several threads may recognize at once.
+class RecognitionStages final : public RecognitionWork {
+ public:
+  /// Reads the models. Throws Error on those that cannot be read, and on symmetries of unknown models.
+  RecognitionStages(const RecognitionExperimentOptions& options, const ModelPairs& pairs,
+                    const std::filesystem::path& folder);
+  ~RecognitionStages() override;
+
+  std::string inputs(const RecognitionUnit& unit) const override;
+
+  /// On one thread. What cannot be described is not found. Throws Error when the scene cannot be read.
+  RecognitionFound recognize(const RecognitionTask& task) override;
+
+ private:
+  struct Model {
+    PointCloud cloud;
+    std::string digest;
+    cv::Point3d center;
+    std::vector<cv::Affine3d> symmetries;
+  };
+  struct Entry;   ///< a model as a recognizer describes it
+  struct Recipe;  ///< a recognizer, and the models as it describes them
+  std::shared_ptr<Recipe> recipeOf(const RecognitionUnit& unit);
+  void look(const RecognitionTask& task, RecognitionFound& found);
+  const Entry& modelOf(Recipe& recipe, const RecognitionSearch& search);
+  bool isCorrect(const RecognitionTask& task, std::size_t model, const cv::Affine3d& pose) const;
+
+  const RecognitionExperimentOptions& options_;
+  const ModelPairs& pairs_;
+  FilteredClouds clouds_;
+  std::vector<Model> models_;
+  std::vector<std::string> sceneDigests_;
+  std::mutex mutex_;
+  std::map<std::string, std::weak_ptr<Recipe>> recipes_;
+  std::shared_ptr<Recipe> latest_;
+};
+
+}  // namespace estancia::experiments

@@ -1,0 +1,16 @@
+// What the recognition experiment found, in the tables of the thesis and beside them.
+#pragma once
+
+#include "experiments/src/findings/findings.hpp"
+#include "experiments/src/recognition/recognition_results.hpp"
+
+namespace estancia::experiments {
+
+/// Table 2.17 in both scores, beside the thesis', for each preset.
+void addOverall(const RecognitionResults& results, Findings& findings);
+
+/// Tables 2.2 to 2.16: for each descriptor its detectors one by one, and their means; each with the thesis'
+/// below.
+void addThesisTables(const RecognitionResults& results, Findings& findings);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,203 @@
+#include "experiments/src/runner/experiment.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <variant>
+
+#include "estancia/classify/classifier.hpp"
+#include "estancia/core/config.hpp"
+#include "estancia/core/error.hpp"
+#include "experiments/src/objects/object_segmentation.hpp"
+#include "experiments/src/objects/object_splits.hpp"
+#include "experiments/src/places/model_choice.hpp"
+#include "experiments/src/places/place_tasks.hpp"
+#include "experiments/src/recognition/recognition.hpp"
+#include "experiments/src/runner/grid.hpp"
+#include "experiments/src/scenes/scenes.hpp"
+#include "experiments/src/zones/zone_tables.hpp"
+
+namespace estancia::experiments {
+namespace {
+
+/// What a configuration asks for, read and checked.
+struct Experiment {
+  std::vector<std::vector<std::string>> cells;  ///< coordinates of those that are sure to be; may be empty
+  std::function<Findings(Grid& grid, const ExperimentRun& run, Progress& progress)> run;
+};
+
+/// Of the sequences that are there, and of descriptors that are not optional.
+std::vector<std::vector<std::string>> scenesCells(const ScenesOptions& options) {
+  std::vector<std::pair<std::string, std::string>> pairs;
+  std::vector<std::string> sequences, classifiers = options.classifiers;
+  for (const ScenesOptions::Data& data : options.data) {
+    if (data.optional && !std::filesystem::exists(data.images.path)) continue;
+    if (data.asked || !data.splitColumn.empty())
+      pairs.emplace_back(data.name + " train", data.name + " test");
+    else
+      sequences.push_back(data.name);
+  }
+  for (const std::string& train : sequences)
+    for (const std::string& test : sequences)
+      if (train != test || options.sameSequence) pairs.emplace_back(train, test);
+  if (classifiers.empty())
+    for (const auto& [type, explanation] : classifierTypes()) classifiers.push_back(type);
+  std::vector<std::vector<std::string>> cells;
+  for (const std::string& descriptor : options.descriptors)
+    for (const std::string& classifier : classifiers)
+      for (const auto& [train, test] : pairs) cells.push_back({descriptor, classifier, train, test});
+  return cells;
+}
+
+template <class Options>
+std::vector<std::vector<std::string>> sureCells(const Options&) {
+  return {};
+}
+
+template <>
+std::vector<std::vector<std::string>> sureCells(const ScenesOptions& options) {
+  return scenesCells(options);
+}
+
+template <auto readOptions, auto findings>
+Experiment prepare(ConfigFile& config) {
+  const auto options = readOptions(config);
+  return {sureCells(options), [options](Grid& grid, const ExperimentRun& run, Progress& progress) {
+            return findings(options, grid, run, progress);
+          }};
+}
+
+struct Kind {
+  const char* type;
+  const char* explanation;
+  GridColumns (*columns)();
+  bool cellsLabel;  ///< then they are computed one by one: the threads belong to the network
+  Experiment (*read)(ConfigFile& config);
+};
+
+constexpr Kind kKinds[] = {
+    {"model-choice", "which model's words tell places apart (thesis 4.5.2)", modelChoiceColumns, false,
+     prepare<readModelChoice, chooseModel>},
+    {"object-segmentation", "things in images found whole and apart (thesis 6.3)", objectSegmentationColumns,
+     false, prepare<readObjectSegmentation, segmentObjects>},
+    {"object-splits", "shapes learned by a labeler's names, asked about other things (thesis 6.4)",
+     objectSplitsColumns, false, prepare<readObjectSplits, splitObjects>},
+    {"places", "places mapped, found again, and rooms told apart", placeTasksColumns, true,
+     prepare<readPlaceTasks, comparePlaceTasks>},
+    {"recognition", "known objects in noisy scenes, by filter, keypoints and descriptor (thesis 2.6)",
+     recognitionColumns, false, prepare<readRecognition, compareRecognition>},
+    {"scenes", "rooms named by every descriptor with every classifier (thesis 3.5)", scenesColumns, false,
+     prepare<readScenes, compareScenes>},
+    {"zones", "zones against rooms, by model, distance, linkage and cut (thesis 5.5)", zoneTablesColumns,
+     false, prepare<readZoneTables, compareZones>},
+};
+
+template <class T>
+void addNew(std::vector<T>& to, const std::vector<T>& from) {
+  for (const T& one : from)
+    if (std::find(to.begin(), to.end(), one) == to.end()) to.push_back(one);
+}
+
+/// Refuses, before anything is computed, what would be found twice or replace what another has written.
+void requireDifferent(const std::vector<std::filesystem::path>& configs,
+                      const std::vector<Experiment>& experiments) {
+  std::map<std::vector<std::string>, std::size_t> known;
+  for (std::size_t i = 0; i < configs.size(); ++i) {
+    const std::string here = configs[i].string();
+    for (const auto& cell : experiments[i].cells) {
+      const auto [other, isNew] = known.emplace(cell, i);
+      if (!isNew && other->second != i)
+        throw Error(
+            fmt::format("{} and {} both ask for {}; leave it out of one, or run them one by one into "
+                        "folders of their own (-o)",
+                        configs[other->second].string(), here, fmt::join(cell, ", ")));
+    }
+    for (std::size_t j = 0; j < i; ++j)
+      if (!experiments[i].cells.empty() && configs[j].stem() == configs[i].stem())
+        throw Error(fmt::format("{} and {} have the same name, by which their tables are called; rename one",
+                                configs[j].string(), here));
+  }
+}
+
+/// Adds what was found next. What all print beside their own, as the thesis' tables, comes once and last.
+void append(Findings& all, Findings findings) {
+  all.summary += (all.summary.empty() ? "" : " ") + findings.summary;
+  addNew(all.facts, findings.facts);
+  addNew(all.notes, findings.notes);
+  for (Findings& part : findings.apart) all.apart.push_back(std::move(part));
+  for (auto& section : findings.sections) {
+    if (const auto* table = std::get_if<ResultTable>(&section))
+      std::erase_if(all.sections, [table](const auto& known) {
+        const auto* other = std::get_if<ResultTable>(&known);
+        return other != nullptr && *other == *table;
+      });
+    all.sections.push_back(std::move(section));
+  }
+}
+
+/// Experiments of one type, in one folder.
+struct Group {
+  const Kind* kind;
+  std::vector<std::filesystem::path> configs = {};
+  std::vector<Experiment> experiments = {};
+
+  Findings run(const ExperimentRun& run, Progress& progress) const {
+    Grid grid(run.folder, kind->columns(), kind->cellsLabel ? 1 : run.labeler.threads, run.distribution);
+    grid.makeFolder();
+    Findings all;
+    for (std::size_t i = 0; i < experiments.size(); ++i) {
+      grid.setSource(configs[i].string());
+      Findings findings = experiments[i].run(grid, run, progress);
+      all.title = findings.title;
+      append(all, std::move(findings));
+    }
+    grid.writeCsv();
+    return all;
+  }
+};
+
+}  // namespace
+
+Findings runExperiment(const std::vector<std::filesystem::path>& configs, const ExperimentRun& run,
+                       Progress& progress) {
+  std::vector<std::pair<std::string, const Kind*>> kinds;
+  for (const Kind& kind : kKinds) kinds.emplace_back(kind.type, &kind);
+  std::vector<Group> groups;
+  for (const auto& file : configs) {
+    ConfigFile config(file);
+    const Kind* kind = nullptr;
+    const auto choose = [&](const toml::node& node) { kind = config.choice(node, kinds); };
+    config.read({{"type", true, "the kind of experiment, as \"model-choice\"", choose}},
+                ConfigFile::Others::skip);
+    auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) { return g.kind == kind; });
+    if (group == groups.end()) group = groups.insert(group, {kind});
+    group->configs.push_back(file);
+    group->experiments.push_back(kind->read(config));
+  }
+  if (groups.empty()) throw Error("no experiment is named");
+  for (const Group& group : groups) requireDifferent(group.configs, group.experiments);
+  if (groups.size() == 1) return groups[0].run(run, progress);
+
+  for (const Group& group : groups) Grid(run.folder / group.kind->type, {}).makeFolder();
+  Findings all;
+  for (const Group& group : groups) {
+    ExperimentRun own = run;
+    own.folder /= group.kind->type;
+    Findings findings = group.run(own, progress);
+    for (Findings& part : findings.apart) part.file = std::string(group.kind->type) + "/" + part.file;
+    all.title += (all.title.empty() ? "" : " · ") + findings.title;
+    append(all, std::move(findings));
+  }
+  return all;
+}
+
+std::vector<std::pair<std::string, std::string>> experimentTypes() {
+  std::vector<std::pair<std::string, std::string>> types;
+  for (const Kind& kind : kKinds) types.emplace_back(kind.type, kind.explanation);
+  return types;
+}
+
+}  // namespace estancia::experiments

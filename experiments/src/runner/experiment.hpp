@@ -1,0 +1,37 @@
+// Experiments: configuration files in, findings out. One file a kind.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "estancia/core/progress.hpp"
+#include "estancia/label/label_cache.hpp"
+#include "estancia/label/model.hpp"
+#include "experiments/src/findings/findings.hpp"
+
+namespace estancia::experiments {
+
+class WorkQueue;
+
+struct ExperimentRun {
+  std::filesystem::path folder;     ///< where cells and results.csv go; made when it is not there
+  std::vector<std::string> models;  ///< instead of those of the configuration; none: as it says
+  LabelerOptions labeler;       ///< its threads also compute the cells; the findings do not depend on them
+  LabelCache* cache = nullptr;  ///< of words that were paid for before
+  WorkQueue* distribution = nullptr;  ///< shares the cells among processes; null: this one does all
+};
+
+/// Runs the experiments of the files, each of the type that it names: results.csv holds the cells of all, the
+/// findings what was found of each. Of several types, each has its own folder FOLDER/TYPE. Finished cells are
+/// kept in the folder and not computed again unless something they depend on has changed. Throws Error
+/// `file:line: …` about a wrong file before any is run, Interrupted when the user asks to stop, and what the
+/// kind throws.
+Findings runExperiment(const std::vector<std::filesystem::path>& configs, const ExperimentRun& run,
+                       Progress& progress);
+
+/// The known types, each with one line of explanation.
+std::vector<std::pair<std::string, std::string>> experimentTypes();
+
+}  // namespace estancia::experiments

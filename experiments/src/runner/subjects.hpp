@@ -1,0 +1,37 @@
+// What experiments are about: models to compare, and images to compare them on.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "estancia/core/config.hpp"
+#include "estancia/io/sequence.hpp"
+#include "experiments/src/runner/experiment.hpp"
+
+namespace estancia::experiments {
+
+/// Images to open: where, and how.
+struct SequenceSource {
+  std::filesystem::path path;
+  SequenceOptions options;
+};
+
+/// Opens them. Throws Error when they are words already (a recording): models cannot be compared on those.
+std::unique_ptr<Sequence> openImages(const SequenceSource& source);
+
+/// The keys that say where images are and how to open them.
+std::vector<ConfigFile::Key> sourceKeys(ConfigFile& config, SequenceSource& source, bool pathRequired);
+
+struct Candidate {
+  std::string model;  ///< for loadModel()
+  std::string name;   ///< for people
+};
+
+/// The models of the command line, else those of the configuration, else all that are installed; what is left
+/// out is told in `notes`. Throws Error when one is unknown or two have the same name.
+std::vector<Candidate> modelsToCompare(const std::vector<std::string>& configured, const ExperimentRun& run,
+                                       std::vector<std::string>& notes);
+
+}  // namespace estancia::experiments

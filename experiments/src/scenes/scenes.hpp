@@ -1,0 +1,73 @@
+// Which room is this? Every descriptor with every classifier, learned on some images and asked about others
+// (thesis 3.5: Fig. 3.7, 3.8 and 3.11, Table 3.2). docs/measured/scenes.md shows the tables that it makes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "estancia/core/progress.hpp"
+#include "experiments/src/findings/findings.hpp"
+#include "experiments/src/runner/experiment.hpp"
+#include "experiments/src/runner/grid.hpp"
+#include "experiments/src/runner/subjects.hpp"
+
+namespace estancia {
+
+class ConfigFile;
+
+}  // namespace estancia
+
+namespace estancia::experiments {
+
+struct ScenesOptions {
+  /// Images (or a table of features) whose rooms are known. With a `splitColumn`, or with `test`, they are
+  /// learned from and asked about in one pair; else they are a sequence that makes a pair with every other.
+  struct Data {
+    std::string name;
+    SequenceSource images;
+    std::filesystem::path table;  ///< CSV with a header, one line an image; "": the images know their rooms
+    std::string imageColumn = "image", roomColumn = "room";
+    std::string splitColumn;                     ///< of the table; "": all images belong together
+    std::string train = "train", test = "test";  ///< its values
+    std::optional<SequenceSource> asked;         ///< the images to ask about: [data.test]
+    std::vector<std::string> only;               ///< these rooms; none: all
+    std::vector<std::string> ignored;            ///< columns of a table of features that are none
+    bool optional = false;                       ///< left out, with a note, when it is not there
+  };
+  /// A descriptor in fewer labels (3.5.3, Fig. 3.11).
+  struct Subsets {
+    std::string descriptor, classifier;
+    std::vector<std::size_t> counts;  ///< how many labels; 0: all
+    std::vector<std::string> by;      ///< the rules that choose them, on the training images alone
+  };
+
+  std::string name;                              ///< of the study: the file's
+  std::vector<std::string> descriptors;          ///< parts are joined by +: "inception-v3+gist"
+  std::vector<std::string> optionalDescriptors;  ///< left out, with a note, where a model is not installed
+  std::vector<std::string> classifiers;          ///< none: all
+  std::vector<std::uint64_t> seeds{1};           ///< each cell is the mean over them
+  int folds = 5;             ///< of the cross-validation in which classifiers choose their parameters
+  bool sameSequence = true;  ///< also pairs of a sequence with itself (without a split)
+  std::optional<Subsets> subsets;
+  std::vector<Data> data;  ///< at least one
+};
+
+/// Throws Error `file:line: …` on unknown, missing or wrong keys.
+ScenesOptions readScenes(ConfigFile& config);
+
+/// descriptor,classifier,train,test,accuracy,balanced_accuracy,accuracy_low,accuracy_high
+GridColumns scenesColumns();
+
+/// Runs the experiment. Beside the grid's results it writes NAME-confusions.csv, NAME-images.csv (how often
+/// each image was taken for another room), NAME-scores.csv (what the ranks are made of, for `estancia
+/// compare`) and, where subsets are asked for, NAME-subsets.csv. Throws Error
+/// when a descriptor is unknown, data that is not optional cannot be opened, or a training half shows fewer
+/// than two rooms or a room in one image only.
+Findings compareScenes(const ScenesOptions& options, Grid& grid, const ExperimentRun& run,
+                       Progress& progress);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,99 @@
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "estancia/classify/classifier.hpp"
+#include "estancia/classify/label_selection.hpp"
+#include "estancia/core/config.hpp"
+#include "experiments/src/runner/config_lists.hpp"
+#include "experiments/src/scenes/scenes.hpp"
+
+namespace estancia::experiments {
+namespace {
+
+using Data = ScenesOptions::Data;
+
+Data readData(ConfigFile& config, const toml::table& table) {
+  Data data;
+  const toml::table* asked = nullptr;
+  const toml::node* columns = nullptr;  // what is said of the table's columns
+  const auto text = [&config](std::string& to) { return [&config, &to](auto& n) { to = config.text(n); }; };
+  auto keys = sourceKeys(config, data.images, true);
+  keys.push_back({"name", true, "what to call it", text(data.name)});
+  keys.push_back({"optional", false, "", [&](auto& n) { data.optional = config.flag(n); }});
+  keys.push_back({"table", false, "the CSV of rooms", [&](auto& n) { data.table = config.anywhere(n); }});
+  for (const auto& [key, column] : {std::pair{"image_column", &data.imageColumn},
+                                    {"room_column", &data.roomColumn},
+                                    {"split_column", &data.splitColumn},
+                                    {"train_value", &data.train},
+                                    {"test_value", &data.test}})
+    keys.push_back({key, false, "", [&config, &columns, column = column](auto& n) {
+                      columns = &n;
+                      *column = config.text(n);
+                    }});
+  keys.push_back({"only", false, "only these rooms",
+                  each(config, data.only, [&config](auto& n) { return config.text(n); })});
+  keys.push_back({"ignored", false, "columns that are no features",
+                  each(config, data.ignored, [&config](auto& n) { return config.text(n); })});
+  keys.push_back({"test", false, "the images to ask about", [&](auto& n) { asked = &config.subtable(n); }});
+  config.read(table, keys);
+  if (columns != nullptr && data.table.empty())
+    config.fail(*columns, "a column of which table? name it by `table`");
+  if (asked != nullptr) {
+    if (!data.splitColumn.empty())
+      config.fail(*asked, "`split_column` parts the images already; leave out one of the two");
+    data.asked = data.images;  // the same but for what is said of it
+    config.read(*asked, sourceKeys(config, *data.asked, false));
+  }
+  return data;
+}
+
+ScenesOptions::Subsets readSubsets(ConfigFile& config, const toml::table& table) {
+  ScenesOptions::Subsets subsets;
+  const auto count = [&config](const toml::node& node) -> std::size_t {
+    if (node.is_string()) return config.choice(node, std::vector{std::pair{std::string("all"), 0}});
+    return static_cast<std::size_t>(config.integer(node, 1, 1000000));
+  };
+  const auto classifier = oneOf(config, classifierTypes());
+  config.read(table,
+              {{"descriptor", true, "whose labels", [&](auto& n) { subsets.descriptor = config.text(n); }},
+               {"classifier", true, "that learns", [&](auto& n) { subsets.classifier = classifier(n); }},
+               {"counts", true, "how many labels", each(config, subsets.counts, count)},
+               {"by", true, "the rules that choose them",
+                each(config, subsets.by, oneOf(config, selectionCriteria()))}});
+  // A curve needs ascending positions; all labels come last.
+  std::sort(subsets.counts.begin(), subsets.counts.end(),
+            [](std::size_t a, std::size_t b) { return a - 1 < b - 1; });
+  return subsets;
+}
+
+}  // namespace
+
+ScenesOptions readScenes(ConfigFile& config) {
+  ScenesOptions options;
+  options.name = config.path().stem().string();
+  const auto text = [&config](const toml::node& node) { return config.text(node); };
+  const auto seed = [&config](const toml::node& node) {
+    return static_cast<std::uint64_t>(config.integer(node, 0, std::numeric_limits<std::int64_t>::max()));
+  };
+  const toml::array* data = nullptr;
+  const toml::table* subsets = nullptr;
+  config.read(
+      {{"type", true, "the kind of experiment", [](auto&) {}},
+       {"descriptors", true, "what describes an image, as \"inception-v3+gist\"",
+        each(config, options.descriptors, text)},
+       {"optional_descriptors", false, "and these where they are",
+        each(config, options.optionalDescriptors, text)},
+       {"classifiers", false, "", each(config, options.classifiers, oneOf(config, classifierTypes()))},
+       {"seeds", false, "", each(config, options.seeds, seed)},
+       {"folds", false, "", [&](auto& n) { options.folds = static_cast<int>(config.integer(n, 2, 100)); }},
+       {"same_sequence", false, "also each sequence with itself",
+        [&](auto& n) { options.sameSequence = config.flag(n); }},
+       {"subsets", false, "", [&](auto& n) { subsets = &config.subtable(n); }},
+       {"data", true, "[[data]] names images with rooms", [&](auto& n) { data = &config.list(n); }}});
+  if (subsets != nullptr) options.subsets = readSubsets(config, *subsets);
+  for (const toml::node& one : *data) options.data.push_back(readData(config, config.subtable(one)));
+  return options;
+}
+
+}  // namespace estancia::experiments

@@ -1,0 +1,61 @@
+// What the cells of a comparison of scene classifiers say together.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "experiments/src/findings/findings.hpp"
+#include "experiments/src/scenes/scene_answers.hpp"
+
+namespace estancia::experiments {
+
+struct ScenesResults {
+  struct Pair {
+    std::string train, test;
+    SceneTest images;                      ///< of the test
+    std::vector<std::string> names, runs;  ///< of the images, and of the run of each number
+    std::size_t learned = 0;               ///< images
+    bool same = false;                     ///< the very images it was trained with
+  };
+  struct Descriptor {
+    std::string name;
+    bool words = false;     ///< words alone, of one model or several
+    std::size_t parts = 1;  ///< more than one: a conjunction
+  };
+  struct Curve {  ///< a rule of selecting labels
+    std::string rule;
+    std::vector<std::vector<SceneAnswers>> answers;  ///< [count][pair]
+  };
+  std::string name;  ///< of the study
+  std::vector<std::string> rooms;
+  std::vector<Pair> pairs;
+  std::vector<Descriptor> descriptors;
+  std::vector<std::string> classifiers;
+  /// cells[(pair · descriptors + d) · classifiers + c]
+  std::vector<SceneAnswers> cells;
+
+  std::string curveDescriptor, curveClassifier;
+  std::vector<std::size_t> counts;  ///< of labels, rising
+  std::size_t labels = 0;           ///< all that the curve's descriptor has, whether asked about or not
+  std::vector<Curve> curves;
+
+  /// Whether it tells what a classifier is worth elsewhere: the test was not learned. Where there are no such
+  /// pairs, all of them have to do.
+  bool tells(const Pair& pair) const;
+
+  const SceneAnswers& cell(std::size_t pair, std::size_t descriptor, std::size_t classifier) const {
+    return cells[(pair * descriptors.size() + descriptor) * classifiers.size() + classifier];
+  }
+};
+
+Findings findingsOf(const ScenesResults& results);
+
+/// CSV `descriptor,classifier,train,test,room,answer,images`: all confusions.
+std::string confusionsCsv(const ScenesResults& results);
+
+/// CSV `train,test,image,room,wrong,cells,taken_for`: how many cells were wrong about each image, and for
+/// what most of them took it; the most difficult one first.
+std::string imagesCsv(const ScenesResults& results);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,81 @@
+#include "experiments/src/scenes/scenes_rankings.hpp"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "estancia/stats/method_comparison.hpp"
+#include "experiments/src/findings/comparison_findings.hpp"
+#include "experiments/src/scenes/scenes_statistics.hpp"
+#include "experiments/src/scenes/thesis_scenes.hpp"
+
+namespace estancia::experiments {
+namespace {
+
+constexpr std::size_t mostDrawn = 40;   // methods of a diagram
+constexpr std::size_t mostListed = 25;  // of a table among others, when not all are drawn
+
+std::string describe(const SceneBlocks& blocks) {
+  if (!blocks.runs)
+    return fmt::format(
+        "The {} tests are the pairs of training and test, as in the thesis. They share sequences, so that "
+        "p-values are smaller than they should be.",
+        blocks.right.size());
+  return fmt::format(
+      "The {} tests are the runs of the test images: each shows one room, in images taken one after another. "
+      "So it is asked whether these classifiers, as they were trained, differ in other rooms of the kind; "
+      "not "
+      "whether they would after learning from other images.",
+      blocks.right.size());
+}
+
+}  // namespace
+
+void addRankings(const ScenesResults& results, Findings& findings) {
+  const SceneBlocks blocks = blocksOf(results);
+  if (blocks.right.size() < 2) {
+    findings.notes.push_back(results.name +
+                             ": all test images are one run in one room, so there is nothing "
+                             "to rank over");
+    return;
+  }
+  findings.facts.emplace_back(results.name + ", tests of the ranks", describe(blocks));
+  const auto add = [&](const std::string& what, const std::string& file, const std::string& of,
+                       MethodScores scores) {
+    if (scores.methods.size() < 2) return;
+    const MethodComparison comparison = compareMethods(std::move(scores));
+    Findings found = comparisonFindings(comparison);
+    const std::string title = fmt::format("{}: {}", results.name, what);
+    findings.facts.emplace_back(title, found.summary);
+    for (auto& section : found.sections) {
+      if (auto* table = std::get_if<ResultTable>(&section)) {
+        table->title = fmt::format("{}, against the best (Table 3.2)", title);
+        table->caption = fmt::format("{} {}{}", describe(blocks), of, table->caption);
+        if (const std::size_t all = table->rows.size(); all > mostDrawn) {
+          table->rows.resize(mostListed);
+          table->caption +=
+              fmt::format(" The best {} of {}; all are in {}-{}.csv.", mostListed, all, results.name, file);
+        }
+      }
+      if (auto* diagram = std::get_if<RankDiagram>(&section)) {
+        diagram->title = title + ", mean ranks";
+        diagram->caption = found.summary + " " + diagram->caption;
+        if (diagram->methods.size() > mostDrawn) continue;
+      }
+      findings.sections.push_back(section);
+    }
+    found.title = title + ", which differ";
+    found.file = fmt::format("{}-{}", results.name, file);
+    findings.apart.push_back(std::move(found));
+  };
+  add("all cells", "statistics", "", scoresOfCells(results, blocks));
+  add("descriptors", "descriptors", "A descriptor's score is its mean over the classifiers. ",
+      scoresOfDescriptors(results, blocks));
+  add("classifiers", "classifiers", "A classifier's score is its mean over the descriptors. ",
+      scoresOfClassifiers(results, blocks));
+  findings.sections.emplace_back(thesisScenes());
+}
+
+}  // namespace estancia::experiments

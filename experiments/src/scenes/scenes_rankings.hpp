@@ -1,0 +1,13 @@
+// Which scene classifiers differ, with the tests of the thesis (3.5.1, Table 3.2, Fig. 3.10).
+#pragma once
+
+#include "experiments/src/findings/findings.hpp"
+#include "experiments/src/scenes/scenes_findings.hpp"
+
+namespace estancia::experiments {
+
+/// Adds Friedman's test with Holm's correction over all cells, over the descriptors and over the classifiers,
+/// and beside it the thesis' own table.
+void addRankings(const ScenesResults& results, Findings& findings);
+
+}  // namespace estancia::experiments

@@ -1,0 +1,19 @@
+// Which class of which category an image belongs to, for measures of zones.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "estancia/core/frame.hpp"
+
+namespace estancia::experiments {
+
+/// Classes of images that follow each other: temporalSegments() of one room and one value of `marks` (one a
+/// frame; none: no such thing). Each run is cut into `parts` equal parts, in order. "kitchen 1", "kitchen 2"
+/// …, one a frame; "" where `rooms` is "".
+std::vector<std::string> classesOfRuns(const std::vector<Frame>& frames,
+                                       const std::vector<std::string>& rooms,
+                                       const std::vector<std::string>& marks, std::size_t parts);
+
+}  // namespace estancia::experiments
