@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/objects/predict.hpp"
@@ -185,9 +185,9 @@ void run(const Arguments& a) {
     try {
       frame = readImageAndDepth(*sequence, i);
     } catch (...) {
-      const std::string problem = frameProblem(about.name);
-      if (a.sequence.strict) throw Error(problem);
-      spdlog::warn("skipped: {}: {}", about.name, problem);
+      const Error failure = frameFailure(about.name);
+      if (a.sequence.strict) throw failure;
+      spdlog::warn("skipped: {}: {}", about.name, failure.what());
       continue;
     }
     const auto begin = std::chrono::steady_clock::now();

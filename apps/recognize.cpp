@@ -10,7 +10,7 @@
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/recognition/prepared.hpp"
@@ -134,10 +134,10 @@ void run(const Arguments& arguments) {
       if (arguments.explain && !arguments.json) tellStages(name, stages);
       models[name] = std::move(shape);
     } catch (...) {
-      const std::string problem = frameProblem(name);
-      if (files.size() == 1) throw Error(problem);
-      spdlog::warn("{} is left out: {}", name, problem);
-      failed.push_back({{"model", name}, {"reason", problem}});
+      const Error failure = frameFailure(name);
+      if (files.size() == 1) throw failure;
+      spdlog::warn("{} is left out: {}", name, failure.what());
+      failed.push_back({{"model", name}, {"reason", failure.what()}});
     }
   }
   if (models.empty()) throw Error(fmt::format("none of the {} models can be looked for", files.size()));

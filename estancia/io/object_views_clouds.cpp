@@ -5,7 +5,7 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/files.hpp"
@@ -52,7 +52,7 @@ class CloudViews final : public ListedObjectViews {
       try {
         enough(readCloud(found[i].file), found[i].view.name);
       } catch (...) {
-        problems[i] = frameProblem(found[i].view.name);
+        problems[i] = frameFailure(found[i].view.name).what();
       }
     });
     LeftOut leftOut;

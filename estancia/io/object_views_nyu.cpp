@@ -13,7 +13,7 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
@@ -115,7 +115,7 @@ class NyuObjects final : public ListedObjectViews {
                                   marks.cols, marks.rows, depth.cols, depth.rows));
         components[i] = componentsOf(marks, depth, classes, leastPoints_);
       } catch (...) {
-        problems[i] = frameProblem(frames_->frame(i).name);
+        problems[i] = frameFailure(frames_->frame(i).name).what();
       }
     });
     LeftOut leftOut;

@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/label_scores.hpp"
@@ -117,7 +117,7 @@ class HttpLabeler final : public Labeler {
       } catch (const Error&) {
         throw;
       } catch (...) {
-        results.push_back({{}, frameProblem(batch[results.size()].frame)});
+        results.push_back({{}, frameFailure(batch[results.size()].frame).what()});
       }
     if (!failure.empty()) throw BatchError(failure, std::move(results));  // what was paid for is kept
     if (stopped) throw Interrupted("stopped while waiting for an answer");
@@ -184,7 +184,7 @@ class HttpLabeler final : public Labeler {
   } catch (const Error& e) {
     return {{}, {}, e.what()};
   } catch (...) {
-    return {{}, frameProblem(prepared.frame), {}};
+    return {{}, frameFailure(prepared.frame).what(), {}};
   }
 
   Outcome read(const HttpReply& reply) const {

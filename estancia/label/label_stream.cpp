@@ -13,7 +13,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/label/cached_words.hpp"
 
 namespace estancia {
@@ -148,9 +148,10 @@ class LabelStream::Reader {
         if (Part& part = waiting.parts[p]; !part.remembered)
           part.input = parts_[p]->prepare(waiting.frame.image, sequence_.frame(i).name);
     } catch (...) {
-      waiting.frame.problem = frameProblem(sequence_.frame(i).name);
-      if (options_.strict) throw Error(waiting.frame.problem);
+      const Error failure = frameFailure(sequence_.frame(i).name);
+      if (options_.strict) throw failure;
       waiting.frame.image.release();
+      waiting.frame.problem = failure.what();
     }
     return waiting;
   }

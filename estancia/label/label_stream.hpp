@@ -46,7 +46,7 @@ class LabelStream {
   LabelStream& operator=(const LabelStream&) = delete;
 
   /// The next frame, or nothing after the last. Throws what inference throws, and what the sequence throws
-  /// that is not one frame's failure (see frameProblem(); with `strict`: that too); after an exception the
+  /// that is not one frame's failure (see frameFailure(); with `strict`: that too); after an exception the
   /// stream is at its end. When the labeler discovers words, earlier descriptors are shorter than later ones.
   std::optional<LabeledFrame> next();
 

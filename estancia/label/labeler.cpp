@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 
 namespace estancia {
 
@@ -26,7 +26,7 @@ std::vector<LabelResult> Labeler::inferBatch(std::span<const Prepared> batch) {
       results.resize(batch.size());
       throw BatchError(e.what(), std::move(results));
     } catch (...) {
-      results.push_back({{}, frameProblem(prepared.frame)});
+      results.push_back({{}, frameFailure(prepared.frame).what()});
     }
   return results;
 }

@@ -29,7 +29,7 @@ struct LabelResult {
 };
 
 /// Thrown when one frame cannot be labeled but the next may be; any other Error ends the work. What is no
-/// Error at all is one frame's failure, too (see frameProblem()).
+/// Error at all is one frame's failure, too (see frameFailure()).
 class FrameError : public Error {
  public:
   using Error::Error;

@@ -1,7 +1,7 @@
 #include "estancia/label/onnxruntime_engine.hpp"
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/label/onnxruntime_library.hpp"
 
 #ifdef ESTANCIA_ONNXRUNTIME_LIBRARY  // cmake/EstanciaOnnxruntime.cmake
@@ -139,7 +139,7 @@ class OnnxruntimeEngine final : public NetworkLabeler {
       } catch (const Error&) {
         throw;
       } catch (...) {
-        results[i].problem = frameProblem(batch[i].frame);
+        results[i].problem = frameFailure(batch[i].frame).what();
       }
     });
     return results;

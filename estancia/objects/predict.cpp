@@ -11,7 +11,7 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/log_opinion_pool.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/progress.hpp"
@@ -83,7 +83,7 @@ struct ObjectPredictor::State {
       try {
         prepared[i] = labeler->prepare(patches[i]);
       } catch (...) {
-        objects[i].problem = frameProblem(fmt::format("object {}", i));
+        objects[i].problem = frameFailure(fmt::format("object {}", i)).what();
       }
     });
     std::vector<std::size_t> asked;
@@ -128,8 +128,8 @@ struct ObjectPredictor::State {
       try {
         rows[i] = describeShape(cloudOf(frame, i), shape);
       } catch (...) {
-        const std::string problem = frameProblem(fmt::format("object {}", i));
-        if (objects[i].problem.empty()) objects[i].problem = problem;
+        const Error failure = frameFailure(fmt::format("object {}", i));
+        if (objects[i].problem.empty()) objects[i].problem = failure.what();
       }
     });
     Features features{shapeParts(shape), {}, DescriptorMatrix(0)};

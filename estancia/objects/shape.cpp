@@ -8,7 +8,7 @@
 #include <iterator>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/describe/esf.hpp"
 
@@ -80,7 +80,7 @@ Features sampleSegments(const ObjectViews& views, const ShapeOptions& options, P
                  rows[i] = describeShape(views.cloud(i), options);
                } catch (...) {
                  const std::string& name = views.view(i).name;
-                 told[i] = fmt::format("{}: {}", name, frameProblem(name));
+                 told[i] = fmt::format("{}: {}", name, frameFailure(name).what());
                }
              });
   progress.end();

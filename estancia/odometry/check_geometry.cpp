@@ -10,7 +10,7 @@
 #include <tuple>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/odometry/check_parts.hpp"
 #include "estancia/odometry/reprojection.hpp"
@@ -161,7 +161,7 @@ class Geometry {
       try {
         depth = sequence_.depth(i);
       } catch (...) {
-        frameProblem(sequence_.frame(i).name);  // counted where depth is checked
+        frameFailure(sequence_.frame(i).name);  // counted where depth is checked
         return nullptr;
       }
       found = views_.emplace(i, DepthView(depth, *sequence_.intrinsics())).first;

@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/odometry/check_parts.hpp"
 #include "estancia/odometry/pyramid.hpp"
 
@@ -60,7 +60,7 @@ cv::Size lookAtImage(const Sequence& sequence, std::size_t i, ImageTally& tally)
   try {
     image = sequence.image(i);
   } catch (...) {
-    frameProblem(name);
+    frameFailure(name);
     tally.unreadable.add(name);
     return {};
   }
@@ -72,7 +72,7 @@ cv::Size lookAtImage(const Sequence& sequence, std::size_t i, ImageTally& tally)
       ++tally.pairs;
       if (isFrozen(sequence, i, image)) tally.frozen.add(name);
     } catch (...) {
-      frameProblem(name);  // the next one cannot be read: counted when it is looked at
+      frameFailure(name);  // the next one cannot be read: counted when it is looked at
     }
   return image.size();
 }
@@ -92,10 +92,10 @@ cv::Size lookAtDepth(const Sequence& sequence, std::size_t i, cv::Size image, st
   try {
     depth = sequence.depth(i);
   } catch (...) {
-    const std::string problem = frameProblem(name);
+    const Error failure = frameFailure(name);
     if (isOutOfTime(sequence, i)) return {};
     tally.missing.add(name);
-    if (tally.firstError.empty()) tally.firstError = problem;
+    if (tally.firstError.empty()) tally.firstError = failure.what();
     return {};
   }
   std::vector<double> valid;

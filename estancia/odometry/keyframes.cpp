@@ -9,7 +9,7 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/rigid.hpp"
 
 namespace estancia::odometry {
@@ -50,7 +50,7 @@ std::unique_ptr<FrameView> viewOf(const Sequence& sequence, std::size_t frame, c
     else
       view->pyramid = pyramidOf(view->image, kLevels);
   } catch (...) {
-    view->problem = frameProblem(sequence.frame(frame).name);
+    view->problem = frameFailure(sequence.frame(frame).name).what();
   }
   return view;
 }

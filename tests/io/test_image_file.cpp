@@ -140,7 +140,7 @@ TEST_F(ImageFile, NoticesACutWithinTheHeader) {
     EXPECT_THAT(errorOfReading("cut.webp", webp.substr(0, length)), HasSubstr("cut off")) << length;
   using namespace std::string_literals;
   EXPECT_THAT(errorOfReading("short.webp", "RIFF\0\0\0\0"s), HasSubstr("cut off"));
-  EXPECT_THAT(errorOfReading("song.wav", "RIFF\x24\0\0\0WAVE"s), HasSubstr("not a picture"));
+  EXPECT_THAT(errorOfReading("song.wav", "RIFF\x24\0\0\0WAVE"s), HasSubstr("not an image"));
 }
 
 TEST_F(ImageFile, NoticesADamagedPng) {

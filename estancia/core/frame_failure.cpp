@@ -1,4 +1,4 @@
-#include "estancia/core/frame_problem.hpp"
+#include "estancia/core/frame_failure.hpp"
 
 #include <fmt/format.h>
 
@@ -7,29 +7,29 @@
 #include <opencv2/core.hpp>
 #include <string_view>
 
-#include "estancia/core/error.hpp"
-
 namespace estancia {
 namespace {
 
 /// Other libraries break lines, and quote bytes of damaged files.
-std::string unexpected(const std::string& frame, std::string_view reason) {
+Error unexpected(const std::string& frame, std::string_view reason) {
   std::string line(reason.substr(0, 200));
   std::ranges::replace_if(
       line, [](char c) { return c < ' ' || c > '~'; }, ' ');
-  return fmt::format("{}: fails unexpectedly ({}); replace or remove its file, and report it if it is sound",
-                     frame, line);
+  return Error(
+      ErrorCode::invalidInput,
+      fmt::format("{}: fails unexpectedly ({}); replace or remove its file, and report it if it is sound",
+                  frame, line));
 }
 
 }  // namespace
 
-std::string frameProblem(const std::string& frame) {
+Error frameFailure(const std::string& frame) {
   try {
     throw;
   } catch (const Interrupted&) {
     throw;
   } catch (const Error& e) {
-    return e.what();
+    return {e.code(), e.what()};
   } catch (const std::bad_alloc&) {
     throw;
   } catch (const cv::Exception& e) {
