@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/objects/predict.hpp"
@@ -183,9 +184,10 @@ void run(const Arguments& a) {
     ImageAndDepth frame;
     try {
       frame = readImageAndDepth(*sequence, i);
-    } catch (const Error& error) {
-      if (a.sequence.strict) throw;
-      spdlog::warn("skipped: {}: {}", about.name, error.what());
+    } catch (...) {
+      const Error failure = frameFailure(about.name);
+      if (a.sequence.strict) throw failure;
+      spdlog::warn("skipped: {}: {}", about.name, failure.what());
       continue;
     }
     const auto begin = std::chrono::steady_clock::now();

@@ -10,6 +10,7 @@
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/recognition/prepared.hpp"
@@ -132,12 +133,11 @@ void run(const Arguments& arguments) {
       explained["models"][name] = toJson(stages);
       if (arguments.explain && !arguments.json) tellStages(name, stages);
       models[name] = std::move(shape);
-    } catch (const Interrupted&) {
-      throw;
-    } catch (const Error& error) {
-      if (files.size() == 1) throw;
-      spdlog::warn("{} is left out: {}", name, error.what());
-      failed.push_back({{"model", name}, {"reason", error.what()}});
+    } catch (...) {
+      const Error failure = frameFailure(name);
+      if (files.size() == 1) throw failure;
+      spdlog::warn("{} is left out: {}", name, failure.what());
+      failed.push_back({{"model", name}, {"reason", failure.what()}});
     }
   }
   if (models.empty()) throw Error(fmt::format("none of the {} models can be looked for", files.size()));

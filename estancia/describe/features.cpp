@@ -12,6 +12,7 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/describe/lexical.hpp"
 #include "estancia/describe/load_descriptor.hpp"
@@ -112,8 +113,8 @@ std::vector<Column> computed(const Sequence& sequence, const std::vector<const N
                  const View view = viewOf(sequence, frame, image, depth);
                  for (std::size_t i = 0; i < sources.size(); ++i)
                    columns[i].rows[frame] = sources[i]->descriptor->describe(view);
-               } catch (const Error& e) {
-                 problems.tell(frame, e.what());
+               } catch (...) {
+                 problems.tell(frame, frameFailure(sequence.frame(frame).name).what());
                }
                const std::lock_guard lock(mutex);
                progress.advance();

@@ -131,7 +131,7 @@ Size inspectTiff(const Bytes& b) {
 }
 
 Size inspectWebp(const Bytes& b) {
-  b.need(8 + b.little(4, 4));
+  b.need(std::max<std::uint64_t>(8 + b.little(4, 4), 16));
   const std::string_view kind = b.data.substr(12, 4);
   if (kind == "VP8 ") return {"WebP", b.little(26, 2) & 0x3FFF, b.little(28, 2) & 0x3FFF};
   if (kind == "VP8L") return {"WebP", (b.little(21, 4) & 0x3FFF) + 1, (b.little(21, 4) >> 14 & 0x3FFF) + 1};
@@ -235,7 +235,8 @@ Inspect findFormat(const Bytes& b) {
   if (b.startsWith("II*\0"sv) || b.startsWith("MM\0*"sv) || b.startsWith("II+\0"sv) ||
       b.startsWith("MM\0+"sv))
     return inspectTiff;
-  if (b.startsWith("RIFF") && b.data.substr(8, 4) == "WEBP") return inspectWebp;
+  if (b.startsWith("RIFF") && "WEBP"sv.starts_with(b.data.substr(std::min<std::size_t>(b.data.size(), 8), 4)))
+    return inspectWebp;  // also one that is cut off before it says so
   if (b.startsWith("\x76\x2F\x31\x01")) return inspectExr;
   if (b.startsWith("#?RADIANCE") || b.startsWith("#?RGBE")) return inspectRadiance;
   if (b.data.size() > 2 && b.data[0] == 'P' && b.data[1] >= '1' && b.data[1] <= '6' &&

@@ -5,6 +5,7 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/files.hpp"
@@ -50,8 +51,8 @@ class CloudViews final : public ListedObjectViews {
     inParallel(found.size(), static_cast<std::size_t>(usableCores()), [&](std::size_t i) {
       try {
         enough(readCloud(found[i].file), found[i].view.name);
-      } catch (const Error& error) {
-        problems[i] = error.what();
+      } catch (...) {
+        problems[i] = frameFailure(found[i].view.name).what();
       }
     });
     LeftOut leftOut;

@@ -13,6 +13,7 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
@@ -113,8 +114,8 @@ class NyuObjects final : public ListedObjectViews {
           throw Error(fmt::format("{}: {} × {} pixels, depth has {} × {}", printable(labels_[i].string()),
                                   marks.cols, marks.rows, depth.cols, depth.rows));
         components[i] = componentsOf(marks, depth, classes, leastPoints_);
-      } catch (const Error& error) {
-        problems[i] = error.what();
+      } catch (...) {
+        problems[i] = frameFailure(frames_->frame(i).name).what();
       }
     });
     LeftOut leftOut;

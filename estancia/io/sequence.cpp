@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/io/camera_file.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/files.hpp"
@@ -111,7 +112,8 @@ void attachIntrinsics(io::ListedSequence& sequence, const fs::path& file) {
       const cv::Mat image = sequence.image(i);
       camera.width = image.cols;
       camera.height = image.rows;
-    } catch (const Error&) {  // the next may be fine
+    } catch (...) {
+      frameFailure(sequence.frame(i).name);  // the next may be fine
     }
   if (camera.width == 0)
     throw Error(fmt::format("{}: does not say the size of the images, and none of the first {} can be read",

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/pcd.hpp"
@@ -259,7 +260,8 @@ void fitCamera(ImageFiles& sequence, const std::vector<fs::path>& clouds) {
   constexpr std::size_t tries = 3;  // the first ones may see nothing, or be damaged
   for (std::size_t i = 0; i < std::min(tries, clouds.size()); ++i) try {
       if (const auto camera = cameraOf(readPcd(clouds[i]))) return sequence.setIntrinsics(*camera);
-    } catch (const Error&) {  // told when its depth is asked for
+    } catch (...) {
+      frameFailure(clouds[i].string());  // told when its depth is asked for
     }
   sequence.warn(
       "the first clouds are not those of a pinhole camera in its optical frame (x right, y down, z forward)");

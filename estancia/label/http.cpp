@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/label_scores.hpp"
@@ -113,6 +114,10 @@ class HttpLabeler final : public Labeler {
         results.push_back({describe(book_, std::move(outcome.words), settings_.answer.best, source_), ""});
       } catch (const FrameError& e) {
         results.push_back({{}, e.what()});
+      } catch (const Error&) {
+        throw;
+      } catch (...) {
+        results.push_back({{}, frameFailure(batch[results.size()].frame).what()});
       }
     if (!failure.empty()) throw BatchError(failure, std::move(results));  // what was paid for is kept
     if (stopped) throw Interrupted("stopped while waiting for an answer");
@@ -178,6 +183,8 @@ class HttpLabeler final : public Labeler {
     return {};
   } catch (const Error& e) {
     return {{}, {}, e.what()};
+  } catch (...) {
+    return {{}, frameFailure(prepared.frame).what(), {}};
   }
 
   Outcome read(const HttpReply& reply) const {

@@ -13,6 +13,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/label/cached_words.hpp"
 
 namespace estancia {
@@ -146,10 +147,11 @@ class LabelStream::Reader {
       for (std::size_t p = 0; p < parts_.size(); ++p)
         if (Part& part = waiting.parts[p]; !part.remembered)
           part.input = parts_[p]->prepare(waiting.frame.image, sequence_.frame(i).name);
-    } catch (const Error& e) {
-      if (options_.strict) throw;
+    } catch (...) {
+      const Error failure = frameFailure(sequence_.frame(i).name);
+      if (options_.strict) throw failure;
       waiting.frame.image.release();
-      waiting.frame.problem = e.what();
+      waiting.frame.problem = failure.what();
     }
     return waiting;
   }

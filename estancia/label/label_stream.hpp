@@ -46,8 +46,8 @@ class LabelStream {
   LabelStream& operator=(const LabelStream&) = delete;
 
   /// The next frame, or nothing after the last. Throws what inference throws, and what the sequence throws
-  /// other than an Error about one frame (with `strict`: that too); after an exception the stream is at its
-  /// end. When the labeler discovers words, earlier descriptors are shorter than later ones.
+  /// that is not one frame's failure (see frameFailure(); with `strict`: that too); after an exception the
+  /// stream is at its end. When the labeler discovers words, earlier descriptors are shorter than later ones.
   std::optional<LabeledFrame> next();
 
  private:

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "estancia/core/frame_failure.hpp"
+
 namespace estancia {
 
 LexicalDescriptor Labeler::adopt(std::span<const LabelProbability>) {
@@ -23,6 +25,8 @@ std::vector<LabelResult> Labeler::inferBatch(std::span<const Prepared> batch) {
     } catch (const Error& e) {
       results.resize(batch.size());
       throw BatchError(e.what(), std::move(results));
+    } catch (...) {
+      results.push_back({{}, frameFailure(prepared.frame).what()});
     }
   return results;
 }

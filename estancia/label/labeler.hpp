@@ -28,7 +28,8 @@ struct LabelResult {
   std::string problem;           ///< why this frame has no words, one sentence; "" when all is well
 };
 
-/// Thrown when one frame cannot be labeled but the next may be; any other Error ends the work.
+/// Thrown when one frame cannot be labeled but the next may be; any other Error ends the work. What is no
+/// Error at all is one frame's failure, too (see frameFailure()).
 class FrameError : public Error {
  public:
   using Error::Error;

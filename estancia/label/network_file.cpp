@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
 #include <google/protobuf/stubs/logging.h>
+#include <google/protobuf/unknown_field_set.h>
 #include <onnx/onnx_pb.h>
 
 #include <algorithm>
@@ -51,11 +54,50 @@ void requireInputShape(const ModelSpec& spec, const fs::path& path, const std::v
                           path.string(), fmt::join(shape, "×"), fmt::join(ours, "×")));
 }
 
-/// Weights in files of their own would be looked for wherever the program happens to run.
-void requireWeightsInside(const onnx::TensorProto& weights, const fs::path& path) {
-  if (weights.data_location() == onnx::TensorProto::EXTERNAL)
+[[noreturn]] void failOnDamage(const fs::path& path) {
+  throw Error(fmt::format("{} is no ONNX file, or cut short; fetch it again", path.string()));
+}
+
+void requireWeightsInside(const google::protobuf::Message& message, const fs::path& path);
+
+/// The default values of a function's attributes (FunctionProto.attribute_proto), which came after ONNX 1.12:
+/// engines may know the field where our library does not.
+void requireDefaultsInside(const onnx::FunctionProto& function, const fs::path& path) {
+  constexpr int attributeProto = 11;
+  const auto& unknown = function.GetReflection()->GetUnknownFields(function);
+  for (int i = 0; i < unknown.field_count(); ++i) {
+    const auto& field = unknown.field(i);
+    if (field.number() != attributeProto ||
+        field.type() != google::protobuf::UnknownField::TYPE_LENGTH_DELIMITED)
+      continue;
+    onnx::AttributeProto attribute;
+    if (!attribute.ParseFromString(field.length_delimited())) failOnDamage(path);
+    requireWeightsInside(attribute, path);
+  }
+}
+
+/// Weights in files of their own would be looked for wherever the program happens to run, outside of the
+/// model's digest. Looks at every tensor of the message, wherever it stands: dense and sparse, in subgraphs,
+/// functions and training. The depth is bounded: protobuf parses at most 100 messages one inside the other.
+void requireWeightsInside(const google::protobuf::Message& message, const fs::path& path) {
+  if (const auto* weights = dynamic_cast<const onnx::TensorProto*>(&message);
+      weights != nullptr && weights->data_location() == onnx::TensorProto::EXTERNAL)
     throw Error(fmt::format("{} keeps its weights ({}) in another file; save the network as one file",
-                            path.string(), weights.name()));
+                            path.string(), weights->name()));
+  if (const auto* function = dynamic_cast<const onnx::FunctionProto*>(&message))
+    requireDefaultsInside(*function, path);
+  const auto* reflection = message.GetReflection();
+  std::vector<const google::protobuf::FieldDescriptor*> fields;
+  reflection->ListFields(message, &fields);
+  for (const auto* field : fields) {
+    if (field->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE) continue;
+    if (!field->is_repeated()) {
+      requireWeightsInside(reflection->GetMessage(message, field), path);
+      continue;
+    }
+    for (int i = 0; i < reflection->FieldSize(message, field); ++i)
+      requireWeightsInside(reflection->GetRepeatedMessage(message, field, i), path);
+  }
 }
 
 /// Engines run an ONNX network on sizes that it was not made for, or fail late: the file's own word is asked
@@ -63,15 +105,10 @@ void requireWeightsInside(const onnx::TensorProto& weights, const fs::path& path
 std::string readOnnx(const ModelSpec& spec, const fs::path& path) {
   std::string bytes = io::readBytes(path, mostBytes);
   onnx::ModelProto model;
-  if (!model.ParseFromString(bytes) || !model.has_graph())
-    throw Error(fmt::format("{} is no ONNX file, or cut short; fetch it again", path.string()));
+  if (!model.ParseFromString(bytes) || !model.has_graph()) failOnDamage(path);
+  requireWeightsInside(model, path);
   std::set<std::string> weights;  // older files list them among the inputs, too
-  for (const auto& weight : model.graph().initializer()) {
-    requireWeightsInside(weight, path);
-    weights.insert(weight.name());
-  }
-  for (const auto& node : model.graph().node())
-    for (const auto& attribute : node.attribute()) requireWeightsInside(attribute.t(), path);
+  for (const auto& weight : model.graph().initializer()) weights.insert(weight.name());
   bool fixed = false;
   for (auto& input : *model.mutable_graph()->mutable_input()) {
     if (weights.contains(input.name()) || !input.type().tensor_type().has_shape()) continue;

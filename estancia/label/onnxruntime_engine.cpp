@@ -1,6 +1,7 @@
 #include "estancia/label/onnxruntime_engine.hpp"
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/label/onnxruntime_library.hpp"
 
 #ifdef ESTANCIA_ONNXRUNTIME_LIBRARY  // cmake/EstanciaOnnxruntime.cmake
@@ -135,6 +136,10 @@ class OnnxruntimeEngine final : public NetworkLabeler {
         results[i].descriptor = infer(session, batch[i]);
       } catch (const FrameError& e) {
         results[i].problem = e.what();
+      } catch (const Error&) {
+        throw;
+      } catch (...) {
+        results[i].problem = frameFailure(batch[i].frame).what();
       }
     });
     return results;

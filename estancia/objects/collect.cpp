@@ -10,6 +10,7 @@
 #include "estancia/cloud/crop_object.hpp"
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/files.hpp"
@@ -143,11 +144,12 @@ Collected collectObjects(const Sequence& sequence, const fs::path& folder, const
       ImageAndDepth read;
       try {
         read = readImageAndDepth(sequence, i);
-      } catch (const Error& error) {
-        if (options.strict) throw;
+      } catch (...) {
+        const std::string& name = sequence.frame(i).name;
+        const Error failure = frameFailure(name);
+        if (options.strict) throw failure;
         ++counts.unread;
-        if (problems != nullptr)
-          problems->push_back(fmt::format("{}: {}", sequence.frame(i).name, error.what()));
+        if (problems != nullptr) problems->push_back(fmt::format("{}: {}", name, failure.what()));
       }
       if (!read.depth.empty())
         collector.add(clusteredFrame(read.image, read.depth, *sequence.intrinsics(), options.clusters),

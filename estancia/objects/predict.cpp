@@ -1,5 +1,7 @@
 #include "estancia/objects/predict.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <functional>
@@ -9,6 +11,7 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/log_opinion_pool.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/progress.hpp"
@@ -79,8 +82,8 @@ struct ObjectPredictor::State {
     inEach(patches.size(), [&](std::size_t i) {
       try {
         prepared[i] = labeler->prepare(patches[i]);
-      } catch (const Error& error) {
-        objects[i].problem = error.what();
+      } catch (...) {
+        objects[i].problem = frameFailure(fmt::format("object {}", i)).what();
       }
     });
     std::vector<std::size_t> asked;
@@ -124,8 +127,9 @@ struct ObjectPredictor::State {
     inEach(objects.size(), [&](std::size_t i) {
       try {
         rows[i] = describeShape(cloudOf(frame, i), shape);
-      } catch (const Error& error) {
-        if (objects[i].problem.empty()) objects[i].problem = error.what();
+      } catch (...) {
+        const Error failure = frameFailure(fmt::format("object {}", i));
+        if (objects[i].problem.empty()) objects[i].problem = failure.what();
       }
     });
     Features features{shapeParts(shape), {}, DescriptorMatrix(0)};

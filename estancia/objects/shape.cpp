@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/describe/esf.hpp"
 
@@ -77,10 +78,9 @@ Features sampleSegments(const ObjectViews& views, const ShapeOptions& options, P
              [&](std::size_t i) {
                try {
                  rows[i] = describeShape(views.cloud(i), options);
-               } catch (const Interrupted&) {
-                 throw;
-               } catch (const Error& e) {
-                 told[i] = fmt::format("{}: {}", views.view(i).name, e.what());
+               } catch (...) {
+                 const std::string& name = views.view(i).name;
+                 told[i] = fmt::format("{}: {}", name, frameFailure(name).what());
                }
              });
   progress.end();

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/odometry/check_parts.hpp"
 #include "estancia/odometry/reprojection.hpp"
@@ -159,7 +160,8 @@ class Geometry {
       cv::Mat depth;
       try {
         depth = sequence_.depth(i);
-      } catch (const Error&) {  // counted where depth is checked
+      } catch (...) {
+        frameFailure(sequence_.frame(i).name);  // counted where depth is checked
         return nullptr;
       }
       found = views_.emplace(i, DepthView(depth, *sequence_.intrinsics())).first;

@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/odometry/check_parts.hpp"
 #include "estancia/odometry/pyramid.hpp"
 
@@ -58,7 +59,8 @@ cv::Size lookAtImage(const Sequence& sequence, std::size_t i, ImageTally& tally)
   cv::Mat image;
   try {
     image = sequence.image(i);
-  } catch (const Error&) {
+  } catch (...) {
+    frameFailure(name);
     tally.unreadable.add(name);
     return {};
   }
@@ -69,7 +71,8 @@ cv::Size lookAtImage(const Sequence& sequence, std::size_t i, ImageTally& tally)
   if (i + 1 < sequence.size()) try {
       ++tally.pairs;
       if (isFrozen(sequence, i, image)) tally.frozen.add(name);
-    } catch (const Error&) {  // the next one cannot be read: counted when it is looked at
+    } catch (...) {
+      frameFailure(name);  // the next one cannot be read: counted when it is looked at
     }
   return image.size();
 }
@@ -88,10 +91,11 @@ cv::Size lookAtDepth(const Sequence& sequence, std::size_t i, cv::Size image, st
   cv::Mat depth;
   try {
     depth = sequence.depth(i);
-  } catch (const Error& error) {
+  } catch (...) {
+    const Error failure = frameFailure(name);
     if (isOutOfTime(sequence, i)) return {};
     tally.missing.add(name);
-    if (tally.firstError.empty()) tally.firstError = error.what();
+    if (tally.firstError.empty()) tally.firstError = failure.what();
     return {};
   }
   std::vector<double> valid;

@@ -9,6 +9,7 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
 #include "estancia/core/rigid.hpp"
 
 namespace estancia::odometry {
@@ -48,8 +49,8 @@ std::unique_ptr<FrameView> viewOf(const Sequence& sequence, std::size_t frame, c
                       usable, view->image.depth.total(), options.farthest);
     else
       view->pyramid = pyramidOf(view->image, kLevels);
-  } catch (const Error& e) {
-    view->problem = e.what();
+  } catch (...) {
+    view->problem = frameFailure(sequence.frame(frame).name).what();
   }
   return view;
 }

@@ -4,7 +4,11 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <filesystem>
+#include <limits>
+#include <map>
 #include <mutex>
+#include <opencv2/core.hpp>
 #include <stdexcept>
 
 #include "estancia/core/error.hpp"
@@ -16,12 +20,18 @@ namespace estancia {
 namespace {
 
 using test::errorOf;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::StartsWith;
 
 /// Frames 0 … size − 1; frame i is an image of one pixel with the value i. Frames in `unreadable` throw.
 class Frames final : public Sequence {
  public:
   explicit Frames(std::size_t size, std::vector<std::size_t> unreadable = {})
-      : frames_(size), unreadable_(std::move(unreadable)) {}
+      : frames_(size), unreadable_(std::move(unreadable)) {
+    for (std::size_t i = 0; i < size; ++i) frames_[i].name = std::to_string(i) + ".png";
+  }
   std::string name() const override { return "frames"; }
   std::size_t size() const override { return frames_.size(); }
   const Frame& frame(std::size_t i) const override { return frames_[i]; }
@@ -29,12 +39,14 @@ class Frames final : public Sequence {
     read.store(i + 1);
     changed.notify_all();
     if (i == outOfMemoryAt) throw std::bad_alloc();
+    if (const auto found = failing.find(i); found != failing.end()) found->second();
     if (std::count(unreadable_.begin(), unreadable_.end(), i) > 0)
       throw Error("frame " + std::to_string(i) + " is torn");
     return cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(static_cast<double>(i)));
   }
 
   std::size_t outOfMemoryAt = static_cast<std::size_t>(-1);
+  std::map<std::size_t, std::function<void()>> failing;
   mutable std::atomic<std::size_t> read{0};  ///< frames asked for so far
   mutable std::condition_variable changed;
 
@@ -48,13 +60,16 @@ class PixelLabeler final : public Labeler {
  public:
   const Vocabulary& vocabulary() const override { return vocabulary_; }
   std::string identity() const override { return "pixel"; }
-  Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override { return {bgr, frame, {}}; }
+  Prepared prepare(const cv::Mat& bgr, const std::string& frame) const override {
+    if (beforePrepare) beforePrepare(bgr.at<cv::Vec3b>(0, 0)[0]);
+    return {bgr, frame, {}};
+  }
   LexicalDescriptor infer(const Prepared& prepared) override {
     const int value = prepared.input.at<cv::Vec3b>(0, 0)[0];
     if (beforeInfer) beforeInfer(value);
     return {static_cast<float>(value) / 100};
   }
-  std::function<void(int)> beforeInfer;
+  std::function<void(int)> beforePrepare, beforeInfer;
 
  private:
   Vocabulary vocabulary_{{"bright"}};
@@ -109,6 +124,43 @@ TEST(LabelStream, StopsAtAnUnreadableFrameWhenStrict) {
   EXPECT_FALSE(stream.next());
 }
 
+std::vector<std::string> problemsOf(const Sequence& frames, Labeler& labeler) {
+  LabelStream stream(frames, labeler);
+  std::vector<std::string> problems;
+  while (const auto frame = stream.next()) problems.push_back(frame->problem);
+  return problems;
+}
+
+TEST(LabelStream, AnExceptionOfAnyTypeIsItsFramesFailure) {
+  Frames frames(6);
+  frames.failing[0] = [] { std::string("RIFF").substr(8); };
+  frames.failing[2] = [] { CV_Error(cv::Error::StsAssert, "two\nlines"); };
+  frames.failing[3] = [] { throw std::filesystem::filesystem_error("gone", std::error_code()); };
+  frames.failing[5] = [] { std::vector<int>().reserve(std::numeric_limits<std::size_t>::max()); };
+  PixelLabeler labeler;
+  EXPECT_THAT(problemsOf(frames, labeler),
+              ElementsAre(AllOf(StartsWith("0.png: "), HasSubstr("substr")), "",
+                          AllOf(StartsWith("2.png: "), HasSubstr("two lines")),
+                          AllOf(StartsWith("3.png: "), HasSubstr("gone")), "", StartsWith("5.png: ")));
+  LabelStream strict(frames, labeler, {.strict = true});
+  EXPECT_THAT(errorOf([&] { strict.next(); }), StartsWith("0.png: "));
+  EXPECT_FALSE(strict.next());
+}
+
+TEST(LabelStream, SoItIsWhenTheFrameIsPreparedOrInferred) {
+  const Frames frames(4);
+  PixelLabeler labeler;
+  labeler.beforePrepare = [](int value) {
+    if (value == 1) throw std::out_of_range("prepared");
+  };
+  labeler.beforeInfer = [](int value) {
+    if (value == 2) throw std::out_of_range("inferred");
+  };
+  EXPECT_THAT(problemsOf(frames, labeler),
+              ElementsAre("", AllOf(StartsWith("1.png: "), HasSubstr("prepared")),
+                          AllOf(StartsWith("2.png: "), HasSubstr("inferred")), ""));
+}
+
 TEST(LabelStream, PassesOnWhatIsNoMatterOfOneFrame) {
   Frames frames(4);
   frames.outOfMemoryAt = 1;
@@ -117,6 +169,11 @@ TEST(LabelStream, PassesOnWhatIsNoMatterOfOneFrame) {
   EXPECT_TRUE(stream.next());
   EXPECT_THROW(stream.next(), std::bad_alloc);
   EXPECT_FALSE(stream.next());
+  Frames others(2);
+  others.failing[0] = [] { CV_Error(cv::Error::StsNoMem, "OpenCV has no memory left"); };
+  EXPECT_THROW(LabelStream(others, labeler).next(), std::bad_alloc);
+  others.failing[0] = [] { throw Interrupted("the user asks to stop"); };
+  EXPECT_THROW(LabelStream(others, labeler).next(), Interrupted);
 }
 
 TEST(LabelStream, GivesAllFramesBeforeTheOneThatFailsWhicheverThreadIsQuicker) {

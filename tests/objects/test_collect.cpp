@@ -198,6 +198,21 @@ TEST_F(Collect, AFolderThatCannotBeMadeLeavesNothing) {
   EXPECT_TRUE(fs::is_empty(folder.parent_path()));
 }
 
+/// Fails in the second frame as no reader means to.
+class Faulty : public TableSequence {
+ public:
+  using TableSequence::TableSequence;
+  cv::Mat depth(std::size_t i) const override {
+    return i == 1 ? throw std::out_of_range("behind the end") : TableSequence::depth(i);
+  }
+};
+
+TEST_F(Collect, AnExceptionOfAnyTypeIsItsFramesFailure) {
+  const Faulty sequence({ballAt(0, 0, 0.06, red)}, {0, 5, 10});
+  EXPECT_EQ(collect(sequence).samples, 2U);
+  EXPECT_THAT(problems_, ElementsAre(AllOf(HasSubstr("0001.png"), HasSubstr("behind the end"))));
+}
+
 TEST_F(Collect, FramesMayBeFarApart) {
   CollectOptions options;
   options.every = std::numeric_limits<std::size_t>::max();

@@ -287,6 +287,10 @@ TEST(Check, LooksAtDepthWithoutPosesToo) {
               ElementsAre("depth-missing"));
   EXPECT_THAT(found([](Altered& s) { s.alterDepth = [](std::size_t, cv::Mat&) { throw Error("gone"); }; }),
               ElementsAre("depth-missing"));
+  EXPECT_THAT(found([](Altered& s) {
+                s.alterDepth = [](std::size_t, cv::Mat&) { throw std::out_of_range("no reader means this"); };
+              }),
+              ElementsAre("depth-missing"));
   EXPECT_THAT(found([](Altered& s) { s.alterDepth = [](std::size_t, cv::Mat& d) { d = 0; }; }),
               ElementsAre("depth-empty"));
   EXPECT_THAT(found([](Altered& s) {
