@@ -10,8 +10,8 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/report/node_zones.hpp"
 #include "estancia/topology/ask.hpp"
+#include "estancia/topology/map_json.hpp"
 #include "estancia/topology/places.hpp"
-#include "estancia/topology/store.hpp"
 #include "estancia/zones/overlay.hpp"
 #include "estancia/zones/zone_file.hpp"
 
@@ -29,7 +29,7 @@ class PlacesInZones {
  public:
   PlacesInZones(const std::string& file, const TopologicalMap& map) {
     if (file.empty()) return;
-    zones_ = readZoneFile(file);
+    zones_ = readZones(file);
     places_ = overlayZones(*zones_, report::groupedRun(map));
   }
 
@@ -44,12 +44,6 @@ class PlacesInZones {
   std::vector<GroupZones> places_;
 };
 
-void addPredicted(nlohmann::ordered_json& json, const Place& place) {
-  if (place.predicted.empty()) return;
-  json["predicted_room"] = place.predicted.front().room;
-  json["room_probability"] = place.predicted.front().probability;
-}
-
 std::string reasonOf(const PlaceAnswer& answer, const TopologicalMap& map) {
   return answer.room.empty()
              ? fmt::format("\"{}\" is its word no. {}", shortLabel(map.vocabulary[answer.label]), answer.rank)
@@ -62,7 +56,7 @@ std::string roomOf(const Place& place) {
 }
 
 void run(const Arguments& arguments) {
-  const TopologicalMap map = MapStore::open(arguments.map, MapStore::Access::read).load();
+  const TopologicalMap map = readMap(arguments.map);
   const PlacesInZones zones(arguments.zones, map);
   if (findMeaning(map, arguments.words).empty()) {
     const auto near = findNearSpellings(map.vocabulary, arguments.words);
@@ -79,40 +73,27 @@ void run(const Arguments& arguments) {
   }
   const Answers answers = ask(map, arguments.words, arguments.count);
   const std::vector<Place> places = placesOf(map);
-  std::vector<std::string> labels;
-  for (const std::size_t label : answers.labels) labels.push_back(map.vocabulary[label]);
-  nlohmann::ordered_json json{{"words", arguments.words},
-                              {"labels", labels},
-                              {"rooms", answers.rooms},
-                              {"places", nlohmann::json::array()}};
-  if (!arguments.json) {
-    std::vector<std::string> shown;
-    for (const std::string& label : labels) shown.push_back(shortLabel(label));
-    for (const std::string& room : answers.rooms) shown.push_back("room " + room);
-    fmt::print("{} → {}\n", arguments.words, fmt::join(shown, ", "));
-    if (answers.rooms.empty() &&
-        std::none_of(answers.places.begin(), answers.places.end(), [](const auto& a) { return a.inTop5; }))
-      fmt::print("No place has it among its five best words; the likeliest are\n");
+  if (arguments.json) {
+    nlohmann::ordered_json json = toJson(arguments.words, answers, map, places);
+    for (auto& place : json["places"])
+      if (const Zone* zone = zones.find(place["node"]))
+        place["zone"] = {{"id", zone->id}, {"name", zone->name}};
+    return print(json);
   }
+  std::vector<std::string> matched;
+  for (const std::size_t label : answers.labels) matched.push_back(shortLabel(map.vocabulary[label]));
+  for (const std::string& room : answers.rooms) matched.push_back("room " + room);
+  fmt::print("{} → {}\n", arguments.words, fmt::join(matched, ", "));
+  if (answers.rooms.empty() &&
+      std::none_of(answers.places.begin(), answers.places.end(), [](const auto& a) { return a.inTop5; }))
+    fmt::print("No place has it among its five best words; the likeliest are\n");
   for (const PlaceAnswer& answer : answers.places) {
-    const Place& place = places[indexOf(map, answer.node)];
-    json["places"].push_back({{"node", answer.node},
-                              {"probability", answer.probability},
-                              {"lift", answer.lift},
-                              {"label", nullptr},
-                              {"rank", answer.rank},
-                              {"among_best_5", answer.inTop5},
-                              {"room", place.room}});
-    if (answer.room.empty()) json["places"].back()["label"] = map.vocabulary[answer.label];
-    addPredicted(json["places"].back(), place);
     const Zone* zone = zones.find(answer.node);
-    if (zone != nullptr) json["places"].back()["zone"] = {{"id", zone->id}, {"name", zone->name}};
-    if (!arguments.json)
-      fmt::print("place {:<5} {:>5.1f} %  {:>5.1f}× the map's mean  {}{}{}\n", answer.node,
-                 100 * answer.probability, answer.lift, reasonOf(answer, map), roomOf(place),
-                 zone == nullptr ? "" : fmt::format("  in zone {} ({})", zone->id, zone->name));
+    fmt::print("place {:<5} {:>5.1f} %  {:>5.1f}× the map's mean  {}{}{}\n", answer.node,
+               100 * answer.probability, answer.lift, reasonOf(answer, map),
+               roomOf(places[indexOf(map, answer.node)]),
+               zone == nullptr ? "" : fmt::format("  in zone {} ({})", zone->id, zone->name));
   }
-  if (arguments.json) print(json);
 }
 
 }  // namespace

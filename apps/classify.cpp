@@ -304,7 +304,7 @@ void name(const Arguments& arguments) {
   const auto sequence = arguments.source.path.empty() ? nullptr : arguments.source.open();
   FeatureSource describing(arguments.describing);
   nameRooms(arguments.map, classifier, sequence.get(), describing);
-  const TopologicalMap map = MapStore::open(arguments.map, MapStore::Access::read).load();
+  const TopologicalMap map = readMap(arguments.map);
   const std::vector<Place> places = placesOf(map);
   for (std::size_t i = 0; i < places.size(); ++i)
     if (arguments.json)

@@ -11,7 +11,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/image_writer.hpp"
-#include "estancia/topology/store.hpp"
+#include "estancia/topology/map.hpp"
 #include "estancia/zones/zone_file.hpp"
 
 namespace estancia::apps {

@@ -17,7 +17,7 @@
 #include "estancia/describe/table_features.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/topology/map_recording.hpp"
+#include "estancia/topology/map.hpp"
 #include "estancia/topology/store.hpp"
 
 namespace estancia::apps {
@@ -135,10 +135,7 @@ void FeatureSource::warn(const std::vector<std::string>& problems) const {
 
 void nameRooms(const std::string& map, const RoomClassifier& classifier, const Sequence* sequence,
                FeatureSource& describing) {
-  const RoomPredictions predictions = describing.rooms(classifier, readMapDescriptors(map), sequence);
-  MapStore store = MapStore::open(map, MapStore::Access::write);
-  store.putPredictions(predictions);
-  store.commit();
+  writeRoomPredictions(describing.rooms(classifier, readMapDescriptors(map), sequence), map);
 }
 
 void addClassifierOption(CLI::App& command, std::string& classifier) {

@@ -18,33 +18,33 @@ struct Arguments {
   bool json = false;
 };
 
-LocalizationAccuracy localizationAccuracy(const Arguments& arguments, const MapReader& reader) {
+LocalizationAccuracy localizationAccuracy(const Arguments& arguments) {
   const AdmissibleImages admissible =
       arguments.truth.empty() ? AdmissibleImages{} : readAdmissibleImages(arguments.truth);
   std::vector<Frame> frames;
   std::vector<std::size_t> numbers;
   std::vector<Localization> answers;
-  localize(arguments.localization, reader, arguments.sequence,
+  Localizer localizer(arguments.localization.map, arguments.localization.localizer);
+  localize(arguments.localization, localizer, arguments.sequence,
            [&](std::size_t number, const Frame& frame, const Localization& answer) {
              frames.push_back(frame);
              numbers.push_back(number);
              answers.push_back(answer);
            });
-  return measureLocalization(reader.map(), frames, numbers, answers, admissible);
+  return measureLocalization(localizer.map(), frames, numbers, answers, admissible);
 }
 
 std::vector<Measure> measuresOfZones(const Arguments& arguments) {
   if (!arguments.sequence.path.empty())
     throw Error(fmt::format("{} holds zones, in which no images are found; give a map for that",
                             arguments.localization.map));
-  return measuresOf(evaluate(readZoneFile(arguments.localization.map)));
+  return measuresOf(evaluate(readZones(arguments.localization.map)));
 }
 
 std::vector<Measure> measure(const Arguments& arguments) {
   if (isZoneFile(arguments.localization.map)) return measuresOfZones(arguments);
-  const MapReader reader(arguments.localization.map);
-  return arguments.sequence.path.empty() ? measuresOf(evaluate(reader.map()))
-                                         : measuresOf(localizationAccuracy(arguments, reader));
+  return arguments.sequence.path.empty() ? measuresOf(evaluate(readMap(arguments.localization.map)))
+                                         : measuresOf(localizationAccuracy(arguments));
 }
 
 void run(const Arguments& arguments) {

@@ -6,7 +6,6 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/topology/export.hpp"
-#include "estancia/topology/store.hpp"
 #include "estancia/zones/rooms.hpp"
 #include "estancia/zones/zone_file.hpp"
 
@@ -23,8 +22,8 @@ std::string textOf(const std::string& file, const std::string& format, const Exp
                     : fmt::format("{} is no file of zones, whose rooms could be written; make one: estancia "
                                   "zones {} -o FILE",
                                   file, file));
-  if (zones) return toRoomsJson(readZoneFile(file), options.words);
-  return exportMap(MapStore::open(file, MapStore::Access::read).load(), format, options);
+  if (zones) return toRoomsJson(readZones(file), options.words);
+  return exportMap(readMap(file), format, options);
 }
 
 }  // namespace

@@ -16,22 +16,22 @@ void LocalizationArguments::addTo(CLI::App& command) {
                   "Answer this many frames late, and better (smoothing); 0 answers at once")
       ->capture_default_str();
   command
-      .add_option("--most-images", localizer.mostImages,
+      .add_option("--most-images", localizer.maxImages,
                   "Compare with at most so many stored images, evenly thinned")
       ->capture_default_str()
       ->check(positive());
 }
 
-void localize(const LocalizationArguments& arguments, const MapReader& reader,
-              const SequenceArguments& sequence,
+void localize(const LocalizationArguments& arguments, Localizer& localizer, const SequenceArguments& sequence,
               const std::function<void(std::size_t, const Frame&, const Localization&)>& use) {
-  Labeling labeling(sequence, arguments.model, &reader.map().vocabulary);
-  requireSameVocabulary(reader.map().vocabulary, labeling.vocabulary(), arguments.map);
+  const TopologicalMap& map = localizer.map();
+  Labeling labeling(sequence, arguments.model, &map.vocabulary);
+  requireSameVocabulary(map.vocabulary, labeling.vocabulary(), arguments.map);
   // Another network with the same words says other things: its answers would look right and mean nothing.
-  if (reader.map().model != labeling.identity())
-    throw Error(fmt::format("{} was made with the model {}, not {}; give that model by --model",
-                            arguments.map, reader.map().model, labeling.identity()));
-  Localizer localizer(reader.forLocalizer(arguments.localizer.mostImages), arguments.localizer);
+  if (map.model != labeling.identity())
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{} was made with the model {}, not {}; give that model by --model",
+                            arguments.map, map.model, labeling.identity()));
   std::deque<std::size_t> waiting;
   const auto give = [&](const std::vector<Localization>& answers) {
     for (const Localization& answer : answers) {

@@ -6,7 +6,6 @@
 
 #include "common.hpp"
 #include "estancia/topology/localizer.hpp"
-#include "estancia/topology/session.hpp"
 #include "labeling.hpp"
 
 namespace estancia::apps {
@@ -20,8 +19,7 @@ struct LocalizationArguments {
 
 /// Labels the frames of `sequence` and localizes them; `use` gets each frame and its answer, in order, with
 /// the frame's number in the sequence.
-void localize(const LocalizationArguments& arguments, const MapReader& reader,
-              const SequenceArguments& sequence,
+void localize(const LocalizationArguments& arguments, Localizer& localizer, const SequenceArguments& sequence,
               const std::function<void(std::size_t, const Frame&, const Localization&)>& use);
 
 }  // namespace estancia::apps

@@ -1,6 +1,7 @@
 // estancia localize: where in a map are these images?
 #include <fmt/format.h>
 
+#include "estancia/topology/map_json.hpp"
 #include "localization.hpp"
 
 namespace estancia::apps {
@@ -13,27 +14,17 @@ struct Arguments {
 };
 
 void printAnswer(const TopologicalMap& map, const std::string& image, const Localization& at, bool json) {
-  const std::string& nearest = map.frames[at.nearestImage].name;
-  const std::string& believed = map.frames[at.beliefImage].name;
-  if (json) {
-    print({{"image", image},
-           {"node", at.node},
-           {"nearest_image", nearest},
-           {"distance", at.distance},
-           {"belief_node", at.beliefNode},
-           {"belief_image", believed},
-           {"confidence", at.confidence}});
-  } else {
-    fmt::print("{}: place {} ({:.0f} %), at {}; alone: place {}, nearest {} at {:.3f}\n", image,
-               at.beliefNode, 100 * at.confidence, believed, at.node, nearest, at.distance);
-  }
+  if (json) return print(toJson(image, at, map));
+  fmt::print("{}: place {} ({:.0f} %), at {}; alone: place {}, nearest {} at {:.3f}\n", image, at.beliefNode,
+             100 * at.confidence, map.frames[at.beliefImage].name, at.node, map.frames[at.nearestImage].name,
+             at.distance);
 }
 
 void run(const Arguments& arguments) {
-  const MapReader reader(arguments.localization.map);
-  localize(arguments.localization, reader, arguments.sequence,
+  Localizer localizer(arguments.localization.map, arguments.localization.localizer);
+  localize(arguments.localization, localizer, arguments.sequence,
            [&](std::size_t, const Frame& frame, const Localization& answer) {
-             printAnswer(reader.map(), frame.name, answer, arguments.json);
+             printAnswer(localizer.map(), frame.name, answer, arguments.json);
            });
 }
 

@@ -12,6 +12,7 @@
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/report/text.hpp"
+#include "estancia/stats/distance.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/session.hpp"
 #include "labeling.hpp"
@@ -59,7 +60,7 @@ std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, con
     throw Error(later(e));
   }
   std::map<std::string, std::size_t> places;
-  for (const Place& place : placesOf(MapStore::open(arguments.output, MapStore::Access::read).load()))
+  for (const Place& place : placesOf(readMap(arguments.output)))
     if (!place.predicted.empty()) ++places[place.predicted.front().room];
   return places;
 }
@@ -74,7 +75,7 @@ void run(const Arguments& arguments, const CLI::App& command) {
         fmt::format("{} exists; continue it with --continue, replace it with --overwrite", arguments.output));
   std::optional<Vocabulary> words;
   const bool goesOn = arguments.goOn && fs::exists(arguments.output);
-  if (goesOn) words = MapStore::open(arguments.output, MapStore::Access::read).identity().vocabulary;
+  if (goesOn) words = readMap(arguments.output).vocabulary;
   Labeling labeling(arguments.sequence, arguments.model, words ? &*words : nullptr);
   const Sequence& sequence = labeling.sequence();
   std::optional<MappingSession> session;
@@ -82,19 +83,18 @@ void run(const Arguments& arguments, const CLI::App& command) {
   if (goesOn) {
     session = MappingSession::resume(arguments.output, labeling.vocabulary(), labeling.identity());
     const MapperOptions& kept = session->mapper().options();
-    if (mapperOptions(kept, arguments, command).toJson() != kept.toJson())
-      throw Error(fmt::format(
-          "{} was made with other settings, which it keeps: leave out --distance, --tau-join, --tau-revisit, "
-          "--blur and --preset, or map anew",
-          arguments.output));
-    first = firstUnmapped(MapStore::open(arguments.output, MapStore::Access::read).load(), sequence);
+    if (mapperOptions(kept, arguments, command) != kept)
+      throw Error(ErrorCode::mismatch, fmt::format("{} was made with other settings, which it keeps: leave "
+                                                   "out --distance, --tau-join, --tau-revisit, "
+                                                   "--blur and --preset, or map anew",
+                                                   arguments.output));
+    first = firstUnmapped(readMap(arguments.output), sequence);
   }
   const std::size_t before = session ? session->frames() : 0;
   const auto add = [&](const LabeledFrame& frame) {
     if (!session)  // an old map goes only once there is something to put in its place
-      session = MappingSession::create(
-          arguments.output, labeling.vocabulary(), labeling.identity(), options,
-          arguments.overwrite ? MapStore::Existing::replace : MapStore::Existing::refuse);
+      session = MappingSession::create(arguments.output, labeling.vocabulary(), labeling.identity(), options,
+                                       arguments.overwrite ? ExistingMap::replace : ExistingMap::refuse);
     const auto image = [&] {
       return encodeImage(frame.image.empty() ? sequence.image(frame.index) : frame.image);
     };
@@ -117,13 +117,13 @@ void run(const Arguments& arguments, const CLI::App& command) {
                               {"frames", session->frames()},
                               {"new_frames", session->frames() - before},
                               {"skipped", skipped},
-                              {"nodes", mapper.bank().size()},
+                              {"nodes", mapper.nodes()},
                               {"transitions", mapper.transitions().size()},
                               {"tau_join", mapper.thresholds().join},
                               {"tau_revisit", mapper.thresholds().revisit}};
   if (!arguments.json)
     fmt::print("{}: {}, {}, {} (τ_join {:.3g}, τ_revisit {:.3g})\n", arguments.output,
-               counted(session->frames(), "frame"), counted(mapper.bank().size(), "place"),
+               counted(session->frames(), "frame"), counted(mapper.nodes(), "place"),
                counted(mapper.transitions().size(), "transition"), mapper.thresholds().join,
                mapper.thresholds().revisit);
   session.reset();  // the rooms are written into its file

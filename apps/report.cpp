@@ -50,7 +50,7 @@ void writeMap(const Arguments& arguments, const CLI::App& command) {
     page.floorPlan = readFloorPlan(arguments.floorPlan, arguments.extent);
   }
   std::optional<Zones> zones;
-  if (!arguments.zones.empty()) page.zones = &zones.emplace(readZoneFile(arguments.zones));
+  if (!arguments.zones.empty()) page.zones = &zones.emplace(readZones(arguments.zones));
   page.images.frames = store.imageFrames();
   page.images.read = [&store](std::size_t frame) { return store.image(frame); };
   writeMapPage(arguments.output, page);
@@ -61,7 +61,7 @@ void writeZones(const Arguments& arguments) {
                                     {"--floor-plan", arguments.floorPlan},
                                     {"--zones", arguments.zones}})
     if (!value.empty()) throw Error(fmt::format("{} goes with a map; {} holds zones", name, arguments.file));
-  const Zones zones = readZoneFile(arguments.file);
+  const Zones zones = readZones(arguments.file);
   ZonesPage page{zones};
   page.title = titleOf(arguments);
   page.measures = measuresOf(evaluate(zones));

@@ -7,9 +7,9 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
+#include "estancia/topology/map_json.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/route.hpp"
-#include "estancia/topology/store.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -31,7 +31,7 @@ std::optional<int> nodeNumber(const std::string& text) {
 
 void run(Arguments& arguments) {
   arguments.options.bidirectional = !arguments.oneWay;
-  const TopologicalMap map = MapStore::open(arguments.map, MapStore::Access::read).load();
+  const TopologicalMap map = readMap(arguments.map);
   std::optional<WordRoute> found;
   Route route;
   try {
@@ -52,23 +52,7 @@ void run(Arguments& arguments) {
     throw NoAnswer{};
   }
   const std::vector<Place> places = placesOf(map);
-  if (arguments.json) {
-    nlohmann::ordered_json json{{"from", arguments.from},
-                                {"to", route.nodes.back()},
-                                {"nodes", route.nodes},
-                                {"cost", route.cost},
-                                {"unit", route.metric ? "m" : "transitions"}};
-    if (found) {
-      json["words"] = arguments.to;
-      if (found->goal.room.empty())
-        json["label"] = map.vocabulary[found->goal.label];
-      else
-        json["room"] = found->goal.room;
-      json["probability"] = found->goal.probability;
-    }
-    print(json);
-    return;
-  }
+  if (arguments.json) return print(found ? toJson(arguments.to, *found, map) : toJson(route));
   if (found)
     fmt::print("\"{}\" is at place {} ({:.1f} %)\n",
                found->goal.room.empty() ? shortLabel(map.vocabulary[found->goal.label]) : found->goal.room,

@@ -16,13 +16,11 @@
 #include "estancia/report/text.hpp"
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/linkage.hpp"
-#include "estancia/topology/map_recording.hpp"
-#include "estancia/topology/store.hpp"
+#include "estancia/topology/map.hpp"
 #include "estancia/zones/measure.hpp"
-#include "estancia/zones/naming.hpp"
-#include "estancia/zones/rooms.hpp"
 #include "estancia/zones/zone_file.hpp"
 #include "estancia/zones/zone_stream.hpp"
+#include "estancia/zones/zones_json.hpp"
 #include "labeling.hpp"
 
 namespace estancia::apps {
@@ -66,13 +64,13 @@ void sayMemory(std::size_t images, std::size_t labels) {
       mebibytes < 1024 ? fmt::format("{:.0f} MiB", mebibytes) : fmt::format("{:.1f} GiB", mebibytes / 1024));
 }
 
-/// Zones while the images come, and what is said of them.
-class Stream {
+/// Zones while the images come, and what is printed of them.
+class PrintingStream {
  public:
-  Stream(const Vocabulary& words, const ZoneOptions& options, bool json)
-      : zones_(words, options), options_(options), json_(json) {}
+  PrintingStream(const Vocabulary& words, const ZoneOptions& options, bool json)
+      : zones_(words, options), json_(json) {}
 
-  void see(const Frame& frame, DescriptorView descriptor) {
+  void add(const Frame& frame, DescriptorView descriptor) {
     const int zone = zones_.add(descriptor);
     if (json_) print({{"image", frame.name}, {"zone", zone}, {"zones", zones_.zoneCount()}});
     if (zone == last_) return;
@@ -81,37 +79,17 @@ class Stream {
     fmt::print("{}: zone {} ({}), one of {}\n", frame.name, zone, zones_.nameOf(zone), zones_.zoneCount());
   }
 
-  Zones finish(const DescriptorSequence& recording) {
-    if (options_.count && *options_.count > recording.frames.size())
-      throw Error(fmt::format("{} images cannot make {} zones; choose 1 to {}", recording.frames.size(),
-                              *options_.count, recording.frames.size()));
-    zones_.update();
-    zoneOf_ = zones_.zoneOf();
-    Zones zones = describeZones(recording, zoneOf_);
-    zones.distance = options_.distance;
-    zones.linkage = options_.linkage;
-    zones.cut = zones_.cut();
-    zones.cutReason = zones_.cutReason();
-    return zones;
-  }
-
-  /// After finish().
-  StreamAgreement agreement(const DescriptorSequence& recording) const {
-    const auto progress = makeStderrProgress();
-    return compareWithExact(recording, zoneOf_, options_, *progress);
-  }
+  ZoneStream& zones() { return zones_; }
 
  private:
   ZoneStream zones_;
-  ZoneOptions options_;
   bool json_;
   int last_ = -1;
-  std::vector<int> zoneOf_;
 };
 
 /// The words of all images. With --stream the zones follow as they come, else the memory is asked for first.
 DescriptorSequence recordingOf(const Arguments& arguments, const ZoneOptions& options,
-                               std::optional<Stream>& stream) {
+                               std::optional<PrintingStream>& stream) {
   const auto begin = [&](std::size_t images, const Vocabulary& words) {
     if (arguments.stream)
       stream.emplace(words, options, arguments.json);
@@ -131,7 +109,7 @@ DescriptorSequence recordingOf(const Arguments& arguments, const ZoneOptions& op
     DescriptorSequence recording = readMapDescriptors(path);
     begin(recording.frames.size(), recording.vocabulary);
     for (std::size_t i = 0; stream && i < recording.frames.size(); ++i)
-      stream->see(recording.frames[i], recording.descriptors.row(i));
+      stream->add(recording.frames[i], recording.descriptors.row(i));
     return recording;
   }
   Labeling labeling(arguments.sequence, arguments.model);
@@ -142,11 +120,11 @@ DescriptorSequence recordingOf(const Arguments& arguments, const ZoneOptions& op
     labeling.forEach(0, "labeling", [&](const LabeledFrame& frame) {
       recording.frames.push_back(labeling.sequence().frame(frame.index));
       recording.descriptors.append(frame.descriptor);
-      if (stream) stream->see(recording.frames.back(), frame.descriptor);
+      if (stream) stream->add(recording.frames.back(), frame.descriptor);
     });
   } catch (const Interrupted& e) {
     if (stream && !recording.frames.empty()) {
-      writeZoneFile(stream->finish(recording), arguments.output);
+      writeZones(stream->zones().finish(recording), arguments.output);
       throw Interrupted(fmt::format("{}; the zones until then are in {}", e.what(), arguments.output));
     }
     if (arguments.model.noCache || isDescriptorFile(path)) throw;
@@ -177,46 +155,16 @@ double shareOf(const Zone& zone, const Zones& zones) {
   return static_cast<double>(zone.images.size()) / static_cast<double>(zones.frames.size());
 }
 
-Json zoneJson(const Zone& zone, const Zones& zones, const std::vector<float>& run) {
-  Json words = Json::array();
-  for (const std::size_t label : tellingLabels(zone.mean, run, 10)) {
-    const auto p = static_cast<double>(zone.mean[label]);
-    words.push_back(
-        {{"label", zones.vocabulary[label]}, {"p", p}, {"lift", p / static_cast<double>(run[label])}});
-  }
-  Json json{
-      {"id", zone.id},  {"name", zone.name}, {"images", zone.images.size()}, {"share", shareOf(zone, zones)},
-      {"words", words}, {"room", nullptr},   {"position", nullptr}};
-  if (!zone.room.empty()) {
-    json["room"] = zone.room;
-    json["room_share"] = zone.roomShare;
-  }
-  for (const auto& [room, probability] : zone.predicted)
-    json["predicted_rooms"].push_back({{"room", room}, {"p", probability}});
-  if (zone.extent) {
-    json["position"] = zone.extent->center;
-    json["spread"] = zone.extent->spread;
-  }
-  return json;
-}
-
 void printJson(const std::string& file, const Zones& zones, const std::vector<Measure>& measures,
                const std::optional<StreamAgreement>& exact) {
-  const std::vector<float> run = runMean(zones);
-  Json json{{"file", file},
-            {"model", zones.model},
-            {"distance", zones.distance},
-            {"linkage", zones.linkage},
-            {"cut", zones.cut},
-            {"cut_reason", zones.cutReason}};
+  Json json{{"file", file}};
+  json.update(toJson(zones));
   json["measures"] = toJson(measures);
   if (exact)
     json["exact"] = {{"images", exact->images},
                      {"zones", exact->zones},
                      {"ari", exact->agreement.adjustedRandIndex},
                      {"v_measure", exact->agreement.vMeasure}};
-  for (const Zone& zone : zones.zones) json["zones"].push_back(zoneJson(zone, zones, run));
-  json["rooms"] = Json::parse(toRoomsJson(zones));
   print(json);
 }
 
@@ -252,14 +200,15 @@ void run(const Arguments& arguments, const CLI::App& command) {
   const ZoneOptions options = zoneOptions(arguments, command);
   requireReplaceable(arguments.output, arguments.overwrite, isZoneFile, "zone file");
   const auto classifier = openClassifier(arguments.classifier, arguments.sequence);
-  std::optional<Stream> stream;
+  std::optional<PrintingStream> stream;
   const DescriptorSequence recording = recordingOf(arguments, options, stream);
-  Zones zones = stream ? stream->finish(recording) : clustered(recording, options);
+  Zones zones = stream ? stream->zones().finish(recording) : clustered(recording, options);
   if (classifier) name(zones, recording, *classifier, arguments);
-  writeZoneFile(zones, arguments.output);
+  writeZones(zones, arguments.output);
   const std::vector<Measure> measures = measuresOf(evaluate(zones));
   std::optional<StreamAgreement> exact;
-  if (stream) exact = stream->agreement(recording);
+  if (stream)
+    exact = compareWithExact(recording, stream->zones().zoneOf(), options, 5000, *makeStderrProgress());
   if (arguments.json)
     printJson(arguments.output, zones, measures, exact);
   else
@@ -288,7 +237,8 @@ void addZonesCommand(CLI::App& app) {
       "Image folder, video file, data set, folder of panoramas, label file, or a map (*.estancia), whose "
       "words are taken");
   command->add_option("-o,--output", arguments->output, "The file of zones, NAME.zones")->required();
-  // Rooms are told apart by their things more than places are, which the detector adds (docs/how-to/zones.md).
+  // Rooms are told apart by their things more than places are, which the detector adds
+  // (docs/how-to/zones.md).
   arguments->model.byDefault = "inception-v3+coco-ssd";
   arguments->model.addTo(*command, "What labels the images");
   addClassifierOption(*command, arguments->classifier);

@@ -145,7 +145,7 @@ void drive(std::size_t frames, std::size_t places, std::size_t stay, const char*
     }
     table.add(std::chrono::duration<double>(Clock::now() - start).count());
     if (((i & (i - 1)) == 0 && i >= 1024) || i == frames)
-      table.print(i, (session ? session->mapper() : *mapper).bank().size());
+      table.print(i, (session ? session->mapper() : *mapper).nodes());
   }
   if (session) session->finish();
 }

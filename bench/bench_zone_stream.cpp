@@ -75,8 +75,7 @@ void measure(const DescriptorSequence& recording, const ZoneStreamOptions& optio
   stream.update();
   const std::vector<int> streamed = stream.zoneOf();
   auto start = Clock::now();
-  Progress silent;
-  const Zones exact = findZones(recording, {}, silent);
+  const Zones exact = findZones(recording);
   const Agreement agreement = measureAgreement(exact.zoneOf, streamed);
   fmt::print("{} zones; all at once ({:.1f} s) {}: ARI {:.3f}, V-measure {:.3f} between the two\n",
              stream.zones().size(), millisecondsSince(start) / 1000, exact.zones.size(),

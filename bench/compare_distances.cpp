@@ -15,7 +15,9 @@
 
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/topology/accuracy.hpp"
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/localizer.hpp"
+#include "estancia/topology/localizer_map.hpp"
 #include "estancia/topology/session.hpp"
 
 namespace {
@@ -24,26 +26,30 @@ using namespace estancia;
 namespace fs = std::filesystem;
 
 /// The frames and descriptors of an earlier run.
-struct Run {
-  explicit Run(const fs::path& path)
-      : reader(path), descriptors(reader.forLocalizer(reader.map().frames.size()).images) {
+struct Run : DescriptorSequence {
+  explicit Run(const fs::path& path) : DescriptorSequence(readMapDescriptors(path)) {
     std::map<std::string, int> numbers;
-    for (const MappedFrame& frame : reader.map().frames)
+    for (const Frame& frame : frames)
       rooms.push_back(numbers.try_emplace(frame.room, static_cast<int>(numbers.size())).first->second);
   }
-  MapReader reader;
-  DescriptorMatrix descriptors;
   std::vector<int> rooms;
 };
 
+struct Mapped {
+  std::shared_ptr<const LocalizerMap> localizing;
+  Thresholds thresholds;
+  const TopologicalMap& map() const { return localizing->map; }
+};
+
 /// The same frames mapped anew.
-MapReader mapAgain(const Run& run, const MapperOptions& options, const fs::path& file) {
+Mapped mapAgain(const Run& run, const MapperOptions& options, const fs::path& file) {
   fs::remove(file);
-  auto session = MappingSession::create(file, run.reader.map().vocabulary, run.reader.map().model, options);
+  auto session = MappingSession::create(file, run.vocabulary, run.model, options);
   for (std::size_t i = 0; i < run.descriptors.size(); ++i)
-    session.add(run.reader.map().frames[i], run.descriptors.row(i));
+    session.add(run.frames[i], run.descriptors.row(i));
   session.finish();
-  return MapReader(file);
+  return {std::make_shared<const LocalizerMap>(readLocalizerMap(file, LocalizerOptions{}.maxImages)),
+          session.mapper().thresholds()};
 }
 
 std::size_t distinct(const std::vector<int>& nodes) {
@@ -83,10 +89,10 @@ std::pair<double, std::size_t> bestByHand(const Run& run, const std::string& dis
   return best;
 }
 
-std::vector<Localization> localize(const MapReader& reader, const Run& queries, std::size_t lookahead) {
+std::vector<Localization> localize(const Mapped& mapped, const Run& queries, std::size_t lookahead) {
   LocalizerOptions options;
   options.lookahead = lookahead;
-  Localizer localizer(reader.forLocalizer(options.mostImages), options);
+  Localizer localizer(mapped.localizing, options);
   std::vector<Localization> answers;
   for (std::size_t i = 0; i < queries.descriptors.size(); ++i)
     for (const auto& answer : localizer.add(queries.descriptors.row(i))) answers.push_back(answer);
@@ -110,15 +116,15 @@ void compareAll(char** paths, std::vector<std::string> names) {
   for (const std::string& name : names) {
     MapperOptions options;
     options.distance = name;
-    const MapReader mapped = mapAgain(tour, options, scratch);
+    const Mapped mapped = mapAgain(tour, options, scratch);
     const std::vector<int> nodes = nodesOf(mapped.map());
     const Agreement automatic = measureAgreement(tour.rooms, nodes);
-    const auto [bestV, bestNodes] = bestByHand(tour, name, mapped.mapper().thresholds().join);
+    const auto [bestV, bestNodes] = bestByHand(tour, name, mapped.thresholds.join);
     double place = 0;
     const auto views = localize(mapped, second, 0);
     for (std::size_t i = 0; i < views.size(); ++i)
-      place += mapped.map().frames[views[i].nearestImage].room == second.reader.map().frames[i].room;
-    const MapReader corridorMap = mapAgain(corridor, options, scratch);
+      place += mapped.map().frames[views[i].nearestImage].room == second.frames[i].room;
+    const Mapped corridorMap = mapAgain(corridor, options, scratch);
     const auto filtered = localize(corridorMap, again, 0), smoothed = localize(corridorMap, again, 20);
     double single = 0, filter = 0, smooth = 0;
     for (std::size_t i = 0; i < truth.size(); ++i) {

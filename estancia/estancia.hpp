@@ -56,7 +56,6 @@
 #include "estancia/topology/quality.hpp"
 #include "estancia/topology/route.hpp"
 #include "estancia/topology/session.hpp"
-#include "estancia/topology/store.hpp"
 
 #include "estancia/zones/zone_file.hpp"
 #include "estancia/zones/zone_stream.hpp"

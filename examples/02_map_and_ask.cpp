@@ -20,7 +20,7 @@ int main(int argc, char** argv) try {
     if (frame->labeled()) session.add(sequence->frame(frame->index), frame->descriptor);
   session.finish();
 
-  const auto map = estancia::MapStore::open(argv[2], estancia::MapStore::Access::read).load();
+  const auto map = estancia::readMap(argv[2]);
   for (const auto& place : estancia::ask(map, argv[3]).places)
     std::printf("place %d: %.1f %%\n", place.node, 100 * place.probability);
 } catch (const std::exception& e) {

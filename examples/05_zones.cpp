@@ -19,8 +19,7 @@ int main(int argc, char** argv) try {
   remembering.cache = &cache;
   const estancia::DescriptorSequence words = estancia::record(*images, *labeler, remembering);
 
-  estancia::Progress silent;
-  const estancia::Zones zones = estancia::findZones(words, {}, silent);
+  const estancia::Zones zones = estancia::findZones(words);
   std::printf("%zu zones: %s\n", zones.zones.size(), zones.cutReason.c_str());
   for (const estancia::Zone& zone : zones.zones)
     std::printf("zone %d: %zu images, %s\n", zone.id, zone.images.size(), zone.name.c_str());
@@ -31,7 +30,7 @@ int main(int argc, char** argv) try {
       if (zone.mean[label] > everywhere[label])
         std::printf("%s: %.1f %% in zone %d\n", zones.vocabulary[label].c_str(),
                     100 * static_cast<double>(zone.mean[label]), zone.id);
-  estancia::writeZoneFile(zones, argv[2]);
+  estancia::writeZones(zones, argv[2]);
 } catch (const std::exception& e) {
   return std::fprintf(stderr, "error: %s\n", e.what()), 2;
 }

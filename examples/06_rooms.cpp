@@ -3,9 +3,9 @@
 //   06_rooms IMAGES MAP [ROOM]
 #include <estancia/classify/predict_rooms.hpp>
 #include <estancia/describe/load_descriptor.hpp>
+#include <estancia/io/descriptor_sequence.hpp>
 #include <estancia/topology/ask.hpp>
-#include <estancia/topology/map_recording.hpp>
-#include <estancia/topology/store.hpp>
+#include <estancia/topology/map.hpp>
 
 #include <cstdio>
 #include <exception>
@@ -30,12 +30,8 @@ int main(int argc, char** argv) try {
   // The words that the map was made of say enough; nothing is labeled again.
   const auto words = estancia::readMapDescriptors(argv[2]);
   const auto features = estancia::featuresFor(classifier, words, nullptr, describing, silent);
-  {
-    auto store = estancia::MapStore::open(argv[2], estancia::MapStore::Access::write);
-    store.putPredictions(estancia::predictRooms(classifier, features, words.frames));
-    store.commit();
-  }
-  const auto map = estancia::MapStore::open(argv[2], estancia::MapStore::Access::read).load();
+  estancia::writeRoomPredictions(estancia::predictRooms(classifier, features, words.frames), argv[2]);
+  const auto map = estancia::readMap(argv[2]);
   for (const auto& place : estancia::ask(map, argc > 3 ? argv[3] : classifier.rooms().front()).places)
     std::printf("place %d: %.1f %%\n", place.node, 100 * place.probability);
 } catch (const std::exception& e) {

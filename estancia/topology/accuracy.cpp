@@ -62,13 +62,15 @@ std::optional<std::size_t> parseNumber(std::string_view text) {
 AdmissibleImages readAdmissibleImages(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::string line;
-  if (!std::getline(file, line)) throw Error(fmt::format("cannot read {}, or it is empty", path.string()));
+  if (!std::getline(file, line))
+    throw Error(ErrorCode::fileUnreadable, path.string() + ": cannot be read, or is empty");
   AdmissibleImages admissible;
   for (std::size_t number = 2; std::getline(file, line); ++number) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
     if (line.empty()) continue;
     const auto complain = [&]() -> Error {
       return Error(
+          ErrorCode::malformedFile,
           fmt::format("{}:{}: expected \"{},FRAME FRAME …\" with frame numbers of the map, found \"{}\"",
                       path.string(), number, admissible.size(), line.substr(0, 80)));
     };
@@ -96,7 +98,7 @@ LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::v
                                          const std::vector<Localization>& answers,
                                          const AdmissibleImages& admissible) {
   if (frames.size() != answers.size() || frames.size() != numbers.size())
-    throw Error("localization can only be judged with one answer for each frame");
+    throw Error(ErrorCode::mismatch, "localization can only be measured with one answer for each frame");
   const std::vector<Place> places = placesOf(map);
   const auto roomOf = [&](int node) -> const std::string& { return places.at(indexOf(map, node)).room; };
   Judge nearest, belief;
@@ -106,6 +108,7 @@ LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::v
     if (!admissible.empty()) {
       if (numbers[i] >= admissible.size())
         throw Error(
+            ErrorCode::mismatch,
             fmt::format("the truth ends at frame {}, but the sequence has a frame {}; is it the truth of "
                         "another sequence?",
                         admissible.size() - 1, numbers[i]));

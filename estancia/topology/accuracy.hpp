@@ -1,4 +1,4 @@
-// How right localization was, where the truth is known.
+// Localization accuracy: recall, room and position error against ground truth. Private.
 #pragma once
 
 #include <cstddef>
@@ -16,27 +16,33 @@ namespace estancia {
 
 /// One way to answer, judged by every truth there is; a measure is absent where its truth is unknown.
 struct Accuracy {
-  std::optional<double> room;         ///< share of frames whose answer lies in their true room
-  std::optional<double> recall;       ///< share of frames whose answer is an admissible image (recall@1)
-  std::optional<double> medianError;  ///< distance between the answer's and the frame's true position [m]
+  /// Share of frames whose answer lies in their true room.
+  std::optional<double> room;
+  /// Share of frames whose answer is an admissible image (recall@1).
+  std::optional<double> recall;
+  /// Distance between the answer's and the frame's true position [m].
+  std::optional<double> medianError;
 };
 
 struct LocalizationAccuracy {
   std::size_t frames = 0;
-  Accuracy nearestImage;                           ///< each frame alone
-  Accuracy belief;                                 ///< all frames
-  std::optional<double> nodeRoom, beliefNodeRoom;  ///< share of frames whose node's room is their true room
+  /// By single frames.
+  Accuracy nearestImage;
+  /// By the Bayes filter.
+  Accuracy belief;
+  /// Share of frames whose node's room is their true room.
+  std::optional<double> nodeRoom, beliefNodeRoom;
 };
 
 /// For each query frame, in order, the map's frames that count as right.
 using AdmissibleImages = std::vector<std::set<std::size_t>>;
 
 /// A CSV `query,refs` with a header: the query's number and the numbers of its admissible map frames,
-/// separated by blanks. Throws Error naming file and line.
+/// separated by blanks. Throws Error (malformedFile) naming file and line.
 AdmissibleImages readAdmissibleImages(const std::filesystem::path& path);
 
 /// `frames` and `answers` belong together. `numbers[i]` is the place of frames[i] in its sequence, which
-/// `admissible` (may be empty) counts by. Throws Error when `admissible` does not reach that far.
+/// `admissible` (may be empty) counts by. Throws Error (mismatch) when `admissible` does not reach that far.
 LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::vector<Frame>& frames,
                                          const std::vector<std::size_t>& numbers,
                                          const std::vector<Localization>& answers,

@@ -43,11 +43,10 @@ void lookForLabels(const Node& node, const std::vector<std::size_t>& labels, Pla
   answer.rank = rankOf(node, answer.label);
 }
 
-/// `known` rooms are there in all.
-void lookForRooms(const Place& place, const std::vector<std::string>& rooms, std::size_t known,
+void lookForRooms(const Place& place, const std::vector<std::string>& rooms, std::size_t roomCount,
                   PlaceAnswer& answer) {
   answer.room = rooms.front();
-  answer.rank = known;  // where nothing was said
+  answer.rank = roomCount;  // where nothing was predicted
   for (std::size_t i = 0; i < place.predicted.size(); ++i) {
     const auto& [room, probability] = place.predicted[i];
     if (std::find(rooms.begin(), rooms.end(), room) == rooms.end()) continue;
@@ -73,7 +72,8 @@ Meaning findMeaning(const TopologicalMap& map, const std::string& words) {
 
 Answers ask(const TopologicalMap& map, const std::string& words, std::size_t count) {
   Answers answers{getMeaning(map, words), {}};
-  if (map.nodes.empty()) throw Error("the map has no places yet; map some images first");
+  if (map.nodes.empty())
+    throw Error(ErrorCode::insufficientData, "the map has no places yet; map some images first");
   const std::vector<Place> places = answers.rooms.empty() ? std::vector<Place>() : placesOf(map);
   double sum = 0, images = 0;
   for (std::size_t i = 0; i < map.nodes.size(); ++i) {

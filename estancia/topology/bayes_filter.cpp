@@ -132,11 +132,11 @@ std::vector<float> PlaceFilter::likelihood(std::span<const float> distances) con
   const double mean = std::accumulate(distances.begin(), distances.end(), 0.0) / n;
   double variance = 0;
   for (const float d : distances) variance += (d - mean) * (d - mean) / n;
-  const float least = *std::min_element(distances.begin(), distances.end());
+  const float smallest = *std::min_element(distances.begin(), distances.end());
   const double scale = variance > 0 ? options_.temper / std::sqrt(variance) : 0;
   std::vector<float> result(distances.size());
   for (std::size_t i = 0; i < distances.size(); ++i)
-    result[i] = static_cast<float>(std::exp(scale * (least - distances[i])));
+    result[i] = static_cast<float>(std::exp(scale * (smallest - distances[i])));
   return result;
 }
 

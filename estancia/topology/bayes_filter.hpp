@@ -1,4 +1,4 @@
-// A discrete Bayes filter over a map's images: where the robot is, given all it has seen so far.
+// Bayes filter: a discrete filter over the frames of a map and the robot's direction of travel. Private.
 #pragma once
 
 #include <cstddef>
@@ -6,14 +6,9 @@
 #include <utility>
 #include <vector>
 
-namespace estancia {
+#include "estancia/topology/localizer.hpp"
 
-struct PlaceFilterOptions {
-  double turnAround = 0.005;  ///< chance per frame to change between driving on, driving back and standing
-  double alongEdges = 0.01;   ///< chance per frame to be somewhere in a linked node
-  double anywhere = 0.002;    ///< chance per frame to be anywhere (carried, or the filter was wrong)
-  double temper = 0.4;        ///< weight of one frame's evidence: neighboring frames err together
-};
+namespace estancia {
 
 /// States are (way of moving, image): the robot drives through the mapped images in their order, against it,
 /// or stands. Driving moves on by 0, 1 or 2 images a frame, so other speeds than the mapping run's are

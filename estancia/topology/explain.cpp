@@ -19,16 +19,18 @@ std::string nameOf(const TopologicalMap& map, std::size_t frame) {
 }
 
 [[noreturn]] void failNoFrame(const TopologicalMap& map, const std::string& asked) {
-  if (map.frames.empty()) throw Error("the map has no frames yet; map some images first");
-  throw Error(fmt::format("there is no frame \"{}\"; the map has frames 0 to {}, named \"{}\" to \"{}\"",
+  if (map.frames.empty())
+    throw Error(ErrorCode::insufficientData, "the map has no frames yet; map some images first");
+  throw Error(ErrorCode::unknownName,
+              fmt::format("there is no frame \"{}\"; the map has frames 0 to {}, named \"{}\" to \"{}\"",
                           io::printable(asked), map.frames.size() - 1, io::printable(map.frames.front().name),
                           io::printable(map.frames.back().name)));
 }
 
 void explainJoin(const Decision& d, Sentences& sentences) {
   sentences.push_back(
-      fmt::format("Its distance to the current node {}, {:.4g}, is below tau_join {:.4g}: it stayed "
-                  "there; no other node was looked at.",
+      fmt::format("Its distance to the current node {}, {:.4g}, is below tau_join {:.4g}: it stayed there, "
+                  "and no other node was compared.",
                   d.current, d.toCurrent, d.tauJoin));
   sentences.push_back(
       fmt::format("With a tau_join of {:.4g} or less it would have left node {}.", d.toCurrent, d.current));
@@ -98,21 +100,21 @@ void explainMerges(const TopologicalMap& map, const Decision& d, Sentences& sent
   }
 }
 
-/// What a classifier takes the frame and the place that it is in now for.
+/// The predicted rooms of the frame and of the place that it is in now.
 void explainRooms(const TopologicalMap& map, std::size_t frame, Sentences& sentences) {
   if (!map.predictions) return;
   const auto own = rankedRooms(*map.predictions, frame);
   const std::size_t place = indexOf(map, map.frames[frame].node);
   if (own.empty() || place == map.nodes.size()) return;
   sentences.push_back(
-      fmt::format("The room classifier takes this image for: {}; its place, node {}, for: {}.",
-                  describeRooms(own), map.frames[frame].node, describeRooms(placesOf(map)[place].predicted)));
+      fmt::format("The room classifier predicts {} for this image, and {} for its place, node {}.",
+                  describeRooms(own), describeRooms(placesOf(map)[place].predicted), map.frames[frame].node));
 }
 
 }  // namespace
 
 std::size_t getFrame(const TopologicalMap& map, const std::string& nameOrNumber) {
-  // A sequence writes odd bytes of a file's name as \xFF; the shell gives them as they are.
+  // A sequence writes bytes that are not UTF-8 as \xFF; the shell gives them as they are.
   const std::string written = io::printable(nameOrNumber);
   const auto named = std::find_if(map.frames.begin(), map.frames.end(), [&](const MappedFrame& frame) {
     return frame.name == nameOrNumber || frame.name == written;
@@ -130,7 +132,8 @@ std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame) {
   const auto found = std::find_if(map.decisions.begin(), map.decisions.end(),
                                   [frame](const Decision& decision) { return decision.frame == frame; });
   if (found == map.decisions.end())
-    throw Error(fmt::format("nothing has been decided for frame {} yet; let the mapping run on", frame));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("frame {} has no decision yet; continue the mapping", frame));
   const Decision& d = *found;
   Sentences sentences;
   switch (d.kind) {
@@ -143,8 +146,7 @@ std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame) {
       explainJoin(d, sentences);
       break;
     case DecisionKind::revisit:
-      sentences.push_back(
-          fmt::format("{} moved to node {}, which was known already.", nameOf(map, frame), d.node));
+      sentences.push_back(fmt::format("{} returned to node {}.", nameOf(map, frame), d.node));
       explainRevisit(d, sentences);
       break;
     case DecisionKind::createNode:

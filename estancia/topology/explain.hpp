@@ -1,4 +1,4 @@
-// Why a frame went where it went.
+// Decision explanation: why a frame belongs to its node.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +9,12 @@
 
 namespace estancia {
 
-/// The frame with that name, else with that number. Throws Error when there is none.
+/// The frame with that name, else with that number. Throws Error (unknownName) when there is none.
 std::size_t getFrame(const TopologicalMap& map, const std::string& nameOrNumber);
 
 /// Sentences: what was decided for the frame, its distances against the thresholds, what other thresholds
-/// would have led to, and how its node was merged later. Throws Error when the frame does not exist or was
-/// not mapped.
+/// would have led to, and how its node was merged later. Throws Error when the frame does not exist
+/// (unknownName) or was not mapped (insufficientData).
 std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame);
 
 }  // namespace estancia

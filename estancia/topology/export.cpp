@@ -129,11 +129,13 @@ void requireRouteGraph(const TopologicalMap& map, const std::vector<Place>& plac
   if (cut) lost.resize(shown);
   if (count > 0)
     throw Error(
+        ErrorCode::insufficientData,
         fmt::format("{} of the map's {} nodes have no position ({}{}), which Nav2 needs; map the sequence "
                     "with its poses",
                     count, map.nodes.size(), fmt::join(lost, " "), cut ? " …" : ""));
   if (linksOf(map).empty())
-    throw Error("the map has no transitions, and Nav2 refuses graphs without edges; map a longer drive");
+    throw Error(ErrorCode::insufficientData,
+                "the map has no transitions, and Nav2 refuses graphs without edges; map a longer drive");
 }
 
 }  // namespace
@@ -223,20 +225,27 @@ std::string toNav2(const TopologicalMap& map, const ExportOptions& options) {
                {"features", features}});
 }
 
-std::vector<std::pair<std::string, std::string>> exportFormats() {
+OptionGroup declare(ExportOptions& options) {
+  OptionGroup group("export", "How a map is written for other programs.");
+  group.add("words", &options.words, "Number of labels for each place.");
+  group.add("frame", &options.frame,
+            "nav2: the coordinate frame of the poses, as the robot's TF tree names it.");
+  group.add("bidirectional", &options.bidirectional, "nav2: an edge each way for every transition.")
+      .why("Off where doors or lanes are one-way.");
+  return group;
+}
+
+Choices exportFormats() {
   return {{"graphml", "for graph programs (Gephi, yEd, NetworkX …)"},
           {"json", "places and their words, as simple JSON"},
           {"nav2", "GeoJSON for the route server of Nav2; needs poses"}};
 }
 
 std::string exportMap(const TopologicalMap& map, const std::string& format, const ExportOptions& options) {
+  requireChoice("export format", format, exportFormats());
   if (format == "graphml") return toGraphml(map, options);
   if (format == "json") return toPlacesJson(map, options);
-  if (format == "nav2") return toNav2(map, options);
-  std::vector<std::string> known;
-  for (const auto& [name, explanation] : exportFormats()) known.push_back(name);
-  throw Error(fmt::format("there is no format \"{}\" to export to; choose one of {}", format,
-                          fmt::join(known, ", ")));
+  return toNav2(map, options);
 }
 
 void exportMap(const TopologicalMap& map, const std::string& format, const std::filesystem::path& path,

@@ -1,21 +1,25 @@
-// The map for other programs.
+// Map export: GraphML, JSON and the route graph of Nav2.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
 #include <string>
-#include <utility>
-#include <vector>
 
+#include "estancia/core/choice.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/topology/map.hpp"
 
 namespace estancia {
 
 struct ExportOptions {
-  std::size_t words = 10;     ///< how many of a place's best labels go along
-  std::string frame = "map";  ///< nav2: the coordinate frame of the poses, as the robot's TF tree names it
-  bool bidirectional = true;  ///< nav2: an edge each way for every transition; false: only as it was driven
+  /// Number of labels for each place.
+  std::size_t words = 10;
+  /// nav2: the coordinate frame of the poses, as the robot's TF tree names it.
+  std::string frame = "map";
+  /// nav2: an edge each way for every transition; false: only as it was driven.
+  bool bidirectional = true;
 };
+OptionGroup declare(ExportOptions& options);
 
 /// GraphML 1.0: nodes with words, room (the true one), predicted_room and room_probability (a classifier's),
 /// x, y, z [m] and frames, directed edges with counts. What is not known is left out.
@@ -25,23 +29,23 @@ std::string toGraphml(const TopologicalMap& map, const ExportOptions& options = 
 /// "places": [{"id", "words": [{"label", "p"}], "room", "position": [x, y, z], "frames",
 /// "predicted_rooms": [{"room", "p"}]}],
 /// "transitions": [{"from", "to", "count"}]}. Unknown rooms and positions are null; predicted
-/// rooms, best first, are there when a classifier has named them.
+/// rooms, best first, are there when a classifier was run.
 std::string toPlacesJson(const TopologicalMap& map, const ExportOptions& options = {});
 
 /// The GeoJSON that the route server of Nav2 (nav2_route, GeoJsonGraphFileLoader) reads: nodes as points with
 /// metadata (class = true or predicted room or best label, labels, probabilities, frames), edges as lines
-/// whose cost is their length [m]. Throws Error when a node has no position or there is no transition: Nav2
-/// refuses such graphs.
+/// whose cost is their length [m]. Throws Error (insufficientData) when a node has no position or there is no
+/// transition: Nav2 refuses such graphs.
 std::string toNav2(const TopologicalMap& map, const ExportOptions& options = {});
 
-/// The names for exportMap(), each with one line of explanation.
-std::vector<std::pair<std::string, std::string>> exportFormats();
+/// The formats of exportMap().
+Choices exportFormats();
 
-/// Throws Error on an unknown format, listing the known ones.
+/// Throws Error (unknownName) on an unknown format.
 std::string exportMap(const TopologicalMap& map, const std::string& format,
                       const ExportOptions& options = {});
 
-/// Writes the file whole or not at all. Throws Error.
+/// Writes the file whole or not at all. Throws Error (fileUnwritable).
 void exportMap(const TopologicalMap& map, const std::string& format, const std::filesystem::path& path,
                const ExportOptions& options = {});
 

@@ -1,18 +1,24 @@
 #include "estancia/topology/localizer.hpp"
 
 #include <algorithm>
+#include <deque>
 #include <limits>
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/topology/bayes_filter.hpp"
+#include "estancia/topology/localizer_map.hpp"
+#include "estancia/topology/mapper_impl.hpp"
 #include "estancia/topology/places.hpp"
+#include "estancia/topology/session_impl.hpp"
 
 namespace estancia {
 namespace {
 
-PlaceFilter makeBelief(const LocalizerMap& source, const PlaceFilterOptions& options) {
-  const TopologicalMap& map = *source.map;
-  if (map.nodes.empty() || source.images.size() == 0) throw Error("the map is empty: there is nowhere to be");
+PlaceFilter filterOf(const LocalizerMap& source, const PlaceFilterOptions& options) {
+  const TopologicalMap& map = source.map;
+  if (map.nodes.empty() || source.images.size() == 0)
+    throw Error(ErrorCode::insufficientData, "the map has no places yet; map some images first");
   std::vector<std::size_t> nodeOfImage;
   for (std::size_t i = 0; i < source.images.size(); ++i)
     nodeOfImage.push_back(indexOf(map, map.frames.at(i * source.stride).node));
@@ -26,95 +32,171 @@ std::size_t largest(const std::vector<float>& values) {
   return static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
 }
 
+const LocalizerOptions& validated(const LocalizerOptions& options) {
+  validate(options);
+  return options;
+}
+
 }  // namespace
 
-Localizer::Localizer(const LocalizerMap& map, LocalizerOptions options)
-    : map_(*map.map),
-      bank_(*map.bank),
-      stride_(map.stride),
-      options_(options),
-      distance_(getDistance(map_.distance, map_.vocabulary.layout().parts)),
-      belief_(makeBelief(map, options.belief)),
-      state_(belief_.start()) {
-  std::vector<float> embedded(map.images.labels());
-  images_.reserve(map.images.values().size());
-  for (std::size_t i = 0; i < map.images.size(); ++i) {
-    embed(distance_.embedding, map.images.row(i), embedded, distance_.parts);
-    const std::vector<float> row = bank_.makeQuery(embedded);
-    images_.insert(images_.end(), row.begin(), row.end());
+OptionGroup declare(PlaceFilterOptions& options) {
+  OptionGroup group("filter", "Motion model and evidence of the Bayes filter.");
+  group
+      .add("turn-around", &options.turnAround,
+           "Probability per frame to change between driving on, driving back and standing.")
+      .range(0, 1);
+  group.add("along-edges", &options.alongEdges, "Probability per frame to be somewhere in a linked node.")
+      .range(0, 1);
+  group.add("anywhere", &options.anywhere, "Probability per frame to be anywhere.")
+      .range(0, 1)
+      .why("A robot that is carried around needs more.");
+  group.add("temper", &options.temper, "Weight of one frame's evidence.")
+      .above(0)
+      .why("Frames that follow each other closely err together and deserve less.");
+  return group;
+}
+
+OptionGroup declare(LocalizerOptions& options) {
+  OptionGroup group("localizer", "How frames are found in a map.");
+  group.add("lookahead", &options.lookahead, "Answer this many frames late (fixed-lag smoothing).")
+      .unit("frames")
+      .why("Later frames tell more; 0 answers at once.");
+  group.add("max-images", &options.maxImages, "Compare with at most this many stored frames, evenly thinned.")
+      .range(1)
+      .why("Fewer take less memory and time.");
+  group.add(declare(options.filter));
+  return group;
+}
+
+struct Localizer::Impl {
+  Impl(std::shared_ptr<const LocalizerMap> source, const LocalizerOptions& chosen);
+
+  struct Waiting {
+    Localization answer;
+    std::vector<float> filtered, likelihood;
+  };
+  std::vector<Localization> add(DescriptorView descriptor);
+  std::vector<Localization> settle(std::size_t count);
+  void setBelief(Localization& answer, const std::vector<float>& belief) const;
+  const TopologicalMap& map() const { return source->map; }
+
+  std::shared_ptr<const LocalizerMap> source;
+  LocalizerOptions options;
+  Distance distance;
+  /// Of the frames of the map, as they are compared.
+  std::vector<float> images;
+  PlaceFilter filter;
+  /// The filter's state after all frames so far.
+  std::vector<float> state;
+  std::deque<Waiting> waiting;
+};
+
+Localizer::Impl::Impl(std::shared_ptr<const LocalizerMap> shared, const LocalizerOptions& chosen)
+    : source(std::move(shared)),
+      options(validated(chosen)),
+      distance(getDistance(map().distance, map().vocabulary.layout().parts)),
+      filter(filterOf(*source, options.filter)),
+      state(filter.start()) {
+  std::vector<float> embedded(source->images.labels());
+  images.reserve(source->images.values().size());
+  for (std::size_t i = 0; i < source->images.size(); ++i) {
+    embed(distance.embedding, source->images.row(i), embedded, distance.parts);
+    const std::vector<float> compared = source->bank.compared(embedded);
+    images.insert(images.end(), compared.begin(), compared.end());
   }
 }
 
-std::vector<Localization> Localizer::add(DescriptorView probabilities) {
-  const std::size_t labels = map_.vocabulary.size();
-  requireProbabilities(probabilities, labels, "the labeler");
+std::vector<Localization> Localizer::Impl::add(DescriptorView descriptor) {
+  const std::size_t labels = map().vocabulary.size();
+  requireProbabilities(descriptor, labels, "the labeler");
   std::vector<float> embedded(labels);
-  embed(distance_.embedding, probabilities, embedded, distance_.parts);
-  const std::vector<float> query = bank_.makeQuery(embedded);
+  embed(distance.embedding, descriptor, embedded, distance.parts);
+  const std::vector<float> compared = source->bank.compared(embedded);
 
-  std::vector<float> distances(belief_.images());
+  std::vector<float> distances(filter.images());
   for (std::size_t i = 0; i < distances.size(); ++i)
     distances[i] =
-        static_cast<float>(compare(distance_.comparison, {images_.data() + i * labels, labels}, query));
+        static_cast<float>(compare(distance.comparison, {images.data() + i * labels, labels}, compared));
   const auto nearest =
       static_cast<std::size_t>(std::min_element(distances.begin(), distances.end()) - distances.begin());
 
   Waiting frame;
-  frame.answer.node = bank_[bank_.nearest(query, bank_.size())->slot].id;
-  frame.answer.nearestImage = nearest * stride_;
+  frame.answer.node = source->bank[source->bank.nearest(compared, source->bank.size())->slot].id;
+  frame.answer.nearestImage = nearest * source->stride;
   frame.answer.distance = distances[nearest];
-  frame.likelihood = belief_.likelihood(distances);
-  std::vector<float> predicted(state_.size());
-  belief_.predict(state_, predicted);
-  state_ = std::move(predicted);
-  belief_.observe(frame.likelihood, state_);
-  if (options_.lookahead == 0) {
-    setBelief(frame.answer, state_);
+  frame.likelihood = filter.likelihood(distances);
+  std::vector<float> predicted(state.size());
+  filter.predict(state, predicted);
+  state = std::move(predicted);
+  filter.observe(frame.likelihood, state);
+  if (options.lookahead == 0) {
+    setBelief(frame.answer, state);
     return {frame.answer};
   }
-  frame.filtered = state_;
-  waiting_.push_back(std::move(frame));
+  frame.filtered = state;
+  waiting.push_back(std::move(frame));
   // Settling a block at a time costs two passes a frame instead of `lookahead`.
-  return waiting_.size() < 2 * options_.lookahead ? std::vector<Localization>{} : settle(options_.lookahead);
-}
-
-std::vector<Localization> Localizer::finish() {
-  return settle(waiting_.size());
+  return waiting.size() < 2 * options.lookahead ? std::vector<Localization>{} : settle(options.lookahead);
 }
 
 /// Backward pass from the newest waiting frame; the first `count` frames are answered by filtered × backward.
-std::vector<Localization> Localizer::settle(std::size_t count) {
+std::vector<Localization> Localizer::Impl::settle(std::size_t count) {
   std::vector<Localization> answers(count);
-  std::vector<float> ahead(state_.size(), 1.0F), before(state_.size());
-  for (std::size_t t = waiting_.size(); t-- > 0;) {
-    Waiting& frame = waiting_[t];
+  std::vector<float> ahead(state.size(), 1.0F), before(state.size());
+  for (std::size_t t = waiting.size(); t-- > 0;) {
+    Waiting& frame = waiting[t];
     if (t < count) {
-      std::vector<float> both(state_.size());
+      std::vector<float> both(state.size());
       for (std::size_t s = 0; s < both.size(); ++s) both[s] = frame.filtered[s] * ahead[s];
       setBelief(frame.answer, both);
       answers[t] = frame.answer;
     }
-    belief_.observe(frame.likelihood, ahead);
-    belief_.backward(ahead, before);
+    filter.observe(frame.likelihood, ahead);
+    filter.backward(ahead, before);
     std::swap(ahead, before);
     const float scale = 1 / *std::max_element(ahead.begin(), ahead.end());
     for (float& value : ahead) value *= scale;
   }
-  waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(count));
+  waiting.erase(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(count));
   return answers;
 }
 
-void Localizer::setBelief(Localization& answer, const std::vector<float>& state) const {
-  std::vector<float> images = belief_.marginal(state);
-  const std::vector<float> nodes = belief_.nodeMarginal(images);
+void Localizer::Impl::setBelief(Localization& answer, const std::vector<float>& belief) const {
+  std::vector<float> probabilities = filter.marginal(belief);
+  const std::vector<float> nodes = filter.nodeMarginal(probabilities);
   double total = 0;
   for (const float p : nodes) total += p;
   const std::size_t node = largest(nodes);
-  answer.beliefNode = map_.nodes[node].id;
+  answer.beliefNode = map().nodes[node].id;
   answer.confidence = nodes[node] / total;
-  for (std::size_t i = 0; i < images.size(); ++i)
-    if (map_.frames[i * stride_].node != answer.beliefNode) images[i] = 0;
-  answer.beliefImage = largest(images) * stride_;
+  for (std::size_t i = 0; i < probabilities.size(); ++i)
+    if (map().frames[i * source->stride].node != answer.beliefNode) probabilities[i] = 0;
+  answer.beliefImage = largest(probabilities) * source->stride;
+}
+
+Localizer::Localizer(std::shared_ptr<const LocalizerMap> map, const LocalizerOptions& options)
+    : impl_(std::make_unique<Impl>(std::move(map), options)) {}
+Localizer::Localizer(const std::filesystem::path& map, const LocalizerOptions& options)
+    : Localizer(std::make_shared<const LocalizerMap>(readLocalizerMap(map, validated(options).maxImages)),
+                options) {}
+Localizer::Localizer(MappingSession& session, const LocalizerOptions& options)
+    : Localizer(
+          std::make_shared<const LocalizerMap>(session.impl_->localizerMap(validated(options).maxImages)),
+          options) {}
+Localizer::Localizer(Localizer&&) noexcept = default;
+Localizer& Localizer::operator=(Localizer&&) noexcept = default;
+Localizer::~Localizer() = default;
+
+const TopologicalMap& Localizer::map() const {
+  return impl_->map();
+}
+
+std::vector<Localization> Localizer::add(DescriptorView descriptor) {
+  return impl_->add(descriptor);
+}
+
+std::vector<Localization> Localizer::finish() {
+  return impl_->settle(impl_->waiting.size());
 }
 
 }  // namespace estancia

@@ -1,72 +1,80 @@
-// Where in a map is the robot? One frame at a time, then with all frames so far, then with the next few, too.
+// Localization: place recognition in a map, by single frames and by a Bayes filter over the drive.
 #pragma once
 
 #include <cstddef>
-#include <deque>
-#include <optional>
+#include <filesystem>
+#include <memory>
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
-#include "estancia/topology/bayes_filter.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/topology/map.hpp"
-#include "estancia/topology/node_bank.hpp"
 
 namespace estancia {
 
-struct LocalizerOptions {
-  /// Answer this many frames late, and better: fixed-lag smoothing; 0: filter only.
-  std::size_t lookahead = 0;
-  /// Compare with at most so many stored images, evenly thinned: bounds memory.
-  std::size_t mostImages = 50000;
-  PlaceFilterOptions belief;
+class MappingSession;
+struct LocalizerMap;
+
+/// Motion model and evidence of the Bayes filter.
+struct PlaceFilterOptions {
+  /// Probability per frame to change between driving on, driving back and standing.
+  double turnAround = 0.005;
+  /// Probability per frame to be somewhere in a linked node.
+  double alongEdges = 0.01;
+  /// Probability per frame to be anywhere (carried, or the filter was wrong).
+  double anywhere = 0.002;
+  /// Weight of one frame's evidence: neighboring frames err together.
+  double temper = 0.4;
 };
+OptionGroup declare(PlaceFilterOptions& options);
+
+struct LocalizerOptions {
+  /// Fixed-lag smoothing: answer this many frames late, and better; 0: filter only.
+  std::size_t lookahead = 0;
+  /// Compare with at most this many stored frames, evenly thinned: bounds memory.
+  std::size_t maxImages = 50000;
+  PlaceFilterOptions filter;
+};
+OptionGroup declare(LocalizerOptions& options);
 
 struct Localization {
-  int node = 0;                  ///< nearest node by this frame alone
-  std::size_t nearestImage = 0;  ///< nearest stored image (frame number of the map) by this frame alone
-  double distance = 0;           ///< to that image
-  int beliefNode = 0;            ///< most probable node by all frames
-  std::size_t beliefImage = 0;   ///< most probable image of that node
-  double confidence = 0;         ///< probability of beliefNode
-};
-
-/// What of a map localization needs. `images` holds the descriptors of frames 0, stride, 2·stride … of the
-/// map.
-struct LocalizerMap {
-  const TopologicalMap* map;
-  const NodeBank* bank;
-  DescriptorMatrix images;
-  std::size_t stride = 1;
+  /// Nearest node by this frame alone.
+  int node = 0;
+  /// Nearest stored frame (frame number of the map) by this frame alone.
+  std::size_t nearestImage = 0;
+  /// Distance to that frame.
+  double distance = 0;
+  /// Most probable node by all frames.
+  int beliefNode = 0;
+  /// Most probable frame of that node.
+  std::size_t beliefImage = 0;
+  /// Probability of beliefNode.
+  double confidence = 0;
 };
 
 class Localizer {
  public:
-  /// The map and bank must outlive the localizer. Throws Error on an empty map.
-  Localizer(const LocalizerMap& map, LocalizerOptions options);
+  /// Reads a map file. Throws Error as readMap() does, and insufficientData for an empty map.
+  explicit Localizer(const std::filesystem::path& map, const LocalizerOptions& options = {});
+  /// Localizes in the map that is being made, as of now.
+  explicit Localizer(MappingSession& session, const LocalizerOptions& options = {});
+  /// Several localizers may share a map.
+  Localizer(std::shared_ptr<const LocalizerMap> map, const LocalizerOptions& options);
+  Localizer(Localizer&&) noexcept;
+  Localizer& operator=(Localizer&&) noexcept;
+  ~Localizer();
+
+  const TopologicalMap& map() const;
 
   /// Takes the next frame; gives the answers that are final now, in order of frames: its own one without
-  /// lookahead, none or several with it.
-  std::vector<Localization> add(DescriptorView probabilities);
-  /// The answers still waiting for frames to come.
+  /// lookahead, none or several with it. Throws Error when it is not a descriptor of the map's labels.
+  std::vector<Localization> add(DescriptorView descriptor);
+  /// The answers that still wait for later frames.
   std::vector<Localization> finish();
 
  private:
-  struct Waiting {
-    Localization answer;
-    std::vector<float> filtered, likelihood;
-  };
-  std::vector<Localization> settle(std::size_t count);
-  void setBelief(Localization& answer, const std::vector<float>& state) const;
-
-  const TopologicalMap& map_;
-  const NodeBank& bank_;
-  std::size_t stride_;
-  LocalizerOptions options_;
-  Distance distance_;
-  std::vector<float> images_;  ///< rows made ready for comparing
-  PlaceFilter belief_;
-  std::vector<float> state_;
-  std::deque<Waiting> waiting_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace estancia

@@ -23,8 +23,8 @@ const Node& TopologicalMap::getNode(int id) const {
   for (const Node& node : nodes) ids.push_back(node.id);
   const bool cut = ids.size() > shown;
   if (cut) ids.resize(shown);
-  throw Error(
-      fmt::format("there is no node {}; the map has nodes {}{}", id, fmt::join(ids, " "), cut ? " …" : ""));
+  throw Error(ErrorCode::unknownName, fmt::format("there is no node {}; the map has nodes {}{}", id,
+                                                  fmt::join(ids, " "), cut ? " …" : ""));
 }
 
 std::string toString(DecisionKind kind) {
@@ -38,7 +38,7 @@ std::string toString(DecisionKind kind) {
     case DecisionKind::createNode:
       return "create-node";
   }
-  throw Error("a decision of unknown kind");
+  throw Error(ErrorCode::invalidInput, "a decision of unknown kind");
 }
 
 std::vector<std::size_t> bestLabels(const Node& node, std::size_t count) {

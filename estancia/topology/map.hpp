@@ -1,8 +1,9 @@
-// A topological map as plain data: what the mapper makes, the store keeps and everybody reads.
+// Topological map: places (nodes), transitions and frames as plain data, and how a map file is read.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,20 +14,28 @@
 
 namespace estancia {
 
-/// A place: the mean and spread of its images' descriptors (thesis Eq. 4.2–4.4).
+struct DescriptorSequence;
+
+/// A place: mean and standard deviation of its frames' descriptors (thesis Eq. 4.2–4.4).
 /// Invariant: mean and sigma have one value a label; frames ≥ 1.
 struct Node {
-  int id = 0;                ///< stable for the life of the map; merged nodes leave gaps
-  std::uint64_t frames = 0;  ///< |N|, how many images it holds
-  std::vector<float> mean;   ///< p̄_N(l), Eq. 4.3
-  std::vector<float> sigma;  ///< σ_N(l), Eq. 4.4
+  /// Stable for the life of the map; merged nodes leave gaps.
+  int id = 0;
+  /// |N|: how many frames it holds.
+  std::uint64_t frames = 0;
+  /// p̄_N(l), Eq. 4.3.
+  std::vector<float> mean = {};
+  /// σ_N(l), Eq. 4.4.
+  std::vector<float> sigma = {};
 };
 
 /// The robot has driven from one node to another.
 struct Transition {
   int from = 0, to = 0;
-  std::uint64_t count = 0;     ///< how often it was driven in this direction
-  std::size_t firstFrame = 0;  ///< the frame that made it
+  /// How often it was driven in this direction.
+  std::uint64_t count = 0;
+  /// The frame that made it.
+  std::size_t firstFrame = 0;
 };
 
 enum class DecisionKind {
@@ -40,26 +49,32 @@ enum class DecisionKind {
   createNode
 };
 
-/// Why a frame went where it went: the stored answer of `estancia explain`.
+/// Why a frame belongs to its node: what `estancia explain` reports.
 struct Decision {
   std::size_t frame = 0;
   DecisionKind kind = DecisionKind::start;
-  int node = 0;          ///< where the frame went
-  int current = -1;      ///< the node the robot was in before; -1 at the start
-  double toCurrent = 0;  ///< D(current, I); NaN at the start
-  int other = -1;        ///< the nearest other node; -1 when it was not searched or there is none
-  double toOther = 0;    ///< D(other, I); NaN when there is none
+  /// Where the frame went.
+  int node = 0;
+  /// The node that the robot was in before; -1 at the start.
+  int current = -1;
+  /// D(current, I); NaN at the start.
+  double toCurrent = 0;
+  /// The nearest other node; -1 when it was not searched or there is none.
+  int other = -1;
+  /// D(other, I); NaN when there is none.
+  double toOther = 0;
   double tauJoin = 0, tauRevisit = 0;
 };
 
 /// Two nodes turned out to be one place.
 struct Merge {
-  std::size_t frame = 0;  ///< the frame after which it happened
+  /// The frame after which it happened.
+  std::size_t frame = 0;
   int kept = 0, absorbed = 0;
   double distance = 0, threshold = 0;
 };
 
-/// A frame of the mapped sequence and where it belongs.
+/// A frame of the mapped sequence and the node that it belongs to.
 struct MappedFrame : Frame {
   int node = 0;
 };
@@ -67,20 +82,24 @@ struct MappedFrame : Frame {
 /// The whole map without its images and descriptors. Plain data; nodes are ordered by id.
 struct TopologicalMap {
   Vocabulary vocabulary;
-  std::string model;     ///< identity of the labeler
-  std::string distance;  ///< name of the node distance
-  std::vector<Node> nodes;
-  std::vector<Transition> transitions;
-  std::vector<MappedFrame> frames;  ///< position = frame number
-  std::vector<Decision> decisions;  ///< one a frame
-  std::vector<Merge> merges;
-  /// What a room classifier said of the frames, a row a frame; rows may be missing at the end (frames that
-  /// were mapped later). Absent when none was asked.
+  /// Identity of the labeler.
+  std::string model = {};
+  /// Name of the node distance.
+  std::string distance = {};
+  std::vector<Node> nodes = {};
+  std::vector<Transition> transitions = {};
+  /// By frame number.
+  std::vector<MappedFrame> frames = {};
+  /// One a frame.
+  std::vector<Decision> decisions = {};
+  std::vector<Merge> merges = {};
+  /// A room classifier's predictions, a row a frame; rows may be missing at the end (frames that were mapped
+  /// later). Absent when no classifier was run.
   std::optional<RoomPredictions> predictions = std::nullopt;
 
   /// nullptr when there is no such node.
   const Node* findNode(int id) const;
-  /// Throws Error naming the nodes there are.
+  /// Throws Error (unknownName) that lists the nodes.
   const Node& getNode(int id) const;
 };
 
@@ -89,5 +108,22 @@ std::string toString(DecisionKind kind);
 
 /// The `count` most probable labels of a node, best first, as label indices.
 std::vector<std::size_t> bestLabels(const Node& node, std::size_t count);
+
+/// What making a map file does with one of that name.
+enum class ExistingMap { refuse, replace };
+
+/// Whether the file begins as a map file does, intact or not, whatever its name.
+bool isMapFile(const std::filesystem::path& path);
+
+/// Reads a map file as of its last commit, also while it is being written. Throws Error: fileNotFound,
+/// unsupportedFile (another program's, or another format version), corruptFile (damaged or cut off).
+TopologicalMap readMap(const std::filesystem::path& path);
+
+/// The frames of a map file with their descriptors, as of one moment. Throws Error as readMap() does.
+DescriptorSequence readMapDescriptors(const std::filesystem::path& path);
+
+/// Stores a room classifier's predictions in a map file, row i for frame i; earlier ones are replaced. Throws
+/// Error as readMap() does, and when they do not fit the map (mismatch) or another process writes it (busy).
+void writeRoomPredictions(const RoomPredictions& predictions, const std::filesystem::path& path);
 
 }  // namespace estancia

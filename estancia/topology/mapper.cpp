@@ -1,236 +1,349 @@
 #include "estancia/topology/mapper.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/stats/distance.hpp"
+#include "estancia/topology/mapper_impl.hpp"
 
 namespace estancia {
 namespace {
 
-constexpr std::size_t mostFramesPerKeyframe = 10;  // of a young run, on the average: bounds its memory
-constexpr std::size_t firstRescale = 10;           // keyframes before a run can tell anything about itself
-constexpr std::uint64_t leastFramesToMerge = 3;    // below this a mean is still one image's accident
-constexpr std::size_t mostBlur = 1000;             // images kept in memory for it
+constexpr std::size_t maxFramesPerKeyframe = 10;   // of a warm-up, on average: bounds its memory
+constexpr std::size_t firstEstimate = 10;          // keyframes before anything can be estimated
+constexpr std::uint64_t minFramesToMerge = 3;      // the mean of fewer frames is still accidental
+constexpr std::size_t maxTransitionImages = 1000;  // they are kept in memory
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-std::size_t rescaleAfter(std::size_t frames) {
-  return frames + frames / 4 + 1;
+std::size_t nextEstimateAfter(std::size_t keyframes) {
+  return keyframes + keyframes / 4 + 1;
+}
+
+std::uint64_t nextMergeCheckAfter(std::uint64_t frames) {
+  return frames + std::max<std::uint64_t>(1, frames / 4);
+}
+
+Choices nodeDistances() {
+  Choices choices;
+  for (const Distance& distance : baseDistances()) {
+    choices.push_back({distance.name, distance.explanation});
+    if (!distance.sigmaWeighted)
+      choices.push_back({distance.name + "-sigma", "the same, labels that vary inside a node weigh less"});
+  }
+  return choices;
+}
+
+Thresholds initialThresholds(const MapperOptions& options, const Distance& distance) {
+  validate(options);
+  Thresholds thresholds = thresholdsFrom(options.tauJoin.value_or(distance.tauJoin), options.thresholds);
+  if (options.tauRevisit) thresholds.revisit = *options.tauRevisit;
+  return thresholds;
+}
+
+/// Line 20 of Algorithm 4.1, with the original program's further condition.
+bool isRevisit(const Decision& decision, const MapperOptions& options) {
+  return decision.other >= 0 && decision.toOther < decision.tauRevisit &&
+         (!options.nearerThanCurrent || decision.toOther < decision.toCurrent);
 }
 
 }  // namespace
 
-Mapper::Mapper(const DescriptorLayout& layout, MapperOptions options)
-    : labels_(layout.labels()),
-      options_(std::move(options)),
-      distance_(getDistance(options_.distance, layout.parts)),
-      scale_(distance_, labels_, options_.thresholds),
-      bank_(distance_, labels_),
-      nextRescale_(firstRescale) {
-  for (const auto& tau : {options_.tauJoin, options_.tauRevisit})
-    if (tau && !(*tau > 0 && std::isfinite(*tau)))
-      throw Error(fmt::format("a threshold of {} can never be met; give a positive distance", *tau));
-  if (options_.transitionImages > mostBlur)
-    throw Error(
-        fmt::format("at most {} images can blur a stay, not {}", mostBlur, options_.transitionImages));
-  thresholds_ = thresholdsFrom(options_.tauJoin.value_or(distance_.tauJoin), options_.thresholds);
-  if (options_.tauRevisit) thresholds_.revisit = *options_.tauRevisit;
+OptionGroup declare(ThresholdOptions& options) {
+  OptionGroup group("thresholds", "How the thresholds are estimated from the run itself.");
+  group.add("far-quantile", &options.farQuantile, "Share of the pairs of different places within tau-join.")
+      .range(0, 1)
+      .why("A larger share gives fewer, larger places.");
+  group.add("revisit-ratio", &options.revisitRatio, "tau-revisit / tau-join.")
+      .range(0)
+      .why("A smaller ratio needs more evidence before an earlier place is recognized.");
+  group.add("merge-ratio", &options.mergeRatio, "tau-merge / tau-join, between the means of two nodes.")
+      .range(0)
+      .why("0 never merges nodes.");
+  return group;
 }
 
-bool Mapper::isAutomatic() const {
-  return distance_.standardized || !options_.tauJoin;
+OptionGroup declare(MapperOptions& options) {
+  OptionGroup group("mapper", "How frames become places.");
+  group.add("distance", &options.distance, "Distance of a frame to a node.").choices(nodeDistances());
+  group.add("tau-join", &options.tauJoin, "A frame within this distance stays in the current node.")
+      .above(0)
+      .automatic("estimated from the run")
+      .why("A larger distance gives fewer, larger places.");
+  group
+      .add("tau-revisit", &options.tauRevisit,
+           "A frame within this distance of another node returns to that node.")
+      .above(0)
+      .automatic("revisit-ratio times tau-join")
+      .why("A smaller distance recognizes fewer places again.");
+  group.add("nearer-than-current", &options.nearerThanCurrent,
+            "Return only to a node nearer than the current one.");
+  group
+      .add("transition-images", &options.transitionImages,
+           "The first and last K frames of a stay weigh i/K in their node.")
+      .range(0, static_cast<double>(maxTransitionImages))
+      .unit("frames")
+      .why("Frames between two places show both of them.");
+  group
+      .add("warmup-frames", &options.warmupFrames,
+           "These first keyframes are remapped each time the thresholds are estimated again.")
+      .unit("keyframes")
+      .why("A longer warm-up costs memory, and nodes may change for longer.");
+  group.add(declare(options.thresholds));
+  return group;
 }
 
-int Mapper::currentNode() const {
-  return bank_.size() == 0 ? -1 : bank_[current_].id;
+MapperOptions MapperOptions::thesis() {
+  MapperOptions options;
+  options.distance = "weighted-root";
+  options.tauJoin = 0.015;
+  options.tauRevisit = 0.015;
+  options.transitionImages = 15;
+  options.thresholds.mergeRatio = 0;
+  return options;
 }
 
-Mapper::Image Mapper::makeImage(DescriptorView probabilities) const {
-  Image image{{probabilities.begin(), probabilities.end()}, std::vector<float>(labels_)};
-  embed(distance_.embedding, probabilities, image.embedded, distance_.parts);
-  return image;
+Mapper::Impl::Impl(const DescriptorLayout& layout, const MapperOptions& chosen)
+    : labels(layout.labels()),
+      options(chosen),
+      distance(getDistance(options.distance, layout.parts)),
+      scale(distance, labels, options.thresholds),
+      bank(distance, labels),
+      thresholds(initialThresholds(options, distance)),
+      nextEstimate(firstEstimate) {}
+
+bool Mapper::Impl::isAutomatic() const {
+  return distance.standardized || !options.tauJoin;
 }
 
-bool Mapper::isWarmingUp() const {
-  return isAutomatic() && scale_.keyframes() < options_.warmupFrames &&
-         scale_.frames() < mostFramesPerKeyframe * options_.warmupFrames;
+bool Mapper::Impl::isWarmingUp() const {
+  return isAutomatic() && scale.keyframes() < options.warmupFrames &&
+         scale.frames() < maxFramesPerKeyframe * options.warmupFrames;
 }
 
-void Mapper::add(DescriptorView probabilities) {
-  requireProbabilities(probabilities, labels_, "the labeler");
-  const Image image = makeImage(probabilities);
-  const std::size_t frame = scale_.frames();
-  const bool young = isWarmingUp();
-  scale_.add(image.words, image.embedded);
-  if (young) young_.push_back(image.words);
-  if (frame == 0 && distance_.standardized) bank_.setStandardization(scale_.standardization());
-  place(frame, image);
-  if (isAutomatic() && (scale_.keyframes() >= nextRescale_ || young != isWarmingUp())) rescale(young);
+Mapper::Impl::FrameDescriptor Mapper::Impl::embeddedFrame(DescriptorView probabilities) const {
+  FrameDescriptor descriptor{{probabilities.begin(), probabilities.end()}, std::vector<float>(labels)};
+  embed(distance.embedding, probabilities, descriptor.embedded, distance.parts);
+  return descriptor;
 }
 
-void Mapper::finish() {
-  if (isWarmingUp() && frames() > 1) rescale(true);
+void Mapper::Impl::add(DescriptorView probabilities) {
+  requireProbabilities(probabilities, labels, "the labeler");
+  const FrameDescriptor descriptor = embeddedFrame(probabilities);
+  const std::size_t frame = scale.frames();
+  const bool warmingUp = isWarmingUp();
+  scale.add(descriptor.probabilities, descriptor.embedded);
+  if (warmingUp) warmup.push_back(descriptor.probabilities);
+  if (frame == 0 && distance.standardized) bank.setStandardization(scale.standardization());
+  place(frame, descriptor);
+  if (isAutomatic() && (scale.keyframes() >= nextEstimate || warmingUp != isWarmingUp()))
+    estimateScales(warmingUp);
 }
 
-void Mapper::rescale(bool young) {
-  if (scale_.keyframes() >= nextRescale_) nextRescale_ = rescaleAfter(scale_.keyframes());
-  bank_.setStandardization(scale_.standardization());
-  if (!options_.tauJoin)
-    if (const auto found = scale_.estimate(bank_.standardization())) thresholds_ = *found;
-  if (options_.tauRevisit) thresholds_.revisit = *options_.tauRevisit;
-  if (young) remapWarmup();
-  if (!isWarmingUp()) young_ = {};
+void Mapper::Impl::finish() {
+  if (isWarmingUp() && scale.frames() > 1) estimateScales(true);
 }
 
-void Mapper::remapWarmup() {
-  Standardization standardization = bank_.standardization();
-  bank_ = NodeBank(distance_, labels_);
-  bank_.setStandardization(std::move(standardization));
-  transitions_.clear();
-  recent_.clear();
-  current_ = 0;
-  nextId_ = 0;
-  stay_ = 0;
-  changes_ = {};
-  changes_.restarted = true;
-  for (std::size_t frame = 0; frame < young_.size(); ++frame) place(frame, makeImage(young_[frame]));
+void Mapper::Impl::estimateScales(bool warmingUp) {
+  if (scale.keyframes() >= nextEstimate) nextEstimate = nextEstimateAfter(scale.keyframes());
+  bank.setStandardization(scale.standardization());
+  if (!options.tauJoin)
+    if (const auto found = scale.estimate(bank.standardization())) thresholds = *found;
+  if (options.tauRevisit) thresholds.revisit = *options.tauRevisit;
+  if (warmingUp) remapWarmup();
+  if (!isWarmingUp()) warmup = {};
 }
 
-/// The body of Algorithm 4.1's loop, with Min_dist updated and the join case ended, as its text says.
-void Mapper::place(std::size_t frame, const Image& image) {
+void Mapper::Impl::remapWarmup() {
+  Standardization standardization = bank.standardization();
+  bank = NodeBank(distance, labels);
+  bank.setStandardization(std::move(standardization));
+  transitions.clear();
+  recent.clear();
+  current = 0;
+  nextId = 0;
+  stay = 0;
+  changes = {};
+  changes.restarted = true;
+  for (std::size_t frame = 0; frame < warmup.size(); ++frame) place(frame, embeddedFrame(warmup[frame]));
+}
+
+Decision Mapper::Impl::undecided(std::size_t frame) const {
   Decision decision;
   decision.frame = frame;
-  decision.toCurrent = decision.toOther = unknown;
-  decision.tauJoin = thresholds_.join;
-  decision.tauRevisit = thresholds_.revisit;
   decision.current = currentNode();
+  decision.toCurrent = decision.toOther = unknown;
+  decision.tauJoin = thresholds.join;
+  decision.tauRevisit = thresholds.revisit;
+  return decision;
+}
 
-  if (bank_.size() == 0) {
+/// The loop body of Algorithm 4.1 (thesis 4.4) for one image. As its text says and unlike its print, a nearer
+/// node updates Min_dist (line 14), and an image that joins the current node (line 8) is done.
+void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor) {
+  Decision decision = undecided(frame);
+  if (bank.size() == 0) {  // line 2
     decision.kind = DecisionKind::start;
-    current_ = createNode();
+    current = createNode();  // lines 3–5
   } else {
-    const std::vector<float> query = bank_.makeQuery(image.embedded);
-    decision.toCurrent = bank_.distance(current_, query);
-    if (decision.toCurrent < thresholds_.join) {
+    const std::vector<float> compared = bank.compared(descriptor.embedded);
+    decision.toCurrent = bank.distance(current, compared);  // Eq. 4.5, or another distance
+    if (decision.toCurrent < thresholds.join) {             // line 7
       decision.kind = DecisionKind::join;
     } else {
-      const auto other = bank_.nearest(query, current_);
-      if (other) {
-        decision.other = bank_[other->slot].id;
-        decision.toOther = other->distance;
+      const auto similar = bank.nearest(compared, current);  // lines 10–17
+      if (similar) {
+        decision.other = bank[similar->slot].id;
+        decision.toOther = similar->distance;
       }
-      const bool near = other && other->distance < thresholds_.revisit;
       leave();
-      if (near && (!options_.nearerThanCurrent || other->distance < decision.toCurrent)) {
+      if (isRevisit(decision, options)) {  // line 20
         decision.kind = DecisionKind::revisit;
-        current_ = other->slot;
+        current = similar->slot;  // line 22
       } else {
         decision.kind = DecisionKind::createNode;
-        current_ = createNode();
+        current = createNode();  // lines 25, 26 and 28
       }
-      addTransition(decision.current, currentNode(), frame);
+      addTransition(decision.current, currentNode(), frame);  // lines 21 and 27
     }
   }
-  join(current_, image);
+  join(current, descriptor);  // lines 8 and 23: Eq. 4.3 and 4.4
   decision.node = currentNode();
-  changes_.events.emplace_back(decision);
+  changes.events.emplace_back(decision);
   mergeDuplicateNodes(frame);
 }
 
-std::size_t Mapper::createNode() {
-  NodeMemory node = bank_.makeNode(nextId_++);
-  node.nextMergeCheck = leastFramesToMerge;
-  return bank_.add(std::move(node));
+std::size_t Mapper::Impl::createNode() {
+  NodeMemory node = bank.makeNode(nextId++);
+  node.nextMergeCheck = minFramesToMerge;
+  return bank.add(std::move(node));
 }
 
-void Mapper::join(std::size_t slot, const Image& image) {
-  ++stay_;
-  const std::size_t k = options_.transitionImages;
-  const double weight = k > 0 ? std::min(1.0, static_cast<double>(stay_) / static_cast<double>(k)) : 1.0;
-  bank_.update(slot, [&](NodeMemory& node) {
+void Mapper::Impl::join(std::size_t slot, const FrameDescriptor& descriptor) {
+  ++stay;
+  const std::size_t k = options.transitionImages;
+  const double weight = k > 0 ? std::min(1.0, static_cast<double>(stay) / static_cast<double>(k)) : 1.0;
+  bank.update(slot, [&](NodeMemory& node) {
     ++node.frames;
-    node.words.add(image.words, weight);
-    if (node.embedded) node.embedded->add(image.embedded, weight);
+    node.probabilities.add(descriptor.probabilities, weight);
+    if (node.embedded) node.embedded->add(descriptor.embedded, weight);
   });
   if (k > 0) {
-    recent_.push_back(image);
-    if (recent_.size() > k) recent_.pop_front();
+    recent.push_back(descriptor);
+    if (recent.size() > k) recent.pop_front();
   }
-  changes_.changedNodes.insert(bank_[slot].id);
+  changes.changedNodes.insert(bank[slot].id);
 }
 
-/// The robot leaves the current node: its last k images get the falling weights they would have had in
+/// The robot leaves the current node: its last k frames get the falling weights they would have had in
 /// hindsight.
-void Mapper::leave() {
-  const std::size_t k = options_.transitionImages;
-  bank_.update(current_, [&](NodeMemory& node) {
-    for (std::size_t i = 0; i < recent_.size(); ++i) {
-      const std::size_t fromStart = stay_ - recent_.size() + i + 1;  // 1 is the stay's first image
-      const std::size_t toEnd = recent_.size() - i;                  // 1 is its last
+void Mapper::Impl::leave() {
+  const std::size_t k = options.transitionImages;
+  bank.update(current, [&](NodeMemory& node) {
+    for (std::size_t i = 0; i < recent.size(); ++i) {
+      const std::size_t fromStart = stay - recent.size() + i + 1;  // 1 is the stay's first frame
+      const std::size_t toEnd = recent.size() - i;                 // 1 is its last
       const double given = std::min(1.0, static_cast<double>(fromStart) / static_cast<double>(k));
       const double due = std::min(given, static_cast<double>(toEnd) / static_cast<double>(k));
-      if (due >= given || node.words.weight() - (given - due) <= 0) continue;
-      node.words.add(recent_[i].words, due - given);
-      if (node.embedded) node.embedded->add(recent_[i].embedded, due - given);
+      if (due >= given || node.probabilities.weight() - (given - due) <= 0) continue;
+      node.probabilities.add(recent[i].probabilities, due - given);
+      if (node.embedded) node.embedded->add(recent[i].embedded, due - given);
     }
   });
-  changes_.changedNodes.insert(bank_[current_].id);
-  recent_.clear();
-  stay_ = 0;
+  changes.changedNodes.insert(bank[current].id);
+  recent.clear();
+  stay = 0;
 }
 
-void Mapper::addTransition(int from, int to, std::size_t frame) {
-  Transition& transition = transitions_.try_emplace({from, to}, Transition{from, to, 0, frame}).first->second;
+void Mapper::Impl::addTransition(int from, int to, std::size_t frame) {
+  Transition& transition = transitions.try_emplace({from, to}, Transition{from, to, 0, frame}).first->second;
   ++transition.count;
-  changes_.changedTransitions.insert({from, to});
+  changes.changedTransitions.insert({from, to});
 }
 
-/// Two nodes whose means have come close are one place: the older one keeps its name.
-void Mapper::mergeDuplicateNodes(std::size_t frame) {
-  const NodeMemory& node = bank_[current_];
-  if (thresholds_.merge <= 0 || node.frames < node.nextMergeCheck) return;
-  bank_.update(current_,
-               [](NodeMemory& n) { n.nextMergeCheck = n.frames + std::max<std::uint64_t>(1, n.frames / 4); });
-  const std::vector<float> query = bank_.makeQuery(node.compared().mean());
-  const auto twin = bank_.nearest(query, current_, leastFramesToMerge);
-  if (!twin || twin->distance >= thresholds_.merge) return;
+/// Two nodes whose means have come close are one place: the older one keeps its id.
+void Mapper::Impl::mergeDuplicateNodes(std::size_t frame) {
+  const NodeMemory& node = bank[current];
+  if (thresholds.merge <= 0 || node.frames < node.nextMergeCheck) return;
+  bank.update(current, [](NodeMemory& n) { n.nextMergeCheck = nextMergeCheckAfter(n.frames); });
+  const auto duplicate = bank.nearest(bank.compared(node.moments().mean()), current, minFramesToMerge);
+  if (!duplicate || duplicate->distance >= thresholds.merge) return;
 
-  const std::size_t kept = bank_[twin->slot].id < node.id ? twin->slot : current_;
-  const std::size_t absorbed = kept == current_ ? twin->slot : current_;
-  const int keptId = bank_[kept].id, absorbedId = bank_[absorbed].id;
-  bank_.update(kept, [&](NodeMemory& n) {
-    const NodeMemory& other = bank_[absorbed];
+  const std::size_t kept = bank[duplicate->slot].id < node.id ? duplicate->slot : current;
+  const std::size_t absorbed = kept == current ? duplicate->slot : current;
+  const int keptId = bank[kept].id, absorbedId = bank[absorbed].id;
+  bank.update(kept, [&](NodeMemory& n) {
+    const NodeMemory& other = bank[absorbed];
     n.frames += other.frames;
-    n.words.merge(other.words);
+    n.probabilities.merge(other.probabilities);
     if (n.embedded) n.embedded->merge(*other.embedded);
-    n.nextMergeCheck = n.frames + std::max<std::uint64_t>(1, n.frames / 4);
+    n.nextMergeCheck = nextMergeCheckAfter(n.frames);
   });
-  bank_.remove(absorbed);
-  current_ = bank_.slotOf(keptId);
+  bank.remove(absorbed);
+  current = bank.slotOf(keptId);
+  redirectTransitions(absorbedId, keptId);
+  changes.events.emplace_back(Merge{frame, keptId, absorbedId, duplicate->distance, thresholds.merge});
+  changes.changedNodes.erase(absorbedId);
+  changes.changedNodes.insert(keptId);
+}
 
+void Mapper::Impl::redirectTransitions(int absorbed, int kept) {
   std::map<std::pair<int, int>, Transition> redirected;
-  for (const auto& [ends, transition] : transitions_) {
-    const int from = ends.first == absorbedId ? keptId : ends.first;
-    const int to = ends.second == absorbedId ? keptId : ends.second;
+  for (const auto& [ends, transition] : transitions) {
+    const int from = ends.first == absorbed ? kept : ends.first;
+    const int to = ends.second == absorbed ? kept : ends.second;
     if (from == to) continue;
     Transition& target =
         redirected.try_emplace({from, to}, Transition{from, to, 0, transition.firstFrame}).first->second;
     target.count += transition.count;
     target.firstFrame = std::min(target.firstFrame, transition.firstFrame);
   }
-  transitions_ = std::move(redirected);
-  changes_.redirected = true;
-  changes_.events.emplace_back(Merge{frame, keptId, absorbedId, twin->distance, thresholds_.merge});
-  changes_.changedNodes.erase(absorbedId);
-  changes_.changedNodes.insert(keptId);
+  transitions = std::move(redirected);
+  changes.redirected = true;
 }
 
-Mapper::MapChanges Mapper::takeChanges() {
-  return std::exchange(changes_, {});
+Mapper::Mapper(const DescriptorLayout& layout, const MapperOptions& options)
+    : impl_(std::make_unique<Impl>(layout, options)) {}
+Mapper::Mapper(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Mapper::Mapper(Mapper&&) noexcept = default;
+Mapper& Mapper::operator=(Mapper&&) noexcept = default;
+Mapper::~Mapper() = default;
+
+int Mapper::add(DescriptorView descriptor) {
+  impl_->add(descriptor);
+  return currentNode();
+}
+
+void Mapper::finish() {
+  impl_->finish();
+}
+
+std::size_t Mapper::frames() const {
+  return impl_->scale.frames();
+}
+
+std::size_t Mapper::nodes() const {
+  return impl_->bank.size();
+}
+
+const MapperOptions& Mapper::options() const {
+  return impl_->options;
+}
+
+const Thresholds& Mapper::thresholds() const {
+  return impl_->thresholds;
+}
+
+int Mapper::currentNode() const {
+  return impl_->currentNode();
+}
+
+const std::map<std::pair<int, int>, Transition>& Mapper::transitions() const {
+  return impl_->transitions;
+}
+
+MapChanges Mapper::takeChanges() {
+  return std::exchange(impl_->changes, {});
 }
 
 }  // namespace estancia

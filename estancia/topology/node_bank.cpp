@@ -11,13 +11,14 @@
 #include "estancia/stats/compared_vectors.hpp"
 
 namespace estancia {
+
 NodeBank::NodeBank(Distance distance, std::size_t labels)
     : distance_(std::move(distance)),
       labels_(labels),
       byDotProduct_(
-          !distance_.sigmaWeighted && labels <= QuantizedUpperBounds::mostLength &&
+          !distance_.sigmaWeighted && labels <= QuantizedUpperBounds::maxLength &&
           (distance_.comparison == Comparison::cosine || distance_.comparison == Comparison::euclidean)),
-      sketch_(labels) {}
+      bounds_(labels) {}
 
 NodeMemory NodeBank::makeNode(int id) const {
   NodeMemory node{id, 0, 0, Moments(labels_, true), std::nullopt};
@@ -49,13 +50,15 @@ void NodeBank::remove(std::size_t slot) {
   rows_.resize(nodes_.size() * labels_);
   if (distance_.sigmaWeighted) weights_.resize(rows_.size());
   squaredNorms_.pop_back();
-  if (byDotProduct_) sketch_.remove(slot);
+  if (byDotProduct_) bounds_.remove(slot);
 }
 
 std::size_t NodeBank::slotOf(int id) const {
   const auto found =
       std::find_if(nodes_.begin(), nodes_.end(), [id](const NodeMemory& node) { return node.id == id; });
-  if (found == nodes_.end()) throw Error(fmt::format("the mapper has lost node {}; the map is damaged", id));
+  if (found == nodes_.end())
+    throw Error(ErrorCode::corruptFile,
+                fmt::format("the mapper state lacks node {}; map the sequence again", id));
   return static_cast<std::size_t>(found - nodes_.begin());
 }
 
@@ -69,18 +72,18 @@ void NodeBank::setStandardization(Standardization standardization) {
   for (std::size_t slot = 0; slot < nodes_.size(); ++slot) refresh(slot);
 }
 
-std::vector<float> NodeBank::makeQuery(std::span<const float> embedded) const {
+std::vector<float> NodeBank::compared(std::span<const float> embedded) const {
   return comparedVector(distance_, standardization_, embedded);
 }
 
 void NodeBank::refresh(std::size_t slot) {
   const NodeMemory& node = nodes_[slot];
-  const std::vector<float> vector = makeQuery(node.compared().mean());
+  const std::vector<float> vector = compared(node.moments().mean());
   std::copy(vector.begin(), vector.end(), rows_.begin() + static_cast<std::ptrdiff_t>(slot * labels_));
   squaredNorms_[slot] = dot(vector, vector);
-  if (byDotProduct_) sketch_.set(slot, vector);
+  if (byDotProduct_) bounds_.set(slot, vector);
   if (!distance_.sigmaWeighted) return;
-  const std::span<const float> variance = node.compared().variance();
+  const std::span<const float> variance = node.moments().variance();
   float* weight = weights_.data() + slot * labels_;
   for (std::size_t i = 0; i < labels_; ++i) {
     // A probability's σ is at most ½, summed up or centered, too, so 1 − 2σ lies in [0, 1] (thesis 4.3.2);
@@ -94,18 +97,18 @@ void NodeBank::refresh(std::size_t slot) {
   }
 }
 
-double NodeBank::distance(std::size_t slot, std::span<const float> query) const {
+double NodeBank::distance(std::size_t slot, std::span<const float> compared) const {
   if (byDotProduct_ && distance_.comparison == Comparison::cosine)  // both are unit vectors
-    return std::clamp(1.0 - dot(row(slot), query), 0.0, 2.0);
-  return compare(distance_.comparison, row(slot), query, weights(slot));
+    return std::clamp(1.0 - dot(row(slot), compared), 0.0, 2.0);
+  return compare(distance_.comparison, row(slot), compared, weights(slot));
 }
 
-std::optional<NodeBank::Nearest> NodeBank::nearest(std::span<const float> query, std::size_t except,
+std::optional<NodeBank::Nearest> NodeBank::nearest(std::span<const float> compared, std::size_t except,
                                                    std::uint64_t minFrames) const {
   const auto allowed = [&](std::size_t slot) { return slot != except && nodes_[slot].frames >= minFrames; };
   std::optional<Nearest> best;
   const auto consider = [&](std::size_t slot) {
-    const double d = distance(slot, query);
+    const double d = distance(slot, compared);
     if (!best || d < best->distance || (d == best->distance && slot < best->slot)) best = Nearest{slot, d};
   };
   if (!byDotProduct_) {
@@ -114,14 +117,15 @@ std::optional<NodeBank::Nearest> NodeBank::nearest(std::span<const float> query,
     return best;
   }
   std::vector<float> lower(nodes_.size());
-  sketch_.upperBounds(query, lower);
-  const double queryNorm = dot(query, query);
+  bounds_.upperBounds(compared, lower);
+  const double comparedNorm = dot(compared, compared);
   std::size_t first = nodes_.size();
   for (std::size_t slot = 0; slot < nodes_.size(); ++slot) {
-    lower[slot] = distance_.comparison == Comparison::cosine
-                      ? 1 - lower[slot]
-                      : std::sqrt(static_cast<float>(std::max(
-                            0.0, squaredNorms_[slot] + queryNorm - 2.0 * lower[slot] - 1e-5 * queryNorm)));
+    lower[slot] =
+        distance_.comparison == Comparison::cosine
+            ? 1 - lower[slot]
+            : std::sqrt(static_cast<float>(std::max(
+                  0.0, squaredNorms_[slot] + comparedNorm - 2.0 * lower[slot] - 1e-5 * comparedNorm)));
     if (allowed(slot) && (first == nodes_.size() || lower[slot] < lower[first])) first = slot;
   }
   if (first == nodes_.size()) return std::nullopt;

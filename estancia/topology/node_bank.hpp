@@ -1,4 +1,4 @@
-// All nodes of a growing map, laid out so that "which node is nearest?" is quick.
+// Node bank: the nodes of a growing map, laid out for fast exact nearest-neighbor search.
 #pragma once
 
 #include <cstddef>
@@ -18,12 +18,15 @@ namespace estancia {
 struct NodeMemory {
   int id = 0;
   std::uint64_t frames = 0;
-  std::uint64_t nextMergeCheck = 0;  ///< look for a twin when the node holds this many frames
-  Moments words;                     ///< of the probabilities: what people see (Eq. 4.2)
-  /// Of the embedded descriptors: what is compared; absent when that is the same.
+  /// Look for a duplicate when the node holds this many frames.
+  std::uint64_t nextMergeCheck = 0;
+  /// Of the frames' probabilities (Eq. 4.2).
+  Moments probabilities;
+  /// Of their embedded descriptors; absent when these are the probabilities themselves.
   std::optional<Moments> embedded;
 
-  const Moments& compared() const { return embedded ? *embedded : words; }
+  /// Of what distances are measured by.
+  const Moments& moments() const { return embedded ? *embedded : probabilities; }
 };
 
 /// Owns the nodes. Distances are exact whatever the shortcut (a test compares with a plain scan).
@@ -51,17 +54,18 @@ class NodeBank {
   void setStandardization(Standardization standardization);
   const Standardization& standardization() const { return standardization_; }
 
-  /// An embedded descriptor made ready for distance() and nearest().
-  std::vector<float> makeQuery(std::span<const float> embedded) const;
+  /// An embedded descriptor as distance() and nearest() compare it.
+  std::vector<float> compared(std::span<const float> embedded) const;
 
-  double distance(std::size_t slot, std::span<const float> query) const;
+  double distance(std::size_t slot, std::span<const float> compared) const;
 
   struct Nearest {
     std::size_t slot;
     double distance;
   };
-  /// The nearest node but `except` among those with at least `minFrames` frames; the lower slot wins a tie.
-  std::optional<Nearest> nearest(std::span<const float> query, std::size_t except,
+  /// The nearest node except the one in slot `except`, among those with at least `minFrames` frames; the
+  /// lower slot wins a tie.
+  std::optional<Nearest> nearest(std::span<const float> compared, std::size_t except,
                                  std::uint64_t minFrames = 1) const;
 
  private:
@@ -71,13 +75,13 @@ class NodeBank {
 
   Distance distance_;
   std::size_t labels_;
-  bool byDotProduct_;  ///< the distance grows as the dot product falls: the sketch can rule nodes out
+  bool byDotProduct_;  ///< the distance grows as the dot product falls: bounds_ can rule nodes out
   Standardization standardization_;
   std::vector<NodeMemory> nodes_;
   std::vector<float> rows_;     ///< the compared vectors, size()×labels
   std::vector<float> weights_;  ///< of σ-weighted distances, size()×labels
   std::vector<double> squaredNorms_;
-  QuantizedUpperBounds sketch_;
+  QuantizedUpperBounds bounds_;
 };
 
 }  // namespace estancia

@@ -33,9 +33,9 @@ std::vector<Place> placesOf(const TopologicalMap& map) {
     if (places[i].position)
       for (double& value : *places[i].position) value /= static_cast<double>(posed[i]);
     const auto& rooms = places[i].rooms;
-    const auto most = std::max_element(rooms.begin(), rooms.end(),
-                                       [](const auto& a, const auto& b) { return a.second < b.second; });
-    if (most != rooms.end()) places[i].room = most->first;
+    const auto largest = std::max_element(rooms.begin(), rooms.end(),
+                                          [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (largest != rooms.end()) places[i].room = largest->first;
   }
   if (map.predictions) {
     auto pooled = poolRooms(*map.predictions, placeOf, places.size());

@@ -1,4 +1,4 @@
-// The nodes of a map as places: where they are and which room they belong to.
+// Places: the nodes of a map with position and room. Private.
 #pragma once
 
 #include <array>
@@ -17,11 +17,13 @@ using Position = std::array<double, 3>;  ///< in the map [m]
 double distanceBetween(const Position& a, const Position& b);
 
 struct Place {
-  std::optional<Position> position;  ///< mean of its posed frames (thesis 4.4)
+  /// Mean of its posed frames (thesis 4.4).
+  std::optional<Position> position;
   /// How many of its frames are in which room; unknown rooms left out.
   std::map<std::string, std::size_t> rooms;
-  std::string room;  ///< the most frequent of them, "" when none is known
-  /// What a classifier takes it for, best first; empty when none was asked. Not the truth.
+  /// The most frequent of them, "" when none is known.
+  std::string room;
+  /// A room classifier's prediction, best first; empty when none was run. Not the truth.
   std::vector<RoomProbability> predicted;
 
   /// The name of the room for people: the true one, else the predicted one, else "".

@@ -36,13 +36,13 @@ std::optional<double> roomPurity(const std::vector<Place>& places) {
   std::size_t count = 0;
   for (const Place& place : places) {
     if (place.rooms.empty()) continue;
-    double frames = 0, most = 0;
+    double frames = 0, mainRoom = 0;
     for (const auto& [room, inRoom] : place.rooms) {
       frames += static_cast<double>(inRoom);
-      most = std::max(most, static_cast<double>(inRoom));
+      mainRoom = std::max(mainRoom, static_cast<double>(inRoom));
     }
     const auto others = static_cast<double>(place.rooms.size() - 1);
-    sum += others == 0 ? 1 : 1 - (frames - most) / others / most;
+    sum += others == 0 ? 1 : 1 - (frames - mainRoom) / others / mainRoom;
     ++count;
   }
   return meanOf(sum, count);
@@ -164,7 +164,8 @@ void judgePredictions(const TopologicalMap& map, const std::vector<Place>& place
 }  // namespace
 
 MapQuality evaluate(const TopologicalMap& map) {
-  if (map.nodes.empty()) throw Error("the map has no places to judge yet; map some images first");
+  if (map.nodes.empty())
+    throw Error(ErrorCode::insufficientData, "the map has no places yet; map some images first");
   const std::vector<Place> places = placesOf(map);
   const Links links = linksOf(map);
   MapQuality quality;

@@ -16,7 +16,7 @@ void byteDots(const std::int8_t* rows, std::size_t count, std::size_t stride, co
   for (std::size_t r = 0; r < count; ++r) {
     const std::int8_t* row = rows + r * stride;
     std::int32_t sum =
-        0;  // 127² · mostLength fits; a plain loop, since the compiler knows the pairwise multiply-add
+        0;  // 127² · maxLength fits; a plain loop, since the compiler knows the pairwise multiply-add
     for (std::size_t i = 0; i < stride; ++i) sum += static_cast<std::int16_t>(row[i]) * query[i];
     dots[r] = sum;
   }

@@ -1,5 +1,5 @@
-// Rough copies of many vectors, a byte a value: they tell quickly, and with certainty, which few can be the
-// nearest.
+// Quantized upper bounds: 8-bit copies of vectors that rule out most candidates of an exact nearest-neighbor
+// search.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,8 @@ class QuantizedUpperBounds {
  public:
   explicit QuantizedUpperBounds(std::size_t length);
 
-  static constexpr std::size_t mostLength = 100'000;  ///< longer dot products could overflow 32 bits
+  /// Longer dot products could overflow 32 bits.
+  static constexpr std::size_t maxLength = 100'000;
 
   /// Sets vector `slot`, appending when slot = size().
   void set(std::size_t slot, std::span<const float> vector);

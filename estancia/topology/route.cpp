@@ -63,6 +63,19 @@ std::string onlyForwards(const RouteOptions& options) {
 
 }  // namespace
 
+OptionGroup declare(RouteOptions& options) {
+  OptionGroup group("route", "How the way to a place is found.");
+  group.add("bidirectional", &options.bidirectional, "Drive transitions backwards, too.")
+      .why("Off where doors or lanes are one-way.");
+  group
+      .add("tolerance", &options.tolerance,
+           "Places within this share of the best one's probability hold a word equally well: the nearest is "
+           "taken.")
+      .range(0, 1)
+      .why("0 always drives to the most probable place.");
+  return group;
+}
+
 std::optional<Route> findRoute(const TopologicalMap& map, int from, int to, const RouteOptions& options) {
   map.getNode(to);
   const Ways ways(map, from, options);
@@ -78,8 +91,7 @@ Route getRoute(const TopologicalMap& map, int from, int to, const RouteOptions& 
 
 WordRoute routeToWords(const TopologicalMap& map, int from, const std::string& words,
                        const RouteOptions& options) {
-  if (!(options.tolerance >= 0 && options.tolerance <= 1))
-    throw Error(fmt::format("the tolerance {} is not between 0 and 1", options.tolerance));
+  validate(options);
   const Answers answers = ask(map, words, map.nodes.size());
   const Ways ways(map, from, options);
   const PlaceAnswer* goal = nullptr;

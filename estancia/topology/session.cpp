@@ -2,13 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <utility>
 #include <variant>
 
 #include "estancia/core/error.hpp"
+#include "estancia/io/image_writer.hpp"
+#include "estancia/io/sequence.hpp"
+#include "estancia/label/labeler.hpp"
+#include "estancia/topology/mapper_impl.hpp"
+#include "estancia/topology/session_impl.hpp"
 
 namespace estancia {
 namespace {
@@ -17,37 +21,41 @@ constexpr auto writeInterval = std::chrono::seconds(1);
 constexpr const char* stateKey = "mapper";
 
 Node toNode(const NodeMemory& memory) {
-  Node node{memory.id, memory.frames, {}, {}};
-  node.mean.assign(memory.words.mean().begin(), memory.words.mean().end());
-  for (const float variance : memory.words.variance()) node.sigma.push_back(std::sqrt(variance));
+  Node node{memory.id, memory.frames};
+  node.mean.assign(memory.probabilities.mean().begin(), memory.probabilities.mean().end());
+  for (const float variance : memory.probabilities.variance()) node.sigma.push_back(std::sqrt(variance));
   return node;
-}
-
-Mapper restoreMapper(const MapStore& store) {
-  const auto state = store.findState(stateKey);
-  if (!state) throw Error("the map has no saved mapper state; the file is damaged, map again");
-  return Mapper::restore(store.identity().vocabulary.layout(),
-                         MapperOptions::fromJson(store.identity().settings), *state, store.nodeStates(),
-                         [&store](std::size_t frame) { return store.descriptor(frame); });
-}
-
-/// The map and the mapper's memory must be of one moment: a run that goes on may write in between.
-MapStore openAtOneMoment(const std::filesystem::path& path) {
-  MapStore store = MapStore::open(path, MapStore::Access::read);
-  store.beginReading();
-  return store;
 }
 
 }  // namespace
 
-MappingSession::MappingSession(MapStore store, Mapper mapper)
-    : store_(std::move(store)), mapper_(std::move(mapper)) {}
+Mapper restoreMapper(const MapStore& store) {
+  const auto state = store.findState(stateKey);
+  if (!state)
+    throw Error(ErrorCode::corruptFile, "the map has no saved mapper state; map the sequence again");
+  return Mapper::Impl::restore(store.identity().vocabulary.layout(),
+                               settingsFromJson(store.identity().settings), *state, store.nodeStates(),
+                               [&store](std::size_t frame) { return store.descriptor(frame); });
+}
+
+MappingSession::MappingSession(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+MappingSession::MappingSession(MappingSession&&) noexcept = default;
+MappingSession& MappingSession::operator=(MappingSession&&) noexcept = default;
+
+MappingSession::~MappingSession() {
+  if (!impl_ || impl_->finished || std::uncaught_exceptions() > impl_->exceptions) return;
+  try {
+    finish();
+  } catch (const std::exception&) {  // the file keeps its last commit; finish() tells why
+  }
+}
 
 MappingSession MappingSession::create(const std::filesystem::path& path, const Vocabulary& vocabulary,
                                       const std::string& model, const MapperOptions& options,
-                                      MapStore::Existing existing) {
-  Mapper mapper(vocabulary.layout(), options);  // first: unknown distances leave no file
-  return {MapStore::create(path, {vocabulary, model, options.toJson()}, existing), std::move(mapper)};
+                                      ExistingMap existing) {
+  Mapper mapper(vocabulary.layout(), options);  // first: invalid options leave no file
+  MapStore store = MapStore::create(path, {vocabulary, model, settingsToJson(options)}, existing);
+  return MappingSession(std::make_unique<Impl>(Impl{std::move(store), std::move(mapper)}));
 }
 
 MappingSession MappingSession::resume(const std::filesystem::path& path, const Vocabulary& vocabulary,
@@ -55,53 +63,100 @@ MappingSession MappingSession::resume(const std::filesystem::path& path, const V
   MapStore store = MapStore::open(path, MapStore::Access::write);
   requireSameVocabulary(store.identity().vocabulary, vocabulary, path.string());
   if (store.identity().model != model)
-    throw Error(fmt::format("{} was made with the model {}, not {}; continue it with that model",
-                            path.string(), store.identity().model, model));
+    throw Error(ErrorCode::mismatch, fmt::format("{} was made with the model {}, not {}; use that model",
+                                                 path.string(), store.identity().model, model));
   Mapper mapper = restoreMapper(store);
-  return {std::move(store), std::move(mapper)};
+  return MappingSession(std::make_unique<Impl>(Impl{std::move(store), std::move(mapper)}));
 }
 
-void MappingSession::add(const Frame& frame, DescriptorView descriptor, const Image& image) {
-  const std::size_t index = mapper_.frames();
-  mapper_.add(descriptor);
+MappingSession::MappingSession(const std::filesystem::path& path, Labeler& labeler,
+                               const std::optional<MapperOptions>& options) {
+  if (labeler.discovers())
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("{} discovers its words, but a map needs to know them; record() its labels first",
+                            labeler.identity()));
+  *this = std::filesystem::exists(path)
+              ? resume(path, labeler.vocabulary(), labeler.identity())
+              : create(path, labeler.vocabulary(), labeler.identity(), options.value_or(MapperOptions{}));
+  if (options && *options != mapper().options())
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{} was made with other settings, which it keeps; give none", path.string()));
+  impl_->labeler = &labeler;
+}
+
+int MappingSession::add(const cv::Mat& image, std::optional<double> timestamp,
+                        const std::optional<Pose>& pose) {
+  if (impl_->labeler == nullptr)
+    throw Error(ErrorCode::invalidState, "the session has no labeler; add descriptors, or make it with one");
+  Frame frame;
+  frame.name = fmt::format("frame {:06}", frames());
+  frame.timestamp = timestamp;
+  frame.pose = pose;
+  return add(frame, impl_->labeler->label(image, frame.name), [&image] { return encodeImage(image); });
+}
+
+int MappingSession::add(const Frame& frame, DescriptorView descriptor, const Image& image) {
+  const std::size_t index = frames();
+  impl_->finished = false;
   MappedFrame mapped;
   static_cast<Frame&>(mapped) = frame;
-  mapped.node = mapper_.currentNode();
-  store_.addFrame(index, mapped, descriptor);
-  // Images of all young frames, whose nodes may still change, then of a node's 1st, 2nd, 4th, 8th … frame.
-  const bool keep = index < mapper_.options().warmupFrames ||
-                    std::has_single_bit(mapper_.bank()[mapper_.currentSlot()].frames);
-  if (image && keep) store_.putImage(index, image());
-  if (std::chrono::steady_clock::now() - lastWritten_ >= writeInterval) write();
+  mapped.node = impl_->mapper.add(descriptor);
+  impl_->store.addFrame(index, mapped, descriptor);
+  // Images of all warm-up frames, whose nodes may still change, then of a node's 1st, 2nd, 4th, 8th … frame.
+  const Mapper::Impl& state = impl_->mapper.impl();
+  const bool keep =
+      index < state.options.warmupFrames || std::has_single_bit(state.bank[state.current].frames);
+  if (image && keep) impl_->store.putImage(index, image());
+  if (std::chrono::steady_clock::now() - impl_->lastWritten >= writeInterval) impl_->write();
+  return mapped.node;
 }
 
 void MappingSession::finish() {
-  mapper_.finish();
-  if (mapper_.frames() > 0) write();
+  impl_->mapper.finish();
+  if (frames() > 0) impl_->write();
+  impl_->finished = true;
 }
 
-void MappingSession::write() {
-  const Mapper::MapChanges news = mapper_.takeChanges();
-  if (news.restarted) store_.clearMap();
-  const NodeBank& bank = mapper_.bank();
-  for (const auto& event : news.events)
+std::size_t MappingSession::frames() const {
+  return impl_->mapper.frames();
+}
+
+const Mapper& MappingSession::mapper() const {
+  return impl_->mapper;
+}
+
+TopologicalMap MappingSession::map() {
+  if (frames() > 0) impl_->write();
+  return impl_->store.load();
+}
+
+LocalizerMap MappingSession::Impl::localizerMap(std::size_t maxImages) {
+  if (mapper.frames() > 0) write();
+  return estancia::localizerMap(store, mapper.impl().bank, maxImages);
+}
+
+void MappingSession::Impl::write() {
+  const MapChanges changes = mapper.takeChanges();
+  if (changes.restarted) store.clearMap();
+  for (const auto& event : changes.events)
     if (const auto* decision = std::get_if<Decision>(&event))
-      store_.putDecision(*decision);
+      store.putDecision(*decision);
     else
-      store_.addMerge(std::get<Merge>(event));
-  for (const int id : news.changedNodes) {
-    const std::size_t slot = bank.slotOf(id);
-    store_.putNode(toNode(bank[slot]), mapper_.nodeState(slot));
+      store.addMerge(std::get<Merge>(event));
+  const Mapper::Impl& state = mapper.impl();
+  for (const int id : changes.changedNodes) {
+    const std::size_t slot = state.bank.slotOf(id);
+    store.putNode(toNode(state.bank[slot]), state.nodeState(slot));
   }
-  if (news.redirected || news.restarted) {
-    store_.clearTransitions();
-    for (const auto& entry : mapper_.transitions()) store_.putTransition(entry.second);
+  if (changes.redirected || changes.restarted) {
+    store.clearTransitions();
+    for (const auto& entry : state.transitions) store.putTransition(entry.second);
   } else {
-    for (const auto& ends : news.changedTransitions) store_.putTransition(mapper_.transitions().at(ends));
+    for (const auto& ends : changes.changedTransitions) store.putTransition(state.transitions.at(ends));
   }
-  store_.putState(stateKey, mapper_.state());
-  store_.commit();
-  lastWritten_ = std::chrono::steady_clock::now();
+  store.putState(stateKey, state.state());
+  store.commit();
+  lastWritten = std::chrono::steady_clock::now();
 }
 
 std::size_t firstUnmapped(const TopologicalMap& map, const Sequence& sequence) {
@@ -109,27 +164,13 @@ std::size_t firstUnmapped(const TopologicalMap& map, const Sequence& sequence) {
   for (const MappedFrame& frame : map.frames) {
     while (next < sequence.size() && sequence.frame(next).name != frame.name) ++next;
     if (next == sequence.size())
-      throw Error(fmt::format(
-          "the map holds the frame {}, which is not (or not in this order) in {}; continue it with "
-          "the sequence that it was made from",
-          frame.name, sequence.name()));
+      throw Error(ErrorCode::mismatch,
+                  fmt::format("the map's frame {} is not (or not in this order) in {}; continue the map with "
+                              "the sequence that it was made from",
+                              frame.name, sequence.name()));
     ++next;
   }
   return next;
-}
-
-MapReader::MapReader(const std::filesystem::path& path)
-    : store_(openAtOneMoment(path)), map_(store_.load()), mapper_(restoreMapper(store_)) {
-  store_.endReading();  // what forLocalizer() reads later never changes
-}
-
-LocalizerMap MapReader::forLocalizer(std::size_t mostImages) const {
-  const std::size_t frames = map_.frames.size();
-  const std::size_t stride = std::max<std::size_t>(1, (frames + mostImages - 1) / mostImages);
-  LocalizerMap source{&map_, &mapper_.bank(), DescriptorMatrix(map_.vocabulary.size()), stride};
-  source.images.reserve((frames + stride - 1) / stride);
-  for (std::size_t frame = 0; frame < frames; frame += stride) source.images.append(store_.descriptor(frame));
-  return source;
 }
 
 }  // namespace estancia

@@ -1,74 +1,80 @@
-// A mapping run with its map file: what the mapper decides reaches the disk once a second.
+// Mapping session: maps frames into a map file while they come, and goes on with it later.
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <memory>
+#include <opencv2/core/mat.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/frame.hpp"
-#include "estancia/io/sequence.hpp"
-#include "estancia/topology/localizer.hpp"
+#include "estancia/core/pose.hpp"
+#include "estancia/topology/map.hpp"
 #include "estancia/topology/mapper.hpp"
-#include "estancia/topology/store.hpp"
 
 namespace estancia {
 
-/// Maps frames into a file. After a crash the file holds everything up to the last second and resume() goes
-/// on from there, with the very map that an unbroken run would have made.
+class Labeler;
+class Sequence;
+
+/// Maps frames into a file, which is written once a second. After a crash the file holds everything up to the
+/// last second, and resuming gives the very map that an unbroken run would have made. The file appears with
+/// the first second of frames. One session writes a map at a time; others may read its last second.
 class MappingSession {
  public:
   /// A small JPEG of the frame being added; called only for frames whose image is kept.
   using Image = std::function<std::vector<unsigned char>()>;
 
-  /// The file appears with the first second of frames. Throws Error as MapStore::create() does.
+  /// Creates the map, or goes on with it when the file exists. `labeler` must outlive the session. Throws
+  /// Error as create() and resume() do, when `options` are given and are not those of the map (mismatch), and
+  /// for a labeler that discovers its words (invalidInput).
+  MappingSession(const std::filesystem::path& path, Labeler& labeler,
+                 const std::optional<MapperOptions>& options = {});
+
+  /// A new map of descriptors; `model` identifies what made them. Throws Error: fileExists, fileNotFound (the
+  /// folder), fileUnwritable; with ExistingMap::replace also when that file is not a map, or is being
+  /// written.
   static MappingSession create(const std::filesystem::path& path, const Vocabulary& vocabulary,
                                const std::string& model, const MapperOptions& options,
-                               MapStore::Existing existing = MapStore::Existing::refuse);
+                               ExistingMap existing = ExistingMap::refuse);
 
-  /// Goes on with a map. Throws Error as MapStore::open() does, and when `vocabulary` or `model` is not the
-  /// map's.
+  /// Goes on with a map. Throws Error as readMap() does, busy when another process writes it, and mismatch
+  /// when `vocabulary` or `model` is not the map's.
   static MappingSession resume(const std::filesystem::path& path, const Vocabulary& vocabulary,
                                const std::string& model);
 
-  std::size_t frames() const { return mapper_.frames(); }
-  const Mapper& mapper() const { return mapper_; }
+  MappingSession(MappingSession&&) noexcept;
+  MappingSession& operator=(MappingSession&&) noexcept;
+  /// Calls finish(), unless an exception is on its way.
+  ~MappingSession();
 
-  void add(const Frame& frame, DescriptorView descriptor, const Image& image = {});
-  /// Writes everything, with the last word on a young run. More frames may follow.
+  /// Labels a BGR image of any size, maps it, stores a thumbnail, and returns its place (node id). For
+  /// sessions with a labeler.
+  int add(const cv::Mat& image, std::optional<double> timestamp = {}, const std::optional<Pose>& pose = {});
+  /// Maps a frame that was labeled elsewhere.
+  int add(const Frame& frame, DescriptorView descriptor, const Image& image = {});
+  /// Writes everything, a last remapping of the warm-up included. More frames may follow.
   void finish();
 
- private:
-  MappingSession(MapStore store, Mapper mapper);
-  void write();
+  std::size_t frames() const;
+  const Mapper& mapper() const;
+  /// The map as of now, to ask or to localize in.
+  TopologicalMap map();
 
-  MapStore store_;
-  Mapper mapper_;
-  std::chrono::steady_clock::time_point lastWritten_ = std::chrono::steady_clock::now();
+ private:
+  friend class Localizer;
+  struct Impl;
+  explicit MappingSession(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
 };
 
 /// Where in `sequence` a map made of its first frames goes on: after the last mapped one. Frames that could
-/// not be read are missing in the map. Throws Error when the map's frames are not frames of this sequence in
-/// this order.
+/// not be read are missing in the map. Throws Error (mismatch) when the map's frames are not frames of this
+/// sequence in this order.
 std::size_t firstUnmapped(const TopologicalMap& map, const Sequence& sequence);
-
-/// A map file with all that reading it needs.
-class MapReader {
- public:
-  explicit MapReader(const std::filesystem::path& path);
-  const TopologicalMap& map() const { return map_; }
-  const MapStore& store() const { return store_; }
-  const Mapper& mapper() const { return mapper_; }
-  /// What a Localizer needs; it refers to this reader. Compares with at most `mostImages` stored images.
-  LocalizerMap forLocalizer(std::size_t mostImages) const;
-
- private:
-  MapStore store_;
-  TopologicalMap map_;
-  Mapper mapper_;
-};
 
 }  // namespace estancia

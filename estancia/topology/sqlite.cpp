@@ -14,9 +14,9 @@ namespace estancia::sqlite {
 namespace {
 
 /// Values larger than this in a file are taken for damage; bounds what SQLite allocates for a hostile file.
-constexpr int largestValue = 256 << 20;
+constexpr int maxValue = 256 << 20;
 
-bool isOutOfRoom(int systemError) {
+bool isOutOfSpace(int systemError) {
   return systemError == ENOSPC || systemError == EDQUOT || systemError == EFBIG;
 }
 
@@ -37,14 +37,14 @@ Database::Database(const std::filesystem::path& path, Mode mode)
   const int code =
       sqlite3_open_v2(name.c_str(), &handle, flags | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, nullptr);
   handle_.reset(handle);
-  if (handle == nullptr) throw Error(fmt::format("{}: no memory to open the map", path_.string()));
+  if (handle == nullptr) throw Error(ErrorCode::tooLarge, path_.string() + ": no memory to open the map");
   if (code != SQLITE_OK) fail(code);
   // The file may come from anywhere: its schema may run nothing, and cells are checked before they are used.
   sqlite3_db_config(handle, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
   sqlite3_db_config(handle, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
-  sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, largestValue);
+  sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, maxValue);
   run("PRAGMA cell_size_check = ON");
   if (mode == Mode::read) run("PRAGMA query_only = ON");
 }
@@ -78,49 +78,47 @@ void Database::waitForLocks(int milliseconds) {
 
 void Database::fail(int code) const {
   const std::string path = path_.string();
-  const int systemError = sqlite3_system_errno(handle());
   const int primary = code & 0xff;
-  if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && isOutOfRoom(systemError)))
-    throw Error(fmt::format("{}: no room left on the disk; {}", path,
-                            inMemory_ ? "nothing of the map could be written: free some space, then map again"
-                                      : "everything up to the last commit is kept: free some space, then go "
-                                        "on with `estancia map --continue`"));
+  const int systemError = sqlite3_system_errno(handle());
+  const char* cause = systemError != 0 ? std::strerror(systemError) : sqlite3_errstr(code);
+  const auto refuse = [&path](ErrorCode kind, const std::string& what) {
+    throw Error(kind, fmt::format("{}: {}", path, what));
+  };
+  if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && isOutOfSpace(systemError)))
+    refuse(ErrorCode::fileUnwritable,
+           inMemory_ ? "the disk is full, and nothing of the map was written; free some space and map again"
+                     : "the disk is full; free some space and continue the map from its last commit by "
+                       "`estancia map --continue`");
   switch (primary) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      throw Error(fmt::format(
-          "{}: another process is writing this map; wait until it has ended, or write to another file",
-          path));
+      refuse(ErrorCode::busy,
+             "another process is writing this map; wait until it has ended, or write to another file");
     case SQLITE_READONLY:
-      throw Error(fmt::format(
-          "{}: the file or its folder is read-only; copy the map to a folder that you may write in", path));
+      refuse(ErrorCode::fileUnwritable,
+             "the file or its folder is read-only; copy the map to a folder with write permission");
     case SQLITE_PERM:
     case SQLITE_AUTH:
     case SQLITE_CANTOPEN:
-      throw Error(
-          fmt::format("{}: cannot be opened ({}); check the permissions of the file and its folder. A map "
-                      "whose process was "
-                      "killed needs a folder that can be written to, with its -wal file beside it",
-                      path, systemError != 0 ? std::strerror(systemError) : sqlite3_errstr(code)));
+      refuse(
+          ErrorCode::fileUnreadable,
+          fmt::format("cannot be opened ({}); check the permissions of the file and its folder. A map whose "
+                      "process was killed needs its -wal file beside it and write permission",
+                      cause));
     case SQLITE_NOTADB:
-      throw Error(
-          fmt::format("{}: not an Estancia map (nor any SQLite file); give a file that "
-                      "`estancia map` has written",
-                      path));
+      refuse(ErrorCode::unsupportedFile, "not a map file; give a file that `estancia map` has written");
     case SQLITE_NOMEM:
-      throw Error(fmt::format("{}: not enough memory to use the map", path));
+      refuse(ErrorCode::tooLarge, "not enough memory for the map");
     case SQLITE_IOERR:
-      if (code != SQLITE_IOERR_SHORT_READ)
-        throw Error(fmt::format("{}: reading or writing failed ({}); check the disk", path,
-                                systemError != 0 ? std::strerror(systemError) : sqlite3_errstr(code)));
-      failDamaged("it ends too early");
-    default:
-      failDamaged(sqlite3_errmsg(handle()));
+      if (code == SQLITE_IOERR_SHORT_READ) failDamaged("it ends too early");
+      refuse(ErrorCode::fileUnreadable, fmt::format("reading or writing failed ({}); check the disk", cause));
   }
+  failDamaged(sqlite3_errmsg(handle()));
 }
 
 void Database::failDamaged(const std::string& detail) const {
-  throw Error(fmt::format("{}: the map is damaged or cut off ({}); restore a copy or map the sequence again",
+  throw Error(ErrorCode::corruptFile,
+              fmt::format("{}: the map is damaged or cut off ({}); restore a copy or map the sequence again",
                           path_.string(), detail));
 }
 
@@ -128,12 +126,12 @@ void Statement::Finalize::operator()(sqlite3_stmt* statement) const {
   sqlite3_finalize(statement);
 }
 
-Statement::Statement(const Database& database, std::string_view sql) : database_(&database) {
+sqlite3_stmt* Statement::prepare(const Database& database, std::string_view sql) {
   sqlite3_stmt* statement = nullptr;
   const int code = sqlite3_prepare_v3(database.handle(), sql.data(), static_cast<int>(sql.size()),
                                       SQLITE_PREPARE_PERSISTENT, &statement, nullptr);
-  statement_.reset(statement);
   if (code != SQLITE_OK) database.fail(code);
+  return statement;
 }
 
 void Statement::bind(int position, std::int64_t value) {
@@ -146,7 +144,7 @@ void Statement::bind(int position, double value) {
 
 void Statement::bind(int position, std::string_view text) {
   const int code = sqlite3_bind_text64(statement_.get(), position, text.data() == nullptr ? "" : text.data(),
-                                       text.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
+                                       text.size(), SQLITE_STATIC, SQLITE_UTF8);
   if (code != SQLITE_OK) database_->fail(code);
 }
 
@@ -155,13 +153,9 @@ void Statement::bind(int position, std::span<const std::byte> bytes) {
   const void* data = bytes.empty() ? static_cast<const void*>("") : bytes.data();
   const int code = sqlite3_bind_blob64(statement_.get(), position, data, bytes.size(), SQLITE_STATIC);
   if (code == SQLITE_TOOBIG)
-    throw Error(fmt::format("{}: a value of {} bytes is larger than a map can hold",
-                            database_->path().string(), bytes.size()));
+    throw Error(ErrorCode::tooLarge, fmt::format("{}: a value of {} bytes is larger than a map can hold",
+                                                 database_->path().string(), bytes.size()));
   if (code != SQLITE_OK) database_->fail(code);
-}
-
-void Statement::bindNull(int position) {
-  sqlite3_bind_null(statement_.get(), position);
 }
 
 bool Statement::next() {
@@ -175,15 +169,7 @@ bool Statement::next() {
 void Statement::execute() {
   while (next()) {
   }
-  reset();
-}
-
-void Statement::reset() {
   sqlite3_reset(statement_.get());
-}
-
-bool Statement::isNull(int column) const {
-  return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL;
 }
 
 std::int64_t Statement::integer(int column) const {
@@ -191,8 +177,9 @@ std::int64_t Statement::integer(int column) const {
 }
 
 double Statement::real(int column) const {
-  return isNull(column) ? std::numeric_limits<double>::quiet_NaN()
-                        : sqlite3_column_double(statement_.get(), column);
+  return sqlite3_column_type(statement_.get(), column) == SQLITE_NULL
+             ? std::numeric_limits<double>::quiet_NaN()
+             : sqlite3_column_double(statement_.get(), column);
 }
 
 std::string Statement::text(int column) const {

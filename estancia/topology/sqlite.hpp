@@ -1,11 +1,10 @@
-// SQLite with C++ lifetimes and Estancia's errors. Used inside topology only.
+// SQLite connection: database and statements with C++ lifetimes and Estancia's errors. Private.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,8 +14,8 @@ struct sqlite3_stmt;
 
 namespace estancia::sqlite {
 
-/// A connection to one database file (or to memory). Every failure becomes an Error whose sentence says what
-/// the user can do: busy, full, read-only, damaged …
+/// A connection to one database file (or to memory). Every failure becomes an Error that says what the user
+/// can do: busy, full, read-only, damaged …
 class Database {
  public:
   enum class Mode { memory, read, write };
@@ -41,7 +40,7 @@ class Database {
 
   /// Throws the Error for SQLite's result code.
   [[noreturn]] void fail(int code) const;
-  /// Throws the Error for a file that is inconsistent; `detail` says where.
+  /// Throws Error (corruptFile); `detail` says what is inconsistent.
   [[noreturn]] void failDamaged(const std::string& detail) const;
 
  private:
@@ -53,29 +52,29 @@ class Database {
   std::unique_ptr<sqlite3, Close> handle_;
 };
 
-/// A prepared statement. Columns and parameters count from 0 and 1, as in SQLite.
+/// A prepared statement with its parameters. Columns count from 0.
 class Statement {
  public:
-  Statement(const Database& database, std::string_view sql);
+  template <class... Values>
+  Statement(const Database& database, std::string_view sql, const Values&... values)
+      : database_(&database), statement_(prepare(database, sql)) {
+    bindAll(values...);
+  }
 
-  void bind(int position, std::int64_t value);
-  void bind(int position, int value) { bind(position, static_cast<std::int64_t>(value)); }
-  void bind(int position, std::size_t value) { bind(position, static_cast<std::int64_t>(value)); }
-  void bind(int position, double value);  ///< NaN becomes NULL
-  void bind(int position, std::string_view text);
-  /// The bytes must live until the statement has run.
-  void bind(int position, std::span<const std::byte> bytes);
-  void bindNull(int position);
-
+  /// Texts and bytes must live until the statement has run. NaN becomes NULL.
+  template <class... Values>
+  void bindAll(const Values&... values) {
+    int position = 0;
+    (bind(++position, values), ...);
+  }
   /// Steps to the next row; false after the last.
   bool next();
   /// Runs to the end and resets: for INSERT, UPDATE, DELETE.
   void execute();
-  void reset();
 
-  bool isNull(int column) const;
   std::int64_t integer(int column) const;
-  double real(int column) const;  ///< NULL becomes NaN
+  /// NULL becomes NaN.
+  double real(int column) const;
   std::string text(int column) const;
   /// Valid until the next step.
   std::span<const std::byte> bytes(int column) const;
@@ -84,20 +83,16 @@ class Statement {
   struct Finalize {
     void operator()(sqlite3_stmt* statement) const;
   };
+  static sqlite3_stmt* prepare(const Database& database, std::string_view sql);
+  void bind(int position, std::int64_t value);
+  void bind(int position, int value) { bind(position, static_cast<std::int64_t>(value)); }
+  void bind(int position, std::size_t value) { bind(position, static_cast<std::int64_t>(value)); }
+  void bind(int position, double value);
+  void bind(int position, std::string_view text);
+  void bind(int position, std::span<const std::byte> bytes);
+
   const Database* database_;
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;
-};
-
-/// Resets a cached statement when its rows have been read, or when an exception flies.
-class ResetAtEnd {
- public:
-  explicit ResetAtEnd(Statement& statement) : statement_(statement) {}
-  ~ResetAtEnd() { statement_.reset(); }
-  ResetAtEnd(const ResetAtEnd&) = delete;
-  ResetAtEnd& operator=(const ResetAtEnd&) = delete;
-
- private:
-  Statement& statement_;
 };
 
 }  // namespace estancia::sqlite

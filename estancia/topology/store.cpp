@@ -11,7 +11,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <limits>
 #include <map>
 #include <utility>
@@ -27,10 +26,8 @@ namespace fs = std::filesystem;
 using sqlite::Database;
 using sqlite::Statement;
 
-constexpr std::int64_t applicationId = 0x45737461;  // "Esta", in SQLite's header
-constexpr std::int64_t formatVersion = 2;           // 1: log-ratios with another floor
-constexpr std::int64_t formatWithRooms = 3;         // rooms that a classifier has named, too
-constexpr int lockPatience = 1000;  ///< a reader may hold a lock for a moment while it recovers [ms]
+constexpr std::int64_t formatVersion = 4;
+constexpr int lockPatience = 1000;  // a reader may hold a lock for a moment while it recovers [ms]
 
 // Decisions, merges and first frames are history: they may name nodes that have been absorbed since.
 constexpr const char* schema = R"sql(
@@ -65,15 +62,18 @@ fs::path folderOf(const fs::path& path) {
 }
 
 [[noreturn]] void failExists(const fs::path& path) {
-  throw Error(fmt::format(
-      "{}: exists already; give another name, or go on with it by `estancia map --continue`", path.string()));
+  throw Error(
+      ErrorCode::fileExists,
+      fmt::format("{}: exists already; give another name, or continue it by `estancia map --continue`",
+                  path.string()));
 }
 
 /// Throws unless a file of some size can be made in the folder: tried out, because permission bits say
 /// nothing about full or read-only disks (nor to root).
 void requireWritable(const fs::path& folder) {
   if (!fs::is_directory(folder))
-    throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
+    throw Error(ErrorCode::fileNotFound,
+                fmt::format("{}: there is no such folder; make it first", folder.string()));
   std::string probe = (folder / ".estancia-XXXXXX").string();
   const int file = mkstemp(probe.data());
   int problem = file < 0 ? errno : 0;
@@ -85,9 +85,11 @@ void requireWritable(const fs::path& folder) {
     close(file);
   }
   if (problem == ENOSPC || problem == EDQUOT || problem == EFBIG)
-    throw Error(fmt::format("{}: no room left on the disk; free some space first", folder.string()));
+    throw Error(ErrorCode::fileUnwritable,
+                fmt::format("{}: the disk is full; free some space first", folder.string()));
   if (problem != 0)
-    throw Error(fmt::format("{}: cannot write in this folder ({}); choose another one", folder.string(),
+    throw Error(ErrorCode::fileUnwritable,
+                fmt::format("{}: cannot write in this folder ({}); choose another one", folder.string(),
                             std::strerror(problem)));
 }
 
@@ -103,7 +105,8 @@ void renameToNew(const fs::path& from, const fs::path& to) {
   if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
   if (errno == EEXIST) failExists(to);
   if (errno != EINVAL && errno != ENOSYS)
-    throw Error(fmt::format("{}: cannot be made ({})", to.string(), std::strerror(errno)));
+    throw Error(ErrorCode::fileUnwritable,
+                fmt::format("{}: cannot be made ({})", to.string(), std::strerror(errno)));
   if (fs::exists(fs::symlink_status(to))) failExists(to);  // a file system without that kind of rename
   fs::rename(from, to);
 }
@@ -116,13 +119,13 @@ void removeCompanions(const fs::path& path) {
   }
 }
 
-/// Throws unless the file is empty or begins as our maps do, sound or not: nothing else is ever replaced.
+/// Throws unless the file is empty or begins as a map file, intact or not: nothing else is ever replaced.
 void requireReplaceable(const fs::path& path) {
   if (fs::is_regular_file(path) && fs::file_size(path) == 0) return;
   if (!isMapFile(path))
-    throw Error(
-        fmt::format("{}: not an Estancia map, so it is not replaced; give another name or remove it first",
-                    path.string()));
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{}: not a map file, so it is not replaced; give another name or remove it first",
+                            path.string()));
 }
 
 /// Puts the finished file `from` in the place of the map `to`. A map that a process is writing is refused.
@@ -145,38 +148,34 @@ std::string quoted(const std::string& text) {
 }
 
 void requireMapFile(const fs::path& path) {
+  const auto refuse = [&path](ErrorCode code, const std::string& why) {
+    throw Error(code, fmt::format("{}: {}", path.string(), why));
+  };
   std::error_code problem;
   const fs::file_status status = fs::status(path, problem);
   if (!fs::exists(status))
-    throw Error(fmt::format("{}: there is no such map; make one with `estancia map`", path.string()));
-  if (fs::is_directory(status))
-    throw Error(fmt::format("{}: a folder, not a map; give the *.estancia file", path.string()));
-  if (!fs::is_regular_file(status)) throw Error(fmt::format("{}: not a file", path.string()));
+    refuse(ErrorCode::fileNotFound, "there is no such map; make one by `estancia map`");
+  if (!fs::is_regular_file(status))
+    refuse(ErrorCode::unsupportedFile, "not a regular file; give the *.estancia file of a map");
   constexpr std::uintmax_t smallest = 512;  // SQLite's smallest page
   if (const auto size = fs::file_size(path, problem); !problem && size < smallest)
-    throw Error(fmt::format(
-        "{}: only {} bytes long, which is no map (or the very first part of one); restore a copy or "
-        "map the sequence again",
-        path.string(), size));
+    refuse(ErrorCode::truncatedFile,
+           fmt::format("only {} bytes long, too short for a map; restore a copy or map the sequence again",
+                       size));
 }
 
 void requireOurFormat(Database& database) {
   const std::string path = database.path().string();
-  if (database.number("PRAGMA application_id") != applicationId)
-    throw Error(fmt::format(
-        "{}: another program's SQLite file, not an Estancia map; give a file that `estancia map` has written",
-        path));
+  const auto refuse = [&path](const std::string& why) {
+    throw Error(ErrorCode::unsupportedFile, fmt::format("{}: {}", path, why));
+  };
+  if (database.number("PRAGMA application_id") != mapApplicationId)
+    refuse("another program's SQLite file, not a map; give a file that `estancia map` has written");
   const std::int64_t version = database.number("PRAGMA user_version");
-  if (version > formatWithRooms)
-    throw Error(
-        fmt::format("{}: written in map format {} by a newer Estancia; this one reads up to format {}: "
-                    "update Estancia",
-                    path, version, formatWithRooms));
-  if (version == 1)
-    throw Error(fmt::format(
-        "{}: written in map format 1 by an older Estancia, which compared otherwise; map the sequence again",
-        path));
   if (version < 1) database.failDamaged(fmt::format("its format version is {}", version));
+  if (version != formatVersion)
+    refuse(fmt::format("map format {}, but this Estancia reads map format {}; {}", version, formatVersion,
+                       version < formatVersion ? "map the sequence again" : "update Estancia"));
   // SQLite notices missing pages, but fills up a last page that was cut. (Beside a -wal file the size may
   // change.)
   std::error_code problem;
@@ -188,16 +187,6 @@ void requireOurFormat(Database& database) {
 
 }  // namespace
 
-bool isMapFile(const fs::path& path) {
-  constexpr std::string_view magic("SQLite format 3", 16);
-  constexpr std::size_t idAt = 68;  // in SQLite's header, big-endian
-  std::array<char, idAt + 4> header{};
-  if (fs::is_regular_file(path)) std::ifstream(path, std::ios::binary).read(header.data(), header.size());
-  std::int64_t id = 0;
-  for (std::size_t i = idAt; i < header.size(); ++i) id = id << 8 | static_cast<unsigned char>(header[i]);
-  return std::string_view(header.data(), magic.size()) == magic && id == applicationId;
-}
-
 struct MapStore::Impl {
   Impl(const fs::path& file, Access wanted, Database&& opened, Identity named)
       : path(file), access(wanted), database(std::move(opened)), identity(std::move(named)) {}
@@ -206,11 +195,16 @@ struct MapStore::Impl {
   Access access;
   Database database;
   Identity identity;
-  bool replacing = false;  ///< the first commit may take the place of an older map
-  struct stat written {};  ///< writers only: the file that is written
-  bool onDisk = true;      ///< false before the first commit of a new map: all of it is in memory
-  std::size_t frames = 0;  ///< writers only
-  std::map<std::string_view, Statement> statements;  ///< by their text, which is a literal
+  /// The first commit may take the place of an older map.
+  bool replacing = false;
+  /// The file that is written; writers only.
+  struct stat written {};
+  /// False before the first commit of a new map: all of it is in memory.
+  bool onDisk = true;
+  /// Writers only.
+  std::size_t frames = 0;
+  /// For writing, by their text, which is a literal.
+  std::map<std::string_view, Statement> statements;
 
   ~Impl() {
     statements.clear();
@@ -222,32 +216,32 @@ struct MapStore::Impl {
     database.tryRun("PRAGMA query_only = OFF; PRAGMA journal_mode = DELETE");
   }
 
-  Statement& prepared(std::string_view sql) {
-    const auto found = statements.find(sql);
-    return found != statements.end() ? found->second
-                                     : statements.emplace(sql, Statement(database, sql)).first->second;
-  }
-
   void requireWriting() const {
     if (access != Access::write)
-      throw Error(fmt::format("{}: opened for reading only; it cannot be changed", path.string()));
+      throw Error(ErrorCode::invalidState, fmt::format("{}: the map was opened for reading", path.string()));
     if (!database.inTransaction())
-      throw Error(fmt::format("{}: an earlier error has ended the writing of this map; open it again",
+      throw Error(ErrorCode::invalidState,
+                  fmt::format("{}: an earlier error has ended the writing of this map; open it again",
                               path.string()));
   }
 
+  [[noreturn]] void failNoFrame(std::size_t frame, std::size_t count) const {
+    throw Error(ErrorCode::unknownName,
+                fmt::format("{}: there is no frame {}; the map has {} frames", path.string(), frame, count));
+  }
+
   void requireFrame(std::size_t frame) const {
-    if (frame >= frames)
-      throw Error(
-          fmt::format("{}: there is no frame {}; the map has {} frames", path.string(), frame, frames));
+    if (frame >= frames) failNoFrame(frame, frames);
   }
 
   template <typename... Values>
   void write(std::string_view sql, const Values&... values) {
     requireWriting();
-    Statement& statement = prepared(sql);
-    int position = 0;
-    (statement.bind(++position, values), ...);
+    const auto cached = statements.find(sql);
+    Statement& statement = cached != statements.end()
+                               ? cached->second
+                               : statements.emplace(sql, Statement(database, sql)).first->second;
+    statement.bindAll(values...);
     allOrNothing([&] { statement.execute(); });
   }
 
@@ -299,8 +293,10 @@ struct MapStore::Impl {
   void requireInPlace() const {
     struct stat now {};
     if (stat(path.c_str(), &now) != 0 || now.st_ino != written.st_ino || now.st_dev != written.st_dev)
-      throw Error(fmt::format(
-          "{}: the map was removed, moved or replaced while it was being written; map again", path.string()));
+      throw Error(
+          ErrorCode::fileNotFound,
+          fmt::format("{}: the map was removed, moved or replaced while it was being written; map again",
+                      path.string()));
   }
 };
 
@@ -309,8 +305,8 @@ MapStore::MapStore(MapStore&&) noexcept = default;
 MapStore& MapStore::operator=(MapStore&&) noexcept = default;
 MapStore::~MapStore() = default;
 
-MapStore MapStore::create(const fs::path& name, const Identity& identity, Existing existing) {
-  const bool replacing = existing == Existing::replace && fs::exists(name);
+MapStore MapStore::create(const fs::path& name, const Identity& identity, ExistingMap existing) {
+  const bool replacing = existing == ExistingMap::replace && fs::exists(name);
   const fs::path path = replacing ? fs::canonical(name) : name;  // what a link leads to, as SQLite does
   if (replacing) {
     requireReplaceable(path);
@@ -323,7 +319,7 @@ MapStore MapStore::create(const fs::path& name, const Identity& identity, Existi
   impl->onDisk = false;
   impl->replacing = replacing;
   impl->database.run(
-      fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};", applicationId, formatVersion));
+      fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};", mapApplicationId, formatVersion));
   impl->database.run(schema);
   impl->database.run("BEGIN IMMEDIATE");
   constexpr std::string_view putMeta = "INSERT INTO meta VALUES(?1, ?2)";
@@ -361,8 +357,8 @@ const MapStore::Identity& MapStore::identity() const {
 void MapStore::addFrame(std::size_t index, const MappedFrame& frame, DescriptorView descriptor) {
   impl_->requireWriting();
   if (index != impl_->frames)
-    throw Error(fmt::format("{}: frame {} cannot be added; the next one is {}", impl_->path.string(), index,
-                            impl_->frames));
+    throw Error(ErrorCode::invalidInput, fmt::format("{}: frame {} cannot be added; the next one is {}",
+                                                     impl_->path.string(), index, impl_->frames));
   requireProbabilities(descriptor, impl_->identity.vocabulary.size(), frame.name);
   constexpr double none = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
   const Pose pose = frame.pose.value_or(Pose{none, none, none, none, none, none, none});
@@ -381,8 +377,8 @@ void MapStore::putImage(std::size_t frame, const std::vector<unsigned char>& jpe
 void MapStore::putNode(const Node& node, const std::string& state) {
   const std::size_t labels = impl_->identity.vocabulary.size();
   if (node.mean.size() != labels || node.sigma.size() != labels)
-    throw Error(fmt::format("node {} has {} means and {} deviations for {} labels", node.id, node.mean.size(),
-                            node.sigma.size(), labels));
+    throw Error(ErrorCode::mismatch, fmt::format("node {} has {} means and {} deviations for {} labels",
+                                                 node.id, node.mean.size(), node.sigma.size(), labels));
   impl_->write("INSERT OR REPLACE INTO nodes VALUES(?1, ?2, ?3, ?4, ?5)", node.id, node.frames,
                std::as_bytes(std::span(node.mean)), std::as_bytes(std::span(node.sigma)),
                std::as_bytes(std::span(state)));
@@ -425,15 +421,14 @@ void MapStore::putPredictions(const RoomPredictions& predictions) {
   const std::size_t rows = predictions.probabilities.size(), rooms = predictions.rooms.size();
   if (rows > impl_->frames || rooms == 0 || predictions.probabilities.labels() != rooms)
     throw Error(
-        fmt::format("{}: the rooms of {} frames with {} probabilities each do not fit {} frames and {} rooms",
+        ErrorCode::mismatch,
+        fmt::format("{}: predictions for {} frames and {} rooms do not fit {} frames and {} rooms",
                     impl_->path.string(), rows, predictions.probabilities.labels(), impl_->frames, rooms));
   for (const std::string& room : predictions.rooms)
-    if (room.empty()) throw Error(fmt::format("{}: a predicted room has no name", impl_->path.string()));
+    if (room.empty())
+      throw Error(ErrorCode::invalidInput, impl_->path.string() + ": a predicted room has no name");
   impl_->statements.clear();  // those of the older tables
-  impl_->allOrNothing([&] {
-    impl_->database.run(schemaOfRooms);
-    impl_->database.run(fmt::format("PRAGMA user_version = {}", formatWithRooms));
-  });
+  impl_->allOrNothing([&] { impl_->database.run(schemaOfRooms); });
   impl_->write("INSERT OR REPLACE INTO meta VALUES('classifier', ?1)",
                std::string_view(predictions.classifier));
   for (std::size_t i = 0; i < rooms; ++i)
@@ -473,20 +468,17 @@ void MapStore::endReading() {
 }
 
 std::size_t MapStore::frameCount() const {
-  Statement& last = impl_->prepared("SELECT ifnull(max(id) + 1, 0) FROM frames");
-  const sqlite::ResetAtEnd reset(last);
-  last.next();
-  const std::int64_t count = last.integer(0);
+  const std::int64_t count = impl_->database.number("SELECT ifnull(max(id) + 1, 0) FROM frames");
   if (count < 0) impl_->database.failDamaged("its frames have negative numbers");
   return static_cast<std::size_t>(count);
 }
 
 TopologicalMap MapStore::load() const {
   Database& database = impl_->database;
-  if (database.inTransaction()) return readMap(database, impl_->identity);
+  if (database.inTransaction()) return readContent(database, impl_->identity);
   database.run("BEGIN");  // one moment of the map for all its tables, whatever is written meanwhile
   try {
-    TopologicalMap map = readMap(database, impl_->identity);
+    TopologicalMap map = readContent(database, impl_->identity);
     database.run("COMMIT");
     return map;
   } catch (...) {
@@ -496,9 +488,7 @@ TopologicalMap MapStore::load() const {
 }
 
 std::optional<std::string> MapStore::findState(const std::string& key) const {
-  Statement& row = impl_->prepared("SELECT bytes FROM state WHERE key = ?1");
-  const sqlite::ResetAtEnd reset(row);
-  row.bind(1, std::string_view(key));
+  Statement row(impl_->database, "SELECT bytes FROM state WHERE key = ?1", std::string_view(key));
   if (!row.next()) return std::nullopt;
   const auto bytes = row.bytes(0);
   return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -518,12 +508,8 @@ std::vector<std::pair<int, std::string>> MapStore::nodeStates() const {
 }
 
 LexicalDescriptor MapStore::descriptor(std::size_t frame) const {
-  Statement& row = impl_->prepared("SELECT probabilities FROM descriptors WHERE frame = ?1");
-  const sqlite::ResetAtEnd reset(row);
-  row.bind(1, frame);
-  if (!row.next())
-    throw Error(fmt::format("{}: there is no frame {}; the map has {} frames", impl_->path.string(), frame,
-                            frameCount()));
+  Statement row(impl_->database, "SELECT probabilities FROM descriptors WHERE frame = ?1", frame);
+  if (!row.next()) impl_->failNoFrame(frame, frameCount());
   LexicalDescriptor descriptor;
   readValues(impl_->database, row.bytes(0), impl_->identity.vocabulary.size(),
              fmt::format("the descriptor of frame {}", frame), descriptor);
@@ -533,8 +519,7 @@ LexicalDescriptor MapStore::descriptor(std::size_t frame) const {
 void MapStore::forEachDescriptor(std::size_t first,
                                  const std::function<bool(std::size_t, DescriptorView)>& visit) const {
   Statement rows(impl_->database,
-                 "SELECT frame, probabilities FROM descriptors WHERE frame >= ?1 ORDER BY frame");
-  rows.bind(1, first);
+                 "SELECT frame, probabilities FROM descriptors WHERE frame >= ?1 ORDER BY frame", first);
   LexicalDescriptor descriptor;
   for (std::size_t frame = first; rows.next(); ++frame) {
     if (rows.integer(0) != static_cast<std::int64_t>(frame))
@@ -552,9 +537,7 @@ std::vector<std::size_t> MapStore::imageFrames() const {
 }
 
 std::vector<unsigned char> MapStore::image(std::size_t frame) const {
-  Statement& row = impl_->prepared("SELECT jpeg FROM images WHERE frame = ?1");
-  const sqlite::ResetAtEnd reset(row);
-  row.bind(1, frame);
+  Statement row(impl_->database, "SELECT jpeg FROM images WHERE frame = ?1", frame);
   if (!row.next()) return {};
   const auto bytes = row.bytes(0);
   const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());

@@ -1,7 +1,8 @@
-// The map file: one SQLite file `*.estancia`, written while the robot drives.
+// Map file: one SQLite database `*.estancia`, written while the robot drives. Private; see readMap().
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -14,37 +15,38 @@
 
 namespace estancia {
 
-/// Whether the file begins as our maps do, sound or not, whatever its name.
-bool isMapFile(const std::filesystem::path& path);
+/// In SQLite's header: "Esta".
+constexpr std::int64_t mapApplicationId = 0x45737461;
 
 /// A map on disk. Everything written since the last commit() is lost together when the process dies, never in
 /// part. One writer at a time; readers may look at the last commit meanwhile (WAL).
 class MapStore {
  public:
   enum class Access { read, write };
-  /// What create() does when there is a map of that name already.
-  enum class Existing { refuse, replace };
 
   /// What never changes in the life of a map.
   struct Identity {
     Vocabulary vocabulary;
-    std::string model;     ///< Labeler::identity()
-    std::string settings;  ///< the mapper's settings as JSON
+    /// Labeler::identity().
+    std::string model;
+    /// The mapper's settings as JSON.
+    std::string settings;
   };
 
-  /// Makes a new file; it exists on disk from the first commit() on. Throws Error when its
-  /// folder is missing, read-only or full, and when `path` exists already; with Existing::replace only when
-  /// that is no map, or one that another process is writing. The older map goes with the first commit().
+  /// Makes a new file; it exists on disk from the first commit() on. Throws Error: fileNotFound (its folder),
+  /// fileUnwritable (read-only or full), fileExists; with ExistingMap::replace unsupportedFile when that file
+  /// is not a map, and busy when another process writes it. The older map goes with the first commit().
   static MapStore create(const std::filesystem::path& path, const Identity& identity,
-                         Existing existing = Existing::refuse);
+                         ExistingMap existing = ExistingMap::refuse);
 
-  /// Throws Error, each with its own sentence: no such file, another program's file, a newer format, damaged
-  /// or cut off, being written by another process (Access::write).
+  /// Throws Error: fileNotFound, unsupportedFile (another program's file, another format version),
+  /// truncatedFile, corruptFile, busy (Access::write).
   static MapStore open(const std::filesystem::path& path, Access access);
 
   MapStore(MapStore&&) noexcept;
   MapStore& operator=(MapStore&&) noexcept;
-  ~MapStore();  ///< drops what was not committed
+  /// Drops what was not committed.
+  ~MapStore();
 
   const Identity& identity() const;
 
@@ -65,9 +67,8 @@ class MapStore {
   void clearMap();
   /// Forgets all transitions: their new list follows (after a merge).
   void clearTransitions();
-  /// What a room classifier says of the frames, row i of frame i, in the place of what was said before.
-  /// Throws Error when there are more rows than frames, a room has no name, or a value is no probability. A
-  /// map that says this has format 3; others stay in format 2, which older programs read.
+  /// A room classifier's predictions, row i of frame i; earlier ones are replaced. Throws Error (mismatch)
+  /// when there are more rows than frames, a room has no name, or a value is not a probability.
   void putPredictions(const RoomPredictions& predictions);
   /// Named blobs of the mapper's memory, replaced.
   void putState(const std::string& key, const std::string& bytes);
@@ -83,7 +84,7 @@ class MapStore {
   std::optional<std::string> findState(const std::string& key) const;
   /// (node id, state) in order of id.
   std::vector<std::pair<int, std::string>> nodeStates() const;
-  /// Throws Error when there is no such frame.
+  /// Throws Error (unknownName) when there is no such frame.
   LexicalDescriptor descriptor(std::size_t frame) const;
   /// All descriptors from `first` on, in order; stops early when `visit` returns false.
   void forEachDescriptor(std::size_t first,

@@ -30,8 +30,7 @@ int readNodeId(const Database& database, std::int64_t value, int lowest, const c
 }
 
 std::string readMeta(Database& database, std::string_view key) {
-  Statement statement(database, "SELECT value FROM meta WHERE key = ?1");
-  statement.bind(1, key);
+  Statement statement(database, "SELECT value FROM meta WHERE key = ?1", key);
   if (!statement.next()) database.failDamaged(fmt::format("its {} is missing", key));
   return statement.text(0);
 }
@@ -224,8 +223,9 @@ MapStore::Identity readIdentity(Database& database) {
   return identity;
 }
 
-TopologicalMap readMap(Database& database, const MapStore::Identity& identity) {
-  TopologicalMap map{identity.vocabulary, identity.model, distanceOf(identity.settings), {}, {}, {}, {}, {}};
+TopologicalMap readContent(Database& database, const MapStore::Identity& identity) {
+  TopologicalMap map{
+      .vocabulary = identity.vocabulary, .model = identity.model, .distance = distanceOf(identity.settings)};
   readNodes(database, map);
   readFrames(database, map);
   readTransitions(database, map);

@@ -1,4 +1,4 @@
-// What a map file says, read with suspicion. Used by the store only.
+// Map file reader: every number and length of the content is checked before it is used. Private.
 #pragma once
 
 #include "estancia/topology/sqlite.hpp"
@@ -13,7 +13,7 @@ MapStore::Identity readIdentity(sqlite::Database& database);
 std::string partsToJson(const Vocabulary& vocabulary);
 
 /// Everything but descriptors, images and states. Every number and length is checked before it is used.
-TopologicalMap readMap(sqlite::Database& database, const MapStore::Identity& identity);
+TopologicalMap readContent(sqlite::Database& database, const MapStore::Identity& identity);
 
 /// Copies a blob of `labels` float32 values. Throws Error when it has another length or a value that is not
 /// finite; `what` names it.

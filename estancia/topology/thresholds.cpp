@@ -10,13 +10,13 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t anchors = 256;       // keyframes compared pair by pair: 32,640 pairs
-constexpr std::size_t nearLag = 2;         // frames that count as near in time
-constexpr std::size_t leastGap = 5;        // frames that count as far in time, at least …
-constexpr double gapShare = 0.05;          // … and this share of the run
-constexpr std::size_t leastFarPairs = 10;  // below this a quantile says nothing
-constexpr double largestRevisitShare = 0.8;
-constexpr double leastShare = 1e-4;  // τ_join stays above this share of its default, above mere rounding
+constexpr std::size_t anchors = 256;     // keyframes compared pair by pair: 32,640 pairs
+constexpr std::size_t nearLag = 2;       // frames that count as near in time
+constexpr std::size_t minGap = 5;        // frames that count as far in time, at least …
+constexpr double gapShare = 0.05;        // … and this share of the run
+constexpr std::size_t minFarPairs = 10;  // below this a quantile says nothing
+constexpr double maxRevisitShare = 0.8;
+constexpr double minShare = 1e-4;  // τ_join stays above this share of its default, above mere rounding
 
 /// Linear interpolation between order statistics (R's type 7). `values` is sorted.
 double quantile(const std::vector<double>& values, double q) {
@@ -59,33 +59,33 @@ void ThresholdEstimator::add(std::span<const float> probabilities, std::span<con
 std::optional<Thresholds> ThresholdEstimator::estimate(const Standardization& standardization) const {
   if (!labels_.hasSeenEnough()) return std::nullopt;
   // Pairs of frames are compared just as frames and nodes will be.
-  std::map<std::size_t, std::vector<float>> queries;
+  std::map<std::size_t, std::vector<float>> compared;
   for (const auto& [frame, embedded] : sample_)
-    queries.emplace(frame, comparedVector(distance_, standardization, embedded));
+    compared.emplace(frame, comparedVector(distance_, standardization, embedded));
   const auto distanceOf = [&](const std::vector<float>& a, const std::vector<float>& b) {
     return compare(distance_.comparison, a, b);
   };
 
   std::vector<double> near, far;
   const std::size_t stride = strideAfter(keyframes());
-  const auto gap = std::max(static_cast<double>(leastGap), gapShare * static_cast<double>(keyframes()));
-  for (const auto& [frame, query] : queries) {
+  const auto gap = std::max(static_cast<double>(minGap), gapShare * static_cast<double>(keyframes()));
+  for (const auto& [frame, vector] : compared) {
     if (frame % stride != 0) continue;
     for (std::size_t lag = 1; lag <= nearLag; ++lag)
-      if (const auto next = queries.find(frame + lag); next != queries.end())
-        near.push_back(distanceOf(query, next->second));
-    for (auto other = queries.upper_bound(frame + static_cast<std::size_t>(gap)); other != queries.end();
+      if (const auto next = compared.find(frame + lag); next != compared.end())
+        near.push_back(distanceOf(vector, next->second));
+    for (auto other = compared.upper_bound(frame + static_cast<std::size_t>(gap)); other != compared.end();
          ++other)
-      if (other->first % stride == 0) far.push_back(distanceOf(query, other->second));
+      if (other->first % stride == 0) far.push_back(distanceOf(vector, other->second));
   }
-  if (far.size() < leastFarPairs || near.empty()) return std::nullopt;
+  if (far.size() < minFarPairs || near.empty()) return std::nullopt;
   std::sort(near.begin(), near.end());
   std::sort(far.begin(), far.end());
   const auto below = std::lower_bound(far.begin(), far.end(), quantile(near, 0.5)) - far.begin();
   const double revisited =
-      std::min(largestRevisitShare, 2.0 * static_cast<double>(below) / static_cast<double>(far.size()));
+      std::min(maxRevisitShare, 2.0 * static_cast<double>(below) / static_cast<double>(far.size()));
   const double tauJoin = quantile(far, revisited + options_.farQuantile * (1 - revisited));
-  return thresholdsFrom(std::max(tauJoin, leastShare * distance_.tauJoin), options_);
+  return thresholdsFrom(std::max(tauJoin, minShare * distance_.tauJoin), options_);
 }
 
 ThresholdEstimator::Memory ThresholdEstimator::memory() const {

@@ -1,4 +1,4 @@
-// Thresholds that a run finds for itself: what is near in time against what is far in time.
+// Threshold estimation: label scales and thresholds of a run, online and without ground truth. Private.
 #pragma once
 
 #include <cstddef>
@@ -10,24 +10,14 @@
 
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/label_scale.hpp"
+#include "estancia/topology/mapper.hpp"
 
 namespace estancia {
-
-struct ThresholdOptions {
-  /// τ_join accepts this share of pairs of different places; larger: larger places.
-  double farQuantile = 0.03;
-  double revisitRatio = 0.4;  ///< τ_revisit = this · τ_join: moving needs more evidence than staying
-  double mergeRatio = 0.3;    ///< τ_merge = this · τ_join, between the means of two nodes; 0: never merge
-};
-
-struct Thresholds {
-  double join = 0, revisit = 0, merge = 0;
-};
 
 /// τ_join and what follows from it.
 Thresholds thresholdsFrom(double tauJoin, const ThresholdOptions& options);
 
-/// Watches a run without ground truth and tells its scales: each label's mean and weight, and the thresholds.
+/// Estimates each label's center and weight, and the thresholds.
 ///
 /// A bounded sample of keyframes, evenly spread over the run, gives two sets of distances: between keyframes
 /// one or two apart (near in time) and between keyframes far apart. Most far pairs show different places, so
@@ -49,7 +39,7 @@ class ThresholdEstimator {
   /// Absent while the run is too short to have keyframes that are far apart.
   std::optional<Thresholds> estimate(const Standardization& standardization) const;
 
-  /// For --continue: what was seen, as numbers of frames.
+  /// To go on later: what was seen, as frame numbers.
   struct Memory : LabelScale::Memory {
     std::map<std::size_t, std::size_t> sampled;  ///< keyframe number → frame number
   };

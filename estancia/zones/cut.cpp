@@ -12,42 +12,55 @@
 namespace estancia {
 namespace {
 
-/// Modularity after 0, 1 … N−1 merges: Q = Σ_c (A_cc / W − (A_c / W)²) over the parts c, where A_cc are the
-/// weights inside, each link counted from both its ends, A_c all weights at its items and W all there are.
-std::vector<double> modularities(const Dendrogram& tree, const NearestItems& neighbors) {
-  struct Part {
-    std::vector<std::uint32_t> items;
-    double share = 0;  ///< A_c / W
-  };
-  const std::size_t items = tree.leaves();
+/// The links of all items, listed at both their ends; half of a weight belongs to each end.
+struct LinkGraph {
   struct Link {
     std::uint32_t other;
     double weight;
   };
-  std::vector<std::vector<Link>> linked(items);  // every link at both its ends, half of its weight at each
-  std::vector<double> at(items);
-  double links = 0, within = 0;
+  std::vector<std::vector<Link>> links;
+  std::vector<double> strength;  // of each item: the weights at its end
+  double total = 0, within = 0;  // W, and the part of it that links items to themselves
+};
+
+LinkGraph linkGraph(std::size_t items, const NearestItems& neighbors) {
+  LinkGraph graph{.links = std::vector<std::vector<LinkGraph::Link>>(items),
+                  .strength = std::vector<double>(items)};
   for (std::uint32_t i = 0; i < items; ++i) {
     if (!neighbors.within.empty()) {
-      at[i] += neighbors.within[i];
-      within += neighbors.within[i];
+      graph.strength[i] += neighbors.within[i];
+      graph.within += neighbors.within[i];
     }
     for (std::size_t k = i * neighbors.each; k < (i + 1) * neighbors.each; ++k) {
       const double weight = neighbors.weights.empty() ? 1 : neighbors.weights[k];
       const std::uint32_t j = neighbors.nearest[k];
-      linked[i].push_back({j, weight});
-      linked[j].push_back({i, weight});
-      at[i] += weight / 2;
-      at[j] += weight / 2;
-      links += weight;
+      graph.links[i].push_back({j, weight});
+      graph.links[j].push_back({i, weight});
+      graph.strength[i] += weight / 2;
+      graph.strength[j] += weight / 2;
+      graph.total += weight;
     }
   }
-  links += within;
+  graph.total += graph.within;
+  return graph;
+}
+
+/// Modularity after 0, 1 … N−1 merges: Q = Σ_c (A_cc / W − a_c²) over the parts c, where A_cc are the weights
+/// inside, each link counted from both its ends, a_c = A_c / W the share of all weights at its items, and W
+/// the sum of all weights. Merging i and j changes it by ΔQ = 2·(A_ij / W − a_i a_j), where A_ij are the
+/// weights between them, counted from one end (Clauset, Newman and Moore 2004).
+std::vector<double> modularities(const Dendrogram& tree, const NearestItems& neighbors) {
+  struct Part {
+    std::vector<std::uint32_t> items;
+    double share = 0;  // a_c
+  };
+  const std::size_t items = tree.leaves();
+  const LinkGraph graph = linkGraph(items, neighbors);
   std::vector<Part> parts(items);
   std::vector<std::uint32_t> partOf(items);
-  double q = links > 0 ? within / links : 0;
+  double q = graph.total > 0 ? graph.within / graph.total : 0;
   for (std::uint32_t i = 0; i < items; ++i) {
-    parts[i] = {{i}, at[i] / links};
+    parts[i] = {{i}, graph.strength[i] / graph.total};
     partOf[i] = i;
     q -= parts[i].share * parts[i].share;
   }
@@ -56,11 +69,11 @@ std::vector<double> modularities(const Dendrogram& tree, const NearestItems& nei
     Part small = std::move(parts[merge.left]), large = std::move(parts[merge.right]);
     if (small.items.size() > large.items.size()) std::swap(small, large);
     const std::uint32_t name = partOf[large.items.front()];
-    double between = 0;
+    double between = 0;  // 2 A_ij
     for (const std::uint32_t item : small.items)
-      for (const Link& link : linked[item])
+      for (const LinkGraph::Link& link : graph.links[item])
         if (partOf[link.other] == name) between += link.weight;
-    q += between / links - 2 * small.share * large.share;
+    q += between / graph.total - 2 * small.share * large.share;  // ΔQ
     for (const std::uint32_t item : small.items) partOf[item] = name;
     large.items.insert(large.items.end(), small.items.begin(), small.items.end());
     large.share += small.share;
@@ -111,8 +124,8 @@ NearestItems findNeighbors(const CondensedDistances& distances, std::size_t coun
 void weighBySize(NearestItems& neighbors, std::span<const std::size_t> sizes) {
   const std::size_t each = neighbors.each;
   if (neighbors.nearest.size() != sizes.size() * each)
-    throw Error(
-        fmt::format("{} neighbors do not belong to {} groups", neighbors.nearest.size(), sizes.size()));
+    throw Error(ErrorCode::mismatch, fmt::format("{} neighbors do not belong to {} groups",
+                                                 neighbors.nearest.size(), sizes.size()));
   neighbors.within.clear();
   neighbors.weights.assign(neighbors.nearest.size(), 0);
   for (std::size_t i = 0; i < sizes.size(); ++i) {
@@ -129,19 +142,19 @@ void weighBySize(NearestItems& neighbors, std::span<const std::size_t> sizes) {
 SuggestedCut suggestCut(const Dendrogram& dendrogram, const NearestItems& neighbors) {
   const auto& merges = dendrogram.merges();
   if (neighbors.nearest.size() != dendrogram.leaves() * neighbors.each)
-    throw Error(fmt::format("{} neighbors do not belong to a dendrogram of {} leaves",
-                            neighbors.nearest.size(), dendrogram.leaves()));
+    throw Error(ErrorCode::mismatch, fmt::format("{} neighbors do not belong to a dendrogram of {} leaves",
+                                                 neighbors.nearest.size(), dendrogram.leaves()));
   const std::vector<double> curve = modularities(dendrogram, neighbors);
   // All in one: always a cut, whose modularity is 0 but for rounding.
   SuggestedCut best{merges.empty() ? 0 : merges.back().height, 0,
-                    "the images are too alike, or too few, to be parted"};
+                    "the images are too similar, or too few, for several zones"};
   for (std::size_t done = merges.size(); done-- > 0;) {
     const double below = done == 0 ? 0 : merges[done - 1].height, above = merges[done].height;
     constexpr double sameHeight = 1e-6, rounding = 1e-9;
     if (above > below * (1 + sameHeight) && curve[done] > best.modularity + rounding)
       best = {below + (above - below) / 2, curve[done],
-              fmt::format("images and their {} nearest stay together best there, modularity {:.2f}",
-                          neighbors.each, curve[done])};
+              fmt::format("modularity is largest there ({:.2f}; graph of the {} nearest neighbors)",
+                          curve[done], neighbors.each)};
   }
   return best;
 }

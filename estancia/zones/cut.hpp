@@ -1,4 +1,4 @@
-// τ_d out of the data: where to cut a dendrogram of images.
+// Dendrogram cut: τ_d by the largest modularity of a nearest-neighbor graph. Private.
 #pragma once
 
 #include <cstddef>
@@ -14,10 +14,14 @@ namespace estancia {
 
 /// The nearest other items of each item.
 struct NearestItems {
-  std::size_t each = 0;                ///< how many an item has: at most one less than there are items
-  std::vector<std::uint32_t> nearest;  ///< N×each, row-major, nearest first, of equal ones the lower number
-  std::vector<double> weights;         ///< N×each, how much a link counts; empty: all alike
-  std::vector<double> within;          ///< N, how much an item is linked to itself; empty: not at all
+  /// How many an item has: at most one less than there are items.
+  std::size_t each = 0;
+  /// N×each, row-major, nearest first, of equal ones the lower number.
+  std::vector<std::uint32_t> nearest;
+  /// N×each, how much a link counts; empty: all alike.
+  std::vector<double> weights;
+  /// N, how much an item is linked to itself; empty: not at all.
+  std::vector<double> within;
 };
 
 /// How many neighbors suggestCut() wants of each of so many items: √N / 3, at least 3 (docs/how-to/zones.md).
@@ -31,17 +35,20 @@ NearestItems findNeighbors(const CondensedDistances& distances, std::size_t coun
 void weighBySize(NearestItems& neighbors, std::span<const std::size_t> sizes);
 
 struct SuggestedCut {
-  double distance = 0;    ///< τ_d: merge up to here
-  double modularity = 0;  ///< of the zones there, below 1
-  std::string reason;     ///< one sentence for people
+  /// τ_d: merge up to here.
+  double distance = 0;
+  /// Of the zones there, below 1.
+  double modularity = 0;
+  /// One sentence.
+  std::string reason = {};
 };
 
-/// The cut whose zones keep neighbors together best, against what chance would: the partition of the
-/// dendrogram with the largest modularity (Newman and Girvan 2004) of the graph that links each item and its
-/// nearest neighbors, by half a link for each direction; of equal ones the fewest zones. No two mergers at
-/// the same height are parted. τ_d lies midway between the heights of the last merge done and the next. Items
-/// that are all alike, and so few that all are neighbors of all, are one zone. O(N k log N). Throws Error
-/// when the two are not of the same items.
+/// The cut whose zones keep neighbors together best, compared with chance: the partition of the dendrogram
+/// with the largest modularity (Newman and Girvan 2004) of the graph that links each item and its nearest
+/// neighbors, by half a link for each direction; of equal ones the fewest zones. Merges at the same height
+/// are never separated. τ_d lies midway between the heights of the last merge done and the next. Items that
+/// are all alike, or so few that all are neighbors of all, are one zone. O(N k log N). Throws Error
+/// (mismatch) when the two are not of the same items.
 SuggestedCut suggestCut(const Dendrogram& dendrogram, const NearestItems& neighbors);
 
 }  // namespace estancia

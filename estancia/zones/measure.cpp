@@ -11,6 +11,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/pairwise.hpp"
+#include "estancia/zones/image_tree.hpp"
 
 namespace estancia {
 namespace {
@@ -67,7 +68,8 @@ ZoneQuality evaluate(const Zones& zones) {
 
 CategorySpread measureCategories(std::span<const int> zoneOf, std::span<const ImageClass> classes) {
   if (zoneOf.size() != classes.size())
-    throw Error(fmt::format("{} zone numbers do not belong to {} classes; give one of each an image",
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{} zone numbers do not belong to {} classes; give one of each an image",
                             zoneOf.size(), classes.size()));
   std::map<std::string, std::string> categoryOf;
   std::map<std::string, std::map<std::string, std::vector<int>>> zonesOf;  // by category and class
@@ -76,8 +78,9 @@ CategorySpread measureCategories(std::span<const int> zoneOf, std::span<const Im
     if (name.empty()) continue;
     const std::string& known = categoryOf.emplace(name, category).first->second;
     if (known != category)
-      throw Error(fmt::format("the class \"{}\" stands under \"{}\" and under \"{}\"; give it one category",
-                              name, known, category));
+      throw Error(ErrorCode::mismatch,
+                  fmt::format("the class \"{}\" has the categories \"{}\" and \"{}\"; give it one", name,
+                              known, category));
     zonesOf[category][name].push_back(zoneOf[i]);
   }
   CategorySpread spread;
@@ -100,21 +103,22 @@ std::optional<double> meanDistance(std::span<const ClassPair> pairs) {
   return sum / static_cast<double>(pairs.size());
 }
 
-ClassDistances classDistances(const DescriptorSequence& recording, std::span<const std::string> classes,
+ClassDistances classDistances(const DescriptorSequence& sequence, std::span<const std::string> classes,
                               const ZoneOptions& options, Progress& progress) {
-  if (classes.size() != recording.frames.size())
-    throw Error(fmt::format("{} classes do not belong to {} frames; give one a frame", classes.size(),
-                            recording.frames.size()));
+  if (classes.size() != sequence.frames.size())
+    throw Error(ErrorCode::mismatch, fmt::format("{} classes do not belong to {} frames; give one a frame",
+                                                 classes.size(), sequence.frames.size()));
   std::map<std::string, std::size_t> numbers;
   for (const std::string& name : classes)
     if (!name.empty()) numbers.emplace(name, 0);
-  if (numbers.empty()) throw Error("no frame has a class; give a class to some");
+  if (numbers.empty())
+    throw Error(ErrorCode::insufficientData, "no frame has a class; give a class to some frames");
   ClassDistances result;
   for (auto& [name, number] : numbers) {
     number = result.classes.size();
     result.classes.push_back(name);
   }
-  const CondensedDistances distances = compareImages(recording, options, progress);
+  const CondensedDistances distances = compareImages(sequence, options, progress);
   const std::size_t count = numbers.size();
   std::vector<double> sums(count * count), pairs(count * count);
   for (std::size_t i = 0; i < classes.size(); ++i)

@@ -1,4 +1,4 @@
-// How good are zones? Against rooms that are known, and by the thesis' own measure M.
+// Zone quality: agreement with known rooms, and the thesis' measure M. Private.
 #pragma once
 
 #include <cstddef>
@@ -15,9 +15,11 @@ namespace estancia {
 /// What cannot be known without rooms or poses is absent.
 struct ZoneQuality {
   std::size_t zones = 0, frames = 0, framesWithRoom = 0;
-  std::optional<Agreement> rooms;       ///< zones as clusters of the frames whose room is known
-  std::optional<double> spatialSpread;  ///< mean distance of posed frames to the center of their zone [m]
-  /// Share of the frames with a room whose zone a classifier takes for it; absent where none was asked.
+  /// Zones as clusters of the frames whose room is known.
+  std::optional<Agreement> rooms;
+  /// Mean distance of posed frames to the center of their zone [m].
+  std::optional<double> spatialSpread;
+  /// Share of the frames with a known room whose zone is predicted to be in it; absent without a classifier.
   std::optional<double> predictedRoom = {};
 };
 
@@ -41,8 +43,8 @@ struct CategorySpread {
 };
 
 /// Compares how the classes of each category spread over the zones (thesis 5.5.3, Fig. 5.5). `zoneOf` are any
-/// numbers, one an image, as are `classes`. Throws Error when their lengths differ or one class stands under
-/// two categories.
+/// numbers, one an image, as are `classes`. Throws Error (mismatch) when their lengths differ or one class
+/// stands under two categories.
 CategorySpread measureCategories(std::span<const int> zoneOf, std::span<const ImageClass> classes);
 
 /// The mean over all pairs, each as heavy as the next: categories with many classes count more. So reads
@@ -60,8 +62,9 @@ struct ClassDistances {
 };
 
 /// By any distance: ZoneOptions::distance, "ks" for the thesis'. `classes` has one name a frame, "" where not
-/// known. O(N² L). Throws Error when the lengths differ, no class is known, or the distance is not.
-ClassDistances classDistances(const DescriptorSequence& recording, std::span<const std::string> classes,
-                              const ZoneOptions& options, Progress& progress);
+/// known. O(N² L). Throws Error when the lengths differ (mismatch), no class is known (insufficientData), or
+/// the distance is not (unknownName).
+ClassDistances classDistances(const DescriptorSequence& sequence, std::span<const std::string> classes,
+                              const ZoneOptions& options, Progress& progress = Progress::none());
 
 }  // namespace estancia

@@ -13,15 +13,15 @@ namespace estancia {
 namespace {
 
 /// How many words make a name: the thesis shows three (Fig. 5.6).
-constexpr std::size_t wordsOfAName = 3;
+constexpr std::size_t wordsOfName = 3;
 /// Zones that still have the same name after so many words are alike to people.
-constexpr std::size_t mostWordsOfAName = 12;
+constexpr std::size_t maxWordsOfName = 12;
 
-/// The first `count` different words among the most telling labels.
-std::vector<std::string> tellingWords(const Vocabulary& vocabulary, DescriptorView zone, DescriptorView run,
-                                      std::size_t count) {
+/// The first `count` different words among the most distinctive labels.
+std::vector<std::string> distinctiveWords(const Vocabulary& vocabulary, DescriptorView zone,
+                                          DescriptorView run, std::size_t count) {
   std::vector<std::string> words;
-  for (const std::size_t label : tellingLabels(zone, run, 2 * count)) {
+  for (const std::size_t label : distinctiveLabels(zone, run, 2 * count)) {
     std::string word = shortLabel(vocabulary[label]);
     if (words.size() < count && std::find(words.begin(), words.end(), word) == words.end())
       words.push_back(std::move(word));
@@ -31,15 +31,16 @@ std::vector<std::string> tellingWords(const Vocabulary& vocabulary, DescriptorVi
 
 }  // namespace
 
-std::vector<std::size_t> tellingLabels(DescriptorView zone, DescriptorView run, std::size_t count) {
-  std::vector<float> tells(zone.size());
+std::vector<std::size_t> distinctiveLabels(DescriptorView zone, DescriptorView run, std::size_t count) {
+  std::vector<float> contribution(zone.size());
   for (std::size_t i = 0; i < zone.size(); ++i) {
     const auto p = static_cast<double>(zone[i]), everywhere = static_cast<double>(run[i]);
     // Beyond what rounding makes of a zone that is the run.
-    if (everywhere > 0 && p > 1.001 * everywhere) tells[i] = static_cast<float>(p * std::log(p / everywhere));
+    if (everywhere > 0 && p > 1.001 * everywhere)
+      contribution[i] = static_cast<float>(p * std::log(p / everywhere));
   }
-  std::vector<std::size_t> labels = bestLabels(tells, count);
-  std::erase_if(labels, [&](std::size_t label) { return tells[label] <= 0; });
+  std::vector<std::size_t> labels = bestLabels(contribution, count);
+  std::erase_if(labels, [&](std::size_t label) { return contribution[label] <= 0; });
   for (const std::size_t label : bestLabels(zone, count)) {
     const bool known = std::find(labels.begin(), labels.end(), label) != labels.end();
     if (labels.size() < count && !known && zone[label] > 0) labels.push_back(label);
@@ -52,8 +53,8 @@ std::vector<std::string> nameZones(const Vocabulary& vocabulary, const std::vect
   std::vector<std::string> names;
   std::set<std::set<std::string>> taken;  // whatever their order
   for (const std::vector<float>& mean : means) {
-    const std::vector<std::string> words = tellingWords(vocabulary, mean, run, mostWordsOfAName);
-    auto end = words.begin() + static_cast<std::ptrdiff_t>(std::min(wordsOfAName, words.size()));
+    const std::vector<std::string> words = distinctiveWords(vocabulary, mean, run, maxWordsOfName);
+    auto end = words.begin() + static_cast<std::ptrdiff_t>(std::min(wordsOfName, words.size()));
     while (end != words.end() && taken.contains({words.begin(), end})) ++end;
     taken.emplace(words.begin(), end);
     names.push_back(words.empty() ? "no words" : fmt::format("{}", fmt::join(words.begin(), end, ", ")));

@@ -1,4 +1,4 @@
-// Names for zones out of their words.
+// Zone names: the labels that distinguish a zone from the rest of the run. Private.
 #pragma once
 
 #include <cstddef>
@@ -10,15 +10,15 @@
 
 namespace estancia {
 
-/// The `count` labels that tell most about a zone, best first: those that contribute most to the relative
+/// The `count` labels that distinguish a zone most, best first: those that contribute most to the relative
 /// entropy of the zone against the whole run, p ln(p / p_run) (Kullback and Leibler 1951): likely in the zone
 /// and likelier than elsewhere. Where nothing is (the zone is the run), the most probable labels. Labels of
-/// probability 0 tell nothing; fewer than `count` may be returned.
-std::vector<std::size_t> tellingLabels(DescriptorView zone, DescriptorView run, std::size_t count);
+/// probability 0 are left out; fewer than `count` may be returned.
+std::vector<std::size_t> distinctiveLabels(DescriptorView zone, DescriptorView run, std::size_t count);
 
-/// One name a zone: its three most telling words, "refrigerator, stove, microwave". A zone whose words an
-/// earlier one has already gets further words until the names differ, or its words are used up. Words that a
-/// vocabulary holds twice are named once. `means` are the zones' mean probabilities.
+/// One name a zone: its three most distinctive labels, "refrigerator, stove, microwave". A zone whose words
+/// an earlier one has already gets further words until the names differ, or its words are used up. Words that
+/// a vocabulary holds twice are named once. `means` are the zones' mean probabilities.
 std::vector<std::string> nameZones(const Vocabulary& vocabulary, const std::vector<std::vector<float>>& means,
                                    DescriptorView run);
 

@@ -13,12 +13,12 @@
 namespace estancia {
 namespace {
 
-// Share of all probability by which two runs may differ and be the same: a map may give less weight to images
-// on the way between places. Two drives through one corridor differ by .3.
+// Two runs are the same when at most this share of all probability differs: a map may give less weight to
+// images on the way between places. Two drives through one corridor differ by .3.
 constexpr double sameRun = 0.15;
 
-bool saysTheSame(const Zones& zones, const GroupedRun& run) {
-  if (!(zones.vocabulary == run.vocabulary)) return true;  // other words, of which nothing is known
+bool hasSameMean(const Zones& zones, const GroupedRun& run) {
+  if (!(zones.vocabulary == run.vocabulary)) return true;  // of another vocabulary, which cannot be compared
   const std::vector<float> mean = runMean(zones);
   double difference = 0, sum = 0;
   for (std::size_t i = 0; i < mean.size(); ++i) {
@@ -33,8 +33,9 @@ bool saysTheSame(const Zones& zones, const GroupedRun& run) {
 std::vector<GroupZones> overlayZones(const Zones& zones, const GroupedRun& run) {
   const auto fail = [](const std::string& how) {
     throw Error(
-        fmt::format("the zones are of another run than the map ({}); make them of the map itself: estancia "
-                    "zones MAP -o FILE",
+        ErrorCode::mismatch,
+        fmt::format("the zones are of another run than the map ({}); make them of the map by `estancia "
+                    "zones MAP -o FILE`",
                     how));
   };
   if (run.frames.size() != zones.frames.size())
@@ -47,7 +48,7 @@ std::vector<GroupZones> overlayZones(const Zones& zones, const GroupedRun& run) 
     if (found == byName.end()) fail(fmt::format("it has no frame \"{}\"", frame.name));
     ++counts[frame.group][zones.zoneOf[found->second]];
   }
-  if (!saysTheSame(zones, run)) fail("the frames have the same names, but other words");
+  if (!hasSameMean(zones, run)) fail("the frames have the same names, but other labels");
   std::vector<GroupZones> groups;
   for (const auto& [group, shares] : counts) {
     GroupZones& entry = groups.emplace_back();

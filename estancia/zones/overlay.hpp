@@ -1,4 +1,5 @@
-// Zones laid over another grouping of the same frames: the places of a topological map.
+// Zone overlay: the zones of another grouping of the same frames, as the places of a topological map.
+// Private.
 #pragma once
 
 #include <cstddef>

@@ -50,7 +50,7 @@ std::string toRoomsJson(const Zones& zones, std::size_t words) {
                        std::size_t number) {
     if (json.contains(name)) name += fmt::format(" ({})", number);
     Json list = Json::object();
-    for (const std::size_t label : tellingLabels(mean, run, words)) {
+    for (const std::size_t label : distinctiveLabels(mean, run, words)) {
       const std::string word = shortLabel(zones.vocabulary[label]);
       const double known = list.value(word, 0.0);  // labels of several models may be one word
       list[word] = std::min(1.0, known + std::round(static_cast<double>(mean[label]) * 1e6) / 1e6);

@@ -24,10 +24,9 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::string_view format = "estancia-zones";
-constexpr std::uint64_t version = 1;
-constexpr std::uint64_t versionWithRooms = 2;  // rooms that a classifier has named, too
-constexpr std::size_t mostBytes = std::size_t{2} << 30;
-constexpr int deepest = 8;
+constexpr std::uint64_t version = 3;
+constexpr std::size_t maxBytes = std::size_t{2} << 30;
+constexpr int maxDepth = 8;
 
 // ---- writing
 
@@ -103,35 +102,36 @@ std::string lines(const char* key, const Json& list) {
   return text + "]";
 }
 
-// ---- reading: whatever is amiss throws Json::exception or Error
+// ---- reading: whatever is wrong throws Json::exception or Error
+
+[[noreturn]] void damaged(const std::string& how) {
+  throw Error(ErrorCode::corruptFile, how);
+}
 
 Json parse(const std::string& text) {
   return Json::parse(text, [](int depth, Json::parse_event_t, Json&) {
-    if (depth > deepest) throw Error(fmt::format("it has more than {} levels", deepest));
+    if (depth > maxDepth) damaged(fmt::format("it has more than {} levels", maxDepth));
     return true;
   });
-}
-
-[[noreturn]] void damaged(const std::string& how) {
-  throw Error(how);
 }
 
 /// A whole number below `end`.
 std::uint64_t indexIn(const Json& json, std::uint64_t end, const char* what) {
   if (!json.is_number_unsigned() || json.get<std::uint64_t>() >= end)
-    damaged(fmt::format("{} {} is none of {}", what, json.dump().substr(0, 30), end));
+    damaged(fmt::format("{} is {}, not below {}", what, json.dump().substr(0, 30), end));
   return json.get<std::uint64_t>();
 }
 
 double numberIn(const Json& json, const char* what) {
-  if (!json.is_number() || !std::isfinite(json.get<double>())) damaged(fmt::format("{} is no number", what));
+  if (!json.is_number() || !std::isfinite(json.get<double>()))
+    damaged(fmt::format("{} is not a number", what));
   return json.get<double>();
 }
 
 int digitOf(char c) {
   if (c >= '0' && c <= '9') return c - '0';
   if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  damaged("a text is no hexadecimal number");
+  damaged("a text is not hexadecimal");
 }
 
 std::string textIn(const Json& json) {
@@ -145,7 +145,7 @@ std::string textIn(const Json& json) {
 
 std::vector<float> probabilitiesIn(const Json& json, std::size_t labels, const std::string& what) {
   if (!json.is_array() || json.size() != labels)
-    damaged(fmt::format("{} has not one number for each of the {} labels", what, labels));
+    damaged(fmt::format("{} does not have one number for each of the {} labels", what, labels));
   std::vector<float> values;
   values.reserve(labels);
   for (const Json& value : json) values.push_back(static_cast<float>(numberIn(value, what.c_str())));
@@ -155,7 +155,7 @@ std::vector<float> probabilitiesIn(const Json& json, std::size_t labels, const s
 
 template <std::size_t N>
 std::array<double, N> numbersIn(const Json& json, const char* what) {
-  if (!json.is_array() || json.size() != N) damaged(fmt::format("{} has not {} numbers", what, N));
+  if (!json.is_array() || json.size() != N) damaged(fmt::format("{} does not have {} numbers", what, N));
   std::array<double, N> numbers{};
   for (std::size_t i = 0; i < N; ++i) numbers[i] = numberIn(json[i], what);
   return numbers;
@@ -163,7 +163,7 @@ std::array<double, N> numbersIn(const Json& json, const char* what) {
 
 const Json& listIn(const Json& json, const char* key) {
   const Json& list = json.at(key);
-  if (!list.is_array()) damaged(fmt::format("\"{}\" is no list", key));
+  if (!list.is_array()) damaged(fmt::format("\"{}\" is not a list", key));
   return list;
 }
 
@@ -177,7 +177,7 @@ Vocabulary vocabularyIn(const Json& json) {
   if (parts.size() > labels.size()) damaged("it has more parts than labels");
   Vocabulary vocabulary(std::move(labels), std::move(parts));
   if (vocabulary.digest() != json.at("digest").get<std::string>())
-    damaged("its labels are not those of their digest");
+    damaged("its labels do not match their digest");
   return vocabulary;
 }
 
@@ -195,7 +195,7 @@ Frame frameIn(const Json& json) {
 
 /// `images` are the frames that say they are in it.
 Zone zoneIn(const Json& json, int id, std::vector<std::size_t> images, const Zones& zones) {
-  if (json.at("id") != id) damaged(fmt::format("zone {} stands where zone {} should", json["id"].dump(), id));
+  if (json.at("id") != id) damaged(fmt::format("zone {} has the id {}", id, json["id"].dump()));
   Zone zone;
   zone.id = id;
   zone.name = textIn(json.at("name"));
@@ -222,7 +222,7 @@ Zone zoneIn(const Json& json, int id, std::vector<std::size_t> images, const Zon
       probabilitiesIn(json.at("sigma"), zones.vocabulary.size(), fmt::format("the sigma of zone {}", id));
   zone.images = std::move(images);
   if (zone.images.empty() || json.at("images") != zone.images.size())
-    damaged(fmt::format("zone {} has {} frames, which is not what it says", id, zone.images.size()));
+    damaged(fmt::format("zone {} has {} frames, but its number of images differs", id, zone.images.size()));
   return zone;
 }
 
@@ -236,7 +236,7 @@ RoomWords roomIn(const Json& json, const Zones& zones) {
 Dendrogram dendrogramIn(const Json& json, std::size_t leaves) {
   std::vector<Dendrogram::Merge> merges;
   for (const Json& row : json) {
-    if (!row.is_array() || row.size() != 4) damaged("a merge has not four numbers");
+    if (!row.is_array() || row.size() != 4) damaged("a merge does not have four numbers");
     merges.push_back(
         {indexIn(row[0], 2 * leaves, "a merged cluster"), indexIn(row[1], 2 * leaves, "a merged cluster"),
          numberIn(row[2], "the height of a merge"), indexIn(row[3], leaves + 1, "the size of a merge")});
@@ -246,17 +246,12 @@ Dendrogram dendrogramIn(const Json& json, std::size_t leaves) {
 
 Zones zonesIn(const Json& json) {
   const Json& settings = json.at("settings");
-  Zones zones{vocabularyIn(json.at("vocabulary")),
-              textIn(json.at("model")),
-              textIn(settings.at("distance")),
-              textIn(settings.at("linkage")),
-              numberIn(settings.at("cut"), "the cut"),
-              textIn(settings.at("cut_reason")),
-              {},
-              {},
-              {},
-              {},
-              {}};
+  Zones zones{.vocabulary = vocabularyIn(json.at("vocabulary")),
+              .model = textIn(json.at("model")),
+              .distance = textIn(settings.at("distance")),
+              .linkage = textIn(settings.at("linkage")),
+              .cut = numberIn(settings.at("cut"), "the cut"),
+              .cutReason = textIn(settings.at("cut_reason"))};
   const Json& list = listIn(json, "zones");
   std::vector<std::vector<std::size_t>> images(list.size());
   for (const Json& frame : listIn(json, "frames")) {
@@ -279,7 +274,7 @@ Zones zonesIn(const Json& json) {
 
 std::string zoneFileText(const Zones& zones) {
   Json head{{"format", format},
-            {"version", zones.classifier.empty() ? version : versionWithRooms},
+            {"version", version},
             {"vocabulary", toJson(zones.vocabulary)},
             {"model", toJson(zones.model)},
             {"settings",
@@ -301,32 +296,36 @@ std::string zoneFileText(const Zones& zones) {
   return text + "\n}\n";
 }
 
-void writeZoneFile(const Zones& zones, const fs::path& file) {
+void writeZones(const Zones& zones, const fs::path& file) {
   writeWhole(file, zoneFileText(zones));
 }
 
-Zones readZoneFile(const fs::path& file) {
+Zones readZones(const fs::path& file) {
   const std::string name = io::printable(file.string());
-  const std::string text = io::readBytes(file, mostBytes);
-  if (!isZoneFile(file))
-    throw Error(fmt::format("{}: no zone file; give one that `estancia zones` has written", name));
-  const auto fail = [&name](const std::string& how) {
-    throw Error(fmt::format("{}: damaged or cut short ({}); make it again with `estancia zones`", name,
-                            how.substr(0, 200)));
+  const std::string text = io::readBytes(file, maxBytes);
+  const auto refuse = [&name](ErrorCode code, const std::string& why) {
+    throw Error(code, fmt::format("{}: {}", name, why));
   };
+  const auto refuseDamaged = [&refuse](const std::string& how) {
+    refuse(ErrorCode::corruptFile,
+           fmt::format("damaged or cut short ({}); make it again by `estancia zones`", how.substr(0, 200)));
+  };
+  if (!isZoneFile(file))
+    refuse(ErrorCode::unsupportedFile, "not a zone file; give one that `estancia zones` has written");
   std::uint64_t found = 0;
   try {
     const Json json = parse(text);
     found = indexIn(json.at("version"), std::numeric_limits<std::uint64_t>::max(), "the version");
-    if (found == version || found == versionWithRooms) return zonesIn(json);
+    if (found == version) return zonesIn(json);
   } catch (const Json::exception& e) {
-    fail(e.what());
+    refuseDamaged(e.what());
   } catch (const Error& e) {
-    fail(e.what());
+    refuseDamaged(e.what());
   }
   throw Error(
-      fmt::format("{}: a zone file of version {}, this program reads up to version {}; update Estancia", name,
-                  found, versionWithRooms));
+      ErrorCode::unsupportedFile,
+      fmt::format("{}: zone file version {}, but this Estancia reads version {}; {}", name, found, version,
+                  found < version ? "make it again by `estancia zones`" : "update Estancia"));
 }
 
 bool isZoneFile(const fs::path& file) {

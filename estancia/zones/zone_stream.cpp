@@ -10,38 +10,106 @@
 #include <tuple>
 
 #include "estancia/core/error.hpp"
-#include "estancia/zones/cut.hpp"
+#include "estancia/stats/compared_vectors.hpp"
+#include "estancia/stats/linkage.hpp"
+#include "estancia/zones/image_tree.hpp"
 #include "estancia/zones/naming.hpp"
 
 namespace estancia {
 namespace {
 
 constexpr double scaleGrowth = 1.25;  // of the run, after which the labels' scale is found again
+constexpr double maxGroups = 20'000;  // a matrix of 3 GiB
 constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
 }  // namespace
 
-ZoneStream::ZoneStream(Vocabulary vocabulary, const ZoneOptions& options, const ZoneStreamOptions& stream)
-    : vocabulary_(std::move(vocabulary)),
-      zoneOptions_(options),
+OptionGroup declare(ZoneStreamOptions& options) {
+  OptionGroup group("stream", "How zones are kept up to date while images come.");
+  group.add("groups", &options.groups, "At most this many groups of similar images stand for the run.")
+      .range(2, maxGroups)
+      .why("More are nearer to the exact zones, and slower by their square.");
+  group
+      .add("relink-every", &options.relinkEvery,
+           "The groups are linked and cut again after this many images.")
+      .range(1)
+      .unit("images");
+  return group;
+}
+
+struct ZoneStream::Impl {
+  Impl(Vocabulary words, const ZoneOptions& zoneOptions, const ZoneStreamOptions& stream);
+
+  struct Group {
+    std::vector<std::size_t> images;
+    /// Of their embedded descriptors, and of the descriptors themselves.
+    Moments embedded, probabilities;
+    /// The mean as it is compared.
+    std::vector<float> compared;
+    int zone = -1;
+  };
+
+  double& distance(std::size_t i, std::size_t j) { return distances_[i * (options_.groups + 1) + j]; }
+  double distance(std::size_t i, std::size_t j) const { return distances_[i * (options_.groups + 1) + j]; }
+  double mergeCost(std::size_t i, std::size_t j) const;
+  void measure(std::size_t i);      // distances of a group whose vector is new
+  void findNearest(std::size_t i);  // among the others
+  void rescale();                   // vectors and distances by the run as it is now
+  bool scaleIsOlderThan(double growth) const;
+  void relink();
+  void mergeNearest();
+  void merge(std::size_t kept, std::size_t absorbed);
+  void remove(std::size_t i);
+  CondensedDistances condensed() const;
+  void number(const std::vector<int>& clusters);  // zones of the groups, by their numbers of before
+
+  int add(DescriptorView descriptor);
+  void update();
+  std::size_t images() const { return groupOf_.size(); }
+  std::size_t zoneCount() const;
+  std::vector<int> zoneOf() const;
+  std::vector<StreamedZone> zones() const;
+  std::string nameOf(int zone) const;
+
+  Vocabulary vocabulary_;
+  ZoneOptions zoneOptions_;
+  ZoneStreamOptions options_;
+  Distance distance_;
+  Linkage linkage_;
+  Comparison comparison_;
+  Moments embedded_;       ///< of all images, by which a standardized distance scales
+  Moments probabilities_;  ///< of all images
+  Standardization standardization_;
+  std::size_t imagesOfScale_ = 0;  ///< that the standardization is made of
+  std::size_t sinceLinked_ = 0;    ///< images
+  std::vector<Group> groups_;
+  std::vector<double> distances_;     ///< of all pairs of groups
+  std::vector<std::size_t> nearest_;  ///< the other group that each is cheapest to merge with
+  std::vector<std::size_t> groupOf_;  ///< of each image
+  double cut_ = 0;
+  std::string cutReason_;
+  int nextZone_ = 0;
+};
+
+ZoneStream::Impl::Impl(Vocabulary words, const ZoneOptions& zoneOptions, const ZoneStreamOptions& stream)
+    : vocabulary_(std::move(words)),
+      zoneOptions_(zoneOptions),
       options_(stream),
-      distance_(getDistance(options.distance, vocabulary_.layout().parts)),
-      linkage_(getLinkage(options.linkage)),
+      distance_(getDistance(zoneOptions.distance, vocabulary_.layout().parts)),
+      linkage_(getLinkage(zoneOptions.linkage)),
       comparison_(comparisonFor(distance_, linkage_)),
       embedded_(vocabulary_.size(), true),
       probabilities_(vocabulary_.size(), false) {
-  requireSound(options);
-  constexpr std::size_t most = 20'000;  // a matrix of 3 GiB
-  if (stream.groups < 2 || stream.groups > most || stream.relinkEvery < 1)
-    throw Error(
-        fmt::format("a stream of zones needs 2 to {} groups, and is linked after one image or more", most));
-  if (options.count && (*options.count < 1 || *options.count > stream.groups))
-    throw Error(fmt::format("{} zones cannot be made of {} groups; choose 1 to {}", *options.count,
-                            stream.groups, stream.groups));
+  validate(zoneOptions);
+  validate(stream);
+  if (zoneOptions.count && *zoneOptions.count > stream.groups)
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("zones.count is {}, but the stream has {} groups; give 1 to {}",
+                            *zoneOptions.count, stream.groups, stream.groups));
   distances_.resize((stream.groups + 1) * (stream.groups + 1));
 }
 
-int ZoneStream::add(DescriptorView descriptor) {
+int ZoneStream::Impl::add(DescriptorView descriptor) {
   const std::size_t labels = vocabulary_.size();
   requireProbabilities(descriptor, labels, "an image of the stream");
   std::vector<float> embedded(labels);
@@ -58,7 +126,7 @@ int ZoneStream::add(DescriptorView descriptor) {
   if (scaleIsOlderThan(scaleGrowth)) {
     rescale();
   } else {
-    group.vector = comparedVector(distance_, standardization_, group.embedded.mean());
+    group.compared = comparedVector(distance_, standardization_, group.embedded.mean());
     measure(added);
   }
   if (nearest_[added] != none) groups_[added].zone = groups_[nearest_[added]].zone;
@@ -68,22 +136,23 @@ int ZoneStream::add(DescriptorView descriptor) {
 }
 
 /// Whether the run has more than `growth` times the images that its labels were standardized by.
-bool ZoneStream::scaleIsOlderThan(double growth) const {
+bool ZoneStream::Impl::scaleIsOlderThan(double growth) const {
   return distance_.standardized &&
          static_cast<double>(images()) > growth * static_cast<double>(imagesOfScale_);
 }
 
 /// As the linkage will judge it: Ward's merges cost the more the more images they move.
-double ZoneStream::mergeCost(std::size_t i, std::size_t j) const {
+double ZoneStream::Impl::mergeCost(std::size_t i, std::size_t j) const {
   if (linkage_ != Linkage::ward) return distance(i, j);
   const auto a = static_cast<double>(groups_[i].images.size()),
              b = static_cast<double>(groups_[j].images.size());
   return std::sqrt(2 * a * b / (a + b)) * distance(i, j);
 }
 
-void ZoneStream::measure(std::size_t i) {
+void ZoneStream::Impl::measure(std::size_t i) {
   for (std::size_t j = 0; j < groups_.size(); ++j)
-    if (j != i) distance(i, j) = distance(j, i) = compare(comparison_, groups_[i].vector, groups_[j].vector);
+    if (j != i)
+      distance(i, j) = distance(j, i) = compare(comparison_, groups_[i].compared, groups_[j].compared);
   findNearest(i);
   for (std::size_t j = 0; j < groups_.size(); ++j) {
     if (j == i) continue;
@@ -94,19 +163,19 @@ void ZoneStream::measure(std::size_t i) {
   }
 }
 
-void ZoneStream::findNearest(std::size_t i) {
+void ZoneStream::Impl::findNearest(std::size_t i) {
   nearest_[i] = none;
   for (std::size_t j = 0; j < groups_.size(); ++j)
     if (j != i && (nearest_[i] == none || mergeCost(i, j) < mergeCost(i, nearest_[i]))) nearest_[i] = j;
 }
 
-void ZoneStream::rescale() {
+void ZoneStream::Impl::rescale() {
   standardization_ = standardizationBy(embedded_);
   imagesOfScale_ = images();
   DescriptorMatrix vectors(vocabulary_.size());
   for (Group& group : groups_) {
-    group.vector = comparedVector(distance_, standardization_, group.embedded.mean());
-    vectors.append(group.vector);
+    group.compared = comparedVector(distance_, standardization_, group.embedded.mean());
+    vectors.append(group.compared);
   }
   const CondensedDistances all = pairwiseDistances(vectors, comparison_, {.threads = zoneOptions_.threads});
   for (std::size_t i = 0; i < groups_.size(); ++i)
@@ -114,7 +183,7 @@ void ZoneStream::rescale() {
   for (std::size_t i = 0; i < groups_.size(); ++i) findNearest(i);
 }
 
-void ZoneStream::mergeNearest() {
+void ZoneStream::Impl::mergeNearest() {
   std::size_t best = 0;
   for (std::size_t i = 1; i < groups_.size(); ++i)
     if (mergeCost(i, nearest_[i]) < mergeCost(best, nearest_[best])) best = i;
@@ -122,13 +191,13 @@ void ZoneStream::mergeNearest() {
   merge(kept, absorbed);
 }
 
-void ZoneStream::merge(std::size_t kept, std::size_t absorbed) {
+void ZoneStream::Impl::merge(std::size_t kept, std::size_t absorbed) {
   Group& into = groups_[kept];
   Group& from = groups_[absorbed];
   if (into.images.size() < from.images.size()) into.zone = from.zone;
   into.embedded.merge(from.embedded);
   into.probabilities.merge(from.probabilities);
-  into.vector = comparedVector(distance_, standardization_, into.embedded.mean());
+  into.compared = comparedVector(distance_, standardization_, into.embedded.mean());
   for (const std::size_t image : from.images) groupOf_[image] = kept;
   into.images.insert(into.images.end(), from.images.begin(), from.images.end());
   remove(absorbed);
@@ -136,7 +205,7 @@ void ZoneStream::merge(std::size_t kept, std::size_t absorbed) {
 }
 
 /// The last group takes the place of group i. The nearest of those that were nearest to i is found anew.
-void ZoneStream::remove(std::size_t i) {
+void ZoneStream::Impl::remove(std::size_t i) {
   const std::size_t last = groups_.size() - 1;
   if (i != last) {
     groups_[i] = std::move(groups_[last]);
@@ -154,20 +223,20 @@ void ZoneStream::remove(std::size_t i) {
   }
 }
 
-CondensedDistances ZoneStream::condensed() const {
+CondensedDistances ZoneStream::Impl::condensed() const {
   CondensedDistances all(groups_.size());
   for (std::size_t i = 0; i < groups_.size(); ++i)
     std::copy_n(&distances_[i * (options_.groups + 1) + i + 1], groups_.size() - i - 1, all.after(i));
   return all;
 }
 
-void ZoneStream::update() {
+void ZoneStream::Impl::update() {
   if (groups_.empty()) return;
   if (scaleIsOlderThan(1)) rescale();
   relink();
 }
 
-void ZoneStream::relink() {
+void ZoneStream::Impl::relink() {
   CondensedDistances all = condensed();
   LinkageOptions linking;
   for (const Group& group : groups_) linking.sizes.push_back(group.images.size());
@@ -183,7 +252,7 @@ void ZoneStream::relink() {
   sinceLinked_ = 0;
 }
 
-void ZoneStream::number(const std::vector<int>& clusters) {
+void ZoneStream::Impl::number(const std::vector<int>& clusters) {
   std::map<std::pair<int, int>, std::size_t> shared;  // images of cluster and former zone
   for (std::size_t i = 0; i < groups_.size(); ++i)
     shared[{clusters[i], groups_[i].zone}] += groups_[i].images.size();
@@ -205,19 +274,19 @@ void ZoneStream::number(const std::vector<int>& clusters) {
   }
 }
 
-std::size_t ZoneStream::zoneCount() const {
+std::size_t ZoneStream::Impl::zoneCount() const {
   std::set<int> zones;
   for (const Group& group : groups_) zones.insert(group.zone);
   return zones.size();
 }
 
-std::vector<int> ZoneStream::zoneOf() const {
+std::vector<int> ZoneStream::Impl::zoneOf() const {
   std::vector<int> zones;
   for (const std::size_t group : groupOf_) zones.push_back(groups_[group].zone);
   return zones;
 }
 
-std::vector<StreamedZone> ZoneStream::zones() const {
+std::vector<StreamedZone> ZoneStream::Impl::zones() const {
   std::map<int, Moments> moments;
   for (const Group& group : groups_) {
     const auto [entry, isNew] = moments.emplace(group.zone, group.probabilities);
@@ -239,32 +308,94 @@ std::vector<StreamedZone> ZoneStream::zones() const {
   return zones;
 }
 
-std::string ZoneStream::nameOf(int zone) const {
+std::string ZoneStream::Impl::nameOf(int zone) const {
   Moments mean(vocabulary_.size(), false);
   for (const Group& group : groups_)
     if (group.zone == zone) mean.add(group.probabilities.mean(), group.probabilities.weight());
-  if (mean.weight() == 0) throw Error(fmt::format("the stream has no zone {} now", zone));
+  if (mean.weight() == 0)
+    throw Error(ErrorCode::unknownName, fmt::format("the stream has no zone {} now", zone));
   return nameZones(vocabulary_, {{mean.mean().begin(), mean.mean().end()}}, probabilities_.mean()).front();
 }
 
-StreamAgreement compareWithExact(const DescriptorSequence& recording, std::span<const int> zoneOf,
-                                 const ZoneOptions& options, Progress& progress, std::size_t most) {
-  const std::size_t frames = recording.frames.size(), compared = std::min(frames, most);
+ZoneStream::ZoneStream(Vocabulary vocabulary, const ZoneOptions& options, const ZoneStreamOptions& stream)
+    : impl_(std::make_unique<Impl>(std::move(vocabulary), options, stream)) {}
+ZoneStream::ZoneStream(ZoneStream&&) noexcept = default;
+ZoneStream& ZoneStream::operator=(ZoneStream&&) noexcept = default;
+ZoneStream::~ZoneStream() = default;
+
+int ZoneStream::add(DescriptorView descriptor) {
+  return impl_->add(descriptor);
+}
+
+void ZoneStream::update() {
+  impl_->update();
+}
+
+Zones ZoneStream::finish(const DescriptorSequence& sequence) {
+  const ZoneOptions& options = impl_->zoneOptions_;
+  if (options.count && *options.count > images())
+    throw Error(ErrorCode::invalidOption, fmt::format("zones.count is {}; give 1 to {}, the number of images",
+                                                      *options.count, images()));
+  update();
+  Zones zones = describeZones(sequence, zoneOf());
+  zones.distance = options.distance;
+  zones.linkage = options.linkage;
+  zones.cut = cut();
+  zones.cutReason = cutReason();
+  return zones;
+}
+
+std::size_t ZoneStream::images() const {
+  return impl_->images();
+}
+
+std::size_t ZoneStream::groups() const {
+  return impl_->groups_.size();
+}
+
+double ZoneStream::cut() const {
+  return impl_->cut_;
+}
+
+const std::string& ZoneStream::cutReason() const {
+  return impl_->cutReason_;
+}
+
+std::size_t ZoneStream::zoneCount() const {
+  return impl_->zoneCount();
+}
+
+std::vector<int> ZoneStream::zoneOf() const {
+  return impl_->zoneOf();
+}
+
+std::vector<StreamedZone> ZoneStream::zones() const {
+  return impl_->zones();
+}
+
+std::string ZoneStream::nameOf(int zone) const {
+  return impl_->nameOf(zone);
+}
+
+StreamAgreement compareWithExact(const DescriptorSequence& sequence, std::span<const int> zoneOf,
+                                 const ZoneOptions& options, std::size_t maxImages, Progress& progress) {
+  const std::size_t frames = sequence.frames.size(), compared = std::min(frames, maxImages);
   if (zoneOf.size() != frames)
     throw Error(
+        ErrorCode::mismatch,
         fmt::format("{} zone numbers do not belong to {} frames; give one a frame", zoneOf.size(), frames));
-  DescriptorSequence some{
-      recording.vocabulary, recording.model, {}, DescriptorMatrix(recording.vocabulary.size())};
+  DescriptorSequence sample{
+      sequence.vocabulary, sequence.model, {}, DescriptorMatrix(sequence.vocabulary.size())};
   std::vector<int> streamed;
   for (std::size_t i = 0; i < compared; ++i) {
     const std::size_t frame = i * frames / compared;
-    some.frames.push_back(recording.frames[frame]);
-    some.descriptors.append(recording.descriptors.row(frame));
+    sample.frames.push_back(sequence.frames[frame]);
+    sample.descriptors.append(sequence.descriptors.row(frame));
     streamed.push_back(zoneOf[frame]);
   }
-  ZoneOptions exactly = options;
-  if (exactly.count) exactly.count = std::min(*exactly.count, compared);
-  const Zones exact = findZones(some, exactly, progress);
+  ZoneOptions exactOptions = options;
+  if (exactOptions.count) exactOptions.count = std::min(*exactOptions.count, compared);
+  const Zones exact = findZones(sample, exactOptions, progress);
   return {compared, exact.zones.size(), measureAgreement(exact.zoneOf, streamed)};
 }
 

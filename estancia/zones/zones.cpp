@@ -11,6 +11,7 @@
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/stats/moments.hpp"
+#include "estancia/zones/image_tree.hpp"
 #include "estancia/zones/naming.hpp"
 
 namespace estancia {
@@ -73,13 +74,13 @@ std::vector<float> toVector(std::span<const float> values) {
   return {values.begin(), values.end()};
 }
 
-std::vector<RoomWords> roomsOf(const DescriptorSequence& recording) {
+std::vector<RoomWords> roomsOf(const DescriptorSequence& sequence) {
   std::map<std::string, std::vector<std::size_t>> members;
-  for (std::size_t frame = 0; frame < recording.frames.size(); ++frame)
-    if (!recording.frames[frame].room.empty()) members[recording.frames[frame].room].push_back(frame);
+  for (std::size_t frame = 0; frame < sequence.frames.size(); ++frame)
+    if (!sequence.frames[frame].room.empty()) members[sequence.frames[frame].room].push_back(frame);
   std::vector<RoomWords> rooms;
   for (const auto& [name, images] : members)
-    rooms.push_back({name, images.size(), toVector(momentsOf(recording.descriptors, images, false).mean())});
+    rooms.push_back({name, images.size(), toVector(momentsOf(sequence.descriptors, images, false).mean())});
   return rooms;
 }
 
@@ -93,15 +94,41 @@ ZoneOptions ZoneOptions::thesis() {
   return options;
 }
 
-void requireSound(const ZoneOptions& options) {
+OptionGroup declare(ZoneOptions& options) {
+  Choices distances, linkages;
+  for (const Distance& distance : baseDistances())
+    if (!distance.sigmaWeighted) distances.push_back({distance.name, distance.explanation});
+  for (const NamedLinkage& linkage : estancia::linkages())
+    linkages.push_back({linkage.name, linkage.explanation});
+  OptionGroup group("zones", "How images become zones.");
+  group.add("distance", &options.distance, "Distance of two images.").choices(std::move(distances));
+  group.add("linkage", &options.linkage, "Distance of two zones.").choices(std::move(linkages));
+  group.add("cut", &options.cut, "Zones merge up to this distance (tau_d).")
+      .range(0)
+      .automatic("where the modularity of the zones is largest")
+      .why("A larger distance gives fewer, larger zones.");
+  group.add("count", &options.count, "This number of zones, instead of a cut.")
+      .range(1)
+      .automatic("by the cut");
+  group.add("threads", &options.threads, "Threads of the clustering.")
+      .range(0, 1024)
+      .why("0: one a usable core.");
+  return group;
+}
+
+void validate(const ZoneOptions& options) {
+  ZoneOptions copy = options;
+  declare(copy).validate();
   if (options.cut && options.count)
-    throw Error("zones are cut at a distance or by their number, not by both");
-  if (options.cut && !(std::isfinite(*options.cut) && *options.cut >= 0))
-    throw Error(fmt::format("a cut at {} is none; give a distance of 0 or more", *options.cut));
+    throw Error(ErrorCode::invalidOption, "zones.cut and zones.count exclude each other; give one of them");
 }
 
 ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbors, const ZoneOptions& options) {
   if (options.count) {
+    if (*options.count > tree.leaves())
+      throw Error(ErrorCode::invalidOption,
+                  fmt::format("zones.count is {}; give 1 to {}, the number of images", *options.count,
+                              tree.leaves()));
     std::vector<int> groups = tree.cutInto(*options.count);
     const std::size_t done = tree.leaves() - *options.count;
     return {std::move(groups), done == 0 ? 0 : tree.merges()[done - 1].height,
@@ -113,34 +140,35 @@ ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbors, const Zon
   return {tree.cutAt(suggested.distance), suggested.distance, std::move(suggested.reason)};
 }
 
-CondensedDistances compareImages(const DescriptorSequence& recording, const ZoneOptions& options,
+CondensedDistances compareImages(const DescriptorSequence& sequence, const ZoneOptions& options,
                                  Progress& progress) {
-  const Distance distance = getDistance(options.distance, recording.vocabulary.layout().parts);
+  const Distance distance = getDistance(options.distance, sequence.vocabulary.layout().parts);
   const Comparison comparison = comparisonFor(distance, getLinkage(options.linkage));
-  for (std::size_t i = 0; i < recording.frames.size(); ++i)
-    requireProbabilities(recording.descriptors.row(i), recording.vocabulary.size(), recording.frames[i].name);
-  requireClusteringMemory(recording.frames.size(), recording.vocabulary.size());
-  const DescriptorMatrix vectors = comparedVectors(recording.descriptors, distance);
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i)
+    requireProbabilities(sequence.descriptors.row(i), sequence.vocabulary.size(), sequence.frames[i].name);
+  requireClusteringMemory(sequence.frames.size(), sequence.vocabulary.size());
+  const DescriptorMatrix vectors = comparedVectors(sequence.descriptors, distance);
   return pairwiseDistances(vectors, comparison, {.threads = options.threads, .progress = &progress});
 }
 
-ImageTree linkImages(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress) {
-  if (recording.frames.empty()) throw Error("there are no zones without images; give at least one");
-  CondensedDistances distances = compareImages(recording, options, progress);
+ImageTree linkImages(const DescriptorSequence& sequence, const ZoneOptions& options, Progress& progress) {
+  if (sequence.frames.empty())
+    throw Error(ErrorCode::insufficientData, "there are no images to make zones of; give at least one");
+  CondensedDistances distances = compareImages(sequence, options, progress);
   NearestItems neighbors = findNeighbors(distances);
   return {link(std::move(distances), getLinkage(options.linkage), {.sizes = {}, .progress = &progress}),
           std::move(neighbors)};
 }
 
-Zones findZones(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress) {
-  requireSound(options);
+Zones findZones(const DescriptorSequence& sequence, const ZoneOptions& options, Progress& progress) {
+  validate(options);
   // Algorithm 5.1: every image is a cluster of its own (lines 1–4); the distances of all pairs (5–7); the two
-  // nearest become one, again and again (8–22). The thesis stops while it merges, and prints that test the
-  // wrong way round (line 12: "Dist < τ_d"); meant is that merging stops once the smallest distance is above
-  // τ_d (5.5.3). Here all mergers are made and the tree is cut at τ_d, which comes to the same.
-  ImageTree tree = linkImages(recording, options, progress);
+  // nearest clusters are merged, again and again (8–22). The thesis stops while it merges, and its test is
+  // misprinted (line 12: "Dist < τ_d"): merging stops once the smallest distance is above τ_d (5.5.3). Here
+  // all merges are made and the tree is cut at τ_d, with the same result.
+  ImageTree tree = linkImages(sequence, options, progress);
   const ZoneCut cut = cutTree(tree.dendrogram, tree.neighbors, options);
-  Zones zones = describeZones(recording, cut.groups);
+  Zones zones = describeZones(sequence, cut.groups);
   zones.distance = options.distance;
   zones.linkage = options.linkage;
   zones.cut = cut.distance;
@@ -149,12 +177,14 @@ Zones findZones(const DescriptorSequence& recording, const ZoneOptions& options,
   return zones;
 }
 
-Zones describeZones(const DescriptorSequence& recording, std::span<const int> groups) {
-  if (recording.frames.empty()) throw Error("there are no zones without images; give at least one");
-  if (groups.size() != recording.frames.size())
-    throw Error(fmt::format("{} zone numbers do not belong to {} frames; give one a frame", groups.size(),
-                            recording.frames.size()));
-  Zones result{recording.vocabulary, recording.model, {}, {}, 0, {}, recording.frames, {}, {}, {}, {}};
+Zones describeZones(const DescriptorSequence& sequence, std::span<const int> groups) {
+  if (sequence.frames.empty())
+    throw Error(ErrorCode::insufficientData, "there are no images to make zones of; give at least one");
+  if (groups.size() != sequence.frames.size())
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{} zone numbers do not belong to {} frames; give one a frame", groups.size(),
+                            sequence.frames.size()));
+  Zones result{.vocabulary = sequence.vocabulary, .model = sequence.model, .frames = sequence.frames};
   result.zoneOf.resize(groups.size());
   std::vector<std::vector<float>> means;
   for (std::vector<std::size_t>& images : membersOf(groups)) {
@@ -162,23 +192,24 @@ Zones describeZones(const DescriptorSequence& recording, std::span<const int> gr
     zone.id = static_cast<int>(result.zones.size());
     for (const std::size_t image : images) result.zoneOf[image] = zone.id;
     zone.images = std::move(images);
-    const Moments moments = momentsOf(recording.descriptors, zone.images, true);
+    const Moments moments = momentsOf(sequence.descriptors, zone.images, true);
     zone.mean = toVector(moments.mean());
     for (const float variance : moments.variance()) zone.sigma.push_back(std::sqrt(variance));
-    findRoom(recording.frames, zone);
-    zone.extent = extentOf(recording.frames, zone.images);
+    findRoom(sequence.frames, zone);
+    zone.extent = extentOf(sequence.frames, zone.images);
     means.push_back(zone.mean);
     result.zones.push_back(std::move(zone));
   }
   const std::vector<std::string> names = nameZones(result.vocabulary, means, runMean(result));
   for (std::size_t i = 0; i < names.size(); ++i) result.zones[i].name = names[i];
-  result.rooms = roomsOf(recording);
+  result.rooms = roomsOf(sequence);
   return result;
 }
 
 void nameRooms(Zones& zones, const RoomPredictions& predictions) {
   if (predictions.probabilities.size() != zones.frames.size())
-    throw Error(fmt::format("the rooms of {} images were predicted, but the zones are of {}",
+    throw Error(ErrorCode::mismatch,
+                fmt::format("predictions for {} frames do not belong to zones of {} frames",
                             predictions.probabilities.size(), zones.frames.size()));
   const std::vector<std::size_t> groups(zones.zoneOf.begin(), zones.zoneOf.end());
   auto pooled = poolRooms(predictions, groups, zones.zones.size());

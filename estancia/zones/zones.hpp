@@ -1,6 +1,7 @@
-// AuSeMap: the areas of a run, found and named by their words alone (thesis chapter 5).
+// Semantic zones (AuSeMap): the areas of a run, clustered and named by their labels alone (thesis chapter 5).
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -8,55 +9,67 @@
 #include <vector>
 
 #include "estancia/core/frame.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/core/room_predictions.hpp"
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/stats/dendrogram.hpp"
-#include "estancia/stats/pairwise.hpp"
-#include "estancia/stats/spatial_variance.hpp"
-#include "estancia/zones/cut.hpp"
 
 namespace estancia {
 
 struct ZoneOptions {
-  /// How two images are compared, by name (compared_vectors.hpp). The default agrees best with rooms and
-  /// places where these are known (docs/how-to/zones.md).
+  /// Distance of two images, see baseDistances(). The default agrees best with rooms and places where these
+  /// are known (docs/how-to/zones.md).
   std::string distance = "standardized-clr";
-  /// How two zones are compared, by name (linkage.hpp).
+  /// Distance of two zones, see linkages().
   std::string linkage = "ward";
-  /// τ_d: zones merge as long as the smallest distance between two is not above it. None: suggestCut().
+  /// τ_d: zones merge while the smallest distance between two is not above it. Absent: where modularity is
+  /// largest.
   std::optional<double> cut;
-  /// As many zones, however near or far they lie; instead of a cut.
+  /// This number of zones, instead of a cut.
   std::optional<std::size_t> count;
-  int threads = 0;  ///< 0: one a usable core. The result does not depend on it.
+  /// 0: one a usable core. The result does not depend on it.
+  int threads = 0;
 
   /// What the thesis chose: Kolmogorov–Smirnov distance (Eq. 5.1), average linkage, τ_d = 0.5.
   static ZoneOptions thesis();
 };
+OptionGroup declare(ZoneOptions& options);
+/// Throws Error (invalidOption, unknownName) for values out of range, and for both a cut and a count.
+void validate(const ZoneOptions& options);
 
 /// Where a zone's images were taken.
 struct ZoneExtent {
-  Position center{};       ///< mean position of its posed images in the map [m]
-  double spread = 0;       ///< their mean distance to it [m]
-  std::size_t images = 0;  ///< how many have a pose, ≥ 1
+  /// Mean position of its posed images in the map [m].
+  std::array<double, 3> center{};
+  /// Their mean distance to it [m].
+  double spread = 0;
+  /// How many have a pose, ≥ 1.
+  std::size_t images = 0;
 };
 
-/// Images whose words are alike. Invariant: at least one image; mean and sigma have one value a label.
+/// A cluster of images. Invariant: at least one image; mean and sigma have one value a label.
 struct Zone {
-  int id = 0;                        ///< 0 for the largest zone; its position in Zones::zones
-  std::string name;                  ///< its most telling words: "refrigerator, stove, microwave"
-  std::vector<std::size_t> images;   ///< frame numbers, ascending
-  std::vector<float> mean;           ///< mean probability of each label
-  std::vector<float> sigma;          ///< and its (population) standard deviation
-  std::string room;                  ///< the room that most of its images are known to be in, or ""
-  double roomShare = 0;              ///< their share of its images whose room is known
-  std::optional<ZoneExtent> extent;  ///< absent when no image has a pose
-  /// What a classifier takes it for, best first (poolRooms()); empty when none was asked. Not the truth.
-  std::vector<RoomProbability> predicted;
+  /// 0 for the largest zone; its position in Zones::zones.
+  int id = 0;
+  /// Its most distinctive labels: "refrigerator, stove, microwave".
+  std::string name = {};
+  /// Frame numbers, ascending.
+  std::vector<std::size_t> images = {};
+  /// Mean and (population) standard deviation of each label's probability.
+  std::vector<float> mean = {}, sigma = {};
+  /// The true room of most of its images, or "".
+  std::string room = {};
+  /// Their share of its images whose room is known.
+  double roomShare = 0;
+  /// Absent when no image has a pose.
+  std::optional<ZoneExtent> extent = {};
+  /// A room classifier's prediction, best first (poolRooms()); empty when none was run. Not the truth.
+  std::vector<RoomProbability> predicted = {};
 };
 
-/// What a true room looks like in words; only to be compared with the zones.
+/// Labels of a true room; only to be compared with the zones.
 struct RoomWords {
   std::string name;
   std::size_t images = 0;
@@ -66,54 +79,38 @@ struct RoomWords {
 /// A run and its zones. Plain data.
 struct Zones {
   Vocabulary vocabulary;
-  std::string model;  ///< identity of the labeler
-  std::string distance, linkage;
-  double cut = 0;         ///< τ_d: merges up to it were done
-  std::string cutReason;  ///< one sentence for people: where the cut comes from
-  std::vector<Frame> frames;
-  std::vector<int> zoneOf;               ///< one a frame
-  std::vector<Zone> zones;               ///< by falling size, of equal ones the one seen first; ids 0, 1, …
-  std::vector<RoomWords> rooms;          ///< by name; empty where no room is known
-  std::optional<Dendrogram> dendrogram;  ///< of the frames; absent where they were not clustered all at once
-  std::string classifier = {};           ///< what named the zones' predicted rooms, "" for nothing
+  /// Identity of the labeler.
+  std::string model = {};
+  std::string distance = {}, linkage = {};
+  /// τ_d: merges up to it were done.
+  double cut = 0;
+  /// Where the cut comes from, one sentence.
+  std::string cutReason = {};
+  std::vector<Frame> frames = {};
+  /// One a frame.
+  std::vector<int> zoneOf = {};
+  /// By falling size, of equal ones the one seen first; ids 0, 1, …
+  std::vector<Zone> zones = {};
+  /// By name; empty where no room is known.
+  std::vector<RoomWords> rooms = {};
+  /// Of the frames; absent where they were not clustered all at once.
+  std::optional<Dendrogram> dendrogram = {};
+  /// What predicted the zones' rooms, "" for nothing.
+  std::string classifier = {};
 };
 
-/// Algorithm 5.1. Throws Error for an empty recording, unknown names, both a cut and a count or one that is
-/// none, a linkage that does not fit the distance, and more images than fit into memory; Interrupted when the
-/// user asks to stop.
-Zones findZones(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress);
-
-/// All merges of findZones(), and what its cut is suggested from: for whoever cuts the same tree at several
-/// heights. `cut` and `count` do not matter. Throws as above.
-struct ImageTree {
-  Dendrogram dendrogram;
-  NearestItems neighbors;
-};
-ImageTree linkImages(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress);
-
-/// Throws Error when both a cut and a count are asked for, or a cut that is none.
-void requireSound(const ZoneOptions& options);
-
-/// Where findZones() cuts.
-struct ZoneCut {
-  std::vector<int> groups;  ///< of the leaves
-  double distance;          ///< τ_d
-  std::string reason;       ///< one sentence for people
-};
-
-/// At options.cut, into options.count groups, or where suggestCut() says.
-ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbors, const ZoneOptions& options);
-
-/// The distances of all pairs of images by options.distance, as options.linkage needs them. Throws as above.
-CondensedDistances compareImages(const DescriptorSequence& recording, const ZoneOptions& options,
-                                 Progress& progress);
+/// Algorithm 5.1: clusters the images of a run. Throws Error: insufficientData without images, invalidOption
+/// and unknownName for the options, also a linkage that does not fit the distance; tooLarge for more images
+/// than fit into memory; Interrupted when the user asks to stop.
+Zones findZones(const DescriptorSequence& sequence, const ZoneOptions& options = {},
+                Progress& progress = Progress::none());
 
 /// Zones of a partition that is known already: `groups[i]` is any number for the group of frame i. Numbers
-/// the zones anew by size and fills in all but distance, linkage, cut and dendrogram. Throws Error when there
-/// is no frame or not one number a frame.
-Zones describeZones(const DescriptorSequence& recording, std::span<const int> groups);
+/// the zones by size and fills in all but distance, linkage, cut and dendrogram. Throws Error when there
+/// is no frame (insufficientData) or not one number a frame (mismatch).
+Zones describeZones(const DescriptorSequence& sequence, std::span<const int> groups);
 
-/// Names the zones by what a room classifier says of the run's frames, row i of frame i. Throws Error unless
+/// Names the zones' rooms by a classifier's predictions, row i for frame i. Throws Error (mismatch) unless
 /// there is a row a frame.
 void nameRooms(Zones& zones, const RoomPredictions& predictions);
 

@@ -253,7 +253,7 @@ TEST_F(ClassifyCommand, NamesThePlacesOfAMap) {
   EXPECT_THAT(way.out, HasSubstr("\"bath\" is at place"));
   EXPECT_THAT(run({"export", map_, "--format", "graphml"}).out,
               HasSubstr("<data key=\"predicted_room\">bath<"));
-  EXPECT_THAT(run({"explain", map_, "0"}).out, HasSubstr("takes this image for: kitchen"));
+  EXPECT_THAT(run({"explain", map_, "0"}).out, HasSubstr("predicts kitchen"));
   ASSERT_EQ(run({"report", map_, "-o", scratch_ / "home.html"}).exitCode, 0);
   EXPECT_THAT(readFile(scratch_ / "home.html"), HasSubstr("Taken for kitchen"));
 }
@@ -284,7 +284,7 @@ TEST_F(ClassifyCommand, NamesZones) {
   const json zone = json::parse(found.out)["zones"][0];
   EXPECT_EQ(zone["room"], nullptr);
   EXPECT_GT(zone["predicted_rooms"][0]["p"], 0.5);
-  EXPECT_EQ(readZoneFile(zones_).zones[0].predicted[0].room, zone["predicted_rooms"][0]["room"]);
+  EXPECT_EQ(readZones(zones_).zones[0].predicted[0].room, zone["predicted_rooms"][0]["room"]);
   const json exported = json::parse(run({"export", zones_, "--format", "rooms"}).out);
   EXPECT_EQ(exported.size(), 3U);
   EXPECT_TRUE(exported["bath"].contains("predicted"));

@@ -128,11 +128,11 @@ TEST_F(Command, OverwritesMapsOnly) {
   EXPECT_EQ(map(images_, map_, {"--overwrite"}).exitCode, 0);
   const std::string letter = scratch_ / "letter.txt";
   writeFile(letter, "dear reader");
-  expectError(map(images_, letter, {"--overwrite"}), "not an Estancia map");
+  expectError(map(images_, letter, {"--overwrite"}), "not a map file");
   EXPECT_EQ(readFile(letter), "dear reader");
   const std::string folder = scratch_ / "folder";
   fs::create_directory(folder);
-  expectError(map(images_, folder, {"--overwrite"}), "not an Estancia map");
+  expectError(map(images_, folder, {"--overwrite"}), "not a map file");
   EXPECT_TRUE(fs::is_directory(folder));
 }
 

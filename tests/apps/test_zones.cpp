@@ -138,7 +138,7 @@ TEST_F(ZonesCommand, LetsAskSayTheZone) {
   writeFile(scratch_ / "other.csv", "image,stove,tub\na,0.5,0.5\nb,0.1,0.9\n");
   ASSERT_EQ(run({"zones", scratch_ / "other.csv", "-o", scratch_ / "other.zones"}).exitCode, 0);
   expectError({"ask", map_, "stove", "--zones", scratch_ / "other.zones"}, "another run");
-  expectError({"ask", map_, "stove", "--zones", map_}, "no zone file");
+  expectError({"ask", map_, "stove", "--zones", map_}, "not a zone file");
 }
 
 TEST_F(ZonesCommand, IsEvaluatedAndExported) {
@@ -182,7 +182,7 @@ TEST_F(ZonesCommand, WrongSettingsAreOneLine) {
   problem("--cut", "-1", "neither \"auto\" nor a number");
   problem("--cut", "nan", "neither \"auto\" nor a number");
   problem("--count", "0", "above 0");
-  problem("--count", "41", "choose 1 to 40");
+  problem("--count", "41", "1 to 40");
   problem("--preset", "mine", "thesis");
   expectError({"zones", words_, "-o", file_, "--count", "3", "--cut", "1"}, "excludes");
   expectError({"zones", words_, "-o", file_, "--distance", "ks", "--linkage", "ward"},

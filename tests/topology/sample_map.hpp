@@ -27,14 +27,10 @@ inline Node nodeWith(int id, std::uint64_t frames, std::vector<float> mean) {
 /// A flat of three places, driven kitchen → hall → office → hall: nodes 0, 1, 3 (2 was absorbed by 1) at
 /// x = 0, 4, 8; two frames each, hall three.
 inline TopologicalMap sampleMap() {
-  TopologicalMap map{Vocabulary({"coffee mug", "cup, mug", "desk", "umbrella", "dining table, board"}),
-                     "model-1",
-                     "hellinger",
-                     {},
-                     {},
-                     {},
-                     {},
-                     {}};
+  TopologicalMap map{
+      .vocabulary = Vocabulary({"coffee mug", "cup, mug", "desk", "umbrella", "dining table, board"}),
+      .model = "model-1",
+      .distance = "hellinger"};
   map.nodes = {nodeWith(0, 2, {0.5F, 0.2F, 0.0F, 0.1F, 0.2F}), nodeWith(1, 3, {0.0F, 0.1F, 0.1F, 0.7F, 0.1F}),
                nodeWith(3, 2, {0.1F, 0.05F, 0.75F, 0.0F, 0.1F})};
   map.transitions = {{0, 1, 1, 2}, {1, 3, 1, 4}, {3, 1, 1, 6}};

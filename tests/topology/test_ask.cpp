@@ -1,18 +1,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/topology/ask.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 #include "topology/sample_map.hpp"
 
 namespace estancia {
 namespace {
 
+using test::FailsWith;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
+using testing::Not;
 
 TEST(Ask, RanksPlacesByProbability) {
   const Answers answers = ask(test::sampleMap(), "Umbrella");
@@ -33,7 +34,7 @@ TEST(Ask, RanksPlacesByProbability) {
 }
 
 TEST(Ask, TellsPlacesOutsideTheFiveBest) {
-  TopologicalMap map{Vocabulary({"a", "b", "c", "d", "e", "f"}), "", "", {}, {}, {}, {}, {}};
+  TopologicalMap map{.vocabulary = Vocabulary({"a", "b", "c", "d", "e", "f"})};
   map.nodes = {test::nodeWith(0, 1, {0.1F, 0.2F, 0.2F, 0.2F, 0.2F, 0.2F})};
   EXPECT_EQ(ask(map, "a").places[0].rank, 6U);
   EXPECT_FALSE(ask(map, "a").places[0].inTop5);
@@ -41,7 +42,7 @@ TEST(Ask, TellsPlacesOutsideTheFiveBest) {
 }
 
 TEST(Ask, AddsUpAllMatchingLabelsButNeverAboveOne) {
-  TopologicalMap map{Vocabulary({"wine bottle", "water bottle", "desk"}), "", "", {}, {}, {}, {}, {}};
+  TopologicalMap map{.vocabulary = Vocabulary({"wine bottle", "water bottle", "desk"})};
   map.nodes = {test::nodeWith(0, 1, {0.3F, 0.2F, 0.5F}), test::nodeWith(1, 1, {0.9F, 0.8F, 0.1F})};
   const Answers answers = ask(map, "bottles");
   EXPECT_THAT(answers.labels, ElementsAre(0U, 1U));
@@ -53,16 +54,19 @@ TEST(Ask, AddsUpAllMatchingLabelsButNeverAboveOne) {
 }
 
 TEST(Ask, SuggestsNearSpellings) {
-  EXPECT_THAT(test::errorOf([] { ask(test::sampleMap(), "umbrela"); }),
-              HasSubstr("none of the map's 5 labels matches \"umbrela\"; did you mean \"umbrella\"?"));
-  EXPECT_THAT(test::errorOf([] { ask(test::sampleMap(), "xylophone"); }), HasSubstr("ask for another word"));
-  EXPECT_THAT(test::errorOf([] { ask(test::sampleMap(), ""); }), HasSubstr("ask for another word"));
+  EXPECT_THAT([] { ask(test::sampleMap(), "umbrela"); },
+              FailsWith(ErrorCode::noAnswer, "5", "\"umbrela\"", "\"umbrella\""));
+  for (const char* unknown : {"xylophone", ""}) {
+    const test::Caught caught = test::caught([&] { ask(test::sampleMap(), unknown); });
+    EXPECT_THAT(caught, FailsWith(ErrorCode::noAnswer));
+    EXPECT_THAT(caught.message, Not(HasSubstr("umbrella"))) << "nothing is spelled like that";
+  }
 }
 
 TEST(Ask, RefusesAnEmptyMap) {
   TopologicalMap map = test::sampleMap();
   map.nodes.clear();
-  EXPECT_THAT(test::errorOf([&] { ask(map, "desk"); }), HasSubstr("the map has no places yet"));
+  EXPECT_THAT([&] { ask(map, "desk"); }, FailsWith(ErrorCode::insufficientData));
 }
 
 }  // namespace

@@ -1,16 +1,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estancia/core/error.hpp"
 #include "estancia/topology/explain.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 #include "topology/sample_map.hpp"
 
 namespace estancia {
 namespace {
 
+using test::FailsWith;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 TEST(Explain, TheFirstImage) {
   EXPECT_THAT(explain(test::sampleMap(), 0),
@@ -22,15 +22,15 @@ TEST(Explain, AnImageThatStayed) {
   EXPECT_THAT(
       explain(test::sampleMap(), 1),
       ElementsAre("Frame 1 (b.jpg) stayed in node 0.",
-                  "Its distance to the current node 0, 0.1, is below tau_join 0.3: it stayed there; no "
-                  "other node was looked at.",
+                  "Its distance to the current node 0, 0.1, is below tau_join 0.3: it stayed there, and no "
+                  "other node was compared.",
                   "With a tau_join of 0.1 or less it would have left node 0."));
 }
 
 TEST(Explain, AnImageThatCameBack) {
   EXPECT_THAT(
       explain(test::sampleMap(), 6),
-      ElementsAre("Frame 6 (g.jpg) moved to node 1, which was known already.",
+      ElementsAre("Frame 6 (g.jpg) returned to node 1.",
                   "Its distance to the current node 3, 0.65, is not below tau_join 0.3: it left that node.",
                   "The nearest other node, 1, is 0.1 away, below tau_revisit 0.25 and nearer than the "
                   "current one: it moved there.",
@@ -54,7 +54,9 @@ TEST(Explain, AnImageThatMadeANodeThoughAnotherWasNear) {
   map.decisions[4].toOther = 0.2;
   map.decisions[4].toCurrent = 0.2;
   map.decisions[4].tauJoin = 0.1;
-  EXPECT_THAT(explain(map, 4)[2], HasSubstr("below tau_revisit 0.25 but not nearer than the current one"));
+  EXPECT_EQ(explain(map, 4)[2],
+            "The nearest other node, 1, is 0.2 away, below tau_revisit 0.25 but not nearer than the current "
+            "one: it made a new node, 3.");
 }
 
 TEST(Explain, WhatBecameOfTheNodeLater) {
@@ -77,20 +79,19 @@ TEST(Explain, FindsFramesByNameThenByNumber) {
   map.frames[6].name = "3";
   EXPECT_EQ(getFrame(map, "3"), 6U);
   map.frames[6].name = "7";
-  EXPECT_THAT(test::errorOf([&] { explain(map, 7); }), HasSubstr("there is no frame \"7\""))
-      << "a number, not a name";
+  EXPECT_THAT([&] { explain(map, 7); }, FailsWith(ErrorCode::unknownName, "\"7\"")) << "a number, not a name";
 }
 
 TEST(Explain, SaysWhichFramesThereAre) {
   TopologicalMap map = test::sampleMap();
   for (const char* wrong : {"7", "x.jpg", "-1", "3x", "", "99999999999999999999999"})
-    EXPECT_THAT(test::errorOf([&] { getFrame(map, wrong); }),
-                HasSubstr("the map has frames 0 to 6, named \"a.jpg\" to \"g.jpg\""))
+    EXPECT_THAT([&] { getFrame(map, wrong); },
+                FailsWith(ErrorCode::unknownName, "0 to 6", "\"a.jpg\"", "\"g.jpg\""))
         << wrong;
   map.decisions.clear();
-  EXPECT_THAT(test::errorOf([&] { explain(map, 2); }), HasSubstr("nothing has been decided for frame 2"));
+  EXPECT_THAT([&] { explain(map, 2); }, FailsWith(ErrorCode::insufficientData, "frame 2"));
   map.frames.clear();
-  EXPECT_THAT(test::errorOf([&] { explain(map, 0); }), HasSubstr("the map has no frames yet"));
+  EXPECT_THAT([&] { explain(map, 0); }, FailsWith(ErrorCode::insufficientData));
 }
 
 }  // namespace

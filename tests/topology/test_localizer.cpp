@@ -1,5 +1,6 @@
 #include "estancia/topology/localizer.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,7 +8,9 @@
 #include <numeric>
 #include <random>
 
-#include "estancia/core/error.hpp"
+#include "estancia/topology/bayes_filter.hpp"
+#include "estancia/topology/localizer_map.hpp"
+#include "support/errors.hpp"
 #include "support/synthetic.hpp"
 
 namespace estancia {
@@ -15,50 +18,50 @@ namespace {
 
 using Matrix = std::vector<std::vector<double>>;
 
-PlaceFilter makeBelief(std::size_t images = 9) {
+PlaceFilter makeFilter(std::size_t images = 9) {
   std::vector<std::size_t> nodeOf(images);
   for (std::size_t i = 0; i < images; ++i) nodeOf[i] = i * 3 / images;
   return PlaceFilter(nodeOf, 4, {{0, 1}, {1, 2}, {2, 1}}, {});  // node 3 has no images
 }
 
 /// T(i, j) by pushing each unit vector through predict().
-Matrix transitionMatrix(const PlaceFilter& belief) {
-  const std::size_t n = belief.states();
+Matrix transitionMatrix(const PlaceFilter& filter) {
+  const std::size_t n = filter.states();
   Matrix t(n, std::vector<double>(n));
   for (std::size_t i = 0; i < n; ++i) {
     std::vector<float> in(n, 0.0F), out(n);
     in[i] = 1;
-    belief.predict(in, out);
+    filter.predict(in, out);
     for (std::size_t j = 0; j < n; ++j) t[i][j] = out[j];
   }
   return t;
 }
 
 TEST(PlaceFilter, PredictionKeepsAllProbability) {
-  const PlaceFilter belief = makeBelief();
-  for (const auto& row : transitionMatrix(belief)) {
+  const PlaceFilter filter = makeFilter();
+  for (const auto& row : transitionMatrix(filter)) {
     EXPECT_NEAR(std::accumulate(row.begin(), row.end(), 0.0), 1, 1e-5);
     EXPECT_GT(*std::min_element(row.begin(), row.end()), 0);  // anything may happen
   }
 }
 
 TEST(PlaceFilter, DrivingOnMovesOn) {
-  const PlaceFilter belief = makeBelief();
-  std::vector<float> in(belief.states(), 0.0F), out(belief.states());
+  const PlaceFilter filter = makeFilter();
+  std::vector<float> in(filter.states(), 0.0F), out(filter.states());
   in[3] = 1;  // driving on, at image 3
-  belief.predict(in, out);
-  const auto images = belief.marginal(out);
+  filter.predict(in, out);
+  const auto images = filter.marginal(out);
   EXPECT_EQ(std::max_element(images.begin(), images.end()) - images.begin(), 4);
 }
 
-TEST(PlaceFilter, RetraceIsPredictTransposed) {
-  const PlaceFilter belief = makeBelief();
-  const Matrix t = transitionMatrix(belief);
+TEST(PlaceFilter, BackwardIsPredictTransposed) {
+  const PlaceFilter filter = makeFilter();
+  const Matrix t = transitionMatrix(filter);
   std::mt19937 random(3);
   std::uniform_real_distribution<float> uniform;
-  std::vector<float> in(belief.states()), out(belief.states());
+  std::vector<float> in(filter.states()), out(filter.states());
   for (float& v : in) v = uniform(random);
-  belief.backward(in, out);
+  filter.backward(in, out);
   for (std::size_t i = 0; i < t.size(); ++i) {
     double expected = 0;
     for (std::size_t j = 0; j < t.size(); ++j) expected += t[i][j] * in[j];
@@ -67,12 +70,12 @@ TEST(PlaceFilter, RetraceIsPredictTransposed) {
 }
 
 TEST(PlaceFilter, LikelihoodIsLargestAtTheNearestAndFlatWithoutDifferences) {
-  const PlaceFilter belief = makeBelief(4);
+  const PlaceFilter filter = makeFilter(4);
   const std::vector<float> distances{0.9F, 0.2F, 0.8F, 0.7F}, same(4, 0.5F);
-  const auto likelihood = belief.likelihood(distances);
+  const auto likelihood = filter.likelihood(distances);
   EXPECT_EQ(likelihood[1], 1.0F);
   EXPECT_GT(likelihood[3], likelihood[2]);
-  for (const float l : belief.likelihood(same)) EXPECT_EQ(l, 1.0F);
+  for (const float l : filter.likelihood(same)) EXPECT_EQ(l, 1.0F);
 }
 
 /// A map of one long corridor: image i shows place i; three images a node.
@@ -101,22 +104,23 @@ struct Corridor {
       }
       bank->update(i / 3, [&](NodeMemory& node) {
         ++node.frames;
-        node.words.add(image);
+        node.probabilities.add(image);
         node.embedded->add(embedded);
       });
     }
   }
-  LocalizerMap source() const { return {&map, bank.get(), images, 1}; }
+  std::shared_ptr<const LocalizerMap> source() const {
+    return std::make_shared<LocalizerMap>(LocalizerMap{map, *bank, images, 1});
+  }
 
   test::SyntheticPlaces world;
-  TopologicalMap map{Vocabulary({"x"}), "", "", {}, {}, {}, {}, {}};
+  TopologicalMap map{.vocabulary = Vocabulary({"x"})};
   std::unique_ptr<NodeBank> bank;
   DescriptorMatrix images{80};
 };
 
-std::vector<Localization> localized(const LocalizerMap& source,
-                                    const std::vector<std::vector<float>>& drive,
-                                    std::size_t lookahead) {
+std::vector<Localization> localized(const std::shared_ptr<const LocalizerMap>& source,
+                                    const std::vector<std::vector<float>>& drive, std::size_t lookahead) {
   LocalizerOptions options;
   options.lookahead = lookahead;
   Localizer localizer(source, options);
@@ -183,9 +187,9 @@ TEST(Localizer, SmoothingEqualsForwardBackwardOverTheWholeDrive) {
 
   std::vector<std::size_t> nodeOf;
   for (const auto& frame : corridor.map.frames) nodeOf.push_back(static_cast<std::size_t>(frame.node));
-  const PlaceFilter belief(nodeOf, 3, {{0, 1}, {1, 2}}, {});
-  const Matrix t = transitionMatrix(belief);
-  const std::size_t n = belief.states();
+  const PlaceFilter filter(nodeOf, 3, {{0, 1}, {1, 2}}, {});
+  const Matrix t = transitionMatrix(filter);
+  const std::size_t n = filter.states();
   std::vector<std::vector<double>> likelihoods, forward;
   std::vector<float> a(80), b(80);
   for (const auto& image : drive) {
@@ -195,7 +199,7 @@ TEST(Localizer, SmoothingEqualsForwardBackwardOverTheWholeDrive) {
       embed(Embedding::squareRoot, corridor.images.row(i), b);
       distances.push_back(static_cast<float>(compare(Comparison::euclidean, b, a)));
     }
-    const auto l = belief.likelihood(distances);
+    const auto l = filter.likelihood(distances);
     std::vector<double> perState(n);
     for (std::size_t s = 0; s < n; ++s) perState[s] = l[s % 9];
     likelihoods.push_back(perState);
@@ -228,9 +232,15 @@ TEST(Localizer, SmoothingEqualsForwardBackwardOverTheWholeDrive) {
 }
 
 TEST(Localizer, AnEmptyMapIsAnError) {
-  const TopologicalMap map{Vocabulary({"x"}), "", "hellinger", {}, {}, {}, {}, {}};
-  const NodeBank bank(getDistance("hellinger"), 1);
-  EXPECT_THROW(Localizer({&map, &bank, DescriptorMatrix(1), 1}, {}), Error);
+  const auto empty =
+      std::make_shared<LocalizerMap>(LocalizerMap{{.vocabulary = Vocabulary({"x"}), .distance = "hellinger"},
+                                                  NodeBank(getDistance("hellinger"), 1),
+                                                  DescriptorMatrix(1)});
+  EXPECT_THAT([&] { Localizer(empty, {}); }, test::FailsWith(ErrorCode::insufficientData));
+  LocalizerOptions none;
+  none.maxImages = 0;
+  EXPECT_THAT([&] { Localizer("no.estancia", none); },
+              test::FailsWith(ErrorCode::invalidOption, "max-images"));
 }
 
 }  // namespace

@@ -1,17 +1,19 @@
-#include "estancia/topology/mapper.hpp"
+#include "estancia/topology/mapper_impl.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <set>
 
-#include "estancia/core/error.hpp"
+#include "support/errors.hpp"
 #include "support/synthetic.hpp"
 
 namespace estancia {
 namespace {
 
 using Images = std::vector<std::vector<float>>;
+using test::FailsWith;
 
 MapperOptions fixed(const std::string& distance, double tauJoin, double tauRevisit) {
   MapperOptions options;
@@ -22,13 +24,13 @@ MapperOptions fixed(const std::string& distance, double tauJoin, double tauRevis
   return options;
 }
 
-/// Follows the news as a map file does: the node of each frame, with merges applied.
+/// Follows the changes as a map file does: the node of each frame, with merges applied.
 class Follower {
  public:
   void take(Mapper& mapper) {
-    const auto news = mapper.takeChanges();
-    if (news.restarted) *this = {};
-    for (const auto& event : news.events) {
+    const MapChanges changes = mapper.takeChanges();
+    if (changes.restarted) *this = {};
+    for (const auto& event : changes.events) {
       if (const auto* decision = std::get_if<Decision>(&event)) {
         EXPECT_EQ(decision->frame, nodes.size());
         nodes.push_back(decision->node);
@@ -162,14 +164,14 @@ TEST(Mapper, NodesHoldMeanAndSigmaOfTheirImages) {
   const Images images = places.drive({0}, 25);
   Mapper mapper(30, fixed("hellinger", 1.4, 1.4));
   mapped(mapper, images);
-  const NodeMemory& node = mapper.bank()[0];
+  const NodeMemory& node = mapper.impl().bank[0];
   EXPECT_EQ(node.frames, 25U);
   for (std::size_t l = 0; l < 30; ++l) {
     double mean = 0, variance = 0;
     for (const auto& v : images) mean += v[l] / 25;
     for (const auto& v : images) variance += std::pow(v[l] - mean, 2) / 25;
-    EXPECT_NEAR(node.words.mean()[l], mean, 1e-6);
-    EXPECT_NEAR(node.words.variance()[l], variance, 1e-6);
+    EXPECT_NEAR(node.probabilities.mean()[l], mean, 1e-6);
+    EXPECT_NEAR(node.probabilities.variance()[l], variance, 1e-6);
   }
 }
 
@@ -180,7 +182,7 @@ TEST(Mapper, BlurredImagesWeighLessAtBothEndsOfAStay) {
   options.transitionImages = 3;
   Mapper mapper(30, options);
   const auto map = mapped(mapper, images);
-  ASSERT_EQ(mapper.bank().size(), 2U);
+  ASSERT_EQ(mapper.impl().bank.size(), 2U);
   // The first stay is over: 1/3 2/3 1 1 1 1 2/3 1/3. The second goes on: its end is not known yet.
   const std::vector<double> weights{1 / 3., 2 / 3., 1, 1, 1, 1, 2 / 3., 1 / 3.};
   for (std::size_t l = 0; l < 30; ++l) {
@@ -189,9 +191,9 @@ TEST(Mapper, BlurredImagesWeighLessAtBothEndsOfAStay) {
       sum += weights[i] * images[i][l];
       total += weights[i];
     }
-    EXPECT_NEAR(mapper.bank()[0].words.mean()[l], sum / total, 1e-6);
+    EXPECT_NEAR(mapper.impl().bank[0].probabilities.mean()[l], sum / total, 1e-6);
   }
-  EXPECT_NEAR(mapper.bank()[1].words.weight(), 1 / 3. + 2 / 3. + 6, 1e-9);
+  EXPECT_NEAR(mapper.impl().bank[1].probabilities.weight(), 1 / 3. + 2 / 3. + 6, 1e-9);
 }
 
 TEST(Mapper, FindsItsThresholdsByItself) {
@@ -236,11 +238,11 @@ TEST(Mapper, MergesTwinsAndRedirectsTheirTransitions) {
   EXPECT_GE(map.merges.size(), 2U);
   const std::set<int> alive(map.nodes.begin(), map.nodes.end());
   EXPECT_EQ(alive.size(), 3U);
-  EXPECT_EQ(mapper.bank().size(), 3U);
+  EXPECT_EQ(mapper.impl().bank.size(), 3U);
   std::uint64_t frames = 0;
-  for (std::size_t slot = 0; slot < mapper.bank().size(); ++slot) {
-    frames += mapper.bank()[slot].frames;
-    EXPECT_TRUE(alive.contains(mapper.bank()[slot].id));
+  for (std::size_t slot = 0; slot < mapper.impl().bank.size(); ++slot) {
+    frames += mapper.impl().bank[slot].frames;
+    EXPECT_TRUE(alive.contains(mapper.impl().bank[slot].id));
   }
   EXPECT_EQ(frames, 72U);
   for (const auto& [ends, transition] : mapper.transitions()) {
@@ -308,14 +310,26 @@ TEST(Mapper, RefusesWhatIsNoDescriptor) {
   EXPECT_THROW(mapper.add(std::vector<float>{0.5F, NAN, 0.5F}), Error);
   EXPECT_THROW(mapper.add(std::vector<float>{0.5F, 3.0F, 0.5F}), Error);
   EXPECT_EQ(mapper.frames(), 0U);
-  MapperOptions unknown;
-  unknown.distance = "manhattan";
-  EXPECT_THROW(Mapper(3, unknown), Error);
-  for (const double tau : {0.0, -1.0, static_cast<double>(NAN), static_cast<double>(INFINITY)})
-    EXPECT_THROW(Mapper(3, fixed("l2", tau, 0.1)), Error) << tau;
-  MapperOptions blurred;
-  blurred.transitionImages = 1'000'000'000;
-  EXPECT_THROW(Mapper(3, blurred), Error);
+}
+
+TEST(Mapper, RefusesOptionsOutOfRange) {
+  const auto refusal = [](const std::function<void(MapperOptions&)>& change) {
+    MapperOptions options;
+    change(options);
+    return test::caught([&] { Mapper(3, options); });
+  };
+  EXPECT_THAT(refusal([](MapperOptions& o) { o.distance = "manhattan"; }),
+              FailsWith(ErrorCode::unknownName, "manhattan", "hellinger-sigma"));
+  for (const double tau : {0.0, -1.0, static_cast<double>(NAN), static_cast<double>(INFINITY)}) {
+    EXPECT_THAT(refusal([&](MapperOptions& o) { o.tauJoin = tau; }),
+                FailsWith(ErrorCode::invalidOption, "tau-join"));
+    EXPECT_THAT(refusal([&](MapperOptions& o) { o.tauRevisit = tau; }),
+                FailsWith(ErrorCode::invalidOption, "tau-revisit"));
+  }
+  EXPECT_THAT(refusal([](MapperOptions& o) { o.transitionImages = 1'000'000'000; }),
+              FailsWith(ErrorCode::invalidOption, "transition-images", "1000"));
+  EXPECT_THAT(refusal([](MapperOptions& o) { o.thresholds.farQuantile = 1.5; }),
+              FailsWith(ErrorCode::invalidOption, "thresholds.far-quantile", "1.5"));
 }
 
 class MapperRestoredAt : public testing::TestWithParam<std::size_t> {};
@@ -334,11 +348,11 @@ TEST_P(MapperRestoredAt, MapsAsIfNothingHadHappened) {
   for (std::size_t i = 0; i < GetParam(); ++i) first.add(images[i]);
   follower.take(first);
   std::vector<std::pair<int, std::string>> nodes;
-  for (std::size_t slot = 0; slot < first.bank().size(); ++slot)
-    nodes.emplace_back(first.bank()[slot].id, first.nodeState(slot));
+  for (std::size_t slot = 0; slot < first.impl().bank.size(); ++slot)
+    nodes.emplace_back(first.impl().bank[slot].id, first.impl().nodeState(slot));
   std::sort(nodes.begin(), nodes.end());
-  Mapper second = Mapper::restore(64, MapperOptions::fromJson(options.toJson()), first.state(), nodes,
-                                  [&](std::size_t i) { return images[i]; });
+  Mapper second = Mapper::Impl::restore(64, settingsFromJson(settingsToJson(options)), first.impl().state(),
+                                        nodes, [&](std::size_t i) { return images[i]; });
   for (std::size_t i = GetParam(); i < images.size(); ++i) {
     second.add(images[i]);
     follower.take(second);
@@ -356,18 +370,18 @@ TEST(Mapper, DamagedStateIsRefusedWithASentence) {
   test::SyntheticPlaces places(3, 16);
   Mapper mapper(16, {});
   mapped(mapper, places.drive({0, 1, 2}, 8), false);
-  const std::string state = mapper.state();
+  const std::string state = mapper.impl().state();
   std::vector<std::pair<int, std::string>> nodes;
-  for (std::size_t slot = 0; slot < mapper.bank().size(); ++slot)
-    nodes.emplace_back(mapper.bank()[slot].id, mapper.nodeState(slot));
+  for (std::size_t slot = 0; slot < mapper.impl().bank.size(); ++slot)
+    nodes.emplace_back(mapper.impl().bank[slot].id, mapper.impl().nodeState(slot));
   const auto descriptor = [&](std::size_t) { return LexicalDescriptor(16, 0.06F); };
-  EXPECT_NO_THROW(Mapper::restore(16, {}, state, nodes, descriptor));
+  EXPECT_NO_THROW(Mapper::Impl::restore(16, {}, state, nodes, descriptor));
   for (std::size_t length = 0; length < state.size(); length += 7)
-    EXPECT_THROW(Mapper::restore(16, {}, state.substr(0, length), nodes, descriptor), Error) << length;
-  EXPECT_THROW(Mapper::restore(16, {}, state + "x", nodes, descriptor), Error);
-  EXPECT_THROW(Mapper::restore(16, {}, state, {}, descriptor), Error);
+    EXPECT_THROW(Mapper::Impl::restore(16, {}, state.substr(0, length), nodes, descriptor), Error) << length;
+  EXPECT_THROW(Mapper::Impl::restore(16, {}, state + "x", nodes, descriptor), Error);
+  EXPECT_THROW(Mapper::Impl::restore(16, {}, state, {}, descriptor), Error);
   nodes[0].second.resize(20);
-  EXPECT_THROW(Mapper::restore(16, {}, state, nodes, descriptor), Error);
+  EXPECT_THROW(Mapper::Impl::restore(16, {}, state, nodes, descriptor), Error);
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ NodeMemory nodeOf(const NodeBank& bank, const Distance& distance, int id,
   NodeMemory node = bank.makeNode(id);
   for (const auto& image : images) {
     ++node.frames;
-    node.words.add(image);
+    node.probabilities.add(image);
     if (node.embedded) node.embedded->add(embedded(distance, image));
   }
   return node;
@@ -56,8 +56,7 @@ class EveryDistance : public testing::TestWithParam<std::string> {
       bank_.setStandardization(s);
     }
     for (std::size_t place = 0; place < 60; ++place)
-      bank_.add(
-          nodeOf(bank_, distance_, static_cast<int>(place), places_.drive({place}, 1 + place % 4)));
+      bank_.add(nodeOf(bank_, distance_, static_cast<int>(place), places_.drive({place}, 1 + place % 4)));
   }
 
   NodeBank::Nearest slowNearest(const std::vector<float>& query, std::size_t except,
@@ -72,7 +71,7 @@ class EveryDistance : public testing::TestWithParam<std::string> {
 
 TEST_P(EveryDistance, NearestIsThatOfAPlainScan) {
   for (std::size_t i = 0; i < 200; ++i) {
-    const auto query = bank_.makeQuery(embedded(distance_, places_.image(i % 60)));
+    const auto query = bank_.compared(embedded(distance_, places_.image(i % 60)));
     const std::size_t except = i % 3 == 0 ? i % 60 : bank_.size();
     const auto quick = bank_.nearest(query, except, 1 + i % 3);
     const auto slow = slowNearest(query, except, 1 + i % 3);
@@ -85,7 +84,7 @@ TEST_P(EveryDistance, NearestIsThatOfAPlainScan) {
 TEST_P(EveryDistance, ImagesFindTheirPlace) {
   std::size_t right = 0;
   for (std::size_t place = 0; place < 60; ++place)
-    right += bank_.nearest(bank_.makeQuery(embedded(distance_, places_.image(place))), 60)->slot == place;
+    right += bank_.nearest(bank_.compared(embedded(distance_, places_.image(place))), 60)->slot == place;
   EXPECT_GE(right,
             distance_.comparison == Comparison::chebyshev ? 40U : 57U);  // that looks at one label only
 }
@@ -96,12 +95,12 @@ TEST_P(EveryDistance, RemovedNodesAreNeverFound) {
     const int id = bank_[gone].id;
     bank_.remove(gone);
     EXPECT_THROW(bank_.slotOf(id), Error);
-    const auto query = bank_.makeQuery(embedded(distance_, places_.image(static_cast<std::size_t>(id))));
+    const auto query = bank_.compared(embedded(distance_, places_.image(static_cast<std::size_t>(id))));
     const auto quick = bank_.nearest(query, bank_.size());
     ASSERT_TRUE(quick);
     EXPECT_EQ(quick->slot, slowNearest(query, bank_.size(), 1).slot);
   }
-  EXPECT_FALSE(bank_.nearest(bank_.makeQuery(embedded(distance_, places_.image(0))), 0));
+  EXPECT_FALSE(bank_.nearest(bank_.compared(embedded(distance_, places_.image(0))), 0));
 }
 
 TEST_P(EveryDistance, DistanceToANodeOfOneImageIsThatToTheImage) {
@@ -109,7 +108,7 @@ TEST_P(EveryDistance, DistanceToANodeOfOneImageIsThatToTheImage) {
   NodeBank bank(distance_, labels);
   const auto a = places_.image(3), b = places_.image(4);
   bank.add(nodeOf(bank, distance_, 0, {a}));
-  EXPECT_NEAR(bank.distance(0, bank.makeQuery(embedded(distance_, b))),
+  EXPECT_NEAR(bank.distance(0, bank.compared(embedded(distance_, b))),
               compare(distance_.comparison, embedded(distance_, a), embedded(distance_, b)), 1e-4);
 }
 
@@ -196,14 +195,14 @@ TEST(NodeBankOfParts, DistanceIsTheWeightedMeanOfThePartsOwn) {
     std::vector<float> embedded(47);
     embed(distance.embedding, images.back(), embedded, distance.parts);
     node.frames = 1;
-    node.words.add(images.back());
+    node.probabilities.add(images.back());
     node.embedded->add(embedded);
     bank.add(std::move(node));
   }
   const std::vector<float> image = places.image(3);
   std::vector<float> embedded(47);
   embed(distance.embedding, image, embedded, distance.parts);
-  const auto query = bank.makeQuery(embedded);
+  const auto query = bank.compared(embedded);
   std::size_t best = 0;
   for (std::size_t p = 0; p < 6; ++p) {
     EXPECT_NEAR(bank.distance(p, query), fused(parts, images[p], image), 1e-5);

@@ -5,8 +5,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "estancia/core/error.hpp"
 #include "estancia/topology/quality.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 #include "topology/sample_map.hpp"
 
@@ -14,7 +14,7 @@ namespace estancia {
 namespace {
 
 TopologicalMap emptyMap() {
-  return {Vocabulary({"a"}), "", "", {}, {}, {}, {}, {}};
+  return {.vocabulary = Vocabulary({"a"})};
 }
 
 /// `nodes` nodes without frames, of which the first `links` pairs (in order 0-1, 0-2, 1-2, 0-3 …) are linked.

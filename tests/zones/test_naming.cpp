@@ -17,11 +17,11 @@ const Vocabulary words({"room", "n03761084 microwave, microwave oven", "stove", 
 TEST(TellingLabels, AreLikelyHereAndUnlikelyElsewhere) {
   const std::vector<float> run{0.6F, 0.1F, 0.1F, 0.1F, 0.05F, 0.05F};
   const std::vector<float> kitchen{0.6F, 0.25F, 0.15F, 0, 0, 0};
-  EXPECT_THAT(tellingLabels(kitchen, run, 2), ElementsAre(1, 2)) << "every place is a room";
-  EXPECT_THAT(tellingLabels(kitchen, run, 9), ElementsAre(1, 2, 0))
+  EXPECT_THAT(distinctiveLabels(kitchen, run, 2), ElementsAre(1, 2)) << "every place is a room";
+  EXPECT_THAT(distinctiveLabels(kitchen, run, 9), ElementsAre(1, 2, 0))
       << "then what is likely; never what is not";
-  EXPECT_THAT(tellingLabels(run, run, 2), ElementsAre(0, 1)) << "the run itself: its likeliest words";
-  EXPECT_THAT(tellingLabels(std::vector<float>(6, 0), run, 2), IsEmpty());
+  EXPECT_THAT(distinctiveLabels(run, run, 2), ElementsAre(0, 1)) << "the run itself: its likeliest words";
+  EXPECT_THAT(distinctiveLabels(std::vector<float>(6, 0), run, 2), IsEmpty());
 }
 
 TEST(ZoneNames, AreTheMostTellingWords) {

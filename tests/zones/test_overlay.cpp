@@ -4,15 +4,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estancia/core/error.hpp"
 #include "recordings.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using test::errorOf;
-using testing::HasSubstr;
+using test::FailsWith;
 
 Zones fourFrames() {  // "0" and "1" in zone 0, "2" and "3" in zones 1 and 2
   return describeZones(test::recordingOf({{1, 0}, {1, 0}, {0, 1}, {0.5F, 0.5F}}),
@@ -48,21 +47,16 @@ TEST(Overlay, OfEqualSharesTakesTheLargerZone) {
 TEST(Overlay, RefusesARunWhoseFramesAreOnlyNamedAlike) {
   GroupedRun other = runOf({{"0", 1}, {"1", 1}, {"2", 1}, {"3", 1}});
   std::swap(other.mean.front(), other.mean.back());
-  EXPECT_THAT(errorOf([&] { overlayZones(fourFrames(), other); }), HasSubstr("other words"));
+  EXPECT_THAT([&] { overlayZones(fourFrames(), other); }, FailsWith(ErrorCode::mismatch));
   other.vocabulary = Vocabulary({"of", "another"});
   other.mean = {0.5F, 0.5F};
   EXPECT_EQ(overlayZones(fourFrames(), other).size(), 1U) << "words of another model tell nothing";
 }
 
 TEST(Overlay, RefusesAnotherRun) {
-  EXPECT_THAT(errorOf([] {
-                overlayZones(fourFrames(), runOf({{"0", 1}}));
-              }),
-              HasSubstr("4 frames, the map has 1"));
-  EXPECT_THAT(errorOf([] {
-                overlayZones(fourFrames(), runOf({{"0", 1}, {"1", 1}, {"2", 1}, {"other", 1}}));
-              }),
-              HasSubstr("no frame \"other\""));
+  const GroupedRun shorter = runOf({{"0", 1}}), other = runOf({{"0", 1}, {"1", 1}, {"2", 1}, {"other", 1}});
+  EXPECT_THAT([&] { overlayZones(fourFrames(), shorter); }, FailsWith(ErrorCode::mismatch, "4 frames", "1"));
+  EXPECT_THAT([&] { overlayZones(fourFrames(), other); }, FailsWith(ErrorCode::mismatch, "\"other\""));
 }
 
 }  // namespace

@@ -2,20 +2,22 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "estancia/zones/rooms.hpp"
 #include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zones_json.hpp"
 #include "recordings.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
 using nlohmann::ordered_json;
-using testing::HasSubstr;
+using test::FailsWith;
 using testing::IsEmpty;
-using testing::Not;
 
 /// Zones of 12, 8 and 4 images; the first two are taken for a kitchen, of the last nothing was said.
 Zones namedZones(bool truth = false) {
@@ -43,38 +45,36 @@ TEST(PredictedRoomsOfZones, ArePooledOverTheirImages) {
   EXPECT_EQ(namedZones(true).zones[0].room, "room 0");
   Zones other = namedZones();
   const RoomPredictions few{"x", {"a"}, DescriptorMatrix(1)};
-  EXPECT_THAT(test::errorOf([&] { nameRooms(other, few); }), HasSubstr("rooms of 0 images were predicted"));
+  EXPECT_THAT([&] { nameRooms(other, few); }, FailsWith(ErrorCode::mismatch, "0 frames", "24 frames"));
 }
 
 TEST(PredictedRoomsOfZones, AreKeptInTheFile) {
   const test::ScratchFolder folder;
   const Zones zones = namedZones();
-  writeZoneFile(zones, folder / "home.zones");
-  const Zones back = readZoneFile(folder / "home.zones");
+  writeZones(zones, folder / "home.zones");
+  const Zones back = readZones(folder / "home.zones");
   EXPECT_EQ(back.classifier, "forest on test");
   for (std::size_t i = 0; i < zones.zones.size(); ++i)
     EXPECT_EQ(back.zones[i].predicted, zones.zones[i].predicted);
-  EXPECT_EQ(ordered_json::parse(zoneFileText(zones))["version"], 2);
   Zones plain = zones;
   plain.classifier.clear();
   for (Zone& zone : plain.zones) zone.predicted.clear();
-  EXPECT_EQ(ordered_json::parse(zoneFileText(plain))["version"], 1) << "older programs read it";
-  EXPECT_THAT(zoneFileText(plain), Not(HasSubstr("predicted")));
+  EXPECT_FALSE(ordered_json::parse(zoneFileText(plain))["zones"][0].contains("predicted"));
 }
 
 TEST(PredictedRoomsOfZones, AreNotBelievedWhereTheyCannotBe) {
   const test::ScratchFolder folder;
-  const auto complaint = [&](const char* pointer, const ordered_json& value) {
+  const auto refusal = [&](const char* pointer, const ordered_json& value) {
     ordered_json json = ordered_json::parse(zoneFileText(namedZones()));
     json[ordered_json::json_pointer(pointer)] = value;
     test::writeFile(folder / "changed.zones", json.dump());
-    return test::errorOf([&] { readZoneFile(folder / "changed.zones"); });
+    return test::caught([&] { readZones(folder / "changed.zones"); });
   };
-  EXPECT_THAT(complaint("/zones/0/predicted/0/p", 2), HasSubstr("predicted room is 2"));
-  EXPECT_THAT(complaint("/zones/0/predicted/0/p", "x"), HasSubstr("damaged"));
-  EXPECT_THAT(complaint("/zones/0/predicted/0/room", 3), HasSubstr("damaged"));
-  EXPECT_THAT(complaint("/zones/0/predicted", 3), HasSubstr("damaged"));
-  EXPECT_THAT(complaint("/classifier", 3), HasSubstr("damaged"));
+  EXPECT_THAT(refusal("/zones/0/predicted/0/p", 2), FailsWith(ErrorCode::corruptFile, "changed.zones", "2"));
+  EXPECT_THAT(refusal("/zones/0/predicted/0/p", "x"), FailsWith(ErrorCode::corruptFile, "changed.zones"));
+  EXPECT_THAT(refusal("/zones/0/predicted/0/room", 3), FailsWith(ErrorCode::corruptFile, "changed.zones"));
+  EXPECT_THAT(refusal("/zones/0/predicted", 3), FailsWith(ErrorCode::corruptFile, "changed.zones"));
+  EXPECT_THAT(refusal("/classifier", 3), FailsWith(ErrorCode::corruptFile, "changed.zones"));
 }
 
 TEST(PredictedRoomsOfZones, AreRoomsForOtherProgramsWhereTheTruthIsUnknown) {
@@ -85,6 +85,27 @@ TEST(PredictedRoomsOfZones, AreRoomsForOtherProgramsWhereTheTruthIsUnknown) {
   EXPECT_EQ(rooms["kitchen"]["zones"], (ordered_json{0, 1}));
   EXPECT_EQ(rooms["kitchen"]["words"].size(), 3U);
   EXPECT_TRUE(ordered_json::parse(toRoomsJson(namedZones(true))).contains("room 0"));
+}
+
+TEST(ZonesJson, TellsZonesAndWhatIsNotKnown) {
+  const Zones zones = namedZones();
+  const ordered_json json = toJson(zones, 3);
+  EXPECT_EQ(json["model"], "test");
+  ASSERT_EQ(json["zones"].size(), 3U);
+  const ordered_json& first = json["zones"][0];
+  EXPECT_EQ(first["images"], 12);
+  EXPECT_EQ(first["share"], 0.5);
+  EXPECT_EQ(first["words"].size(), 3U);
+  EXPECT_EQ(first["words"][0]["p"].get<float>(),
+            zones.zones[0].mean[static_cast<std::size_t>(
+                std::ranges::find(zones.vocabulary.labels(), first["words"][0]["label"]) -
+                zones.vocabulary.labels().begin())]);
+  EXPECT_TRUE(first["room"].is_null());
+  EXPECT_TRUE(first["position"].is_null());
+  EXPECT_EQ(first["predicted_rooms"][0], (ordered_json{{"room", "kitchen"}, {"p", 0.875}}));
+  EXPECT_FALSE(json["zones"][2].contains("predicted_rooms"));
+  EXPECT_EQ(json["rooms"], ordered_json::parse(toRoomsJson(zones)));
+  EXPECT_EQ(toJson(namedZones(true))["zones"][0]["room_share"], 1.0);
 }
 
 }  // namespace

@@ -8,18 +8,17 @@
 #include <limits>
 #include <set>
 
-#include "estancia/core/error.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
 #include "recordings.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
 using test::driveThrough;
-using test::errorOf;
+using test::FailsWith;
 using test::recordingOf;
-using testing::HasSubstr;
 
 ZoneStream streamOf(const DescriptorSequence& recording, const ZoneOptions& options = {},
                     const ZoneStreamOptions& stream = {}) {
@@ -31,8 +30,7 @@ ZoneStream streamOf(const DescriptorSequence& recording, const ZoneOptions& opti
 
 double agreementWithExact(const DescriptorSequence& recording, const ZoneOptions& options,
                           std::size_t groups) {
-  Progress silent;
-  const std::vector<int> exact = findZones(recording, options, silent).zoneOf;
+  const std::vector<int> exact = findZones(recording, options).zoneOf;
   const ZoneStream stream = streamOf(recording, options, {groups, 20});
   EXPECT_LE(stream.groups(), groups);
   return measureAgreement(exact, stream.zoneOf()).adjustedRandIndex;
@@ -146,36 +144,57 @@ TEST(ZoneStream, OfManyLapsIsNearTheExactResult) {
 }
 
 TEST(ZoneStream, SaysHowFarItIsFromTheExactResult) {
-  Progress silent;
   const ZoneStream stream = streamOf(drive(), {}, {40, 20});
-  const StreamAgreement all = compareWithExact(drive(), stream.zoneOf(), {}, silent);
+  const StreamAgreement all = compareWithExact(drive(), stream.zoneOf(), {});
   EXPECT_EQ(all.images, drive().frames.size());
-  const std::vector<int> exact = findZones(drive(), {}, silent).zoneOf;
+  const std::vector<int> exact = findZones(drive()).zoneOf;
   EXPECT_EQ(all.zones, std::set<int>(exact.begin(), exact.end()).size());
   EXPECT_EQ(all.agreement.adjustedRandIndex, measureAgreement(exact, stream.zoneOf()).adjustedRandIndex);
-  EXPECT_EQ(compareWithExact(drive(), exact, {}, silent).agreement.adjustedRandIndex, 1);
-  EXPECT_EQ(compareWithExact(drive(), stream.zoneOf(), {}, silent, 50).images, 50U);
-  EXPECT_NE(errorOf([&] { compareWithExact(drive(), std::vector<int>{1}, {}, silent); }), "");
+  EXPECT_EQ(compareWithExact(drive(), exact, {}).agreement.adjustedRandIndex, 1);
+  EXPECT_EQ(compareWithExact(drive(), stream.zoneOf(), {}, 50).images, 50U);
+  const std::vector<int> one{1};
+  EXPECT_THAT([&] { compareWithExact(drive(), one, {}); }, FailsWith(ErrorCode::mismatch, "1", "160"));
 }
 
 TEST(ZoneStream, RefusesWhatIsNoProbability) {
   ZoneStream stream(Vocabulary({"desk", "cup"}));
-  EXPECT_THAT(errorOf([&] { stream.add(std::vector<float>{0.5F}); }), HasSubstr("2"));
-  const std::vector<float> nan{0.5F, std::numeric_limits<float>::quiet_NaN()};
-  EXPECT_NE(errorOf([&] { stream.add(nan); }), "");
+  EXPECT_THROW(stream.add(std::vector<float>{0.5F}), Error);
+  EXPECT_THROW(stream.add(std::vector<float>{0.5F, std::numeric_limits<float>::quiet_NaN()}), Error);
   EXPECT_EQ(stream.images(), 0U) << "nothing of it was kept";
 }
 
 TEST(ZoneStream, RefusesOptionsThatDoNotGoTogether) {
-  ZoneOptions both;
+  const auto refusal = [](const ZoneOptions& options, const ZoneStreamOptions& stream) {
+    return test::caught([&] { ZoneStream(Vocabulary({"desk", "cup"}), options, stream); });
+  };
+  ZoneOptions both, unknown, tooMany;
   both.cut = 0.5;
   both.count = 3;
-  EXPECT_NE(errorOf([&] { ZoneStream(Vocabulary({"desk", "cup"}), both); }), "");
-  ZoneOptions unknown;
+  EXPECT_THAT(refusal(both, {}), FailsWith(ErrorCode::invalidOption, "cut", "count"));
   unknown.distance = "miles";
-  EXPECT_THAT(errorOf([&] { ZoneStream(Vocabulary({"desk", "cup"}), unknown); }), HasSubstr("clr-cosine"));
-  EXPECT_NE(errorOf([&] { ZoneStream(Vocabulary({"desk", "cup"}), {}, {1, 20}); }), "");
-  EXPECT_NE(errorOf([&] { ZoneStream(Vocabulary({"desk", "cup"}), {}, {10, 0}); }), "");
+  EXPECT_THAT(refusal(unknown, {}), FailsWith(ErrorCode::unknownName, "miles", "clr-cosine"));
+  tooMany.count = 11;
+  EXPECT_THAT(refusal(tooMany, {.groups = 10}), FailsWith(ErrorCode::invalidOption, "count", "11", "10"));
+  EXPECT_THAT(refusal({}, {.groups = 1}), FailsWith(ErrorCode::invalidOption, "stream.groups"));
+  EXPECT_THAT(refusal({}, {.relinkEvery = 0}), FailsWith(ErrorCode::invalidOption, "stream.relink-every"));
+}
+
+TEST(ZoneStream, EndsInZonesAsOfTheWholeRun) {
+  const std::size_t images = drive().frames.size();
+  ZoneOptions options;
+  options.count = 5;
+  ZoneStream stream = streamOf(drive(), options, {.groups = images});
+  const Zones streamed = stream.finish(drive()), exact = findZones(drive(), options);
+  EXPECT_EQ(streamed.zoneOf, exact.zoneOf) << "numbered by size";
+  EXPECT_EQ(streamed.distance, exact.distance);
+  EXPECT_EQ(streamed.linkage, exact.linkage);
+  EXPECT_NEAR(streamed.cut, exact.cut, 1e-6 * exact.cut);
+  EXPECT_EQ(streamed.cutReason, exact.cutReason);
+  EXPECT_EQ(streamed.zones[0].name, exact.zones[0].name);
+
+  const DescriptorSequence three = recordingOf({{1, 0}, {0, 1}, {0.5F, 0.5F}});
+  ZoneStream tooShort = streamOf(three, options);
+  EXPECT_THAT([&] { tooShort.finish(three); }, FailsWith(ErrorCode::invalidOption, "count", "5", "3"));
 }
 
 }  // namespace

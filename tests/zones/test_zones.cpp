@@ -9,25 +9,23 @@
 #include <numeric>
 #include <random>
 
-#include "estancia/core/error.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "recordings.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
 using test::driveThrough;
-using test::errorOf;
+using test::FailsWith;
 using test::recordingOf;
 using testing::Each;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 Zones zonesOf(const DescriptorSequence& recording, const ZoneOptions& options = {}) {
-  Progress silent;
-  return findZones(recording, options, silent);
+  return findZones(recording, options);
 }
 
 /// The same frames in another order.
@@ -52,7 +50,7 @@ TEST(Zones, AreTheRoomsOfADrive) {
   EXPECT_EQ(zones.zones[1].room, "room 1");
   EXPECT_EQ(zones.zones[0].roomShare, 1);
   EXPECT_EQ(zones.model, "test");
-  EXPECT_THAT(zones.cutReason, HasSubstr("modularity"));
+  EXPECT_FALSE(zones.cutReason.empty());
   EXPECT_EQ(zones.dendrogram.value().cutAt(zones.cut), zones.dendrogram->cutInto(4));
 }
 
@@ -103,7 +101,7 @@ TEST(Zones, AreCutWhereTheyAreTold) {
   options.count = 7;
   const Zones seven = zonesOf(recording, options);
   EXPECT_EQ(seven.zones.size(), 7U);
-  EXPECT_THAT(seven.cutReason, HasSubstr("7 zones were asked for"));
+  EXPECT_EQ(seven.cutReason, "7 zones were asked for");
   options.count.reset();
   options.cut = seven.cut;
   EXPECT_EQ(zonesOf(recording, options).zoneOf, seven.zoneOf) << "the cut that comes with the count";
@@ -245,25 +243,32 @@ TEST(Zones, TakeOneLabel) {
 
 TEST(Zones, RefuseWhatCannotBe) {
   const DescriptorSequence recording = recordingOf({{1, 0}, {0, 1}});
-  const auto problem = [&](const std::function<void(ZoneOptions&)>& change) {
+  const auto refusal = [&](const std::function<void(ZoneOptions&)>& change) {
     ZoneOptions options;
     change(options);
-    return errorOf([&] { zonesOf(recording, options); });
+    return test::caught([&] { zonesOf(recording, options); });
   };
-  EXPECT_THAT(problem([](ZoneOptions& o) { o.distance = "bogus"; }), HasSubstr("standardized-clr"));
-  EXPECT_THAT(problem([](ZoneOptions& o) { o.linkage = "bogus"; }), HasSubstr("average"));
-  EXPECT_THAT(problem([](ZoneOptions& o) { o.cut = std::nan(""); }), HasSubstr("cut at nan"));
-  EXPECT_THAT(problem([](ZoneOptions& o) { o.cut = -1; }), HasSubstr("cut at -1"));
-  EXPECT_THAT(problem([](ZoneOptions& o) { o.count = 3; }), HasSubstr("choose 1 to 2"));
-  EXPECT_THAT(problem([](ZoneOptions& o) { o.count = 0; }), HasSubstr("choose 1 to 2"));
-  EXPECT_THAT(problem([](ZoneOptions& o) {
+  EXPECT_THAT(refusal([](ZoneOptions& o) { o.distance = "bogus"; }),
+              FailsWith(ErrorCode::unknownName, "bogus", "standardized-clr"));
+  EXPECT_THAT(refusal([](ZoneOptions& o) { o.linkage = "bogus"; }),
+              FailsWith(ErrorCode::unknownName, "bogus", "average"));
+  EXPECT_THAT(refusal([](ZoneOptions& o) { o.cut = std::nan(""); }),
+              FailsWith(ErrorCode::invalidOption, "zones.cut", "nan"));
+  EXPECT_THAT(refusal([](ZoneOptions& o) { o.cut = -1; }),
+              FailsWith(ErrorCode::invalidOption, "zones.cut", "-1"));
+  EXPECT_THAT(refusal([](ZoneOptions& o) { o.count = 3; }),
+              FailsWith(ErrorCode::invalidOption, "zones.count", "3", "1 to 2"));
+  EXPECT_THAT(refusal([](ZoneOptions& o) { o.count = 0; }),
+              FailsWith(ErrorCode::invalidOption, "zones.count", "0"));
+  EXPECT_THAT(refusal([](ZoneOptions& o) {
                 o.count = 1;
                 o.cut = 1;
               }),
-              HasSubstr("not by both"));
-  DescriptorSequence empty{Vocabulary({"a"}), "test", {}, DescriptorMatrix(1)};
-  EXPECT_THAT(errorOf([&] { zonesOf(empty); }), HasSubstr("no zones without images"));
-  EXPECT_THAT(errorOf([&] { describeZones(recording, std::vector<int>{1}); }), HasSubstr("1 zone numbers"));
+              FailsWith(ErrorCode::invalidOption, "zones.count", "zones.cut"));
+  const DescriptorSequence empty{Vocabulary({"a"}), "test", {}, DescriptorMatrix(1)};
+  EXPECT_THAT([&] { zonesOf(empty); }, FailsWith(ErrorCode::insufficientData));
+  const std::vector<int> one{1};
+  EXPECT_THAT([&] { describeZones(recording, one); }, FailsWith(ErrorCode::mismatch, "1", "2 frames"));
 }
 
 }  // namespace

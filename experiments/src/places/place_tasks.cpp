@@ -17,6 +17,8 @@
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
+#include "estancia/topology/localizer.hpp"
+#include "estancia/topology/localizer_map.hpp"
 #include "estancia/topology/session.hpp"
 #include "experiments/src/places/posed_descriptors.hpp"
 #include "experiments/src/places/room_table.hpp"
@@ -54,7 +56,7 @@ class ScratchMap {
  public:
   ScratchMap(const DescriptorSequence& recording, fs::path path) : path_(std::move(path)) {
     auto session =
-        MappingSession::create(path_, recording.vocabulary, recording.model, {}, MapStore::Existing::replace);
+        MappingSession::create(path_, recording.vocabulary, recording.model, {}, ExistingMap::replace);
     for (std::size_t i = 0; i < recording.frames.size(); ++i)
       session.add(recording.frames[i], recording.descriptors.row(i));
     session.finish();
@@ -71,11 +73,11 @@ class ScratchMap {
   fs::path path_;
 };
 
-LocalizationAccuracy find(const DescriptorSequence& queries, const MapReader& map, std::size_t lookahead,
-                          const AdmissibleImages& truth) {
+LocalizationAccuracy find(const DescriptorSequence& queries, std::shared_ptr<const LocalizerMap> map,
+                          std::size_t lookahead, const AdmissibleImages& truth) {
   LocalizerOptions options;
   options.lookahead = lookahead;
-  Localizer localizer(map.forLocalizer(options.mostImages), options);
+  Localizer localizer(std::move(map), options);
   std::vector<Localization> answers;
   const auto give = [&](const std::vector<Localization>& some) {
     answers.insert(answers.end(), some.begin(), some.end());
@@ -84,19 +86,20 @@ LocalizationAccuracy find(const DescriptorSequence& queries, const MapReader& ma
   give(localizer.finish());
   std::vector<std::size_t> numbers(queries.frames.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = i;
-  return measureLocalization(map.map(), queries.frames, numbers, answers, truth);
+  return measureLocalization(localizer.map(), queries.frames, numbers, answers, truth);
 }
 
 CellResults drive(const Task& task, const Recorder& recorder, const fs::path& scratch) {
   const auto images = openImages(task.drive->images);
   const auto again = openImages(task.drive->again);
   const ScratchMap file(recorder(*images), scratch);
-  const MapReader map(file.path());
+  const auto map =
+      std::make_shared<const LocalizerMap>(readLocalizerMap(file.path(), LocalizerOptions{}.maxImages));
   const DescriptorSequence queries = recorder(*again);
   const AdmissibleImages truth =
       task.drive->truth.empty() ? AdmissibleImages{} : readAdmissibleImages(task.drive->truth);
   CellResults results;
-  const MapQuality quality = evaluate(map.map());
+  const MapQuality quality = evaluate(map->map);
   results.push_back({"nodes", "", static_cast<double>(quality.nodes)});
   if (quality.rooms) results.push_back({"v_measure", "", quality.rooms->vMeasure});
   const auto add = [&](const char* measure, const Accuracy& accuracy) {

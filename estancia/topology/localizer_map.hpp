@@ -1,0 +1,29 @@
+// Localizer map: nodes and frames of a map as localization compares with them. Private.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+
+#include "estancia/core/descriptor.hpp"
+#include "estancia/topology/map.hpp"
+#include "estancia/topology/node_bank.hpp"
+
+namespace estancia {
+
+class MapStore;
+
+struct LocalizerMap {
+  TopologicalMap map;
+  NodeBank bank;
+  /// The descriptors of frames 0, stride, 2·stride … of the map.
+  DescriptorMatrix images;
+  std::size_t stride = 1;
+};
+
+/// With at most `maxImages` frames, evenly thinned.
+LocalizerMap localizerMap(const MapStore& store, const NodeBank& bank, std::size_t maxImages);
+
+/// Reads one from a map file. Throws Error as readMap() does.
+LocalizerMap readLocalizerMap(const std::filesystem::path& path, std::size_t maxImages);
+
+}  // namespace estancia

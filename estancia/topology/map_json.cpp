@@ -1,0 +1,84 @@
+#include "estancia/topology/map_json.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "estancia/topology/explain.hpp"
+
+namespace estancia {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json numberOrNull(double value) {
+  return std::isnan(value) ? Json(nullptr) : Json(value);
+}
+
+}  // namespace
+
+Json toJson(const std::string& words, const Answers& answers, const TopologicalMap& map,
+            const std::vector<Place>& places) {
+  Json json{{"words", words}, {"labels", Json::array()}, {"rooms", answers.rooms}, {"places", Json::array()}};
+  for (const std::size_t label : answers.labels) json["labels"].push_back(map.vocabulary[label]);
+  for (const PlaceAnswer& answer : answers.places) {
+    const Place& place = places.at(indexOf(map, answer.node));
+    Json entry{
+        {"node", answer.node}, {"probability", answer.probability}, {"lift", answer.lift}, {"label", nullptr},
+        {"rank", answer.rank}, {"among_best_5", answer.inTop5},     {"room", place.room}};
+    if (answer.room.empty()) entry["label"] = map.vocabulary[answer.label];
+    if (!place.predicted.empty()) {
+      entry["predicted_room"] = place.predicted.front().room;
+      entry["room_probability"] = place.predicted.front().probability;
+    }
+    json["places"].push_back(std::move(entry));
+  }
+  return json;
+}
+
+Json toJson(const Route& route) {
+  return {{"from", route.nodes.front()},
+          {"to", route.nodes.back()},
+          {"nodes", route.nodes},
+          {"cost", route.cost},
+          {"unit", route.metric ? "m" : "transitions"}};
+}
+
+Json toJson(const std::string& words, const WordRoute& found, const TopologicalMap& map) {
+  Json json = toJson(found.route);
+  json["words"] = words;
+  if (found.goal.room.empty())
+    json["label"] = map.vocabulary[found.goal.label];
+  else
+    json["room"] = found.goal.room;
+  json["probability"] = found.goal.probability;
+  return json;
+}
+
+Json toJson(const std::string& image, const Localization& answer, const TopologicalMap& map) {
+  return {{"image", image},
+          {"node", answer.node},
+          {"nearest_image", map.frames.at(answer.nearestImage).name},
+          {"distance", answer.distance},
+          {"belief_node", answer.beliefNode},
+          {"belief_image", map.frames.at(answer.beliefImage).name},
+          {"confidence", answer.confidence}};
+}
+
+Json explanationJson(const TopologicalMap& map, std::size_t frame) {
+  const std::vector<std::string> sentences = explain(map, frame);
+  const Decision& decision = *std::ranges::find(map.decisions, frame, &Decision::frame);
+  return {{"frame", map.frames[frame].name},
+          {"number", frame},
+          {"decision", toString(decision.kind)},
+          {"node", decision.node},
+          {"node_now", map.frames[frame].node},
+          {"current", decision.current},
+          {"to_current", numberOrNull(decision.toCurrent)},
+          {"other", decision.other},
+          {"to_other", numberOrNull(decision.toOther)},
+          {"tau_join", decision.tauJoin},
+          {"tau_revisit", decision.tauRevisit},
+          {"sentences", sentences}};
+}
+
+}  // namespace estancia

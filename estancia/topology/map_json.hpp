@@ -1,0 +1,38 @@
+// Map JSON: what `--json` of ask, route, localize and explain says. Private.
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "estancia/topology/ask.hpp"
+#include "estancia/topology/localizer.hpp"
+#include "estancia/topology/map.hpp"
+#include "estancia/topology/places.hpp"
+#include "estancia/topology/route.hpp"
+
+namespace estancia {
+
+/// {"words", "labels": […], "rooms": […], "places": [{"node", "probability", "lift", "label", "rank",
+/// "among_best_5", "room", "predicted_room", "room_probability"}]}; `places` are those of the map. Labels of
+/// answers that are rooms are null.
+nlohmann::ordered_json toJson(const std::string& words, const Answers& answers, const TopologicalMap& map,
+                              const std::vector<Place>& places);
+
+/// {"from", "to", "nodes": […], "cost", "unit"}.
+nlohmann::ordered_json toJson(const Route& route);
+
+/// {"from", "to", "nodes", "cost", "unit", "words", "label" or "room", "probability"}.
+nlohmann::ordered_json toJson(const std::string& words, const WordRoute& found, const TopologicalMap& map);
+
+/// {"image", "node", "nearest_image", "distance", "belief_node", "belief_image", "confidence"}.
+nlohmann::ordered_json toJson(const std::string& image, const Localization& answer,
+                              const TopologicalMap& map);
+
+/// {"frame", "number", "decision", "node", "node_now", "current", "to_current", "other", "to_other",
+/// "tau_join", "tau_revisit", "sentences": explain()}; distances that were not measured are null. Throws
+/// Error as explain().
+nlohmann::ordered_json explanationJson(const TopologicalMap& map, std::size_t frame);
+
+}  // namespace estancia

@@ -1,0 +1,29 @@
+// Mapping session implementation: a map file, its mapper, and what labels images. Private.
+#pragma once
+
+#include <chrono>
+#include <exception>
+
+#include "estancia/topology/localizer_map.hpp"
+#include "estancia/topology/session.hpp"
+#include "estancia/topology/store.hpp"
+
+namespace estancia {
+
+struct MappingSession::Impl {
+  MapStore store;
+  Mapper mapper;
+  Labeler* labeler = nullptr;
+  std::chrono::steady_clock::time_point lastWritten = std::chrono::steady_clock::now();
+  /// In flight when the session began.
+  int exceptions = std::uncaught_exceptions();
+  bool finished = true;
+
+  void write();
+  LocalizerMap localizerMap(std::size_t maxImages);
+};
+
+/// The mapper that a map file was made with, as it was at the last commit.
+Mapper restoreMapper(const MapStore& store);
+
+}  // namespace estancia
