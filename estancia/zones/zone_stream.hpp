@@ -16,7 +16,6 @@
 #include "estancia/stats/label_scale.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/stats/moments.hpp"
-#include "estancia/stats/pairwise.hpp"
 #include "estancia/zones/zones.hpp"
 
 namespace estancia {

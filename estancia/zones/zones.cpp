@@ -121,15 +121,14 @@ CondensedDistances compareImages(const DescriptorSequence& recording, const Zone
     requireProbabilities(recording.descriptors.row(i), recording.vocabulary.size(), recording.frames[i].name);
   requireClusteringMemory(recording.frames.size(), recording.vocabulary.size());
   const DescriptorMatrix vectors = comparedVectors(recording.descriptors, distance);
-  return pairwiseDistances(vectors, comparison, {.threads = options.threads, .progress = &progress});
+  return pairwiseDistances(vectors, comparison, options.threads, progress);
 }
 
 ImageTree linkImages(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress) {
   if (recording.frames.empty()) throw Error("there are no zones without images; give at least one");
   CondensedDistances distances = compareImages(recording, options, progress);
   NearestItems neighbors = findNeighbors(distances);
-  return {link(std::move(distances), getLinkage(options.linkage), {.sizes = {}, .progress = &progress}),
-          std::move(neighbors)};
+  return {link(std::move(distances), getLinkage(options.linkage), {}, progress), std::move(neighbors)};
 }
 
 Zones findZones(const DescriptorSequence& recording, const ZoneOptions& options, Progress& progress) {

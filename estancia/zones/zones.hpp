@@ -12,8 +12,7 @@
 #include "estancia/core/room_predictions.hpp"
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/stats/dendrogram.hpp"
-#include "estancia/stats/pairwise.hpp"
+#include "estancia/stats/linkage.hpp"
 #include "estancia/stats/spatial_variance.hpp"
 #include "estancia/zones/cut.hpp"
 
