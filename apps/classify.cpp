@@ -8,6 +8,7 @@
 #include <map>
 
 #include "described.hpp"
+#include "estancia/classify/embedding.hpp"
 #include "estancia/classify/label_selection.hpp"
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/classify/scores.hpp"
@@ -88,13 +89,13 @@ void train(const Arguments& arguments) {
   const auto progress = makeStderrProgress();
   ClassifierOptions options = arguments.classifier;
   options.threads = arguments.describing.options.threads;
-  const RoomClassifier classifier = RoomClassifier::train(features, options, *progress);
-  if (!classifier.embedding().tells())
+  const RoomClassifier classifier = trainRoomClassifier(features, options, *progress);
+  if (!classifier.embedding().isInformative())
     throw Error(fmt::format(
         "all images have the same numbers in {}: nothing tells the rooms apart; describe them with "
         "something else",
         features.name()));
-  classifier.save(arguments.output);
+  writeRoomClassifier(classifier, arguments.output);
   const auto images = imagesByRoom(features);
   std::size_t learned = 0;
   for (const auto& [room, count] : images) learned += count;
@@ -150,7 +151,7 @@ void printConfusion(const Confusion& confusion) {
 void test(const Arguments& arguments) {
   if (!arguments.output.empty())
     requireNoData(arguments.output, {arguments.model, arguments.source.path}, pageStart);
-  const RoomClassifier classifier = RoomClassifier::load(arguments.model);
+  const RoomClassifier classifier = readRoomClassifier(arguments.model);
   const Features features = described(arguments, classifier);
   const Confusion confusion = testRooms(classifier, features, arguments.describing.options.threads);
   const std::size_t total = confusion.total(), right = experiments::rightOf(confusion);
@@ -255,7 +256,7 @@ void predict(const Arguments& arguments) {
     inputs.push_back(arguments.model);
     requireNoData(arguments.output, inputs, csvHeader);
   }
-  const RoomClassifier classifier = RoomClassifier::load(arguments.model);
+  const RoomClassifier classifier = readRoomClassifier(arguments.model);
   const Features features = featuresToPredict(arguments, classifier);
   const RoomPredictions said =
       predictRooms(classifier, features, features.frames, arguments.describing.options.threads);
@@ -271,7 +272,7 @@ void predict(const Arguments& arguments) {
 // ---- show, name
 
 void show(const Arguments& arguments) {
-  const RoomClassifier classifier = RoomClassifier::load(arguments.model);
+  const RoomClassifier classifier = readRoomClassifier(arguments.model);
   if (arguments.json) {
     Json parts = Json::array();
     for (const PartEmbedding& learned : classifier.embedding().parts())
@@ -300,7 +301,7 @@ Json placeJson(int node, const Place& place) {
 }
 
 void name(const Arguments& arguments) {
-  const RoomClassifier classifier = RoomClassifier::load(arguments.model);
+  const RoomClassifier classifier = readRoomClassifier(arguments.model);
   const auto sequence = arguments.source.path.empty() ? nullptr : arguments.source.open();
   FeatureSource describing(arguments.describing);
   nameRooms(arguments.map, classifier, sequence.get(), describing);

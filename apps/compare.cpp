@@ -110,7 +110,7 @@ void addCompareCommand(CLI::App& app) {
   command->add_option("-o,--output", arguments->output,
                       "Folder for comparison.md, .csv, .tex (tables), .html (page) and .svg (diagram)");
   std::string tests = "What follows Friedman's test:";
-  for (const NamedPostHoc& one : postHocs()) tests += fmt::format("\n{} ({})", one.name, one.explanation);
+  for (const Choice& one : postHocs()) tests += fmt::format("\n{} ({})", one.name, one.explanation);
   command->add_option("--post-hoc", arguments->postHoc, tests)->capture_default_str();
   command
       ->add_option("--alpha", arguments->options.alpha,

@@ -83,7 +83,7 @@ bool isMap(const std::string& path) {
 std::vector<DescriptorPart> partsOfFile(const std::string& path) {
   if (isMap(path)) {
     const MapStore::Identity words = MapStore::open(path, MapStore::Access::read).identity();
-    return partsOfWords(words.vocabulary, words.model);
+    return partsOfLabels(words.vocabulary, words.model);
   }
   return withRows(featuresOf(readDescriptors(path)), {}).parts;
 }
@@ -145,7 +145,7 @@ void addClassifierOption(CLI::App& command, std::string& classifier) {
 
 std::optional<RoomClassifier> openClassifier(const std::string& file, const SequenceArguments& source) {
   if (file.empty()) return std::nullopt;
-  RoomClassifier classifier = RoomClassifier::load(file);
+  RoomClassifier classifier = readRoomClassifier(file);
   if (holdsNumbers(source.path))
     requireParts(classifier, partsOfFile(source.path));
   else

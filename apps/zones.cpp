@@ -257,7 +257,7 @@ void addZonesCommand(CLI::App& app) {
                    fmt::format("{}\ndefault: {}", distances, defaults.distance))
       ->group(zones);
   std::string names = "Distance of two zones:";
-  for (const NamedLinkage& linkage : linkages())
+  for (const Choice& linkage : linkages())
     names += fmt::format("\n{} ({})", linkage.name, linkage.explanation);
   command
       ->add_option("--linkage", arguments->linkage, fmt::format("{}\ndefault: {}", names, defaults.linkage))

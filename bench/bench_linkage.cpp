@@ -97,7 +97,7 @@ struct Timing {
 Dendrogram cluster(const DescriptorMatrix& rows, Comparison comparison, Linkage linkage, int threads,
                    Timing& timing) {
   const Stopwatch first;
-  CondensedDistances distances = pairwiseDistances(rows, comparison, {.threads = threads});
+  CondensedDistances distances = pairwiseDistances(rows, comparison, threads);
   timing.distances = first.seconds();
   const Stopwatch second;
   Dendrogram dendrogram = link(std::move(distances), linkage);
@@ -179,10 +179,11 @@ void curve(const std::vector<std::size_t>& sizes) {
     requireClusteringMemory(n, labels);
     const DescriptorMatrix images = madeUp(n, labels, 100);
     const DescriptorMatrix rows = comparedVectors(images, images, distance);
-    for (const NamedLinkage& named : linkages()) {
-      if (n > 10000 && named.linkage != Linkage::average && named.linkage != Linkage::single) continue;
+    for (const Choice& named : linkages()) {
+      const Linkage linkage = getLinkage(named.name);
+      if (n > 10000 && linkage != Linkage::average && linkage != Linkage::single) continue;
       Timing timing;
-      cluster(rows, comparisonFor(distance, named.linkage), named.linkage, 0, timing);
+      cluster(rows, comparisonFor(distance, linkage), linkage, 0, timing);
       printTiming(fmt::format("{} | {} | {:.2f} GiB", n, named.name, peakMemory()), timing);
     }
   }

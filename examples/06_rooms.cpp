@@ -18,7 +18,7 @@ int main(int argc, char** argv) try {
   describing.cache = &cache;
   const auto images = estancia::openSequence(argv[1]);
   const auto known = estancia::describeSequence(*images, "inception-v3", describing, silent);
-  const auto classifier = estancia::RoomClassifier::train(known, {}, silent);
+  const auto classifier = estancia::trainRoomClassifier(known, {}, silent);
   std::printf("%s\n", classifier.choice().c_str());
 
   // A robot asks about what it sees now; here that is the first of the images.

@@ -1,13 +1,14 @@
 #include "estancia/classify/classifier.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <span>
+#include <string_view>
 
 #include "estancia/classify/trainers.hpp"
 #include "estancia/core/error.hpp"
@@ -16,69 +17,51 @@ namespace estancia {
 namespace {
 
 struct Kind {
-  const char *name, *explanation;
+  std::string_view name;
+  const char* explanation;
   std::unique_ptr<Classifier> (*train)(const Samples&, const ClassifierOptions&, Progress&);
   std::unique_ptr<Classifier> (*read)(ByteReader&);
 };
 
 constexpr Kind kinds[] = {
-    {"svm-linear", "support vector machines, one a pair of classes", trainSvm, readSvm},
-    {"svm-rbf", "the same with Gaussian kernels: borders may be curved", trainSvm, readSvm},
+    {"svm-linear", "linear support vector machines, one a pair of classes", trainSvm, readSvm},
+    {"svm-rbf", "support vector machines with Gaussian kernels: class boundaries may be curved", trainSvm, readSvm},
     {"linear", "logistic regression, one class against the others", trainLinear, readLinear},
-    {"forest", "random forest: trees grown on random draws of samples and columns vote", trainForest,
+    {"forest", "random forest: votes of trees grown on random subsets of samples and columns", trainForest,
      readForest},
-    {"knn", "the nearest training images vote", trainKnn, readKnn},
+    {"knn", "votes of the nearest training images", trainKnn, readKnn},
 };
 
 const Kind& getKind(const std::string& name) {
-  std::vector<std::string> known;
-  for (const Kind& kind : kinds) {
-    if (name == kind.name) return kind;
-    known.emplace_back(kind.name);
-  }
-  throw Error(fmt::format("no classifier is called \"{}\"; there are {}", name, fmt::join(known, ", ")));
+  requireChoice("classifier", name, classifierTypes());
+  return *std::ranges::find(kinds, name, &Kind::name);
 }
 
 void requireFinite(const DescriptorMatrix& x) {
   for (std::size_t i = 0; i < x.size(); ++i)
     for (std::size_t c = 0; c < x.labels(); ++c)
       if (!std::isfinite(x.row(i)[c]))
-        throw Error(
-            fmt::format("sample {}, column {} is {}, which nothing can be learned from; describe its "
-                        "frame again or leave it out",
-                        i, c, x.row(i)[c]));
+        throw Error(ErrorCode::invalidInput,
+                    fmt::format("sample {}, column {} is {}; describe its frame again or leave it out", i, c,
+                                x.row(i)[c]));
 }
 
-void requirePositive(const std::optional<double>& value, const char* name) {
-  if (value && !(*value > 0 && std::isfinite(*value)))
-    throw Error(fmt::format("{} must be above 0, not {}", name, *value));
-}
-
-void check(const Samples& samples, const ClassifierOptions& options) {
+void requireValid(const Samples& samples) {
   if (samples.x.labels() == 0 || samples.x.size() == 0)
-    throw Error("a classifier needs samples to learn from, and there are none");
+    throw Error(ErrorCode::insufficientData, "there are no samples to learn from; give some of two classes");
   if (samples.classes.size() != samples.x.size() || samples.groups.size() != samples.x.size())
-    throw Error(fmt::format("{} samples have {} classes and {} groups; give one of each a sample",
+    throw Error(ErrorCode::mismatch, fmt::format("{} samples have {} classes and {} groups; give one of each a sample",
                             samples.x.size(), samples.classes.size(), samples.groups.size()));
   for (const int c : samples.classes)
     if (c < 0 || c >= samples.classCount)
-      throw Error(fmt::format("class {} is none of 0 … {}", c, samples.classCount - 1));
+      throw Error(ErrorCode::invalidInput, fmt::format("a sample has class {}; give 0 to {}", c, samples.classCount - 1));
   requireFinite(samples.x);
-  requirePositive(options.c, "C");
-  requirePositive(options.gamma, "gamma");
-  if (options.folds < 2) throw Error(fmt::format("cross-validation needs 2 folds, not {}", options.folds));
-  if (options.neighbors && *options.neighbors < 1)
-    throw Error(fmt::format("at least 1 neighbor must vote, not {}", *options.neighbors));
-  if (!options.metric.empty() && options.metric != "euclidean" && options.metric != "cosine")
-    throw Error(
-        fmt::format("nearest neighbors cannot be \"{}\"; there are euclidean, cosine", options.metric));
-  if (options.trees < 1) throw Error(fmt::format("a forest needs at least 1 tree, not {}", options.trees));
 }
 
-/// What all kinds have in common: input is checked, and classes that had no samples get probability 0.
+/// Common to all types: checks the input, and gives classes without samples probability 0.
 class Checked final : public Classifier {
  public:
-  /// `classes` are those that `inner` knows, out of `count`.
+  /// `classes` are those of `inner`, of `count` in all.
   Checked(std::unique_ptr<Classifier> inner, std::vector<std::int32_t> classes, int count)
       : inner_(std::move(inner)), classes_(std::move(classes)), count_(count) {}
   std::string type() const override { return inner_->type(); }
@@ -88,7 +71,7 @@ class Checked final : public Classifier {
 
   DescriptorMatrix predict(const DescriptorMatrix& x, int threads) const override {
     if (x.labels() != columns())
-      throw Error(fmt::format("this classifier has learned from {} columns and cannot read {}", columns(),
+      throw Error(ErrorCode::mismatch, fmt::format("this classifier was trained on {} columns, not on {}; describe the images alike", columns(),
                               x.labels()));
     requireFinite(x);
     DescriptorMatrix inner = inner_->predict(x, threads);
@@ -119,21 +102,48 @@ class Checked final : public Classifier {
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::string>> classifierTypes() {
-  std::vector<std::pair<std::string, std::string>> types;
-  for (const Kind& kind : kinds) types.emplace_back(kind.name, kind.explanation);
+OptionGroup declare(ClassifierOptions& options) {
+  constexpr double finite = std::numeric_limits<double>::max();
+  OptionGroup group("classifier", "Training of a classifier.");
+  group.add("type", &options.type, "Type of classifier.").choices(classifierTypes());
+  group.add("balanced", &options.balanced, "Give each class the same weight, whatever its number of samples.")
+      .why("where accuracy on rare classes matters as much as on frequent ones");
+  group.add("folds", &options.folds, "Folds of the cross-validation that finds parameters.").range(2, 1'000'000);
+  group.add("seed", &options.seed, "Seed of the folds and of random forests.");
+  group.add("threads", &options.threads, "Threads; 0: one a usable core. Results do not depend on it.").range(0);
+  group.add("c", &options.c, "svm-linear, svm-rbf, linear: cost of an error.")
+      .above(0, finite)
+      .automatic("found by cross-validation")
+      .why("larger values fit the training data more closely");
+  group.add("gamma", &options.gamma, "svm-rbf: gamma of the kernel exp(-gamma |a - b|^2).")
+      .above(0, finite)
+      .automatic("found by cross-validation");
+  group.add("neighbors", &options.neighbors, "knn: neighbors that vote.")
+      .range(1)
+      .automatic("found by cross-validation");
+  group.add("metric", &options.metric, "knn: distance of samples.")
+      .choices({{"", "the better one by cross-validation"}, {"euclidean", "Euclidean distance"}, {"cosine", "angle"}})
+      .automatic("found by cross-validation");
+  group.add("trees", &options.trees, "forest: number of trees.").range(1);
+  return group;
+}
+
+Choices classifierTypes() {
+  Choices types;
+  for (const Kind& kind : kinds) types.push_back({std::string(kind.name), kind.explanation});
   return types;
 }
 
 std::unique_ptr<Classifier> trainClassifier(const Samples& samples, const ClassifierOptions& options,
                                             Progress& progress) {
+  validate(options);
   const Kind& kind = getKind(options.type);
-  check(samples, options);
+  requireValid(samples);
   std::vector<std::int32_t> present = samples.classes;
   std::sort(present.begin(), present.end());
   present.erase(std::unique(present.begin(), present.end()), present.end());
   if (present.size() < 2)
-    throw Error("all samples are of one class; a classifier needs two or more to tell apart");
+    throw Error(ErrorCode::insufficientData, "all samples are of one class; give samples of two or more");
   Samples dense = samples;
   dense.classCount = static_cast<int>(present.size());
   for (int& c : dense.classes)
@@ -143,7 +153,10 @@ std::unique_ptr<Classifier> trainClassifier(const Samples& samples, const Classi
 }
 
 std::unique_ptr<Classifier> readClassifier(ByteReader& in) {
-  const Kind& kind = getKind(in.text());
+  const std::string type = in.text();
+  const auto* const found = std::ranges::find(kinds, type, &Kind::name);
+  if (found == std::end(kinds)) in.fail("it is damaged (its classifier is of an unknown type)");
+  const Kind& kind = *found;
   const auto count = in.number<std::int32_t>();
   std::vector<std::int32_t> present = in.numbers<std::int32_t>();
   if (count < 2 || count > 1 << 16 || present.size() < 2 || present.front() < 0 || present.back() >= count ||
@@ -151,7 +164,7 @@ std::unique_ptr<Classifier> readClassifier(ByteReader& in) {
     in.fail("it is damaged (its classes are not in order)");
   std::unique_ptr<Classifier> inner = kind.read(in);
   if (inner->type() != kind.name || inner->classCount() != static_cast<int>(present.size()))
-    in.fail("it is damaged (it does not hold what it says)");
+    in.fail("it is damaged (its classifier is of another type or class count)");
   return std::make_unique<Checked>(std::move(inner), std::move(present), count);
 }
 

@@ -1,4 +1,4 @@
-// Numbers → probabilities of classes: the one interface of all classifiers.
+// Classifier: numbers → class probabilities; SVM, logistic regression, random forest, k nearest neighbors.
 #pragma once
 
 #include <cstddef>
@@ -6,10 +6,11 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "estancia/core/choice.hpp"
 #include "estancia/core/descriptor.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
 
 namespace estancia {
@@ -17,29 +18,32 @@ namespace estancia {
 class ByteReader;
 class ByteWriter;
 
-/// What a classifier learns from. Invariant: one class and one group a row of x, classes 0 … count - 1.
+/// Training data. Invariant: one class and one group a row of x, classes 0 … classCount - 1.
 struct Samples {
-  DescriptorMatrix x;        ///< N × columns, finite
-  std::vector<int> classes;  ///< N
-  std::vector<int> groups;   ///< N; rows of one group (a run of images of one room) never part in validation
-  int classCount = 0;        ///< at least 2
+  /// N × columns, finite.
+  DescriptorMatrix x;
+  std::vector<int> classes;
+  /// Rows of one group (a temporal segment, an object instance) are never split in cross-validation.
+  std::vector<int> groups;
+  /// At least 2.
+  int classCount = 0;
 };
 
+/// Parameters that are not set are found by grouped cross-validation.
 struct ClassifierOptions {
-  std::string type = "svm-rbf";  ///< one of classifierTypes()
-  bool balanced = false;         ///< each class counts alike, however many samples it has
-  int folds = 5;                 ///< of the grouped cross-validation that finds what is not given below
+  std::string type = "svm-rbf";
+  bool balanced = false;
+  int folds = 5;
   std::uint64_t seed = 1;
-  int threads = 0;  ///< 0: one a usable core; the result does not depend on it
+  int threads = 0;
 
-  /// svm-linear, svm-rbf, linear: what an error costs, > 0; the larger, the closer the training set is
-  /// followed.
   std::optional<double> c = {};
-  std::optional<double> gamma = {};   ///< svm-rbf: k(a, b) = exp(−gamma |a − b|²), > 0
-  std::optional<int> neighbors = {};  ///< knn: how many vote
-  std::string metric = "";            ///< knn: "euclidean" or "cosine"; "": the better one
-  int trees = 500;                    ///< forest
+  std::optional<double> gamma = {};
+  std::optional<int> neighbors = {};
+  std::string metric = "";
+  int trees = 500;
 };
+OptionGroup declare(ClassifierOptions& options);
 
 /// A trained classifier. Safe to use from several threads.
 class Classifier {
@@ -49,26 +53,26 @@ class Classifier {
   virtual std::size_t columns() const = 0;
   virtual int classCount() const = 0;
 
-  /// What training chose and how well that did: "C 10, gamma 0.5: 77.1 % of what was held out".
+  /// Parameters and their cross-validation accuracy: "C 10, gamma 0.5: 77.1 % of held-out samples".
   virtual std::string choice() const = 0;
 
   /// N × classes probabilities that add up to 1; 0 for classes without training samples. `threads` = 0: one a
-  /// usable core. Throws Error when x has not columns() columns or holds what is not finite.
+  /// usable core. Throws Error (mismatch, invalidInput) when x has not columns() columns or is not finite.
   virtual DescriptorMatrix predict(const DescriptorMatrix& x, int threads = 0) const = 0;
 
   /// For readClassifier().
   virtual void write(ByteWriter& out) const = 0;
 };
 
-/// svm-linear, svm-rbf, linear, forest, knn, each with one line of explanation.
-std::vector<std::pair<std::string, std::string>> classifierTypes();
+/// svm-linear, svm-rbf, linear, forest, knn.
+Choices classifierTypes();
 
-/// Throws Error on an unknown type (listing the known ones), options out of range, fewer than two classes
-/// with samples, values that are not finite; Interrupted when the user asks to stop.
+/// Throws Error on invalid options, invalid samples (invalidInput, mismatch) and fewer than two classes with
+/// samples (insufficientData); Interrupted.
 std::unique_ptr<Classifier> trainClassifier(const Samples& samples, const ClassifierOptions& options,
-                                            Progress& progress);
+                                            Progress& progress = Progress::none());
 
-/// What write() wrote. Throws Error on anything else.
+/// Reads what write() wrote. Throws Error (malformedFile, truncatedFile).
 std::unique_ptr<Classifier> readClassifier(ByteReader& in);
 
 }  // namespace estancia

@@ -23,7 +23,7 @@ constexpr float rounding = 1e-3F;  // of probabilities and their sums, in float3
 
 /// How one kind of part is treated, after measurements on NYU's rooms.
 struct Treatment {
-  /// Whether each column is scaled to variance 1. Words are not: those that hardly vary are mostly noise.
+  /// Whether each column is scaled to variance 1. Labels are not: those that hardly vary are mostly noise.
   bool standardized;
   double weight;  ///< of the part's squared distances among all
 };
@@ -35,7 +35,7 @@ Treatment treatmentOf(PartKind kind) {
 /// A distribution, or a choice of its words, never adds up to more than 1 but by rounding, so one such image
 /// may be a slip; of a detector's (coco-ssd's on NYU's training half) all do. Words that miss more than 1
 /// % of the whole are a selection: what they leave out tells something.
-WordSums sumsOf(const Features& features, std::size_t first, std::size_t size) {
+LabelSums sumsOf(const Features& features, std::size_t first, std::size_t size) {
   const std::size_t n = features.values.size();
   std::size_t above = 0;
   double mean = 0;
@@ -45,8 +45,8 @@ WordSums sumsOf(const Features& features, std::size_t first, std::size_t size) {
     above += sum > 1.001 ? 1 : 0;
     mean += sum / static_cast<double>(n);
   }
-  if (static_cast<double>(above) > 0.05 * static_cast<double>(n)) return WordSums::independent;
-  return mean < 0.99 ? WordSums::selection : WordSums::whole;
+  if (static_cast<double>(above) > 0.05 * static_cast<double>(n)) return LabelSums::independent;
+  return mean < 0.99 ? LabelSums::selection : LabelSums::whole;
 }
 
 /// ln(p / (1 − p)). What is impossible or certain to a float is taken for 1e-7 short of it.
@@ -65,23 +65,23 @@ void embedSelection(std::span<const float> values, std::span<float> out) {
   for (float& value : out) value -= mean;
 }
 
-void embedWords(WordSums sums, std::span<const float> values, std::span<float> out) {
+void embedLabels(LabelSums sums, std::span<const float> values, std::span<float> out) {
   switch (sums) {
-    case WordSums::whole:
+    case LabelSums::whole:
       return embed(Embedding::centeredLogRatio, values, out);
-    case WordSums::independent:
+    case LabelSums::independent:
       std::transform(values.begin(), values.end(), out.begin(), logOdds);
       return;
-    case WordSums::selection:
+    case LabelSums::selection:
       return embedSelection(values, out);
   }
-  throw Error("words of unknown sums");
+  throw Error(ErrorCode::invalidInput, "the label sums are none of LabelSums; train again");
 }
 
-void embedPart(PartKind kind, WordSums sums, std::span<const float> values, std::span<float> out) {
+void embedPart(PartKind kind, LabelSums sums, std::span<const float> values, std::span<float> out) {
   switch (kind) {
     case PartKind::probabilities:
-      return embedWords(sums, values, out);
+      return embedLabels(sums, values, out);
     case PartKind::histogram:
       return embed(Embedding::squareRoot, values, out);
     case PartKind::energies:
@@ -89,7 +89,7 @@ void embedPart(PartKind kind, WordSums sums, std::span<const float> values, std:
         out[c] = std::copysign(std::sqrt(std::fabs(values[c])), values[c]);
       return;
   }
-  throw Error("a part of unknown kind");
+  throw Error(ErrorCode::invalidInput, "the kind of a part is none of PartKind; train again");
 }
 
 /// `kind` is the learned one: the numbers of a table may look like another elsewhere.
@@ -97,15 +97,14 @@ void requireSound(const DescriptorPart& part, PartKind kind, std::span<const flo
                   const std::string& frame) {
   for (std::size_t c = 0; c < values.size(); ++c) {
     if (!std::isfinite(values[c]))
-      throw Error(fmt::format("{}: column \"{}\" of {} is {}; describe the frame again or leave it out",
+      throw Error(ErrorCode::invalidInput, fmt::format("{}: column \"{}\" of {} is {}; describe the frame again or leave it out",
                               frame, part.columns[c], part.name, values[c]));
     if (values[c] < 0 && kind != PartKind::energies)
-      throw Error(fmt::format("{}: column \"{}\" of {} is {}, but no share or probability is below 0", frame,
+      throw Error(ErrorCode::invalidInput, fmt::format("{}: column \"{}\" of {} is {}; give 0 or more", frame,
                               part.columns[c], part.name, values[c]));
     if (values[c] > 1 + rounding && kind == PartKind::probabilities)
-      throw Error(
-          fmt::format("{}: column \"{}\" of {} is {}, but no probability is above 1; does its network need "
-                      "softmax or sigmoid?",
+      throw Error(ErrorCode::invalidInput,
+          fmt::format("{}: column \"{}\" of {} is {}, above 1; does its network need softmax or sigmoid?",
                       frame, part.columns[c], part.name, values[c]));
   }
 }
@@ -119,10 +118,10 @@ struct Place {
 
 /// The n-th column of a name is matched with the n-th of that name: ImageNet has two cranes.
 std::vector<std::optional<std::size_t>> matched(const std::vector<std::string>& wanted,
-                                                const std::vector<std::string>& there) {
+                                                const std::vector<std::string>& available) {
   std::map<std::pair<std::string, int>, std::size_t> places;
   std::map<std::string, int> seen;
-  for (std::size_t c = 0; c < there.size(); ++c) places[{there[c], seen[there[c]]++}] = c;
+  for (std::size_t c = 0; c < available.size(); ++c) places[{available[c], seen[available[c]]++}] = c;
   seen.clear();
   std::vector<std::optional<std::size_t>> columns;
   for (const std::string& name : wanted) {
@@ -142,25 +141,24 @@ Place placeOf(const DescriptorPart& learned, const Features& features) {
       continue;
     }
     if (part.identity != learned.identity)
-      throw Error(
-          fmt::format("this classifier has learned from {} as {}, but here it is {}; describe the "
-                      "images with that one, or train anew",
+      throw Error(ErrorCode::mismatch,
+          fmt::format("this classifier was trained on {} of {}, but the images have that of {}; describe them alike, or "
+                      "train again",
                       learned.name, learned.identity, part.identity));
     Place place{&part, first, matched(learned.columns, part.columns)};
     const auto known = static_cast<std::size_t>(std::count_if(place.columns.begin(), place.columns.end(),
                                                               [](const auto& c) { return c.has_value(); }));
-    const bool words = learned.kind == PartKind::probabilities;
-    if (known == 0 || (!words && part.columns != learned.columns))
-      throw Error(
-          fmt::format("this classifier has learned from the {} columns of {} (\"{}\" …), but here "
-                      "they are {} (\"{}\" …); describe the images with that vocabulary, or train anew",
+    const bool areLabels = learned.kind == PartKind::probabilities;
+    if (known == 0 || (!areLabels && part.columns != learned.columns))
+      throw Error(ErrorCode::mismatch,
+          fmt::format("this classifier was trained on {} columns of {} (\"{}\" …), but the images have {} (\"{}\" …); "
+                      "describe them with that vocabulary, or train again",
                       learned.size(), learned.name, learned.columns.front(), part.size(),
                       part.columns.empty() ? "" : part.columns.front()));
     return place;
   }
-  throw Error(
-      fmt::format("this classifier needs {}, but the images are described by {} only; describe them "
-                  "with it, too, or train anew",
+  throw Error(ErrorCode::mismatch,
+      fmt::format("this classifier needs {}, but the images have only {}; describe them with it, too, or train again",
                   learned.name, fmt::join(names, ", ")));
 }
 
@@ -172,7 +170,7 @@ std::size_t FeatureEmbedding::columns() const {
   return sum;
 }
 
-bool FeatureEmbedding::tells() const {
+bool FeatureEmbedding::isInformative() const {
   return std::ranges::any_of(parts_, [](const PartEmbedding& part) {
     return std::ranges::any_of(part.scale, [](float scale) { return scale != 0; });
   });
@@ -180,19 +178,19 @@ bool FeatureEmbedding::tells() const {
 
 FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
   if (features.parts.empty() || features.values.size() == 0)
-    throw Error("there are no described images to learn from");
+    throw Error(ErrorCode::insufficientData, "there are no described images to learn from; give some");
   FeatureEmbedding embedding;
   const auto n = static_cast<double>(features.values.size());
-  double weights = 0;  // of the parts that tell something
+  double weights = 0;  // of the parts that vary
   std::vector<double> variances;
   std::size_t first = 0;
   for (const DescriptorPart& part : features.parts) {
     const std::size_t size = part.size();
-    if (size == 0) throw Error(fmt::format("{} has no columns to learn from", part.name));
+    if (size == 0) throw Error(ErrorCode::invalidInput, fmt::format("part {} has no columns; leave it out", part.name));
     std::vector<double> sums(size), squares(size);
     std::vector<float> mean(size), scale(size), row(size);
-    const WordSums sum =
-        part.kind == PartKind::probabilities ? sumsOf(features, first, size) : WordSums::whole;
+    const LabelSums sum =
+        part.kind == PartKind::probabilities ? sumsOf(features, first, size) : LabelSums::whole;
     const auto embedded = [&](std::size_t i) {
       const DescriptorView values = features.values.row(i).subspan(first, size);
       embedPart(part.kind, sum, values, row);
@@ -281,12 +279,12 @@ FeatureEmbedding FeatureEmbedding::read(ByteReader& in) {
     part.part.name = in.text();
     const auto kind = in.number<std::uint8_t>();
     if (kind > static_cast<std::uint8_t>(PartKind::energies))
-      in.fail("it is damaged (a part of unknown kind)");
+      in.fail("it is damaged (a part of an unknown kind)");
     part.part.kind = static_cast<PartKind>(kind);
     const auto sums = in.number<std::uint8_t>();
-    if (sums > static_cast<std::uint8_t>(WordSums::selection))
-      in.fail("it is damaged (words of unknown sums)");
-    part.sums = static_cast<WordSums>(sums);
+    if (sums > static_cast<std::uint8_t>(LabelSums::selection))
+      in.fail("it is damaged (unknown label sums)");
+    part.sums = static_cast<LabelSums>(sums);
     part.part.identity = in.text();
     const std::size_t columns = in.count(sizeof(std::uint32_t));
     for (std::size_t c = 0; c < columns; ++c) part.part.columns.push_back(in.text());
@@ -296,7 +294,7 @@ FeatureEmbedding FeatureEmbedding::read(ByteReader& in) {
     if (columns == 0 || part.mean.size() != columns || part.scale.size() != columns ||
         !std::all_of(part.mean.begin(), part.mean.end(), finite) ||
         !std::all_of(part.scale.begin(), part.scale.end(), finite))
-      in.fail(fmt::format("it is damaged (the numbers of {} are not sound)", part.part.name));
+      in.fail(fmt::format("it is damaged (the numbers of {} are invalid)", part.part.name));
     embedding.parts_.push_back(std::move(part));
   }
   return embedding;

@@ -1,4 +1,4 @@
-// Numbers of several kinds → coordinates that are worth comparing.
+// Feature embedding: transforms and scales descriptors of several kinds so that they can be compared.
 #pragma once
 
 #include <cstddef>
@@ -11,41 +11,45 @@
 
 namespace estancia {
 
-/// What the probabilities of words add up to; numbered as in files.
-enum class WordSums : std::uint8_t {
-  whole,        ///< 1: shares of one whole, as of a softmax
-  independent,  ///< to more than 1 in some images, as a detector's
-  selection     ///< to less than 1: some words of a whole
+/// The sum of the probabilities of labels; numbered as in files.
+enum class LabelSums : std::uint8_t {
+  /// 1: a distribution, as of a softmax.
+  whole,
+  /// More than 1 in some images: a detector.
+  independent,
+  /// Less than 1: some labels of a distribution.
+  selection
 };
 
-/// What was learned of one part. A number v of the descriptor becomes (e(v) − mean) · scale, with e after the
-/// part's kind: probabilities of words → centered log-ratio (stats/distance.hpp), of a selection centered
-/// over its words and the rest that they leave of 1; log-odds where they are independent; histogram and
-/// energies → square root.
+/// The learned embedding of one part. A number v of the descriptor becomes (e(v) − mean) · scale, with e after the
+/// part's kind: probabilities of labels → centered log-ratio (stats/distance.hpp), of a selection centered over
+/// its labels and the rest to 1; log-odds where they are independent; histogram and energies → square root.
 struct PartEmbedding {
   DescriptorPart part;
-  WordSums sums = WordSums::whole;  ///< of probabilities
-  std::vector<float> mean, scale;   ///< one a column; scale is 0 where training saw one value only
+  /// Of probabilities.
+  LabelSums sums = LabelSums::whole;
+  /// One a column; scale is 0 where all training values are equal.
+  std::vector<float> mean, scale;
 };
 
-/// Puts parts side by side, balanced: however many columns a part has, its share of the squared distances is
-/// 1 for words and 0.2 for others, which tell less of rooms. Words are centered; the columns of other parts
-/// have variance 1, too. The mean squared norm of all is 1 on the training data, where parts that are the
-/// same in all images have no share. Recipe measured on NYU's rooms.
+/// Puts parts side by side, balanced: whatever its number of columns, a part contributes 1 to the squared
+/// distances if it has labels and 0.2 otherwise, as it tells less of rooms. Labels are centered; the columns of
+/// other parts also have variance 1. The mean squared norm is 1 on the training data; constant parts
+/// contribute nothing. Measured on NYU's rooms.
 class FeatureEmbedding {
  public:
-  /// Learns from training data. Throws Error naming frame and column when a value is not finite, or is
-  /// negative or above 1 in a part that cannot be, and when all images have the same numbers.
+  /// Learns from training data. Throws Error (invalidInput) with frame and column when a value is not finite, or
+  /// outside the range of its kind; (insufficientData) without images.
   static FeatureEmbedding learn(const Features& features);
 
   const std::vector<PartEmbedding>& parts() const { return parts_; }
   std::size_t columns() const;
-  /// False where all training images had the same numbers, so that nothing can be told from them.
-  bool tells() const;
+  /// False when all training images had the same numbers, so that classes cannot be distinguished.
+  bool isInformative() const;
 
-  /// N × columns(). Parts are found by name and may stand in any order; of a source that has discovered more
-  /// words since, the new ones are ignored, and words that it did not know yet are 0. Throws Error saying
-  /// what differs and what to do when a part is missing or another.
+  /// N × columns(). Parts are found by name, in any order; labels that a labeler has discovered since training
+  /// are ignored, and labels that it has not yet discovered are 0. Throws Error (mismatch) when a part is
+  /// missing or another.
   DescriptorMatrix apply(const Features& features) const;
 
   void write(ByteWriter& out) const;

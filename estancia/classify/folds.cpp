@@ -12,49 +12,50 @@
 namespace estancia {
 namespace {
 
-/// Frames that a piece of a cut run keeps at least: next neighbors are all but copies, and single frames
-/// would answer for each other.
-constexpr std::size_t shortestPiece = 3;
+/// Frames of the pieces of a cut segment: neighbors are near-copies, so that single frames would give each other
+/// away.
+constexpr std::size_t minPiece = 3;
 
-/// Cuts runs into equal pieces, the longest pieces first, until there are `least` or all are short.
-std::vector<TemporalSegment> cut(const std::vector<TemporalSegment>& runs, std::size_t least) {
-  std::vector<std::size_t> pieces(runs.size(), 1);
-  const auto ifCutOnceMore = [&](std::size_t r) { return runs[r].size / (pieces[r] + 1); };
-  for (std::size_t count = runs.size(); count < least; ++count) {
+/// Cuts segments into equal pieces, the longest first, until there are `minCount` or all are short.
+std::vector<TemporalSegment> cut(const std::vector<TemporalSegment>& segments, std::size_t minCount) {
+  std::vector<std::size_t> pieces(segments.size(), 1);
+  const auto sizeIfCut = [&](std::size_t r) { return segments[r].size / (pieces[r] + 1); };
+  for (std::size_t count = segments.size(); count < minCount; ++count) {
     std::size_t longest = 0;
-    for (std::size_t r = 1; r < runs.size(); ++r)
-      if (ifCutOnceMore(r) > ifCutOnceMore(longest)) longest = r;
-    if (ifCutOnceMore(longest) < shortestPiece) break;
+    for (std::size_t r = 1; r < segments.size(); ++r)
+      if (sizeIfCut(r) > sizeIfCut(longest)) longest = r;
+    if (sizeIfCut(longest) < minPiece) break;
     ++pieces[longest];
   }
   std::vector<TemporalSegment> cut;
-  for (std::size_t r = 0; r < runs.size(); ++r)
+  for (std::size_t r = 0; r < segments.size(); ++r)
     for (std::size_t p = 0; p < pieces[r]; ++p) {
-      const std::size_t begin = runs[r].size * p / pieces[r], end = runs[r].size * (p + 1) / pieces[r];
-      cut.push_back({runs[r].first + begin, end - begin});
+      const std::size_t begin = segments[r].size * p / pieces[r], end = segments[r].size * (p + 1) / pieces[r];
+      cut.push_back({segments[r].first + begin, end - begin});
     }
   return cut;
 }
 
 }  // namespace
 
-std::vector<int> runsOfRooms(const std::vector<Frame>& frames, int least) {
+std::vector<int> segmentGroups(const std::vector<Frame>& frames, int minSegments) {
   std::vector<std::string> rooms;
   for (const Frame& frame : frames) rooms.push_back(frame.room);
-  std::map<std::string, std::vector<TemporalSegment>> runs;
-  for (const TemporalSegment& run : temporalSegments(frames, rooms)) runs[rooms[run.first]].push_back(run);
+  std::map<std::string, std::vector<TemporalSegment>> segments;
+  for (const TemporalSegment& segment : temporalSegments(frames, rooms))
+    segments[rooms[segment.first]].push_back(segment);
   std::vector<int> groups(frames.size());
   int group = 0;
-  for (const auto& [room, ofRoom] : runs) {
-    for (const TemporalSegment& run : cut(ofRoom, static_cast<std::size_t>(std::max(least, 1)))) {
-      const auto first = groups.begin() + static_cast<std::ptrdiff_t>(run.first);
-      std::fill(first, first + static_cast<std::ptrdiff_t>(run.size), group++);
+  for (const auto& [room, ofRoom] : segments) {
+    for (const TemporalSegment& segment : cut(ofRoom, static_cast<std::size_t>(std::max(minSegments, 1)))) {
+      const auto first = groups.begin() + static_cast<std::ptrdiff_t>(segment.first);
+      std::fill(first, first + static_cast<std::ptrdiff_t>(segment.size), group++);
     }
   }
   return groups;
 }
 
-std::vector<int> groupsOfInstances(const std::vector<int>& classes, const std::vector<int>& instances,
+std::vector<int> instanceGroups(const std::vector<int>& classes, const std::vector<int>& instances,
                                    int pieces) {
   std::map<int, std::vector<std::size_t>> members;  // of each instance
   for (std::size_t i = 0; i < instances.size(); ++i) members[instances[i]].push_back(i);
@@ -68,9 +69,9 @@ std::vector<int> groupsOfInstances(const std::vector<int>& classes, const std::v
   std::vector<int> groups(instances.size());
   int group = 0;
   for (const auto& [instance, samples] : members) {
-    const std::size_t least = instancesOf[mainClass[instance]] > 1 ? 1 : std::max(pieces, 1);
-    for (const TemporalSegment& run : cut({{0, samples.size()}}, least)) {
-      for (std::size_t i = 0; i < run.size; ++i) groups[samples[run.first + i]] = group;
+    const std::size_t minPieces = instancesOf[mainClass[instance]] > 1 ? 1 : std::max(pieces, 1);
+    for (const TemporalSegment& piece : cut({{0, samples.size()}}, minPieces)) {
+      for (std::size_t i = 0; i < piece.size; ++i) groups[samples[piece.first + i]] = group;
       ++group;
     }
   }
@@ -103,7 +104,7 @@ std::vector<int> groupedFolds(const std::vector<int>& classes, const std::vector
   std::map<int, int> foldOf;
   for (const int group : order) {
     std::size_t best = 0;
-    double least = std::numeric_limits<double>::infinity();
+    double minCost = std::numeric_limits<double>::infinity();
     for (std::size_t f = 0; f < shares.size(); ++f) {
       double cost = 0;
       for (const auto& [c, count] : counts[group]) {
@@ -111,8 +112,8 @@ std::vector<int> groupedFolds(const std::vector<int>& classes, const std::vector
         cost += part * (part + 2 * shares[f][c]);
       }
       cost += 1e-9 * sizes[f];  // among equals the emptiest
-      if (cost < least) {
-        least = cost;
+      if (cost < minCost) {
+        minCost = cost;
         best = f;
       }
     }

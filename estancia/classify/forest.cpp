@@ -44,8 +44,7 @@ class Forest final : public Classifier {
   DescriptorMatrix predict(const DescriptorMatrix& x, int threads) const override {
     const auto k = static_cast<std::size_t>(classes);
     std::vector<float> all(x.size() * k);
-    Progress silent;
-    inParallel((x.size() + rowsAtOnce - 1) / rowsAtOnce, threads, silent,
+    inParallel((x.size() + rowsAtOnce - 1) / rowsAtOnce, threads, Progress::none(),
                "stopped while rooms were predicted", [&](std::size_t task) {
                  const std::size_t end = std::min(x.size(), (task + 1) * rowsAtOnce);
                  for (const std::uint32_t root : trees.roots)

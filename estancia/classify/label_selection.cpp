@@ -1,13 +1,13 @@
 #include "estancia/classify/label_selection.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numeric>
 #include <span>
+#include <string_view>
 
 #include "estancia/core/error.hpp"
 
@@ -35,7 +35,7 @@ Rooms roomsOf(const std::vector<Frame>& frames) {
     ++rooms.counts[static_cast<std::size_t>(rooms.of.back())];
     ++rooms.total;
   }
-  if (rooms.counts.empty()) throw Error("no frame has a room to learn from; give a table of rooms (--rooms)");
+  if (rooms.counts.empty()) throw Error(ErrorCode::insufficientData, "no frame has a known room; give a table of rooms (--rooms)");
   return rooms;
 }
 
@@ -82,9 +82,8 @@ Scores chiSquared(const Features& training) {
     for (std::size_t c = 0; c < columns; ++c) {
       const float value = training.values.row(i)[c];
       if (value < 0)
-        throw Error(
-            fmt::format("{}: column {} is {}, and χ² counts only what is not negative; select by "
-                        "mutual-information",
+        throw Error(ErrorCode::invalidInput,
+            fmt::format("{}: column {} is {}, and chi2 needs 0 or more; select by mutual-information",
                         training.frames[i].name, c, value));
       observed[static_cast<std::size_t>(rooms.of[i])][c] += value;
     }
@@ -102,47 +101,42 @@ Scores chiSquared(const Features& training) {
 }
 
 struct Criterion {
-  const char *name, *explanation;
+  std::string_view name;
+  const char* explanation;
   Scores (*scores)(const Features&);
 };
 
 constexpr Criterion criteria[] = {
-    {"mean", "labels that are seen most, as in the thesis", means},
-    {"mutual-information", "labels whose value tells most about the room", mutualInformation},
-    {"chi2", "labels whose sums differ most from room to room", chiSquared},
+    {"mean", "labels with the largest mean, as in the thesis", means},
+    {"mutual-information", "labels with the largest mutual information with the room", mutualInformation},
+    {"chi2", "labels whose sums differ most between rooms", chiSquared},
 };
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::string>> selectionCriteria() {
-  std::vector<std::pair<std::string, std::string>> all;
-  for (const Criterion& criterion : criteria) all.emplace_back(criterion.name, criterion.explanation);
+Choices selectionCriteria() {
+  Choices all;
+  for (const Criterion& criterion : criteria) all.push_back({std::string(criterion.name), criterion.explanation});
   return all;
 }
 
 std::vector<double> columnScores(const Features& training, const std::string& criterion) {
-  if (training.values.size() == 0) throw Error("there are no frames to select labels by");
-  std::vector<std::string> known;
-  for (const Criterion& one : criteria) {
-    known.emplace_back(one.name);
-    if (criterion != one.name) continue;
-    for (std::size_t i = 0; i < training.values.size(); ++i)
-      for (const float value : training.values.row(i))
-        if (!std::isfinite(value))
-          throw Error(fmt::format("{}: a value is {}; describe the frame again or leave it out",
-                                  training.frames[i].name, value));
-    return one.scores(training);
-  }
-  throw Error(
-      fmt::format("labels cannot be selected by \"{}\"; there are {}", criterion, fmt::join(known, ", ")));
+  requireChoice("criterion", criterion, selectionCriteria());
+  if (training.values.size() == 0)
+    throw Error(ErrorCode::insufficientData, "there are no frames to select labels by; give some");
+  for (std::size_t i = 0; i < training.values.size(); ++i)
+    for (const float value : training.values.row(i))
+      if (!std::isfinite(value))
+        throw Error(ErrorCode::invalidInput, fmt::format("{}: a value is {}; describe the frame again or leave it out",
+                                training.frames[i].name, value));
+  return std::ranges::find(criteria, criterion, &Criterion::name)->scores(training);
 }
 
 std::vector<std::size_t> selectColumns(const Features& training, const std::string& criterion,
                                        std::size_t count) {
   const Scores scores = columnScores(training, criterion);
   if (count == 0 || count > scores.size())
-    throw Error(fmt::format("{} labels cannot be selected, {} has {}; choose 1 to {}", count, training.name(),
-                            scores.size(), scores.size()));
+    throw Error(ErrorCode::invalidInput, fmt::format("cannot select {} of the {} columns of {}; choose 1 to {}", count, scores.size(), training.name(), scores.size()));
   std::vector<std::size_t> order(scores.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
@@ -155,8 +149,8 @@ Features withColumns(const Features& features, std::vector<std::size_t> columns)
   std::sort(columns.begin(), columns.end());
   columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
   if (columns.empty() || columns.back() >= features.values.labels())
-    throw Error(fmt::format("columns 0 … {} can be taken, not {}", features.values.labels() - 1,
-                            columns.empty() ? "none" : fmt::format("{}", columns.back())));
+    throw Error(ErrorCode::invalidInput, fmt::format("the selected columns end with {}; choose from 0 to {}",
+                            columns.empty() ? "none" : fmt::format("{}", columns.back()), features.values.labels() - 1));
   Features result{{}, features.frames, DescriptorMatrix(columns.size())};
   std::size_t first = 0;
   for (const DescriptorPart& whole : features.parts) {

@@ -113,7 +113,7 @@ class LinearSamples {
       for (const auto* row : known) start.push_back((*row)[w]);
     how.init_sol = start.empty() ? nullptr : start.data();
     if (const char* wrong = check_parameter(&all, &how); wrong != nullptr)
-      throw Error(fmt::format("liblinear refuses to train: {}", wrong));
+      throw Error(ErrorCode::invalidInput, fmt::format("liblinear does not train: {}", wrong));
     const std::unique_ptr<model, void (*)(model*)> trained(::train(&all, &how),
                                                            [](model* m) { free_and_destroy_model(&m); });
     Weights result(classWeight.size());
@@ -227,7 +227,7 @@ std::unique_ptr<Classifier> trainLinear(const Samples& samples, const Classifier
   return std::make_unique<Linear>(
       matrix, std::move(bias),
       fmt::format("C {:.4g}: {}", best,
-                  heldOut(most / static_cast<double>(search.size() * Search::repetitions), options)));
+                  heldOutText(most / static_cast<double>(search.size() * Search::repetitions), options)));
 }
 
 std::unique_ptr<Classifier> readLinear(ByteReader& in) {
@@ -235,7 +235,7 @@ std::unique_ptr<Classifier> readLinear(ByteReader& in) {
   std::vector<double> bias = in.numbers<double>();
   if (bias.size() != weights.size() ||
       !std::all_of(bias.begin(), bias.end(), [](double b) { return std::isfinite(b); }))
-    in.fail("it is damaged (its weights are not sound)");
+    in.fail("it is damaged (its weights are invalid)");
   std::string chosen = in.text();
   return std::make_unique<Linear>(weights, std::move(bias), std::move(chosen));
 }

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t digits = 64;  // of a SHA-256
-constexpr std::size_t mostBytes = std::size_t{64} << 30;
+constexpr std::size_t maxBytes = std::size_t{64} << 30;
 
 }  // namespace
 
@@ -28,23 +28,23 @@ void writeModelFile(const fs::path& file, const ModelFileKind& kind, std::string
 }
 
 ModelFileReader::ModelFileReader(const fs::path& file, const ModelFileKind& kind)
-    : bytes_(io::readBytes(file, mostBytes)),
+    : bytes_(io::readBytes(file, maxBytes)),
       in_(bytes_, io::printable(file.string()), fmt::format("train the {} again", kind.noun)) {
   const std::string name = io::printable(file.string());
   if (!bytes_.starts_with(kind.magic))
-    throw Error(fmt::format("{}: no {}; give one that `{}` has written", name, kind.noun, kind.command));
+    throw Error(ErrorCode::unsupportedFile, fmt::format("{} is not a {}; give one that `{}` has written", name, kind.noun, kind.command));
   in_.raw(kind.magic.size());
   if (const auto found = in_.number<std::uint32_t>(); found != kind.version)
-    throw Error(fmt::format("{}: this {} is of version {}, this program reads version {}; update Estancia",
+    throw Error(ErrorCode::unsupportedFile, fmt::format("{}: this {} has version {}, this program reads version {}; train it again or update Estancia",
                             name, kind.noun, found, kind.version));
   const std::string digest(in_.raw(digits));
   if (sha256(std::string_view(bytes_).substr(bytes_.size() - in_.remaining())) != digest)
-    in_.fail("it is cut short or damaged (its digest is another)");
+    in_.fail("it is damaged (its digest differs)", ErrorCode::corruptFile);
 }
 
 void ModelFileReader::requirePrintable(const std::vector<std::string>& texts) const {
   for (const std::string& text : texts)
-    if (io::printable(text) != text) in_.fail("a name in it holds control characters or is no UTF-8");
+    if (io::printable(text) != text) in_.fail("a name has control characters or is not UTF-8");
 }
 
 std::pair<FeatureEmbedding, std::shared_ptr<const Classifier>> ModelFileReader::classifier(

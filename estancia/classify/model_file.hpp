@@ -1,4 +1,4 @@
-// What the files of all learned models have in common: a name, a version, and a digest of the rest.
+// Model file: magic, version and digest around a trained model.
 #pragma once
 
 #include <cstdint>
@@ -16,30 +16,33 @@
 namespace estancia {
 
 struct ModelFileKind {
-  std::string_view magic;    ///< eight bytes that the file begins with
-  std::uint32_t version;     ///< that is written, and the only one that is read
-  std::string_view noun;     ///< for messages: "room classifier"
-  std::string_view command;  ///< that writes it: "estancia classify train"
+  /// The first eight bytes of the file.
+  std::string_view magic;
+  /// The version that is written, and the only one that is read.
+  std::uint32_t version;
+  /// For messages: "room classifier".
+  std::string_view noun;
+  /// The command that writes it: "estancia classify train".
+  std::string_view command;
 };
 
-/// Writes the content whole or not at all. Throws Error as writeWhole() does.
+/// Writes atomically. Throws Error as writeWhole().
 void writeModelFile(const std::filesystem::path& file, const ModelFileKind& kind, std::string_view content);
 
-/// A model file that is open: of the right kind and version, and not damaged by accident. What stands in it
-/// may still be a forgery.
+/// An open model file of the right kind and version, whose digest is right. Its content may still be hostile.
 class ModelFileReader {
  public:
-  /// Throws Error unless it is such a file.
+  /// Throws Error (unsupportedFile, corruptFile, fileUnreadable).
   ModelFileReader(const std::filesystem::path& file, const ModelFileKind& kind);
 
   ModelFileReader(const ModelFileReader&) = delete;
   ModelFileReader& operator=(const ModelFileReader&) = delete;
 
   ByteReader& content() { return in_; }
-  /// Throws Error unless all of these can be shown on a terminal.
+  /// Throws Error (malformedFile) unless all texts are UTF-8 without control characters.
   void requirePrintable(const std::vector<std::string>& texts) const;
-  /// The embedding and the classifier of its coordinates that end the content. Throws Error when something
-  /// follows, and unless they fit each other and so many classes.
+  /// The embedding and the classifier at the end of the content. Throws Error (malformedFile) when anything
+  /// follows, and unless they fit each other and the number of classes.
   std::pair<FeatureEmbedding, std::shared_ptr<const Classifier>> classifier(std::size_t classes);
 
  private:
@@ -47,7 +50,7 @@ class ModelFileReader {
   ByteReader in_;
 };
 
-/// Whether the file begins as one does, sound or not, whatever its name.
+/// Whether the file begins with the magic.
 bool isModelFile(const std::filesystem::path& file, const ModelFileKind& kind);
 
 }  // namespace estancia

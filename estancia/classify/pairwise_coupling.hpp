@@ -1,4 +1,4 @@
-// Decision values of pairs of classes → probabilities of all classes.
+// Pairwise coupling: decision values of pairs of classes → probabilities of all classes (Platt; Wu, Lin & Weng).
 #pragma once
 
 #include <cstddef>

@@ -11,11 +11,11 @@
 namespace estancia {
 namespace {
 
-std::vector<std::size_t> searched(const Samples& samples, std::size_t most) {
+std::vector<std::size_t> searched(const Samples& samples, std::size_t maxSamples) {
   std::vector<std::vector<std::size_t>> ofClass(static_cast<std::size_t>(samples.classCount));
   for (std::size_t i = 0; i < samples.classes.size(); ++i)
     ofClass[static_cast<std::size_t>(samples.classes[i])].push_back(i);
-  const double step = std::max(1.0, static_cast<double>(samples.classes.size()) / static_cast<double>(most));
+  const double step = std::max(1.0, static_cast<double>(samples.classes.size()) / static_cast<double>(maxSamples));
   std::vector<std::size_t> rows;
   for (const auto& members : ofClass)
     for (double at = 0; at < static_cast<double>(members.size()); at += step)
@@ -35,10 +35,10 @@ std::vector<float> productsOf(const DescriptorMatrix& x, int threads) {
   return products;
 }
 
-Search searchOf(const Samples& samples, const ClassifierOptions& options, std::size_t most) {
+Search searchOf(const Samples& samples, const ClassifierOptions& options, std::size_t maxSamples) {
   Search search;
   std::vector<int> groups;
-  const std::vector<std::size_t> rows = searched(samples, most);
+  const std::vector<std::size_t> rows = searched(samples, maxSamples);
   search.x = rowsOf(samples.x, rows);
   for (const std::size_t row : rows) {
     search.classes.push_back(samples.classes[row]);
@@ -50,9 +50,9 @@ Search searchOf(const Samples& samples, const ClassifierOptions& options, std::s
   return search;
 }
 
-std::string heldOut(double share, const ClassifierOptions& options) {
-  return fmt::format("{:.1f} % of what was held out{}", 100 * share,
-                     options.balanced ? ", each class counting alike" : "");
+std::string heldOutText(double share, const ClassifierOptions& options) {
+  return fmt::format("{:.1f} % of held-out samples{}", 100 * share,
+                     options.balanced ? ", with equal weights of the classes" : "");
 }
 
 }  // namespace estancia

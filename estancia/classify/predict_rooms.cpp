@@ -7,6 +7,7 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "estancia/classify/embedding.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/describe/table_features.hpp"
 
@@ -19,7 +20,7 @@ std::unordered_map<std::string_view, std::size_t> placesOf(const std::vector<Fra
   return places;
 }
 
-/// The frames of `left` that `right` holds, too, with the parts of both.
+/// The frames that `left` and `right` share, with the parts of both.
 Features joined(const Features& left, const Features& right) {
   Features both{left.parts, {}, DescriptorMatrix(left.values.labels() + right.values.labels())};
   both.parts.insert(both.parts.end(), right.parts.begin(), right.parts.end());
@@ -54,18 +55,17 @@ void requireDescribable(const RoomClassifier& classifier) {
   for (const PartEmbedding& learned : classifier.embedding().parts()) {
     const std::string& name = learned.part.name;
     if (isOfTable(learned.part))
-      throw Error(
-          fmt::format("the room classifier has learned from {} {} of a table, which no image has; give a "
-                      "table with the same columns, or train on images",
+      throw Error(ErrorCode::mismatch,
+          fmt::format("the room classifier was trained on {} {} of a table; give a table with the same columns, "
+                      "or train on images",
                       learned.part.size() == 1 ? "the column" : "the columns", name));
     if (findDescriptor(name)) continue;
     try {
       getModelFolder(name);
     } catch (const Error& e) {
-      throw Error(
-          fmt::format("the room classifier has learned from {}: {}; install it by `estancia models get {}` "
-                      "or `estancia models add FOLDER`, or give words of it (`*.labels` …) instead of "
-                      "images",
+      throw Error(e.code(),
+          fmt::format("the room classifier was trained on {}: {}; install it by `estancia models get {}` "
+                      "or `estancia models add FOLDER`, or give its labels (`*.labels` …) instead of images",
                       name, e.what(), name));
     }
   }
@@ -77,33 +77,32 @@ void requireDescribable(const RoomClassifier& classifier, const Sequence& sequen
     const auto descriptor = findDescriptor(learned.part.name);
     if (!descriptor || !descriptor->needsDepth()) continue;
     if (!sequence.hasDepth())
-      throw Error(
-          fmt::format("{}: the room classifier has learned from {}, which needs depth, and there is none; "
-                      "give one that has learned from other descriptors",
+      throw Error(ErrorCode::invalidInput,
+          fmt::format("{} has no depth, which the room classifier's {} needs; give one that was trained on "
+                      "other descriptors",
                       sequence.name(), learned.part.name));
     if (!sequence.intrinsics())
-      throw Error(
-          fmt::format("{}: the room classifier has learned from {}, which needs to know the depth "
-                      "camera; give its intrinsics",
+      throw Error(ErrorCode::invalidInput,
+          fmt::format("{} has no depth camera, which the room classifier's {} needs; give its intrinsics",
                       sequence.name(), learned.part.name));
   }
 }
 
-void requireParts(const RoomClassifier& classifier, const std::vector<DescriptorPart>& words) {
+void requireParts(const RoomClassifier& classifier, const std::vector<DescriptorPart>& parts) {
   for (const PartEmbedding& learned : classifier.embedding().parts())
-    if (std::ranges::none_of(words, [&](const DescriptorPart& part) {
+    if (std::ranges::none_of(parts, [&](const DescriptorPart& part) {
           return part.name == learned.part.name && part.identity == learned.part.identity;
         }))
-      throw Error(
-          fmt::format("the room classifier needs {} ({}), which is not in these words; give the images "
-                      "instead, or a classifier that has learned from such words",
+      throw Error(ErrorCode::mismatch,
+          fmt::format("the room classifier needs {} ({}), which is not among these labels; give the images "
+                      "instead, or a classifier that was trained on such labels",
                       learned.part.name, learned.part.identity));
 }
 
 RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& features,
                              const std::vector<Frame>& frames, int threads) {
   const std::size_t rooms = classifier.rooms().size();
-  const DescriptorMatrix said = classifier.predict(features, threads);
+  const DescriptorMatrix probabilities = classifier.predict(features, threads);
   const auto places = placesOf(features.frames);
   RoomPredictions predictions{nameOf(classifier), classifier.rooms(), DescriptorMatrix(rooms)};
   predictions.probabilities.reserve(frames.size());
@@ -111,34 +110,33 @@ RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& f
   for (const Frame& frame : frames) {
     const auto found = places.find(frame.name);
     predictions.probabilities.append(found == places.end() ? DescriptorView(nothing)
-                                                           : said.row(found->second));
+                                                           : probabilities.row(found->second));
   }
   return predictions;
 }
 
-Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence& words,
+Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence& labels,
                      const Sequence* sequence, const DescribeOptions& options, Progress& progress,
                      std::vector<std::string>* problems) {
-  const Features known = featuresOf(words);
+  const Features known = featuresOf(labels);
   std::vector<std::string> taken, missing;
-  bool unlike = false;  // a part of the same name is another
+  bool differs = false;  // a part of the same name is another
   for (const PartEmbedding& learned : classifier.embedding().parts()) {
     const auto found = std::ranges::find(known.parts, learned.part.name, &DescriptorPart::name);
     const bool same = found != known.parts.end() && found->identity == learned.part.identity;
-    unlike = unlike || (found != known.parts.end() && !same);
+    differs = differs || (found != known.parts.end() && !same);
     (same ? taken : missing).push_back(learned.part.name);
   }
-  if (missing.empty() || (sequence == nullptr && unlike)) return known;  // predict() says what is unlike
+  if (missing.empty() || (sequence == nullptr && differs)) return known;  // predict() says what differs
   if (sequence == nullptr)
-    throw Error(fmt::format("the room classifier needs {}, which is not in these words; give the images, too",
+    throw Error(ErrorCode::mismatch, fmt::format("the room classifier needs {}, which is not among these labels; give the images, too",
                             fmt::join(missing, "+")));
   Features described =
       describeSequence(*sequence, fmt::format("{}", fmt::join(missing, "+")), options, progress, problems);
   Features both = taken.empty() ? std::move(described) : joined(withParts(known, taken), described);
   if (both.frames.empty())
-    throw Error(
-        fmt::format("{}: none of its images is one of those whose words are known; give the images "
-                    "that these were made of",
+    throw Error(ErrorCode::mismatch,
+        fmt::format("{} has none of the labeled images; give those that were labeled",
                     sequence->name()));
   return both;
 }

@@ -5,11 +5,15 @@
 
 #include <algorithm>
 #include <map>
+#include <mutex>
 #include <utility>
 
+#include "estancia/classify/embedding.hpp"
 #include "estancia/classify/folds.hpp"
 #include "estancia/classify/model_file.hpp"
+#include "estancia/classify/predict_rooms.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/describe/load_descriptor.hpp"
 #include "estancia/describe/table_features.hpp"
 
 namespace estancia {
@@ -26,24 +30,22 @@ Features withRooms(const Features& features) {
   return withRows(features, rows);
 }
 
-std::vector<std::string> roomsOf(const std::vector<Frame>& frames) {
+std::vector<std::string> roomNames(const std::vector<Frame>& frames) {
   std::map<std::string, std::size_t> images;
   for (const Frame& frame : frames) ++images[frame.room];
   std::vector<std::string> rooms;
   for (const auto& [room, count] : images) {
     if (count < 2)
-      throw Error(fmt::format("room \"{}\" has one image only, {}; give it more, or leave it out", room,
+      throw Error(ErrorCode::insufficientData, fmt::format("room \"{}\" has one image only, {}; give it more, or leave it out", room,
                               std::find_if(frames.begin(), frames.end(), [&r = room](const Frame& frame) {
                                 return frame.room == r;
                               })->name));
     rooms.push_back(room);
   }
   if (rooms.size() < 2)
-    throw Error(rooms.empty()
-                    ? "no image has a room to learn; give a table of rooms (--rooms)"
-                    : fmt::format("all images are of one room, \"{}\"; a classifier needs two or more "
-                                  "to tell apart",
-                                  rooms.front()));
+    throw Error(ErrorCode::insufficientData, rooms.empty()
+                    ? "no image has a known room; give a table of rooms (--rooms)"
+                    : fmt::format("all images are of one room, \"{}\"; give images of two or more", rooms.front()));
   return rooms;
 }
 
@@ -58,53 +60,69 @@ std::string lackingOf(const std::vector<std::string>& columns, const std::vector
   return lacking.empty() ? "none" : fmt::format("{}{}", fmt::join(lacking, ", "), more ? " …" : "");
 }
 
-/// Of tables: what differs tells more than two digests.
+/// For tables: the columns that differ tell more than two digests.
 void requireSameColumns(const DescriptorPart& learned, const std::vector<DescriptorPart>& parts) {
   const auto found = std::ranges::find(parts, learned.name, &DescriptorPart::name);
   if (found == parts.end() || !isOfTable(learned) || !isOfTable(*found) || found->columns == learned.columns)
     return;
-  throw Error(
-      fmt::format("this room classifier has learned from a table whose part {} has {} columns, but here it "
-                  "has {} (only there: {}; only here: {}); give the same columns in the same order, or train "
-                  "anew",
+  throw Error(ErrorCode::mismatch,
+      fmt::format("this room classifier was trained on a table whose part {} has {} columns, but this one has {} "
+                  "(missing: {}; new: {}); give the same columns in the same order, or train again",
                   learned.name, learned.size(), found->size(), lackingOf(learned.columns, found->columns),
                   lackingOf(found->columns, learned.columns)));
 }
 
 }  // namespace
 
-RoomClassifier::RoomClassifier(std::vector<std::string> rooms, FeatureEmbedding embedding,
-                               std::shared_ptr<const Classifier> classifier)
-    : rooms_(std::move(rooms)), embedding_(std::move(embedding)), classifier_(std::move(classifier)) {}
+struct RoomClassifier::Learned {
+  std::vector<std::string> rooms;
+  FeatureEmbedding embedding;
+  std::shared_ptr<const Classifier> classifier;
+  mutable std::once_flag loading = {};
+  mutable std::unique_ptr<Descriptor> descriptor = {};
+};
 
-RoomClassifier RoomClassifier::train(const Features& features, const ClassifierOptions& options,
-                                     Progress& progress) {
-  const Features known = withRooms(features);
-  std::vector<std::string> rooms = roomsOf(known.frames);
-  FeatureEmbedding embedding = FeatureEmbedding::learn(known);
-  Samples samples{
-      embedding.apply(known), {}, runsOfRooms(known.frames, options.folds), static_cast<int>(rooms.size())};
-  for (const Frame& frame : known.frames)
-    samples.classes.push_back(
-        static_cast<int>(std::lower_bound(rooms.begin(), rooms.end(), frame.room) - rooms.begin()));
-  return {std::move(rooms), std::move(embedding), trainClassifier(samples, options, progress)};
+const std::vector<std::string>& RoomClassifier::rooms() const {
+  return learned_->rooms;
+}
+
+const FeatureEmbedding& RoomClassifier::embedding() const {
+  return learned_->embedding;
+}
+
+const Classifier& RoomClassifier::classifier() const {
+  return *learned_->classifier;
+}
+
+std::vector<RoomProbability> RoomClassifier::predict(const cv::Mat& image) const {
+  std::call_once(learned_->loading, [this] {
+    requireDescribable(*this);
+    learned_->descriptor = loadDescriptor(descriptorOf(*this));
+  });
+  const Features features = featuresOf(*learned_->descriptor, {.image = image});
+  return rankedRooms({.classifier = "", .rooms = rooms(), .probabilities = predict(features, 1)}, 0);
 }
 
 DescriptorMatrix RoomClassifier::predict(const Features& features, int threads) const {
-  for (const PartEmbedding& learned : embedding_.parts()) requireSameColumns(learned.part, features.parts);
-  return classifier_->predict(embedding_.apply(features), threads);
+  for (const PartEmbedding& learned : embedding().parts()) requireSameColumns(learned.part, features.parts);
+  return classifier().predict(embedding().apply(features), threads);
 }
 
-void RoomClassifier::save(const fs::path& file) const {
-  ByteWriter content;
-  content.number(static_cast<std::uint64_t>(rooms_.size()));
-  for (const std::string& room : rooms_) content.text(room);
-  embedding_.write(content);
-  classifier_->write(content);
-  writeModelFile(file, kind, content.bytes());
+RoomClassifier trainRoomClassifier(const Features& features, const ClassifierOptions& options,
+                                   Progress& progress) {
+  const Features known = withRooms(features);
+  std::vector<std::string> rooms = roomNames(known.frames);
+  FeatureEmbedding embedding = FeatureEmbedding::learn(known);
+  Samples samples{
+      embedding.apply(known), {}, segmentGroups(known.frames, options.folds), static_cast<int>(rooms.size())};
+  for (const Frame& frame : known.frames)
+    samples.classes.push_back(
+        static_cast<int>(std::lower_bound(rooms.begin(), rooms.end(), frame.room) - rooms.begin()));
+  return RoomClassifier(std::make_shared<RoomClassifier::Learned>(
+      std::move(rooms), std::move(embedding), trainClassifier(samples, options, progress)));
 }
 
-RoomClassifier RoomClassifier::load(const fs::path& file) {
+RoomClassifier readRoomClassifier(const fs::path& file) {
   ModelFileReader model(file, kind);
   ByteReader& in = model.content();
   const std::size_t count = in.count(sizeof(std::uint32_t));
@@ -112,7 +130,17 @@ RoomClassifier RoomClassifier::load(const fs::path& file) {
   for (std::size_t i = 0; i < count; ++i) rooms.push_back(in.text());
   model.requirePrintable(rooms);
   auto [embedding, classifier] = model.classifier(count);
-  return {std::move(rooms), std::move(embedding), std::move(classifier)};
+  return RoomClassifier(
+      std::make_shared<RoomClassifier::Learned>(std::move(rooms), std::move(embedding), std::move(classifier)));
+}
+
+void writeRoomClassifier(const RoomClassifier& classifier, const fs::path& file) {
+  ByteWriter content;
+  content.number(static_cast<std::uint64_t>(classifier.rooms().size()));
+  for (const std::string& room : classifier.rooms()) content.text(room);
+  classifier.embedding().write(content);
+  classifier.classifier().write(content);
+  writeModelFile(file, kind, content.bytes());
 }
 
 bool isRoomClassifier(const fs::path& file) {

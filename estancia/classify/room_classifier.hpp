@@ -1,52 +1,62 @@
-// Which room is this: descriptors in, names of rooms with probabilities out.
+// Room classifier: names the room of an image or a frame, with probabilities.
 #pragma once
 
 #include <filesystem>
 #include <memory>
+#include <opencv2/core/mat.hpp>
 #include <string>
 #include <vector>
 
 #include "estancia/classify/classifier.hpp"
-#include "estancia/classify/embedding.hpp"
+#include "estancia/core/room_predictions.hpp"
 #include "estancia/describe/features.hpp"
 
 namespace estancia {
 
-/// A classifier of rooms with all that it needs to know of its input: the parts of the descriptor, how each
-/// is embedded and standardized, the names of the rooms. Learned from training data alone. Cheap to copy.
+class FeatureEmbedding;
+
+/// A classifier of rooms with its descriptors, their embedding, and the names of the rooms. Cheap to copy; safe
+/// to use from several threads.
+///
+///     const auto rooms = estancia::readRoomClassifier("home.classifier");
+///     for (const auto& [room, p] : rooms.predict(image)) std::printf("%s %.2f\n", room.c_str(), p);
 class RoomClassifier {
  public:
-  /// Learns the rooms of frames[i].room; frames without are left out. Throws Error when there are fewer than
-  /// two rooms, a room has one image only, or a value is not finite (naming frame and column); Interrupted.
-  static RoomClassifier train(const Features& features, const ClassifierOptions& options, Progress& progress);
+  struct Learned;
+  explicit RoomClassifier(std::shared_ptr<const Learned> learned) : learned_(std::move(learned)) {}
 
-  const std::vector<std::string>& rooms() const { return rooms_; }  ///< sorted
-  const FeatureEmbedding& embedding() const {
-    return embedding_;
-  }  ///< the parts, and what was learned of each
-  const Classifier& classifier() const { return *classifier_; }
-  /// What was chosen and how well it did in cross-validation: "C 10, gamma 0.5: 77.1 % of what was held out".
-  std::string choice() const { return classifier_->choice(); }
+  /// Sorted.
+  const std::vector<std::string>& rooms() const;
+  const FeatureEmbedding& embedding() const;
+  const Classifier& classifier() const;
+  /// Parameters and their cross-validation accuracy: "C 10, gamma 0.5: 77.1 % of held-out samples".
+  std::string choice() const { return classifier().choice(); }
 
-  /// N × rooms probabilities that add up to 1. The features may hold more parts than needed, in any order.
-  /// Throws Error saying what differs when a part is missing or is another (model, vocabulary, parameters).
+  /// The rooms of an image (BGR, 8 bits), best first; the probabilities add up to 1. Loads the descriptors on
+  /// the first call. Throws Error when they are not installed, need depth, or are others than in training.
+  std::vector<RoomProbability> predict(const cv::Mat& image) const;
+
+  /// N × rooms probabilities that add up to 1. The features may have more parts than needed, in any order.
+  /// Throws Error (mismatch) when a part is missing or another (model, vocabulary, parameters).
   DescriptorMatrix predict(const Features& features, int threads = 0) const;
 
-  /// Versioned and checked; written whole or not at all. load() throws Error on anything that save() did not
-  /// write, or a newer version wrote.
-  void save(const std::filesystem::path& file) const;
-  static RoomClassifier load(const std::filesystem::path& file);
-
  private:
-  RoomClassifier(std::vector<std::string> rooms, FeatureEmbedding embedding,
-                 std::shared_ptr<const Classifier> classifier);
-
-  std::vector<std::string> rooms_;
-  FeatureEmbedding embedding_;
-  std::shared_ptr<const Classifier> classifier_;
+  std::shared_ptr<const Learned> learned_;
 };
 
-/// Whether the file begins as a room classifier does, sound or not, whatever its name.
+/// Learns the rooms of frames[i].room; frames without are left out. Throws Error when there are fewer than two
+/// rooms, or a room has one image only (insufficientData), or a value is not finite (invalidInput);
+/// Interrupted.
+RoomClassifier trainRoomClassifier(const Features& features, const ClassifierOptions& options = {},
+                                   Progress& progress = Progress::none());
+
+/// Throws Error (fileUnreadable, unsupportedFile, corruptFile, malformedFile).
+RoomClassifier readRoomClassifier(const std::filesystem::path& file);
+
+/// Writes atomically. Throws Error (fileUnwritable).
+void writeRoomClassifier(const RoomClassifier& classifier, const std::filesystem::path& file);
+
+/// Whether the file begins as a room classifier, whatever its name.
 bool isRoomClassifier(const std::filesystem::path& file);
 
 }  // namespace estancia

@@ -86,7 +86,7 @@ DescriptorMatrix Svm::predict(const DescriptorMatrix& x, int threads) const {
 // ---- training
 
 /// What the held-out decisions of one C may take: with many classes, fewer samples are searched.
-constexpr std::size_t mostBytes = std::size_t{512} << 20;
+constexpr std::size_t maxBytes = std::size_t{512} << 20;
 constexpr std::size_t judgedAtOnce = 64;  // samples
 constexpr double costs[] = {0.1, 0.3, 1, 3, 10, 30};
 constexpr double highestCost = 800;
@@ -146,7 +146,7 @@ Sigmoid sigmoidOf(const Search& search, std::span<const float> decisionsOfAll, s
   return fitSigmoid(decisions, isFirst, weights);
 }
 
-struct Choice {
+struct Parameters {
   double c = 1;
   std::optional<double> gamma;
   double score = -1;                                      ///< share of held-out samples found right
@@ -165,13 +165,13 @@ std::size_t stepsOf(const Search& search, const ClassifierOptions& options) {
 
 /// Finds the sigmoids of a C from its decisions, and how good the probabilities are that they give.
 void judge(const Search& search, std::span<const float> decisions, const ClassifierOptions& options,
-           Progress& progress, Choice& choice) {
+           Progress& progress, Parameters& parameters) {
   const std::size_t k = search.weights.size(), pairs = pairsOf(search);
   const std::size_t samples = Search::repetitions * search.size();
-  choice.sigmoids.resize(pairs);
+  parameters.sigmoids.resize(pairs);
   inParallel(k, options.threads, progress, stopped, [&](std::size_t i) {
     for (std::size_t j = i + 1; j < k; ++j)
-      choice.sigmoids[pairIndex(i, j, k)] = sigmoidOf(search, decisions, i, j);
+      parameters.sigmoids[pairIndex(i, j, k)] = sigmoidOf(search, decisions, i, j);
   });
   std::vector<double> scores(samples), losses(samples);
   inParallel(
@@ -182,15 +182,15 @@ void judge(const Search& search, std::span<const float> decisions, const Classif
           std::vector<double> f(held.begin(), held.end());
           for (double& value : f)
             if (std::isnan(value)) value = 0;  // no machine, no opinion
-          const std::vector<double> p = coupled(f, choice.sigmoids, k);
+          const std::vector<double> p = coupled(f, parameters.sigmoids, k);
           const auto best = static_cast<std::size_t>(std::max_element(p.begin(), p.end()) - p.begin());
           const double weight = search.weights[truth] / static_cast<double>(samples);
           scores[s] = best == truth ? weight : 0;
           losses[s] = -std::log(std::max(p[truth], 1e-9)) * weight;
         }
       });
-  choice.score = std::accumulate(scores.begin(), scores.end(), 0.0);
-  choice.loss = std::accumulate(losses.begin(), losses.end(), 0.0);
+  parameters.score = std::accumulate(scores.begin(), scores.end(), 0.0);
+  parameters.loss = std::accumulate(losses.begin(), losses.end(), 0.0);
 }
 
 /// x xᵀ of what is searched, and its diagonal.
@@ -202,12 +202,12 @@ struct Products {
 /// than the share of hits, which moves in steps of one sample.
 void tryKernel(const Search& search, const Products& products, std::optional<double> gamma,
                std::span<const double> cs, const ClassifierOptions& options, Progress& progress,
-               Choice& best) {
+               Parameters& best) {
   const std::vector<float> kernel = kernelOf(products.products, products.norms, gamma);
   const SvmSamples samples(kernel, search.size());
   const std::size_t folds = static_cast<std::size_t>(options.folds), size = search.size() * pairsOf(search);
   const std::size_t each = Search::repetitions * size;  // decisions of one C
-  const std::size_t atOnce = std::clamp(mostBytes / (each * sizeof(float)), std::size_t{1}, cs.size());
+  const std::size_t atOnce = std::clamp(maxBytes / (each * sizeof(float)), std::size_t{1}, cs.size());
   std::vector<float> decisions(atOnce * each);
   for (std::size_t first = 0; first < cs.size(); first += atOnce) {
     const std::span<const double> some = cs.subspan(first, std::min(atOnce, cs.size() - first));
@@ -220,14 +220,14 @@ void tryKernel(const Search& search, const Products& products, std::optional<dou
                          std::span(decisions).subspan(c * each + r * size, size));
                });
     for (std::size_t c = 0; c < some.size(); ++c) {
-      Choice choice{some[c], gamma, 0, 0, {}};
-      judge(search, std::span(decisions).subspan(c * each, each), options, progress, choice);
-      if (choice.loss < best.loss - 1e-9) best = std::move(choice);
+      Parameters parameters{some[c], gamma, 0, 0, {}};
+      judge(search, std::span(decisions).subspan(c * each, each), options, progress, parameters);
+      if (parameters.loss < best.loss - 1e-9) best = std::move(parameters);
     }
   }
 }
 
-Choice choose(const Search& search, const ClassifierOptions& options, bool rbf, Progress& progress) {
+Parameters choose(const Search& search, const ClassifierOptions& options, bool rbf, Progress& progress) {
   // Their variance is the natural unit of squared distances.
   const double n = static_cast<double>(search.size());
   const Products products{productsOf(search.x, options.threads), squaredNorms(search.x)};
@@ -242,7 +242,7 @@ Choice choose(const Search& search, const ClassifierOptions& options, bool rbf, 
     for (const double gamma : gammas) kernels.emplace_back(gamma / (variance > 1e-12 ? variance : 1));
   const std::vector<double> cs =
       options.c ? std::vector<double>{*options.c} : std::vector<double>(std::begin(costs), std::end(costs));
-  Choice best;
+  Parameters best;
   progress.begin("choosing C and gamma", kernels.size() * cs.size() * stepsOf(search, options));
   for (const auto& gamma : kernels) tryKernel(search, products, gamma, cs, options, progress, best);
   progress.end();
@@ -255,10 +255,10 @@ Choice choose(const Search& search, const ClassifierOptions& options, bool rbf, 
   return best;
 }
 
-std::size_t mostSearched(const Samples& samples) {
+std::size_t maxSearched(const Samples& samples) {
   const auto k = static_cast<std::size_t>(samples.classCount);
   const std::size_t ofOne = Search::repetitions * (k * (k - 1) / 2) * sizeof(float);
-  return std::clamp(mostBytes / ofOne, std::size_t{1}, Search::most);
+  return std::clamp(maxBytes / ofOne, std::size_t{1}, Search::maxSamples);
 }
 
 /// Weights of each pair instead of its support vectors: the kernel of a linear machine is a product.
@@ -277,16 +277,16 @@ DescriptorMatrix weightsOf(const KernelMachines& machines, const DescriptorMatri
   return weights;
 }
 
-TrainedMachines trainOnAll(const Samples& samples, const Choice& choice, const ClassifierOptions& options) {
+TrainedMachines trainOnAll(const Samples& samples, const Parameters& parameters, const ClassifierOptions& options) {
   std::vector<std::size_t> rows(samples.x.size());
   std::iota(rows.begin(), rows.end(), std::size_t{0});
   const std::vector<double> weights = classWeights(samples, options.balanced);
   if (rows.size() * rows.size() * 24 < availableMemory() / 2) {
     const std::vector<float> kernel =
-        kernelOf(productsOf(samples.x, options.threads), squaredNorms(samples.x), choice.gamma);
-    return SvmSamples(kernel, rows.size()).train(rows, samples.classes, choice.c, weights);
+        kernelOf(productsOf(samples.x, options.threads), squaredNorms(samples.x), parameters.gamma);
+    return SvmSamples(kernel, rows.size()).train(rows, samples.classes, parameters.c, weights);
   }
-  return SvmSamples(samples.x, choice.gamma).train(rows, samples.classes, choice.c, weights);
+  return SvmSamples(samples.x, parameters.gamma).train(rows, samples.classes, parameters.c, weights);
 }
 
 }  // namespace
@@ -294,17 +294,17 @@ TrainedMachines trainOnAll(const Samples& samples, const Choice& choice, const C
 std::unique_ptr<Classifier> trainSvm(const Samples& samples, const ClassifierOptions& options,
                                      Progress& progress) {
   const bool rbf = options.type == "svm-rbf";
-  const Choice choice = choose(searchOf(samples, options, mostSearched(samples)), options, rbf, progress);
+  const Parameters parameters = choose(searchOf(samples, options, maxSearched(samples)), options, rbf, progress);
   TrainedMachines trained =
-      learnFromAll(samples, progress, [&] { return trainOnAll(samples, choice, options); });
+      learnFromAll(samples, progress, [&] { return trainOnAll(samples, parameters, options); });
   auto svm = std::make_unique<Svm>();
-  svm->gamma = choice.gamma;
+  svm->gamma = parameters.gamma;
   svm->machines = std::move(trained.machines);
   svm->vectors = rowsOf(samples.x, trained.vectors);
-  svm->sigmoids = choice.sigmoids;
+  svm->sigmoids = parameters.sigmoids;
   svm->chosen =
-      fmt::format("C {:.4g}{}: {}", choice.c, rbf ? fmt::format(", gamma {:.4g}", *choice.gamma) : "",
-                  heldOut(choice.score, options));
+      fmt::format("C {:.4g}{}: {}", parameters.c, rbf ? fmt::format(", gamma {:.4g}", *parameters.gamma) : "",
+                  heldOutText(parameters.score, options));
   if (!rbf) {
     svm->vectors = weightsOf(svm->machines, svm->vectors);
     svm->machines.coefficients.clear();

@@ -73,7 +73,7 @@ TrainedMachines SvmSamples::train(const std::vector<std::size_t>& rows, const st
   parameter.weight_label = labels.data();
   parameter.weight = costs.data();
   if (const char* wrong = svm_check_parameter(&problem, &parameter); wrong != nullptr)
-    throw Error(fmt::format("libsvm refuses to train: {}", wrong));
+    throw Error(ErrorCode::invalidInput, fmt::format("libsvm does not train: {}", wrong));
 
   const std::unique_ptr<svm_model, void (*)(svm_model*)> model(
       svm_train(&problem, &parameter), [](svm_model* m) { svm_free_and_destroy_model(&m); });

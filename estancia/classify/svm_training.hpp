@@ -1,4 +1,4 @@
-// libsvm at work: machines for all pairs of classes, from a kernel matrix that is computed once.
+// SVM training by libsvm: machines for all pairs of classes, from a kernel matrix computed once.
 #pragma once
 
 #include <cstddef>
@@ -14,9 +14,12 @@ namespace estancia {
 /// One machine a pair of classes i < j, all over the same support vectors:
 /// f_ij(x) = Σ coefficient · k(vector, x) − rho_ij, and f > 0 speaks for i (see pairIndex()).
 struct KernelMachines {
-  std::vector<std::size_t> starts;   ///< where the vectors of each class start; at the end, their number
-  std::vector<double> coefficients;  ///< (classes − 1) a vector: against each other class, ascending
-  std::vector<double> rho;           ///< one a pair
+  /// Where the vectors of each class start; at the end, their number.
+  std::vector<std::size_t> starts;
+  /// (classes − 1) a vector: against each other class, ascending.
+  std::vector<double> coefficients;
+  /// One a pair.
+  std::vector<double> rho;
 
   std::size_t classes() const { return starts.size() - 1; }
   /// f of all pairs; `kernel` holds k(vector, x) of all vectors.
@@ -25,8 +28,10 @@ struct KernelMachines {
 
 struct TrainedMachines {
   KernelMachines machines;
-  std::vector<int> classes;          ///< those that had samples, ascending; the machines count these
-  std::vector<std::size_t> vectors;  ///< which samples became support vectors, class by class
+  /// Those with samples, ascending; the machines number these.
+  std::vector<int> classes;
+  /// Support vectors, as samples, class by class.
+  std::vector<std::size_t> vectors;
 };
 
 /// Samples in the layout that libsvm reads, shared by all machines that learn from some of them.

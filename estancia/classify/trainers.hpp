@@ -1,4 +1,4 @@
-// The kinds of classifier, for classifier.cpp: one trainer and one reader each.
+// Trainers and readers of the types of classifier, for classifier.cpp.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace estancia {
 
-/// All trainers take samples that trainClassifier() has checked: each class 0 … classCount − 1 has one.
+/// Trainers get samples that trainClassifier() has checked: each class 0 … classCount − 1 has one.
 std::unique_ptr<Classifier> trainSvm(const Samples& samples, const ClassifierOptions& options,
                                      Progress& progress);
 std::unique_ptr<Classifier> readSvm(ByteReader& in);
@@ -28,14 +28,14 @@ std::unique_ptr<Classifier> readLinear(ByteReader& in);
 /// Σ weights of each class are equal, and of all samples N; all 1 unless balanced.
 std::vector<double> classWeights(const Samples& samples, bool balanced);
 
-/// The rows that are named, in that order.
+/// These rows, in that order.
 DescriptorMatrix rowsOf(const DescriptorMatrix& matrix, const std::vector<std::size_t>& rows);
 
 /// Rows of so many columns, one after the other.
 DescriptorMatrix matrixOf(std::span<const float> values, std::size_t columns);
 
 void writeMatrix(ByteWriter& out, const DescriptorMatrix& matrix);
-/// Throws Error when a value is not finite.
+/// Throws Error (malformedFile) when a value is not finite.
 DescriptorMatrix readMatrix(ByteReader& in);
 
 }  // namespace estancia

@@ -6,10 +6,10 @@
 
 namespace estancia {
 
-std::vector<std::pair<std::string, std::string>> descriptorTypes() {
-  return {{"phog", "pyramid histogram of oriented gradients (630): which way edges run, where"},
-          {"gist", "spatial envelope (512): how much goes on at which scale and direction, where"},
-          {"esf", "ensemble of shape functions (640), needs depth: the shape of what is seen"}};
+Choices descriptorTypes() {
+  return {{"phog", "pyramid histogram of oriented gradients (630): the directions of edges, by position"},
+          {"gist", "spatial envelope (512): filter energies by scale, direction and position"},
+          {"esf", "ensemble of shape functions (640), needs depth: the 3-D shape of the scene"}};
 }
 
 std::unique_ptr<Descriptor> findDescriptor(const std::string& name) {

@@ -1,4 +1,5 @@
-// A frame → numbers: the one interface of everything that describes, words included.
+// Image descriptor: turns a view (image, depth) into numbers; the common interface of labels, GIST, PHOG and
+// ESF.
 #pragma once
 
 #include <cstddef>
@@ -6,61 +7,71 @@
 #include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "estancia/core/camera.hpp"
+#include "estancia/core/choice.hpp"
 #include "estancia/core/point_cloud.hpp"
 
 namespace estancia {
 
 /// What the numbers of a part mean; it decides how they are compared.
 enum class PartKind {
-  probabilities,  ///< words: a distribution, or independent probabilities (a detector)
-  histogram,      ///< shares of a whole, ≥ 0 (PHOG, ESF)
-  energies,       ///< answers of filters, ≥ 0 (GIST), or any other measure
+  /// Labels: a distribution, or independent probabilities (a detector).
+  probabilities,
+  /// Shares of a whole, ≥ 0 (PHOG, ESF).
+  histogram,
+  /// Filter responses, ≥ 0 (GIST), or any other measure.
+  energies,
 };
 
-/// Numbers of one source. Descriptors that are put together ("inception-v3+gist") have several.
+/// Numbers of one source. Combined descriptors ("inception-v3+gist") have several parts.
 struct DescriptorPart {
-  std::string name;  ///< "gist", "inception-v3"
+  /// "gist", "inception-v3"
+  std::string name;
   PartKind kind = PartKind::energies;
-  std::vector<std::string> columns;  ///< one a number: the labels of a model; "gist 0", "gist 1" …
-  std::string identity;  ///< of all that the numbers depend on: parameters, seed, files of a network
+  /// One a number: the labels of a model; "gist 0", "gist 1" …
+  std::vector<std::string> columns;
+  /// Identifies all that the numbers depend on: parameters, seed, files of a network.
+  std::string identity;
 
   std::size_t size() const { return columns.size(); }
   bool operator==(const DescriptorPart&) const = default;
 };
 
-/// What there is to describe of one moment.
+/// The input of a descriptor.
 struct View {
-  cv::Mat image;  ///< BGR, 8 bits; empty unless needsImage()
-  cv::Mat depth;  ///< meters, CV_32F, 0 where there is none; empty unless needsDepth()
-  std::optional<CameraIntrinsics> camera;  ///< of depth
-  std::string frame;                       ///< its name in the sequence
+  /// BGR, 8 bits; empty unless needsImage().
+  cv::Mat image = {};
+  /// Meters, CV_32F, 0 for holes; empty unless needsDepth().
+  cv::Mat depth = {};
+  /// Of the depth image.
+  std::optional<CameraIntrinsics> camera = {};
+  /// Name of the frame in its sequence.
+  std::string frame = {};
 };
 
-/// Anything that turns a view into numbers: PHOG, GIST, ESF, or a labeler's words.
+/// PHOG, GIST, ESF, or the labels of a labeler. Safe to use from several threads.
 class Descriptor {
  public:
   virtual ~Descriptor() = default;
 
-  /// What the numbers are, in their order: one part, or several of what is put together. A labeler that
-  /// discovers words has those known so far.
+  /// The parts, in the order of the numbers: one, or several of a combined descriptor. A labeler that
+  /// discovers labels has those known so far.
   virtual std::vector<DescriptorPart> parts() const = 0;
   virtual bool needsImage() const { return true; }
   virtual bool needsDepth() const { return false; }
 
-  /// As many numbers as parts() have. Safe to call from several threads. Throws Error when this view cannot
-  /// be described (no depth, too few points …): the next may be.
+  /// As many numbers as parts() have. Throws Error (invalidInput, insufficientData) when this view cannot be
+  /// described (no depth, too few points …).
   virtual std::vector<float> describe(const View& view) const = 0;
 };
 
-/// The descriptors that are no words, each with one line of explanation: phog, gist, esf.
-std::vector<std::pair<std::string, std::string>> descriptorTypes();
+/// The descriptors without labels: phog, gist, esf.
+Choices descriptorTypes();
 
-/// One of descriptorTypes(), with its standard parameters; null for other names, which are models
-/// (load_descriptor.hpp opens both).
+/// One of descriptorTypes(), with its default parameters; null for other names, which are models
+/// (load_descriptor.hpp loads both).
 std::unique_ptr<Descriptor> findDescriptor(const std::string& name);
 
 }  // namespace estancia

@@ -48,10 +48,10 @@ class Random {
 };
 
 void requireValid(const EsfOptions& options) {
-  if (options.samples < 1 || options.samples > 1'000'000)
-    throw Error(fmt::format("esf: {} samples; 1 to 1,000,000 can be had", options.samples));
-  if (options.points != 0 && (options.points < 3 || options.points > 100'000'000))
-    throw Error(fmt::format("esf: {} points; 3 to 100,000,000 can be had, 0 for all", options.points));
+  validate(options);
+  if (options.points == 1 || options.points == 2)
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("esf.points is {}; give at least 3, or 0 for all", options.points));
 }
 
 /// The finite points, at most `most` of them: one of every run of equal length.
@@ -79,14 +79,16 @@ void scale(std::vector<cv::Point3f>& points) {
   for (const cv::Point3f& p : points)
     if (const cv::Point3d d = cv::Point3d(p) - center; d.dot(d) > furthest.dot(furthest)) furthest = d;
   const double radius = std::sqrt(furthest.dot(furthest));
-  if (!(radius > 0)) throw Error("esf: all points are the same; that is no shape");
+  if (!(radius > 0))
+    throw Error(ErrorCode::insufficientData, "esf: all points are equal; give a cloud with some extent");
   double thickness = 0;
   for (cv::Point3f& p : points) {
     const cv::Point3d d = (cv::Point3d(p) - center) * (1 / radius), off = d.cross(furthest * (1 / radius));
     thickness = std::max(thickness, off.dot(off));
     p = cv::Point3f(d * kRadius);
   }
-  if (thickness < 1e-10) throw Error("esf: the points lie in one line; that is no shape");
+  if (thickness < 1e-10)
+    throw Error(ErrorCode::insufficientData, "esf: the points are collinear; give a cloud with some extent");
 }
 
 std::size_t binOf(float share) {
@@ -151,7 +153,9 @@ Triangles drawTriangles(const std::vector<cv::Point3f>& points, std::size_t coun
   triangles.sides.reserve(3 * count);
   Draw next(points, random);
   for (std::size_t tries = 0; triangles.shapes.size() < count; ++tries) {
-    if (tries >= 100 * count + 1000) throw Error("esf: nearly all points are the same; that is no shape");
+    if (tries >= 100 * count + 1000)
+      throw Error(ErrorCode::insufficientData,
+                  "esf: nearly all points are equal; give a cloud with some extent");
     const Draw draw = next;
     next = Draw(points, random);  // memory fetches its points meanwhile
     const auto triangle = triangleOf(points, draw);
@@ -166,12 +170,25 @@ Triangles drawTriangles(const std::vector<cv::Point3f>& points, std::size_t coun
 
 }  // namespace
 
+OptionGroup declare(EsfOptions& options) {
+  OptionGroup group("esf", "ESF: ensemble of shape functions of a point cloud.");
+  group.add("samples", &options.samples, "Triples of points that are drawn.")
+      .range(1, 1'000'000)
+      .why("fewer are faster and noisier");
+  group
+      .add("points", &options.points, "Larger clouds are subsampled evenly to this size; 0 takes all points.")
+      .range(0, 100'000'000);
+  group.add("seed", &options.seed, "Seed of the triples and the subsampling.");
+  return group;
+}
+
 std::vector<float> esf(const PointCloud& cloud, const EsfOptions& options) {
   requireValid(options);
   Random random(options.seed);
   std::vector<cv::Point3f> points = thinned(cloud, static_cast<std::size_t>(options.points), random);
   if (points.size() < 3)
-    throw Error(fmt::format("esf: {} points with coordinates; a shape has at least three", points.size()));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("esf: {} finite points; give at least 3", points.size()));
   scale(points);
   const auto [triangles, lines] = drawTriangles(points, static_cast<std::size_t>(options.samples), random);
 
@@ -221,8 +238,10 @@ std::vector<DescriptorPart> Esf::parts() const {
 }
 
 std::vector<float> Esf::describe(const View& view) const {
-  if (view.depth.empty()) throw Error("esf: there is no depth");
-  if (!view.camera) throw Error("esf: the depth camera is unknown; give its intrinsics");
+  if (view.depth.empty())
+    throw Error(ErrorCode::invalidInput, "esf: the view has no depth; give a depth image");
+  if (!view.camera)
+    throw Error(ErrorCode::invalidInput, "esf: the depth camera is unknown; give its intrinsics");
   return esf(backProject(view.depth, *view.camera), options_);
 }
 

@@ -1,25 +1,27 @@
-// Ensemble of shape functions: distances, angles and areas between random points of a cloud.
+// ESF (ensemble of shape functions): distances, angles and areas between random points of a cloud.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
+#include "estancia/core/options.hpp"
 #include "estancia/core/point_cloud.hpp"
 #include "estancia/describe/descriptor.hpp"
 
 namespace estancia {
 
 struct EsfOptions {
-  int samples = 20000;     ///< triples of points; fewer are quicker and noisier
-  int points = 20000;      ///< larger clouds are thinned to so many, evenly; 0 takes all
-  std::uint64_t seed = 1;  ///< of the triples and the thinning
+  int samples = 20000;
+  int points = 20000;
+  std::uint64_t seed = 1;
 };
+OptionGroup declare(EsfOptions& options);
 
 /// 640 numbers ≥ 0 that add up to 1, ten histograms of 64: of triples of points the angles, the areas and the
-/// distances, each where the lines between them run inside of the surface, outside, and both; and for these
-/// last the share that runs inside. Points that are not finite are left out; position, orientation and unit
-/// of length do not count. The same cloud, options and seed give the same bytes. Throws Error when there are
-/// fewer than three points, or they lie in one line, and on options out of range.
+/// distances, each for lines inside of the surface, outside, and both; and for the last the share inside.
+/// Points that are not finite are left out; invariant to position, orientation and scale. The same cloud,
+/// options and seed give the same bytes. Throws Error (insufficientData) on fewer than three points or
+/// collinear ones, and on invalid options.
 ///
 /// Wohlkinger, Vincze: Ensemble of shape functions for 3D object classification, ROBIO 2011, with the
 /// parameters, limits and weights of PCL 1.13's ESFEstimation: equal to it in distribution.

@@ -21,26 +21,26 @@
 namespace estancia {
 namespace {
 
-/// Numbers of a source for the frames of a sequence.
-struct Column {
+/// The numbers of one descriptor for the frames of a sequence.
+struct Block {
   std::vector<DescriptorPart> parts;
-  std::vector<std::vector<float>> rows;  ///< one a frame; empty where there is none
+  std::vector<std::vector<float>> rows;  // one a frame; empty without a descriptor
 };
 
-/// Why frames have no numbers: the first reason of each.
+/// The first reason why each frame has no descriptor.
 class Problems {
  public:
   explicit Problems(const Sequence& sequence) : sequence_(sequence), sentences_(sequence.size()) {}
 
   /// Safe to call from several threads for different frames.
-  void tell(std::size_t frame, const std::string& what) {
+  void add(std::size_t frame, const std::string& what) {
     std::string& sentence = sentences_[frame];
     if (sentence.empty()) sentence = fmt::format("{}: {}", sequence_.frame(frame).name, what);
   }
   std::vector<std::string> sentences() const {
-    std::vector<std::string> told;
-    std::ranges::copy_if(sentences_, std::back_inserter(told), [](auto& s) { return !s.empty(); });
-    return told;
+    std::vector<std::string> all;
+    std::ranges::copy_if(sentences_, std::back_inserter(all), [](auto& s) { return !s.empty(); });
+    return all;
   }
 
  private:
@@ -48,29 +48,29 @@ class Problems {
   std::vector<std::string> sentences_;
 };
 
-/// The labeled part of the work goes through the stream, ahead and with the cache; null: it is computed.
-Words* wordsIn(const NamedDescriptor& source) {
-  return dynamic_cast<Words*>(source.descriptor.get());
+/// Labels go through the label stream, in batches and with the cache; null: the descriptor is computed.
+LabelerDescriptor* labelerIn(const NamedDescriptor& source) {
+  return dynamic_cast<LabelerDescriptor*>(source.descriptor.get());
 }
 
-Column labeled(const Sequence& sequence, const NamedDescriptor& source, LabelCache* cache, Progress& progress,
-               Problems& problems) {
+Block labeled(const Sequence& sequence, const NamedDescriptor& source, LabelCache* cache, Progress& progress,
+              Problems& problems) {
   std::vector<std::size_t> frames;
   const DescriptorSequence words = labelAll(
-      sequence, wordsIn(source)->labeler(), fmt::format("{}: labeling {}", source.name, sequence.name()),
+      sequence, labelerIn(source)->labeler(), fmt::format("{}: labeling {}", source.name, sequence.name()),
       cache, progress, [&](const LabeledFrame& frame) {
         if (frame.labeled())
           frames.push_back(frame.index);
         else
-          problems.tell(frame.index, fmt::format("{}: {}", source.name, frame.problem));
+          problems.add(frame.index, fmt::format("{}: {}", source.name, frame.problem));
       });
-  Column column{partsOfWords(words.vocabulary, words.model), {}};
-  column.rows.resize(sequence.size());
+  Block block{partsOfLabels(words.vocabulary, words.model), {}};
+  block.rows.resize(sequence.size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const DescriptorView row = words.descriptors.row(i);
-    column.rows[frames[i]].assign(row.begin(), row.end());
+    block.rows[frames[i]].assign(row.begin(), row.end());
   }
-  return column;
+  return block;
 }
 
 View viewOf(const Sequence& sequence, std::size_t frame, bool image, bool depth) {
@@ -84,24 +84,26 @@ View viewOf(const Sequence& sequence, std::size_t frame, bool image, bool depth)
   return view;
 }
 
-/// All that needs no model, so that every image is decoded once.
-std::vector<Column> computed(const Sequence& sequence, const std::vector<const NamedDescriptor*>& sources,
-                             int threads, Progress& progress, Problems& problems) {
-  std::vector<Column> columns;
+/// All descriptors without a model, so that every image is decoded once.
+std::vector<Block> computed(const Sequence& sequence, const std::vector<const NamedDescriptor*>& sources,
+                            int threads, Progress& progress, Problems& problems) {
+  std::vector<Block> blocks;
   std::vector<std::string> names;
   bool image = false, depth = false;
   for (const NamedDescriptor* source : sources) {
-    columns.push_back({source->descriptor->parts(), {}});
-    columns.back().rows.resize(sequence.size());
+    blocks.push_back({source->descriptor->parts(), {}});
+    blocks.back().rows.resize(sequence.size());
     names.push_back(source->name);
     image = image || source->descriptor->needsImage();
     depth = depth || source->descriptor->needsDepth();
     if (!source->descriptor->needsDepth()) continue;
     if (!sequence.hasDepth())
-      throw Error(fmt::format("{}: {} needs depth, and there is none; name other descriptors",
-                              sequence.name(), source->name));
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("{} has no depth, which {} needs; choose other descriptors", sequence.name(),
+                              source->name));
     if (!sequence.intrinsics())
-      throw Error(fmt::format("{}: {} needs to know the depth camera; give its intrinsics", sequence.name(),
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("{} has no depth camera, which {} needs; give its intrinsics", sequence.name(),
                               source->name));
   }
   std::mutex mutex;
@@ -112,15 +114,15 @@ std::vector<Column> computed(const Sequence& sequence, const std::vector<const N
                try {
                  const View view = viewOf(sequence, frame, image, depth);
                  for (std::size_t i = 0; i < sources.size(); ++i)
-                   columns[i].rows[frame] = sources[i]->descriptor->describe(view);
+                  blocks[i].rows[frame] = sources[i]->descriptor->describe(view);
                } catch (...) {
-                 problems.tell(frame, frameFailure(sequence.frame(frame).name).what());
+                 problems.add(frame, frameFailure(sequence.frame(frame).name).what());
                }
                const std::lock_guard lock(mutex);
                progress.advance();
              });
   progress.end();
-  return columns;
+  return blocks;
 }
 
 }  // namespace
@@ -134,49 +136,51 @@ std::string Features::name() const {
 Features describeSequence(const Sequence& sequence, const std::string& descriptors,
                           const DescribeOptions& options, Progress& progress,
                           std::vector<std::string>* problems) {
-  LabelerOptions how = options.labeler;
-  how.onDemand = how.onDemand || options.cache != nullptr;
-  const std::vector<NamedDescriptor> sources = loadDescriptors(descriptors, how);
-  Problems told(sequence);
+  LabelerOptions labeling = options.labeler;
+  labeling.onDemand = labeling.onDemand || options.cache != nullptr;
+  const std::vector<NamedDescriptor> sources = loadDescriptors(descriptors, labeling);
+  Problems skipped(sequence);
   std::vector<const NamedDescriptor*> direct;
   for (const NamedDescriptor& source : sources)
-    if (!wordsIn(source)) direct.push_back(&source);
-  // Before labeling: it is quick, and it refuses what cannot be done.
-  std::vector<Column> numbers = direct.empty()
-                                    ? std::vector<Column>{}
-                                    : computed(sequence, direct, options.labeler.threads, progress, told);
-  std::vector<Column> columns;
-  auto next = numbers.begin();
+    if (!labelerIn(source)) direct.push_back(&source);
+  // Before labeling: it is fast, and refuses impossible tasks early.
+  std::vector<Block> computedBlocks =
+      direct.empty() ? std::vector<Block>{}
+                     : computed(sequence, direct, options.labeler.threads, progress, skipped);
+  std::vector<Block> blocks;
+  auto next = computedBlocks.begin();
   for (const NamedDescriptor& source : sources)
-    columns.push_back(wordsIn(source) ? labeled(sequence, source, options.cache, progress, told)
-                                      : std::move(*next++));
+    blocks.push_back(labelerIn(source) ? labeled(sequence, source, options.cache, progress, skipped)
+                                       : std::move(*next++));
 
   Features features{{}, {}, DescriptorMatrix(0)};
   std::set<std::string> names;
   std::size_t size = 0;
-  for (Column& column : columns)
-    for (DescriptorPart& part : column.parts) {
+  for (Block& block : blocks)
+    for (DescriptorPart& part : block.parts) {
       if (!names.insert(part.name).second)
-        throw Error(fmt::format("\"{}\": two of its descriptors are called {}", descriptors, part.name));
+        throw Error(ErrorCode::invalidOption,
+                    fmt::format("two descriptors of \"{}\" are called {}; give one", descriptors, part.name));
       size += part.size();
       features.parts.push_back(std::move(part));
     }
   features.values = DescriptorMatrix(size);
   std::vector<float> row;
   for (std::size_t frame = 0; frame < sequence.size(); ++frame) {
-    if (std::ranges::any_of(columns, [&](const Column& c) { return c.rows[frame].empty(); })) continue;
+    if (std::ranges::any_of(blocks, [&](const Block& b) { return b.rows[frame].empty(); })) continue;
     row.clear();
-    for (Column& column : columns) {
-      row.insert(row.end(), column.rows[frame].begin(), column.rows[frame].end());
-      std::vector<float>().swap(column.rows[frame]);
+    for (Block& block : blocks) {
+      row.insert(row.end(), block.rows[frame].begin(), block.rows[frame].end());
+      std::vector<float>().swap(block.rows[frame]);
     }
     features.values.append(row);
     features.frames.push_back(sequence.frame(frame));
   }
-  const std::vector<std::string> sentences = told.sentences();
+  const std::vector<std::string> sentences = skipped.sentences();
   if (problems != nullptr) problems->insert(problems->end(), sentences.begin(), sentences.end());
   if (features.frames.empty())
-    throw Error(fmt::format("{}: not one of its frames can be described{}", sequence.name(),
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: none of its frames can be described{}", sequence.name(),
                             sentences.empty() ? "" : "; " + sentences.front()));
   return features;
 }
@@ -190,7 +194,7 @@ Features featuresOf(const Descriptor& descriptor, const View& view) {
 }
 
 Features featuresOf(const DescriptorSequence& recording) {
-  return {partsOfWords(recording.vocabulary, recording.model), recording.frames, recording.descriptors};
+  return {partsOfLabels(recording.vocabulary, recording.model), recording.frames, recording.descriptors};
 }
 
 Features withParts(const Features& features, const std::vector<std::string>& names) {
@@ -206,7 +210,8 @@ Features withParts(const Features& features, const std::vector<std::string>& nam
   for (const std::string& name : names) {
     const auto found = std::ranges::find(known, name);
     if (found == known.end())
-      throw Error(fmt::format("there is no part {}; there are {}", name, fmt::join(known, ", ")));
+      throw Error(ErrorCode::unknownName,
+                  fmt::format("unknown part \"{}\"; known: {}", name, fmt::join(known, ", ")));
     chosen.push_back(static_cast<std::size_t>(found - known.begin()));
     result.parts.push_back(features.parts[chosen.back()]);
     size += result.parts.back().size();
@@ -231,7 +236,8 @@ Features withRows(const Features& features, const std::vector<std::size_t>& rows
   result.values.reserve(rows.size());
   for (const std::size_t i : rows) {
     if (i >= features.frames.size())
-      throw Error(fmt::format("there is no row {}; there are {}", i, features.frames.size()));
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("row {} does not exist; there are {}", i, features.frames.size()));
     result.frames.push_back(features.frames[i]);
     result.values.append(features.values.row(i));
   }

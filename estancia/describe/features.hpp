@@ -1,4 +1,4 @@
-// A whole sequence described: what classifiers learn from.
+// Features: a sequence described frame by frame, the training data of classifiers.
 #pragma once
 
 #include <string>
@@ -15,11 +15,12 @@
 
 namespace estancia {
 
-/// Frames with the numbers that describe them. Invariant: a row of `values` a frame; the columns are those of
-/// the parts, one part after the other.
+/// Frames with their descriptors. Invariant: a row of `values` a frame; the columns are those of the parts,
+/// one part after the other.
 struct Features {
   std::vector<DescriptorPart> parts;
-  std::vector<Frame> frames;  ///< `room` is the class, "" where unknown
+  /// `room` is the class, "" where unknown.
+  std::vector<Frame> frames;
   DescriptorMatrix values;
 
   /// "inception-v3+gist".
@@ -27,28 +28,30 @@ struct Features {
 };
 
 struct DescribeOptions {
-  LabelerOptions labeler;       ///< its threads also describe; the numbers do not depend on them
-  LabelCache* cache = nullptr;  ///< of words that were paid for before
+  /// Its threads also compute the other descriptors; the numbers do not depend on them.
+  LabelerOptions labeler;
+  /// Labels of earlier runs; null: none.
+  LabelCache* cache = nullptr;
 };
 
-/// The frames that all of `descriptors` (names of descriptorTypes() or models; each may be "A+B") can
-/// describe; why others are left out is told in `problems`, one sentence a frame. Throws Error when a name is
-/// unknown (listing the known ones) or given twice, when no frame is left, and when the sequence has no depth
-/// but a descriptor needs it; Interrupted when the user asks to stop.
+/// The frames that all of `descriptors` (names of descriptorTypes() or models; "A+B") can describe; the
+/// reason for each skipped frame goes to `problems`. Throws Error when a name is unknown (unknownName) or
+/// given twice (invalidOption), when no frame is left (insufficientData), and when the sequence lacks the
+/// depth or intrinsics that a descriptor needs (invalidInput); Interrupted.
 Features describeSequence(const Sequence& sequence, const std::string& descriptors,
-                          const DescribeOptions& options, Progress& progress,
+                          const DescribeOptions& options = {}, Progress& progress = Progress::none(),
                           std::vector<std::string>* problems = nullptr);
 
-/// What is seen now, as one frame of the view's name. Throws Error as describe() does.
+/// One view as a single frame. Throws Error as describe().
 Features featuresOf(const Descriptor& descriptor, const View& view);
 
-/// The words of a recording (a label file, a map) as features; one part a model of it.
+/// The labels of a descriptor sequence (a label file, a map) as features; one part a model.
 Features featuresOf(const DescriptorSequence& recording);
 
-/// The same frames in the parts that are named, in that order. Throws Error listing the parts there are.
+/// The same frames with the named parts, in that order. Throws Error (unknownName).
 Features withParts(const Features& features, const std::vector<std::string>& names);
 
-/// The rows that are named, in that order.
+/// These rows, in that order. Throws Error (invalidInput) on a row that does not exist.
 Features withRows(const Features& features, const std::vector<std::size_t>& rows);
 
 }  // namespace estancia

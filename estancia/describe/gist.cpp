@@ -19,9 +19,9 @@ using namespace describe;
 
 /// The image's central square, the mean of its channels, 0 to 255.
 cv::Mat square(const cv::Mat& image) {
-  if (image.empty()) throw Error("gist: there is no image");
+  if (image.empty()) throw Error(ErrorCode::invalidInput, "gist: the view has no image; give one");
   if (image.type() != CV_8UC3 && image.type() != CV_8UC1)
-    throw Error("gist: the image is neither BGR nor gray with 8 bits; convert it");
+    throw Error(ErrorCode::invalidInput, "gist: the image is neither BGR nor gray with 8 bits; convert it");
   const int side = std::min(image.cols, image.rows);
   const cv::Mat part = image({(image.cols - side) / 2, (image.rows - side) / 2, side, side});
   cv::Mat gray, sized;

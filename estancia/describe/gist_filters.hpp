@@ -1,4 +1,4 @@
-// The Gabor filters of GIST, and their mean answers.
+// Gabor filters of GIST and their mean responses.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -6,7 +6,8 @@
 
 namespace estancia::describe {
 
-constexpr int kGistSide = 256;  ///< of the image [pixels]
+/// Of the image [pixels].
+constexpr int kGistSide = 256;
 constexpr int kGistBlocks = 4, kGistScales = 4, kGistOrientations = 8;
 
 /// `image` is CV_32F, kGistSide × kGistSide. A number a scale, orientation and block, in that order.

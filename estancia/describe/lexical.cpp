@@ -12,12 +12,12 @@
 namespace estancia {
 namespace {
 
-/// Of "NAME DIGEST", as labelers identify themselves.
+/// NAME of "NAME DIGEST", the identity of a labeler.
 std::string nameIn(const std::string& identity) {
   return identity.substr(0, identity.rfind(' '));
 }
 
-/// Names of the models behind `count` parts: "A+B" has two. Those of other ensembles are numbered.
+/// Names of the models behind `count` parts: "A+B" has two. Parts of other ensembles are numbered.
 std::vector<std::string> namesOfParts(const std::string& name, std::size_t count) {
   if (count == 1) return {name};
   std::vector<std::string> names = splitAtPlus(name);
@@ -30,7 +30,7 @@ std::vector<std::string> namesOfParts(const std::string& name, std::size_t count
 
 }  // namespace
 
-std::vector<DescriptorPart> partsOfWords(const Vocabulary& vocabulary, const std::string& identity) {
+std::vector<DescriptorPart> partsOfLabels(const Vocabulary& vocabulary, const std::string& identity) {
   const std::vector<LabelPart>& layout = vocabulary.layout().parts;
   const std::vector<std::string> names = namesOfParts(nameIn(identity), layout.size());
   std::vector<std::string> own = identitiesOfMembers(identity);
@@ -46,14 +46,14 @@ std::vector<DescriptorPart> partsOfWords(const Vocabulary& vocabulary, const std
   return parts;
 }
 
-Words::Words(std::unique_ptr<Labeler> labeler) : labeler_(std::move(labeler)) {}
+LabelerDescriptor::LabelerDescriptor(std::unique_ptr<Labeler> labeler) : labeler_(std::move(labeler)) {}
 
-std::vector<DescriptorPart> Words::parts() const {
+std::vector<DescriptorPart> LabelerDescriptor::parts() const {
   const std::lock_guard lock(mutex_);
-  return partsOfWords(labeler_->vocabulary(), labeler_->identity());
+  return partsOfLabels(labeler_->vocabulary(), labeler_->identity());
 }
 
-std::vector<float> Words::describe(const View& view) const {
+std::vector<float> LabelerDescriptor::describe(const View& view) const {
   const Prepared prepared = labeler_->prepare(view.image, view.frame);
   const std::lock_guard lock(mutex_);
   return labeler_->infer(prepared);

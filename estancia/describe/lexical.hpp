@@ -1,4 +1,4 @@
-// A labeler's words as a descriptor (thesis Eq. 4.1).
+// Lexical descriptor of a labeler behind the interface of image descriptors (thesis Eq. 4.1).
 #pragma once
 
 #include <memory>
@@ -12,16 +12,16 @@
 
 namespace estancia {
 
-/// Any labeler behind the interface of all descriptors. Views are labeled one after the other, whoever asks.
-class Words final : public Descriptor {
+/// A labeler as a descriptor. Views are labeled one at a time.
+class LabelerDescriptor final : public Descriptor {
  public:
-  explicit Words(std::unique_ptr<Labeler> labeler);
+  explicit LabelerDescriptor(std::unique_ptr<Labeler> labeler);
 
   std::vector<DescriptorPart> parts() const override;
   bool needsImage() const override { return labeler_->needsImage(); }
   std::vector<float> describe(const View& view) const override;
 
-  /// For whoever labels many images at once (label/label_stream.hpp); not beside describe().
+  /// For label streams (label/label_stream.hpp); not safe during describe().
   Labeler& labeler() { return *labeler_; }
 
  private:
@@ -29,7 +29,7 @@ class Words final : public Descriptor {
   mutable std::mutex mutex_;
 };
 
-/// The parts of words over this vocabulary: one a model behind `identity`, a labeler's.
-std::vector<DescriptorPart> partsOfWords(const Vocabulary& vocabulary, const std::string& identity);
+/// The parts of this vocabulary: one a model behind `identity`, a labeler's.
+std::vector<DescriptorPart> partsOfLabels(const Vocabulary& vocabulary, const std::string& identity);
 
 }  // namespace estancia

@@ -1,7 +1,6 @@
 #include "estancia/describe/load_descriptor.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <set>
@@ -14,10 +13,10 @@
 namespace estancia {
 namespace {
 
-/// Several side by side.
-class Conjunction final : public Descriptor {
+/// Several descriptors side by side.
+class CombinedDescriptor final : public Descriptor {
  public:
-  explicit Conjunction(std::vector<NamedDescriptor> members) : members_(std::move(members)) {}
+  explicit CombinedDescriptor(std::vector<NamedDescriptor> members) : members_(std::move(members)) {}
 
   std::vector<DescriptorPart> parts() const override {
     std::vector<DescriptorPart> all;
@@ -49,11 +48,10 @@ std::unique_ptr<Descriptor> loadOne(const std::string& name, const LabelerOption
   try {
     getModelFolder(name);
   } catch (const Error& e) {
-    std::vector<std::string> types;
-    for (const auto& [type, what] : descriptorTypes()) types.push_back(type);
-    throw Error(fmt::format("{}; descriptors that need no model are {}", e.what(), fmt::join(types, ", ")));
+    throw Error(e.code(),
+                fmt::format("{}; descriptors without a model are {}", e.what(), namesOf(descriptorTypes())));
   }
-  return std::make_unique<Words>(loadModel(name, options));
+  return std::make_unique<LabelerDescriptor>(loadModel(name, options));
 }
 
 }  // namespace
@@ -62,9 +60,11 @@ std::vector<NamedDescriptor> loadDescriptors(const std::string& names, const Lab
   std::vector<NamedDescriptor> loaded;
   std::set<std::string> seen;
   for (const std::string& name : splitAtPlus(names)) {
-    if (name.empty()) throw Error(fmt::format("\"{}\": name the descriptors between the plus signs", names));
+    if (name.empty())
+      throw Error(ErrorCode::invalidOption,
+                  fmt::format("\"{}\" has an empty name; give a descriptor between the plus signs", names));
     if (!seen.insert(name).second)
-      throw Error(fmt::format("\"{}\": {} stands there twice; once is enough", names, name));
+      throw Error(ErrorCode::invalidOption, fmt::format("\"{}\" has {} twice; give it once", names, name));
     loaded.push_back({name, loadOne(name, options)});
   }
   return loaded;
@@ -73,7 +73,7 @@ std::vector<NamedDescriptor> loadDescriptors(const std::string& names, const Lab
 std::unique_ptr<Descriptor> loadDescriptor(const std::string& names, const LabelerOptions& options) {
   std::vector<NamedDescriptor> loaded = loadDescriptors(names, options);
   if (loaded.size() == 1) return std::move(loaded.front().descriptor);
-  return std::make_unique<Conjunction>(std::move(loaded));
+  return std::make_unique<CombinedDescriptor>(std::move(loaded));
 }
 
 }  // namespace estancia

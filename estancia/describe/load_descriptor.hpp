@@ -15,11 +15,11 @@ struct NamedDescriptor {
   std::unique_ptr<Descriptor> descriptor;
 };
 
-/// The names between plus signs (a path that exists is one name), each one of descriptorTypes() or a model.
-/// Throws Error when a name is unknown (listing the known ones), missing or given twice.
+/// Loads the descriptors between the plus signs (an existing path is one name): descriptorTypes() or models.
+/// Throws Error (unknownName, invalidOption) when a name is unknown, missing or given twice.
 std::vector<NamedDescriptor> loadDescriptors(const std::string& names, const LabelerOptions& options = {});
 
-/// The same as one descriptor, for a robot that describes what it sees now; describeSequence() is for runs.
+/// The same as one combined descriptor, for single views; describeSequence() is for sequences.
 std::unique_ptr<Descriptor> loadDescriptor(const std::string& names, const LabelerOptions& options = {});
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// Images in which every place has the same contrast, as GIST's filters want them.
+// Local contrast normalization, the preprocessing of GIST.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

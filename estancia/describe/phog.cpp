@@ -14,24 +14,13 @@
 namespace estancia {
 namespace {
 
-void requireValid(const PhogOptions& options) {
-  if (options.bins < 1 || options.bins > 360)
-    throw Error(fmt::format("phog: {} bins; 1 to 360 can be had", options.bins));
-  if (options.levels < 0 || options.levels > 4)
-    throw Error(fmt::format("phog: level {}; 0 to 4 can be had", options.levels));
-  if (options.range != 180 && options.range != 360)
-    throw Error(fmt::format("phog: a range of {} degrees; 180 and 360 can be had", options.range));
-  if (options.longestSide < 16)
-    throw Error(fmt::format("phog: images of {} pixels tell nothing; take at least 16", options.longestSide));
-}
-
-cv::Mat grayOf(const cv::Mat& image, int longestSide) {
-  if (image.empty()) throw Error("phog: there is no image");
+cv::Mat grayOf(const cv::Mat& image, int maxSide) {
+  if (image.empty()) throw Error(ErrorCode::invalidInput, "phog: the view has no image; give one");
   if (image.type() != CV_8UC3 && image.type() != CV_8UC1)
-    throw Error("phog: the image is neither BGR nor gray with 8 bits; convert it");
+    throw Error(ErrorCode::invalidInput, "phog: the image is neither BGR nor gray with 8 bits; convert it");
   cv::Mat gray = image;
-  if (const int side = std::max(image.cols, image.rows); side > longestSide) {
-    const double scale = static_cast<double>(longestSide) / side;
+  if (const int side = std::max(image.cols, image.rows); side > maxSide) {
+    const double scale = static_cast<double>(maxSide) / side;
     cv::resize(gray, gray,
                {std::max(1, cvRound(image.cols * scale)), std::max(1, cvRound(image.rows * scale))}, 0, 0,
                cv::INTER_AREA);
@@ -90,9 +79,34 @@ cv::Mat edgesOf(const cv::Mat& gray) {
 
 }  // namespace
 
+OptionGroup declare(PhogOptions& options) {
+  OptionGroup group("phog", "PHOG: pyramid histogram of oriented gradients.");
+  group.add("bins", &options.bins, "Bins of edge orientation in every cell.").range(1, 360);
+  group.add("levels", &options.levels, "Last level of the pyramid; level v has 2^v x 2^v cells.")
+      .range(0, 4)
+      .why("more levels tell more about positions");
+  group.add("range", &options.range, "Range of orientations: 180 or 360.")
+      .range(180, 360)
+      .unit("degrees")
+      .why("with 180, an edge from dark to light equals one from light to dark");
+  group.add("max-side", &options.maxSide, "Larger images are reduced to this side.")
+      .range(16)
+      .unit("pixels")
+      .why("the scale of edges is then the same in images of all sizes");
+  return group;
+}
+
+void validate(const PhogOptions& options) {
+  PhogOptions copy = options;
+  declare(copy).validate();
+  if (options.range != 180 && options.range != 360)
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("phog.range is {}; give 180 or 360 degrees", options.range));
+}
+
 std::vector<float> phog(const cv::Mat& image, const PhogOptions& options) {
-  requireValid(options);
-  const cv::Mat gray = grayOf(image, options.longestSide);
+  validate(options);
+  const cv::Mat gray = grayOf(image, options.maxSide);
   const cv::Mat edges = edgesOf(gray);
   const Gradient gradient(gray);  // of what was not smoothed, as in the paper
 
@@ -140,7 +154,7 @@ std::vector<float> phog(const cv::Mat& image, const PhogOptions& options) {
 }
 
 Phog::Phog(const PhogOptions& options) : options_(options) {
-  requireValid(options);
+  validate(options);
 }
 
 std::vector<DescriptorPart> Phog::parts() const {
@@ -148,7 +162,7 @@ std::vector<DescriptorPart> Phog::parts() const {
                       PartKind::histogram,
                       {},
                       fmt::format("phog 1, {} bins of {} degrees, levels 0 to {}, at most {} pixels",
-                                  options_.bins, options_.range, options_.levels, options_.longestSide)};
+                                  options_.bins, options_.range, options_.levels, options_.maxSide)};
   for (int level = 0; level <= options_.levels; ++level)
     for (int cell = 0; cell < 1 << (2 * level); ++cell)
       for (int bin = 0; bin < options_.bins; ++bin)

@@ -1,4 +1,4 @@
-// A table of numbers that others computed, as features to learn from.
+// Feature table: numbers that other programs computed, as features to learn from.
 #pragma once
 
 #include "estancia/describe/features.hpp"
@@ -7,10 +7,9 @@
 namespace estancia {
 
 /// A part of the table is a histogram when it has several columns, no value is below 0, and all rows have the
-/// same sum (up to 0.1 %; rows of zeros count nothing and do not matter) but are not all the same: constant
-/// numbers may be anything, and below 0 elsewhere; else it is taken for energies.
-/// Tables with columns of the same names give parts of the same identity, so that what one teaches fits the
-/// other.
+/// same sum (up to 0.1 %; rows of zeros are ignored) but are not all equal (constant numbers may be
+/// anything); else it is energies. Tables with the same column names give parts of the same identity, so that
+/// classifiers of one fit the other.
 Features featuresOf(const FeatureTable& table);
 
 /// Whether the part comes from a table.

@@ -1,4 +1,4 @@
-// A surface as voxels, and how much of a straight line lies in it.
+// Voxel lines: the share of a straight line that lies in a voxelized surface (for ESF).
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace estancia::describe {
 
-/// 64³ voxels, one bit each: 32 KB, which stay in the nearest cache.
+/// 64³ voxels, one bit each: 32 KB, which fit the L1 cache.
 class VoxelGrid {
  public:
   static constexpr int kSide = 64;
@@ -20,17 +20,18 @@ class VoxelGrid {
   /// The number of a point's voxel.
   std::int32_t voxelOf(std::size_t point) const { return voxels_[point]; }
 
-  /// From one voxel to another, which is itself left out (PCL's lci()).
+  /// From one voxel to another, the last one excluded (PCL's lci()).
   struct Line {
     std::int32_t from, to;
-    std::int32_t voxels, marked;  ///< that it passes, at least 1, and how many of them are marked
+    /// Voxels that it passes, at least 1, and how many of them are marked.
+    std::int32_t voxels, marked;
   };
   /// Fills in `voxels` and `marked`.
   void trace(std::span<Line> lines) const;
 
  private:
-  std::vector<std::int32_t> voxels_;  ///< of the points: (x · 64 + y) · 64 + z
-  std::vector<std::uint32_t> bits_;   ///< in that order
+  std::vector<std::int32_t> voxels_;  // of the points: (x · 64 + y) · 64 + z
+  std::vector<std::uint32_t> bits_;   // in that order
 };
 
 }  // namespace estancia::describe

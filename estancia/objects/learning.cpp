@@ -41,7 +41,7 @@ NamedShapes namedShapes(const Features& shapes, std::span<const int> words, std:
   const Features some = withRows(shapes, named.rows);
   named.embedding = FeatureEmbedding::learn(some);
   named.samples.x = named.embedding.apply(some);
-  named.samples.groups = groupsOfInstances(named.samples.classes, kept, folds);
+  named.samples.groups = instanceGroups(named.samples.classes, kept, folds);
   return named;
 }
 

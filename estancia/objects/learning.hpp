@@ -15,7 +15,7 @@ namespace estancia {
 struct NamedShapes {
   std::vector<std::size_t> rows;  ///< which they are
   FeatureEmbedding embedding;     ///< learned from them
-  Samples samples;                ///< classes are words, groups things (groupsOfInstances())
+  Samples samples;                ///< classes are words, groups things (instanceGroups())
 };
 
 /// Those whose word is not −1, of a study of `count` words. Throws Error when the numbers of shapes, words

@@ -8,7 +8,7 @@
 #include "estancia/report/driven_path.hpp"
 #include "estancia/report/html.hpp"
 #include "estancia/report/zone_summary.hpp"
-#include "estancia/stats/dendrogram.hpp"
+#include "estancia/stats/linkage.hpp"
 
 namespace estancia::report {
 

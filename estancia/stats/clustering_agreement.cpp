@@ -34,10 +34,10 @@ double share(double part, double whole) {  // rounding may leave the interval by
 
 Agreement measureAgreement(std::span<const int> truth, std::span<const int> clusters) {
   if (truth.size() != clusters.size())
-    throw Error(
-        fmt::format("{} true classes cannot be compared with {} cluster numbers; give one of each an item",
-                    truth.size(), clusters.size()));
-  if (truth.empty()) throw Error("a clustering of nothing cannot be judged; give at least one item");
+    throw Error(ErrorCode::mismatch,
+                fmt::format("there are {} true classes and {} cluster numbers; give one of each an item",
+                            truth.size(), clusters.size()));
+  if (truth.empty()) throw Error(ErrorCode::invalidInput, "a clustering has no items; give at least one");
 
   std::map<std::pair<int, int>, double> joint;  // (cluster, class)
   Counts classes, sizes, largest;

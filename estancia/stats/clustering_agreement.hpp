@@ -1,22 +1,28 @@
-// How well a clustering agrees with the truth.
+// Clustering agreement: how well clusters agree with true classes (V-measure, adjusted Rand index, purity).
 #pragma once
 
 #include <span>
 
 namespace estancia {
 
-/// All larger = better; all but the adjusted Rand index lie in [0, 1].
+/// Larger is better; all but the adjusted Rand index lie in [0, 1].
 struct Agreement {
-  double homogeneity = 0;   ///< 1 when every cluster holds one class only
-  double completeness = 0;  ///< 1 when every class is in one cluster only
-  double vMeasure = 0;      ///< harmonic mean of the two (Rosenberg and Hirschberg 2007, β = 1)
-  /// Pairs judged alike, corrected for chance; at most 1 (Hubert and Arabie 1985)
+  /// 1 when every cluster has items of one class only.
+  double homogeneity = 0;
+  /// 1 when every class is in one cluster only.
+  double completeness = 0;
+  /// Harmonic mean of the two (Rosenberg and Hirschberg 2007, β = 1).
+  double vMeasure = 0;
+  /// Share of pairs that both partitions treat alike, corrected for chance; at most 1 (Hubert and Arabie
+  /// 1985).
   double adjustedRandIndex = 0;
-  double purity = 0;  ///< share of the items that belong to their cluster's most frequent class
+  /// Share of the items that belong to their cluster's most frequent class.
+  double purity = 0;
 };
 
 /// Compares two labelings of the same items; the label values are only names. A truth of one class is
-/// homogeneous, one single cluster is complete. Throws Error when there are no items or the lengths differ.
+/// homogeneous, one single cluster is complete. Throws Error (invalidInput, mismatch) when there are no items
+/// or the lengths differ.
 /// O(n log n).
 Agreement measureAgreement(std::span<const int> truth, std::span<const int> clusters);
 

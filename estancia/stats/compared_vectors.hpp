@@ -1,4 +1,4 @@
-// Descriptors as they are compared: what maps and zones measure distances between.
+// Compared vectors: descriptors embedded, standardized and weighted for their comparison.
 #pragma once
 
 #include <span>
@@ -10,22 +10,22 @@
 
 namespace estancia {
 
-/// One embedded descriptor made ready for compare(): centered and weighted by `standardization` (unless that
-/// is empty), its parts weighted, and of unit length where the comparison is a cosine.
+/// Prepares one embedded descriptor for compare(): centered and weighted by `standardization` (unless that is
+/// empty), its parts weighted, and of unit length for a cosine.
 std::vector<float> comparedVector(const Distance& distance, const Standardization& standardization,
                                   std::span<const float> embedded);
 
-/// Whole descriptors, embedded and then each as above. N×L.
+/// Embeds descriptors, then prepares each as above. N×L.
 DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance,
                                  const Standardization& standardization);
 
-/// Whole descriptors as a map compares them by `distance`, which knows their parts: embedded, for a
+/// Prepares descriptors as a map compares them by `distance`, which has their parts: embedded, for a
 /// standardized distance centered and scaled by the run `scale`, then as comparedVector(). N×L.
 DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const DescriptorMatrix& scale,
                                  const Distance& distance);
 
-/// Whole descriptors as zones compare them: a standardized distance is centered and scaled by all of them, so
-/// that their order does not matter. N×L.
+/// Prepares descriptors as zones compare them: a standardized distance is centered and scaled by all of them,
+/// so that their order does not matter. N×L.
 DescriptorMatrix comparedVectors(const DescriptorMatrix& descriptors, const Distance& distance);
 
 }  // namespace estancia

@@ -1,7 +1,6 @@
 #include "estancia/stats/distance.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <bit>
@@ -15,6 +14,7 @@ namespace estancia {
 namespace {
 
 constexpr std::string_view sigmaSuffix = "-sigma";
+constexpr const char* sigmaExplanation = ", labels that vary within the node have less weight";
 
 /// ln x of a finite x > 0, good to about 1e-7 and without a call, so that loops over labels stay vectors:
 /// x = 2ᵏ y with y in [√½, √2), ln y = 2 artanh((y − 1) / (y + 1)).
@@ -83,8 +83,8 @@ Sums chiSquares(const float* a, const float* b, const float* w, std::size_t n) {
 ESTANCIA_MULTIVERSION
 Sums jeffreys(const float* a, const float* b, const float* w, std::size_t n) {
   return accumulate(a, b, w, n, [](float x, float y) {
-    const float more = std::max(std::max(x, y), 0.0F), less = std::max(std::min(x, y), 0.0F);
-    return (more - less) * logarithm((more + clrFloor) / (less + clrFloor));
+    const float larger = std::max(std::max(x, y), 0.0F), smaller = std::max(std::min(x, y), 0.0F);
+    return (larger - smaller) * logarithm((larger + clrFloor) / (smaller + clrFloor));
   });
 }
 
@@ -100,19 +100,19 @@ Sums jensenShannons(const float* a, const float* b, const float* w, std::size_t 
 }
 
 ESTANCIA_MULTIVERSION
-Sums largest(const float* a, const float* b, const float* w, std::size_t n) {
-  float most = 0, weights = 0;
+Sums maxima(const float* a, const float* b, const float* w, std::size_t n) {
+  float largest = 0, weights = 0;
   if (w == nullptr) {
-#pragma omp simd reduction(max : most)
-    for (std::size_t i = 0; i < n; ++i) most = std::max(most, std::fabs(a[i] - b[i]));
-    return {static_cast<float>(n), most};
+#pragma omp simd reduction(max : largest)
+    for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, std::fabs(a[i] - b[i]));
+    return {static_cast<float>(n), largest};
   }
-#pragma omp simd reduction(max : most) reduction(+ : weights)
+#pragma omp simd reduction(max : largest) reduction(+ : weights)
   for (std::size_t i = 0; i < n; ++i) {
     weights += w[i];
-    most = std::max(most, w[i] * std::fabs(a[i] - b[i]));
+    largest = std::max(largest, w[i] * std::fabs(a[i] - b[i]));
   }
-  return {weights, most};
+  return {weights, largest};
 }
 
 /// Weights are relative: `labels` times the weighted mean.
@@ -123,7 +123,7 @@ double rescaled(const Sums& sums, std::size_t labels) {
 double cosine(const Sums& ab, const Sums& aa, const Sums& bb) {
   const double norms = std::sqrt(static_cast<double>(aa.value) * bb.value);
   if (norms > 0) return ab.value / norms;
-  return aa.value == bb.value ? 1 : 0;  // zero vectors point nowhere: alike among themselves only
+  return aa.value == bb.value ? 1 : 0;  // zero vectors have no direction: equal among themselves only
 }
 
 void center(std::span<float> values) {
@@ -165,7 +165,7 @@ const std::vector<Distance>& baseDistances() {
        false,
        {},
        0.5,
-       "cosine of log-ratios, each label centered and scaled by the run's own mean and spread"},
+       "cosine of log-ratios, each label centered and scaled by the run's own mean and deviation"},
       plain("clr-cosine", centeredLogRatio, cosine, 0.3,
             "cosine of centered log-ratios (Aitchison's geometry)"),
       plain("clr-euclidean", centeredLogRatio, euclidean, 40,
@@ -204,27 +204,32 @@ const std::vector<Distance>& baseDistances() {
   return all;
 }
 
+Choices distances() {
+  Choices all;
+  for (const Distance& distance : baseDistances()) {
+    all.push_back({distance.name, distance.explanation});
+    if (!distance.sigmaWeighted)
+      all.push_back({distance.name + std::string(sigmaSuffix), distance.explanation + sigmaExplanation});
+  }
+  return all;
+}
+
 Distance getDistance(std::string_view name, const std::vector<LabelPart>& parts) {
   std::string_view base = name;
   const bool sigma = base.size() > sigmaSuffix.size() && base.ends_with(sigmaSuffix);
   if (sigma) base.remove_suffix(sigmaSuffix.size());
-  std::vector<std::string> known;
   for (const Distance& distance : baseDistances()) {
-    if (distance.name == base && !(sigma && distance.sigmaWeighted)) {
-      Distance result = distance;
-      result.parts = parts;
-      if (sigma) {
-        result.name += sigmaSuffix;
-        result.sigmaWeighted = true;
-        result.explanation += ", labels that vary inside the node weigh less";
-      }
-      return result;
-    }
-    known.push_back(distance.name);
+    if (distance.name != base || (sigma && distance.sigmaWeighted)) continue;
+    Distance result = distance;
+    result.parts = parts;
+    if (!sigma) return result;
+    result.name += sigmaSuffix;
+    result.sigmaWeighted = true;
+    result.explanation += sigmaExplanation;
+    return result;
   }
-  throw Error(
-      fmt::format("no distance is called \"{}\"; there are {} (all but the weighted ones also with -sigma)",
-                  name, fmt::join(known, ", ")));
+  throw Error(ErrorCode::unknownName,
+              fmt::format("unknown distance \"{}\"; known: {}", name, namesOf(distances())));
 }
 
 void embed(Embedding embedding, std::span<const float> p, std::span<float> out,
@@ -255,7 +260,9 @@ float dot(std::span<const float> a, std::span<const float> b) {
 double compare(Comparison comparison, std::span<const float> a, std::span<const float> b,
                std::span<const float> weights) {
   if (a.size() != b.size() || (!weights.empty() && weights.size() != a.size()))
-    throw Error(fmt::format("cannot compare descriptors of {} and {} labels", a.size(), b.size()));
+    throw Error(ErrorCode::mismatch,
+                fmt::format("descriptors have {} and {} labels, and {} weights; give as many of each",
+                            a.size(), b.size(), weights.size()));
   const float *x = a.data(), *y = b.data(), *w = weights.empty() ? nullptr : weights.data();
   const std::size_t n = a.size();
   switch (comparison) {
@@ -268,7 +275,7 @@ double compare(Comparison comparison, std::span<const float> a, std::span<const 
     case Comparison::l1:
       return rescaled(magnitudes(x, y, w, n), n);
     case Comparison::chebyshev:
-      return rescaled(largest(x, y, w, n), n);
+      return rescaled(maxima(x, y, w, n), n);
     case Comparison::kullbackLeibler:
       return std::max(0.0, rescaled(jeffreys(x, y, w, n), n));
     case Comparison::jensenShannon:
@@ -282,7 +289,7 @@ double compare(Comparison comparison, std::span<const float> a, std::span<const 
       return std::clamp(1 - cosine(products(x, y, w, n), products(x, x, w, n), products(y, y, w, n)), 0.0,
                         2.0);
   }
-  throw Error("a comparison of unknown kind");
+  throw Error(ErrorCode::invalidOption, "the comparison is none of Comparison; give one of its values");
 }
 
 }  // namespace estancia

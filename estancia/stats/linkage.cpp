@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/memory.hpp"
 
 namespace estancia {
 namespace {
@@ -22,29 +23,26 @@ struct Link {
   double height;
 };
 
-/// Tells of merges now and then, and asks whether to go on.
-class Watch {
+/// Reports merges every now and then, and asks whether to go on.
+class MergeProgress {
  public:
-  Watch(Progress* progress, std::size_t merges) : progress_(progress) {
-    if (progress_ != nullptr) progress_->begin("linkage", merges);
+  MergeProgress(Progress& progress, std::size_t merges) : progress_(progress) {
+    progress_.begin("linkage", merges);
   }
   void advance() {
-    if (++waiting_ < often) return;
+    if (++waiting_ < interval) return;
     if (interrupted()) throw Interrupted("stopped while clusters were merged");
-    tell();
+    report();
   }
   void end() {
-    tell();
-    if (progress_ != nullptr) progress_->end();
+    report();
+    progress_.end();
   }
 
  private:
-  static constexpr std::size_t often = 64;
-  void tell() {
-    if (progress_ != nullptr) progress_->advance(waiting_);
-    waiting_ = 0;
-  }
-  Progress* progress_;
+  static constexpr std::size_t interval = 64;
+  void report() { progress_.advance(std::exchange(waiting_, 0)); }
+  Progress& progress_;
   std::size_t waiting_ = 0;
 };
 
@@ -66,11 +64,11 @@ double afterMerge(Linkage linkage, double da, double db, double dab, double na, 
           std::max(0.0, (n + na) * share * da * da + (n + nb) * share * db * db - n * share * dab * dab));
     }
   }
-  throw Error("a linkage of unknown kind");
+  throw Error(ErrorCode::invalidOption, "the linkage is none of Linkage; give one of its values");
 }
 
-/// The distances of the clusters that are left. A cluster keeps the place of its last leaf. Places of
-/// clusters that are gone are dropped when they are many, so that what is left lies densely.
+/// The distances of the remaining clusters. A cluster has the position of its last leaf. Positions of merged
+/// clusters are dropped when they are many, so that the rest stays dense in memory.
 class Clusters {
  public:
   Clusters(CondensedDistances& distances, Linkage linkage, const std::vector<std::size_t>& sizes)
@@ -93,7 +91,7 @@ class Clusters {
     std::size_t place;
     double distance;
   };
-  /// The first of the nearest; but `nearest`, when it is as near as any.
+  /// The first of the nearest clusters; `nearest` itself when none is nearer.
   Neighbor nearestTo(std::size_t place, Neighbor nearest) const {
     for (std::size_t i = 0; i < place; ++i) {
       if (i + ahead < place) __builtin_prefetch(&at(i + ahead, place));
@@ -119,10 +117,10 @@ class Clusters {
     --alive_;
   }
 
-  bool isSparse() const { return places_ > leastPlaces && alive_ * 4 < places_ * 3; }
+  bool isSparse() const { return places_ > minPlaces && alive_ * 4 < places_ * 3; }
 
-  /// Drops the places of clusters that are gone; the others keep their order. Returns each old place's new
-  /// one.
+  /// Drops the positions of merged clusters; the others keep their order. Returns the new position of each
+  /// old one.
   std::vector<std::size_t> compact() {
     std::vector<std::size_t> kept, moved(places_);
     for (std::size_t i = 0; i < places_; ++i) {
@@ -141,23 +139,23 @@ class Clusters {
   }
 
  private:
-  static constexpr std::size_t ahead = 16, leastPlaces = 64;
+  static constexpr std::size_t ahead = 16, minPlaces = 64;
   std::size_t rowOf(std::size_t i) const { return i * (2 * places_ - i - 1) / 2; }
   double& at(std::size_t i, std::size_t j) const { return values_[rowOf(i) + j - i - 1]; }
 
   double* values_;
   Linkage linkage_;
   std::size_t places_, alive_;
-  std::vector<double> sizes_;  ///< 0: gone
+  std::vector<double> sizes_;  // 0: merged
   std::vector<std::size_t> leaves_;
 };
 
-/// From any cluster to its nearest, to that one's nearest …: the chain ends in two that are each other's
-/// nearest. With these linkages they stay so whatever else merges, so they merge now.
+/// Follows nearest neighbors from any cluster until two are each other's nearest. With these linkages (they
+/// are reducible) the two stay so whatever else merges, so they merge now.
 std::vector<Link> nearestNeighborChain(CondensedDistances& distances, Linkage linkage,
-                                       const LinkageOptions& options) {
-  Clusters clusters(distances, linkage, options.sizes);
-  Watch watch(options.progress, distances.items() - 1);
+                                       const std::vector<std::size_t>& sizes, Progress& progress) {
+  Clusters clusters(distances, linkage, sizes);
+  MergeProgress merging(progress, distances.items() - 1);
   std::vector<Link> links;
   std::vector<std::size_t> chain;
   std::size_t first = 0;
@@ -184,17 +182,17 @@ std::vector<Link> nearestNeighborChain(CondensedDistances& distances, Linkage li
       for (std::size_t& place : chain) place = moved[place];
       first = 0;
     }
-    watch.advance();
+    merging.advance();
   }
-  watch.end();
+  merging.end();
   return links;
 }
 
-/// The tree grows by the item nearest to it (Prim 1957). Each item is linked with the one before it: all that
-/// came between are nearer.
-std::vector<Link> spanningTree(const CondensedDistances& distances, Progress* progress) {
+/// The tree grows by the item nearest to it (Prim 1957). Each item is linked with the one added before it:
+/// all others in between are nearer.
+std::vector<Link> spanningTree(const CondensedDistances& distances, Progress& progress) {
   const std::size_t n = distances.items();
-  Watch watch(progress, n - 1);
+  MergeProgress merging(progress, n - 1);
   std::vector<double> toTree(n, infinity);
   std::vector<char> inTree(n, 0);
   std::vector<Link> links;
@@ -202,24 +200,24 @@ std::vector<Link> spanningTree(const CondensedDistances& distances, Progress* pr
   while (links.size() + 1 < n) {
     inTree[last] = 1;
     std::size_t nearest = n;
-    double least = infinity;
+    double smallest = infinity;
     for (std::size_t i = 0; i < n; ++i) {
       if (inTree[i] != 0) continue;
       toTree[i] = std::min(toTree[i], distances(last, i));
-      if (toTree[i] < least) {
+      if (toTree[i] < smallest) {
         nearest = i;
-        least = toTree[i];
+        smallest = toTree[i];
       }
     }
-    links.push_back({last, nearest, least});
+    links.push_back({last, nearest, smallest});
     last = nearest;
-    watch.advance();
+    merging.advance();
   }
-  watch.end();
+  merging.end();
   return links;
 }
 
-/// Brings links into order of height and names the clusters that they join.
+/// Sorts links by height and numbers the clusters that they join.
 Dendrogram dendrogramOf(std::size_t leaves, std::vector<Link> links, const std::vector<std::size_t>& sizes) {
   std::stable_sort(links.begin(), links.end(),
                    [](const Link& a, const Link& b) { return a.height < b.height; });
@@ -240,80 +238,132 @@ Dendrogram dendrogramOf(std::size_t leaves, std::vector<Link> links, const std::
   return {leaves, std::move(merges)};
 }
 
-void check(const CondensedDistances& distances, const std::vector<std::size_t>& sizes) {
-  constexpr double most = 1e100;  // squares of such still add up
+void requireValid(const CondensedDistances& distances, const std::vector<std::size_t>& sizes) {
+  constexpr double maximum = 1e100;  // sums of its squares are finite
   const auto values = distances.values();
-  const auto wrong = std::ranges::find_if(values, [](double d) { return !(d >= 0 && d <= most); });
+  const auto wrong = std::ranges::find_if(values, [](double d) { return !(d >= 0 && d <= maximum); });
   if (wrong != values.end()) {
     auto rest = static_cast<std::size_t>(wrong - values.begin());
     std::size_t item = 0;
     for (std::size_t row = distances.items() - 1; rest >= row; ++item) rest -= row--;
-    throw Error(fmt::format("the distance of items {} and {} is {}; clusters need distances from 0 to {}",
-                            item, item + 1 + rest, *wrong, most));
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("the distance of items {} and {} is {}; give distances from 0 to {}", item,
+                            item + 1 + rest, *wrong, maximum));
   }
   if (sizes.empty()) return;
   if (sizes.size() != distances.items() || std::count(sizes.begin(), sizes.end(), std::size_t{0}) > 0)
-    throw Error(fmt::format("{} sizes, each at least 1, are needed for {} leaves, not {}", distances.items(),
-                            distances.items(), sizes.size()));
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("there are {} sizes for {} leaves; give one of at least 1 each", sizes.size(),
+                            distances.items()));
 }
 
 }  // namespace
 
-const std::vector<NamedLinkage>& linkages() {
-  static const std::vector<NamedLinkage> all = {
-      {"average", Linkage::average, "the mean over all pairs of images (thesis Algorithm 5.1)"},
-      {"ward", Linkage::ward, "how much a merger adds to the squared distances from the means"},
-      {"complete", Linkage::complete, "the farthest images"},
-      {"weighted", Linkage::weighted, "the mean over the two clusters last merged"},
-      {"single", Linkage::single, "the nearest images"},
-  };
-  return all;
+Dendrogram::Dendrogram(std::size_t leaves, std::vector<Merge> merges)
+    : leaves_(leaves), merges_(std::move(merges)) {
+  if (merges_.size() + 1 != std::max<std::size_t>(leaves_, 1))
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("a dendrogram of {} leaves has {} merges; give one less than leaves", leaves_,
+                            merges_.size()));
+  std::vector<char> merged(leaves_ + merges_.size(), 0);
+  for (std::size_t k = 0; k < merges_.size(); ++k) {
+    const Merge& merge = merges_[k];
+    const bool inOrder = k == 0 ? merge.height >= 0 : merge.height >= merges_[k - 1].height;
+    if (!inOrder || merge.left >= merge.right || merge.right >= leaves_ + k || merged[merge.left] != 0 ||
+        merged[merge.right] != 0)
+      throw Error(ErrorCode::invalidInput, fmt::format("merge {} of a dendrogram joins clusters {} and {} at "
+                                                       "{}; give merges by height, of clusters that exist",
+                                                       k, merge.left, merge.right, merge.height));
+    merged[merge.left] = merged[merge.right] = 1;
+  }
+}
+
+std::vector<int> Dendrogram::cutAt(double distance) const {
+  if (std::isnan(distance))
+    throw Error(ErrorCode::invalidInput, "the distance of a cut is NaN; give a number");
+  const auto above = std::partition_point(
+      merges_.begin(), merges_.end(), [distance](const Merge& merge) { return merge.height <= distance; });
+  return afterMerges(static_cast<std::size_t>(above - merges_.begin()));
+}
+
+std::vector<int> Dendrogram::cutInto(std::size_t clusters) const {
+  if (clusters > leaves_ || (clusters == 0 && leaves_ > 0))
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("{} images cannot form {} clusters; choose 1 to {}", leaves_, clusters, leaves_));
+  return afterMerges(leaves_ - clusters);
+}
+
+std::vector<int> Dendrogram::afterMerges(std::size_t count) const {
+  std::vector<std::size_t> parent(leaves_ + count);  // its own: a root
+  for (std::size_t i = 0; i < parent.size(); ++i) parent[i] = i;
+  for (std::size_t k = 0; k < count; ++k) parent[merges_[k].left] = parent[merges_[k].right] = leaves_ + k;
+  for (std::size_t i = parent.size(); i-- > 0;) parent[i] = parent[parent[i]];  // parents come after children
+  std::vector<int> number(parent.size(), -1), clusters(leaves_);
+  int next = 0;
+  for (std::size_t leaf = 0; leaf < leaves_; ++leaf) {
+    int& own = number[parent[leaf]];
+    if (own < 0) own = next++;
+    clusters[leaf] = own;
+  }
+  return clusters;
+}
+
+Choices linkages() {
+  return {{"average", "the mean over all pairs of images (thesis Algorithm 5.1)"},
+          {"ward", "how much a merge increases the squared distances from the means"},
+          {"complete", "the farthest images"},
+          {"weighted", "the mean over the two clusters last merged"},
+          {"single", "the nearest images"}};
 }
 
 Linkage getLinkage(std::string_view name) {
-  std::vector<std::string> known;
-  for (const NamedLinkage& linkage : linkages()) {
-    if (linkage.name == name) return linkage.linkage;
-    known.push_back(linkage.name);
-  }
-  throw Error(fmt::format("no linkage is called \"{}\"; there are {}", name, fmt::join(known, ", ")));
+  requireChoice("linkage", name, linkages());
+  if (name == "average") return Linkage::average;
+  if (name == "ward") return Linkage::ward;
+  if (name == "complete") return Linkage::complete;
+  return name == "weighted" ? Linkage::weighted : Linkage::single;
 }
 
 Comparison comparisonFor(const Distance& distance, Linkage linkage) {
   if (distance.sigmaWeighted)
     throw Error(
-        fmt::format("{} weighs labels by their spread inside a place, and single images have none; choose a "
-                    "distance without -sigma, for the weighted ones l2",
-                    distance.name));
+        ErrorCode::invalidOption,
+        fmt::format(
+            "{} weights labels by their deviation within a place, and single images have none; choose a "
+            "distance without -sigma, for the weighted ones l2",
+            distance.name));
   if (linkage != Linkage::ward) return distance.comparison;
   const auto fits = [](Comparison c) { return c == Comparison::euclidean || c == Comparison::cosine; };
   if (fits(distance.comparison)) return Comparison::euclidean;
   std::vector<std::string> fitting;
   for (const Distance& other : baseDistances())
     if (fits(other.comparison)) fitting.push_back(other.name);
-  throw Error(fmt::format(
-      "Ward's linkage needs Euclidean distances, which {} is not; choose among {}, or another linkage",
-      distance.name, fmt::join(fitting, ", ")));
+  throw Error(
+      ErrorCode::invalidOption,
+      fmt::format(
+          "Ward's linkage needs a Euclidean distance, and {} is not; choose one of {}, or another linkage",
+          distance.name, fmt::join(fitting, ", ")));
 }
 
-Dendrogram link(CondensedDistances distances, Linkage linkage, const LinkageOptions& options) {
-  check(distances, options.sizes);
+Dendrogram link(CondensedDistances distances, Linkage linkage, const std::vector<std::size_t>& sizes,
+                Progress& progress) {
+  requireValid(distances, sizes);
   const std::size_t n = distances.items();
   if (n < 2) return {n, {}};
-  if (linkage == Linkage::ward && !options.sizes.empty())
+  if (linkage == Linkage::ward && !sizes.empty())
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t j = i + 1; j < n; ++j) {
-        const auto a = static_cast<double>(options.sizes[i]), b = static_cast<double>(options.sizes[j]);
+        const auto a = static_cast<double>(sizes[i]), b = static_cast<double>(sizes[j]);
         distances.after(i)[j - i - 1] *= std::sqrt(2 * a * b / (a + b));
       }
   return dendrogramOf(n,
-                      linkage == Linkage::single ? spanningTree(distances, options.progress)
-                                                 : nearestNeighborChain(distances, linkage, options),
-                      options.sizes);
+                      linkage == Linkage::single ? spanningTree(distances, progress)
+                                                 : nearestNeighborChain(distances, linkage, sizes, progress),
+                      sizes);
 }
 
 std::uint64_t clusteringMemory(std::size_t items, std::size_t labels) {
-  constexpr std::uint64_t copies = 3;      // of the descriptors: as compared, and twice to be quick
+  constexpr std::uint64_t copies = 3;      // of the descriptors: as compared, and twice as packed
   constexpr std::uint64_t eachItem = 128;  // the chain and the dendrogram
   const auto product =
       static_cast<double>(items) * (static_cast<double>(labels) * copies * sizeof(float) + eachItem) +
@@ -321,12 +371,17 @@ std::uint64_t clusteringMemory(std::size_t items, std::size_t labels) {
   return product < 0x1p63 ? static_cast<std::uint64_t>(product) : std::uint64_t{1} << 63;
 }
 
+void requireClusteringMemory(std::size_t items, std::size_t labels) {
+  requireClusteringMemory(items, labels, availableMemory());
+}
+
 void requireClusteringMemory(std::size_t items, std::size_t labels, std::uint64_t available) {
   const std::uint64_t needed = clusteringMemory(items, labels);
   if (needed <= available) return;
   constexpr double gibibyte = 1 << 30;
   throw Error(
-      fmt::format("clustering {} images exactly takes {:.1f} GiB of memory, and {:.1f} GiB are available; "
+      ErrorCode::tooLarge,
+      fmt::format("exact clustering of {} images needs {:.1f} GiB of memory, and {:.1f} GiB are available; "
                   "use the streaming mode (estancia zones --stream), or take fewer images",
                   items, static_cast<double>(needed) / gibibyte, static_cast<double>(available) / gibibyte));
 }

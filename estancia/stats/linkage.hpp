@@ -1,65 +1,130 @@
-// Hierarchical clustering, exact.
+// Hierarchical clustering, exact: distances of all pairs, linkage, dendrogram and its cuts.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <string>
+#include <memory>
+#include <span>
 #include <string_view>
 #include <vector>
 
-#include "estancia/core/memory.hpp"
+#include "estancia/core/choice.hpp"
+#include "estancia/core/descriptor.hpp"
 #include "estancia/core/progress.hpp"
-#include "estancia/stats/dendrogram.hpp"
 #include "estancia/stats/distance.hpp"
-#include "estancia/stats/pairwise.hpp"
 
 namespace estancia {
 
-/// How far two clusters are apart.
+/// A symmetric matrix of n×n distances with a zero diagonal, condensed as SciPy's pdist gives it: d(0, 1),
+/// d(0, 2) … d(0, n−1), d(1, 2) … Float64, since linkage averages in place: 8 · n (n − 1) / 2 bytes.
+class CondensedDistances {
+ public:
+  /// Not initialized. Throws Error (tooLarge) without such memory.
+  explicit CondensedDistances(std::size_t items);
+
+  static std::uint64_t bytes(std::size_t items);
+
+  std::size_t items() const { return items_; }
+  std::span<double> values() & { return {values_.get(), size_}; }
+  std::span<const double> values() const& { return {values_.get(), size_}; }
+  std::span<const double> values() const&& = delete;  // they would dangle
+  /// Distance of two different items.
+  double operator()(std::size_t i, std::size_t j) const { return values_[i < j ? place(i, j) : place(j, i)]; }
+  /// Distances of item i to i+1 … n−1.
+  double* after(std::size_t i) { return values_.get() + (i + 1 < items_ ? place(i, i + 1) : size_); }
+
+ private:
+  std::size_t place(std::size_t i, std::size_t j) const { return i * (2 * items_ - i - 1) / 2 + j - i - 1; }
+  struct Free {
+    void operator()(double* values) const;
+  };
+  std::size_t items_, size_;
+  std::unique_ptr<double[], Free> values_;
+};
+
+/// compare(comparison, …) of all pairs of rows (see comparedVectors()), in float32 up to rounding: equal rows
+/// have distance 0 exactly, none is negative. O(N² L). `threads` 0: one a usable core; the distances do not
+/// depend on them. Throws Error (invalidInput) when a value is not finite; Interrupted.
+CondensedDistances pairwiseDistances(const DescriptorMatrix& rows, Comparison comparison, int threads = 0,
+                                     Progress& progress = Progress::none());
+
+/// Dendrogram: n leaves and the n − 1 merges that make one cluster of them, as SciPy's linkage matrix Z.
+class Dendrogram {
+ public:
+  /// Clusters are numbered: leaf i is i, merge k makes cluster n + k.
+  struct Merge {
+    /// left < right
+    std::size_t left, right;
+    /// The distance of the two clusters.
+    double height;
+    /// Items in the new cluster.
+    std::size_t size;
+  };
+
+  /// `merges` in order of height, each of clusters that exist and are not yet merged. Throws Error
+  /// (invalidInput) otherwise.
+  Dendrogram(std::size_t leaves, std::vector<Merge> merges);
+
+  std::size_t leaves() const { return leaves_; }
+  const std::vector<Merge>& merges() const { return merges_; }
+
+  /// The cluster number of each leaf (0, 1 … in order of first appearance) when merging stops once the
+  /// smallest distance is above `distance`: items of one cluster have a cophenetic distance ≤ `distance`
+  /// (fcluster's criterion "distance"). Throws Error (invalidInput) on NaN.
+  std::vector<int> cutAt(double distance) const;
+
+  /// The same for exactly `clusters` clusters. Throws Error (invalidInput) unless 1 ≤ clusters ≤ leaves (0
+  /// without leaves).
+  std::vector<int> cutInto(std::size_t clusters) const;
+
+ private:
+  std::vector<int> afterMerges(std::size_t count) const;
+
+  std::size_t leaves_;
+  std::vector<Merge> merges_;
+};
+
+/// The distance of two clusters.
 enum class Linkage {
-  single,    ///< as their nearest items
-  complete,  ///< as their farthest items
-  average,   ///< the mean over all pairs of items (UPGMA; thesis Algorithm 5.1)
-  weighted,  ///< the mean of the distances of the two clusters last merged (WPGMA)
-  ward  ///< how much their merger adds to the squared distances from the means: √(2 n m / (n + m)) · |means|
+  /// That of their nearest items.
+  single,
+  /// That of their farthest items.
+  complete,
+  /// The mean over all pairs of items (UPGMA; thesis Algorithm 5.1).
+  average,
+  /// The mean of the distances to the two clusters last merged (WPGMA).
+  weighted,
+  /// How much a merge increases the squared distances from the means: √(2 n m / (n + m)) · |mean − mean'|.
+  ward
 };
 
-struct NamedLinkage {
-  std::string name;
-  Linkage linkage;
-  std::string explanation;
-};
+/// The names of Linkage.
+Choices linkages();
 
-const std::vector<NamedLinkage>& linkages();
-
-/// Throws Error listing the known names.
+/// Throws Error (unknownName).
 Linkage getLinkage(std::string_view name);
 
-/// How the compared vectors (comparedVectors()) of images are to be compared for this linkage: the distance's
-/// own comparison, but for Ward's linkage, which adds up squares, the chord √(2 (1 − cos)) between unit
-/// vectors instead of a cosine. Throws Error, naming what fits, for a distance that is not Euclidean with
-/// Ward's linkage, and for σ-weighted distances: single images have no σ.
+/// The comparison of images (of their comparedVectors()) for this linkage: that of the distance, but for
+/// Ward's linkage, which adds up squares, the chord √(2 (1 − cos)) between unit vectors instead of a cosine.
+/// Throws Error (invalidOption), with the distances that fit, for Ward's linkage with a distance that is not
+/// Euclidean, and for σ-weighted distances: single images have no σ.
 Comparison comparisonFor(const Distance& distance, Linkage linkage);
-
-struct LinkageOptions {
-  /// Items that each leaf stands for, when leaves are small clusters themselves; empty: one each. Average and
-  /// Ward's linkage weigh by them. Distances are then those of the leaves' means.
-  std::vector<std::size_t> sizes;
-  Progress* progress = nullptr;  ///< told of merges
-};
 
 /// Merges the two nearest clusters until one is left. Exact, O(n²) time, in place: the nearest-neighbor
 /// chain (Murtagh 1983; Müllner 2011), for single linkage Prim's spanning tree (Rohlf 1973; Gower and Ross
-/// 1969). The same dendrogram as SciPy's linkage() on the same distances, ties included. Throws Error when a
-/// distance is negative, above 1e100 or no number, or the sizes are not n numbers ≥ 1; Interrupted when the
-/// user asks to stop.
-Dendrogram link(CondensedDistances distances, Linkage linkage, const LinkageOptions& options = {});
+/// 1969). The same dendrogram as SciPy's linkage() on the same distances, ties included. `sizes` are the
+/// items of leaves that are clusters themselves, with the distances of their means (empty: one item each);
+/// average and Ward's linkage weight by them. Throws Error (invalidInput) when a distance is negative, above
+/// 1e100 or NaN, or the sizes are not n numbers ≥ 1; Interrupted.
+Dendrogram link(CondensedDistances distances, Linkage linkage, const std::vector<std::size_t>& sizes = {},
+                Progress& progress = Progress::none());
 
-/// Bytes that pairwiseDistances() and link() take for so many items.
+/// Bytes that pairwiseDistances() and link() need.
 std::uint64_t clusteringMemory(std::size_t items, std::size_t labels);
 
-/// Throws Error, naming the streaming mode, when that is more than is available.
-void requireClusteringMemory(std::size_t items, std::size_t labels,
-                             std::uint64_t available = availableMemory());
+/// Throws Error (tooLarge) when that is more than this process may still allocate.
+void requireClusteringMemory(std::size_t items, std::size_t labels);
+/// The same with `available` bytes.
+void requireClusteringMemory(std::size_t items, std::size_t labels, std::uint64_t available);
 
 }  // namespace estancia

@@ -16,30 +16,36 @@ namespace {
 void requireUnique(const std::vector<std::string>& names, const char* what) {
   std::set<std::string> known;
   for (const std::string& name : names)
-    if (!known.insert(name).second) throw Error(fmt::format("two {}s are called \"{}\"", what, name));
+    if (!known.insert(name).second)
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("two {}s are called \"{}\"; give each a name of its own", what, name));
 }
 
-void check(const MethodScores& scores, double alpha) {
+void requireComplete(const MethodScores& scores) {
   if (scores.methods.empty() || scores.tests.empty())
-    throw Error(fmt::format("{} methods and {} tests are nothing to compare", scores.methods.size(),
-                            scores.tests.size()));
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("there are {} methods and {} tests; give at least one of each",
+                            scores.methods.size(), scores.tests.size()));
   requireUnique(scores.methods, "method");
   requireUnique(scores.tests, "test");
   if (scores.values.size() != scores.tests.size())
-    throw Error(fmt::format("scores of {} tests beside {} names", scores.values.size(), scores.tests.size()));
+    throw Error(ErrorCode::mismatch,
+                fmt::format("there are scores of {} tests, but {} names; give one a test",
+                            scores.values.size(), scores.tests.size()));
   for (std::size_t t = 0; t < scores.tests.size(); ++t) {
     if (scores.values[t].size() != scores.methods.size())
-      throw Error(fmt::format("test \"{}\" has {} scores for {} methods", scores.tests[t],
+      throw Error(ErrorCode::mismatch,
+                  fmt::format("test \"{}\" has {} scores for {} methods; give one a method", scores.tests[t],
                               scores.values[t].size(), scores.methods.size()));
     for (std::size_t m = 0; m < scores.methods.size(); ++m)
       if (!std::isfinite(scores.values[t][m]))
-        throw Error(fmt::format("the score of \"{}\" in test \"{}\" is {}; it must be a number",
+        throw Error(ErrorCode::invalidInput,
+                    fmt::format("the score of \"{}\" in test \"{}\" is {}; give a finite number",
                                 scores.methods[m], scores.tests[t], scores.values[t][m]));
   }
-  if (!(alpha > 0 && alpha < 1)) throw Error(fmt::format("alpha is {}; it lies between 0 and 1", alpha));
 }
 
-/// The stretches of rows that groups() of MethodComparison promises.
+/// See MethodComparison::groups.
 std::vector<std::pair<std::size_t, std::size_t>> groupsOf(const MethodComparison& result) {
   const std::size_t k = result.rows.size();
   if (k < 2) return {};
@@ -72,8 +78,29 @@ std::vector<std::pair<std::size_t, std::size_t>> groupsOf(const MethodComparison
 
 }  // namespace
 
+OptionGroup declare(ComparisonOptions& options) {
+  OptionGroup group("comparison", "Statistical comparison of methods over several tests.");
+  group.add("better", options.better,
+            {{{"larger", "accuracies"}, Better::larger}, {{"smaller", "errors and times"}, Better::smaller}},
+            "Whether larger or smaller scores are better.");
+  group
+      .add("post-hoc", options.postHoc,
+           {{postHocs()[0], PostHoc::holm},
+            {postHocs()[1], PostHoc::shaffer},
+            {postHocs()[2], PostHoc::nemenyi}},
+           "Post-hoc test.")
+      .why("holm compares with a control and is the most powerful; the others compare all pairs");
+  group.add("alpha", &options.alpha, "Probability of finding any difference where there is none.")
+      .above(0, std::nextafter(1.0, 0.0))
+      .why("smaller values find fewer differences, and are more often right");
+  group.add("control", &options.control, "Method that the others are compared with.")
+      .automatic("the method of the best mean rank");
+  return group;
+}
+
 MethodComparison compareMethods(MethodScores scores, const ComparisonOptions& options) {
-  check(scores, options.alpha);
+  validate(options);
+  requireComplete(scores);
   MethodComparison result;
   const std::size_t k = scores.methods.size();
   const std::vector<double> rank = meanRanks(scores.values, options.better);
@@ -82,8 +109,8 @@ MethodComparison compareMethods(MethodScores scores, const ComparisonOptions& op
           ? scores.methods.begin() + (std::min_element(rank.begin(), rank.end()) - rank.begin())
           : std::find(scores.methods.begin(), scores.methods.end(), options.control);
   if (chosen == scores.methods.end())
-    throw Error(fmt::format("no method is called \"{}\"; there are {}", options.control,
-                            fmt::join(scores.methods, ", ")));
+    throw Error(ErrorCode::unknownName, fmt::format("unknown method \"{}\"; known: {}", options.control,
+                                                    fmt::join(scores.methods, ", ")));
   result.control = static_cast<std::size_t>(chosen - scores.methods.begin());
   result.friedman = friedmanTest(scores.values);
   result.differ = result.friedman.fP <= options.alpha;

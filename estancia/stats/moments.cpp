@@ -43,7 +43,7 @@ Moments::Moments(std::size_t labels, bool spread)
 
 void Moments::add(std::span<const float> x, double weight) {
   weight_ += weight;
-  if (weight_ <= 0) throw Error("more weight was taken from a node than it had");
+  if (weight_ <= 0) throw Error(ErrorCode::invalidState, "more weight is removed from a node than it has");
   const auto share = static_cast<float>(weight / weight_);
   if (variance_.empty())
     moveMean(mean_.data(), carry_.data(), x.data(), share, mean_.size());
@@ -87,7 +87,8 @@ std::string Moments::toBytes() const {
 
 Moments Moments::fromBytes(std::string_view bytes, std::size_t labels, bool spread) {
   if (bytes.size() != byteCount(labels, spread))
-    throw Error("the map holds a node state of the wrong size; the file is damaged, map again");
+    throw Error(ErrorCode::corruptFile,
+                "a node state of the map has the wrong size; the file is damaged, map again");
   Moments moments(labels, spread);
   const char* in = bytes.data();
   const auto get = [&in](void* to, std::size_t count) {
@@ -98,10 +99,12 @@ Moments Moments::fromBytes(std::string_view bytes, std::size_t labels, bool spre
   for (auto* values : {&moments.mean_, &moments.carry_, &moments.variance_}) {
     get(values->data(), values->size() * sizeof(float));
     if (!std::all_of(values->begin(), values->end(), [](float v) { return std::isfinite(v); }))
-      throw Error("the map holds a node state that is not finite; the file is damaged, map again");
+      throw Error(ErrorCode::corruptFile,
+                  "a node state of the map is not finite; the file is damaged, map again");
   }
   if (!(moments.weight_ >= 0) || !std::isfinite(moments.weight_))
-    throw Error("the map holds a node of impossible weight; the file is damaged, map again");
+    throw Error(ErrorCode::corruptFile,
+                "a node of the map has an invalid weight; the file is damaged, map again");
   return moments;
 }
 

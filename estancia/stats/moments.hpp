@@ -1,4 +1,4 @@
-// Running mean and variance of descriptors, in float32, safe over millions of images.
+// Running mean and variance of descriptors in float32, accurate over millions of images.
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,14 @@
 namespace estancia {
 
 /// Weighted mean and population variance of a stream of vectors (Welford 1962, West 1979; thesis
-/// Eq. 4.3, 4.4). The mean carries its rounding error along (Kahan), so that the 10⁶th image still moves it.
+/// Eq. 4.3, 4.4). The mean carries its rounding error (Kahan), so that the 10⁶th image still changes it.
 class Moments {
  public:
-  /// `spread`: keep the variance, too.
+  /// `spread`: also the variance.
   Moments(std::size_t labels, bool spread);
 
-  /// Adds one vector with weight > 0, or takes weight back (weight < 0) from a vector added before.
+  /// Adds one vector with weight > 0, or removes weight (< 0) of a vector added before. Throws Error
+  /// (invalidState) when more weight is removed than there is.
   void add(std::span<const float> x, double weight = 1);
 
   /// As if all vectors of `other` had been added here (Chan et al. 1979).
@@ -24,9 +25,11 @@ class Moments {
 
   double weight() const { return weight_; }
   std::span<const float> mean() const { return mean_; }
-  std::span<const float> variance() const { return variance_; }  ///< empty without spread
+  /// Empty without spread.
+  std::span<const float> variance() const { return variance_; }
 
-  /// For the map file, and back. Throws Error when `bytes` is not what `toBytes` wrote for as many labels.
+  /// For the map file, and back. Throws Error (corruptFile) unless toBytes() wrote `bytes` for as many
+  /// labels.
   std::string toBytes() const;
   static Moments fromBytes(std::string_view bytes, std::size_t labels, bool spread);
   static std::size_t byteCount(std::size_t labels, bool spread);

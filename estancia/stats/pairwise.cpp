@@ -1,4 +1,4 @@
-#include "estancia/stats/pairwise.hpp"
+// Distances of all pairs of rows, tile by tile (linkage.hpp).
 
 #include <fmt/format.h>
 #include <sys/mman.h>
@@ -12,6 +12,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/simd.hpp"
+#include "estancia/stats/linkage.hpp"
 
 namespace estancia {
 namespace {
@@ -22,7 +23,7 @@ constexpr std::size_t block = 64;  // rows that stay in the cache while the colu
 using Vector [[gnu::vector_size(lanes * sizeof(float))]] = float;
 using Bits [[gnu::vector_size(lanes * sizeof(int))]] = int;
 
-/// One label of `lanes` rows. Aligned by itself: a template argument loses what the type asks for.
+/// One label of `lanes` rows. The struct has the alignment, which a template argument would lose.
 struct alignas(sizeof(Vector)) Column {
   Vector values;
 };
@@ -72,8 +73,8 @@ void tileOf(Sum kind, const float* rows, const Column* columns, std::size_t labe
   }
 }
 
-/// Which sum over the labels a comparison is made of; those that need a logarithm or a division for each
-/// label gain nothing from tiles.
+/// Which sum over the labels a comparison consists of; those with a logarithm or a division for each label
+/// gain nothing from tiles.
 bool isTiled(Comparison comparison, Sum& kind) {
   switch (comparison) {
     case Comparison::meanSquare:
@@ -94,7 +95,7 @@ bool isTiled(Comparison comparison, Sum& kind) {
     case Comparison::jensenShannon:
       return false;
   }
-  throw Error("a comparison of unknown kind");
+  throw Error(ErrorCode::invalidOption, "the comparison is none of Comparison; give one of its values");
 }
 
 /// The rows twice, padded with zeros: one after the other, and in groups of `lanes` packed label by label.
@@ -140,7 +141,7 @@ double finish(Comparison comparison, double sum, const Packed& packed, std::size
     case Comparison::euclidean:
       return std::sqrt(sum);
     case Comparison::cosine:
-      // Zero vectors point nowhere: alike among themselves only.
+      // Zero vectors have no direction: equal among themselves only.
       if (packed.isZero(i) || packed.isZero(j)) return packed.isZero(i) == packed.isZero(j) ? 0 : 1;
       return std::min(sum / 2, 2.0);
     default:
@@ -152,8 +153,8 @@ void requireFinite(const DescriptorMatrix& rows) {
   for (std::size_t i = 0; i < rows.size(); ++i)
     for (const float value : rows.row(i))
       if (!std::isfinite(value))
-        throw Error(fmt::format("descriptor {} holds {}, which has no distance to anything; label it again",
-                                i, value));
+        throw Error(ErrorCode::invalidInput,
+                    fmt::format("descriptor {} holds {}; label its image again", i, value));
 }
 
 }  // namespace
@@ -167,9 +168,11 @@ CondensedDistances::CondensedDistances(std::size_t items) : items_(items), size_
                      : nullptr;
   if (memory == nullptr)
     throw Error(
-        fmt::format("no memory for the distances of {} items ({:.1f} GiB); take fewer, or the streaming "
-                    "mode: estancia zones --stream",
-                    items, static_cast<double>(bytes(items)) / (1 << 30)));
+        ErrorCode::tooLarge,
+        fmt::format(
+            "no memory for the distances of {} items ({:.1f} GiB); use fewer images, or the streaming "
+            "mode (estancia zones --stream)",
+            items, static_cast<double>(bytes(items)) / (1 << 30)));
 #ifdef MADV_HUGEPAGE
   madvise(memory, whole, MADV_HUGEPAGE);  // columns are read across all pages
 #endif
@@ -183,12 +186,12 @@ void CondensedDistances::Free::operator()(double* values) const {
 std::uint64_t CondensedDistances::bytes(std::size_t items) {
   const std::uint64_t n = items;
   if (n < 2) return 0;
-  constexpr std::uint64_t most = std::uint64_t{1} << 30;  // beyond it the product would overflow
-  return n > most ? ~std::uint64_t{0} : n * (n - 1) / 2 * sizeof(double);
+  constexpr std::uint64_t maxItems = std::uint64_t{1} << 30;  // beyond it the product would overflow
+  return n > maxItems ? ~std::uint64_t{0} : n * (n - 1) / 2 * sizeof(double);
 }
 
-CondensedDistances pairwiseDistances(const DescriptorMatrix& rows, Comparison comparison,
-                                     const PairwiseOptions& options) {
+CondensedDistances pairwiseDistances(const DescriptorMatrix& rows, Comparison comparison, int threads,
+                                     Progress& progress) {
   requireFinite(rows);
   const std::size_t n = rows.size(), labels = rows.labels();
   CondensedDistances distances(n);
@@ -212,11 +215,9 @@ CondensedDistances pairwiseDistances(const DescriptorMatrix& rows, Comparison co
         distances.after(i)[j - i - 1] = compare(comparison, rows.row(i), rows.row(j));
   };
 
-  Progress silent;
-  Progress& progress = options.progress != nullptr ? *options.progress : silent;
   const std::size_t blocks = (n + block - 1) / block;
   progress.begin("distances of all pairs", blocks);
-  inParallel(blocks, options.threads, progress, "stopped while the distances of all pairs were computed",
+  inParallel(blocks, threads, progress, "stopped while the distances of all pairs were computed",
              [&](std::size_t b) {
                const std::size_t begin = b * block, end = std::min(n, begin + block);
                tiled ? byTiles(begin, end) : pairByPair(begin, end);

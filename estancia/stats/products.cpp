@@ -74,7 +74,8 @@ void rowProducts(const DescriptorMatrix& rows, const PackedRows& others, int thr
                  const std::function<void(std::size_t, std::span<float>)>& take) {
   const std::size_t labels = rows.labels(), n = rows.size();
   if (labels != others.labels())
-    throw Error(fmt::format("cannot multiply rows of {} and {} numbers", labels, others.labels()));
+    throw Error(ErrorCode::mismatch,
+                fmt::format("rows have {} and {} numbers; give as many of each", labels, others.labels()));
   static const bool wide = hasWideRegisters();
   const std::size_t stride = others.panels() * PackedRows::width;
   Progress silent;

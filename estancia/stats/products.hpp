@@ -1,4 +1,4 @@
-// The scalar products of many rows with many others.
+// Matrix products: scalar products of all rows of one matrix with all rows of another.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace estancia {
 
-/// Rows that many others are multiplied with: packed once for the processor's vectors.
+/// Rows packed once for SIMD, to be multiplied with many others.
 class PackedRows {
  public:
   explicit PackedRows(const DescriptorMatrix& rows);

@@ -1,4 +1,4 @@
-// How sure a share of counted things is.
+// Confidence interval of a proportion (Wilson score interval).
 #pragma once
 
 #include <cstddef>
@@ -6,13 +6,13 @@
 
 namespace estancia {
 
-/// The 95 % interval of a probability of which `hits` in `trials` were seen (Wilson 1927, score interval): in
-/// [0, 1], also for none or all. It takes the trials for independent. Throws Error when there are none, or
-/// more hits than trials.
+/// The 95 % confidence interval of a probability from `hits` in `trials` (Wilson 1927, score interval): in
+/// [0, 1], also for no hits or hits only. Trials are assumed independent. Throws Error (invalidInput) without
+/// trials, or with more hits than trials.
 std::pair<double, double> wilsonInterval(std::size_t hits, std::size_t trials);
 
-/// The same of a `share` that was seen in what is worth `trials` independent ones, whole or not. The interval
-/// holds the share. Throws Error unless the share is in [0, 1] and the trials are more than 0.
+/// The same for a `share` of an effective number of `trials`, which need not be whole. The interval contains
+/// the share. Throws Error (invalidInput) unless the share is in [0, 1] and the trials are above 0.
 std::pair<double, double> wilsonInterval(double share, double trials);
 
 }  // namespace estancia

@@ -29,7 +29,8 @@ struct Cluster {
 
 SpatialVariance spatialVariance(std::span<const Position> positions, std::span<const int> clusters) {
   if (positions.empty() || positions.size() != clusters.size())
-    throw Error(fmt::format("{} positions for {} clustered items: give one each, and at least one",
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{} positions for {} clustered items: give one each, and at least one",
                             positions.size(), clusters.size()));
   std::map<int, Cluster> byName;
   for (std::size_t i = 0; i < positions.size(); ++i) byName[clusters[i]].add(positions[i]);

@@ -1,4 +1,4 @@
-// Do images that look alike lie close together?
+// Spatial variance of clusters: how far apart the positions of their members are.
 #pragma once
 
 #include <array>
@@ -6,16 +6,19 @@
 
 namespace estancia {
 
-using Position = std::array<double, 3>;  ///< [m]
+/// [m]
+using Position = std::array<double, 3>;
 
-/// How far the members of clusters lie apart, as variances [m²]: mean squared distances to the mean position
-/// of the cluster. One cluster of all gives the variance of the positions, singletons give 0.
+/// Variances [m²]: mean squared distances to the mean position of the cluster. One cluster of all items gives
+/// the variance of the positions, singletons give 0.
 struct SpatialVariance {
-  double overClusters = 0;  ///< mean over the clusters, each as important as the next (thesis 4.5.2)
-  double overItems = 0;     ///< mean over the items: a few stray singletons do not sweeten it
+  /// Mean over the clusters, with equal weights (thesis 4.5.2).
+  double overClusters = 0;
+  /// Mean over the items: singletons hardly lower it.
+  double overItems = 0;
 };
 
-/// Throws Error when there are no items or the lengths differ. O(n log n).
+/// Throws Error (mismatch) when there are no items or the lengths differ. O(n log n).
 SpatialVariance spatialVariance(std::span<const Position> positions, std::span<const int> clusters);
 
 }  // namespace estancia

@@ -21,8 +21,9 @@ double normalBelow(double z) {
 }  // namespace
 
 double studentizedRangeTail(double q, std::size_t groups) {
-  if (groups < 2) throw Error(fmt::format("a range needs at least 2 groups, not {}", groups));
-  if (std::isnan(q)) throw Error("a range is a number");
+  if (groups < 2)
+    throw Error(ErrorCode::invalidInput, fmt::format("there are {} groups; give at least 2", groups));
+  if (std::isnan(q)) throw Error(ErrorCode::invalidInput, "the range is NaN; give a number");
   if (q <= 0) return 1;
   // P(range ≤ q) = k ∫ φ(z) [Φ(z) − Φ(z − q)]^(k−1) dz, where z is the largest variable, and with q = ∞ it is
   // 1. The difference of both, with a = Φ(z) and d = Φ(z − q), has no cancellation as a^(k−1) (1 − (1 −
@@ -43,7 +44,8 @@ double studentizedRangeTail(double q, std::size_t groups) {
 }
 
 double studentizedRangeQuantile(double alpha, std::size_t groups) {
-  if (!(alpha > 0 && alpha < 1)) throw Error(fmt::format("alpha is {}; it lies between 0 and 1", alpha));
+  if (!(alpha > 0 && alpha < 1))
+    throw Error(ErrorCode::invalidInput, fmt::format("alpha is {}; give a number between 0 and 1", alpha));
   double most = 1;
   while (studentizedRangeTail(most, groups) > alpha) most *= 2;
   std::uintmax_t steps = 200;

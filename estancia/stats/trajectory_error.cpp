@@ -17,12 +17,13 @@ namespace {
 
 void requirePairs(std::span<const Pose> estimated, std::span<const Pose> truth) {
   if (estimated.size() != truth.size() || estimated.empty())
-    throw Error(
-        fmt::format("{} estimated poses cannot be measured by {} true ones; give both of the same moments",
-                    estimated.size(), truth.size()));
+    throw Error(ErrorCode::mismatch,
+                fmt::format("there are {} estimated poses and {} true ones; give both at the same times",
+                            estimated.size(), truth.size()));
   for (std::size_t i = 0; i < truth.size(); ++i)
     if (!estimated[i].isFinite() || !truth[i].isFinite())
-      throw Error(fmt::format("pose {} is not finite; leave it out of the estimate and of the truth", i));
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("pose {} is not finite; leave it out of the estimate and of the truth", i));
 }
 
 cv::Vec3d positionOf(const Pose& pose) {
@@ -72,7 +73,7 @@ AbsoluteTrajectoryError absoluteTrajectoryError(std::span<const Pose> estimated,
 RelativePoseError relativePoseError(std::span<const Pose> estimated, std::span<const Pose> truth,
                                     std::size_t step) {
   requirePairs(estimated, truth);
-  if (step == 0) throw Error("a relative pose error over 0 poses says nothing; take a step of at least 1");
+  if (step == 0) throw Error(ErrorCode::invalidInput, "the step is 0 poses; give at least 1");
   RelativePoseError error;
   double translation = 0, rotation = 0;
   for (std::size_t i = 0; i + step < truth.size(); ++i, ++error.pairs) {

@@ -1,4 +1,4 @@
-// How far an estimated trajectory is from the true one.
+// Trajectory error: absolute (ATE) and relative pose error (RPE) of an estimated trajectory.
 #pragma once
 
 #include <cstddef>
@@ -11,21 +11,25 @@ namespace estancia {
 /// Distances between positions after the best rigid alignment.
 struct AbsoluteTrajectoryError {
   std::size_t poses = 0;
-  double rmse = 0, mean = 0, median = 0, max = 0;  ///< [m]
-  Pose truthFromEstimate;                          ///< the alignment: true ≈ truthFromEstimate · estimated
+  /// [m]
+  double rmse = 0, mean = 0, median = 0, max = 0;
+  /// The alignment: true ≈ truthFromEstimate · estimated.
+  Pose truthFromEstimate;
 };
 
-/// Moves the estimate onto the truth by the rotation and translation (no scale) that make the squared
-/// distances of the positions least, and measures what is left (Umeyama 1991; Sturm et al. 2012). `estimated`
-/// and `truth` are pairs of poses of the same moments. Throws Error when they are not equally many, none, or
-/// not finite.
+/// Aligns the estimate with the truth by the rotation and translation (no scale) of the least squared
+/// distances of the positions, and measures the rest (Umeyama 1991; Sturm et al. 2012). `estimated` and
+/// `truth` are pairs of poses at the same times. Throws Error (mismatch, invalidInput) when they are not
+/// equally many, none, or not finite.
 AbsoluteTrajectoryError absoluteTrajectoryError(std::span<const Pose> estimated, std::span<const Pose> truth);
 
-/// Errors of the motion over `step` poses, whatever happened before: drift (Sturm et al. 2012).
+/// Error of the relative motion over `step` poses: drift (Sturm et al. 2012).
 struct RelativePoseError {
   std::size_t pairs = 0;
-  double translationRmse = 0;  ///< [m]
-  double rotationRmse = 0;     ///< [degrees]
+  /// [m]
+  double translationRmse = 0;
+  /// [degrees]
+  double rotationRmse = 0;
 };
 
 /// Throws Error as absoluteTrajectoryError does, and when `step` is 0. No pairs when there are at most `step`
@@ -33,7 +37,7 @@ struct RelativePoseError {
 RelativePoseError relativePoseError(std::span<const Pose> estimated, std::span<const Pose> truth,
                                     std::size_t step = 1);
 
-/// The way along the positions [m].
+/// Length of the path through the positions [m].
 double pathLength(std::span<const Pose> poses);
 
 }  // namespace estancia

@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/stats/dendrogram.hpp"
-#include "estancia/stats/pairwise.hpp"
+#include "estancia/stats/linkage.hpp"
 
 namespace estancia {
 

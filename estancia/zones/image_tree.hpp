@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/stats/pairwise.hpp"
+#include "estancia/stats/linkage.hpp"
 #include "estancia/zones/cut.hpp"
 #include "estancia/zones/zones.hpp"
 

@@ -10,7 +10,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/stats/compared_vectors.hpp"
-#include "estancia/stats/pairwise.hpp"
+#include "estancia/stats/linkage.hpp"
 #include "estancia/zones/image_tree.hpp"
 
 namespace estancia {

@@ -177,7 +177,7 @@ void ZoneStream::Impl::rescale() {
     group.compared = comparedVector(distance_, standardization_, group.embedded.mean());
     vectors.append(group.compared);
   }
-  const CondensedDistances all = pairwiseDistances(vectors, comparison_, {.threads = zoneOptions_.threads});
+  const CondensedDistances all = pairwiseDistances(vectors, comparison_, zoneOptions_.threads);
   for (std::size_t i = 0; i < groups_.size(); ++i)
     for (std::size_t j = i + 1; j < groups_.size(); ++j) distance(i, j) = distance(j, i) = all(i, j);
   for (std::size_t i = 0; i < groups_.size(); ++i) findNearest(i);
@@ -238,11 +238,11 @@ void ZoneStream::Impl::update() {
 
 void ZoneStream::Impl::relink() {
   CondensedDistances all = condensed();
-  LinkageOptions linking;
-  for (const Group& group : groups_) linking.sizes.push_back(group.images.size());
+  std::vector<std::size_t> sizes;
+  for (const Group& group : groups_) sizes.push_back(group.images.size());
   NearestItems neighbors = findNeighbors(all, neighborsForCut(images()));
-  weighBySize(neighbors, linking.sizes);
-  const Dendrogram tree = link(std::move(all), linkage_, linking);
+  weighBySize(neighbors, sizes);
+  const Dendrogram tree = link(std::move(all), linkage_, sizes);
   ZoneOptions options = zoneOptions_;
   if (options.count) options.count = std::min(*options.count, groups_.size());  // at the start of a run
   ZoneCut cut = cutTree(tree, neighbors, options);

@@ -148,7 +148,7 @@ CondensedDistances compareImages(const DescriptorSequence& sequence, const ZoneO
     requireProbabilities(sequence.descriptors.row(i), sequence.vocabulary.size(), sequence.frames[i].name);
   requireClusteringMemory(sequence.frames.size(), sequence.vocabulary.size());
   const DescriptorMatrix vectors = comparedVectors(sequence.descriptors, distance);
-  return pairwiseDistances(vectors, comparison, {.threads = options.threads, .progress = &progress});
+  return pairwiseDistances(vectors, comparison, options.threads, progress);
 }
 
 ImageTree linkImages(const DescriptorSequence& sequence, const ZoneOptions& options, Progress& progress) {
@@ -156,8 +156,7 @@ ImageTree linkImages(const DescriptorSequence& sequence, const ZoneOptions& opti
     throw Error(ErrorCode::insufficientData, "there are no images to make zones of; give at least one");
   CondensedDistances distances = compareImages(sequence, options, progress);
   NearestItems neighbors = findNeighbors(distances);
-  return {link(std::move(distances), getLinkage(options.linkage), {.sizes = {}, .progress = &progress}),
-          std::move(neighbors)};
+  return {link(std::move(distances), getLinkage(options.linkage), {}, progress), std::move(neighbors)};
 }
 
 Zones findZones(const DescriptorSequence& sequence, const ZoneOptions& options, Progress& progress) {

@@ -9,7 +9,7 @@
 
 #include "estancia/core/error.hpp"
 #include "samples.hpp"
-#include "support/support.hpp"
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
@@ -18,7 +18,7 @@ using test::accuracy;
 using test::bytesOf;
 using test::changed;
 using test::clouds;
-using test::errorOf;
+using test::FailsWith;
 using test::trained;
 using test::typed;
 
@@ -109,12 +109,12 @@ TEST(Knn, NumbersTooLargeForDistancesAreRefused) {
     ClassifierOptions options = typed("knn");
     options.metric = metric;
     const auto classifier = trained(good, options);
-    EXPECT_THAT(errorOf([&] { trained(huge, options); }), testing::HasSubstr("float32"));
-    EXPECT_THAT(errorOf([&] { classifier->predict(huge.x); }), testing::HasSubstr("float32"));
+    EXPECT_THAT([&] { trained(huge, options); }, FailsWith(ErrorCode::invalidInput, "float32"));
+    EXPECT_THAT([&] { classifier->predict(huge.x); }, FailsWith(ErrorCode::invalidInput, "float32"));
   }
 }
 
-/// "1 neighbors, cosine: 75.0 % of what was held out" → 75.
+/// "1 neighbors, cosine: 75.0 % of held-out samples" → 75.
 double heldOutShare(const Classifier& classifier) {
   const std::string choice = classifier.choice();
   return std::stod(choice.substr(choice.find(": ") + 2));

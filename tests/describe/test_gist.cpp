@@ -12,14 +12,13 @@
 #include "estancia/describe/gist.hpp"
 #include "estancia/io/sequence.hpp"
 #include "support/model_support.hpp"
-#include "support/support.hpp"
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
 
 using test::busyImage;
-using test::errorOf;
-using testing::HasSubstr;
+using test::FailsWith;
 
 constexpr double pi = std::numbers::pi;
 
@@ -213,9 +212,9 @@ TEST(Gist, TakesImagesOfAnySizeGrayOrColor) {
 }
 
 TEST(Gist, RefusesWhatIsNoImage) {
-  EXPECT_THAT(errorOf([] { gist({}); }), HasSubstr("gist: there is no image"));
-  EXPECT_THAT(errorOf([] { gist(cv::Mat(9, 9, CV_32F)); }), HasSubstr("neither BGR nor gray"));
-  EXPECT_THAT(errorOf([] { Gist().describe({}); }), HasSubstr("no image"));
+  EXPECT_THAT([] { gist({}); }, FailsWith(ErrorCode::invalidInput, "gist"));
+  EXPECT_THAT([] { gist(cv::Mat(9, 9, CV_32F)); }, FailsWith(ErrorCode::invalidInput, "gist"));
+  EXPECT_THAT([] { Gist().describe({}); }, FailsWith(ErrorCode::invalidInput, "gist"));
 }
 
 TEST(Gist, DoesNotDependOnThreadsOfOpenCV) {

@@ -11,14 +11,13 @@
 #include "describe/made_up_sequence.hpp"
 #include "estancia/describe/phog.hpp"
 #include "support/model_support.hpp"
-#include "support/support.hpp"
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
 
 using test::busyImage;
-using test::errorOf;
-using testing::HasSubstr;
+using test::FailsWith;
 
 constexpr double pi = std::numbers::pi;
 
@@ -183,14 +182,14 @@ TEST(Phog, DoesNotDependOnThreadsOfOpenCV) {
 }
 
 TEST(Phog, RefusesWhatItCannotDo) {
-  EXPECT_THAT(errorOf([] { phog({}); }), HasSubstr("phog: there is no image"));
-  EXPECT_THAT(errorOf([] { phog(cv::Mat(9, 9, CV_16UC3)); }), HasSubstr("neither BGR nor gray"));
+  EXPECT_THAT([] { phog({}); }, FailsWith(ErrorCode::invalidInput, "phog"));
+  EXPECT_THAT([] { phog(cv::Mat(9, 9, CV_16UC3)); }, FailsWith(ErrorCode::invalidInput, "phog"));
   const cv::Mat image = busyImage({20, 20}, 1);
-  EXPECT_THAT(errorOf([&] { phog(image, {.bins = 0}); }), HasSubstr("0 bins"));
-  EXPECT_THAT(errorOf([&] { phog(image, {.levels = 9}); }), HasSubstr("level 9"));
-  EXPECT_THAT(errorOf([&] { phog(image, {.range = 90}); }), HasSubstr("90 degrees"));
-  EXPECT_THAT(errorOf([&] { phog(image, {.longestSide = 1}); }), HasSubstr("1 pixels"));
-  EXPECT_THAT(errorOf([&] { Phog({.levels = -1}); }), HasSubstr("level -1"));
+  EXPECT_THAT([&] { phog(image, {.bins = 0}); }, FailsWith(ErrorCode::invalidOption, "phog.bins", "0"));
+  EXPECT_THAT([&] { phog(image, {.levels = 9}); }, FailsWith(ErrorCode::invalidOption, "phog.levels", "9"));
+  EXPECT_THAT([&] { phog(image, {.range = 90}); }, FailsWith(ErrorCode::invalidOption, "phog.range", "90"));
+  EXPECT_THAT([&] { phog(image, {.maxSide = 1}); }, FailsWith(ErrorCode::invalidOption, "phog.max-side", "1"));
+  EXPECT_THAT([&] { Phog({.levels = -1}); }, FailsWith(ErrorCode::invalidOption, "phog.levels", "-1"));
 }
 
 TEST(Phog, NamesItsNumbers) {

@@ -9,10 +9,12 @@
 #include <random>
 #include <set>
 
-#include "estancia/core/error.hpp"
+#include "support/errors.hpp"
 
 namespace estancia::experiments {
 namespace {
+
+using test::FailsWith;
 
 using Vector = std::vector<double>;
 
@@ -154,10 +156,10 @@ TEST(KMeans, TheSeedAloneDecides) {
 
 TEST(KMeans, RefusesWhatCannotBe) {
   const DescriptorMatrix rows = blobs();
-  EXPECT_THROW(kMeans(rows, 0), Error);
-  EXPECT_THROW(kMeans(rows, 91), Error);
-  EXPECT_THROW(kMeans(DescriptorMatrix(3), 1), Error);
-  EXPECT_THROW(kMeans(rows, 2, {0, 1}), Error);
+  EXPECT_THAT([&] { kMeans(rows, 0); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { kMeans(rows, 91); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { kMeans(DescriptorMatrix(3), 1); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { kMeans(rows, 2, {0, 1}); }, FailsWith(ErrorCode::invalidOption));
 }
 
 }  // namespace

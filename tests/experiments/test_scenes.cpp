@@ -195,7 +195,7 @@ TEST_F(Scenes, NothingIsLearnedFromTheTest) {
   const auto before = answers(cell), before2 = answers(subset);
   const auto modelBytes = [&] {
     Progress silent;
-    RoomClassifier::train(learned(), {}, silent).save(scratch_ / "model");
+    writeRoomClassifier(trainRoomClassifier(learned()), scratch_ / "model");
     return readFile(scratch_ / "model");
   };
   const std::string bytes = modelBytes();
@@ -241,7 +241,7 @@ TEST_F(Scenes, CrossValidationHoldsOutWholeRuns) {
     }
   }
   Progress silent;
-  const std::string choice = RoomClassifier::train(features, {}, silent).choice();
+  const std::string choice = trainRoomClassifier(features, {}, silent).choice();
   const auto percent = choice.find(" %"), begin = choice.rfind(' ', percent - 1);
   ASSERT_NE(percent, std::string::npos) << choice;
   EXPECT_LT(std::stod(choice.substr(begin, percent - begin)), 75) << choice;

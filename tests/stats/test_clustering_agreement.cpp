@@ -5,11 +5,13 @@
 #include <random>
 #include <vector>
 
-#include "estancia/core/error.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
+
+using test::FailsWith;
 
 struct Stored {
   const char* name;
@@ -79,8 +81,8 @@ TEST(Agreement, OfOneItemIsPerfect) {
 
 TEST(Agreement, NeedsItemsAndEqualLengths) {
   const std::vector<int> none, two{1, 2};
-  EXPECT_THROW(measureAgreement(none, none), Error);
-  EXPECT_THROW(measureAgreement(two, none), Error);
+  EXPECT_THAT([&] { measureAgreement(none, none); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { measureAgreement(two, none); }, FailsWith(ErrorCode::mismatch));
 }
 
 /// Random labelings of random length, the same ones every time.

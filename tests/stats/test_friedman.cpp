@@ -1,4 +1,4 @@
-#include "estancia/stats/friedman.hpp"
+#include "estancia/stats/rank_tests.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,11 +6,13 @@
 #include <cmath>
 #include <limits>
 
-#include "estancia/core/error.hpp"
 #include "scipy_random.hpp"
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
+
+using test::FailsWith;
 
 using Table = std::vector<std::vector<double>>;
 
@@ -90,9 +92,13 @@ TEST(Friedman, SaysWhenThereIsNothingToTest) {
 }
 
 TEST(Friedman, RefusesWhatIsNoTable) {
-  EXPECT_THROW(friedmanTest({}), Error);
-  EXPECT_THROW(friedmanTest({{1, 2}, {1}}), Error);
-  EXPECT_THROW(friedmanTest({{1, std::numeric_limits<double>::quiet_NaN()}}), Error);
+  EXPECT_THAT([&] { friedmanTest({}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { friedmanTest({{1, 2}, {1}}); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT(
+      [&] {
+        friedmanTest({{1, std::numeric_limits<double>::quiet_NaN()}});
+      },
+      FailsWith(ErrorCode::invalidInput));
 }
 
 }  // namespace

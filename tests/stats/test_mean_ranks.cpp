@@ -1,4 +1,5 @@
-#include "estancia/stats/mean_ranks.hpp"
+#include "estancia/stats/rank_tests.hpp"
+#include "support/errors.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,10 +7,10 @@
 #include <limits>
 #include <random>
 
-#include "estancia/core/error.hpp"
-
 namespace estancia {
 namespace {
+
+using test::FailsWith;
 
 using testing::ElementsAre;
 using Values = std::vector<double>;
@@ -36,8 +37,16 @@ TEST(Ranks, AreOneMoreThanTheSmallerOnesAndHalfTheEqualOnes) {
 }
 
 TEST(Ranks, RefuseWhatIsNoNumber) {
-  EXPECT_THROW(ranks(Values{1, std::numeric_limits<double>::quiet_NaN()}, Better::smaller), Error);
-  EXPECT_THROW(ranks(Values{1, std::numeric_limits<double>::infinity()}, Better::smaller), Error);
+  EXPECT_THAT(
+      [&] {
+        ranks(Values{1, std::numeric_limits<double>::quiet_NaN()}, Better::smaller);
+      },
+      FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT(
+      [&] {
+        ranks(Values{1, std::numeric_limits<double>::infinity()}, Better::smaller);
+      },
+      FailsWith(ErrorCode::invalidInput));
 }
 
 TEST(Standings, CountWinsTiesAndLossesOfEveryPair) {
@@ -58,8 +67,8 @@ TEST(Standings, OfOneCompetitorAreFirstPlaces) {
 }
 
 TEST(Standings, RefuseTestsThatDoNotFit) {
-  EXPECT_THROW(standings({}, Better::smaller), Error);
-  EXPECT_THROW(standings({{1, 2}, {1}}, Better::smaller), Error);
+  EXPECT_THAT([&] { standings({}, Better::smaller); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { standings({{1, 2}, {1}}, Better::smaller); }, FailsWith(ErrorCode::mismatch));
 }
 
 }  // namespace

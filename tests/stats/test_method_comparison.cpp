@@ -5,16 +5,15 @@
 
 #include <cmath>
 
-#include "estancia/core/error.hpp"
 #include "scipy_random.hpp"
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
 
+using test::FailsWith;
 using testing::ElementsAre;
-using testing::HasSubstr;
 using testing::Pair;
-using testing::ThrowsMessage;
 
 /// `steps[m]` apart on average, so that method 0 is the best where they fall.
 MethodScores sample(std::uint64_t seed, std::size_t tests, const std::vector<double>& means, double noise) {
@@ -119,8 +118,8 @@ TEST(MethodComparison, OfLittleSaysLittle) {
   EXPECT_EQ(one.rows.size(), 1U);
   EXPECT_TRUE(one.groups.empty() && one.pairs.empty() && !one.differ);
   ComparisonOptions options;
-  for (const auto& named : postHocs()) {
-    options.postHoc = named.postHoc;
+  for (const Choice& named : postHocs()) {
+    options.postHoc = getPostHoc(named.name);
     const MethodComparison equal = compareMethods({{"a", "b"}, {"t", "u"}, {{1, 1}, {2, 2}}}, options);
     EXPECT_FALSE(equal.differ);
     EXPECT_THAT(equal.groups, ElementsAre(Pair(0, 1)));
@@ -131,35 +130,32 @@ TEST(MethodComparison, OfLittleSaysLittle) {
 
 TEST(MethodComparison, SaysWhatIsWrongAndWhere) {
   const MethodScores sound{{"a", "b"}, {"t", "u"}, {{1, 2}, {3, 4}}};
-  const auto refuses = [](MethodScores scores, const std::string& words, ComparisonOptions options = {}) {
-    EXPECT_THAT([&] { compareMethods(scores, options); }, ThrowsMessage<Error>(HasSubstr(words)));
+  const auto refused = [](MethodScores scores, ComparisonOptions options = {}) {
+    return [scores, options] { compareMethods(scores, options); };
   };
+  for (const double value : {static_cast<double>(NAN), static_cast<double>(INFINITY)}) {
+    MethodScores bad = sound;
+    bad.values[1][0] = value;
+    EXPECT_THAT(refused(bad),
+                FailsWith(ErrorCode::invalidInput, "\"a\"", "\"u\"", std::isnan(value) ? "nan" : "inf"));
+  }
   MethodScores bad = sound;
-  bad.values[1][0] = NAN;
-  refuses(bad, "\"a\" in test \"u\" is nan");
-  bad.values[1][0] = INFINITY;
-  refuses(bad, "\"a\" in test \"u\" is inf");
-  bad = sound;
   bad.values[1].pop_back();
-  refuses(bad, "\"u\" has 1 scores for 2 methods");
+  EXPECT_THAT(refused(bad), FailsWith(ErrorCode::mismatch, "\"u\"", "1", "2"));
   bad = sound;
   bad.values.pop_back();
-  refuses(bad, "1 tests beside 2 names");
+  EXPECT_THAT(refused(bad), FailsWith(ErrorCode::mismatch, "1", "2"));
   bad = sound;
   bad.methods[1] = "a";
-  refuses(bad, "two methods are called \"a\"");
+  EXPECT_THAT(refused(bad), FailsWith(ErrorCode::invalidInput, "method", "\"a\""));
   bad = sound;
   bad.tests[1] = "t";
-  refuses(bad, "two tests are called \"t\"");
-  refuses({}, "nothing to compare");
-  ComparisonOptions options;
-  options.control = "c";
-  refuses(sound, "no method is called \"c\"; there are a, b", options);
-  options = {};
-  for (const double alpha : {0.0, 1.0, static_cast<double>(NAN)}) {
-    options.alpha = alpha;
-    refuses(sound, "between 0 and 1", options);
-  }
+  EXPECT_THAT(refused(bad), FailsWith(ErrorCode::invalidInput, "test", "\"t\""));
+  EXPECT_THAT(refused({}), FailsWith(ErrorCode::invalidInput, "0"));
+  EXPECT_THAT(refused(sound, {.control = "c"}), FailsWith(ErrorCode::unknownName, "\"c\"", "a, b"));
+  for (const double alpha : {0.0, 1.0, static_cast<double>(NAN)})
+    EXPECT_THAT(refused(sound, {.alpha = alpha, .control = {}}),
+                FailsWith(ErrorCode::invalidOption, "alpha"));
 }
 
 }  // namespace

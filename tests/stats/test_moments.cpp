@@ -1,4 +1,5 @@
 #include "estancia/stats/moments.hpp"
+#include "support/errors.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +7,10 @@
 #include <random>
 #include <vector>
 
-#include "estancia/core/error.hpp"
-
 namespace estancia {
 namespace {
+
+using test::FailsWith;
 
 using Values = std::vector<float>;
 
@@ -74,7 +75,7 @@ TEST(Moments, WeightCanBeTakenBack) {
     weights[i] = 0.5;
   }
   expectMoments(moments, all, weights, 1e-5);
-  EXPECT_THROW(moments.add(all[0], -100), Error);
+  EXPECT_THAT([&] { moments.add(all[0], -100); }, FailsWith(ErrorCode::invalidState));
 }
 
 TEST(Moments, MergedAreThoseOfAllImages) {
@@ -121,10 +122,10 @@ TEST(Moments, DamagedBytesAreRefused) {
   Moments moments(5, true);
   moments.add(Values(5, 0.5F));
   std::string bytes = moments.toBytes();
-  EXPECT_THROW(Moments::fromBytes(bytes.substr(1), 5, true), Error);
-  EXPECT_THROW(Moments::fromBytes(bytes, 6, true), Error);
+  EXPECT_THAT([&] { Moments::fromBytes(bytes.substr(1), 5, true); }, FailsWith(ErrorCode::corruptFile));
+  EXPECT_THAT([&] { Moments::fromBytes(bytes, 6, true); }, FailsWith(ErrorCode::corruptFile));
   bytes.replace(8, 4, "\xff\xff\xff\xff");  // a NaN for the first mean
-  EXPECT_THROW(Moments::fromBytes(bytes, 5, true), Error);
+  EXPECT_THAT([&] { Moments::fromBytes(bytes, 5, true); }, FailsWith(ErrorCode::corruptFile));
 }
 
 }  // namespace

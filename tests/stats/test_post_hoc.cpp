@@ -1,4 +1,4 @@
-#include "estancia/stats/post_hoc.hpp"
+#include "estancia/stats/rank_tests.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,12 +7,14 @@
 #include <cmath>
 #include <limits>
 
-#include "estancia/core/error.hpp"
 #include "estancia/stats/studentized_range.hpp"
 #include "scipy_random.hpp"
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
+
+using test::FailsWith;
 
 using Values = std::vector<double>;
 
@@ -118,8 +120,8 @@ TEST(PostHoc, NemenyiAgreesWithItsCriticalDifference) {
 }
 
 TEST(PostHoc, OneMethodHasNoPairs) {
-  for (const auto& named : postHocs())
-    EXPECT_TRUE(postHocTests(named.postHoc, Values{1}, 3).empty()) << named.name;
+  for (const Choice& named : postHocs())
+    EXPECT_TRUE(postHocTests(getPostHoc(named.name), Values{1}, 3).empty()) << named.name;
   EXPECT_TRUE(holmAdjusted(Values{}).empty());
   EXPECT_TRUE(shafferAdjusted(Values{}, 0).empty());
 }
@@ -134,21 +136,22 @@ TEST(PostHoc, ManyMethodsTakeNoLong) {
 
 TEST(PostHoc, RefusesWhatMakesNoSense) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(postHocTests(PostHoc::holm, Values{1, 2}, 0), Error);
-  EXPECT_THROW(postHocTests(PostHoc::holm, Values{1, 2}, 5, 2), Error);
-  EXPECT_THROW(postHocTests(PostHoc::holm, Values{1, 2.1}, 5), Error);
-  EXPECT_THROW(postHocTests(PostHoc::nemenyi, Values{1, nan}, 5), Error);
-  EXPECT_THROW(postHocTests(PostHoc::shaffer, Values(501, 251.0), 5), Error);
-  EXPECT_THROW(holmAdjusted(Values{0.5, 1.5}), Error);
-  EXPECT_THROW(holmAdjusted(Values{nan}), Error);
-  EXPECT_THROW(shafferAdjusted(Values{0.5, 0.5}, 3), Error);
-  EXPECT_THROW(shafferAdjusted(Values{}, std::numeric_limits<std::size_t>::max()), Error);
-  EXPECT_THROW(criticalDifference(0.05, 4, 0), Error);
-  EXPECT_THROW(criticalDifference(0.05, 1, 5), Error);
-  EXPECT_THROW(criticalDifference(0, 4, 5), Error);
-  EXPECT_THROW(criticalDifference(1, 4, 5), Error);
+  EXPECT_THAT([&] { postHocTests(PostHoc::holm, Values{1, 2}, 0); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { postHocTests(PostHoc::holm, Values{1, 2}, 5, 2); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { postHocTests(PostHoc::holm, Values{1, 2.1}, 5); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { postHocTests(PostHoc::nemenyi, Values{1, nan}, 5); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { postHocTests(PostHoc::shaffer, Values(501, 251.0), 5); }, FailsWith(ErrorCode::tooLarge));
+  EXPECT_THAT([&] { holmAdjusted(Values{0.5, 1.5}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { holmAdjusted(Values{nan}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { shafferAdjusted(Values{0.5, 0.5}, 3); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { shafferAdjusted(Values{}, std::numeric_limits<std::size_t>::max()); },
+              FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { criticalDifference(0.05, 4, 0); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { criticalDifference(0.05, 1, 5); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { criticalDifference(0, 4, 5); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { criticalDifference(1, 4, 5); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_THAT([] { getPostHoc("tukey"); },
-              testing::ThrowsMessage<Error>(testing::HasSubstr("holm, shaffer, nemenyi")));
+              FailsWith(ErrorCode::unknownName, "tukey", "holm, shaffer, nemenyi"));
 }
 
 TEST(StudentizedRange, OfTwoIsANormalDifference) {
@@ -176,9 +179,11 @@ TEST(StudentizedRange, FallsWithTheRangeAndGrowsWithTheGroups) {
 }
 
 TEST(StudentizedRange, RefusesWhatMakesNoSense) {
-  EXPECT_THROW(studentizedRangeTail(1, 1), Error);
-  EXPECT_THROW(studentizedRangeTail(std::numeric_limits<double>::quiet_NaN(), 3), Error);
-  EXPECT_THROW(studentizedRangeQuantile(std::numeric_limits<double>::quiet_NaN(), 3), Error);
+  EXPECT_THAT([&] { studentizedRangeTail(1, 1); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { studentizedRangeTail(std::numeric_limits<double>::quiet_NaN(), 3); },
+              FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { studentizedRangeQuantile(std::numeric_limits<double>::quiet_NaN(), 3); },
+              FailsWith(ErrorCode::invalidInput));
 }
 
 }  // namespace

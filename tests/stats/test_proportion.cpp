@@ -3,10 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "support/support.hpp"
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
+
+using test::FailsWith;
 
 // scipy.stats.binomtest(k, n).proportion_ci(method="wilson")
 TEST(WilsonInterval, IsSciPys) {
@@ -23,12 +25,12 @@ TEST(WilsonInterval, IsSciPys) {
 }
 
 TEST(WilsonInterval, RefusesWhatIsNoShare) {
-  EXPECT_THAT(test::errorOf([] { wilsonInterval(std::size_t{0}, std::size_t{0}); }),
-              testing::HasSubstr("no share"));
-  EXPECT_THAT(test::errorOf([] { wilsonInterval(std::size_t{3}, std::size_t{2}); }),
-              testing::HasSubstr("no share"));
-  EXPECT_THAT(test::errorOf([] { wilsonInterval(1.5, 2.0); }), testing::HasSubstr("no share"));
-  EXPECT_THAT(test::errorOf([] { wilsonInterval(0.5, 0.0); }), testing::HasSubstr("no share"));
+  EXPECT_THAT([] { wilsonInterval(std::size_t{0}, std::size_t{0}); },
+              FailsWith(ErrorCode::invalidInput, "0"));
+  EXPECT_THAT([] { wilsonInterval(std::size_t{3}, std::size_t{2}); },
+              FailsWith(ErrorCode::invalidInput, "3", "2"));
+  EXPECT_THAT([] { wilsonInterval(1.5, 2.0); }, FailsWith(ErrorCode::invalidInput, "1.5"));
+  EXPECT_THAT([] { wilsonInterval(0.5, 0.0); }, FailsWith(ErrorCode::invalidInput, "0.5"));
 }
 
 }  // namespace

@@ -85,8 +85,8 @@ TEST_F(SciPy, HasTheSameDistances) {
 
 TEST_F(SciPy, MakesTheSameDendrograms) {
   const DescriptorMatrix rows = descriptors(2, 30, 5, 4);
-  for (const NamedLinkage& named : linkages()) {
-    const Dendrogram dendrogram = link(distances(rows, "l2"), named.linkage);
+  for (const Choice& named : linkages()) {
+    const Dendrogram dendrogram = link(distances(rows, "l2"), getLinkage(named.name));
     const Json& expected = stored_["small"][named.name];
     ASSERT_EQ(dendrogram.merges().size(), expected.size());
     for (std::size_t k = 0; k < expected.size(); ++k) {
@@ -101,9 +101,9 @@ TEST_F(SciPy, MakesTheSameDendrograms) {
 
 TEST_F(SciPy, BreaksTiesInTheSameWay) {
   for (const Json& stored : stored_["ties"])
-    for (const NamedLinkage& named : linkages()) {
+    for (const Choice& named : linkages()) {
       const Dendrogram dendrogram =
-          link(dissimilarities(stored["seed"], stored["items"], stored["steps"]), named.linkage);
+          link(dissimilarities(stored["seed"], stored["items"], stored["steps"]), getLinkage(named.name));
       std::vector<std::size_t> numbers;
       for (const Dendrogram::Merge& merge : dendrogram.merges())
         numbers.insert(numbers.end(), {merge.left, merge.right, merge.size});

@@ -7,11 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "estancia/stats/friedman.hpp"
-#include "estancia/stats/mean_ranks.hpp"
-#include "estancia/stats/post_hoc.hpp"
+#include "estancia/stats/rank_tests.hpp"
 #include "estancia/stats/studentized_range.hpp"
-#include "estancia/stats/wilcoxon.hpp"
 #include "scipy_random.hpp"
 
 namespace estancia {

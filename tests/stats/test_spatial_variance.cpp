@@ -1,14 +1,15 @@
 #include "estancia/stats/spatial_variance.hpp"
+#include "support/errors.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstdint>
 #include <vector>
 
-#include "estancia/core/error.hpp"
-
 namespace estancia {
 namespace {
+
+using test::FailsWith;
 
 /// Made without a generator so that Python makes the same: u = (1103515245·i + 12345) % 65536 / 65536,
 /// v = (22695477·i + 1) % 65536 / 65536; P = (10 u, 5 v, u v).
@@ -51,8 +52,8 @@ TEST(SpatialVariance, StraySingletonsSweetenTheMeanOverClustersOnly) {
 }
 
 TEST(SpatialVariance, NeedsOneClusterAPosition) {
-  EXPECT_THROW(spatialVariance({}, {}), Error);
-  EXPECT_THROW(spatialVariance(positions(), std::vector<int>(89)), Error);
+  EXPECT_THAT([&] { spatialVariance({}, {}); }, FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT([&] { spatialVariance(positions(), std::vector<int>(89)); }, FailsWith(ErrorCode::mismatch));
 }
 
 }  // namespace

@@ -226,7 +226,7 @@ TEST(Zones, TakeImagesThatSayNothing) {
   EXPECT_EQ(zonesOf(recordingOf(rows)).zones.size(), 1U);
   EXPECT_EQ(zonesOf(recordingOf(rows)).zones[0].name, "no words");
   for (int i = 0; i < 12; ++i) rows.push_back({0.9F, 0.1F, 0});
-  for (const NamedLinkage& linkage : linkages())
+  for (const Choice& linkage : linkages())
     for (const char* distance : {"standardized-clr", "cosine", "clr-cosine"}) {
       ZoneOptions options;
       options.distance = distance;

@@ -11,9 +11,10 @@ namespace estancia::experiments {
 std::vector<int> kMeans(const DescriptorMatrix& rows, std::size_t k, const KMeansOptions& options) {
   if (k < 1 || k > rows.size())
     throw Error(
+        ErrorCode::invalidInput,
         fmt::format("{} rows cannot be split into {} clusters; choose 1 to {}", rows.size(), k, rows.size()));
-  if (options.restarts < 1) throw Error("k-means needs at least one start");
-  constexpr int iterations = 100;  // OpenCV's most; a few dozen are the rule
+  if (options.restarts < 1) throw Error(ErrorCode::invalidOption, "restarts is 0; give at least 1");
+  constexpr int iterations = 100;  // OpenCV's maximum; a few dozen are usual
   const SeededGenerator generator(options.seed);
   const cv::Mat points(static_cast<int>(rows.size()), static_cast<int>(rows.labels()), CV_32F,
                        const_cast<float*>(rows.values().data()));  // only read

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "estancia/stats/mean_ranks.hpp"
+#include "estancia/stats/rank_tests.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -102,7 +102,7 @@ struct Trial {
       how.seed = seed;
       how.threads = 1;
       Progress silent;
-      const RoomClassifier learned = RoomClassifier::train(train, how, silent);
+      const RoomClassifier learned = trainRoomClassifier(train, how, silent);
       auto& rooms = answers.answers.emplace_back();
       for (const std::string& room : mostProbable(learned.rooms(), learned.predict(test, 1)))
         rooms.push_back(static_cast<int>(

@@ -221,7 +221,7 @@ std::vector<std::string> distancesBetweenImages() {
 
 std::vector<std::string> linkageNames() {
   std::vector<std::string> names;
-  for (const NamedLinkage& linkage : linkages()) names.push_back(linkage.name);
+  for (const Choice& linkage : linkages()) names.push_back(linkage.name);
   return names;
 }
 
