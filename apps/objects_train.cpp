@@ -43,12 +43,12 @@ DescriptorSequence wordsFor(const Arguments& a, std::size_t source) {
         "objects label {} -o NAME.labels`, then give --labels NAME.labels, or learn the true names "
         "by --truth",
         views, views));
-  if (!std::filesystem::exists(wordsOf(views)))
+  if (!std::filesystem::exists(labelFileOf(views)))
     throw Error(fmt::format(
         "{} has no words yet: run `estancia objects label {}`, or say where they are by --labels, "
         "or learn the true names by --truth",
         views, views));
-  return readDescriptors(wordsOf(views));
+  return readDescriptors(labelFileOf(views));
 }
 
 /// A thing that is there twice would be two instances, and stand on both sides of what is held out.

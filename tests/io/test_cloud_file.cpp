@@ -63,14 +63,14 @@ class CloudFile : public ::testing::Test {
 TEST_F(CloudFile, APcdKeepsEveryBitAndTheShape) {
   PointCloud cloud = organized();
   for (const bool ascii : {false, true}) {
-    writePcd(folder_ / "a.pcd", cloud, ascii);
+    writePcd(cloud, folder_ / "a.pcd", ascii);
     expectSame(readPcd(folder_ / "a.pcd"), cloud);
   }
   cloud.colors.clear();
-  writeCloud(folder_ / "a.PCD", cloud);
+  writeCloud(cloud, folder_ / "a.PCD");
   expectSame(readCloud(folder_ / "a.PCD"), cloud);
   cloud.normals.clear();
-  writeCloud(folder_ / "a.pcd", cloud);
+  writeCloud(cloud, folder_ / "a.pcd");
   expectSame(readCloud(folder_ / "a.pcd"), cloud);
 }
 
@@ -81,7 +81,7 @@ TEST_F(CloudFile, APcdHasPclsFields) {
   cloud.points = {{1, 2, 3}};
   cloud.colors.emplace_back(0x30, 0x20, 0x10);
   cloud.width = cloud.height = 1;
-  writePcd(folder_ / "a.pcd", cloud);
+  writePcd(cloud, folder_ / "a.pcd");
   ByteWriter data;
   for (const float value : {1.F, 2.F, 3.F}) data.number(value);
   data.number(std::uint32_t{0x00102030});
@@ -108,16 +108,16 @@ TEST_F(CloudFile, NormalsNeedAllThreeNumbers) {
 TEST_F(CloudFile, OtherEndingsAreRefusedByName) {
   EXPECT_THAT(errorOf([&] { readCloud(folder_ / "a.xyz"); }),
               AllOf(HasSubstr("a.xyz"), HasSubstr(".pcd, .ply"), HasSubstr(".png")));
-  EXPECT_THAT(errorOf([&] { writeCloud(folder_ / "a.png", organized()); }), HasSubstr(".pcd or .ply"));
+  EXPECT_THAT(errorOf([&] { writeCloud(organized(), folder_ / "a.png"); }), HasSubstr(".pcd or .ply"));
   EXPECT_THAT(errorOf([&] {
-                writeCloud(folder_ / "a.pcd", organized(), {{0, 1}});
+                writeCloud(organized(), folder_ / "a.pcd", {{0, 1}});
               }),
               HasSubstr("a graph is written as .ply"));
-  EXPECT_THAT(errorOf([&] { writeCloud(folder_ / "a.pcd", {}); }), HasSubstr("without points"));
+  EXPECT_THAT(errorOf([&] { writeCloud({}, folder_ / "a.pcd"); }), HasSubstr("without points"));
   PointCloud torn = organized();
   torn.width = 4;
-  EXPECT_THAT(errorOf([&] { writeCloud(folder_ / "a.pcd", torn); }), HasSubstr("4 × 2 points has 6 points"));
-  EXPECT_THAT(errorOf([&] { writeCloud(folder_ / "none" / "a.ply", organized()); }), HasSubstr("none"));
+  EXPECT_THAT(errorOf([&] { writeCloud(torn, folder_ / "a.pcd"); }), HasSubstr("4 × 2 points has 6 points"));
+  EXPECT_THAT(errorOf([&] { writeCloud(organized(), folder_ / "none" / "a.ply"); }), HasSubstr("none"));
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
 }
 

@@ -131,8 +131,8 @@ TEST_F(Recordings, SurviveTheRoundTrip) {
     if (i % 5 == 0) frame.room = "kitchen, small";
     recording.frames.push_back(frame);
   }
-  writeCsv(recording, scratch_ / "r.csv");
-  writeNpy(recording, scratch_ / "r.npy");
+  writeDescriptors(recording, scratch_ / "r.csv");
+  writeDescriptors(recording, scratch_ / "r.npy");
   for (const std::string name : {"r.csv", "r.npy"}) {
     const auto back = readDescriptors(scratch_ / name);
     EXPECT_EQ(back.vocabulary, recording.vocabulary);
@@ -237,7 +237,8 @@ TEST_F(Recordings, RefuseBadNpy) {
               HasSubstr("n.csv:2: \"soon\" is no number"));
   EXPECT_THAT(refusal("b.npy", sound),
               AllOf(HasSubstr("its 2 columns have no names"), HasSubstr("b.labels.txt")));
-  EXPECT_THAT(errorOf([&] { writeNpy(read("a.npy", sound), scratch_ / "r.bin"); }), HasSubstr("NAME.npy"));
+  EXPECT_THAT(errorOf([&] { writeDescriptors(read("a.npy", sound), scratch_ / "r.bin"); }),
+              HasSubstr("NAME.npy"));
 }
 
 }  // namespace

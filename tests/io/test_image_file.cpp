@@ -3,6 +3,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "estancia/io/image_decoding.hpp"
 #include "estancia/io/image_file.hpp"
 #include "estancia/io/image_header.hpp"
 #include "io/images.hpp"

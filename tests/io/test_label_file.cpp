@@ -99,13 +99,13 @@ TEST(LabelFile, SaysWhatItIsNot) {
 }
 
 TEST(DescriptorSequence, IsPutInOtherWords) {
-  const DescriptorSequence other = inWordsOf(Vocabulary({"kitchen", "dog", "cup"}), sample());
+  const DescriptorSequence other = toVocabulary(sample(), Vocabulary({"kitchen", "dog", "cup"}));
   EXPECT_THAT(other.descriptors.row(0), ElementsAre(1, 0, 0.1F));
   EXPECT_EQ(other.frames.size(), 2U);
   DescriptorSequence cranes{
       Vocabulary({"cup", "crane", "crane"}), "m", {{"a", {}, {}, ""}}, DescriptorMatrix(3)};
   cranes.descriptors.append(LexicalDescriptor{0.1F, 0.7F, 0.2F});
-  EXPECT_THAT(inWordsOf(Vocabulary({"crane", "cup", "crane"}), cranes).descriptors.row(0),
+  EXPECT_THAT(toVocabulary(cranes, Vocabulary({"crane", "cup", "crane"})).descriptors.row(0),
               ElementsAre(0.7F, 0.1F, 0.2F));
 }
 

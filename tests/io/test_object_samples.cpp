@@ -39,18 +39,18 @@ ObjectSample sample(const std::string& name) {
 void save(const fs::path& folder, const std::string& name, std::size_t points = 120) {
   fs::create_directories(folder / "images");
   fs::create_directories(folder / "clouds");
-  writePng(imageOf(folder, name), test::plain(10, 10, {1, 2, 3}));
+  writePng(test::plain(10, 10, {1, 2, 3}), imageOf(folder, name));
   PointCloud cloud;
   cloud.points.assign(points, {1, 2, 3});
   cloud.width = points;
   cloud.height = 1;
-  writeCloud(cloudOf(folder, name), cloud);
+  writeCloud(cloud, cloudOf(folder, name));
 }
 
 TEST(ObjectSamples, ReadBackAsWritten) {
   const test::ScratchFolder folder;
   EXPECT_FALSE(isObjectSamples(folder.path()));
-  writeObjectSamples(folder.path(), {sample("a 1"), sample("ü")});
+  writeObjectSamples({sample("a 1"), sample("ü")}, folder.path());
   EXPECT_TRUE(isObjectSamples(folder.path()));
   const auto read = readObjectSamples(folder.path());
   ASSERT_EQ(read.size(), 2U);
@@ -62,7 +62,7 @@ TEST(ObjectSamples, ReadBackAsWritten) {
   EXPECT_EQ(read[0].box, cv::Rect(2, 3, 4, 5));
   EXPECT_TRUE(read[0].view.flat);
   EXPECT_FALSE(read[0].view.atBorder);
-  writeObjectSamples(folder.path(), {});
+  writeObjectSamples({}, folder.path());
   EXPECT_THAT(readObjectSamples(folder.path()), IsEmpty());
 }
 
@@ -72,7 +72,7 @@ TEST(ObjectSamples, NamesStayInTheFolder) {
     EXPECT_THAT(problemWith(row), HasSubstr("samples.csv:3: the name")) << name;
     const test::ScratchFolder folder;
     EXPECT_THAT(errorOf([&] {
-                  writeObjectSamples(folder.path(), {sample("a"), sample(name)});
+                  writeObjectSamples({sample("a"), sample(name)}, folder.path());
                 }),
                 HasSubstr("sample 1"))
         << name;
@@ -119,7 +119,7 @@ TEST(ObjectSamples, AreViews) {
   samples[1].box = {8, 8, 4, 1};
   save(folder.path(), "e");
   fs::remove(cloudOf(folder.path(), "e"));
-  writeObjectSamples(folder.path(), samples);
+  writeObjectSamples(samples, folder.path());
   const auto views = openObjectViews(folder.path());
   ASSERT_EQ(views->size(), 3U);
   EXPECT_THAT(views->warnings(),

@@ -34,7 +34,7 @@ PointCloud line(std::size_t count, bool colored = false) {
 
 void save(const fs::path& file, const PointCloud& cloud) {
   fs::create_directories(file.parent_path());
-  writeCloud(file, cloud);
+  writeCloud(cloud, file);
 }
 
 std::vector<std::string> namesOf(const ObjectViews& views) {
@@ -47,7 +47,7 @@ std::unique_ptr<ObjectViews> open(const fs::path& folder, const std::string& typ
                                   std::size_t least = 100) {
   ObjectViewsOptions options;
   options.type = type;
-  options.leastPoints = least;
+  options.minPoints = least;
   return openObjectViews(folder, options);
 }
 

@@ -132,7 +132,7 @@ TEST_F(Pcd, TheViewpointIsKept) {
     EXPECT_FALSE(at(none).viewpoint) << none;
   const PointCloud cloud = at(" 1 -2 3.5 0 0 2 0");
   EXPECT_EQ(cloud.points.at(0), cv::Point3f(1, 2, 3));
-  writePcd(folder_ / "again.pcd", cloud);
+  writePcd(cloud, folder_ / "again.pcd");
   for (const PointCloud& one : {cloud, readPcd(folder_ / "again.pcd")}) {
     ASSERT_TRUE(one.viewpoint);
     EXPECT_EQ(one.viewpoint->x, 1);

@@ -110,7 +110,7 @@ PointCloud three() {
 TEST_F(Ply, WhatIsWrittenIsReadAgain) {
   for (const bool ascii : {false, true}) {
     const PointCloud cloud = three();
-    writePly(folder_ / "a.ply", cloud, {{0, 2}}, ascii);
+    writePly(cloud, folder_ / "a.ply", {{0, 2}}, ascii);
     const PointCloud again = readPly(folder_ / "a.ply");
     EXPECT_THAT(again.points, ElementsAre(cloud.points[0], cloud.points[2]));
     EXPECT_THAT(again.colors, ElementsAre(cloud.colors[0], cloud.colors[2]));
@@ -121,7 +121,7 @@ TEST_F(Ply, WhatIsWrittenIsReadAgain) {
 TEST_F(Ply, WritesWhatTheFormatSays) {
   PointCloud cloud = three();
   cloud.normals.clear();
-  writePly(folder_ / "a.ply", cloud, {{2, 0}}, true);
+  writePly(cloud, folder_ / "a.ply", {{2, 0}}, true);
   const std::string colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
   const std::string vertices =
       "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n" + colors;
@@ -132,7 +132,7 @@ TEST_F(Ply, WritesWhatTheFormatSays) {
   cloud.points.resize(1);
   cloud.colors.clear();
   cloud.width = 1;
-  writePly(folder_ / "a.ply", cloud);
+  writePly(cloud, folder_ / "a.ply");
   EXPECT_EQ(test::readFile(folder_ / "a.ply"),
             "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
             "property float z\nend_header\n" +
@@ -142,7 +142,7 @@ TEST_F(Ply, WritesWhatTheFormatSays) {
 TEST_F(Ply, RefusesToWriteWhatIsNoCloud) {
   PointCloud cloud = three();
   const auto refusalOf = [&](const PointCloud& refused, const CloudEdges& edges = {}) {
-    return errorOf([&] { writePly(folder_ / "a.ply", refused, edges); });
+    return errorOf([&] { writePly(refused, folder_ / "a.ply", edges); });
   };
   EXPECT_THAT(refusalOf(cloud, {{0, 3}}), HasSubstr("an edge leads from point 0 to 3"));
   EXPECT_THAT(refusalOf(cloud, {{1, 2}}), HasSubstr("an edge leads from point 1 to 2"));  // a hole

@@ -9,6 +9,7 @@
 
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/io/pose_matrix.hpp"
 #include "estancia/io/trajectory.hpp"
 #include "io/images.hpp"
 #include "support/support.hpp"
@@ -59,7 +60,7 @@ TEST_F(TrajectoryFile, ComesBackAsItWasWritten) {
   std::vector<TrajectoryPoint> points;
   points.reserve(500);
   for (int i = 0; i < 500; ++i) points.push_back({1311868164.363181 + i / 29.97, randomPose(random)});
-  writeTrajectory(folder_ / "t.txt", points);
+  writeTrajectory(points, folder_ / "t.txt");
   const Trajectory again = readTrajectory(folder_ / "t.txt");
   EXPECT_THAT(again.warnings, IsEmpty());
   ASSERT_EQ(again.points.size(), points.size());
@@ -70,10 +71,10 @@ TEST_F(TrajectoryFile, ComesBackAsItWasWritten) {
 }
 
 TEST_F(TrajectoryFile, IsNotWrittenHalf) {
-  EXPECT_THAT(errorOf([&] { writeTrajectory(folder_ / "none" / "t.txt", {}); }),
+  EXPECT_THAT(errorOf([&] { writeTrajectory({}, folder_ / "none" / "t.txt"); }),
               HasSubstr("cannot be written"));
   EXPECT_THAT(errorOf([&] {
-                writeTrajectory(folder_ / "t.txt", {{1.0, Pose()}, {std::nullopt, Pose()}});
+                writeTrajectory({{1.0, Pose()}, {std::nullopt, Pose()}}, folder_ / "t.txt");
               }),
               HasSubstr("point 2 has no time stamp"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "t.txt"));
@@ -149,16 +150,16 @@ TEST(PoseOfMatrix, InvertsTheMatrixOfAPoseAlsoAtHalfTurns) {
   std::mt19937 random(3);
   for (int i = 0; i < 1000; ++i) {
     const Pose pose = randomPose(random);
-    expectSame(poseOfMatrix(matrixOf(pose)).value(), pose, 1e-9);
+    expectSame(io::poseOfMatrix(matrixOf(pose)).value(), pose, 1e-9);
   }
   for (const Pose& half : {Pose{0, 0, 0, 1, 0, 0, 0}, Pose{0, 0, 0, 0, 1, 0, 0}, Pose{0, 0, 0, 0, 0, 1, 0}})
-    expectSame(poseOfMatrix(matrixOf(half)).value(), half, 1e-12);
+    expectSame(io::poseOfMatrix(matrixOf(half)).value(), half, 1e-12);
 }
 
 TEST(PoseOfMatrix, GivesNothingForNan) {
   auto matrix = matrixOf(Pose());
   matrix[7] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(poseOfMatrix(matrix));
+  EXPECT_FALSE(io::poseOfMatrix(matrix));
 }
 
 TEST(PoseOfMatrix, FollowsTheSevenMetersOfTheRedKitchen) {
@@ -169,7 +170,7 @@ TEST(PoseOfMatrix, FollowsTheSevenMetersOfTheRedKitchen) {
     if (row.line == 1) continue;
     std::array<double, 12> matrix{};
     for (std::size_t k = 0; k < 12; ++k) matrix[k] = io::toNumber(row.cells.at(k + 1)).value();
-    poses.push_back(poseOfMatrix(matrix).value());
+    poses.push_back(io::poseOfMatrix(matrix).value());
   }
   ASSERT_EQ(poses.size(), 1000U);
   double length = 0;
