@@ -1,4 +1,4 @@
-// LZF decompression (Marc Lehmann's LibLZF), as PCD files use it.
+// LZF: decompression of PCD files (format of Marc Lehmann's LibLZF).
 #pragma once
 
 #include <cstddef>

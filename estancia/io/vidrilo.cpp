@@ -191,7 +191,7 @@ fs::path annotationsIn(const fs::path& path) {
   const std::vector<std::string> suffixes = {".txt", ".csv"};
   auto files = filesIn(path, suffixes);
   std::erase_if(files, [](const fs::path& file) {
-    return nameContains(file, {"readme", "license", "licence", "intrinsics", "poses.txt", "rooms.csv"});
+    return nameContains(file, {"readme", "licen", "intrinsics", "poses.txt", "rooms.csv"});
   });
   if (files.size() > 1)
     std::erase_if(files, [](const fs::path& f) {

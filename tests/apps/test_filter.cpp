@@ -188,7 +188,7 @@ TEST_F(Filter, BadInputIsOneSentence) {
   writeFile(at("holes.ply"),
             "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
             "property float z\nend_header\nnan nan nan\nnan 1 1\n");
-  refuses({at("cut.pcd"), at("out.ply")}, "cut short");
+  refuses({at("cut.pcd"), at("out.ply")}, "cut.pcd");
   refuses({at("holes.ply"), at("out.ply")}, "finite");
   refuses({at("holes.ply"), at("out.ply"), "--method", "none"}, "without points");
   refuses({at("missing.ply"), at("out.ply")}, "missing.ply");
