@@ -190,7 +190,7 @@ TEST_F(Filter, BadInputIsOneSentence) {
             "property float z\nend_header\nnan nan nan\nnan 1 1\n");
   refuses({at("cut.pcd"), at("out.ply")}, "cut.pcd");
   refuses({at("holes.ply"), at("out.ply")}, "finite");
-  refuses({at("holes.ply"), at("out.ply"), "--method", "none"}, "without points");
+  refuses({at("holes.ply"), at("out.ply"), "--method", "none"}, "empty cloud");
   refuses({at("missing.ply"), at("out.ply")}, "missing.ply");
   refuses({plane_, at("out.ply"), "--method", "sieve"}, "sieve");
   refuses({plane_, at("out.ply"), "--points", "0"}, "--points");
