@@ -170,8 +170,8 @@ void run(Arguments& a) {
     tell(a, gathered, model);
 }
 
-std::string explained(const std::string& what,
-                      const std::vector<std::pair<std::string, std::string>>& known) {
+template <class Known>
+std::string explained(const std::string& what, const Known& known) {
   std::string text = what;
   for (const auto& [name, explanation] : known) text += fmt::format("\n{} ({})", name, explanation);
   return text;
