@@ -23,11 +23,11 @@ struct ObjectView {
   /// Views of one physical object share it; unique among all categories.
   std::string instance;
   /// The class in the data set; "" where unknown.
-  std::string category;
+  std::string category = {};
   /// The part of the data set: "train", "test"; "" where it has none.
-  std::string split;
+  std::string split = {};
   /// The image or frame of the view; "" where there is none.
-  std::string frame;
+  std::string frame = {};
   /// The object was found flat when it was collected.
   bool flat = false;
   /// The border of the image cuts the object.
