@@ -155,13 +155,13 @@ void run(Arguments& arguments) {
                       "apart, so give a --normal-radius of {:.3g} m or more",
                       options.radius, account.resolution, 4 * account.resolution));
   }
-  writeCloud(arguments.output, filtered.cloud);
-  if (!arguments.graph.empty()) writeCloud(arguments.graph, filtered.cloud, filtered.gas.edges);
+  writeCloud(filtered.cloud, arguments.output);
+  if (!arguments.graph.empty()) writeCloud(filtered.cloud, arguments.graph, filtered.gas.edges);
   if (!arguments.image.empty()) {
     CloudLayer layer;
     layer.cloud = &filtered.cloud;
     layer.edges = filtered.gas.edges;
-    writePng(arguments.image, drawClouds({&layer, 1}));
+    writePng(drawClouds({&layer, 1}), arguments.image);
   }
   tell(arguments, filtered, account);
 }

@@ -23,8 +23,8 @@ struct Arguments {
 };
 
 void run(const Arguments& arguments) {
-  requireRecordingName(arguments.output);
-  for (const auto& file : filesOfRecording(arguments.output))
+  requireDescriptorFile(arguments.output);
+  for (const auto& file : descriptorFilesOf(arguments.output))
     if (fs::exists(file) && !arguments.overwrite)
       throw Error(fmt::format("{} exists; replace it with --overwrite", file.string()));
   const fs::path folder = fs::path(arguments.output).parent_path();

@@ -92,7 +92,7 @@ Labeling::Labeling(const SequenceArguments& frames, const ModelArguments& model,
     if (!model.model.empty())
       throw Error(fmt::format("{} holds words already; leave out --model", frames.path));
     DescriptorSequence recording = readDescriptors(frames.path);
-    if (words != nullptr && !(recording.vocabulary == *words)) recording = inWordsOf(*words, recording);
+    if (words != nullptr && !(recording.vocabulary == *words)) recording = toVocabulary(recording, *words);
     labeler_ = std::make_unique<RecordedLabeler>(std::move(recording));
     return;
   }
@@ -101,7 +101,7 @@ Labeling::Labeling(const SequenceArguments& frames, const ModelArguments& model,
   Recorder recorder(*sequence_, {.strict = strict_, .cache = cache_.get()});
   DescriptorSequence recording = recorder.run(*labeler_);
   remembered_ = recorder.remembered;
-  if (words != nullptr) recording = inWordsOf(*words, recording);
+  if (words != nullptr) recording = toVocabulary(recording, *words);
   labeler_ = std::make_unique<RecordedLabeler>(std::move(recording));
 }
 

@@ -96,7 +96,7 @@ std::string outputOf(const LabelArguments& a) {
         fmt::format("{} is no folder of `estancia objects collect`, so say where the words go: "
                     "-o NAME.labels",
                     a.views));
-  return wordsOf(a.views).string();
+  return labelFileOf(a.views).string();
 }
 
 void label(const LabelArguments& a) {
@@ -107,8 +107,8 @@ void label(const LabelArguments& a) {
         "{} was collected with {} of each thing's longer side around it; --margin is at most that", a.views,
         mostCollectedMargin));
   const std::string output = outputOf(a);
-  requireRecordingName(output);
-  for (const auto& file : filesOfRecording(output)) {
+  requireDescriptorFile(output);
+  for (const auto& file : descriptorFilesOf(output)) {
     requireNoData(file, {});
     requireReplaceable(
         file, a.overwrite, [](const fs::path&) { return true; }, "words");

@@ -207,7 +207,7 @@ void run(const Arguments& a) {
   }
   if (read == 0 && !interrupted())
     throw Error(fmt::format("{}: no frame can be read with its depth", sequence->name()));
-  if (!drawn.empty()) writePng(a.image, drawn);
+  if (!drawn.empty()) writePng(drawn, a.image);
   telling.things();
   if (interrupted()) throw Interrupted(fmt::format("stopped after {}", counted(read, "frame")));
   if (telling.count() == 0) throw NoAnswer{};

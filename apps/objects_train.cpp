@@ -43,12 +43,12 @@ DescriptorSequence wordsFor(const Arguments& a, std::size_t source) {
         "objects label {} -o NAME.labels`, then give --labels NAME.labels, or learn the true names "
         "by --truth",
         views, views));
-  if (!std::filesystem::exists(wordsOf(views)))
+  if (!std::filesystem::exists(labelFileOf(views)))
     throw Error(fmt::format(
         "{} has no words yet: run `estancia objects label {}`, or say where they are by --labels, "
         "or learn the true names by --truth",
         views, views));
-  return readDescriptors(wordsOf(views));
+  return readDescriptors(labelFileOf(views));
 }
 
 /// A thing that is there twice would be two instances, and stand on both sides of what is held out.
@@ -170,8 +170,8 @@ void run(Arguments& a) {
     tell(a, gathered, model);
 }
 
-std::string explained(const std::string& what,
-                      const std::vector<std::pair<std::string, std::string>>& known) {
+template <class Known>
+std::string explained(const std::string& what, const Known& known) {
   std::string text = what;
   for (const auto& [name, explanation] : known) text += fmt::format("\n{} ({})", name, explanation);
   return text;

@@ -126,7 +126,7 @@ void run(const Arguments& arguments) {
     frames.push_back(sequence.frame(i));
     frames.back().pose = trajectory.poses[i];
   }
-  writePoses(arguments.output, frames);
+  writePoses(frames, arguments.output);
   tell(arguments, sequence, trajectory, seconds.count());
 }
 

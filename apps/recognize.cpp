@@ -106,7 +106,7 @@ void drawInstances(const Arguments& arguments, const PointCloud& scene,
   for (std::size_t i = 0; i < instances.size(); ++i)
     layers.push_back(
         {&models.at(instances[i].model), instances[i].pose, instanceColors[i % instanceColors.size()], {}});
-  writePng(arguments.image, drawClouds(layers));
+  writePng(drawClouds(layers), arguments.image);
 }
 
 void run(const Arguments& arguments) {

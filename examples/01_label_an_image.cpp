@@ -12,7 +12,7 @@
 int main(int argc, char** argv) try {
   if (argc < 2) return std::fputs("usage: 01_label_an_image IMAGE [MODEL]\n", stderr), 2;
   const auto labeler = estancia::loadModel(argc > 2 ? argv[2] : estancia::defaultModel);
-  const estancia::LexicalDescriptor p = labeler->label(estancia::io::readImage(argv[1]));
+  const estancia::LexicalDescriptor p = labeler->label(estancia::readImage(argv[1]));
 
   std::vector<std::size_t> best(p.size());
   std::iota(best.begin(), best.end(), std::size_t{0});

@@ -16,7 +16,7 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMostBytes = 1 << 16;  // a calibration has a few lines
+constexpr std::size_t kMaxBytes = 1 << 16;  // a calibration has a few lines
 
 /// The numbers of a text; `#` starts a comment. Throws Error at a word that is none.
 std::vector<double> numbersOf(std::string text, const std::string& name) {
@@ -28,14 +28,15 @@ std::vector<double> numbersOf(std::string text, const std::string& name) {
   for (const auto word : wordsOf(text)) {
     const auto number = toNumber(word);
     if (!number)
-      throw Error(fmt::format("{}: \"{}\" is no number; give fx fy cx cy, or the 3×3 camera matrix", name,
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: \"{}\" is no number; give fx fy cx cy, or the 3×3 camera matrix", name,
                               printable(word)));
     numbers.push_back(*number);
   }
   return numbers;
 }
 
-/// Where the value of `key:` begins; npos when no line starts with it.
+/// Position of the value of `key:`; npos when no line starts with it.
 std::size_t valueOf(std::string_view text, std::string_view key, std::size_t from = 0) {
   for (auto at = text.find(key, from); at != std::string_view::npos; at = text.find(key, at + 1)) {
     const auto before = text.find_last_not_of(" \t", at == 0 ? std::string_view::npos : at - 1);
@@ -46,7 +47,7 @@ std::size_t valueOf(std::string_view text, std::string_view key, std::size_t fro
   return std::string_view::npos;
 }
 
-/// What stands between the brackets behind `from`.
+/// The text between the brackets after `from`.
 std::optional<std::string> listAt(std::string_view text, std::size_t from) {
   const auto open = text.find('[', from), close = text.find(']', from);
   if (open == std::string_view::npos || close == std::string_view::npos || close < open) return std::nullopt;
@@ -67,12 +68,13 @@ int sizeOf(std::string_view text, std::initializer_list<std::string_view> keys) 
 CameraIntrinsics cameraOf(const std::vector<double>& n, const std::string& name) {
   const auto refuse = [&name](const std::string& what) {
     throw Error(
+        ErrorCode::malformedFile,
         fmt::format("{}: {}; give fx fy cx cy in pixels, or the matrix fx 0 cx, 0 fy cy, 0 0 1", name, what));
   };
   if (n.size() != 4 && n.size() != 9 && n.size() != 16)
-    refuse(fmt::format("{} numbers are no camera", n.size()));
+    refuse(fmt::format("{} numbers instead of 4, 9 or 16", n.size()));
   if (!std::ranges::all_of(n, [](double v) { return std::isfinite(v) && std::abs(v) < 1e6; }))
-    refuse("a number is not finite or far too large");
+    refuse("a number is not finite or above 1e6");
   CameraIntrinsics camera;
   if (n.size() == 4) {
     camera = {0, 0, n[0], n[1], n[2], n[3]};
@@ -84,21 +86,22 @@ CameraIntrinsics cameraOf(const std::vector<double>& n, const std::string& name)
         std::abs(n[2 * row + 2] - 1) > tolerance)
       refuse("the third row of the camera matrix is not 0 0 1");
     if (std::abs(n[1]) > 1e-3 * n[0] || std::abs(n[row]) > tolerance)
-      refuse("the pixels of this camera are skewed, which is not supported");
+      refuse("cameras with skewed pixels are not supported");
   }
-  if (!(camera.fx > 0 && camera.fy > 0)) refuse("the focal lengths are not above 0");
+  if (!(camera.fx > 0 && camera.fy > 0)) refuse("the focal lengths must be above 0");
   return camera;
 }
 
 }  // namespace
 
 CameraIntrinsics readIntrinsics(const fs::path& file) {
-  const std::string name = printable(file.string()), text = readBytes(file, kMostBytes);
+  const std::string name = printable(file.string()), text = readBytes(file, kMaxBytes);
   for (const std::string_view key : {"camera_matrix", "Camera_Matrix", "K", "k"}) {
     const auto at = valueOf(text, key);
     if (at == std::string_view::npos) continue;
     const auto list = listAt(text, at);
-    if (!list) throw Error(fmt::format("{}: {} has no list of numbers [ … ]", name, key));
+    if (!list)
+      throw Error(ErrorCode::malformedFile, fmt::format("{}: {} has no list of numbers [ … ]", name, key));
     CameraIntrinsics camera = cameraOf(numbersOf(*list, name), name);
     camera.width = sizeOf(text, {"image_width", "Image_Width", "width"});
     camera.height = sizeOf(text, {"image_height", "Image_Height", "height"});

@@ -1,5 +1,5 @@
-// One folder a class, as 15-Scene and most sets for scene classification are given out: CLASS/*.jpg, or
-// train/CLASS/*.jpg and test/CLASS/*.jpg. The folder's name is the room of the frames in it.
+// Folder of classes, as 15-Scene and most scene classification data sets: CLASS/*.jpg, or train/CLASS/*.jpg
+// and test/CLASS/*.jpg. The folder's name is the room of its frames.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,20 +14,6 @@
 namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
-
-/// The folders in `path`, hidden ones left out, in natural order.
-std::vector<fs::path> foldersIn(const fs::path& path) {
-  std::vector<fs::path> folders;
-  for (const auto& entry : fs::directory_iterator(path)) {
-    std::error_code unreadable;
-    if (entry.is_directory(unreadable) && !entry.path().filename().native().starts_with('.'))
-      folders.push_back(entry.path());
-  }
-  std::ranges::sort(folders, [](const fs::path& a, const fs::path& b) {
-    return naturalLess(a.filename().native(), b.filename().native());
-  });
-  return folders;
-}
 
 bool namesSplit(const fs::path& folder) {
   static const std::set<std::string> names = {"train",      "training", "val",    "valid",
@@ -51,8 +37,8 @@ std::vector<fs::path> splitsIn(const fs::path& path) {
 
 }  // namespace
 
-/// Only what can be nothing else: two halves of the same classes, at least two. Other folders full of folders
-/// may be the pieces of one drive, whose names are no rooms: those are read as classes when the user says so.
+/// Detects only train/test folders with the same classes, at least two. Other nested folders may be the parts
+/// of one drive, whose names are no rooms: they are read as classes on request.
 bool isClasses(const fs::path& path) {
   if (!fs::is_directory(path) || isImageFolder(path)) return false;
   const auto splits = splitsIn(path);
@@ -92,15 +78,15 @@ Opened openClasses(const fs::path& path, const SequenceOptions&) {
     else
       for (const fs::path& room : foldersIn(folder)) add(room, printable(folder.filename().string()));
   if (sequence->size() == 0)
-    throw Error(
-        fmt::format("{}: none of its folders holds images; each class is a folder of its own, perhaps "
-                    "in train/ and test/",
-                    printable(path.string())));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no images in its folders; put each class in a folder of its own, optionally "
+                            "in train/ and test/",
+                            printable(path.string())));
   if (const auto loose = filesIn(path, imageSuffixes()); !loose.empty())
-    sequence->warn(fmt::format("{} images in no folder of a class are left out (first: {})", loose.size(),
+    sequence->warn(fmt::format("{} images outside of class folders are left out (first: {})", loose.size(),
                                printable(loose.front().filename().string())));
   if (!leftOut.empty())
-    sequence->warn(fmt::format("{} folders are no class with images and are left out (first: {})",
+    sequence->warn(fmt::format("{} folders without images of a class are left out (first: {})",
                                leftOut.size(), leftOut.front()));
   return sequence;
 }

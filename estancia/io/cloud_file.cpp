@@ -13,7 +13,9 @@
 #include "estancia/io/depth_file.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_file.hpp"
+#include "estancia/io/path_option.hpp"
 #include "estancia/io/pcd.hpp"
+#include "estancia/io/ply.hpp"
 
 namespace estancia {
 namespace {
@@ -25,7 +27,8 @@ CameraIntrinsics cameraOf(const std::filesystem::path& image, const CloudFileOpt
   if (file.empty()) file = io::findIntrinsics(folder.parent_path());
   if (file.empty())
     throw Error(
-        fmt::format("{}: nothing says which camera took this depth image; give its intrinsics (fx fy cx cy)",
+        ErrorCode::insufficientData,
+        fmt::format("{}: the camera of this depth image is unknown; give its intrinsics (fx fy cx cy)",
                     io::printable(image.string())));
   return io::readIntrinsics(file);
 }
@@ -40,7 +43,7 @@ PointCloud readDepthImage(const std::filesystem::path& file, const CloudFileOpti
   PointCloud cloud = backProject(depth, camera);
   if (!options.colors.empty()) {
     cv::Mat colors;
-    cv::resize(io::readImage(options.colors), colors, depth.size(), 0, 0, cv::INTER_AREA);
+    cv::resize(readImage(options.colors), colors, depth.size(), 0, 0, cv::INTER_AREA);
     cloud.colors.assign(colors.begin<cv::Vec3b>(), colors.end<cv::Vec3b>());
   }
   return cloud;
@@ -48,11 +51,23 @@ PointCloud readDepthImage(const std::filesystem::path& file, const CloudFileOpti
 
 }  // namespace
 
+OptionGroup declare(CloudFileOptions& o) {
+  OptionGroup group("cloud-file", "How to read depth images as point clouds");
+  group.add("depth-scale", &o.depthScale, "Depth units per meter; 0: default of the image type")
+      .range(0, 1e9);
+  group.add("intrinsics", io::asText(o.intrinsics), "Camera intrinsics: fx fy cx cy, 3×3 matrix, or YAML")
+      .automatic("camera-intrinsics.txt, intrinsics.txt or camera.yaml in the folder or the one above");
+  group.add("colors", io::asText(o.colors), "Color image of the same view").automatic("no colors");
+  return group;
+}
+
 PointCloud readCloud(const std::filesystem::path& file, const CloudFileOptions& options) {
+  validate(options);
   if (io::hasSuffix(file, {".pcd"})) return readPcd(file);
   if (io::hasSuffix(file, {".ply"})) return readPly(file);
   if (io::hasSuffix(file, io::depthSuffixes())) return readDepthImage(file, options);
-  throw Error(fmt::format("{}: no cloud by its name; read are .pcd, .ply, and depth images {}",
+  throw Error(ErrorCode::unsupportedFile,
+              fmt::format("{}: not the extension of a point cloud; use .pcd, .ply, or a depth image {}",
                           io::printable(file.string()), fmt::join(io::depthSuffixes(), ", ")));
 }
 
@@ -66,16 +81,17 @@ bool isCloudFile(const std::filesystem::path& file) {
 
 void requireCloudFile(const std::filesystem::path& file, bool edges) {
   if (io::hasSuffix(file, {".ply"}) || (!edges && io::hasSuffix(file, {".pcd"}))) return;
-  throw Error(fmt::format("{}: a {}; end its name so", io::printable(file.string()),
-                          edges ? "graph is written as .ply" : "cloud is written as .pcd or .ply"));
+  throw Error(ErrorCode::unsupportedFile,
+              fmt::format("{}: {}", io::printable(file.string()),
+                          edges ? "a graph is written as .ply" : "a point cloud is written as .pcd or .ply"));
 }
 
-void writeCloud(const std::filesystem::path& file, const PointCloud& cloud, const CloudEdges& edges) {
+void writeCloud(const PointCloud& cloud, const std::filesystem::path& file, const CloudEdges& edges) {
   requireCloudFile(file, !edges.empty());
   if (io::hasSuffix(file, {".ply"}))
-    writePly(file, cloud, edges);
+    writePly(cloud, file, edges);
   else
-    writePcd(file, cloud);
+    writePcd(cloud, file);
 }
 
 }  // namespace estancia

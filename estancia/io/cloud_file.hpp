@@ -1,36 +1,44 @@
-// Point clouds in files, whichever the format.
+// Point cloud files: read and write PCD and PLY, and turn depth images into clouds.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
+#include <vector>
 
+#include "estancia/core/options.hpp"
 #include "estancia/core/point_cloud.hpp"
-#include "estancia/io/ply.hpp"
 
 namespace estancia {
 
-/// What a depth image does not say itself. Clouds in other files need none of it.
+/// Pairs of points of a cloud, by their indices.
+using CloudEdges = std::vector<std::array<std::uint32_t, 2>>;
+
+/// What a depth image does not contain itself. Other cloud files need none of it.
 struct CloudFileOptions {
-  double depthScale = 0;  ///< what a meter is in its numbers; 0: what is usual for its kind (io::readDepth)
-  /// The camera (io::readIntrinsics); "" takes the file of a usual name in the image's folder or the one
-  /// above.
+  /// Depth units per meter; 0 takes the default of the image type (SequenceOptions::depthScale).
+  double depthScale = 0;
+  /// A file with the camera intrinsics; "" takes camera-intrinsics.txt, intrinsics.txt or camera.yaml from
+  /// the folder of the image or the one above.
   std::filesystem::path intrinsics;
-  /// A color image of the same view, brought to the depth's size; "": none.
+  /// A color image of the same view, resized to the size of the depth image; "" gives no colors.
   std::filesystem::path colors;
 };
+OptionGroup declare(CloudFileOptions& options);
 
-/// Reads a cloud by the ending of its name: .pcd (readPcd), .ply (readPly), or a depth image (.png, .tif,
-/// .tiff, .exr, .pfm, .pgm), which becomes an organized cloud in the camera's optical frame. Throws Error
-/// when the file cannot be read, is none of these, or is a depth image of an unknown camera.
+/// Reads a point cloud by file extension: .pcd, .ply, or a depth image (.png, .tif, .tiff, .exr, .pfm, .pgm),
+/// which becomes an organized cloud in the optical frame of its camera. Throws Error when the file cannot be
+/// read, is of another type, or is a depth image without intrinsics.
 PointCloud readCloud(const std::filesystem::path& file, const CloudFileOptions& options = {});
 
-/// Whether a file begins as PCD or PLY files do, whatever its name.
+/// True when the content starts like PCD or PLY, whatever the file name.
 bool isCloudFile(const std::filesystem::path& file);
 
-/// Throws Error, naming the endings that are known, unless writeCloud can write such a file.
+/// Throws Error unless writeCloud() writes files with this extension, with edges if `edges`.
 void requireCloudFile(const std::filesystem::path& file, bool edges = false);
 
-/// Writes a cloud by the ending of the file's name: .pcd (writePcd) or .ply (writePly), binary. Edges go into
-/// .ply only. Throws Error on other endings and when the file cannot be written.
-void writeCloud(const std::filesystem::path& file, const PointCloud& cloud, const CloudEdges& edges = {});
+/// Writes a binary .pcd or .ply, by file extension. Only .ply holds edges. Throws Error on other extensions
+/// and when the file cannot be written.
+void writeCloud(const PointCloud& cloud, const std::filesystem::path& file, const CloudEdges& edges = {});
 
 }  // namespace estancia

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "estancia/core/error.hpp"
@@ -22,7 +23,7 @@ void forEachCsvRow(const std::filesystem::path& file, const std::function<void(C
   for (std::size_t i = 0; i < lines.size(); ++i) {
     CsvRow row{i + 1, {}};
     std::string cell;
-    bool quoted = false, inside = false;  // this cell began with a quote; we are between its quotes
+    bool quoted = false, inside = false;  // the cell started with a quote; inside of its quotes
     const auto finish = [&] {
       row.cells.push_back(quoted ? cell : trimmed(cell));
       cell.clear();
@@ -32,9 +33,10 @@ void forEachCsvRow(const std::filesystem::path& file, const std::function<void(C
       if (k == lines[i].size()) {
         if (!inside) break;
         if (++i == lines.size())
-          throw Error(fmt::format("{}:{}: a quote is never closed", printable(file.string()), row.line));
+          throw Error(ErrorCode::malformedFile,
+                      fmt::format("{}:{}: this quote is not closed", printable(file.string()), row.line));
         cell += '\n';
-        k = static_cast<std::size_t>(-1);  // on with the next line
+        k = static_cast<std::size_t>(-1);  // continue with the next line
         continue;
       }
       const char c = lines[i][k];
@@ -47,7 +49,7 @@ void forEachCsvRow(const std::filesystem::path& file, const std::function<void(C
       else if (c == '"' && !quoted && trimmed(cell).empty())
         inside = quoted = (cell.clear(), true);
       else if (!quoted)
-        cell += c;  // behind a closing quote only blanks make sense: dropped
+        cell += c;  // after a closing quote only blanks are valid: dropped
     }
     finish();
     if (row.cells.size() > 1 || !row.cells[0].empty()) use(row);
@@ -58,6 +60,12 @@ std::vector<CsvRow> readCsv(const std::filesystem::path& file) {
   std::vector<CsvRow> rows;
   forEachCsvRow(file, [&](CsvRow& row) { rows.push_back(std::move(row)); });
   return rows;
+}
+
+std::optional<std::size_t> findColumn(const std::vector<std::string>& header, std::string_view name) {
+  const auto found = std::find(header.begin(), header.end(), name);
+  if (found == header.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - header.begin());
 }
 
 std::string csvCell(std::string_view text) {

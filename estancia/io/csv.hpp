@@ -1,9 +1,10 @@
-// Comma-separated values as RFC 4180 has them: quoted cells may hold commas, doubled quotes and line ends.
+// CSV (RFC 4180): quoted cells may hold commas, doubled quotes and line ends.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,16 +12,20 @@
 namespace estancia::io {
 
 struct CsvRow {
-  std::size_t line;  ///< where it starts in the file, from 1
+  /// Where the row starts in the file, from 1.
+  std::size_t line;
   std::vector<std::string> cells;
 };
 
-/// All rows but empty ones; blanks around unquoted cells are dropped. Throws Error naming the line of an open
-/// quote.
+/// All rows except empty ones, without blanks around unquoted cells. Throws Error with the line of an
+/// unclosed quote.
 std::vector<CsvRow> readCsv(const std::filesystem::path& file);
 
-/// The same, row by row: the cells of a large file take many times its size.
+/// The same, row by row: the cells of a large file need many times its size.
 void forEachCsvRow(const std::filesystem::path& file, const std::function<void(CsvRow&)>& use);
+
+/// Position of a column in a header.
+std::optional<std::size_t> findColumn(const std::vector<std::string>& header, std::string_view name);
 
 /// `text` as one cell, in quotes where it needs them.
 std::string csvCell(std::string_view text);

@@ -10,17 +10,17 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/io/image_file.hpp"
+#include "estancia/io/image_decoding.hpp"
 #include "estancia/io/pcd.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kFurthest = 1e6;  // [m]; more is damage, not depth
+constexpr double kMaxDepth = 1e6;  // [m]
 
-/// What is usual where nobody says: millimeters, 255 for 10 m (as NYU Depth V2 is passed around), meters.
-double usualUnits(int depth) {
+/// Default units per meter: millimeters, 255 for 10 m (common copies of NYU Depth V2), meters.
+double defaultUnits(int depth) {
   return depth == CV_8U ? 25.5 : depth == CV_16U ? 1000 : 1;
 }
 
@@ -33,7 +33,8 @@ cv::Mat onlyChannel(const cv::Mat& image, const fs::path& file) {
     cv::extractChannel(image, other, c);
     if (cv::norm(first, other, cv::NORM_INF) != 0)
       throw Error(
-          fmt::format("{}: colors are no depth; export depth with one channel, 16 bits in millimeters",
+          ErrorCode::unsupportedFile,
+          fmt::format("{}: a color image, not depth; export depth with one channel, 16 bits in millimeters",
                       printable(file.string())));
   }
   return first;
@@ -42,9 +43,9 @@ cv::Mat onlyChannel(const cv::Mat& image, const fs::path& file) {
 cv::Mat depthOfCloud(const fs::path& file, double unitsPerMeter) {
   const PointCloud cloud = readPcd(file);
   if (!cloud.organized())
-    throw Error(
-        fmt::format("{}: its points are in no order, so that it has no depth image; save it organized",
-                    printable(file.string())));
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{}: an unorganized cloud has no depth image; save it organized",
+                            printable(file.string())));
   cv::Mat meters = depthOf(cloud);
   if (unitsPerMeter > 0) meters.convertTo(meters, CV_32F, 1 / unitsPerMeter);
   return meters;
@@ -57,15 +58,16 @@ cv::Mat readDepth(const fs::path& file, double unitsPerMeter) {
   const cv::Mat raw = onlyChannel(decodeImage(file, cv::IMREAD_UNCHANGED), file);
   const int kind = raw.depth();
   if (kind != CV_8U && kind != CV_16U && kind != CV_32F && kind != CV_64F)
-    throw Error(fmt::format("{}: depth has 8 or 16 bits without sign, or is float; convert it",
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{}: depth must be unsigned 8 or 16 bits, or float; convert it",
                             printable(file.string())));
   cv::Mat meters;
   raw.convertTo(meters, CV_32F);
-  const double units = unitsPerMeter > 0 ? unitsPerMeter : usualUnits(kind);
+  const double units = unitsPerMeter > 0 ? unitsPerMeter : defaultUnits(kind);
   const float invalid = kind == CV_16U ? 65535.F : std::numeric_limits<float>::infinity();
   meters.forEach<float>([=](float& d, const int*) {
     const double scaled = d / units;
-    d = d > 0 && d < invalid && scaled < kFurthest ? static_cast<float>(scaled) : 0;
+    d = d > 0 && d < invalid && scaled < kMaxDepth ? static_cast<float>(scaled) : 0;
   });
   return meters;
 }
@@ -76,13 +78,13 @@ const std::vector<std::string>& depthSuffixes() {
 }
 
 DepthFile nearestDepth(const std::vector<TimedFile>& files, double time) {
-  constexpr double most = 0.02;  // [s]
+  constexpr double maxGap = 0.02;  // [s]
   if (files.empty()) return {};
   auto nearest = std::ranges::lower_bound(files, time, {}, &TimedFile::timestamp);
   if (nearest == files.end() ||
       (nearest != files.begin() && time - std::prev(nearest)->timestamp < nearest->timestamp - time))
     --nearest;
-  const bool own = std::abs(nearest->timestamp - time) <= most;
+  const bool own = std::abs(nearest->timestamp - time) <= maxGap;
   return {own ? nearest->file : fs::path(), nearest->timestamp};
 }
 

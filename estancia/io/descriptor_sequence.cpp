@@ -18,6 +18,7 @@
 #include "estancia/io/label_file.hpp"
 #include "estancia/io/label_scores.hpp"
 #include "estancia/io/npy.hpp"
+#include "estancia/io/path_option.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -27,16 +28,17 @@ std::string at(const fs::path& file, std::size_t line) {
   return fmt::format("{}:{}", io::printable(file.string()), line);
 }
 
-std::optional<Vocabulary> givenWords(const DescriptorFileOptions& options) {
+std::optional<Vocabulary> givenLabels(const DescriptorFileOptions& options) {
   if (options.labels.empty()) return std::nullopt;
   return readVocabulary(options.labels);
 }
 
-DescriptorSequence recordingOf(const fs::path& file, Vocabulary vocabulary, std::vector<Frame> frames,
-                               DescriptorMatrix descriptors) {
-  if (frames.empty()) throw Error(fmt::format("{}: no images in it", io::printable(file.string())));
-  // Nothing in such a file says who spoke. Those who use the same words are taken for the same, so that one
-  // recording can be found in the map of another.
+DescriptorSequence sequenceOf(const fs::path& file, Vocabulary vocabulary, std::vector<Frame> frames,
+                              DescriptorMatrix descriptors) {
+  if (frames.empty())
+    throw Error(ErrorCode::insufficientData, fmt::format("{}: no images", io::printable(file.string())));
+  // The file does not name its labeler. Equal vocabularies count as the same labeler, so that one sequence
+  // can be localized in the map of another.
   std::string model = "recorded " + vocabulary.digest();
   return {std::move(vocabulary), std::move(model), std::move(frames), std::move(descriptors)};
 }
@@ -47,11 +49,11 @@ Frame named(std::string name) {
   return frame;
 }
 
-/// Images whose words come one by one; a row of numbers is made of them at the end.
+/// Images with sparse labels, which finish() turns into rows of probabilities.
 class SparseRows {
  public:
   explicit SparseRows(const DescriptorFileOptions& options) {
-    if (auto vocabulary = givenWords(options)) book_ = io::WordBook(std::move(*vocabulary));
+    if (auto vocabulary = givenLabels(options)) book_ = io::WordBook(std::move(*vocabulary));
   }
 
   void add(std::string image, std::vector<LabelProbability> words, const std::string& source) {
@@ -60,19 +62,21 @@ class SparseRows {
   }
 
   DescriptorSequence finish(const fs::path& file) {
-    // Few bytes can name many images and many words, whose product is what memory must hold.
-    constexpr std::size_t most = 500'000'000;
-    if (!frames_.empty() && book_.size() > most / frames_.size())
+    // A small file can name many images and many labels; memory must hold their product.
+    constexpr std::size_t maxValues = 500'000'000;
+    if (!frames_.empty() && book_.size() > maxValues / frames_.size())
       throw Error(
-          fmt::format("{}: {} images × {} words are more than the {} numbers that are read; give a "
-                      "label file with the words that matter",
-                      io::printable(file.string()), frames_.size(), book_.size(), most));
-    if (frames_.empty()) throw Error(fmt::format("{}: no images in it", io::printable(file.string())));
-    if (book_.size() == 0) throw Error(fmt::format("{}: no words in it", io::printable(file.string())));
+          ErrorCode::tooLarge,
+          fmt::format(
+              "{}: {} images × {} labels; at most {} values are read; give a label file with fewer labels",
+              io::printable(file.string()), frames_.size(), book_.size(), maxValues));
+    if (frames_.empty() || book_.size() == 0)
+      throw Error(ErrorCode::insufficientData, fmt::format("{}: no {}", io::printable(file.string()),
+                                                           frames_.empty() ? "images" : "labels"));
     DescriptorMatrix descriptors(book_.size());
     descriptors.reserve(frames_.size());
-    for (const auto& places : places_) descriptors.append(book_.toDescriptor(places));
-    return recordingOf(file, book_.vocabulary(), std::move(frames_), std::move(descriptors));
+    for (const auto& indices : places_) descriptors.append(book_.toDescriptor(indices));
+    return sequenceOf(file, book_.vocabulary(), std::move(frames_), std::move(descriptors));
   }
 
  private:
@@ -84,7 +88,8 @@ class SparseRows {
 double numberOf(const std::string& cell, const std::string& label, const std::string& where) {
   const auto value = io::toNumber(cell);
   if (!value)
-    throw Error(fmt::format("{}: \"{}\" is no number for \"{}\"", where, io::printable(cell), label));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}: \"{}\" is \"{}\", not a number", where, label, io::printable(cell)));
   return *value;
 }
 
@@ -99,14 +104,16 @@ DescriptorSequence readWideCsv(const fs::path& file, const DescriptorFileOptions
     if (labels.empty()) {  // the header
       for (std::size_t i = 1; i < row.cells.size(); ++i)
         labels.push_back(io::toLabel(row.cells[i], fmt::format("{}: column {}", where, i + 1)));
-      if (labels.empty()) throw Error(fmt::format("{}: no labels in the header `image,LABEL,…`", where));
+      if (labels.empty())
+        throw Error(ErrorCode::malformedFile,
+                    fmt::format("{}: no labels in the header; write `image,LABEL,…`", where));
       descriptors.emplace(labels.size());
       values.resize(labels.size());
       return;
     }
     if (row.cells.size() != labels.size() + 1)
-      throw Error(fmt::format("{}: {} cells where the header has {}; is the file cut short?", where,
-                              row.cells.size(), labels.size() + 1));
+      throw Error(ErrorCode::malformedFile, fmt::format("{}: {} cells instead of {}; is the file truncated?",
+                                                        where, row.cells.size(), labels.size() + 1));
     std::string image = io::printable(row.cells[0]);
     names.add(image, file, row.line);
     for (std::size_t i = 0; i < labels.size(); ++i)
@@ -115,9 +122,9 @@ DescriptorSequence readWideCsv(const fs::path& file, const DescriptorFileOptions
     descriptors->append(values);
   });
   Vocabulary vocabulary(std::move(labels));
-  if (const auto given = givenWords(options))
+  if (const auto given = givenLabels(options))
     requireSameVocabulary(*given, vocabulary, io::printable(file.string()));
-  return recordingOf(file, std::move(vocabulary), std::move(frames), std::move(*descriptors));
+  return sequenceOf(file, std::move(vocabulary), std::move(frames), std::move(*descriptors));
 }
 
 DescriptorSequence readLongCsv(const fs::path& file, const DescriptorFileOptions& options) {
@@ -129,9 +136,11 @@ DescriptorSequence readLongCsv(const fs::path& file, const DescriptorFileOptions
     if (std::exchange(header, false)) return;
     const std::string where = at(file, row.line);
     if (row.cells.size() != 3)
-      throw Error(fmt::format("{}: {} cells; a line is `image,label,probability`", where, row.cells.size()));
+      throw Error(
+          ErrorCode::malformedFile,
+          fmt::format("{}: {} cells instead of 3: `image,label,probability`", where, row.cells.size()));
     std::string image = io::printable(row.cells[0]), label = io::toLabel(row.cells[1], where);
-    if (image.empty()) throw Error(fmt::format("{}: the image has no name", where));
+    if (image.empty()) throw Error(ErrorCode::malformedFile, fmt::format("{}: empty image name", where));
     const float value = io::toProbability(numberOf(row.cells[2], label, where), label, where);
     const auto [entry, isNew] = indices.emplace(image, images.size());
     if (isNew) {
@@ -146,11 +155,12 @@ DescriptorSequence readLongCsv(const fs::path& file, const DescriptorFileOptions
   return rows.finish(file);
 }
 
-/// The header tells the wide from the long form.
-DescriptorSequence readCsvRecording(const fs::path& file, const DescriptorFileOptions& options) {
+/// Wide or long, by the header.
+DescriptorSequence readCsv(const fs::path& file, const DescriptorFileOptions& options) {
   std::ifstream stream(file);
   if (!fs::is_regular_file(file) || !stream)
-    throw Error(fmt::format("{}: no file that can be read", io::printable(file.string())));
+    throw Error(fs::exists(file) ? ErrorCode::fileUnreadable : ErrorCode::fileNotFound,
+                fmt::format("{}: no readable file", io::printable(file.string())));
   std::string start(256, '\0');
   stream.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<std::size_t>(stream.gcount()));
@@ -160,8 +170,8 @@ DescriptorSequence readCsvRecording(const fs::path& file, const DescriptorFileOp
   if (header == "image,label,probability" || header == "image,label,confidence")
     return readLongCsv(file, options);
   if (header.starts_with("image,")) return readWideCsv(file, options);
-  throw Error(fmt::format("{}: no header; the first line is `image,LABEL,…` or `image,label,probability`",
-                          at(file, 1)));
+  throw Error(ErrorCode::malformedFile,
+              fmt::format("{}: no header; write `image,LABEL,…` or `image,label,probability`", at(file, 1)));
 }
 
 DescriptorSequence readJsonLines(const fs::path& file, const DescriptorFileOptions& options) {
@@ -188,12 +198,14 @@ DescriptorSequence readNpy(const fs::path& file, const DescriptorFileOptions& op
   const std::string name = io::printable(file.string());
   const fs::path labels = options.labels.empty() ? beside(file, ".labels.txt") : options.labels;
   if (!fs::is_regular_file(labels))
-    throw Error(fmt::format("{}: its {} columns have no names; write them, one a line, into {}", name,
-                            matrix.columns(), io::printable(labels.string())));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: the labels of the {} columns are unknown; write them, one per line, to {}",
+                            name, matrix.columns(), io::printable(labels.string())));
   Vocabulary vocabulary = readVocabulary(labels);
   if (vocabulary.size() != matrix.columns())
-    throw Error(fmt::format("{} has {} columns, but {} has {} labels; use the label file that belongs to it",
-                            name, matrix.columns(), io::printable(labels.string()), vocabulary.size()));
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{}: {} columns, but {} has {} labels; give its own label file", name,
+                            matrix.columns(), io::printable(labels.string()), vocabulary.size()));
   fs::path list = options.frames;
   if (list.empty() && fs::exists(beside(file, ".frames.csv"))) list = beside(file, ".frames.csv");
   std::vector<Frame> frames;
@@ -201,8 +213,8 @@ DescriptorSequence readNpy(const fs::path& file, const DescriptorFileOptions& op
   for (std::size_t i = 0; list.empty() && i < matrix.rows(); ++i)
     frames.push_back(named(fmt::format("frame {:06}", i)));
   if (frames.size() != matrix.rows())
-    throw Error(fmt::format("{} has {} rows, but {} names {} images", name, matrix.rows(),
-                            io::printable(list.string()), frames.size()));
+    throw Error(ErrorCode::mismatch, fmt::format("{}: {} rows, but {} names {} images", name, matrix.rows(),
+                                                 io::printable(list.string()), frames.size()));
   DescriptorMatrix descriptors(vocabulary.size());
   descriptors.reserve(matrix.rows());
   LexicalDescriptor values(vocabulary.size());
@@ -213,10 +225,38 @@ DescriptorSequence readNpy(const fs::path& file, const DescriptorFileOptions& op
       values[k] = io::toProbability(row[k], vocabulary[k], where);
     descriptors.append(values);
   }
-  return recordingOf(file, std::move(vocabulary), std::move(frames), std::move(descriptors));
+  return sequenceOf(file, std::move(vocabulary), std::move(frames), std::move(descriptors));
+}
+
+void writeCsv(const DescriptorSequence& sequence, const fs::path& file) {
+  std::string text = "image";
+  for (const auto& label : sequence.vocabulary.labels()) text += ',' + io::csvCell(label);
+  text += '\n';
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
+    text += io::csvCell(sequence.frames[i].name);
+    for (const float p : sequence.descriptors.row(i)) fmt::format_to(std::back_inserter(text), ",{}", p);
+    text += '\n';
+  }
+  writeWhole(file, text);
+}
+
+void writeNpy(const DescriptorSequence& sequence, const fs::path& file) {
+  std::string labels;
+  for (const auto& label : sequence.vocabulary.labels()) labels += label + '\n';
+  writeWhole(beside(file, ".labels.txt"), labels);
+  writeWhole(beside(file, ".frames.csv"), io::frameListText(sequence.frames));
+  writeWhole(file, io::npyBytes(sequence.descriptors));  // last: its existence means success
 }
 
 }  // namespace
+
+OptionGroup declare(DescriptorFileOptions& o) {
+  OptionGroup group("descriptor-file", "The files beside a descriptor file");
+  group.add("labels", io::asText(o.labels), "Label file, one label per line")
+      .automatic("the labels of the file");
+  group.add("frames", io::asText(o.frames), "Names of the rows of a .npy file").automatic("NAME.frames.csv");
+  return group;
+}
 
 bool isDescriptorFile(const fs::path& file) {
   return io::hasSuffix(file, {".labels", ".csv", ".jsonl", ".ndjson", ".npy"});
@@ -224,76 +264,55 @@ bool isDescriptorFile(const fs::path& file) {
 
 DescriptorSequence readDescriptors(const fs::path& file, const DescriptorFileOptions& options) {
   if (io::hasSuffix(file, {".labels"})) return io::readLabelFile(file);
-  if (io::hasSuffix(file, {".csv"})) return readCsvRecording(file, options);
+  if (io::hasSuffix(file, {".csv"})) return readCsv(file, options);
   if (io::hasSuffix(file, {".jsonl", ".ndjson"})) return readJsonLines(file, options);
   if (io::hasSuffix(file, {".npy"})) return readNpy(file, options);
   throw Error(
-      fmt::format("{}: no kind of recording that is known; known are .labels, .csv, .jsonl, .ndjson and .npy",
+      ErrorCode::unsupportedFile,
+      fmt::format("{}: not the extension of a descriptor file; known: .labels, .csv, .jsonl, .ndjson, .npy",
                   io::printable(file.string())));
 }
 
-void writeDescriptors(const DescriptorSequence& recording, const fs::path& file) {
-  if (io::hasSuffix(file, {".labels"})) return io::writeLabelFile(recording, file);
-  if (io::hasSuffix(file, {".csv"})) return writeCsv(recording, file);
-  requireRecordingName(file);
-  writeNpy(recording, file);
+void writeDescriptors(const DescriptorSequence& sequence, const fs::path& file) {
+  if (io::hasSuffix(file, {".labels"})) return io::writeLabelFile(sequence, file);
+  if (io::hasSuffix(file, {".csv"})) return writeCsv(sequence, file);
+  requireDescriptorFile(file);
+  writeNpy(sequence, file);
 }
 
-std::vector<fs::path> filesOfRecording(const fs::path& file) {
+std::vector<fs::path> descriptorFilesOf(const fs::path& file) {
   if (!io::hasSuffix(file, {".npy"})) return {file};
   return {file, beside(file, ".labels.txt"), beside(file, ".frames.csv")};
 }
 
-void requireRecordingName(const fs::path& file) {
+void requireDescriptorFile(const fs::path& file) {
   if (!io::hasSuffix(file, {".labels", ".csv", ".npy"}))
-    throw Error(fmt::format("{}: labels are written as NAME.labels, NAME.csv or NAME.npy; choose one of them",
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{}: cannot write this extension; use .labels, .csv or .npy",
                             io::printable(file.string())));
 }
 
-DescriptorSequence inWordsOf(const Vocabulary& vocabulary, const DescriptorSequence& recording) {
-  // A label that stands there more than once: the first is the other's first, the second its second.
-  const auto numbered = [](const Vocabulary& words) {
+DescriptorSequence toVocabulary(const DescriptorSequence& sequence, const Vocabulary& vocabulary) {
+  // Repeated labels are matched in order: the first to the first, the second to the second.
+  const auto numbered = [](const Vocabulary& labels) {
     std::map<std::string, std::size_t> seen;
     std::vector<std::pair<std::string, std::size_t>> names;
-    for (const std::string& label : words.labels()) names.emplace_back(label, seen[label]++);
+    for (const std::string& label : labels.labels()) names.emplace_back(label, seen[label]++);
     return names;
   };
-  std::map<std::pair<std::string, std::size_t>, std::size_t> places;
-  for (const auto& name : numbered(vocabulary)) places.emplace(name, places.size());
-  const auto names = numbered(recording.vocabulary);
-  DescriptorSequence result{vocabulary, recording.model, recording.frames,
-                            DescriptorMatrix(vocabulary.size())};
+  std::map<std::pair<std::string, std::size_t>, std::size_t> indices;
+  for (const auto& name : numbered(vocabulary)) indices.emplace(name, indices.size());
+  const auto names = numbered(sequence.vocabulary);
+  DescriptorSequence result{vocabulary, sequence.model, sequence.frames, DescriptorMatrix(vocabulary.size())};
   LexicalDescriptor row(vocabulary.size());
-  for (std::size_t i = 0; i < recording.frames.size(); ++i) {
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i) {
     std::fill(row.begin(), row.end(), 0.0F);
-    const DescriptorView words = recording.descriptors.row(i);
-    for (std::size_t k = 0; k < words.size(); ++k)
-      if (const auto place = places.find(names[k]); place != places.end()) row[place->second] = words[k];
+    const DescriptorView own = sequence.descriptors.row(i);
+    for (std::size_t k = 0; k < own.size(); ++k)
+      if (const auto index = indices.find(names[k]); index != indices.end()) row[index->second] = own[k];
     result.descriptors.append(row);
   }
   return result;
-}
-
-void writeCsv(const DescriptorSequence& recording, const fs::path& file) {
-  std::string text = "image";
-  for (const auto& label : recording.vocabulary.labels()) text += ',' + io::csvCell(label);
-  text += '\n';
-  for (std::size_t i = 0; i < recording.frames.size(); ++i) {
-    text += io::csvCell(recording.frames[i].name);
-    for (const float p : recording.descriptors.row(i)) fmt::format_to(std::back_inserter(text), ",{}", p);
-    text += '\n';
-  }
-  writeWhole(file, text);
-}
-
-void writeNpy(const DescriptorSequence& recording, const fs::path& file) {
-  if (!io::hasSuffix(file, {".npy"}))
-    throw Error(fmt::format("{}: a NumPy file is called NAME.npy", io::printable(file.string())));
-  std::string labels;
-  for (const auto& label : recording.vocabulary.labels()) labels += label + '\n';
-  writeWhole(beside(file, ".labels.txt"), labels);
-  writeWhole(beside(file, ".frames.csv"), io::frameListText(recording.frames));
-  writeWhole(file, io::npyBytes(recording.descriptors));  // last: it is the one that people look for
 }
 
 }  // namespace estancia

@@ -16,11 +16,12 @@
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/frame_list.hpp"
+#include "estancia/io/path_option.hpp"
 
 namespace estancia {
 namespace {
 
-/// Where in a line the things are.
+/// Positions of the columns.
 struct Layout {
   std::vector<std::string> header;
   std::optional<std::size_t> room, image, group;
@@ -29,9 +30,9 @@ struct Layout {
 
 /// "g12" → "g" and 12. Nothing without digits, or without anything before them.
 std::optional<std::pair<std::string, std::uint64_t>> stemAndNumber(const std::string& name) {
-  constexpr std::size_t mostDigits = 9;
+  constexpr std::size_t maxDigits = 9;
   const auto last = name.find_last_not_of("0123456789");
-  if (last == std::string::npos || last + 1 == name.size() || name.size() - last - 1 > mostDigits)
+  if (last == std::string::npos || last + 1 == name.size() || name.size() - last - 1 > maxDigits)
     return std::nullopt;
   return std::pair{name.substr(0, last + 1), std::stoull(name.substr(last + 1))};
 }
@@ -51,10 +52,10 @@ std::vector<FeaturePart> partsOf(const std::vector<std::string>& columns, const 
   std::set<std::string> names;
   for (const FeaturePart& part : parts)
     if (!names.insert(part.name).second)
-      throw Error(
-          fmt::format("{}: {} is the name of two parts; put the columns {}0, {}1 … next to each other, or "
-                      "rename some",
-                      where, part.name, part.name, part.name));
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: two parts are named {}; put the columns {}0, {}1 … next to each other, or "
+                              "rename some",
+                              where, part.name, part.name, part.name));
   return parts;
 }
 
@@ -63,18 +64,21 @@ Layout readHeader(const std::vector<std::string>& cells, const FeatureTableOptio
   Layout layout{cells, {}, {}, {}, {}};
   std::set<std::string> names;
   for (const std::string& cell : cells) {
-    if (cell.empty()) throw Error(fmt::format("{}: a column has no name", where));
+    if (cell.empty()) throw Error(ErrorCode::malformedFile, fmt::format("{}: a column has no name", where));
     if (!names.insert(cell).second)
-      throw Error(fmt::format("{}: two columns are called {}", where, io::printable(cell)));
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: two columns are named {}", where, io::printable(cell)));
   }
   for (const std::string& name : options.ignored)
     if (!names.contains(name))
-      throw Error(fmt::format("{}: there is no column {} to ignore", where, io::printable(name)));
+      throw Error(ErrorCode::unknownName,
+                  fmt::format("{}: no column {} to ignore", where, io::printable(name)));
   for (std::size_t c = 0; c < cells.size(); ++c) {
     if (std::ranges::find(options.ignored, cells[c]) != options.ignored.end()) continue;
     if (cells[c] == "room" || cells[c] == "class") {
       if (layout.room)
-        throw Error(fmt::format("{}: there are columns `room` and `class`; ignore one of them", where));
+        throw Error(ErrorCode::malformedFile,
+                    fmt::format("{}: both `room` and `class` are columns; ignore one of them", where));
       layout.room = c;
     } else if (cells[c] == "image") {
       layout.image = c;
@@ -84,22 +88,32 @@ Layout readHeader(const std::vector<std::string>& cells, const FeatureTableOptio
       layout.numbers.push_back(c);
     }
   }
-  if (!layout.room) throw Error(fmt::format("{}: the header has no column `room` or `class`", where));
-  if (layout.numbers.empty()) throw Error(fmt::format("{}: there are no columns of numbers", where));
+  if (!layout.room)
+    throw Error(ErrorCode::malformedFile, fmt::format("{}: no column `room` or `class`", where));
+  if (layout.numbers.empty())
+    throw Error(ErrorCode::malformedFile, fmt::format("{}: no numeric columns", where));
   return layout;
 }
 
 float numberIn(const io::CsvRow& row, std::size_t column, const Layout& layout, const std::string& where) {
   const std::string& cell = row.cells[column];
   const auto value = io::toNumber(cell);
-  constexpr double most = std::numeric_limits<float>::max();
-  if (value && std::abs(*value) <= most) return static_cast<float>(*value);
-  throw Error(fmt::format("{}:{}: \"{}\" {} for {}; mend it, or ignore the column", where, column + 1,
-                          io::printable(cell), value ? "is no finite number" : "is no number",
-                          io::printable(layout.header[column])));
+  constexpr double max = std::numeric_limits<float>::max();
+  if (value && std::abs(*value) <= max) return static_cast<float>(*value);
+  throw Error(ErrorCode::malformedFile,
+              fmt::format("{}:{}: {} is \"{}\", {}; correct it, or ignore the column", where, column + 1,
+                          io::printable(layout.header[column]), io::printable(cell),
+                          value ? "not a finite number" : "not a number"));
 }
 
 }  // namespace
+
+OptionGroup declare(FeatureTableOptions& o) {
+  OptionGroup group("feature-table", "How to read a CSV of image features");
+  group.add("ignored", io::asText(o.ignored), "Columns that are no features, separated by commas")
+      .automatic("none");
+  return group;
+}
 
 FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTableOptions& options) {
   const std::string name = io::printable(file.string());
@@ -117,10 +131,11 @@ FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTa
       return;
     }
     if (row.cells.size() != layout->header.size())
-      throw Error(
-          fmt::format("{}: {} cells, the header has {}", where, row.cells.size(), layout->header.size()));
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: {} cells instead of {}", where, row.cells.size(), layout->header.size()));
     if (row.cells == layout->header)
-      throw Error(fmt::format("{}: the header is here again; leave one table in the file", where));
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: repeated header; keep one table per file", where));
     values.clear();
     for (const std::size_t c : layout->numbers) values.push_back(numberIn(row, c, *layout, where));
     Frame frame;
@@ -132,8 +147,9 @@ FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTa
     table.values.append(values);
   });
   if (table.frames.empty())
-    throw Error(fmt::format("{}: holds no {}; a header with `room` and a line an image are needed", name,
-                            layout ? "lines below its header" : "table"));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: {}; write a header with `room`, then one line per image", name,
+                            layout ? "no lines below the header" : "empty file"));
   return table;
 }
 

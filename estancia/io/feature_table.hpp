@@ -1,4 +1,4 @@
-// Numbers that others computed of images: one CSV, a line an image.
+// Feature table: image features computed elsewhere, one CSV line per image.
 #pragma once
 
 #include <cstddef>
@@ -8,37 +8,42 @@
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/frame.hpp"
+#include "estancia/core/options.hpp"
 
 namespace estancia {
 
-/// Columns that belong together.
+/// Adjacent columns of one feature.
 struct FeaturePart {
   std::string name;
-  std::size_t first = 0, size = 1;  ///< of its columns
+  std::size_t first = 0, size = 1;
   bool operator==(const FeaturePart&) const = default;
 };
 
-/// Invariant: a row of `values` a frame; the columns are those of the parts, one part after the other.
+/// Invariant: one row of `values` per frame; the columns are those of the parts, one part after the other.
 struct FeatureTable {
-  std::vector<Frame> frames;        ///< `room` is "" where the cell is empty
-  std::vector<std::string> groups;  ///< what must not be torn apart, one a frame; none without such a column
+  /// `room` is "" where the cell is empty.
+  std::vector<Frame> frames;
+  /// Frames of one group stay on one side of a split; one per frame, empty without such a column.
+  std::vector<std::string> groups;
   std::vector<FeaturePart> parts;
-  std::vector<std::string> columns;  ///< the names of the numbers
+  /// Names of the numeric columns.
+  std::vector<std::string> columns;
   DescriptorMatrix values{0};
 };
 
 struct FeatureTableOptions {
-  /// Columns that are no features: notes, or answers that a learner must not see, as the objects in the CSV
-  /// of RobotVision. All must be there.
+  /// Columns that are no features: notes, or answers that a learner must not see, such as the objects in the
+  /// CSV of RobotVision. All must exist.
   std::vector<std::string> ignored;
 };
+OptionGroup declare(FeatureTableOptions& options);
 
-/// Reads a CSV with a header. The column `room` (or `class`) says the place, `image` the frame's name
-/// (without it: "line 2" …), `group` what belongs together, such as a drive; all others but the ignored hold
-/// numbers. Neighboring columns whose names are a stem and running numbers (g0, g1 …) are one part, called
-/// by the stem; any other column is a part of its own. Throws Error `FILE:LINE:COLUMN: …` (columns counted
-/// from 1) where a cell is no finite number, and `FILE:LINE: …` where a line has too many or too few cells,
-/// the header is there again, a name comes twice or the columns are not what they must be.
+/// Reads a CSV with a header. The column `room` (or `class`) is the place, `image` the frame's name (without
+/// it: "line 2" …), `group` the group, such as a drive; all others except the ignored hold numbers. Adjacent
+/// columns named by a stem and consecutive numbers (g0, g1 …) are one part, named by the stem; any other
+/// column is a part of its own. Throws Error `FILE:LINE:COLUMN: …` (columns counted from 1) where a cell is
+/// no finite number, and `FILE:LINE: …` on a wrong number of cells, a repeated header, repeated names and
+/// wrong columns.
 FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTableOptions& options = {});
 
 }  // namespace estancia

@@ -16,13 +16,6 @@ bool isDigit(char c) {
   return c >= '0' && c <= '9';
 }
 
-/// A-Z only: file names are bytes, not text in the user's locale.
-std::string lowerCase(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
-
 /// Position of the first digit that is no leading zero.
 std::size_t skipZeros(std::string_view text, std::size_t i) {
   while (i < text.size() && text[i] == '0') ++i;
@@ -48,26 +41,49 @@ std::size_t utf8Length(std::string_view text) {
   return overlong || surrogate || (first == 0xF4 && byte(1) >= 0x90) ? 0 : length;
 }
 
-}  // namespace
-
-std::vector<fs::path> filesIn(const fs::path& folder, const std::vector<std::string>& suffixes) {
+/// The entries of a folder that `wanted` takes, except hidden ones, in natural order.
+template <class Wanted>
+std::vector<fs::path> entriesOf(const fs::path& folder, const Wanted& wanted) {
   std::error_code error;
-  fs::directory_iterator entries(folder, error);
-  if (error)
-    throw Error(fmt::format("cannot read the folder {}: {}", printable(folder.string()), error.message()));
   std::vector<fs::path> found;
-  for (; entries != fs::directory_iterator(); entries.increment(error)) {
-    std::error_code unreadable;  // a dangling or circular link is no file
-    if (entries->path().filename().native().starts_with('.') || !hasSuffix(entries->path(), suffixes))
-      continue;
-    if (entries->is_regular_file(unreadable)) found.push_back(entries->path());
-  }
+  for (fs::directory_iterator entry(folder, error); !error && entry != fs::directory_iterator();
+       entry.increment(error))
+    if (!entry->path().filename().native().starts_with('.') && wanted(*entry)) found.push_back(entry->path());
   if (error)
-    throw Error(fmt::format("cannot read the folder {}: {}", printable(folder.string()), error.message()));
+    throw Error(ErrorCode::fileUnreadable,
+                fmt::format("{}: cannot read the folder: {}", printable(folder.string()), error.message()));
   std::ranges::sort(found, [](const fs::path& a, const fs::path& b) {
     return naturalLess(a.filename().native(), b.filename().native());
   });
   return found;
+}
+
+}  // namespace
+
+std::vector<fs::path> filesIn(const fs::path& folder, const std::vector<std::string>& suffixes) {
+  return entriesOf(folder, [&](const fs::directory_entry& entry) {
+    std::error_code unreadable;  // a dangling or circular link is no file
+    return hasSuffix(entry.path(), suffixes) && entry.is_regular_file(unreadable);
+  });
+}
+
+std::vector<fs::path> foldersIn(const fs::path& folder) {
+  constexpr std::size_t maxFolders = 100'000;
+  std::size_t count = 0;
+  return entriesOf(folder, [&](const fs::directory_entry& entry) {
+    std::error_code unreadable;
+    if (!entry.is_directory(unreadable)) return false;
+    if (++count > maxFolders)
+      throw Error(ErrorCode::tooLarge,
+                  fmt::format("{}: more than {} folders", printable(folder.string()), maxFolders));
+    return true;
+  });
+}
+
+std::string lowerCase(std::string text) {
+  for (char& c : text)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return text;
 }
 
 bool hasSuffix(const fs::path& file, const std::vector<std::string>& suffixes) {
@@ -102,21 +118,26 @@ bool naturalLess(std::string_view a, std::string_view b) {
     }
   }
   if ((i < a.size()) != (j < b.size())) return i >= a.size();
-  return a < b;  // "01" and "1" are equal numbers: any fixed order will do
+  return a < b;  // "01" and "1" are equal numbers
 }
 
 std::string readBytes(const fs::path& file, std::size_t limit) {
   std::error_code error;
   // A pipe or a device would block or never end.
-  if (!fs::is_regular_file(file, error)) throw Error(fmt::format("{}: not a file", printable(file.string())));
+  if (!fs::is_regular_file(file, error)) {
+    const bool missing = !fs::exists(file, error);
+    throw Error(missing ? ErrorCode::fileNotFound : ErrorCode::fileUnreadable,
+                fmt::format("{}: {}", printable(file.string()), missing ? "no such file" : "not a file"));
+  }
   const auto size = fs::file_size(file, error);
   if (error || size > limit)
-    throw Error(fmt::format("{}: {} bytes are more than the {} that are read", printable(file.string()), size,
-                            limit));
+    throw Error(ErrorCode::tooLarge,
+                fmt::format("{}: {} bytes; at most {} are read", printable(file.string()), size, limit));
   std::ifstream stream(file, std::ios::binary);
   std::string bytes(size, '\0');
   if (!stream.read(bytes.data(), static_cast<std::streamsize>(size)))
-    throw Error(fmt::format("{}: cannot be read; check its permissions", printable(file.string())));
+    throw Error(ErrorCode::fileUnreadable,
+                fmt::format("{}: cannot be read; check its permissions", printable(file.string())));
   return bytes;
 }
 
@@ -126,7 +147,8 @@ std::vector<std::string> readLines(const fs::path& file) {
   const std::string bytes = readBytes(file, limit);
   text = bytes;
   if (text.find('\0') != std::string_view::npos)
-    throw Error(fmt::format("{}: not a text file (it holds NUL bytes)", printable(file.string())));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}: not a text file (it contains NUL bytes)", printable(file.string())));
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   std::vector<std::string> lines;
   while (!text.empty()) {

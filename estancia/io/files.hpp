@@ -1,4 +1,4 @@
-// Small shared tools of the readers: folders, lines of text, numbers.
+// File tools of the readers: folder listings, lines of text, numbers.
 #pragma once
 
 #include <filesystem>
@@ -15,11 +15,18 @@ namespace estancia::io {
 std::vector<std::filesystem::path> filesIn(const std::filesystem::path& folder,
                                            const std::vector<std::string>& suffixes);
 
-/// Whether the file's name, in lower case, ends with one of `suffixes`.
+/// The folders directly inside `folder` whose names do not start with a dot, in natural order. Throws Error
+/// when it cannot be read or holds more than 100,000.
+std::vector<std::filesystem::path> foldersIn(const std::filesystem::path& folder);
+
+/// Whether the lower-case file name ends with one of `suffixes`.
 bool hasSuffix(const std::filesystem::path& file, const std::vector<std::string>& suffixes);
 
-/// Suffixes of the images that the readers take, lower case, with the dot.
+/// Extensions of images, lower case, with the dot.
 const std::vector<std::string>& imageSuffixes();
+
+/// A-Z only: file names are bytes, not text in the user's locale.
+std::string lowerCase(std::string text);
 
 /// Natural order of names: runs of digits compare as numbers, so "img9" comes before "img10".
 bool naturalLess(std::string_view a, std::string_view b);
@@ -27,18 +34,16 @@ bool naturalLess(std::string_view a, std::string_view b);
 /// The bytes of a regular file of at most `limit` bytes. Throws Error.
 std::string readBytes(const std::filesystem::path& file, std::size_t limit);
 
-/// Lines of a text file without CR and a leading byte order mark. Throws Error, also when it is not text (NUL
-/// bytes).
+/// Lines of a text file without CR and a leading byte order mark. Throws Error, also on NUL bytes.
 std::vector<std::string> readLines(const std::filesystem::path& file);
 
-/// The words of a line: runs without blanks and tabs.
+/// The words of a line, separated by blanks and tabs.
 std::vector<std::string_view> wordsOf(std::string_view line);
 
 /// The whole of `text` as a number ("nan" and "inf" included), or nothing.
 std::optional<double> toNumber(std::string_view text);
 
-/// A name for people: control characters (a newline in a file name …) shown as \xNN, everything else as it
-/// is.
+/// A name for display: control characters (a newline in a file name …) become \xNN.
 std::string printable(std::string_view name);
 
 }  // namespace estancia::io

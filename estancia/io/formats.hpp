@@ -1,4 +1,4 @@
-// What the readers of the single formats share with openSequence; of no use to others.
+// Sequence formats: one reader per data set, and what they share.
 #pragma once
 
 #include <filesystem>
@@ -8,44 +8,40 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/io/format_registry.hpp"
 #include "estancia/io/sequence.hpp"
 
 namespace estancia::io {
 
 /// A sequence whose frames are all listed when it is opened.
-class ListedSequence : public Sequence {
+class ListedSequence : public Listed<Sequence, Frame> {
  public:
-  std::string name() const final { return name_; }
-  std::size_t size() const final { return frames_.size(); }
-  const Frame& frame(std::size_t i) const final { return frames_[i]; }
+  const Frame& frame(std::size_t i) const final { return entries_[i]; }
 
-  /// For openSequence, which adds poses and rooms from side files before anybody else sees the frames.
-  std::vector<Frame>& frames() { return frames_; }
-  /// The part of the data set ("train", "test" …) that each frame is of, "" where nobody says; empty where
-  /// that is so for all.
+  /// For openSequence(), which adds poses and rooms from side files.
+  std::vector<Frame>& frames() { return entries_; }
+  /// The split ("train", "test" …) of each frame, "" where unknown; empty where unknown for all.
   std::vector<std::string>& splits() { return splits_; }
-  void warn(std::string sentence) { warnings_.push_back(std::move(sentence)); }
   void setIntrinsics(const CameraIntrinsics& camera) { intrinsics_ = camera; }
   void setPoseSource(const PoseSource& source) { poseSource_ = source; }
 
  protected:
-  explicit ListedSequence(std::string name) : name_(std::move(name)) {}
+  using Listed::Listed;
 
-  std::string name_;
-  std::vector<Frame> frames_;
   std::vector<std::string> splits_;
 };
 
 /// A frame's depth image: "" where it has none.
 struct DepthFile {
   std::filesystem::path file;
-  std::optional<double> timestamp;  ///< of the nearest depth image, even where that is not this frame's
+  /// Of the nearest depth image, even where that is not this frame's.
+  std::optional<double> timestamp;
 };
 
-/// Frames that are one image file each, perhaps with one of depth: what most data sets come down to.
+/// Frames of one image file each, perhaps with a depth image: most data sets.
 class ImageFiles final : public ListedSequence {
  public:
-  /// `depthScale`: units a meter, as readDepth has it.
+  /// `depthScale`: units per meter, see readDepth().
   explicit ImageFiles(std::string name, double depthScale = 0)
       : ListedSequence(std::move(name)), depthScale_(depthScale) {}
   void add(Frame frame, std::filesystem::path file, DepthFile depth = {});
@@ -64,7 +60,7 @@ class ImageFiles final : public ListedSequence {
 
 using Opened = std::unique_ptr<ListedSequence>;
 
-// One pair a format: does `path` look like it, and open it. Each lives in the file of its name.
+// One pair per format, in the file of its name: does `path` look like it, and open it.
 bool isVideo(const std::filesystem::path& path);
 Opened openVideo(const std::filesystem::path& path, const SequenceOptions& options);
 bool isTumRgbd(const std::filesystem::path& path);
@@ -86,7 +82,7 @@ Opened openClasses(const std::filesystem::path& path, const SequenceOptions& opt
 bool isImageFolder(const std::filesystem::path& path);
 Opened openImageFolder(const std::filesystem::path& path, const SequenceOptions& options);
 
-/// The time stamp [s] that a file is called by, like TUM's "1305031102.175304.png"; nothing where it is not.
+/// The time stamp [s] in a file name like TUM's "1305031102.175304.png"; nothing in other names.
 std::optional<double> timestampOf(const std::filesystem::path& file);
 
 /// The last component of a path, also of "folder/" and ".".

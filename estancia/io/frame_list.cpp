@@ -24,10 +24,8 @@ class Row {
       : row_(row), columns_(columns), where_(std::move(where)) {}
 
   std::string text(const std::string& column) const {
-    const auto found = std::ranges::find(columns_, column);
-    return found == columns_.end()
-               ? ""
-               : printable(row_.cells[static_cast<std::size_t>(found - columns_.begin())]);
+    const auto found = findColumn(columns_, column);
+    return found ? printable(row_.cells[*found]) : "";
   }
 
   std::optional<double> number(const std::string& column) const {
@@ -35,7 +33,8 @@ class Row {
     if (cell.empty()) return std::nullopt;
     const auto value = toNumber(cell);
     if (!value || !std::isfinite(*value))
-      throw Error(fmt::format("{}: \"{}\" is no number for {}", where_, cell, column));
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: {} is \"{}\", not a finite number", where_, column, cell));
     return value;
   }
 
@@ -50,7 +49,9 @@ class Row {
     if (known == 0) return std::nullopt;
     const double norm = std::hypot(std::hypot(values[3], values[4]), std::hypot(values[5], values[6]));
     if (known < values.size() || std::abs(norm - 1) > 0.01)
-      throw Error(fmt::format("{}: a pose is x, y, z [m] and a unit quaternion qx, qy, qz, qw", where_));
+      throw Error(
+          ErrorCode::malformedFile,
+          fmt::format("{}: incomplete pose or no unit quaternion; give x, y, z [m], qx, qy, qz, qw", where_));
     return Pose{values[0], values[1], values[2], values[3], values[4], values[5], values[6]};
   }
 
@@ -64,10 +65,11 @@ class Row {
 
 void UniqueNames::add(const std::string& name, const fs::path& file, std::size_t line) {
   const std::string where = fmt::format("{}:{}", printable(file.string()), line);
-  if (name.empty()) throw Error(fmt::format("{}: the image has no name", where));
+  if (name.empty()) throw Error(ErrorCode::malformedFile, fmt::format("{}: the image has no name", where));
   const auto [entry, isNew] = lines_.emplace(name, line);
   if (!isNew)
-    throw Error(fmt::format("{}: {} is in line {} already; keep one of them", where, name, entry->second));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}: {} is repeated from line {}; keep one of them", where, name, entry->second));
 }
 
 std::vector<Frame> readFrameList(const fs::path& file) {
@@ -77,13 +79,15 @@ std::vector<Frame> readFrameList(const fs::path& file) {
   forEachCsvRow(file, [&](CsvRow& row) {
     const std::string where = fmt::format("{}:{}", printable(file.string()), row.line);
     if (columns.empty()) {
-      const bool header = std::ranges::find(row.cells, "image") != row.cells.end();
+      const bool header = findColumn(row.cells, "image").has_value();
       columns = header ? row.cells : std::vector<std::string>{"image"};
       if (header) return;
     }
     if (row.cells.size() != columns.size())
-      throw Error(fmt::format("{}: {} cells, expected {}{}", where, row.cells.size(), columns.size(),
-                              columns.size() == 1 ? ": one name a line, or a header with `image`" : ""));
+      throw Error(
+          ErrorCode::malformedFile,
+          fmt::format("{}: {} cells instead of {}{}", where, row.cells.size(), columns.size(),
+                      columns.size() == 1 ? "; give one name per line, or a header with `image`" : ""));
     const Row cells(row, columns, where);
     Frame frame{cells.text("image"), cells.number("timestamp"), cells.pose(), cells.text("room")};
     names.add(frame.name, file, row.line);

@@ -1,4 +1,4 @@
-// The frames of a matrix without names: a CSV beside it.
+// Frame list: a CSV that names the rows of a matrix file, with time stamps, poses and rooms.
 #pragma once
 
 #include <filesystem>
@@ -11,17 +11,17 @@
 namespace estancia::io {
 
 /// Reads a CSV with a header that has the column `image` and may have timestamp, x, y, z, qx, qy, qz, qw (all
-/// seven, or none) and room; other columns are passed over, empty cells are unknown. Without such a header:
-/// one name a line. Throws Error `FILE:LINE: …`, also on repeated names.
+/// seven, or none) and room; other columns are ignored, empty cells are unknown. Without such a header: one
+/// name per line. Throws Error `FILE:LINE: …`, also on repeated names.
 std::vector<Frame> readFrameList(const std::filesystem::path& file);
 
-/// The text of such a CSV, every number with all its digits.
+/// The text of such a CSV, every number with all digits.
 std::string frameListText(const std::vector<Frame>& frames);
 
-/// Refuses names that come twice.
+/// Refuses repeated names.
 class UniqueNames {
  public:
-  /// Throws Error `FILE:LINE: …` naming both lines.
+  /// Throws Error `FILE:LINE: …` that names both lines.
   void add(const std::string& name, const std::filesystem::path& file, std::size_t line);
 
  private:

@@ -37,12 +37,12 @@ class Selection final : public Sequence {
   std::string name_;
 };
 
-/// "hall, kitchen, office", cut where it would not end.
+/// "hall, kitchen, office", at most 50 of them.
 std::string listed(const std::set<std::string>& names) {
-  constexpr std::size_t most = 50;
-  if (names.size() <= most) return fmt::format("{}", fmt::join(names, ", "));
-  const std::vector<std::string> first(names.begin(), std::next(names.begin(), most));
-  return fmt::format("{} … ({} in all)", fmt::join(first, ", "), names.size());
+  constexpr std::size_t maxNames = 50;
+  if (names.size() <= maxNames) return fmt::format("{}", fmt::join(names, ", "));
+  const std::vector<std::string> first(names.begin(), std::next(names.begin(), maxNames));
+  return fmt::format("{} … ({} in total)", fmt::join(first, ", "), names.size());
 }
 
 /// The names that frames have, without "".
@@ -50,6 +50,17 @@ std::set<std::string> namesIn(const std::vector<std::string>& ofFrames) {
   std::set<std::string> names(ofFrames.begin(), ofFrames.end());
   names.erase("");
   return names;
+}
+
+void requireKnown(const std::string& sequence, const char* what, const std::string& name,
+                  const std::set<std::string>& known) {
+  if (known.empty())
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no frame has a known {}, as for \"{}\"; write rooms.csv (image,room,split)",
+                            sequence, what, name));
+  if (!known.contains(name))
+    throw Error(ErrorCode::unknownName,
+                fmt::format("{}: unknown {} \"{}\"; known: {}", sequence, what, name, listed(known)));
 }
 
 }  // namespace
@@ -61,29 +72,16 @@ std::unique_ptr<Sequence> selectFrames(Opened sequence, const SequenceOptions& o
   splits.resize(sequence->size());
   for (const Frame& frame : sequence->frames()) rooms.push_back(frame.room);
   const std::set<std::string> knownSplits = namesIn(splits), knownRooms = namesIn(rooms);
-  if (!options.split.empty() && !knownSplits.contains(options.split))
-    throw Error(knownSplits.empty()
-                    ? fmt::format("{}: nobody says which frames are of the split \"{}\"; say it in the third "
-                                  "column of rooms.csv (image,room,split)",
-                                  name, options.split)
-                    : fmt::format("{}: there is no split \"{}\"; there are {}", name, options.split,
-                                  listed(knownSplits)));
-  for (const std::string& room : options.only)
-    if (!knownRooms.contains(room))
-      throw Error(
-          knownRooms.empty()
-              ? fmt::format("{}: no frame's room is known, \"{}\" neither; name them in rooms.csv "
-                            "(image,room)",
-                            name, room)
-              : fmt::format("{}: there is no room \"{}\"; there are {}", name, room, listed(knownRooms)));
+  if (!options.split.empty()) requireKnown(name, "split", options.split, knownSplits);
+  for (const std::string& room : options.only) requireKnown(name, "room", room, knownRooms);
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < rooms.size(); ++i)
     if ((options.split.empty() || splits[i] == options.split) &&
         (options.only.empty() || std::ranges::find(options.only, rooms[i]) != options.only.end()))
       kept.push_back(i);
   if (kept.empty())
-    throw Error(fmt::format("{}: no frame of the split \"{}\" is in {}", name, options.split,
-                            fmt::join(options.only, ", ")));
+    throw Error(ErrorCode::insufficientData, fmt::format("{}: no frame of the split \"{}\" is in {}", name,
+                                                         options.split, fmt::join(options.only, ", ")));
   std::string shown = name;
   if (!options.split.empty()) shown += fmt::format(" ({})", options.split);
   return std::make_unique<Selection>(std::move(sequence), std::move(kept), std::move(shown));

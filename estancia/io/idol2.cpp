@@ -1,5 +1,4 @@
-// KTH-IDOL2: the truth is in the file names, t<time>_r<room>_x<x>_y<y>_a<theta>.<ext> (seconds, meters,
-// radians).
+// KTH-IDOL2: ground truth in file names, t<time>_r<room>_x<x>_y<y>_a<theta>.<ext> (seconds, meters, radians).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -64,14 +63,14 @@ Opened openIdol2(const fs::path& path, const SequenceOptions&) {
       others.push_back(file);
   }
   if (images.empty())
-    throw Error(
-        fmt::format("{}: no images named as KTH-IDOL2 has them (t<time>_r<room>_x<x>_y<y>_a<theta>.png)",
-                    printable(path.string())));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no images named as in KTH-IDOL2 (t<time>_r<room>_x<x>_y<y>_a<theta>.png)",
+                            printable(path.string())));
   std::ranges::stable_sort(images, {}, [](const Named& n) { return *n.frame.timestamp; });
   auto sequence = std::make_unique<ImageFiles>(nameOf(path));
   for (auto& [frame, file] : images) sequence->add(std::move(frame), std::move(file));
   if (!others.empty())
-    sequence->warn(fmt::format("{} images are left out, their names are not those of KTH-IDOL2 (first: {})",
+    sequence->warn(fmt::format("{} images are left out for names that are not those of KTH-IDOL2 (first: {})",
                                others.size(), printable(others.front().filename().string())));
   return sequence;
 }

@@ -10,16 +10,16 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/io/image_decoding.hpp"
 #include "estancia/io/image_header.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{1} << 29;
+constexpr std::size_t kMaxBytes = std::size_t{1} << 29;
 
-// OpenCV reads OpenEXR only when this is set before its first image of any kind. A user's own choice is
-// kept.
+// OpenCV reads OpenEXR only when this is set before its first image of any kind. A user's value is kept.
 [[maybe_unused]] const int openExrEnabled = setenv("OPENCV_IO_ENABLE_OPENEXR", "1", 0);
 
 cv::Mat decode(std::string& bytes, const fs::path& file, int flags = cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH) {
@@ -27,11 +27,12 @@ cv::Mat decode(std::string& bytes, const fs::path& file, int flags = cv::IMREAD_
   try {
     const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8U, bytes.data());
     image = cv::imdecode(buffer, flags);
-  } catch (const cv::Exception&) {  // said below
+  } catch (const cv::Exception&) {  // reported below
   }
   if (image.empty())
     throw Error(
-        fmt::format("{}: the image cannot be decoded, it is damaged or of a rare kind; copy or convert it",
+        ErrorCode::malformedFile,
+        fmt::format("{}: the image cannot be decoded; it is damaged or of a rare kind; copy or convert it",
                     printable(file.string())));
   return image;
 }
@@ -43,41 +44,35 @@ std::string decodeDataUri(const std::string& text, const fs::path& file) {
   const auto begin = start + mark.size();
   const auto end = start == std::string::npos ? start : text.find_first_of("'\"`", begin);
   if (end == std::string::npos || end == begin || (end - begin) % 4 != 0)
-    throw Error(fmt::format("{}: no complete data URI in it (data:…;base64,…)", printable(file.string())));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}: no complete data URI (data:…;base64,…)", printable(file.string())));
   std::string bytes((end - begin) / 4 * 3, '\0');
   const int length = EVP_DecodeBlock(reinterpret_cast<unsigned char*>(bytes.data()),
                                      reinterpret_cast<const unsigned char*>(text.data() + begin),
                                      static_cast<int>(end - begin));
-  if (length < 0) throw Error(fmt::format("{}: its base64 text is damaged", printable(file.string())));
+  if (length < 0)
+    throw Error(ErrorCode::malformedFile, fmt::format("{}: damaged base64 text", printable(file.string())));
   bytes.resize(static_cast<std::size_t>(length));  // padding "=" decodes to zeros, which the decoders ignore
   return bytes;
 }
 
 }  // namespace
 
-cv::Mat readImage(const fs::path& file) {
-  std::string bytes = readBytes(file, kMostBytes);
-  if (inspectImage(bytes, printable(file.string())).isRadiance())
-    throw Error(fmt::format("{}: radiance, not an image; open its folder as type \"panorama\"",
-                            printable(file.string())));
-  return toBgr8(decode(bytes, file));
-}
-
 cv::Mat readPanorama(const fs::path& file) {
-  std::string bytes = readBytes(file, kMostBytes);
+  std::string bytes = readBytes(file, kMaxBytes);
   if (file.extension() == ".js") bytes = decodeDataUri(bytes, file);
   const ImageHeader header = inspectImage(bytes, printable(file.string()));
   const double ratio = static_cast<double>(header.width) / static_cast<double>(header.height);
   if (std::abs(ratio - 2) > 0.02)
-    throw Error(
-        fmt::format("{}: {} × {} pixels are no equirectangular panorama, which is twice as wide as high",
-                    printable(file.string()), header.width, header.height));
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{}: {} × {} pixels; an equirectangular panorama is twice as wide as high",
+                            printable(file.string()), header.width, header.height));
   cv::Mat panorama = decode(bytes, file);
   return header.isRadiance() ? panorama : toBgr8(std::move(panorama));
 }
 
 cv::Mat decodeImage(const fs::path& file, int flags) {
-  std::string bytes = readBytes(file, kMostBytes);
+  std::string bytes = readBytes(file, kMaxBytes);
   inspectImage(bytes, printable(file.string()));
   return decode(bytes, file, flags);
 }
@@ -95,3 +90,16 @@ cv::Mat toBgr8(cv::Mat image) {
 }
 
 }  // namespace estancia::io
+
+namespace estancia {
+
+cv::Mat readImage(const std::filesystem::path& file) {
+  std::string bytes = io::readBytes(file, io::kMaxBytes);
+  if (io::inspectImage(bytes, io::printable(file.string())).isRadiance())
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{}: an HDR radiance map, not an image; open its folder as type \"panorama\"",
+                            io::printable(file.string())));
+  return io::toBgr8(io::decode(bytes, file));
+}
+
+}  // namespace estancia

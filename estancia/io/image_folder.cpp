@@ -23,7 +23,7 @@ std::optional<double> timestampOf(const fs::path& file) {
 }
 
 void ImageFiles::add(Frame frame, fs::path file, DepthFile depth) {
-  frames_.push_back(std::move(frame));
+  entries_.push_back(std::move(frame));
   files_.push_back(std::move(file));
   hasDepth_ = hasDepth_ || !depth.file.empty();
   depths_.push_back(std::move(depth));
@@ -41,7 +41,8 @@ cv::Mat ImageFiles::depth(std::size_t i) const {
   const fs::path& file = depths_.at(i).file;
   if (file.empty())
     throw Error(
-        fmt::format("{}: {} has no depth image; leave it out or give its depth", name_, frames_[i].name));
+        ErrorCode::insufficientData,
+        fmt::format("{}: {} has no depth image; leave it out or add its depth", name_, frame(i).name));
   return readDepth(file, depthScale_);
 }
 
@@ -52,7 +53,8 @@ bool isImageFolder(const fs::path& path) {
 Opened openImageFolder(const fs::path& path, const SequenceOptions&) {
   const auto files = filesIn(path, imageSuffixes());
   if (files.empty())
-    throw Error(fmt::format("{}: no images in this folder (jpg, png, bmp, tif, webp, pgm, ppm)",
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no images in this folder (jpg, png, bmp, tif, webp, pgm, ppm)",
                             printable(path.string())));
   const bool timed = std::ranges::all_of(files, [](const fs::path& f) { return timestampOf(f).has_value(); });
   auto sequence = std::make_unique<ImageFiles>(nameOf(path));
@@ -74,13 +76,15 @@ bool isImageFile(const std::filesystem::path& file) {
 }
 
 std::unique_ptr<Sequence> openImages(const std::vector<std::filesystem::path>& files) {
-  if (files.empty()) throw Error("there are no images to open; name at least one");
+  if (files.empty()) throw Error(ErrorCode::invalidInput, "no image files given; name at least one");
   auto sequence = std::make_unique<io::ImageFiles>(files.size() == 1 ? io::nameOf(files[0]) : "images");
   for (const auto& file : files) {
     const std::string name = io::printable(file.string());
-    if (!std::filesystem::exists(file)) throw Error(fmt::format("{}: there is no such file", name));
+    if (!std::filesystem::exists(file))
+      throw Error(ErrorCode::fileNotFound, fmt::format("{}: no such file", name));
     if (!isImageFile(file))
-      throw Error(fmt::format("{}: no image (jpg, png, bmp, tif, webp, pgm, ppm)", name));
+      throw Error(ErrorCode::unsupportedFile,
+                  fmt::format("{}: not an image (jpg, png, bmp, tif, webp, pgm, ppm)", name));
     Frame frame;
     frame.name = name;
     sequence->add(std::move(frame), file);

@@ -11,12 +11,12 @@
 namespace estancia::io {
 namespace {
 
-constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 26;
+constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 26;
 
-struct CutOff {};   // the data ends too early
-struct Damaged {};  // the header makes no sense
+struct CutOff {};   // the data is truncated
+struct Damaged {};  // the header is invalid
 
-/// Numbers out of bytes; reading behind the end means that the file is cut off.
+/// Numbers from bytes; reading beyond the end means that the file is truncated.
 struct Bytes {
   std::string_view data;
 
@@ -83,7 +83,7 @@ Size inspectBmp(const Bytes& b) {
   if (width <= 0 || height == 0) throw Damaged();
   Size size{"BMP", static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(std::abs(height))};
   const bool plain = compression == 0 || compression == 3;
-  if (plain && size.width * size.height <= kMostPixels)
+  if (plain && size.width * size.height <= kMaxPixels)
     b.need(pixels + (size.width * bits + 31) / 32 * 4 * size.height);
   return size;
 }
@@ -157,7 +157,7 @@ Size inspectPnm(const Bytes& b) {
   Size size{"PNM", next(), 0};
   size.height = next();
   const std::uint64_t bytesPerValue = kind == '1' || kind == '4' ? 0 : next() > 255 ? 2 : 1;
-  if (size.width * size.height > kMostPixels) return size;
+  if (size.width * size.height > kMaxPixels) return size;
   if (kind == '4') b.need(at + 1 + (size.width + 7) / 8 * size.height);
   if (kind == '5') b.need(at + 1 + size.width * size.height * bytesPerValue);
   if (kind == '6') b.need(at + 1 + size.width * size.height * bytesPerValue * 3);
@@ -180,7 +180,7 @@ Size inspectPfm(const Bytes& b) {
   next();
   if (!(width >= 1 && width < 1e9) || !(height >= 1 && height < 1e9)) throw Damaged();
   Size size{"PFM", static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height)};
-  if (size.width * size.height <= kMostPixels)
+  if (size.width * size.height <= kMaxPixels)
     b.need(at + 1 + size.width * size.height * (b.data[1] == 'F' ? 12 : 4));
   return size;
 }
@@ -249,26 +249,25 @@ Inspect findFormat(const Bytes& b) {
 }  // namespace
 
 ImageHeader inspectImage(std::string_view bytes, const std::string& file) {
-  if (bytes.empty()) throw Error(fmt::format("{}: the file is empty; copy it again", file));
+  if (bytes.empty())
+    throw Error(ErrorCode::truncatedFile, fmt::format("{}: empty file; copy it again", file));
   const Bytes b{bytes};
   const Inspect inspect = findFormat(b);
   if (inspect == nullptr)
     throw Error(
-        fmt::format("{}: not an image, its content is none of JPEG, PNG, BMP, TIFF, WebP, PGM or PPM; "
-                    "remove or convert it",
-                    file));
+        ErrorCode::unsupportedFile,
+        fmt::format("{}: not an image (JPEG, PNG, BMP, TIFF, WebP, PGM, PPM); remove or convert it", file));
   try {
     ImageHeader header = inspect(b);
     if (header.width == 0 || header.height == 0) throw Damaged();
-    if (header.width > kMostPixels || header.height > kMostPixels ||
-        header.width * header.height > kMostPixels)
-      throw Error(fmt::format("{}: declares {} × {} pixels, more than the {} that are read; make it smaller",
-                              file, header.width, header.height, kMostPixels));
+    if (header.width > kMaxPixels || header.height > kMaxPixels || header.width * header.height > kMaxPixels)
+      throw Error(ErrorCode::tooLarge, fmt::format("{}: {} × {} pixels; at most {} are read; reduce its size",
+                                                   file, header.width, header.height, kMaxPixels));
     return header;
   } catch (const CutOff&) {
-    throw Error(fmt::format("{}: the image is cut off, its file ends too early; copy it again", file));
+    throw Error(ErrorCode::truncatedFile, fmt::format("{}: truncated image; copy it again", file));
   } catch (const Damaged&) {
-    throw Error(fmt::format("{}: the image's header is damaged; copy it again", file));
+    throw Error(ErrorCode::malformedFile, fmt::format("{}: damaged image header; copy it again", file));
   }
 }
 

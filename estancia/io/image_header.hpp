@@ -1,4 +1,4 @@
-// What an image file says of itself, checked before a decoder allocates or guesses anything.
+// Image header: format and size of an image file, checked before a decoder allocates memory.
 #pragma once
 
 #include <cstdint>

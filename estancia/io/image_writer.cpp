@@ -21,14 +21,15 @@ std::vector<unsigned char> encodeImage(const cv::Mat& bgr, int width) {
   constexpr int quality = 82;
   std::vector<unsigned char> jpeg;
   if (!cv::imencode(".jpg", small, jpeg, {cv::IMWRITE_JPEG_QUALITY, quality}))
-    throw Error("an image could not be encoded as JPEG; was OpenCV built without it?");
+    throw Error(ErrorCode::missingDependency, "cannot encode JPEG; OpenCV was built without it");
   return jpeg;
 }
 
-void writePng(const std::filesystem::path& file, const cv::Mat& bgr) {
+void writePng(const cv::Mat& bgr, const std::filesystem::path& file) {
   std::vector<unsigned char> png;
   if (bgr.empty() || !cv::imencode(".png", bgr, png))
-    throw Error(fmt::format("{}: the image could not be encoded as PNG", file.string()));
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("{}: the image cannot be encoded as PNG", file.string()));
   writeWhole(file, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 

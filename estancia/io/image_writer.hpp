@@ -1,4 +1,4 @@
-// Images that are written: small ones for maps and reports, and files.
+// Image encoding: JPEG thumbnails for maps and reports, PNG files.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,13 @@
 
 namespace estancia {
 
-/// The image as a JPEG of at most `width` pixels width. Throws Error when it cannot be encoded.
+/// The image as a JPEG, reduced to at most `width` pixels width. Throws Error when it cannot be encoded.
 std::vector<unsigned char> encodeImage(const cv::Mat& bgr, int width = 192);
 
-/// What a PNG file begins with.
+/// The first bytes of a PNG file.
 constexpr std::string_view pngStart = "\x89PNG\r\n";
 
-/// Writes the image as a PNG file, whole or not at all. Throws Error when it cannot.
-void writePng(const std::filesystem::path& file, const cv::Mat& bgr);
+/// Writes a PNG file, whole or not at all. Throws Error when it cannot.
+void writePng(const cv::Mat& bgr, const std::filesystem::path& file);
 
 }  // namespace estancia

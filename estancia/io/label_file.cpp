@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::string_view magic = "ESTLABEL";
 constexpr std::uint32_t version = 1;
-constexpr std::size_t mostBytes = std::size_t{64} << 30;
+constexpr std::size_t maxBytes = std::size_t{64} << 30;
 
 void write(ByteWriter& out, const Frame& frame) {
   out.text(frame.name);
@@ -50,60 +50,62 @@ Frame readFrame(ByteReader& in) {
 
 }  // namespace
 
-void writeLabelFile(const DescriptorSequence& recording, const fs::path& file) {
+void writeLabelFile(const DescriptorSequence& sequence, const fs::path& file) {
   ByteWriter out;
   out.raw(magic);
   out.number(version);
-  out.raw(recording.vocabulary.digest());
-  out.text(recording.model);
-  out.number(static_cast<std::uint64_t>(recording.vocabulary.size()));
-  for (const std::string& label : recording.vocabulary.labels()) out.text(label);
-  const auto& parts = recording.vocabulary.layout().parts;
+  out.raw(sequence.vocabulary.digest());
+  out.text(sequence.model);
+  out.number(static_cast<std::uint64_t>(sequence.vocabulary.size()));
+  for (const std::string& label : sequence.vocabulary.labels()) out.text(label);
+  const auto& parts = sequence.vocabulary.layout().parts;
   out.number(static_cast<std::uint64_t>(parts.size()));
   for (const LabelPart& part : parts) {
     out.number(static_cast<std::uint64_t>(part.size));
     out.number(part.weight);
   }
-  out.number(static_cast<std::uint64_t>(recording.frames.size()));
-  for (const Frame& frame : recording.frames) write(out, frame);
-  const auto values = std::span(recording.descriptors.values());
+  out.number(static_cast<std::uint64_t>(sequence.frames.size()));
+  for (const Frame& frame : sequence.frames) write(out, frame);
+  const auto values = std::span(sequence.descriptors.values());
   out.raw({reinterpret_cast<const char*>(values.data()), values.size_bytes()});
   writeWhole(file, out.bytes());
 }
 
 DescriptorSequence readLabelFile(const fs::path& file) {
-  const std::string bytes = readBytes(file, mostBytes);
+  const std::string bytes = readBytes(file, maxBytes);
   ByteReader in(bytes, printable(file.string()), "label the sequence again");
   if (!bytes.starts_with(magic))
-    throw Error(fmt::format("{}: no label file; give one that `estancia label` has written",
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{}: not a label file; give one that `estancia label` has written",
                             printable(file.string())));
   in.raw(magic.size());
   if (const auto found = in.number<std::uint32_t>(); found != version)
-    throw Error(fmt::format("{}: a label file of version {}, this program reads version {}; update Estancia",
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{}: label file of version {}; this program reads version {}; update Estancia",
                             printable(file.string()), found, version));
   const std::string digest(in.raw(64));
   std::string model = in.text();
   const auto labelCount = in.number<std::uint64_t>();
-  if (labelCount == 0 || labelCount > in.remaining()) in.fail("it is cut short");
+  if (labelCount == 0 || labelCount > in.remaining()) in.fail("it is truncated");
   std::vector<std::string> labels;
   for (std::uint64_t i = 0; i < labelCount; ++i) labels.push_back(in.text());
   const auto partCount = in.number<std::uint64_t>();
-  if (partCount > labelCount) in.fail("it is damaged (it has more parts than words)");
+  if (partCount > labelCount) in.fail("it is damaged (more parts than labels)");
   std::vector<LabelPart> parts;
   for (std::uint64_t i = 0; i < partCount; ++i) {
     const auto size = in.number<std::uint64_t>();
     parts.push_back({std::min(size, labelCount + 1), in.number<float>()});
   }
   Vocabulary vocabulary(std::move(labels), std::move(parts));
-  if (vocabulary.digest() != digest) in.fail("it is damaged (the words are not those of its digest)");
+  if (vocabulary.digest() != digest) in.fail("it is damaged (labels and digest disagree)");
   const auto frameCount = in.number<std::uint64_t>();
-  if (frameCount > in.remaining()) in.fail("it is cut short");
+  if (frameCount > in.remaining()) in.fail("it is truncated");
   std::vector<Frame> frames;
   for (std::uint64_t i = 0; i < frameCount; ++i) frames.push_back(readFrame(in));
 
   DescriptorMatrix descriptors(vocabulary.size());
   const std::size_t rowBytes = vocabulary.size() * sizeof(float);
-  if (in.remaining() / rowBytes != frameCount || in.remaining() % rowBytes != 0) in.fail("it is cut short");
+  if (in.remaining() / rowBytes != frameCount || in.remaining() % rowBytes != 0) in.fail("it is truncated");
   descriptors.reserve(frames.size());
   LexicalDescriptor row(vocabulary.size());
   for (const Frame& frame : frames) {

@@ -1,4 +1,4 @@
-// The label file `NAME.labels`: a sequence's words, whole and exact, as `estancia label` writes them.
+// Label file NAME.labels: a descriptor sequence in binary, exact, as `estancia label` writes it.
 #pragma once
 
 #include <filesystem>
@@ -7,11 +7,11 @@
 
 namespace estancia::io {
 
-/// Magic, format version and the vocabulary's digest, then model, words and frames, then float32 N×L.
-/// Throws Error when the file cannot be written; then nothing is left of it.
-void writeLabelFile(const DescriptorSequence& recording, const std::filesystem::path& file);
+/// Magic, format version and the vocabulary's digest, then model, labels and frames, then float32 N×L.
+/// Throws Error when the file cannot be written; then nothing remains of it.
+void writeLabelFile(const DescriptorSequence& sequence, const std::filesystem::path& file);
 
-/// Reads it back. Throws Error when it is no label file, of a newer version, cut short or damaged.
+/// Throws Error when it is no label file, of a newer version, truncated or damaged.
 DescriptorSequence readLabelFile(const std::filesystem::path& file);
 
 }  // namespace estancia::io

@@ -13,18 +13,20 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kLongestLabel = 1000;  // bytes
-constexpr std::size_t kMostWords = 100'000;
-constexpr int kDeepest = 64;
+constexpr std::size_t kMaxLabelBytes = 1000;
+constexpr std::size_t kMaxLabels = 100'000;
+constexpr int kMaxDepth = 64;
 
 std::string excerpt(std::string_view text) {
-  constexpr std::size_t most = 80;
-  return printable(text.substr(0, most)) + (text.size() > most ? "…" : "");
+  constexpr std::size_t maxBytes = 80;
+  return printable(text.substr(0, maxBytes)) + (text.size() > maxBytes ? "…" : "");
 }
 
 Json parse(std::string_view text, const std::string& source) {
   const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
-    if (depth > kDeepest) throw Error(fmt::format("{}: JSON of more than {} levels", source, kDeepest));
+    if (depth > kMaxDepth)
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: JSON with more than {} levels", source, kMaxDepth));
     return true;
   };
   try {
@@ -32,8 +34,9 @@ Json parse(std::string_view text, const std::string& source) {
   } catch (const Json::exception&) {
     const bool notANumber =
         text.find("NaN") != std::string_view::npos || text.find("Infinity") != std::string_view::npos;
-    throw Error(fmt::format("{}: not JSON{}: \"{}\"", source,
-                            notANumber ? " (JSON knows no NaN and no Infinity)" : "", excerpt(text)));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}: not JSON{}: \"{}\"", source,
+                            notANumber ? " (JSON has neither NaN nor Infinity)" : "", excerpt(text)));
   }
 }
 
@@ -50,8 +53,8 @@ const Json& wordsIn(const Json& answer, const WordFormat& format, const std::str
   if (words == nullptr && format.at.empty() && answer.is_array()) words = &answer;
   if (words == nullptr)
     throw Error(
-        fmt::format("{}: nothing at {}, where the words should be, in {}", source,
-                    format.at.empty() ? "/labels" : format.at,
+        ErrorCode::malformedFile,
+        fmt::format("{}: no labels at {} in {}", source, format.at.empty() ? "/labels" : format.at,
                     excerpt(answer.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 100))));
   return *words;
 }
@@ -59,7 +62,8 @@ const Json& wordsIn(const Json& answer, const WordFormat& format, const std::str
 float confidenceOf(const Json& value, const std::string& label, const WordFormat& format,
                    const std::string& source) {
   if (!value.is_number())
-    throw Error(fmt::format("{}: the confidence of \"{}\" is no number", source, excerpt(label)));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}: the confidence of \"{}\" is not a number", source, excerpt(label)));
   return toProbability(value.get<double>() * format.scale, label, source);
 }
 
@@ -68,12 +72,14 @@ LabelProbability wordOf(const Json& element, const WordFormat& format, const std
     const auto found = element.is_object() ? element.find(key) : element.end();
     if (!element.is_object() || found == element.end())
       throw Error(
-          fmt::format("{}: an element of the list of words has no \"{}\": {}", source, key,
+          ErrorCode::malformedFile,
+          fmt::format("{}: an element of the list of labels has no \"{}\": {}", source, key,
                       excerpt(element.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 100))));
     return *found;
   };
   const Json& label = member(format.label);
-  if (!label.is_string()) throw Error(fmt::format("{}: \"{}\" must be a text", source, format.label));
+  if (!label.is_string())
+    throw Error(ErrorCode::malformedFile, fmt::format("{}: \"{}\" must be a text", source, format.label));
   std::string name = toLabel(label.get_ref<const std::string&>(), source);
   const float confidence = confidenceOf(member(format.confidence), name, format, source);
   return {std::move(name), confidence};
@@ -84,20 +90,22 @@ LabelProbability wordOf(const Json& element, const WordFormat& format, const std
 float toProbability(double value, const std::string& label, const std::string& source) {
   constexpr double slack = 1e-4;                 // as requireProbabilities() allows
   if (!(value >= -slack && value <= 1 + slack))  // NaN, too
-    throw Error(fmt::format(
-        "{}: {} for \"{}\" is no probability; it must be from 0 to 1 (percentages: divide by 100)", source,
-        value, excerpt(label)));
+    throw Error(
+        ErrorCode::malformedFile,
+        fmt::format("{}: {} for \"{}\" is not a probability; give 0 to 1 (percentages: divide by 100)",
+                    source, value, excerpt(label)));
   return static_cast<float>(std::clamp(value, 0.0, 1.0));
 }
 
 std::string toLabel(std::string_view text, const std::string& source) {
   constexpr const char* blanks = " \t\r\n";
   const auto begin = text.find_first_not_of(blanks);
-  if (begin == std::string_view::npos) throw Error(fmt::format("{}: a label without a name", source));
+  if (begin == std::string_view::npos)
+    throw Error(ErrorCode::malformedFile, fmt::format("{}: empty label", source));
   text = text.substr(begin, text.find_last_not_of(blanks) + 1 - begin);
-  if (text.size() > kLongestLabel)
-    throw Error(fmt::format("{}: a label of {} bytes, at most {}: \"{}\"", source, text.size(), kLongestLabel,
-                            excerpt(text)));
+  if (text.size() > kMaxLabelBytes)
+    throw Error(ErrorCode::malformedFile, fmt::format("{}: label of {} bytes, at most {}: \"{}\"", source,
+                                                      text.size(), kMaxLabelBytes, excerpt(text)));
   return printable(text);
 }
 
@@ -105,8 +113,9 @@ void requireJsonPointer(const std::string& at, const std::string& source) {
   try {
     Json::json_pointer{at};
   } catch (const Json::exception&) {
-    throw Error(fmt::format("{}: \"{}\" is no JSON pointer; write it as in \"/outputs/0/labels\"", source,
-                            excerpt(at)));
+    throw Error(
+        ErrorCode::invalidOption,
+        fmt::format("{}: \"{}\" is not a JSON pointer, such as \"/outputs/0/labels\"", source, excerpt(at)));
   }
 }
 
@@ -132,7 +141,8 @@ Answer readAnswer(std::string_view text, const WordFormat& format, const std::st
   } else if (words.is_array()) {
     for (const Json& element : words) answer.words.push_back(wordOf(element, format, source));
   } else {
-    throw Error(fmt::format("{}: the words must be {{LABEL: confidence, …}} or a list", source));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}: the labels must be {{LABEL: confidence, …}} or a list", source));
   }
   return answer;
 }
@@ -145,7 +155,7 @@ WordBook::WordBook(Vocabulary vocabulary) : given_(true), vocabulary_(std::move(
 const Vocabulary& WordBook::vocabulary() const {
   if (!vocabulary_ || vocabulary_->size() != size()) {
     if (labels_.empty())
-      throw Error("no words are known yet: they are discovered on the way; label some images first");
+      throw Error(ErrorCode::invalidState, "no labels are known yet; label some images first");
     vocabulary_.emplace(labels_);
   }
   return *vocabulary_;
@@ -156,7 +166,7 @@ WordBook::Places WordBook::place(std::vector<LabelProbability> words, std::size_
   const auto surer = [](const LabelProbability& a, const LabelProbability& b) {
     return a.probability != b.probability ? a.probability > b.probability : a.label < b.label;
   };
-  if (discovers()) {  // new words come in an order that does not hang on how the answer was written
+  if (discovers()) {  // the order of new labels does not depend on how the answer was written
     std::erase_if(words, [](const LabelProbability& word) { return word.probability == 0; });
     std::ranges::sort(words, surer);
     std::map<std::string_view, bool> seen;
@@ -166,8 +176,9 @@ WordBook::Places WordBook::place(std::vector<LabelProbability> words, std::size_
     words = std::move(once);
     for (const LabelProbability& word : words) {
       if (places_.contains(word.label)) continue;
-      if (labels_.size() == kMostWords)
-        throw Error(fmt::format("{}: more than {} different words; give a label file", source, kMostWords));
+      if (labels_.size() == kMaxLabels)
+        throw Error(ErrorCode::tooLarge,
+                    fmt::format("{}: more than {} different labels; give a label file", source, kMaxLabels));
       places_[word.label].push_back(static_cast<std::uint32_t>(labels_.size()));
       labels_.push_back(word.label);
     }

@@ -1,4 +1,4 @@
-// Words with confidences, as programs, services and people give them, and their places in a descriptor.
+// Label scores: labels with confidences from programs, services and people, and their index in a descriptor.
 #pragma once
 
 #include <cstddef>
@@ -16,66 +16,75 @@
 
 namespace estancia::io {
 
-/// How JSON says words: an object {LABEL: confidence, …}, or a list [{"label": …, "confidence": …}, …].
+/// Where the labels stand in JSON: an object {LABEL: confidence, …}, or a list [{"label": …, "confidence":
+/// …}, …].
 struct WordFormat {
-  /// Where they are, a JSON pointer (RFC 6901: "/outputs/0/data"); "" takes the member `labels`, or a list
-  /// that is the whole answer.
+  /// A JSON pointer to them (RFC 6901: "/outputs/0/data"); "" takes the member `labels`, or a list that is
+  /// the whole answer.
   std::string at;
-  std::string label = "label", confidence = "confidence";  ///< the members' names in a list
-  double scale = 1;                                        ///< the factor from confidences to probabilities
+  /// Names of the members in a list.
+  std::string label = "label", confidence = "confidence";
+  /// Factor from confidences to probabilities.
+  double scale = 1;
 };
 
 /// One image's answer in JSON.
 struct Answer {
-  std::string image;                    ///< its member `image`, "" where there is none
-  std::string error;                    ///< its member `error`: why there are no words; "" when all is well
-  std::vector<LabelProbability> words;  ///< in the order written (of an object: sorted by label)
+  /// Its member `image`, "" where there is none.
+  std::string image;
+  /// Its member `error`: why there are no labels; "" on success.
+  std::string error;
+  /// In the order written (of an object: sorted by label).
+  std::vector<LabelProbability> words;
 };
 
 /// Throws Error `SOURCE: …` when the text is no such answer.
 Answer readAnswer(std::string_view json, const WordFormat& format, const std::string& source);
 
-/// Throws Error unless `at` is a JSON pointer; `source` says where it stands.
+/// Throws Error unless `at` is a JSON pointer; `source` names its place in messages.
 void requireJsonPointer(const std::string& at, const std::string& source);
 
-/// `value` as a probability: clamped when it is outside of [0, 1] by no more than rounding, otherwise Error
-/// `SOURCE: …` naming label and value. Percentages are not guessed.
+/// `value` as a probability: clamped when it is within rounding of [0, 1], otherwise Error `SOURCE: …` with
+/// label and value. Percentages are refused.
 float toProbability(double value, const std::string& label, const std::string& source);
 
-/// A label fit for a vocabulary: blanks at its ends dropped, control characters shown as \xNN. Throws Error
-/// when nothing is left, or it is longer than a label can be.
+/// A label for a vocabulary: without blanks at its ends, control characters as \xNN. Throws Error when it is
+/// empty or too long.
 std::string toLabel(std::string_view text, const std::string& source);
 
-/// Finds the place of each word in the descriptor. The vocabulary is given, or discovered on the way: then
-/// every new word gets the next place, those of one answer by falling probability, equal ones by name; a word
-/// of probability 0 is as good as none.
+/// Maps labels to their index in the descriptor. The vocabulary is given, or open: then every new label gets
+/// the next index, those of one answer by decreasing probability, equal ones by name; labels of probability 0
+/// are ignored.
 ///
-/// A label may stand in several lines of a given vocabulary (ImageNet has two cranes): an answer's first
-/// "crane" then belongs to the first of them, its second to the second. A word that comes more often than it
-/// has places keeps its greatest probability.
+/// A label may occur in several lines of a given vocabulary (ImageNet has two cranes): the first "crane" of
+/// an answer then belongs to the first of them, the second to the second. A label that an answer repeats more
+/// often keeps its largest probability.
 class WordBook {
  public:
-  WordBook() = default;                      ///< discovers
-  explicit WordBook(Vocabulary vocabulary);  ///< given: other words are dropped
+  /// Open vocabulary.
+  WordBook() = default;
+  /// Given vocabulary: other labels are dropped.
+  explicit WordBook(Vocabulary vocabulary);
 
   bool discovers() const { return !given_; }
   std::size_t size() const { return discovers() ? labels_.size() : vocabulary_->size(); }
-  /// Throws Error while no word is known yet.
+  /// Throws Error while no label is known yet.
   const Vocabulary& vocabulary() const;
 
-  using Places = std::vector<std::pair<std::uint32_t, float>>;  ///< places, each once, with probabilities
-  /// At most the `best` words of one answer, 0 = all. Throws Error `SOURCE: …` when there come more than
-  /// 100,000 different words.
+  /// Indices, each once, with probabilities.
+  using Places = std::vector<std::pair<std::uint32_t, float>>;
+  /// At most the `best` labels of one answer, 0 = all. Throws Error `SOURCE: …` beyond 100,000 different
+  /// labels.
   Places place(std::vector<LabelProbability> words, std::size_t best, const std::string& source);
 
-  /// size() probabilities, 0 where there is no word.
+  /// size() probabilities, 0 for missing labels.
   LexicalDescriptor toDescriptor(const Places& places) const;
 
  private:
   bool given_ = false;
   std::map<std::string, std::vector<std::uint32_t>, std::less<>> places_;
-  std::vector<std::string> labels_;               // when discovering
-  mutable std::optional<Vocabulary> vocabulary_;  // made when asked for
+  std::vector<std::string> labels_;               // of an open vocabulary
+  mutable std::optional<Vocabulary> vocabulary_;  // made on request
 };
 
 }  // namespace estancia::io

@@ -5,8 +5,8 @@
 namespace estancia::io {
 
 std::string unpackLzf(std::string_view packed, std::size_t size) {
-  const auto damaged = [] { return Error("its compressed data is damaged"); };
-  if (size / kMostLzfGain > packed.size()) throw damaged();
+  const auto damaged = [] { return Error(ErrorCode::corruptFile, "damaged compressed data"); };
+  if (size / kMaxLzfGain > packed.size()) throw damaged();
   std::string bytes;
   bytes.reserve(size);
   std::size_t i = 0;

@@ -1,4 +1,4 @@
-// LZF, the compression inside PCD files (Marc Lehmann's LibLZF).
+// LZF: decompression of PCD files (format of Marc Lehmann's LibLZF).
 #pragma once
 
 #include <cstddef>
@@ -7,11 +7,10 @@
 
 namespace estancia::io {
 
-/// No LZF stream becomes longer than so many times its size: three bytes say 264 at most.
-constexpr std::size_t kMostLzfGain = 88;
+/// Largest compression factor of LZF: three bytes stand for at most 264.
+constexpr std::size_t kMaxLzfGain = 88;
 
-/// The `size` bytes that `packed` stands for. Throws Error when it is damaged or stands for another number of
-/// bytes.
+/// Decompresses `packed` to `size` bytes. Throws Error when it is damaged or of another size.
 std::string unpackLzf(std::string_view packed, std::size_t size);
 
 }  // namespace estancia::io

@@ -19,9 +19,9 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "values are copied as they are");
 
 constexpr std::string_view kMagic = "\x93NUMPY";
-constexpr std::size_t kLongestHeader = 65536;
+constexpr std::size_t kMaxHeaderBytes = 65536;
 
-/// What stands behind 'KEY': in the header, a Python dictionary as NumPy writes it.
+/// The value of 'KEY': in the header, a Python dictionary as NumPy writes it.
 std::string_view valueOf(std::string_view header, std::string_view key) {
   for (const char quote : {'\'', '"'}) {
     const std::string quoted = quote + std::string(key) + quote;
@@ -55,12 +55,14 @@ std::vector<std::size_t> shapeOf(std::string_view text) {
 }  // namespace
 
 NpyFile::NpyFile(const fs::path& file) : name_(printable(file.string())) {
-  const auto refuse = [this](const std::string& what) { throw Error(fmt::format("{}: {}", name_, what)); };
+  const auto refuse = [this](const std::string& what, ErrorCode code = ErrorCode::unsupportedFile) {
+    throw Error(code, fmt::format("{}: {}", name_, what));
+  };
   std::error_code error;
-  if (!fs::is_regular_file(file, error)) refuse("not a file");
+  if (!fs::is_regular_file(file, error)) refuse("no such file", ErrorCode::fileNotFound);
   const std::uintmax_t size = fs::file_size(file, error);
   stream_.open(file, std::ios::binary);
-  if (error || !stream_) refuse("cannot be read; check its permissions");
+  if (error || !stream_) refuse("cannot be read; check its permissions", ErrorCode::fileUnreadable);
 
   unsigned char start[12] = {};
   stream_.read(reinterpret_cast<char*>(start), 10);
@@ -68,17 +70,18 @@ NpyFile::NpyFile(const fs::path& file) : name_(printable(file.string())) {
     refuse("not a .npy file; write it with numpy.save");
   const int version = start[6];
   if (version < 1 || version > 3)
-    refuse(fmt::format("a .npy file of version {}; versions 1 to 3 are read", version));
+    refuse(fmt::format(".npy file of version {}; versions 1 to 3 are read", version));
   std::size_t length = start[8] | static_cast<std::size_t>(start[9]) << 8U, begin = 10;
   if (version > 1) {
     stream_.read(reinterpret_cast<char*>(start) + 10, 2);
     length |= static_cast<std::size_t>(start[10]) << 16U | static_cast<std::size_t>(start[11]) << 24U;
     begin = 12;
   }
-  if (!stream_ || length > kLongestHeader || begin + length > size)
-    refuse(fmt::format("its header of {} bytes is cut short or no header", length));
+  if (!stream_ || length > kMaxHeaderBytes || begin + length > size)
+    refuse(fmt::format("the header of {} bytes is truncated", length), ErrorCode::truncatedFile);
   std::string header(length, '\0');
-  if (!stream_.read(header.data(), static_cast<std::streamsize>(length))) refuse("its header cannot be read");
+  if (!stream_.read(header.data(), static_cast<std::streamsize>(length)))
+    refuse("the header cannot be read", ErrorCode::truncatedFile);
 
   const std::string_view type = valueOf(header, "descr");
   const std::string kind(type.substr(0, type.find_first_of(",}")));
@@ -87,20 +90,21 @@ NpyFile::NpyFile(const fs::path& file) : name_(printable(file.string())) {
   else if (kind == "'<f8'")
     bytesPerValue_ = 8;
   else
-    refuse(fmt::format("its numbers are {}; write float32: numpy.save(file, array.astype('<f4'))",
+    refuse(fmt::format("numbers of type {}; write float32: numpy.save(file, array.astype('<f4'))",
                        printable(kind)));
   if (!valueOf(header, "fortran_order").starts_with("False"))
-    refuse("it is in Fortran order; write it with numpy.save(file, numpy.ascontiguousarray(array))");
+    refuse("Fortran order; write it with numpy.save(file, numpy.ascontiguousarray(array))");
   const auto shape = shapeOf(valueOf(header, "shape"));
   if (shape.size() != 2 || shape[0] == 0 || shape[1] == 0)
-    refuse("it is no matrix: its shape must be (images, labels), neither of them 0");
+    refuse("the shape must be (images, labels), neither of them 0");
   const std::uintmax_t held = (size - begin - length) / bytesPerValue_;
   // By division: a hostile shape overflows the product.
   const bool whole = shape[1] <= held && held / shape[1] == shape[0] && held % shape[1] == 0 &&
                      (size - begin - length) % bytesPerValue_ == 0;
   if (!whole)
-    refuse(fmt::format("its shape is ({}, {}), but it holds {} bytes of numbers; it is cut short or damaged",
-                       shape[0], shape[1], size - begin - length));
+    refuse(fmt::format("shape ({}, {}), but {} bytes of numbers; it is truncated or damaged", shape[0],
+                       shape[1], size - begin - length),
+           ErrorCode::truncatedFile);
   rows_ = shape[0];
   columns_ = shape[1];
   bytes_.resize(columns_ * bytesPerValue_);
@@ -109,7 +113,7 @@ NpyFile::NpyFile(const fs::path& file) : name_(printable(file.string())) {
 
 const std::vector<double>& NpyFile::next() {
   if (!stream_.read(bytes_.data(), static_cast<std::streamsize>(bytes_.size())))
-    throw Error(fmt::format("{}: cannot be read to its end", name_));
+    throw Error(ErrorCode::fileUnreadable, fmt::format("{}: cannot be read to its end", name_));
   for (std::size_t i = 0; i < columns_; ++i) {
     if (bytesPerValue_ == 8) {
       std::memcpy(&row_[i], bytes_.data() + 8 * i, 8);

@@ -1,4 +1,4 @@
-// NumPy's .npy files: matrices of real numbers.
+// NPY files: NumPy matrices of float32 or float64.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ namespace estancia::io {
 /// A matrix in a .npy file, read row by row. Format: numpy/lib/format.py, versions 1 to 3.
 class NpyFile {
  public:
-  /// Checks the header, and that the file holds exactly the rows it speaks of. Throws Error unless the
+  /// Checks the header, and that the file holds exactly the rows that it declares. Throws Error unless the
   /// matrix is float32 or float64, little-endian, C order, of two dimensions.
   explicit NpyFile(const std::filesystem::path& file);
 

@@ -1,7 +1,6 @@
-// NYU Depth V2, the labeled frames (Silberman et al., ECCV 2012), as they are passed around: rgb/0000.jpg
-// and depth/0000.png, numbered from 0 as in nyu_depth_v2_labeled.mat, and scenes.csv with a header: `index`,
-// `scene` and, where the official halves are known, `split`. Depth of 8 bits has 255 for 10 m, like depth of
-// any folder. Frames without a line have no room and are in no split.
+// NYU Depth V2, labeled frames (Silberman et al., ECCV 2012): rgb/0000.jpg and depth/0000.png, numbered from
+// 0 as in nyu_depth_v2_labeled.mat, and scenes.csv with a header: `index`, `scene` and optionally `split`.
+// Depth of 8 bits has 255 for 10 m, as in any folder. Frames without a line have neither room nor split.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,22 +17,15 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-/// Of the color camera, to which depth is registered: camera_params.m of the data set's own toolbox
-/// (fx_rgb, fy_rgb, cx_rgb, cy_rgb), which is for 640 × 480; the images say by their size what it becomes.
+/// The color camera, to which depth is registered, for 640 × 480: camera_params.m of the data set's toolbox
+/// (fx_rgb, fy_rgb, cx_rgb, cy_rgb).
 constexpr CameraIntrinsics kPublished = {
     640, 480, 518.85790117450188, 519.46961112127485, 325.58244941119034, 253.73616633400465};
 
-constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
-
-std::size_t columnOf(const std::vector<std::string>& header, const char* name) {
-  const auto found = std::ranges::find(header, name);
-  return found == header.end() ? kNowhere : static_cast<std::size_t>(found - header.begin());
-}
-
-/// What all digits of `text` say: "0012" and "12" are the same.
+/// The digits of `text` without leading zeros.
 std::optional<std::string> indexOf(const std::string& text) {
-  constexpr std::size_t most = 9;
-  if (text.empty() || text.size() > most || text.find_first_not_of("0123456789") != std::string::npos)
+  constexpr std::size_t maxDigits = 9;
+  if (text.empty() || text.size() > maxDigits || text.find_first_not_of("0123456789") != std::string::npos)
     return std::nullopt;
   return text.substr(std::min(text.find_first_not_of('0'), text.size() - 1));
 }
@@ -47,28 +39,30 @@ std::unordered_map<std::string, Scene> readScenes(const fs::path& file) {
   const std::string name = printable(file.string());
   std::unordered_map<std::string, Scene> scenes;
   std::vector<std::string> header;
-  std::size_t index = 0, room = 0, split = 0;
+  std::optional<std::size_t> index, room, split;
   forEachCsvRow(file, [&](const CsvRow& row) {
     const std::string where = fmt::format("{}:{}", name, row.line);
     if (header.empty()) {
       header = row.cells;
-      index = columnOf(header, "index");
-      room = columnOf(header, "scene");
-      split = columnOf(header, "split");
-      if (index == kNowhere || room == kNowhere)
-        throw Error(fmt::format("{}: the header has no columns `index` and `scene`", where));
+      index = findColumn(header, "index");
+      room = findColumn(header, "scene");
+      split = findColumn(header, "split");
+      if (!index || !room)
+        throw Error(ErrorCode::malformedFile, fmt::format("{}: no columns `index` and `scene`", where));
       return;
     }
     if (row.cells.size() != header.size())
-      throw Error(fmt::format("{}: {} cells, the header has {}", where, row.cells.size(), header.size()));
-    const auto number = indexOf(row.cells[index]);
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: {} cells instead of {}", where, row.cells.size(), header.size()));
+    const auto number = indexOf(row.cells[*index]);
     if (!number)
-      throw Error(fmt::format("{}: \"{}\" is no index of a frame", where, printable(row.cells[index])));
-    const Scene scene{printable(row.cells[room]), split == kNowhere ? "" : printable(row.cells[split]),
-                      row.line};
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: index \"{}\" is not a frame number", where, printable(row.cells[*index])));
+    const Scene scene{printable(row.cells[*room]), split ? printable(row.cells[*split]) : "", row.line};
     const auto [entry, isNew] = scenes.emplace(*number, scene);
     if (!isNew)
-      throw Error(fmt::format("{}: frame {} is in line {} already; keep one of them", where, *number,
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: frame {} is repeated from line {}; keep one of them", where, *number,
                               entry->second.line));
   });
   return scenes;
@@ -103,8 +97,7 @@ Opened openNyu(const fs::path& path, const SequenceOptions& options) {
   }
   const auto left = std::ranges::count_if(scenes, [](const auto& entry) { return entry.second.line > 0; });
   if (left > 0)
-    sequence->warn(
-        fmt::format("scenes.csv: {} of {} lines are of images that are not there", left, scenes.size()));
+    sequence->warn(fmt::format("scenes.csv: {} of {} lines name missing images", left, scenes.size()));
   return sequence;
 }
 

@@ -26,50 +26,51 @@ fs::path listOf(const fs::path& folder) {
   return folder / "samples.csv";
 }
 
-/// What keeps `name` from being one of a file in its folder; "" when nothing does.
-std::string wrongName(const std::string& name) {
-  constexpr std::size_t longest = 200;  // file systems take 255 bytes, endings and temporary names included
-  if (name.empty() || name.starts_with('.')) return "is empty or begins with a dot";
-  if (name.size() > longest) return fmt::format("has more than {} bytes", longest);
-  if (name.find_first_of("/\\") != std::string::npos) return "leads to another folder";
-  return io::printable(name) == name ? "" : "has control characters or broken letters";
+/// Why `name` cannot be a file name in its folder; "" when it can.
+std::string nameProblem(const std::string& name) {
+  constexpr std::size_t maxBytes = 200;  // file systems allow 255, with extensions and temporary names
+  if (name.empty() || name.starts_with('.')) return "is empty or starts with a dot";
+  if (name.size() > maxBytes) return fmt::format("has more than {} bytes", maxBytes);
+  if (name.find_first_of("/\\") != std::string::npos) return "leaves the folder";
+  return io::printable(name) == name ? "" : "has control characters or invalid UTF-8";
 }
 
-int pixelsOf(const std::string& cell, int least, const char* column) {
-  constexpr int most = 65535;
+int pixelsOf(const std::string& cell, int min, const char* column) {
+  constexpr int max = 65535;
   int value = 0;
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
-  if (error != std::errc() || end != cell.data() + cell.size() || value < least || value > most)
-    throw Error(fmt::format("{} is \"{}\" instead of a whole number from {} to {}", column,
-                            io::printable(cell), least, most));
+  if (error != std::errc() || end != cell.data() + cell.size() || value < min || value > max)
+    throw Error(ErrorCode::malformedFile, fmt::format("{} is \"{}\"; give a whole number from {} to {}",
+                                                      column, io::printable(cell), min, max));
   return value;
 }
 
 bool flagOf(const std::string& cell, const char* column) {
   if (cell != "0" && cell != "1")
-    throw Error(fmt::format("{} is \"{}\" instead of 0 or 1", column, io::printable(cell)));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{} is \"{}\"; give 0 or 1", column, io::printable(cell)));
   return cell == "1";
 }
 
 ObjectSample sampleOf(std::vector<std::string>& cells) {
-  if (cells.size() != kColumns) throw Error(fmt::format("{} cells instead of {}", cells.size(), kColumns));
-  if (const std::string wrong = wrongName(cells[0]); !wrong.empty())
-    throw Error(fmt::format("the name \"{}\" {}", io::printable(cells[0]), wrong));
-  if (cells[1].empty()) throw Error("the instance is empty");
+  if (cells.size() != kColumns)
+    throw Error(ErrorCode::malformedFile, fmt::format("{} cells instead of {}", cells.size(), kColumns));
+  if (const std::string wrong = nameProblem(cells[0]); !wrong.empty())
+    throw Error(ErrorCode::malformedFile, fmt::format("the name \"{}\" {}", io::printable(cells[0]), wrong));
+  if (cells[1].empty()) throw Error(ErrorCode::malformedFile, "the instance is empty");
   ObjectSample sample;
   sample.box = {pixelsOf(cells[5], 0, "x"), pixelsOf(cells[6], 0, "y"), pixelsOf(cells[7], 1, "width"),
                 pixelsOf(cells[8], 1, "height")};
-  sample.view = {cells[0],
-                 io::printable(cells[1]),
-                 io::printable(cells[2]),
-                 io::printable(cells[3]),
-                 io::printable(cells[4]),
-                 flagOf(cells[9], "flat"),
-                 flagOf(cells[10], "at_border")};
+  sample.view = {.name = cells[0],
+                 .instance = io::printable(cells[1]),
+                 .category = io::printable(cells[2]),
+                 .split = io::printable(cells[3]),
+                 .frame = io::printable(cells[4]),
+                 .flat = flagOf(cells[9], "flat"),
+                 .atBorder = flagOf(cells[10], "at_border")};
   return sample;
 }
 
-/// The same rules for what is written, so that it can be read again.
 std::vector<std::string> cellsOf(const ObjectSample& sample) {
   const auto flag = [](bool set) { return std::string(set ? "1" : "0"); };
   return {sample.view.name,
@@ -96,20 +97,23 @@ std::vector<ObjectSample> readObjectSamples(const fs::path& folder) {
     if (rows == 0) {
       const std::string& kind = row.cells[0];
       if (row.cells.size() != 1 || !kind.starts_with(kKind))
-        throw Error(fmt::format("not `{}{}`: no list of object samples", kKind, kVersion));
+        throw Error(ErrorCode::unsupportedFile,
+                    fmt::format("not a list of object samples, which starts with `{}{}`", kKind, kVersion));
       if (kind.substr(kKind.size()) != kVersion)
-        throw Error(fmt::format("version \"{}\" of the list; {} is read",
+        throw Error(ErrorCode::unsupportedFile,
+                    fmt::format("list of version \"{}\"; this program reads version {}",
                                 io::printable(kind.substr(kKind.size())), kVersion));
     } else if (rows == 1) {
       std::string header;
       for (const std::string& cell : row.cells) header += (header.empty() ? "" : ",") + cell;
-      if (header != kHeader) throw Error(fmt::format("the columns are not {}", kHeader));
+      if (header != kHeader)
+        throw Error(ErrorCode::malformedFile, fmt::format("the columns must be {}", kHeader));
     } else {
       ObjectSample sample = sampleOf(row.cells);
       const auto [entry, isNew] = lines.emplace(sample.view.name, row.line);
       if (!isNew)
-        throw Error(
-            fmt::format("{} is in line {} already; keep one of them", sample.view.name, entry->second));
+        throw Error(ErrorCode::malformedFile, fmt::format("{} is repeated from line {}; keep one of them",
+                                                          sample.view.name, entry->second));
       samples.push_back(std::move(sample));
     }
     ++rows;
@@ -118,26 +122,30 @@ std::vector<ObjectSample> readObjectSamples(const fs::path& folder) {
     try {
       use(row);
     } catch (const Error& error) {
-      throw Error(fmt::format("{}:{}: {}", io::printable(file.string()), row.line, error.what()));
+      throw Error(error.code(),
+                  fmt::format("{}:{}: {}", io::printable(file.string()), row.line, error.what()));
     }
   });
-  if (rows < 2) throw Error(fmt::format("{}: cut short, no columns are named", io::printable(file.string())));
+  if (rows < 2)
+    throw Error(ErrorCode::truncatedFile,
+                fmt::format("{}: truncated, without a header", io::printable(file.string())));
   return samples;
 }
 
-void writeObjectSamples(const fs::path& folder, const std::vector<ObjectSample>& samples) {
+void writeObjectSamples(const std::vector<ObjectSample>& samples, const fs::path& folder) {
   std::string text = fmt::format("{}{}\n{}\n", kKind, kVersion, kHeader);
   std::unordered_map<std::string, std::size_t> seen;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     std::vector<std::string> cells = cellsOf(samples[i]);
     try {
-      sampleOf(cells);
-      if (!seen.emplace(cells[0], i).second) throw Error("its name is there twice");
+      sampleOf(cells);  // what is written can be read
+      if (!seen.emplace(cells[0], i).second) throw Error(ErrorCode::invalidInput, "repeated name");
       for (const std::string& cell : cells)
-        if (io::printable(cell) != cell) throw Error("a text has control characters or broken letters");
+        if (io::printable(cell) != cell)
+          throw Error(ErrorCode::invalidInput, "a text has control characters or invalid UTF-8");
     } catch (const Error& error) {
-      throw Error(
-          fmt::format("sample {} ({}) cannot be written: {}", i, io::printable(cells[0]), error.what()));
+      throw Error(ErrorCode::invalidInput, fmt::format("sample {} ({}) cannot be written: {}", i,
+                                                       io::printable(cells[0]), error.what()));
     }
     for (std::size_t c = 0; c < cells.size(); ++c) text += (c == 0 ? "" : ",") + io::csvCell(cells[c]);
     text += '\n';
@@ -164,7 +172,7 @@ fs::path cloudOf(const fs::path& folder, const std::string& name) {
   return folder / "clouds" / (name + ".pcd");
 }
 
-fs::path wordsOf(const fs::path& folder) {
+fs::path labelFileOf(const fs::path& folder) {
   return folder / "words.labels";
 }
 

@@ -1,4 +1,4 @@
-// Clouds in folders: CATEGORY/VIEW.pcd are views of one thing, CATEGORY/INSTANCE/VIEW.pcd of several.
+// Folders of point clouds: CATEGORY/VIEW.pcd (one instance) or CATEGORY/INSTANCE/VIEW.pcd.
 #include <fmt/format.h>
 
 #include <optional>
@@ -26,19 +26,20 @@ struct CloudView {
   ObjectView view;
 };
 
-/// The clouds of a folder, views of one thing that is called by `way` from the top.
-void list(std::vector<CloudView>& found, const fs::path& folder, const std::string& way,
+/// The clouds of a folder: views of one instance, named by its path from the top.
+void list(std::vector<CloudView>& found, const fs::path& folder, const std::string& instance,
           const std::string& category) {
   for (const fs::path& file : filesIn(folder, suffixes())) {
     const std::string name = printable(file.filename().string());
-    found.push_back({file, {fmt::format("{}/{}", way, name), way, category, "", "", false, false}});
+    found.push_back(
+        {file, {.name = fmt::format("{}/{}", instance, name), .instance = instance, .category = category}});
   }
 }
 
 class CloudViews final : public ListedObjectViews {
  public:
   CloudViews(const fs::path& folder, const ObjectViewsOptions& options)
-      : ListedObjectViews(nameOf(folder), options.leastPoints) {
+      : ListedObjectViews(nameOf(folder), options.minPoints) {
     std::vector<CloudView> found;
     for (const fs::path& category : foldersIn(folder)) {
       const std::string name = printable(category.filename().string());
@@ -46,7 +47,7 @@ class CloudViews final : public ListedObjectViews {
       for (const fs::path& instance : foldersIn(category))
         list(found, instance, fmt::format("{}/{}", name, printable(instance.filename().string())), name);
     }
-    // Which of them have points enough only the files tell.
+    // The number of points is known after reading.
     std::vector<std::optional<std::string>> problems(found.size());
     inParallel(found.size(), static_cast<std::size_t>(usableCores()), [&](std::size_t i) {
       try {

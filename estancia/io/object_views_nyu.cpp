@@ -1,8 +1,8 @@
 // The objects of NYU Depth V2's labeled frames (Silberman et al., ECCV 2012): beside what nyu.cpp reads,
-// label/0000.png with the class of every pixel, and classes40.txt with their names, `INDEX NAME` or `NAME` a
-// line (the 40 classes of Gupta et al., CVPR 2013). Instances are not told: one is a connected component of a
-// class, so chairs that touch are one, and each is seen once. Left out are components too small to tell a
-// shape by, and classes that are no things.
+// label/0000.png with the class of every pixel, and classes40.txt with their names, `INDEX NAME` or `NAME`
+// per line (the 40 classes of Gupta et al., CVPR 2013). The data set has no instances: an instance is a
+// connected component of a class, so touching chairs are one, and each is seen once. Small components and
+// classes that are no objects are left out.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,15 +23,15 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-/// What encloses, and what the 40 classes lump together.
-constexpr const char* kNoThings[] = {"wall",           "floor",          "ceiling",
-                                     "otherstructure", "otherfurniture", "otherprop"};
+/// Room structure and collective classes.
+constexpr const char* kNoObjects[] = {"wall",           "floor",          "ceiling",
+                                      "otherstructure", "otherfurniture", "otherprop"};
 
-// Shares of the image: 900 pixels of 320 × 240, 600 of them with depth; what comes within 6 pixels of the
-// edge is cut by it, as published images have no labels in a frame of 2 to 5 pixels.
-constexpr double kLeastArea = 900.0 / (320 * 240), kLeastDepth = 600.0 / (320 * 240), kEdge = 6.0 / 320;
+// Fractions of the image: 900 pixels of 320 × 240, 600 of them with depth; components within 6 pixels of the
+// border are cut by it, as published images have no labels in a margin of 2 to 5 pixels.
+constexpr double kMinArea = 900.0 / (320 * 240), kMinDepth = 600.0 / (320 * 240), kEdge = 6.0 / 320;
 
-/// The class of each mark; "" where it is no thing.
+/// The class of each label; "" where it is no object.
 std::array<std::string, 256> readClasses(const fs::path& file) {
   std::array<std::string, 256> classes;
   std::set<std::string> seen;
@@ -40,56 +40,60 @@ std::array<std::string, 256> readClasses(const fs::path& file) {
     const auto words = wordsOf(line);
     if (words.empty()) continue;
     const std::string where = fmt::format("{}: \"{}\"", printable(file.string()), printable(line));
-    if (next == classes.size()) throw Error(fmt::format("{}: more than {} classes", where, classes.size()));
+    if (next == classes.size())
+      throw Error(ErrorCode::malformedFile, fmt::format("{}: more than {} classes", where, classes.size()));
     if (words.size() > 2 || (words.size() == 2 && toNumber(words[0]) != static_cast<double>(next)))
-      throw Error(fmt::format("{} is not the class {}; write `{} NAME`", where, next, next));
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: expected class {}; write `{} NAME`", where, next, next));
     const std::string name = printable(words.back());
-    if (!seen.insert(name).second) throw Error(fmt::format("{} is there twice", where));
-    if (std::ranges::find(kNoThings, name) == std::end(kNoThings)) classes[next] = name;
+    if (!seen.insert(name).second)
+      throw Error(ErrorCode::malformedFile, fmt::format("{}: repeated class", where));
+    if (std::ranges::find(kNoObjects, name) == std::end(kNoObjects)) classes[next] = name;
     ++next;
   }
-  if (next == 0) throw Error(fmt::format("{}: names no class", printable(file.string())));
+  if (next == 0)
+    throw Error(ErrorCode::insufficientData, fmt::format("{}: no classes", printable(file.string())));
   return classes;
 }
 
-/// A component: any of its pixels finds it again.
+/// A connected component, identified by one of its pixels.
 struct Component {
   cv::Point pixel;
   cv::Rect box;
-  uchar mark = 0;
-  bool atEdge = false;
+  uchar label = 0;
+  bool atBorder = false;
 };
 
-/// Fills the component of equal marks around `pixel` in `mask`, which is a pixel larger on every side.
-Component fill(const cv::Mat& marks, cv::Mat& mask, const cv::Point& pixel, int value) {
-  Component component{pixel, {}, marks.at<uchar>(pixel)};
-  cv::Mat unchanged = marks;
+/// Fills the component of equal labels around `pixel` in `mask`, which is one pixel larger on every side.
+Component fill(const cv::Mat& labels, cv::Mat& mask, const cv::Point& pixel, int value) {
+  Component component{pixel, {}, labels.at<uchar>(pixel)};
+  cv::Mat unchanged = labels;
   constexpr int eight = 8, byte = 8;
   cv::floodFill(unchanged, mask, pixel, {}, &component.box, {}, {},
                 eight | cv::FLOODFILL_MASK_ONLY | value << byte);
   const cv::Rect& box = component.box;
-  const double edge = kEdge * marks.cols;
-  component.atEdge =
-      box.x < edge || box.y < edge || marks.cols - box.br().x < edge || marks.rows - box.br().y < edge;
+  const double edge = kEdge * labels.cols;
+  component.atBorder =
+      box.x < edge || box.y < edge || labels.cols - box.br().x < edge || labels.rows - box.br().y < edge;
   return component;
 }
 
-std::vector<Component> componentsOf(const cv::Mat& marks, const cv::Mat& depth,
-                                    const std::array<std::string, 256>& classes, std::size_t leastPoints) {
-  const auto area = static_cast<double>(marks.total());
-  const double leastDepth = std::max(kLeastDepth * area, static_cast<double>(leastPoints));
+std::vector<Component> componentsOf(const cv::Mat& labels, const cv::Mat& depth,
+                                    const std::array<std::string, 256>& classes, std::size_t minPoints) {
+  const auto area = static_cast<double>(labels.total());
+  const double minDepth = std::max(kMinDepth * area, static_cast<double>(minPoints));
   std::vector<Component> found;
-  cv::Mat mask = cv::Mat::zeros(marks.rows + 2, marks.cols + 2, CV_8U);
-  for (int v = 0; v < marks.rows; ++v)
-    for (int u = 0; u < marks.cols; ++u) {
-      if (classes[marks.at<uchar>(v, u)].empty() || mask.at<uchar>(v + 1, u + 1) != 0) continue;
+  cv::Mat mask = cv::Mat::zeros(labels.rows + 2, labels.cols + 2, CV_8U);
+  for (int v = 0; v < labels.rows; ++v)
+    for (int u = 0; u < labels.cols; ++u) {
+      if (classes[labels.at<uchar>(v, u)].empty() || mask.at<uchar>(v + 1, u + 1) != 0) continue;
       constexpr int now = 1, before = 2;
-      const Component component = fill(marks, mask, {u, v}, now);
+      const Component component = fill(labels, mask, {u, v}, now);
       cv::Mat part =
           mask({component.box.x + 1, component.box.y + 1, component.box.width, component.box.height});
       const cv::Mat own = part == now;
-      if (cv::countNonZero(own) >= kLeastArea * area &&
-          cv::countNonZero(own & (depth(component.box) > 0)) >= leastDepth)
+      if (cv::countNonZero(own) >= kMinArea * area &&
+          cv::countNonZero(own & (depth(component.box) > 0)) >= minDepth)
         found.push_back(component);
       part.setTo(before, own);
     }
@@ -99,7 +103,7 @@ std::vector<Component> componentsOf(const cv::Mat& marks, const cv::Mat& depth,
 class NyuObjects final : public ListedObjectViews {
  public:
   NyuObjects(const fs::path& folder, const ObjectViewsOptions& options)
-      : ListedObjectViews(nameOf(folder), options.leastPoints), frames_(openNyu(folder, {})) {
+      : ListedObjectViews(nameOf(folder), options.minPoints), frames_(openNyu(folder, {})) {
     warnings_ = frames_->warnings();
     const auto classes = readClasses(folder / "classes40.txt");
     const std::size_t count = frames_->size();
@@ -109,11 +113,12 @@ class NyuObjects final : public ListedObjectViews {
       labels_.push_back(folder / "label" / fs::path(frames_->frame(i).name).stem().concat(".png"));
     inParallel(count, static_cast<std::size_t>(usableCores()), [&](std::size_t i) {
       try {
-        const cv::Mat marks = readMarks(labels_[i]), depth = frames_->depth(i);
-        if (marks.size() != depth.size())
-          throw Error(fmt::format("{}: {} × {} pixels, depth has {} × {}", printable(labels_[i].string()),
-                                  marks.cols, marks.rows, depth.cols, depth.rows));
-        components[i] = componentsOf(marks, depth, classes, leastPoints_);
+        const cv::Mat labels = readLabelImage(labels_[i]), depth = frames_->depth(i);
+        if (labels.size() != depth.size())
+          throw Error(ErrorCode::mismatch,
+                      fmt::format("{}: {} × {} pixels, but depth has {} × {}", printable(labels_[i].string()),
+                                  labels.cols, labels.rows, depth.cols, depth.rows));
+        components[i] = componentsOf(labels, depth, classes, minPoints_);
       } catch (...) {
         problems[i] = frameFailure(frames_->frame(i).name).what();
       }
@@ -136,18 +141,20 @@ class NyuObjects final : public ListedObjectViews {
 
   ObjectImage image(std::size_t i) const override {
     const Place& place = places_.at(i);
-    const cv::Mat image = frames_->image(place.frame), marks = readMarks(labels_[place.frame]);
-    if (image.size() != marks.size())
-      throw Error(fmt::format("{}: {} × {} pixels, its image has {} × {}",
-                              printable(labels_[place.frame].string()), marks.cols, marks.rows, image.cols,
-                              image.rows));
-    cv::Mat mask = cv::Mat::zeros(marks.rows + 2, marks.cols + 2, CV_8U);
+    const cv::Mat image = frames_->image(place.frame), labels = readLabelImage(labels_[place.frame]);
+    if (image.size() != labels.size())
+      throw Error(ErrorCode::mismatch, fmt::format("{}: {} × {} pixels, but the image has {} × {}",
+                                                   printable(labels_[place.frame].string()), labels.cols,
+                                                   labels.rows, image.cols, image.rows));
+    cv::Mat mask = cv::Mat::zeros(labels.rows + 2, labels.cols + 2, CV_8U);
     const Component& component = place.component;
-    constexpr int thing = 255;
-    if (!cv::Rect({}, marks.size()).contains(component.pixel) ||
-        fill(marks, mask, component.pixel, thing).box != component.box)
-      throw Error(fmt::format("{}: changed since it was opened", printable(labels_[place.frame].string())));
-    return {image, component.box, mask({1, 1, marks.cols, marks.rows}).clone()};
+    constexpr int object = 255;
+    if (!cv::Rect({}, labels.size()).contains(component.pixel) ||
+        fill(labels, mask, component.pixel, object).box != component.box)
+      throw Error(ErrorCode::invalidState,
+                  fmt::format("{}: changed since it was opened; open the folder again",
+                              printable(labels_[place.frame].string())));
+    return {image, component.box, mask({1, 1, labels.cols, labels.rows}).clone()};
   }
 
  private:
@@ -161,10 +168,15 @@ class NyuObjects final : public ListedObjectViews {
     const std::string& image = frames_->frame(frame).name;
     std::array<int, 256> numbers = {};
     for (const Component& component : components) {
-      const std::string& category = classes[component.mark];
+      const std::string& category = classes[component.label];
       const std::string name =
-          fmt::format("{}_{}_{}", fs::path(image).stem().string(), category, ++numbers[component.mark]);
-      add({name, name, category, frames_->splits()[frame], image, false, component.atEdge});
+          fmt::format("{}_{}_{}", fs::path(image).stem().string(), category, ++numbers[component.label]);
+      add({.name = name,
+           .instance = name,
+           .category = category,
+           .split = frames_->splits()[frame],
+           .frame = image,
+           .atBorder = component.atBorder});
       places_.push_back({frame, component});
     }
   }

@@ -1,4 +1,4 @@
-// The folder that object_samples.hpp describes, as views of objects.
+// Object samples (object_samples.hpp) as object views.
 #include <fmt/format.h>
 
 #include "estancia/core/error.hpp"
@@ -16,7 +16,7 @@ namespace {
 class SampleViews final : public ListedObjectViews {
  public:
   SampleViews(const fs::path& folder, const ObjectViewsOptions& options)
-      : ListedObjectViews(nameOf(folder), options.leastPoints), folder_(folder) {
+      : ListedObjectViews(nameOf(folder), options.minPoints), folder_(folder) {
     const std::vector<ObjectSample> samples = readObjectSamples(folder);
     LeftOut leftOut;
     for (const ObjectSample& sample : samples) {
@@ -24,7 +24,7 @@ class SampleViews final : public ListedObjectViews {
       const auto* missing =
           std::ranges::find_if(files, [](const fs::path& f) { return !fs::is_regular_file(f); });
       if (missing != std::end(files)) {
-        leftOut.add(fmt::format("{} is not there", printable(missing->string())));
+        leftOut.add(fmt::format("{} is missing", printable(missing->string())));
         continue;
       }
       boxes_.push_back(sample.box);
@@ -41,13 +41,15 @@ class SampleViews final : public ListedObjectViews {
     const fs::path file = imageOf(folder_, view(i).name);
     ObjectImage seen{readImage(file), boxes_[i], {}};
     if ((seen.box & cv::Rect({}, seen.image.size())) != seen.box)
-      throw Error(fmt::format("{}: {} × {} pixels do not hold the box of samples.csv",
+      throw Error(ErrorCode::mismatch,
+                  fmt::format("{}: {} × {} pixels, smaller than the box in samples.csv",
                               printable(file.string()), seen.image.cols, seen.image.rows));
-    const fs::path marks = maskOf(folder_, view(i).name);
-    if (!fs::is_regular_file(marks)) return seen;
-    seen.mask = readMarks(marks);
+    const fs::path mask = maskOf(folder_, view(i).name);
+    if (!fs::is_regular_file(mask)) return seen;
+    seen.mask = readLabelImage(mask);
     if (seen.mask.size() != seen.image.size())
-      throw Error(fmt::format("{}: {} × {} pixels, but its image has {} × {}", printable(marks.string()),
+      throw Error(ErrorCode::mismatch,
+                  fmt::format("{}: {} × {} pixels, but its image has {} × {}", printable(mask.string()),
                               seen.mask.cols, seen.mask.rows, seen.image.cols, seen.image.rows));
     return seen;
   }
@@ -59,7 +61,7 @@ class SampleViews final : public ListedObjectViews {
 
 }  // namespace
 
-/// Also without a sound list: that is to be told, not read as something else.
+/// Also with a malformed list, so that opening reports it.
 bool isSampleViews(const fs::path& folder) {
   return fs::exists(folder / "samples.csv") || (fs::is_directory(imageOf(folder, "x").parent_path()) &&
                                                 fs::is_directory(cloudOf(folder, "x").parent_path()));

@@ -1,8 +1,8 @@
 // The RGB-D Object Dataset (Lai, Bo, Ren, Fox: A large-scale hierarchical multi-view RGB-D object dataset,
 // ICRA 2011), as published: CATEGORY/CATEGORY_N/CATEGORY_N_VIDEO_FRAME_crop.png is the image around an
-// object, _depthcrop.png its depth (16 bits, millimeters), _maskcrop.png the object in it, and _loc.txt "x,y"
-// where the crop begins in the camera's 640 × 480 pixels, counted from 1. Categories hold underscores
-// ("bell_pepper"), so names are read from the right. Videos 1, 2 and 4 look down by 30°, 45° and 60°.
+// object, _depthcrop.png its depth (16 bits, millimeters), _maskcrop.png its mask, and _loc.txt the first
+// pixel "x,y" of the crop in the 640 × 480 image, counted from 1. Categories contain underscores
+// ("bell_pepper"), so names are parsed from the right. Videos 1, 2 and 4 look down by 30°, 45° and 60°.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-/// What the set's own tool turns depth into points with (depthToCloud.m).
+/// From the data set's depthToCloud.m.
 constexpr CameraIntrinsics kPublished = {640, 480, 570.3, 570.3, 320, 240};
 constexpr double kMillimeters = 1000;
 constexpr const char* kCrop = "_crop.png";
@@ -45,24 +45,25 @@ bool isFrameOf(std::string_view name, std::string_view instance) {
          isNumbered(name.substr(0, last), instance);
 }
 
-/// The first pixel of the crop in the camera's image, from 0.
-cv::Point readPlace(const fs::path& file) {
+/// The first pixel of the crop in the image, from 0.
+cv::Point readOrigin(const fs::path& file) {
   std::vector<std::string> lines = readLines(file);
   std::vector<double> numbers;
   for (std::string& line : lines) {
     std::ranges::replace(line, ',', ' ');
     for (const std::string_view word : wordsOf(line)) numbers.push_back(toNumber(word).value_or(0));
   }
-  constexpr double most = 65536;
-  if (numbers.size() != 2 || !(numbers[0] >= 1 && numbers[1] >= 1 && numbers[0] < most && numbers[1] < most))
-    throw Error(fmt::format("{}: not the place of a crop, `x,y` from 1", printable(file.string())));
+  constexpr double max = 65536;
+  if (numbers.size() != 2 || !(numbers[0] >= 1 && numbers[1] >= 1 && numbers[0] < max && numbers[1] < max))
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}: not the origin of a crop, `x,y` from 1", printable(file.string())));
   return {static_cast<int>(numbers[0]) - 1, static_cast<int>(numbers[1]) - 1};
 }
 
 class Washington final : public ListedObjectViews {
  public:
   Washington(const fs::path& folder, const ObjectViewsOptions& options)
-      : ListedObjectViews(nameOf(folder), options.leastPoints), camera_(kPublished) {
+      : ListedObjectViews(nameOf(folder), options.minPoints), camera_(kPublished) {
     if (const fs::path file = findIntrinsics(folder); !file.empty()) {
       camera_ = readIntrinsics(file);
       if (camera_.width == 0)
@@ -82,29 +83,32 @@ class Washington final : public ListedObjectViews {
     const std::string& stem = stems_.at(i);
     const cv::Mat depth = readDepth(stem + kBeside[0], kMillimeters);
     const fs::path file = stem + kBeside[2];
-    const cv::Point place = readPlace(file);
-    if (place.x + depth.cols > camera_.width || place.y + depth.rows > camera_.height)
-      throw Error(fmt::format("{}: {} × {} pixels at ({}, {}) leave the camera's {} × {}",
-                              printable(file.string()), depth.cols, depth.rows, place.x + 1, place.y + 1,
-                              camera_.width, camera_.height));
-    const CameraIntrinsics own{depth.cols, depth.rows,           camera_.fx,
-                               camera_.fy, camera_.cx - place.x, camera_.cy - place.y};
+    const cv::Point origin = readOrigin(file);
+    if (origin.x + depth.cols > camera_.width || origin.y + depth.rows > camera_.height)
+      throw Error(
+          ErrorCode::mismatch,
+          fmt::format("{}: {} × {} pixels at ({}, {}) exceed the camera's {} × {}", printable(file.string()),
+                      depth.cols, depth.rows, origin.x + 1, origin.y + 1, camera_.width, camera_.height));
+    const CameraIntrinsics own{
+        depth.cols, depth.rows, camera_.fx, camera_.fy, camera_.cx - origin.x, camera_.cy - origin.y};
     return enough(pointsBehind(seen.image, depth, seen.mask, seen.box, own, view(i).name), view(i).name);
   }
 
   ObjectImage image(std::size_t i) const override {
     const std::string& stem = stems_.at(i);
-    ObjectImage seen{readImage(stem + kCrop), {}, readMarks(stem + kBeside[1])};
+    ObjectImage seen{readImage(stem + kCrop), {}, readLabelImage(stem + kBeside[1])};
     if (seen.image.size() != seen.mask.size())
-      throw Error(fmt::format("{}{}: {} × {} pixels, its image has {} × {}", printable(stem), kBeside[1],
+      throw Error(ErrorCode::mismatch,
+                  fmt::format("{}{}: {} × {} pixels, but the image has {} × {}", printable(stem), kBeside[1],
                               seen.mask.cols, seen.mask.rows, seen.image.cols, seen.image.rows));
     seen.box = cv::boundingRect(seen.mask);
-    if (seen.box.empty()) throw Error(fmt::format("{}{}: marks nothing", printable(stem), kBeside[1]));
+    if (seen.box.empty())
+      throw Error(ErrorCode::malformedFile, fmt::format("{}{}: empty mask", printable(stem), kBeside[1]));
     return seen;
   }
 
  private:
-  /// Adds the views of one thing that are complete; how many there are.
+  /// Adds the complete views of one instance; returns the number of all its views.
   std::size_t list(const fs::path& folder, const std::string& category, LeftOut& leftOut) {
     const std::string instance = folder.filename().string();
     const std::vector<fs::path> files = filesIn(folder, {".png", ".txt"});
@@ -120,12 +124,12 @@ class Washington final : public ListedObjectViews {
       const auto missing =
           std::ranges::find_if(kBeside, [&](const char* end) { return !there.contains(stem + end); });
       if (missing != std::end(kBeside)) {
-        leftOut.add(fmt::format("{}{} is not there", printable(stem), *missing));
+        leftOut.add(fmt::format("{}{} is missing", printable(stem), *missing));
         continue;
       }
       const std::string name = printable(stem);
       stems_.push_back((folder / stem).string());
-      add({name, printable(instance), printable(category), "", name, false, false});
+      add({.name = name, .instance = printable(instance), .category = printable(category), .frame = name});
     }
     return count;
   }

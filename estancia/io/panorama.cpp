@@ -1,8 +1,8 @@
-// A tour of real places: perspective views cut out of equirectangular panoramas.
+// Panorama tour: perspective views of equirectangular panoramas.
 //
-// Every panorama is a place. Its center column lies at heading 0 (the map's x axis), headings grow to the
-// left (counter-clockwise), as everywhere in the map. The places' positions are INVENTED, since panoramas
-// know none: they stand on a circle around the origin, each 4 m from the next. Headings are true.
+// Every panorama is a place. Its center column has heading 0 (the map's x axis), headings grow to the left
+// (counter-clockwise), as everywhere in the map. Headings are true, positions are INVENTED, since panoramas
+// have none: places lie on a circle around the origin, 4 m apart.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
-#include "estancia/io/image_file.hpp"
+#include "estancia/io/image_decoding.hpp"
 #include "estancia/io/tone_mapping.hpp"
 
 namespace estancia::io {
@@ -36,7 +36,7 @@ std::string placeName(const fs::path& file) {
   return printable((file.extension() == ".js" ? file.stem() : file).stem().string());
 }
 
-/// A level pinhole camera: where each of its pixels looks, as shares of a panorama's width and height.
+/// A level pinhole camera: the panorama coordinates of each of its pixels, in fractions of width and height.
 class Camera {
  public:
   explicit Camera(double fieldOfView)
@@ -53,12 +53,12 @@ class Camera {
     }
   }
 
-  /// A panorama that is wider than this holds more detail than the view can show [pixels].
+  /// Width of a panorama with the resolution of the views [pixels].
   int usefulWidth() const { return static_cast<int>(2 * kPi * focal_); }
 
-  /// What the camera sees when it looks along `heading` [degrees in [0, 360), counter-clockwise].
+  /// The view along `heading` [degrees in [0, 360), counter-clockwise].
   cv::Mat look(const cv::Mat& panorama, double heading) const {
-    const double ahead = heading <= 180 ? 0.5 - heading / 360 : 1.5 - heading / 360;  // share of the width
+    const double ahead = heading <= 180 ? 0.5 - heading / 360 : 1.5 - heading / 360;  // fraction of the width
     cv::Mat columns, rows, view;
     right_.convertTo(columns, CV_32F, panorama.cols, ahead * panorama.cols - 0.5);
     down_.convertTo(rows, CV_32F, panorama.rows, -0.5);
@@ -82,19 +82,19 @@ class PanoramaTour final : public ListedSequence {
     std::size_t place;
     double heading;  // [degrees]
   };
-  struct Developed {
+  struct ToneMapped {
     std::size_t place;
     cv::Mat image;
   };
-  cv::Mat developed(std::size_t place) const;
+  cv::Mat toneMapped(std::size_t place) const;
 
   std::vector<fs::path> files_;
   std::vector<View> views_;
   double exposure_, fieldOfView_;
   Camera camera_;
   mutable std::mutex mutex_;
-  mutable std::vector<std::string> digests_;  // of the files, "" until asked for
-  mutable std::vector<Developed> recent_;     // newest last; a tour goes place by place, so a few are enough
+  mutable std::vector<std::string> digests_;  // of the files, "" until requested
+  mutable std::vector<ToneMapped> recent_;    // newest last; a tour visits one place after the other
 };
 
 PanoramaTour::PanoramaTour(const fs::path& folder, const SequenceOptions& options)
@@ -102,29 +102,18 @@ PanoramaTour::PanoramaTour(const fs::path& folder, const SequenceOptions& option
       exposure_(options.exposure),
       fieldOfView_(options.fieldOfView),
       camera_(options.fieldOfView) {
-  if (options.views < 1 || options.views > 360)
-    throw Error(fmt::format("views = {}: a panorama gives 1 to 360 views", options.views));
-  if (!(options.fieldOfView >= 10 && options.fieldOfView <= 150))
-    throw Error(fmt::format("fieldOfView = {}: choose 10 to 150 degrees", options.fieldOfView));
-  if (options.rounds < 1 || options.rounds > 1000)
-    throw Error(fmt::format("rounds = {}: choose 1 to 1000 rounds", options.rounds));
-  if (!(std::abs(options.exposure) <= 20))
-    throw Error(fmt::format("exposure = {}: choose −20 to 20 EV", options.exposure));
-  if (!std::isfinite(options.turn))
-    throw Error(fmt::format("turn = {}: not a number of degrees", options.turn));
-
   files_ = filesIn(folder, panoramaSuffixes());
   if (files_.empty()) files_ = filesIn(folder, imageSuffixes());
   if (files_.empty())
-    throw Error(fmt::format("{}: no panoramas in it (.exr, .hdr, .exr.js, .jpg, .png …)",
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no panoramas in this folder (.exr, .hdr, .exr.js, .jpg, .png …)",
                             printable(folder.string())));
 
   const std::size_t places = files_.size();
   const double radius = places > 1 ? kSpacing / 2 / std::sin(kPi / static_cast<double>(places)) : 0;
   const double step = 360.0 / options.views;
   for (int round = 0; round < options.rounds; ++round) {
-    // A robot that comes back never looks exactly as before: later rounds look between the headings of the
-    // earlier ones (steps of the golden ratio never repeat).
+    // Later rounds look between the headings of the earlier ones; steps of the golden ratio never repeat.
     const double between = step * std::fmod(round * (std::numbers::phi - 1), 1.0);
     for (std::size_t place = 0; place < places; ++place) {
       const double direction = 2 * kPi * static_cast<double>(place) / static_cast<double>(places);
@@ -134,20 +123,20 @@ PanoramaTour::PanoramaTour(const fs::path& folder, const SequenceOptions& option
         Frame frame;
         frame.room = placeName(files_[place]);
         frame.name = fmt::format("{}/r{}_h{:03}", frame.room, round + 1, std::lround(heading) % 360);
-        frame.timestamp = static_cast<double>(frames_.size());
+        frame.timestamp = static_cast<double>(entries_.size());
         frame.pose =
             Pose::planar(radius * std::cos(direction), radius * std::sin(direction), heading / 180 * kPi);
-        frames_.push_back(std::move(frame));
+        entries_.push_back(std::move(frame));
         views_.push_back({place, heading});
       }
     }
   }
 }
 
-cv::Mat PanoramaTour::developed(std::size_t place) const {
+cv::Mat PanoramaTour::toneMapped(std::size_t place) const {
   {
     const std::lock_guard lock(mutex_);
-    for (const Developed& d : recent_)
+    for (const ToneMapped& d : recent_)
       if (d.place == place) return d.image;
   }
   // Outside the lock: other threads may render their places meanwhile.
@@ -163,7 +152,7 @@ cv::Mat PanoramaTour::developed(std::size_t place) const {
 }
 
 cv::Mat PanoramaTour::image(std::size_t i) const {
-  return camera_.look(developed(views_.at(i).place), views_[i].heading);
+  return camera_.look(toneMapped(views_.at(i).place), views_[i].heading);
 }
 
 std::string PanoramaTour::fingerprint(std::size_t i) const {

@@ -23,7 +23,7 @@
 namespace estancia {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "PCD files hold the bytes of such machines");
+static_assert(std::endian::native == std::endian::little, "PCD files are little-endian");
 
 /// One column of a cloud: `count` numbers a point.
 struct Field {
@@ -51,11 +51,12 @@ struct Header {
 };
 
 std::size_t wholeNumber(std::string_view word, std::string_view key) {
-  constexpr std::size_t most = std::size_t{1} << 31U;
+  constexpr std::size_t max = std::size_t{1} << 31U;
   std::size_t value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size() || value > most)
-    throw Error(fmt::format("{} is \"{}\" instead of a whole number", key, io::printable(word)));
+  if (error != std::errc() || end != word.data() + word.size() || value > max)
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{} is \"{}\", not a whole number", key, io::printable(word)));
   return value;
 }
 
@@ -63,49 +64,57 @@ std::size_t wholeNumber(std::string_view word, std::string_view key) {
 template <typename Use>
 void forEachField(std::vector<Field>& fields, const std::vector<std::string_view>& words, const Use& use) {
   if (words.size() != fields.size() + 1)
-    throw Error(fmt::format("{} has {} values for {} fields", io::printable(words[0]), words.size() - 1,
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{} has {} values for {} fields", io::printable(words[0]), words.size() - 1,
                             fields.size()));
   for (std::size_t i = 0; i < fields.size(); ++i) use(fields[i], words[i + 1]);
 }
 
-/// Checks what the lines say together, and places the fields.
+/// Checks the header as a whole, and sets the offsets of the fields.
 void finish(Header& header, bool sized, bool typed, std::optional<std::size_t> points) {
-  constexpr std::size_t largestPoint = std::size_t{1} << 16U;
-  if (header.fields.empty() || !sized || !typed) throw Error("FIELDS, SIZE or TYPE is missing");
+  constexpr std::size_t maxPointBytes = std::size_t{1} << 16U;
+  if (header.fields.empty() || !sized || !typed)
+    throw Error(ErrorCode::malformedFile, "FIELDS, SIZE or TYPE is missing");
   std::size_t offset = 0;
   for (Field& field : header.fields) {
     if (!field.scalar.exists())
-      throw Error(fmt::format("there is no type {} of {} bytes", field.scalar.type, field.scalar.size));
-    if (field.count > largestPoint) throw Error("a point is larger than 64 kB");
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("unknown type {} of {} bytes", field.scalar.type, field.scalar.size));
+    if (field.count > maxPointBytes) throw Error(ErrorCode::malformedFile, "a point is larger than 64 kB");
     field.offset = offset;
     offset += field.bytes();
-    if (offset > largestPoint) throw Error("a point is larger than 64 kB");
+    if (offset > maxPointBytes) throw Error(ErrorCode::malformedFile, "a point is larger than 64 kB");
   }
   for (const char* name : {"x", "y", "z", "rgb", "rgba", "normal_x", "normal_y", "normal_z"}) {
     const auto same = [name](const Field& field) { return field.name == name; };
     if (std::ranges::count_if(header.fields, same) > 1)
-      throw Error(fmt::format("there are two fields {}", name));
+      throw Error(ErrorCode::malformedFile, fmt::format("repeated field {}", name));
     const Field* field = header.find(name);
-    const bool color = *name == 'r', place = name[1] == '\0';
-    if (field == nullptr && place) throw Error(fmt::format("there is no field {}", name));
+    const bool color = *name == 'r', coordinate = name[1] == '\0';
+    if (field == nullptr && coordinate)
+      throw Error(ErrorCode::malformedFile, fmt::format("no field {}", name));
     if (field != nullptr && (field->count != 1 || (color && field->scalar.size != 4)))
-      throw Error(fmt::format("the field {} is not one number{} a point", name, color ? " of 4 bytes" : ""));
+      throw Error(ErrorCode::malformedFile, fmt::format("the field {} must be one number{} per point", name,
+                                                        color ? " of 4 bytes" : ""));
   }
-  if (header.width == 0 || header.height == 0) throw Error("it holds no points");
+  if (header.width == 0 || header.height == 0) throw Error(ErrorCode::malformedFile, "no points");
   if (points && *points != header.points())
-    throw Error(
-        fmt::format("{} × {} are not the {} points that it tells of", header.width, header.height, *points));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{} × {} does not equal POINTS {}", header.width, header.height, *points));
 }
 
-/// x y z qw qx qy qz; none where it says nothing: the origin, or no pose.
+/// x y z qw qx qy qz; nothing for the origin and for values that are no pose.
 std::optional<Pose> viewpointOf(const std::vector<std::string_view>& words) {
   std::array<double, 7> n;
   if (words.size() != n.size() + 1)
-    throw Error(fmt::format("VIEWPOINT has {} values instead of {}", words.size() - 1, n.size()));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("VIEWPOINT has {} values instead of {}", words.size() - 1, n.size()));
   bool known = true;
   for (std::size_t i = 0; i < n.size(); ++i) {
     const auto value = io::toNumber(words[i + 1]);
-    if (!value) throw Error(fmt::format("VIEWPOINT: \"{}\" is no number", io::printable(words[i + 1])));
+    if (!value)
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("VIEWPOINT: \"{}\" is not a number", io::printable(words[i + 1])));
     n[i] = *value;
     known = known && std::abs(n[i]) <= std::numeric_limits<float>::max();
   }
@@ -115,13 +124,13 @@ std::optional<Pose> viewpointOf(const std::vector<std::string_view>& words) {
 }
 
 Header readHeader(std::string_view file) {
-  constexpr std::size_t longest = std::size_t{1} << 16U;
+  constexpr std::size_t maxHeaderBytes = std::size_t{1} << 16U;
   Header header;
   bool sized = false, typed = false;
   std::optional<std::size_t> points;
   for (std::size_t begin = 0; header.data.empty();) {
-    const std::size_t end = file.substr(0, longest).find('\n', begin);
-    if (end == std::string_view::npos) throw Error("its header has no line DATA");
+    const std::size_t end = file.substr(0, maxHeaderBytes).find('\n', begin);
+    if (end == std::string_view::npos) throw Error(ErrorCode::malformedFile, "the header has no line DATA");
     std::string_view line = file.substr(begin, end - begin);
     begin = end + 1;
     if (line.ends_with('\r')) line.remove_suffix(1);
@@ -130,15 +139,17 @@ Header readHeader(std::string_view file) {
     const std::string_view key = words[0];
     const auto only = [&] {
       if (words.size() != 2)
-        throw Error(fmt::format("{} has {} values instead of one", key, words.size() - 1));
+        throw Error(ErrorCode::malformedFile,
+                    fmt::format("{} has {} values instead of one", key, words.size() - 1));
       return words[1];
     };
     if (key == "VERSION") {
       if (const auto version = only(); version != "0.7" && version != ".7")
         throw Error(
-            fmt::format("its version is {}; read is 0.7, which PCL's tools write", io::printable(version)));
+            ErrorCode::unsupportedFile,
+            fmt::format("version {}; save it as version 0.7 with PCL's tools", io::printable(version)));
     } else if (key == "FIELDS") {
-      if (!header.fields.empty()) throw Error("FIELDS is there twice");
+      if (!header.fields.empty()) throw Error(ErrorCode::malformedFile, "repeated FIELDS");
       for (std::size_t i = 1; i < words.size(); ++i) header.fields.emplace_back().name = words[i];
     } else if (key == "SIZE") {
       forEachField(header.fields, words,
@@ -147,7 +158,7 @@ Header readHeader(std::string_view file) {
     } else if (key == "TYPE") {
       forEachField(header.fields, words, [&](Field& f, auto word) {
         if (word != "I" && word != "U" && word != "F")
-          throw Error(fmt::format("there is no type {}", io::printable(word)));
+          throw Error(ErrorCode::malformedFile, fmt::format("unknown type {}", io::printable(word)));
         f.scalar.type = word[0];
       });
       typed = true;
@@ -164,7 +175,7 @@ Header readHeader(std::string_view file) {
     } else if (key == "VIEWPOINT") {
       header.viewpoint = viewpointOf(words);
     } else {
-      throw Error(fmt::format("its header has a line \"{}\"", io::printable(key)));
+      throw Error(ErrorCode::malformedFile, fmt::format("unknown header line \"{}\"", io::printable(key)));
     }
     header.begin = begin;
   }
@@ -184,14 +195,13 @@ cv::Vec3b colorOf(std::uint32_t packed) {
           static_cast<uchar>(packed >> 16U & 0xFFU)};
 }
 
-/// The fields that a cloud is made of.
-struct Wanted {
-  explicit Wanted(const Header& header)
+/// The fields of points, normals and colors.
+struct PointFields {
+  explicit PointFields(const Header& header)
       : xyz{header.find("x"), header.find("y"), header.find("z")},
         normal{header.find("normal_x"), header.find("normal_y"), header.find("normal_z")},
         color(header.find("rgb") != nullptr ? header.find("rgb") : header.find("rgba")) {}
 
-  /// None where one of the three numbers is missing.
   bool normals() const {
     return std::ranges::all_of(normal, [](const Field* field) { return field != nullptr; });
   }
@@ -200,17 +210,17 @@ struct Wanted {
   const Field* color;
 };
 
-/// Three fields of a point, each of which `number` gives.
+/// The point of three fields, whose values `number` gives.
 template <typename Number>
 cv::Point3f pointOf(const std::array<const Field*, 3>& fields, const Number& number) {
   return {static_cast<float>(number(*fields[0])), static_cast<float>(number(*fields[1])),
           static_cast<float>(number(*fields[2]))};
 }
 
-/// Points whose values `at(field, i)` gives as the bytes of the first number.
+/// Fills the cloud; `at(field, i)` points to the bytes of a value.
 template <typename At>
 void fill(PointCloud& cloud, const Header& header, const At& at) {
-  const Wanted wanted(header);
+  const PointFields wanted(header);
   cloud.points.resize(header.points());
   if (wanted.normals()) cloud.normals.resize(header.points());
   if (wanted.color != nullptr) cloud.colors.resize(header.points());
@@ -222,35 +232,36 @@ void fill(PointCloud& cloud, const Header& header, const At& at) {
   }
 }
 
-Error cutShort(const Header& header, std::size_t there) {
-  return Error(fmt::format("it is cut short: {} bytes are too few for {} × {} points", there, header.width,
-                           header.height));
+Error truncated(const Header& header, std::size_t bytes) {
+  return Error(ErrorCode::truncatedFile,
+               fmt::format("truncated: {} bytes for {} × {} points", bytes, header.width, header.height));
 }
 
 void readBinary(PointCloud& cloud, const Header& header, std::string_view data) {
   const std::size_t stride = header.stride();
-  if (data.size() / stride < header.points()) throw cutShort(header, data.size());
+  if (data.size() / stride < header.points()) throw truncated(header, data.size());
   fill(cloud, header,
        [&](const Field& field, std::size_t i) { return data.data() + i * stride + field.offset; });
 }
 
-/// Two sizes, then all x, all y, …, packed.
+/// Two sizes, then all x, all y, …, compressed by LZF.
 void readCompressed(PointCloud& cloud, const Header& header, std::string_view data) {
   constexpr std::size_t sizes = 2 * sizeof(std::uint32_t);
-  if (data.size() < sizes) throw cutShort(header, data.size());
+  if (data.size() < sizes) throw truncated(header, data.size());
   const std::size_t packed = valueAt<std::uint32_t>(data.data());
   const std::size_t size = valueAt<std::uint32_t>(data.data() + sizeof(std::uint32_t));
   data.remove_prefix(sizes);
-  if (packed > data.size()) throw cutShort(header, data.size());
+  if (packed > data.size()) throw truncated(header, data.size());
   if (size % header.stride() != 0 || size / header.stride() != header.points())
-    throw Error(fmt::format("{} bytes are not what {} × {} points have", size, header.width, header.height));
+    throw Error(ErrorCode::corruptFile, fmt::format("{} uncompressed bytes do not match {} × {} points", size,
+                                                    header.width, header.height));
   const std::string all = io::unpackLzf(data.substr(0, packed), size);
   fill(cloud, header, [&](const Field& field, std::size_t i) {
     return all.data() + field.offset * header.points() + i * field.bytes();
   });
 }
 
-/// A color may be written as a whole number, or as the float that has its bits.
+/// A color is a whole number, or the float with its bits.
 std::uint32_t packedColor(const Field& field, double value) {
   if (field.scalar.type == 'F') return std::bit_cast<std::uint32_t>(static_cast<float>(value));
   return static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
@@ -259,8 +270,8 @@ std::uint32_t packedColor(const Field& field, double value) {
 void readAscii(PointCloud& cloud, const Header& header, std::string_view data, std::size_t firstLine) {
   std::size_t columns = 0;
   for (const Field& field : header.fields) columns += field.count;
-  if (data.size() / (2 * columns) + 1 < header.points()) throw cutShort(header, data.size());
-  const Wanted wanted(header);
+  if (data.size() / (2 * columns) + 1 < header.points()) throw truncated(header, data.size());
+  const PointFields wanted(header);
   const auto columnOf = [&](const Field& wantedField) {
     std::size_t column = 0;
     for (const Field* field = header.fields.data(); field != &wantedField; ++field) column += field->count;
@@ -269,8 +280,8 @@ void readAscii(PointCloud& cloud, const Header& header, std::string_view data, s
   cloud.points.reserve(header.points());
   for (std::size_t line = firstLine; cloud.points.size() < header.points(); ++line) {
     if (data.empty())
-      throw Error(
-          fmt::format("it is cut short: {} of {} points are there", cloud.points.size(), header.points()));
+      throw Error(ErrorCode::truncatedFile,
+                  fmt::format("truncated: {} of {} points", cloud.points.size(), header.points()));
     const auto end = data.find('\n');
     std::string_view text = data.substr(0, end);
     data.remove_prefix(end == std::string_view::npos ? data.size() : end + 1);
@@ -278,20 +289,23 @@ void readAscii(PointCloud& cloud, const Header& header, std::string_view data, s
     const auto words = io::wordsOf(text);
     if (words.empty()) continue;
     if (words.size() != columns)
-      throw Error(fmt::format("line {}: {} numbers instead of {}", line, words.size(), columns));
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("line {}: {} numbers instead of {}", line, words.size(), columns));
     const auto number = [&](const Field& field) {
       const std::string_view word = words[columnOf(field)];
       const auto value = io::toNumber(word);
-      if (!value) throw Error(fmt::format("line {}: \"{}\" is no number", line, io::printable(word)));
+      if (!value)
+        throw Error(ErrorCode::malformedFile,
+                    fmt::format("line {}: \"{}\" is not a number", line, io::printable(word)));
       return *value;
     };
     cloud.points.push_back(pointOf(wanted.xyz, number));
     if (wanted.normals()) cloud.normals.push_back(asNormal(pointOf(wanted.normal, number)));
     if (wanted.color == nullptr) continue;
     const double color = number(*wanted.color);
-    constexpr double most = std::numeric_limits<std::uint32_t>::max();
-    if (wanted.color->scalar.type != 'F' && !(std::abs(color) <= most))
-      throw Error(fmt::format("line {}: {} is no color", line, color));
+    constexpr double max = std::numeric_limits<std::uint32_t>::max();
+    if (wanted.color->scalar.type != 'F' && !(std::abs(color) <= max))
+      throw Error(ErrorCode::malformedFile, fmt::format("line {}: {} is not a color", line, color));
     cloud.colors.push_back(colorOf(packedColor(*wanted.color, color)));
   }
 }
@@ -299,8 +313,8 @@ void readAscii(PointCloud& cloud, const Header& header, std::string_view data, s
 }  // namespace
 
 PointCloud readPcd(const std::filesystem::path& file) {
-  constexpr std::size_t largest = std::size_t{1} << 32U;
-  const std::string bytes = io::readBytes(file, largest);
+  constexpr std::size_t maxBytes = std::size_t{1} << 32U;
+  const std::string bytes = io::readBytes(file, maxBytes);
   try {
     const Header header = readHeader(bytes);
     const std::string_view data = std::string_view(bytes).substr(header.begin);
@@ -317,18 +331,19 @@ PointCloud readPcd(const std::filesystem::path& file) {
                 1 + static_cast<std::size_t>(std::count(
                         bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(header.begin), '\n')));
     else
-      throw Error(fmt::format("DATA is \"{}\"; known are ascii, binary, binary_compressed",
-                              io::printable(header.data)));
+      throw Error(
+          ErrorCode::unsupportedFile,
+          fmt::format("DATA is \"{}\"; known: ascii, binary, binary_compressed", io::printable(header.data)));
     return cloud;
   } catch (const Error& error) {
-    throw Error(
-        fmt::format("{}: no point cloud that can be read: {}", io::printable(file.string()), error.what()));
+    throw Error(error.code(), fmt::format("{}: {}", io::printable(file.string()), error.what()));
   }
 }
 
 cv::Mat depthOf(const PointCloud& cloud) {
   if (!cloud.organized())
-    throw Error(fmt::format("a cloud of {} points in no order has no depth image; save it organized",
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("an unorganized cloud of {} points has no depth image; save it organized",
                             cloud.points.size()));
   cv::Mat depth(static_cast<int>(cloud.height), static_cast<int>(cloud.width), CV_32F);
   auto* pixels = depth.ptr<float>();

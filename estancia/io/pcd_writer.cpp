@@ -61,10 +61,11 @@ std::string bytesOf(const PointCloud& cloud) {
 
 }  // namespace
 
-void writePcd(const std::filesystem::path& file, const PointCloud& cloud, bool ascii) {
+void writePcd(const PointCloud& cloud, const std::filesystem::path& file, bool ascii) {
   validate(cloud);
   if (cloud.points.empty())
-    throw Error(fmt::format("{}: a cloud without points is not written", io::printable(file.string())));
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("{}: an empty cloud is not written", io::printable(file.string())));
   writeWhole(file, headerOf(cloud, ascii) + (ascii ? textOf(cloud) : bytesOf(cloud)));
 }
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint32_t kLeftOut = std::numeric_limits<std::uint32_t>::max();
 
-/// The vertex that each point becomes.
+/// The vertex of each point.
 std::vector<std::uint32_t> verticesOf(const PointCloud& cloud) {
   std::vector<std::uint32_t> vertices;
   vertices.reserve(cloud.points.size());
@@ -37,7 +37,7 @@ std::string headerOf(const PointCloud& cloud, std::size_t vertices, std::size_t 
   return header + "end_header\n";
 }
 
-/// Numbers as they are, or as words of a line.
+/// Binary numbers, or lines of text.
 class Body {
  public:
   explicit Body(bool ascii) : ascii_(ascii) {}
@@ -64,14 +64,14 @@ class Body {
 
 }  // namespace
 
-void writePly(const std::filesystem::path& file, const PointCloud& cloud, const CloudEdges& edges,
+void writePly(const PointCloud& cloud, const std::filesystem::path& file, const CloudEdges& edges,
               bool ascii) {
   const auto refuse = [&](const std::string& why) {
-    throw Error(fmt::format("{}: {}", io::printable(file.string()), why));
+    throw Error(ErrorCode::invalidInput, fmt::format("{}: {}", io::printable(file.string()), why));
   };
   validate(cloud);
-  constexpr auto most = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());
-  if (cloud.points.size() > most) refuse("too many points for a PLY file; thin the cloud out");
+  constexpr auto maxPoints = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());
+  if (cloud.points.size() > maxPoints) refuse("too many points for a PLY file; downsample the cloud");
   const auto vertices = verticesOf(cloud);
   Body body(ascii);
   std::size_t written = 0;
@@ -84,11 +84,11 @@ void writePly(const std::filesystem::path& file, const PointCloud& cloud, const 
       for (const int c : {2, 1, 0}) body.number(cloud.colors[i][c]);
     body.endElement();
   }
-  if (written == 0) refuse("a cloud without points is not written");
+  if (written == 0) refuse("an empty cloud is not written");
   for (const auto& [from, to] : edges) {
     if (from >= vertices.size() || to >= vertices.size() || vertices[from] == kLeftOut ||
         vertices[to] == kLeftOut)
-      refuse(fmt::format("an edge leads from point {} to {}, of which one is not there", from, to));
+      refuse(fmt::format("the edge from point {} to {} has a missing point", from, to));
     body.number(static_cast<std::int32_t>(vertices[from]));
     body.number(static_cast<std::int32_t>(vertices[to]));
     body.endElement();

@@ -1,5 +1,5 @@
-// Images and depth in two folders side by side: rgb/ (or color/, image/ …) and depth/. An image's depth
-// has the same name without its suffix, or, where all names are time stamps, the nearest one.
+// RGB-D folders: images in rgb/ (or color/, image/ …) and depth in depth/. The depth of an image has the same
+// name without extension, or, where all names are time stamps, the nearest time stamp.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -37,7 +37,8 @@ bool isRgbdFolders(const fs::path& path) {
 Opened openRgbdFolders(const fs::path& path, const SequenceOptions& options) {
   const fs::path folder = imageFolder(path);
   if (folder.empty() || !fs::is_directory(path / "depth"))
-    throw Error(fmt::format("{}: no images in a folder rgb, color or image beside a folder depth",
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no images in a folder rgb, color or image beside a folder depth",
                             printable(path.string())));
   const auto images = filesIn(folder, imageSuffixes()), depths = filesIn(path / "depth", depthSuffixes());
   const bool timed = isTimed(images), depthTimed = isTimed(depths);

@@ -9,7 +9,7 @@
 namespace estancia::io {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "files hold the bytes of such machines");
+static_assert(std::endian::native == std::endian::little, "numbers are copied as little-endian");
 
 template <typename T>
 double valueAt(const char* bytes) {

@@ -1,11 +1,11 @@
-// Numbers as binary files hold them.
+// Scalar: a number in a binary file, by type, size and byte order.
 #pragma once
 
 #include <cstddef>
 
 namespace estancia::io {
 
-/// A type of number: I (signed) or U (unsigned) of 1, 2, 4 or 8 bytes, F (IEEE 754) of 4 or 8.
+/// A number type: I (signed) or U (unsigned) of 1, 2, 4 or 8 bytes, F (IEEE 754) of 4 or 8.
 struct Scalar {
   char type = 'F';
   std::size_t size = 4;
@@ -16,7 +16,7 @@ struct Scalar {
   }
 };
 
-/// The number that begins at `bytes`, least significant byte first, or last when `swapped`. The type exists.
+/// The number at `bytes`, little-endian, or big-endian when `swapped`. Requires exists().
 double numberAt(const Scalar& scalar, const char* bytes, bool swapped = false);
 
 }  // namespace estancia::io

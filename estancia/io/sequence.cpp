@@ -14,6 +14,7 @@
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/frame_selection.hpp"
+#include "estancia/io/path_option.hpp"
 #include "estancia/io/side_files.hpp"
 #include "estancia/io/trajectory.hpp"
 
@@ -21,69 +22,57 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-struct Format {
-  const char* type;
-  const char* explanation;
-  bool (*recognizes)(const fs::path& path);
-  io::Opened (*open)(const fs::path& path, const SequenceOptions& options);
-};
-
-/// The frames of a recording; whoever wants their words reads the recording itself.
-class RecordedFrames final : public io::ListedSequence {
+/// The frames of a descriptor file, without images; readDescriptors() gives their labels.
+class DescriptorFrames final : public io::ListedSequence {
  public:
-  RecordedFrames(const fs::path& file, std::vector<Frame> frames) : ListedSequence(io::nameOf(file)) {
-    frames_ = std::move(frames);
+  DescriptorFrames(const fs::path& file, std::vector<Frame> frames) : ListedSequence(io::nameOf(file)) {
+    entries_ = std::move(frames);
   }
   cv::Mat image(std::size_t i) const override {
-    throw Error(fmt::format("{}: there is no image of {}, only its words", name_, frames_.at(i).name));
+    throw Error(
+        ErrorCode::invalidState,
+        fmt::format("{}: {} has labels only, no image; open the sequence of images", name_, frame(i).name));
   }
 };
 
-bool isWords(const fs::path& path) {
+bool isDescriptors(const fs::path& path) {
   return fs::is_regular_file(path) && isDescriptorFile(path);
 }
 
-io::Opened openWords(const fs::path& path, const SequenceOptions&) {
-  return std::make_unique<RecordedFrames>(path, readDescriptors(path).frames);
+io::Opened openDescriptors(const fs::path& path, const SequenceOptions&) {
+  return std::make_unique<DescriptorFrames>(path, readDescriptors(path).frames);
 }
 
-/// In the order in which they are asked: the plain folder of images takes what no data set claims.
-constexpr Format kFormats[] = {
-    {"recording", "words instead of images: .labels (of `estancia label`), .csv, .jsonl, .npy", isWords,
-     openWords},
-    {"video", "a video file that OpenCV opens", io::isVideo, io::openVideo},
+/// In order of detection: a plain folder of images comes last.
+constexpr io::Format<io::Opened, SequenceOptions> kFormats[] = {
+    {"descriptors", "labels instead of images: .labels (of `estancia label`), .csv, .jsonl, .npy",
+     isDescriptors, openDescriptors},
+    {"video", "a video file that OpenCV reads", io::isVideo, io::openVideo},
     {"tum", "TUM RGB-D: rgb.txt, depth.txt, groundtruth.txt", io::isTumRgbd, io::openTumRgbd},
     {"sevenscenes", "7-Scenes: frame-000000.color.png with .pose.txt, or frames/ and poses.csv",
      io::isSevenScenes, io::openSevenScenes},
-    {"panorama", "views out of equirectangular panoramas: .exr, .hdr, .exr.js (.jpg, .png only by this type)",
+    {"panorama",
+     "views of equirectangular panoramas: .exr, .hdr, .exr.js (.jpg and .png only with this type)",
      io::isPanoramas, io::openPanoramas},
     {"idol2", "KTH-IDOL2: t<time>_r<room>_x<x>_y<y>_a<theta>.png", io::isIdol2, io::openIdol2},
     {"nyu", "NYU Depth V2: rgb/0000.jpg, depth/0000.png, scenes.csv (index, scene, split)", io::isNyu,
      io::openNyu},
-    {"rgbd", "two folders: rgb/ (or color/, image/) and depth/, files of equal names", io::isRgbdFolders,
+    {"rgbd", "two folders: rgb/ (or color/, image/) and depth/ with the same file names", io::isRgbdFolders,
      io::openRgbdFolders},
-    {"vidrilo", "ViDRILO: images and organized PCD clouds of equal numbers, annotations as text",
+    {"vidrilo", "ViDRILO: images and organized PCD clouds with the same numbers, text annotations",
      io::isVidrilo, io::openVidrilo},
-    {"classes",
-     "a folder a room, full of images, perhaps in train/ and test/ (those alone are found by auto)",
+    {"classes", "one folder of images per room, optionally in train/ and test/ (auto detects only these)",
      io::isClasses, io::openClasses},
-    {"folder", "a folder of images, in the natural order of their names", io::isImageFolder,
-     io::openImageFolder},
+    {"folder", "a folder of images, in natural order of their names", io::isImageFolder, io::openImageFolder},
 };
-
-std::string typeNames() {
-  std::string names = "auto";
-  for (const Format& format : kFormats) names += fmt::format(", {}", format.type);
-  return names;
-}
 
 /// "; its folders a, b hold some …", or "".
 std::string foldersWithImages(const fs::path& path) {
-  constexpr std::size_t most = 100;  // entries looked at
+  constexpr std::size_t maxEntries = 100;
   std::vector<std::string> folders;
   std::error_code ignored;
   std::size_t seen = 0;
-  for (fs::directory_iterator entry(path, ignored), end; !ignored && entry != end && ++seen <= most;
+  for (fs::directory_iterator entry(path, ignored), end; !ignored && entry != end && ++seen <= maxEntries;
        entry.increment(ignored))
     if (std::error_code unknown; entry->is_directory(unknown) && io::isImageFolder(entry->path()))
       folders.push_back(io::printable(entry->path().filename().string()));
@@ -94,17 +83,7 @@ std::string foldersWithImages(const fs::path& path) {
                      fmt::join(folders, ", "));
 }
 
-const Format& formatOf(const fs::path& path, const std::string& type) {
-  for (const Format& format : kFormats)
-    if (type == format.type || (type == "auto" && format.recognizes(path))) return format;
-  if (type != "auto")
-    throw Error(fmt::format("unknown type of sequence \"{}\"; known are {}", type, typeNames()));
-  throw Error(
-      fmt::format("{}: no images in this folder (jpg, png, bmp, tif, webp, pgm, ppm) and no known data set{}",
-                  io::printable(path.string()), foldersWithImages(path)));
-}
-
-/// Files that do not say the size of the images mean the images of this sequence.
+/// An intrinsics file without image size is meant for the images of this sequence.
 void attachIntrinsics(io::ListedSequence& sequence, const fs::path& file) {
   CameraIntrinsics camera = io::readIntrinsics(file);
   constexpr std::size_t tries = 10;
@@ -113,15 +92,16 @@ void attachIntrinsics(io::ListedSequence& sequence, const fs::path& file) {
       camera.width = image.cols;
       camera.height = image.rows;
     } catch (...) {
-      frameFailure(sequence.frame(i).name);  // the next may be fine
+      frameFailure(sequence.frame(i).name);  // the next may be readable
     }
   if (camera.width == 0)
-    throw Error(fmt::format("{}: does not say the size of the images, and none of the first {} can be read",
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: lacks the image size, and none of the first {} images can be read",
                             io::printable(file.string()), tries));
   sequence.setIntrinsics(camera);
 }
 
-/// What the user named must fit. What merely lies in the folder under a usual name is used if it fits.
+/// Files named in the options must fit. Files found in the folder are used if they fit.
 void attachSideFiles(io::ListedSequence& sequence, const fs::path& path, const SequenceOptions& options) {
   const auto beside = [&](const char* name) {
     const fs::path file = path / name;
@@ -133,7 +113,7 @@ void attachSideFiles(io::ListedSequence& sequence, const fs::path& path, const S
     try {
       attachFile(found);
     } catch (const Error& error) {
-      sequence.warn(fmt::format("{} is left aside: {}", found.filename().string(), error.what()));
+      sequence.warn(fmt::format("{} is ignored: {}", found.filename().string(), error.what()));
     }
   };
   attach(options.poses, beside("poses.txt"), [&](const fs::path& file) {
@@ -153,7 +133,7 @@ void requireUniqueNames(io::ListedSequence& sequence) {
     if (frame.name != name) ++repeated;
   }
   if (repeated > 0)
-    sequence.warn(fmt::format("{} frames are listed more than once; a number tells them apart", repeated));
+    sequence.warn(fmt::format("{} frames are listed more than once; their names got numbers", repeated));
 }
 
 void warnOfOddTimes(io::ListedSequence& sequence) {
@@ -177,6 +157,18 @@ void warnOfOddTimes(io::ListedSequence& sequence) {
     sequence.warn(fmt::format("{} of {} frames have no time stamp", missing, sequence.size()));
 }
 
+void requireExistingPath(const fs::path& path) {
+  const std::string name = io::printable(path.string());
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found)
+    throw Error(ErrorCode::fileNotFound, fmt::format("{}: no such file or folder", name));
+  if (error)
+    throw Error(ErrorCode::fileUnreadable, fmt::format("{}: cannot be read ({})", name, error.message()));
+  if (!fs::is_regular_file(status) && !fs::is_directory(status))
+    throw Error(ErrorCode::unsupportedFile, fmt::format("{}: neither a file nor a folder", name));
+}
+
 }  // namespace
 
 namespace io {
@@ -188,48 +180,74 @@ std::string nameOf(const fs::path& path) {
 
 }  // namespace io
 
+OptionGroup declare(SequenceOptions& o) {
+  OptionGroup group("sequence", "How to open a sequence of images");
+  group.add("type", &o.type, "Format of the sequence").choices(io::typesWithAuto(kFormats));
+  group.add("poses", io::asText(o.poses), "Trajectory (TUM or KITTI)").automatic("poses.txt in the folder");
+  group.add("rooms", io::asText(o.rooms), "CSV image,room or image,room,split")
+      .automatic("rooms.csv in the folder");
+  group.add("split", &o.split, "Only the frames of this split").automatic("all frames");
+  group.add("only", io::asText(o.only), "Only the frames in these rooms, separated by commas")
+      .automatic("all rooms");
+  group.add("max-pose-gap", &o.maxPoseGap, "Largest time difference between a frame and its pose")
+      .range(0)
+      .unit("s")
+      .why("raise it for slow or badly synchronized trajectories");
+  group.add("depth-scale", &o.depthScale, "Depth units per meter; 0: that of the data set or image type")
+      .range(0, 1e9)
+      .why("set it when depth images are not in millimeters");
+  group.add("intrinsics", io::asText(o.intrinsics), "Camera intrinsics: fx fy cx cy, 3×3 matrix, or YAML")
+      .automatic("camera-intrinsics.txt, intrinsics.txt or camera.yaml in the folder");
+  group.add("views", &o.views, "Panoramas: views per place, evenly spaced").range(1, 360);
+  group.add("field-of-view", &o.fieldOfView, "Panoramas: horizontal field of view")
+      .range(10, 150)
+      .unit("degrees");
+  group.add("turn", &o.turn, "Panoramas: offset of all headings")
+      .unit("degrees")
+      .why("gives another tour of the same places");
+  group.add("exposure", &o.exposure, "Panoramas: change of exposure")
+      .range(-20, 20)
+      .unit("EV")
+      .why("simulates another illumination");
+  group.add("rounds", &o.rounds, "Panoramas: how often the tour visits all places").range(1, 1000);
+  return group;
+}
+
+void validate(const SequenceOptions& options) {
+  SequenceOptions copy = options;
+  declare(copy).validate();
+  if (options.depthScale > 0 && options.depthScale < 1e-6)
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("sequence.depth-scale is {}; give 0 or at least 1e-6", options.depthScale));
+}
+
 cv::Mat Sequence::depth(std::size_t i) const {
-  throw Error(fmt::format("{}: there is no depth with {}", name(), frame(i).name));
+  throw Error(ErrorCode::insufficientData, fmt::format("{}: {} has no depth image", name(), frame(i).name));
 }
 
 std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptions& options) {
-  const std::string name = io::printable(path.string());
-  if (!(options.maxPoseGap >= 0))
-    throw Error(fmt::format("maxPoseGap = {}: give the seconds that may lie between a frame and its pose",
-                            options.maxPoseGap));
-  if (!(options.depthScale >= 0 && options.depthScale <= 1e9) ||
-      (options.depthScale > 0 && options.depthScale < 1e-6))
-    throw Error(
-        fmt::format("depthScale = {}: give what a meter is in the numbers of the depth images "
-                    "(1000 for millimeters)",
-                    options.depthScale));
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (status.type() == fs::file_type::not_found)
-    throw Error(fmt::format("{}: there is no such file or folder", name));
-  if (error) throw Error(fmt::format("{}: cannot be read ({})", name, error.message()));
-  if (!fs::is_regular_file(status) && !fs::is_directory(status))
-    throw Error(fmt::format("{}: neither a file nor a folder", name));
-
-  io::Opened sequence;
-  try {
-    sequence = formatOf(path, options.type).open(path, options);
-    attachSideFiles(*sequence, path, options);
-  } catch (const fs::filesystem_error& e) {
-    throw Error(fmt::format("{}: cannot be read ({})", name, e.code().message()));
-  } catch (const cv::Exception& e) {
-    throw Error(fmt::format("{}: OpenCV cannot read it ({})", name, io::printable(e.err)));
-  }
+  validate(options);
+  requireExistingPath(path);
+  io::Opened sequence = io::opened(path, [&] {
+    const auto* format = io::findFormat(kFormats, path, options.type);
+    if (format == nullptr)
+      throw Error(
+          ErrorCode::unsupportedFile,
+          fmt::format("{}: no known data set, and no images in this folder (jpg, png, bmp, tif, webp, "
+                      "pgm, ppm){}",
+                      io::printable(path.string()), foldersWithImages(path)));
+    io::Opened listed = format->open(path, options);
+    attachSideFiles(*listed, path, options);
+    return listed;
+  });
   requireUniqueNames(*sequence);
   warnOfOddTimes(*sequence);
   if (sequence->size() == 1) sequence->warn("there is only one image");
   return io::selectFrames(std::move(sequence), options);
 }
 
-std::vector<std::pair<std::string, std::string>> sequenceTypes() {
-  std::vector<std::pair<std::string, std::string>> types;
-  for (const Format& format : kFormats) types.emplace_back(format.type, format.explanation);
-  return types;
+Choices sequenceTypes() {
+  return io::typesOf(kFormats);
 }
 
 }  // namespace estancia

@@ -1,7 +1,6 @@
 // Microsoft 7-Scenes: frame-XXXXXX.color.png with frame-XXXXXX.pose.txt (4×4, camera → world, meters), or the
 // images in `frames/` and all poses in `poses.csv` (`frame,T00,…,T23`). The data set has no time stamps.
-// Depth is frame-XXXXXX.depth.png in millimeters. It publishes one camera for color and depth, which are not
-// registered.
+// Depth is frame-XXXXXX.depth.png in millimeters, not registered to color; both share one published camera.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +13,7 @@
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
-#include "estancia/io/trajectory.hpp"
+#include "estancia/io/pose_matrix.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;
@@ -36,7 +35,7 @@ std::optional<double> numberOf(const fs::path& file) {
   return toNumber(std::string_view(name).substr(begin, name.find('.') - begin));
 }
 
-/// Lost tracking is written as NaN, sometimes in spellings that are no number anywhere else (-1.#IND).
+/// Lost tracking is NaN, in several spellings (-1.#IND).
 double valueOf(std::string_view text) {
   return toNumber(text).value_or(std::numeric_limits<double>::quiet_NaN());
 }
@@ -48,8 +47,8 @@ std::optional<Pose> poseOfFile(const fs::path& file) {
     for (const auto word : wordsOf(line))
       if (count++ < matrix.size()) matrix[count - 1] = valueOf(word);
   if (count != 16)
-    throw Error(
-        fmt::format("{}: {} numbers; a pose has 16 (4×4, camera to world)", printable(file.string()), count));
+    throw Error(ErrorCode::malformedFile, fmt::format("{}: {} numbers; give 16 (4×4, camera to world)",
+                                                      printable(file.string()), count));
   return poseOfMatrix(matrix);
 }
 
@@ -58,11 +57,14 @@ std::unordered_map<double, std::optional<Pose>> posesOfTable(const fs::path& fil
   for (const CsvRow& row : readCsv(file)) {
     std::array<double, 12> matrix{};
     if (row.cells.size() != matrix.size() + 1)
-      throw Error(fmt::format("{}:{}: {} cells; a line is `frame,T00,T01,…,T23`", printable(file.string()),
-                              row.line, row.cells.size()));
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}:{}: {} cells instead of 13: `frame,T00,T01,…,T23`",
+                              printable(file.string()), row.line, row.cells.size()));
     const auto number = toNumber(row.cells[0]);
     if (!number && poses.empty()) continue;  // the header
-    if (!number) throw Error(fmt::format("{}:{}: no frame number", printable(file.string()), row.line));
+    if (!number)
+      throw Error(ErrorCode::malformedFile, fmt::format("{}:{}: no frame number in the first column",
+                                                        printable(file.string()), row.line));
     std::ranges::transform(row.cells.begin() + 1, row.cells.end(), matrix.begin(), valueOf);
     poses[*number] = poseOfMatrix(matrix);
   }
@@ -81,8 +83,9 @@ Opened openSevenScenes(const fs::path& path, const SequenceOptions& options) {
   auto files = colorImages(path);
   if (files.empty() && fs::is_directory(path / "frames")) files = colorImages(path / "frames");
   if (files.empty())
-    throw Error(fmt::format("{}: no images named as 7-Scenes has them (frame-000000.color.png)",
-                            printable(path.string())));
+    throw Error(
+        ErrorCode::insufficientData,
+        fmt::format("{}: no images named as in 7-Scenes (frame-000000.color.png)", printable(path.string())));
   std::unordered_map<double, std::optional<Pose>> table;
   if (fs::exists(path / "poses.csv")) table = posesOfTable(path / "poses.csv");
 
@@ -112,7 +115,7 @@ Opened openSevenScenes(const fs::path& path, const SequenceOptions& options) {
     sequence->add(std::move(frame), file, std::move(depth));
   }
   if (without > 0)
-    sequence->warn(fmt::format("{} of {} frames have no pose: it is missing, NaN or no rotation (first: {})",
+    sequence->warn(fmt::format("{} of {} frames have no pose: missing, NaN or no rotation (first: {})",
                                without, files.size(), first));
   return sequence;
 }

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <string>
 #include <unordered_map>
@@ -16,8 +15,8 @@ namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-/// Points that have a time stamp, sorted by it. Points without a pose stay in: a frame whose own pose is
-/// unusable must not take a neighbor's.
+/// Points with a time stamp, sorted by it. Points without a pose stay: a frame with an unusable pose must not
+/// take that of a neighbor.
 std::vector<TrajectoryPoint> sortedByTime(const Trajectory& trajectory) {
   std::vector<TrajectoryPoint> points;
   for (const auto& point : trajectory.points)
@@ -44,12 +43,6 @@ std::string lastComponent(const std::string& name) {
   return name.substr(name.rfind('/') + 1);
 }
 
-std::string lowerCase(std::string text) {
-  std::ranges::transform(text, text.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 }  // namespace
 
 void attachPoses(ListedSequence& sequence, const Trajectory& trajectory, const fs::path& file,
@@ -70,11 +63,12 @@ void attachPoses(ListedSequence& sequence, const Trajectory& trajectory, const f
   if (unmatched == frames.size()) {
     if (trajectory.points.size() != frames.size())
       throw Error(
-          fmt::format("{}: its {} poses fit the {} frames of {} neither by time (at most {} s apart) nor by "
+          ErrorCode::mismatch,
+          fmt::format("{}: {} poses match the {} frames of {} neither by time (at most {} s apart) nor by "
                       "number; give the trajectory of these frames",
                       name, trajectory.points.size(), frames.size(), sequence.name(), maxGap));
     if (timed) {
-      sequence.warn(fmt::format("{}: no time stamp fits a frame; its poses are matched by order", name));
+      sequence.warn(fmt::format("{}: no time stamp matches a frame; poses are matched by order", name));
       source.otherClock = {*points.front().timestamp, *points.back().timestamp};
     }
     for (std::size_t i = 0; i < frames.size(); ++i) matches[i] = &trajectory.points[i];
@@ -112,7 +106,8 @@ void attachRooms(ListedSequence& sequence, const fs::path& file) {
   const bool splits = !rows.empty() && rows.front().cells.size() == 3;
   for (const CsvRow& row : rows) {
     if (row.cells.size() != (splits ? 3 : 2))
-      throw Error(fmt::format("{}:{}: {} cells; a line is `image,room`, or all are `image,room,split`", name,
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}:{}: {} cells; write `image,room` or `image,room,split` on every line", name,
                               row.line, row.cells.size()));
     const std::string image = printable(row.cells[0]), room = printable(row.cells[1]),
                       split = splits ? printable(row.cells[2]) : "";
@@ -124,24 +119,25 @@ void attachRooms(ListedSequence& sequence, const fs::path& file) {
     } else {
       const auto [entry, isNew] = places.emplace(found, Place{room, split});
       const Place& above = entry->second;
-      for (const auto& [here, there] : {std::pair{room, above.room}, {split, above.split}})
-        if (here != there)
-          throw Error(fmt::format("{}:{}: {} is in \"{}\" here and in \"{}\" above; keep one of them", name,
-                                  row.line, image, here, there));
+      for (const auto& [own, other] : {std::pair{room, above.room}, {split, above.split}})
+        if (own != other)
+          throw Error(ErrorCode::malformedFile,
+                      fmt::format("{}:{}: {} is in \"{}\", and in \"{}\" in a line above; keep one of them",
+                                  name, row.line, image, own, other));
     }
     ++rowCount;
   }
   if (rowCount == 0)
-    throw Error(
-        fmt::format("{}: names no image; write a line `image,room` for each whose room is known", name));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no images; write one line `image,room` per image with a known room", name));
   if (splits) sequence.splits().resize(frames.size());
   for (const auto& [i, place] : places) {
     frames[i].room = place.room;
     if (splits) sequence.splits()[i] = place.split;
   }
   if (unknown > 0)
-    sequence.warn(fmt::format("{}: {} of {} lines name images that are not there (first: {})", name, unknown,
-                              rowCount, firstUnknown));
+    sequence.warn(fmt::format("{}: {} of {} lines name missing images (first: {})", name, unknown, rowCount,
+                              firstUnknown));
 }
 
 }  // namespace estancia::io

@@ -10,8 +10,8 @@ namespace estancia::io {
 namespace {
 
 constexpr double kMiddleGray = 0.18;
-constexpr float kBrightest = 65504;  // the largest half-precision number
-constexpr float kShoulder = 0.6F;    // linear light above this is rolled off
+constexpr float kMaxRadiance = 65504;  // the largest half-precision number
+constexpr float kShoulder = 0.6F;      // linear light above this is rolled off
 
 /// The exponential of the mean of log luminance over the sphere, rows weighted by the solid angle of their
 /// pixels (Reinhard et al. 2002, Eq. 1). Pixels without light do not count; 0 when there is no light at all.
@@ -30,10 +30,10 @@ double logAverage(const cv::Mat& linear) {
   return weights > 0 ? std::exp(sum / weights) : 0;
 }
 
-/// The lower median, channel by channel, of the neighbors of (row, column) that are not damaged; nothing
-/// else is near 0 and 2 π in a panorama, so columns wrap around. False when there is no such neighbor.
-bool medianOfSoundNeighbors(const cv::Mat& linear, const cv::Mat& damaged, int row, int column,
-                            cv::Vec3f& median) {
+/// The lower median, channel by channel, of the undamaged neighbors of (row, column); columns wrap around.
+/// False when there is no such neighbor.
+bool medianOfNeighbors(const cv::Mat& linear, const cv::Mat& damaged, int row, int column,
+                       cv::Vec3f& median) {
   std::array<std::array<float, 8>, 3> values;
   std::size_t count = 0;
   for (int r = std::max(row - 1, 0); r <= std::min(row + 1, linear.rows - 1); ++r) {
@@ -53,31 +53,31 @@ bool medianOfSoundNeighbors(const cv::Mat& linear, const cv::Mat& damaged, int r
   return true;
 }
 
-/// Resampled panoramas ring around lamps and the sun: pixels there are negative, overflown or no numbers, and
-/// would show as black dots. Such pixels are filled from their sound neighbors, from the rim inwards.
+/// Resampled panoramas ring around lamps and the sun: pixels there are negative, infinite or NaN, and would
+/// show as black dots. Such pixels are filled from their undamaged neighbors, from the rim inwards.
 void repairRinging(cv::Mat& linear, double average) {
-  constexpr int kDeepest = 8;  // [pixels]; the sun is about 6 wide
+  constexpr int kMaxDepth = 8;  // [pixels]; the sun is about 6 wide
   const auto black = static_cast<float>(1e-3 * average);
   cv::Mat damaged(linear.size(), CV_8U);
   for (int row = 0; row < linear.rows; ++row) {
     for (int column = 0; column < linear.cols; ++column) {
-      // Deep yellow may well lack blue; a pixel with light in no or a single channel is broken.
+      // Deep yellow lacks blue; a pixel with light in at most one channel is damaged.
       auto& p = linear.at<cv::Vec3f>(row, column);
       const float dark = std::max(black, 1e-3F * std::max({p[0], p[1], p[2]}));
       int lit = 0;
       for (int c = 0; c < 3; ++c) {
-        if (p[c] > dark && p[c] <= kBrightest) ++lit;
-        p[c] = p[c] > 0 ? std::min(p[c], kBrightest) : 0;  // NaN becomes 0
+        if (p[c] > dark && p[c] <= kMaxRadiance) ++lit;
+        p[c] = p[c] > 0 ? std::min(p[c], kMaxRadiance) : 0;  // NaN becomes 0
       }
       damaged.at<uchar>(row, column) = lit >= 2 ? 0 : 1;
     }
   }
-  for (int depth = 0; depth < kDeepest && cv::countNonZero(damaged) > 0; ++depth) {
+  for (int depth = 0; depth < kMaxDepth && cv::countNonZero(damaged) > 0; ++depth) {
     const cv::Mat before = damaged.clone(), source = linear.clone();
     for (int row = 0; row < linear.rows; ++row)
       for (int column = 0; column < linear.cols; ++column)
         if (before.at<uchar>(row, column) != 0 &&
-            medianOfSoundNeighbors(source, before, row, column, linear.at<cv::Vec3f>(row, column)))
+            medianOfNeighbors(source, before, row, column, linear.at<cv::Vec3f>(row, column)))
           damaged.at<uchar>(row, column) = 0;
   }
 }

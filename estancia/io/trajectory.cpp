@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <limits>
@@ -10,6 +11,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/io/pose_matrix.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -17,8 +19,8 @@ namespace {
 
 constexpr std::size_t kTum = 8, kKitti = 12;
 
-/// Counts lines with the same oddity and remembers the first.
-struct Oddity {
+/// Counts lines with the same problem and keeps the first.
+struct Problem {
   std::size_t count = 0, firstLine = 0;
   void add(std::size_t line) {
     if (count++ == 0) firstLine = line;
@@ -49,7 +51,7 @@ Trajectory readTrajectory(const fs::path& file) {
   const std::string name = io::printable(file.string());
   const std::vector<std::string> lines = io::readLines(file);
   Trajectory trajectory;
-  Oddity unusable, unordered, doubled, unnormalized;
+  Problem unusable, unordered, doubled, unnormalized;
   double latest = -std::numeric_limits<double>::infinity();
   std::size_t columns = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -62,8 +64,9 @@ Trajectory readTrajectory(const fs::path& file) {
       if (const auto number = io::toNumber(word)) numbers.push_back(*number);
     if (words.size() != columns || numbers.size() != columns)
       throw Error(
-          fmt::format("{}:{}: {} of {} values are numbers; a pose is `t x y z qx qy qz qw` (TUM) or the 12 "
-                      "numbers of a 3×4 matrix (KITTI), on every line the same",
+          ErrorCode::malformedFile,
+          fmt::format("{}:{}: {} of {} values are numbers; write `t x y z qx qy qz qw` (TUM) or the 12 "
+                      "numbers of a 3×4 matrix (KITTI) on every line",
                       name, i + 1, numbers.size(), words.size()));
     TrajectoryPoint point;
     if (columns == kTum) {
@@ -78,49 +81,47 @@ Trajectory readTrajectory(const fs::path& file) {
     } else {
       std::array<double, 12> matrix{};
       std::copy(numbers.begin(), numbers.end(), matrix.begin());
-      point.pose = poseOfMatrix(matrix);
+      point.pose = io::poseOfMatrix(matrix);
     }
     if (!point.pose || (columns == kTum && !point.timestamp)) unusable.add(i + 1);
     trajectory.points.push_back(point);
   }
-  if (trajectory.points.empty()) throw Error(fmt::format("{}: no poses in it", name));
-  const auto warn = [&](const Oddity& oddity, const char* what) {
-    if (oddity.count > 0)
-      trajectory.warnings.push_back(fmt::format("{}: {} of {} poses {} (first: line {})", name, oddity.count,
-                                                trajectory.points.size(), what, oddity.firstLine));
+  if (trajectory.points.empty()) throw Error(ErrorCode::insufficientData, fmt::format("{}: no poses", name));
+  const auto warn = [&](const Problem& problem, const char* what) {
+    if (problem.count > 0)
+      trajectory.warnings.push_back(fmt::format("{}: {} of {} poses {} (first: line {})", name, problem.count,
+                                                trajectory.points.size(), what, problem.firstLine));
   };
-  warn(unusable, "are not used, because they hold NaN or no rotation");
+  warn(unusable, "are ignored: NaN or no rotation");
   warn(unnormalized,
-       "have a quaternion that is not of length 1; it is made so, but check that the columns are t x y z qx "
-       "qy "
-       "qz qw");
-  warn(doubled, "repeat the time stamp before them");
-  warn(unordered, "are older than one before them; they are sorted by time");
+       "have no unit quaternion and were normalized; check that the columns are t x y z qx qy qz qw");
+  warn(doubled, "repeat the previous time stamp");
+  warn(unordered, "are older than the previous one; poses are sorted by time");
   return trajectory;
 }
 
-void writeTrajectory(const fs::path& file, const std::vector<TrajectoryPoint>& points) {
+void writeTrajectory(const std::vector<TrajectoryPoint>& points, const fs::path& file) {
   std::string text = "# timestamp x y z qx qy qz qw\n";
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto& [timestamp, pose] = points[i];
     if (!timestamp || !std::isfinite(*timestamp) || !pose || !pose->isFinite())
-      throw Error(
-          fmt::format("{}: point {} has no time stamp or pose, which TUM files cannot hold; leave it out",
-                      io::printable(file.string()), i + 1));
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("{}: point {} lacks its time stamp or pose, which TUM files need; leave it out",
+                              io::printable(file.string()), i + 1));
     text += lineOf(*timestamp, *pose);
   }
   writeWhole(file, text);
 }
 
-void writePoses(const fs::path& file, const std::vector<Frame>& frames) {
+void writePoses(const std::vector<Frame>& frames, const fs::path& file) {
   if (std::ranges::none_of(frames, [](const Frame& f) { return f.pose.has_value(); }))
-    throw Error(fmt::format("{}: none of the {} frames has a pose that could be written",
-                            io::printable(file.string()), frames.size()));
+    throw Error(ErrorCode::insufficientData, fmt::format("{}: none of the {} frames has a pose",
+                                                         io::printable(file.string()), frames.size()));
   std::vector<TrajectoryPoint> points;
   if (std::ranges::all_of(frames, [](const Frame& f) { return f.timestamp.has_value(); })) {
     for (const Frame& frame : frames)
       if (frame.pose) points.push_back({frame.timestamp, frame.pose});
-    return writeTrajectory(file, points);
+    return writeTrajectory(points, file);
   }
   std::string text =
       "# frame x y z qx qy qz qw: the frames have no time stamps and are numbered; nan has no pose\n";
@@ -130,7 +131,7 @@ void writePoses(const fs::path& file, const std::vector<Frame>& frames) {
   writeWhole(file, text);
 }
 
-std::optional<Pose> poseOfMatrix(const std::array<double, 12>& matrix) {
+std::optional<Pose> io::poseOfMatrix(const std::array<double, 12>& matrix) {
   constexpr double tolerance = 0.01;
   if (!std::ranges::all_of(matrix, [](double v) { return std::isfinite(v); })) return std::nullopt;
   const auto r = [&matrix](std::size_t row, std::size_t column) { return matrix[4 * row + column]; };

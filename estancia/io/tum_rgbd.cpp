@@ -1,5 +1,4 @@
-// TUM RGB-D: `rgb.txt` and `depth.txt` list `time file`, `groundtruth.txt` the camera's trajectory in its
-// own, denser times.
+// TUM RGB-D: `rgb.txt` and `depth.txt` list `time file`; `groundtruth.txt` is the camera's denser trajectory.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,7 +16,7 @@ namespace {
 
 constexpr double kUnitsPerMeter = 5000;
 
-/// What a list says of its files, relative to its folder, in its order.
+/// The files of a list, relative to its folder, in its order.
 std::vector<TimedFile> readList(const fs::path& list) {
   std::vector<TimedFile> files;
   const auto lines = readLines(list);
@@ -26,18 +25,20 @@ std::vector<TimedFile> readList(const fs::path& list) {
     if (words.empty() || words[0].starts_with('#')) continue;
     const auto time = toNumber(words[0]);
     if (!time || !std::isfinite(*time) || words.size() < 2)
-      throw Error(fmt::format("{}:{}: a line is `time file`", printable(list.string()), i + 1));
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}:{}: not `time file`", printable(list.string()), i + 1));
     const fs::path file = fs::path(std::string(words[1].begin(), words.back().end()))
-                              .lexically_normal();  // names may hold blanks
+                              .lexically_normal();  // names may contain blanks
     if (file.is_absolute() || *file.begin() == "..")
-      throw Error(fmt::format("{}:{}: {} leads out of the data set's folder", printable(list.string()), i + 1,
+      throw Error(ErrorCode::unsafePath,
+                  fmt::format("{}:{}: {} leaves the folder of the data set", printable(list.string()), i + 1,
                               printable(file.string())));
     files.push_back({*time, file});
   }
   return files;
 }
 
-/// The color cameras of the three Kinects, as the benchmark publishes them; told by the folder's name.
+/// The published color cameras of the three Kinects, by the name of the folder.
 std::optional<CameraIntrinsics> publishedCamera(const std::string& folder) {
   if (folder.find("freiburg1") != std::string::npos) return {{640, 480, 517.3, 516.5, 318.6, 255.3}};
   if (folder.find("freiburg2") != std::string::npos) return {{640, 480, 520.9, 521.0, 325.1, 249.7}};
@@ -56,12 +57,13 @@ Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
   auto sequence = std::make_unique<ImageFiles>(nameOf(path),
                                                options.depthScale > 0 ? options.depthScale : kUnitsPerMeter);
   const auto images = readList(list);
-  if (images.empty()) throw Error(fmt::format("{}: lists no images", printable(list.string())));
+  if (images.empty())
+    throw Error(ErrorCode::insufficientData, fmt::format("{}: no images", printable(list.string())));
   std::vector<TimedFile> depths;
   if (fs::exists(path / "depth.txt")) try {
       depths = readList(path / "depth.txt");
-    } catch (const Error& error) {  // who does not need depth goes on without it
-      sequence->warn(fmt::format("depth.txt is left aside: {}", error.what()));
+    } catch (const Error& error) {  // images are usable without depth
+      sequence->warn(fmt::format("depth.txt is ignored: {}", error.what()));
     }
   for (TimedFile& depth : depths) depth.file = path / depth.file;
   std::ranges::stable_sort(depths, {}, &TimedFile::timestamp);

@@ -1,5 +1,5 @@
-// A video file, whatever OpenCV opens. Frame rates are taken as constant: a frame's time is its number over
-// the rate that the container declares, and absent when it declares none.
+// Video files that OpenCV opens. The frame rate is constant: a frame's time is its number divided by the rate
+// that the container declares, and absent when it declares none.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,14 +14,14 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
-#include "estancia/io/image_file.hpp"
+#include "estancia/io/image_decoding.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kMostPixels = 1 << 26;
-constexpr std::size_t kShortHop = 50;  // frames that are sooner read over than sought
+constexpr double kMaxPixels = 1 << 26;
+constexpr std::size_t kShortHop = 50;  // so many frames are skipped faster by reading than by seeking
 
 class Video final : public ListedSequence {
  public:
@@ -45,25 +45,25 @@ class Video final : public ListedSequence {
 Video::Video(const fs::path& file) : ListedSequence(nameOf(file)), file_(file) {
   reopen();
   const double pixels = capture_.get(cv::CAP_PROP_FRAME_WIDTH) * capture_.get(cv::CAP_PROP_FRAME_HEIGHT);
-  if (!(pixels <= kMostPixels))
-    throw Error(fmt::format("{}: declares {:.0f} million pixels a frame; make it smaller",
-                            printable(file.string()), pixels / 1e6));
+  if (!(pixels <= kMaxPixels))
+    throw Error(ErrorCode::tooLarge, fmt::format("{}: {:.0f} million pixels per frame; reduce its size",
+                                                 printable(file.string()), pixels / 1e6));
   const double rate = capture_.get(cv::CAP_PROP_FPS);
   const bool rateIsSane = rate > 0 && rate <= 10'000;
   const std::size_t frames = count();
   if (frames == 0)
-    throw Error(
-        fmt::format("{}: not a single frame can be decoded; is it a whole video?", printable(file.string())));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}: no frame can be decoded; is the video complete?", printable(file.string())));
   for (std::size_t i = 0; i < frames; ++i) {
     Frame frame;
     frame.name = fmt::format("frame {:06}", i);
     if (rateIsSane) frame.timestamp = static_cast<double>(i) / rate;
-    frames_.push_back(std::move(frame));
+    entries_.push_back(std::move(frame));
   }
-  if (!rateIsSane) warn("the video declares no frame rate, so its frames have no time stamps");
+  if (!rateIsSane) warn("the video declares no frame rate; its frames have no time stamps");
 }
 
-/// FFmpeg where OpenCV has it: its other backends load plug-ins, leak on broken files, or take a name for a
+/// FFmpeg where OpenCV has it: other backends load plug-ins, leak on broken files, or read a name as a
 /// pattern.
 int backend() {
   const auto all = cv::videoio_registry::getStreamBackends();
@@ -75,14 +75,15 @@ void Video::reopen() const {
   bool opened = false;
   try {
     opened = capture_.open(file_.string(), backend());
-  } catch (const cv::Exception&) {  // said below
+  } catch (const cv::Exception&) {  // reported below
   }
   if (!opened)
-    throw Error(fmt::format("{}: not a video that OpenCV can open; convert it, for example to MP4",
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{}: OpenCV cannot open it as a video; convert it, for example to MP4",
                             printable(file_.string())));
 }
 
-/// Seeks, and trusts only a decoder that says that it got there; otherwise reads from the start.
+/// Seeks if the decoder confirms its position; otherwise reads from the start.
 bool Video::moveTo(std::size_t i) const {
   if (i < next_ || i - next_ > kShortHop) {
     const auto target = static_cast<double>(i);
@@ -97,8 +98,8 @@ bool Video::moveTo(std::size_t i) const {
   return true;
 }
 
-/// Containers may declare any number of frames. It is believed when the last one is there and none follows;
-/// otherwise the video is run through once.
+/// The declared number of frames is used when the last one exists and none follows; otherwise the frames are
+/// counted.
 std::size_t Video::count() const {
   const double declared = capture_.get(cv::CAP_PROP_FRAME_COUNT);
   if (declared >= 1 && declared < 1e9) {
@@ -122,11 +123,12 @@ cv::Mat Video::image(std::size_t i) const {
       ++next_;  // also when decoding fails: the decoder has moved on
       capture_.read(image);
     }
-  } catch (const cv::Exception&) {  // said below
+  } catch (const cv::Exception&) {  // reported below
     image.release();
   }
   if (image.empty())
-    throw Error(fmt::format("{}: {} cannot be decoded", printable(file_.string()), frames_.at(i).name));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}: {} cannot be decoded", printable(file_.string()), entries_.at(i).name));
   return toBgr8(image.clone());  // the capture reuses its buffer
 }
 
@@ -135,7 +137,7 @@ std::string Video::fingerprint(std::size_t i) const {
   return fmt::format("{} frame {}", digest_, i);
 }
 
-/// Begins with nothing but lines of text.
+/// Starts with lines of text.
 bool isText(const fs::path& file) {
   std::array<char, 512> head{};
   std::ifstream stream(file, std::ios::binary);
@@ -154,9 +156,11 @@ bool isVideo(const fs::path& path) {
 
 Opened openVideo(const fs::path& path, const SequenceOptions&) {
   if (hasSuffix(path, imageSuffixes()))
-    throw Error(fmt::format("{}: a single image; open its folder", printable(path.string())));
-  if (isText(path))  // which FFmpeg would play as a terminal's screen
-    throw Error(fmt::format("{}: a text file is no video", printable(path.string())));
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{}: a single image; open its folder", printable(path.string())));
+  if (isText(path))  // FFmpeg would render it as a terminal screen
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{}: a text file, not a video", printable(path.string())));
   return std::make_unique<Video>(path);
 }
 

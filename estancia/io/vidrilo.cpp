@@ -6,10 +6,10 @@
 // category of its room (ten) and the presence of fifteen objects. The files of sequence 1 are called
 // "sequence1visual12…" after their number; the challenge's toolbox keeps images and clouds in folders
 // "…Visual" and "…Depth", and takes z of an organized cloud as depth.
-// Inferred, because the set itself is to be had no longer: how the clouds are called, and how annotations
-// look as text. So any folder is read in which images and clouds are told apart by their suffixes and
-// belong together by the last number in their names; of annotations see readAnnotations(). Those in Matlab
-// files are not read: write them to rooms.csv.
+// Inferred, because the data set is no longer available: names of the clouds and the text form of
+// annotations. Any folder is read in which the extension distinguishes images and clouds, and the last number
+// in the name pairs them; see readAnnotations() for annotations. Annotations in Matlab files are not read:
+// write them to rooms.csv.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -32,42 +32,31 @@ namespace {
 
 const std::vector<std::string> kCloudSuffix = {".pcd"};
 
-std::string lowerCase(std::string text) {
-  for (char& c : text)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return text;
-}
-
-bool speaksOf(const fs::path& path, const std::vector<std::string>& words) {
+bool nameContains(const fs::path& path, const std::vector<std::string>& words) {
   const std::string name = lowerCase(path.filename().string());
   return std::ranges::any_of(words, [&](const std::string& w) { return name.find(w) != std::string::npos; });
 }
 
-bool looksVisual(const fs::path& path) {
-  return speaksOf(path, {"visual", "rgb", "color", "image", "img"});
+bool looksLikeImages(const fs::path& path) {
+  return nameContains(path, {"visual", "rgb", "color", "image", "img"});
 }
 
-bool looksDeep(const fs::path& path) {
-  return speaksOf(path, {"depth", "pcd", "cloud"});
+bool looksLikeDepth(const fs::path& path) {
+  return nameContains(path, {"depth", "pcd", "cloud"});
 }
 
-/// The folder that holds the files of some suffixes: `path` itself, else the only one in it, else the only
-/// one called so; "" when there is none or several.
+/// The folder with files of these extensions: `path` itself, else the only one in it, else the only one with
+/// a matching name; "" when there is none or several.
 fs::path folderOf(const fs::path& path, const std::vector<std::string>& suffixes,
-                  bool (*looksSo)(const fs::path&)) {
+                  bool (*looksRight)(const fs::path&)) {
   if (!filesIn(path, suffixes).empty()) return path;
-  std::vector<fs::path> folders;
-  for (const auto& entry : fs::directory_iterator(path)) {
-    std::error_code unreadable;
-    if (entry.is_directory(unreadable) && !entry.path().filename().native().starts_with('.') &&
-        !filesIn(entry.path(), suffixes).empty())
-      folders.push_back(entry.path());
-  }
-  if (folders.size() > 1) std::erase_if(folders, [&](const fs::path& folder) { return !looksSo(folder); });
+  std::vector<fs::path> folders = foldersIn(path);
+  std::erase_if(folders, [&](const fs::path& folder) { return filesIn(folder, suffixes).empty(); });
+  if (folders.size() > 1) std::erase_if(folders, [&](const fs::path& folder) { return !looksRight(folder); });
   return folders.size() == 1 ? folders.front() : fs::path();
 }
 
-/// The last number in a file's name, "sequence1visual0012.png" → "12"; "" where there is none.
+/// The last number in a file name, "sequence1visual0012.png" → "12"; "" without.
 std::string numberOf(const fs::path& file) {
   const std::string stem = file.stem().string();
   const auto last = stem.find_last_of("0123456789");
@@ -78,13 +67,14 @@ std::string numberOf(const fs::path& file) {
   return digits.substr(std::min(digits.find_first_not_of('0'), digits.size() - 1));
 }
 
-/// The files by their numbers. Throws Error when a number is there twice.
+/// The files by their numbers. Throws Error on a repeated number.
 std::unordered_map<std::string, fs::path> byNumber(const std::vector<fs::path>& files) {
   std::unordered_map<std::string, fs::path> numbered;
   for (const fs::path& file : files) {
     const auto [entry, isNew] = numbered.emplace(numberOf(file), file);
     if (!isNew)
-      throw Error(fmt::format("{} and {} have the same number; keep each sequence in a folder of its own",
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{} and {} have the same number; keep each sequence in a folder of its own",
                               printable(entry->second.string()), printable(file.filename().string())));
   }
   return numbered;
@@ -92,7 +82,7 @@ std::unordered_map<std::string, fs::path> byNumber(const std::vector<fs::path>& 
 
 // ---- annotations
 
-/// At commas, semicolons or tabs, else at blanks.
+/// Splits at commas, semicolons or tabs, else at blanks.
 std::vector<std::string> cellsOf(const std::string& line) {
   const bool separated = line.find_first_of(",;\t") != std::string::npos;
   std::vector<std::string> cells;
@@ -119,11 +109,12 @@ bool isFile(const std::string& cell) {
 }
 
 struct Columns {
-  std::optional<std::size_t> frame;  ///< absent: lines follow the images
+  /// Absent: lines have the order of the images.
+  std::optional<std::size_t> frame;
   std::size_t room = 0;
 };
 
-/// What the header names, if `cells` is one.
+/// The columns of a header, if `cells` is one.
 std::optional<Columns> readHeader(const std::vector<std::string>& cells) {
   static const std::set<std::string> rooms = {"room", "class", "category", "label", "scene"},
                                      frames = {"image", "frame", "file", "name", "visual", "rgb", "index"};
@@ -140,8 +131,8 @@ std::optional<Columns> readHeader(const std::vector<std::string>& cells) {
   return found ? std::optional(columns) : std::nullopt;
 }
 
-/// Without a header: the frame is the first column if its cells name different frames, all of them; the room
-/// is the first other column that names no files and holds no numbers, else the first that names no files.
+/// Without a header: the frame is the first column if all its cells name different frames; the room is the
+/// first other column with neither files nor numbers, else the first without files.
 Columns guessColumns(const std::vector<std::vector<std::string>>& rows,
                      const std::unordered_map<std::string, std::size_t>& frames) {
   Columns columns;
@@ -151,21 +142,21 @@ Columns guessColumns(const std::vector<std::vector<std::string>>& rows,
       named.insert(frame->second);
   if (named.size() == rows.size()) columns.frame = 0;
   const std::size_t first = columns.frame ? 1 : 0;
-  columns.room = rows[0].size();  // backwards, so that the first one stays
+  columns.room = rows[0].size();  // backwards, so that the first one wins
   for (std::size_t c = rows[0].size(); c-- > first;)
     if (!isFile(rows[0][c])) columns.room = c;
   for (std::size_t c = rows[0].size(); c-- > first;)
     if (!isFile(rows[0][c]) && !isNumber(rows[0][c])) columns.room = c;
-  if (columns.room == rows[0].size()) throw Error("it names files only");
+  if (columns.room == rows[0].size()) throw Error(ErrorCode::malformedFile, "only file names, no rooms");
   for (const auto& row : rows)
     if (const auto value = toNumber(row[columns.room]); value && *value != std::floor(*value))
-      throw Error("it does not say which column is the room; give it a header with `room`");
+      throw Error(ErrorCode::malformedFile, "ambiguous columns; write a header with `room`");
   return columns;
 }
 
-/// Sets the rooms that a table tells: a line a frame, in the order of the images, or with the image's
-/// number or file. What else a line says (objects, positions) is passed over. Categories that are numbers
-/// stay such. Throws Error when the table does not fit.
+/// Sets the rooms from a table: one line per frame, in the order of the images, or with the image's number or
+/// file. Other columns (objects, positions) are ignored. Numeric categories are kept as they are. Throws
+/// Error when the table does not fit.
 void readAnnotations(const fs::path& file, ImageFiles& sequence) {
   std::unordered_map<std::string, std::size_t> frames;
   for (std::size_t i = 0; i < sequence.size(); ++i) frames.emplace(numberOf(sequence.frame(i).name), i);
@@ -178,34 +169,34 @@ void readAnnotations(const fs::path& file, ImageFiles& sequence) {
     if (rows.empty() && !header)
       if ((header = readHeader(cells))) continue;
     if (!rows.empty() && cells.size() != rows.front().size())
-      throw Error(fmt::format("line {} has {} values, those above have {}", i + 1, cells.size(),
-                              rows.front().size()));
+      throw Error(ErrorCode::malformedFile, fmt::format("line {} has {} values instead of {}", i + 1,
+                                                        cells.size(), rows.front().size()));
     rows.push_back(std::move(cells));
   }
-  if (rows.empty()) throw Error("it is empty");
+  if (rows.empty()) throw Error(ErrorCode::insufficientData, "empty");
   const Columns columns = header ? *header : guessColumns(rows, frames);
   if (std::max(columns.room, columns.frame.value_or(0)) >= rows.front().size())
-    throw Error("its lines have fewer values than its header");
+    throw Error(ErrorCode::malformedFile, "the lines have fewer values than the header");
   if (!columns.frame && rows.size() != sequence.size())
-    throw Error(fmt::format("it tells of {} frames, and there are {} images", rows.size(), sequence.size()));
+    throw Error(ErrorCode::mismatch, fmt::format("{} lines for {} images", rows.size(), sequence.size()));
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const auto frame = columns.frame ? frames.find(numberOf(rows[k][*columns.frame])) : frames.end();
-    if (columns.frame && frame == frames.end()) continue;  // of an image that was left out
+    if (columns.frame && frame == frames.end()) continue;  // an image that was left out
     sequence.frames()[columns.frame ? frame->second : k].room = printable(rows[k][columns.room]);
   }
 }
 
-/// The table of annotations: the only text in the folder that is not something else, else the only one called
-/// so, else one beside the folder with its name; "" when there is none.
+/// The table of annotations: the only text file in the folder without another purpose, else the only one with
+/// a matching name, else one beside the folder with its name; "" when there is none.
 fs::path annotationsIn(const fs::path& path) {
   const std::vector<std::string> suffixes = {".txt", ".csv"};
   auto files = filesIn(path, suffixes);
   std::erase_if(files, [](const fs::path& file) {
-    return speaksOf(file, {"readme", "license", "license", "intrinsics", "poses.txt", "rooms.csv"});
+    return nameContains(file, {"readme", "licen", "intrinsics", "poses.txt", "rooms.csv"});
   });
   if (files.size() > 1)
     std::erase_if(files, [](const fs::path& f) {
-      return !speaksOf(f, {"annot", "label", "class", "categor"});
+      return !nameContains(f, {"annot", "label", "class", "categor"});
     });
   if (files.size() == 1) return files.front();
   for (const std::string& suffix : suffixes) {
@@ -218,7 +209,7 @@ fs::path annotationsIn(const fs::path& path) {
 
 // ---- the camera
 
-/// What u = focal · a + center fits best, and how well [pixels, root of the mean square].
+/// Least-squares fit of u = focal · a + center, and its RMS error [pixels].
 struct Axis {
   double focal, center, error;
 };
@@ -238,10 +229,10 @@ Axis fitAxis(const std::vector<std::pair<double, double>>& points) {
   return {focal, u - focal * a, std::sqrt(std::max(0.0, uu - focal * au) / n)};
 }
 
-/// The pinhole that made an organized cloud: a point seen at (u, v) has u = fx x / z + cx. Absent when there
-/// is no such camera, as in clouds of another frame than the optical one.
+/// The pinhole camera of an organized cloud: a point seen at (u, v) has u = fx x / z + cx. Absent when no
+/// camera fits, as for clouds outside of the optical frame.
 std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
-  constexpr std::size_t least = 100;
+  constexpr std::size_t minPoints = 100;
   std::vector<std::pair<double, double>> across, down;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     const cv::Point3f& p = cloud.points[i];
@@ -249,7 +240,7 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
     across.emplace_back(p.x / p.z, static_cast<double>(i % cloud.width));
     down.emplace_back(p.y / p.z, static_cast<double>(i / cloud.width));
   }
-  if (!cloud.organized() || across.size() < least) return std::nullopt;
+  if (!cloud.organized() || across.size() < minPoints) return std::nullopt;
   const Axis x = fitAxis(across), y = fitAxis(down);
   if (!(x.focal > 0 && y.focal > 0 && x.error < 1 && y.error < 1)) return std::nullopt;
   return CameraIntrinsics{
@@ -257,38 +248,40 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
 }
 
 void fitCamera(ImageFiles& sequence, const std::vector<fs::path>& clouds) {
-  constexpr std::size_t tries = 3;  // the first ones may see nothing, or be damaged
+  constexpr std::size_t tries = 3;  // the first clouds may be empty or damaged
   for (std::size_t i = 0; i < std::min(tries, clouds.size()); ++i) try {
       if (const auto camera = cameraOf(readPcd(clouds[i]))) return sequence.setIntrinsics(*camera);
     } catch (...) {
-      frameFailure(clouds[i].string());  // told when its depth is asked for
+      frameFailure(clouds[i].string());  // reported when its depth is read
     }
   sequence.warn(
-      "the first clouds are not those of a pinhole camera in its optical frame (x right, y down, z forward)");
+      "the first clouds do not fit a pinhole camera in its optical frame (x right, y down, z forward)");
 }
 
 }  // namespace
 
-/// Images and clouds in two folders, or side by side if they are called as in the data set.
+/// Images and clouds in two folders, or in one with the names of the data set.
 bool isVidrilo(const fs::path& path) {
   if (!fs::is_directory(path)) return false;
-  const fs::path clouds = folderOf(path, kCloudSuffix, looksDeep);
+  const fs::path clouds = folderOf(path, kCloudSuffix, looksLikeDepth);
   if (clouds.empty()) return false;
-  const fs::path images = folderOf(path, imageSuffixes(), looksVisual);
+  const fs::path images = folderOf(path, imageSuffixes(), looksLikeImages);
   if (images.empty()) return false;
   return (images != path && clouds != path) ||
-         (speaksOf(filesIn(images, imageSuffixes()).front(), {"visual"}) &&
-          speaksOf(filesIn(clouds, kCloudSuffix).front(), {"depth"}));
+         (nameContains(filesIn(images, imageSuffixes()).front(), {"visual"}) &&
+          nameContains(filesIn(clouds, kCloudSuffix).front(), {"depth"}));
 }
 
 Opened openVidrilo(const fs::path& path, const SequenceOptions& options) {
-  const fs::path imageFolder = folderOf(path, imageSuffixes(), looksVisual),
-                 cloudFolder = folderOf(path, kCloudSuffix, looksDeep);
+  const fs::path imageFolder = folderOf(path, imageSuffixes(), looksLikeImages),
+                 cloudFolder = folderOf(path, kCloudSuffix, looksLikeDepth);
   if (imageFolder.empty() || cloudFolder.empty())
     throw Error(
-        fmt::format("{}: there is no folder, or more than one, with {}; ViDRILO has a folder a sequence, "
-                    "with one of images (visual) and one of clouds (depth)",
-                    printable(path.string()), imageFolder.empty() ? "images" : "clouds (.pcd)"));
+        ErrorCode::unsupportedFile,
+        fmt::format(
+            "{}: no folder, or several, with {}; ViDRILO has one folder per sequence, with one folder of "
+            "images (visual) and one of clouds (depth)",
+            printable(path.string()), imageFolder.empty() ? "images" : "clouds (.pcd)"));
   const auto images = filesIn(imageFolder, imageSuffixes()), clouds = filesIn(cloudFolder, kCloudSuffix);
   byNumber(images);
   const auto numbered = byNumber(clouds);
@@ -302,14 +295,15 @@ Opened openVidrilo(const fs::path& path, const SequenceOptions& options) {
     sequence->add(std::move(frame), file, {cloud == numbered.end() ? fs::path() : cloud->second, {}});
   }
   if (without == images.size())
-    throw Error(fmt::format("{}: no image has the number of a cloud", printable(path.string())));
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{}: no image has the number of a cloud", printable(path.string())));
   if (without > 0) sequence->warn(fmt::format("{} of {} images have no cloud", without, images.size()));
   fitCamera(*sequence, clouds);
 
   if (const fs::path table = annotationsIn(path); !table.empty()) try {
       readAnnotations(table, *sequence);
     } catch (const Error& error) {
-      sequence->warn(fmt::format("{} is left aside: {}", printable(table.filename().string()), error.what()));
+      sequence->warn(fmt::format("{} is ignored: {}", printable(table.filename().string()), error.what()));
     }
   return sequence;
 }

@@ -98,9 +98,9 @@ class Collector {
     // choose.
     const cv::Rect box = boxOf(frame, i), there = surroundings(box) & cv::Rect({}, frame.image.size());
     sample.box = box - there.tl();
-    writePng(imageOf(folder_, sample.view.name), frame.image(there));
-    writePng(maskOf(folder_, sample.view.name), maskOf(frame, i)(there));
-    writeCloud(cloudOf(folder_, sample.view.name), cloudOf(frame, i));
+    writePng(frame.image(there), imageOf(folder_, sample.view.name));
+    writePng(maskOf(frame, i)(there), maskOf(folder_, sample.view.name));
+    writeCloud(cloudOf(frame, i), cloudOf(folder_, sample.view.name));
   }
 
   const fs::path& folder_;

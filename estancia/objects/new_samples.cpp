@@ -22,7 +22,7 @@ std::set<fs::path> partsOf(const fs::path& folder) {
 
 /// The files of the samples that the list names.
 std::set<fs::path> filesOf(const fs::path& folder) {
-  std::set<fs::path> files{folder / "samples.csv", wordsOf(folder)};
+  std::set<fs::path> files{folder / "samples.csv", labelFileOf(folder)};
   for (const ObjectSample& sample : readObjectSamples(folder)) {
     files.insert(imageOf(folder, sample.view.name));
     files.insert(maskOf(folder, sample.view.name));
@@ -81,7 +81,7 @@ NewSamples::NewSamples(const fs::path& folder, bool replace) : NewSamples() {
     part_ = part;
     for (const fs::path& inside : partsOf(part_)) fs::create_directories(inside);
   });
-  writeObjectSamples(part_, {});
+  writeObjectSamples({}, part_);
 }
 
 NewSamples::~NewSamples() {
@@ -90,7 +90,7 @@ NewSamples::~NewSamples() {
 }
 
 void NewSamples::finish(const std::vector<ObjectSample>& samples) {
-  writeObjectSamples(part_, samples);
+  writeObjectSamples(samples, part_);
   onDisk(folder_, "replaced", [&] {
     if (fs::exists(folder_) && !fs::is_empty(folder_)) {
       requireOnlySamples(folder_);  // nobody put anything there meanwhile

@@ -35,7 +35,7 @@ class CheckCommand : public testing::Test {
     std::vector<TrajectoryPoint> points;
     for (std::size_t i = 0; i < room_.size(); ++i)
       points.push_back({room_.frame(i).timestamp, poseOf(change(rigidOf(*room_.frame(i).pose)))});
-    writeTrajectory(folder_ / "poses.txt", points);
+    writeTrajectory(points, folder_ / "poses.txt");
   }
 
   CommandResult check(std::vector<std::string> more = {}) {

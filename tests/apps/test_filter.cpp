@@ -28,7 +28,7 @@ class Filter : public testing::Test {
     }
     cloud.width = 10000;
     cloud.height = 1;
-    writeCloud(plane_, cloud);
+    writeCloud(cloud, plane_);
   }
   std::string at(const std::string& name) const { return scratch_ / name; }
   json filter(std::vector<std::string> more) const {
@@ -99,7 +99,7 @@ TEST_F(Filter, NoiseDropsTheNormalsThatItMakesWrong) {
 TEST_F(Filter, NormalsLookWhereTheFileSaysThatTheSensorStood) {
   PointCloud cloud = readCloud(plane_);
   cloud.viewpoint = Pose{0.5, 0.5, 3};  // behind the plane
-  writeCloud(at("behind.pcd"), cloud);
+  writeCloud(cloud, at("behind.pcd"));
   filter({at("behind.pcd"), at("out.ply"), "--method", "none", "--normals"});
   EXPECT_GT(readCloud(at("out.ply")).normals.at(5050).z, 0.99F);
 }
@@ -125,7 +125,7 @@ TEST_F(Filter, PointsThatAreNotFiniteAreHolesOrLeftOut) {
   PointCloud cloud = readCloud(plane_);
   for (std::size_t i = 0; i < 1000; ++i) cloud.points[7 * i].y = NAN;
   cloud.width = cloud.height = 100;
-  writeCloud(at("holes.pcd"), cloud);
+  writeCloud(cloud, at("holes.pcd"));
   const json kept = filter({at("holes.pcd"), at("a.pcd"), "--method", "none"});
   EXPECT_EQ(kept["points_in"], 10000);
   EXPECT_EQ(kept["points_out"], 9000);
@@ -188,9 +188,9 @@ TEST_F(Filter, BadInputIsOneSentence) {
   writeFile(at("holes.ply"),
             "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
             "property float z\nend_header\nnan nan nan\nnan 1 1\n");
-  refuses({at("cut.pcd"), at("out.ply")}, "cut short");
+  refuses({at("cut.pcd"), at("out.ply")}, "cut.pcd");
   refuses({at("holes.ply"), at("out.ply")}, "finite");
-  refuses({at("holes.ply"), at("out.ply"), "--method", "none"}, "without points");
+  refuses({at("holes.ply"), at("out.ply"), "--method", "none"}, "empty cloud");
   refuses({at("missing.ply"), at("out.ply")}, "missing.ply");
   refuses({plane_, at("out.ply"), "--method", "sieve"}, "sieve");
   refuses({plane_, at("out.ply"), "--points", "0"}, "--points");

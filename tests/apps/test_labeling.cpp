@@ -76,7 +76,7 @@ TEST_F(Labeling, ASplitOrSomeRoomsAreLabeledAlone) {
   EXPECT_EQ(label(images_, scratch_ / "b.labels", {"--split", "train", "--only", "room0,room3"})["frames"],
             8);
   EXPECT_THAT(refusal({"label", images_, "-o", scratch_ / "c.labels", "--model", model_, "--split", "tset"}),
-              HasSubstr("there is no split \"tset\"; there are test, train"));
+              HasSubstr("\"tset\"; known: test, train"));
 }
 
 TEST_F(Labeling, ACacheThatIsCutOffIsRepaired) {

@@ -37,7 +37,7 @@ class ObjectsTrain : public testing::Test {
         const fs::path folder = scratch_ / "clouds" / category / fmt::format("{}_{}", category, thing);
         fs::create_directories(folder);
         const std::string name = fmt::format("{}_{}_0.pcd", category, thing);
-        writeCloud(folder / name, block(longer + thing % 2));
+        writeCloud(block(longer + thing % 2), folder / name);
         csv += name + (longer == 1 ? ",.1,0,.9\n" : ",0,.1,.9\n");
       }
     writeFile(words(), csv);

@@ -91,7 +91,7 @@ TEST_F(Recognize, SaysWhatIsNotThereAndWhy) {
 TEST_F(Recognize, ABadModelDoesNotEndTheSearchForTheOthers) {
   const auto writeScaled = [&](const std::string& name, PointCloud cloud, float scale) {
     for (cv::Point3f& p : cloud.points) p *= scale;
-    writeCloud(scratch_ / name, cloud);
+    writeCloud(cloud, scratch_ / name);
     return scratch_ / name;
   };
   PointCloud plane, few;
@@ -135,7 +135,7 @@ TEST_F(Recognize, AsksWhereTheSensorStoodAndUsesIt) {
   PointCloud scene = readCloud(in("scenes/scene001.pcd"));
   for (cv::Point3f& p : scene.points) p = fromCamera * cv::Point3d(p);
   const std::string moved = scratch_ / "moved.pcd", mario = in("meshes/mario000_0.ply");
-  writeCloud(moved, scene);
+  writeCloud(scene, moved);
   const CommandResult unsaid = run({"recognize", "--model", mario, moved});
   EXPECT_EQ(unsaid.exitCode, 1);
   EXPECT_THAT(unsaid.out, HasSubstr("--viewpoint"));
@@ -153,10 +153,10 @@ TEST_F(Recognize, AsksWhereTheSensorStoodAndUsesIt) {
   };
   expectFound({moved, "--viewpoint", "1", "2", "3"});
   scene.viewpoint = poseOf(fromCamera);
-  writeCloud(moved, scene);
+  writeCloud(scene, moved);
   expectFound({moved});
   scene.viewpoint = Pose{5, 2, 3};
-  writeCloud(moved, scene);
+  writeCloud(scene, moved);
   EXPECT_THAT(run({"recognize", "--model", mario, moved}).out, HasSubstr("where its VIEWPOINT says"));
   expectFound({moved, "--viewpoint", "1", "2", "3"});
 }
@@ -169,7 +169,7 @@ TEST_F(Recognize, WarnsOfNoViewWhereItMayBeWhyNothingIsFound) {
   scene.width = scene.points.size();
   scene.height = 1;
   const std::string around = scratch_ / "around.pcd", mario = in("meshes/mario000_0.ply");
-  writeCloud(around, scene);
+  writeCloud(scene, around);
   const CommandResult found = run({"recognize", "--model", mario, around});
   EXPECT_EQ(found.exitCode, 0);
   EXPECT_EQ(found.err, "");

@@ -93,7 +93,7 @@ TEST(FindingsPage, PointsOutWhatBeatsAnotherColumn) {
 /// An image of one color as a PNG.
 std::vector<unsigned char> png() {
   const test::ScratchFolder scratch;
-  writePng(scratch / "a.png", cv::Mat(4, 4, CV_8UC3, cv::Scalar(10, 20, 30)));
+  writePng(cv::Mat(4, 4, CV_8UC3, cv::Scalar(10, 20, 30)), scratch / "a.png");
   const std::string bytes = test::readFile(scratch / "a.png");
   return {bytes.begin(), bytes.end()};
 }

@@ -6,17 +6,17 @@
 
 #include "experiments/src/objects/object_scenes.hpp"
 #include "io/images.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia::experiments {
 namespace {
 
 using test::encoded;
-using test::errorOf;
+using test::FailsWith;
+using test::Mentions;
 using test::writeFile;
-using ::testing::AllOf;
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 TEST(ObjectScenes, ListsWhatIsThere) {
@@ -35,31 +35,33 @@ TEST(ObjectScenes, ListsWhatIsThere) {
   ASSERT_EQ(scenes.size(), 2U);
   EXPECT_EQ(scenes[1].name, "test0");
   EXPECT_EQ(scenes[1].category, "mixed");
-  EXPECT_THAT(problems, ElementsAre(AllOf(HasSubstr("1 of 3 scenes"), HasSubstr("learn1_rgb.jpg"))));
+  EXPECT_THAT(problems, ElementsAre(Mentions({"1 of 3", "learn1_rgb.jpg"})));
   const cv::Mat objects = readObjectMask(scenes[0].mask);
   EXPECT_THAT(std::vector<int>(objects.begin<int>(), objects.end<int>()), ElementsAre(0, 0, 0, 2, 2, 25));
-  EXPECT_NE(errorOf([&] { readObjectMask(scenes[0].depth); }), "");
+  EXPECT_TRUE(test::caught([&] { readObjectMask(scenes[0].depth); }).code);
   writeFile(folder / "deep.png", encoded(".png", cv::Mat(2, 2, CV_16U, cv::Scalar(20))));
-  EXPECT_THAT(errorOf([&] { readObjectMask(folder / "deep.png"); }), HasSubstr("8 bits"));
+  EXPECT_THAT([&] { readObjectMask(folder / "deep.png"); },
+              FailsWith(ErrorCode::unsupportedFile, "deep.png"));
 }
 
 TEST(ObjectScenes, ListsThatAreWrong) {
   const test::ScratchFolder folder;
   const auto problem = [&](const std::string& index) {
     writeFile(folder / "index.csv", index);
-    return errorOf([&] { readObjectScenes(folder.path()); });
+    return test::caught([&] { readObjectScenes(folder.path()); });
   };
-  EXPECT_THAT(problem("scene,n\n"), HasSubstr("index.csv:1: the header has no columns"));
-  EXPECT_THAT(problem("split,n\nlearn\n"), HasSubstr("index.csv:2: 1 cells"));
-  EXPECT_THAT(problem("split,n\n../learn,0\n"), HasSubstr("index.csv:2: `split` and `n`"));
-  EXPECT_THAT(problem("split,n\nlearn,/0\n"), HasSubstr("index.csv:2: `split` and `n`"));
+  EXPECT_THAT(problem("scene,n\n"), FailsWith(ErrorCode::malformedFile, "index.csv:1", "`split`", "`n`"));
+  EXPECT_THAT(problem("split,n\nlearn\n"), FailsWith(ErrorCode::malformedFile, "index.csv:2: 1", "2"));
+  EXPECT_THAT(problem("split,n\n../learn,0\n"),
+              FailsWith(ErrorCode::malformedFile, "index.csv:2: `split`", "`n`"));
+  EXPECT_THAT(problem("split,n\nlearn,/0\n"),
+              FailsWith(ErrorCode::malformedFile, "index.csv:2: `split`", "`n`"));
   EXPECT_THAT(problem("split,n\nlearn,0\nlearn,0\n"),
-              HasSubstr("index.csv:3: the scene learn0 is there twice"));
-  EXPECT_THAT(problem("split,n\nlearn,0\n"),
-              AllOf(HasSubstr("there is no scene"), HasSubstr("learn0_rgb.jpg")));
-  EXPECT_THAT(problem("split,n\n"), HasSubstr("there is no scene"));
-  EXPECT_THAT(problem(""), HasSubstr("empty"));
-  EXPECT_THAT(errorOf([&] { readObjectScenes(folder / "none"); }), HasSubstr("index.csv"));
+              FailsWith(ErrorCode::malformedFile, "index.csv:3", "learn0"));
+  EXPECT_THAT(problem("split,n\nlearn,0\n"), FailsWith(ErrorCode::insufficientData, "learn0_rgb.jpg"));
+  EXPECT_THAT(problem("split,n\n"), FailsWith(ErrorCode::insufficientData, "index.csv"));
+  EXPECT_THAT(problem(""), FailsWith(ErrorCode::insufficientData, "index.csv"));
+  EXPECT_THAT([&] { readObjectScenes(folder / "none"); }, FailsWith(ErrorCode::fileNotFound, "index.csv"));
 }
 
 TEST(ObjectScenes, OfTheMultiObjectSceneDataset) {

@@ -72,12 +72,12 @@ class ObjectSplits : public testing::Test {
           sample.view.split = i == 2 ? "test" : "train";
           sample.box = {2, 2, 12, 12};
           samples_.push_back(sample);
-          writeCloud(cloudOf(folder, sample.view.name),
-                     shapeOf(kind, 1 + 0.1 * i,
-                             100 * static_cast<std::uint64_t>(i) + static_cast<std::uint64_t>(v)));
+          writeCloud(
+              shapeOf(kind, 1 + 0.1 * i, 100 * static_cast<std::uint64_t>(i) + static_cast<std::uint64_t>(v)),
+              cloudOf(folder, sample.view.name));
           cv::imwrite(imageOf(folder, sample.view.name), cv::Mat(16, 16, CV_8UC3, cv::Scalar(50, 90, 200)));
         }
-    writeObjectSamples(folder, samples_);
+    writeObjectSamples(samples_, folder);
     // A labeler that is wrong about one view in three of every thing, and about all of ball 1.
     writeLabels([](const ObjectSample& sample) {
       const std::string& kind = sample.view.category;
@@ -295,19 +295,19 @@ TEST_F(ObjectSplits, SayWhatIsWrongWithTheData) {
 
   auto single = samples_;
   std::erase_if(single, [](const ObjectSample& sample) { return !sample.view.instance.ends_with("0"); });
-  writeObjectSamples(scratch_ / "things", single);
+  writeObjectSamples(single, scratch_ / "things");
   EXPECT_THAT(problem(few_ + things_ + study_ + truth), HasSubstr("no word has two instances"));
   auto torn = samples_;
   torn[0].view.split = "test";
-  writeObjectSamples(scratch_ / "things", torn);
+  writeObjectSamples(torn, scratch_ / "things");
   EXPECT_THAT(problem(few_ + things_ + study_ + truth + "split = \"official\"\n"),
               HasSubstr("ball 0 is both in the training and in the test part"));
   for (ObjectSample& sample : torn) sample.view.split = "train";
-  writeObjectSamples(scratch_ / "things", torn);
+  writeObjectSamples(torn, scratch_ / "things");
   EXPECT_THAT(problem(few_ + things_ + study_ + truth + "split = \"official\"\n"),
               HasSubstr("has 54 views to learn from and 0 to ask about"));
   for (ObjectSample& sample : torn) sample.view.split = sample.view.category == "ball" ? "train" : "test";
-  writeObjectSamples(scratch_ / "things", torn);
+  writeObjectSamples(torn, scratch_ / "things");
   EXPECT_THAT(problem(few_ + things_ + study_ + truth + "split = \"official\"\n"),
               HasSubstr("show one word, ball"));
 }

@@ -1,5 +1,7 @@
-// Pictures and errors for the tests of io.
+// Images, warnings and threads for the tests of io.
 #pragma once
+
+#include <gmock/gmock.h>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -11,23 +13,37 @@
 
 namespace estancia::test {
 
-/// The bytes of `picture` as a file with the suffix `suffix` (".png").
-inline std::string encoded(const std::string& suffix, const cv::Mat& picture,
+/// The bytes of `image` as a file with the suffix `suffix` (".png").
+inline std::string encoded(const std::string& suffix, const cv::Mat& image,
                            const std::vector<int>& options = {}) {
   std::vector<uchar> bytes;
-  cv::imencode(suffix, picture, bytes, options);
+  cv::imencode(suffix, image, bytes, options);
   return {bytes.begin(), bytes.end()};
 }
 
-/// A picture with detail in it, so that its compressed data is long enough to be cut.
+/// An image with detail in it, so that its compressed data is long enough to be cut.
 inline cv::Mat texture(int width, int height, int type = CV_8UC3) {
-  cv::Mat picture(height, width, type);
-  cv::RNG(7).fill(picture, cv::RNG::UNIFORM, 0, picture.depth() == CV_16U ? 65536 : 256);
-  return picture;
+  cv::Mat image(height, width, type);
+  cv::RNG(7).fill(image, cv::RNG::UNIFORM, 0, image.depth() == CV_16U ? 65536 : 256);
+  return image;
 }
 
 inline cv::Mat plain(int width, int height, const cv::Scalar& bgr) {
   return {height, width, CV_8UC3, bgr};
+}
+
+/// Matches a sentence that names each of `facts`: counts, file names and other values of the input, never
+/// prose.
+MATCHER_P(MentionsAll, facts, "") {
+  for (const std::string& fact : facts)
+    if (std::string(arg).find(fact) == std::string::npos) {
+      *result_listener << "without \"" << fact << "\"";
+      return false;
+    }
+  return true;
+}
+inline auto Mentions(const std::vector<std::string>& facts) {
+  return MentionsAll(facts);
 }
 
 /// Calls `work(0)` … `work(count - 1)` at the same time, each in a thread of its own.

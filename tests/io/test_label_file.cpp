@@ -9,24 +9,24 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/label_file.hpp"
 #include "estancia/io/sequence.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
+using test::FailsWith;
 namespace fs = std::filesystem;
-using testing::AnyOf;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 DescriptorSequence sample() {
-  DescriptorSequence recording{
+  DescriptorSequence sequence{
       Vocabulary({"cup", "cat", "kitchen"}, {{2, 1}, {1, 0.5F}}), "net 0123", {}, DescriptorMatrix(3)};
-  recording.frames.push_back({"a.jpg", 1.25, Pose{1, 2, 3, 0, 0, 0, 1}, "kitchen"});
-  recording.frames.push_back({"b \xff.jpg", {}, {}, ""});
-  recording.descriptors.append(LexicalDescriptor{0.1F, 0.9F, 1});
-  recording.descriptors.append(LexicalDescriptor{1e-30F, 1.0F / 3, 0});
-  return recording;
+  sequence.frames.push_back({"a.jpg", 1.25, Pose{1, 2, 3, 0, 0, 0, 1}, "kitchen"});
+  sequence.frames.push_back({"b \xff.jpg", {}, {}, ""});
+  sequence.descriptors.append(LexicalDescriptor{0.1F, 0.9F, 1});
+  sequence.descriptors.append(LexicalDescriptor{1e-30F, 1.0F / 3, 0});
+  return sequence;
 }
 
 TEST(LabelFile, KeepsEverythingExactly) {
@@ -54,7 +54,7 @@ TEST(LabelFile, StandsForItsSequence) {
   const auto sequence = openSequence(scratch / "words.labels");
   ASSERT_EQ(sequence->size(), 2U);
   EXPECT_EQ(sequence->frame(0).room, "kitchen");
-  EXPECT_THAT(test::errorOf([&] { sequence->image(0); }), HasSubstr("only its words"));
+  EXPECT_THAT([&] { sequence->image(0); }, FailsWith(ErrorCode::invalidState, "a.jpg"));
 }
 
 TEST(LabelFile, CutAnywhereIsRefused) {
@@ -63,10 +63,10 @@ TEST(LabelFile, CutAnywhereIsRefused) {
   const std::string whole = test::readFile(scratch / "whole.labels");
   for (std::size_t size = 0; size < whole.size(); ++size) {
     test::writeFile(scratch / "cut.labels", whole.substr(0, size));
-    EXPECT_NE(test::errorOf([&] { io::readLabelFile(scratch / "cut.labels"); }), "") << size;
+    EXPECT_TRUE(test::caught([&] { io::readLabelFile(scratch / "cut.labels"); }).code) << size;
   }
   test::writeFile(scratch / "long.labels", whole + "x");
-  EXPECT_NE(test::errorOf([&] { io::readLabelFile(scratch / "long.labels"); }), "");
+  EXPECT_TRUE(test::caught([&] { io::readLabelFile(scratch / "long.labels"); }).code);
 }
 
 TEST(LabelFile, AbsurdNumbersDoNotAllocate) {
@@ -88,24 +88,26 @@ TEST(LabelFile, AbsurdNumbersDoNotAllocate) {
 TEST(LabelFile, SaysWhatItIsNot) {
   const test::ScratchFolder scratch;
   test::writeFile(scratch / "text.labels", "cup\ncat\n");
-  EXPECT_THAT(test::errorOf([&] { io::readLabelFile(scratch / "text.labels"); }), HasSubstr("no label file"));
+  EXPECT_THAT([&] { io::readLabelFile(scratch / "text.labels"); },
+              FailsWith(ErrorCode::unsupportedFile, "text.labels"));
   io::writeLabelFile(sample(), scratch / "new.labels");
   std::string newer = test::readFile(scratch / "new.labels");
   newer[8] = 2;
   test::writeFile(scratch / "new.labels", newer);
-  EXPECT_THAT(test::errorOf([&] { io::readLabelFile(scratch / "new.labels"); }), HasSubstr("version 2"));
-  EXPECT_THAT(test::errorOf([&] { writeDescriptors(sample(), scratch / "words.txt"); }),
-              HasSubstr("NAME.csv"));
+  EXPECT_THAT([&] { io::readLabelFile(scratch / "new.labels"); },
+              FailsWith(ErrorCode::unsupportedFile, "new.labels", "2"));
+  EXPECT_THAT([&] { writeDescriptors(sample(), scratch / "words.txt"); },
+              FailsWith(ErrorCode::unsupportedFile, "words.txt", ".csv"));
 }
 
 TEST(DescriptorSequence, IsPutInOtherWords) {
-  const DescriptorSequence other = inWordsOf(Vocabulary({"kitchen", "dog", "cup"}), sample());
+  const DescriptorSequence other = toVocabulary(sample(), Vocabulary({"kitchen", "dog", "cup"}));
   EXPECT_THAT(other.descriptors.row(0), ElementsAre(1, 0, 0.1F));
   EXPECT_EQ(other.frames.size(), 2U);
   DescriptorSequence cranes{
       Vocabulary({"cup", "crane", "crane"}), "m", {{"a", {}, {}, ""}}, DescriptorMatrix(3)};
   cranes.descriptors.append(LexicalDescriptor{0.1F, 0.7F, 0.2F});
-  EXPECT_THAT(inWordsOf(Vocabulary({"crane", "cup", "crane"}), cranes).descriptors.row(0),
+  EXPECT_THAT(toVocabulary(cranes, Vocabulary({"crane", "cup", "crane"})).descriptors.row(0),
               ElementsAre(0.7F, 0.1F, 0.2F));
 }
 

@@ -10,14 +10,14 @@
 
 #include "estancia/io/sequence.hpp"
 #include "io/images.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
 using test::encoded;
-using test::errorOf;
-using ::testing::HasSubstr;
+using test::FailsWith;
 using ::testing::IsEmpty;
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -180,11 +180,11 @@ TEST_F(Panorama, FailsFrameByFrameWhereOneIsDamaged) {
   const auto tour = open();
   ASSERT_EQ(tour->size(), 6U);
   EXPECT_EQ(tour->image(0).size(), cv::Size(320, 240));
-  EXPECT_NE(errorOf([&] { tour->image(1); }), "");
-  EXPECT_THAT(errorOf([&] { tour->image(2); }), HasSubstr("c.exr.js: no complete data URI"));
-  EXPECT_THAT(errorOf([&] { tour->image(3); }), HasSubstr("d.exr.js: its base64 text is damaged"));
-  EXPECT_THAT(errorOf([&] { tour->image(4); }), HasSubstr("e.exr.js: the image is cut off"));
-  EXPECT_THAT(errorOf([&] { tour->image(5); }), HasSubstr("8 × 8 pixels are no equirectangular panorama"));
+  EXPECT_TRUE(test::caught([&] { tour->image(1); }).code);
+  EXPECT_THAT([&] { tour->image(2); }, FailsWith(ErrorCode::malformedFile, "c.exr.js"));
+  EXPECT_THAT([&] { tour->image(3); }, FailsWith(ErrorCode::malformedFile, "d.exr.js"));
+  EXPECT_THAT([&] { tour->image(4); }, FailsWith(ErrorCode::truncatedFile, "e.exr.js"));
+  EXPECT_THAT([&] { tour->image(5); }, FailsWith(ErrorCode::unsupportedFile, "f.exr", "8 × 8"));
 }
 
 TEST_F(Panorama, RefusesImpossibleTours) {
@@ -192,15 +192,18 @@ TEST_F(Panorama, RefusesImpossibleTours) {
   const auto errorWith = [&](auto change) {
     SequenceOptions options;
     change(options);
-    return errorOf([&] { openSequence(folder_.path(), options); });
+    return test::caught([&] { openSequence(folder_.path(), options); });
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(errorWith([](auto& o) { o.views = 0; }), HasSubstr("views = 0"));
-  EXPECT_THAT(errorWith([](auto& o) { o.views = 100000; }), HasSubstr("views = 100000"));
-  EXPECT_THAT(errorWith([](auto& o) { o.fieldOfView = 180; }), HasSubstr("fieldOfView = 180"));
-  EXPECT_THAT(errorWith([](auto& o) { o.rounds = 0; }), HasSubstr("rounds = 0"));
-  EXPECT_THAT(errorWith([&](auto& o) { o.exposure = nan; }), HasSubstr("exposure = nan"));
-  EXPECT_THAT(errorWith([&](auto& o) { o.turn = nan; }), HasSubstr("turn = nan"));
+  EXPECT_THAT(errorWith([](auto& o) { o.views = 0; }), FailsWith(ErrorCode::invalidOption, "views", "0"));
+  EXPECT_THAT(errorWith([](auto& o) { o.views = 100000; }),
+              FailsWith(ErrorCode::invalidOption, "views", "100000"));
+  EXPECT_THAT(errorWith([](auto& o) { o.fieldOfView = 180; }),
+              FailsWith(ErrorCode::invalidOption, "field-of-view", "180"));
+  EXPECT_THAT(errorWith([](auto& o) { o.rounds = 0; }), FailsWith(ErrorCode::invalidOption, "rounds", "0"));
+  EXPECT_THAT(errorWith([&](auto& o) { o.exposure = nan; }),
+              FailsWith(ErrorCode::invalidOption, "exposure", "nan"));
+  EXPECT_THAT(errorWith([&](auto& o) { o.turn = nan; }), FailsWith(ErrorCode::invalidOption, "turn", "nan"));
 }
 
 TEST(RealPanoramas, AreATourOfEighteenPlaces) {

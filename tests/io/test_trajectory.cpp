@@ -9,16 +9,18 @@
 
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/io/pose_matrix.hpp"
 #include "estancia/io/trajectory.hpp"
 #include "io/images.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using test::errorOf;
+using test::FailsWith;
+using test::Mentions;
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 class TrajectoryFile : public ::testing::Test {
@@ -59,7 +61,7 @@ TEST_F(TrajectoryFile, ComesBackAsItWasWritten) {
   std::vector<TrajectoryPoint> points;
   points.reserve(500);
   for (int i = 0; i < 500; ++i) points.push_back({1311868164.363181 + i / 29.97, randomPose(random)});
-  writeTrajectory(folder_ / "t.txt", points);
+  writeTrajectory(points, folder_ / "t.txt");
   const Trajectory again = readTrajectory(folder_ / "t.txt");
   EXPECT_THAT(again.warnings, IsEmpty());
   ASSERT_EQ(again.points.size(), points.size());
@@ -70,12 +72,13 @@ TEST_F(TrajectoryFile, ComesBackAsItWasWritten) {
 }
 
 TEST_F(TrajectoryFile, IsNotWrittenHalf) {
-  EXPECT_THAT(errorOf([&] { writeTrajectory(folder_ / "none" / "t.txt", {}); }),
-              HasSubstr("cannot be written"));
-  EXPECT_THAT(errorOf([&] {
-                writeTrajectory(folder_ / "t.txt", {{1.0, Pose()}, {std::nullopt, Pose()}});
-              }),
-              HasSubstr("point 2 has no time stamp"));
+  EXPECT_THAT([&] { writeTrajectory({}, folder_ / "none" / "t.txt"); },
+              FailsWith(ErrorCode::fileUnwritable, "t.txt"));
+  EXPECT_THAT(
+      [&] {
+        writeTrajectory({{1.0, Pose()}, {std::nullopt, Pose()}}, folder_ / "t.txt");
+      },
+      FailsWith(ErrorCode::invalidInput, "2"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "t.txt"));
 }
 
@@ -96,35 +99,28 @@ TEST_F(TrajectoryFile, LeavesOutPosesThatAreNoneAndSaysWhere) {
   EXPECT_TRUE(trajectory.points[0].pose);
   for (std::size_t i : {1U, 2U, 3U}) EXPECT_FALSE(trajectory.points[i].pose) << i;
   EXPECT_FALSE(trajectory.points[4].timestamp);
-  EXPECT_THAT(trajectory.warnings,
-              ElementsAre(HasSubstr(
-                  "4 of 5 poses are not used, because they hold NaN or no rotation (first: line 2)")));
+  EXPECT_THAT(trajectory.warnings, ElementsAre(Mentions({"4 of 5", "line 2"})));
 }
 
 TEST_F(TrajectoryFile, WarnsOfDoubledAndUnorderedTimes) {
   const auto trajectory = read("1 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n3 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n");
-  EXPECT_THAT(
-      trajectory.warnings,
-      ElementsAre(
-          HasSubstr("1 of 4 poses repeat the time stamp before them (first: line 2)"),
-          HasSubstr("1 of 4 poses are older than one before them; they are sorted by time (first: line 4)")));
+  EXPECT_THAT(trajectory.warnings,
+              ElementsAre(Mentions({"1 of 4", "line 2"}), Mentions({"1 of 4", "line 4"})));
 }
 
 TEST_F(TrajectoryFile, NormalizesQuaternionsAndWarnsOfOddOnes) {
   const auto trajectory = read("1 0 0 0 0 0 0 1.001\n2 0 0 0 0 3 0 4\n");
-  EXPECT_THAT(trajectory.warnings,
-              ElementsAre(AllOf(HasSubstr("1 of 2 poses have a quaternion that is not of length 1"),
-                                HasSubstr("line 2"))));
+  EXPECT_THAT(trajectory.warnings, ElementsAre(Mentions({"1 of 2", "line 2"})));
   EXPECT_DOUBLE_EQ(trajectory.points[1].pose->qy, 0.6);
   EXPECT_DOUBLE_EQ(trajectory.points[0].pose->qw, 1);
 }
 
 TEST_F(TrajectoryFile, NamesTheLineThatIsNoPose) {
-  EXPECT_THAT(errorOf([&] { read("1 0 0 0 0 0 0 1\n2 0 0 0\n"); }),
-              HasSubstr("poses.txt:2: 4 of 4 values are numbers"));
-  EXPECT_THAT(errorOf([&] { read("kitchen.jpg 0 0 0 0 0 0 1\n"); }),
-              HasSubstr("poses.txt:1: 7 of 8 values are numbers"));
-  EXPECT_THAT(errorOf([&] { read("# nothing\n"); }), HasSubstr("no poses in it"));
+  EXPECT_THAT([&] { read("1 0 0 0 0 0 0 1\n2 0 0 0\n"); },
+              FailsWith(ErrorCode::malformedFile, "poses.txt:2: 4 of 4"));
+  EXPECT_THAT([&] { read("kitchen.jpg 0 0 0 0 0 0 1\n"); },
+              FailsWith(ErrorCode::malformedFile, "poses.txt:1: 7 of 8"));
+  EXPECT_THAT([&] { read("# nothing\n"); }, FailsWith(ErrorCode::insufficientData, "poses.txt"));
 }
 
 TEST_F(TrajectoryFile, ReadsKittiMatrices) {
@@ -142,23 +138,23 @@ TEST_F(TrajectoryFile, ReadsKittiMatrices) {
   ASSERT_EQ(trajectory.points.size(), 202U);
   for (std::size_t i = 0; i < poses.size(); ++i) expectSame(*trajectory.points[i].pose, poses[i], 2e-3);
   EXPECT_FALSE(trajectory.points[200].pose || trajectory.points[201].pose);
-  EXPECT_THAT(trajectory.warnings, ElementsAre(HasSubstr("2 of 202 poses are not used")));
+  EXPECT_THAT(trajectory.warnings, ElementsAre(Mentions({"2 of 202"})));
 }
 
 TEST(PoseOfMatrix, InvertsTheMatrixOfAPoseAlsoAtHalfTurns) {
   std::mt19937 random(3);
   for (int i = 0; i < 1000; ++i) {
     const Pose pose = randomPose(random);
-    expectSame(poseOfMatrix(matrixOf(pose)).value(), pose, 1e-9);
+    expectSame(io::poseOfMatrix(matrixOf(pose)).value(), pose, 1e-9);
   }
   for (const Pose& half : {Pose{0, 0, 0, 1, 0, 0, 0}, Pose{0, 0, 0, 0, 1, 0, 0}, Pose{0, 0, 0, 0, 0, 1, 0}})
-    expectSame(poseOfMatrix(matrixOf(half)).value(), half, 1e-12);
+    expectSame(io::poseOfMatrix(matrixOf(half)).value(), half, 1e-12);
 }
 
 TEST(PoseOfMatrix, GivesNothingForNan) {
   auto matrix = matrixOf(Pose());
   matrix[7] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(poseOfMatrix(matrix));
+  EXPECT_FALSE(io::poseOfMatrix(matrix));
 }
 
 TEST(PoseOfMatrix, FollowsTheSevenMetersOfTheRedKitchen) {
@@ -169,7 +165,7 @@ TEST(PoseOfMatrix, FollowsTheSevenMetersOfTheRedKitchen) {
     if (row.line == 1) continue;
     std::array<double, 12> matrix{};
     for (std::size_t k = 0; k < 12; ++k) matrix[k] = io::toNumber(row.cells.at(k + 1)).value();
-    poses.push_back(poseOfMatrix(matrix).value());
+    poses.push_back(io::poseOfMatrix(matrix).value());
   }
   ASSERT_EQ(poses.size(), 1000U);
   double length = 0;

@@ -21,7 +21,7 @@ std::vector<Frame> frames(bool stamped) {
 
 TEST(WrittenPoses, GoByTimeWhereFramesHaveStamps) {
   const ScratchFolder folder;
-  writePoses(folder / "t.txt", frames(true));
+  writePoses(frames(true), folder / "t.txt");
   const auto read = readTrajectory(folder / "t.txt");
   ASSERT_EQ(read.points.size(), 3U);
   EXPECT_EQ(read.points[0].timestamp, 11);
@@ -30,7 +30,7 @@ TEST(WrittenPoses, GoByTimeWhereFramesHaveStamps) {
 
 TEST(WrittenPoses, GoByOrderOtherwiseEvenWhenTheFirstIsLost) {
   const ScratchFolder folder;
-  writePoses(folder / "t.txt", frames(false));
+  writePoses(frames(false), folder / "t.txt");
   const auto read = readTrajectory(folder / "t.txt");
   ASSERT_EQ(read.points.size(), 4U);
   EXPECT_FALSE(read.points[0].pose);
@@ -40,7 +40,7 @@ TEST(WrittenPoses, GoByOrderOtherwiseEvenWhenTheFirstIsLost) {
 
 TEST(WrittenPoses, NoPoseAtAllIsRefused) {
   const ScratchFolder folder;
-  EXPECT_THROW(writePoses(folder / "t.txt", std::vector<Frame>(2)), Error);
+  EXPECT_THROW(writePoses(std::vector<Frame>(2), folder / "t.txt"), Error);
 }
 
 }  // namespace

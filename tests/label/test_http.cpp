@@ -408,10 +408,10 @@ TEST_F(HttpLabeler, RefusesNonsense) {
   const std::pair<std::string, std::string> cases[] = {
       {"<html>Hello</html>", "not JSON: \"<html>Hello</html>\""},
       {"", "not JSON"},
-      {R"({"labels": {"cup": 87}})", "87 for \"cup\" is no probability"},
-      {R"({"labels": {"cup": -1}})", "-1 for \"cup\" is no probability"},
+      {R"({"labels": {"cup": 87}})", "87 for \"cup\" is not a probability"},
+      {R"({"labels": {"cup": -1}})", "-1 for \"cup\" is not a probability"},
       {R"({"labels": {"cup": NaN}})", "JSON knows no NaN"},
-      {R"({"concepts": {}})", "nothing at /labels"},
+      {R"({"concepts": {}})", "no labels at /labels"},
       {"{\"labels\": \"" + std::string(5'000'000, 'x') + "\"}", "longer than 4194304 bytes"}};
   for (const auto& [json, expected] : cases) {
     answerAlways(json);
@@ -545,7 +545,7 @@ TEST_F(HttpLabeler, ChecksItsSettings) {
   EXPECT_THAT(refusalOf("body = \"{}\""), HasSubstr("must hold ${image}"));
   EXPECT_THAT(refusalOf("headers = { \"A: b\" = \"c\" }"), HasSubstr("header's name"));
   EXPECT_THAT(refusalOf("parallel = 0"), HasSubstr("`parallel`"));
-  EXPECT_THAT(refusalOf("labels_at = \"outputs\""), HasSubstr("no JSON pointer"));
+  EXPECT_THAT(refusalOf("labels_at = \"outputs\""), HasSubstr("not a JSON pointer"));
   for (const std::string url :
        {"", "127.0.0.1/label", "ftp://a/b", "http://", "http://user:key@host/", "http://a b/"})
     EXPECT_THAT(errorOf([&] { openAt(url); }), HasSubstr("`url` must be http")) << url;

@@ -66,7 +66,7 @@ TEST_F(Human, RefusesWhatIsUnclear) {
       {"1.png,cup,95\n", "h.csv:1: 95 for \"cup\""},
       {"1.png,cup,0.5\n1.png,cup,0.7\n", "h.csv:2: \"cup\" has another confidence in line 1"},
       {"1.png,\n", "h.csv:1: no label"},
-      {"1.png,cup;;mug\n", "h.csv:1: a label without a name"},
+      {"1.png,cup;;mug\n", "h.csv:1: empty label"},
       {",cup\n", "h.csv:1: the image has no name"}};
   for (const auto& [csv, expected] : cases) EXPECT_THAT(refusal(csv), HasSubstr(expected)) << csv;
   EXPECT_THAT(errorOf([&] { read("1,cpu\n", 1, Vocabulary({"cup"})); }),

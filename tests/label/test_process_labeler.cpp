@@ -119,7 +119,7 @@ TEST_F(ProcessLabeler, DiscoversWordsTheSurestFirst) {
       "else l='{\"d\": 0.5, \"c\": 0.25, \"e\": 0}'; fi\n"
       "echo \"{\\\"image\\\": \\\"$image\\\", \\\"labels\\\": $l}\"; done\n");
   EXPECT_TRUE(labeler->discovers());
-  EXPECT_THAT(errorOf([&] { labeler->vocabulary(); }), HasSubstr("no words are known yet"));
+  EXPECT_THAT(errorOf([&] { labeler->vocabulary(); }), HasSubstr("no labels are known yet"));
   EXPECT_THAT(labeler->label(gray()), ElementsAre(0.9F, 0.1F, 0.1F));
   EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("c", "a", "b"));
   EXPECT_THAT(labeler->label(gray()), ElementsAre(0.25F, 0, 0, 0.5F));
@@ -174,16 +174,16 @@ TEST_F(ProcessLabeler, RefusesNonsense) {
       {"Loading weights ...", "not JSON: \"Loading weights ...\""},
       {image + R"({"cup": NaN}})", "JSON knows no NaN"},
       {image + R"({"cup": 1e999}})", "not JSON"},
-      {image + R"({"cup": 87}})", "87 for \"cup\" is no probability"},
+      {image + R"({"cup": 87}})", "87 for \"cup\" is not a probability"},
       {image + R"({"cup": -0.2}})", "-0.2 for \"cup\""},
       {image + R"({"cup": 1.001}})", "1.001 for \"cup\""},
-      {image + R"({"cup": "high"}})", "the confidence of \"cup\" is no number"},
-      {image + R"({" ": 1}})", "a label without a name"},
-      {image + "\"cup\"}", "the words must be"},
+      {image + R"({"cup": "high"}})", "the confidence of \"cup\" is not a number"},
+      {image + R"({" ": 1}})", "empty label"},
+      {image + "\"cup\"}", "the labels must be"},
       {image + R"([{"label": "cup"}]})", "no \"confidence\""},
       {image + R"([{"label": 3, "confidence": 1}]})", "\"label\" must be a text"},
       {image + R"([7]})", "no \"label\""},
-      {R"({"image": "$image"})", "nothing at /labels"},
+      {R"({"image": "$image"})", "no labels at /labels"},
       {R"({"image": "other.png", "labels": {}})", "it answered for \"other.png\""},
       {R"({"labels": {"cup": 1}})", "does not say for which \"image\""},
       {image + std::string(2000, '['), "more than 64 levels"},
@@ -301,7 +301,7 @@ TEST_F(ProcessLabeler, ChecksItsSettings) {
               AllOf(HasSubstr("model.toml:4: unknown key `comand`"), HasSubstr("timeout")));
   EXPECT_THAT(refusalOf("timeout = 0"), HasSubstr("`timeout`"));
   EXPECT_THAT(refusalOf("best = 0"), HasSubstr("`best`"));
-  EXPECT_THAT(refusalOf("labels_at = \"labels\""), HasSubstr("no JSON pointer"));
+  EXPECT_THAT(refusalOf("labels_at = \"labels\""), HasSubstr("not a JSON pointer"));
   EXPECT_THAT(errorOf([&] { openCommand("[]"); }), HasSubstr("must name a program"));
   EXPECT_THAT(errorOf([&] { openCommand("\"sh labeler.sh\""); }), HasSubstr("must be a list"));
 }

@@ -58,7 +58,7 @@ TEST_F(Recorded, ReadsWhatItsSettingsName) {
     recording.descriptors.append(std::vector<float>{0.5F, name == "0" ? 0.25F : 1});
   }
   EXPECT_EQ(RecordedLabeler(recording).identity(), "m");
-  writeNpy(recording, scratch_ / "n.npy");
+  writeDescriptors(recording, scratch_ / "n.npy");
   EXPECT_THAT(open("file = \"n.npy\"")->label({}, "1"), ElementsAre(0.5F, 1));
   writeFile(scratch_ / "others.csv", "image\nx\ny\n");
   EXPECT_THAT(open("file = \"n.npy\"\nframes = \"others.csv\"")->label({}, "y"), ElementsAre(0.5F, 1));

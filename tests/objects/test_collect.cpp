@@ -159,23 +159,23 @@ TEST_F(Collect, WhatIsThereIsReplacedOnPurposeAndLast) {
   EXPECT_THAT(errorOf([&] { collect(twoThings(), replacing); }), HasSubstr("kitchen.objects"));
   EXPECT_THAT(samples(), SizeIs(2)) << "nothing is deleted then";
   fs::remove(folder_ / "kitchen.objects");
-  writeFile(wordsOf(folder_), "words");
+  writeFile(labelFileOf(folder_), "words");
 
   CollectOptions wrong = replacing;
   wrong.first = 17;
   EXPECT_THAT(errorOf([&] { collect(twoThings(), wrong); }), HasSubstr("behind the last"));
   EXPECT_EQ(collect(TableSequence({}, {0}), replacing).samples, 0U);
-  EXPECT_TRUE(fs::exists(wordsOf(folder_))) << "nothing new, so what was there stays";
+  EXPECT_TRUE(fs::exists(labelFileOf(folder_))) << "nothing new, so what was there stays";
   EXPECT_EQ(collect(twoThings({0, 10}), replacing).samples, 4U);
   EXPECT_THAT(samples(), SizeIs(4));
-  EXPECT_FALSE(fs::exists(wordsOf(folder_))) << "they were of other samples";
+  EXPECT_FALSE(fs::exists(labelFileOf(folder_))) << "they were of other samples";
   EXPECT_FALSE(fs::exists(folder_.string() + ".part"));
 }
 
 TEST_F(Collect, AKilledRunIsNotInTheWay) {
   const fs::path part = folder_.string() + ".part";
   fs::create_directories(part);
-  writeObjectSamples(part, {});
+  writeObjectSamples({}, part);
   writeFile(part / "images/thing-0000-0000.png", "half of it");
   EXPECT_EQ(collect(twoThings({0})).samples, 2U);
   EXPECT_FALSE(fs::exists(part));

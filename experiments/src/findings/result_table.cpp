@@ -15,7 +15,7 @@
 namespace estancia::experiments {
 namespace {
 
-/// Columns that a terminal needs, but for wide scripts: code points.
+/// Code points: the columns in a terminal, except for wide scripts.
 std::size_t width(std::string_view text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
@@ -32,7 +32,7 @@ std::string oneLine(std::string text) {
 }
 
 std::string escapeLatex(const std::string& text) {
-  // The letters and signs that names of ours hold are spelled so that every engine knows them.
+  // Spelled so that every LaTeX engine knows them.
   static const std::map<std::string_view, std::string_view> spelled = {
       {"\\", "\\textbackslash{}"},
       {"{", "\\{"},
@@ -48,7 +48,7 @@ std::string escapeLatex(const std::string& text) {
       {">", "\\textgreater{}"},
       {"|", "\\textbar{}"},
       {"\"", "''"},
-      {"[", "{[}"},  // behind \\ this would begin an option
+      {"[", "{[}"},  // after \\ this would start an option
       {"]", "{]}"},
       {"*", "{*}"},
       {"–", "--"},

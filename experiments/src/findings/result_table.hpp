@@ -1,4 +1,4 @@
-// A table of results as text for people, papers and programs.
+// Result tables as text: terminal, Markdown, CSV, LaTeX.
 #pragma once
 
 #include <string>
@@ -7,22 +7,22 @@
 
 namespace estancia::experiments {
 
-// All of them: one line for the head and one a row, which end with a newline; names may hold anything and are
-// escaped. Cells show what cellText() says, the best cells of a column stand out in Markdown and LaTeX.
+// Each writes one line for the header and one per row, all ending with a newline. Names are escaped. Cells
+// show cellText(); the best cells of a column are bold in Markdown and LaTeX.
 
-/// Columns that line up in a terminal.
+/// Aligned columns for a terminal.
 std::string textTable(const ResultTable& table);
 
 /// A table of GitHub-flavored Markdown, without title and caption.
 std::string markdownTable(const ResultTable& table);
 
-/// RFC 4180; numbers in all their digits, yes and no as such, absent values as empty cells.
+/// RFC 4180; numbers with all digits, yes and no as words, absent values as empty cells.
 std::string csvTable(const ResultTable& table);
 
-/// A plain `tabular` that needs no package; title and caption stand before it as comments.
+/// A plain `tabular` that needs no package; title and caption precede it as comments.
 std::string latexTable(const ResultTable& table);
 
-/// Any text as it may stand in a paragraph of Markdown.
+/// Text escaped for a paragraph of Markdown.
 std::string escapeMarkdown(const std::string& text);
 
 }  // namespace estancia::experiments

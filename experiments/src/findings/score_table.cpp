@@ -17,7 +17,7 @@
 namespace estancia::experiments {
 namespace {
 
-/// Names in the order in which they first came.
+/// Names in order of first appearance.
 class Names {
  public:
   std::size_t add(const std::string& name) {
@@ -36,8 +36,10 @@ class ScoreReader {
  public:
   ScoreReader(const std::filesystem::path& file, std::string score) : file_(file), score_(std::move(score)) {
     io::forEachCsvRow(file, [this](io::CsvRow& row) { head_.empty() ? readHead(row) : readRow(row); });
-    if (head_.empty()) throw Error(where(1) + "is empty; it needs a line that names methods, then scores");
-    if (scores_.empty()) throw Error(where(1) + "has a head, but no scores");
+    if (head_.empty())
+      throw Error(ErrorCode::insufficientData,
+                  where(1) + "empty; write a header that names the methods, then scores");
+    if (scores_.empty()) throw Error(ErrorCode::insufficientData, where(1) + "no scores below the header");
   }
 
   MethodScores dense() const {
@@ -60,42 +62,39 @@ class ScoreReader {
                     : fmt::format("{}: ", io::printable(file_.string()));
   }
 
-  std::optional<std::size_t> column(const std::string& name) const {
-    const auto found = std::find(head_.begin(), head_.end(), name);
-    if (found == head_.end()) return std::nullopt;
-    return static_cast<std::size_t>(found - head_.begin());
-  }
-
   void readHead(const io::CsvRow& row) {
     head_ = row.cells;
     for (const char* name : {"descriptor", "classifier", "train", "test"})
-      if (const auto found = column(name)) keys_.push_back(*found);
+      if (const auto found = io::findColumn(head_, name)) keys_.push_back(*found);
     if (keys_.size() == 4) {
-      const auto found = column(score_);
+      const auto found = io::findColumn(head_, score_);
       if (!found)
-        throw Error(where(row.line) +
-                    fmt::format("has no column \"{}\"; there are {}", score_, fmt::join(head_, ", ")));
+        throw Error(ErrorCode::unknownName, where(row.line) + fmt::format("no column \"{}\"; known: {}",
+                                                                          score_, fmt::join(head_, ", ")));
       scoreColumn_ = *found;
       return;
     }
     keys_.clear();
     for (std::size_t c = 1; c < head_.size(); ++c) {
       if (head_[c].empty())
-        throw Error(where(row.line) +
-                    fmt::format("column {} has no name; the first line names the methods", c + 1));
+        throw Error(
+            ErrorCode::malformedFile,
+            where(row.line) + fmt::format("column {} has no name; the header names the methods", c + 1));
       if (methods_.add(head_[c]) != c - 1)
-        throw Error(where(row.line) + fmt::format("two columns are called \"{}\"", head_[c]));
+        throw Error(ErrorCode::malformedFile,
+                    where(row.line) + fmt::format("two columns are named \"{}\"", head_[c]));
     }
     if (head_.size() < 2)
-      throw Error(where(row.line) +
-                  "has one column; give a row a test with a column a method, or the columns "
-                  "descriptor,classifier,train,test,accuracy");
+      throw Error(ErrorCode::malformedFile,
+                  where(row.line) +
+                      "only one column; write one row per test with one column per method, or the columns "
+                      "descriptor,classifier,train,test,accuracy");
   }
 
   void readRow(const io::CsvRow& row) {
     if (row.cells.size() != head_.size())
-      throw Error(where(row.line) +
-                  fmt::format("{} cells, but the head has {}", row.cells.size(), head_.size()));
+      throw Error(ErrorCode::malformedFile,
+                  where(row.line) + fmt::format("{} cells instead of {}", row.cells.size(), head_.size()));
     const auto& cells = row.cells;
     if (!keys_.empty()) {
       add(row.line, methods_.add(cells[keys_[0]] + "/" + cells[keys_[1]]),
@@ -104,7 +103,8 @@ class ScoreReader {
     }
     const std::size_t before = tests_.list().size();
     if (tests_.add(cells[0]) != before)
-      throw Error(where(row.line) + fmt::format("the test \"{}\" comes twice", io::printable(cells[0])));
+      throw Error(ErrorCode::malformedFile,
+                  where(row.line) + fmt::format("repeated test \"{}\"", io::printable(cells[0])));
     for (std::size_t c = 1; c < cells.size(); ++c) add(row.line, c - 1, before, cells[c], head_[c]);
   }
 
@@ -113,33 +113,37 @@ class ScoreReader {
     if (text.empty() || text == "–" || text == "-" || text == "n/a" || text == "nan" || text == "NaN") return;
     const auto value = io::toNumber(text);
     if (!value || !std::isfinite(*value))
-      throw Error(where(line) + fmt::format("\"{}\" in the column \"{}\" is no number", io::printable(text),
-                                            io::printable(columnName)));
+      throw Error(ErrorCode::malformedFile,
+                  where(line) + fmt::format("{} is \"{}\", not a finite number", io::printable(columnName),
+                                            io::printable(text)));
     const auto [known, isNew] = scores_.emplace(std::pair(method, test), Score{*value, line});
     if (!isNew)
-      throw Error(where(line) + fmt::format("{} in {} was told before, in line {}",
+      throw Error(ErrorCode::malformedFile,
+                  where(line) + fmt::format("the score of {} in {} is repeated from line {}",
                                             io::printable(methods_.list()[method]),
                                             io::printable(tests_.list()[test]), known->second.line));
   }
 
-  /// Before the whole table is allocated: it may be much larger than the file.
+  /// Called before the table is allocated, which may be much larger than the file.
   void requireAll() const {
     const std::size_t methods = methods_.list().size(), tests = tests_.list().size();
     if (scores_.size() / methods == tests && scores_.size() % methods == 0) return;
-    constexpr std::size_t mostTold = 5;
-    std::vector<std::string> told;
-    for (std::size_t m = 0; m < methods && told.size() < mostTold; ++m)
-      for (std::size_t t = 0; t < tests && told.size() < mostTold; ++t)
+    constexpr std::size_t maxListed = 5;
+    std::vector<std::string> listed;
+    for (std::size_t m = 0; m < methods && listed.size() < maxListed; ++m)
+      for (std::size_t t = 0; t < tests && listed.size() < maxListed; ++t)
         if (!scores_.contains({m, t}))
-          told.push_back(
+          listed.push_back(
               fmt::format("{} in {}", io::printable(methods_.list()[m]), io::printable(tests_.list()[t])));
     const double missing =
         static_cast<double>(methods) * static_cast<double>(tests) - static_cast<double>(scores_.size());
-    const double more = missing - static_cast<double>(told.size());
-    throw Error(where(1) +
-                fmt::format("no score of {}{}; ranks need every method in every test: complete the table, or "
-                            "leave those methods or tests out",
-                            fmt::join(told, ", of "), more > 0 ? fmt::format(" and {:.0f} more", more) : ""));
+    const double more = missing - static_cast<double>(listed.size());
+    throw Error(
+        ErrorCode::insufficientData,
+        where(1) +
+            fmt::format("no score of {}{}; ranks need every method in every test: complete the table, or "
+                        "leave those methods or tests out",
+                        fmt::join(listed, ", of "), more > 0 ? fmt::format(" and {:.0f} more", more) : ""));
   }
 
   std::filesystem::path file_;

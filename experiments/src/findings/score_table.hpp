@@ -1,4 +1,4 @@
-// Tables of what methods reached in tests.
+// Score table: CSV of the scores of methods in tests.
 #pragma once
 
 #include <filesystem>
@@ -8,15 +8,14 @@
 
 namespace estancia::experiments {
 
-/// Reads a CSV of either layout, told apart by its head:
-///  * wide: a row a test, its name first, then a column a method, which the head names;
-///  * long, as experiments on scenes write: a row a score, with columns descriptor, classifier, train, test
-///  and
-///    `score` (others are ignored), in any order. Methods are called "descriptor/classifier", tests
-///    "train→test".
-/// Methods and tests stand in the order of their first row. Throws Error naming line and column of what is no
-/// number, has the wrong number of cells, or comes twice; and when scores are missing (an empty cell, "–",
-/// "nan" or "n/a" is one, too), saying which method lacks which test.
+/// Reads a CSV of either layout, which the header decides:
+///  * wide: one row per test, its name first, then one column per method;
+///  * long, as experiments on scenes write it: one row per score, with the columns descriptor, classifier,
+///    train, test and `score` in any order; others are ignored. Methods are named "descriptor/classifier",
+///    tests "train→test".
+/// Methods and tests keep the order of their first row. Throws Error `FILE:LINE: …` on cells that are no
+/// numbers, wrong numbers of cells and repeated scores; and on missing scores (an empty cell, "–", "nan" and
+/// "n/a" count as missing), naming method and test.
 MethodScores readScores(const std::filesystem::path& file, const std::string& score = "accuracy");
 
 }  // namespace estancia::experiments

@@ -15,13 +15,7 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-std::optional<std::size_t> columnOf(const std::vector<std::string>& header, const char* name) {
-  const auto found = std::ranges::find(header, name);
-  if (found == header.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - header.begin());
-}
-
-/// Names become those of folders and files: letters, digits, dashes.
+/// Names of folders and files.
 bool isPlain(const std::string& name) {
   return !name.empty() && std::ranges::all_of(name, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
@@ -40,24 +34,24 @@ std::vector<ObjectScene> readObjectScenes(const fs::path& folder, std::vector<st
   io::LeftOut leftOut;
   io::forEachCsvRow(file, [&](const io::CsvRow& row) {
     const auto fail = [&](const std::string& what) {
-      return Error(fmt::format("{}:{}: {}", name, row.line, what));
+      return Error(ErrorCode::malformedFile, fmt::format("{}:{}: {}", name, row.line, what));
     };
     if (header.empty()) {
       header = row.cells;
-      split = columnOf(header, "split");
-      number = columnOf(header, "n");
-      category = columnOf(header, "category");
-      if (!split || !number) throw fail("the header has no columns `split` and `n`");
+      split = io::findColumn(header, "split");
+      number = io::findColumn(header, "n");
+      category = io::findColumn(header, "category");
+      if (!split || !number) throw fail("no columns `split` and `n`");
       return;
     }
     if (row.cells.size() != header.size())
-      throw fail(fmt::format("{} cells, the header has {}", row.cells.size(), header.size()));
+      throw fail(fmt::format("{} cells instead of {}", row.cells.size(), header.size()));
     if (!isPlain(row.cells[*split]) || !isPlain(row.cells[*number]))
-      throw fail("`split` and `n` name files: letters, digits, - and _ alone");
+      throw fail("`split` and `n` may hold letters, digits, - and _");
     ObjectScene scene;
     scene.name = row.cells[*split] + row.cells[*number];
     if (category) scene.category = io::printable(row.cells[*category]);
-    if (!seen.insert(scene.name).second) throw fail(fmt::format("the scene {} is there twice", scene.name));
+    if (!seen.insert(scene.name).second) throw fail(fmt::format("the scene {} is repeated", scene.name));
     const auto path = [&](const char* end) { return folder / row.cells[*split] / (scene.name + end); };
     scene.image = path("_rgb.jpg");
     scene.depth = path("_depth.png");
@@ -68,23 +62,25 @@ std::vector<ObjectScene> readObjectScenes(const fs::path& folder, std::vector<st
     if (missing == files.end())
       scenes.push_back(std::move(scene));
     else
-      leftOut.add(fmt::format("{} is not there", io::printable((*missing)->string())));
+      leftOut.add(fmt::format("{} is missing", io::printable((*missing)->string())));
   });
-  if (header.empty()) throw Error(fmt::format("{}: empty; it lists the scenes", name));
+  if (header.empty())
+    throw Error(ErrorCode::insufficientData, fmt::format("{}: empty; list the scenes in it", name));
   const std::string sentence = leftOut.none() ? "" : leftOut.sentence(seen.size(), "scenes");
   if (scenes.empty())
-    throw Error(fmt::format("{}: there is no scene{}", name, sentence.empty() ? "" : "; " + sentence));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no scene{}", name, sentence.empty() ? "" : "; " + sentence));
   if (problems != nullptr && !sentence.empty()) problems->push_back(sentence);
   return scenes;
 }
 
 cv::Mat readObjectMask(const fs::path& file) {
   constexpr int parts = 10, firstObject = 2;
-  const cv::Mat marks = io::readMarks(file);
-  cv::Mat objects(marks.size(), CV_32S);
-  for (int v = 0; v < marks.rows; ++v)
-    for (int u = 0; u < marks.cols; ++u) {
-      const int object = marks.at<uchar>(v, u) / parts;
+  const cv::Mat labels = io::readLabelImage(file);
+  cv::Mat objects(labels.size(), CV_32S);
+  for (int v = 0; v < labels.rows; ++v)
+    for (int u = 0; u < labels.cols; ++u) {
+      const int object = labels.at<uchar>(v, u) / parts;
       objects.at<int>(v, u) = object < firstObject ? 0 : object;
     }
   return objects;

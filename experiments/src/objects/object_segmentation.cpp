@@ -97,7 +97,7 @@ Images show(const std::vector<ObjectScene>& files, const std::vector<SegmentedSc
     const Scene scene(files[i], options);
     const SegmentationScore& score = scenes[i].ours;
     images.images.push_back(
-        {segmentationImage(io::readImage(files[i].image), scene.truth,
+        {segmentationImage(readImage(files[i].image), scene.truth,
                            pixelsOf(findClusters(scene.depth, options.camera, clustering(options)))),
          fmt::format("{}{}: {} of {} objects, mean IoU {:.2f}", files[i].name,
                      files[i].category.empty() ? "" : " (" + files[i].category + ")", score.found,

@@ -47,7 +47,7 @@ Data readData(ConfigFile& config, const toml::table& table, const Options::Trial
     data.reading.type = config.choice(n, types);
   });
   add("least_points", false, "", [&](auto& n) {
-    data.reading.leastPoints = static_cast<std::size_t>(config.integer(n, 1, 1'000'000'000));
+    data.reading.minPoints = static_cast<std::size_t>(config.integer(n, 1, 1'000'000'000));
   });
   add("study", false, "the words", [&](auto& n) { data.study = config.anywhere(n); });
   add("split", false, "", [&](auto& n) {

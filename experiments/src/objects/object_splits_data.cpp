@@ -117,7 +117,7 @@ class Shared {
 
  private:
   static std::string viewsKey(const Data& data) {
-    return fmt::format("{}\n{} {}\n{}", data.views.string(), data.reading.type, data.reading.leastPoints,
+    return fmt::format("{}\n{} {}\n{}", data.views.string(), data.reading.type, data.reading.minPoints,
                        data.study.string());
   }
 

@@ -17,30 +17,32 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t mostPoseBytes = 1 << 16;
+constexpr std::size_t maxPoseBytes = 1 << 16;
 
 cv::Affine3d readRigid(const fs::path& file) {
   const auto fail = [&](const std::string& why) {
-    throw Error(fmt::format("{}: {}; a pose is 16 numbers, row by row, of a rotation and a translation [m]",
-                            io::printable(file.string()), why));
+    throw Error(
+        ErrorCode::malformedFile,
+        fmt::format("{}: {}; give 16 numbers, the row-major 4×4 matrix of a rotation and a translation [m]",
+                    io::printable(file.string()), why));
   };
-  std::string text = io::readBytes(file, mostPoseBytes);
+  std::string text = io::readBytes(file, maxPoseBytes);
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r' || c == ','; }, ' ');
   std::vector<double> numbers;
   for (const std::string_view word : io::wordsOf(text)) {
     const auto number = io::toNumber(word);
     if (!number || !std::isfinite(*number))
-      fail(fmt::format("\"{}\" is no number", io::printable(word.substr(0, 40))));
+      fail(fmt::format("\"{}\" is not a finite number", io::printable(word.substr(0, 40))));
     numbers.push_back(*number);
   }
-  if (numbers.size() != 16) fail(fmt::format("there are {} numbers", numbers.size()));
+  if (numbers.size() != 16) fail(fmt::format("{} numbers", numbers.size()));
   const cv::Matx44d matrix(numbers.data());
   const cv::Matx33d rotation = matrix.get_minor<3, 3>(0, 0);
   constexpr double tolerance = 1e-3;  // files have few digits
   if (cv::norm(rotation * rotation.t() - cv::Matx33d::eye()) > tolerance || cv::determinant(rotation) < 0)
-    fail("the rotation is none");
-  if (cv::norm(matrix.row(3) - cv::Matx14d(0, 0, 0, 1)) > tolerance) fail("the last row is not 0 0 0 1");
+    fail("no rotation matrix");
+  if (cv::norm(matrix.row(3) - cv::Matx14d(0, 0, 0, 1)) > tolerance) fail("the last row must be 0 0 0 1");
   return cv::Affine3d(matrix);
 }
 
@@ -50,7 +52,7 @@ class Columns {
   Columns(const fs::path& list, const io::CsvRow& head) : list_(list) {
     for (std::size_t c = 0; c < head.cells.size(); ++c)
       if (!positions_.emplace(head.cells[c], c).second)
-        fail(head, fmt::format("the column \"{}\" is there twice", io::printable(head.cells[c])));
+        fail(head, fmt::format("the column \"{}\" is repeated", io::printable(head.cells[c])));
     head_ = head;
   }
 
@@ -58,16 +60,16 @@ class Columns {
     const auto found = positions_.find(column);
     if (found == positions_.end()) return nullptr;
     if (found->second >= row.cells.size())
-      fail(row, fmt::format("there is nothing in the column \"{}\"", io::printable(column)));
+      fail(row, fmt::format("the column \"{}\" is empty", io::printable(column)));
     return &row.cells[found->second];
   }
 
   const std::string& get(const io::CsvRow& row, const std::string& column) const {
     const std::string* cell = find(row, column);
     if (cell == nullptr)
-      fail(head_, fmt::format("there is no column \"{}\"; there are {}", io::printable(column),
+      fail(head_, fmt::format("no column \"{}\"; known: {}", io::printable(column),
                               io::printable(fmt::format("{}", fmt::join(head_.cells, ", ")))));
-    if (cell->empty()) fail(row, fmt::format("there is nothing in the column \"{}\"", io::printable(column)));
+    if (cell->empty()) fail(row, fmt::format("the column \"{}\" is empty", io::printable(column)));
     return *cell;
   }
 
@@ -75,12 +77,13 @@ class Columns {
     const fs::path file = list_.parent_path() / name;
     std::error_code problem;
     if (!fs::is_regular_file(file, problem))
-      fail(row, fmt::format("there is no file {}", io::printable(file.string())));
+      fail(row, fmt::format("no such file: {}", io::printable(file.string())));
     return file;
   }
 
   [[noreturn]] void fail(const io::CsvRow& row, const std::string& why) const {
-    throw Error(fmt::format("{}:{}: {}", io::printable(list_.string()), row.line, why));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}:{}: {}", io::printable(list_.string()), row.line, why));
   }
 
  private:
@@ -89,7 +92,7 @@ class Columns {
   std::map<std::string, std::size_t> positions_;
 };
 
-/// Models go by the names of their files, or by all that the list says where two files have one name.
+/// Models are named by their file names, or by their paths in the list where two files have the same name.
 void nameModels(std::vector<ModelPairs::Model>& models) {
   std::map<std::string, std::size_t> uses;
   for (const auto& model : models) ++uses[fs::path(model.name).stem().string()];
@@ -98,6 +101,14 @@ void nameModels(std::vector<ModelPairs::Model>& models) {
 }
 
 }  // namespace
+
+OptionGroup declare(ModelPairsOptions& o) {
+  OptionGroup group("model-pairs", "How to read a list of object models in scenes");
+  group.add("model-column", &o.modelColumn, "Column with the files of models");
+  group.add("pose-column", &o.poseColumn, "Column with the files of poses");
+  group.add("scene-files", &o.sceneFiles, "File of a scene; {} is its name in the list");
+  return group;
+}
 
 bool ModelPairs::holds(std::size_t scene, const std::string& object) const {
   return std::any_of(pairs.begin(), pairs.end(), [&](const Pair& pair) {
@@ -109,7 +120,8 @@ ModelPairs readModelPairs(const fs::path& list, const ModelPairsOptions& options
   const auto rows = io::readCsv(list);
   if (rows.size() < 2)
     throw Error(
-        fmt::format("{}: there are no pairs; the first line names the columns scene, object, {} and {}",
+        ErrorCode::insufficientData,
+        fmt::format("{}: no pairs; write a header with scene, object, {} and {}, then one line per pair",
                     io::printable(list.string()), options.modelColumn, options.poseColumn));
   const Columns columns(list, rows[0]);
   ModelPairs found;
@@ -123,7 +135,7 @@ ModelPairs readModelPairs(const fs::path& list, const ModelPairsOptions& options
     if (isNew) found.models.push_back({model, object, columns.file(*row, model)});
     if (found.models[known->second].object != object)
       columns.fail(*row,
-                   fmt::format("{} is a model of \"{}\" here and of \"{}\" above", io::printable(model),
+                   fmt::format("{} is a model of \"{}\" and in a line above of \"{}\"", io::printable(model),
                                io::printable(object), io::printable(found.models[known->second].object)));
     if (const std::string* present = columns.find(*row, "scene_present");
         present != nullptr && *present == "0") {
@@ -142,18 +154,19 @@ ModelPairs readModelPairs(const fs::path& list, const ModelPairsOptions& options
     found.pairs[pair->second].poses.push_back(pose);
   }
   if (found.pairs.empty())
-    throw Error(fmt::format("{}: the scene of no pair is there", io::printable(list.string())));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: all pairs have scene_present 0", io::printable(list.string())));
   nameModels(found.models);
   return found;
 }
 
 ModelPairs onlyScenes(const ModelPairs& pairs, const std::vector<std::string>& names) {
-  ModelPairs chosen{{}, pairs.models, {}, pairs.leftOut};
+  ModelPairs chosen{.scenes = {}, .models = pairs.models, .pairs = {}, .leftOut = pairs.leftOut};
   for (const std::string& name : names) {
     const auto scene = std::find_if(pairs.scenes.begin(), pairs.scenes.end(),
                                     [&](const ModelPairs::Scene& s) { return s.name == name; });
     if (scene == pairs.scenes.end())
-      throw Error(fmt::format("no scene of the pairs is called \"{}\"", io::printable(name)));
+      throw Error(ErrorCode::unknownName, fmt::format("unknown scene \"{}\"", io::printable(name)));
     for (ModelPairs::Pair pair : pairs.pairs) {
       if (pair.scene != static_cast<std::size_t>(scene - pairs.scenes.begin())) continue;
       pair.scene = chosen.scenes.size();

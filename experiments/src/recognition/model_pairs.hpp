@@ -1,4 +1,4 @@
-// Lists of objects in scenes: which model of which object lies where.
+// Model pairs: ground truth of object recognition, the poses of object models in scenes.
 #pragma once
 
 #include <cstddef>
@@ -7,44 +7,55 @@
 #include <string>
 #include <vector>
 
+#include "estancia/core/options.hpp"
+
 namespace estancia::experiments {
 
 /// Names are unique among scenes, and among models.
 struct ModelPairs {
   struct Scene {
     std::string name;
-    std::filesystem::path file;  ///< a cloud
+    /// A point cloud.
+    std::filesystem::path file;
   };
   struct Model {
-    std::string name, object;  ///< several models may show one object
+    /// Several models may show one object.
+    std::string name, object;
     std::filesystem::path file;
   };
   struct Pair {
     std::size_t scene, model;
-    std::vector<cv::Affine3d> poses;  ///< T_scene_model, at least one
+    /// T_scene_model, at least one.
+    std::vector<cv::Affine3d> poses;
   };
   std::vector<Scene> scenes;
-  std::vector<Model> models;  ///< those of left out pairs, too: they may be looked for where they are not
-  std::vector<Pair> pairs;    ///< none of the same scene and model
-  std::size_t leftOut = 0;    ///< rows whose scene is said not to be there
+  /// Also those of left-out pairs: they serve as negatives.
+  std::vector<Model> models;
+  /// At most one per scene and model.
+  std::vector<Pair> pairs;
+  /// Rows with `scene_present` 0.
+  std::size_t leftOut = 0;
 
   /// Whether one of the object's models is in the scene.
   bool holds(std::size_t scene, const std::string& object) const;
 };
 
 struct ModelPairsOptions {
+  /// Columns with the files of model and pose.
   std::string modelColumn = "model", poseColumn = "pose";
-  std::string sceneFiles = "{}";  ///< a scene's file, where {} is what the list calls the scene
+  /// File of a scene; {} is its name in the list.
+  std::string sceneFiles = "{}";
 };
+OptionGroup declare(ModelPairsOptions& options);
 
-/// Reads a CSV with a header, a row a pair: `scene`, `object`, and the columns of a model's file and of a
-/// pose's: a text of 16 numbers, row-major. Files are relative to the list. Further columns are passed over,
-/// but for `scene_present`, where 0 leaves the row out.
-/// Throws Error `file:line: …` on missing columns, cells and files, on a model of two objects, and on a pose
+/// Reads a CSV with a header and one row per pair: `scene`, `object`, and the files of the model and of the
+/// pose (16 numbers, row-major), relative to the list. Other columns are ignored, except `scene_present`: 0
+/// leaves the row out.
+/// Throws Error `FILE:LINE: …` on missing columns, cells and files, on a model of two objects, and on a pose
 /// that is not rigid.
 ModelPairs readModelPairs(const std::filesystem::path& list, const ModelPairsOptions& options = {});
 
-/// Those in the scenes of these names; all models stay. Throws Error on a name that no scene has.
+/// The pairs in the named scenes; all models stay. Throws Error on an unknown scene.
 ModelPairs onlyScenes(const ModelPairs& pairs, const std::vector<std::string>& names);
 
 }  // namespace estancia::experiments

@@ -1,0 +1,34 @@
+// Path options: files and lists of names as the text of an Option.
+#pragma once
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "estancia/core/options.hpp"
+
+namespace estancia::io {
+
+inline Option::Text asText(std::filesystem::path& path) {
+  return {[&path] { return path.string(); }, [&path](const std::string& text) { path = text; }};
+}
+
+/// Separated by commas.
+inline Option::Text asText(std::vector<std::string>& names) {
+  return {[&names] {
+            std::string text;
+            for (const std::string& name : names) text += (text.empty() ? "" : ",") + name;
+            return text;
+          },
+          [&names](const std::string& text) {
+            names.clear();
+            for (std::size_t begin = 0; begin < text.size();) {
+              const std::size_t end = std::min(text.find(',', begin), text.size());
+              names.push_back(text.substr(begin, end - begin));
+              begin = end + 1;
+            }
+          }};
+}
+
+}  // namespace estancia::io
