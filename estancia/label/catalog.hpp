@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "estancia/core/download.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/fetch/download.hpp"
 #include "estancia/label/model.hpp"
 
 namespace estancia {

@@ -4,10 +4,10 @@
 #include <cctype>
 #include <system_error>
 
-#include "estancia/core/archive.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/fetch/archive.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/label/catalog.hpp"
 
@@ -41,7 +41,7 @@ class Fetcher {
     prepare();
     for (const CatalogFile& file : entry_.files)
       if (file.byHand.empty()) {
-        get(file, options_.download.most);
+        get(file, options_.download.maxBytes);
         digests_ += fmt::format("\"{}\" = \"{}\"\n", file.name, verified(file));
       }
     if (!entry_.labels.empty()) writeLabels();
@@ -56,13 +56,15 @@ class Fetcher {
     std::error_code problem;
     fs::create_directories(folder_, problem);
     if (problem)
-      throw Error(fmt::format("cannot make the folder {} ({}); set ESTANCIA_HOME to a folder of yours",
+      throw Error(ErrorCode::fileUnwritable,
+                  fmt::format("cannot make the folder {} ({}); set ESTANCIA_HOME to a folder of yours",
                               folder_.string(), problem.message()));
     writeWhole(folder_ / "model.toml", entry_.modelToml);
     readModelSpec(folder_);
     for (const CatalogFile& file : entry_.files)
       if (!file.byHand.empty() && !fs::is_regular_file(folder_ / file.name))
-        throw Error(fmt::format("{} of {} is yours to make: {}; put it at {} and run this again", file.name,
+        throw Error(ErrorCode::fileNotFound,
+                    fmt::format("{} of {} is yours to make: {}; put it at {} and run this again", file.name,
                                 entry_.name, file.byHand, (folder_ / file.name).string()));
     if (options_.anew)
       for (const auto& item : fs::directory_iterator(folder_))
@@ -75,12 +77,12 @@ class Fetcher {
     return false;
   }
 
-  void get(const CatalogFile& file, std::uint64_t most) {
+  void get(const CatalogFile& file, std::uint64_t maxBytes) {
     const fs::path target = folder_ / file.name;
     DownloadOptions options = options_.download;
     if (file.member.empty()) {
-      options.most = most;
-      return download(file.remote, target, progress_, options);
+      options.maxBytes = maxBytes;
+      return download(file.remote, target, options, progress_);
     }
     if (fs::is_regular_file(target)) return;  // taken out before, or put there by hand
     std::string reasons;
@@ -89,8 +91,8 @@ class Fetcher {
       one.urls = {url};
       const fs::path archive = folder_ / archiveName(url);
       try {
-        download(one, archive, progress_, options);
-        if (extractMember(archive, file.member, target, most)) return;
+        download(one, archive, options, progress_);
+        if (extractMember(archive, file.member, target, maxBytes)) return;
         reasons += fmt::format("{} holds no {}; ", url, file.member);
       } catch (const Interrupted&) {
         throw;
@@ -100,8 +102,8 @@ class Fetcher {
         reasons += std::string(e.what()) + "; ";
       }
     }
-    throw Error(
-        fmt::format("{}put {} at {} by hand, then run this again", reasons, file.member, target.string()));
+    throw Error(ErrorCode::network, fmt::format("{}put {} at {} by hand, then run this again", reasons,
+                                                file.member, target.string()));
   }
 
   /// SHA-256 of a file that is there. Notes when nobody has said what it should be.
@@ -154,7 +156,8 @@ FetchedModel fetchModel(const Catalog& catalog, const std::string& name, Progres
                         const FetchOptions& options) {
   const CatalogEntry& entry = catalog.get(name);
   if (fs::exists(modelHome() / name) && !options.replace)
-    throw Error(fmt::format("there is a model {} already in {}; use --replace to have it anew", name,
+    throw Error(ErrorCode::fileExists,
+                fmt::format("there is a model {} already in {}; use --replace to have it anew", name,
                             modelHome().string()));
   Fetcher fetcher(catalog, entry, progress, options);
   fetcher.fetch();
@@ -162,7 +165,8 @@ FetchedModel fetchModel(const Catalog& catalog, const std::string& name, Progres
   try {
     result.check = addModel(fetcher.folder(), options.replace);
   } catch (const Error& e) {
-    throw Error(fmt::format("{}; the files are kept in {}: try --force if a download may be at fault",
+    throw Error(e.code(),
+                fmt::format("{}; the files are kept in {}: try --force if a download may be at fault",
                             e.what(), fetcher.folder().string()));
   }
   result.notes = fetcher.notes();

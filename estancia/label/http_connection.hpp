@@ -19,9 +19,9 @@ struct HttpEndpoint {
   std::vector<std::pair<std::string, std::string>> headers;
   std::filesystem::path certificates;  ///< PEM of whom to trust; "" = whom the system trusts
   std::chrono::milliseconds connectTimeout{10'000};
-  std::chrono::milliseconds readTimeout{30'000};      ///< of silence, to about a second
-  std::chrono::milliseconds timeout{60'000};          ///< of the whole request, however its bytes trickle
-  std::size_t longestAnswer = std::size_t{4} << 20U;  ///< [bytes]
+  std::chrono::milliseconds readTimeout{30'000};  ///< of silence, to about a second
+  std::chrono::milliseconds timeout{60'000};      ///< of the whole request, however its bytes trickle
+  std::size_t maxAnswer = std::size_t{4} << 20U;  ///< [bytes]
 };
 
 /// What came back.

@@ -1,4 +1,4 @@
-#include "estancia/core/archive.hpp"
+#include "estancia/fetch/archive.hpp"
 
 #include <archive.h>
 #include <archive_entry.h>
@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "estancia/core/error.hpp"
-#include "estancia/core/partial_file.hpp"
+#include "estancia/fetch/partial_file.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -19,7 +19,8 @@ using Archive = std::unique_ptr<archive, decltype(&archive_read_free)>;
 
 [[noreturn]] void fail(const fs::path& path, archive* reader) {
   const char* reason = archive_error_string(reader);
-  throw Error(fmt::format("{}: no archive, or damaged ({}); fetch it again", path.string(),
+  throw Error(ErrorCode::malformedFile,
+              fmt::format("{}: no archive, or damaged ({}); fetch it again", path.string(),
                           reason == nullptr ? "unknown reason" : reason));
 }
 
@@ -34,7 +35,7 @@ bool isCalled(archive_entry* entry, std::string_view name) {
 }  // namespace
 
 bool extractMember(const fs::path& path, const std::string& name, const fs::path& target,
-                   std::uint64_t most) {
+                   std::uint64_t maxBytes) {
   const Archive reader(archive_read_new(), &archive_read_free);
   // Not all that libarchive knows: some filters start programs.
   archive_read_support_filter_gzip(reader.get());
@@ -53,10 +54,10 @@ bool extractMember(const fs::path& path, const std::string& name, const fs::path
     std::array<char, 1 << 16> block{};
     la_ssize_t count = 0;
     while ((count = archive_read_data(reader.get(), block.data(), block.size())) > 0) {
-      if (part.size() + static_cast<std::uint64_t>(count) > most) {
+      if (part.size() + static_cast<std::uint64_t>(count) > maxBytes) {
         part.restart("", "");
-        throw Error(
-            fmt::format("{}: {} in it is longer than the {} bytes allowed", path.string(), name, most));
+        throw Error(ErrorCode::tooLarge, fmt::format("{}: {} in it is longer than the {} bytes allowed",
+                                                     path.string(), name, maxBytes));
       }
       part.append({block.data(), static_cast<std::size_t>(count)});
     }

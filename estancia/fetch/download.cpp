@@ -1,4 +1,4 @@
-#include "estancia/core/download.hpp"
+#include "estancia/fetch/download.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,15 +10,15 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/core/http_transfer.hpp"
-#include "estancia/core/partial_file.hpp"
+#include "estancia/fetch/http_transfer.hpp"
+#include "estancia/fetch/partial_file.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int mostTries = 30;           // of one address, however small its pieces
-constexpr int mostTriesForNothing = 3;  // in a row that brought no byte
+constexpr int maxTries = 30;          // of one address, however small its pieces
+constexpr int maxFruitlessTries = 3;  // in a row that brought no byte
 
 std::string hostOf(const std::string& url) {
   const auto begin = url.find("://") == std::string::npos ? 0 : url.find("://") + 3;
@@ -38,10 +38,10 @@ class Download {
 
   /// Fetches from one address until all is there and right. Returns why not, "" when it is.
   std::string from(const std::string& url) {
-    int forNothing = 0;
+    int fruitless = 0;
     std::string reason;
-    for (int tries = 0; tries < mostTries && forNothing < mostTriesForNothing; ++tries) {
-      if (tries > 0 && forNothing > 0) pause(std::max(forNothing * options_.pauseSeconds, wait_));
+    for (int tries = 0; tries < maxTries && fruitless < maxFruitlessTries; ++tries) {
+      if (tries > 0 && fruitless > 0) pause(std::max(fruitless * options_.pauseSeconds, wait_));
       const std::uint64_t before = part_.size();
       const auto result = next(url);
       wait_ = result.retryAfter;
@@ -52,15 +52,15 @@ class Download {
           if (reason.empty()) return "";
           discard();
           if (!result.resumed) return reason;
-          ++forNothing;  // two halves of different files: all of it anew
+          ++fruitless;  // two halves of different files: all of it anew
           break;
         case TransferResult::End::misfit:
           if (before == 0) return reason;
           discard();
-          ++forNothing;
+          ++fruitless;
           break;
         case TransferResult::End::broken:
-          forNothing = part_.size() > before ? 0 : forNothing + 1;
+          fruitless = part_.size() > before ? 0 : fruitless + 1;
           break;
         case TransferResult::End::refused:
           return reason;
@@ -107,13 +107,13 @@ std::string differenceFrom(const RemoteFile& file, const fs::path& path) {
   return "";
 }
 
-void download(const RemoteFile& file, const fs::path& target, Progress& progress,
-              const DownloadOptions& options) {
+void download(const RemoteFile& file, const fs::path& target, const DownloadOptions& options,
+              Progress& progress) {
   std::vector<std::string> reasons;
   if (fs::is_regular_file(target)) {
     const std::string difference = differenceFrom(file, target);
     if (difference.empty()) return;
-    reasons.push_back(fmt::format("the one that is there {}", difference));
+    reasons.push_back(fmt::format("the present file {}", difference));
   }
   PartialFile part(target);
   for (const std::string& url : file.urls) {
@@ -121,7 +121,8 @@ void download(const RemoteFile& file, const fs::path& target, Progress& progress
     if (reason.empty()) return part.finish();
     reasons.push_back(fmt::format("{} {}", hostOf(url), reason));
   }
-  throw Error(fmt::format("cannot fetch {}: {}{}; run this again later, or fetch {} by hand and put it at {}",
+  throw Error(ErrorCode::network,
+              fmt::format("cannot fetch {}: {}{}; run this again later, or fetch {} by hand and put it at {}",
                           target.filename().string(), fmt::join(reasons, "; "),
                           part.size() > 0 ? fmt::format(" ({} are kept)", megabytes(part.size())) : "",
                           file.urls.empty() ? "it" : file.urls.front(), target.string()));

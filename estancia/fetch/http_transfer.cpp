@@ -1,61 +1,46 @@
-#include "estancia/core/http_transfer.hpp"
+#include "estancia/fetch/http_transfer.hpp"
 
-#include <curl/curl.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
-#include <exception>
 #include <string_view>
 
-#include "estancia/core/curl_handle.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/fetch/curl_request.hpp"
 
 namespace estancia {
 namespace {
 
 using End = TransferResult::End;
 
-class Transfer {
+class Transfer final : private CurlRequest {
  public:
   Transfer(const std::string& url, bool resume, const RemoteFile& file, PartialFile& part, Progress& progress,
            const DownloadOptions& options)
-      : curl_(makeCurlHandle()),
-        headers_(nullptr, &curl_slist_free_all),
-        url_(url),
+      : url_(url),
         resume_(resume && part.size() > 0),
-        most_(file.size > 0 ? file.size : options.most),
+        maxBytes_(file.size > 0 ? file.size : options.maxBytes),
         file_(file),
         part_(part),
         progress_(progress) {
-    set(CURLOPT_URL, url.c_str());
-    set(CURLOPT_USERAGENT, "estancia");
-    set(CURLOPT_NOSIGNAL, 1L);
+    setUrl(url);
     set(CURLOPT_FAILONERROR, 1L);
     set(CURLOPT_FOLLOWLOCATION, 1L);
     set(CURLOPT_MAXREDIRS, 8L);
-    set(CURLOPT_PROTOCOLS_STR, "http,https");
     set(CURLOPT_REDIR_PROTOCOLS_STR, url.starts_with("https:") ? "https" : "http,https");
     set(CURLOPT_CONNECTTIMEOUT, static_cast<long>(options.connectSeconds));
     set(CURLOPT_LOW_SPEED_LIMIT, 1000L);
     set(CURLOPT_LOW_SPEED_TIME, static_cast<long>(options.stallSeconds));
-    set(CURLOPT_NOPROGRESS, 0L);
-    set(CURLOPT_XFERINFOFUNCTION, &Transfer::onProgress);
-    set(CURLOPT_WRITEFUNCTION, &Transfer::onBytes);
-    set(CURLOPT_WRITEDATA, this);
-    if (resume_) {
-      set(CURLOPT_RANGE, fmt::format("{}-", part.size()).c_str());
-      // Only of the same version: else the server gives all of it.
-      if (part.source() == url && !part.version().empty())
-        headers_.reset(curl_slist_append(nullptr, ("If-Range: " + part.version()).c_str()));
-      if (headers_) set(CURLOPT_HTTPHEADER, headers_.get());
-    }
+    if (!resume_) return;
+    set(CURLOPT_RANGE, fmt::format("{}-", part.size()).c_str());
+    // Only of the same version: else the server sends all of it.
+    if (part.source() == url && !part.version().empty()) addHeader("If-Range: " + part.version());
   }
 
   TransferResult run() {
-    const CURLcode code = curl_easy_perform(curl_.get());
+    const CURLcode code = perform();
     progress_.end();
-    if (failure_) std::rethrow_exception(failure_);
     if (interrupted())
       throw Interrupted(
           fmt::format("stopped with {}{} of {}; they are kept, and the same command goes on from there",
@@ -68,22 +53,6 @@ class Transfer {
   }
 
  private:
-  template <class Value>
-  void set(CURLoption option, Value value) {
-    curl_easy_setopt(curl_.get(), option, value);
-  }
-
-  long status() const {
-    long code = 0;
-    curl_easy_getinfo(curl_.get(), CURLINFO_RESPONSE_CODE, &code);
-    return code;
-  }
-
-  std::string header(const char* name) const {
-    curl_header* found = nullptr;
-    return curl_easy_header(curl_.get(), name, 0, CURLH_HEADER, -1, &found) == CURLHE_OK ? found->value : "";
-  }
-
   /// Something that changes when the file does: a strong ETag (RFC 9110, 13.1.5), else the date.
   std::string version() const {
     const std::string tag = header("ETag");
@@ -107,14 +76,13 @@ class Transfer {
     if (rest && firstByte() != part_.size()) return refuse("sent another part of the file than asked for");
     if (rest && version() != part_.version())
       return refuse("sent the rest of another version of the file; run this again");
-    curl_off_t announced = -1;
-    curl_easy_getinfo(curl_.get(), CURLINFO_CONTENT_LENGTH_DOWNLOAD_T, &announced);
+    const auto announced = info<curl_off_t>(CURLINFO_CONTENT_LENGTH_DOWNLOAD_T);
     if (announced >= 0) {
       total_ = (rest ? part_.size() : 0) + static_cast<std::uint64_t>(announced);
       if (file_.size > 0 && total_ != file_.size)
         return refuse(fmt::format("offers {} bytes where {} are expected", total_, file_.size));
-      if (total_ > most_)
-        return refuse(fmt::format("offers {} bytes, more than the {} allowed", total_, most_));
+      if (total_ > maxBytes_)
+        return refuse(fmt::format("offers {} bytes, more than the {} allowed", total_, maxBytes_));
     }
     if (!rest) part_.restart(url_, version());
     begun_ = true;
@@ -127,27 +95,14 @@ class Transfer {
     return false;
   }
 
-  bool take(std::string_view bytes) {
+  bool onBody(std::string_view bytes) override {
     if (!begun_ && !begin()) return false;
-    if (part_.size() + bytes.size() > most_) return refuse(fmt::format("sends more than {} bytes", most_));
+    if (part_.size() + bytes.size() > maxBytes_)
+      return refuse(fmt::format("sent more than the {} bytes allowed", maxBytes_));
     const std::uint64_t before = part_.size() / 1000;
     part_.append(bytes);
     progress_.advance(part_.size() / 1000 - before);
     return true;
-  }
-
-  static std::size_t onBytes(char* data, std::size_t one, std::size_t count, void* self) {
-    auto& mine = *static_cast<Transfer*>(self);
-    try {
-      return mine.take({data, one * count}) ? count : CURL_WRITEFUNC_ERROR;
-    } catch (...) {  // must not pass through C
-      mine.failure_ = std::current_exception();
-      return CURL_WRITEFUNC_ERROR;
-    }
-  }
-
-  static int onProgress(void*, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
-    return interrupted() ? 1 : 0;
   }
 
   TransferResult ended(CURLcode code) const {
@@ -183,35 +138,27 @@ class Transfer {
     }
   }
 
-  bool connected() const {
-    double seconds = 0;
-    curl_easy_getinfo(curl_.get(), CURLINFO_CONNECT_TIME, &seconds);
-    return seconds > 0;
-  }
+  bool connected() const { return info<double>(CURLINFO_CONNECT_TIME) > 0; }
 
   TransferResult answered() const {
     const long code = status();
     TransferResult result{End::refused, fmt::format("answered {}", code)};
     if (code == 416) result.end = End::misfit;
     if (code == 408 || code == 429 || code >= 500) result.end = End::broken;
-    curl_off_t seconds = 0;
-    curl_easy_getinfo(curl_.get(), CURLINFO_RETRY_AFTER, &seconds);
-    result.retryAfter = static_cast<int>(std::clamp<curl_off_t>(seconds, 0, 30));
+    result.retryAfter =
+        static_cast<int>(std::clamp<curl_off_t>(info<curl_off_t>(CURLINFO_RETRY_AFTER), 0, 30));
     return result;
   }
 
-  CurlHandle curl_;
-  std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)> headers_;
   std::string url_;
   bool resume_;
-  std::uint64_t most_;
+  std::uint64_t maxBytes_;
   const RemoteFile& file_;
   PartialFile& part_;
   Progress& progress_;
   bool begun_ = false;
-  std::uint64_t total_ = 0;  ///< bytes of the whole file; 0 = the server does not say
-  std::string refusal_;      ///< why the answer is not wanted
-  std::exception_ptr failure_;
+  std::uint64_t total_ = 0;  // bytes of the whole file; 0 = the server does not say
+  std::string refusal_;      // why the answer is not wanted
 };
 
 }  // namespace

@@ -1,5 +1,4 @@
-// Files fetched over HTTP: from several addresses, resumed where they broke off, kept only when they are
-// right.
+// Download: a file over HTTP from several addresses, resumed where it broke off, verified by its digest.
 #pragma once
 
 #include <cstdint>
@@ -13,16 +12,23 @@ namespace estancia {
 
 /// A file on the network, and what is known of it.
 struct RemoteFile {
-  std::vector<std::string> urls;  ///< http or https; the same file at several places, tried in order
-  std::string sha256, sha1;       ///< hex digits, lower case; "" = not known. Those known must agree.
-  std::uint64_t size = 0;         ///< bytes; 0 = not known
+  /// http or https; the same file at several places, tried in order.
+  std::vector<std::string> urls;
+  /// Hex digits, lower case; "" = not known. Those known must agree.
+  std::string sha256, sha1;
+  /// [bytes]; 0 = not known.
+  std::uint64_t size = 0;
 };
 
 struct DownloadOptions {
-  std::uint64_t most = 4ULL << 30U;  ///< bytes; a longer file is refused
-  int connectSeconds = 20;           ///< until a server has answered the telephone
-  int stallSeconds = 60;             ///< a server that gives less than 1 kB/s for so long counts as dead
-  int pauseSeconds = 2;              ///< before a second try, and half as much again before a third
+  /// A longer file is refused [bytes].
+  std::uint64_t maxBytes = 4ULL << 30U;
+  /// Until a connection stands.
+  int connectSeconds = 20;
+  /// A server that gives less than 1 kB/s for so long counts as dead.
+  int stallSeconds = 60;
+  /// Before a second try; twice as long before a third.
+  int pauseSeconds = 2;
 };
 
 /// Fetches `file` to `target`, whose folder is made; does nothing when `target` is there already and is what
@@ -31,8 +37,8 @@ struct DownloadOptions {
 /// https to http; a proxy is taken from the environment as curl does.
 /// Throws Error naming each address's failure and what to do by hand; Interrupted on Ctrl-C. TARGET.part then
 /// holds what has arrived, unless it was wrong.
-void download(const RemoteFile& file, const std::filesystem::path& target, Progress& progress,
-              const DownloadOptions& options = {});
+void download(const RemoteFile& file, const std::filesystem::path& target,
+              const DownloadOptions& options = {}, Progress& progress = Progress::none());
 
 /// How the file at `path` differs from what is known of it ("has SHA-256 … where … is expected"); "" when it
 /// does not. Throws Error when it cannot be read.

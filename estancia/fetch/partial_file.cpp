@@ -1,4 +1,4 @@
-#include "estancia/core/partial_file.hpp"
+#include "estancia/fetch/partial_file.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -31,17 +31,19 @@ PartialFile::PartialFile(fs::path target)
   fs::create_directories(target_.parent_path(), problem);
   file_ = open(part_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (problem || file_ < 0)
-    throw Error(fmt::format("{}: cannot be written ({}); check the folder and its permissions",
+    throw Error(ErrorCode::fileUnwritable,
+                fmt::format("{}: cannot be written ({}); check the folder and its permissions",
                             part_.string(), problem ? problem.message() : because()));
-  struct stat mine {
-  }, there{};
+  struct stat opened {
+  }, named{};
   // A file that was finished between opening and locking has another name by now.
-  if (flock(file_, LOCK_EX | LOCK_NB) != 0 || fstat(file_, &mine) != 0 || stat(part_.c_str(), &there) != 0 ||
-      mine.st_ino != there.st_ino) {
+  if (flock(file_, LOCK_EX | LOCK_NB) != 0 || fstat(file_, &opened) != 0 ||
+      stat(part_.c_str(), &named) != 0 || opened.st_ino != named.st_ino) {
     close(file_);
-    throw Error(fmt::format("{} is being fetched by another process; wait for it", target_.string()));
+    throw Error(ErrorCode::busy,
+                fmt::format("{} is being fetched by another process; wait for it", target_.string()));
   }
-  size_ = static_cast<std::uint64_t>(mine.st_size);
+  size_ = static_cast<std::uint64_t>(opened.st_size);
   std::ifstream from(from_);
   std::getline(from, source_);
   std::getline(from, version_);
@@ -58,7 +60,8 @@ PartialFile::~PartialFile() {
 
 void PartialFile::restart(const std::string& source, const std::string& version) {
   if (ftruncate(file_, 0) != 0)
-    throw Error(fmt::format("{}: cannot be emptied ({})", part_.string(), because()));
+    throw Error(ErrorCode::fileUnwritable,
+                fmt::format("{}: cannot be emptied ({})", part_.string(), because()));
   size_ = 0;
   source_ = source;
   version_ = version;
@@ -71,6 +74,7 @@ void PartialFile::append(std::string_view bytes) {
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0)
       throw Error(
+          ErrorCode::fileUnwritable,
           fmt::format("{}: cannot be written any further ({}); make room on the disk and run this again",
                       part_.string(), because()));
     size_ += static_cast<std::uint64_t>(written);
@@ -81,7 +85,9 @@ void PartialFile::append(std::string_view bytes) {
 void PartialFile::finish() {
   std::error_code problem;
   fs::rename(part_, target_, problem);
-  if (problem) throw Error(fmt::format("{}: cannot be written ({})", target_.string(), problem.message()));
+  if (problem)
+    throw Error(ErrorCode::fileUnwritable,
+                fmt::format("{}: cannot be written ({})", target_.string(), problem.message()));
   std::error_code ignored;
   fs::remove(from_, ignored);
 }

@@ -1,4 +1,4 @@
-// A file that arrives piece by piece, maybe over several runs.
+// Partial file: a download that arrives piece by piece, over several runs if need be.
 #pragma once
 
 #include <cstdint>

@@ -1,11 +1,11 @@
-// One HTTP request whose answer goes to a partial file.
+// HTTP transfer: one GET request whose answer goes to a partial file.
 #pragma once
 
 #include <memory>
 #include <string>
 
-#include "estancia/core/download.hpp"
-#include "estancia/core/partial_file.hpp"
+#include "estancia/fetch/download.hpp"
+#include "estancia/fetch/partial_file.hpp"
 
 namespace estancia {
 
