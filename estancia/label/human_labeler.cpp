@@ -35,7 +35,9 @@ std::vector<std::string> splitLabels(std::string_view cell, const std::string& w
     labels.push_back(io::toLabel(cell.substr(0, end), where));
     cell.remove_prefix(std::min(end + 1, cell.size()));
   }
-  if (labels.empty()) throw Error(fmt::format("{}: no label; leave the line out if there is none", where));
+  if (labels.empty())
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}: no label; leave the line out if there is none", where));
   return labels;
 }
 
@@ -52,13 +54,13 @@ std::vector<Said> readSaid(const fs::path& file) {
     const bool first = columns == 0;
     if (first) columns = row.cells.size();
     if ((columns != 2 && columns != 3) || row.cells.size() != columns)
-      throw Error(
-          fmt::format("{}: {} cells; all lines are `image,label;label2`, or all are "
-                      "`image,label,confidence` (labels with commas in quotes)",
-                      where, row.cells.size()));
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: {} cells; all lines are `image,label;label2`, or all are "
+                              "`image,label,confidence` (labels with commas in quotes)",
+                              where, row.cells.size()));
     if (first && isHeader(row)) return;
     const std::string image = io::printable(row.cells[0]);
-    if (image.empty()) throw Error(fmt::format("{}: the image has no name", where));
+    if (image.empty()) throw Error(ErrorCode::malformedFile, fmt::format("{}: the image has no name", where));
     const auto [entry, isNew] = indices.emplace(image, all.size());
     if (isNew) all.push_back({image, {}});
     auto& labels = all[entry->second].labels;
@@ -68,17 +70,20 @@ std::vector<Said> readSaid(const fs::path& file) {
       if (columns == 3) {
         const auto value = io::toNumber(row.cells[2]);
         if (!value)
-          throw Error(
-              fmt::format("{}: \"{}\" is no number for \"{}\"", where, io::printable(row.cells[2]), label));
+          throw Error(ErrorCode::malformedFile, fmt::format("{}: \"{}\" is no number for \"{}\"", where,
+                                                            io::printable(row.cells[2]), label));
         confidence = io::toProbability(*value, label, where);
       }
       const auto [said, isFresh] = labels.emplace(label, std::pair{confidence, row.line});
       if (!isFresh && said->second.first != confidence)
-        throw Error(fmt::format("{}: \"{}\" has another confidence in line {}; keep one of them", where,
+        throw Error(ErrorCode::malformedFile,
+                    fmt::format("{}: \"{}\" has another confidence in line {}; keep one of them", where,
                                 label, said->second.second));
     }
   });
-  if (all.empty()) throw Error(fmt::format("{}: no labeled images in it", io::printable(file.string())));
+  if (all.empty())
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no labeled images in it", io::printable(file.string())));
   return all;
 }
 
@@ -94,7 +99,8 @@ Vocabulary sortedLabels(const std::vector<Said>& all) {
 DescriptorSequence readHumanLabels(const fs::path& file, const std::optional<Vocabulary>& given,
                                    double certainty) {
   if (!(certainty > 0 && certainty <= 1))
-    throw Error(fmt::format("certainty = {}: give a number above 0, at most 1", certainty));
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("certainty = {}: give a number above 0, at most 1", certainty));
   const std::string name = io::printable(file.string());
   const auto all = readSaid(file);
   const Vocabulary vocabulary = given ? *given : sortedLabels(all);
@@ -103,7 +109,8 @@ DescriptorSequence readHumanLabels(const fs::path& file, const std::optional<Voc
 
   constexpr std::size_t most = 500'000'000;  // as of recordings: two short lists make a large product
   if (vocabulary.size() > most / all.size())
-    throw Error(fmt::format("{}: {} images × {} labels are more than the {} numbers that are read", name,
+    throw Error(ErrorCode::tooLarge,
+                fmt::format("{}: {} images × {} labels are more than the {} numbers that are read", name,
                             all.size(), vocabulary.size(), most));
   DescriptorSequence recording{vocabulary, name, {}, DescriptorMatrix(vocabulary.size())};
   recording.descriptors.reserve(all.size());
@@ -113,7 +120,8 @@ DescriptorSequence readHumanLabels(const fs::path& file, const std::optional<Voc
     for (const auto& [label, how] : said.labels) {
       const auto place = places.find(label);
       if (place == places.end())
-        throw Error(fmt::format("{}:{}: \"{}\" is not in the label file; correct it there or here", name,
+        throw Error(ErrorCode::unknownName,
+                    fmt::format("{}:{}: \"{}\" is not in the label file; correct it there or here", name,
                                 how.second, label));
       const double share =
           how.first ? static_cast<double>(*how.first) : 1.0 / static_cast<double>(said.labels.size());

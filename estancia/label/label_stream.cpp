@@ -248,7 +248,7 @@ class LabelStream::Inference {
         frame.descriptor =
             labeler_.members().empty() ? std::move(answers[f][0]) : labeler_.combine(answers[f]);
       } else if (options_.strict) {
-        failure_ = std::make_exception_ptr(Error(frame.problem));
+        failure_ = std::make_exception_ptr(FrameError(frame.problem));
         break;
       }
       done_.push_back(std::move(frame));

@@ -31,15 +31,14 @@ struct LabelResult {
 /// Thrown when one frame cannot be labeled but the next may be; any other Error ends the work.
 class FrameError : public Error {
  public:
-  using Error::Error;
+  explicit FrameError(const std::string& sentence) : Error(ErrorCode::labelerFailure, sentence) {}
 };
 
 /// Thrown by inferBatch() when the work must end, with what is known by then: the answers of the batch, in
 /// order, where frames without one have neither descriptor nor problem.
 class BatchError : public Error {
  public:
-  BatchError(const std::string& what, std::vector<LabelResult> known)
-      : Error(what), results(std::move(known)) {}
+  BatchError(const Error& cause, std::vector<LabelResult> known) : Error(cause), results(std::move(known)) {}
   std::vector<LabelResult> results;
 };
 

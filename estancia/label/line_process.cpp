@@ -45,7 +45,7 @@ struct Pipe {
   Pipe() {
     std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) != 0)
-      throw Error(fmt::format("cannot make a pipe: {}", std::strerror(errno)));
+      throw Error(ErrorCode::busy, fmt::format("cannot make a pipe: {}", std::strerror(errno)));
     read = above(ends[0]);
     write = above(ends[1]);
   }
@@ -112,7 +112,8 @@ LineProcess::LineProcess(const Settings& settings) : longestLine_(settings.longe
   posix_spawnattr_destroy(&how);
   posix_spawn_file_actions_destroy(&actions);
   if (problem != 0)
-    throw Error(fmt::format("{} cannot be started: {}; correct `command` in model.toml",
+    throw Error(ErrorCode::missingDependency,
+                fmt::format("{} cannot be started: {}; correct `command` in model.toml",
                             io::printable(words[0]), std::strerror(problem)));
   input_ = ours(in.write);
   output_ = ours(out.read);
@@ -128,7 +129,8 @@ LineProcess::Outcome LineProcess::ask(std::string_view question, milliseconds ti
   if (pid_ < 0) return Outcome::ended;
   readOutput();
   if (!pending_.empty())
-    throw Error(fmt::format("wrote \"{}\" to stdout without being asked; write nothing there but the answers",
+    throw Error(ErrorCode::labelerFailure,
+                fmt::format("wrote \"{}\" to stdout without being asked; write nothing there but the answers",
                             io::printable(std::string_view(pending_).substr(0, 80))));
   const std::string line = std::string(question) + '\n';
   std::string_view rest = line;
@@ -136,6 +138,7 @@ LineProcess::Outcome LineProcess::ask(std::string_view question, milliseconds ti
     if (takeLine(answer)) return Outcome::answered;
     if (pending_.size() > longestLine_)
       throw Error(
+          ErrorCode::labelerFailure,
           fmt::format("wrote a line of more than {} bytes; an answer is one line of JSON", longestLine_));
     const bool gone = output_ < 0 || hasEnded(pid_);
     if (gone) {
