@@ -11,7 +11,6 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/label/network_file.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -49,11 +48,9 @@ class SpecReader {
     using P = Preprocessing;
     auto keys = commonKeys(true);
     const std::vector<ConfigFile::Key> own{
-        {"file", true, "the network's file", [this](auto& n) { spec_.file = file_.inside(n); }},
+        {"file", true, "the network's file", [this](auto& n) { readFile(n); }},
         {"config", false, "the file of the network's layers",
          [this](auto& n) { spec_.config = file_.inside(n); }},
-        {"input_node", false, "the node that takes the image",
-         [this](auto& n) { spec_.inputNode = file_.text(n); }},
         {"output", false, "the output to read", [this](auto& n) { spec_.output = file_.text(n); }},
         {"input", true, "the input's size, 224 or [width, height]", [this](auto& n) { readInput(n); }},
         {"region", false, "what is cut out",
@@ -112,6 +109,11 @@ class SpecReader {
       file_.fail(node, fmt::format("`{}` must be one number or three, in the order of `color`", file_.key()));
     return {file_.number(*list->get(0), least, most), file_.number(*list->get(1), least, most),
             file_.number(*list->get(2), least, most)};
+  }
+
+  void readFile(const toml::node& node) {
+    spec_.file = file_.inside(node);
+    requireKnownFormat(spec_);
   }
 
   void readInput(const toml::node& node) {
@@ -174,19 +176,45 @@ bool isNetworkType(std::string_view type) {
 
 ModelSpec readModelSpec(const fs::path& folder) {
   if (!fs::is_regular_file(folder / "model.toml"))
-    throw Error(fmt::format("{} is missing; a model is a folder with a model.toml",
-                            (folder / "model.toml").string()));
+    throw Error(ErrorCode::fileNotFound, fmt::format("{} is missing; a model is a folder with a model.toml",
+                                                     (folder / "model.toml").string()));
   return SpecReader(folder).read();
+}
+
+std::vector<fs::path> networkFiles(const ModelSpec& spec) {
+  std::vector<fs::path> files;
+  for (const auto& file : {spec.file, spec.config, spec.embeddings})
+    if (!file.empty()) files.push_back(file);
+  return files;
+}
+
+void requireKnownFormat(const ModelSpec& spec) {
+  const std::string extension = spec.file.extension().string();
+  const auto isOneOf = [&](std::initializer_list<const char*> known) {
+    return std::any_of(known.begin(), known.end(), [&](const char* one) { return extension == one; });
+  };
+  if (isOneOf({".onnx", ".caffemodel", ".pb"})) return;
+  const std::string file = (spec.folder / spec.file).string();
+  if (isOneOf({".tflite", ".lite", ".json"}))
+    throw Error(
+        ErrorCode::unsupportedFile,
+        fmt::format("{} must be converted to ONNX first; run `estancia models add {}`, or `estancia models "
+                    "convert` for the network alone",
+                    file, spec.folder.string()));
+  throw Error(ErrorCode::unsupportedFile,
+              fmt::format("{} is no known kind of network; known are .onnx, .caffemodel and .pb", file));
 }
 
 fs::path modelFile(const ModelSpec& spec, const fs::path& relative) {
   const fs::path path = spec.folder / relative;
   if (!fs::is_regular_file(path))
     throw Error(
+        ErrorCode::fileNotFound,
         fmt::format("model {}: {} is missing; fetch it or correct model.toml", spec.name, path.string()));
   const fs::path real = fs::canonical(path), home = fs::canonical(spec.folder);
   if (std::mismatch(home.begin(), home.end(), real.begin(), real.end()).first != home.end())
-    throw Error(fmt::format("model {}: {} leads out of the model's folder; copy the file there", spec.name,
+    throw Error(ErrorCode::unsafePath,
+                fmt::format("model {}: {} leads out of the model's folder; copy the file there", spec.name,
                             path.string()));
   return path;
 }
@@ -197,10 +225,9 @@ std::string modelDigest(const ModelSpec& spec, const std::string& settings) {
   if (!spec.labels.empty()) files.try_emplace(spec.labels.string());
   std::string all =
       fmt::format("{} {} {}\n", preprocessingText(spec.preprocessing), spec.softmax, spec.output) + settings;
-  if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty() ||
-      !spec.inputNode.empty())
-    all += fmt::format("{} {} [{}] {}\n", spec.sigmoid, static_cast<int>(spec.reduce),
-                       fmt::join(spec.unused, ","), spec.inputNode);
+  if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty())
+    all += fmt::format("{} {} [{}] \n", spec.sigmoid, static_cast<int>(spec.reduce),
+                       fmt::join(spec.unused, ","));
   if (!spec.embeddings.empty()) all += fmt::format("logit_scale {}\n", spec.logitScale);
   // Which of the files plays which part: another one of them may be the network tomorrow.
   for (const auto& file : {spec.file, spec.config, spec.labels, spec.embeddings})
@@ -209,7 +236,8 @@ std::string modelDigest(const ModelSpec& spec, const std::string& settings) {
     const fs::path path = modelFile(spec, file);
     const std::string actual = sha256OfFile(path);
     if (!expected.empty() && actual != expected)
-      throw Error(fmt::format("{} has SHA-256 {} where model.toml says {}; fetch it again", path.string(),
+      throw Error(ErrorCode::corruptFile,
+                  fmt::format("{} has SHA-256 {} where model.toml says {}; fetch it again", path.string(),
                               actual, expected));
     all += fmt::format("{} {}\n", file, actual);
   }

@@ -20,13 +20,12 @@ struct ModelSpec {
   /// One of labelerTypes(). "network" is run by the best engine at hand that can open its file, or the one
   /// that the user names; "opencv" and "onnxruntime" are networks for that engine only.
   std::string type = "network";
-  /// The network: .onnx, .tflite, .lite, .json (TensorFlow.js), .caffemodel or .pb.
+  /// The network: .onnx, .caffemodel or .pb.
   std::filesystem::path file;
   std::filesystem::path config;  ///< its .prototxt (Caffe, required) or .pbtxt (TensorFlow)
   std::filesystem::path labels;  ///< one label a line, in the order of the outputs
-  /// [input_node] TensorFlow.js: what the image is given to, if not the placeholder.
-  std::string inputNode;
-  std::string output;           ///< the output to read, where a network has several; TensorFlow.js: any node
+  /// The output to read, where a network has several.
+  std::string output;
   Preprocessing preprocessing;  ///< [input, region, crop, resize, color, mean, scale]
 
   // What the outputs mean; see toProbabilities() in scores.hpp.
@@ -51,6 +50,13 @@ bool isNetworkType(std::string_view type);
 /// path leaves the folder. Of a type that is no network only the common keys are read: name, type, labels,
 /// license, source, sha256.
 ModelSpec readModelSpec(const std::filesystem::path& folder);
+
+/// All files of the network, relative to the model's folder: itself, its config, text embeddings.
+std::vector<std::filesystem::path> networkFiles(const ModelSpec& spec);
+
+/// Throws Error (unsupportedFile) unless the network is of a format that an engine opens. Of TensorFlow Lite
+/// and TensorFlow.js it says which command converts them.
+void requireKnownFormat(const ModelSpec& spec);
 
 /// Where the files of the spec are. Throws Error when one is missing or leaves the folder through a link.
 std::filesystem::path modelFile(const ModelSpec& spec, const std::filesystem::path& relative);

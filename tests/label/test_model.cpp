@@ -7,7 +7,6 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/label/model.hpp"
-#include "label/tfjs_builder.hpp"
 #include "support/model_support.hpp"
 
 namespace estancia {
@@ -52,7 +51,6 @@ type = "opencv"
 file = "net.caffemodel"
 config = "net.prototxt"
 labels = "words/labels.txt"
-input_node = "image"
 output = "prob"
 input = [320, 240]
 region = "stretch"
@@ -84,7 +82,6 @@ source = "somewhere"
   EXPECT_EQ(pre.color, Preprocessing::Color::bgr);
   EXPECT_THAT(pre.mean, ElementsAre(1, 2.5, 3));
   EXPECT_THAT(pre.scale, ElementsAre(2, 2, 2));
-  EXPECT_EQ(spec.inputNode, "image");
   EXPECT_FALSE(spec.softmax);
   EXPECT_TRUE(spec.sigmoid);
   EXPECT_EQ(spec.reduce, ModelSpec::Reduce::max);
@@ -283,53 +280,6 @@ TEST_F(ModelHome, OpensTypesThatAreRegistered) {
   EXPECT_THAT(labelerTypes(), testing::Contains("fixed"));
   test::writeSmallModel(scratch_ / "given", "type = \"fixed\"");
   EXPECT_EQ(loadModel((scratch_ / "given").string())->identity(), "fixed");
-}
-
-/// A detector of 4 things at 16 places in an image of 8×8.
-void writeDetector(const fs::path& folder) {
-  test::TfjsBuilder network;
-  network.weight("weights", {3, 3, 3, 4}, std::vector<float>(108, 0.01F));
-  network.integers("shape", {3}, {1, 16, 4});
-  network.node("Conv2D", "conv", {"image", "weights"}, test::TfjsBuilder::windowAttributes(2, true));
-  network.node("Reshape", "scores", {"conv", "shape"});
-  fs::create_directories(folder);
-  network.write(folder);
-  test::writeFile(folder / "labels.txt", test::labelLines(3));
-  test::writeFile(folder / "model.toml",
-                  test::modelToml("model.json", 8, "sigmoid = true\nreduce = \"max\"\nunused = [0]"));
-}
-
-TEST_F(ModelHome, TakesADetectorWithItsWeights) {
-  writeDetector(scratch_ / "detector");
-  const auto added = addModel(scratch_ / "detector");
-  EXPECT_EQ(added.labels, 3U);
-  fs::remove_all(scratch_ / "detector");
-  const auto labeler = loadModel(added.spec.name);
-  // in the middle 27 values of 0.01 · 100; at the edges the padding adds nothing
-  for (const float p : labeler->label(cv::Mat(8, 8, CV_8UC3, cv::Scalar::all(100))))
-    EXPECT_NEAR(p, 1 / (1 + std::exp(-27.0F)), 1e-6);
-}
-
-TEST_F(ModelHome, TellsDetectorsOfOtherWeightsOrOutputsApart) {
-  writeDetector(scratch_ / "detector");
-  const auto identity = [&] { return loadModel((scratch_ / "detector").string())->identity(); };
-  const std::string before = identity();
-  std::string weights = test::readFile(scratch_ / "detector/shard2");
-  weights[1] = static_cast<char>(weights[1] ^ 1);
-  test::writeFile(scratch_ / "detector/shard2", weights);
-  EXPECT_NE(identity(), before);
-  writeDetector(scratch_ / "detector");
-  EXPECT_EQ(identity(), before);
-  const std::string toml = test::readFile(scratch_ / "detector/model.toml");
-  test::writeFile(scratch_ / "detector/model.toml", std::string(toml).replace(toml.find("[0]"), 3, "[1]"));
-  EXPECT_NE(identity(), before);
-}
-
-TEST_F(ModelHome, SaysWhenADetectorLacksWeights) {
-  writeDetector(scratch_ / "detector");
-  fs::remove(scratch_ / "detector/shard1");
-  EXPECT_THAT(errorOf([&] { addModel(scratch_ / "detector"); }), HasSubstr("shard1 is missing"));
-  EXPECT_TRUE(installedModels().empty());
 }
 
 TEST(DefaultModel, MatchesWhatIsFetched) {

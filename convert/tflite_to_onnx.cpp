@@ -1,4 +1,4 @@
-#include "estancia/label/tflite_to_onnx.hpp"
+#include "convert/tflite_to_onnx.hpp"
 
 #include <fmt/format.h>
 #include <onnx/onnx_pb.h>
@@ -64,14 +64,16 @@ class Writer {
     describe(out_->add_output(), names_[index(graph_.output)], graph_.output);
 
     std::string bytes;
-    if (!model.SerializeToString(&bytes)) fail("is too large");
+    if (!model.SerializeToString(&bytes)) fail("is too large", ErrorCode::tooLarge);
     return bytes;
   }
 
  private:
-  [[noreturn]] void fail(const std::string& what) const { throw Error(fmt::format("{} {}", source_, what)); }
-  [[noreturn]] void failHere(const std::string& what) const {
-    fail(fmt::format("{} in {}", what, op_->where));
+  [[noreturn]] void fail(const std::string& what, ErrorCode code = ErrorCode::malformedFile) const {
+    throw Error(code, fmt::format("{} {}", source_, what));
+  }
+  [[noreturn]] void failHere(const std::string& what, ErrorCode code = ErrorCode::malformedFile) const {
+    fail(fmt::format("{} in {}", what, op_->where), code);
   }
 
   static std::size_t index(int position) { return static_cast<std::size_t>(position); }
@@ -368,7 +370,8 @@ class Writer {
     auto axes = integerValues(input(1), source_);
     for (auto& axis : axes) axis += axis < 0 ? 4 : 0;
     std::sort(axes.begin(), axes.end());
-    if (axes != Shape{1, 2}) failHere("takes a mean over other axes than height and width");
+    if (axes != Shape{1, 2})
+      failHere("takes a mean over other axes than height and width", ErrorCode::unsupportedFile);
     requireShape(op_->keepDimensions ? Shape{in[0], in[1], 1, 1} : Shape{in[0], in[1]});
     addNode("GlobalAveragePool", {inputName()}, newName("_raw"));
     if (op_->keepDimensions) return setOutput(newName("_raw"));
@@ -408,7 +411,7 @@ class Writer {
     const Shape in = shapeOf(input());
     const std::size_t last = in.size() == 4 ? 1 : in.size() - 1;  // TFLite takes it over the file's last axis
     if (in.empty() || input().elements() != static_cast<std::size_t>(in[last]))
-      failHere("takes a softmax of more than one row");
+      failHere("takes a softmax of more than one row", ErrorCode::unsupportedFile);
     setInt(addNode("Softmax", {inputName()}, newName()), "axis", static_cast<std::int64_t>(last));
     setOutput(newName());
   }

@@ -1,11 +1,11 @@
-// Reads the graph of a TensorFlow.js network (graph model: model.json and shards of weights).
+// TensorFlow.js reader: graph model (model.json and weight shards) → network graph.
 #pragma once
 
 #include <filesystem>
 #include <string>
 #include <vector>
 
-#include "estancia/label/tflite_graph.hpp"
+#include "convert/tflite_graph.hpp"
 
 namespace estancia::tfjs {
 

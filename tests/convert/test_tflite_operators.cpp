@@ -10,9 +10,9 @@
 #include <ostream>
 #include <random>
 
-#include "estancia/label/tflite_reader.hpp"
-#include "estancia/label/tflite_to_onnx.hpp"
-#include "label/tflite_builder.hpp"
+#include "convert/tflite_builder.hpp"
+#include "convert/tflite_reader.hpp"
+#include "convert/tflite_to_onnx.hpp"
 
 namespace estancia {
 namespace {

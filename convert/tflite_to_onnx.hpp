@@ -1,9 +1,9 @@
-// A network's graph as an ONNX model, so that every engine runs every network.
+// ONNX writer: network graph → serialized ONNX model.
 #pragma once
 
 #include <string>
 
-#include "estancia/label/tflite_graph.hpp"
+#include "convert/tflite_graph.hpp"
 
 namespace estancia::tflite {
 

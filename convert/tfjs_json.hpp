@@ -1,4 +1,4 @@
-// A model.json of TensorFlow.js, read with every mishap of its JSON turned into an Error.
+// TensorFlow.js model.json: parses it and turns every JSON failure into an Error.
 #pragma once
 
 #include <fmt/format.h>
@@ -28,16 +28,18 @@ auto readJson(const std::filesystem::path& path, Use use) {
   constexpr std::uintmax_t largest = 64 << 20;  // the graph alone; weights are in files of their own
   try {
     std::ifstream file(path, std::ios::binary);
-    if (!file) throw Error("cannot be read");
-    if (std::filesystem::file_size(path) > largest) throw Error("is too large for the graph of a network");
+    if (!file) throw Error(ErrorCode::fileUnreadable, "cannot be read");
+    if (std::filesystem::file_size(path) > largest)
+      throw Error(ErrorCode::tooLarge, "is too large for the graph of a network");
     return use(nlohmann::json::parse(file));
   } catch (const nlohmann::json::exception& e) {
-    throw Error(fmt::format("{} is no TensorFlow.js graph model, or damaged: {}", path.string(),
-                            std::string(e.what()).substr(0, 200)));
+    throw Error(ErrorCode::malformedFile, fmt::format("{} is no TensorFlow.js graph model, or damaged: {}",
+                                                      path.string(), std::string(e.what()).substr(0, 200)));
   } catch (const std::filesystem::filesystem_error& e) {
-    throw Error(fmt::format("{} cannot be read: {}", path.string(), e.code().message()));
+    throw Error(ErrorCode::fileUnreadable,
+                fmt::format("{} cannot be read: {}", path.string(), e.code().message()));
   } catch (const Error& e) {
-    throw Error(fmt::format("{} {}", path.string(), e.what()));
+    throw Error(e.code(), fmt::format("{} {}", path.string(), e.what()));
   }
 }
 

@@ -1,11 +1,11 @@
-// Reads a TensorFlow Lite file into a plain graph in which every index and size has been checked.
+// TensorFlow Lite reader: file → network graph, every index and size checked.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <string>
 
-#include "estancia/label/tflite_graph.hpp"
+#include "convert/tflite_graph.hpp"
 
 namespace estancia::tflite {
 

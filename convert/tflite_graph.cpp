@@ -1,9 +1,10 @@
-#include "estancia/label/tflite_graph.hpp"
+#include "convert/tflite_graph.hpp"
 
 #include <fmt/format.h>
 
-#include <opencv2/core/cvdef.h>
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -54,15 +55,26 @@ Window placeWindow(std::int64_t size, int filter, int stride, int dilation, bool
   return {padding / 2, padding - padding / 2, outputs};
 }
 
+float halfToFloat(std::uint16_t bits) {
+  const unsigned sign = (bits & 0x8000U) << 16U, exponent = bits >> 10U & 31U, fraction = bits & 1023U;
+  if (exponent == 0)
+    return std::copysign(std::ldexp(static_cast<float>(fraction), -24), sign == 0 ? 1.0F : -1.0F);
+  const unsigned wide = exponent == 31 ? 255 : exponent + 127 - 15;
+  return std::bit_cast<float>(sign | wide << 23U | fraction << 13U);
+}
+
 std::vector<float> realValues(const Tensor& tensor, const std::string& source) {
-  if (!tensor.constant) throw Error(fmt::format("{} computes {}, which must be stored", source, tensor.name));
+  if (!tensor.constant)
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{} computes {}, which must be stored", source, tensor.name));
   if (tensor.type == ElementType::float32) {
     std::vector<float> values(tensor.elements());
     std::memcpy(values.data(), tensor.bytes.data(), tensor.bytes.size());
     return values;
   }
   if (tensor.type != ElementType::float16 && tensor.scale.empty())
-    throw Error(fmt::format("{} stores {} as integers without a scale", source, tensor.name));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{} stores {} as integers without a scale", source, tensor.name));
 
   std::size_t inner = 1;  // elements that share one index of the axis
   for (std::size_t d = static_cast<std::size_t>(tensor.axis) + 1; d < tensor.shape.size(); ++d)
@@ -87,12 +99,13 @@ std::vector<float> realValues(const Tensor& tensor, const std::string& source) {
       forEachElement<std::int64_t>(tensor, dequantize);
       break;
     case ElementType::float16:
-      forEachElement<cv::float16_t>(
-          tensor, [&](std::size_t i, cv::float16_t v) { values[i] = static_cast<float>(v); });
+      forEachElement<std::uint16_t>(
+          tensor, [&](std::size_t i, std::uint16_t bits) { values[i] = halfToFloat(bits); });
       break;
     case ElementType::float32:
     case ElementType::other:
-      throw Error(fmt::format("{} stores {} in an unsupported type", source, tensor.name));
+      throw Error(ErrorCode::unsupportedFile,
+                  fmt::format("{} stores {} in an unsupported type", source, tensor.name));
   }
   return values;
 }
@@ -105,7 +118,8 @@ std::vector<std::int64_t> integerValues(const Tensor& tensor, const std::string&
   else if (tensor.constant && tensor.type == ElementType::int64)
     forEachElement<std::int64_t>(tensor, copy);
   else
-    throw Error(fmt::format("{} has no stored integers in {}", source, tensor.name));
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{} has no stored integers in {}", source, tensor.name));
   return values;
 }
 

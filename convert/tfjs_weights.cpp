@@ -1,9 +1,8 @@
-#include "estancia/label/tfjs_weights.hpp"
+#include "convert/tfjs_weights.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <opencv2/core/cvdef.h>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -11,8 +10,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "convert/tfjs_json.hpp"
+#include "convert/tflite_graph.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/label/tfjs_json.hpp"
 
 namespace estancia::tfjs {
 namespace fs = std::filesystem;
@@ -27,8 +27,8 @@ fs::path shardPath(const Json& path) {
   fs::path relative = path.get<std::string>();
   if (relative.empty() || relative.is_absolute() ||
       std::any_of(relative.begin(), relative.end(), [](const fs::path& part) { return part == ".."; }))
-    throw Error(
-        fmt::format("names the weight file {}; it must lie in the same folder", inQuotes(relative.string())));
+    throw Error(ErrorCode::unsafePath, fmt::format("names the weight file {}; it must lie in the same folder",
+                                                   inQuotes(relative.string())));
   return relative;
 }
 
@@ -36,11 +36,13 @@ fs::path shardPath(const Json& path) {
 fs::path shardIn(const fs::path& folder, const fs::path& relative) {
   const fs::path shard = folder / relative;
   if (!fs::is_regular_file(shard))
-    throw Error(fmt::format("lacks its weight file {}; fetch it again", inQuotes(relative.string())));
+    throw Error(ErrorCode::fileNotFound,
+                fmt::format("lacks its weight file {}; fetch it again", inQuotes(relative.string())));
   fs::path real = fs::canonical(shard);
   const fs::path home = fs::canonical(folder);
   if (std::mismatch(home.begin(), home.end(), real.begin(), real.end()).first != home.end())
-    throw Error(fmt::format("has the weight file {}, which leads out of the folder; copy the file there",
+    throw Error(ErrorCode::unsafePath,
+                fmt::format("has the weight file {}, which leads out of the folder; copy the file there",
                             inQuotes(relative.string())));
   return real;
 }
@@ -50,7 +52,7 @@ void append(const fs::path& shard, std::size_t size, std::vector<std::uint8_t>& 
   bytes.resize(start + size);
   std::ifstream file(shard, std::ios::binary);
   if (!file.read(reinterpret_cast<char*>(bytes.data() + start), static_cast<std::streamsize>(size)))
-    throw Error(fmt::format("cannot read its weight file {}", shard.string()));
+    throw Error(ErrorCode::fileUnreadable, fmt::format("cannot read its weight file {}", shard.string()));
 }
 
 }  // namespace
@@ -85,7 +87,8 @@ Weights::Entry Weights::readEntry(const Json& weight, const std::string& name) {
     const auto value = size.get<std::int64_t>();
     if (entry.shape.size() == maxRank || value < 1 ||
         static_cast<std::uint64_t>(value) > maxElements / entry.elements)
-      throw Error(fmt::format("has a weight of impossible shape: {} {}", inQuotes(name),
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("has a weight of impossible shape: {} {}", inQuotes(name),
                               weight.at("shape").dump().substr(0, 100)));
     entry.shape.push_back(static_cast<int>(value));
     entry.elements *= static_cast<std::size_t>(value);
@@ -101,13 +104,14 @@ Weights::Entry Weights::readEntry(const Json& weight, const std::string& name) {
                 : std::map<std::string, Stored>{
                       {"float32", Stored::float32}, {"int32", Stored::int32}, {"bool", Stored::boolean}};
   if (!known.contains(stored))
-    throw Error(fmt::format("stores {} in the unsupported type {}", inQuotes(name), inQuotes(stored)));
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("stores {} in the unsupported type {}", inQuotes(name), inQuotes(stored)));
   entry.stored = known.at(stored);
   if (quantized && entry.stored != Stored::float16) {
     entry.scale = quantization->at("scale").get<double>();
     entry.least = quantization->at("min").get<double>();
     if (!std::isfinite(entry.scale) || !std::isfinite(entry.least))
-      throw Error(fmt::format("has a scale that is no number: {}", inQuotes(name)));
+      throw Error(ErrorCode::malformedFile, fmt::format("has a scale that is no number: {}", inQuotes(name)));
   }
   return entry;
 }
@@ -123,7 +127,7 @@ Weights::Weights(const Json& manifest, const fs::path& folder) {
       entry.start = start + needed;
       needed += entry.elements * bytesOf(entry.stored);
       if (!entries_.emplace(name, std::move(entry)).second)
-        throw Error(fmt::format("has two weights of the name {}", inQuotes(name)));
+        throw Error(ErrorCode::malformedFile, fmt::format("has two weights of the name {}", inQuotes(name)));
     }
     std::vector<fs::path> shards;
     std::size_t stored = 0;
@@ -131,21 +135,24 @@ Weights::Weights(const Json& manifest, const fs::path& folder) {
       shards.push_back(shardIn(folder, shardPath(path)));
       const auto [shard, isNew] = sizes.emplace(shards.back(), fs::file_size(shards.back()));
       if (!isNew)
-        throw Error(
-            fmt::format("names the weight file {} twice", inQuotes(shard->first.filename().string())));
+        throw Error(ErrorCode::malformedFile, fmt::format("names the weight file {} twice",
+                                                          inQuotes(shard->first.filename().string())));
       stored += shard->second;
     }
     if (stored != needed)
       throw Error(
+          ErrorCode::truncatedFile,
           fmt::format("needs {} bytes of weights where its files hold {}; fetch them again", needed, stored));
-    if (bytes_.size() + needed > largest) throw Error("holds more than the 2 GiB that an ONNX file can");
+    if (bytes_.size() + needed > largest)
+      throw Error(ErrorCode::tooLarge, "holds more than the 2 GiB that an ONNX file can");
     for (const auto& shard : shards) append(shard, sizes.at(shard), bytes_);
   }
 }
 
 const Weights::Entry& Weights::entry(const std::string& name) const {
   const auto found = entries_.find(name);
-  if (found == entries_.end()) throw Error(fmt::format("has no weight {}", inQuotes(name)));
+  if (found == entries_.end())
+    throw Error(ErrorCode::malformedFile, fmt::format("has no weight {}", inQuotes(name)));
   return found->second;
 }
 
@@ -160,11 +167,8 @@ double Weights::value(const Entry& entry, std::size_t i) const {
       return load(float{});
     case Stored::int32:
       return load(std::int32_t{});
-    case Stored::float16: {
-      cv::float16_t half;
-      std::memcpy(static_cast<void*>(&half), at, sizeof(half));
-      return static_cast<double>(static_cast<float>(half));
-    }
+    case Stored::float16:
+      return tflite::halfToFloat(static_cast<std::uint16_t>(load(std::uint16_t{})));
     case Stored::uint16:
       return load(std::uint16_t{}) * entry.scale + entry.least;
     case Stored::boolean:
@@ -177,8 +181,8 @@ double Weights::value(const Entry& entry, std::size_t i) const {
 std::vector<float> Weights::reals(const std::string& name) const {
   const Entry& from = entry(name);
   if (from.type != "float32")
-    throw Error(
-        fmt::format("stores {} as {} where real numbers are needed", inQuotes(name), inQuotes(from.type)));
+    throw Error(ErrorCode::malformedFile, fmt::format("stores {} as {} where real numbers are needed",
+                                                      inQuotes(name), inQuotes(from.type)));
   std::vector<float> values(from.elements);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(value(from, i));
   return values;
@@ -187,7 +191,8 @@ std::vector<float> Weights::reals(const std::string& name) const {
 std::vector<std::int64_t> Weights::integers(const std::string& name) const {
   const Entry& from = entry(name);
   if (from.stored != Stored::int32 || from.elements > 1024)
-    throw Error(fmt::format("stores {} as {} of shape [{}] where a few integers are needed", inQuotes(name),
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("stores {} as {} of shape [{}] where a few integers are needed", inQuotes(name),
                             inQuotes(from.type), fmt::join(from.shape, "×")));
   std::vector<std::int64_t> values(from.elements);
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = std::llround(value(from, i));

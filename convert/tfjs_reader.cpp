@@ -1,4 +1,4 @@
-#include "estancia/label/tfjs_reader.hpp"
+#include "convert/tfjs_reader.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,10 +12,10 @@
 #include <tuple>
 #include <utility>
 
+#include "convert/tfjs_json.hpp"
+#include "convert/tfjs_nodes.hpp"
+#include "convert/tfjs_weights.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/label/tfjs_json.hpp"
-#include "estancia/label/tfjs_nodes.hpp"
-#include "estancia/label/tfjs_weights.hpp"
 
 namespace estancia::tfjs {
 namespace fs = std::filesystem;
@@ -56,7 +56,8 @@ class Reader {
     }
     graph().output = values_.at(&nodes_.at(output)).tensor;
     if (graph().output < 0 || graph().output == graph().input)
-      throw Error(fmt::format("computes nothing from an image in {}", inQuotes(output)));
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("computes nothing from an image in {}", inQuotes(output)));
     return std::move(network_);
   }
 
@@ -64,9 +65,9 @@ class Reader {
   static const Json& nodesOf(const Json& model) {
     const Json& topology = model.at("modelTopology");
     if (topology.contains("node")) return topology.at("node");
-    throw Error(
-        "holds layers, not a graph; convert it with tensorflowjs_converter "
-        "--output_format=tfjs_graph_model");
+    throw Error(ErrorCode::unsupportedFile,
+                "holds layers, not a graph; convert it with tensorflowjs_converter "
+                "--output_format=tfjs_graph_model");
   }
 
   tflite::Graph& graph() { return network_.graph; }
@@ -80,12 +81,14 @@ class Reader {
     const bool own = section_.width == 0 && takes.size() == 4 && takes[1] > 0 && takes[2] > 0 &&
                      takes[1] <= largestSide && takes[2] <= largestSide;
     if (section_.width == 0 && !own)
-      throw Error("does not say how large its image is; convert it as a model, whose `input` does");
+      throw Error(ErrorCode::invalidInput,
+                  "does not say how large its image is; convert it as a model, whose `input` does");
     Shape ours{1, own ? static_cast<int>(takes[1]) : section_.height,
                own ? static_cast<int>(takes[2]) : section_.width, 3};
     const auto fits = [](std::int64_t theirs, std::int64_t size) { return theirs == -1 || theirs == size; };
     if (!takes.empty() && !std::equal(takes.begin(), takes.end(), ours.begin(), ours.end(), fits))
-      throw Error(fmt::format("takes an input of [{}] where model.toml makes [{}]; correct `input`",
+      throw Error(ErrorCode::mismatch,
+                  fmt::format("takes an input of [{}] where model.toml makes [{}]; correct `input`",
                               fmt::join(takes, "×"), fmt::join(ours, "×")));
     return ours;
   }
@@ -207,6 +210,7 @@ class Reader {
     std::vector<std::string> known;
     for (const auto& [op, converter] : converters()) known.push_back(op);
     throw Error(
+        ErrorCode::unsupportedFile,
         fmt::format("needs the operator {}, which is not supported; supported are {}; choose `input_node` "
                     "and `output` so "
                     "that it is left out, or convert the network to ONNX",
@@ -236,7 +240,8 @@ class Reader {
     else if (fused == std::vector<std::string>{"Relu6"})
       op.activation = Activation::relu6;
     else if (!fused.empty())
-      node_->fail(fmt::format("has the unsupported {} fused", inQuotes(fused.front())));
+      node_->fail(fmt::format("has the unsupported {} fused", inQuotes(fused.front())),
+                  ErrorCode::unsupportedFile);
   }
 
   /// Rows and columns that a window of filterY × filterX gives.
@@ -308,7 +313,8 @@ class Reader {
     Integers axes = integersInput(1);
     for (auto& axis : axes) axis += axis < 0 ? 4 : 0;
     std::sort(axes.begin(), axes.end());
-    if (axes != Integers{1, 2}) node_->fail("takes a mean over other axes than height and width");
+    if (axes != Integers{1, 2})
+      node_->fail("takes a mean over other axes than height and width", ErrorCode::unsupportedFile);
     Operator op = newOperator(Kind::averagePool, {tensorInput(0)});
     op.filterY = in[1];
     op.filterX = in[2];
@@ -322,7 +328,7 @@ class Reader {
     const std::string& name = weightInput(1);
     const Shape stored = weights_.shape(name), in = shapeOf(tensorInput(0));
     if (node_->flag("transpose_a") || node_->flag("transpose_b"))
-      node_->fail("turns its inputs, which is not supported");
+      node_->fail("turns its inputs, which is not supported", ErrorCode::unsupportedFile);
     if (stored.size() != 2 || in != Shape{1, stored[0]})
       node_->fail(fmt::format("multiplies [{}] by [{}]", fmt::join(in, "×"), fmt::join(stored, "×")));
     Operator op = newOperator(
@@ -463,7 +469,7 @@ class Reader {
     const auto size = static_cast<std::int64_t>(list.size());
     if (begin.size() != 1 || end.size() != 1 || step != Integers{1} ||
         node_->integer("ellipsis_mask", 0) != 0 || node_->integer("new_axis_mask", 0) != 0)
-      node_->fail("has a slice that is not supported");
+      node_->fail("has a slice that is not supported", ErrorCode::unsupportedFile);
     const auto clamped = [&](std::int64_t at) {
       return std::clamp<std::int64_t>(at < 0 ? at + size : at, 0, size);
     };
@@ -479,7 +485,7 @@ class Reader {
     Integers list;
     for (std::size_t i = 0; i < node_->inputs.size(); ++i) {
       const Integers one = integersInput(i);
-      if (one.size() != 1) node_->fail("packs more than single integers");
+      if (one.size() != 1) node_->fail("packs more than single integers", ErrorCode::unsupportedFile);
       list.push_back(one[0]);
     }
     return {-1, "", std::move(list)};

@@ -1,4 +1,4 @@
-// The weights of a TensorFlow.js network: shards of bytes beside its model.json.
+// TensorFlow.js weights: the shards of bytes beside a model.json.
 #pragma once
 
 #include <cstddef>

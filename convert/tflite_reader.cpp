@@ -1,4 +1,4 @@
-#include "estancia/label/tflite_reader.hpp"
+#include "convert/tflite_reader.hpp"
 
 #include <fmt/format.h>
 
@@ -125,7 +125,9 @@ class Reader {
   }
 
  private:
-  [[noreturn]] void fail(const std::string& what) const { throw Error(fmt::format("{} {}", source_, what)); }
+  [[noreturn]] void fail(const std::string& what, ErrorCode code = ErrorCode::malformedFile) const {
+    throw Error(code, fmt::format("{} {}", source_, what));
+  }
 
   Tensor readTensor(const format::Tensor* stored) const {
     if (stored == nullptr) fail("lacks a tensor; fetch it again");
@@ -237,10 +239,10 @@ class Reader {
     std::string supported;
     for (const auto& known : knownCodes)
       if (known.kind) supported += (supported.empty() ? "" : ", ") + std::string(known.name);
-    fail(
-        fmt::format("needs the operator {} (operator {}), which is not supported; supported are {}; "
-                    "convert the network to ONNX instead",
-                    nameOf(code), position, supported));
+    fail(fmt::format("needs the operator {} (operator {}), which is not supported; supported are {}; "
+                     "convert the network to ONNX instead",
+                     nameOf(code), position, supported),
+         ErrorCode::unsupportedFile);
   }
 
   void readOptions(const format::Operator* stored, const Graph& graph, Operator& op) const {
@@ -292,7 +294,8 @@ class Reader {
       case Kind::fullyConnected: {
         requireInputs(2, 3);
         const auto* options = require(stored->options_as_FullyConnected());
-        if (options->weights_format() != 0) fail("has shuffled weights in " + op.where);
+        if (options->weights_format() != 0)
+          fail("has shuffled weights in " + op.where, ErrorCode::unsupportedFile);
         op.activation = activationOf(options->activation(), op);
         break;
       }
@@ -308,7 +311,7 @@ class Reader {
       case Kind::softmax:
         requireInputs(1, 1);
         if (require(stored->options_as_Softmax())->beta() != 1.0F)
-          fail("has a temperature other than 1 in " + op.where);
+          fail("has a temperature other than 1 in " + op.where, ErrorCode::unsupportedFile);
         break;
       case Kind::mean:
         requireInputs(2, 2);
@@ -359,7 +362,8 @@ class Reader {
       if (graph.tensors[static_cast<std::size_t>(op.output)].constant || !known.insert(op.output).second)
         fail("writes a tensor twice in " + op.where);
     }
-    if (!known.contains(graph.output)) fail("never computes its output");
+    if (!known.contains(graph.output))
+      fail("never computes its output " + quoted(graph.tensors[static_cast<std::size_t>(graph.output)].name));
   }
 
   static std::string quoted(const std::string& name) { return '"' + name.substr(0, 100) + '"'; }

@@ -1,4 +1,4 @@
-// The nodes of a TensorFlow.js graph: names, what reads what, attributes.
+// TensorFlow.js graph: its nodes with names, inputs and attributes.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/core/error.hpp"
+
 namespace estancia::tfjs {
 
 /// One node. Errors name it: "… in Conv2D (node "block/conv")".
@@ -19,7 +21,7 @@ struct Node {
   const nlohmann::json* attributes = nullptr;  ///< an object, or null when the node has none
 
   std::string where() const;
-  [[noreturn]] void fail(const std::string& what) const;
+  [[noreturn]] void fail(const std::string& what, ErrorCode code = ErrorCode::malformedFile) const;
 
   std::int64_t integer(const char* attribute, std::int64_t otherwise) const;
   double real(const char* attribute, double otherwise) const;

@@ -1,4 +1,4 @@
-#include "estancia/label/tfjs_nodes.hpp"
+#include "convert/tfjs_nodes.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,8 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "estancia/core/error.hpp"
-#include "estancia/label/tfjs_json.hpp"
+#include "convert/tfjs_json.hpp"
 
 namespace estancia::tfjs {
 namespace {
@@ -22,7 +21,8 @@ std::string fromBase64(const std::string& text) {
   unsigned bits = 0, count = 0;
   for (const char c : text.substr(0, text.find('='))) {
     const auto digit = digits.find(c);
-    if (digit == std::string::npos) throw Error(fmt::format("has {} where base64 is needed", inQuotes(text)));
+    if (digit == std::string::npos)
+      throw Error(ErrorCode::malformedFile, fmt::format("has {} where base64 is needed", inQuotes(text)));
     bits = (bits << 6 | static_cast<unsigned>(digit)) & 0xFFFF;
     count += 6;
     if (count < 8) continue;
@@ -46,7 +46,7 @@ std::int64_t integerOf(const Json& value) {
   std::int64_t number = 0;
   const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (problem != std::errc{} || end != text.data() + text.size())
-    throw Error(fmt::format("has {} where an integer is needed", inQuotes(text)));
+    throw Error(ErrorCode::malformedFile, fmt::format("has {} where an integer is needed", inQuotes(text)));
   return number;
 }
 
@@ -56,8 +56,8 @@ std::string Node::where() const {
   return fmt::format("{} (node {})", op.substr(0, 100), inQuotes(name));
 }
 
-void Node::fail(const std::string& what) const {
-  throw Error(fmt::format("{} in {}", what, where()));
+void Node::fail(const std::string& what, ErrorCode code) const {
+  throw Error(code, fmt::format("{} in {}", what, where()));
 }
 
 const Json* Node::find(const char* attribute) const {
@@ -120,12 +120,14 @@ std::pair<int, int> Node::perSide(const char* attribute, std::optional<int> othe
 
 bool Node::samePadding() const {
   const std::string padding = text("padding", "");
-  if (padding != "SAME" && padding != "VALID") fail("has a padding other than SAME and VALID");
+  if (padding != "SAME" && padding != "VALID")
+    fail("has a padding other than SAME and VALID", ErrorCode::unsupportedFile);
   return padding == "SAME";
 }
 
 void Node::requireChannelsLast() const {
-  if (text("data_format", "NHWC") != "NHWC") fail("has an order of dimensions other than NHWC");
+  if (text("data_format", "NHWC") != "NHWC")
+    fail("has an order of dimensions other than NHWC", ErrorCode::unsupportedFile);
 }
 
 void Node::requireInputs(std::size_t count) const {
@@ -145,13 +147,14 @@ Nodes::Nodes(const Json& list) {
     if (stored.contains("attr")) node.attributes = &stored.at("attr");
     const std::string name = node.name;
     if (!nodes_.emplace(name, std::move(node)).second)
-      throw Error(fmt::format("has two nodes of the name {}", inQuotes(name)));
+      throw Error(ErrorCode::malformedFile, fmt::format("has two nodes of the name {}", inQuotes(name)));
   }
 }
 
 const Node& Nodes::at(const std::string& name) const {
   const auto found = nodes_.find(name);
-  if (found == nodes_.end()) throw Error(fmt::format("has no node {}", inQuotes(name)));
+  if (found == nodes_.end())
+    throw Error(ErrorCode::malformedFile, fmt::format("has no node {}", inQuotes(name)));
   return found->second;
 }
 
@@ -160,7 +163,8 @@ std::string Nodes::onlyPlaceholder() const {
   for (const auto& [name, node] : nodes_)
     if (node.op == "Placeholder") names.push_back(name);
   if (names.size() != 1)
-    throw Error(fmt::format("has {} placeholders; name the node of the image as `input_node`", names.size()));
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("has {} placeholders; name the node of the image as `input_node`", names.size()));
   return names[0];
 }
 
@@ -173,8 +177,8 @@ std::string Nodes::onlyEnd() const {
   std::vector<std::string> some;
   for (const auto& end : ends)
     if (some.size() < 10) some.push_back(inQuotes(end));
-  throw Error(fmt::format("has {} outputs ({}); name one of its nodes as `output`", ends.size(),
-                          fmt::join(some, ", ")));
+  throw Error(ErrorCode::invalidInput, fmt::format("has {} outputs ({}); name one of its nodes as `output`",
+                                                   ends.size(), fmt::join(some, ", ")));
 }
 
 std::vector<const Node*> Nodes::inOrder(const std::string& input, const std::string& output,

@@ -1,4 +1,4 @@
-// A TensorFlow Lite network as a plain graph; TensorFlow.js networks are read into the same.
+// Network graph: tensors and operators of a TensorFlow Lite or TensorFlow.js network.
 #pragma once
 
 #include <cstdint>
@@ -77,6 +77,9 @@ struct Window {
 
 /// TensorFlow's SAME gives ceil(size / stride) positions and puts the odd pixel of padding behind.
 Window placeWindow(std::int64_t size, int filter, int stride, int dilation, bool samePadding);
+
+/// A 16-bit floating point number (IEEE 754 binary16) by its bits. Exact.
+float halfToFloat(std::uint16_t bits);
 
 /// The real values of a constant of any supported type. Throws Error when it is none.
 std::vector<float> realValues(const Tensor& tensor, const std::string& source);
