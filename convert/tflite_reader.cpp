@@ -245,86 +245,95 @@ class Reader {
          ErrorCode::unsupportedFile);
   }
 
+  void requireInputs(const Operator& op, std::size_t min, std::size_t max) const {
+    if (op.inputs.size() < min || op.inputs.size() > max)
+      fail(fmt::format("gives {} inputs to {}", op.inputs.size(), op.where));
+    for (std::size_t i = 0; i < min; ++i)
+      if (op.inputs[i] < 0) fail("leaves out an input of " + op.where);
+  }
+
+  template <class Options>
+  const Options* require(const Options* options, const Operator& op) const {
+    if (options == nullptr) fail("has no options for " + op.where);
+    return options;
+  }
+
+  template <class Options>
+  void readWindow(const Options* options, Operator& op) const {
+    require(options, op);
+    if (options->padding() != format::Padding::SAME && options->padding() != format::Padding::VALID)
+      fail("has an unknown padding in " + op.where);
+    op.samePadding = options->padding() == format::Padding::SAME;
+    op.strideX = positive(options->stride_w(), op, "stride");
+    op.strideY = positive(options->stride_h(), op, "stride");
+    op.activation = activationOf(options->activation(), op);
+  }
+
+  template <class Options>
+  void readConvolution(const Options* options, Operator& op) const {
+    requireInputs(op, 2, 3);
+    readWindow(options, op);
+    op.dilationX = positive(options->dilation_w(), op, "dilation");
+    op.dilationY = positive(options->dilation_h(), op, "dilation");
+  }
+
+  void readPool(const format::Pool2D* options, Operator& op) const {
+    requireInputs(op, 1, 1);
+    readWindow(options, op);
+    op.filterX = positive(options->filter_w(), op, "filter");
+    op.filterY = positive(options->filter_h(), op, "filter");
+  }
+
+  void readFullyConnected(const format::FullyConnected* options, Operator& op) const {
+    requireInputs(op, 2, 3);
+    if (require(options, op)->weights_format() != 0)
+      fail("has shuffled weights in " + op.where, ErrorCode::unsupportedFile);
+    op.activation = activationOf(options->activation(), op);
+  }
+
+  void readConcatenation(const format::Concatenation* options, const Graph& graph, Operator& op) const {
+    requireInputs(op, op.inputs.size(), op.inputs.size());
+    require(options, op);
+    const int rank = static_cast<int>(graph.tensors[static_cast<std::size_t>(op.output)].shape.size());
+    op.axis = options->axis() < 0 ? options->axis() + rank : options->axis();
+    if (op.axis < 0 || op.axis >= rank) fail(fmt::format("has axis {} in {}", options->axis(), op.where));
+    op.activation = activationOf(options->activation(), op);
+  }
+
   void readOptions(const format::Operator* stored, const Graph& graph, Operator& op) const {
-    const auto requireInputs = [&](std::size_t least, std::size_t most) {
-      if (op.inputs.size() < least || op.inputs.size() > most)
-        fail(fmt::format("gives {} inputs to {}", op.inputs.size(), op.where));
-      for (std::size_t i = 0; i < least; ++i)
-        if (op.inputs[i] < 0) fail("leaves out an input of " + op.where);
-    };
-    const auto require = [&](const auto* options) {
-      if (options == nullptr) fail("has no options for " + op.where);
-      return options;
-    };
-    const auto window = [&](const auto* options) {
-      require(options);
-      if (options->padding() != format::Padding::SAME && options->padding() != format::Padding::VALID)
-        fail("has an unknown padding in " + op.where);
-      op.samePadding = options->padding() == format::Padding::SAME;
-      op.strideX = positive(options->stride_w(), op, "stride");
-      op.strideY = positive(options->stride_h(), op, "stride");
-      op.activation = activationOf(options->activation(), op);
-    };
-    const auto convolution = [&](const auto* options) {
-      requireInputs(2, 3);
-      window(options);
-      op.dilationX = positive(options->dilation_w(), op, "dilation");
-      op.dilationY = positive(options->dilation_h(), op, "dilation");
-    };
     switch (op.kind) {
       case Kind::conv:
-        return convolution(stored->options_as_Conv2D());
+        return readConvolution(stored->options_as_Conv2D(), op);
       case Kind::depthwiseConv:
-        return convolution(stored->options_as_DepthwiseConv2D());
+        return readConvolution(stored->options_as_DepthwiseConv2D(), op);
       case Kind::averagePool:
-      case Kind::maxPool: {
-        requireInputs(1, 1);
-        const auto* options = stored->options_as_Pool2D();
-        window(options);
-        op.filterX = positive(options->filter_w(), op, "filter");
-        op.filterY = positive(options->filter_h(), op, "filter");
-        break;
-      }
+      case Kind::maxPool:
+        return readPool(stored->options_as_Pool2D(), op);
+      case Kind::fullyConnected:
+        return readFullyConnected(stored->options_as_FullyConnected(), op);
+      case Kind::concatenation:
+        return readConcatenation(stored->options_as_Concatenation(), graph, op);
       case Kind::add:
       case Kind::multiply:
-        requireInputs(2, 2);
+        requireInputs(op, 2, 2);
         if (const auto* options = stored->options_as_Add())
           op.activation = activationOf(options->activation(), op);
-        break;
-      case Kind::fullyConnected: {
-        requireInputs(2, 3);
-        const auto* options = require(stored->options_as_FullyConnected());
-        if (options->weights_format() != 0)
-          fail("has shuffled weights in " + op.where, ErrorCode::unsupportedFile);
-        op.activation = activationOf(options->activation(), op);
-        break;
-      }
-      case Kind::concatenation: {
-        requireInputs(op.inputs.size(), op.inputs.size());
-        const auto* options = require(stored->options_as_Concatenation());
-        const int rank = static_cast<int>(graph.tensors[static_cast<std::size_t>(op.output)].shape.size());
-        op.axis = options->axis() < 0 ? options->axis() + rank : options->axis();
-        if (op.axis < 0 || op.axis >= rank) fail(fmt::format("has axis {} in {}", options->axis(), op.where));
-        op.activation = activationOf(options->activation(), op);
-        break;
-      }
+        return;
       case Kind::softmax:
-        requireInputs(1, 1);
-        if (require(stored->options_as_Softmax())->beta() != 1.0F)
+        requireInputs(op, 1, 1);
+        if (require(stored->options_as_Softmax(), op)->beta() != 1.0F)
           fail("has a temperature other than 1 in " + op.where, ErrorCode::unsupportedFile);
-        break;
+        return;
       case Kind::mean:
-        requireInputs(2, 2);
-        op.keepDimensions = require(stored->options_as_Reducer())->keep_dims();
-        break;
+        requireInputs(op, 2, 2);
+        op.keepDimensions = require(stored->options_as_Reducer(), op)->keep_dims();
+        return;
       case Kind::reshape:
-        requireInputs(1, 2);
-        break;
+        return requireInputs(op, 1, 2);
       case Kind::quantize:
       case Kind::dequantize:
       case Kind::activation:
-        requireInputs(1, 1);
-        break;
+        return requireInputs(op, 1, 1);
     }
   }
 
