@@ -80,7 +80,7 @@ void showCatalog(bool json) {
 
 void get(const std::string& name, const FetchOptions& options, bool json) {
   const auto progress = makeStderrProgress();
-  const FetchedModel model = fetchModel(Catalog::load(), name, *progress, options);
+  const FetchedModel model = fetchModel(Catalog::load(), name, options, *progress);
   for (const std::string& note : model.notes) spdlog::warn("{}", note);
   report(model.check, json);
 }
@@ -182,7 +182,7 @@ void addModelsCommand(CLI::App& app) {
   CLI::App* fetch = command->add_subcommand("get", "Download a model of the catalog, check and install it");
   fetch->add_option("NAME", arguments->folder, "A name of `models catalog`")->required();
   fetch->add_flag("--replace", arguments->fetch.replace, "Replace a model of the same name");
-  fetch->add_flag("--force", arguments->fetch.anew, "Fetch anew what an earlier run has left half done");
+  fetch->add_flag("--force", arguments->fetch.refetch, "Fetch anew what an earlier run has left half done");
   addJsonOption(*fetch, arguments->json);
   addExamples(*fetch,
               "  estancia models get mobilenet-v2\n"

@@ -11,7 +11,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/label/model_spec.hpp"
+#include "estancia/label/model_files.hpp"
 
 namespace estancia::convert {
 namespace fs = std::filesystem;

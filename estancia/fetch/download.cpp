@@ -10,6 +10,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/fetch/http_transfer.hpp"
 #include "estancia/fetch/partial_file.hpp"
 
@@ -107,8 +108,22 @@ std::string differenceFrom(const RemoteFile& file, const fs::path& path) {
   return "";
 }
 
+OptionGroup declare(DownloadOptions& options) {
+  OptionGroup group("download", "How files are fetched.");
+  group.add("max-bytes", &options.maxBytes, "The largest file that is fetched.").range(1).unit("bytes");
+  group.add("connect-seconds", &options.connectSeconds, "Time until a connection stands.")
+      .range(1, 3600)
+      .unit("s");
+  group.add("stall-seconds", &options.stallSeconds, "Time below 1 kB/s after which a server counts as dead.")
+      .range(1, 86'400)
+      .unit("s");
+  group.add("pause-seconds", &options.pauseSeconds, "Pause before a second try.").range(0, 3600).unit("s");
+  return group;
+}
+
 void download(const RemoteFile& file, const fs::path& target, const DownloadOptions& options,
               Progress& progress) {
+  validate(options);
   std::vector<std::string> reasons;
   if (fs::is_regular_file(target)) {
     const std::string difference = differenceFrom(file, target);

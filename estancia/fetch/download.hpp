@@ -10,6 +10,8 @@
 
 namespace estancia {
 
+class OptionGroup;
+
 /// A file on the network, and what is known of it.
 struct RemoteFile {
   /// http or https; the same file at several places, tried in order.
@@ -30,6 +32,8 @@ struct DownloadOptions {
   /// Before a second try; twice as long before a third.
   int pauseSeconds = 2;
 };
+
+OptionGroup declare(DownloadOptions& options);
 
 /// Fetches `file` to `target`, whose folder is made; does nothing when `target` is there already and is what
 /// `file` says. Bytes that an earlier run left in TARGET.part are gone on with when they surely belong to the

@@ -1,4 +1,4 @@
-// What the types of labeler that are no networks share.
+// External labeler: what programs, services, recordings and people share beside networks.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,8 @@ std::string blackBoxIdentity(const ModelSpec& spec, const ConfigFile& config,
 
 /// How the answers of programs and services become descriptors.
 struct AnswerSettings {
-  std::size_t best = 0;  ///< so many words of an answer are used; 0 = all
+  /// So many words of an answer are used; 0 = all.
+  std::size_t best = 0;
   io::WordFormat format;
 
   /// Its keys: best, scale, labels_at, label_key, confidence_key.

@@ -6,6 +6,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/fetch/archive.hpp"
 #include "estancia/io/files.hpp"
@@ -28,7 +29,7 @@ std::string archiveName(const std::string& url) {
 /// Fills a model's download folder.
 class Fetcher {
  public:
-  Fetcher(const Catalog& catalog, const CatalogEntry& entry, Progress& progress, const FetchOptions& options)
+  Fetcher(const Catalog& catalog, const CatalogEntry& entry, const FetchOptions& options, Progress& progress)
       : catalog_(catalog),
         entry_(entry),
         progress_(progress),
@@ -66,7 +67,7 @@ class Fetcher {
         throw Error(ErrorCode::fileNotFound,
                     fmt::format("{} of {} is yours to make: {}; put it at {} and run this again", file.name,
                                 entry_.name, file.byHand, (folder_ / file.name).string()));
-    if (options_.anew)
+    if (options_.refetch)
       for (const auto& item : fs::directory_iterator(folder_))
         if (!isByHand(item.path().filename().string())) fs::remove(item.path(), problem);
   }
@@ -152,14 +153,22 @@ fs::path downloadFolder(const std::string& model) {
   return modelHome().parent_path() / "downloads" / model;
 }
 
-FetchedModel fetchModel(const Catalog& catalog, const std::string& name, Progress& progress,
-                        const FetchOptions& options) {
+OptionGroup declare(FetchOptions& options) {
+  OptionGroup group("fetch", "How a model is fetched.");
+  group.add("replace", &options.replace, "Replace an installed model of the same name.");
+  group.add("refetch", &options.refetch, "Fetch again what an earlier run has left.");
+  group.add(declare(options.download));
+  return group;
+}
+
+FetchedModel fetchModel(const Catalog& catalog, const std::string& name, const FetchOptions& options,
+                        Progress& progress) {
   const CatalogEntry& entry = catalog.get(name);
   if (fs::exists(modelHome() / name) && !options.replace)
     throw Error(ErrorCode::fileExists,
                 fmt::format("there is a model {} already in {}; use --replace to have it anew", name,
                             modelHome().string()));
-  Fetcher fetcher(catalog, entry, progress, options);
+  Fetcher fetcher(catalog, entry, options, progress);
   fetcher.fetch();
   FetchedModel result;
   try {

@@ -13,6 +13,7 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/label/model_files.hpp"
 
 namespace estancia {
 namespace {

@@ -16,6 +16,7 @@
 #include "estancia/io/files.hpp"
 #include "estancia/io/label_scores.hpp"
 #include "estancia/label/black_box.hpp"
+#include "estancia/label/model_files.hpp"
 #include "estancia/label/recorded_labeler.hpp"
 
 namespace estancia {

@@ -1,4 +1,4 @@
-// A person as labeler: images labeled by hand.
+// Human labeler: images labeled by hand, in a CSV file.
 #pragma once
 
 #include <filesystem>

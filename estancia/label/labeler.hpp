@@ -1,4 +1,4 @@
-// Image → words: the one interface of everything that labels.
+// Labeler: the interface of everything that turns an image into label probabilities.
 #pragma once
 
 #include <cstddef>
@@ -18,14 +18,18 @@ namespace estancia {
 /// What Labeler::prepare() made of a frame; only the labeler that made it can read it.
 struct Prepared {
   cv::Mat input;
-  std::string frame;              ///< the frame's name in its sequence; "" outside of sequences
-  std::vector<Prepared> members;  ///< of a labeler that is made of several
+  /// The frame's name in its sequence; "" outside of sequences.
+  std::string frame;
+  /// Of a labeler that is made of several.
+  std::vector<Prepared> members;
 };
 
 /// The answer for one frame of a batch.
 struct LabelResult {
-  LexicalDescriptor descriptor;  ///< empty when there is a problem
-  std::string problem;           ///< why this frame has no words, one sentence; "" when all is well
+  /// Empty when there is a problem.
+  LexicalDescriptor descriptor;
+  /// Why this frame has no words, one sentence; "" when all is well.
+  std::string problem;
 };
 
 /// Thrown when one frame cannot be labeled but the next may be; any other Error ends the work.

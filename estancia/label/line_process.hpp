@@ -1,4 +1,4 @@
-// A program that answers each line on its stdin with a line on its stdout.
+// Line process: a child program that answers each line on its stdin with a line on its stdout.
 #pragma once
 
 #include <sys/types.h>
@@ -19,8 +19,10 @@ class LineProcess {
   struct Settings {
     /// Program and arguments. A program without a slash is one in `folder`, else one in $PATH.
     std::vector<std::string> command;
-    std::filesystem::path folder;                      ///< its working folder
-    std::size_t longestLine = std::size_t{16} << 20U;  ///< of an answer [bytes]
+    /// Its working folder.
+    std::filesystem::path folder;
+    /// Of an answer [bytes].
+    std::size_t longestLine = std::size_t{16} << 20U;
   };
 
   /// Starts it. Throws Error when that cannot be done.
@@ -31,8 +33,10 @@ class LineProcess {
 
   enum class Outcome {
     answered,
-    hung,   ///< no line in time; it has been killed
-    ended,  ///< it is gone or has closed its output; nobody is left
+    /// No line in time; it has been killed.
+    hung,
+    /// It is gone or has closed its output; nobody is left.
+    ended,
   };
 
   /// Writes `question` and waits at most `timeout` for the line that answers it, whatever else the program

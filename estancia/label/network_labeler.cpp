@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/label/model_files.hpp"
 #include "estancia/label/preprocess.hpp"
 
 namespace estancia {

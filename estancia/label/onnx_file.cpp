@@ -9,6 +9,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/label/model_files.hpp"
 #include "estancia/label/protobuf.hpp"
 
 namespace estancia {

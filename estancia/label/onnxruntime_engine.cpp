@@ -1,6 +1,7 @@
 #include "estancia/label/onnxruntime_engine.hpp"
 
 #include "estancia/core/error.hpp"
+#include "estancia/label/model_files.hpp"
 #include "estancia/label/onnxruntime_library.hpp"
 
 #ifdef ESTANCIA_ONNXRUNTIME_LIBRARY  // cmake/EstanciaOnnxruntime.cmake

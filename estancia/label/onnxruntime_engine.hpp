@@ -1,4 +1,4 @@
-// Networks run by ONNX Runtime, on the CPU: two to four times as fast as OpenCV.
+// ONNX Runtime engine: runs ONNX networks on the CPU, two to four times as fast as OpenCV.
 #pragma once
 
 #include <memory>

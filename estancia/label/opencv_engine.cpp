@@ -12,6 +12,7 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/label/model_files.hpp"
 #include "estancia/label/network_labeler.hpp"
 #include "estancia/label/onnx_file.hpp"
 

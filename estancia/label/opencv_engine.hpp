@@ -1,4 +1,4 @@
-// Networks run by OpenCV's dnn module, on the CPU.
+// OpenCV engine: runs networks with OpenCV's dnn module, on the CPU.
 #pragma once
 
 #include <memory>

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "estancia/core/error.hpp"
+#include "estancia/label/model_files.hpp"
 
 namespace estancia {
 namespace {
