@@ -16,7 +16,7 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::int64_t longestFile = std::int64_t{1} << 40;
+constexpr std::int64_t maxFileBytes = std::int64_t{1} << 40;
 
 /// Reads one catalog file.
 class CatalogReader {
@@ -49,11 +49,9 @@ class CatalogReader {
 
  private:
   [[noreturn]] void missingSet(const std::string& user, const std::string& set) const {
-    throw Error(
-        ErrorCode::malformedFile,
-        fmt::format(
-            "{}: {} names the label set {}, which is not there, or has no words itself; add [labels.{}]",
-            file_.path().string(), user, set, set));
+    throw Error(ErrorCode::malformedFile, fmt::format("{}: {} names the label set {}, which is missing or "
+                                                      "takes its words from another; add [labels.{}]",
+                                                      file_.path().string(), user, set, set));
   }
 
   /// A name that is safe as that of a file and of a folder.
@@ -97,7 +95,7 @@ class CatalogReader {
         {"sha256", false, "its digest", [&](auto& n) { file.remote.sha256 = digest(n, 64); }},
         {"sha1", false, "its digest", [&](auto& n) { file.remote.sha1 = digest(n, 40); }},
         {"size", false, "its bytes",
-         [&](auto& n) { file.remote.size = static_cast<std::uint64_t>(file_.integer(n, 1, longestFile)); }},
+         [&](auto& n) { file.remote.size = static_cast<std::uint64_t>(file_.integer(n, 1, maxFileBytes)); }},
         {"member", false, "the file in an archive", [&](auto& n) { file.member = file_.text(n); }},
     };
   }
@@ -140,7 +138,7 @@ class CatalogReader {
                    {"license", true, "the model's license", [&](auto& n) { model.license = file_.text(n); }},
                    {"source", true, "where it is described", [&](auto& n) { model.source = file_.text(n); }},
                    {"labels", false, "its label set", [&](auto& n) { model.labels = file_.text(n); }},
-                   {"megabytes", false, "about how much there is to download",
+                   {"megabytes", false, "the size of the download",
                     [&](auto& n) { model.megabytes = file_.number(n, 0, 1e6); }},
                    {"files", true, "its files",
                     [&](auto& n) {

@@ -41,7 +41,7 @@ struct CatalogEntry {
   std::vector<CatalogFile> files;
   /// A label set; "" when the label file is among `files`.
   std::string labels;
-  /// Of the whole download, about.
+  /// Approximate size of the download [MB].
   double megabytes = 0;
   /// Its model.toml, but for the digests.
   std::string modelToml;

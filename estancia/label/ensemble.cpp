@@ -15,7 +15,7 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t mostMembers = 100;
+constexpr std::size_t maxMembers = 100;
 
 std::vector<EnsembleMember> checked(std::vector<EnsembleMember> members, const std::string& name,
                                     Fusion fusion) {
@@ -163,7 +163,7 @@ std::unique_ptr<Labeler> openEnsemble(const ModelSpec& spec, const LabelerOption
   std::vector<EnsembleMember> members;
   Fusion fusion = Fusion::distances;
   const auto addMember = [&](const toml::node& node) {
-    if (members.size() == mostMembers) file.fail(node, fmt::format("more than {} members", mostMembers));
+    if (members.size() == maxMembers) file.fail(node, fmt::format("more than {} members", maxMembers));
     EnsembleMember member;
     std::string model;
     if (const auto* table = node.as_table())

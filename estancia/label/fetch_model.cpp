@@ -16,7 +16,7 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::uint64_t longestList = 1U << 24U;
+constexpr std::uint64_t maxListBytes = 1U << 24U;
 
 /// A file name of our own for what is at `url`, which also tells people what it is.
 std::string archiveName(const std::string& url) {
@@ -85,7 +85,7 @@ class Fetcher {
       options.maxBytes = maxBytes;
       return download(file.remote, target, options, progress_);
     }
-    if (fs::is_regular_file(target)) return;  // taken out before, or put there by hand
+    if (fs::is_regular_file(target)) return;  // extracted before, or put there by hand
     std::string reasons;
     for (const std::string& url : file.remote.urls) {
       RemoteFile one = file.remote;
@@ -107,7 +107,7 @@ class Fetcher {
                                                 file.member, target.string()));
   }
 
-  /// SHA-256 of a file that is there. Notes when nobody has said what it should be.
+  /// SHA-256 of a file; notes when none is published to compare it with.
   std::string verified(const CatalogFile& file) {
     std::string actual = sha256OfFile(folder_ / file.name);
     if (!file.remote.sha256.empty()) return actual;
@@ -121,7 +121,7 @@ class Fetcher {
   std::vector<std::string> linesOf(const std::string& set) {
     CatalogFile file = catalog_.labelSets().at(set).file;
     file.name = set + ".list";
-    get(file, longestList);
+    get(file, maxListBytes);
     verified(file);
     auto lines = io::readLines(folder_ / file.name);
     while (!lines.empty() && lines.back().empty()) lines.pop_back();

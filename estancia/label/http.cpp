@@ -149,7 +149,7 @@ class HttpLabeler final : public Labeler {
     return others.clear(), outcomes;
   }
 
-  /// Until there is an answer, or no hope for one; neither of them when the work ends before.
+  /// Asks until there is an answer or a failure that will not pass; neither when the work ends before.
   Outcome ask(Lane& lane, const Prepared& prepared) try {
     const std::string body(prepared.input.ptr<char>(), prepared.input.total());
     for (int attempt = 1;; ++attempt) {

@@ -13,12 +13,12 @@
 
 namespace estancia {
 
-/// Answers of labelers on disk, one file a model: a log of records (key, checksum, value), to which several
+/// Descriptors on disk, one file a model: a log of records (key, checksum, value), to which several
 /// processes may append at once. What is cut off or damaged is not found, and labeled again. Safe to use
 /// from several threads.
 class LabelCache {
  public:
-  /// Where it is unless told otherwise: $ESTANCIA_CACHE, else $XDG_CACHE_HOME/estancia/labels, else
+  /// The default folder: $ESTANCIA_CACHE, else $XDG_CACHE_HOME/estancia/labels, else
   /// ~/.cache/estancia/labels.
   static std::filesystem::path defaultFolder();
   /// $ESTANCIA_CACHE_MB megabytes, else 2 GB. Throws Error when that variable is no number.

@@ -50,7 +50,7 @@ struct LabeledFrame {
 };
 
 /// Labels the frames of a sequence in order. Background threads decode and prepare the next frames while
-/// the caller's thread infers, so the whole runs at the network's own speed. Sequence and labeler must
+/// the caller's thread infers, so that the stream runs at the network's speed. Sequence and labeler must
 /// outlive the stream.
 class LabelStream {
  public:

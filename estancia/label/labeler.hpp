@@ -80,7 +80,7 @@ class Labeler {
 
   /// Several at once, in order; equal to one after the other, but quicker where the labeler can do it.
   virtual std::vector<LabelResult> inferBatch(std::span<const Prepared> batch);
-  /// How many inferBatch() likes best.
+  /// The batch size at which inferBatch() is fastest.
   virtual std::size_t batchSize() const { return 1; }
 
   /// The labelers that this one puts together; empty when it is one by itself.

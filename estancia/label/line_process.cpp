@@ -83,7 +83,7 @@ bool hasEnded(pid_t pid) {
 
 }  // namespace
 
-LineProcess::LineProcess(const Settings& settings) : longestLine_(settings.longestLine) {
+LineProcess::LineProcess(const Settings& settings) : maxLine_(settings.maxLine) {
   Pipe in, out, err;
   std::vector<std::string> words = settings.command;
   if (words[0].find('/') == std::string::npos && fs::is_regular_file(settings.folder / words[0]))
@@ -136,10 +136,9 @@ LineProcess::Outcome LineProcess::ask(std::string_view question, milliseconds ti
   std::string_view rest = line;
   while (true) {
     if (takeLine(answer)) return Outcome::answered;
-    if (pending_.size() > longestLine_)
-      throw Error(
-          ErrorCode::labelerFailure,
-          fmt::format("wrote a line of more than {} bytes; an answer is one line of JSON", longestLine_));
+    if (pending_.size() > maxLine_)
+      throw Error(ErrorCode::labelerFailure,
+                  fmt::format("wrote a line of more than {} bytes; an answer is one line of JSON", maxLine_));
     const bool gone = output_ < 0 || hasEnded(pid_);
     if (gone) {
       const bool closed = output_ < 0;
@@ -227,12 +226,12 @@ void LineProcess::finish(milliseconds patience) {
 }
 
 std::string LineProcess::lastWords() const {
-  constexpr std::size_t most = 300;
+  constexpr std::size_t maxText = 300;
   std::string_view text = complaintsTail_;
   const auto last = text.find_last_not_of(" \t\r\n");
   if (last == std::string_view::npos) return "";
   text = text.substr(0, last + 1);
-  if (text.size() > most) text = text.substr(text.size() - most);
+  if (text.size() > maxText) text = text.substr(text.size() - maxText);
   std::string words;
   for (const char c : text) {  // one line
     if (c == '\n' && !words.ends_with(" | ")) words += " | ";

@@ -22,7 +22,7 @@ class LineProcess {
     /// Its working folder.
     std::filesystem::path folder;
     /// Of an answer [bytes].
-    std::size_t longestLine = std::size_t{16} << 20U;
+    std::size_t maxLine = std::size_t{16} << 20U;
   };
 
   /// Starts it. Throws Error when that cannot be done.
@@ -57,7 +57,7 @@ class LineProcess {
 
   pid_t pid_ = -1;
   int input_ = -1, output_ = -1, complaints_ = -1;  // our ends of its stdin, stdout and stderr
-  std::size_t longestLine_;
+  std::size_t maxLine_;
   std::string pending_;       // of its output
   std::size_t searched_ = 0;  // of pending_, without finding a line's end
   std::string complaintsTail_, end_;

@@ -99,16 +99,16 @@ class SpecReader {
   }
 
   /// One number for all channels, or one a channel.
-  std::array<double, 3> numbers(const toml::node& node, double least, double most) const {
+  std::array<double, 3> numbers(const toml::node& node, double min, double max) const {
     const auto* list = node.as_array();
     if (list == nullptr) {
-      const double all = file_.number(node, least, most);
+      const double all = file_.number(node, min, max);
       return {all, all, all};
     }
     if (list->size() != 3)
       file_.fail(node, fmt::format("`{}` must be one number or three, in the order of `color`", file_.key()));
-    return {file_.number(*list->get(0), least, most), file_.number(*list->get(1), least, most),
-            file_.number(*list->get(2), least, most)};
+    return {file_.number(*list->get(0), min, max), file_.number(*list->get(1), min, max),
+            file_.number(*list->get(2), min, max)};
   }
 
   void readFile(const toml::node& node) {

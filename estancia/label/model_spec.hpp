@@ -60,7 +60,7 @@ struct ModelSpec {
 
   // What the outputs mean; see toProbabilities() in scores.hpp.
   enum class Reduce { none, max };
-  /// Max: a row of outputs for each of many places (anchors) in the image.
+  /// max: a row of outputs for each of many anchors in the image.
   Reduce reduce = Reduce::none;
   /// The outputs are logits of labels that exclude each other.
   bool softmax = false;
