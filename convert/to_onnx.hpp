@@ -14,9 +14,9 @@ struct NetworkSource {
   /// .tflite, .lite, .json (TensorFlow.js graph model) or .onnx.
   std::filesystem::path file;
   /// TensorFlow.js: the node that is fed with the image; "" = the only placeholder.
-  std::string inputNode;
+  std::string inputNode = {};
   /// TensorFlow.js: the node of the scores; "" = the only node that no other reads.
-  std::string outputNode;
+  std::string outputNode = {};
   /// TensorFlow.js: size of the image [pixels]; 0 = what the placeholder says.
   int width = 0, height = 0;
 };

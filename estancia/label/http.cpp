@@ -33,11 +33,11 @@ using std::chrono::milliseconds;
 
 /// What a service made of one image.
 struct Outcome {
-  std::vector<LabelProbability> words;
+  std::vector<LabelProbability> words = {};
   /// Of this image.
-  std::string problem;
+  std::string problem = {};
   /// Of the service: the work cannot go on.
-  std::optional<Error> failure;
+  std::optional<Error> failure = {};
   bool answered = false;
 };
 

@@ -15,11 +15,11 @@ struct Malformed {};
 struct Field {
   std::uint32_t number = 0;
   /// Of a varint field.
-  std::optional<std::uint64_t> value;
+  std::optional<std::uint64_t> value = {};
   /// Of a length-delimited field: a text, bytes, or a message.
-  std::optional<std::string_view> bytes;
+  std::optional<std::string_view> bytes = {};
   /// The whole field with its tag.
-  std::string_view whole;
+  std::string_view whole = {};
 };
 
 /// Walks over a message. Views point into it.

@@ -175,17 +175,74 @@ TEST_P(Engine, SaysWhenANetworkForAnySizeCannotHaveThisOne) {
               HasSubstr("4"));
 }
 
+void putElsewhere(onnx::TensorProto* weights) {
+  weights->set_name("weights");
+  weights->clear_float_data();
+  weights->set_data_location(onnx::TensorProto::EXTERNAL);
+  auto* location = weights->add_external_data();
+  location->set_key("location");
+  location->set_value("labels.txt");
+}
+
 TEST_P(Engine, RefusesWeightsInOtherFiles) {
-  const auto elsewhere = [](onnx::GraphProto& g) {
-    auto* weights = g.mutable_initializer(0);
-    weights->clear_float_data();
-    weights->set_data_location(onnx::TensorProto::EXTERNAL);
-    auto* location = weights->add_external_data();
-    location->set_key("location");
-    location->set_value("labels.txt");
+  using Graph = onnx::GraphProto;
+  const auto attribute = [](Graph& g) { return g.mutable_node(0)->add_attribute(); };
+  const std::vector<std::pair<std::string, std::function<void(Graph&)>>> places = {
+      {"initializer", [](Graph& g) { putElsewhere(g.mutable_initializer(0)); }},
+      {"sparse values", [](Graph& g) { putElsewhere(g.add_sparse_initializer()->mutable_values()); }},
+      {"sparse indices", [](Graph& g) { putElsewhere(g.add_sparse_initializer()->mutable_indices()); }},
+      {"t", [&](Graph& g) { putElsewhere(attribute(g)->mutable_t()); }},
+      {"tensors", [&](Graph& g) { putElsewhere(attribute(g)->add_tensors()); }},
+      {"sparse_tensor",
+       [&](Graph& g) { putElsewhere(attribute(g)->mutable_sparse_tensor()->mutable_values()); }},
+      {"sparse_tensors",
+       [&](Graph& g) { putElsewhere(attribute(g)->add_sparse_tensors()->mutable_indices()); }},
+      {"If", [&](Graph& g) { putElsewhere(attribute(g)->mutable_g()->add_initializer()); }},
+      {"graphs", [&](Graph& g) { putElsewhere(attribute(g)->add_graphs()->add_initializer()); }},
+      {"Loop in If", [&](Graph& g) {
+         auto* loop = attribute(g)->mutable_g()->add_node()->add_attribute()->mutable_g();
+         putElsewhere(loop->add_node()->add_attribute()->mutable_t());
+       }}};
+  for (const auto& [place, change] : places)
+    EXPECT_THAT(refusal(test::smallOnnx(8, 4, change), modelToml("small.onnx", 8)),
+                FailsWith(ErrorCode::unsafePath, "small.onnx", "(weights)"))
+        << place;
+}
+
+TEST_P(Engine, RefusesWeightsInOtherFilesOutsideOfTheGraph) {
+  using Model = onnx::ModelProto;
+  const std::vector<std::pair<std::string, std::function<void(Model&)>>> places = {
+      {"function",
+       [](Model& m) { putElsewhere(m.add_functions()->add_node()->add_attribute()->mutable_t()); }},
+      {"default of a function",  // a field that came after ONNX 1.12
+       [](Model& m) {
+         auto* function = m.add_functions();
+         onnx::AttributeProto attribute;
+         putElsewhere(attribute.mutable_g()->add_initializer());
+         function->GetReflection()->MutableUnknownFields(function)->AddLengthDelimited(
+             11, attribute.SerializeAsString());
+       }},
+      {"initialization",
+       [](Model& m) { putElsewhere(m.add_training_info()->mutable_initialization()->add_initializer()); }},
+      {"algorithm",
+       [](Model& m) { putElsewhere(m.add_training_info()->mutable_algorithm()->add_initializer()); }}};
+  for (const auto& [place, change] : places) {
+    Model model;
+    ASSERT_TRUE(model.ParseFromString(test::smallOnnx(8, 4)));
+    change(model);
+    EXPECT_THAT(refusal(model.SerializeAsString(), modelToml("small.onnx", 8)),
+                FailsWith(ErrorCode::unsafePath, "small.onnx", "(weights)"))
+        << place;
+  }
+}
+
+TEST_P(Engine, RefusesGraphsNestedWithoutEnd) {
+  const auto nested = [](onnx::GraphProto& g) {
+    auto* inner = &g;
+    for (int i = 0; i < 1000; ++i) inner = inner->add_node()->add_attribute()->mutable_g();
   };
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4, elsewhere), modelToml("small.onnx", 8)),
-              FailsWith(ErrorCode::unsafePath, "small.onnx", "(weights)"));
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, nested), modelToml("small.onnx", 8)),
+              FailsWith(ErrorCode::malformedFile, "small.onnx"));
 }
 
 TEST_P(Engine, RefusesANetworkOfSeveralInputs) {
