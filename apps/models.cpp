@@ -4,9 +4,9 @@
 #include <spdlog/spdlog.h>
 
 #include "common.hpp"
+#include "convert/model_folder.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/label/catalog.hpp"
-#include "estancia/label/convert.hpp"
 #include "estancia/label/model.hpp"
 #include "labeling.hpp"
 
@@ -80,28 +80,29 @@ void showCatalog(bool json) {
 
 void get(const std::string& name, const FetchOptions& options, bool json) {
   const auto progress = makeStderrProgress();
-  const FetchedModel model = fetchModel(Catalog::load(), name, *progress, options);
+  const FetchedModel model = fetchModel(Catalog::load(), name, options, *progress);
   for (const std::string& note : model.notes) spdlog::warn("{}", note);
   report(model.check, json);
 }
 
-std::string textOf(const std::vector<OnnxSummary::Tensor>& tensors) {
+std::string textOf(const std::vector<convert::OnnxSummary::Tensor>& tensors) {
   std::string text;
   for (const auto& [name, shape] : tensors)
     text += fmt::format("{}{} [{}]", text.empty() ? "" : ", ", name, fmt::join(shape, "×"));
   return text;
 }
 
-nlohmann::ordered_json jsonOf(const std::vector<OnnxSummary::Tensor>& tensors) {
+nlohmann::ordered_json jsonOf(const std::vector<convert::OnnxSummary::Tensor>& tensors) {
   nlohmann::ordered_json json;
   for (const auto& [name, shape] : tensors) json[name] = shape;
   return json;
 }
 
-void convert(const std::string& network, const std::string& output, bool overwrite, bool json) {
+void convertNetwork(const std::string& network, const std::string& output, bool overwrite, bool json) {
   const bool isFile = std::filesystem::is_regular_file(network);
-  const ModelSpec spec = isFile ? specOfFile(network) : readModelSpec(getModelFolder(network));
-  const OnnxSummary summary = convertToOnnx(spec, output, overwrite);
+  const auto source =
+      isFile ? convert::NetworkSource{.file = network} : convert::networkOf(getModelFolder(network));
+  const convert::OnnxSummary summary = convert::writeOnnx(source, output, overwrite);
   if (json)
     print({{"file", output},
            {"inputs", jsonOf(summary.inputs)},
@@ -146,13 +147,18 @@ void addModelsCommand(CLI::App& app) {
   check->callback(
       [arguments] { report(checkModel(arguments->model.model, arguments->model.options), arguments->json); });
 
-  CLI::App* add = command->add_subcommand("add", "Check a model folder and copy it to the other models");
+  CLI::App* add = command->add_subcommand(
+      "add",
+      "Check a model folder, convert its network to ONNX where needed, and copy it to the other models");
   add->add_option("FOLDER", arguments->folder, "The folder with model.toml, network and label file")
       ->required();
   add->add_flag("--replace", arguments->replace, "Replace a model of the same name");
   addJsonOption(*add, arguments->json);
   addExamples(*add, "  estancia models add ~/places205");
-  add->callback([arguments] { report(addModel(arguments->folder, arguments->replace), arguments->json); });
+  add->callback([arguments] {
+    const convert::ConvertedModel model(arguments->folder);
+    report(addModel(model.folder(), arguments->replace), arguments->json);
+  });
 
   CLI::App* conversion =
       command->add_subcommand("convert", "Write a network as an ONNX file that any engine can open");
@@ -163,9 +169,10 @@ void addModelsCommand(CLI::App& app) {
   conversion->add_option("OUTPUT", arguments->output, "The file to write, NAME.onnx")->required();
   conversion->add_flag("--overwrite", arguments->replace, "Replace an existing file");
   addJsonOption(*conversion, arguments->json);
-  addExamples(*conversion, "  estancia models convert inception-v3 inception-v3.onnx");
-  conversion->callback(
-      [arguments] { convert(arguments->folder, arguments->output, arguments->replace, arguments->json); });
+  addExamples(*conversion, "  estancia models convert mobilenet.tflite mobilenet.onnx");
+  conversion->callback([arguments] {
+    convertNetwork(arguments->folder, arguments->output, arguments->replace, arguments->json);
+  });
 
   CLI::App* catalog = command->add_subcommand("catalog", "List the models that `get` can fetch");
   addJsonOption(*catalog, arguments->json);
@@ -175,7 +182,7 @@ void addModelsCommand(CLI::App& app) {
   CLI::App* fetch = command->add_subcommand("get", "Download a model of the catalog, check and install it");
   fetch->add_option("NAME", arguments->folder, "A name of `models catalog`")->required();
   fetch->add_flag("--replace", arguments->fetch.replace, "Replace a model of the same name");
-  fetch->add_flag("--force", arguments->fetch.anew, "Fetch anew what an earlier run has left half done");
+  fetch->add_flag("--force", arguments->fetch.refetch, "Fetch anew what an earlier run has left half done");
   addJsonOption(*fetch, arguments->json);
   addExamples(*fetch,
               "  estancia models get mobilenet-v2\n"

@@ -31,6 +31,7 @@
 #include "estancia/label/label_stream.hpp"
 #include "estancia/label/labeler.hpp"
 #include "estancia/label/model.hpp"
+#include "estancia/label/model_spec.hpp"
 #include "estancia/label/record.hpp"
 
 #include "estancia/describe/descriptor.hpp"

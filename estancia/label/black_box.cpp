@@ -10,6 +10,7 @@
 
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/label/labeler.hpp"
+#include "estancia/label/model_files.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;

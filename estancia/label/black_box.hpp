@@ -1,4 +1,4 @@
-// What the types of labeler that are no networks share.
+// External labeler: what programs, services, recordings and people share beside networks.
 #pragma once
 
 #include <cstddef>
@@ -14,20 +14,21 @@
 
 namespace estancia {
 
-/// Reads a type's own `keys` of its model.toml; the common ones (readModelSpec) are there already. Throws
-/// Error on unknown keys, and on wrong or missing ones.
+/// Reads the `keys` of model.toml that belong to this type; readModelSpec() has read the common ones. Throws
+/// Error on unknown, wrong and missing keys.
 void readBlackBox(ConfigFile& config, std::vector<ConfigFile::Key> keys);
 
-/// Name and digest of what decides about the answers: the settings in model.toml but those named `without`,
-/// the label file and these further files of the folder ("" and paths that are no file of it are passed
-/// over). Who gives a slow service more time must not lose what it has labeled.
+/// Name and digest of what decides about the answers: the settings in model.toml except those named `without`
+/// (a longer timeout must not invalidate the cache), the label file and these further files of the folder (""
+/// and paths that are no file of it are skipped).
 std::string blackBoxIdentity(const ModelSpec& spec, const ConfigFile& config,
                              const std::vector<std::filesystem::path>& files,
                              const std::vector<std::string>& without = {});
 
 /// How the answers of programs and services become descriptors.
 struct AnswerSettings {
-  std::size_t best = 0;  ///< so many words of an answer are used; 0 = all
+  /// The number of labels of an answer that are used, the most probable first; 0 = all.
+  std::size_t best = 0;
   io::WordFormat format;
 
   /// Its keys: best, scale, labels_at, label_key, confidence_key.

@@ -1,4 +1,4 @@
-// Descriptors as the bytes that a cache keeps.
+// Cached descriptor: the bytes that a label cache keeps for an image.
 #pragma once
 
 #include <string>

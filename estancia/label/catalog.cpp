@@ -16,7 +16,7 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::int64_t longestFile = std::int64_t{1} << 40;
+constexpr std::int64_t maxFileBytes = std::int64_t{1} << 40;
 
 /// Reads one catalog file.
 class CatalogReader {
@@ -49,9 +49,9 @@ class CatalogReader {
 
  private:
   [[noreturn]] void missingSet(const std::string& user, const std::string& set) const {
-    throw Error(fmt::format(
-        "{}: {} names the label set {}, which is not there, or has no words itself; add [labels.{}]",
-        file_.path().string(), user, set, set));
+    throw Error(ErrorCode::malformedFile, fmt::format("{}: {} names the label set {}, which is missing or "
+                                                      "takes its words from another; add [labels.{}]",
+                                                      file_.path().string(), user, set, set));
   }
 
   /// A name that is safe as that of a file and of a folder.
@@ -95,7 +95,7 @@ class CatalogReader {
         {"sha256", false, "its digest", [&](auto& n) { file.remote.sha256 = digest(n, 64); }},
         {"sha1", false, "its digest", [&](auto& n) { file.remote.sha1 = digest(n, 40); }},
         {"size", false, "its bytes",
-         [&](auto& n) { file.remote.size = static_cast<std::uint64_t>(file_.integer(n, 1, longestFile)); }},
+         [&](auto& n) { file.remote.size = static_cast<std::uint64_t>(file_.integer(n, 1, maxFileBytes)); }},
         {"member", false, "the file in an archive", [&](auto& n) { file.member = file_.text(n); }},
     };
   }
@@ -138,7 +138,7 @@ class CatalogReader {
                    {"license", true, "the model's license", [&](auto& n) { model.license = file_.text(n); }},
                    {"source", true, "where it is described", [&](auto& n) { model.source = file_.text(n); }},
                    {"labels", false, "its label set", [&](auto& n) { model.labels = file_.text(n); }},
-                   {"megabytes", false, "about how much there is to download",
+                   {"megabytes", false, "the size of the download",
                     [&](auto& n) { model.megabytes = file_.number(n, 0, 1e6); }},
                    {"files", true, "its files",
                     [&](auto& n) {
@@ -177,7 +177,8 @@ bool isWordNetNumber(std::string_view word) {
 std::string_view unnumbered(std::string_view line, std::size_t number, const std::string& set) {
   const auto blank = line.rfind(' ');
   if (blank == std::string_view::npos || line.substr(blank + 1) != std::to_string(number))
-    throw Error(fmt::format("{}:{}: \"{}\" does not end with the number {}; the list is not what it was", set,
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}:{}: \"{}\" does not end with the number {}; the list is not what it was", set,
                             number + 1, io::printable(line), number));
   return line.substr(0, blank);
 }
@@ -210,8 +211,8 @@ const CatalogEntry& Catalog::get(const std::string& name) const {
   if (const auto found = models_.find(name); found != models_.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [other, model] : models_) known.push_back(other);
-  throw Error(fmt::format("no model \"{}\" in the catalog; known are {}", io::printable(name),
-                          fmt::join(known, ", ")));
+  throw Error(ErrorCode::unknownName, fmt::format("no model \"{}\" in the catalog; known are {}",
+                                                  io::printable(name), fmt::join(known, ", ")));
 }
 
 std::string Catalog::checksums(const CatalogEntry& model) const {
@@ -236,7 +237,8 @@ std::vector<std::string> labelsOf(const LabelSet& set, const std::vector<std::st
                                   const std::vector<std::string>& words) {
   const std::string& list = set.file.name;
   if (lines.size() != set.count)
-    throw Error(fmt::format("{} has {} lines where {} labels are expected; the list is not what it was", list,
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{} has {} lines where {} labels are expected; the list is not what it was", list,
                             lines.size(), set.count));
   const auto known = wordNetWords(words);
   std::vector<std::string> labels;
@@ -246,7 +248,8 @@ std::vector<std::string> labelsOf(const LabelSet& set, const std::vector<std::st
     if (set.numbered && isWordNetNumber(label)) {
       const auto found = known.find(label);
       if (found == known.end())
-        throw Error(fmt::format("{}:{}: no words for {} in the list {}", list, i + 1, label, set.words));
+        throw Error(ErrorCode::malformedFile,
+                    fmt::format("{}:{}: no words for {} in the list {}", list, i + 1, label, set.words));
       label = found->second;
     } else if (set.numbered && label.size() > 10 && label[9] == ' ' && isWordNetNumber(label.substr(0, 9))) {
       label.remove_prefix(10);

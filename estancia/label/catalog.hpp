@@ -1,4 +1,4 @@
-// The models that can be had: where from, under which license, and how to use them.
+// Model catalog: models that can be downloaded, with addresses, licenses and settings.
 #pragma once
 
 #include <cstddef>
@@ -7,18 +7,22 @@
 #include <string>
 #include <vector>
 
-#include "estancia/core/download.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/fetch/download.hpp"
 #include "estancia/label/model.hpp"
 
 namespace estancia {
 
 /// A file of a model.
 struct CatalogFile {
-  std::string name;    ///< in the model's folder
-  RemoteFile remote;   ///< what is downloaded; no addresses when `byHand` says how to make it instead
-  std::string member;  ///< when that is an archive: the file in it
-  std::string byHand;  ///< one sentence for people
+  /// In the model's folder.
+  std::string name;
+  /// What is downloaded; no addresses when `byHand` says how to make it instead.
+  RemoteFile remote;
+  /// When that is an archive: the file in it.
+  std::string member;
+  /// One sentence for people.
+  std::string byHand;
 };
 
 /// A list of labels that several models share.
@@ -28,15 +32,19 @@ struct LabelSet {
   /// Lines end with their number and may begin with a folder's letter or a WordNet number, as in
   /// "/a/airport_terminal 2" and "n01440764 tench, Tinca tinca 0": only the words between are the label.
   bool numbered = false;
-  std::string words;  ///< the set that knows the words of lines with a WordNet number and nothing else
+  /// The set that knows the words of lines with a WordNet number and nothing else.
+  std::string words;
 };
 
 struct CatalogEntry {
   std::string name, about, license, source;
   std::vector<CatalogFile> files;
-  std::string labels;     ///< a label set; "" when the label file is among `files`
-  double megabytes = 0;   ///< of the whole download, about
-  std::string modelToml;  ///< its model.toml, but for the digests
+  /// A label set; "" when the label file is among `files`.
+  std::string labels;
+  /// Approximate size of the download [MB].
+  double megabytes = 0;
+  /// Its model.toml, but for the digests.
+  std::string modelToml;
 
   /// Whether some of the files cannot be had but must be made.
   bool needsHands() const;
@@ -73,14 +81,19 @@ std::vector<std::string> labelsOf(const LabelSet& set, const std::vector<std::st
                                   const std::vector<std::string>& words);
 
 struct FetchOptions {
-  bool replace = false;  ///< an installed model of that name
-  bool anew = false;     ///< fetch again what an earlier run has left
+  /// An installed model of that name.
+  bool replace = false;
+  /// Fetch again what an earlier run has left.
+  bool refetch = false;
   DownloadOptions download;
 };
 
+OptionGroup declare(FetchOptions& options);
+
 struct FetchedModel {
   ModelCheck check;
-  std::vector<std::string> notes;  ///< what could not be verified, for people
+  /// What could not be verified, for people.
+  std::vector<std::string> notes;
 };
 
 /// Where downloads wait until the model is complete: DOWNLOADS/NAME, beside the model home.
@@ -88,7 +101,7 @@ std::filesystem::path downloadFolder(const std::string& model);
 
 /// Downloads a model into downloadFolder(), checks it and installs it as addModel() does. Files that the user
 /// has put there are used. Throws Error, and Interrupted; what has arrived is then kept for the next run.
-FetchedModel fetchModel(const Catalog& catalog, const std::string& name, Progress& progress,
-                        const FetchOptions& options = {});
+FetchedModel fetchModel(const Catalog& catalog, const std::string& name, const FetchOptions& options = {},
+                        Progress& progress = Progress::none());
 
 }  // namespace estancia

@@ -24,6 +24,7 @@ TextEmbeddings::TextEmbeddings(const std::filesystem::path& path, std::size_t la
   io::NpyFile file(path);
   if (file.rows() != labels)
     throw Error(
+        ErrorCode::mismatch,
         fmt::format("{} has {} rows for {} labels; make it of the words of the label file, in its order",
                     path.string(), file.rows(), labels));
   dimensions_ = file.columns();
@@ -31,7 +32,8 @@ TextEmbeddings::TextEmbeddings(const std::filesystem::path& path, std::size_t la
     const auto& row = file.next();
     const double length = lengthOf(row);
     if (!std::isfinite(length) || length <= 0)
-      throw Error(fmt::format("{}: row {} has the length {}; it is no embedding", path.string(), i, length));
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: row {} has the length {}; it is no embedding", path.string(), i, length));
     for (const double v : row) rows_.push_back(static_cast<float>(v / length));
   }
 }
@@ -40,12 +42,14 @@ std::vector<float> TextEmbeddings::logits(std::span<const float> image, double s
                                           const std::string& model) const {
   if (image.size() != dimensions_)
     throw Error(
+        ErrorCode::mismatch,
         fmt::format("model {} gives {} values where its text embeddings have {}; they must be made by "
                     "the text encoder that belongs to it",
                     model, image.size(), dimensions_));
   const double length = lengthOf(image);
   if (!std::isfinite(length) || length <= 0)
-    throw Error(fmt::format("model {} gives an embedding of the length {}", model, length));
+    throw Error(ErrorCode::labelerFailure,
+                fmt::format("model {} gives an embedding of the length {}", model, length));
   std::vector<float> logits;
   for (auto row = rows_.begin(); row != rows_.end(); row += static_cast<std::ptrdiff_t>(dimensions_))
     logits.push_back(

@@ -1,4 +1,4 @@
-// Words of one's own: an image's embedding compared with those of texts.
+// CLIP text embeddings: an image embedding compared with those of any words (zero-shot classification).
 #pragma once
 
 #include <cstddef>

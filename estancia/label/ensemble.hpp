@@ -1,4 +1,4 @@
-// Several models in conjunction: one look at each image, the words of all.
+// Ensemble: several models label each image; their vocabularies are joined.
 #pragma once
 
 #include <memory>
@@ -49,7 +49,8 @@ class Ensemble final : public Labeler {
  private:
   std::vector<EnsembleMember> members_;
   Fusion fusion_;
-  std::vector<std::vector<std::size_t>> places_;  ///< of each member's labels in the joined vocabulary
+  /// Of each member's labels in the joined vocabulary.
+  std::vector<std::vector<std::size_t>> places_;
   Vocabulary vocabulary_;
   std::string identity_;
 };

@@ -4,10 +4,11 @@
 #include <cctype>
 #include <system_error>
 
-#include "estancia/core/archive.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/fetch/archive.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/label/catalog.hpp"
 
@@ -15,7 +16,7 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::uint64_t longestList = 1U << 24U;
+constexpr std::uint64_t maxListBytes = 1U << 24U;
 
 /// A file name of our own for what is at `url`, which also tells people what it is.
 std::string archiveName(const std::string& url) {
@@ -28,7 +29,7 @@ std::string archiveName(const std::string& url) {
 /// Fills a model's download folder.
 class Fetcher {
  public:
-  Fetcher(const Catalog& catalog, const CatalogEntry& entry, Progress& progress, const FetchOptions& options)
+  Fetcher(const Catalog& catalog, const CatalogEntry& entry, const FetchOptions& options, Progress& progress)
       : catalog_(catalog),
         entry_(entry),
         progress_(progress),
@@ -41,7 +42,7 @@ class Fetcher {
     prepare();
     for (const CatalogFile& file : entry_.files)
       if (file.byHand.empty()) {
-        get(file, options_.download.most);
+        get(file, options_.download.maxBytes);
         digests_ += fmt::format("\"{}\" = \"{}\"\n", file.name, verified(file));
       }
     if (!entry_.labels.empty()) writeLabels();
@@ -56,15 +57,17 @@ class Fetcher {
     std::error_code problem;
     fs::create_directories(folder_, problem);
     if (problem)
-      throw Error(fmt::format("cannot make the folder {} ({}); set ESTANCIA_HOME to a folder of yours",
+      throw Error(ErrorCode::fileUnwritable,
+                  fmt::format("cannot make the folder {} ({}); set ESTANCIA_HOME to a folder of yours",
                               folder_.string(), problem.message()));
     writeWhole(folder_ / "model.toml", entry_.modelToml);
     readModelSpec(folder_);
     for (const CatalogFile& file : entry_.files)
       if (!file.byHand.empty() && !fs::is_regular_file(folder_ / file.name))
-        throw Error(fmt::format("{} of {} is yours to make: {}; put it at {} and run this again", file.name,
+        throw Error(ErrorCode::fileNotFound,
+                    fmt::format("{} of {} is yours to make: {}; put it at {} and run this again", file.name,
                                 entry_.name, file.byHand, (folder_ / file.name).string()));
-    if (options_.anew)
+    if (options_.refetch)
       for (const auto& item : fs::directory_iterator(folder_))
         if (!isByHand(item.path().filename().string())) fs::remove(item.path(), problem);
   }
@@ -75,22 +78,22 @@ class Fetcher {
     return false;
   }
 
-  void get(const CatalogFile& file, std::uint64_t most) {
+  void get(const CatalogFile& file, std::uint64_t maxBytes) {
     const fs::path target = folder_ / file.name;
     DownloadOptions options = options_.download;
     if (file.member.empty()) {
-      options.most = most;
-      return download(file.remote, target, progress_, options);
+      options.maxBytes = maxBytes;
+      return download(file.remote, target, options, progress_);
     }
-    if (fs::is_regular_file(target)) return;  // taken out before, or put there by hand
+    if (fs::is_regular_file(target)) return;  // extracted before, or put there by hand
     std::string reasons;
     for (const std::string& url : file.remote.urls) {
       RemoteFile one = file.remote;
       one.urls = {url};
       const fs::path archive = folder_ / archiveName(url);
       try {
-        download(one, archive, progress_, options);
-        if (extractMember(archive, file.member, target, most)) return;
+        download(one, archive, options, progress_);
+        if (extractMember(archive, file.member, target, maxBytes)) return;
         reasons += fmt::format("{} holds no {}; ", url, file.member);
       } catch (const Interrupted&) {
         throw;
@@ -100,11 +103,11 @@ class Fetcher {
         reasons += std::string(e.what()) + "; ";
       }
     }
-    throw Error(
-        fmt::format("{}put {} at {} by hand, then run this again", reasons, file.member, target.string()));
+    throw Error(ErrorCode::network, fmt::format("{}put {} at {} by hand, then run this again", reasons,
+                                                file.member, target.string()));
   }
 
-  /// SHA-256 of a file that is there. Notes when nobody has said what it should be.
+  /// SHA-256 of a file; notes when none is published to compare it with.
   std::string verified(const CatalogFile& file) {
     std::string actual = sha256OfFile(folder_ / file.name);
     if (!file.remote.sha256.empty()) return actual;
@@ -118,7 +121,7 @@ class Fetcher {
   std::vector<std::string> linesOf(const std::string& set) {
     CatalogFile file = catalog_.labelSets().at(set).file;
     file.name = set + ".list";
-    get(file, longestList);
+    get(file, maxListBytes);
     verified(file);
     auto lines = io::readLines(folder_ / file.name);
     while (!lines.empty() && lines.back().empty()) lines.pop_back();
@@ -150,19 +153,29 @@ fs::path downloadFolder(const std::string& model) {
   return modelHome().parent_path() / "downloads" / model;
 }
 
-FetchedModel fetchModel(const Catalog& catalog, const std::string& name, Progress& progress,
-                        const FetchOptions& options) {
+OptionGroup declare(FetchOptions& options) {
+  OptionGroup group("fetch", "How a model is fetched.");
+  group.add("replace", &options.replace, "Replace an installed model of the same name.");
+  group.add("refetch", &options.refetch, "Fetch again what an earlier run has left.");
+  group.add(declare(options.download));
+  return group;
+}
+
+FetchedModel fetchModel(const Catalog& catalog, const std::string& name, const FetchOptions& options,
+                        Progress& progress) {
   const CatalogEntry& entry = catalog.get(name);
   if (fs::exists(modelHome() / name) && !options.replace)
-    throw Error(fmt::format("there is a model {} already in {}; use --replace to have it anew", name,
+    throw Error(ErrorCode::fileExists,
+                fmt::format("there is a model {} already in {}; use --replace to have it anew", name,
                             modelHome().string()));
-  Fetcher fetcher(catalog, entry, progress, options);
+  Fetcher fetcher(catalog, entry, options, progress);
   fetcher.fetch();
   FetchedModel result;
   try {
     result.check = addModel(fetcher.folder(), options.replace);
   } catch (const Error& e) {
-    throw Error(fmt::format("{}; the files are kept in {}: try --force if a download may be at fault",
+    throw Error(e.code(),
+                fmt::format("{}; the files are kept in {}: try --force if a download may be at fault",
                             e.what(), fetcher.folder().string()));
   }
   result.notes = fetcher.notes();

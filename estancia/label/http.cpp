@@ -34,9 +34,11 @@ using std::chrono::milliseconds;
 
 /// What a service made of one image.
 struct Outcome {
-  std::vector<LabelProbability> words;
-  std::string problem;  ///< of this image
-  std::string failure;  ///< of the service: the work cannot go on
+  std::vector<LabelProbability> words = {};
+  /// Of this image.
+  std::string problem = {};
+  /// Of the service: the work cannot go on.
+  std::optional<Error> failure = {};
   bool answered = false;
 };
 
@@ -88,7 +90,8 @@ class HttpLabeler final : public Labeler {
       const cv::Mat bytes(1, static_cast<int>(body.size()), CV_8U, const_cast<char*>(body.data()));
       return {bytes.clone(), frame, {}};
     } catch (const cv::Exception&) {
-      throw Error(fmt::format("{}: the image {} cannot be packed for sending", source_, frame));
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("{}: the image {} cannot be packed for sending", source_, frame));
     }
   }
 
@@ -100,11 +103,11 @@ class HttpLabeler final : public Labeler {
 
   std::vector<LabelResult> inferBatch(std::span<const Prepared> batch) override {
     auto outcomes = askAll(batch);
-    std::string failure;
+    std::optional<Error> failure;
     bool stopped = false;
     std::vector<LabelResult> results;
     for (Outcome& outcome : outcomes) try {  // in order: who discovers a word first is no race
-        if (!outcome.failure.empty() && failure.empty()) failure = outcome.failure;
+        if (outcome.failure && !failure) failure = outcome.failure;
         if (!outcome.problem.empty()) throw FrameError(outcome.problem);
         if (!outcome.answered) {
           stopped = true;
@@ -119,7 +122,7 @@ class HttpLabeler final : public Labeler {
       } catch (...) {
         results.push_back({{}, frameFailure(batch[results.size()].frame).what()});
       }
-    if (!failure.empty()) throw BatchError(failure, std::move(results));  // what was paid for is kept
+    if (failure) throw BatchError(*failure, std::move(results));  // what was paid for is kept
     if (stopped) throw Interrupted("stopped while waiting for an answer");
     return results;
   }
@@ -142,7 +145,7 @@ class HttpLabeler final : public Labeler {
     const auto work = [&](Lane& lane) {
       for (std::size_t i; !failed_ && (i = next++) < batch.size();) {
         outcomes[i] = ask(lane, batch[i]);
-        if (!outcomes[i].failure.empty()) fail();
+        if (outcomes[i].failure) fail();
       }
     };
     std::vector<std::jthread> others;
@@ -151,7 +154,7 @@ class HttpLabeler final : public Labeler {
     return others.clear(), outcomes;
   }
 
-  /// Until there is an answer, or no hope for one; neither of them when the work ends before.
+  /// Asks until there is an answer or a failure that will not pass; neither when the work ends before.
   Outcome ask(Lane& lane, const Prepared& prepared) try {
     const std::string body(prepared.input.ptr<char>(), prepared.input.total());
     for (int attempt = 1;; ++attempt) {
@@ -164,17 +167,14 @@ class HttpLabeler final : public Labeler {
       if (!mayPass(reply)) return judge(reply);
       const std::string reason = reasonOf(reply);
       if (attempt >= settings_.attempts)
-        return {{},
-                {},
-                message(fmt::format("{}, after {} attempts for {}; try later: what is labeled stays so",
-                                    reason, attempt, prepared.frame.empty() ? "an image" : prepared.frame))};
+        return failed(reply,
+                      fmt::format("{}, after {} attempts for {}; try later: what is labeled stays so", reason,
+                                  attempt, prepared.frame.empty() ? "an image" : prepared.frame));
       auto wait = backoff(lane, attempt);
       if (const auto asked = readRetryAfter(reply.retryAfter)) {
         if (*asked > settings_.maxWait)
-          return {{},
-                  {},
-                  message(fmt::format("{}: it asks to wait {} s, more than `max_wait` ({} s); try later",
-                                      reason, asked->count() / 1000, settings_.maxWait.count() / 1000))};
+          return failed(reply, fmt::format("{}: it asks to wait {} s, more than `max_wait` ({} s); try later",
+                                           reason, asked->count() / 1000, settings_.maxWait.count() / 1000));
         wait = std::max(wait, *asked);
       }
       if (!waitUntil(Clock::now() + wait)) return {};
@@ -182,15 +182,15 @@ class HttpLabeler final : public Labeler {
   } catch (const Interrupted&) {
     return {};
   } catch (const Error& e) {
-    return {{}, {}, e.what()};
+    return {.failure = e};
   } catch (...) {
-    return {{}, frameFailure(prepared.frame).what(), {}};
+    return {.problem = frameFailure(prepared.frame).what()};
   }
 
   Outcome read(const HttpReply& reply) const {
     io::Answer answer = io::readAnswer(reply.body, settings_.answer.format, source_);
-    if (!answer.error.empty()) return {{}, message(answer.error), {}};
-    return {std::move(answer.words), {}, {}, true};
+    if (!answer.error.empty()) return {.problem = message(answer.error)};
+    return {.words = std::move(answer.words), .answered = true};
   }
 
   static bool mayPass(const HttpReply& reply) {
@@ -201,19 +201,23 @@ class HttpLabeler final : public Labeler {
   Outcome judge(const HttpReply& reply) const {
     const int status = reply.status;
     if (status == 400 || status == 413 || status == 415 || status == 422)
-      return {{}, message(fmt::format("refuses the image: {}", reasonOf(reply))), {}};
+      return {.problem = message(fmt::format("refuses the image: {}", reasonOf(reply)))};
     if (status / 100 == 3)
-      return {{},
-              {},
-              message(fmt::format("HTTP {}: it has moved to {}; no redirect is followed, so correct `url`",
-                                  status, io::printable(reply.location.substr(0, 200))))};
-    return {{}, {}, message(reasonOf(reply) + adviceFor(status))};
+      return failed(
+          reply, fmt::format("HTTP {}: it has moved to {}; no redirect is followed, so correct `url`", status,
+                             io::printable(reply.location.substr(0, 200))));
+    return failed(reply, reasonOf(reply) + adviceFor(status));
+  }
+
+  Outcome failed(const HttpReply& reply, const std::string& what) const {
+    return {.failure =
+                Error(reply.status == 0 ? ErrorCode::network : ErrorCode::serverFailure, message(what))};
   }
 
   static std::string reasonOf(const HttpReply& reply) {
     if (reply.status == 0) return reply.problem;
-    constexpr std::size_t most = 120;
-    const std::string text = io::printable(std::string_view(reply.body).substr(0, most));
+    constexpr std::size_t maxText = 120;
+    const std::string text = io::printable(std::string_view(reply.body).substr(0, maxText));
     return fmt::format("HTTP {}{}{}", reply.status, text.empty() ? "" : ": ", text);
   }
 

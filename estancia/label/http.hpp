@@ -1,4 +1,4 @@
-// A web service as labeler.
+// HTTP labeler: a web service that labels images.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// One connection to a web service, with a clock that nothing on the other side can stop.
+// HTTP connection: POST requests to one web service, with timeouts that no server can stretch.
 #pragma once
 
 #include <chrono>
@@ -13,24 +13,34 @@ namespace estancia {
 
 /// Where and how to ask.
 struct HttpEndpoint {
-  std::string server;  ///< "https://host:port"
-  std::string path;    ///< "/v2/label?lang=en", sent as it is
+  /// "https://host:port".
+  std::string server;
+  /// "/v2/label?lang=en", sent as it is.
+  std::string path;
   std::string contentType;
   std::vector<std::pair<std::string, std::string>> headers;
-  std::filesystem::path certificates;  ///< PEM of whom to trust; "" = whom the system trusts
+  /// PEM of whom to trust; "" = whom the system trusts.
+  std::filesystem::path certificates;
   std::chrono::milliseconds connectTimeout{10'000};
-  std::chrono::milliseconds readTimeout{30'000};      ///< of silence, to about a second
-  std::chrono::milliseconds timeout{60'000};          ///< of the whole request, however its bytes trickle
-  std::size_t longestAnswer = std::size_t{4} << 20U;  ///< [bytes]
+  /// Of silence, to about a second.
+  std::chrono::milliseconds readTimeout{30'000};
+  /// Of the whole request, however its bytes trickle.
+  std::chrono::milliseconds timeout{60'000};
+  /// [bytes].
+  std::size_t maxAnswer = std::size_t{4} << 20U;
 };
 
 /// What came back.
 struct HttpReply {
-  int status = 0;  ///< 0: no whole answer, see `problem`
+  /// 0: no whole answer, see `problem`.
+  int status = 0;
   std::string body;
-  std::string retryAfter, location;  ///< headers, "" when absent
-  std::string problem;               ///< why there is no answer, one clause
-  bool hopeless = false;             ///< the problem will be the same next time
+  /// Headers, "" when absent.
+  std::string retryAfter, location;
+  /// Why there is no answer, one clause.
+  std::string problem;
+  /// The problem will be the same next time.
+  bool hopeless = false;
 };
 
 /// Requests to one endpoint, one after the other, over one connection that is kept open between them. Uses no

@@ -1,7 +1,6 @@
 #include "estancia/label/http_settings.hpp"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,9 +9,11 @@
 #include <string_view>
 #include <utility>
 
+#include "estancia/core/base64.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/label/model_files.hpp"
 
 namespace estancia {
 namespace {
@@ -69,7 +70,8 @@ class Reader {
       keys.push_back(std::move(key));
     readBlackBox(config_, std::move(keys));
     if (!settings_.field.empty() && !settings_.bodyTemplate.empty())
-      throw Error(fmt::format("{}: `field` and `body` exclude each other; the image is sent once",
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: `field` and `body` exclude each other; the image is sent once",
                               config_.path().string()));
     settings_.identity = blackBoxIdentity(spec_, config_, {},
                                           {"ca", "connect_timeout", "read_timeout", "timeout", "attempts",
@@ -142,13 +144,6 @@ class Reader {
   HttpSettings settings_;
 };
 
-std::string base64(const std::vector<unsigned char>& bytes) {
-  std::string text(4 * ((bytes.size() + 2) / 3) + 1, '\0');
-  text.resize(static_cast<std::size_t>(EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
-                                                       bytes.data(), static_cast<int>(bytes.size()))));
-  return text;
-}
-
 }  // namespace
 
 HttpSettings readHttpSettings(const ModelSpec& spec) {
@@ -160,14 +155,14 @@ std::string requestBody(const HttpSettings& settings, const cv::Mat& bgr) {
   std::vector<int> how;
   if (settings.format == "jpg") how = {cv::IMWRITE_JPEG_QUALITY, settings.quality};
   cv::imencode("." + settings.format, bgr, image, how);
+  const std::string bytes(image.begin(), image.end());
   if (!settings.bodyTemplate.empty()) {
     std::string body = settings.bodyTemplate;
-    const std::string text = base64(image);
+    const std::string text = toBase64(bytes);
     for (std::size_t at = 0; (at = body.find(kPlaceholder, at)) != std::string::npos; at += text.size())
       body.replace(at, kPlaceholder.size(), text);
     return body;
   }
-  const std::string bytes(image.begin(), image.end());
   if (settings.field.empty()) return bytes;
   return fmt::format(
       "--{0}\r\nContent-Disposition: form-data; name=\"{1}\"; filename=\"image.{2}\"\r\nContent-Type: "

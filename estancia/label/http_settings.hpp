@@ -1,4 +1,4 @@
-// What model.toml says about a web service.
+// HTTP labeler settings: what model.toml says about a web service.
 #pragma once
 
 #include <chrono>
@@ -15,21 +15,33 @@
 namespace estancia {
 
 struct HttpSettings {
-  std::string url;  ///< as written, without the secrets: for messages
+  /// As written, without the secrets: for messages.
+  std::string url;
   HttpEndpoint endpoint;
-  std::vector<std::string> secrets;  ///< values from the environment, never to be shown
+  /// Values from the environment, never to be shown.
+  std::vector<std::string> secrets;
 
-  std::string field;           ///< of a form to put the image in; "" sends it as the whole body
-  std::string bodyTemplate;    ///< JSON in which ${image} stands for the image in base64; "" = no JSON
-  std::string format = "jpg";  ///< or "png"
-  int quality = 95;            ///< of JPEG
+  /// Of a form to put the image in; "" sends it as the whole body.
+  std::string field;
+  /// JSON in which ${image} stands for the image in base64; "" = no JSON.
+  std::string bodyTemplate;
+  /// Or "png".
+  std::string format = "jpg";
+  /// Of JPEG.
+  int quality = 95;
 
-  int attempts = 5;                           ///< in all
-  std::chrono::milliseconds backoff{500};     ///< before the second attempt; doubled for each further one
-  std::chrono::milliseconds maxWait{60'000};  ///< between two attempts
-  double rate = 0;                            ///< requests a second at most; 0 = any
-  std::size_t parallel = 4;                   ///< requests in flight
-  std::uint64_t seed = 1;                     ///< of the waits' jitter
+  /// In all.
+  int attempts = 5;
+  /// Before the second attempt; doubled for each further one.
+  std::chrono::milliseconds backoff{500};
+  /// Between two attempts.
+  std::chrono::milliseconds maxWait{60'000};
+  /// Requests a second at most; 0 = any.
+  double rate = 0;
+  /// Requests in flight.
+  std::size_t parallel = 4;
+  /// Of the waits' jitter.
+  std::uint64_t seed = 1;
   AnswerSettings answer;
   std::string identity;
 };

@@ -16,15 +16,16 @@
 #include "estancia/io/files.hpp"
 #include "estancia/io/label_scores.hpp"
 #include "estancia/label/black_box.hpp"
+#include "estancia/label/model_files.hpp"
 #include "estancia/label/recorded_labeler.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-/// What was said of one image: label → confidence, or nothing where the labels share.
-struct Said {
-  std::string image;
+/// The labels of one image with their confidences; none where the labels share.
+struct ImageLabels {
+  std::string name;
   std::map<std::string, std::pair<std::optional<float>, std::size_t>> labels;  ///< with their lines
 };
 
@@ -35,7 +36,9 @@ std::vector<std::string> splitLabels(std::string_view cell, const std::string& w
     labels.push_back(io::toLabel(cell.substr(0, end), where));
     cell.remove_prefix(std::min(end + 1, cell.size()));
   }
-  if (labels.empty()) throw Error(fmt::format("{}: no label; leave the line out if there is none", where));
+  if (labels.empty())
+    throw Error(ErrorCode::malformedFile,
+                fmt::format("{}: no label; leave the line out if there is none", where));
   return labels;
 }
 
@@ -43,8 +46,8 @@ bool isHeader(const io::CsvRow& row) {
   return row.cells.size() >= 2 && row.cells[0] == "image" && row.cells[1].starts_with("label");
 }
 
-std::vector<Said> readSaid(const fs::path& file) {
-  std::vector<Said> all;
+std::vector<ImageLabels> readLabels(const fs::path& file) {
+  std::vector<ImageLabels> all;
   std::unordered_map<std::string, std::size_t> indices;
   std::size_t columns = 0;
   io::forEachCsvRow(file, [&](io::CsvRow& row) {
@@ -52,13 +55,13 @@ std::vector<Said> readSaid(const fs::path& file) {
     const bool first = columns == 0;
     if (first) columns = row.cells.size();
     if ((columns != 2 && columns != 3) || row.cells.size() != columns)
-      throw Error(
-          fmt::format("{}: {} cells; all lines are `image,label;label2`, or all are "
-                      "`image,label,confidence` (labels with commas in quotes)",
-                      where, row.cells.size()));
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: {} cells; all lines are `image,label;label2`, or all are "
+                              "`image,label,confidence` (labels with commas in quotes)",
+                              where, row.cells.size()));
     if (first && isHeader(row)) return;
     const std::string image = io::printable(row.cells[0]);
-    if (image.empty()) throw Error(fmt::format("{}: the image has no name", where));
+    if (image.empty()) throw Error(ErrorCode::malformedFile, fmt::format("{}: the image has no name", where));
     const auto [entry, isNew] = indices.emplace(image, all.size());
     if (isNew) all.push_back({image, {}});
     auto& labels = all[entry->second].labels;
@@ -68,24 +71,27 @@ std::vector<Said> readSaid(const fs::path& file) {
       if (columns == 3) {
         const auto value = io::toNumber(row.cells[2]);
         if (!value)
-          throw Error(
-              fmt::format("{}: \"{}\" is no number for \"{}\"", where, io::printable(row.cells[2]), label));
+          throw Error(ErrorCode::malformedFile, fmt::format("{}: \"{}\" is no number for \"{}\"", where,
+                                                            io::printable(row.cells[2]), label));
         confidence = io::toProbability(*value, label, where);
       }
-      const auto [said, isFresh] = labels.emplace(label, std::pair{confidence, row.line});
-      if (!isFresh && said->second.first != confidence)
-        throw Error(fmt::format("{}: \"{}\" has another confidence in line {}; keep one of them", where,
-                                label, said->second.second));
+      const auto [added, isFresh] = labels.emplace(label, std::pair{confidence, row.line});
+      if (!isFresh && added->second.first != confidence)
+        throw Error(ErrorCode::malformedFile,
+                    fmt::format("{}: \"{}\" has another confidence in line {}; keep one of them", where,
+                                label, added->second.second));
     }
   });
-  if (all.empty()) throw Error(fmt::format("{}: no labeled images in it", io::printable(file.string())));
+  if (all.empty())
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no labeled images in it", io::printable(file.string())));
   return all;
 }
 
-Vocabulary sortedLabels(const std::vector<Said>& all) {
+Vocabulary sortedLabels(const std::vector<ImageLabels>& all) {
   std::set<std::string> labels;
-  for (const Said& said : all)
-    for (const auto& [label, unused] : said.labels) labels.insert(label);
+  for (const ImageLabels& image : all)
+    for (const auto& [label, unused] : image.labels) labels.insert(label);
   return Vocabulary({labels.begin(), labels.end()});
 }
 
@@ -94,34 +100,37 @@ Vocabulary sortedLabels(const std::vector<Said>& all) {
 DescriptorSequence readHumanLabels(const fs::path& file, const std::optional<Vocabulary>& given,
                                    double certainty) {
   if (!(certainty > 0 && certainty <= 1))
-    throw Error(fmt::format("certainty = {}: give a number above 0, at most 1", certainty));
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("certainty = {}: give a number above 0, at most 1", certainty));
   const std::string name = io::printable(file.string());
-  const auto all = readSaid(file);
+  const auto all = readLabels(file);
   const Vocabulary vocabulary = given ? *given : sortedLabels(all);
   std::unordered_map<std::string, std::size_t> places;
   for (std::size_t i = 0; i < vocabulary.size(); ++i) places.emplace(vocabulary[i], i);
 
-  constexpr std::size_t most = 500'000'000;  // as of recordings: two short lists make a large product
-  if (vocabulary.size() > most / all.size())
-    throw Error(fmt::format("{}: {} images × {} labels are more than the {} numbers that are read", name,
-                            all.size(), vocabulary.size(), most));
+  constexpr std::size_t maxNumbers = 500'000'000;  // as of recordings: two short lists make a large product
+  if (vocabulary.size() > maxNumbers / all.size())
+    throw Error(ErrorCode::tooLarge,
+                fmt::format("{}: {} images × {} labels are more than the {} numbers that are read", name,
+                            all.size(), vocabulary.size(), maxNumbers));
   DescriptorSequence recording{vocabulary, name, {}, DescriptorMatrix(vocabulary.size())};
   recording.descriptors.reserve(all.size());
-  for (const Said& said : all) {
+  for (const ImageLabels& image : all) {
     LexicalDescriptor words(vocabulary.size(),
                             static_cast<float>((1 - certainty) / static_cast<double>(vocabulary.size())));
-    for (const auto& [label, how] : said.labels) {
+    for (const auto& [label, how] : image.labels) {
       const auto place = places.find(label);
       if (place == places.end())
-        throw Error(fmt::format("{}:{}: \"{}\" is not in the label file; correct it there or here", name,
+        throw Error(ErrorCode::unknownName,
+                    fmt::format("{}:{}: \"{}\" is not in the label file; correct it there or here", name,
                                 how.second, label));
       const double share =
-          how.first ? static_cast<double>(*how.first) : 1.0 / static_cast<double>(said.labels.size());
+          how.first ? static_cast<double>(*how.first) : 1.0 / static_cast<double>(image.labels.size());
       words[place->second] += static_cast<float>(certainty * share);
     }
     for (float& p : words) p = std::min(p, 1.0F);  // by rounding
     Frame frame;
-    frame.name = said.image;
+    frame.name = image.name;
     recording.frames.push_back(std::move(frame));
     recording.descriptors.append(words);
   }

@@ -1,4 +1,4 @@
-// A person as labeler: images labeled by hand.
+// Human labeler: images labeled by hand, in a CSV file.
 #pragma once
 
 #include <filesystem>
@@ -16,7 +16,7 @@ namespace estancia {
 /// `image,label,confidence`, with or without such a header; an image may have several lines. The vocabulary
 /// is `given`, or the labels in the file, sorted. What people leave unsaid is not impossible, and a hard zero
 /// outweighs everything else in the distances of log-ratios; so a descriptor is
-///     certainty · (what was said) + (1 − certainty) / L,
+///     certainty · (labels of the person) + (1 − certainty) / L,
 /// the label smoothing of Szegedy et al. 2016 (section 7) with ε = 1 − certainty, in [0, 1]. Throws Error
 /// `FILE:LINE: …`, also on labels that are not in `given`.
 DescriptorSequence readHumanLabels(const std::filesystem::path& file,

@@ -14,6 +14,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "estancia/core/bytes.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/home.hpp"
@@ -22,31 +23,49 @@ namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-// A file: the head, the model's name, then records. All numbers are little-endian (as x86 and ARM are).
-constexpr char magic[8] = {'E', 'S', 'T', 'C', 'A', 'C', 'H', 'E'};
+// A file: the head, the model's name, then records. All numbers are little-endian.
+constexpr std::string_view magic = "ESTCACHE";
 constexpr std::uint32_t version = 1;
-constexpr std::uint32_t longestName = 1 << 16, longestValue = 1 << 26;  // larger ones are taken for damage
-constexpr std::size_t keyBytes = 32;                                    // SHA-256
+constexpr std::uint32_t maxName = 1 << 16, maxValue = 1 << 26;  // larger ones are taken for damage
+constexpr std::size_t keyBytes = 32;                            // SHA-256
 constexpr const char* suffix = ".cache";
 
-struct Head {
-  char magic[8];
-  std::uint32_t version;
-  std::uint32_t nameBytes;
-};
+constexpr std::size_t headBytes = magic.size() + 8;
+constexpr std::size_t recordHeadBytes = 8 + keyBytes;
 
+/// The head of a file: magic, version, length of the name; the name follows.
+std::string headOf(std::string_view name) {
+  ByteWriter head;
+  head.raw(magic);
+  head.number(version);
+  head.text(name);
+  return head.bytes();
+}
+
+/// The head of a record: length of the value, checksum, key; the value follows.
 struct RecordHead {
-  std::uint32_t bytes;  ///< of the value
-  std::uint32_t checksum;
-  char key[keyBytes];
+  std::uint32_t bytes = 0;
+  std::uint32_t checksum = 0;
+  std::string key;
 };
 
-std::uint32_t checksumOf(const RecordHead& head, std::string_view value) {
+std::uint32_t checksumOf(const std::string& key, std::string_view value) {
+  ByteWriter checked;
+  checked.number(static_cast<std::uint32_t>(value.size()));
+  checked.raw(key);
   boost::crc_32_type crc;
-  crc.process_bytes(&head.bytes, sizeof head.bytes);
-  crc.process_bytes(head.key, keyBytes);
+  crc.process_bytes(checked.bytes().data(), checked.bytes().size());
   crc.process_bytes(value.data(), value.size());
   return crc.checksum();
+}
+
+std::string recordOf(const std::string& key, std::string_view value) {
+  ByteWriter record;
+  record.number(static_cast<std::uint32_t>(value.size()));
+  record.number(checksumOf(key, value));
+  record.raw(key);
+  record.raw(value);
+  return record.bytes();
 }
 
 /// The key's bytes. Fingerprints are digests already, but nobody promises their form.
@@ -109,26 +128,20 @@ class LabelCache::File {
   std::optional<std::string> find(const std::string& key) const {
     const auto place = places_.find(key);
     if (place == places_.end()) return std::nullopt;
-    RecordHead head{};
-    if (!readExactly(descriptor_, &head, sizeof head, place->second)) return std::nullopt;
-    if (head.bytes > longestValue) return std::nullopt;
-    std::string value(head.bytes, '\0');
-    if (!readExactly(descriptor_, value.data(), value.size(), place->second + sizeof head) ||
-        std::memcmp(head.key, key.data(), keyBytes) != 0 || head.checksum != checksumOf(head, value))
+    const auto head = readRecordHead(place->second);
+    if (!head || head->bytes > maxValue || head->key != key) return std::nullopt;
+    std::string value(head->bytes, '\0');
+    if (!readExactly(descriptor_, value.data(), value.size(), place->second + recordHeadBytes) ||
+        head->checksum != checksumOf(key, value))
       return std::nullopt;
     return value;
   }
 
   /// Throws Error when the record could not be written whole.
   void append(const std::string& model, const std::string& key, std::string_view value) {
-    if (value.size() > longestValue) return;
+    if (value.size() > maxValue) return;
     if (descriptor_ < 0 || !writable_) create(model);
-    RecordHead head{};
-    head.bytes = static_cast<std::uint32_t>(value.size());
-    std::memcpy(head.key, key.data(), keyBytes);
-    head.checksum = checksumOf(head, value);
-    std::string record(reinterpret_cast<const char*>(&head), sizeof head);
-    record += value;
+    const std::string record = recordOf(key, value);
     flock(descriptor_, LOCK_EX);
     while (!isInPlace()) {  // another process has cleared or shortened the log: go on in the new one
       scan();
@@ -139,7 +152,7 @@ class LabelCache::File {
     const bool written = end >= 0 && writeAll(record);
     if (!written && end >= 0 && ftruncate(descriptor_, end) != 0) close();
     flock(descriptor_, LOCK_UN);
-    if (!written) throw Error(std::strerror(errno));
+    if (!written) throw Error(ErrorCode::fileUnwritable, std::strerror(errno));
     places_[key] = static_cast<std::uint64_t>(end);
   }
 
@@ -217,21 +230,16 @@ class LabelCache::File {
     }
     if (descriptor_ < 0) return;
     if (sizeOf(path_) == 0) return close();  // another process is about to begin it
-    Head head{};
-    if (!readExactly(descriptor_, &head, sizeof head, 0) ||
-        std::memcmp(head.magic, magic, sizeof magic) != 0 || head.version != version ||
-        head.nameBytes > longestName)
-      return discard();
-    name_.resize(head.nameBytes);
-    if (!readExactly(descriptor_, name_.data(), name_.size(), sizeof head)) return discard();
-    headBytes_ = sizeof head + name_.size();
+    if (!readName()) return discard();
+    headBytes_ = headBytes + name_.size();
     const std::uint64_t size = sizeOf(path_);
     std::uint64_t at = headBytes_;
-    RecordHead record{};
-    while (at + sizeof record <= size && readExactly(descriptor_, &record, sizeof record, at)) {
-      const std::uint64_t next = at + sizeof record + record.bytes;
-      if (record.bytes > longestValue || next > size) break;
-      places_[std::string(record.key, keyBytes)] = at;
+    while (at + recordHeadBytes <= size) {
+      const auto record = readRecordHead(at);
+      if (!record || record->bytes > maxValue) break;
+      const std::uint64_t next = at + recordHeadBytes + record->bytes;
+      if (next > size) break;
+      places_[record->key] = at;
       at = next;
     }
     // A record that is cut off would swallow those appended after it.
@@ -241,6 +249,29 @@ class LabelCache::File {
       flock(descriptor_, LOCK_UN);
     }
     if (writable_) futimens(descriptor_, nullptr);  // used now
+  }
+
+  /// False when the file is not ours, or of another version.
+  bool readName() {
+    std::string bytes(headBytes, '\0');
+    if (!readExactly(descriptor_, bytes.data(), bytes.size(), 0)) return false;
+    ByteReader head(bytes, path_.string(), "delete it");
+    const bool ours = head.raw(magic.size()) == magic && head.number<std::uint32_t>() == version;
+    const auto nameBytes = head.number<std::uint32_t>();
+    if (!ours || nameBytes > maxName) return false;
+    name_.resize(nameBytes);
+    return readExactly(descriptor_, name_.data(), name_.size(), headBytes);
+  }
+
+  std::optional<RecordHead> readRecordHead(std::uint64_t at) const {
+    std::string bytes(recordHeadBytes, '\0');
+    if (!readExactly(descriptor_, bytes.data(), bytes.size(), at)) return std::nullopt;
+    ByteReader reader(bytes, path_.string(), "delete it");
+    RecordHead head;
+    head.bytes = reader.number<std::uint32_t>();
+    head.checksum = reader.number<std::uint32_t>();
+    head.key = reader.raw(keyBytes);
+    return head;
   }
 
   /// Not ours, or of another version: begin anew.
@@ -254,25 +285,19 @@ class LabelCache::File {
     fs::create_directories(path_.parent_path());
     close();
     descriptor_ = ::open(path_.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0644);
-    if (descriptor_ < 0) throw Error(std::strerror(errno));
+    if (descriptor_ < 0) throw Error(ErrorCode::fileUnwritable, std::strerror(errno));
     writable_ = true;
     flock(descriptor_, LOCK_EX);
     if (lseek(descriptor_, 0, SEEK_END) == 0) {  // unless another process was quicker
-      Head head{};
-      std::memcpy(head.magic, magic, sizeof magic);
-      head.version = version;
-      head.nameBytes = static_cast<std::uint32_t>(std::min<std::size_t>(model.size(), longestName));
-      const std::string bytes =
-          std::string(reinterpret_cast<const char*>(&head), sizeof head) + model.substr(0, head.nameBytes);
-      if (!writeAll(bytes)) {
+      if (!writeAll(headOf(model.substr(0, maxName)))) {
         const int reason = errno;
         unlink(path_.c_str());
         close();
-        throw Error(std::strerror(reason));
+        throw Error(ErrorCode::fileUnwritable, std::strerror(reason));
       }
     }
     flock(descriptor_, LOCK_UN);
-    headBytes_ = sizeof(Head) + std::min<std::size_t>(model.size(), longestName);
+    headBytes_ = headBytes + std::min<std::size_t>(model.size(), maxName);
     name_ = model;
   }
 
@@ -299,6 +324,7 @@ std::uint64_t LabelCache::defaultLimit() {
   const double megabytes = std::strtod(text.c_str(), &end);
   if (*end != '\0' || !(megabytes >= 0 && megabytes < 1e9))
     throw Error(
+        ErrorCode::invalidOption,
         fmt::format("ESTANCIA_CACHE_MB is \"{}\"; give the megabytes that cached labels may take", text));
   return static_cast<std::uint64_t>(megabytes * 1e6);
 }
@@ -326,7 +352,7 @@ void LabelCache::put(const std::string& model, const std::string& image, std::st
   try {
     File& file = fileOf(model);
     file.append(model, key, value);
-    const std::uint64_t bytes = value.size() + sizeof(RecordHead);
+    const std::uint64_t bytes = value.size() + recordHeadBytes;
     untilCheck_ = untilCheck_ > bytes ? untilCheck_ - bytes : 0;
     if (untilCheck_ == 0) {
       makeRoom(file);

@@ -1,4 +1,4 @@
-// Words that were paid for once: descriptors by (content of the image, model), kept between runs.
+// Label cache: descriptors by image content and model, kept on disk between runs.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +13,12 @@
 
 namespace estancia {
 
-/// Answers of labelers on disk, one file a model: a log of records (key, checksum, value), to which several
+/// Descriptors on disk, one file a model: a log of records (key, checksum, value), to which several
 /// processes may append at once. What is cut off or damaged is not found, and labeled again. Safe to use
 /// from several threads.
 class LabelCache {
  public:
-  /// Where it is unless told otherwise: $ESTANCIA_CACHE, else $XDG_CACHE_HOME/estancia/labels, else
+  /// The default folder: $ESTANCIA_CACHE, else $XDG_CACHE_HOME/estancia/labels, else
   /// ~/.cache/estancia/labels.
   static std::filesystem::path defaultFolder();
   /// $ESTANCIA_CACHE_MB megabytes, else 2 GB. Throws Error when that variable is no number.
@@ -41,7 +41,8 @@ class LabelCache {
   std::string problem() const;
 
   struct Usage {
-    std::string model;  ///< its cacheKey()
+    /// Its cacheKey().
+    std::string model;
     std::uint64_t images = 0;
     std::uint64_t bytes = 0;
   };
@@ -61,8 +62,10 @@ class LabelCache {
   std::filesystem::path folder_;
   std::uint64_t limit_;
   mutable std::mutex mutex_;
-  std::map<std::string, std::unique_ptr<File>> files_;  ///< by model
-  std::uint64_t untilCheck_ = 0;  ///< bytes to write before the limit is looked at again
+  /// By model.
+  std::map<std::string, std::unique_ptr<File>> files_;
+  /// Bytes to write before the limit is looked at again.
+  std::uint64_t untilCheck_ = 0;
   std::string problem_;
 };
 

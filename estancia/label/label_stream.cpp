@@ -14,6 +14,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/label/cached_words.hpp"
 
 namespace estancia {
@@ -53,14 +54,14 @@ class LabelStream::Reader {
       : sequence_(sequence),
         parts_(partsOf(labeler)),
         options_(options),
-        room_(std::max<std::size_t>(options.ahead, 1)),
+        room_(options.ahead),
         nextToRead_(options.first),
         nextToGive_(options.first) {
     for (Labeler* part : parts_) {
       needsImage_ = needsImage_ || part->needsImage();
       keys_.push_back(part->cacheKey());
     }
-    const std::size_t threads = std::min(std::max<std::size_t>(options.readers, 1), room_);
+    const std::size_t threads = std::min(options.readers, room_);
     for (std::size_t t = 0; t < threads; ++t) threads_.emplace_back([this] { run(); });
   }
 
@@ -228,7 +229,7 @@ class LabelStream::Inference {
     std::vector<Waiting> frames;
     std::size_t toInfer = 0;
     try {
-      while (toInfer < batch_ && frames.size() < std::max<std::size_t>(options_.ahead, 1)) {
+      while (toInfer < batch_ && frames.size() < options_.ahead) {
         auto waiting = reader.take();
         if (!waiting) break;
         // Only now: a labeler may open its network when first asked.
@@ -250,7 +251,7 @@ class LabelStream::Inference {
         frame.descriptor =
             labeler_.members().empty() ? std::move(answers[f][0]) : labeler_.combine(answers[f]);
       } else if (options_.strict) {
-        failure_ = std::make_exception_ptr(Error(frame.problem));
+        failure_ = std::make_exception_ptr(FrameError(frame.problem));
         break;
       }
       done_.push_back(std::move(frame));
@@ -326,9 +327,26 @@ class LabelStream::Inference {
   std::exception_ptr failure_;
 };
 
-LabelStream::LabelStream(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options)
-    : inference_(std::make_unique<Inference>(labeler, options)),
-      reader_(std::make_unique<Reader>(sequence, labeler, options)) {}
+OptionGroup declare(LabelStreamOptions& options) {
+  OptionGroup group("label-stream", "How a sequence is labeled.");
+  group.add("first", &options.first, "The first frame to label.").range(0).unit("frames");
+  group.add("strict", &options.strict, "Stop at an unreadable frame instead of skipping it.")
+      .why("A data set of which nothing may be missing.");
+  group.add("ahead", &options.ahead, "Frames decoded ahead of the network.")
+      .range(1, 1'000'000)
+      .unit("frames")
+      .why("Large images need memory: each frame holds its own.");
+  group.add("readers", &options.readers, "Threads that decode images.")
+      .range(1, 1024)
+      .why("A fast network waits for the decoding of large images.");
+  return group;
+}
+
+LabelStream::LabelStream(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options) {
+  validate(options);
+  inference_ = std::make_unique<Inference>(labeler, options);
+  reader_ = std::make_unique<Reader>(sequence, labeler, options);
+}
 
 LabelStream::~LabelStream() = default;
 

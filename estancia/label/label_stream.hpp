@@ -1,4 +1,4 @@
-// A sequence's frames, labeled in order; decoding runs ahead of the network, and nothing is labeled twice.
+// Label stream: labels the frames of a sequence in order; decoding runs ahead, cached labels are reused.
 #pragma once
 
 #include <cstddef>
@@ -14,27 +14,43 @@
 
 namespace estancia {
 
+class OptionGroup;
+
 struct LabelStreamOptions {
-  std::size_t first = 0;        ///< where to start
-  bool strict = false;          ///< throw Error at an unreadable frame instead of reporting it
-  std::size_t ahead = 16;       ///< frames prepared ahead; each holds its image, so memory stays bounded
-  std::size_t readers = 2;      ///< threads that decode and prepare
-  LabelCache* cache = nullptr;  ///< looked into first and added to; must outlive the stream
+  /// The first frame to label.
+  std::size_t first = 0;
+  /// Throw Error at an unreadable frame instead of reporting it.
+  bool strict = false;
+  /// Frames prepared ahead; each holds its image, so memory stays bounded.
+  std::size_t ahead = 16;
+  /// Threads that decode and prepare.
+  std::size_t readers = 2;
+  /// Looked into first and added to; must outlive the stream.
+  LabelCache* cache = nullptr;
 };
 
-struct LabeledFrame {
-  std::size_t index = 0;         ///< in the sequence
-  LexicalDescriptor descriptor;  ///< empty when the frame has no words
-  cv::Mat image;        ///< as Sequence::image() gave it; empty when it was not needed or cannot be read
-  std::string problem;  ///< why the frame has no words, one sentence; "" when all is well
+OptionGroup declare(LabelStreamOptions& options);
 
-  bool remembered = false;  ///< its words were in the cache: nobody looked at the image
+/// A frame with its labels, or why it has none.
+
+struct LabeledFrame {
+  /// In the sequence.
+  std::size_t index = 0;
+  /// Empty when the frame has no words.
+  LexicalDescriptor descriptor;
+  /// As Sequence::image() gave it; empty when it was not needed or cannot be read.
+  cv::Mat image;
+  /// Why the frame has no words, one sentence; "" when all is well.
+  std::string problem;
+
+  /// Its words were in the cache: nobody looked at the image.
+  bool remembered = false;
 
   bool labeled() const { return problem.empty(); }
 };
 
 /// Labels the frames of a sequence in order. Background threads decode and prepare the next frames while
-/// the caller's thread infers, so the whole runs at the network's own speed. Sequence and labeler must
+/// the caller's thread infers, so that the stream runs at the network's speed. Sequence and labeler must
 /// outlive the stream.
 class LabelStream {
  public:

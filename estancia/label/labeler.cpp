@@ -7,11 +7,11 @@
 namespace estancia {
 
 LexicalDescriptor Labeler::adopt(std::span<const LabelProbability>) {
-  throw Error("this labeler has a fixed vocabulary and adopts no words");
+  throw Error(ErrorCode::invalidState, "this labeler has a fixed vocabulary and adopts no words");
 }
 
 LexicalDescriptor Labeler::combine(std::span<const LexicalDescriptor>) const {
-  throw Error("this labeler has no members to combine");
+  throw Error(ErrorCode::invalidState, "this labeler has no members to combine");
 }
 
 std::vector<LabelResult> Labeler::inferBatch(std::span<const Prepared> batch) {
@@ -24,7 +24,7 @@ std::vector<LabelResult> Labeler::inferBatch(std::span<const Prepared> batch) {
       throw;
     } catch (const Error& e) {
       results.resize(batch.size());
-      throw BatchError(e.what(), std::move(results));
+      throw BatchError(e, std::move(results));
     } catch (...) {
       results.push_back({{}, frameFailure(prepared.frame).what()});
     }

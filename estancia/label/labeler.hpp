@@ -1,4 +1,4 @@
-// Image → words: the one interface of everything that labels.
+// Labeler: the interface of everything that turns an image into label probabilities.
 #pragma once
 
 #include <cstddef>
@@ -18,29 +18,32 @@ namespace estancia {
 /// What Labeler::prepare() made of a frame; only the labeler that made it can read it.
 struct Prepared {
   cv::Mat input;
-  std::string frame;              ///< the frame's name in its sequence; "" outside of sequences
-  std::vector<Prepared> members;  ///< of a labeler that is made of several
+  /// The frame's name in its sequence; "" outside of sequences.
+  std::string frame;
+  /// Of a labeler that is made of several.
+  std::vector<Prepared> members;
 };
 
 /// The answer for one frame of a batch.
 struct LabelResult {
-  LexicalDescriptor descriptor;  ///< empty when there is a problem
-  std::string problem;           ///< why this frame has no words, one sentence; "" when all is well
+  /// Empty when there is a problem.
+  LexicalDescriptor descriptor;
+  /// Why this frame has no words, one sentence; "" when all is well.
+  std::string problem;
 };
 
 /// Thrown when one frame cannot be labeled but the next may be; any other Error ends the work. What is no
 /// Error at all is one frame's failure, too (see frameFailure()).
 class FrameError : public Error {
  public:
-  using Error::Error;
+  explicit FrameError(const std::string& sentence) : Error(ErrorCode::labelerFailure, sentence) {}
 };
 
 /// Thrown by inferBatch() when the work must end, with what is known by then: the answers of the batch, in
 /// order, where frames without one have neither descriptor nor problem.
 class BatchError : public Error {
  public:
-  BatchError(const std::string& what, std::vector<LabelResult> known)
-      : Error(what), results(std::move(known)) {}
+  BatchError(const Error& cause, std::vector<LabelResult> known) : Error(cause), results(std::move(known)) {}
   std::vector<LabelResult> results;
 };
 
@@ -78,7 +81,7 @@ class Labeler {
 
   /// Several at once, in order; equal to one after the other, but quicker where the labeler can do it.
   virtual std::vector<LabelResult> inferBatch(std::span<const Prepared> batch);
-  /// How many inferBatch() likes best.
+  /// The batch size at which inferBatch() is fastest.
   virtual std::size_t batchSize() const { return 1; }
 
   /// The labelers that this one puts together; empty when it is one by itself.

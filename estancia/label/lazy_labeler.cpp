@@ -13,7 +13,8 @@ Labeler& OnDemandNetwork::network() const {
   if (network_) return *network_;
   network_ = open_();
   if (network_->identity() != identity())
-    throw Error("model " + spec().name + " was changed while it was used; start again");
+    throw Error(ErrorCode::corruptFile,
+                "model " + spec().name + " was changed while it was used; start again");
   return *network_;
 }
 

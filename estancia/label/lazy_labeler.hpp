@@ -1,4 +1,4 @@
-// A network that is opened when first asked: a run whose labels are all remembered needs none.
+// Lazy network: opened at its first frame; a run whose labels are all cached opens none.
 #pragma once
 
 #include <functional>

@@ -45,7 +45,7 @@ struct Pipe {
   Pipe() {
     std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) != 0)
-      throw Error(fmt::format("cannot make a pipe: {}", std::strerror(errno)));
+      throw Error(ErrorCode::busy, fmt::format("cannot make a pipe: {}", std::strerror(errno)));
     read = above(ends[0]);
     write = above(ends[1]);
   }
@@ -83,7 +83,7 @@ bool hasEnded(pid_t pid) {
 
 }  // namespace
 
-LineProcess::LineProcess(const Settings& settings) : longestLine_(settings.longestLine) {
+LineProcess::LineProcess(const Settings& settings) : maxLine_(settings.maxLine) {
   Pipe in, out, err;
   std::vector<std::string> words = settings.command;
   if (words[0].find('/') == std::string::npos && fs::is_regular_file(settings.folder / words[0]))
@@ -112,7 +112,8 @@ LineProcess::LineProcess(const Settings& settings) : longestLine_(settings.longe
   posix_spawnattr_destroy(&how);
   posix_spawn_file_actions_destroy(&actions);
   if (problem != 0)
-    throw Error(fmt::format("{} cannot be started: {}; correct `command` in model.toml",
+    throw Error(ErrorCode::missingDependency,
+                fmt::format("{} cannot be started: {}; correct `command` in model.toml",
                             io::printable(words[0]), std::strerror(problem)));
   input_ = ours(in.write);
   output_ = ours(out.read);
@@ -128,15 +129,16 @@ LineProcess::Outcome LineProcess::ask(std::string_view question, milliseconds ti
   if (pid_ < 0) return Outcome::ended;
   readOutput();
   if (!pending_.empty())
-    throw Error(fmt::format("wrote \"{}\" to stdout without being asked; write nothing there but the answers",
+    throw Error(ErrorCode::labelerFailure,
+                fmt::format("wrote \"{}\" to stdout without being asked; write nothing there but the answers",
                             io::printable(std::string_view(pending_).substr(0, 80))));
   const std::string line = std::string(question) + '\n';
   std::string_view rest = line;
   while (true) {
     if (takeLine(answer)) return Outcome::answered;
-    if (pending_.size() > longestLine_)
-      throw Error(
-          fmt::format("wrote a line of more than {} bytes; an answer is one line of JSON", longestLine_));
+    if (pending_.size() > maxLine_)
+      throw Error(ErrorCode::labelerFailure,
+                  fmt::format("wrote a line of more than {} bytes; an answer is one line of JSON", maxLine_));
     const bool gone = output_ < 0 || hasEnded(pid_);
     if (gone) {
       const bool closed = output_ < 0;
@@ -224,12 +226,12 @@ void LineProcess::finish(milliseconds patience) {
 }
 
 std::string LineProcess::lastWords() const {
-  constexpr std::size_t most = 300;
+  constexpr std::size_t maxText = 300;
   std::string_view text = complaintsTail_;
   const auto last = text.find_last_not_of(" \t\r\n");
   if (last == std::string_view::npos) return "";
   text = text.substr(0, last + 1);
-  if (text.size() > most) text = text.substr(text.size() - most);
+  if (text.size() > maxText) text = text.substr(text.size() - maxText);
   std::string words;
   for (const char c : text) {  // one line
     if (c == '\n' && !words.ends_with(" | ")) words += " | ";

@@ -1,4 +1,4 @@
-// A program that answers each line on its stdin with a line on its stdout.
+// Line process: a child program that answers each line on its stdin with a line on its stdout.
 #pragma once
 
 #include <sys/types.h>
@@ -19,8 +19,10 @@ class LineProcess {
   struct Settings {
     /// Program and arguments. A program without a slash is one in `folder`, else one in $PATH.
     std::vector<std::string> command;
-    std::filesystem::path folder;                      ///< its working folder
-    std::size_t longestLine = std::size_t{16} << 20U;  ///< of an answer [bytes]
+    /// Its working folder.
+    std::filesystem::path folder;
+    /// Of an answer [bytes].
+    std::size_t maxLine = std::size_t{16} << 20U;
   };
 
   /// Starts it. Throws Error when that cannot be done.
@@ -31,8 +33,10 @@ class LineProcess {
 
   enum class Outcome {
     answered,
-    hung,   ///< no line in time; it has been killed
-    ended,  ///< it is gone or has closed its output; nobody is left
+    /// No line in time; it has been killed.
+    hung,
+    /// It is gone or has closed its output; nobody is left.
+    ended,
   };
 
   /// Writes `question` and waits at most `timeout` for the line that answers it, whatever else the program
@@ -53,7 +57,7 @@ class LineProcess {
 
   pid_t pid_ = -1;
   int input_ = -1, output_ = -1, complaints_ = -1;  // our ends of its stdin, stdout and stderr
-  std::size_t longestLine_;
+  std::size_t maxLine_;
   std::string pending_;       // of its output
   std::size_t searched_ = 0;  // of pending_, without finding a line's end
   std::string complaintsTail_, end_;

@@ -15,12 +15,14 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/home.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/core/plus_names.hpp"
 #include "estancia/label/ensemble.hpp"
 #include "estancia/label/http.hpp"
 #include "estancia/label/human_labeler.hpp"
 #include "estancia/label/lazy_labeler.hpp"
-#include "estancia/label/network_file.hpp"
+#include "estancia/label/model_files.hpp"
+#include "estancia/label/onnx_file.hpp"
 #include "estancia/label/onnxruntime_engine.hpp"
 #include "estancia/label/onnxruntime_library.hpp"
 #include "estancia/label/opencv_engine.hpp"
@@ -37,11 +39,13 @@ std::unique_ptr<Labeler> openNetwork(const ModelSpec& spec, const LabelerOptions
                              : spec.type == "network" ? enginesFor(spec).front()
                                                       : spec.type;
   if (spec.type != "network" && spec.type != engine)
-    throw Error(fmt::format("model {} is made for the engine {}, not {}; leave out --engine", spec.name,
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("model {} is made for the engine {}, not {}; leave out --engine", spec.name,
                             spec.type, engine));
   const bool onnxruntime = engine == "onnxruntime";
   if (!onnxruntime && engine != "opencv")
-    throw Error(fmt::format("unknown engine \"{}\"; at hand are {}", engine, fmt::join(engines(), ", ")));
+    throw Error(ErrorCode::unknownName,
+                fmt::format("unknown engine \"{}\"; at hand are {}", engine, fmt::join(engines(), ", ")));
   const auto open = [=, threads = options.threads] {
     return onnxruntime ? openWithOnnxruntime(spec, threads) : openWithOpencv(spec, threads);
   };
@@ -156,14 +160,18 @@ fs::path getModelFolder(const std::string& model) {
   const bool isPath = model.find('/') != std::string::npos || model == "." || model == "..";
   if (!isPath && !model.empty() && fs::is_directory(modelHome() / model)) return modelHome() / model;
   if (isModelFolder(model)) return model;
-  if (isPath) throw Error(fmt::format("{} is no model: it holds no model.toml", model));
+  if (isPath)
+    throw Error(ErrorCode::fileNotFound, fmt::format("{} is no model: it holds no model.toml", model));
   std::vector<std::string> known;
   for (const auto& installed : installedModels()) known.push_back(installed.folder.filename().string());
   if (known.empty())
-    throw Error(fmt::format(
-        "no model \"{}\", nor any other, in {}; run script/bootstrap, or `estancia models add FOLDER`", model,
-        modelHome().string()));
-  throw Error(fmt::format("unknown model \"{}\"; known are {}", model, fmt::join(known, ", ")));
+    throw Error(
+        ErrorCode::unknownName,
+        fmt::format(
+            "no model \"{}\", nor any other, in {}; run script/bootstrap, or `estancia models add FOLDER`",
+            model, modelHome().string()));
+  throw Error(ErrorCode::unknownName,
+              fmt::format("unknown model \"{}\"; known are {}", model, fmt::join(known, ", ")));
 }
 
 std::unique_ptr<Labeler> loadModel(const std::string& model, const LabelerOptions& options) {
@@ -171,7 +179,21 @@ std::unique_ptr<Labeler> loadModel(const std::string& model, const LabelerOption
   return loadModel(readModelSpec(getModelFolder(model)), options);
 }
 
+OptionGroup declare(LabelerOptions& options) {
+  OptionGroup group("labeler", "How a model is run.");
+  group.add("engine", &options.engine, "What runs the network: onnxruntime or opencv.")
+      .automatic("the fastest that can open it")
+      .why("OpenCV opens more formats; ONNX Runtime is two to four times as fast.");
+  group.add("threads", &options.threads, "Threads of the network; 0 = one per free core.")
+      .range(0, 1024)
+      .why("Leaves cores to other work.");
+  group.add("on-demand", &options.onDemand, "Open the network at its first frame only.")
+      .why("A run whose labels are all cached opens none.");
+  return group;
+}
+
 std::unique_ptr<Labeler> loadModel(const ModelSpec& spec, const LabelerOptions& options) {
+  validate(options);
   LabelerFactory open;
   {
     const std::lock_guard lock(registry().mutex);
@@ -179,8 +201,8 @@ std::unique_ptr<Labeler> loadModel(const ModelSpec& spec, const LabelerOptions& 
       open = found->second;
   }
   if (!open)
-    throw Error(fmt::format("model {}: unknown type \"{}\"; known are {}", spec.name, spec.type,
-                            fmt::join(labelerTypes(), ", ")));
+    throw Error(ErrorCode::unknownName, fmt::format("model {}: unknown type \"{}\"; known are {}", spec.name,
+                                                    spec.type, fmt::join(labelerTypes(), ", ")));
   return open(spec, options);
 }
 
@@ -205,7 +227,7 @@ std::vector<std::string> enginesFor(const ModelSpec& spec) {
   auto those = engines();
   std::erase_if(those, [&spec](const std::string& engine) {
     return !isNetworkType(spec.type) || (spec.type != "network" && spec.type != engine) ||
-           (engine == "onnxruntime" && !isOnnxOrConvertible(spec));
+           (engine == "onnxruntime" && !isOnnx(spec));
   });
   return those;
 }
@@ -234,13 +256,16 @@ ModelCheck checkModel(const std::string& model, const LabelerOptions& options) {
 
 ModelCheck addModel(const fs::path& folder, bool replace) {
   if (fs::is_regular_file(folder))
-    throw Error(fmt::format(
-        "{} is a file; put it into a folder with a label file and a model.toml that says how to use it",
-        folder.string()));
+    throw Error(
+        ErrorCode::invalidInput,
+        fmt::format(
+            "{} is a file; put it into a folder with a label file and a model.toml that says how to use it",
+            folder.string()));
   const ModelSpec spec = readModelSpec(folder);
   const fs::path target = modelHome() / spec.name;
   if (fs::exists(target) && !replace)
-    throw Error(fmt::format("there is a model {} already in {}; use --replace, or another name in model.toml",
+    throw Error(ErrorCode::fileExists,
+                fmt::format("there is a model {} already in {}; use --replace, or another name in model.toml",
                             spec.name, modelHome().string()));
   try {
     const PartialFolder fresh(modelHome() / fmt::format(".{}.{}", spec.name, getpid()));
@@ -250,7 +275,8 @@ ModelCheck addModel(const fs::path& folder, bool replace) {
     result.spec.folder = target;
     return result;
   } catch (const fs::filesystem_error& e) {
-    throw Error(fmt::format("cannot write the model into {}: {}", modelHome().string(), e.code().message()));
+    throw Error(ErrorCode::fileUnwritable,
+                fmt::format("cannot write the model into {}: {}", modelHome().string(), e.code().message()));
   }
 }
 

@@ -1,4 +1,4 @@
-// The models a user has: found by name, opened, added, checked.
+// Models: find by name, load, install and check the networks and other labelers of this machine.
 #pragma once
 
 #include <filesystem>
@@ -13,6 +13,8 @@
 
 namespace estancia {
 
+class OptionGroup;
+
 /// What is used when the user names no model.
 inline const std::string defaultModel = "inception-v3";
 
@@ -23,23 +25,25 @@ std::filesystem::path modelHome();
 /// Throws Error listing the known names.
 std::filesystem::path getModelFolder(const std::string& model);
 
-/// How to run a model; the defaults are right unless one compares.
+/// How to run a model.
 struct LabelerOptions {
-  /// "opencv" or "onnxruntime", one of engines(); "" takes the best that can open the network.
+  /// One of engines(); "" takes the fastest that can open the network.
   std::string engine;
-  /// Threads of a network; 0 takes as many as there are free cores (core/cores.hpp).
+  /// Threads of a network; 0 = one per free core.
   int threads = 0;
-  /// Open a network at its first frame only, when labels may all be remembered (LabelCache).
+  /// Open a network at its first frame only, as its labels may all be in the cache.
   bool onDemand = false;
 };
 
-/// Opens a model by name or folder, as its `type` says; "A+B+…" opens several as an ensemble (ensemble.hpp).
-/// Throws Error when it is unknown, or wrong in any way (see readModelSpec() and the engine).
+OptionGroup declare(LabelerOptions& options);
+
+/// Loads a model by name or folder; "A+B+…" loads several as an ensemble. Throws Error when it is unknown or
+/// wrong in any way.
 std::unique_ptr<Labeler> loadModel(const std::string& model = defaultModel,
                                    const LabelerOptions& options = {});
 std::unique_ptr<Labeler> loadModel(const ModelSpec& spec, const LabelerOptions& options = {});
 
-/// Kinds of labeler by the name that model.toml gives as `type`.
+/// Adds a type of labeler: its name is the `type` in model.toml.
 using LabelerFactory = std::function<std::unique_ptr<Labeler>(const ModelSpec&, const LabelerOptions&)>;
 void registerLabelerType(const std::string& type, LabelerFactory open);
 std::vector<std::string> labelerTypes();
@@ -64,9 +68,12 @@ struct ModelCheck {
   ModelSpec spec;
   std::string identity;
   std::size_t labels = 0;
-  std::size_t digests = 0;          ///< files whose SHA-256 was compared with model.toml
-  double millisecondsPerImage = 0;  ///< median of inference alone, on this machine now
-  std::string best;  ///< the first label of the test image (noise), to see that it is no constant
+  /// Files whose SHA-256 was compared with model.toml.
+  std::size_t digests = 0;
+  /// Median of inference alone, on this machine now.
+  double millisecondsPerImage = 0;
+  /// The first label of the test image (noise), to see that it is no constant.
+  std::string best;
   double bestProbability = 0;
 };
 

@@ -9,9 +9,8 @@
 #include <vector>
 
 #include "estancia/core/config.hpp"
-#include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/label/network_file.hpp"
+#include "estancia/label/model_files.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -49,11 +48,9 @@ class SpecReader {
     using P = Preprocessing;
     auto keys = commonKeys(true);
     const std::vector<ConfigFile::Key> own{
-        {"file", true, "the network's file", [this](auto& n) { spec_.file = file_.inside(n); }},
+        {"file", true, "the network's file", [this](auto& n) { readFile(n); }},
         {"config", false, "the file of the network's layers",
          [this](auto& n) { spec_.config = file_.inside(n); }},
-        {"input_node", false, "the node that takes the image",
-         [this](auto& n) { spec_.inputNode = file_.text(n); }},
         {"output", false, "the output to read", [this](auto& n) { spec_.output = file_.text(n); }},
         {"input", true, "the input's size, 224 or [width, height]", [this](auto& n) { readInput(n); }},
         {"region", false, "what is cut out",
@@ -102,16 +99,21 @@ class SpecReader {
   }
 
   /// One number for all channels, or one a channel.
-  std::array<double, 3> numbers(const toml::node& node, double least, double most) const {
+  std::array<double, 3> numbers(const toml::node& node, double min, double max) const {
     const auto* list = node.as_array();
     if (list == nullptr) {
-      const double all = file_.number(node, least, most);
+      const double all = file_.number(node, min, max);
       return {all, all, all};
     }
     if (list->size() != 3)
       file_.fail(node, fmt::format("`{}` must be one number or three, in the order of `color`", file_.key()));
-    return {file_.number(*list->get(0), least, most), file_.number(*list->get(1), least, most),
-            file_.number(*list->get(2), least, most)};
+    return {file_.number(*list->get(0), min, max), file_.number(*list->get(1), min, max),
+            file_.number(*list->get(2), min, max)};
+  }
+
+  void readFile(const toml::node& node) {
+    spec_.file = file_.inside(node);
+    requireKnownFormat(spec_);
   }
 
   void readInput(const toml::node& node) {
@@ -160,60 +162,13 @@ class SpecReader {
   ModelSpec spec_;
 };
 
-std::string preprocessingText(const Preprocessing& how) {
-  return fmt::format("{}x{} {} {} {} {} {} {}", how.width, how.height, static_cast<int>(how.region), how.crop,
-                     static_cast<int>(how.resize), static_cast<int>(how.color), fmt::join(how.mean, ","),
-                     fmt::join(how.scale, ","));
-}
-
 }  // namespace
-
-bool isNetworkType(std::string_view type) {
-  return type == "network" || type == "opencv" || type == "onnxruntime";
-}
 
 ModelSpec readModelSpec(const fs::path& folder) {
   if (!fs::is_regular_file(folder / "model.toml"))
-    throw Error(fmt::format("{} is missing; a model is a folder with a model.toml",
-                            (folder / "model.toml").string()));
+    throw Error(ErrorCode::fileNotFound, fmt::format("{} is missing; a model is a folder with a model.toml",
+                                                     (folder / "model.toml").string()));
   return SpecReader(folder).read();
-}
-
-fs::path modelFile(const ModelSpec& spec, const fs::path& relative) {
-  const fs::path path = spec.folder / relative;
-  if (!fs::is_regular_file(path))
-    throw Error(
-        fmt::format("model {}: {} is missing; fetch it or correct model.toml", spec.name, path.string()));
-  const fs::path real = fs::canonical(path), home = fs::canonical(spec.folder);
-  if (std::mismatch(home.begin(), home.end(), real.begin(), real.end()).first != home.end())
-    throw Error(fmt::format("model {}: {} leads out of the model's folder; copy the file there", spec.name,
-                            path.string()));
-  return path;
-}
-
-std::string modelDigest(const ModelSpec& spec, const std::string& settings) {
-  std::map<std::string, std::string> files = spec.sha256;  // file → the digest it should have, "" = any
-  for (const auto& file : networkFiles(spec)) files.try_emplace(file.string());
-  if (!spec.labels.empty()) files.try_emplace(spec.labels.string());
-  std::string all =
-      fmt::format("{} {} {}\n", preprocessingText(spec.preprocessing), spec.softmax, spec.output) + settings;
-  if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty() ||
-      !spec.inputNode.empty())
-    all += fmt::format("{} {} [{}] {}\n", spec.sigmoid, static_cast<int>(spec.reduce),
-                       fmt::join(spec.unused, ","), spec.inputNode);
-  if (!spec.embeddings.empty()) all += fmt::format("logit_scale {}\n", spec.logitScale);
-  // Which of the files plays which part: another one of them may be the network tomorrow.
-  for (const auto& file : {spec.file, spec.config, spec.labels, spec.embeddings})
-    all += fmt::format("\"{}\"\n", file.string());
-  for (const auto& [file, expected] : files) {
-    const fs::path path = modelFile(spec, file);
-    const std::string actual = sha256OfFile(path);
-    if (!expected.empty() && actual != expected)
-      throw Error(fmt::format("{} has SHA-256 {} where model.toml says {}; fetch it again", path.string(),
-                              actual, expected));
-    all += fmt::format("{} {}\n", file, actual);
-  }
-  return sha256(all);
 }
 
 }  // namespace estancia

@@ -1,63 +1,87 @@
-// What a model folder says about its model.
+// Model specification: what the model.toml of a model folder says.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <map>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "estancia/label/preprocess.hpp"
-
 namespace estancia {
+
+/// How an image becomes a network's input, in this order: the region is cut out of the image's center,
+/// resized to width × height, its colors are put in order, and every value v becomes (v − mean) · scale.
+struct Preprocessing {
+  enum class Region {
+    /// A square, `crop` of the image's shorter side: keeps shapes, drops the ends of the longer side.
+    square,
+    /// `crop` of the width by `crop` of the height: sees more, but squeezes (Caffe's habit).
+    stretch,
+  };
+  enum class Resize { area, linear, cubic };
+  enum class Color { rgb, bgr };
+
+  /// Of the input [pixels].
+  int width = 224, height = 224;
+  Region region = Region::square;
+  /// In (0, 1]; "resize to 256, cut 224" is 224 / 256 = 0.875.
+  double crop = 0.875;
+  /// How to shrink (area averages all pixels); `area` enlarges linearly.
+  Resize resize = Resize::area;
+  /// Order of the input's channels, also of `mean` and `scale`.
+  Color color = Color::rgb;
+  /// Subtracted from values of 0 … 255.
+  std::array<double, 3> mean{0, 0, 0};
+  /// Multiplied afterwards, e.g. 1 / 127.5.
+  std::array<double, 3> scale{1, 1, 1};
+};
 
 /// A model as `model.toml` in its folder describes it. Keys of the file stand in brackets where their names
 /// differ.
 struct ModelSpec {
-  std::filesystem::path folder;  ///< where model.toml lies; the other paths are relative to it
-  std::string name;              ///< letters, digits, `.`, `_`, `-`; the folder's name in the model home
+  /// Where model.toml lies; the other paths are relative to it.
+  std::filesystem::path folder;
+  /// Letters, digits, `.`, `_`, `-`; the folder's name in the model home.
+  std::string name;
   /// One of labelerTypes(). "network" is run by the best engine at hand that can open its file, or the one
   /// that the user names; "opencv" and "onnxruntime" are networks for that engine only.
   std::string type = "network";
-  /// The network: .onnx, .tflite, .lite, .json (TensorFlow.js), .caffemodel or .pb.
+  /// The network: .onnx, .caffemodel or .pb.
   std::filesystem::path file;
-  std::filesystem::path config;  ///< its .prototxt (Caffe, required) or .pbtxt (TensorFlow)
-  std::filesystem::path labels;  ///< one label a line, in the order of the outputs
-  /// [input_node] TensorFlow.js: what the image is given to, if not the placeholder.
-  std::string inputNode;
-  std::string output;           ///< the output to read, where a network has several; TensorFlow.js: any node
-  Preprocessing preprocessing;  ///< [input, region, crop, resize, color, mean, scale]
+  /// Its .prototxt (Caffe, required) or .pbtxt (TensorFlow).
+  std::filesystem::path config;
+  /// One label a line, in the order of the outputs.
+  std::filesystem::path labels;
+  /// The output to read, where a network has several.
+  std::string output;
+  /// [input, region, crop, resize, color, mean, scale].
+  Preprocessing preprocessing;
 
   // What the outputs mean; see toProbabilities() in scores.hpp.
   enum class Reduce { none, max };
-  Reduce reduce = Reduce::none;  ///< max: a row of outputs for each of many places (anchors) in the image
-  bool softmax = false;          ///< the outputs are logits of labels that exclude each other
-  bool sigmoid = false;          ///< the outputs are logits of labels that do not
+  /// max: a row of outputs for each of many anchors in the image.
+  Reduce reduce = Reduce::none;
+  /// The outputs are logits of labels that exclude each other.
+  bool softmax = false;
+  /// The outputs are logits of labels that do not.
+  bool sigmoid = false;
   /// Outputs that have no label (background, numbers never given), ascending.
   std::vector<std::size_t> unused;
-  std::filesystem::path embeddings;  ///< .npy, labels×D: the network embeds images (CLIP), see scores.hpp
-  double logitScale = 100;           ///< [logit_scale] of their cosines with the embeddings
+  /// .npy, labels×D: the network embeds images (CLIP), see scores.hpp.
+  std::filesystem::path embeddings;
+  /// [logit_scale] of their cosines with the embeddings.
+  double logitScale = 100;
 
-  std::string license, source;                ///< for people
-  std::map<std::string, std::string> sha256;  ///< file → 64 hex digits, verified whenever the model is loaded
+  /// For people.
+  std::string license, source;
+  /// File → 64 hex digits, verified whenever the model is loaded.
+  std::map<std::string, std::string> sha256;
 };
-
-/// Whether `type` is a network, whose model.toml holds all the keys above; the settings of any other type
-/// are read by that type itself.
-bool isNetworkType(std::string_view type);
 
 /// Reads FOLDER/model.toml. Throws Error `…/model.toml:LINE: …` on unknown, missing or wrong keys, and when a
 /// path leaves the folder. Of a type that is no network only the common keys are read: name, type, labels,
 /// license, source, sha256.
 ModelSpec readModelSpec(const std::filesystem::path& folder);
-
-/// Where the files of the spec are. Throws Error when one is missing or leaves the folder through a link.
-std::filesystem::path modelFile(const ModelSpec& spec, const std::filesystem::path& relative);
-
-/// SHA-256 over the model's files, its preprocessing, and the `settings` of other types that change what they
-/// say: two models that label alike have the same. Throws Error when a file is missing or is not what
-/// spec.sha256 says.
-std::string modelDigest(const ModelSpec& spec, const std::string& settings = "");
 
 }  // namespace estancia

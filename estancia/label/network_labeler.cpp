@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/label/model_files.hpp"
 #include "estancia/label/preprocess.hpp"
 
 namespace estancia {
@@ -25,7 +26,8 @@ Prepared NetworkLabeler::prepare(const cv::Mat& bgr, const std::string& frame) c
 std::string NetworkLabeler::chooseOutput(const std::vector<std::string>& outputs) const {
   if (spec_.output.empty() && outputs.size() == 1) return outputs[0];
   if (std::find(outputs.begin(), outputs.end(), spec_.output) != outputs.end()) return spec_.output;
-  throw Error(fmt::format("model {} has the outputs {}; name one of them as `output` in model.toml",
+  throw Error(ErrorCode::mismatch,
+              fmt::format("model {} has the outputs {}; name one of them as `output` in model.toml",
                           spec_.name, fmt::join(outputs, ", ")));
 }
 
@@ -39,7 +41,8 @@ LexicalDescriptor NetworkLabeler::toWords(std::span<const float> output) const {
 }
 
 void NetworkLabeler::failOnInput(const std::string& reason) const {
-  throw Error(fmt::format("model {} does not work on an input of {}×{}: {}; correct `input` in model.toml",
+  throw Error(ErrorCode::mismatch,
+              fmt::format("model {} does not work on an input of {}×{}: {}; correct `input` in model.toml",
                           spec_.name, spec_.preprocessing.width, spec_.preprocessing.height, reason));
 }
 

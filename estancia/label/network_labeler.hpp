@@ -1,4 +1,4 @@
-// What all engines that run networks have in common.
+// Network labeler: what the engines that run networks share.
 #pragma once
 
 #include <span>

@@ -2,6 +2,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
+#include "estancia/label/model_files.hpp"
 #include "estancia/label/onnxruntime_library.hpp"
 
 #ifdef ESTANCIA_ONNXRUNTIME_LIBRARY  // cmake/EstanciaOnnxruntime.cmake
@@ -21,8 +22,8 @@
 #include <thread>
 
 #include "estancia/core/cores.hpp"
-#include "estancia/label/network_file.hpp"
 #include "estancia/label/network_labeler.hpp"
+#include "estancia/label/onnx_file.hpp"
 
 namespace estancia {
 namespace {
@@ -66,14 +67,15 @@ class Session {
       session_ = Ort::Session(env, onnx.data(), onnx.size(), options);
       const Ort::AllocatorWithDefaultOptions allocator;
       if (session_.GetInputCount() != 1)
-        throw Error(fmt::format("model {} takes {} inputs; only networks of one image can label", spec.name,
+        throw Error(ErrorCode::unsupportedFile,
+                    fmt::format("model {} takes {} inputs; only networks of one image can label", spec.name,
                                 session_.GetInputCount()));
       input_ = session_.GetInputNameAllocated(0, allocator).get();
       for (std::size_t i = 0; i < session_.GetOutputCount(); ++i)
         outputs_.emplace_back(session_.GetOutputNameAllocated(i, allocator).get());
     } catch (const Ort::Exception& e) {
-      throw Error(
-          fmt::format("cannot open the network {}: {}", (spec.folder / spec.file).string(), reasonOf(e)));
+      throw Error(ErrorCode::unsupportedFile, fmt::format("cannot open the network {}: {}",
+                                                          (spec.folder / spec.file).string(), reasonOf(e)));
     }
   }
 
@@ -122,8 +124,7 @@ void inParallel(std::size_t count, int threads, const std::function<void(std::si
 
 class OnnxruntimeEngine final : public NetworkLabeler {
  public:
-  OnnxruntimeEngine(const ModelSpec& spec, int threads)
-      : OnnxruntimeEngine(spec, threads, readAsOnnx(spec)) {}
+  OnnxruntimeEngine(const ModelSpec& spec, int threads) : OnnxruntimeEngine(spec, threads, readOnnx(spec)) {}
 
   LexicalDescriptor infer(const Prepared& prepared) override { return infer(together_, prepared); }
 
@@ -172,12 +173,13 @@ class OnnxruntimeEngine final : public NetworkLabeler {
     const auto& pre = spec().preprocessing;
     if (image.type() != CV_32F || image.dims != 4 || !image.isContinuous() || image.size[2] != pre.height ||
         image.size[3] != pre.width)
-      throw Error(fmt::format("model {} got an image that another labeler prepared", spec().name));
+      throw Error(ErrorCode::mismatch,
+                  fmt::format("model {} got an image that another labeler prepared", spec().name));
     try {
       const Ort::Value result = session.run(image, output_);
       if (!result.IsTensor() ||
           result.GetTensorTypeAndShapeInfo().GetElementType() != ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT)
-        throw Error(fmt::format("model {} gives no real numbers", spec().name));
+        throw Error(ErrorCode::unsupportedFile, fmt::format("model {} gives no real numbers", spec().name));
       return toWords({result.GetTensorData<float>(), result.GetTensorTypeAndShapeInfo().GetElementCount()});
     } catch (const Ort::Exception& e) {
       failOnInput(reasonOf(e));
@@ -198,10 +200,10 @@ class OnnxruntimeEngine final : public NetworkLabeler {
 
   /// The network once more, for a second session: keeping it would double what it takes of the memory.
   std::string readAgain() const {
-    std::string onnx = readAsOnnx(spec());
+    std::string onnx = readOnnx(spec());
     if (std::hash<std::string_view>{}(onnx) != onnxHash_)
-      throw Error(fmt::format("{} was changed while it was used; start again",
-                              modelFile(spec(), spec().file).string()));
+      throw Error(ErrorCode::corruptFile, fmt::format("{} was changed while it was used; start again",
+                                                      modelFile(spec(), spec().file).string()));
     return onnx;
   }
 
@@ -221,11 +223,11 @@ std::string onnxruntimeVersion() {
 
 std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec& spec, int threads) {
   const auto& library = onnxruntime::library();
-  if (library.api == nullptr) throw Error(library.problem);
-  if (!isOnnxOrConvertible(spec))
-    throw Error(fmt::format(
-        "model {}: ONNX Runtime reads .onnx, .tflite, .lite and .json, not {}; take the engine opencv",
-        spec.name, spec.file.string()));
+  if (library.api == nullptr) throw Error(ErrorCode::missingDependency, library.problem);
+  if (!isOnnx(spec))
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("model {}: ONNX Runtime reads .onnx, not {}; take the engine opencv", spec.name,
+                            spec.file.string()));
   return std::make_unique<OnnxruntimeEngine>(spec, threads);
 }
 
@@ -240,7 +242,7 @@ std::string onnxruntimeVersion() {
 }
 
 std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec&, int) {
-  throw Error(onnxruntime::library().problem);
+  throw Error(ErrorCode::missingDependency, onnxruntime::library().problem);
 }
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// Networks run by ONNX Runtime, on the CPU: two to four times as fast as OpenCV.
+// ONNX Runtime engine: runs ONNX networks on the CPU, two to four times as fast as OpenCV.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace estancia {
 
-/// Opens the network of `spec` (ONNX, TensorFlow Lite) and labels one gray image with it, so that what does
+/// Opens the network of `spec` (ONNX) and labels one gray image with it, so that what does
 /// not fit shows at once. `threads` = 0 takes as many as there are free cores, but one for a network of less
 /// than a millisecond, beside which decoding the images takes the other cores. One image is shared between
 /// the threads; of a batch each thread takes whole images, which is quicker. The probabilities are the same

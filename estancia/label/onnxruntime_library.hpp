@@ -1,4 +1,4 @@
-// The ONNX Runtime of this machine.
+// ONNX Runtime library: found and opened at run time.
 #pragma once
 
 #include <string>
@@ -11,8 +11,10 @@ namespace estancia::onnxruntime {
 /// depends on it.
 struct Library {
   const OrtApi* api = nullptr;
-  std::string version;  ///< "1.28.2"
-  std::string problem;  ///< why there is none, one sentence that says what to do; "" when there is
+  /// "1.28.2".
+  std::string version;
+  /// Why there is none, one sentence that says what to do; "" when there is.
+  std::string problem;
 };
 
 /// Looks for it in $ESTANCIA_ONNXRUNTIME (the library or its folder, and nowhere else when that is set),

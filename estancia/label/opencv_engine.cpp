@@ -1,8 +1,7 @@
 #include "estancia/label/opencv_engine.hpp"
 
+#include <dlfcn.h>
 #include <fmt/format.h>
-
-#include <google/protobuf/stubs/logging.h>
 
 #include <algorithm>
 #include <opencv2/core/utils/logger.hpp>
@@ -13,24 +12,34 @@
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/label/network_file.hpp"
+#include "estancia/label/model_files.hpp"
 #include "estancia/label/network_labeler.hpp"
+#include "estancia/label/onnx_file.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-/// OpenCV and protobuf write complaints to stderr before they throw; ours say more.
+/// OpenCV and its protobuf print to stderr before they throw; our Error says more. We do not link protobuf:
+/// its LogSilencer is looked for where OpenCV has loaded it.
 class QuietOpencv {
  public:
-  QuietOpencv() : before_(cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)) {}
-  ~QuietOpencv() { cv::utils::logging::setLogLevel(before_); }
+  QuietOpencv() : before_(cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT)) {
+    callProtobuf("_ZN6google8protobuf11LogSilencerC1Ev");
+  }
+  ~QuietOpencv() {
+    callProtobuf("_ZN6google8protobuf11LogSilencerD1Ev");
+    cv::utils::logging::setLogLevel(before_);
+  }
   QuietOpencv(const QuietOpencv&) = delete;
   QuietOpencv& operator=(const QuietOpencv&) = delete;
 
  private:
+  void callProtobuf(const char* member) {
+    if (void* const function = dlsym(RTLD_DEFAULT, member)) reinterpret_cast<void (*)(void*)>(function)(this);
+  }
+
   cv::utils::logging::LogLevel before_;
-  google::protobuf::LogSilencer silencer_;
 };
 
 /// What an exception of OpenCV's importers says, in one line; the operator that they do not know by its name.
@@ -50,26 +59,24 @@ cv::dnn::Net readNetwork(const ModelSpec& spec) {
   const fs::path path = modelFile(spec, spec.file);
   const std::string config = spec.config.empty() ? "" : modelFile(spec, spec.config).string();
   const std::string extension = spec.file.extension().string();
+  requireKnownFormat(spec);
   const QuietOpencv quiet;
   try {
-    if (isOnnxOrConvertible(spec)) {
-      const std::string onnx = readAsOnnx(spec);
+    if (isOnnx(spec)) {
+      const std::string onnx = readOnnx(spec);
       return cv::dnn::readNetFromONNX(onnx.data(), onnx.size());
     }
     if (extension == ".pb") return cv::dnn::readNetFromTensorflow(path.string(), config);
-    if (extension == ".caffemodel") {
-      if (config.empty())
-        throw Error(fmt::format(
-            "model {}: a .caffemodel needs its .prototxt; name it as `config` in model.toml", spec.name));
-      return cv::dnn::readNetFromCaffe(config, path.string());
-    }
+    if (config.empty())
+      throw Error(
+          ErrorCode::invalidInput,
+          fmt::format("model {}: a .caffemodel needs its .prototxt; name it as `config` in model.toml",
+                      spec.name));
+    return cv::dnn::readNetFromCaffe(config, path.string());
   } catch (const cv::Exception& e) {
-    throw Error(fmt::format("cannot open the network {}: {}", path.string(), reasonOf(e)));
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("cannot open the network {}: {}", path.string(), reasonOf(e)));
   }
-  throw Error(
-      fmt::format("model {}: \"{}\" is no known kind of network; known are .onnx, .tflite, .lite, .json, "
-                  ".caffemodel and .pb",
-                  spec.name, spec.file.string()));
 }
 
 class OpencvEngine final : public NetworkLabeler {
@@ -92,7 +99,7 @@ class OpencvEngine final : public NetworkLabeler {
       failOnInput(reasonOf(e));
     }
     if (result.type() != CV_32F || !result.isContinuous())
-      throw Error(fmt::format("model {} gives no real numbers", spec().name));
+      throw Error(ErrorCode::unsupportedFile, fmt::format("model {} gives no real numbers", spec().name));
     return toWords({result.ptr<float>(), result.total()});
   }
 

@@ -1,4 +1,4 @@
-// Networks run by OpenCV's dnn module, on the CPU.
+// OpenCV engine: runs networks with OpenCV's dnn module, on the CPU.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace estancia {
 
-/// Opens the network of `spec` (ONNX, TensorFlow Lite, Caffe, TensorFlow) and labels one gray image with it,
+/// Opens the network of `spec` (ONNX, Caffe, TensorFlow) and labels one gray image with it,
 /// so that what does not fit shows at once. OpenCV gets `threads` threads (cv::setNumThreads, of the whole
 /// process), 0 gives it as many as there are free cores: another number changes no more than the last bits
 /// (10⁻⁶), the same number nothing. Throws Error on missing or damaged files, wrong digests, unsupported

@@ -61,13 +61,16 @@ cv::Mat colors(const cv::Mat& image, Preprocessing::Color order) {
 }  // namespace
 
 cv::Mat preprocess(const cv::Mat& image, const Preprocessing& how) {
-  if (image.empty() || image.dims != 2) throw Error("an empty image cannot be labeled");
+  if (image.empty() || image.dims != 2)
+    throw Error(ErrorCode::invalidInput, "an empty image cannot be labeled");
   const int channels = image.channels();
   if ((image.depth() != CV_8U && image.depth() != CV_16U) ||
       (channels != 1 && channels != 3 && channels != 4))
-    throw Error(fmt::format(
-        "an image of {} channels of type {} cannot be labeled; give gray, BGR or BGRA of 8 or 16 bits",
-        channels, cv::depthToString(image.depth())));
+    throw Error(
+        ErrorCode::invalidInput,
+        fmt::format(
+            "an image of {} channels of type {} cannot be labeled; give gray, BGR or BGRA of 8 or 16 bits",
+            channels, cv::depthToString(image.depth())));
   const cv::Mat region = centerOf(image, how);
   cv::Mat resized;
   cv::resize(region, resized, {how.width, how.height}, 0, 0, interpolation(region, how));

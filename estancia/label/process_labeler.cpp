@@ -68,6 +68,7 @@ class PrivateFolder {
     std::string pattern = (fs::temp_directory_path() / "estancia-XXXXXX").string();
     if (mkdtemp(pattern.data()) == nullptr)
       throw Error(
+          ErrorCode::fileUnwritable,
           fmt::format("cannot make a folder for images ({}): {}; set TMPDIR to one that can be written",
                       io::printable(pattern), std::strerror(errno)));
     path_ = pattern;
@@ -91,7 +92,9 @@ class PassingFile {
     std::ofstream file(path_, std::ios::binary);
     file.write(bytes.ptr<char>(), static_cast<std::streamsize>(bytes.total()));
     file.close();
-    if (!file) throw Error(fmt::format("{}: cannot be written; is the disk full?", path_.string()));
+    if (!file)
+      throw Error(ErrorCode::fileUnwritable,
+                  fmt::format("{}: cannot be written; is the disk full?", path_.string()));
   }
   ~PassingFile() {
     std::error_code ignored;
@@ -123,7 +126,8 @@ class ProcessLabeler final : public Labeler {
     try {
       cv::imencode(".png", bgr, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
     } catch (const cv::Exception&) {
-      throw Error(fmt::format("{}: the image {} cannot be written as PNG", source_, frame));
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("{}: the image {} cannot be written as PNG", source_, frame));
     }
     return {cv::Mat(png, true).reshape(1, 1), frame, {}};
   }
@@ -164,8 +168,8 @@ class ProcessLabeler final : public Labeler {
         const bool hopeless = outcome == Outcome::hung && !hasAnswered_;
         process_.reset();
         if (again || hopeless)
-          throw Error(
-              fmt::format("{}: the program {}{}; {}", source_, what, again ? ", twice in a row" : "", words));
+          throw Error(ErrorCode::labelerFailure, fmt::format("{}: the program {}{}; {}", source_, what,
+                                                             again ? ", twice in a row" : "", words));
       } catch (const Interrupted&) {
         process_.reset();
         throw;
@@ -173,15 +177,17 @@ class ProcessLabeler final : public Labeler {
         process_.reset();
         const std::string message = e.what();
         if (message.starts_with(source_)) throw;
-        throw Error(fmt::format("{}: the program {}", source_, message));
+        throw Error(e.code(), fmt::format("{}: the program {}", source_, message));
       }
   }
 
   void requireAnswerTo(const fs::path& image, const std::string& answered) const {
     if (answered == image.string() || answered == image.filename().string()) return;
     if (answered.empty())
-      throw Error(fmt::format("{}: its answer does not say for which \"image\" it is", source_));
-    throw Error(fmt::format("{}: it answered for \"{}\" when asked for {}; one line for each, in order",
+      throw Error(ErrorCode::labelerFailure,
+                  fmt::format("{}: its answer does not say for which \"image\" it is", source_));
+    throw Error(ErrorCode::labelerFailure,
+                fmt::format("{}: it answered for \"{}\" when asked for {}; one line for each, in order",
                             source_, io::printable(answered.substr(0, 200)), image.string()));
   }
 

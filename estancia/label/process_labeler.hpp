@@ -1,4 +1,4 @@
-// A program of the user's own as labeler.
+// Process labeler: a program of the user that labels images.
 #pragma once
 
 #include <memory>

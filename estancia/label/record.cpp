@@ -23,7 +23,8 @@ DescriptorSequence record(const Sequence& sequence, Labeler& labeler, const Labe
     words.push_back(std::move(frame->descriptor));
   }
   if (frames.empty())
-    throw Error(fmt::format("{}: not one of its frames could be labeled{}", sequence.name(),
+    throw Error(ErrorCode::labelerFailure,
+                fmt::format("{}: not one of its frames could be labeled{}", sequence.name(),
                             problem.empty() ? "" : "; " + problem));
   DescriptorSequence recording{labeler.vocabulary(), labeler.identity(), std::move(frames),
                                DescriptorMatrix(labeler.vocabulary().size())};

@@ -1,4 +1,4 @@
-// A whole sequence labeled into memory.
+// Recording: all frames of a sequence labeled into memory.
 #pragma once
 
 #include <cstddef>
@@ -11,15 +11,15 @@
 
 namespace estancia {
 
-/// Labels every frame. Where the labeler discovers words, all descriptors get the words found by the end.
-/// Frames without words are left out. `watch` sees each frame as it comes (for progress; throw to stop).
-/// Throws Error when no frame at all has words, and what the stream throws.
+/// Labels every frame; frames without labels are left out. Where the labeler discovers its vocabulary, all
+/// descriptors have the labels known at the end. `watch` sees each frame as it comes (for progress; throw to
+/// stop). Throws Error when no frame at all has labels, and what the stream throws.
 DescriptorSequence record(const Sequence& sequence, Labeler& labeler, const LabelStreamOptions& options = {},
                           const std::function<void(const LabeledFrame&)>& watch = {});
 
-/// The same with a bar, called `what` for people. Throws Interrupted when the user asks to stop.
+/// record() with progress, shown as `what`. Throws Interrupted when the user asks to stop.
 DescriptorSequence labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what,
-                            LabelCache* cache, Progress& progress,
+                            LabelCache* cache, Progress& progress = Progress::none(),
                             const std::function<void(const LabeledFrame&)>& watch = {});
 
 }  // namespace estancia

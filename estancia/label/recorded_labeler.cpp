@@ -8,6 +8,7 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/label/black_box.hpp"
+#include "estancia/label/model_files.hpp"
 
 namespace estancia {
 namespace {

@@ -1,4 +1,4 @@
-// Words that are known already: recordings, and images that a person labeled.
+// Recorded labeler: labels known already, from a recording, found by the name of the frame.
 #pragma once
 
 #include <cstddef>

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "estancia/core/error.hpp"
+#include "estancia/label/model_files.hpp"
 
 namespace estancia {
 namespace {
@@ -44,6 +45,7 @@ LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec
   if (!fits) {
     const bool rows = output.size() > columns && output.size() % columns == 0;
     throw Error(
+        ErrorCode::mismatch,
         fmt::format("model {} gave {} values for {} labels{}; {}", spec.name, output.size(), labels,
                     spec.unused.empty() ? "" : fmt::format(" and {} unused outputs", spec.unused.size()),
                     rows ? "if these are rows of a detector, say `reduce = \"max\"` in model.toml"
@@ -54,7 +56,8 @@ LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec
     for (float& v : values) v = 1 / (1 + std::exp(-v));
   for (auto i = spec.unused.rbegin(); i != spec.unused.rend(); ++i) {
     if (*i >= values.size())
-      throw Error(fmt::format("model {} has no output {}, which model.toml names as unused", spec.name, *i));
+      throw Error(ErrorCode::mismatch,
+                  fmt::format("model {} has no output {}, which model.toml names as unused", spec.name, *i));
     values.erase(values.begin() + static_cast<std::ptrdiff_t>(*i));
   }
   requireProbabilities(values, labels, "model " + spec.name);
@@ -65,6 +68,7 @@ Scores::Scores(const ModelSpec& spec, std::size_t labels) : spec_(spec), labels_
   if (spec.embeddings.empty()) return;
   if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty())
     throw Error(
+        ErrorCode::invalidInput,
         fmt::format("model {}: `sigmoid`, `reduce` and `unused` do not go with `embeddings`, whose cosines "
                     "become probabilities by softmax; leave them out of model.toml",
                     spec.name));

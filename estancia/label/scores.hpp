@@ -1,4 +1,4 @@
-// What a network puts out → probabilities, the same for every engine.
+// Network scores: the output of a network → probabilities, the same for every engine.
 #pragma once
 
 #include <optional>

@@ -198,8 +198,8 @@ TEST(Experiments, OfTheRepositoryAreReadable) {
 /// The figures that the project promises, by the repository's own configurations with the grid made small.
 TEST(ZonesExperiment, FindsTheRoomsAndPlacesByItself) {
   const auto rooms = findData("nyuv2_half"), panoramas = findFetched("panoramas"),
-             inception = findFetched("models/inception-v3/graph.lite"),
-             coco = findFetched("models/coco-ssd/model.json");
+             inception = findFetched("models/inception-v3/inception-v3.onnx"),
+             coco = findFetched("models/coco-ssd/coco-ssd.onnx");
   ESTANCIA_NEEDS(rooms && panoramas && inception && coco,
                  "the rooms, the panoramas or the networks are not here");
   const ScratchFolder scratch;

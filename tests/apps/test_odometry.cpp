@@ -76,7 +76,7 @@ TEST_F(OdometryCommand, ReplacesNothingUntold) {
 
 TEST(Kitchen, IsTrackedWithLoopsAndItsZonesArePlaced) {
   const auto data = findData("sevenscenes_redkitchen");
-  ESTANCIA_NEEDS(data && findFetched("models/inception-v3/graph.lite"),
+  ESTANCIA_NEEDS(data && findFetched("models/inception-v3/inception-v3.onnx"),
                  "the kitchen sequence or the default network is not here");
   const ScratchFolder scratch;
   const std::string file = scratch / "traj.txt";

@@ -20,7 +20,8 @@ json evaluated(std::vector<std::string> arguments) {
 }
 
 TEST(RealPlaces, BecomeAMapInWhichTheyAreFoundInAnotherLight) {
-  const auto panoramas = findFetched("panoramas"), model = findFetched("models/inception-v3/graph.lite");
+  const auto panoramas = findFetched("panoramas"),
+             model = findFetched("models/inception-v3/inception-v3.onnx");
   ESTANCIA_NEEDS(panoramas && model,
                  "the panoramas and the default network are not here; script/bootstrap fetches them");
   const ScratchFolder scratch;
@@ -38,8 +39,8 @@ TEST(RealPlaces, BecomeAMapInWhichTheyAreFoundInAnotherLight) {
 
 TEST(RealPlaces, BecomeZonesThatAreTheirPlaces) {
   const auto panoramas = findFetched("panoramas");
-  const auto inception = findFetched("models/inception-v3/graph.lite"),
-             coco = findFetched("models/coco-ssd/model.json");
+  const auto inception = findFetched("models/inception-v3/inception-v3.onnx"),
+             coco = findFetched("models/coco-ssd/coco-ssd.onnx");
   ESTANCIA_NEEDS(panoramas && inception && coco, "the panoramas or the networks are not here");
   const ScratchFolder scratch;
   const std::string words = scratch / "tour.labels", zones = scratch / "tour.zones";
@@ -61,7 +62,7 @@ TEST(RealPlaces, BecomeZonesThatAreTheirPlaces) {
 
 TEST(Corridor, IsDrivenAgainAndRecognized) {
   const auto data = findData("corridor_vpr");
-  const auto model = findFetched("models/inception-v3/graph.lite");
+  const auto model = findFetched("models/inception-v3/inception-v3.onnx");
   ESTANCIA_NEEDS(data && model, "the corridor images or the default network are not here");
   const ScratchFolder scratch;
   const std::string map = scratch / "corridor.estancia";
@@ -74,8 +75,8 @@ TEST(Corridor, IsDrivenAgainAndRecognized) {
 
 TEST(Conjunction, OfThreeNetworksKnowsTheCorridorBetterThanAnyAlone) {
   const auto data = findData("corridor_vpr"), models = findTestModels();
-  const auto inception = findFetched("models/inception-v3/graph.lite"),
-             coco = findFetched("models/coco-ssd/model.json");
+  const auto inception = findFetched("models/inception-v3/inception-v3.onnx"),
+             coco = findFetched("models/coco-ssd/coco-ssd.onnx");
   ESTANCIA_NEEDS(data && models && inception && coco, "the corridor images or the networks are not here");
   const ScratchFolder scratch;
   const std::string places = scratch / "places";

@@ -9,15 +9,14 @@
 #include "estancia/io/npy.hpp"
 #include "estancia/label/clip.hpp"
 #include "estancia/label/model.hpp"
+#include "support/errors.hpp"
 #include "support/model_support.hpp"
 
 namespace estancia {
 namespace {
 
-using test::errorOf;
+using test::FailsWith;
 using test::writeFile;
-using testing::AllOf;
-using testing::HasSubstr;
 
 std::string npy(const std::vector<std::vector<float>>& rows) {
   DescriptorMatrix matrix(rows.at(0).size());
@@ -47,8 +46,8 @@ class Clip : public testing::Test {
               test::modelToml("small.onnx", 8, "embeddings = \"words.npy\"\n" + more));
   }
   std::unique_ptr<Labeler> open() const { return loadModel(scratch_.path().string()); }
-  std::string refusal() const {
-    return errorOf([this] { open(); });
+  test::Caught refusal() const {
+    return test::caught([this] { open(); });
   }
 
   test::ScratchFolder scratch_;
@@ -95,25 +94,25 @@ TEST_F(Clip, IsAddedWithItsEmbeddings) {
 TEST_F(Clip, SaysWhichEmbeddingsItCannotUse) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   writeFile(scratch_ / "words.npy", npy({{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}));
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("3 rows"), HasSubstr("2 labels")));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::mismatch, "3", "2"));
   writeFile(scratch_ / "words.npy", npy({{1, 0, 0, 0}, {0, 1, 0, 0}}));
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("gives 3 values"), HasSubstr("have 4")));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::mismatch, "3", "4"));
   writeFile(scratch_ / "words.npy", npy({{1, 0, 0}, {0, 0, 0}}));
-  EXPECT_THAT(refusal(), HasSubstr("row 1 has the length 0"));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "row 1", "0"));
   writeFile(scratch_ / "words.npy", npy({{1, nan, 0}, {0, 1, 0}}));
-  EXPECT_THAT(refusal(), HasSubstr("row 0 has the length nan"));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "row 0", "nan"));
   writeFile(scratch_ / "words.npy", npy({{1, 0, 0}, {0, 1, 0}}).substr(0, 100));
-  EXPECT_THAT(refusal(), HasSubstr("words.npy"));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::fileNotFound, "words.npy"));
   settings("logit_scale = 0");
-  EXPECT_THAT(refusal(), HasSubstr("`logit_scale`"));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "`logit_scale`"));
   settings("reduce = \"max\"");
-  EXPECT_THAT(refusal(), HasSubstr("do not go with `embeddings`"));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::invalidInput, "`embeddings`"));
 }
 
 TEST_F(Clip, SaysWhenAnImageHasNoEmbedding) {
   const auto labeler = open();
-  EXPECT_THAT(errorOf([&] { labeler->label(cv::Mat(8, 8, CV_8UC3, cv::Scalar::all(0))); }),
-              HasSubstr("embedding of the length 0"));
+  EXPECT_THAT([&] { labeler->label(cv::Mat(8, 8, CV_8UC3, cv::Scalar::all(0))); },
+              FailsWith(ErrorCode::labelerFailure, "0"));
 }
 
 }  // namespace

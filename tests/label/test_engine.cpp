@@ -9,17 +9,22 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/label/model.hpp"
+#include "estancia/label/onnxruntime_engine.hpp"
+#include "estancia/label/opencv_engine.hpp"
+#include "support/errors.hpp"
 #include "support/model_support.hpp"
 
 namespace estancia {
 namespace {
 
-using test::errorOf;
+using test::FailsWith;
 using test::modelToml;
 using test::writeFile;
-using testing::AllOf;
 using testing::HasSubstr;
-using testing::Not;
+
+std::string versionOf(const std::string& engine) {
+  return engine == "opencv" ? opencvVersion() : onnxruntimeVersion();
+}
 
 /// Every test runs with each engine.
 class Engine : public testing::TestWithParam<std::string> {
@@ -37,9 +42,9 @@ class Engine : public testing::TestWithParam<std::string> {
     writeFile(scratch_ / "model.toml", toml);
     return loadModel(scratch_.path().string(), {GetParam(), 1});
   }
-  std::string refusal(const std::string& network, const std::string& toml, std::size_t labels = 4,
-                      const std::string& file = "small.onnx") {
-    return errorOf([&] { open(network, toml, labels, file); });
+  test::Caught refusal(const std::string& network, const std::string& toml, std::size_t labels = 4,
+                       const std::string& file = "small.onnx") {
+    return test::caught([&] { open(network, toml, labels, file); });
   }
   static void setWeights(onnx::GraphProto& graph, float value) {
     for (auto& weight : *graph.mutable_initializer(0)->mutable_float_data()) weight = value;
@@ -83,7 +88,7 @@ TEST_P(Engine, TurnsLogitsIntoTheSameProbabilities) {
 
 TEST_P(Engine, IdentityChangesWithTheNetworkAndItsPreprocessing) {
   const auto first = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8))->identity();
-  EXPECT_THAT(first, HasSubstr("small"));
+  EXPECT_EQ(first.substr(0, 6), "small ");
   EXPECT_EQ(open(test::smallOnnx(8, 4), modelToml("small.onnx", 8, "license = \"MIT\""))->identity(), first);
   EXPECT_NE(open(test::smallOnnx(8, 4), modelToml("small.onnx", 8, "crop = 0.5"))->identity(), first);
   EXPECT_NE(
@@ -93,9 +98,9 @@ TEST_P(Engine, IdentityChangesWithTheNetworkAndItsPreprocessing) {
 
 TEST_P(Engine, SaysWhenLabelsAndOutputsAreNotAsMany) {
   EXPECT_THAT(refusal(test::smallOnnx(8, 4), modelToml("small.onnx", 8), 5),
-              AllOf(HasSubstr("4"), HasSubstr("5 labels")));
+              FailsWith(ErrorCode::mismatch, "4", "5"));
   EXPECT_THAT(refusal(test::smallOnnx(8, 4), modelToml("small.onnx", 8), 3),
-              AllOf(HasSubstr("4"), HasSubstr("3 labels")));
+              FailsWith(ErrorCode::mismatch, "4", "3"));
 }
 
 TEST_P(Engine, SaysWhenOutputsAreNotFinite) {
@@ -107,7 +112,7 @@ TEST_P(Engine, SaysWhenOutputsAreNotFinite) {
                                           setWeights(g, nan);
                                         }),
                         modelToml("small.onnx", 8, more)),
-                HasSubstr("nan"));
+                FailsWith(ErrorCode::labelerFailure, "nan"));
 }
 
 TEST_P(Engine, SuggestsSoftmaxWhenOutputsAreNoProbabilities) {
@@ -118,17 +123,18 @@ TEST_P(Engine, SuggestsSoftmaxWhenOutputsAreNoProbabilities) {
                                           setWeights(g, weight);
                                         }),
                         modelToml("small.onnx", 8)),
-                HasSubstr("softmax"));
+                FailsWith(ErrorCode::labelerFailure, "softmax"));
 }
 
 TEST_P(Engine, NamesTheOperatorThatItCannotRun) {
   const auto unknown = [](onnx::GraphProto& g) { g.mutable_node(0)->set_op_type("FancyPool"); };
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4, unknown), modelToml("small.onnx", 8)), HasSubstr("FancyPool"));
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, unknown), modelToml("small.onnx", 8)),
+              FailsWith(ErrorCode::unsupportedFile, "FancyPool"));
 }
 
 TEST_P(Engine, SaysWhenTheInputHasAnotherSize) {
   EXPECT_THAT(refusal(test::smallOnnx(8, 4), modelToml("small.onnx", 9)),
-              AllOf(HasSubstr("1×3×8×8"), HasSubstr("1×3×9×9"), HasSubstr("`input`")));
+              FailsWith(ErrorCode::mismatch, "1×3×8×8", "1×3×9×9", "`input`"));
 }
 
 TEST_P(Engine, RunsANetworkForAnySize) {
@@ -163,8 +169,10 @@ TEST_P(Engine, SaysWhenANetworkForAnySizeCannotHaveThisOne) {
     kernel->add_ints(8);
   };
   EXPECT_NO_THROW(open(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 8)));
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 4)), HasSubstr("small"));
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 9)), HasSubstr("4"));
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 4)).message,
+              HasSubstr("small"));
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, anySizeButNot), modelToml("small.onnx", 9)).message,
+              HasSubstr("4"));
 }
 
 void putElsewhere(onnx::TensorProto* weights) {
@@ -197,7 +205,7 @@ TEST_P(Engine, RefusesWeightsInOtherFiles) {
        }}};
   for (const auto& [place, change] : places)
     EXPECT_THAT(refusal(test::smallOnnx(8, 4, change), modelToml("small.onnx", 8)),
-                AllOf(HasSubstr("weights"), HasSubstr("another file")))
+                FailsWith(ErrorCode::unsafePath, "small.onnx", "(weights)"))
         << place;
 }
 
@@ -223,7 +231,7 @@ TEST_P(Engine, RefusesWeightsInOtherFilesOutsideOfTheGraph) {
     ASSERT_TRUE(model.ParseFromString(test::smallOnnx(8, 4)));
     change(model);
     EXPECT_THAT(refusal(model.SerializeAsString(), modelToml("small.onnx", 8)),
-                AllOf(HasSubstr("weights"), HasSubstr("another file")))
+                FailsWith(ErrorCode::unsafePath, "small.onnx", "(weights)"))
         << place;
   }
 }
@@ -233,7 +241,8 @@ TEST_P(Engine, RefusesGraphsNestedWithoutEnd) {
     auto* inner = &g;
     for (int i = 0; i < 1000; ++i) inner = inner->add_node()->add_attribute()->mutable_g();
   };
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4, nested), modelToml("small.onnx", 8)), HasSubstr("small.onnx"));
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, nested), modelToml("small.onnx", 8)),
+              FailsWith(ErrorCode::malformedFile, "small.onnx"));
 }
 
 TEST_P(Engine, RefusesANetworkOfSeveralInputs) {
@@ -243,7 +252,8 @@ TEST_P(Engine, RefusesANetworkOfSeveralInputs) {
     g.mutable_input(1)->mutable_type()->mutable_tensor_type()->mutable_shape()->mutable_dim(1)->set_dim_value(
         1);
   };
-  EXPECT_THAT(refusal(test::smallOnnx(8, 4, second), modelToml("small.onnx", 8)), HasSubstr("1×1×8×8"));
+  EXPECT_THAT(refusal(test::smallOnnx(8, 4, second), modelToml("small.onnx", 8)),
+              FailsWith(ErrorCode::mismatch, "1×1×8×8"));
 }
 
 TEST_P(Engine, LabelsBatchesLikeImages) {
@@ -266,8 +276,8 @@ TEST_P(Engine, LabelsBatchesLikeImages) {
 
 TEST_P(Engine, NamesItselfToCachesOnly) {
   const auto labeler = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
-  EXPECT_THAT(labeler->cacheKey(), AllOf(HasSubstr(GetParam()), HasSubstr(labeler->identity())));
-  EXPECT_THAT(labeler->identity(), Not(HasSubstr(GetParam())));
+  EXPECT_EQ(labeler->cacheKey(), labeler->identity() + " " + versionOf(GetParam()));
+  EXPECT_EQ(labeler->identity().find(GetParam()), std::string::npos);
 }
 
 TEST_P(Engine, ListsTheOutputsWhenThereAreSeveral) {
@@ -281,18 +291,21 @@ TEST_P(Engine, ListsTheOutputsWhenThereAreSeveral) {
     g.mutable_output(1)->set_name("second");
   };
   EXPECT_THAT(refusal(test::smallOnnx(8, 4, twoOutputs), modelToml("small.onnx", 8)),
-              AllOf(HasSubstr("probabilities"), HasSubstr("second"), HasSubstr("`output`")));
+              FailsWith(ErrorCode::mismatch, "probabilities", "second", "`output`"));
 }
 
 TEST_P(Engine, SaysWhenAFileIsMissingBrokenOrUnknown) {
   const std::string good = test::smallOnnx(8, 4);
-  EXPECT_THAT(refusal(good, modelToml("other.onnx", 8)), HasSubstr("other.onnx is missing"));
-  EXPECT_THAT(refusal("this is no network", modelToml("small.onnx", 8)), HasSubstr("small.onnx"));
-  EXPECT_THAT(refusal("", modelToml("small.onnx", 8)), HasSubstr("small.onnx"));
+  EXPECT_THAT(refusal(good, modelToml("other.onnx", 8)), FailsWith(ErrorCode::fileNotFound, "other.onnx"));
+  EXPECT_THAT(refusal("this is no network", modelToml("small.onnx", 8)),
+              FailsWith(ErrorCode::malformedFile, "small.onnx"));
+  EXPECT_THAT(refusal("", modelToml("small.onnx", 8)), FailsWith(ErrorCode::malformedFile, "small.onnx"));
   EXPECT_THAT(refusal(good, modelToml("small.h5", 8), 4, "small.h5"),
-              AllOf(HasSubstr("small.h5"), HasSubstr(".tflite")));
-  EXPECT_THAT(refusal(good.substr(0, good.size() / 2), modelToml("small.onnx", 8)), HasSubstr("small.onnx"));
-  EXPECT_THAT(refusal(good, modelToml("small.tflite", 8), 4, "small.tflite"), HasSubstr("TFL3"));
+              FailsWith(ErrorCode::unsupportedFile, "small.h5", ".onnx"));
+  EXPECT_THAT(refusal(good.substr(0, good.size() / 2), modelToml("small.onnx", 8)),
+              FailsWith(ErrorCode::malformedFile, "small.onnx"));
+  EXPECT_THAT(refusal(good, modelToml("small.tflite", 8), 4, "small.tflite"),
+              FailsWith(ErrorCode::unsupportedFile, "small.tflite", "estancia models add"));
 }
 
 TEST_P(Engine, ComparesDigests) {
@@ -302,7 +315,7 @@ TEST_P(Engine, ComparesDigests) {
   };
   EXPECT_NO_THROW(open(good, toml(sha256(good))));
   EXPECT_THAT(refusal(good, toml(sha256("other"))),
-              AllOf(HasSubstr("small.onnx has SHA-256"), HasSubstr(sha256("other"))));
+              FailsWith(ErrorCode::corruptFile, "small.onnx", sha256("other")));
 }
 
 TEST_P(Engine, DoesNotFollowLinksOutOfTheFolder) {
@@ -311,7 +324,7 @@ TEST_P(Engine, DoesNotFollowLinksOutOfTheFolder) {
   writeFile(scratch_ / "labels.txt", test::labelLines(4));
   writeFile(scratch_ / "model.toml", modelToml("small.onnx", 8));
   std::filesystem::create_symlink(elsewhere / "small.onnx", scratch_ / "small.onnx");
-  EXPECT_THAT(errorOf([&] { loadModel(scratch_.path().string()); }), HasSubstr("out of the model's folder"));
+  EXPECT_THAT([&] { loadModel(scratch_.path().string()); }, FailsWith(ErrorCode::unsafePath, "small.onnx"));
 }
 
 const char* const prototxt = R"(name: "small"
@@ -334,14 +347,16 @@ TEST_P(OpencvEngine, OpensCaffe) {
 
 TEST_P(OpencvEngine, AsksForTheLayersOfACaffemodel) {
   EXPECT_THAT(refusal(emptyCaffemodel, modelToml("net.caffemodel", 8), 3, "net.caffemodel"),
-              AllOf(HasSubstr("prototxt"), HasSubstr("`config`")));
+              FailsWith(ErrorCode::invalidInput, "prototxt", "`config`"));
   const std::string toml = modelToml("net.caffemodel", 8, "config = \"deploy.prototxt\"");
   std::string unknown = prototxt;
   unknown.replace(unknown.find("Softmax"), 7, "Wonder");
   writeFile(scratch_ / "deploy.prototxt", unknown);
-  EXPECT_THAT(refusal(emptyCaffemodel, toml, 3, "net.caffemodel"), HasSubstr("operator Wonder"));
+  EXPECT_THAT(refusal(emptyCaffemodel, toml, 3, "net.caffemodel"),
+              FailsWith(ErrorCode::unsupportedFile, "net.caffemodel", "Wonder"));
   writeFile(scratch_ / "deploy.prototxt", "this is {{{ no network");
-  EXPECT_THAT(refusal(emptyCaffemodel, toml, 3, "net.caffemodel"), HasSubstr("net.caffemodel"));
+  EXPECT_THAT(refusal(emptyCaffemodel, toml, 3, "net.caffemodel"),
+              FailsWith(ErrorCode::unsupportedFile, "net.caffemodel"));
 }
 
 /// One field of a protobuf message: length-delimited.
@@ -370,7 +385,7 @@ TEST_P(OpencvEngine, OpensTensorflow) {
 TEST_P(OpencvEngine, NamesTheTensorflowOperatorThatItCannotRun) {
   EXPECT_THAT(refusal(tensorflowNode("input", "Placeholder", "") + tensorflowNode("x", "Wonder", "input"),
                       modelToml("net.pb", 1), 3, "net.pb"),
-              HasSubstr("Wonder"));
+              FailsWith(ErrorCode::unsupportedFile, "net.pb", "Wonder"));
 }
 
 /// What only the choice between engines shows.
@@ -386,14 +401,14 @@ TEST_P(Engines, TheBestComesFirstAndATypePinsOne) {
     writeFile(scratch_ / "model.toml", modelToml("small.onnx", 8, "type = \"" + type + "\""));
     return loadModel(scratch_.path().string(), {engine, 1})->cacheKey();
   };
-  EXPECT_THAT(openAs("network", ""), HasSubstr("onnxruntime"));
-  EXPECT_THAT(openAs("network", "opencv"), HasSubstr("opencv"));
-  EXPECT_THAT(openAs("opencv", ""), HasSubstr("opencv"));
-  EXPECT_THAT(openAs("onnxruntime", ""), HasSubstr("onnxruntime"));
-  EXPECT_THAT(errorOf([&] { openAs("opencv", "onnxruntime"); }),
-              AllOf(HasSubstr("opencv"), HasSubstr("--engine")));
-  EXPECT_THAT(errorOf([&] { openAs("network", "abacus"); }),
-              AllOf(HasSubstr("abacus"), HasSubstr("onnxruntime, opencv")));
+  EXPECT_TRUE(openAs("network", "").ends_with(onnxruntimeVersion()));
+  EXPECT_TRUE(openAs("network", "opencv").ends_with(opencvVersion()));
+  EXPECT_TRUE(openAs("opencv", "").ends_with(opencvVersion()));
+  EXPECT_TRUE(openAs("onnxruntime", "").ends_with(onnxruntimeVersion()));
+  EXPECT_THAT([&] { openAs("opencv", "onnxruntime"); },
+              FailsWith(ErrorCode::invalidOption, "opencv", "--engine"));
+  EXPECT_THAT([&] { openAs("network", "abacus"); },
+              FailsWith(ErrorCode::unknownName, "abacus", "onnxruntime, opencv"));
 }
 
 TEST_P(Engines, CaffeStaysWithOpencv) {
@@ -402,23 +417,25 @@ TEST_P(Engines, CaffeStaysWithOpencv) {
   writeFile(scratch_ / "labels.txt", test::labelLines(3));
   writeFile(scratch_ / "model.toml",
             modelToml("net.caffemodel", 8, "config = \"deploy.prototxt\"\nscale = 0.1"));
-  EXPECT_THAT(loadModel(scratch_.path().string())->cacheKey(), HasSubstr("opencv"));
+  EXPECT_TRUE(loadModel(scratch_.path().string())->cacheKey().ends_with(opencvVersion()));
   EXPECT_EQ(enginesFor(readModelSpec(scratch_.path())), std::vector<std::string>{"opencv"});
-  EXPECT_THAT(errorOf([&] {
-                loadModel(scratch_.path().string(), {"onnxruntime", 1});
-              }),
-              AllOf(HasSubstr("net.caffemodel"), HasSubstr("opencv")));
+  EXPECT_THAT(
+      [&] {
+        loadModel(scratch_.path().string(), {"onnxruntime", 1});
+      },
+      FailsWith(ErrorCode::unsupportedFile, "net.caffemodel", "opencv"));
 }
 
 TEST_P(Engines, RefuseWhatAnotherLabelerPrepared) {
   const auto small = open(test::smallOnnx(8, 4), modelToml("small.onnx", 8));
   const auto large = open(test::smallOnnx(9, 4), modelToml("small.onnx", 9));
   const Prepared image = large->prepare(cv::Mat(30, 40, CV_8UC3, cv::Scalar(10, 20, 30)));
-  EXPECT_THAT(errorOf([&] { small->infer(image); }), HasSubstr("another labeler"));
-  EXPECT_THAT(errorOf([&] {
-                small->inferBatch(std::vector<Prepared>{image, image});
-              }),
-              HasSubstr("another labeler"));
+  EXPECT_THAT([&] { small->infer(image); }, FailsWith(ErrorCode::mismatch, "small"));
+  EXPECT_THAT(
+      [&] {
+        small->inferBatch(std::vector<Prepared>{image, image});
+      },
+      FailsWith(ErrorCode::mismatch, "small"));
 }
 
 TEST_P(Engines, SayWhenTheNetworkChangesBetweenImagesAndBatches) {
@@ -427,7 +444,7 @@ TEST_P(Engines, SayWhenTheNetworkChangesBetweenImagesAndBatches) {
   const auto labeler = loadModel(scratch_.path().string(), {"onnxruntime", 2});
   writeFile(scratch_ / "small.onnx", test::smallOnnx(8, 4, [](auto& g) { setWeights(g, 1); }));
   const std::vector<Prepared> batch(3, labeler->prepare(cv::Mat(8, 8, CV_8UC3, cv::Scalar::all(9))));
-  EXPECT_THAT(errorOf([&] { labeler->inferBatch(batch); }), HasSubstr("changed"));
+  EXPECT_THAT([&] { labeler->inferBatch(batch); }, FailsWith(ErrorCode::corruptFile, "small.onnx"));
 }
 
 }  // namespace

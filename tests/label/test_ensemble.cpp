@@ -12,16 +12,17 @@
 #include "estancia/core/error.hpp"
 #include "estancia/label/ensemble.hpp"
 #include "estancia/label/label_stream.hpp"
+#include "support/errors.hpp"
 #include "support/model_support.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using testing::AllOf;
+using test::FailsWith;
+
 using testing::ElementsAre;
 using testing::FloatNear;
-using testing::HasSubstr;
 
 /// Says the same of every image, and counts how often it is asked.
 class Constant final : public Labeler {
@@ -111,16 +112,18 @@ TEST(Ensemble, AllThatChangesItsWordsChangesItsIdentity) {
 
 TEST(Ensemble, RefusesWhatCannotWorkTogether) {
   const auto refusal = [](std::vector<EnsembleMember> members) {
-    return test::errorOf([&] { Ensemble("e", std::move(members), Fusion::distances); });
+    return test::caught([&] { Ensemble("e", std::move(members), Fusion::distances); });
   };
-  EXPECT_THAT(refusal({}), HasSubstr("no members"));
-  EXPECT_THAT(refusal(list(member({"a"}, {1}, 0))), HasSubstr("above 0"));
-  EXPECT_THAT(refusal(list(member({"a"}, {1}, 1, NAN))), HasSubstr("above 0"));
+  EXPECT_THAT(refusal({}), FailsWith(ErrorCode::invalidInput, "ensemble e"));
+  EXPECT_THAT(refusal(list(member({"a"}, {1}, 0))), FailsWith(ErrorCode::invalidOption, "ensemble e"));
+  EXPECT_THAT(refusal(list(member({"a"}, {1}, 1, NAN))), FailsWith(ErrorCode::invalidOption, "ensemble e"));
   auto inner = std::make_unique<Ensemble>("inner", list(member({"a"}, {1})), Fusion::distances);
-  EXPECT_THAT(refusal(list(EnsembleMember{std::move(inner)})), HasSubstr("another ensemble"));
+  EXPECT_THAT(refusal(list(EnsembleMember{std::move(inner)})),
+              FailsWith(ErrorCode::invalidInput, "ensemble e"));
   auto open = std::make_unique<Constant>(std::vector<std::string>{"a"}, LexicalDescriptor{1});
   open->discovering = true;
-  EXPECT_THAT(refusal(list(EnsembleMember{std::move(open)})), HasSubstr("discovers its words"));
+  EXPECT_THAT(refusal(list(EnsembleMember{std::move(open)})),
+              FailsWith(ErrorCode::invalidInput, "ensemble e"));
 }
 
 /// Three frames, three images.
@@ -190,7 +193,7 @@ TEST(Ensemble, AFrameThatOneMemberCannotTellHasNoWords) {
   const auto labeled = all(frames, both, nullptr);
   ASSERT_EQ(labeled.size(), 3U);
   EXPECT_TRUE(labeled[0].labeled());
-  EXPECT_THAT(labeled[1].problem, HasSubstr("cannot tell of frame 1"));
+  EXPECT_NE(labeled[1].problem.find("frame 1"), std::string::npos);
   EXPECT_TRUE(labeled[2].labeled());
 }
 
@@ -201,9 +204,9 @@ class EnsembleFile : public testing::Test {
     test::writeSmallModel(scratch_ / "models/small");
   }
   void TearDown() override { unsetenv("ESTANCIA_HOME"); }
-  std::string refusal(const std::string& toml) {
+  test::Caught refusal(const std::string& toml) {
     write(toml);
-    return test::errorOf([&] { loadModel("pair"); });
+    return test::caught([&] { loadModel("pair"); });
   }
   void write(const std::string& toml) {
     test::writeFile(scratch_ / "models/pair/model.toml", "name = \"pair\"\ntype = \"ensemble\"\n" + toml);
@@ -216,33 +219,32 @@ TEST_F(EnsembleFile, IsOpenedByName) {
   const auto pair = loadModel("pair");
   EXPECT_THAT(pair->vocabulary().layout().parts, ElementsAre(LabelPart{4, 2}, LabelPart{4, 0.5F}));
   EXPECT_EQ(pair->label(image).size(), 8U);
-  EXPECT_THAT(pair->identity(), testing::StartsWith("pair "));
+  EXPECT_EQ(pair->identity().substr(0, 5), "pair ");
 }
 
 TEST_F(EnsembleFile, IsNotNeededForEqualPartners) {
   const auto pair = loadModel("small+small");
   EXPECT_EQ(pair->vocabulary().size(), 8U);
-  EXPECT_THAT(test::errorOf([] { loadModel("small++small"); }), HasSubstr("between the plus signs"));
-  EXPECT_THAT(test::errorOf([] { loadModel("small+smal"); }), HasSubstr("known are small"));
+  EXPECT_THAT([] { loadModel("small++small"); }, FailsWith(ErrorCode::unknownName, "\"small++small\""));
+  EXPECT_THAT([] { loadModel("small+smal"); }, FailsWith(ErrorCode::unknownName, "\"smal\"", "small"));
 }
 
 TEST_F(EnsembleFile, NamesTheLineThatIsWrong) {
-  EXPECT_THAT(refusal("members = [\"pair\"]"),
-              AllOf(HasSubstr("model.toml:3"), HasSubstr("the member pair is an ensemble")));
+  EXPECT_THAT(refusal("members = [\"pair\"]"), FailsWith(ErrorCode::malformedFile, "model.toml:3", "pair"));
   EXPECT_THAT(refusal("members = [{model = \"small\", weight = -1}]"),
-              AllOf(HasSubstr("model.toml:3"), HasSubstr("`weight`")));
-  EXPECT_THAT(refusal("members = [{weight = 1}]"), HasSubstr("`model` is missing"));
+              FailsWith(ErrorCode::malformedFile, "model.toml:3", "`weight`"));
+  EXPECT_THAT(refusal("members = [{weight = 1}]"), FailsWith(ErrorCode::malformedFile, "`model`"));
   EXPECT_THAT(refusal("members = [\"small\"]\nfusion = \"cold\""),
-              AllOf(HasSubstr("model.toml:4"), HasSubstr("\"probabilities\"")));
-  EXPECT_THAT(refusal("members = [\"small\"]\nfile = \"x\""), HasSubstr("unknown key `file`"));
-  EXPECT_THAT(refusal(""), HasSubstr("`members`"));
+              FailsWith(ErrorCode::malformedFile, "model.toml:4", "\"probabilities\""));
+  EXPECT_THAT(refusal("members = [\"small\"]\nfile = \"x\""), FailsWith(ErrorCode::malformedFile, "`file`"));
+  EXPECT_THAT(refusal(""), FailsWith(ErrorCode::malformedFile, "`members`"));
 }
 
 TEST_F(EnsembleFile, ThatNameEachOtherAreRefusedAtOnce) {
   write("members = [\"other\"]");
   test::writeFile(scratch_ / "models/other/model.toml",
                   "name = \"other\"\ntype = \"ensemble\"\nmembers = [\"pair\"]\n");
-  EXPECT_THAT(test::errorOf([] { loadModel("pair"); }), HasSubstr("the member other is an ensemble"));
+  EXPECT_THAT([] { loadModel("pair"); }, FailsWith(ErrorCode::malformedFile, "other"));
 }
 
 TEST(Ensemble, NoTemperatureMakesWordsVanish) {

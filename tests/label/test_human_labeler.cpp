@@ -4,16 +4,16 @@
 
 #include "estancia/label/human_labeler.hpp"
 #include "estancia/label/model.hpp"
+#include "support/errors.hpp"
 #include "support/model_support.hpp"
 
 namespace estancia {
 namespace {
 
-using test::errorOf;
+using test::FailsWith;
 using test::writeFile;
 using testing::ElementsAre;
 using testing::FloatEq;
-using testing::HasSubstr;
 
 class Human : public testing::Test {
  protected:
@@ -22,8 +22,8 @@ class Human : public testing::Test {
     writeFile(scratch_ / "h.csv", csv);
     return readHumanLabels(scratch_ / "h.csv", given, certainty);
   }
-  std::string refusal(const std::string& csv) {
-    return errorOf([&] { read(csv); });
+  test::Caught refusal(const std::string& csv) {
+    return test::caught([&] { read(csv); });
   }
   test::ScratchFolder scratch_;
 };
@@ -56,22 +56,22 @@ TEST_F(Human, LeavesALittleToTheOtherWords) {
 }
 
 TEST_F(Human, RefusesWhatIsUnclear) {
-  const std::pair<std::string, std::string> cases[] = {
-      {"", "no labeled images"},
-      {"image,label\n", "no labeled images"},
-      {"1.png\n", "h.csv:1: 1 cells"},
-      {"1.png,cup\n2.png,cup,mug\n", "h.csv:2: 3 cells"},
-      {"1.png,cup,high\n", "h.csv:1: \"high\" is no number"},
-      {"1.png,cup,nan\n", "h.csv:1: nan for \"cup\""},
-      {"1.png,cup,95\n", "h.csv:1: 95 for \"cup\""},
-      {"1.png,cup,0.5\n1.png,cup,0.7\n", "h.csv:2: \"cup\" has another confidence in line 1"},
-      {"1.png,\n", "h.csv:1: no label"},
-      {"1.png,cup;;mug\n", "h.csv:1: empty label"},
-      {",cup\n", "h.csv:1: the image has no name"}};
-  for (const auto& [csv, expected] : cases) EXPECT_THAT(refusal(csv), HasSubstr(expected)) << csv;
-  EXPECT_THAT(errorOf([&] { read("1,cpu\n", 1, Vocabulary({"cup"})); }),
-              HasSubstr("h.csv:1: \"cpu\" is not in the label file"));
-  EXPECT_THAT(errorOf([&] { read("1,cup\n", 1.5); }), HasSubstr("certainty"));
+  const std::pair<std::string, std::string> cases[] = {{"1.png\n", "h.csv:1: 1"},
+                                                       {"1.png,cup\n2.png,cup,mug\n", "h.csv:2: 3"},
+                                                       {"1.png,cup,high\n", "h.csv:1: \"high\""},
+                                                       {"1.png,cup,nan\n", "h.csv:1: nan for \"cup\""},
+                                                       {"1.png,cup,95\n", "h.csv:1: 95 for \"cup\""},
+                                                       {"1.png,cup,0.5\n1.png,cup,0.7\n", "h.csv:2: \"cup\""},
+                                                       {"1.png,\n", "h.csv:1: "},
+                                                       {"1.png,cup;;mug\n", "h.csv:1: "},
+                                                       {",cup\n", "h.csv:1: "}};
+  for (const auto& [csv, expected] : cases)
+    EXPECT_THAT(refusal(csv), FailsWith(ErrorCode::malformedFile, expected)) << csv;
+  for (const std::string csv : {"", "image,label\n"})
+    EXPECT_THAT(refusal(csv), FailsWith(ErrorCode::insufficientData, "h.csv")) << csv;
+  EXPECT_THAT([&] { read("1,cpu\n", 1, Vocabulary({"cup"})); },
+              FailsWith(ErrorCode::unknownName, "h.csv:1: ", "\"cpu\""));
+  EXPECT_THAT([&] { read("1,cup\n", 1.5); }, FailsWith(ErrorCode::invalidOption, "certainty"));
 }
 
 TEST_F(Human, IsAModel) {
@@ -85,8 +85,9 @@ TEST_F(Human, IsAModel) {
   EXPECT_THAT(open("certainty = 1")->label({}, "2.png"), ElementsAre(0, 1));
   EXPECT_THROW(open("")->label({}, "3.png"), FrameError);
   EXPECT_NE(open("certainty = 0.5")->identity(), open("")->identity());
-  EXPECT_THAT(errorOf([&] { open("certanty = 1"); }), HasSubstr("model.toml:4: unknown key `certanty`"));
-  EXPECT_THAT(errorOf([&] { open("certainty = 2"); }), HasSubstr("`certainty`"));
+  EXPECT_THAT([&] { open("certanty = 1"); },
+              FailsWith(ErrorCode::malformedFile, "model.toml:4: ", "`certanty`"));
+  EXPECT_THAT([&] { open("certainty = 2"); }, FailsWith(ErrorCode::malformedFile, "`certainty`"));
 }
 
 }  // namespace

@@ -10,13 +10,15 @@
 #include <vector>
 
 #include "estancia/label/label_cache.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
+using test::FailsWith;
+
 namespace fs = std::filesystem;
-using testing::HasSubstr;
 
 fs::path onlyFile(const fs::path& folder) {
   fs::path found;
@@ -183,7 +185,7 @@ TEST_F(Cache, ThatCannotBeWrittenSaysSoOnceAndGoesOn) {
   test::writeFile(scratch_ / "file", "in the way");
   LabelCache cache(scratch_ / "file/labels", 1 << 20);
   cache.put("net", "cat", "meow");
-  EXPECT_THAT(cache.problem(), testing::AllOf(HasSubstr("not being cached"), HasSubstr("ESTANCIA_CACHE")));
+  EXPECT_NE(cache.problem().find("ESTANCIA_CACHE"), std::string::npos);
   EXPECT_FALSE(cache.find("net", "cat"));
 }
 
@@ -204,7 +206,7 @@ TEST(CacheLimit, IsMegabytesFromTheEnvironment) {
   setenv("ESTANCIA_CACHE_MB", "12.5", 1);
   EXPECT_EQ(LabelCache::defaultLimit(), 12'500'000U);
   setenv("ESTANCIA_CACHE_MB", "much", 1);
-  EXPECT_THAT(test::errorOf([] { LabelCache::defaultLimit(); }), HasSubstr("ESTANCIA_CACHE_MB"));
+  EXPECT_THAT([] { LabelCache::defaultLimit(); }, FailsWith(ErrorCode::invalidOption, "ESTANCIA_CACHE_MB"));
   unsetenv("ESTANCIA_CACHE_MB");
 }
 

@@ -13,17 +13,14 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/label/label_stream.hpp"
+#include "support/errors.hpp"
 #include "support/model_support.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using test::errorOf;
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::StartsWith;
+using test::FailsWith;
 
 /// Frames 0 … size − 1; frame i is an image of one pixel with the value i. Frames in `unreadable` throw.
 class Frames final : public Sequence {
@@ -41,7 +38,7 @@ class Frames final : public Sequence {
     if (i == outOfMemoryAt) throw std::bad_alloc();
     if (const auto found = failing.find(i); found != failing.end()) found->second();
     if (std::count(unreadable_.begin(), unreadable_.end(), i) > 0)
-      throw Error("frame " + std::to_string(i) + " is torn");
+      throw Error(ErrorCode::fileUnreadable, "frame " + std::to_string(i) + " is torn");
     return cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(static_cast<double>(i)));
   }
 
@@ -102,6 +99,15 @@ TEST(LabelStream, StartsWhereItIsTold) {
   EXPECT_FALSE(LabelStream(Frames(0), labeler).next());
 }
 
+TEST(LabelStream, ChecksItsOptions) {
+  const Frames frames(5);
+  PixelLabeler labeler;
+  EXPECT_THAT([&] { LabelStream(frames, labeler, {.ahead = 0}).next(); },
+              FailsWith(ErrorCode::invalidOption, "ahead"));
+  EXPECT_THAT([&] { LabelStream(frames, labeler, {.readers = 0}).next(); },
+              FailsWith(ErrorCode::invalidOption, "readers"));
+}
+
 TEST(LabelStream, ReportsUnreadableFramesAndGoesOn) {
   const Frames frames(4, {0, 2, 3});
   PixelLabeler labeler;
@@ -120,7 +126,7 @@ TEST(LabelStream, StopsAtAnUnreadableFrameWhenStrict) {
   LabelStream stream(frames, labeler, {.strict = true});
   EXPECT_TRUE(stream.next());
   EXPECT_TRUE(stream.next()) << "the frames before it count";
-  EXPECT_EQ(errorOf([&] { stream.next(); }), "frame 2 is torn");
+  EXPECT_THAT([&] { stream.next(); }, FailsWith(ErrorCode::fileUnreadable, "frame 2 is torn"));
   EXPECT_FALSE(stream.next());
 }
 
@@ -202,7 +208,7 @@ class Refusing final : public Labeler {
     ++asked;
     const int value = prepared.input.at<cv::Vec3b>(0, 0)[0];
     if (value == 2) throw FrameError("frame 2 is refused");
-    if (value == endsAt) throw Error("no more money");
+    if (value == endsAt) throw Error(ErrorCode::serverFailure, "no more money");
     return {0.5F};
   }
   std::size_t batchSize() const override { return 4; }
@@ -218,7 +224,7 @@ TEST(LabelStream, StrictEndsAtARefusedFrameWithoutPayingForMore) {
   LabelStream stream(frames, labeler, {.strict = true});
   EXPECT_EQ(stream.next()->index, 0U);
   EXPECT_EQ(stream.next()->index, 1U);
-  EXPECT_THAT(errorOf([&] { stream.next(); }), testing::HasSubstr("frame 2 is refused"));
+  EXPECT_THAT([&] { stream.next(); }, FailsWith(ErrorCode::labelerFailure, "frame 2 is refused"));
   EXPECT_FALSE(stream.next());
   EXPECT_EQ(labeler.asked, 4) << "one batch";
 }
@@ -230,11 +236,12 @@ TEST(LabelStream, KeepsWhatWasPaidForWhenTheWorkMustEnd) {
   Refusing labeler;
   labeler.endsAt = 7;
   LabelStream stream(frames, labeler, {.cache = &cache});
-  EXPECT_THAT(errorOf([&] {
-                while (stream.next()) {
-                }
-              }),
-              testing::HasSubstr("no more money"));
+  EXPECT_THAT(
+      [&] {
+        while (stream.next()) {
+        }
+      },
+      FailsWith(ErrorCode::serverFailure, "no more money"));
   labeler.endsAt = -1;
   labeler.asked = 0;
   LabelStream again(frames, labeler, {.cache = &cache});
@@ -248,11 +255,11 @@ TEST(LabelStream, PassesOnWhatInferenceThrows) {
   const Frames frames(100);
   PixelLabeler labeler;
   labeler.beforeInfer = [](int value) {
-    if (value == 1) throw Error("the network gives nan");
+    if (value == 1) throw Error(ErrorCode::labelerFailure, "the network gives nan");
   };
   LabelStream stream(frames, labeler);
   EXPECT_TRUE(stream.next());
-  EXPECT_EQ(errorOf([&] { stream.next(); }), "the network gives nan");
+  EXPECT_THAT([&] { stream.next(); }, FailsWith(ErrorCode::labelerFailure, "the network gives nan"));
   EXPECT_FALSE(stream.next());
 }
 

@@ -6,13 +6,14 @@
 #include <opencv2/core.hpp>
 
 #include "estancia/label/model.hpp"
+#include "support/errors.hpp"
 #include "support/model_support.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using testing::HasSubstr;
+using test::FailsWith;
 
 class OnDemand : public testing::TestWithParam<std::string> {
  protected:
@@ -39,16 +40,16 @@ TEST_P(OnDemand, AnswersAsTheNetworkItself) {
 
 TEST_P(OnDemand, TellsAtTheFirstFrameWhatIsWrongWithTheNetwork) {
   test::writeFile(scratch_ / "small.onnx", "no network");
-  EXPECT_THAT(test::errorOf([&] { open(false); }), HasSubstr("small.onnx"));
+  EXPECT_THAT([&] { open(false); }, FailsWith(ErrorCode::malformedFile, "small.onnx"));
   const auto later = open(true);
-  EXPECT_THAT(test::errorOf([&] { later->label(image_); }), HasSubstr("small.onnx"));
+  EXPECT_THAT([&] { later->label(image_); }, FailsWith(ErrorCode::malformedFile, "small.onnx"));
 }
 
 TEST_P(OnDemand, NoticesThatItsFilesHaveChanged) {
   const auto later = open(true);
   test::writeSmallModel(scratch_.path(), "crop = 0.5");
   test::writeFile(scratch_ / "labels.txt", "a\nb\nc\nd\n");
-  EXPECT_THAT(test::errorOf([&] { later->label(image_); }), HasSubstr("changed while it was used"));
+  EXPECT_THAT([&] { later->label(image_); }, FailsWith(ErrorCode::corruptFile, "small"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Engines, OnDemand, testing::ValuesIn(engines()));

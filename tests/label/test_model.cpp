@@ -7,18 +7,17 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/label/model.hpp"
-#include "label/tfjs_builder.hpp"
+#include "estancia/label/model_files.hpp"
+#include "support/errors.hpp"
 #include "support/model_support.hpp"
 
 namespace estancia {
 namespace {
 namespace fs = std::filesystem;
 
-using test::errorOf;
+using test::FailsWith;
 using test::writeFile;
-using testing::AllOf;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 class ModelToml : public testing::Test {
  protected:
@@ -26,8 +25,8 @@ class ModelToml : public testing::Test {
     writeFile(scratch_ / "model.toml", toml);
     return readModelSpec(scratch_.path());
   }
-  std::string refusal(const std::string& toml) {
-    return errorOf([&] { read(toml); });
+  test::Caught refusal(const std::string& toml) {
+    return test::caught([&] { read(toml); });
   }
   /// A complete file in which `line` replaces the key's line, or is line 6.
   static std::string with(const std::string& line) {
@@ -52,7 +51,6 @@ type = "opencv"
 file = "net.caffemodel"
 config = "net.prototxt"
 labels = "words/labels.txt"
-input_node = "image"
 output = "prob"
 input = [320, 240]
 region = "stretch"
@@ -84,28 +82,27 @@ source = "somewhere"
   EXPECT_EQ(pre.color, Preprocessing::Color::bgr);
   EXPECT_THAT(pre.mean, ElementsAre(1, 2.5, 3));
   EXPECT_THAT(pre.scale, ElementsAre(2, 2, 2));
-  EXPECT_EQ(spec.inputNode, "image");
   EXPECT_FALSE(spec.softmax);
   EXPECT_TRUE(spec.sigmoid);
   EXPECT_EQ(spec.reduce, ModelSpec::Reduce::max);
   EXPECT_THAT(spec.unused, ElementsAre(0, 7));
   EXPECT_EQ(spec.license, "MIT");
   EXPECT_EQ(spec.source, "somewhere");
-  EXPECT_THAT(spec.sha256.at("net.caffemodel"), testing::StartsWith("e3b0c442"));
+  EXPECT_EQ(spec.sha256.at("net.caffemodel").substr(0, 8), "e3b0c442") << "in lower case";
 }
 
 TEST_F(ModelToml, NamesUnknownKeysWithTheirLineAndTheKnownOnes) {
   EXPECT_THAT(refusal(with("sofmax = true")),
-              AllOf(HasSubstr("model.toml:6: "), HasSubstr("`sofmax`"), HasSubstr("scale, softmax")));
+              FailsWith(ErrorCode::malformedFile, "model.toml:6: ", "`sofmax`", "scale, softmax"));
 }
 
 TEST_F(ModelToml, NamesMissingKeys) {
   EXPECT_THAT(refusal("name = \"n\"\nfile = \"f.onnx\"\ninput = 2\ncolor = \"RGB\""),
-              AllOf(HasSubstr("model.toml"), HasSubstr("`labels`")));
+              FailsWith(ErrorCode::malformedFile, "model.toml", "`labels`"));
 }
 
 TEST_F(ModelToml, NamesTheLineOfASyntaxError) {
-  EXPECT_THAT(refusal("name = \"n\"\nfile = \n"), HasSubstr("model.toml:2: "));
+  EXPECT_THAT(refusal("name = \"n\"\nfile = \n"), FailsWith(ErrorCode::malformedFile, "model.toml:2: "));
 }
 
 TEST_F(ModelToml, ChecksEveryValue) {
@@ -143,20 +140,21 @@ TEST_F(ModelToml, ChecksEveryValue) {
                                  "sha256 = {\"../n.onnx\" = \"12\"}"}) {
     SCOPED_TRACE(line);
     const std::string key = line.substr(0, line.find(' '));
-    EXPECT_THAT(refusal(with(line)), AllOf(HasSubstr("model.toml:"), HasSubstr("`" + key)));
+    EXPECT_THAT(refusal(with(line)), FailsWith(ErrorCode::malformedFile, "model.toml:", "`" + key));
   }
-  EXPECT_THAT(refusal(with("color = \"rgb\"")), HasSubstr("\"RGB\", \"BGR\"")) << "names the choices";
+  EXPECT_THAT(refusal(with("color = \"rgb\"")), FailsWith(ErrorCode::malformedFile, "\"RGB\", \"BGR\""))
+      << "names the choices";
 }
 
 TEST_F(ModelToml, KeepsPathsInsideTheFolder) {
   for (const std::string line : {"file = \"/etc/passwd\"", "file = \"../x.onnx\"",
                                  "file = \"a/../../x.onnx\"", "labels = \"\"", "config = \"..\""})
-    EXPECT_THAT(refusal(with(line)), HasSubstr("own folder")) << line;
+    EXPECT_THAT(refusal(with(line)), FailsWith(ErrorCode::malformedFile, "model.toml:")) << line;
 }
 
 TEST_F(ModelToml, SaysWhenThereIsNone) {
-  EXPECT_THAT(errorOf([&] { readModelSpec(scratch_.path() / "nothing"); }),
-              HasSubstr("model.toml is missing"));
+  EXPECT_THAT([&] { readModelSpec(scratch_.path() / "nothing"); },
+              FailsWith(ErrorCode::fileNotFound, "model.toml"));
 }
 
 /// A model home of the test's own.
@@ -190,7 +188,8 @@ TEST_F(ModelHome, LiesWhereTheEnvironmentSays) {
 
 TEST_F(ModelHome, ListsNothingAtFirstAndSaysHowToGetAModel) {
   EXPECT_TRUE(installedModels().empty());
-  EXPECT_THAT(errorOf([] { loadModel("resnet"); }), AllOf(HasSubstr("\"resnet\""), HasSubstr("models add")));
+  EXPECT_THAT([] { loadModel("resnet"); },
+              FailsWith(ErrorCode::unknownName, "\"resnet\"", "estancia models add"));
 }
 
 TEST_F(ModelHome, AddedModelsAreFoundByName) {
@@ -204,17 +203,18 @@ TEST_F(ModelHome, AddedModelsAreFoundByName) {
   EXPECT_EQ(loadModel("small")->identity(), check.identity);
   ASSERT_EQ(installedModels().size(), 1U);
   EXPECT_EQ(installedModels()[0].spec->name, "small");
-  EXPECT_THAT(errorOf([] { loadModel("smal"); }), HasSubstr("known are small"));
+  EXPECT_THAT([] { loadModel("smal"); }, FailsWith(ErrorCode::unknownName, "\"smal\"", "small"));
 }
 
 TEST_F(ModelHome, TakesAFolderAnywhereForAName) {
   EXPECT_EQ(loadModel((scratch_ / "given").string())->vocabulary().size(), 4U);
-  EXPECT_THAT(errorOf([&] { loadModel((scratch_ / "home").string()); }), HasSubstr("is no model"));
+  EXPECT_THAT([&] { loadModel((scratch_ / "home").string()); },
+              FailsWith(ErrorCode::fileNotFound, "home", "model.toml"));
 }
 
 TEST_F(ModelHome, KeepsTheOldModelUnlessToldToReplaceIt) {
   addModel(scratch_ / "given");
-  EXPECT_THAT(errorOf([&] { addModel(scratch_ / "given"); }), HasSubstr("--replace"));
+  EXPECT_THAT([&] { addModel(scratch_ / "given"); }, FailsWith(ErrorCode::fileExists, "--replace"));
   test::writeSmallModel(scratch_ / "given", "crop = 0.5");
   addModel(scratch_ / "given", true);
   EXPECT_EQ(readModelSpec(modelHome() / "small").preprocessing.crop, 0.5);
@@ -223,7 +223,7 @@ TEST_F(ModelHome, KeepsTheOldModelUnlessToldToReplaceIt) {
 
 TEST_F(ModelHome, StaysAsItWasWhenAModelDoesNotWork) {
   writeFile(scratch_ / "given/labels.txt", "one\n");
-  EXPECT_THAT(errorOf([&] { addModel(scratch_ / "given"); }), HasSubstr("1 labels"));
+  EXPECT_THAT([&] { addModel(scratch_ / "given"); }, FailsWith(ErrorCode::mismatch, "1 labels"));
   EXPECT_TRUE(entriesOfHome().empty());
 }
 
@@ -234,7 +234,8 @@ TEST_F(ModelHome, AddsOnlyTheFilesOfTheModel) {
 }
 
 TEST_F(ModelHome, SaysWhatAFileWouldNeed) {
-  EXPECT_THAT(errorOf([&] { addModel(scratch_ / "given/small.onnx"); }), HasSubstr("model.toml"));
+  EXPECT_THAT([&] { addModel(scratch_ / "given/small.onnx"); },
+              FailsWith(ErrorCode::invalidInput, "small.onnx", "model.toml"));
 }
 
 TEST_F(ModelHome, ListsABrokenModelWithItsProblem) {
@@ -242,8 +243,8 @@ TEST_F(ModelHome, ListsABrokenModelWithItsProblem) {
   const auto models = installedModels();
   ASSERT_EQ(models.size(), 1U);
   EXPECT_FALSE(models[0].spec);
-  EXPECT_THAT(models[0].problem, HasSubstr("model.toml:1"));
-  EXPECT_THAT(errorOf([] { checkModel("broken"); }), HasSubstr("`name`"));
+  EXPECT_NE(models[0].problem.find("model.toml:1"), std::string::npos);
+  EXPECT_THAT([] { checkModel("broken"); }, FailsWith(ErrorCode::malformedFile, "`name`"));
 }
 
 TEST_F(ModelHome, TellsApartWhichFilePlaysWhichPart) {
@@ -263,8 +264,8 @@ TEST_F(ModelHome, TellsApartWhichFilePlaysWhichPart) {
 
 TEST_F(ModelHome, ListsTheKnownTypesForAnUnknownOne) {
   test::writeSmallModel(scratch_ / "given", "type = \"quantum\"");
-  EXPECT_THAT(errorOf([&] { loadModel((scratch_ / "given").string()); }),
-              AllOf(HasSubstr("\"quantum\""), HasSubstr("opencv")));
+  EXPECT_THAT([&] { loadModel((scratch_ / "given").string()); },
+              FailsWith(ErrorCode::unknownName, "\"quantum\"", "opencv"));
 }
 
 TEST_F(ModelHome, OpensTypesThatAreRegistered) {
@@ -283,53 +284,6 @@ TEST_F(ModelHome, OpensTypesThatAreRegistered) {
   EXPECT_THAT(labelerTypes(), testing::Contains("fixed"));
   test::writeSmallModel(scratch_ / "given", "type = \"fixed\"");
   EXPECT_EQ(loadModel((scratch_ / "given").string())->identity(), "fixed");
-}
-
-/// A detector of 4 things at 16 places in an image of 8×8.
-void writeDetector(const fs::path& folder) {
-  test::TfjsBuilder network;
-  network.weight("weights", {3, 3, 3, 4}, std::vector<float>(108, 0.01F));
-  network.integers("shape", {3}, {1, 16, 4});
-  network.node("Conv2D", "conv", {"image", "weights"}, test::TfjsBuilder::windowAttributes(2, true));
-  network.node("Reshape", "scores", {"conv", "shape"});
-  fs::create_directories(folder);
-  network.write(folder);
-  test::writeFile(folder / "labels.txt", test::labelLines(3));
-  test::writeFile(folder / "model.toml",
-                  test::modelToml("model.json", 8, "sigmoid = true\nreduce = \"max\"\nunused = [0]"));
-}
-
-TEST_F(ModelHome, TakesADetectorWithItsWeights) {
-  writeDetector(scratch_ / "detector");
-  const auto added = addModel(scratch_ / "detector");
-  EXPECT_EQ(added.labels, 3U);
-  fs::remove_all(scratch_ / "detector");
-  const auto labeler = loadModel(added.spec.name);
-  // in the middle 27 values of 0.01 · 100; at the edges the padding adds nothing
-  for (const float p : labeler->label(cv::Mat(8, 8, CV_8UC3, cv::Scalar::all(100))))
-    EXPECT_NEAR(p, 1 / (1 + std::exp(-27.0F)), 1e-6);
-}
-
-TEST_F(ModelHome, TellsDetectorsOfOtherWeightsOrOutputsApart) {
-  writeDetector(scratch_ / "detector");
-  const auto identity = [&] { return loadModel((scratch_ / "detector").string())->identity(); };
-  const std::string before = identity();
-  std::string weights = test::readFile(scratch_ / "detector/shard2");
-  weights[1] = static_cast<char>(weights[1] ^ 1);
-  test::writeFile(scratch_ / "detector/shard2", weights);
-  EXPECT_NE(identity(), before);
-  writeDetector(scratch_ / "detector");
-  EXPECT_EQ(identity(), before);
-  const std::string toml = test::readFile(scratch_ / "detector/model.toml");
-  test::writeFile(scratch_ / "detector/model.toml", std::string(toml).replace(toml.find("[0]"), 3, "[1]"));
-  EXPECT_NE(identity(), before);
-}
-
-TEST_F(ModelHome, SaysWhenADetectorLacksWeights) {
-  writeDetector(scratch_ / "detector");
-  fs::remove(scratch_ / "detector/shard1");
-  EXPECT_THAT(errorOf([&] { addModel(scratch_ / "detector"); }), HasSubstr("shard1 is missing"));
-  EXPECT_TRUE(installedModels().empty());
 }
 
 TEST(DefaultModel, MatchesWhatIsFetched) {

@@ -4,13 +4,13 @@
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/label/preprocess.hpp"
+#include "support/errors.hpp"
 #include "support/model_support.hpp"
 
 namespace estancia {
 namespace {
 
-using test::errorOf;
-using testing::HasSubstr;
+using test::FailsWith;
 
 /// Input of `side` pixels, everything else as plain as can be: colors as they are, values as they are.
 Preprocessing plain(int side, double crop = 1) {
@@ -123,9 +123,10 @@ TEST(Preprocess, TakesAnySize) {
 }
 
 TEST(Preprocess, RefusesWhatIsNoImage) {
-  EXPECT_THAT(errorOf([] { preprocess(cv::Mat(), plain(4)); }), HasSubstr("empty"));
-  EXPECT_THAT(errorOf([] { preprocess(cv::Mat(4, 4, CV_32FC3), plain(4)); }), HasSubstr("CV_32F"));
-  EXPECT_THAT(errorOf([] { preprocess(cv::Mat(4, 4, CV_8UC2), plain(4)); }), HasSubstr("2 channels"));
+  EXPECT_THAT([] { preprocess(cv::Mat(), plain(4)); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([] { preprocess(cv::Mat(4, 4, CV_32FC3), plain(4)); },
+              FailsWith(ErrorCode::invalidInput, "CV_32F"));
+  EXPECT_THAT([] { preprocess(cv::Mat(4, 4, CV_8UC2), plain(4)); }, FailsWith(ErrorCode::invalidInput, "2"));
 }
 
 }  // namespace

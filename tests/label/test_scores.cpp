@@ -6,16 +6,15 @@
 #include <limits>
 
 #include "estancia/label/scores.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using test::errorOf;
-using testing::AllOf;
+using test::FailsWith;
 using testing::ElementsAre;
 using testing::FloatNear;
-using testing::HasSubstr;
 using Values = std::vector<float>;
 
 ModelSpec detector() {
@@ -55,26 +54,27 @@ TEST(Scores, OfASoftmaxAreTakenWithUnusedOutputsInEachRow) {
 
 TEST(Scores, AreRefusedWhenOneRowIsExpectedOrARowIsNotWhole) {
   ModelSpec spec = detector();
-  EXPECT_THAT(errorOf([&] { toProbabilities(Values(7), spec, 2); }),
-              HasSubstr("model detector gave 7 values for 2 labels and 2 unused outputs"));
-  EXPECT_NE(errorOf([&] { toProbabilities(Values{}, spec, 2); }), "");
+  EXPECT_THAT([&] { toProbabilities(Values(7), spec, 2); },
+              FailsWith(ErrorCode::mismatch, "detector", "7", "2"));
+  EXPECT_THAT([&] { toProbabilities(Values{}, spec, 2); }, FailsWith(ErrorCode::mismatch, "0", "2"));
   spec.reduce = ModelSpec::Reduce::none;
-  EXPECT_THAT(errorOf([&] { toProbabilities(Values(8), spec, 2); }),
-              AllOf(HasSubstr("8 values"), HasSubstr("`reduce = \"max\"`")));
+  EXPECT_THAT([&] { toProbabilities(Values(8), spec, 2); },
+              FailsWith(ErrorCode::mismatch, "8", "`reduce = \"max\"`"));
   EXPECT_EQ(toProbabilities(Values(4), spec, 2).size(), 2U);
 }
 
 TEST(Scores, AreRefusedWhenAnUnusedOutputDoesNotExist) {
   ModelSpec spec = detector();
   spec.unused = {0, 4};
-  EXPECT_THAT(errorOf([&] { toProbabilities(Values(8), spec, 2); }), HasSubstr("has no output 4"));
+  EXPECT_THAT([&] { toProbabilities(Values(8), spec, 2); }, FailsWith(ErrorCode::mismatch, "4"));
 }
 
 TEST(Scores, AreRefusedWhenAnyRowIsNotANumber) {
   for (std::size_t row = 0; row < 3; ++row) {
     Values output(12);
     output[row * 4 + 1] = std::numeric_limits<float>::quiet_NaN();
-    EXPECT_THAT(errorOf([&] { toProbabilities(output, detector(), 2); }), HasSubstr("nan")) << row;
+    EXPECT_THAT([&] { toProbabilities(output, detector(), 2); }, FailsWith(ErrorCode::labelerFailure, "nan"))
+        << row;
   }
 }
 

@@ -74,7 +74,7 @@ class Predicting : public testing::Test {
     const auto views = openObjectViews(folder);
     Colors labeler;
     const auto patches = patchesOf(*views);
-    LabeledViews labeled{views.get(), labelAll(*patches, labeler, "", nullptr, silent)};
+    LabeledViews labeled{views.get(), labelAll(*patches, labeler, "", nullptr)};
     TrainingOptions options = given;
     options.classifier.type = "svm-linear";
     options.all = true;

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <opencv2/imgcodecs.hpp>
 
+#include "convert/to_onnx.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/label/onnxruntime_library.hpp"
 
@@ -86,12 +87,17 @@ void writeSmallModel(const fs::path& folder, const std::string& more) {
 
 ModelSpec testModel(const fs::path& models, const std::string& file, const std::string& labels,
                     const Preprocessing& preprocessing, const ScratchFolder& scratch) {
-  fs::copy_file(models / file, scratch / file);
+  const bool isOnnx = !convert::needsConversion(file);
+  const std::string network = isOnnx ? file : file + ".onnx";
+  if (isOnnx)
+    fs::copy_file(models / file, scratch / file);
+  else
+    convert::writeOnnx({.file = models / file}, scratch / network);
   fs::copy_file(models / labels, scratch / labels, fs::copy_options::overwrite_existing);
   ModelSpec spec;
   spec.folder = scratch.path();
   spec.name = file;
-  spec.file = file;
+  spec.file = network;
   spec.labels = labels;
   spec.preprocessing = preprocessing;
   return spec;

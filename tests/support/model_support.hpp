@@ -34,7 +34,7 @@ std::string smallOnnx(int side, int outputs, const std::function<void(onnx::Grap
 /// Writes smallOnnx(8, 4) with its labels and model.toml into `folder`.
 void writeSmallModel(const std::filesystem::path& folder, const std::string& more = "");
 
-/// A spec for a network of the shared test models, whose files are copied into `scratch`.
+/// A spec for a network of the shared test models, whose files are copied (or converted) into `scratch`.
 ModelSpec testModel(const std::filesystem::path& models, const std::string& file, const std::string& labels,
                     const Preprocessing& preprocessing, const ScratchFolder& scratch);
 

@@ -1,0 +1,24 @@
+// convert_network: the converter alone, for script/bootstrap, before there is a library and its command.
+#include <cstdlib>
+#include <exception>
+#include <iostream>
+
+#include "convert/to_onnx.hpp"
+
+int main(int count, char** arguments) try {
+  if (count != 3 && count != 6) {
+    std::cerr << "usage: convert_network NETWORK OUTPUT.onnx [INPUT_NODE OUTPUT_NODE SIDE]\n";
+    return 2;
+  }
+  estancia::convert::NetworkSource source{.file = arguments[1]};
+  if (count == 6) {
+    source.inputNode = arguments[3];
+    source.outputNode = arguments[4];
+    source.width = source.height = std::atoi(arguments[5]);
+  }
+  estancia::convert::writeOnnx(source, arguments[2], true);
+  return 0;
+} catch (const std::exception& e) {
+  std::cerr << "convert_network: " << e.what() << '\n';
+  return 2;
+}

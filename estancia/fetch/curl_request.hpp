@@ -1,0 +1,67 @@
+// HTTP request: one transfer of libcurl, with what all of ours have in common.
+#pragma once
+
+#include <curl/curl.h>
+
+#include <exception>
+#include <memory>
+#include <string>
+#include <string_view>
+
+namespace estancia {
+
+/// Base of the classes that speak HTTP: http and https only, no signals, exceptions kept out of C, Ctrl-C
+/// within about a second. They set further options and say what becomes of the answer.
+class CurlRequest {
+ public:
+  CurlRequest(const CurlRequest&) = delete;
+  CurlRequest& operator=(const CurlRequest&) = delete;
+
+ protected:
+  /// Throws Error when libcurl cannot be started.
+  CurlRequest();
+  virtual ~CurlRequest();
+
+  /// Throws Error when libcurl does not know the option.
+  template <class Value>
+  void set(CURLoption option, Value value) {
+    require(curl_easy_setopt(curl_.get(), option, value));
+  }
+  /// A line "Name: value" to send.
+  void addHeader(const std::string& line);
+  void setUrl(const std::string& url) { set(CURLOPT_URL, url.c_str()); }
+
+  /// Sends the request and receives the answer. Throws what the functions below throw.
+  CURLcode perform();
+  /// Whether perform() ended because the user asked to stop.
+  bool stopped() const { return stopped_; }
+
+  long status() const { return info<long>(CURLINFO_RESPONSE_CODE); }
+  /// A header of the answer; "" when it is absent.
+  std::string header(const char* name) const;
+  template <class Value>
+  Value info(CURLINFO what) const {
+    Value value{};
+    curl_easy_getinfo(curl_.get(), what, &value);
+    return value;
+  }
+
+  // Called while perform() runs. False ends the request.
+  virtual bool onConnected() { return true; }
+  virtual bool onHeader(std::string_view) { return true; }
+  virtual bool onBody(std::string_view bytes) = 0;
+  /// At least once a second, with the bytes so far.
+  virtual bool onProgress(curl_off_t /*received*/, curl_off_t /*sent*/) { return true; }
+
+ private:
+  static void require(CURLcode code);
+  template <class Call>
+  bool guarded(Call call) noexcept;
+
+  std::unique_ptr<CURL, decltype(&curl_easy_cleanup)> curl_;
+  std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)> headers_;
+  bool stopped_ = false;
+  std::exception_ptr failure_;  // must not pass through C
+};
+
+}  // namespace estancia

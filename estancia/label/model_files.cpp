@@ -1,0 +1,92 @@
+#include "estancia/label/model_files.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <map>
+
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+
+namespace estancia {
+namespace fs = std::filesystem;
+namespace {
+
+std::string preprocessingText(const Preprocessing& how) {
+  return fmt::format("{}x{} {} {} {} {} {} {}", how.width, how.height, static_cast<int>(how.region), how.crop,
+                     static_cast<int>(how.resize), static_cast<int>(how.color), fmt::join(how.mean, ","),
+                     fmt::join(how.scale, ","));
+}
+
+}  // namespace
+
+bool isNetworkType(std::string_view type) {
+  return type == "network" || type == "opencv" || type == "onnxruntime";
+}
+
+std::vector<fs::path> networkFiles(const ModelSpec& spec) {
+  std::vector<fs::path> files;
+  for (const auto& file : {spec.file, spec.config, spec.embeddings})
+    if (!file.empty()) files.push_back(file);
+  return files;
+}
+
+void requireKnownFormat(const ModelSpec& spec) {
+  const std::string extension = spec.file.extension().string();
+  const auto isOneOf = [&](std::initializer_list<const char*> known) {
+    return std::any_of(known.begin(), known.end(), [&](const char* one) { return extension == one; });
+  };
+  if (isOneOf({".onnx", ".caffemodel", ".pb"})) return;
+  const std::string file = (spec.folder / spec.file).string();
+  if (isOneOf({".tflite", ".lite", ".json"}))
+    throw Error(
+        ErrorCode::unsupportedFile,
+        fmt::format("{} must be converted to ONNX first; run `estancia models add {}`, or `estancia models "
+                    "convert` for the network alone",
+                    file, spec.folder.string()));
+  throw Error(ErrorCode::unsupportedFile,
+              fmt::format("{} is no known kind of network; known are .onnx, .caffemodel and .pb", file));
+}
+
+fs::path modelFile(const ModelSpec& spec, const fs::path& relative) {
+  const fs::path path = spec.folder / relative;
+  if (!fs::is_regular_file(path))
+    throw Error(
+        ErrorCode::fileNotFound,
+        fmt::format("model {}: {} is missing; fetch it or correct model.toml", spec.name, path.string()));
+  const fs::path real = fs::canonical(path), home = fs::canonical(spec.folder);
+  if (std::mismatch(home.begin(), home.end(), real.begin(), real.end()).first != home.end())
+    throw Error(ErrorCode::unsafePath,
+                fmt::format("model {}: {} leads out of the model's folder; copy the file there", spec.name,
+                            path.string()));
+  return path;
+}
+
+std::string modelDigest(const ModelSpec& spec, const std::string& settings) {
+  std::map<std::string, std::string> files = spec.sha256;  // file → the digest it should have, "" = any
+  for (const auto& file : networkFiles(spec)) files.try_emplace(file.string());
+  if (!spec.labels.empty()) files.try_emplace(spec.labels.string());
+  std::string all =
+      fmt::format("{} {} {}\n", preprocessingText(spec.preprocessing), spec.softmax, spec.output) + settings;
+  if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty())
+    all += fmt::format("{} {} [{}] \n", spec.sigmoid, static_cast<int>(spec.reduce),
+                       fmt::join(spec.unused, ","));
+  if (!spec.embeddings.empty()) all += fmt::format("logit_scale {}\n", spec.logitScale);
+  // Which of the files plays which part: another one of them may be the network tomorrow.
+  for (const auto& file : {spec.file, spec.config, spec.labels, spec.embeddings})
+    all += fmt::format("\"{}\"\n", file.string());
+  for (const auto& [file, expected] : files) {
+    const fs::path path = modelFile(spec, file);
+    const std::string actual = sha256OfFile(path);
+    if (!expected.empty() && actual != expected)
+      throw Error(ErrorCode::corruptFile,
+                  fmt::format("{} has SHA-256 {} where model.toml says {}; fetch it again", path.string(),
+                              actual, expected));
+    all += fmt::format("{} {}\n", file, actual);
+  }
+  return sha256(all);
+}
+
+}  // namespace estancia

@@ -1,0 +1,32 @@
+// Model files: where the files of a model are, their formats and digests.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "estancia/label/model_spec.hpp"
+
+namespace estancia {
+
+/// Whether `type` is a network, whose model.toml holds all the keys above; the settings of any other type
+/// are read by that type itself.
+bool isNetworkType(std::string_view type);
+
+/// All files of the network, relative to the model's folder: itself, its config, text embeddings.
+std::vector<std::filesystem::path> networkFiles(const ModelSpec& spec);
+
+/// Throws Error (unsupportedFile) unless the network is of a format that an engine opens. Of TensorFlow Lite
+/// and TensorFlow.js it says which command converts them.
+void requireKnownFormat(const ModelSpec& spec);
+
+/// Where the files of the spec are. Throws Error when one is missing or leaves the folder through a link.
+std::filesystem::path modelFile(const ModelSpec& spec, const std::filesystem::path& relative);
+
+/// SHA-256 over the model's files, its preprocessing, and the `settings` of other types that change what they
+/// say: two models that label alike have the same. Throws Error when a file is missing or is not what
+/// spec.sha256 says.
+std::string modelDigest(const ModelSpec& spec, const std::string& settings = "");
+
+}  // namespace estancia

@@ -1,0 +1,356 @@
+// Downloads from a server on this machine that behaves well, badly, or not at all.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "estancia/core/digest.hpp"
+#include "estancia/core/error.hpp"
+#include "estancia/fetch/archive.hpp"
+#include "estancia/fetch/download.hpp"
+#include "estancia/fetch/partial_file.hpp"
+#include "support/errors.hpp"
+#include "support/loopback_server.hpp"
+#include "support/support.hpp"
+
+namespace estancia {
+namespace {
+namespace fs = std::filesystem;
+
+using test::cutAnswer;
+using test::FailsWith;
+using test::httpAnswer;
+using test::HttpRequest;
+using test::LoopbackServer;
+using test::rangeAnswer;
+using test::readFile;
+using test::writeFile;
+using testing::ElementsAre;
+
+std::string pattern(std::size_t size, std::size_t seed) {
+  std::string text;
+  for (std::size_t i = 0; i < size; ++i) text += static_cast<char>((i * 31 + seed * 7 + i / 251) % 256);
+  return text;
+}
+
+class Download : public testing::Test {
+ protected:
+  Download() {
+    test::withoutProxy();
+    options_.pauseSeconds = 0;
+  }
+
+  test::Caught get(const RemoteFile& file) {
+    return test::caught([&] { download(file, target_, options_); });
+  }
+  RemoteFile known(std::vector<std::string> urls) const {
+    RemoteFile file;
+    file.urls = std::move(urls);
+    file.sha256 = sha256(body_);
+    return file;
+  }
+  static RemoteFile unknown(const std::string& url) {
+    RemoteFile file;
+    file.urls = {url};
+    return file;
+  }
+  std::vector<std::string> left() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(scratch_.path()))
+      names.push_back(entry.path().filename());
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+  static std::string header(const HttpRequest& request, const std::string& name) {
+    const auto found = request.headers.find(name);
+    return found == request.headers.end() ? "" : found->second;
+  }
+
+  test::ScratchFolder scratch_;
+  const fs::path target_ = scratch_ / "net.onnx";
+  const std::string body_ = pattern(300'000, 1), other_ = pattern(300'000, 2);
+  DownloadOptions options_;
+};
+
+TEST_F(Download, FetchesAFile) {
+  LoopbackServer server([&](auto&) { return test::HttpAnswer{httpAnswer("200 OK", body_)}; });
+  EXPECT_EQ(get(known({server.url("/net.onnx")})).code, std::nullopt);
+  EXPECT_EQ(readFile(target_), body_);
+  EXPECT_THAT(left(), ElementsAre("net.onnx"));
+}
+
+TEST_F(Download, LeavesAFileAloneThatIsThereAndRight) {
+  LoopbackServer server([&](auto&) { return test::HttpAnswer{httpAnswer("404 Not Found", "")}; });
+  writeFile(target_, body_);
+  EXPECT_EQ(get(known({server.url("/a")})).code, std::nullopt);
+  EXPECT_TRUE(server.requests().empty());
+  writeFile(target_, other_);
+  EXPECT_THAT(get(known({server.url("/a")})), FailsWith(ErrorCode::network, sha256(other_), "404"));
+  EXPECT_EQ(readFile(target_), other_) << "what the user has put there is not taken away";
+}
+
+TEST_F(Download, GoesOnWhereTheConnectionBroke) {
+  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
+    if (request.headers.contains("range")) return {rangeAnswer(request, body_, "\"v1\"")};
+    return {cutAnswer(body_, 100'000, {"ETag: \"v1\""})};
+  });
+  EXPECT_EQ(get(unknown(server.url("/net.onnx"))).code, std::nullopt);
+  EXPECT_EQ(readFile(target_), body_);
+  const auto requests = server.requests();
+  ASSERT_EQ(requests.size(), 2U);
+  EXPECT_EQ(header(requests[1], "range"), "bytes=100000-");
+  EXPECT_EQ(header(requests[1], "if-range"), "\"v1\"");
+}
+
+TEST_F(Download, GoesOnInALaterRun) {
+  bool well = false;
+  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
+    if (well) return {rangeAnswer(request, body_, "\"v1\"")};
+    if (request.headers.contains("range")) return {httpAnswer("503 Service Unavailable", "")};
+    return {cutAnswer(body_, 200'000, {"ETag: \"v1\""})};
+  });
+  EXPECT_THAT(get(unknown(server.url("/a"))), FailsWith(ErrorCode::network, "503", "0.2 MB"));
+  EXPECT_THAT(left(), ElementsAre("net.onnx.part", "net.onnx.part.from"));
+  well = true;
+  EXPECT_EQ(get(unknown(server.url("/a"))).code, std::nullopt);
+  EXPECT_EQ(readFile(target_), body_);
+  EXPECT_EQ(header(server.requests().back(), "range"), "bytes=200000-");
+}
+
+TEST_F(Download, BeginsAnewWhenTheServerKnowsNoRanges) {
+  int asked = 0;
+  LoopbackServer server([&](auto&) -> test::HttpAnswer {
+    if (asked++ == 0) return {cutAnswer(body_, 150'000, {"ETag: \"v1\""})};
+    return {httpAnswer("200 OK", body_)};
+  });
+  EXPECT_EQ(get(unknown(server.url("/a"))).code, std::nullopt);
+  EXPECT_EQ(readFile(target_), body_);
+}
+
+TEST_F(Download, DoesNotGlueTwoVersionsTogether) {
+  int asked = 0;
+  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
+    if (asked++ == 0) return {cutAnswer(body_, 150'000, {"ETag: \"v1\""})};
+    return {rangeAnswer(request, other_, "\"v2\"")};
+  });
+  EXPECT_EQ(get(unknown(server.url("/a"))).code, std::nullopt);
+  EXPECT_EQ(readFile(target_), other_);
+}
+
+TEST_F(Download, FindsOutByTheDigestWhenTheServerDoesGlue) {
+  writeFile(target_.string() + ".part", other_.substr(0, 50'000));
+  LoopbackServer server(
+      [&](const HttpRequest& request) -> test::HttpAnswer { return {rangeAnswer(request, body_)}; });
+  EXPECT_EQ(get(known({server.url("/a")})).code, std::nullopt);
+  EXPECT_EQ(readFile(target_), body_);
+  const auto requests = server.requests();
+  ASSERT_EQ(requests.size(), 2U);
+  EXPECT_EQ(header(requests[0], "range"), "bytes=50000-");
+  EXPECT_EQ(header(requests[1], "range"), "");
+}
+
+TEST_F(Download, DoesNotGoOnWithBytesThatNobodyVouchesFor) {
+  writeFile(target_.string() + ".part", other_.substr(0, 50'000));
+  LoopbackServer server(
+      [&](const HttpRequest& request) -> test::HttpAnswer { return {rangeAnswer(request, body_)}; });
+  EXPECT_EQ(get(unknown(server.url("/a"))).code, std::nullopt);
+  EXPECT_EQ(readFile(target_), body_);
+  EXPECT_EQ(header(server.requests().at(0), "range"), "");
+}
+
+TEST_F(Download, BeginsAnewWhenThereIsNoSuchRest) {
+  writeFile(target_.string() + ".part", body_ + "and more");
+  LoopbackServer server(
+      [&](const HttpRequest& request) -> test::HttpAnswer { return {rangeAnswer(request, body_)}; });
+  EXPECT_EQ(get(known({server.url("/a")})).code, std::nullopt);
+  EXPECT_EQ(readFile(target_), body_);
+}
+
+TEST_F(Download, TakesACompletePartWithoutAskingAgain) {
+  writeFile(target_.string() + ".part", body_);
+  LoopbackServer server([&](auto&) { return test::HttpAnswer{httpAnswer("404 Not Found", "")}; });
+  RemoteFile file = known({server.url("/a")});
+  file.size = body_.size();
+  EXPECT_EQ(get(file).code, std::nullopt);
+  EXPECT_TRUE(server.requests().empty());
+}
+
+TEST_F(Download, RefusesAnAnswerToAnotherRange) {
+  writeFile(target_.string() + ".part", body_.substr(0, 50'000));
+  LoopbackServer server([&](auto&) -> test::HttpAnswer {
+    return {httpAnswer("206 Partial Content", body_.substr(10), {"Content-Range: bytes 10-299999/300000"})};
+  });
+  EXPECT_THAT(get(known({server.url("/a")})), FailsWith(ErrorCode::network, "127.0.0.1", server.url("/a")));
+}
+
+TEST_F(Download, DiscardsWhatHasTheWrongDigest) {
+  LoopbackServer server([&](auto&) { return test::HttpAnswer{httpAnswer("200 OK", other_)}; });
+  EXPECT_THAT(get(known({server.url("/a")})), FailsWith(ErrorCode::network, sha256(other_), sha256(body_)));
+  EXPECT_TRUE(left().empty());
+  RemoteFile old = unknown(server.url("/a"));
+  old.sha1 = std::string(40, '0');
+  EXPECT_THAT(get(old), FailsWith(ErrorCode::network, old.sha1));
+  writeFile(scratch_ / "abc", "abc");  // FIPS 180-4
+  EXPECT_EQ(sha1OfFile(scratch_ / "abc"), "a9993e364706816aba3e25717850c26c9cd0d89d");
+}
+
+TEST_F(Download, GivesUpOnAServerThatNeverFinishes) {
+  LoopbackServer server([&](auto&) { return test::HttpAnswer{cutAnswer(body_, 1000)}; });
+  EXPECT_THAT(get(unknown(server.url("/a"))), FailsWith(ErrorCode::network, server.url("/a"), "0.0 MB"));
+  EXPECT_FALSE(fs::exists(target_));
+}
+
+TEST_F(Download, GivesUpOnAServerThatStopsSending) {
+  options_.stallSeconds = 1;
+  LoopbackServer server([&](auto&) { return test::HttpAnswer{cutAnswer(body_, 1000), true}; });
+  EXPECT_THAT(get(unknown(server.url("/a"))), FailsWith(ErrorCode::network, server.url("/a")));
+}
+
+TEST_F(Download, TellsWhatTheServerAnswered) {
+  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
+    return {httpAnswer(request.path == "/gone" ? "404 Not Found" : "500 Internal Server Error", "sorry")};
+  });
+  EXPECT_THAT(get(unknown(server.url("/gone"))), FailsWith(ErrorCode::network, "127.0.0.1", "404"));
+  EXPECT_THAT(get(unknown(server.url("/gone"))), FailsWith(ErrorCode::network, "404"));
+  EXPECT_EQ(server.requests().size(), 2U) << "what is not there is asked for once a run";
+  EXPECT_THAT(get(unknown(server.url("/ill"))), FailsWith(ErrorCode::network, "500"));
+  EXPECT_EQ(server.requests().size(), 5U) << "a server that is ill is asked three times";
+  EXPECT_TRUE(left().empty());
+}
+
+TEST_F(Download, TriesTheMirrorsInOrder) {
+  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
+    if (request.path == "/1") return {httpAnswer("404 Not Found", "")};
+    if (request.path == "/2") return {httpAnswer("200 OK", "<html>log in to this network</html>")};
+    return {httpAnswer("200 OK", body_)};
+  });
+  EXPECT_EQ(get(known({server.url("/1"), server.url("/2"), server.url("/3"), server.url("/4")})).code,
+            std::nullopt);
+  EXPECT_EQ(readFile(target_), body_);
+  EXPECT_EQ(server.requests().size(), 3U);
+}
+
+TEST_F(Download, SaysHowToGoOnWithoutANetwork) {
+  std::string url;
+  {
+    const LoopbackServer server([](auto&) { return test::HttpAnswer{}; });
+    url = server.url("/net.onnx");
+  }  // nobody listens there any more
+  EXPECT_THAT(get(unknown(url)), FailsWith(ErrorCode::network, url, target_.string()));
+  EXPECT_THAT(get(unknown("http://host.invalid/net.onnx")), FailsWith(ErrorCode::network, "host.invalid"));
+}
+
+TEST_F(Download, FollowsRedirectsButNotForEverNorAnywhere) {
+  writeFile(scratch_ / "secret", "secret");
+  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
+    const auto to = [](const std::string& where) {
+      return test::HttpAnswer{httpAnswer("302 Found", "moved", {"Location: " + where})};
+    };
+    if (request.path == "/moved") return to("/net.onnx");
+    if (request.path == "/circle") return to("/circle");
+    if (request.path == "/file") return to("file://" + (scratch_ / "secret").string());
+    return {httpAnswer("200 OK", body_)};
+  });
+  EXPECT_THAT(get(unknown(server.url("/circle"))), FailsWith(ErrorCode::network, server.url("/circle")));
+  EXPECT_LE(server.requests().size(), 10U);
+  EXPECT_THAT(get(unknown(server.url("/file"))), FailsWith(ErrorCode::network, server.url("/file")));
+  EXPECT_FALSE(fs::exists(target_));
+  EXPECT_EQ(get(known({server.url("/moved")})).code, std::nullopt);
+}
+
+TEST_F(Download, RefusesFilesOfAnotherSize) {
+  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
+    if (request.path == "/chunked")
+      return {"HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n5\r\nhello\r\n5\r\nworld\r\n0\r\n\r\n"};
+    return {httpAnswer("200 OK", body_)};
+  });
+  RemoteFile file = unknown(server.url("/a"));
+  file.size = 1000;
+  EXPECT_THAT(get(file), FailsWith(ErrorCode::network, "300000", "1000"));
+  file.urls = {server.url("/chunked")};
+  file.size = 7;
+  EXPECT_THAT(get(file), FailsWith(ErrorCode::network, "7 bytes"));
+  file.size = 11;
+  EXPECT_THAT(get(file), FailsWith(ErrorCode::network, "10", "11"));
+  options_.maxBytes = 9;
+  EXPECT_THAT(get(unknown(server.url("/chunked"))), FailsWith(ErrorCode::network, "9 bytes"));
+  EXPECT_THAT(get(unknown(server.url("/a"))), FailsWith(ErrorCode::network, "300000", "9"));
+  EXPECT_FALSE(fs::exists(target_));
+}
+
+TEST_F(Download, SurvivesWhatIsNotHttp) {
+  LoopbackServer server([&](const HttpRequest& request) -> test::HttpAnswer {
+    return {request.path == "/nothing" ? "" : "SSH-2.0-OpenSSH_9.2p1 Debian-2\r\n"};
+  });
+  EXPECT_THAT(get(unknown(server.url("/ssh"))), FailsWith(ErrorCode::network, server.url("/ssh")));
+  EXPECT_THAT(get(unknown(server.url("/nothing"))), FailsWith(ErrorCode::network, server.url("/nothing")));
+  EXPECT_TRUE(left().empty());
+}
+
+TEST_F(Download, KeepsOutOfTheWayOfAnotherProcess) {
+  LoopbackServer server([&](auto&) { return test::HttpAnswer{httpAnswer("200 OK", body_)}; });
+  const PartialFile busy(target_);
+  EXPECT_THAT(get(unknown(server.url("/a"))), FailsWith(ErrorCode::busy, "net.onnx"));
+}
+
+TEST_F(Download, SaysWhenTheFolderCannotBeWritten) {
+  writeFile(scratch_ / "file", "no folder");
+  EXPECT_THAT([&] { download(unknown("http://127.0.0.1:1/a"), scratch_ / "file/a"); },
+              FailsWith(ErrorCode::fileUnwritable, "file/a"));
+}
+
+class ArchiveMember : public testing::Test {
+ protected:
+  ArchiveMember() {
+    writeFile(scratch_ / "in/folder/net.prototxt", "layers");
+    writeFile(scratch_ / "in/folder/empty", "");
+    writeFile(scratch_ / "in/other.prototxt", "others");
+    fs::create_symlink("/etc/passwd", scratch_ / "in/link");
+    const std::string command =
+        "tar -C '" + (scratch_ / "in").string() + "' -czf '" + archive_.string() + "' .";
+    EXPECT_EQ(std::system(command.c_str()), 0);
+  }
+  bool take(const std::string& name, std::uint64_t most = 1000) const {
+    return extractMember(archive_, name, target_, most);
+  }
+
+  test::ScratchFolder scratch_;
+  const fs::path archive_ = scratch_ / "a.tar.gz", target_ = scratch_ / "out";
+};
+
+TEST_F(ArchiveMember, IsTakenByItsNameOrPath) {
+  EXPECT_TRUE(take("net.prototxt"));
+  EXPECT_EQ(readFile(target_), "layers");
+  EXPECT_TRUE(take("folder/empty"));
+  EXPECT_EQ(readFile(target_), "");
+  EXPECT_FALSE(take("prototxt")) << "a part of a name is not the name";
+}
+
+TEST_F(ArchiveMember, IsAFileOrNothing) {
+  EXPECT_FALSE(take("link"));
+  EXPECT_FALSE(take("folder"));
+  EXPECT_FALSE(fs::exists(target_));
+}
+
+TEST_F(ArchiveMember, HasALimit) {
+  EXPECT_THAT([&] { take("net.prototxt", 5); }, FailsWith(ErrorCode::tooLarge, "net.prototxt", "5"));
+  EXPECT_FALSE(fs::exists(target_));
+  EXPECT_FALSE(fs::exists(scratch_ / "out.part"));
+}
+
+TEST_F(ArchiveMember, OfADamagedArchiveIsRefused) {
+  const std::string whole = readFile(archive_);
+  for (const std::string& bytes : {whole.substr(0, whole.size() / 2), std::string("<html>log in</html>"),
+                                   std::string(1000, '\0'), pattern(5000, 3)}) {
+    writeFile(archive_, bytes);
+    bool taken = true;
+    const auto error = test::caught([&] { taken = take("nothing"); });
+    EXPECT_TRUE(error.code || !taken);
+    EXPECT_FALSE(fs::exists(target_));
+  }
+  writeFile(archive_, whole.substr(0, whole.size() / 2));
+  EXPECT_THAT([&] { take("net.prototxt"); }, FailsWith(ErrorCode::malformedFile, "a.tar.gz"));
+  EXPECT_THAT([&] { extractMember(scratch_ / "none", "a", target_, 9); },
+              FailsWith(ErrorCode::malformedFile, "none"));
+}
+
+}  // namespace
+}  // namespace estancia
