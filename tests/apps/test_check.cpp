@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/images.hpp"
-#include "odometry/recorded_room.hpp"
+#include "check/recorded_room.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
