@@ -8,6 +8,7 @@
 
 #include "common.hpp"
 #include "estancia/cloud/filter.hpp"
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/noise.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"

@@ -182,7 +182,7 @@ void addObjectsCollect(CLI::App& objects) {
       ->check(positive())
       ->capture_default_str();
   command
-      ->add_option("--least", a->options.clusters.least,
+      ->add_option("--least", a->options.clusters.minPoints,
                    "Pixels of a thing at least, in an image with a focal length of 525")
       ->check(positive())
       ->capture_default_str();

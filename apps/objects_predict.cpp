@@ -29,7 +29,7 @@ struct Arguments {
   ModelArguments labeler;
   CropOptions patches;
   bool shapeOnly = false, overwrite = false, json = false;
-  std::size_t first = 0, every = 1, frames = 0, least = ClusterOptions().least;
+  std::size_t first = 0, every = 1, frames = 0, least = ClusterOptions().minPoints;
 };
 
 std::string_view nameOf(FusedAnswer::Source source) {
@@ -167,7 +167,7 @@ void run(const Arguments& a) {
   options.patches = a.patches;
   options.threads = a.labeler.options.threads;
   ClusterOptions clustering;
-  clustering.least = a.least;
+  clustering.minPoints = a.least;
   clustering.threads = options.threads;
   ObjectPredictor predictor(model, labeler.get(), options);
   if (labeler != nullptr && !model.prior().empty() && !predictor.corrects())

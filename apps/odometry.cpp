@@ -108,7 +108,7 @@ void run(const Arguments& arguments) {
 
   const auto start = std::chrono::steady_clock::now();
   const auto progress = makeStderrProgress();
-  const RgbdTrajectory trajectory = trackRgbd(sequence, arguments.options, words, progress.get());
+  const RgbdTrajectory trajectory = trackRgbd(sequence, arguments.options, words, *progress);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
   constexpr std::size_t shown = 5;
@@ -151,9 +151,9 @@ void addOdometryCommand(CLI::App& app) {
       ->capture_default_str()
       ->check(CLI::IsMember({"auto", "depth", "color", "hybrid"}));
   command->add_option("--width", o.width, "Images are reduced to this width [pixels]")->capture_default_str();
-  command->add_option("--farthest", o.farthest, "Depth beyond is not used [m]")->capture_default_str();
+  command->add_option("--farthest", o.maxDepth, "Depth beyond is not used [m]")->capture_default_str();
   command
-      ->add_option("--loop-features", o.loopFeatures,
+      ->add_option("--loop-features", o.minLoopFeatures,
                    "So many features must agree for a loop; more where rooms look alike")
       ->capture_default_str();
   command->add_flag("--overwrite", arguments->overwrite, "Replace an existing file");

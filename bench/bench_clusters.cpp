@@ -108,8 +108,8 @@ struct Pcl {
     clusters.clear();
     if (rest->empty()) return;
     pcl::EuclideanClusterExtraction<pcl::PointXYZ> extraction;
-    extraction.setClusterTolerance(options.join);
-    extraction.setMinClusterSize(static_cast<int>(options.least));
+    extraction.setClusterTolerance(options.contactDistance);
+    extraction.setMinClusterSize(static_cast<int>(options.minPoints));
     extraction.setSearchMethod(std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>());
     extraction.setInputCloud(rest);
     extraction.extract(clusters);
@@ -121,7 +121,7 @@ void run(double focal, const std::vector<std::string>& files) {
   std::vector<Row> rows = {{"1/z, smoothed"},
                            {"planes"},
                            {"creases"},
-                           {"pieces"},
+                           {"segments"},
                            {"joins"},
                            {"vessels"},
                            {"all of it"},
@@ -141,14 +141,15 @@ void run(double focal, const std::vector<std::string>& files) {
       (next++)->sum += milliseconds(clock, work);
     };
     InverseDepth grid;
-    std::optional<WithoutPlanes> scene;
+    std::optional<PlaneRemoval> scene;
     std::vector<std::uint8_t> creases;
-    Segmentation pieces, joined, vessels;
+    Segmentation segments, joined, vessels;
     add(processorTime, [&] { grid = inverseDepth(depth, camera, 1); });
     add(processorTime, [&] { scene.emplace(removePlanes(grid, options)); });
-    add(processorTime, [&] { creases = concaveCreases(grid, scene->rest, options.crease, 1); });
-    add(processorTime, [&] { pieces = oversegment(grid, scene->rest, creases); });
-    add(processorTime, [&] { mergeSegments(grid, scene->rest, options.join, 1, joined = pieces); });
+    add(processorTime, [&] { creases = concaveCreases(grid, scene->rest, options.creaseDepth, 1); });
+    add(processorTime, [&] { segments = oversegment(grid, scene->rest, creases); });
+    add(processorTime,
+        [&] { mergeSegments(grid, scene->rest, options.contactDistance, 1, joined = segments); });
     add(processorTime,
         [&] { mergeContainerInteriors(grid, scene->rest, scene->planes, 1, vessels = joined); });
     Clusters found;

@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/topology/accuracy.hpp"
-#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/localizer.hpp"
 #include "estancia/topology/localizer_map.hpp"
 #include "estancia/topology/session.hpp"
@@ -45,8 +45,7 @@ struct Mapped {
 Mapped mapAgain(const Run& run, const MapperOptions& options, const fs::path& file) {
   fs::remove(file);
   auto session = MappingSession::create(file, run.vocabulary, run.model, options);
-  for (std::size_t i = 0; i < run.descriptors.size(); ++i)
-    session.add(run.frames[i], run.descriptors.row(i));
+  for (std::size_t i = 0; i < run.descriptors.size(); ++i) session.add(run.frames[i], run.descriptors.row(i));
   session.finish();
   return {std::make_shared<const LocalizerMap>(readLocalizerMap(file, LocalizerOptions{}.maxImages)),
           session.mapper().thresholds()};

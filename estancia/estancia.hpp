@@ -46,8 +46,9 @@
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
 
-#include "estancia/odometry/check.hpp"
 #include "estancia/odometry/rgbd.hpp"
+
+#include "estancia/check/check.hpp"
 
 #include "estancia/topology/ask.hpp"
 #include "estancia/topology/explain.hpp"

@@ -97,13 +97,15 @@ void requireSound(const DescriptorPart& part, PartKind kind, std::span<const flo
                   const std::string& frame) {
   for (std::size_t c = 0; c < values.size(); ++c) {
     if (!std::isfinite(values[c]))
-      throw Error(ErrorCode::invalidInput, fmt::format("{}: column \"{}\" of {} is {}; describe the frame again or leave it out",
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("{}: column \"{}\" of {} is {}; describe the frame again or leave it out",
                               frame, part.columns[c], part.name, values[c]));
     if (values[c] < 0 && kind != PartKind::energies)
       throw Error(ErrorCode::invalidInput, fmt::format("{}: column \"{}\" of {} is {}; give 0 or more", frame,
-                              part.columns[c], part.name, values[c]));
+                                                       part.columns[c], part.name, values[c]));
     if (values[c] > 1 + rounding && kind == PartKind::probabilities)
-      throw Error(ErrorCode::invalidInput,
+      throw Error(
+          ErrorCode::invalidInput,
           fmt::format("{}: column \"{}\" of {} is {}, above 1; does its network need softmax or sigmoid?",
                       frame, part.columns[c], part.name, values[c]));
   }
@@ -141,25 +143,28 @@ Place placeOf(const DescriptorPart& learned, const Features& features) {
       continue;
     }
     if (part.identity != learned.identity)
-      throw Error(ErrorCode::mismatch,
-          fmt::format("this classifier was trained on {} of {}, but the images have that of {}; describe them alike, or "
-                      "train again",
-                      learned.name, learned.identity, part.identity));
+      throw Error(ErrorCode::mismatch, fmt::format("this classifier was trained on {} of {}, but the images "
+                                                   "have that of {}; describe them alike, or "
+                                                   "train again",
+                                                   learned.name, learned.identity, part.identity));
     Place place{&part, first, matched(learned.columns, part.columns)};
     const auto known = static_cast<std::size_t>(std::count_if(place.columns.begin(), place.columns.end(),
                                                               [](const auto& c) { return c.has_value(); }));
     const bool areLabels = learned.kind == PartKind::probabilities;
     if (known == 0 || (!areLabels && part.columns != learned.columns))
       throw Error(ErrorCode::mismatch,
-          fmt::format("this classifier was trained on {} columns of {} (\"{}\" …), but the images have {} (\"{}\" …); "
-                      "describe them with that vocabulary, or train again",
-                      learned.size(), learned.name, learned.columns.front(), part.size(),
-                      part.columns.empty() ? "" : part.columns.front()));
+                  fmt::format("this classifier was trained on {} columns of {} (\"{}\" …), but the images "
+                              "have {} (\"{}\" …); "
+                              "describe them with that vocabulary, or train again",
+                              learned.size(), learned.name, learned.columns.front(), part.size(),
+                              part.columns.empty() ? "" : part.columns.front()));
     return place;
   }
-  throw Error(ErrorCode::mismatch,
-      fmt::format("this classifier needs {}, but the images have only {}; describe them with it, too, or train again",
-                  learned.name, fmt::join(names, ", ")));
+  throw Error(
+      ErrorCode::mismatch,
+      fmt::format(
+          "this classifier needs {}, but the images have only {}; describe them with it, too, or train again",
+          learned.name, fmt::join(names, ", ")));
 }
 
 }  // namespace
@@ -186,7 +191,8 @@ FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
   std::size_t first = 0;
   for (const DescriptorPart& part : features.parts) {
     const std::size_t size = part.size();
-    if (size == 0) throw Error(ErrorCode::invalidInput, fmt::format("part {} has no columns; leave it out", part.name));
+    if (size == 0)
+      throw Error(ErrorCode::invalidInput, fmt::format("part {} has no columns; leave it out", part.name));
     std::vector<double> sums(size), squares(size);
     std::vector<float> mean(size), scale(size), row(size);
     const LabelSums sum =
@@ -282,8 +288,7 @@ FeatureEmbedding FeatureEmbedding::read(ByteReader& in) {
       in.fail("it is damaged (a part of an unknown kind)");
     part.part.kind = static_cast<PartKind>(kind);
     const auto sums = in.number<std::uint8_t>();
-    if (sums > static_cast<std::uint8_t>(LabelSums::selection))
-      in.fail("it is damaged (unknown label sums)");
+    if (sums > static_cast<std::uint8_t>(LabelSums::selection)) in.fail("it is damaged (unknown label sums)");
     part.sums = static_cast<LabelSums>(sums);
     part.part.identity = in.text();
     const std::size_t columns = in.count(sizeof(std::uint32_t));

@@ -91,7 +91,8 @@ DescriptorMatrix toUnit(const DescriptorMatrix& x) {
     std::vector<float> row(x.row(i).begin(), x.row(i).end());
     const float norm = std::sqrt(dot(row, row));
     if (!std::isfinite(norm))
-      throw Error(ErrorCode::invalidInput, fmt::format("sample {} is too large for its norm in float32; scale the columns", i));
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("sample {} is too large for its norm in float32; scale the columns", i));
     if (norm > 0)
       for (float& value : row) value /= norm;
     result.append(row);
@@ -120,7 +121,8 @@ DescriptorMatrix centered(const DescriptorMatrix& x, std::span<const float> mean
   for (std::size_t i = 0; i < x.size(); ++i) {
     for (std::size_t c = 0; c < row.size(); ++c) row[c] = x.row(i)[c] - mean[c];
     if (!(dot(row, row) <= mostSquared))
-      throw Error(ErrorCode::invalidInput,
+      throw Error(
+          ErrorCode::invalidInput,
           fmt::format("sample {} is too far from the others for distances in float32; scale the columns", i));
     result.append(row);
   }

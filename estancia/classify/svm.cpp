@@ -277,7 +277,8 @@ DescriptorMatrix weightsOf(const KernelMachines& machines, const DescriptorMatri
   return weights;
 }
 
-TrainedMachines trainOnAll(const Samples& samples, const Parameters& parameters, const ClassifierOptions& options) {
+TrainedMachines trainOnAll(const Samples& samples, const Parameters& parameters,
+                           const ClassifierOptions& options) {
   std::vector<std::size_t> rows(samples.x.size());
   std::iota(rows.begin(), rows.end(), std::size_t{0});
   const std::vector<double> weights = classWeights(samples, options.balanced);
@@ -294,7 +295,8 @@ TrainedMachines trainOnAll(const Samples& samples, const Parameters& parameters,
 std::unique_ptr<Classifier> trainSvm(const Samples& samples, const ClassifierOptions& options,
                                      Progress& progress) {
   const bool rbf = options.type == "svm-rbf";
-  const Parameters parameters = choose(searchOf(samples, options, maxSearched(samples)), options, rbf, progress);
+  const Parameters parameters =
+      choose(searchOf(samples, options, maxSearched(samples)), options, rbf, progress);
   TrainedMachines trained =
       learnFromAll(samples, progress, [&] { return trainOnAll(samples, parameters, options); });
   auto svm = std::make_unique<Svm>();

@@ -8,11 +8,11 @@ namespace estancia {
 namespace {
 
 constexpr std::uint32_t firstCapacity = 20;
-constexpr int mostInARow = 512;
-/// More than what rounding may add to a length in [-1, 1]: absolute, and as a part of a squared length.
+constexpr int maxInRow = 512;
+/// Bounds of the rounding error of a length in [-1, 1]: absolute, and relative to a squared length.
 constexpr float rounding = 2e-6F, squaredRounding = 1.00001F;
 
-/// std::popcount, without a call where the processor's own is not taken for granted.
+/// std::popcount without a call where the instruction is not part of the base architecture.
 std::uint32_t ones(std::uint64_t v) {
   v -= v >> 1 & 0x5555555555555555;
   v = (v & 0x3333333333333333) + (v >> 2 & 0x3333333333333333);
@@ -30,14 +30,14 @@ std::uint32_t CandidateGrid::rank(std::size_t row, int x) const {
   return w.before + ones(w.cells & ((1ULL << (x & 63)) - 1));
 }
 
-/// Whether a cell must list a neuron whose home is so far from it.
+/// Whether a cell must list a neuron whose home is at this distance.
 bool CandidateGrid::lists(const List& list, float squaredDistance) const {
   const float within = list.reach + tolerance_ + rounding;
   return squaredDistance <= within * within * squaredRounding;
 }
 
 double CandidateGrid::feasible(double edge) {
-  return std::max(edge, 2.0 / (mostInARow - 1));
+  return std::max(edge, 2.0 / (maxInRow - 1));
 }
 
 void CandidateGrid::build(const std::vector<Point4>& points, double edge, double reach, double tolerance) {
@@ -69,19 +69,19 @@ void CandidateGrid::build(const std::vector<Point4>& points, double edge, double
       }
   limit_ = static_cast<float>(reach) * edge_;
   tolerance_ = static_cast<float>(tolerance);
-  furthest_ = 0;
+  maxReach_ = 0;
   lists_.resize(count);
   for (std::uint32_t c = 0; c < count; ++c) lists_[c] = {0, c * firstCapacity, 0, firstCapacity};
   pool_.assign(static_cast<std::size_t>(count) * firstCapacity, 0);
 }
 
 void CandidateGrid::demand(std::uint32_t cell, float reach) {
-  float& own = lists_[cell].reach;
-  own = std::max(own, std::min(reach, limit_));
-  furthest_ = std::max(furthest_, own);
+  float& current = lists_[cell].reach;
+  current = std::max(current, std::min(reach, limit_));
+  maxReach_ = std::max(maxReach_, current);
 }
 
-/// Squared distance of a home from the cell at a place.
+/// Squared distance of a home from a cell.
 float CandidateGrid::squaredDistance(int x, int y, int z, const Neuron& n) const {
   const auto beyond = [this](int c, float v, int axis) {
     const float low = low_[axis] + static_cast<float>(c) * edge_;
@@ -91,10 +91,10 @@ float CandidateGrid::squaredDistance(int x, int y, int z, const Neuron& n) const
   return dx * dx + dy * dy + dz * dz;
 }
 
-/// All cells around that may list a neuron with a home between these.
+/// All cells that may list a neuron with a home between these.
 template <typename Visit>
 void CandidateGrid::forCells(const Neuron& low, const Neuron& high, const Visit& visit) {
-  const float around = (furthest_ + tolerance_) * squaredRounding + 2 * rounding;
+  const float around = (maxReach_ + tolerance_) * squaredRounding + 2 * rounding;
   const int x0 = coordinate(low.homeX - around, 0), x1 = coordinate(high.homeX + around, 0);
   const int y0 = coordinate(low.homeY - around, 1), y1 = coordinate(high.homeY + around, 1);
   const int z0 = coordinate(low.homeZ - around, 2), z1 = coordinate(high.homeZ + around, 2);
@@ -112,7 +112,7 @@ void CandidateGrid::forCells(const Neuron& low, const Neuron& high, const Visit&
 }
 
 void CandidateGrid::push(List& list, std::uint32_t i) {
-  if (list.count == list.capacity) {  // its old place stays empty until the next build
+  if (list.count == list.capacity) {  // its old memory stays unused until the next build
     const auto offset = static_cast<std::uint32_t>(pool_.size());
     list.capacity += list.capacity / 2;
     pool_.resize(pool_.size() + list.capacity);

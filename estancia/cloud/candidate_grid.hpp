@@ -1,4 +1,4 @@
-// For every cell of space that has points: the neurons that may be nearest to one of them.
+// Candidate grid: the neurons that may be nearest to a point, listed for each occupied cell of space.
 #pragma once
 
 #include <array>
@@ -10,20 +10,20 @@
 
 namespace estancia {
 
-/// A cell lists all neurons whose home is within its reach and a tolerance, within which neurons stay of
-/// their homes. So no neuron that it does not list is within its reach of any of its points; two neurons
-/// found nearer than that are the nearest. (The neighbor lists of molecular dynamics: L. Verlet, Phys. Rev.
-/// 159, 1967.) Only cells with points exist: they are bits in rows along x.
+/// A cell lists all neurons whose home is within its reach plus a tolerance; neurons stay within that
+/// tolerance of their homes. So no other neuron is within the reach of any point of the cell: two listed
+/// neurons that are nearer are the nearest two. (Verlet lists of molecular dynamics: L. Verlet, Phys. Rev.
+/// 159, 1967.) Only cells with points exist; they are bits in rows along x.
 class CandidateGrid {
  public:
-  /// Cells with this (feasible) edge length, that reach as far as is
-  /// demanded, but not further than `reach` edges; `tolerance` is a length.
+  /// Cells with this (feasible) edge length, whose reach is that of demand(), at most `reach` edges;
+  /// `tolerance` is a length.
   void build(const std::vector<Point4>& points, double edge, double reach, double tolerance);
   std::size_t cells() const { return lists_.size(); }
-  /// The edge length, or the least of which there are not too many.
+  /// The edge length, or the smallest one that does not give too many cells.
   static double feasible(double edge);
 
-  /// The cell of one of the points that it was built with.
+  /// The cell of one of the points of build().
   std::uint32_t cellOf(const Point4& p) const {
     return rank(word(coordinate(p.y, 1), coordinate(p.z, 2)), coordinate(p.x, 0));
   }
@@ -32,7 +32,7 @@ class CandidateGrid {
   /// From one home to another.
   void move(std::uint32_t i, const Neuron& from, const Neuron& to);
   void rename(std::uint32_t from, std::uint32_t to, const Neuron& neuron);
-  /// Gives a cell at least this reach, as far as its grid goes. Only before anything is inserted.
+  /// Raises the reach of a cell up to the limit. Only before anything is inserted.
   void demand(std::uint32_t cell, float reach);
 
   struct List {
@@ -57,7 +57,7 @@ class CandidateGrid {
   void pull(List& list, std::uint32_t i);
   void push(List& list, std::uint32_t i);
 
-  float edge_ = 2, inverse_ = 0.5F, furthest_ = 0, limit_ = 0, tolerance_ = 0;
+  float edge_ = 2, inverse_ = 0.5F, maxReach_ = 0, limit_ = 0, tolerance_ = 0;
   std::array<float, 3> low_{};
   std::array<int, 3> sides_{};
   std::size_t wordsInRow_ = 0;

@@ -22,22 +22,9 @@
 namespace estancia {
 namespace {
 
-void requireSound(const ClusterOptions& options) {
-  const auto positive = [](const char* name, double value) {
-    if (!(value > 0) || !std::isfinite(value))
-      throw Error(fmt::format("{} cannot be {}; give a number above 0", name, value));
-  };
-  positive("the area of a plane", options.planeArea);
-  positive("the tolerance of a plane", options.planeTolerance);
-  positive("the depth of a crease", options.crease);
-  positive("the distance of pieces that touch", options.join);
-  if (options.threads < 0)
-    throw Error(fmt::format("{} threads are none; give 0 for as many as there are cores", options.threads));
-}
-
-/// What of the image has depth: cameras often see none along its edge.
-cv::Rect fieldOf(const InverseDepth& grid) {
-  constexpr int share = 20;  // of the image: what is missing beyond is no edge of the camera's
+/// The part of the image that has depth: cameras often measure none along its edge.
+cv::Rect fieldOfView(const InverseDepth& grid) {
+  constexpr int share = 20;  // of the image: a wider margin without depth is not the camera's
   const int width = grid.camera.width, height = grid.camera.height;
   const auto sees = [&](int u, int v) { return grid.raw[grid.at(u, v)] > 0; };
   const auto emptyLines = [&](int lines, int length, const auto& seen) {
@@ -53,33 +40,34 @@ cv::Rect fieldOf(const InverseDepth& grid) {
   return {left, top, width - left - right, height - top - bottom};
 }
 
-/// Some of the points at which all around is of the same piece: those at its rim are mixed with what is
-/// behind.
-std::vector<cv::Point3f> innerPoints(const InverseDepth& grid, const Segmentation& pieces,
+/// A sample of the points whose neighbors all belong to the same segment: pixels at its rim mix foreground
+/// and background.
+std::vector<cv::Point3f> innerPoints(const InverseDepth& grid, const Segmentation& segments,
                                      const Cluster& cluster) {
   constexpr double rim = 2;  // pixels
-  constexpr std::size_t most = 2000;
+  constexpr std::size_t maxPoints = 2000;
   const std::ptrdiff_t across = grid.pixels(rim), down = across * grid.stride;
   const std::ptrdiff_t around[] = {across,        -across,       down,           -down,
                                    across + down, across - down, -across - down, -across + down};
   std::vector<cv::Point3f> inner;
-  const std::size_t every = 1 + cluster.points.size() / most;
+  const std::size_t every = 1 + cluster.points.size() / maxPoints;
   for (std::size_t i = 0; i < cluster.points.size(); i += every) {
     const std::uint32_t p = cluster.points[i];
     const auto width = static_cast<std::uint32_t>(grid.camera.width);
     const int u = static_cast<int>(p % width), v = static_cast<int>(p / width);
     const auto at = static_cast<std::ptrdiff_t>(grid.at(u, v));
-    const std::uint32_t label = pieces.labels[static_cast<std::size_t>(at)];
+    const std::uint32_t label = segments.labels[static_cast<std::size_t>(at)];
     if (std::ranges::all_of(around, [&](std::ptrdiff_t step) {
-          return pieces.labels[static_cast<std::size_t>(at + step)] == label;
+          return segments.labels[static_cast<std::size_t>(at + step)] == label;
         }))
       inner.push_back(grid.point(u, v));
   }
   return inner;
 }
 
-/// Fills in all but the points.
-void describe(const InverseDepth& grid, const Segmentation& pieces, const cv::Rect& field, Cluster& cluster) {
+/// Fills in all members but the points.
+void measure(const InverseDepth& grid, const Segmentation& segments, const cv::Rect& field,
+             Cluster& cluster) {
   constexpr int edge = 2;  // pixels
   const auto width = static_cast<std::uint32_t>(grid.camera.width);
   int left = grid.camera.width, right = 0, top = grid.camera.height, bottom = 0;
@@ -96,17 +84,18 @@ void describe(const InverseDepth& grid, const Segmentation& pieces, const cv::Re
   cluster.center = sum / static_cast<double>(cluster.points.size());
   cluster.atBorder = left < field.x + edge || top < field.y + edge || right >= field.br().x - edge ||
                      bottom >= field.br().y - edge;
-  cluster.flat = isPlanar(innerPoints(grid, pieces, cluster), cluster.center.z);
+  cluster.flat = isPlanar(innerPoints(grid, segments, cluster), cluster.center.z);
 }
 
-std::vector<Cluster> clustersOf(const InverseDepth& grid, const Mask& mask, const Segmentation& pieces,
+/// The segments that are large enough, largest first.
+std::vector<Cluster> clustersOf(const InverseDepth& grid, const Mask& mask, const Segmentation& segments,
                                 const ClusterOptions& options) {
-  const double enough = std::max(1., grid.area(static_cast<double>(options.least)));
+  const double minPixels = std::max(1., grid.area(static_cast<double>(options.minPoints)));
   std::vector<Cluster> clusters;
-  std::vector<std::uint32_t> numbers(pieces.sizes.size());
-  for (std::size_t i = 1; i < pieces.sizes.size(); ++i) {
-    if (pieces.sizes[i] < enough) continue;
-    clusters.emplace_back().points.reserve(pieces.sizes[i]);
+  std::vector<std::uint32_t> numbers(segments.sizes.size());
+  for (std::size_t i = 1; i < segments.sizes.size(); ++i) {
+    if (segments.sizes[i] < minPixels) continue;
+    clusters.emplace_back().points.reserve(segments.sizes[i]);
     numbers[i] = static_cast<std::uint32_t>(clusters.size());
   }
   for (int v = 0; v < grid.camera.height; ++v) {
@@ -114,15 +103,15 @@ std::vector<Cluster> clustersOf(const InverseDepth& grid, const Mask& mask, cons
     const std::size_t before =
         grid.at(0, v) - static_cast<std::size_t>(v) * static_cast<std::size_t>(grid.camera.width);
     for (std::size_t i = first; i < last; ++i) {
-      const std::uint32_t number = numbers[pieces.labels[i]];
+      const std::uint32_t number = numbers[segments.labels[i]];
       if (number != 0) clusters[number - 1].points.push_back(static_cast<std::uint32_t>(i - before));
     }
   }
   std::ranges::stable_sort(clusters, std::ranges::greater{},
                            [](const Cluster& c) { return c.points.size(); });
-  const cv::Rect field = fieldOf(grid);
+  const cv::Rect field = fieldOfView(grid);
   inParallel(clusters.size(), static_cast<std::size_t>(options.threads > 0 ? options.threads : usableCores()),
-             [&](std::size_t i) { describe(grid, pieces, field, clusters[i]); });
+             [&](std::size_t i) { measure(grid, segments, field, clusters[i]); });
   return clusters;
 }
 
@@ -149,9 +138,9 @@ class LineFit {
   double n_ = 0, x_ = 0, y_ = 0, xx_ = 0, xy_ = 0, yy_ = 0;
 };
 
-/// The camera that saw an organized cloud; none where no pinhole camera did.
+/// The pinhole camera of an organized cloud; none where no pinhole camera explains its grid.
 std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
-  constexpr double mostResidual = 0.5;  // pixels
+  constexpr double maxResidual = 0.5;  // pixels
   if (!cloud.organized() || cloud.width > std::numeric_limits<int>::max() / cloud.height) return {};
   LineFit across, down;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
@@ -168,28 +157,51 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
                                 down.focal(),
                                 across.center(),
                                 down.center()};
-  const bool explained = camera.fx > 0 && camera.fy > 0 &&
-                         std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy) &&
-                         across.residual() <= mostResidual && down.residual() <= mostResidual;
-  return explained ? std::optional(camera) : std::nullopt;
+  const bool fits = camera.fx > 0 && camera.fy > 0 &&
+                    std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy) &&
+                    across.residual() <= maxResidual && down.residual() <= maxResidual;
+  return fits ? std::optional(camera) : std::nullopt;
 }
 
 }  // namespace
 
+OptionGroup declare(ClusterOptions& o) {
+  OptionGroup group("clusters", "Segmentation of a depth image or cloud into objects");
+  group.add("min-plane-area", &o.minPlaneArea, "Area of the smallest plane that is removed")
+      .above(0)
+      .unit("m²")
+      .why("Lower it when tables and shelves smaller than this remain as clusters.");
+  group.add("plane-tolerance", &o.planeTolerance, "Distance within which points belong to a plane, at 1 m")
+      .above(0)
+      .unit("m");
+  group.add("crease-depth", &o.creaseDepth, "Depth of the concave creases that separate objects, at 1 m")
+      .above(0)
+      .unit("m")
+      .why("Raise it for a noisier camera, when objects are over-segmented.");
+  group.add("contact-distance", &o.contactDistance, "Distance below which two segments are in contact")
+      .above(0)
+      .unit("m");
+  group.add("min-points", &o.minPoints, "Points of the smallest cluster, at a focal length of 525 pixels")
+      .why("Lower it for small or distant objects.");
+  group.add("seed", &o.seed, "Seed of the search for planes");
+  group.add("threads", &o.threads, "Threads; 0: one a usable core").range(0);
+  return group;
+}
+
 Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, const ClusterOptions& options) {
-  requireSound(options);
+  validate(options);
   const InverseDepth grid = inverseDepth(depth, camera, options.threads);
-  WithoutPlanes scene = removePlanes(grid, options);
-  std::vector<std::uint8_t> creases = concaveCreases(grid, scene.rest, options.crease, options.threads);
-  Segmentation pieces = oversegment(grid, scene.rest, std::move(creases));
-  mergeSegments(grid, scene.rest, options.join, options.threads, pieces);
-  mergeContainerInteriors(grid, scene.rest, scene.planes, options.threads, pieces);
-  std::vector<Cluster> clusters = clustersOf(grid, scene.rest, pieces, options);
-  return {std::move(scene.planes), std::move(clusters)};
+  auto [planes, foreground] = removePlanes(grid, options);
+  std::vector<std::uint8_t> creases = concaveCreases(grid, foreground, options.creaseDepth, options.threads);
+  Segmentation segments = oversegment(grid, foreground, std::move(creases));
+  mergeSegments(grid, foreground, options.contactDistance, options.threads, segments);
+  mergeContainerInteriors(grid, foreground, planes, options.threads, segments);
+  std::vector<Cluster> clusters = clustersOf(grid, foreground, segments, options);
+  return {std::move(planes), std::move(clusters)};
 }
 
 Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options) {
-  requireSound(options);
+  validate(options);
   validate(cloud);
   const auto camera = cameraOf(cloud);
   if (!camera) return findUnorganizedClusters(cloud, options);
@@ -207,8 +219,10 @@ PointCloud pointsOf(const PointCloud& cloud, const std::vector<std::uint32_t>& p
   part.viewpoint = cloud.viewpoint;
   for (const std::uint32_t i : points) {
     if (i >= cloud.points.size())
-      throw Error(fmt::format("a cloud of {} points has no point {}; these points are another cloud's",
-                              cloud.points.size(), i));
+      throw Error(
+          ErrorCode::invalidInput,
+          fmt::format("the cloud has {} points, but point {} was requested; give indices of this cloud",
+                      cloud.points.size(), i));
     part.points.push_back(cloud.points[i]);
     if (!cloud.colors.empty()) part.colors.push_back(cloud.colors[i]);
     if (!cloud.normals.empty()) part.normals.push_back(cloud.normals[i]);

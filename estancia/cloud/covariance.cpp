@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kLanes = 16;
 constexpr std::size_t kSums = 10;  // 1, x, y, z, xx, xy, xz, yy, yz, zz
 
-/// Adds what the points of some blocks that are near enough say, each lane for itself.
+/// Adds the moments of the points within the radius, each lane for itself.
 ESTANCIA_MULTIVERSION void add(const Neighbors::Block* all, const std::uint32_t* blocks, std::size_t count,
                                float px, float py, float pz, float squared, float* sums) {
   float lanes[kSums][kLanes];
@@ -46,10 +46,10 @@ ESTANCIA_MULTIVERSION void add(const Neighbors::Block* all, const std::uint32_t*
 }  // namespace
 
 LocalCovariance localCovariance(const Neighbors& points, const cv::Point3f& place, float squared) {
-  LocalCovariance spread;
+  LocalCovariance local;
   std::array<double, kSums> totals{};
   std::array<float, kSums * kLanes> sums{};
-  const auto take = [&] {  // floats count and add well for a while only
+  const auto take = [&] {  // in double: long float sums lose digits
     for (std::size_t s = 0; s < kSums; ++s)
       for (std::size_t l = 0; l < kLanes; ++l) totals[s] += sums[s * kLanes + l];
     sums.fill(0);
@@ -65,15 +65,15 @@ LocalCovariance localCovariance(const Neighbors& points, const cv::Point3f& plac
   });
   add(points.blocks().data(), blocks.data(), waiting, place.x, place.y, place.z, squared, sums.data());
   take();
-  spread.count = static_cast<std::size_t>(totals[0]);
-  if (spread.count == 0) return spread;
-  for (double& total : totals) total /= static_cast<double>(spread.count);
+  local.count = static_cast<std::size_t>(totals[0]);
+  if (local.count == 0) return local;
+  for (double& total : totals) total /= static_cast<double>(local.count);
   const auto& [one, x, y, z, xx, xy, xz, yy, yz, zz] = totals;
-  spread.offset = {x, y, z};
-  spread.covariance = {xx - x * x, xy - x * y, xz - x * z,  //
-                       xy - x * y, yy - y * y, yz - y * z,  //
-                       xz - x * z, yz - y * z, zz - z * z};
-  return spread;
+  local.offset = {x, y, z};
+  local.covariance = {xx - x * x, xy - x * y, xz - x * z,  //
+                      xy - x * y, yy - y * y, yz - y * z,  //
+                      xz - x * z, yz - y * z, zz - z * z};
+  return local;
 }
 
 PrincipalAxes principalAxes(const cv::Matx33d& c) {
@@ -83,7 +83,7 @@ PrincipalAxes principalAxes(const cv::Matx33d& c) {
   const double a = c(0, 0) - mean, b = c(1, 1) - mean, d = c(2, 2) - mean;
   const double off = c(0, 1) * c(0, 1) + c(0, 2) * c(0, 2) + c(1, 2) * c(1, 2);
   const double p = std::sqrt((a * a + b * b + d * d + 2 * off) / 6);
-  if (!(p > 0)) {  // a ball, or a point: no direction is any other's better
+  if (!(p > 0)) {  // isotropic, or a single point: no direction is special
     axes.variances = {mean, mean, mean};
     axes.normal = {none, none, none};
     return axes;
@@ -92,12 +92,12 @@ PrincipalAxes principalAxes(const cv::Matx33d& c) {
                      c(0, 2) * (c(0, 1) * c(1, 2) - b * c(0, 2));
   const double angle = std::acos(std::clamp(det / (2 * p * p * p), -1.0, 1.0)) / 3;
   const double largest = mean + 2 * p * std::cos(angle);
-  const double least = mean + 2 * p * std::cos(angle + 2 * std::numbers::pi / 3);
-  axes.variances = {std::max(least, 0.0), std::max(3 * mean - largest - least, 0.0), largest};
-  // Two rows of C - least · I span the plane across the normal; the two that do so best.
-  const cv::Vec3d rows[] = {{c(0, 0) - least, c(0, 1), c(0, 2)},
-                            {c(0, 1), c(1, 1) - least, c(1, 2)},
-                            {c(0, 2), c(1, 2), c(2, 2) - least}};
+  const double smallest = mean + 2 * p * std::cos(angle + 2 * std::numbers::pi / 3);
+  axes.variances = {std::max(smallest, 0.0), std::max(3 * mean - largest - smallest, 0.0), largest};
+  // Two rows of C - smallest · I span the plane perpendicular to the normal; take the two that span it best.
+  const cv::Vec3d rows[] = {{c(0, 0) - smallest, c(0, 1), c(0, 2)},
+                            {c(0, 1), c(1, 1) - smallest, c(1, 2)},
+                            {c(0, 2), c(1, 2), c(2, 2) - smallest}};
   double longest = 0;
   for (const auto& [i, j] : {std::pair{0, 1}, {0, 2}, {1, 2}}) {
     const cv::Vec3d across = rows[i].cross(rows[j]);
@@ -106,7 +106,7 @@ PrincipalAxes principalAxes(const cv::Matx33d& c) {
       axes.normal = across;
     }
   }
-  constexpr double line = 1e-6;  // of the largest variance: single precision tells no less from nothing
+  constexpr double line = 1e-6;  // of the largest variance: below, it is rounding of single precision
   const bool plane = axes.variances[1] > line * largest && longest > 0;
   axes.normal = plane ? axes.normal / std::sqrt(longest) : cv::Vec3d(none, none, none);
   return axes;

@@ -1,4 +1,4 @@
-// How points are spread around a place: what normals and noise are made of.
+// Local covariance: principal axes of the points around a place.
 #pragma once
 
 #include <array>
@@ -12,18 +12,18 @@ namespace estancia {
 
 struct LocalCovariance {
   std::size_t count = 0;
-  cv::Vec3d offset;        ///< of the points' mean from the place [m]
+  cv::Vec3d offset;        ///< from the place to the mean of the points [m]
   cv::Matx33d covariance;  ///< of the points [m²], divided by their number
 };
 
-/// Of the points at most √squared [m] away. Sums are taken from the place on, so that they are as exact far
+/// Of the points at most √squared [m] away. Sums are relative to the place, so that they are as exact far
 /// from the origin as near it.
 LocalCovariance localCovariance(const Neighbors& points, const cv::Point3f& place, float squared);
 
-/// Directions of a spread and the variances along them, smallest first.
+/// Eigenvalues of a covariance, smallest first, and the eigenvector of the smallest.
 struct PrincipalAxes {
   std::array<double, 3> variances{};
-  cv::Vec3d normal;  ///< of the smallest variance, unit length; NaN when the points lie on a line
+  cv::Vec3d normal;  ///< direction of the smallest variance, unit length; NaN for collinear points
 };
 
 /// In closed form (O. K. Smith: Eigenvalues of a symmetric 3 × 3 matrix. CACM 4(4), 1961).

@@ -17,65 +17,60 @@ namespace {
 
 const cv::Scalar kGray(128, 128, 128);
 
-void requireValid(const CropOptions& options) {
-  if (!(options.margin >= 0 && options.margin <= 4) || !(options.crop >= 0.25 && options.crop <= 1))
-    throw Error(fmt::format("a patch has no margin of {} and crop of {}; give 0 … 4 and 0.25 … 1",
-                            options.margin, options.crop));
-}
-
-/// How many times the thing's longer side the patch is wide.
+/// Width of the crop in longer sides of the object.
 double widthOf(const CropOptions& options) {
   return (1 + 2 * options.margin) / options.crop;
 }
 
-/// The extent of points along two axes, and which depths they have along a third.
+/// Bounding box.
 struct Extent {
-  cv::Vec3d least = cv::Vec3d::all(std::numeric_limits<double>::infinity());
-  cv::Vec3d most = -least;
+  cv::Vec3d min = cv::Vec3d::all(std::numeric_limits<double>::infinity());
+  cv::Vec3d max = -min;
 
   void add(const cv::Vec3d& p) {
     for (int k = 0; k < 3; ++k) {
-      least[k] = std::min(least[k], p[k]);
-      most[k] = std::max(most[k], p[k]);
+      min[k] = std::min(min[k], p[k]);
+      max[k] = std::max(max[k], p[k]);
     }
   }
-  cv::Vec3d size() const { return most - least; }
+  cv::Vec3d size() const { return max - min; }
+  cv::Vec3d center() const { return (min + max) / 2; }
 };
 
 /// Rows: to the right, down, away from the viewer.
 using View = cv::Matx33d;
 
-/// What a viewer sees who stands that way from the thing; z is up.
+/// The view from this direction; z is up.
 View viewFrom(double azimuth, double elevation) {
   const double ca = std::cos(azimuth), sa = std::sin(azimuth), ce = std::cos(elevation),
                se = std::sin(elevation);
   return {-sa, ca, 0, se * ca, se * sa, -ce, -ce * ca, -ce * sa, -se};
 }
 
-/// The viewing direction out of 24 around and 5 above from which the points fill most cells of a grid about
-/// two points wide: there fewest hide each other.
+/// The viewing direction out of 24 azimuths and 5 elevations in which the points fill most cells of a grid of
+/// about two spacings: there, fewest points occlude each other.
 View bestView(const std::vector<cv::Vec3d>& points) {
-  constexpr std::size_t most = 20000;
-  constexpr int around = 24, above = 5, finest = 512;
-  const std::size_t step = (points.size() + most - 1) / most;
+  constexpr std::size_t maxPoints = 20000;
+  constexpr int azimuths = 24, elevations = 5, maxCells = 512;
+  const std::size_t step = (points.size() + maxPoints - 1) / maxPoints;
   Extent extent;
   for (const cv::Vec3d& p : points) extent.add(p);
   const cv::Vec3d size = extent.size();
   const double face = std::max({size[0] * size[1], size[1] * size[2], size[0] * size[2]});
   const double spacing = std::sqrt(face * static_cast<double>(step) / static_cast<double>(points.size()));
-  const double diagonal = cv::norm(size), cell = std::max(2 * spacing, diagonal / finest);
-  if (!(cell > 0)) return viewFrom(0, 0);  // a single place
+  const double diagonal = cv::norm(size), cell = std::max(2 * spacing, diagonal / maxCells);
+  if (!(cell > 0)) return viewFrom(0, 0);  // all points coincide
 
-  constexpr int side = finest + 2;  // a projection is at most as long as the diagonal
+  constexpr int side = maxCells + 2;  // a projection is at most as long as the diagonal
   std::vector<uchar> filledBy(static_cast<std::size_t>(side) * side, 0);
-  static_assert(around * above < 255, "each direction leaves its own number in the cells");
+  static_assert(azimuths * elevations < 255, "each direction has its own number in the cells");
   View best;
   int bestCount = -1;
   uchar number = 0;
-  const cv::Vec3d middle = (extent.least + extent.most) / 2;
-  for (int e = 0; e < above; ++e)
-    for (int a = 0; a < around; ++a) {
-      const View view = viewFrom(2 * std::numbers::pi * a / around, std::numbers::pi / 9 * e);
+  const cv::Vec3d middle = extent.center();
+  for (int e = 0; e < elevations; ++e)
+    for (int a = 0; a < azimuths; ++a) {
+      const View view = viewFrom(2 * std::numbers::pi * a / azimuths, std::numbers::pi / 9 * e);
       ++number;
       int count = 0;
       for (std::size_t i = 0; i < points.size(); i += step) {
@@ -94,73 +89,118 @@ View bestView(const std::vector<cv::Vec3d>& points) {
   return best;
 }
 
-/// The square of a patch around `box`, which may reach beyond the image.
+/// The square of the crop around `box`, which may extend beyond the image.
 cv::Rect squareAround(const cv::Rect& box, const CropOptions& options) {
-  requireValid(options);
-  constexpr double widest = 16384;
+  constexpr double maxSide = 16384;
   const double side = std::ceil(std::max(box.width, box.height) * widthOf(options));
-  if (side > widest)
-    throw Error(fmt::format("a patch of {} pixels is wider than {}; give a smaller margin", side, widest));
+  if (side > maxSide)
+    throw Error(
+        ErrorCode::tooLarge,
+        fmt::format("the crop would have {} pixels a side, at most {} are possible; give a smaller margin",
+                    side, maxSide));
   const int n = static_cast<int>(side);
   return {box.x - (n - box.width) / 2, box.y - (n - box.height) / 2, n, n};
 }
 
-}  // namespace
-
-cv::Mat cropObject(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask, const CropOptions& options) {
+void requireCropInput(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask, bool kept) {
   if (bgr.empty() || bgr.type() != CV_8UC3)
-    throw Error("a patch is cut out of an image with three channels of 8 bits; convert it");
+    throw Error(ErrorCode::invalidInput, "the image to crop is not 8-bit BGR; convert it");
   if (box.x < 0 || box.y < 0 || box.width <= 0 || box.height <= 0 || box.width > bgr.cols ||
       box.height > bgr.rows || box.x > bgr.cols - box.width || box.y > bgr.rows - box.height)
-    throw Error(fmt::format("the box {} × {} at ({}, {}) does not lie in the image of {} × {}", box.width,
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("the box {} × {} at ({}, {}) is not inside of the image of {} × {}", box.width,
                             box.height, box.x, box.y, bgr.cols, bgr.rows));
-  const bool kept = options.background == CropOptions::Background::kept;
   if (!kept && mask.empty())
-    throw Error(
-        "which pixels are the thing is not known here, so its background cannot be replaced; keep it");
+    throw Error(ErrorCode::invalidOption,
+                "the background cannot be replaced without a mask of the object; give one, or keep it");
   if (!mask.empty() && (mask.size() != bgr.size() || mask.type() != CV_8UC1))
-    throw Error(fmt::format("a mask of {} × {} for an image of {} × {}; give one of its size, 8 bits",
-                            mask.cols, mask.rows, bgr.cols, bgr.rows));
+    throw Error(
+        ErrorCode::mismatch,
+        fmt::format("the mask is {} × {} and the image {} × {}; give an 8-bit mask of the image's size",
+                    mask.cols, mask.rows, bgr.cols, bgr.rows));
+}
+
+/// The cloud's finite points as `view` shows them, and their indices.
+struct Projected {
+  std::vector<cv::Vec3d> points;
+  std::vector<std::size_t> indices;
+  Extent extent;
+};
+
+Projected projected(const PointCloud& cloud) {
+  Projected result;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i)
+    if (isFinite(cloud.points[i])) {
+      result.points.emplace_back(cloud.points[i].x, cloud.points[i].y, cloud.points[i].z);
+      result.indices.push_back(i);
+    }
+  if (result.points.empty())
+    throw Error(ErrorCode::invalidInput, "no point of the cloud is finite, so there is nothing to render");
+  const View view = bestView(result.points);
+  for (cv::Vec3d& p : result.points) {
+    p = view * p;
+    result.extent.add(p);
+  }
+  return result;
+}
+
+/// Draws a disc where it is nearer than what was drawn before.
+void drawDisc(int x, int y, int radius, double z, const cv::Vec3b& color, cv::Mat& depth, cv::Mat& image) {
+  for (int v = std::max(0, y - radius); v <= std::min(image.rows - 1, y + radius); ++v)
+    for (int u = std::max(0, x - radius); u <= std::min(image.cols - 1, x + radius); ++u) {
+      const int du = u - x, dv = v - y;
+      if (du * du + dv * dv > radius * radius || z >= depth.at<double>(v, u)) continue;
+      depth.at<double>(v, u) = z;
+      image.at<cv::Vec3b>(v, u) = color;
+    }
+}
+
+}  // namespace
+
+OptionGroup declare(CropOptions& o) {
+  using Background = CropOptions::Background;
+  OptionGroup group("crop", "The image of one object that a classifier gets");
+  group.add("background", o.background,
+            {{{"kept", "as in the image"}, Background::kept},
+             {{"gray", "gray"}, Background::gray},
+             {{"mean", "the mean color of the object"}, Background::mean}},
+            "Pixels around the object");
+  group.add("margin", &o.margin, "Added on every side, as a share of the object's longer side").range(0, 4);
+  group.add("crop", &o.crop, "Central part of an image's side that the classifier uses").range(0.25, 1);
+  return group;
+}
+
+cv::Mat cropObject(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& mask, const CropOptions& options) {
+  const bool kept = options.background == CropOptions::Background::kept;
+  requireCropInput(bgr, box, mask, kept);
+  validate(options);
   const cv::Rect square = squareAround(box, options);
 
   cv::Scalar fill = kGray;
   if (options.background == CropOptions::Background::mean) {
-    if (cv::countNonZero(mask(box)) == 0) throw Error("the mask marks nothing in the box of the thing");
+    if (cv::countNonZero(mask(box)) == 0)
+      throw Error(ErrorCode::invalidInput, "the mask has no pixel in the box of the object");
     fill = cv::mean(bgr(box), mask(box));
   }
-  const cv::Rect there = square & cv::Rect({}, bgr.size());
-  cv::Mat patch(square.size(), CV_8UC3, fill);
-  bgr(there).copyTo(patch(there - square.tl()), kept ? cv::Mat() : mask(there));
-  return patch;
+  const cv::Rect visible = square & cv::Rect({}, bgr.size());
+  cv::Mat crop(square.size(), CV_8UC3, fill);
+  bgr(visible).copyTo(crop(visible - square.tl()), kept ? cv::Mat() : mask(visible));
+  return crop;
 }
 
 cv::Mat renderObject(const PointCloud& cloud, int size, const CropOptions& options) {
-  requireValid(options);
+  validate(options);
   validate(cloud);
-  constexpr int largest = 4096;
-  if (size < 1 || size > largest)
-    throw Error(fmt::format("an image of {} pixels; give 1 … {}", size, largest));
-  std::vector<cv::Vec3d> points;
-  std::vector<std::size_t> from;
-  for (std::size_t i = 0; i < cloud.points.size(); ++i)
-    if (isFinite(cloud.points[i])) {
-      points.emplace_back(cloud.points[i].x, cloud.points[i].y, cloud.points[i].z);
-      from.push_back(i);
-    }
-  if (points.empty()) throw Error("no point of the cloud is finite, so there is nothing to draw");
-
-  const View view = bestView(points);
-  Extent extent;
-  for (cv::Vec3d& p : points) {
-    p = view * p;
-    extent.add(p);
-  }
-  const cv::Vec3d thing = extent.size(), middle = (extent.least + extent.most) / 2;
-  const double longer = std::max(thing[0], thing[1]);
+  constexpr int maxSize = 4096;
+  if (size < 1 || size > maxSize)
+    throw Error(ErrorCode::invalidOption, fmt::format("the image's size is {}; give 1 to {}", size, maxSize));
+  const auto [points, indices, extent] = projected(cloud);
+  const cv::Vec3d object = extent.size(), middle = extent.center();
+  const double longer = std::max(object[0], object[1]);
   const double scale = longer > 0 ? size / (longer * widthOf(options)) : 0;
-  // Discs that just close the surface where points are spread evenly over the image of it.
+  // Discs that just close the surface where points are spread evenly over the image.
   constexpr double overlap = 1.1;
-  const double spacing = scale * std::sqrt(thing[0] * thing[1] / static_cast<double>(points.size()));
+  const double spacing = scale * std::sqrt(object[0] * object[1] / static_cast<double>(points.size()));
   const int radius =
       static_cast<int>(std::clamp(std::ceil(overlap * spacing), 2.0, std::max(2.0, size / 8.0)));
 
@@ -169,20 +209,14 @@ cv::Mat renderObject(const PointCloud& cloud, int size, const CropOptions& optio
   for (std::size_t i = 0; i < points.size(); ++i) {
     const cv::Vec3d& p = points[i];
     constexpr double darkest = 60, brightest = 230;
-    const double near = thing[2] > 0 ? (extent.most[2] - p[2]) / thing[2] : 1;
+    const double near = object[2] > 0 ? (extent.max[2] - p[2]) / object[2] : 1;
     const cv::Vec3b color =
         cloud.colors.empty()
             ? cv::Vec3b::all(cv::saturate_cast<uchar>(darkest + near * (brightest - darkest)))
-            : cloud.colors[from[i]];
+            : cloud.colors[indices[i]];
     const int x = static_cast<int>(std::lround((p[0] - middle[0]) * scale + (size - 1) / 2.0));
     const int y = static_cast<int>(std::lround((p[1] - middle[1]) * scale + (size - 1) / 2.0));
-    for (int v = std::max(0, y - radius); v <= std::min(size - 1, y + radius); ++v)
-      for (int u = std::max(0, x - radius); u <= std::min(size - 1, x + radius); ++u) {
-        const int du = u - x, dv = v - y;
-        if (du * du + dv * dv > radius * radius || p[2] >= depth.at<double>(v, u)) continue;
-        depth.at<double>(v, u) = p[2];
-        image.at<cv::Vec3b>(v, u) = color;
-      }
+    drawDisc(x, y, radius, p[2], color, depth, image);
   }
   return image;
 }

@@ -1,8 +1,7 @@
 #include "estancia/cloud/filter.hpp"
 
-#include <fmt/format.h>
-
-#include <cmath>
+#include <algorithm>
+#include <utility>
 
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
@@ -11,7 +10,7 @@
 namespace estancia {
 namespace {
 
-/// Without points that are not finite, and then unorganized.
+/// The finite points, unorganized.
 PointCloud finiteOf(const PointCloud& cloud) {
   PointCloud finite;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
@@ -31,9 +30,6 @@ FilteredCloud keepAll(const PointCloud& cloud, const FilterOptions&, Progress&) 
 }
 
 FilteredCloud throughVoxels(const PointCloud& cloud, const FilterOptions& options, Progress&) {
-  if (!(options.leaf >= 0) || !std::isfinite(options.leaf))
-    throw Error(fmt::format("a voxel cannot have an edge of {} m; give one above 0, or 0 to have it found",
-                            options.leaf));
   PointCloud finite = finiteOf(cloud);
   if (options.leaf == 0 && finite.points.size() <= options.points) return {std::move(finite), 0, {}};
   const double leaf = options.leaf > 0 ? options.leaf : findLeaf(finite, options.points).size;
@@ -68,32 +64,42 @@ struct Method {
 };
 
 constexpr Method kMethods[] = {
-    {"none", "as it is", keepAll},
-    {"voxel", "the mean of the points in each cube of space", throughVoxels},
-    {"gng", "Growing Neural Gas: neurons that follow the surface behind noise", throughNeuralGas},
+    {"none", "the cloud unchanged", keepAll},
+    {"voxel", "the mean of the points in each voxel", throughVoxels},
+    {"gng", "Growing Neural Gas: neurons fitted to the surface behind the noise", throughNeuralGas},
 };
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::string>> filterMethods() {
-  std::vector<std::pair<std::string, std::string>> methods;
-  for (const Method& method : kMethods) methods.emplace_back(method.name, method.explanation);
+OptionGroup declare(FilterOptions& o) {
+  OptionGroup group("filter", "Point cloud filter");
+  group.add("method", &o.method, "Filter").choices(filterMethods());
+  group.add("points", &o.points, "Points of the result").range(1);
+  group.add("leaf", &o.leaf, "Edge of a voxel")
+      .range(0)
+      .unit("m")
+      .automatic("the one that leaves the points");
+  OptionGroup gng = declare(o.gng);
+  std::erase_if(gng.options(), [](const Option& option) { return option.name() == "neurons"; });
+  group.add(std::move(gng));
+  return group;
+}
+
+Choices filterMethods() {
+  Choices methods;
+  for (const Method& method : kMethods) methods.push_back({method.name, method.explanation});
   return methods;
 }
 
 FilteredCloud filterWithDetails(const PointCloud& cloud, const FilterOptions& options, Progress& progress) {
-  std::string known;
-  for (const Method& method : kMethods) {
-    known += fmt::format("{}{}", known.empty() ? "" : ", ", method.name);
-    if (options.method != method.name) continue;
-    validate(cloud);
-    FilteredCloud filtered = method.apply(cloud, options, progress);
-    filtered.cloud.viewpoint = cloud.viewpoint;
-    if (filtered.cloud.points.empty() && method.apply != keepAll)
-      throw Error("the cloud has no point to keep: none is finite");
-    return filtered;
-  }
-  throw Error(fmt::format("there is no filter \"{}\"; known are {}", options.method, known));
+  validate(options);
+  validate(cloud);
+  const Method& method = *std::ranges::find(kMethods, options.method, &Method::name);
+  FilteredCloud filtered = method.apply(cloud, options, progress);
+  filtered.cloud.viewpoint = cloud.viewpoint;
+  if (filtered.cloud.points.empty() && method.apply != keepAll)
+    throw Error(ErrorCode::invalidInput, "no point of the cloud is finite, so the filter has none to keep");
+  return filtered;
 }
 
 PointCloud filterCloud(const PointCloud& cloud, const FilterOptions& options, Progress& progress) {

@@ -1,4 +1,4 @@
-#include "estancia/cloud/graph_normals.hpp"
+// Normals of a neural gas, from its graph.
 
 #include <fmt/format.h>
 
@@ -8,22 +8,26 @@
 #include <limits>
 #include <opencv2/core.hpp>
 
+#include "estancia/cloud/growing_neural_gas.hpp"
+#include "estancia/cloud/normals.hpp"
 #include "estancia/core/error.hpp"
 
 namespace estancia {
 namespace {
 
-/// Neighbors of all neurons, one after the other.
-class Neighbors {
+/// Adjacency lists of all neurons, one after the other.
+class Adjacency {
  public:
-  explicit Neighbors(const NeuralGas& gas) : first_(gas.cloud.points.size() + 1), all_(2 * gas.edges.size()) {
+  explicit Adjacency(const NeuralGas& gas) : first_(gas.cloud.points.size() + 1), all_(2 * gas.edges.size()) {
     const std::size_t neurons = gas.cloud.points.size();
     for (const auto& edge : gas.edges)
       for (const std::uint32_t end : edge) {
         if (end >= neurons)
-          throw Error(fmt::format(
-              "an edge of the graph names neuron {} of {}; edges and neurons do not belong together", end,
-              neurons));
+          throw Error(
+              ErrorCode::invalidInput,
+              fmt::format("an edge of the graph has neuron {}, but there are {}; give edges and neurons "
+                          "of one graph",
+                          end, neurons));
         ++first_[end + 1];
       }
     for (std::size_t i = 0; i < neurons; ++i) first_[i + 1] += first_[i];
@@ -33,7 +37,7 @@ class Neighbors {
       all_[next[b]++] = a;
     }
   }
-  /// Adds those of i.
+  /// Appends the neighbors of i.
   void append(std::uint32_t i, std::vector<std::uint32_t>& to) const {
     to.insert(to.end(), all_.begin() + static_cast<std::ptrdiff_t>(first_[i]),
               all_.begin() + static_cast<std::ptrdiff_t>(first_[i + 1]));
@@ -57,7 +61,7 @@ cv::Point3f normal(const std::vector<cv::Point3f>& points, const std::vector<std
   cv::Vec3d values;
   cv::Matx33d vectors;
   cv::eigen(covariance, values, vectors);  // the largest first
-  // On a line (or less) any direction across it would do. Such spread as rounding makes is none.
+  // Collinear points have no normal; smaller variances are rounding.
   if (!(values[1] > 1e-10 * values[0])) return {none, none, none};
   return {static_cast<float>(vectors(2, 0)), static_cast<float>(vectors(2, 1)),
           static_cast<float>(vectors(2, 2))};
@@ -67,7 +71,7 @@ cv::Point3f normal(const std::vector<cv::Point3f>& points, const std::vector<std
 
 std::vector<cv::Point3f> normalsFromGraph(const NeuralGas& gas, const cv::Point3f& viewpoint) {
   const std::vector<cv::Point3f>& points = gas.cloud.points;
-  const Neighbors neighbors(gas);
+  const Adjacency neighbors(gas);
   std::vector<cv::Point3f> normals(points.size());
   std::vector<std::uint32_t> ring, members;
   for (std::uint32_t i = 0; i < points.size(); ++i) {

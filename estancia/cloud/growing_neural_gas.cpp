@@ -1,12 +1,11 @@
 #include "estancia/cloud/growing_neural_gas.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <limits>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "estancia/cloud/neuron_errors.hpp"
@@ -18,37 +17,12 @@
 namespace estancia {
 namespace {
 
-void requireValid(const GngOptions& o) {
-  const auto refuse = [](const std::string& what, const char* rule) {
-    throw Error(fmt::format("growing neural gas: {}; {}", what, rule));
-  };
-  constexpr std::size_t most = 100'000'000;
-  if (o.neurons < 2 || o.neurons > most)
-    refuse(fmt::format("{} neurons", o.neurons), "2 to 100,000,000 can be had");
-  if (o.signalsPerInsertion < 1) refuse("no signals between two insertions", "at least 1 is needed");
-  if (!(o.winnerRate > 0 && o.winnerRate <= 1))
-    refuse(fmt::format("a winner's learning step of {}", o.winnerRate), "it lies above 0 and is at most 1");
-  if (!(o.neighborRate >= 0 && o.neighborRate <= 1))
-    refuse(fmt::format("a neighbor's learning step of {}", o.neighborRate), "it lies between 0 and 1");
-  if (!(o.insertionDecay >= 0 && o.insertionDecay <= 1))
-    refuse(fmt::format("an error decay at insertions of {}", o.insertionDecay), "it lies between 0 and 1");
-  if (!(o.errorDecay > 0 && o.errorDecay <= 1))
-    refuse(fmt::format("an error decay of {}", o.errorDecay), "it lies above 0 and is at most 1");
-  if (!(o.quantizationError >= 0)) refuse("a negative quantization error", "0 means none is asked for");
-  if (!(o.seconds >= 0)) refuse("negative seconds", "0 means that there is no deadline");
-}
-
-/// The network while it grows.
+/// The network while it grows. Steps are those of Fritzke 1995, section 3.
 class Network {
  public:
+  /// Step 0: two neurons, at the first signal and the first one elsewhere.
   Network(const Signals& signals, const GngOptions& options)
-      : signals_(signals),
-        options_(options),
-        grid_(signals.points()),
-        lastWinners_(signals.points().size()) {}
-
-  /// Two neurons at the first signal and the first that is elsewhere.
-  void begin() {
+      : signals_(signals), options_(options), grid_(signals.points()), lastWinners_(signals.points().size()) {
     const auto& points = signals_.points();
     const Point4 a = points[signals_.draw(drawn_++)];
     Point4 b = a;
@@ -63,16 +37,17 @@ class Network {
   const NeuronGraph& graph() const { return graph_; }
   std::uint64_t signalsSeen() const { return drawn_ - first_; }
 
-  /// Shows so many signals. Returns the sum of their squared distances to the winners as those were before.
+  /// Steps 1 to 7 for the next `count` signals. Returns the sum of the squared distances to their winners,
+  /// before these moved.
   double learn(std::size_t count) {
-    // What a signal will read is known before its turn, so it is called for: first the point, then the cell
-    // that this names, then the list that that names.
+    // The memory that a signal needs is known in advance, so it is prefetched: first the point, then its
+    // cell, then the list of the cell.
     constexpr std::size_t ahead = 32, cellAhead = 20, listAhead = 10;
     std::array<std::size_t, ahead> ring{};
     double sum = 0;
     for (std::size_t k = 0; k < count + ahead; ++k) {
       if (k >= ahead) sum += learnFrom(ring[k % ahead]);
-      ring[k % ahead] = signals_.draw(drawn_ + k);
+      ring[k % ahead] = signals_.draw(drawn_ + k);  // step 1: a random signal
       grid_.prefetchPoint(ring[k % ahead]);
       __builtin_prefetch(&lastWinners_[ring[k % ahead]], 1);
       if (k >= ahead - cellAhead) grid_.prefetchCell(ring[(k - (ahead - cellAhead)) % ahead]);
@@ -87,7 +62,10 @@ class Network {
     return sum;
   }
 
+  /// Steps 8 and 9.
   void insert() {
+    // Step 8: a new neuron r halfway between q, the neuron with the largest error, and f, the neighbor of q
+    // with the largest error; edges q-r and f-r replace q-f.
     const std::uint32_t q = errors_.largest();
     std::uint32_t f = none;
     graph_.forNeighbors(q, [&](std::uint32_t n) {
@@ -104,10 +82,18 @@ class Network {
     errors_.set(f, errors_.at(f) * options_.insertionDecay);
     errors_.set(q, errors_.at(q) * options_.insertionDecay);
     errors_.set(r, errors_.at(q));
+    // Step 9: all errors decay.
     errors_.decayAll(options_.errorDecay);
   }
 
-  void fitGrid(double rms) { grid_.fit(neurons_, rms); }
+  /// Fits the search grid again whenever the network has doubled; `rms` is the distance of the signals.
+  void refitGrid(double rms) {
+    constexpr std::size_t minNeurons = 24;  // with fewer, all are candidates anyway
+    if (size() < 2 * fitted_ || size() < minNeurons) return;
+    grid_.fit(neurons_, std::max(rms, 1e-6));
+    fitted_ = size();
+  }
+
   /// Over all points.
   double sumOfSquaredDistances() const {
     double sum = 0;
@@ -129,50 +115,56 @@ class Network {
     errors_.append(0);
   }
 
+  /// Steps 2 to 7 for one signal. Returns its squared distance to the winner.
   float learnFrom(std::size_t point) {
+    // Step 2: the winner s1 is the nearest neuron, s2 the second nearest.
     const NearestTwo two = grid_.nearestTwo(point, neurons_);
     const std::uint32_t winner = two.first();
     lastWinners_[point] = winner;
+    // Step 4: its error grows by the squared distance.
     errors_.add(winner, two.squaredDistance());
+    // Step 5: the winner moves towards the signal by ε_w, and its neighbors, below, by ε_n.
     const Point4& p = grid_.point(point);
     const Vector signal{p.x, p.y, p.z, 0};
     Neuron* const neurons = neurons_.data();
     const Vector tolerance = Vector{} + grid_.tolerance();
     attract(neurons, winner, signal, options_.winnerRate, tolerance);
+    // Step 3: the edges of the winner age by one. Step 6: that between s1 and s2 gets age 0, or is created.
     const std::uint32_t wins = ++neurons[winner].wins;
     const bool connected =
-        graph_.win(winner, wins, two.second(), options_.maximalAge,
+        graph_.win(winner, wins, two.second(), options_.maxAge,
                    [this, neurons, signal, tolerance, rate = options_.neighborRate](std::uint32_t n) {
                      attract(neurons, n, signal, rate, tolerance);
                      return neurons[n].wins;
                    });
     if (!connected) graph_.connect(winner, two.second(), wins + neurons[two.second()].wins);
-    if (!graph_.old().empty()) cut(winner);
+    // Step 7: edges older than a_max are removed, and neurons without edges.
+    if (!graph_.old().empty()) removeOld(winner);
     return two.squaredDistance();
   }
 
+  /// w += rate (signal - w)
   void attract(Neuron* neurons, std::uint32_t i, Vector signal, float rate, Vector tolerance) {
     constexpr Bits xyz{-1, -1, -1, 0};
     Neuron& n = neurons[i];
     const Vector whole = load(&n.x), home = load(&n.homeX);
     const auto place = reinterpret_cast<Vector>(reinterpret_cast<Bits>(whole) & xyz);
     const Vector moved = place + rate * (signal - place);
-    const Bits next = reinterpret_cast<Bits>(moved) | (reinterpret_cast<Bits>(whole) & ~xyz);  // wins stay
+    const Bits next = reinterpret_cast<Bits>(moved) | (reinterpret_cast<Bits>(whole) & ~xyz);  // keeps wins
     std::memcpy(&n.x, &next, sizeof next);
     const Vector away = moved - home;
     if (signs((away > tolerance) | (away < -tolerance)) != 0) grid_.rehome(i, neurons_);
   }
 
-  /// Removes edges that are too old, and neurons that have none left.
-  void cut(std::uint32_t winner) {
-    std::vector<std::uint32_t> lonely;
+  void removeOld(std::uint32_t winner) {
+    std::vector<std::uint32_t> isolated;
     for (const std::uint32_t n : graph_.old()) {
       graph_.disconnect(winner, n);
-      if (graph_.isolated(n)) lonely.push_back(n);
+      if (graph_.isolated(n)) isolated.push_back(n);
     }
-    // From the highest number down, so that the last one, which takes the place, stays.
-    std::sort(lonely.rbegin(), lonely.rend());
-    for (const std::uint32_t i : lonely) {
+    // In descending order, because the last neuron takes the number of a removed one.
+    std::sort(isolated.rbegin(), isolated.rend());
+    for (const std::uint32_t i : isolated) {
       const auto last = static_cast<std::uint32_t>(size() - 1);
       grid_.erase(i, neurons_);
       if (i != last) grid_.rename(last, i, neurons_);
@@ -186,12 +178,59 @@ class Network {
   const Signals& signals_;
   const GngOptions& options_;
   std::uint64_t drawn_ = 0, first_ = 0;
+  std::size_t fitted_ = 2;  ///< neurons when the grid was fitted
   std::vector<Neuron> neurons_;
   NeuronGraph graph_;
   NeuronGrid grid_;
   NeuronErrors errors_;
-  std::vector<std::uint32_t> lastWinners_;  ///< of every point: mostly its next one
+  std::vector<std::uint32_t> lastWinners_;  ///< of every point: mostly its next one, for prefetching
 };
+
+/// Step 10: the stop criteria.
+class StopRules {
+ public:
+  explicit StopRules(const GngOptions& options) : options_(options) {}
+
+  bool reached() const { return reason_.has_value(); }
+  GngStop reason() const { return reason_.value_or(GngStop::neurons); }
+
+  void checkDeadline() {
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+    if (options_.seconds > 0 && elapsed.count() > options_.seconds) reason_ = GngStop::seconds;
+  }
+  void checkError(double quantizationError) {
+    if (!reason_ && quantizationError < options_.quantizationError) reason_ = GngStop::quantizationError;
+  }
+  /// After an insertion. Returns by how much the network exceeds its largest size so far.
+  std::size_t checkGrowth(std::size_t neurons) {
+    if (neurons > largest_) {
+      idle_ = 0;
+      return neurons - std::exchange(largest_, neurons);
+    }
+    if (++idle_ > 1000 + largest_) reason_ = GngStop::stalled;
+    return 0;
+  }
+
+ private:
+  const GngOptions& options_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::optional<GngStop> reason_;
+  std::size_t largest_ = 2, idle_ = 0;
+};
+
+/// Steps 1 to 7, λ times. Returns the root mean square distance of the signals to their winners.
+double learnRound(Network& network, const GngOptions& options, StopRules& stop) {
+  constexpr std::size_t chunk = 20000;  // signals between two looks at the clock
+  double sum = 0;
+  for (std::size_t left = options.signalsPerInsertion; left > 0 && !stop.reached();) {
+    const std::size_t count = std::min(left, chunk);
+    sum += network.learn(count);
+    left -= count;
+    if (interrupted()) throw Interrupted("interrupted while a neural gas grew");
+    stop.checkDeadline();
+  }
+  return std::sqrt(sum / static_cast<double>(options.signalsPerInsertion));
+}
 
 NeuralGas withCloud(const Signals& signals, const std::vector<Neuron>& neurons) {
   NeuralGas gas;
@@ -202,8 +241,8 @@ NeuralGas withCloud(const Signals& signals, const std::vector<Neuron>& neurons) 
   return gas;
 }
 
-/// A cloud that is its own network.
-NeuralGas itself(const Signals& signals, const std::vector<Point4>& points) {
+/// The points themselves as neurons, each joined with its nearest.
+NeuralGas networkOfPoints(const Signals& signals, const std::vector<Point4>& points) {
   std::vector<Neuron> neurons(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     neurons[i].x = points[i].x;
@@ -217,7 +256,7 @@ NeuralGas itself(const Signals& signals, const std::vector<Point4>& points) {
   grid.fit(neurons, 1 / std::sqrt(static_cast<double>(points.size())));
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     const NearestTwo nearest = grid.nearestTwo(i, neurons);
-    // Itself comes first, but for distances whose squares are 0.
+    // The point itself is first, unless squared distances underflow.
     const std::uint32_t n = nearest.second() == i ? nearest.first() : nearest.second();
     gas.edges.push_back({std::min(i, n), std::max(i, n)});
   }
@@ -227,55 +266,7 @@ NeuralGas itself(const Signals& signals, const std::vector<Point4>& points) {
   return gas;
 }
 
-}  // namespace
-
-NeuralGas growNeuralGas(const PointCloud& cloud, const GngOptions& options, Progress& progress) {
-  requireValid(options);
-  const auto start = std::chrono::steady_clock::now();
-  const Signals signals(cloud, options.seed);
-  const std::vector<Point4> distinct = distinctPoints(signals.points(), options.neurons + 1);
-  if (distinct.size() <= options.neurons) return itself(signals, distinct);
-
-  Network network(signals, options);
-  network.begin();
-  progress.begin("neural gas", options.neurons, network.size());
-  const auto overdue = [&] {
-    return options.seconds > 0 &&
-           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() > options.seconds;
-  };
-  constexpr std::size_t atOnce = 20000;  // signals, before somebody is asked whether to go on
-  constexpr std::size_t fewest = 24;     // with fewer neurons all are candidates
-  std::size_t most = network.size(), fitted = most, idle = 0;
-  GngStop stop = GngStop::neurons;
-  while (network.size() < options.neurons) {
-    double sum = 0;
-    for (std::size_t left = options.signalsPerInsertion; left > 0 && stop == GngStop::neurons;) {
-      const std::size_t count = std::min(left, atOnce);
-      sum += network.learn(count);
-      left -= count;
-      if (interrupted()) throw Interrupted("stopped while a neural gas grew");
-      if (overdue()) stop = GngStop::seconds;
-    }
-    const double rms = std::sqrt(sum / static_cast<double>(options.signalsPerInsertion));
-    if (stop == GngStop::neurons && rms / signals.scale() < options.quantizationError)
-      stop = GngStop::quantizationError;
-    if (stop != GngStop::neurons) break;
-    network.insert();
-    if (network.size() > most) {
-      progress.advance(network.size() - most);
-      most = network.size();
-      idle = 0;
-    } else if (++idle > 1000 + most) {
-      stop = GngStop::stalled;
-      break;
-    }
-    if (most >= 2 * fitted && most >= fewest) {
-      network.fitGrid(std::max(rms, 1e-6));
-      fitted = most;
-    }
-  }
-  progress.end();
-
+NeuralGas toNeuralGas(const Network& network, const Signals& signals, GngStop stop) {
   NeuralGas gas = withCloud(signals, network.neurons());
   gas.stop = stop;
   gas.signals = network.signalsSeen();
@@ -291,6 +282,56 @@ NeuralGas growNeuralGas(const PointCloud& cloud, const GngOptions& options, Prog
       std::sqrt(network.sumOfSquaredDistances() / static_cast<double>(signals.points().size())) /
       signals.scale();
   return gas;
+}
+
+}  // namespace
+
+OptionGroup declare(GngOptions& o) {
+  OptionGroup group("gng", "Growing Neural Gas");
+  group.add("neurons", &o.neurons, "Neurons of the network").range(2, 100'000'000);
+  group.add("signals-per-insertion", &o.signalsPerInsertion, "Signals between two insertions (λ)")
+      .range(1)
+      .why("More fit the surface better and take proportionally longer.");
+  group.add("winner-rate", &o.winnerRate, "Share of the way to a signal that the winner moves").above(0, 1);
+  group.add("neighbor-rate", &o.neighborRate, "Share of the way that neighbors of the winner move")
+      .range(0, 1);
+  group
+      .add("insertion-decay", &o.insertionDecay,
+           "Share of their error that both parents of a new neuron keep")
+      .range(0, 1);
+  group.add("error-decay", &o.errorDecay, "Share of its error that every neuron keeps at an insertion")
+      .above(0, 1);
+  group.add("max-age", &o.maxAge, "Age above which edges are removed");
+  group.add("seed", &o.seed, "Seed of the signals");
+  group.add("quantization-error", &o.quantizationError, "Stop below this quantization error; 0: never")
+      .range(0)
+      .unit("unit of the cloud");
+  group.add("seconds", &o.seconds, "Stop after this time; 0: never. The result is then not reproducible")
+      .range(0)
+      .unit("s");
+  return group;
+}
+
+NeuralGas growNeuralGas(const PointCloud& cloud, const GngOptions& options, Progress& progress) {
+  validate(options);
+  StopRules stop(options);
+  const Signals signals(cloud, options.seed);
+  const std::vector<Point4> distinct = distinctPoints(signals.points(), options.neurons + 1);
+  if (distinct.size() <= options.neurons) return networkOfPoints(signals, distinct);
+
+  Network network(signals, options);  // step 0
+  progress.begin("neural gas", options.neurons, network.size());
+  while (network.size() < options.neurons) {
+    const double rms = learnRound(network, options, stop);  // steps 1 to 7
+    stop.checkError(rms / signals.scale());                 // step 10
+    if (stop.reached()) break;
+    network.insert();  // steps 8 and 9
+    network.refitGrid(rms);
+    if (const std::size_t grown = stop.checkGrowth(network.size()); grown > 0) progress.advance(grown);
+    if (stop.reached()) break;
+  }
+  progress.end();
+  return toNeuralGas(network, signals, stop.reason());
 }
 
 }  // namespace estancia

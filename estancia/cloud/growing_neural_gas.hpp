@@ -1,4 +1,4 @@
-// Growing Neural Gas: a graph of so many neurons that follows the surface behind a noisy cloud.
+// Growing Neural Gas: a graph of neurons fitted to the surface of a noisy point cloud.
 #pragma once
 
 #include <array>
@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "estancia/core/options.hpp"
 #include "estancia/core/point_cloud.hpp"
 #include "estancia/core/progress.hpp"
 
@@ -13,42 +14,65 @@ namespace estancia {
 
 /// Defaults are the thesis'.
 struct GngOptions {
-  std::size_t neurons = 20000;             ///< stop at so many; at least 2
-  std::size_t signalsPerInsertion = 2000;  ///< δ
-  float winnerRate = 0.1F;                 ///< ε_w, of the way to the signal
-  float neighborRate = 0.001F;             ///< ε_n
-  double insertionDecay = 0.5;             ///< α: the part of their error that q and f keep
-  double errorDecay = 0.995;       ///< γ: the part of its error that every neuron keeps at an insertion
-  std::uint32_t maximalAge = 250;  ///< a_max: an edge that is older goes
-  std::uint64_t seed = 1;          ///< of the signals
-  double quantizationError = 0;    ///< stop below it [unit of the cloud]; 0: do not
-  double seconds = 0;              ///< stop after so many; 0: do not. Such a result is not reproducible
+  /// Stop at this number.
+  std::size_t neurons = 20000;
+  /// λ of Fritzke, δ of the thesis.
+  std::size_t signalsPerInsertion = 2000;
+  /// ε_b of Fritzke, ε_w of the thesis: the share of the way to the signal.
+  float winnerRate = 0.1F;
+  /// ε_n.
+  float neighborRate = 0.001F;
+  /// α: the share of their error that q and f keep.
+  double insertionDecay = 0.5;
+  /// The share of its error that every neuron keeps at an insertion: d of Fritzke, γ of the thesis.
+  double errorDecay = 0.995;
+  /// a_max: older edges are removed.
+  std::uint32_t maxAge = 250;
+  /// Of the signals.
+  std::uint64_t seed = 1;
+  /// Stop below it [unit of the cloud]; 0: never.
+  double quantizationError = 0;
+  /// Stop after this time; 0: never. Such a result is not reproducible.
+  double seconds = 0;
 };
+OptionGroup declare(GngOptions& options);
 
+/// Why growth ended.
 enum class GngStop {
-  neurons,            ///< as many as were asked for
-  quantizationError,  ///< small enough
-  seconds,            ///< the deadline
-  points,   ///< the cloud has no more distinct points than neurons were asked for: they are the neurons
-  stalled,  ///< for long as many neurons have gone as came: fewer than were asked for
+  /// The number of neurons was reached.
+  neurons,
+  /// The quantization error is small enough.
+  quantizationError,
+  /// The deadline.
+  seconds,
+  /// The cloud has no more distinct points than neurons were requested: the points are the neurons.
+  points,
+  /// As many neurons were removed as inserted for a long time: there are fewer than requested.
+  stalled,
 };
 
 /// The graph. `cloud` holds the neurons, unorganized; edge (a, b), a < b, joins neurons a and b.
 struct NeuralGas {
   PointCloud cloud;
-  std::vector<std::array<std::uint32_t, 2>> edges;  ///< sorted
-  std::vector<std::uint32_t> ages;                  ///< one an edge
-  std::uint64_t signals = 0;                        ///< that it has seen
-  double quantizationError = 0;  ///< root mean square distance of the finite points to their nearest neurons
+  /// Sorted.
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  /// One an edge.
+  std::vector<std::uint32_t> ages;
+  /// Number of signals shown.
+  std::uint64_t signals = 0;
+  /// Root mean square distance of the finite points to their nearest neurons.
+  double quantizationError = 0;
   GngStop stop = GngStop::neurons;
 };
 
 /// Algorithm 2.1 of the thesis with Fritzke's rules (B. Fritzke: A growing neural gas network learns
 /// topologies. NIPS 7, 1995): signals are drawn from the finite points of `cloud`; f is the neighbor of q
 /// with the largest error. The same options and cloud give the same graph on any machine, unless `seconds`
-/// cut it short. A cloud that has no more distinct points than `neurons` is its own best network: they come
-/// back, each joined with its nearest. docs/measured/gng.md says how it is done and what it costs.
-/// Throws Error when no point is finite or an option makes no sense; Interrupted.
-NeuralGas growNeuralGas(const PointCloud& cloud, const GngOptions& options, Progress& progress);
+/// ended it. A cloud that has no more distinct points than `neurons` is its own best network: its points are
+/// returned, each joined with its nearest. docs/measured/gng.md describes the implementation and its cost.
+/// Throws Error (invalidInput, tooLarge, invalidOption) when no point is finite, there are 2³² points or
+/// more, or an option is out of range; Interrupted.
+NeuralGas growNeuralGas(const PointCloud& cloud, const GngOptions& options,
+                        Progress& progress = Progress::none());
 
 }  // namespace estancia

@@ -14,19 +14,19 @@
 namespace estancia {
 namespace {
 
-constexpr float kNearest = 1e-3F, kFarthest = 1e3F;  // [m]
-constexpr double kFocalLength = 525;                 // for which lengths in pixels are given
-constexpr double kLeastScale = 0.25, kMostScale = 4;
+constexpr float kMinDepth = 1e-3F, kMaxDepth = 1e3F;  // [m]
+constexpr double kFocalLength = 525;                  // for which lengths in pixels are given
+constexpr double kMinScale = 0.25, kMaxScale = 4;
 constexpr std::array kRadii{4, 6, 8};   // of bends [pixels]
 constexpr float kSameSurface = 0.036F;  // of 1/z, for smoothing
 constexpr float kNearSurface = 0.06F;   // of 1/z, for bends
-constexpr float kDeepest = 0.03F;       // of a bend [m]: beyond, it is an edge
+constexpr float kMaxBend = 0.03F;       // of a bend [m]: beyond, it is an edge
 
 ESTANCIA_MULTIVERSION
 void invertRow(const float* depth, int width, float* out) {
   for (int u = 0; u < width; ++u) {
     const float z = depth[u];
-    out[u] = z >= kNearest && z <= kFarthest ? 1 / z : 0;
+    out[u] = z >= kMinDepth && z <= kMaxDepth ? 1 / z : 0;
   }
 }
 
@@ -34,10 +34,10 @@ void invertRow(const float* depth, int width, float* out) {
 ESTANCIA_MULTIVERSION
 void addPair(const float* middle, const float* a, const float* b, int width, float* sum, float* count) {
   for (int u = 0; u < width; ++u) {
-    const float c = middle[u], most = kSameSurface * c;
+    const float c = middle[u], limit = kSameSurface * c;
     const float farther = std::max(std::abs(a[u] - c), std::abs(b[u] - c));
-    sum[u] += farther < most ? a[u] + b[u] : 0.F;
-    count[u] += farther < most ? 2.F : 0.F;
+    sum[u] += farther < limit ? a[u] + b[u] : 0.F;
+    count[u] += farther < limit ? 2.F : 0.F;
   }
 }
 
@@ -46,15 +46,15 @@ void divideRow(const float* sum, const float* count, int width, float* out) {
   for (int u = 0; u < width; ++u) out[u] = sum[u] / count[u];
 }
 
-/// Adds how far the surface bends between two opposite neighbors, a pixel's share of their distance.
+/// Adds the bend of the surface between two opposite neighbors, scaled to the mean radius.
 ESTANCIA_MULTIVERSION
 void addBend(const float* middle, const float* a, const float* b, float perPixel, int width, float* sum,
              float* count) {
   for (int u = 0; u < width; ++u) {
-    const float c = middle[u], most = kNearSurface * c;
+    const float c = middle[u], limit = kNearSurface * c;
     const float bend = 0.5F * (a[u] + b[u]) - c;
     const float farther = std::max(std::abs(a[u] - c), std::abs(b[u] - c));
-    const bool surface = (farther < most) & (std::abs(bend) < kDeepest * c * c);
+    const bool surface = (farther < limit) & (std::abs(bend) < kMaxBend * c * c);
     sum[u] += surface ? bend * perPixel : 0.F;
     count[u] += surface ? 1.F : 0.F;
   }
@@ -99,7 +99,7 @@ InverseDepth inverseDepth(const cv::Mat& depth, const CameraIntrinsics& camera, 
   requireDepth(depth, camera);
   InverseDepth grid;
   grid.camera = camera.scaledTo(depth.cols, depth.rows);
-  grid.scale = std::clamp(grid.camera.fx / kFocalLength, kLeastScale, kMostScale);
+  grid.scale = std::clamp(grid.camera.fx / kFocalLength, kMinScale, kMaxScale);
   grid.margin = grid.pixels(kRadii.back());
   grid.stride = depth.cols + 2 * grid.margin;
   grid.raw.resize(static_cast<std::size_t>(grid.stride) *

@@ -1,4 +1,4 @@
-// Depth images as 1/z, in which planes are linear over the image and a depth camera's noise is even.
+// Inverse depth image: 1/z, in which planes are linear over the image and a depth camera's noise is uniform.
 #pragma once
 
 #include <algorithm>
@@ -14,15 +14,15 @@
 
 namespace estancia {
 
-/// A depth image within a margin of pixels without depth, so that whoever looks at neighbors need not ask
-/// where the image ends. Images that go with it (masks, labels) have its size() and are indexed as it is.
+/// A depth image with a margin of pixels without depth, so that neighborhoods need no bounds checks. Masks
+/// and labels of it have its size() and the same indices.
 struct InverseDepth {
-  CameraIntrinsics camera;    ///< of this image
-  double scale = 1;           ///< lengths in pixels are given for a focal length of 525 and grow with it
-  int margin = 0;             ///< on every side
-  std::ptrdiff_t stride = 0;  ///< from row to row
-  std::vector<float> raw;     ///< 1/z [1/m]; 0 where there is no depth
-  std::vector<float> smooth;  ///< the same with less noise
+  CameraIntrinsics camera;            ///< of this image
+  double scale = 1;                   ///< focal length / 525, for which lengths in pixels are given
+  int margin = 0;                     ///< on every side
+  std::ptrdiff_t stride = 0;          ///< from row to row
+  std::vector<float> raw;             ///< 1/z [1/m]; 0 where there is no depth
+  std::vector<float> smooth;          ///< denoised
   std::vector<float> slopeX, slopeY;  ///< X / Z of the columns, Y / Z of the rows
 
   std::size_t size() const { return raw.size(); }
@@ -42,20 +42,20 @@ struct InverseDepth {
   double area(double squarePixels) const { return squarePixels * scale * scale; }
 };
 
-/// Depths that are not within a millimeter and a kilometer are none. The smooth image is the mean over the
-/// pairs of opposite pixels in a window of 5 × 5 that both lie near in depth: planes stay exact, and edges
-/// stay where they are. Throws Error as backProject() does.
+/// Depths outside of 1 mm to 1 km count as missing. The smooth image is the mean over the pairs of opposite
+/// pixels in a window of 5 × 5 that are both near in depth: planes stay exact, and edges stay in place.
+/// Throws Error as backProject() does.
 InverseDepth inverseDepth(const cv::Mat& depth, const CameraIntrinsics& camera, int threads);
 
-/// Whether one surface can go on from the one pixel to its neighbor: their depths differ by less than 1.2 %.
+/// Whether two adjacent pixels may belong to one surface: their depths differ by less than 1.2 %.
 inline bool isContinuous(float a, float b) {
   return std::abs(a - b) < 0.012F * std::min(a, b);
 }
 
-/// Pixels of an InverseDepth.
+/// A set of pixels of an InverseDepth.
 struct Mask {
   struct Span {
-    std::size_t first, last;  ///< first ≤ i < last holds all of a row that are in; equal where there are none
+    std::size_t first, last;  ///< first ≤ i < last contains all pixels of a row; equal for none
   };
   std::vector<std::uint8_t> in;  ///< 1 where a pixel is in, else 0
   std::vector<Span> rows;
@@ -72,7 +72,7 @@ struct Mask {
 };
 
 /// Marks the pixels of `mask` at which the surface bends towards the camera by more than `depth` [m at 1 m]
-/// over 4 to 8 pixels to either side, in any of four directions: where two convex things touch, or one
+/// over 4 to 8 pixels to either side, in any of four directions: where two convex objects touch, or one
 /// stands on another.
 std::vector<std::uint8_t> concaveCreases(const InverseDepth& grid, const Mask& mask, double depth,
                                          int threads);

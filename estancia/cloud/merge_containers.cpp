@@ -11,27 +11,28 @@
 namespace estancia {
 namespace {
 
-constexpr double kLeastWall = 600;  // [square pixels]
+constexpr double kMinWallArea = 600;  // [square pixels]
 
-/// A circle (Kåsa 1976) through most of some points of a plane.
+/// A circle through most of the points of a plane.
 struct Circle {
   cv::Point2d center;
   double radius = 0;
   double share = 0;  ///< of the points that lie on it
-  double arc = 0;    ///< what they see of it [°]
+  double arc = 0;    ///< that they cover [°]
 };
 
-std::optional<Circle> circleOf(const std::vector<cv::Point2d>& points, double tolerance) {
-  constexpr double trimmed = 0.7, least = 0.75;  // of the points; of the tolerance
+/// Trimmed least squares (Kåsa 1976).
+std::optional<Circle> fitCircle(const std::vector<cv::Point2d>& points, double tolerance) {
+  constexpr double trimmed = 0.7, minLimit = 0.75;  // of the points; of the tolerance
   Circle circle;
   std::vector<double> off(points.size(), 0), sorted;
-  double most = 0;
+  double limit = 0;
   const auto rank = static_cast<std::size_t>(trimmed * static_cast<double>(points.size() - 1));
   for (int round = 0; round < 6; ++round) {
     cv::Matx33d squares = cv::Matx33d::zeros();
     cv::Vec3d products, x;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (off[i] > most) continue;
+      if (off[i] > limit) continue;
       const cv::Vec3d row(points[i].x, points[i].y, 1);
       squares += row * row.t();
       products += row * points[i].dot(points[i]);
@@ -43,7 +44,7 @@ std::optional<Circle> circleOf(const std::vector<cv::Point2d>& points, double to
       off[i] = std::abs(cv::norm(points[i] - circle.center) - circle.radius);
     sorted = off;
     std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(rank));
-    most = std::max(least * tolerance, sorted[rank]);
+    limit = std::max(minLimit * tolerance, sorted[rank]);
   }
   std::vector<double> angles;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -59,13 +60,13 @@ std::optional<Circle> circleOf(const std::vector<cv::Point2d>& points, double to
   return circle;
 }
 
-/// How a piece stands on a plane.
-struct Standing {
-  std::vector<cv::Point2d> footprint;
+/// A segment in the coordinates of the plane below it.
+struct Footprint {
+  std::vector<cv::Point2d> points;
   std::vector<double> heights;
 };
 
-/// Places over a plane.
+/// Coordinates on a plane, and heights above it.
 class Ground {
  public:
   explicit Ground(const Plane& plane) : n_(plane.normal), offset_(plane.offset) {
@@ -81,12 +82,12 @@ class Ground {
   double offset_;
 };
 
-Standing standing(const SegmentSamples& shape, const Plane& plane, std::size_t step) {
+Footprint footprintOf(const SegmentSamples& segment, const Plane& plane, std::size_t step) {
   const Ground ground(plane);
-  Standing result;
-  for (std::size_t i = 0; i < shape.surface.size(); i += step) {
-    const cv::Vec3d p(shape.surface[i].x, shape.surface[i].y, shape.surface[i].z);
-    result.footprint.push_back(ground.foot(p));
+  Footprint result;
+  for (std::size_t i = 0; i < segment.surface.size(); i += step) {
+    const cv::Vec3d p(segment.surface[i].x, segment.surface[i].y, segment.surface[i].z);
+    result.points.push_back(ground.foot(p));
     result.heights.push_back(ground.height(p));
   }
   return result;
@@ -98,56 +99,56 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(rank)];
 }
 
-constexpr std::size_t kStep = 5;  // every fifth point of a surface tells its footprint
+constexpr std::size_t kStep = 5;  // every fifth point of a surface is enough for its footprint
 
-/// The plane that the piece stands on, or over: the nearest below it.
-const Plane* supportOf(const SegmentSamples& shape, const std::vector<Plane>& planes) {
-  constexpr double sunk = -0.02;  // [m]
+/// The supporting plane: the nearest one below the segment.
+const Plane* supportOf(const SegmentSamples& segment, const std::vector<Plane>& planes) {
+  constexpr double minHeight = -0.02;  // [m]
   const Plane* support = nullptr;
-  double least = HUGE_VAL;
+  double lowest = HUGE_VAL;
   for (const Plane& plane : planes) {
-    const double height = quantile(standing(shape, plane, kStep).heights, 0.05);
-    if (height > sunk && height < least) std::tie(least, support) = std::tuple(height, &plane);
+    const double height = quantile(footprintOf(segment, plane, kStep).heights, 0.05);
+    if (height > minHeight && height < lowest) std::tie(lowest, support) = std::tuple(height, &plane);
   }
   return support;
 }
 
-/// The circle of a round wall, or of its rim where it leans.
-std::optional<Circle> wallOf(const Standing& piece, double rim) {
+/// The circle of a round wall, or of its rim where the wall is inclined.
+std::optional<Circle> wallOf(const Footprint& segment, double rim) {
   constexpr double tolerance = 0.008, belowRim = 0.02;  // [m]
-  constexpr double narrowest = 0.02, widest = 0.20;     // radius [m]
-  constexpr double mostly = 0.6, leastArc = 90;
-  constexpr std::size_t fewest = 30, mostUpper = 300;
+  constexpr double minRadius = 0.02, maxRadius = 0.20;  // radius [m]
+  constexpr double minShare = 0.6, minArc = 90;
+  constexpr std::size_t minPoints = 30, maxUpper = 300;
   std::vector<cv::Point2d> all, upper;
   std::size_t above = 0;
-  for (const double height : piece.heights) above += height > rim - belowRim ? 1 : 0;
-  const std::size_t every = 1 + above / mostUpper;
-  for (std::size_t i = 0; i < piece.footprint.size(); ++i) {
-    if (i % kStep == 0) all.push_back(piece.footprint[i]);
-    if (piece.heights[i] > rim - belowRim && above-- % every == 0) upper.push_back(piece.footprint[i]);
+  for (const double height : segment.heights) above += height > rim - belowRim ? 1 : 0;
+  const std::size_t every = 1 + above / maxUpper;
+  for (std::size_t i = 0; i < segment.points.size(); ++i) {
+    if (i % kStep == 0) all.push_back(segment.points[i]);
+    if (segment.heights[i] > rim - belowRim && above-- % every == 0) upper.push_back(segment.points[i]);
   }
   for (const auto* points : {&all, &upper}) {
-    if (points->size() < fewest) continue;
-    const auto circle = circleOf(*points, tolerance);
-    if (circle && circle->radius >= narrowest && circle->radius <= widest && circle->share > mostly &&
-        circle->arc > leastArc)
+    if (points->size() < minPoints) continue;
+    const auto circle = fitCircle(*points, tolerance);
+    if (circle && circle->radius >= minRadius && circle->radius <= maxRadius && circle->share > minShare &&
+        circle->arc > minArc)
       return circle;
   }
   return {};
 }
 
-/// Whether a thing lies within a circle, mostly, and not above a rim.
-bool isInside(const SegmentSamples& shape, const Plane& plane, const Circle& circle, double rim) {
+/// Whether most of a segment lies within a circle and below a rim.
+bool isInside(const SegmentSamples& segment, const Plane& plane, const Circle& circle, double rim) {
   constexpr double beside = 0.015;  // [m]
   constexpr double inside = 0.85;
   const Ground ground(plane);
-  const std::size_t count = (shape.surface.size() + kStep - 1) / kStep;
+  const std::size_t count = (segment.surface.size() + kStep - 1) / kStep;
   std::size_t in = 0, seen = 0;
-  for (std::size_t i = 0; i < shape.surface.size(); i += kStep) {
-    const cv::Vec3d p(shape.surface[i].x, shape.surface[i].y, shape.surface[i].z);
+  for (std::size_t i = 0; i < segment.surface.size(); i += kStep) {
+    const cv::Vec3d p(segment.surface[i].x, segment.surface[i].y, segment.surface[i].z);
     in +=
         cv::norm(ground.foot(p) - circle.center) < circle.radius + beside && ground.height(p) < rim + beside;
-    const std::size_t out = ++seen - in;  // most things are elsewhere, which few points tell
+    const std::size_t out = ++seen - in;  // most segments are elsewhere: a few points decide early
     if (!(static_cast<double>(count - out) > inside * static_cast<double>(count))) return false;
   }
   return true;
@@ -156,28 +157,29 @@ bool isInside(const SegmentSamples& shape, const Plane& plane, const Circle& cir
 }  // namespace
 
 void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes,
-                             int threads, Segmentation& pieces) {
-  constexpr double largest = 0.8;  // no vessel is [m]
+                             int threads, Segmentation& segments) {
+  constexpr double maxContainer = 0.8;  // [m]
   if (planes.empty()) return;
-  const std::vector<SegmentSamples> shapes = sampleSegments(grid, mask, pieces);
+  const std::vector<SegmentSamples> samples = sampleSegments(grid, mask, segments);
   const auto find = [&](std::size_t index) {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> result;
-    const SegmentSamples& wall = shapes[index];
-    if (pieces.sizes[wall.piece] < grid.area(kLeastWall) || cv::norm(wall.high - wall.low) > largest)
+    const SegmentSamples& wall = samples[index];
+    if (segments.sizes[wall.segment] < grid.area(kMinWallArea) ||
+        cv::norm(wall.high - wall.low) > maxContainer)
       return result;
     const Plane* support = supportOf(wall, planes);
     if (support == nullptr) return result;
-    const Standing round = standing(wall, *support, 1);
-    const double rim = quantile(round.heights, 0.98);
-    const auto circle = wallOf(round, rim);
+    const Footprint footprint = footprintOf(wall, *support, 1);
+    const double rim = quantile(footprint.heights, 0.98);
+    const auto circle = wallOf(footprint, rim);
     if (!circle) return result;
-    for (const SegmentSamples& other : shapes) {
-      if (&other == &wall || pieces.sizes[other.piece] > 3 * pieces.sizes[wall.piece]) continue;
-      if (isInside(other, *support, *circle, rim)) result.emplace_back(wall.piece, other.piece);
+    for (const SegmentSamples& other : samples) {
+      if (&other == &wall || segments.sizes[other.segment] > 3 * segments.sizes[wall.segment]) continue;
+      if (isInside(other, *support, *circle, rim)) result.emplace_back(wall.segment, other.segment);
     }
     return result;
   };
-  joinFound(shapes.size(), find, mask, threads, pieces);
+  mergePairs(samples.size(), find, mask, threads, segments);
 }
 
 }  // namespace estancia

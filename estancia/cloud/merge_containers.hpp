@@ -1,4 +1,4 @@
-// Bowls, mugs and pots: their inside belongs to their wall.
+// Container merging: the interior of a bowl, mug or pot joins its wall.
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace estancia {
 
-/// Joins what lies within the round wall of a vessel that stands on one of `planes`: its inside.
+/// Merges the segments inside of the round wall of a container that stands on one of `planes` with the wall.
 void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const std::vector<Plane>& planes,
-                             int threads, Segmentation& pieces);
+                             int threads, Segmentation& segments);
 
 }  // namespace estancia

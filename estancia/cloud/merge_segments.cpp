@@ -15,14 +15,14 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t kContacts = 3;              // points of the border that must be near
+constexpr std::size_t kMinContacts = 3;           // points of the border that must be near
 constexpr double kConcave = -0.2;                 // how concave a contact may be
 constexpr float kAroundContact = 0.03F;           // [m]
-constexpr double kWidestGap = 0.20;               // behind something nearer [m]
-constexpr float kAroundGap = 0.05F;               // what of either side is looked at [m]
+constexpr double kMaxGap = 0.20;                  // behind an occluder [m]
+constexpr float kAroundGap = 0.05F;               // the part of either side that is compared [m]
 constexpr double kSameWay = 20, kOffset = 0.025;  // of two parts of one surface [°], [m]
 constexpr double kHidden = 0.9, kInFront = 0.3;   // shares of the gap
-constexpr float kNearer = 0.01F;                  // what is in front of the gap is so much [m]
+constexpr float kNearer = 0.01F;                  // distance of the occluder to the gap [m]
 
 float squared(const cv::Point3f& v) {
   return v.dot(v);
@@ -33,23 +33,23 @@ float squared(const cv::Point3f& v) {
 ESTANCIA_MULTIVERSION
 std::int32_t nearestOf(const float* x, const float* y, const float* z, std::size_t count, float px, float py,
                        float pz) {
-  std::int32_t least = std::numeric_limits<std::int32_t>::max();
+  std::int32_t smallest = std::numeric_limits<std::int32_t>::max();
   for (std::size_t i = 0; i < count; ++i) {
     const float dx = x[i] - px, dy = y[i] - py, dz = z[i] - pz;
-    least = std::min(least, std::bit_cast<std::int32_t>(dx * dx + dy * dy + dz * dz));
+    smallest = std::min(smallest, std::bit_cast<std::int32_t>(dx * dx + dy * dy + dz * dz));
   }
-  return least;
+  return smallest;
 }
 
 /// The first of those at that distance.
 ESTANCIA_MULTIVERSION
-std::int32_t firstAt(std::int32_t least, const float* x, const float* y, const float* z, std::int32_t count,
-                     float px, float py, float pz) {
+std::int32_t firstAt(std::int32_t smallest, const float* x, const float* y, const float* z,
+                     std::int32_t count, float px, float py, float pz) {
   std::int32_t first = count - 1;
   for (std::int32_t i = 0; i < count; ++i) {
     const float dx = x[i] - px, dy = y[i] - py, dz = z[i] - pz;
-    const bool there = std::bit_cast<std::int32_t>(dx * dx + dy * dy + dz * dz) == least;
-    first = std::min(first, there ? i : count);
+    const bool equal = std::bit_cast<std::int32_t>(dx * dx + dy * dy + dz * dz) == smallest;
+    first = std::min(first, equal ? i : count);
   }
   return first;
 }
@@ -81,29 +81,29 @@ std::vector<cv::Point3f> near(std::span<const cv::Point3f> points, std::span<con
   return result;
 }
 
-/// The plane of what is seen of a surface, looking towards the camera.
-std::optional<PlaneFit> seenFacet(std::span<const cv::Point3f> points, std::size_t fewest) {
-  auto facet = fitPlane(points, fewest);
-  if (facet && facet->normal.dot(facet->center) > 0) facet->normal = -facet->normal;
-  return facet;
+/// The plane of the visible part of a surface, oriented towards the camera.
+std::optional<PlaneFit> visiblePlane(std::span<const cv::Point3f> points, std::size_t minPoints) {
+  auto plane = fitPlane(points, minPoints);
+  if (plane && plane->normal.dot(plane->center) > 0) plane->normal = -plane->normal;
+  return plane;
 }
 
 /// Whether the surfaces meet flat or convexly where they touch (Stein et al., CVPR 2014, equation 4).
 bool meetConvexly(const SegmentSamples& a, const SegmentSamples& b, std::span<const cv::Point3f> contactA,
                   std::span<const cv::Point3f> contactB) {
   constexpr float reach = 2 * kAroundContact;
-  const auto atA =
-      seenFacet(near(near(a.surface, contactB, reach), near(b.surface, contactA, reach), kAroundContact), 3);
-  const auto atB =
-      seenFacet(near(near(b.surface, contactA, reach), near(a.surface, contactB, reach), kAroundContact), 3);
+  const auto atA = visiblePlane(
+      near(near(a.surface, contactB, reach), near(b.surface, contactA, reach), kAroundContact), 3);
+  const auto atB = visiblePlane(
+      near(near(b.surface, contactA, reach), near(a.surface, contactB, reach), kAroundContact), 3);
   if (!atA || !atB) return true;  // too small to tell
   const cv::Vec3d between = atA->center - atB->center;
   const double length = cv::norm(between);
   return length == 0 || (atA->normal - atB->normal).dot(between) > kConcave * length;
 }
 
-/// Whether something nearer hides what lies between two points of these pieces.
-bool isHidden(const InverseDepth& grid, const Segmentation& pieces, const SegmentSamples& a,
+/// Whether an occluder hides the gap between two points of these segments.
+bool isHidden(const InverseDepth& grid, const Segmentation& segments, const SegmentSamples& a,
               const SegmentSamples& b, const cv::Point3f& from, const cv::Point3f& to) {
   constexpr int steps = 39;
   int covered = 0, front = 0;
@@ -115,60 +115,61 @@ bool isHidden(const InverseDepth& grid, const Segmentation& pieces, const Segmen
         grid.at(std::clamp(u, 0, grid.camera.width - 1), std::clamp(v, 0, grid.camera.height - 1));
     const float w = grid.raw[at];
     const bool nearer = w > 0 && 1 / w < p.z - kNearer;
-    const bool own = pieces.labels[at] == a.piece || pieces.labels[at] == b.piece;
+    const bool own = segments.labels[at] == a.segment || segments.labels[at] == b.segment;
     front += nearer ? 1 : 0;
     covered += nearer || own || w == 0 ? 1 : 0;
   }
   return covered > kHidden * (steps - 1) && front > kInFront * (steps - 1);
 }
 
-bool continueEachOther(const SegmentSamples& a, const SegmentSamples& b, const cv::Point3f& endA,
-                       const cv::Point3f& endB) {
-  constexpr std::size_t fewest = 15;
-  const auto atA = seenFacet(near(a.surface, {&endA, 1}, kAroundGap), fewest);
-  const auto atB = seenFacet(near(b.surface, {&endB, 1}, kAroundGap), fewest);
+/// Whether two ends lie on one surface.
+bool areCoplanar(const SegmentSamples& a, const SegmentSamples& b, const cv::Point3f& endA,
+                 const cv::Point3f& endB) {
+  constexpr std::size_t minPoints = 15;
+  const auto atA = visiblePlane(near(a.surface, {&endA, 1}, kAroundGap), minPoints);
+  const auto atB = visiblePlane(near(b.surface, {&endB, 1}, kAroundGap), minPoints);
   if (!atA || !atB) return false;
   const cv::Vec3d between = atB->center - atA->center;
   const double off = std::max(std::abs(between.dot(atA->normal)), std::abs(between.dot(atB->normal)));
   return off < kOffset && atA->normal.dot(atB->normal) > std::cos(kSameWay * CV_PI / 180);
 }
 
-bool belongTogether(const InverseDepth& grid, const Segmentation& pieces, const SegmentSamples& a,
-                    const SegmentSamples& b, double contact) {
+bool areOneObject(const InverseDepth& grid, const Segmentation& segments, const SegmentSamples& a,
+                  const SegmentSamples& b, double contact) {
   const auto close = static_cast<float>(contact * contact);
   std::vector<cv::Point3f> contactA, contactB;
   float nearest = std::numeric_limits<float>::infinity();
   cv::Point3f endA, endB;
   for (const cv::Point3f& p : b.border) {
     const std::int32_t bits = nearestOf(a.x.data(), a.y.data(), a.z.data(), a.x.size(), p.x, p.y, p.z);
-    const auto least = std::bit_cast<float>(bits);
-    if (!(least < std::max(close, nearest))) continue;
+    const auto smallest = std::bit_cast<float>(bits);
+    if (!(smallest < std::max(close, nearest))) continue;
     const auto count = static_cast<std::int32_t>(a.x.size());
     const std::int32_t at = firstAt(bits, a.x.data(), a.y.data(), a.z.data(), count, p.x, p.y, p.z);
     const cv::Point3f& other = a.border[static_cast<std::size_t>(at)];
-    if (least < close) {
+    if (smallest < close) {
       contactB.push_back(p);
       contactA.push_back(other);
     }
-    if (least < nearest) std::tie(nearest, endA, endB) = std::tuple(least, other, p);
+    if (smallest < nearest) std::tie(nearest, endA, endB) = std::tuple(smallest, other, p);
   }
-  if (contactB.size() >= kContacts) return meetConvexly(a, b, contactA, contactB);
-  return nearest <= kWidestGap * kWidestGap && isHidden(grid, pieces, a, b, endB, endA) &&
-         continueEachOther(a, b, endA, endB);
+  if (contactB.size() >= kMinContacts) return meetConvexly(a, b, contactA, contactB);
+  return nearest <= kMaxGap * kMaxGap && isHidden(grid, segments, a, b, endB, endA) &&
+         areCoplanar(a, b, endA, endB);
 }
 
 }  // namespace
 
 void mergeSegments(const InverseDepth& grid, const Mask& mask, double contact, int threads,
-                   Segmentation& pieces) {
-  const std::vector<SegmentSamples> shapes = sampleSegments(grid, mask, pieces);
-  const auto pairs = nearPairs(shapes, pieces, std::max(kWidestGap, contact));
+                   Segmentation& segments) {
+  const std::vector<SegmentSamples> samples = sampleSegments(grid, mask, segments);
+  const auto pairs = nearPairs(samples, segments, std::max(kMaxGap, contact));
   const auto find = [&](std::size_t i) -> std::vector<std::pair<std::uint32_t, std::uint32_t>> {
-    const SegmentSamples &a = shapes[pairs[i].first], &b = shapes[pairs[i].second];
-    if (!belongTogether(grid, pieces, a, b, contact)) return {};
-    return {{a.piece, b.piece}};
+    const SegmentSamples &a = samples[pairs[i].first], &b = samples[pairs[i].second];
+    if (!areOneObject(grid, segments, a, b, contact)) return {};
+    return {{a.segment, b.segment}};
   };
-  joinFound(pairs.size(), find, mask, threads, pieces);
+  mergePairs(pairs.size(), find, mask, threads, segments);
 }
 
 }  // namespace estancia

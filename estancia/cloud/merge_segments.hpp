@@ -1,4 +1,4 @@
-// Pieces of a depth image that are one thing although they do not touch in the image.
+// Segment merging: parts of one object that are not adjacent in the depth image.
 #pragma once
 
 #include "estancia/cloud/inverse_depth.hpp"
@@ -6,10 +6,10 @@
 
 namespace estancia {
 
-/// Joins pieces that come within `contact` [m] of each other without a concave corner between them (a hole or
-/// the rim of the nearer one lies between them in the image), and pieces of one surface with something
-/// nearer in between that hides what connects them.
+/// Merges segments that come within `contact` [m] of each other without a concave corner between them (a hole
+/// or the rim of the nearer one separates them in the image), and segments of one surface that an occluder
+/// separates.
 void mergeSegments(const InverseDepth& grid, const Mask& mask, double contact, int threads,
-                   Segmentation& pieces);
+                   Segmentation& segments);
 
 }  // namespace estancia

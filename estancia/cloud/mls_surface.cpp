@@ -1,7 +1,5 @@
 #include "estancia/cloud/mls_surface.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,14 +17,14 @@ namespace {
 constexpr std::size_t kLanes = 16;
 constexpr std::size_t kSums = 10;  // 1, x, y, z, xx, xy, xz, yy, yz, zz
 
-/// What the points of a block weigh, and which way they face: 0, 0, 0 where that is not known.
+/// Weights and normals of the points of a block; a normal of 0, 0, 0 is unknown.
 struct alignas(64) Weights {
   float weight[Neighbors::kBlock], x[Neighbors::kBlock], y[Neighbors::kBlock], z[Neighbors::kBlock];
 };
 
 struct Ball {
   float x, y, z, squared;
-  float facing[3];  ///< points that look the other way do not count
+  float facing[3];  ///< points with an opposite normal do not count
 };
 
 /// Weighted moments, Tukey's weights of the distance.
@@ -100,7 +98,7 @@ ESTANCIA_MULTIVERSION void addCylinder(const Neighbors::Block* blocks, const Wei
   for (std::size_t l = 0; l < kLanes; ++l) sums[0] += weight[l], sums[1] += height[l];
 }
 
-/// Voxels of a cloud, to be averaged over.
+/// The voxels that are averaged over.
 class Support {
  public:
   Support(const PointCloud& voxels, const std::vector<std::uint32_t>& counts, double perPoint, int threads)
@@ -119,7 +117,7 @@ class Support {
     hasNormals_ = !voxels.normals.empty();
   }
 
-  /// Which way the nearest point faces; 0, 0, 0 when that is not known.
+  /// The normal of the nearest point; 0, 0, 0 when it is unknown.
   cv::Vec3f facing(const cv::Point3f& place, std::vector<Neighbor>& buffer) const {
     if (!hasNormals_) return {};
     const auto near = points_.nearest(place, 1, buffer);
@@ -172,15 +170,16 @@ class Support {
   bool hasNormals_ = false;
 };
 
+/// A projected seed.
 struct Element {
   cv::Point3f place, normal;
-  float weight = -1;  ///< of the points that it is the mean of; negative: none
+  float weight = -1;  ///< of the averaged points; negative: too few
 };
 
 Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions& o,
                std::vector<Neighbor>& buffer, std::vector<std::uint32_t>& numbers) {
   constexpr int rounds = 2;
-  constexpr float fewInBall = 6, fewInCylinder = 3;
+  constexpr float minInBall = 6, minInCylinder = 3;
   const cv::Vec3f facing = support.facing(seed, buffer);
   const auto squared = static_cast<float>(o.radius * o.radius);
   Element element;
@@ -188,7 +187,7 @@ Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions
   float weight = 0;
   for (int round = 0; round < rounds; ++round) {
     const auto m = support.ball({p[0], p[1], p[2], squared, {facing[0], facing[1], facing[2]}}, numbers);
-    if (!(m[0] >= fewInBall)) return element;
+    if (!(m[0] >= minInBall)) return element;
     const double w = m[0], x = m[1] / w, y = m[2] / w, z = m[3] / w;
     normal = principalAxes({m[4] / w - x * x, m[5] / w - x * y, m[6] / w - x * z,  //
                             m[5] / w - x * y, m[7] / w - y * y, m[8] / w - y * z,  //
@@ -203,13 +202,13 @@ Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions
                                                   static_cast<float>(o.depth),
                                                   {facing[0], facing[1], facing[2]}},
                                                  numbers);
-    if (!(sum >= fewInCylinder)) return element;
+    if (!(sum >= minInCylinder)) return element;
     p += normal * (heights / sum);
     weight = sum;
   }
-  constexpr double furthest = 1.2;  // of the depth, that a point is moved
+  constexpr double maxMotion = 1.2;  // of a seed, in depths
   const cv::Vec3f moved = p - cv::Vec3f(seed.x, seed.y, seed.z);
-  if (cv::norm(moved) >= furthest * o.depth) return element;
+  if (cv::norm(moved) >= maxMotion * o.depth) return element;
   const cv::Vec3f look = cv::Vec3f(o.viewpoint.x, o.viewpoint.y, o.viewpoint.z) - p;
   const float towards =
       facing.dot(facing) > 0 ? normal.dot(facing) : normal.dot(look) * (o.away ? -1.F : 1.F);
@@ -219,11 +218,22 @@ Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions
 
 }  // namespace
 
+OptionGroup declare(MlsOptions& o) {
+  OptionGroup group("mls", "Moving least squares");
+  group.add("leaf", &o.leaf, "Edge of the voxels that replace the points").above(0).unit("m");
+  group.add("radius", &o.radius, "Radius of the ball that a normal is fitted to").above(0).unit("m");
+  group.add("width", &o.width, "Radius of the cylinder that heights are averaged over").above(0).unit("m");
+  group.add("depth", &o.depth, "Half the length of that cylinder").above(0).unit("m");
+  group.add("spacing", &o.spacing, "Edge of the voxels that keep one point each; 0: keep all")
+      .range(0)
+      .unit("m");
+  group.add("threads", &o.threads, "Threads; 0: one a usable core").range(0);
+  return group;
+}
+
 PointCloud projectMls(const std::vector<cv::Point3f>& seeds, const PointCloud& cloud,
                       const MlsOptions& options) {
-  for (const double length : {options.leaf, options.radius, options.width, options.depth})
-    if (!(length > 0) || !std::isfinite(length))
-      throw Error(fmt::format("a surface is averaged over positive lengths, not over {} m", length));
+  validate(options);
   std::vector<std::uint32_t> counts;
   const PointCloud voxels = voxelGrid(cloud, options.leaf, &counts);
   Support support(voxels, counts, options.perPoint, options.threads);
@@ -232,8 +242,7 @@ PointCloud projectMls(const std::vector<cv::Point3f>& seeds, const PointCloud& c
 
   std::vector<Element> elements(from.size());
   constexpr std::size_t together = 256;
-  Progress silent;
-  inParallel((from.size() + together - 1) / together, options.threads, silent,
+  inParallel((from.size() + together - 1) / together, options.threads, Progress::none(),
              "stopped while a surface was smoothed", [&](std::size_t chunk) {
                std::vector<Neighbor> buffer;
                std::vector<std::uint32_t> numbers;
@@ -242,17 +251,17 @@ PointCloud projectMls(const std::vector<cv::Point3f>& seeds, const PointCloud& c
                  elements[i] = meanAt(from[i], support, options, buffer, numbers);
              });
 
-  // What few points lie around is a stray one's or an edge's.
+  // Elements with few points around are outliers, or beyond an edge.
   constexpr float thin = 0.15F;
   std::vector<float> weights;
   for (const Element& e : elements) weights.push_back(std::max(e.weight, 0.F));
-  float least = 0;
+  float minWeight = 0;
   if (!weights.empty()) {
     const auto middle = weights.begin() + static_cast<std::ptrdiff_t>(weights.size() / 2);
     std::nth_element(weights.begin(), middle, weights.end());
-    least = thin * *middle;
+    minWeight = thin * *middle;
   }
-  std::erase_if(elements, [&](const Element& e) { return e.weight < 0 || e.weight <= least; });
+  std::erase_if(elements, [&](const Element& e) { return e.weight < 0 || e.weight <= minWeight; });
 
   PointCloud surface;
   const auto keep = [&](const Element& e) {

@@ -1,10 +1,11 @@
-// The surface behind noisy points: where they lie on average, and which way it faces there.
+// Moving least squares: noisy points projected onto their mean surface, with normals.
 #pragma once
 
 #include <cstdint>
 #include <opencv2/core/types.hpp>
 #include <vector>
 
+#include "estancia/core/options.hpp"
 #include "estancia/core/point_cloud.hpp"
 
 namespace estancia {
@@ -12,22 +13,32 @@ namespace estancia {
 /// Lengths [m]. Averages reach further along the normal, where noise spreads the points, than across it,
 /// where they would flatten the surface.
 struct MlsOptions {
-  double leaf = 0;     ///< edge of the voxels whose means, and how many points each has, stand for the points
-  double radius = 0;   ///< of the ball that a normal is fitted to
-  double width = 0;    ///< radius of the cylinder around the normal that heights are averaged over
-  double depth = 0;    ///< half the length of that cylinder
-  double spacing = 0;  ///< edge of the voxels of the result, of which each keeps one point; 0: keep all
-  cv::Point3f viewpoint{0, 0, 0};  ///< that normals look towards
-  bool away = false;               ///< they look away from it instead: from the middle of an object
-  double perPoint = 1;             ///< what a point weighs, when several draws of one cloud lie together
-  int threads = 0;                 ///< 0: one a usable core
+  /// Edge of the voxels whose means, weighted by their numbers of points, replace the points.
+  double leaf = 0;
+  /// Of the ball that a normal is fitted to.
+  double radius = 0;
+  /// Radius of the cylinder around the normal over which heights are averaged.
+  double width = 0;
+  /// Half the length of that cylinder.
+  double depth = 0;
+  /// Edge of the voxels of the result, each of which keeps one point; 0: keep all.
+  double spacing = 0;
+  /// Towards which normals point.
+  cv::Point3f viewpoint{0, 0, 0};
+  /// Normals point away from it instead: from the center of an object.
+  bool away = false;
+  /// Weight of a point, when the cloud consists of several draws of one cloud.
+  double perPoint = 1;
+  /// 0: one a usable core.
+  int threads = 0;
 };
+OptionGroup declare(MlsOptions& options);
 
 /// Moves each of `seeds` (none: the means of the voxels of `leaf`) along the normal onto the mean of `cloud`
 /// (moving least squares with planes: Alexa et al., Computing and rendering point set surfaces, 2003), twice,
-/// and gives it the normal there. Dropped are seeds with hardly a point around. Normals of `cloud`, where it
-/// has some, say which way the surface faces, and keep the two sides of a thin object apart. The same for any
-/// number of threads. Throws Error on lengths that are not positive.
+/// and gives it the normal there. Seeds with hardly a point around are dropped. Normals of `cloud`, if any,
+/// orient the surface, and keep the two sides of a thin object apart. The same for any number of threads.
+/// Throws Error (invalidOption) on lengths that are not positive.
 PointCloud projectMls(const std::vector<cv::Point3f>& seeds, const PointCloud& cloud,
                       const MlsOptions& options);
 

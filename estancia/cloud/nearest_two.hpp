@@ -1,4 +1,4 @@
-// The two nearest of some neurons.
+// Nearest two neurons of a list, with SIMD.
 #pragma once
 
 #ifdef __SSE2__
@@ -16,12 +16,12 @@
 
 namespace estancia {
 
-/// Of equally near neurons the one with the lower number comes first. Distances are infinite as long as there
-/// is no such neuron.
+/// Of neurons at the same distance the one with the lower number comes first. Distances are infinite while
+/// there is no such neuron.
 class NearestTwo {
  public:
   void look(float squaredDistance, std::uint32_t i) {
-    // A distance and its neuron in one number: the bits of floats that are not negative order as they do.
+    // Distance and neuron in one number: the bits of non-negative floats have the order of the floats.
     const std::uint64_t key =
         static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(squaredDistance)) << 32 | i;
     const std::uint64_t worse = first_ > key ? first_ : key;
@@ -36,12 +36,12 @@ class NearestTwo {
   }
 
  private:
-  static constexpr std::uint64_t nobody =
+  static constexpr std::uint64_t none =
       static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(std::numeric_limits<float>::infinity())) << 32;
-  std::uint64_t first_ = nobody, second_ = nobody;
+  std::uint64_t first_ = none, second_ = none;
 };
 
-/// Four floats that the compiler keeps in one register.
+/// Four floats in one register.
 using Vector = float __attribute__((vector_size(16)));
 using Bits = std::int32_t __attribute__((vector_size(16)));
 
@@ -51,7 +51,7 @@ inline Vector load(const void* from) {
   return v;
 }
 
-/// Bit k is set where lane k is.
+/// Bit k is the sign of lane k.
 inline std::uint64_t signs(Bits lanes) {
 #ifdef __SSE2__
   return static_cast<std::uint64_t>(_mm_movemask_ps(reinterpret_cast<__m128>(lanes)));
@@ -60,20 +60,20 @@ inline std::uint64_t signs(Bits lanes) {
 #endif
 }
 
-/// Of the neurons with these numbers, in any order.
+/// The nearest two of the neurons with these numbers, in any order.
 inline NearestTwo nearestAmong(const Point4& p, const std::uint32_t* members, std::uint32_t count,
                                const Neuron* neurons) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
-  constexpr std::uint32_t most = 64;
+  constexpr std::uint32_t maxVectorized = 64;
   NearestTwo two;
-  if (count > most) {
+  if (count > maxVectorized) {
     for (std::uint32_t k = 0; k < count; ++k)
       two.look(squaredDistance(p, neurons[members[k]].at()), members[k]);
     return two;
   }
-  // First the distances, four at once, and the two least of them in each of four columns …
+  // First all distances, four at once, and the two smallest in each of four columns …
   const Vector px = Vector{} + p.x, py = Vector{} + p.y, pz = Vector{} + p.z;
-  Vector first = Vector{} + infinity, second = first, distances[most / 4];
+  Vector first = Vector{} + infinity, second = first, distances[maxVectorized / 4];
   const auto four = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
     const Vector na = load(&neurons[a]), nb = load(&neurons[b]), nc = load(&neurons[c]),
                  nd = load(&neurons[d]);
@@ -103,7 +103,7 @@ inline NearestTwo nearestAmong(const Point4& p, const std::uint32_t* members, st
     distances[column++] = d;
     keep(d);
   }
-  // … then whoever has them: two on average, and more where distances are equal.
+  // … then the neurons that have them: mostly two, more where distances are equal.
   const auto fold = [&](Vector other, Vector otherSecond) {
     const Vector worse = first > other ? first : other;
     second = second < otherSecond ? second : otherSecond;

@@ -12,7 +12,7 @@
 
 namespace estancia {
 
-/// A point on its way into a block.
+/// A point while the tree is built.
 struct Neighbors::Item {
   std::array<float, 3> at;
   std::uint32_t index;
@@ -32,7 +32,7 @@ ESTANCIA_MULTIVERSION std::size_t scan(const Neighbors::Block& block, float x, f
     distances[i] = dx * dx + dy * dy + dz * dz;
   }
   std::size_t count = 0;
-  for (std::size_t i = 0; i < kBlock; ++i) {  // no branch, as nobody could foretell it
+  for (std::size_t i = 0; i < kBlock; ++i) {  // branchless: the outcome is unpredictable
     found[count] = {block.index[i], distances[i]};
     count += distances[i] <= squared ? 1 : 0;
   }
@@ -52,9 +52,11 @@ bool nearer(const Neighbor& a, const Neighbor& b) {
 }  // namespace
 
 Neighbors::Neighbors(std::span<const cv::Point3f> points, int threads) {
-  constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max();
-  if (points.size() >= most)
-    throw Error(fmt::format("a cloud of {} points is too large to be searched; thin it out", points.size()));
+  constexpr std::size_t limit = std::numeric_limits<std::uint32_t>::max();
+  if (points.size() >= limit)
+    throw Error(
+        ErrorCode::tooLarge,
+        fmt::format("a cloud of {} points is too large for a search tree; thin it out", points.size()));
   std::vector<Item> items;
   items.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -84,11 +86,11 @@ void Neighbors::build(std::span<Item> items, std::size_t node, std::size_t block
   if (blocks == 1) {
     Block& leaf = blocks_[block];
     for (std::size_t i = 0; i < kBlock; ++i) {
-      const bool there = i < items.size();
-      leaf.x[i] = there ? items[i].at[0] : std::numeric_limits<float>::quiet_NaN();
-      leaf.y[i] = there ? items[i].at[1] : 0;
-      leaf.z[i] = there ? items[i].at[2] : 0;
-      leaf.index[i] = there ? items[i].index : 0;
+      const bool exists = i < items.size();
+      leaf.x[i] = exists ? items[i].at[0] : std::numeric_limits<float>::quiet_NaN();
+      leaf.y[i] = exists ? items[i].at[1] : 0;
+      leaf.z[i] = exists ? items[i].at[2] : 0;
+      leaf.index[i] = exists ? items[i].index : 0;
     }
     return;
   }
@@ -118,16 +120,16 @@ std::span<const Neighbor> Neighbors::within(const cv::Point3f& place, float radi
 }
 
 std::span<const Neighbor> Neighbors::nearest(const cv::Point3f& place, std::size_t count,
-                                             std::vector<Neighbor>& buffer, float farthest) const {
+                                             std::vector<Neighbor>& buffer, float maxDistance) const {
   count = std::min(count, size());
-  if (!isFinite(place) || count == 0 || !(farthest >= 0)) return {};
+  if (!isFinite(place) || count == 0 || !(maxDistance >= 0)) return {};
   struct Visit {
     std::uint32_t node;
     float squared;
   };
-  std::array<Visit, 64> visits;  // one a level, and the tree halves what is below 2³²
+  std::array<Visit, 64> visits;  // one a level of a tree of fewer than 2³² points
   std::size_t waiting = 0, found = 0;
-  float worst = farthest * farthest;
+  float worst = maxDistance * maxDistance;
   Neighbor* best = room(buffer, count, kBlock) - count;  // the found ones, then those of a block
   visits[waiting++] = {0, squaredTo(nodes_[0], place)};
   while (waiting > 0) {

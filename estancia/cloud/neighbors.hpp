@@ -1,4 +1,4 @@
-// Which points of a cloud lie around a place.
+// Nearest neighbors: a k-d tree over the points of a cloud.
 #pragma once
 
 #include <algorithm>
@@ -19,13 +19,13 @@ struct Neighbor {
 };
 
 /// A k-d tree (Bentley 1975) over the finite points of a cloud, whose leaves are blocks of points that are
-/// compared at once. Exact, for any density and extent. Immutable: any number of threads may ask, each with a
-/// buffer of its own, which grows to what is needed and is then used again.
+/// compared with SIMD. Exact, for any density and extent. Immutable and thread-safe; each thread passes its
+/// own buffer, which grows as needed and is reused.
 class Neighbors {
  public:
   static constexpr std::size_t kBlock = 32;
 
-  /// kBlock points, apart by coordinate; x is NaN behind the last point of the last block.
+  /// kBlock points by coordinate; x is NaN behind the last point of the last block.
   struct alignas(64) Block {
     float x[kBlock], y[kBlock], z[kBlock];
     std::uint32_t index[kBlock];
@@ -40,13 +40,13 @@ class Neighbors {
   };
 
   /// Copies what it needs of `points`, on `threads` threads (0: one a usable core); the result does not
-  /// depend on them. Throws Error on more points than an index can tell apart.
+  /// depend on them. Throws Error (tooLarge) on 2³² points or more.
   explicit Neighbors(std::span<const cv::Point3f> points, int threads = 1);
 
   /// How many points are finite.
   std::size_t size() const { return order_.size(); }
 
-  /// Their indices, such that neighbors in this list are neighbors in space: work in this order is quick.
+  /// Their indices in the order of the tree: neighbors in this list are neighbors in space, and in the cache.
   std::span<const std::uint32_t> order() const { return order_; }
 
   /// Where the i-th point of order() is.
@@ -56,26 +56,25 @@ class Neighbors {
     return {block.x[j], block.y[j], block.z[j]};
   }
 
-  /// The points at most `radius` [m] away, the one at `place` itself included; in a fixed order that means
-  /// nothing. Lies in `buffer` until that is used again. Nothing when `place` is not finite.
+  /// The points at most `radius` [m] away, including one at `place` itself, in a fixed but arbitrary order.
+  /// Valid until `buffer` is used again. Empty when `place` is not finite.
   std::span<const Neighbor> within(const cv::Point3f& place, float radius,
                                    std::vector<Neighbor>& buffer) const;
 
-  /// The `count` nearest points (fewer when there are no more) not beyond `farthest` [m], nearest first, the
-  /// one at `place` itself included. Which of several equally far ones is left out is fixed but means
-  /// nothing.
+  /// The `count` nearest points (fewer when there are no more) within `maxDistance` [m], nearest first,
+  /// including one at `place` itself. Which of several points at the same distance are returned is fixed but
+  /// arbitrary.
   std::span<const Neighbor> nearest(const cv::Point3f& place, std::size_t count,
                                     std::vector<Neighbor>& buffer,
-                                    float farthest = std::numeric_limits<float>::infinity()) const;
+                                    float maxDistance = std::numeric_limits<float>::infinity()) const;
 
-  /// Calls use(i, neighbors) for every finite point i of the cloud with what within() says of it, on
-  /// `threads` threads (0: one a usable core); each i once, in no order.
+  /// Calls use(i, within(point i)) for every finite point i of the cloud, on `threads` threads (0: one a
+  /// usable core), in no particular order.
   template <class Use>
   void eachWithin(float radius, int threads, const Use& use) const {
     constexpr std::size_t together = 16;  // blocks
-    Progress silent;
-    inParallel((blocks_.size() + together - 1) / together, threads, silent,
-               "stopped while points were looked at", [&](std::size_t chunk) {
+    inParallel((blocks_.size() + together - 1) / together, threads, Progress::none(),
+               "stopped while points were searched", [&](std::size_t chunk) {
                  std::vector<Neighbor> buffer;
                  const std::size_t end = std::min(order_.size(), (chunk + 1) * together * kBlock);
                  for (std::size_t i = chunk * together * kBlock; i < end; ++i)
@@ -102,8 +101,7 @@ class Neighbors {
  private:
   struct Item;
 
-  /// From a place to the nearest point of a box, squared. Rounded as distances to points are, so never above
-  /// any of those.
+  /// Squared distance from a place to a box. Rounded as distances to points are, so never above any of those.
   static float squaredTo(const Node& node, const cv::Point3f& p) {
     const float dx = std::max({node.low[0] - p.x, p.x - node.high[0], 0.F});
     const float dy = std::max({node.low[1] - p.y, p.y - node.high[1], 0.F});

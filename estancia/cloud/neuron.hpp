@@ -1,4 +1,4 @@
-// A neuron as the search and the graph see it.
+// Neuron of a Growing Neural Gas: its position and number of wins.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@
 
 namespace estancia {
 
-/// Half a cache line: what every signal reads of a neuron and of its neighbors. A neuron is listed under its
-/// home, from which it must not go too far.
+/// Half a cache line: what every signal reads of a neuron and of its neighbors. The search grid lists a
+/// neuron at its home, from which it must not move too far.
 struct alignas(32) Neuron {
   float x = 0, y = 0, z = 0;
   std::uint32_t wins = 0;  ///< modulo 2^32

@@ -1,4 +1,4 @@
-// The neurons' errors: all decay at once, and the largest is known without a search.
+// Neuron errors: accumulated errors with a common decay in O(1) and a fast maximum.
 #pragma once
 
 #include <algorithm>
@@ -8,15 +8,15 @@
 
 namespace estancia {
 
-/// Errors only grow between insertions, so the maximum of a block of neurons is kept by looking at whoever
-/// wins. Decays are multiplied into one scale for all.
+/// Errors only grow between insertions, so the maximum of a block of neurons is updated by the winners alone.
+/// Decays are multiplied into one scale for all.
 class NeuronErrors {
  public:
   double at(std::uint32_t i) const { return values_[i]; }
   void add(std::uint32_t i, double error) {
     values_[i] += error * inverse_;
-    double& most = blocks_[i / block];
-    most = std::max(most, values_[i]);
+    double& max = blocks_[i / block];
+    max = std::max(max, values_[i]);
   }
   void prefetch(std::uint32_t i) const { __builtin_prefetch(values_.data() + i, 1); }
   void append(double value) {
@@ -28,7 +28,7 @@ class NeuronErrors {
     values_[i] = value;
     refresh(i);
   }
-  /// The last one takes the number of the one that goes.
+  /// The last one takes the number of the removed one.
   void remove(std::uint32_t i) {
     values_[i] = values_.back();
     values_.pop_back();
@@ -36,7 +36,7 @@ class NeuronErrors {
     refresh(values_.size());
     blocks_.resize((values_.size() + block - 1) / block);
   }
-  /// Of equal errors that of the lowest number.
+  /// The lowest number among equal errors.
   std::uint32_t largest() const {
     const auto b =
         static_cast<std::size_t>(std::max_element(blocks_.begin(), blocks_.end()) - blocks_.begin());
@@ -57,10 +57,10 @@ class NeuronErrors {
   static constexpr std::size_t block = 32;
   void refresh(std::size_t i) {
     const std::size_t b = i / block;
-    double most = 0;
+    double max = 0;
     for (std::size_t k = b * block; k < std::min(values_.size(), (b + 1) * block); ++k)
-      most = std::max(most, values_[k]);
-    blocks_[b] = most;
+      max = std::max(max, values_[k]);
+    blocks_[b] = max;
   }
   std::vector<double> values_, blocks_;
   double scale_ = 1, inverse_ = 1;

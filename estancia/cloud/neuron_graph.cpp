@@ -27,7 +27,7 @@ NeuronGraph::Edge* NeuronGraph::find(std::uint32_t from, std::uint32_t to) {
 }
 
 void NeuronGraph::append(std::uint32_t from, Edge edge) {
-  // New blocks come in front, so that only the first one has room.
+  // New blocks are put in front, so that only the first one has free space.
   if (blocks_[first_[from]].count == blocks_[first_[from]].edges.size()) {
     const std::uint32_t block = newBlock();
     blocks_[block].next = first_[from];

@@ -1,4 +1,4 @@
-// The edges of a neural gas and their ages.
+// Neuron graph: the edges of a Growing Neural Gas and their ages.
 #pragma once
 
 #include <array>
@@ -8,10 +8,10 @@
 
 namespace estancia {
 
-/// Adjacency lists in blocks of two cache lines. Ages are not counted but told apart: an edge grows older by
-/// one whenever one of its ends wins, so its age is what both ends have won since it was last renewed. Each
-/// end remembers the renewals that it made itself, the later of the two counts. So a renewal costs nothing at
-/// the other end, which is looked up only when an edge seems too old.
+/// Adjacency lists in blocks of two cache lines. Ages are not stored but derived: an edge ages by one
+/// whenever one of its ends wins, so its age is the number of wins of both ends since it was last renewed.
+/// Each end stores the renewals that it made itself, and the later of the two counts. So a renewal does not
+/// touch the other end, which is read only when an edge seems too old.
 class NeuronGraph {
  public:
   struct Edge {
@@ -22,7 +22,7 @@ class NeuronGraph {
   std::size_t size() const { return first_.size(); }
   /// Adds a neuron without edges.
   void add();
-  /// Two that are not connected yet; `wins` are those of both together, here and below.
+  /// Two neurons that are not connected yet; `wins` is the sum of their wins, here and below.
   void connect(std::uint32_t a, std::uint32_t b, std::uint32_t wins);
   void disconnect(std::uint32_t a, std::uint32_t b);
   bool isolated(std::uint32_t i) const { return blocks_[first_[i]].count == 0; }
@@ -30,12 +30,12 @@ class NeuronGraph {
   void remove(std::uint32_t i);
   std::uint32_t age(std::uint32_t a, std::uint32_t b, std::uint32_t wins) const;
 
-  /// Neuron `winner` wins before `second`, for the `own`th time: its edges are older by one than before, that
-  /// to `second` is new again. Calls visit(neighbor) for every edge there was, which returns the neighbor's
-  /// wins. Afterwards old() has the neighbors to which an edge is older than `maximalAge`; these edges are
-  /// still there. Returns whether an edge to `second` was.
+  /// Neuron `winner` wins before `second`, for the `own`th time: its edges age by one, and that to `second`
+  /// is renewed. Calls visit(neighbor) for every edge, which returns the neighbor's wins. Afterwards old()
+  /// has the neighbors whose edges are older than `maxAge`; these edges still exist. Returns whether there
+  /// was an edge to `second`.
   template <typename Visit>
-  bool win(std::uint32_t winner, std::uint32_t own, std::uint32_t second, std::uint32_t maximalAge,
+  bool win(std::uint32_t winner, std::uint32_t own, std::uint32_t second, std::uint32_t maxAge,
            const Visit& visit) {
     old_.clear();
     bool connected = false;
@@ -46,17 +46,16 @@ class NeuronGraph {
         const std::uint32_t n = edge->neighbor, both = own + visit(n);
         const bool renewed = n == second;
         connected |= renewed;
-        const std::uint32_t birth =
-            renewed ? both : edge->birth;  // no branch: which one it is nobody can guess
+        const std::uint32_t birth = renewed ? both : edge->birth;  // branchless: the outcome is unpredictable
         edge->birth = birth;
-        if (both - birth > maximalAge && renewedByOther(winner, *edge, both) > maximalAge) old_.push_back(n);
+        if (both - birth > maxAge && renewedByOther(winner, *edge, both) > maxAge) old_.push_back(n);
       }
     }
     return connected;
   }
   const std::vector<std::uint32_t>& old() const { return old_; }
 
-  /// Calls for what win() will read, should this neuron win.
+  /// Prefetches what win() reads if this neuron wins.
   void prefetch(std::uint32_t i) const {
     if (i >= size()) return;
     const char* block = reinterpret_cast<const char*>(&blocks_[first_[i]]);
@@ -80,7 +79,7 @@ class NeuronGraph {
   void append(std::uint32_t from, Edge edge);
   void drop(std::uint32_t from, std::uint32_t to);
   std::uint32_t newBlock();
-  /// Takes over a later renewal by the other end; returns the age.
+  /// Takes over a later renewal by the other end. Returns the age.
   std::uint32_t renewedByOther(std::uint32_t winner, Edge& edge, std::uint32_t both);
 
   std::vector<std::uint32_t> first_, free_, old_;

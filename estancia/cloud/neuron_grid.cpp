@@ -9,13 +9,13 @@ namespace estancia {
 namespace {
 
 // Measured on scenes of depth cameras; no result depends on them.
-constexpr double edgeOfRms = 2.5;  ///< edge of a fine cell, of the neurons' distance to the points
-constexpr double coarser = 4;      ///< edge of a coarse cell, of a fine one's
+constexpr double edgeOfRms = 2.5;  ///< edge of a fine cell / distance of the neurons to the points
+constexpr double coarser = 4;      ///< edge of a coarse cell / edge of a fine one
 constexpr double fineReach = 1.75, coarseReach = 2;  ///< at most, in edges of their cells
-constexpr float spareReach = 1.3F;                   ///< over what a cell needs now
-constexpr std::size_t every = 4;  ///< of so many points one tells what reach its cell needs
+constexpr float spareReach = 1.3F;                   ///< beyond the present need of a cell
+constexpr std::size_t every = 4;  ///< one of this many points determines the reach of its cell
 constexpr double toleranceOfEdge = 0.3;
-constexpr float homing = 0.3F;  ///< part of the way back: a neuron that goes far mostly returns
+constexpr float homing = 0.3F;  ///< share of the way back: a neuron that moves far mostly returns
 
 }  // namespace
 
@@ -25,9 +25,9 @@ void NeuronGrid::fit(std::vector<Neuron>& neurons, double rms) {
   CandidateGrid fine;
   const double edge = CandidateGrid::feasible(edgeOfRms * rms);
   tolerance_ = static_cast<float>(toleranceOfEdge * edge);
-  const double furthest = std::sqrt(3.0) * tolerance_;
-  fine.build(points_, edge, fineReach, furthest);
-  // A cell must reach as far as the second nearest neurons of its points are; the grid that there is tells.
+  const double maxFromHome = std::sqrt(3.0) * tolerance_;
+  fine.build(points_, edge, fineReach, maxFromHome);
+  // A cell must reach the second nearest neurons of its points, which the present grid finds.
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const std::uint32_t cell = fine.cellOf(points_[k]);
     cells_[k] = cell;
@@ -37,7 +37,7 @@ void NeuronGrid::fit(std::vector<Neuron>& neurons, double rms) {
   }
   for (std::size_t k = 0; k < points_.size(); ++k) points_[k].w = std::bit_cast<float>(cells_[k]);
   fine_ = std::move(fine);
-  coarse_.build(points_, coarser * edge, coarseReach, furthest);
+  coarse_.build(points_, coarser * edge, coarseReach, maxFromHome);
   for (std::uint32_t cell = 0; cell < coarse_.cells(); ++cell)
     coarse_.demand(cell, std::numeric_limits<float>::max());
   for (std::uint32_t i = 0; i < neurons.size(); ++i) insert(i, neurons);

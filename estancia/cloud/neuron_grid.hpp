@@ -1,4 +1,4 @@
-// Neurons by place: the two that are nearest to a point, exactly.
+// Neuron grid: exact search for the two neurons nearest to a point.
 #pragma once
 
 #include <bit>
@@ -12,33 +12,33 @@
 
 namespace estancia {
 
-/// A fine grid answers nearly always; where neurons are sparser than its cells reach, a coarse one does, and
-/// last a look at all neurons.
+/// A fine grid answers nearly all queries; where neurons are sparser than the reach of its cells, a coarse
+/// grid does, and finally a search of all neurons.
 class NeuronGrid {
  public:
-  /// Points whose nearest neurons will be asked for.
+  /// The points of all later queries.
   explicit NeuronGrid(const std::vector<Point4>& points);
 
   /// Fits the cells to neurons whose distance to the points has this root mean square.
   void fit(std::vector<Neuron>& neurons, double rms);
   void insert(std::uint32_t i, std::vector<Neuron>& neurons);
   void erase(std::uint32_t i, const std::vector<Neuron>& neurons);
-  /// The neuron is `to` from now on.
+  /// The neuron gets the number `to`.
   void rename(std::uint32_t from, std::uint32_t to, const std::vector<Neuron>& neurons);
-  /// How far a neuron may be from its home along each axis.
+  /// Largest distance of a neuron from its home along each axis.
   float tolerance() const { return tolerance_; }
-  /// After neuron i has gone further.
+  /// After neuron i moved further than that.
   void rehome(std::uint32_t i, std::vector<Neuron>& neurons);
 
   const Point4& point(std::size_t k) const { return points_[k]; }
-  /// To point k.
+  /// The two neurons nearest to point k.
   NearestTwo nearestTwo(std::size_t k, const std::vector<Neuron>& neurons) const {
     const Point4& p = points_[k];
     const CandidateGrid::List& list = fine_.list(std::bit_cast<std::uint32_t>(p.w));
     const NearestTwo two = nearestAmong(p, fine_.members(list), list.count, neurons.data());
     return two.squaredDistanceOfSecond() <= list.reach * list.reach ? two : furtherOut(p, neurons);
   }
-  /// Steps on the way to that, taken ahead for points that will be asked for.
+  /// Prefetching for nearestTwo(), step by step.
   void prefetchPoint(std::size_t k) const { __builtin_prefetch(&points_[k]); }
   void prefetchCell(std::size_t k) const {
     __builtin_prefetch(&fine_.list(std::bit_cast<std::uint32_t>(points_[k].w)));
@@ -54,7 +54,7 @@ class NeuronGrid {
   NearestTwo furtherOut(const Point4& p, const std::vector<Neuron>& neurons) const;
 
   CandidateGrid fine_, coarse_;
-  std::vector<Point4> points_;  ///< their cell in the fine grid is w
+  std::vector<Point4> points_;  ///< w is their cell in the fine grid
   std::vector<std::uint32_t> cells_;
   float tolerance_ = 0;
   bool fitted_ = false;

@@ -13,7 +13,7 @@
 namespace estancia {
 namespace {
 
-/// Box and Muller 1958, as std::normal_distribution is another one in every library.
+/// Box and Muller 1958, because std::normal_distribution differs between standard libraries.
 class Gaussian {
  public:
   explicit Gaussian(std::uint64_t seed) : bits_(seed) {}
@@ -37,7 +37,8 @@ class Gaussian {
 
 PointCloud withGaussianNoise(PointCloud cloud, double sigma, std::uint64_t seed) {
   if (!(sigma >= 0) || !std::isfinite(sigma))
-    throw Error(fmt::format("noise cannot have a standard deviation of {} m; give one of 0 or more", sigma));
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("the standard deviation of the noise is {} m; give 0 or more", sigma));
   if (sigma == 0) return cloud;
   Gaussian draw(seed);
   for (cv::Point3f& p : cloud.points)

@@ -1,4 +1,4 @@
-// Clouds as a worse sensor would have seen them.
+// Gaussian noise: a point cloud with independent noise added to its points.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,9 @@
 namespace estancia {
 
 /// The cloud with independent Gaussian noise of standard deviation `sigma` [m] added to x, y and z of every
-/// point. A point's noise depends on the seed and on its index alone; standard libraries differ in their
-/// logarithms' and cosines' last bits, so platforms could in a float's. NaN stays NaN; colors and normals
-/// stay as they are. Throws Error on a sigma that is negative or not finite.
+/// point. The noise of a point depends on the seed and on its index alone; the last bit of a float may differ
+/// between platforms, whose standard libraries differ in logarithm and cosine. NaN stays NaN; colors and
+/// normals are unchanged. Throws Error (invalidOption) on a sigma that is negative or not finite.
 PointCloud withGaussianNoise(PointCloud cloud, double sigma, std::uint64_t seed);
 
 }  // namespace estancia

@@ -1,18 +1,22 @@
 #include "estancia/cloud/normals.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 
 #include "estancia/cloud/covariance.hpp"
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/parallel.hpp"
 
 namespace estancia {
 namespace {
 
-cv::Point3f normalAt(const cv::Point3f& place, const LocalCovariance& spread, const cv::Point3f& viewpoint) {
+cv::Point3f normalAt(const cv::Point3f& place, const LocalCovariance& local, const cv::Point3f& viewpoint) {
   constexpr float none = std::numeric_limits<float>::quiet_NaN();
-  if (spread.count < 3) return {none, none, none};
-  const cv::Vec3d normal = principalAxes(spread.covariance).normal;
+  if (local.count < 3) return {none, none, none};
+  const cv::Vec3d normal = principalAxes(local.covariance).normal;
   const cv::Vec3d look =
       cv::Vec3d(viewpoint.x, viewpoint.y, viewpoint.z) - cv::Vec3d(place.x, place.y, place.z);
   return cv::Point3d(normal.dot(look) < 0 ? -normal : normal);
@@ -20,15 +24,37 @@ cv::Point3f normalAt(const cv::Point3f& place, const LocalCovariance& spread, co
 
 }  // namespace
 
+OptionGroup declare(NormalOptions& o) {
+  OptionGroup group("normals", "Surface normals");
+  group.add("radius", &o.radius, "Radius of the points that a plane is fitted to; 0: neighbors decides")
+      .range(0)
+      .unit("m")
+      .why("Larger radii average noise away and round edges off.");
+  group.add("neighbors", &o.neighbors, "Nearest points that a plane is fitted to; 0: radius decides");
+  group.add("threads", &o.threads, "Threads; 0: one a usable core").range(0);
+  return group;
+}
+
+void validate(const NormalOptions& options) {
+  NormalOptions copy = options;
+  declare(copy).validate();
+  if ((options.radius > 0) == (options.neighbors > 0))
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("normals.radius is {} m and normals.neighbors is {}; give exactly one above 0",
+                            options.radius, options.neighbors));
+}
+
+std::vector<cv::Point3f> estimateNormals(const PointCloud& cloud, const NormalOptions& options) {
+  return estimateNormals(cloud.points, Neighbors(cloud.points, options.threads), options);
+}
+
 std::vector<cv::Point3f> estimateNormals(std::span<const cv::Point3f> places, const Neighbors& points,
                                          const NormalOptions& options) {
-  if ((options.radius > 0) == (options.neighbors > 0) || !std::isfinite(options.radius))
-    throw Error("normals need the radius or the number of the points around; give one of the two, above 0");
+  validate(options);
   const auto fixed = static_cast<float>(options.radius * options.radius);
   std::vector<cv::Point3f> normals(places.size());
   constexpr std::size_t together = 512;
-  Progress silent;
-  inParallel((places.size() + together - 1) / together, options.threads, silent,
+  inParallel((places.size() + together - 1) / together, options.threads, Progress::none(),
              "stopped while normals were estimated", [&](std::size_t chunk) {
                std::vector<Neighbor> buffer;
                const std::size_t end = std::min(places.size(), (chunk + 1) * together);

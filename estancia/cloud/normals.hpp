@@ -1,4 +1,4 @@
-// Which way surfaces face.
+// Surface normals: plane fit to the neighbors (PCA), oriented towards the viewpoint.
 #pragma once
 
 #include <cstddef>
@@ -6,22 +6,41 @@
 #include <span>
 #include <vector>
 
-#include "estancia/cloud/neighbors.hpp"
+#include "estancia/core/options.hpp"
+#include "estancia/core/point_cloud.hpp"
 
 namespace estancia {
 
-struct NormalOptions {
-  double radius = 0;               ///< [m] of the points that a plane is fitted to; 0: `neighbors` says which
-  std::size_t neighbors = 0;       ///< so many nearest points, and those that are no further than the last
-  cv::Point3f viewpoint{0, 0, 0};  ///< that normals look towards: where the sensor was
-  int threads = 0;                 ///< 0: one a usable core
-};
+class Neighbors;
+struct NeuralGas;
 
-/// The normal at each of `places` of the surface that `points` show: the direction in which the points around
-/// vary least (Hoppe et al., SIGGRAPH 1992; Rusu 2010). Unit vectors towards the viewpoint; NaN where a place
-/// is not finite, or has fewer than three points around it, or these lie on a line. The same for any number
-/// of threads. Throws Error unless either a radius or a number of neighbors is given.
+/// Exactly one of radius and neighbors must be given.
+struct NormalOptions {
+  /// Of the points that the plane is fitted to [m]; 0: `neighbors` decides.
+  double radius = 0;
+  /// Number of nearest points, together with those at the distance of the last; 0: `radius` decides.
+  std::size_t neighbors = 0;
+  /// Position of the sensor, towards which normals point.
+  cv::Point3f viewpoint{0, 0, 0};
+  /// 0: one a usable core. The result does not depend on it.
+  int threads = 0;
+};
+OptionGroup declare(NormalOptions& options);
+/// Throws Error (invalidOption) on options out of range, and unless exactly one of the two is given.
+void validate(const NormalOptions& options);
+
+/// The normal of each point of a cloud: the direction in which the points around it vary least (Hoppe et
+/// al., SIGGRAPH 1992; Rusu 2010). Unit vectors towards the viewpoint; NaN where a point is not finite, has
+/// fewer than three points around it, or these lie on a line. Throws Error (invalidOption).
+std::vector<cv::Point3f> estimateNormals(const PointCloud& cloud, const NormalOptions& options);
+
+/// The same at other places than the points, and with a search tree that is shared.
 std::vector<cv::Point3f> estimateNormals(std::span<const cv::Point3f> places, const Neighbors& points,
                                          const NormalOptions& options);
+
+/// A unit normal for every neuron of a neural gas: PCA of the neuron, its neighbors and theirs, oriented
+/// towards `viewpoint`. It needs no radius, because the graph joins what lies on one surface. NaN where these
+/// points do not span a plane. O(neurons). Throws Error (invalidInput) on an edge beyond the neurons.
+std::vector<cv::Point3f> normalsFromGraph(const NeuralGas& gas, const cv::Point3f& viewpoint = {0, 0, 0});
 
 }  // namespace estancia

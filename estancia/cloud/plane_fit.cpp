@@ -7,8 +7,8 @@
 
 namespace estancia {
 
-std::optional<PlaneFit> fitPlane(std::span<const cv::Point3f> points, std::size_t fewest) {
-  if (points.size() < std::max<std::size_t>(fewest, 3)) return {};
+std::optional<PlaneFit> fitPlane(std::span<const cv::Point3f> points, std::size_t minPoints) {
+  if (points.size() < std::max<std::size_t>(minPoints, 3)) return {};
   cv::Vec3d mean;
   for (const cv::Point3f& p : points) mean += cv::Vec3d(p.x, p.y, p.z);
   mean /= static_cast<double>(points.size());
@@ -23,24 +23,24 @@ std::optional<PlaneFit> fitPlane(std::span<const cv::Point3f> points, std::size_
 }
 
 bool isPlanar(std::vector<cv::Point3f> points, double distance) {
-  constexpr std::size_t fewest = 50, most = 1000;
-  constexpr double tolerance = 0.004, least = 0.003, share = 0.95, trimmed = 0.6;  // [m at 1 m]
-  if (points.size() < fewest) return false;
-  if (points.size() > most) {
-    for (std::size_t i = 0; i < most; ++i) points[i] = points[i * points.size() / most];
-    points.resize(most);
+  constexpr std::size_t minPoints = 50, maxPoints = 1000;
+  constexpr double tolerance = 0.004, minLimit = 0.003, share = 0.95, trimmed = 0.6;  // [m at 1 m]
+  if (points.size() < minPoints) return false;
+  if (points.size() > maxPoints) {
+    for (std::size_t i = 0; i < maxPoints; ++i) points[i] = points[i * points.size() / maxPoints];
+    points.resize(maxPoints);
   }
   const double noise = std::max(1., distance * distance);
   std::vector<double> off(points.size()), sorted;
   std::vector<cv::Point3f> kept = points;
-  for (int round = 0; round < 5; ++round) {  // the plane of most of them: the others may be anywhere
-    const auto facet = fitPlane(kept);
-    if (!facet) return false;
-    for (std::size_t i = 0; i < points.size(); ++i) off[i] = std::abs(facet->distance(points[i]));
+  for (int round = 0; round < 5; ++round) {  // trimmed: the other points may be anywhere
+    const auto plane = fitPlane(kept);
+    if (!plane) return false;
+    for (std::size_t i = 0; i < points.size(); ++i) off[i] = std::abs(plane->distance(points[i]));
     sorted = off;
     const auto rank = static_cast<std::ptrdiff_t>(trimmed * static_cast<double>(points.size()));
     std::ranges::nth_element(sorted, sorted.begin() + rank);
-    const double near = std::max(least * noise, sorted[static_cast<std::size_t>(rank)]);
+    const double near = std::max(minLimit * noise, sorted[static_cast<std::size_t>(rank)]);
     kept.clear();
     for (std::size_t i = 0; i < points.size(); ++i)
       if (off[i] < near) kept.push_back(points[i]);

@@ -1,4 +1,4 @@
-// The plane through a few points, and whether it holds them.
+// Plane fit: total least squares through points, and whether points are planar.
 #pragma once
 
 #include <cstddef>
@@ -15,12 +15,12 @@ struct PlaneFit {
   double distance(const cv::Point3f& p) const { return (cv::Vec3d(p.x, p.y, p.z) - center).dot(normal); }
 };
 
-/// The plane (total least squares) of finite points; none when they are fewer than three or `fewest`, or lie
-/// on a line.
-std::optional<PlaneFit> fitPlane(std::span<const cv::Point3f> points, std::size_t fewest = 3);
+/// The plane (total least squares) of finite points; none when they are fewer than three or `minPoints`, or
+/// collinear.
+std::optional<PlaneFit> fitPlane(std::span<const cv::Point3f> points, std::size_t minPoints = 3);
 
-/// Whether 95 % of the points lie within 4 mm of one plane, which is what depth cameras make of one at 1 m;
-/// more at `distance` [m]. False for fewer than 50.
+/// Whether 95 % of the points lie within 4 mm of one plane, the noise of depth cameras at 1 m; at `distance`
+/// [m] the tolerance grows with its square. False for fewer than 50 points.
 bool isPlanar(std::vector<cv::Point3f> points, double distance);
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// The large planes of a depth image: tables, walls, floors.
+// Plane removal: RANSAC for the large planes of a depth image (tables, walls, floors).
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace estancia {
 
-struct WithoutPlanes {
+struct PlaneRemoval {
   std::vector<Plane> planes;  ///< in the order they were found
   Mask rest;                  ///< the pixels with depth that lie on none
 };
 
-/// RANSAC (Fischler and Bolles, CACM 1981) in which one pixel with its normal is a hypothesis and square
-/// meters are its votes. What lies on a plane must be connected, and face as it does, in patches of half of
-/// planeArea at least; the largest must have all of it. Whatever is behind a plane stays.
-WithoutPlanes removePlanes(const InverseDepth& grid, const ClusterOptions& options);
+/// Sequential RANSAC (Fischler and Bolles, CACM 1981), in which one pixel with its normal is a hypothesis and
+/// areas are votes. The pixels of a plane must be connected and have its normal, in patches of at least half
+/// of minPlaneArea; the largest patch must have all of it. Pixels behind a plane stay.
+PlaneRemoval removePlanes(const InverseDepth& grid, const ClusterOptions& options);
 
 }  // namespace estancia

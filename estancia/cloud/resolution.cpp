@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "estancia/cloud/covariance.hpp"
+#include "estancia/cloud/neighbors.hpp"
 
 namespace estancia {
 namespace {
 
-/// Places of points all over the cloud: every so many in the tree's order.
+/// Points spread over the cloud: evenly spaced in the tree's order.
 std::vector<cv::Point3f> sampleOf(const Neighbors& points, std::size_t count) {
   std::vector<cv::Point3f> sample;
   const std::size_t n = points.size();
@@ -21,21 +22,21 @@ std::vector<cv::Point3f> sampleOf(const Neighbors& points, std::size_t count) {
   return sample;
 }
 
-/// The diagonal of the box around all.
+/// The diagonal of the bounding box.
 double widthOf(const Neighbors& points) {
   if (points.nodes().empty()) return 0;
   const Neighbors::Node& all = points.nodes()[0];
   return std::hypot(all.high[0] - all.low[0], all.high[1] - all.low[1], all.high[2] - all.low[2]);
 }
 
-/// The middle one, or another quantile; reorders.
+/// The median, or another quantile; reorders.
 double quantileOf(std::vector<double>& values, double quantile = 0.5) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(quantile * static_cast<double>(values.size()));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
 
-/// To the nearest point at another place, unless more duplicates hide it than a sensor would make.
+/// Distance to the nearest point at another place, unless there are more duplicates than a sensor makes.
 std::optional<double> nearestOther(const Neighbors& points, const cv::Point3f& place,
                                    std::vector<Neighbor>& buffer) {
   for (const std::size_t count : {2U, 16U, 128U})
@@ -44,7 +45,7 @@ std::optional<double> nearestOther(const Neighbors& points, const cv::Point3f& p
   return std::nullopt;
 }
 
-/// The points within a ball, from its middle on; reuses `found`.
+/// The points within a ball, relative to its center; reuses `found`.
 void collect(const Neighbors& points, const cv::Point3f& middle, double radius,
              std::vector<cv::Vec3d>& found) {
   found.clear();
@@ -57,12 +58,12 @@ void collect(const Neighbors& points, const cv::Point3f& middle, double radius,
   });
 }
 
-/// The standard deviation of what lies within `radius` of a place, across the quadric through it.
+/// The standard deviation of the points within `radius` of a place, across the quadric fitted to them.
 std::optional<double> noiseAt(const Neighbors& points, const cv::Point3f& place, double radius) {
-  constexpr std::size_t parameters = 6, fewest = 5 * parameters, most = 1000;  // enough for a good median
+  constexpr std::size_t parameters = 6, minPoints = 5 * parameters, maxPoints = 1000;  // enough for a median
   std::vector<cv::Vec3d> near;
   collect(points, place, radius, near);
-  if (near.size() < fewest) return std::nullopt;
+  if (near.size() < minPoints) return std::nullopt;
   const cv::Vec3d n =
       principalAxes(localCovariance(points, place, static_cast<float>(radius * radius)).covariance).normal;
   if (!(n.dot(n) > 0)) return std::nullopt;
@@ -75,7 +76,7 @@ std::optional<double> noiseAt(const Neighbors& points, const cv::Point3f& place,
     return Terms(1, x, y, x * x, x * y, y * y);
   };
   std::size_t used = 0;
-  for (std::size_t i = 0; i < near.size(); i += 1 + near.size() / most) near[used++] = near[i];
+  for (std::size_t i = 0; i < near.size(); i += 1 + near.size() / maxPoints) near[used++] = near[i];
   near.resize(used);
   cv::Matx<double, parameters, parameters> squares;
   Terms right, surface;
@@ -94,14 +95,13 @@ std::optional<double> noiseAt(const Neighbors& points, const cv::Point3f& place,
   return gaussian * std::sqrt(freedom) * quantileOf(residuals);
 }
 
-/// Of patches of one size all over the cloud. Edges and corners only ever add: a bit below the middle.
+/// Of patches of one size all over the cloud. Edges and corners only add: a quantile below the median.
 std::optional<double> noiseOf(const Neighbors& points, double radius, int threads) {
   constexpr std::size_t patches = 200;
   constexpr double quantile = 0.4;
   const auto sample = sampleOf(points, patches);
   std::vector<std::optional<double>> found(sample.size());
-  Progress silent;
-  inParallel(sample.size(), threads, silent, "stopped while the noise was estimated",
+  inParallel(sample.size(), threads, Progress::none(), "stopped while the noise was estimated",
              [&](std::size_t i) { found[i] = noiseAt(points, sample[i], radius); });
   std::vector<double> levels;
   for (const auto& level : found)
@@ -126,8 +126,8 @@ double resolutionOf(const PointCloud& cloud) {
 }
 
 double spacingOf(const Neighbors& points) {
-  constexpr std::size_t places = 40, fewest = 10, most = 2000;
-  const auto wanted = static_cast<double>(std::clamp(points.size() / 100, fewest, most));
+  constexpr std::size_t places = 40, minInside = 10, maxInside = 2000;
+  const auto wanted = static_cast<double>(std::clamp(points.size() / 100, minInside, maxInside));
   std::vector<double> spacings;
   const double resolution = resolutionOf(points);
   if (!(resolution > 0)) return 0;
@@ -144,12 +144,12 @@ double spacingOf(const Neighbors& points) {
 }
 
 double estimateNoise(const Neighbors& points, int threads) {
-  constexpr double smallest = 10,
-                   enough = 6;  // radii, of the resolution and of the noise: a ball cuts it off
+  constexpr double smallest = 10, enough = 6;  // radii, in resolutions and in noise: a ball truncates noise
   constexpr double growth = 2.5;
   constexpr int rounds = 6;
   double radius = smallest * resolutionOf(points);
-  const double largest = std::max(radius, widthOf(points) / 6);  // wider patches show a small thing's shape
+  const double largest =
+      std::max(radius, widthOf(points) / 6);  // wider patches contain the shape of a small object
   std::optional<double> noise;
   for (int round = 0; round < rounds && radius > 0; ++round) {
     noise = noiseOf(points, radius, threads);

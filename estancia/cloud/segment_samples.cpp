@@ -10,13 +10,13 @@
 namespace estancia {
 namespace {
 
-constexpr double kLeastShape = 100;                            // [square pixels]
-constexpr std::size_t kMostSurface = 1500, kMostBorder = 256;  // points that stand for a piece
+constexpr double kMinSampledArea = 100;                      // [square pixels]
+constexpr std::size_t kMaxSurface = 1500, kMaxBorder = 256;  // points of a segment
 
-void thin(std::vector<cv::Point3f>& points, std::size_t most) {
-  if (points.size() <= most) return;
-  for (std::size_t i = 0; i < most; ++i) points[i] = points[i * points.size() / most];
-  points.resize(most);
+void thin(std::vector<cv::Point3f>& points, std::size_t max) {
+  if (points.size() <= max) return;
+  for (std::size_t i = 0; i < max; ++i) points[i] = points[i * points.size() / max];
+  points.resize(max);
 }
 
 double distanceOfBoxes(const SegmentSamples& a, const SegmentSamples& b) {
@@ -28,14 +28,14 @@ double distanceOfBoxes(const SegmentSamples& a, const SegmentSamples& b) {
                               apart(a.low.z, a.high.z, b.low.z, b.high.z)));
 }
 
-/// Pieces that are large enough, or the largest of these; ascending.
-std::vector<std::uint32_t> largePieces(const Segmentation& pieces, double least) {
+/// Segments that are large enough, at most kMaxSegmentSamples of them; ascending.
+std::vector<std::uint32_t> largeSegments(const Segmentation& segments, double minPixels) {
   std::vector<std::uint32_t> large;
-  for (std::uint32_t i = 1; i < pieces.sizes.size(); ++i)
-    if (pieces.sizes[i] >= least) large.push_back(i);
+  for (std::uint32_t i = 1; i < segments.sizes.size(); ++i)
+    if (segments.sizes[i] >= minPixels) large.push_back(i);
   if (large.size() <= kMaxSegmentSamples) return large;
   std::ranges::nth_element(large, large.begin() + kMaxSegmentSamples, [&](std::uint32_t a, std::uint32_t b) {
-    return std::tuple(pieces.sizes[b], a) < std::tuple(pieces.sizes[a], b);
+    return std::tuple(segments.sizes[b], a) < std::tuple(segments.sizes[a], b);
   });
   large.resize(kMaxSegmentSamples);
   std::ranges::sort(large);
@@ -45,48 +45,51 @@ std::vector<std::uint32_t> largePieces(const Segmentation& pieces, double least)
 }  // namespace
 
 std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask& mask,
-                                           const Segmentation& pieces) {
-  std::vector<SegmentSamples> shapes;
-  std::vector<std::uint32_t> shapeOf(pieces.sizes.size()), skip(pieces.sizes.size());
-  for (const std::uint32_t i : largePieces(pieces, grid.area(kLeastShape))) {
-    shapes.emplace_back().piece = i;
-    shapeOf[i] = static_cast<std::uint32_t>(shapes.size());
+                                           const Segmentation& segments) {
+  std::vector<SegmentSamples> samples;
+  std::vector<std::uint32_t> sampleOf(segments.sizes.size()), skip(segments.sizes.size());
+  for (const std::uint32_t i : largeSegments(segments, grid.area(kMinSampledArea))) {
+    samples.emplace_back().segment = i;
+    sampleOf[i] = static_cast<std::uint32_t>(samples.size());
   }
   const auto stride = static_cast<std::size_t>(grid.stride);
   mask.eachPixel([&](std::size_t i) {
-    const std::uint32_t label = pieces.labels[i];
-    if (shapeOf[label] == 0) return;
-    SegmentSamples& shape = shapes[shapeOf[label] - 1];
+    const std::uint32_t label = segments.labels[i];
+    if (sampleOf[label] == 0) return;
+    SegmentSamples& segment = samples[sampleOf[label] - 1];
     if (skip[label]-- == 0) {
-      skip[label] = pieces.sizes[label] / kMostSurface;
-      shape.surface.push_back(grid.point(i));
+      skip[label] = segments.sizes[label] / kMaxSurface;
+      segment.surface.push_back(grid.point(i));
     }
-    if (pieces.labels[i - 1] != label || pieces.labels[i + 1] != label ||
-        pieces.labels[i - stride] != label || pieces.labels[i + stride] != label)
-      shape.border.push_back(grid.point(i));
+    if (segments.labels[i - 1] != label || segments.labels[i + 1] != label ||
+        segments.labels[i - stride] != label || segments.labels[i + stride] != label)
+      segment.border.push_back(grid.point(i));
   });
-  for (SegmentSamples& shape : shapes) {
-    thin(shape.border, kMostBorder);
-    shape.low = shape.high = shape.border.front();
-    for (const cv::Point3f& p : shape.border) {
-      shape.x.push_back(p.x);
-      shape.y.push_back(p.y);
-      shape.z.push_back(p.z);
-      shape.low = {std::min(shape.low.x, p.x), std::min(shape.low.y, p.y), std::min(shape.low.z, p.z)};
-      shape.high = {std::max(shape.high.x, p.x), std::max(shape.high.y, p.y), std::max(shape.high.z, p.z)};
+  for (SegmentSamples& segment : samples) {
+    thin(segment.border, kMaxBorder);
+    segment.low = segment.high = segment.border.front();
+    for (const cv::Point3f& p : segment.border) {
+      segment.x.push_back(p.x);
+      segment.y.push_back(p.y);
+      segment.z.push_back(p.z);
+      segment.low = {std::min(segment.low.x, p.x), std::min(segment.low.y, p.y),
+                     std::min(segment.low.z, p.z)};
+      segment.high = {std::max(segment.high.x, p.x), std::max(segment.high.y, p.y),
+                      std::max(segment.high.z, p.z)};
     }
   }
-  return shapes;
+  return samples;
 }
 
-std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector<SegmentSamples>& shapes,
-                                                               const Segmentation& pieces, double farthest) {
+std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector<SegmentSamples>& samples,
+                                                               const Segmentation& segments,
+                                                               double maxDistance) {
   std::vector<std::tuple<double, std::uint32_t, std::uint32_t>> found;
-  for (std::uint32_t i = 0; i < shapes.size(); ++i)
-    for (std::uint32_t j = i + 1; j < shapes.size(); ++j) {
-      const double distance = distanceOfBoxes(shapes[i], shapes[j]);
-      if (distance <= farthest &&
-          !std::ranges::binary_search(pieces.touching, std::pair(shapes[i].piece, shapes[j].piece)))
+  for (std::uint32_t i = 0; i < samples.size(); ++i)
+    for (std::uint32_t j = i + 1; j < samples.size(); ++j) {
+      const double distance = distanceOfBoxes(samples[i], samples[j]);
+      if (distance <= maxDistance &&
+          !std::ranges::binary_search(segments.touching, std::pair(samples[i].segment, samples[j].segment)))
         found.emplace_back(distance, i, j);
     }
   if (found.size() > kMaxPairs) {
@@ -99,15 +102,15 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector
   return pairs;
 }
 
-void joinFound(std::size_t count, const FindPairs& find, const Mask& mask, int threads,
-               Segmentation& pieces) {
+void mergePairs(std::size_t count, const FindPairs& find, const Mask& mask, int threads,
+                Segmentation& segments) {
   std::vector<std::vector<std::pair<std::uint32_t, std::uint32_t>>> found(count);
   inParallel(count, static_cast<std::size_t>(threads > 0 ? threads : usableCores()),
              [&](std::size_t i) { found[i] = find(i); });
-  DisjointSets sets(pieces.sizes.size());
+  DisjointSets sets(segments.sizes.size());
   for (const auto& pairs : found)
     for (const auto& [a, b] : pairs) sets.join(a, b);
-  renumber(mask, pieces, sets);
+  renumber(mask, segments, sets);
 }
 
 }  // namespace estancia

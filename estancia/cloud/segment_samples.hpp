@@ -1,4 +1,4 @@
-// Some points that stand for each piece of a depth image.
+// Segment samples: a bounded number of points of each segment of a depth image.
 #pragma once
 
 #include <cstdint>
@@ -12,30 +12,32 @@
 
 namespace estancia {
 
-// Images may fall into thousands of pieces, and pieces are compared by pairs: these bound the work whatever
-// the image. A kitchen has 50 shapes and 100 pairs that are near.
+// Images may have thousands of segments, and segments are compared in pairs: these limits bound the work. A
+// kitchen has about 50 segments and 100 near pairs.
 constexpr std::size_t kMaxSegmentSamples = 512;
 constexpr std::size_t kMaxPairs = 4096;
 
 struct SegmentSamples {
-  std::uint32_t piece;
-  std::vector<cv::Point3f> surface;  ///< spread over it, 1500 at most
-  std::vector<cv::Point3f> border;   ///< along its border in the image, 256 at most
-  cv::Point3f low, high;             ///< of the border
-  std::vector<float> x, y, z;        ///< the border by coordinate, so that many points are compared at once
+  std::uint32_t segment;
+  std::vector<cv::Point3f> surface;  ///< spread over the segment, at most 1500
+  std::vector<cv::Point3f> border;   ///< along its border in the image, at most 256
+  cv::Point3f low, high;             ///< bounding box of the border
+  std::vector<float> x, y, z;        ///< the border by coordinate, for SIMD
 };
 
-/// Of the pieces that are not too small to tell, in their order; of more than kMaxSegmentSamples the largest.
+/// Of the segments above a minimum size, in their order; of more than kMaxSegmentSamples the largest.
 std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask& mask,
-                                           const Segmentation& pieces);
+                                           const Segmentation& segments);
 
-/// Which shapes, by their indices, come within `farthest` [m] of each other by the boxes around their
-/// borders, but do not touch in the image; of more than kMaxPairs those whose boxes are nearest.
-std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector<SegmentSamples>& shapes,
-                                                               const Segmentation& pieces, double farthest);
+/// Pairs of indices of samples whose bounding boxes come within `maxDistance` [m] of each other, but that are
+/// not adjacent in the image; of more than kMaxPairs those whose boxes are nearest.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector<SegmentSamples>& samples,
+                                                               const Segmentation& segments,
+                                                               double maxDistance);
 
-/// Joins the pairs of pieces that find(i) names for each i below `count`; asks on several threads.
+/// Merges the pairs of segments that find(i) returns for each i below `count`; calls it on several threads.
 using FindPairs = std::function<std::vector<std::pair<std::uint32_t, std::uint32_t>>(std::size_t)>;
-void joinFound(std::size_t count, const FindPairs& find, const Mask& mask, int threads, Segmentation& pieces);
+void mergePairs(std::size_t count, const FindPairs& find, const Mask& mask, int threads,
+                Segmentation& segments);
 
 }  // namespace estancia

@@ -6,10 +6,10 @@
 namespace estancia {
 namespace {
 
-constexpr double kLeastCrease = 25, kLeastSeed = 60;  // [square pixels]
-constexpr double kOpening = 2.5;                      // how far seeds stay away from creases [pixels]
-constexpr double kCreased = 0.45;                     // share of creases in a border that parts its pieces
-constexpr int kRounds = 3;                            // of joining neighbors
+constexpr double kMinCreaseArea = 25, kMinSeedArea = 60;  // [square pixels]
+constexpr double kOpening = 2.5;                          // distance of seeds from creases [pixels]
+constexpr double kCreased = 0.45;  // share of creases in a border that separates its segments
+constexpr int kRounds = 3;         // of merging neighbors
 
 /// The rows of an image of bytes over the mask's, as OpenCV sees them; shares the memory.
 cv::Mat rowsOf(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t>& image) {
@@ -21,7 +21,7 @@ cv::Mat rowsOf(const InverseDepth& grid, const Mask& mask, std::vector<std::uint
           &image[grid.at(-grid.margin, static_cast<int>(top))]};
 }
 
-/// Takes small blobs out of what is marked; in what stays, marks are above 1.
+/// Clears small blobs of marked pixels; sets the remaining marks to 2.
 void dropSmallBlobs(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t>& marked) {
   const std::ptrdiff_t s = grid.stride, around[] = {1, -1, s, -s, s + 1, s - 1, -s - 1, -s + 1};
   std::vector<std::uint32_t> blob;
@@ -36,12 +36,12 @@ void dropSmallBlobs(const InverseDepth& grid, const Mask& mask, std::vector<std:
         marked[i] = 2;
         blob.push_back(static_cast<std::uint32_t>(i));
       }
-    if (static_cast<double>(blob.size()) < grid.area(kLeastCrease))
+    if (static_cast<double>(blob.size()) < grid.area(kMinCreaseArea))
       for (const std::uint32_t i : blob) marked[i] = 0;
   });
 }
 
-/// Marks everything within a circle around what is marked.
+/// Dilates the marked pixels by a disc.
 void widen(const InverseDepth& grid, const cv::Mat& mask, double radius, cv::Mat wide) {
   const int r = static_cast<int>(radius * grid.scale);
   cv::Mat circle(2 * r + 1, 2 * r + 1, CV_8U);
@@ -51,14 +51,16 @@ void widen(const InverseDepth& grid, const cv::Mat& mask, double radius, cv::Mat
   cv::dilate(mask, wide, circle);
 }
 
-/// Numbers the connected surfaces of those pixels of the mask that have no number and are `wanted`, from the
-/// sizes' end on, in the order of their first pixels. Those of less than `least` pixels stay 0.
+/// Connected components: labels the connected surfaces of those pixels of the mask that have no label and are
+/// `wanted`, from segments.sizes.size() on, in the order of their first pixels. Those of less than
+/// `minPixels` stay 0.
 template <class Wanted>
-void labelSurfaces(const InverseDepth& grid, const Mask& mask, const Wanted& wanted, double least,
-                   Segmentation& pieces) {
-  const auto base = static_cast<std::uint32_t>(pieces.sizes.size());  // labels from here on are sets' for now
+void labelSurfaces(const InverseDepth& grid, const Mask& mask, const Wanted& wanted, double minPixels,
+                   Segmentation& segments) {
+  const auto base =
+      static_cast<std::uint32_t>(segments.sizes.size());  // labels from here on are sets' for now
   DisjointSets sets(0);
-  std::vector<std::uint32_t>& labels = pieces.labels;
+  std::vector<std::uint32_t>& labels = segments.labels;
   const auto setOf = [&](float w, std::size_t neighbor) {
     return labels[neighbor] >= base && isContinuous(w, grid.raw[neighbor]) ? labels[neighbor] : 0;
   };
@@ -76,22 +78,22 @@ void labelSurfaces(const InverseDepth& grid, const Mask& mask, const Wanted& wan
     ++sizes[labels[i] - base];
   });
   for (std::size_t i = 0; i < sizes.size(); ++i) {
-    if (sizes[i] == 0 || sizes[i] < least) continue;
-    number[i] = static_cast<std::uint32_t>(pieces.sizes.size());
-    pieces.sizes.push_back(sizes[i]);
+    if (sizes[i] == 0 || sizes[i] < minPixels) continue;
+    number[i] = static_cast<std::uint32_t>(segments.sizes.size());
+    segments.sizes.push_back(sizes[i]);
   }
   mask.eachPixel([&](std::size_t i) {
     if (labels[i] >= base) labels[i] = number[labels[i] - base];
   });
 }
 
-/// Pieces take the pixels around them, all at the same pace, never over an edge in depth.
-void grow(const InverseDepth& grid, const Mask& mask, Segmentation& pieces) {
+/// Region growing: all segments take the pixels around them at the same pace, never across a depth edge.
+void grow(const InverseDepth& grid, const Mask& mask, Segmentation& segments) {
   const std::ptrdiff_t around[] = {1, -1, grid.stride, -grid.stride};
   std::vector<std::uint32_t> front, next;
-  const auto isFree = [&](std::size_t j) { return mask.in[j] != 0 && pieces.labels[j] == 0; };
+  const auto isFree = [&](std::size_t j) { return mask.in[j] != 0 && segments.labels[j] == 0; };
   mask.eachPixel([&](std::size_t i) {
-    if (pieces.labels[i] != 0 && std::ranges::any_of(around, [&](std::ptrdiff_t step) {
+    if (segments.labels[i] != 0 && std::ranges::any_of(around, [&](std::ptrdiff_t step) {
           return isFree(static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + step));
         }))
       front.push_back(static_cast<std::uint32_t>(i));
@@ -102,18 +104,18 @@ void grow(const InverseDepth& grid, const Mask& mask, Segmentation& pieces) {
       for (const std::ptrdiff_t step : around) {
         const auto j = static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + step);
         if (!isFree(j) || !isContinuous(grid.raw[i], grid.raw[j])) continue;
-        pieces.labels[j] = pieces.labels[i];
-        ++pieces.sizes[pieces.labels[i]];
+        segments.labels[j] = segments.labels[i];
+        ++segments.sizes[segments.labels[i]];
         next.push_back(static_cast<std::uint32_t>(j));
       }
   }
 }
 
-std::vector<SegmentBorder> bordersOf(const InverseDepth& grid, const Mask& mask, const Segmentation& pieces,
+std::vector<SegmentBorder> bordersOf(const InverseDepth& grid, const Mask& mask, const Segmentation& segments,
                                      const std::vector<std::uint8_t>& creases) {
   std::vector<std::uint64_t> pairs;
   const auto look = [&](std::size_t i, std::size_t j) {
-    const std::uint32_t a = pieces.labels[i], b = pieces.labels[j];
+    const std::uint32_t a = segments.labels[i], b = segments.labels[j];
     if (b == 0 || a == b || !isContinuous(grid.raw[i], grid.raw[j])) return;
     pairs.push_back(pairOf(a, b, (creases[i] | creases[j]) != 0));
   };
@@ -124,8 +126,8 @@ std::vector<SegmentBorder> bordersOf(const InverseDepth& grid, const Mask& mask,
   return estancia::bordersOf(std::move(pairs));
 }
 
-/// The same once the pieces of each set are one.
-std::vector<SegmentBorder> joined(std::vector<SegmentBorder> borders, DisjointSets& sets) {
+/// The borders between the sets.
+std::vector<SegmentBorder> mergedBorders(std::vector<SegmentBorder> borders, DisjointSets& sets) {
   for (SegmentBorder& border : borders) {
     border.a = sets.find(border.a);
     border.b = sets.find(border.b);
@@ -145,7 +147,7 @@ std::vector<SegmentBorder> joined(std::vector<SegmentBorder> borders, DisjointSe
   return merged;
 }
 
-void joinSmooth(std::vector<SegmentBorder>& borders, DisjointSets& sets) {
+void mergeSmooth(std::vector<SegmentBorder>& borders, DisjointSets& sets) {
   for (int round = 0; round < kRounds; ++round) {
     bool changed = false;
     for (const SegmentBorder& border : borders) {
@@ -156,22 +158,22 @@ void joinSmooth(std::vector<SegmentBorder>& borders, DisjointSets& sets) {
       changed = true;
     }
     if (!changed) return;
-    borders = joined(std::move(borders), sets);
+    borders = mergedBorders(std::move(borders), sets);
   }
 }
 
-void joinSmall(std::vector<SegmentBorder>& borders, DisjointSets& sets,
-               const std::vector<std::uint32_t>& sizes, double least) {
+void mergeSmall(std::vector<SegmentBorder>& borders, DisjointSets& sets,
+                const std::vector<std::uint32_t>& sizes, double minSize) {
   struct Closest {
     std::size_t pairs = 0;
-    std::uint32_t piece = 0;
+    std::uint32_t segment = 0;
   };
   for (int round = 0; round < kRounds; ++round) {
     std::vector<std::uint32_t> whole(sizes.size());
     for (std::uint32_t i = 0; i < sizes.size(); ++i) whole[sets.find(i)] += sizes[i];
     std::vector<Closest> closest(sizes.size());
     const auto offer = [&](std::uint32_t small, std::uint32_t other, std::size_t pairs) {
-      if (whole[small] < least && pairs > closest[small].pairs) closest[small] = {pairs, other};
+      if (whole[small] < minSize && pairs > closest[small].pairs) closest[small] = {pairs, other};
     };
     for (const SegmentBorder& border : borders) {
       offer(border.a, border.b, border.pairs);
@@ -180,11 +182,11 @@ void joinSmall(std::vector<SegmentBorder>& borders, DisjointSets& sets,
     bool changed = false;
     for (std::uint32_t i = 1; i < sizes.size(); ++i) {
       if (closest[i].pairs == 0) continue;
-      sets.join(i, closest[i].piece);
+      sets.join(i, closest[i].segment);
       changed = true;
     }
     if (!changed) return;
-    borders = joined(std::move(borders), sets);
+    borders = mergedBorders(std::move(borders), sets);
   }
 }
 
@@ -204,13 +206,13 @@ std::vector<SegmentBorder> bordersOf(std::vector<std::uint64_t> pairs) {
 }
 
 void mergeNeighbors(std::vector<SegmentBorder>& borders, DisjointSets& sets,
-                    const std::vector<std::uint32_t>& sizes, double least) {
-  joinSmooth(borders, sets);
-  joinSmall(borders, sets, sizes, least);
+                    const std::vector<std::uint32_t>& sizes, double minSize) {
+  mergeSmooth(borders, sets);
+  mergeSmall(borders, sets, sizes, minSize);
 }
 
-void renumber(const Mask& mask, Segmentation& pieces, DisjointSets& sets) {
-  std::vector<std::uint32_t> number(pieces.sizes.size()), sizes(1);
+void renumber(const Mask& mask, Segmentation& segments, DisjointSets& sets) {
+  std::vector<std::uint32_t> number(segments.sizes.size()), sizes(1);
   for (std::uint32_t i = 1; i < number.size(); ++i) {
     const std::uint32_t set = sets.find(i);
     if (set == i) {  // the lowest of its set, so seen before the others
@@ -218,41 +220,42 @@ void renumber(const Mask& mask, Segmentation& pieces, DisjointSets& sets) {
       sizes.push_back(0);
     }
     number[i] = number[set];
-    sizes[number[i]] += pieces.sizes[i];
+    sizes[number[i]] += segments.sizes[i];
   }
-  mask.eachPixel([&](std::size_t i) { pieces.labels[i] = number[pieces.labels[i]]; });
-  pieces.sizes = std::move(sizes);
-  for (auto& [a, b] : pieces.touching) {
+  mask.eachPixel([&](std::size_t i) { segments.labels[i] = number[segments.labels[i]]; });
+  segments.sizes = std::move(sizes);
+  for (auto& [a, b] : segments.touching) {
     a = number[a];
     b = number[b];
     if (a > b) std::swap(a, b);
   }
-  std::ranges::sort(pieces.touching);
-  pieces.touching.erase(std::unique(pieces.touching.begin(), pieces.touching.end()), pieces.touching.end());
-  std::erase_if(pieces.touching, [](const auto& pair) { return pair.first == pair.second; });
+  std::ranges::sort(segments.touching);
+  segments.touching.erase(std::unique(segments.touching.begin(), segments.touching.end()),
+                          segments.touching.end());
+  std::erase_if(segments.touching, [](const auto& pair) { return pair.first == pair.second; });
 }
 
 Segmentation oversegment(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t> creases) {
-  Segmentation pieces;
-  pieces.labels.resize(grid.size());
-  pieces.sizes.resize(1);
+  Segmentation segments;
+  segments.labels.resize(grid.size());
+  segments.sizes.resize(1);
   std::vector<std::uint8_t> nearCrease(grid.size());
   const cv::Mat creased = rowsOf(grid, mask, creases);
-  if (creased.empty()) return pieces;
+  if (creased.empty()) return segments;
   dropSmallBlobs(grid, mask, creases);
   widen(grid, creased, kOpening, rowsOf(grid, mask, nearCrease));
   labelSurfaces(
-      grid, mask, [&](std::size_t i) { return nearCrease[i] == 0; }, grid.area(kLeastSeed), pieces);
-  grow(grid, mask, pieces);
+      grid, mask, [&](std::size_t i) { return nearCrease[i] == 0; }, grid.area(kMinSeedArea), segments);
+  grow(grid, mask, segments);
   labelSurfaces(
-      grid, mask, [](std::size_t) { return true; }, 1, pieces);
-  std::vector<SegmentBorder> borders = bordersOf(grid, mask, pieces, creases);
-  DisjointSets sets(pieces.sizes.size());
-  mergeNeighbors(borders, sets, pieces.sizes, grid.area(kMinSegmentArea));
+      grid, mask, [](std::size_t) { return true; }, 1, segments);
+  std::vector<SegmentBorder> borders = bordersOf(grid, mask, segments, creases);
+  DisjointSets sets(segments.sizes.size());
+  mergeNeighbors(borders, sets, segments.sizes, grid.area(kMinSegmentArea));
   for (const SegmentBorder& border : borders)
-    if (border.pairs >= kMinBorderPairs) pieces.touching.emplace_back(border.a, border.b);
-  renumber(mask, pieces, sets);
-  return pieces;
+    if (border.pairs >= kMinBorderPairs) segments.touching.emplace_back(border.a, border.b);
+  renumber(mask, segments, sets);
+  return segments;
 }
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// A depth image without its planes, cut where convex pieces meet.
+// Over-segmentation: convex segments of a depth image, separated at depth edges and concave creases.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace estancia {
 
-/// Numbers that become one set after another (union-find, halving paths); a set goes by its lowest number.
+/// Union-find with path halving; the representative of a set is its lowest number.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
@@ -36,39 +36,40 @@ class DisjointSets {
 };
 
 constexpr double kMinSegmentArea = 400;     ///< [square pixels]
-constexpr std::size_t kMinBorderPairs = 5;  ///< pairs of points that make two pieces neighbors
+constexpr std::size_t kMinBorderPairs = 5;  ///< of adjacent points, for two segments to be neighbors
 
-/// Pieces of a depth image; number 0 is none.
+/// Segments of a depth image; label 0 is none.
 struct Segmentation {
-  std::vector<std::uint32_t> labels;  ///< a number a pixel, indexed as InverseDepth
-  std::vector<std::uint32_t> sizes;   ///< pixels of each number
-  /// A < b: surfaces that go over into each other.
+  std::vector<std::uint32_t> labels;  ///< one a pixel, indexed as InverseDepth
+  std::vector<std::uint32_t> sizes;   ///< pixels of each label
+  /// Adjacent segments a < b.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> touching;
 };
 
-/// Where two pieces go over into each other.
+/// The common border of two segments.
 struct SegmentBorder {
-  std::uint32_t a, b;                  ///< the pieces, a < b
-  std::size_t pairs = 0, creased = 0;  ///< of neighbors on either side; of these at a crease
+  std::uint32_t a, b;                  ///< the segments, a < b
+  std::size_t pairs = 0, creased = 0;  ///< of adjacent pixels; of these at a crease
 };
 
-/// Borders out of single pairs of neighbors, each put together by pairOf().
+/// Borders from pairs of adjacent pixels, each encoded by pairOf().
 std::vector<SegmentBorder> bordersOf(std::vector<std::uint64_t> pairs);
 inline std::uint64_t pairOf(std::uint32_t a, std::uint32_t b, bool creased) {
   return std::uint64_t{std::min(a, b)} << 32 | std::uint64_t{std::max(a, b)} << 1 | std::uint64_t{creased};
 }
 
-/// Joins neighbors whose border mostly is no crease, then those of less than `least` points with the
-/// neighbor of the longest border. Leaves the borders that are left.
+/// Merges neighbors whose border is mostly no crease, then segments of less than `minSize` points with the
+/// neighbor of the longest border. Returns the remaining borders in `borders`.
 void mergeNeighbors(std::vector<SegmentBorder>& borders, DisjointSets& sets,
-                    const std::vector<std::uint32_t>& sizes, double least);
+                    const std::vector<std::uint32_t>& sizes, double minSize);
 
-/// Cuts what `mask` marks at `creases` and at edges in depth. Pieces grow from where no crease is near, as a
-/// crease often has gaps; neighbors whose border mostly is no crease are one again (convexity decides which
-/// surfaces belong together: Stein et al., CVPR 2014), and what is small goes to its closest neighbor.
+/// Splits the pixels of `mask` at `creases` and at depth edges. Segments grow from seeds away from creases,
+/// because a crease often has gaps; neighbors whose border is mostly no crease are merged again (convexity
+/// decides which surfaces belong together: Stein et al., CVPR 2014), and small segments join their closest
+/// neighbor.
 Segmentation oversegment(const InverseDepth& grid, const Mask& mask, std::vector<std::uint8_t> creases);
 
-/// Sets become pieces, numbered as they appear in the image.
-void renumber(const Mask& mask, Segmentation& pieces, DisjointSets& sets);
+/// Makes each set one segment, numbered in the order of appearance in the image.
+void renumber(const Mask& mask, Segmentation& segments, DisjointSets& sets);
 
 }  // namespace estancia

@@ -41,13 +41,13 @@ Signals::Signals(const PointCloud& cloud, std::uint64_t seed) : seed_(seed) {
     }
   }
   if (count == 0)
-    throw Error(
-        fmt::format("a neural gas cannot learn from a cloud without finite points ({} points, none of "
-                    "them finite); give one that has some",
-                    cloud.points.size()));
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("none of the cloud's {} points is finite; a neural gas needs at least one",
+                            cloud.points.size()));
   if (count > std::numeric_limits<std::uint32_t>::max())
-    throw Error(fmt::format("a neural gas learns from at most {} points, not {}; thin the cloud first",
-                            std::numeric_limits<std::uint32_t>::max(), count));
+    throw Error(ErrorCode::tooLarge,
+                fmt::format("the cloud has {} points, a neural gas takes at most {}; thin it out first",
+                            count, std::numeric_limits<std::uint32_t>::max()));
   double extent = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     middle_[k] = (low[k] + high[k]) / 2;
@@ -69,13 +69,13 @@ cv::Point3f Signals::inCloud(const Point4& p) const {
           static_cast<float>(p.z / scale_ + middle_[2])};
 }
 
-std::vector<Point4> distinctPoints(const std::vector<Point4>& points, std::size_t most) {
+std::vector<Point4> distinctPoints(const std::vector<Point4>& points, std::size_t max) {
   constexpr std::uint32_t none = 0xffffffff;
-  most = std::min(most, points.size());
-  std::vector<std::uint32_t> table(std::bit_ceil(2 * most + 1), none);
+  max = std::min(max, points.size());
+  std::vector<std::uint32_t> table(std::bit_ceil(2 * max + 1), none);
   std::vector<Point4> distinct;
   for (const Point4& p : points) {
-    if (distinct.size() == most) break;
+    if (distinct.size() == max) break;
     std::size_t at = hash(p) >> 16 & (table.size() - 1);
     while (table[at] != none && !same(distinct[table[at]], p)) at = (at + 1) & (table.size() - 1);
     if (table[at] != none) continue;

@@ -1,4 +1,4 @@
-// What a neural gas learns from: points of a cloud, drawn at random.
+// Training signals of a neural gas: points of a cloud, drawn at random.
 #pragma once
 
 #include <array>
@@ -15,28 +15,29 @@ struct alignas(16) Point4 {
   float x = 0, y = 0, z = 0, w = 0;
 };
 
-/// Squared distance. Always summed in this order, never fused: whoever computes it, it is the same number.
+/// Squared distance, always summed in this order and never fused, so that it is the same number everywhere.
 inline float squaredDistance(const Point4& a, const Point4& b) {
   const float x = a.x - b.x, y = a.y - b.y, z = a.z - b.z;
   return (x * x + y * y) + z * z;
 }
 
-/// The finite points of a cloud, moved to its middle and scaled by a power of two into [-1, 1], so that no
-/// unit of length is too small or too large to be squared.
+/// The finite points of a cloud, centered and scaled by a power of two into [-1, 1], so that squares neither
+/// underflow nor overflow in any unit of length.
 class Signals {
  public:
-  /// Throws Error when no point is finite.
+  /// Throws Error (invalidInput, tooLarge) when no point is finite, or there are 2³² points or more.
   Signals(const PointCloud& cloud, std::uint64_t seed);
 
   const std::vector<Point4>& points() const { return points_; }
-  /// The point that signal number t shows: splitmix64 (Steele et al. 2014) at place t of the seed's sequence.
+  /// The index of the point of signal t: splitmix64 (Steele et al. 2014) at position t of the seed's
+  /// sequence.
   std::size_t draw(std::uint64_t t) const {
     std::uint64_t z = seed_ + (t + 1) * 0x9e3779b97f4a7c15ULL;
     z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ULL;
     z = (z ^ z >> 27) * 0x94d049bb133111ebULL;
     return static_cast<std::size_t>(((z ^ z >> 31) >> 32) * points_.size() >> 32);
   }
-  double scale() const { return scale_; }  ///< how much shorter lengths are than the cloud's
+  double scale() const { return scale_; }  ///< lengths here = scale × lengths of the cloud
   cv::Point3f inCloud(const Point4& p) const;
 
  private:
@@ -46,7 +47,7 @@ class Signals {
   std::array<double, 3> middle_{};
 };
 
-/// The distinct points, in order of first appearance; only the first `most` of them.
-std::vector<Point4> distinctPoints(const std::vector<Point4>& points, std::size_t most);
+/// The first `max` distinct points, in order of first appearance.
+std::vector<Point4> distinctPoints(const std::vector<Point4>& points, std::size_t max);
 
 }  // namespace estancia

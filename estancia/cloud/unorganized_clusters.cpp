@@ -17,30 +17,31 @@
 namespace estancia {
 namespace {
 
-constexpr double kLeastLeaf = 0.005;       // [m]
-constexpr float kFarthest = 1e9F;          // [m]: squares stay far from what a float cannot hold
-constexpr float kLink = 3, kNext = 1.8F;   // leaves
+constexpr double kMinLeaf = 0.005;         // [m]
+constexpr float kMaxCoordinate = 1e9F;     // [m]: squares stay far below the largest float
+constexpr float kLink = 3, kNext = 1.8F;   // edges of a voxel
 constexpr std::size_t kAroundNormal = 30;  // points
-constexpr std::uint32_t kNone = 0;         // no piece
+constexpr std::uint32_t kNone = 0;         // no segment
 
 /// One point a voxel.
 struct Surface {
   PointCloud cloud;
   std::vector<cv::Point3f> normals;
-  std::vector<double> noise;  ///< how much noisier than at 1 m
+  std::vector<double> noise;  ///< relative to that at 1 m
   Neighbors neighbors;
   double leaf;
-  float link;     ///< points so near are connected [m]
-  float next;     ///< points so near lie in neighboring voxels [m]
-  bool oriented;  ///< normals look towards whoever saw the surface
+  float link;     ///< distance of connected points [m]
+  float next;     ///< distance of points in neighboring voxels [m]
+  bool oriented;  ///< normals point towards the sensor
   std::size_t size() const { return cloud.points.size(); }
 };
 
-bool isAbsurd(const cv::Point3f& p) {
-  return isFinite(p) && std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kFarthest;
+bool isOutOfRange(const cv::Point3f& p) {
+  return isFinite(p) && std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kMaxCoordinate;
 }
 
-bool isBeyond(const PointCloud& cloud, const cv::Point3f& place) {
+/// Whether the bounding box of a cloud does not contain the place.
+bool isOutside(const PointCloud& cloud, const cv::Point3f& place) {
   cv::Point3f low(HUGE_VALF, HUGE_VALF, HUGE_VALF), high = -low;
   for (const cv::Point3f& p : cloud.points) {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
@@ -51,7 +52,7 @@ bool isBeyond(const PointCloud& cloud, const cv::Point3f& place) {
 }
 
 Surface surfaceOf(const PointCloud& cloud, int threads) {
-  const double leaf = std::max(2 * resolutionOf(cloud), kLeastLeaf);
+  const double leaf = std::max(2 * resolutionOf(cloud), kMinLeaf);
   PointCloud thin = voxelGrid(cloud, leaf);
   Neighbors neighbors(thin.points, threads);
   NormalOptions options;
@@ -60,7 +61,7 @@ Surface surfaceOf(const PointCloud& cloud, int threads) {
   if (cloud.viewpoint)
     options.viewpoint = cv::Point3d(cloud.viewpoint->x, cloud.viewpoint->y, cloud.viewpoint->z);
   std::vector<cv::Point3f> normals = estimateNormals(thin.points, neighbors, options);
-  for (std::size_t i = 0; i < thin.normals.size(); ++i)  // they know better which side was seen
+  for (std::size_t i = 0; i < thin.normals.size(); ++i)  // given normals decide which side is visible
     if (thin.normals[i].dot(normals[i]) < 0) normals[i] = -normals[i];
   std::vector<double> noise;
   noise.reserve(thin.points.size());
@@ -69,7 +70,7 @@ Surface surfaceOf(const PointCloud& cloud, int threads) {
     noise.push_back(std::max(1., d.dot(d)));
   }
   const bool oriented =
-      !thin.normals.empty() || cloud.viewpoint.has_value() || isBeyond(thin, options.viewpoint);
+      !thin.normals.empty() || cloud.viewpoint.has_value() || isOutside(thin, options.viewpoint);
   const auto length = static_cast<float>(leaf);
   return {.cloud = std::move(thin),
           .normals = std::move(normals),
@@ -81,11 +82,11 @@ Surface surfaceOf(const PointCloud& cloud, int threads) {
           .oriented = oriented};
 }
 
-/// Numbers what is connected among the points without a number that are `wanted`, from the sizes' end on.
-/// What has less than `least` points stays without.
+/// Connected components of the points without a label that are `wanted`, labeled from sizes.size() on.
+/// Components of less than `minPoints` points stay without a label.
 template <class Wanted>
-void labelConnected(const Surface& s, const Wanted& wanted, double least, std::vector<std::uint32_t>& labels,
-                    std::vector<std::uint32_t>& sizes) {
+void labelConnected(const Surface& s, const Wanted& wanted, double minPoints,
+                    std::vector<std::uint32_t>& labels, std::vector<std::uint32_t>& sizes) {
   std::vector<std::uint32_t> group;
   std::vector<std::uint8_t> seen(s.size());
   std::vector<Neighbor> buffer;
@@ -99,36 +100,36 @@ void labelConnected(const Surface& s, const Wanted& wanted, double least, std::v
         seen[n.index] = 1;
         group.push_back(n.index);
       }
-    if (static_cast<double>(group.size()) < least) continue;
+    if (static_cast<double>(group.size()) < minPoints) continue;
     for (const std::uint32_t i : group) labels[i] = static_cast<std::uint32_t>(sizes.size());
     sizes.push_back(static_cast<std::uint32_t>(group.size()));
   }
 }
 
-/// The plane with most of some candidates on it (RANSAC, one point with its normal a hypothesis).
+/// RANSAC with one point and its normal a hypothesis: the plane with most of the sampled candidates on it.
 std::optional<PlaneFit> bestPlane(const Surface& s, const std::vector<std::uint32_t>& candidates,
                                   double tolerance, cv::RNG& random) {
-  constexpr int hypotheses = 150, mostSamples = 3000;
+  constexpr int hypotheses = 150, maxSamples = 3000;
   constexpr double faces = 0.94;
   const auto any = [&] {
     return candidates[static_cast<std::size_t>(random.uniform(0, static_cast<int>(candidates.size())))];
   };
   std::vector<std::uint32_t> samples;
-  samples.reserve(mostSamples);
-  for (int i = 0; i < mostSamples; ++i) samples.push_back(any());
-  const auto isOn = [&](const PlaneFit& facet, std::uint32_t i) {
+  samples.reserve(maxSamples);
+  for (int i = 0; i < maxSamples; ++i) samples.push_back(any());
+  const auto isOn = [&](const PlaneFit& plane, std::uint32_t i) {
     const cv::Point3f& n = s.normals[i];
-    return std::abs(facet.distance(s.cloud.points[i])) < tolerance * s.noise[i] &&
-           std::abs(facet.normal.dot(cv::Vec3d(n.x, n.y, n.z))) > faces;
+    return std::abs(plane.distance(s.cloud.points[i])) < tolerance * s.noise[i] &&
+           std::abs(plane.normal.dot(cv::Vec3d(n.x, n.y, n.z))) > faces;
   };
   std::optional<PlaneFit> best;
-  std::ptrdiff_t most = 0;
+  std::ptrdiff_t mostVotes = 0;
   for (int h = 0; h < hypotheses; ++h) {
     const std::uint32_t i = any();
     const cv::Point3f &p = s.cloud.points[i], &n = s.normals[i];
-    const PlaneFit facet{{p.x, p.y, p.z}, {n.x, n.y, n.z}};
-    const auto votes = std::ranges::count_if(samples, [&](std::uint32_t k) { return isOn(facet, k); });
-    if (votes > most) std::tie(most, best) = std::tuple(votes, facet);
+    const PlaneFit plane{{p.x, p.y, p.z}, {n.x, n.y, n.z}};
+    const auto votes = std::ranges::count_if(samples, [&](std::uint32_t k) { return isOn(plane, k); });
+    if (votes > mostVotes) std::tie(mostVotes, best) = std::tuple(votes, plane);
   }
   for (int round = 0; round < 3 && best; ++round) {
     std::vector<cv::Point3f> on;
@@ -141,17 +142,17 @@ std::optional<PlaneFit> bestPlane(const Surface& s, const std::vector<std::uint3
   return best;
 }
 
-/// Takes planes out of `rest`.
-std::vector<Plane> takePlanes(const Surface& s, const ClusterOptions& options,
-                              std::vector<std::uint8_t>& rest) {
-  constexpr int mostTries = 16;
-  constexpr std::size_t mostPlanes = 8;
+/// Clears the points of planes in `rest`.
+std::vector<Plane> removePlanes(const Surface& s, const ClusterOptions& options,
+                                std::vector<std::uint8_t>& rest) {
+  constexpr int maxTries = 16;
+  constexpr std::size_t maxPlanes = 8;
   constexpr double facesLoosely = 0.9;
   std::vector<Plane> planes;
   std::vector<std::uint8_t> left(s.size());
   for (std::size_t i = 0; i < s.size(); ++i) left[i] = isFinite(s.normals[i]);
   cv::RNG random(options.seed);
-  for (int t = 0; t < mostTries && planes.size() < mostPlanes; ++t) {
+  for (int t = 0; t < maxTries && planes.size() < maxPlanes; ++t) {
     std::vector<std::uint32_t> candidates;
     for (std::uint32_t i = 0; i < s.size(); ++i)
       if (left[i] != 0) candidates.push_back(i);
@@ -166,20 +167,20 @@ std::vector<Plane> takePlanes(const Surface& s, const ClusterOptions& options,
       const cv::Point3f& n = s.normals[i];
       on[i] = isNear(i) && std::abs(plane->normal.dot(cv::Vec3d(n.x, n.y, n.z))) > facesLoosely;
     }
-    // A plane touches so many voxels a square of their edge.
+    // The number of voxels that a plane intersects, for a square of their edge.
     const double voxels =
         std::abs(plane->normal[0]) + std::abs(plane->normal[1]) + std::abs(plane->normal[2]);
     const double pointArea = s.leaf * s.leaf / voxels;
     std::vector<std::uint32_t> labels(s.size()), sizes(1);
     labelConnected(
-        s, [&](std::uint32_t i) { return on[i] != 0; }, options.planeArea / 2 / pointArea, labels, sizes);
+        s, [&](std::uint32_t i) { return on[i] != 0; }, options.minPlaneArea / 2 / pointArea, labels, sizes);
     bool any = false;
     for (const std::uint32_t i : candidates) {
       any = any || on[i] != 0;
-      if (on[i] != 0) left[i] = 0;  // one that is too small is set aside: others may still be there
+      if (on[i] != 0) left[i] = 0;  // a plane that is too small is skipped: others may remain
     }
     if (!any) break;
-    if (std::ranges::max(sizes) * pointArea < options.planeArea) continue;
+    if (std::ranges::max(sizes) * pointArea < options.minPlaneArea) continue;
     std::vector<Neighbor> buffer;
     double area = 0;
     for (const std::uint32_t i : candidates) {
@@ -194,8 +195,8 @@ std::vector<Plane> takePlanes(const Surface& s, const ClusterOptions& options,
   return planes;
 }
 
-/// Points around which the surface rises towards whoever saw it. Its mean over a disc is some 0.6 of what it
-/// is at the same distance straight away from the crease, which is what `depth` says.
+/// Points around which the surface rises towards the sensor. The mean over a disc is about 0.6 of the rise at
+/// the same distance perpendicular to the crease, which is what `depth` means.
 std::vector<std::uint8_t> creasesOf(const Surface& s, const std::vector<std::uint8_t>& rest, double depth,
                                     int threads) {
   constexpr double disc = 0.6;
@@ -214,8 +215,8 @@ std::vector<std::uint8_t> creasesOf(const Surface& s, const std::vector<std::uin
   return creases;
 }
 
-/// Every point within `radius` of a marked one.
-std::vector<std::uint8_t> around(const Surface& s, const std::vector<std::uint8_t>& marked, float radius) {
+/// Dilation: every point within `radius` of a marked one.
+std::vector<std::uint8_t> dilated(const Surface& s, const std::vector<std::uint8_t>& marked, float radius) {
   std::vector<std::uint8_t> wide(s.size());
   std::vector<Neighbor> buffer;
   for (std::uint32_t i = 0; i < s.size(); ++i) {
@@ -225,7 +226,7 @@ std::vector<std::uint8_t> around(const Surface& s, const std::vector<std::uint8_
   return wide;
 }
 
-/// Pieces take the points around them, all at the same pace.
+/// Region growing: all segments take the points around them at the same pace.
 void grow(const Surface& s, const std::vector<std::uint8_t>& rest, std::vector<std::uint32_t>& labels,
           std::vector<std::uint32_t>& sizes) {
   std::vector<std::uint32_t> front;
@@ -254,41 +255,11 @@ std::vector<SegmentBorder> bordersBetween(const Surface& s, const std::vector<st
   return bordersOf(std::move(pairs));
 }
 
-}  // namespace
-
-Clusters findUnorganizedClusters(const PointCloud& cloud, const ClusterOptions& options) {
-  constexpr double leastSeed = 8, leastPiece = 30;  // points of the surface
-  if (std::ranges::any_of(cloud.points, isAbsurd)) {
-    constexpr float none = std::numeric_limits<float>::quiet_NaN();
-    PointCloud rest = cloud;
-    std::ranges::replace_if(rest.points, isAbsurd, cv::Point3f(none, none, none));
-    return findUnorganizedClusters(rest, options);
-  }
-  const Surface s = surfaceOf(cloud, options.threads);
-  Clusters result;
-  std::vector<std::uint8_t> rest(s.size(), 1);
-  result.planes = takePlanes(s, options, rest);
-  const std::vector<std::uint8_t> creases = creasesOf(s, rest, options.crease, options.threads);
-  const std::vector<std::uint8_t> nearCrease = around(s, creases, s.link);
-  std::vector<std::uint32_t> labels(s.size()), sizes(1);
-  labelConnected(
-      s, [&](std::uint32_t i) { return rest[i] > nearCrease[i]; }, leastSeed, labels, sizes);
-  grow(s, rest, labels, sizes);
-  labelConnected(
-      s, [&](std::uint32_t i) { return rest[i] != 0; }, 1, labels, sizes);
-  std::vector<SegmentBorder> borders = bordersBetween(s, labels, creases);
-  DisjointSets sets(sizes.size());
-  mergeNeighbors(borders, sets, sizes, leastPiece);
-  std::vector<Cluster> clusters(sizes.size());
-  std::vector<Neighbor> buffer;
-  for (std::uint32_t i = 0; i < cloud.points.size(); ++i) {
-    if (!isFinite(cloud.points[i])) continue;
-    const auto nearest = s.neighbors.nearest(cloud.points[i], 1, buffer);
-    const std::uint32_t label = labels[nearest.front().index];
-    if (label != kNone) clusters[sets.find(label)].points.push_back(i);
-  }
-  std::erase_if(clusters,
-                [&](const Cluster& c) { return c.points.size() < std::max<std::size_t>(1, options.least); });
+/// Fills in all members but the points, and sorts.
+void finish(const PointCloud& cloud, const ClusterOptions& options, std::vector<Cluster>& clusters) {
+  std::erase_if(clusters, [&](const Cluster& c) {
+    return c.points.size() < std::max<std::size_t>(1, options.minPoints);
+  });
   std::ranges::stable_sort(clusters, std::ranges::greater{},
                            [](const Cluster& c) { return c.points.size(); });
   for (Cluster& cluster : clusters) {
@@ -297,6 +268,42 @@ Clusters findUnorganizedClusters(const PointCloud& cloud, const ClusterOptions& 
     cluster.center = sum / static_cast<double>(cluster.points.size());
     cluster.flat = isFlat(pointsOf(cloud, cluster.points));
   }
+}
+
+}  // namespace
+
+Clusters findUnorganizedClusters(const PointCloud& cloud, const ClusterOptions& options) {
+  constexpr double minSeed = 8, minSegment = 30;  // points of the surface
+  if (std::ranges::any_of(cloud.points, isOutOfRange)) {
+    constexpr float none = std::numeric_limits<float>::quiet_NaN();
+    PointCloud rest = cloud;
+    std::ranges::replace_if(rest.points, isOutOfRange, cv::Point3f(none, none, none));
+    return findUnorganizedClusters(rest, options);
+  }
+  const Surface s = surfaceOf(cloud, options.threads);
+  Clusters result;
+  std::vector<std::uint8_t> rest(s.size(), 1);
+  result.planes = removePlanes(s, options, rest);
+  const std::vector<std::uint8_t> creases = creasesOf(s, rest, options.creaseDepth, options.threads);
+  const std::vector<std::uint8_t> nearCrease = dilated(s, creases, s.link);
+  std::vector<std::uint32_t> labels(s.size()), sizes(1);
+  labelConnected(
+      s, [&](std::uint32_t i) { return rest[i] > nearCrease[i]; }, minSeed, labels, sizes);
+  grow(s, rest, labels, sizes);
+  labelConnected(
+      s, [&](std::uint32_t i) { return rest[i] != 0; }, 1, labels, sizes);
+  std::vector<SegmentBorder> borders = bordersBetween(s, labels, creases);
+  DisjointSets sets(sizes.size());
+  mergeNeighbors(borders, sets, sizes, minSegment);
+  std::vector<Cluster> clusters(sizes.size());
+  std::vector<Neighbor> buffer;
+  for (std::uint32_t i = 0; i < cloud.points.size(); ++i) {
+    if (!isFinite(cloud.points[i])) continue;
+    const auto nearest = s.neighbors.nearest(cloud.points[i], 1, buffer);
+    const std::uint32_t label = labels[nearest.front().index];
+    if (label != kNone) clusters[sets.find(label)].points.push_back(i);
+  }
+  finish(cloud, options, clusters);
   result.clusters = std::move(clusters);
   return result;
 }

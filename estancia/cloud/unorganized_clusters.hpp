@@ -1,4 +1,4 @@
-// Clusters of a cloud without a grid.
+// Object segmentation of an unorganized cloud.
 #pragma once
 
 #include "estancia/cloud/clusters.hpp"
@@ -6,9 +6,10 @@
 
 namespace estancia {
 
-/// findClusters() by the points alone, thinned to one a voxel of 5 mm or two spacings. Concave creases part
-/// things where it is known which side of the surface was seen: the cloud has normals, or a viewpoint, or the
-/// origin, where a sensor is by default, lies outside of it. Else things are what is connected.
+/// findClusters() from the points alone, thinned to one a voxel of 5 mm or two spacings. Concave creases
+/// separate objects where the visible side of the surface is known: the cloud has normals or a viewpoint, or
+/// the origin, the default position of a sensor, lies outside of it. Otherwise each connected component is an
+/// object.
 Clusters findUnorganizedClusters(const PointCloud& cloud, const ClusterOptions& options);
 
 }  // namespace estancia

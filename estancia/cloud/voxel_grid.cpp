@@ -18,14 +18,14 @@ namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-/// Finds out which voxel each point is in; used again for another leaf, it takes no new memory.
+/// Hash table of voxels; reused for another leaf, it allocates no new memory.
 class VoxelTable {
  public:
   explicit VoxelTable(const std::vector<cv::Point3f>& points, cv::Point3f origin = {})
       : points_(points), origin_(std::move(origin)) {
     if (points.size() >= kNone / 4)
-      throw Error(
-          fmt::format("a cloud of {} points is too large for a voxel grid; cut it up", points.size()));
+      throw Error(ErrorCode::tooLarge,
+                  fmt::format("a cloud of {} points is too large for a voxel grid; split it", points.size()));
     slots_.resize(std::bit_ceil(2 * points.size() + 2));
   }
 
@@ -33,7 +33,7 @@ class VoxelTable {
   template <class Use>
   std::size_t number(double leaf, const Use& use) {
     if (!(leaf > 0) || !std::isfinite(leaf))
-      throw Error(fmt::format("a voxel cannot have an edge of {} m; give one above 0", leaf));
+      throw Error(ErrorCode::invalidOption, fmt::format("leaf is {} m; give an edge above 0", leaf));
     const auto perMeter = static_cast<float>(1 / leaf);
     std::ranges::fill(slots_, kNone);
     keys_.clear();
@@ -46,12 +46,12 @@ class VoxelTable {
   }
 
  private:
-  /// A float as coordinates are: an integer would overflow where the voxels are many.
+  /// Floats as coordinates are: integers would overflow for small voxels.
   using Key = std::array<float, 3>;
 
   static float cell(float value, float perMeter) {
     const float cell = std::floor(value * perMeter) + 0.F;  // 0 is never -0
-    return std::isfinite(cell) ? cell : value;              // next to such a value there is no other voxel
+    return std::isfinite(cell) ? cell : value;              // such a value has a voxel of its own
   }
 
   std::uint32_t find(const Key& key) {
@@ -76,7 +76,7 @@ class VoxelTable {
   std::vector<Key> keys_;  ///< of the voxels
 };
 
-/// What is summed up over a voxel.
+/// Sums over a voxel.
 struct Sums {
   cv::Point3d points, normals;
   cv::Vec<std::uint64_t, 3> colors;
@@ -124,7 +124,7 @@ std::vector<std::uint32_t> onePerVoxel(const std::vector<cv::Point3f>& points, d
   }
   struct Voxel {
     cv::Point3d sum;
-    double count = 0, away = std::numeric_limits<double>::infinity();
+    double count = 0, squared = std::numeric_limits<double>::infinity();
     std::uint32_t nearest = 0;
   };
   std::vector<Voxel> voxels;
@@ -139,7 +139,7 @@ std::vector<std::uint32_t> onePerVoxel(const std::vector<cv::Point3f>& points, d
     if (voxelOf[i] == kNone) continue;
     Voxel& voxel = voxels[voxelOf[i]];
     const cv::Point3d d = cv::Point3d(points[i]) - voxel.sum / voxel.count;
-    if (const double away = d.dot(d); away < voxel.away) voxel.away = away, voxel.nearest = i;
+    if (const double squared = d.dot(d); squared < voxel.squared) voxel.squared = squared, voxel.nearest = i;
   }
   std::vector<std::uint32_t> chosen;
   for (const Voxel& voxel : voxels) chosen.push_back(voxel.nearest);
@@ -158,8 +158,8 @@ Leaf findLeaf(const PointCloud& cloud, std::size_t points) {
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
   if (!any || points == 0)
-    throw Error(any ? "a voxel grid cannot leave 0 points; ask for some"
-                    : "a cloud without points has no voxels");
+    throw any ? Error(ErrorCode::invalidOption, "the voxel grid should leave 0 points; give 1 or more")
+              : Error(ErrorCode::invalidInput, "no point of the cloud is finite, so it has no voxels");
   const double extent = std::max({static_cast<double>(high.x) - low.x, static_cast<double>(high.y) - low.y,
                                   static_cast<double>(high.z) - low.z});
   VoxelTable table(cloud.points);
@@ -172,13 +172,13 @@ Leaf findLeaf(const PointCloud& cloud, std::size_t points) {
   const auto distance = [points](std::size_t count) {
     return count > points ? count - points : points - count;
   };
-  // Surfaces leave about (extent / leaf)² points: from every count follows a better leaf. Every third step
-  // halves what is left instead, until leaves hardly differ.
+  // Surfaces occupy about (extent / leaf)² voxels, so every count gives a better leaf (secant step). Every
+  // third step bisects instead, until leaves hardly differ.
   double small = extent * 0x1p-24, large = 2 * extent,
          guess = extent / std::sqrt(static_cast<double>(points));
   for (int step = 0; step < 100 && large / small > 1 + 1e-6; ++step) {
-    const bool sensible = guess > small && guess < large;
-    const double leaf = sensible && step % 3 != 2 ? guess : std::sqrt(small * large);
+    const bool inside = guess > small && guess < large;
+    const double leaf = inside && step % 3 != 2 ? guess : std::sqrt(small * large);
     const std::size_t count = countOf(leaf);
     if (best.points == 0 || distance(count) < distance(best.points)) best = {leaf, count};
     if (count == points) break;

@@ -1,4 +1,4 @@
-// A cloud with one point for each cube of space that it touches.
+// Voxel grid: a cloud with one point for each occupied voxel.
 #pragma once
 
 #include <cstddef>
@@ -9,24 +9,24 @@
 
 namespace estancia {
 
-/// The mean of the points in each voxel, and of their colors and normals; the voxels' edge is `leaf` [m],
-/// and one of their corners is the origin. They stand in the order of their first points; points that are not
-/// finite are left out. Voxels are hashed, so any leaf will do for any extent (PCL's VoxelGrid numbers them
-/// with 32 bits, and gives the cloud back as it is when that is too few). `counts`, when given, is told how
-/// many points each voxel has. Throws Error when the leaf is not above 0.
+/// The mean of the points in each voxel, and of their colors and normals. The edge of a voxel is `leaf` [m],
+/// and a corner of one is the origin. Voxels are in the order of their first points; points that are not
+/// finite are left out. Voxels are hashed, so any leaf works for any extent (PCL's VoxelGrid has 32-bit
+/// indices, and returns the cloud unchanged when they overflow). `counts`, when given, gets the number of
+/// points in each voxel. Throws Error (invalidOption) when the leaf is not above 0.
 PointCloud voxelGrid(const PointCloud& cloud, double leaf, std::vector<std::uint32_t>* counts = nullptr);
 
-/// Of each voxel (one of whose corners is the lowest of the box around the points) the point nearest to the
-/// mean of all in it; ascending indices.
+/// Of each voxel the point nearest to the mean of all points in it; ascending indices. The grid starts at the
+/// low corner of the bounding box.
 std::vector<std::uint32_t> onePerVoxel(const std::vector<cv::Point3f>& points, double leaf);
 
 struct Leaf {
   double size = 0;         ///< edge of a voxel [m]
-  std::size_t points = 0;  ///< that it leaves
+  std::size_t points = 0;  ///< of the result
 };
 
-/// The leaf that leaves as near `points` points as can be found: a larger one mostly leaves fewer. Throws
-/// Error when no point is finite or none is wanted.
+/// The leaf whose result has as nearly `points` points as possible; a larger leaf mostly leaves fewer. Throws
+/// Error (invalidInput, invalidOption) when no point is finite or `points` is 0.
 Leaf findLeaf(const PointCloud& cloud, std::size_t points);
 
 }  // namespace estancia

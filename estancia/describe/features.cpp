@@ -114,7 +114,7 @@ std::vector<Block> computed(const Sequence& sequence, const std::vector<const Na
                try {
                  const View view = viewOf(sequence, frame, image, depth);
                  for (std::size_t i = 0; i < sources.size(); ++i)
-                  blocks[i].rows[frame] = sources[i]->descriptor->describe(view);
+                   blocks[i].rows[frame] = sources[i]->descriptor->describe(view);
                } catch (...) {
                  problems.add(frame, frameFailure(sequence.frame(frame).name).what());
                }

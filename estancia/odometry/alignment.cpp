@@ -8,12 +8,13 @@
 namespace estancia::odometry {
 namespace {
 
-constexpr double kFirm = 0.004;     // Alignment::firmness: below, depth slides (a bare wall, a corridor)
-constexpr double kTextured = 4e-4;  // variance of gray values (0 to 1): below, there is nothing to be alike
-constexpr double kSettled = 1e-4;   // [m] and [rad]: a step that changes less is the last on its level
+constexpr double kMinConditioning = 0.004;  // below, depth alone is degenerate (a bare wall, a corridor)
+constexpr double kTextured = 4e-4;          // variance of gray values (0 to 1); below, there is no texture
+constexpr double kConverged = 1e-4;         // [m] and [rad]: a smaller step is the last of its level
 
-/// Looks where every point of the source falls in the target: how well the two agree, and what that fixes.
-void judge(Alignment& alignment, const PyramidLevel& source, const PyramidLevel& target, double sameSurface) {
+/// Projects every point of the source into the target, for the quality of the alignment.
+void evaluate(Alignment& alignment, const PyramidLevel& source, const PyramidLevel& target,
+              double sameSurface) {
   std::size_t points = 0, seen = 0, same = 0;
   double squares = 0, sumA = 0, sumB = 0, sumAA = 0, sumBB = 0, sumAB = 0;
   const CameraIntrinsics& c = target.camera;
@@ -43,7 +44,7 @@ void judge(Alignment& alignment, const PyramidLevel& source, const PyramidLevel&
       const double a = source.gray.at<float>(y, x), b = target.gray.at<float>(row, column);
       sumA += a, sumB += b, sumAA += a * a, sumBB += b * b, sumAB += a * b;
       const cv::Vec3d n = target.normals.at<cv::Vec3f>(row, column);
-      if (!(n[2] <= 1)) continue;  // none at an edge
+      if (!(n[2] <= 1)) continue;  // no normal at an edge
       const cv::Vec3d turned = p.cross(n);
       const cv::Matx61d plane(turned[0], turned[1], turned[2], n[0], n[1], n[2]);
       planes += plane * plane.t();
@@ -59,11 +60,11 @@ void judge(Alignment& alignment, const PyramidLevel& source, const PyramidLevel&
   alignment.inView = share(seen, points);
   cv::Matx61d fixed;
   cv::eigen(planes * (1 / static_cast<double>(same)), fixed);
-  alignment.firmness = fixed(5);
+  alignment.conditioning = fixed(5);
   const auto n = static_cast<double>(same);
   const double varianceA = sumAA / n - sumA * sumA / n / n, varianceB = sumBB / n - sumB * sumB / n / n;
   const bool textured = std::min(varianceA, varianceB) > kTextured;
-  alignment.likeness = textured ? (sumAB / n - sumA * sumB / n / n) / std::sqrt(varianceA * varianceB) : 1;
+  alignment.correlation = textured ? (sumAB / n - sumA * sumB / n / n) / std::sqrt(varianceA * varianceB) : 1;
   alignment.rmse = std::sqrt(squares / static_cast<double>(same));
   std::copy(information.val, information.val + 36, alignment.information.begin());
 }
@@ -86,7 +87,7 @@ Alignment align(const Pyramid& source, const Pyramid& target, const cv::Affine3d
     AlignmentOptions one = options;
     one.term = AlignmentTerm::depth;
     Alignment byDepth = align(source, target, guess, one);
-    if (byDepth.solved && byDepth.firmness >= kFirm) return byDepth;
+    if (byDepth.solved && byDepth.conditioning >= kMinConditioning) return byDepth;
     one.term = AlignmentTerm::hybrid;
     return align(source, target, guess, one);
   }
@@ -94,21 +95,21 @@ Alignment align(const Pyramid& source, const Pyramid& target, const cv::Affine3d
   alignment.solved = true;
   alignment.transform = guess;
   const std::size_t levels = std::min(source.size(), target.size());
-  int steps = options.mostSteps;
+  int steps = options.maxSteps;
   for (std::size_t level = levels; level-- > 0; steps = std::max(1, steps / 2))
     for (int i = 0; i < steps; ++i) {
       const AlignmentStep step =
           open3d().step(source[level], target[level], matrixOf(alignment.transform), options.term,
-                        static_cast<float>(options.beyond * std::pow(2.0, level)));
+                        static_cast<float>(options.maxDifference * std::pow(2.0, level)));
       if (!step.solved) {
         alignment.solved = false;
         return alignment;
       }
       const cv::Affine3d correction = rigidOf(step.correction);
       alignment.transform = correction * alignment.transform;
-      if (cv::norm(correction.translation()) < kSettled && angleOf(correction) < kSettled) break;
+      if (cv::norm(correction.translation()) < kConverged && angleOf(correction) < kConverged) break;
     }
-  judge(alignment, source.front(), target.front(), options.sameSurface);
+  evaluate(alignment, source.front(), target.front(), options.sameSurface);
   return alignment;
 }
 

@@ -1,4 +1,4 @@
-// How one RGB-D image lies to another.
+// RGB-D image alignment: relative pose of two images, and how reliable it is.
 #pragma once
 
 #include <opencv2/core/affine.hpp>
@@ -10,22 +10,21 @@ namespace estancia::odometry {
 struct Alignment {
   bool solved = false;
   cv::Affine3d transform;  ///< T_target_source
-  /// Share of the source's points that lie on the target's surface, as far as it is in view.
+  /// Share of the source's points that lie on the target's surface.
   double overlap = 0;
-  double inView = 0;      ///< share of the source's points that fall into the target's image
-  double rmse = 0;        ///< of their differences in depth [m]
-  double likeness = 0;    ///< correlation of the gray values there; 1 where nothing is to be seen
-  double firmness = 0;    ///< how well the planes in view fix the motion in its weakest direction [m²]
-  Matrix6 information{};  ///< Σ GᵀG over those points: what they fix (Choi et al. 2015)
+  double inView = 0;        ///< share of the source's points inside of the target's image
+  double rmse = 0;          ///< of the differences in depth of the common points [m]
+  double correlation = 0;   ///< of their gray values; 1 without texture
+  double conditioning = 0;  ///< smallest eigenvalue of the point-to-plane Hessian: low when planes slide [m²]
+  Matrix6 information{};    ///< Σ GᵀG over the common points (Choi et al. 2015)
 };
 
 struct AlignmentOptions {
   AlignmentTerm term = AlignmentTerm::automatic;
-  int mostSteps = 20;  ///< on the coarsest level; half as many on each finer one
-  /// Twice on each coarser level: points that differ by more in depth are not taken for one while aligning
-  /// [m].
-  double beyond = 0.10;
-  double sameSurface = 0.05;  ///< … and when the result is judged [m]
+  int maxSteps = 20;  ///< on the coarsest level; half as many on each finer one
+  /// Largest difference in depth of corresponding points while aligning [m]; doubled on each coarser level.
+  double maxDifference = 0.10;
+  double sameSurface = 0.05;  ///< the same when the result is evaluated [m]
 };
 
 /// Coarse to fine, from `guess` (T_target_source).

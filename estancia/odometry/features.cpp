@@ -8,22 +8,22 @@
 
 namespace estancia::odometry {
 
-Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera, int most,
-                    double farthest) {
+Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera, int max,
+                    double maxDepth) {
   Features features;
   features.camera = camera.scaledTo(bgr.cols, bgr.rows);
   const CameraIntrinsics c = features.camera;
   cv::Mat gray, descriptors;
   cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
   std::vector<cv::KeyPoint> corners;
-  cv::ORB::create(most, 1.2F, 8, 15, 0, 2, cv::ORB::HARRIS_SCORE, 15)
+  cv::ORB::create(max, 1.2F, 8, 15, 0, 2, cv::ORB::HARRIS_SCORE, 15)
       ->detectAndCompute(gray, cv::noArray(), corners, descriptors);
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const cv::Point2f& at = corners[i].pt;
     const int x = static_cast<int>(at.x * static_cast<float>(depth.cols) / static_cast<float>(bgr.cols));
     const int y = static_cast<int>(at.y * static_cast<float>(depth.rows) / static_cast<float>(bgr.rows));
     const float z = depth.at<float>(std::clamp(y, 0, depth.rows - 1), std::clamp(x, 0, depth.cols - 1));
-    if (!(z > 0 && z <= farthest)) continue;
+    if (!(z > 0 && z <= maxDepth)) continue;
     features.pixels.push_back(at);
     features.points.emplace_back(static_cast<float>(c.slopeX(at.x)) * z,
                                  static_cast<float>(c.slopeY(at.y)) * z, z);
@@ -32,19 +32,21 @@ Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrin
   return features;
 }
 
-std::optional<cv::Affine3d> guessFromFeatures(const Features& source, const Features& target, int fewest) {
-  if (static_cast<int>(std::min(source.points.size(), target.points.size())) < fewest) return std::nullopt;
+std::optional<cv::Affine3d> guessFromFeatures(const Features& source, const Features& target,
+                                              int minInliers) {
+  if (static_cast<int>(std::min(source.points.size(), target.points.size())) < minInliers)
+    return std::nullopt;
   std::vector<cv::DMatch> matches;
   cv::BFMatcher(cv::NORM_HAMMING, /*crossCheck=*/true).match(source.descriptors, target.descriptors, matches);
   std::vector<cv::Point3f> points;
   std::vector<cv::Point2f> pixels;
-  constexpr float kAlike = 64;  // of 256 bits: beyond, ORB matches are mostly chance
+  constexpr float kMaxDistance = 64;  // of 256 bits: beyond, ORB matches are mostly chance
   for (const cv::DMatch& match : matches) {
-    if (match.distance > kAlike) continue;
+    if (match.distance > kMaxDistance) continue;
     points.push_back(source.points[static_cast<std::size_t>(match.queryIdx)]);
     pixels.push_back(target.pixels[static_cast<std::size_t>(match.trainIdx)]);
   }
-  if (static_cast<int>(points.size()) < fewest) return std::nullopt;
+  if (static_cast<int>(points.size()) < minInliers) return std::nullopt;
   const CameraIntrinsics& c = target.camera;
   const cv::Matx33d camera(c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1);
   cv::Vec3d rotation, translation;
@@ -58,7 +60,7 @@ std::optional<cv::Affine3d> guessFromFeatures(const Features& source, const Feat
   } catch (const cv::Exception&) {  // degenerate points
     return std::nullopt;
   }
-  if (static_cast<int>(inliers.size()) < fewest || !std::isfinite(cv::norm(rotation)) ||
+  if (static_cast<int>(inliers.size()) < minInliers || !std::isfinite(cv::norm(rotation)) ||
       !std::isfinite(cv::norm(translation)))
     return std::nullopt;
   return cv::Affine3d(rotation, translation);

@@ -1,4 +1,4 @@
-// Points that look alike in two images: a first guess where views lie far apart.
+// Feature matching: an initial pose of two distant views by ORB and PnP.
 #pragma once
 
 #include <opencv2/core/affine.hpp>
@@ -18,13 +18,13 @@ struct Features {
   cv::Mat descriptors;              ///< a row each (ORB, Rublee et al. 2011)
 };
 
-/// At most `most` features of the image; `depth` [m, CV_32F] shows the same view in any size, `camera` is
-/// scaled to both.
-Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera, int most,
-                    double farthest);
+/// At most `max` features with depth up to `maxDepth` [m]; `depth` [m, CV_32F] shows the same view in any
+/// size, `camera` is scaled to both.
+Features featuresOf(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera, int max,
+                    double maxDepth);
 
 /// T_target_source from features that are matched both ways and agree on one motion (RANSAC with a fixed
-/// seed); nothing when fewer than `fewest` agree.
-std::optional<cv::Affine3d> guessFromFeatures(const Features& source, const Features& target, int fewest);
+/// seed); nothing when fewer than `minInliers` agree.
+std::optional<cv::Affine3d> guessFromFeatures(const Features& source, const Features& target, int minInliers);
 
 }  // namespace estancia::odometry

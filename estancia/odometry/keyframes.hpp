@@ -1,4 +1,4 @@
-// The images that odometry keeps, what ties them together, and which of them see the same place.
+// Keyframes: the images of the pose graph, its edges, and loop closure between them.
 #pragma once
 
 #include <memory>
@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/core/choice.hpp"
 #include "estancia/odometry/alignment.hpp"
 #include "estancia/odometry/features.hpp"
 #include "estancia/odometry/recall.hpp"
@@ -16,19 +17,21 @@
 
 namespace estancia::odometry {
 
-/// Throws Error listing the known names.
+/// The names of AlignmentTerm: auto, depth, color, hybrid.
+Choices alignmentTerms();
+/// Throws Error (unknownName).
 AlignmentTerm alignmentTerm(const std::string& name);
 
 /// One frame, ready to be aligned.
 struct FrameView {
   std::size_t frame = 0;
-  std::string problem;  ///< why it cannot be; "" when all is well
+  std::string problem;  ///< why it cannot be aligned; "" when it can
   RgbdImage image;
   Pyramid pyramid;
   cv::Mat bgr, depth;  ///< as read
 };
 
-/// Never throws for what is wrong with one frame: see FrameView::problem.
+/// Reports what is wrong with a frame in FrameView::problem instead of throwing.
 std::unique_ptr<FrameView> viewOf(const Sequence& sequence, std::size_t frame, const RgbdOptions& options);
 
 class Keyframes {
@@ -40,7 +43,7 @@ class Keyframes {
   const cv::Affine3d& pose(std::size_t k) const { return keyframes_[k].pose; }
   const AlignmentOptions& alignment() const { return alignment_; }
 
-  /// Made from the kept image, the latest two at hand.
+  /// Computed from the stored image; the latest two are cached.
   const Pyramid& pyramid(std::size_t k) const;
 
   /// Returns its number.
@@ -52,13 +55,13 @@ class Keyframes {
   /// T_keyframe_view by features alone.
   std::optional<cv::Affine3d> guess(const FrameView& view, std::size_t k) const;
 
-  /// The keyframes whose words are nearest to the view's.
-  std::vector<std::size_t> sayingTheSame(const FrameView& view) const;
+  /// The keyframes with the most similar words.
+  std::vector<std::size_t> withSimilarWords(const FrameView& view) const;
 
-  /// Finds and verifies pairs of keyframes that see the same place.
+  /// Proposes loop closures by words and verifies them.
   void closeLoops(Progress& progress);
 
-  /// Moves the keyframes to where all connections agree best. Returns the loops that were believed.
+  /// Pose graph optimization: moves the keyframes. Returns the accepted loop closures.
   std::vector<std::pair<std::size_t, std::size_t>> optimize();
 
  private:
@@ -77,7 +80,7 @@ class Keyframes {
   std::vector<Keyframe> keyframes_;
   std::vector<PoseGraphEdge> edges_;
   Recall recall_;
-  mutable std::vector<std::pair<std::size_t, Pyramid>> atHand_;  ///< used by the tracking thread alone
+  mutable std::vector<std::pair<std::size_t, Pyramid>> cached_;  ///< used by the tracking thread alone
 };
 
 }  // namespace estancia::odometry

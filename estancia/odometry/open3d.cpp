@@ -16,6 +16,7 @@ const Open3d& openModule() {
       moduleFunction(ESTANCIA_OPEN3D_MODULE, ESTANCIA_OPEN3D_FROM_BIN, "estanciaOpen3d");
   if (open.address != nullptr) return *reinterpret_cast<const Open3d* (*)()>(open.address)();
   throw Error(
+      ErrorCode::missingDependency,
       fmt::format("odometry needs Open3D, which cannot be opened: {}; install the package libopen3d-dev "
                   "(script/bootstrap does) and Estancia again",
                   open.problem));
@@ -32,6 +33,7 @@ const Open3d& open3d() {
 
 const Open3d& open3d() {
   throw Error(
+      ErrorCode::missingDependency,
       "this Estancia was built without Open3D, which odometry needs; install the package libopen3d-dev "
       "(script/bootstrap does) and build again, or take poses from elsewhere by --poses");
 }

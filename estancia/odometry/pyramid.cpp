@@ -10,10 +10,10 @@ namespace {
 
 constexpr float kNoDepth = std::numeric_limits<float>::quiet_NaN();
 constexpr float kSameSurface = 0.03F;  // of the depth: pixels that differ by more lie on two surfaces
-constexpr int kSmallest = 24;
+constexpr int kMinSize = 24;
 
-/// The mean of the nearest surface in every 2 × 2 pixels: averaging across an edge would invent points in
-/// mid-air.
+/// The mean of the nearest surface in every 2 × 2 pixels: averaging across an edge would create points in
+/// free space.
 cv::Mat halvedDepth(const cv::Mat& depth) {
   cv::Mat half(depth.rows / 2, depth.cols / 2, CV_32F);
   for (int y = 0; y < half.rows; ++y) {
@@ -56,7 +56,7 @@ cv::Mat pointsOf(const cv::Mat& depth, const CameraIntrinsics& camera) {
   return points;
 }
 
-/// From the points on the four sides; none across the edge of a surface.
+/// From the four neighbors; none across the edge of a surface.
 cv::Mat normalsOf(const cv::Mat& points) {
   cv::Mat normals(points.size(), CV_32FC3, cv::Scalar::all(kNoDepth));
   for (int y = 1; y + 1 < points.rows; ++y)
@@ -95,16 +95,16 @@ bool sameShape(cv::Size a, cv::Size b) {
 }
 
 RgbdImage reducedImage(const cv::Mat& bgr, const cv::Mat& depth, const CameraIntrinsics& camera, int width,
-                       double farthest) {
+                       double maxDepth) {
   RgbdImage image;
   image.camera = camera;
   image.depth = depth.clone();
-  image.depth.setTo(0, depth > farthest);
+  image.depth.setTo(0, depth > maxDepth);
   cv::Mat gray;
   cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
   cv::resize(gray, gray, depth.size(), 0, 0, gray.cols > depth.cols ? cv::INTER_AREA : cv::INTER_LINEAR);
   gray.convertTo(image.gray, CV_32F, 1.0 / 255);
-  while (image.depth.cols > width && std::min(image.depth.cols, image.depth.rows) / 2 >= kSmallest)
+  while (image.depth.cols > width && std::min(image.depth.cols, image.depth.rows) / 2 >= kMinSize)
     image = halved(image);
   return image;
 }
@@ -113,7 +113,7 @@ Pyramid pyramidOf(const RgbdImage& image, int levels) {
   Pyramid pyramid{levelOf(image)};
   RgbdImage next = image;
   while (static_cast<int>(pyramid.size()) < levels &&
-         std::min(next.depth.cols, next.depth.rows) / 2 >= kSmallest) {
+         std::min(next.depth.cols, next.depth.rows) / 2 >= kMinSize) {
     next = halved(next);
     pyramid.push_back(levelOf(next));
   }

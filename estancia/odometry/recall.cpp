@@ -19,21 +19,22 @@ void Recall::add(const LexicalDescriptor& descriptor) {
   if (descriptor.empty()) return;
   if (!moments_) moments_.emplace(descriptor.size(), true);
   if (descriptor.size() != moments_->mean().size())
-    throw Error("the number of labels changed on the way; label the sequence first (estancia label)");
+    throw Error(ErrorCode::mismatch,
+                "the number of labels changed between frames; label the sequence first (estancia label)");
   moments_->add(embedded_.back());
 }
 
-std::vector<std::size_t> Recall::nearest(const LexicalDescriptor& descriptor, std::size_t most,
+std::vector<std::size_t> Recall::nearest(const LexicalDescriptor& descriptor, std::size_t max,
                                          const std::function<bool(std::size_t)>& eligible) const {
-  return nearestEmbedded(embed(descriptor), most, eligible);
+  return nearestEmbedded(embed(descriptor), max, eligible);
 }
 
-std::vector<std::size_t> Recall::nearest(std::size_t image, std::size_t most,
+std::vector<std::size_t> Recall::nearest(std::size_t image, std::size_t max,
                                          const std::function<bool(std::size_t)>& eligible) const {
-  return nearestEmbedded(embedded_[image], most, eligible);
+  return nearestEmbedded(embedded_[image], max, eligible);
 }
 
-std::vector<std::size_t> Recall::nearestEmbedded(const std::vector<float>& query, std::size_t most,
+std::vector<std::size_t> Recall::nearestEmbedded(const std::vector<float>& query, std::size_t max,
                                                  const std::function<bool(std::size_t)>& eligible) const {
   if (!moments_ || query.size() != moments_->mean().size()) return {};
   const Standardization run = standardizationBy(*moments_);
@@ -43,10 +44,10 @@ std::vector<std::size_t> Recall::nearestEmbedded(const std::vector<float>& query
     if (!embedded_[i].empty() && eligible(i))
       found.emplace_back(compare(distance_.comparison, sought, comparedVector(distance_, run, embedded_[i])),
                          i);
-  most = std::min(most, found.size());
-  std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(most), found.end());
+  max = std::min(max, found.size());
+  std::partial_sort(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(max), found.end());
   std::vector<std::size_t> images;
-  for (std::size_t k = 0; k < most; ++k) images.push_back(found[k].second);
+  for (std::size_t k = 0; k < max; ++k) images.push_back(found[k].second);
   return images;
 }
 

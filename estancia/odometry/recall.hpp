@@ -1,4 +1,4 @@
-// Which earlier images say the same words.
+// Place recognition: earlier images with the most similar words.
 #pragma once
 
 #include <cstddef>
@@ -13,27 +13,26 @@
 
 namespace estancia::odometry {
 
-/// Lexical descriptors of images, compared as maps compare them (standardized-clr: what measurement found
-/// best). What has no words is never found and finds nothing.
+/// Lexical descriptors of images, compared as in maps (standardized-clr, the best in measurements). Images
+/// without words are never found.
 class Recall {
  public:
   explicit Recall(const std::vector<LabelPart>& parts) : distance_(getDistance("standardized-clr", parts)) {}
 
-  /// The number of the image is how many were added before it. Throws Error when the number of labels
-  /// changes.
+  /// Images are numbered in this order. Throws Error (mismatch) when the number of labels changes.
   void add(const LexicalDescriptor& descriptor);
 
   std::size_t size() const { return embedded_.size(); }
 
-  /// At most `most` images that `eligible` admits, the nearest first. Standardized by the images so far.
-  std::vector<std::size_t> nearest(const LexicalDescriptor& descriptor, std::size_t most,
+  /// At most `max` eligible images, the nearest first. Standardized by the images so far.
+  std::vector<std::size_t> nearest(const LexicalDescriptor& descriptor, std::size_t max,
                                    const std::function<bool(std::size_t)>& eligible) const;
-  std::vector<std::size_t> nearest(std::size_t image, std::size_t most,
+  std::vector<std::size_t> nearest(std::size_t image, std::size_t max,
                                    const std::function<bool(std::size_t)>& eligible) const;
 
  private:
   std::vector<float> embed(const LexicalDescriptor& descriptor) const;
-  std::vector<std::size_t> nearestEmbedded(const std::vector<float>& query, std::size_t most,
+  std::vector<std::size_t> nearestEmbedded(const std::vector<float>& query, std::size_t max,
                                            const std::function<bool(std::size_t)>& eligible) const;
 
   Distance distance_;

@@ -22,21 +22,21 @@ using odometry::FrameView;
 using odometry::Keyframes;
 using odometry::viewOf;
 
-/// A small motion, so many times.
+/// A small motion, extrapolated.
 cv::Affine3d times(const cv::Affine3d& motion, double count) {
   return {count * motion.rvec(), count * motion.translation()};
 }
 
-/// Where a frame was seen: it moves along when its keyframe is moved.
+/// The pose of a frame relative to its keyframe, so that it moves when the keyframe is moved.
 struct Placed {
   std::size_t keyframe;
   cv::Affine3d inKeyframe;  ///< T_keyframe_frame
 };
 
-/// Reads the next frame while the present one is aligned.
-class Ahead {
+/// Reads the next frame while the current one is aligned.
+class Prefetcher {
  public:
-  Ahead(const Sequence& sequence, const RgbdOptions& options) : sequence_(sequence), options_(options) {
+  Prefetcher(const Sequence& sequence, const RgbdOptions& options) : sequence_(sequence), options_(options) {
     start();
   }
 
@@ -69,8 +69,10 @@ class Tracker {
   RgbdTrajectory finish(Progress& progress);
 
  private:
-  bool good(const Alignment& a, double leastOverlap) const;
+  bool good(const Alignment& a, double minOverlap) const;
   bool follow(const FrameView& view);
+  bool fitsKeyframe(const FrameView& view);
+  bool promoteLast();
   std::optional<std::size_t> relocalize(const FrameView& view);
   std::optional<Alignment> against(std::size_t keyframe, const FrameView& view,
                                    const cv::Affine3d& guess) const;
@@ -87,31 +89,31 @@ class Tracker {
   std::vector<std::optional<Placed>> placed_;
   std::unique_ptr<FrameView> last_;   ///< the latest tracked frame
   cv::Affine3d lastPose_, velocity_;  ///< its pose, and its motion a frame
-  std::size_t current_ = 0;           ///< the keyframe that frames are tracked against
+  std::size_t current_ = 0;           ///< the keyframe against which frames are tracked
   bool lost_ = false;
   RgbdTrajectory result_;
 };
 
-bool Tracker::good(const Alignment& a, double leastOverlap) const {
-  return a.solved && a.overlap >= leastOverlap && a.rmse <= options_.mostRmse &&
-         a.likeness >= options_.leastLikeness;
+bool Tracker::good(const Alignment& a, double minOverlap) const {
+  return a.solved && a.overlap >= minOverlap && a.rmse <= options_.maxRmse &&
+         a.correlation >= options_.minCorrelation;
 }
 
 bool Tracker::tooFar(const cv::Affine3d& motion) const {
-  return cv::norm(motion.translation()) > options_.mostMotion ||
-         angleOf(motion) > options_.mostTurn * std::numbers::pi / 180;
+  return cv::norm(motion.translation()) > options_.maxMotion ||
+         angleOf(motion) > options_.maxTurn * std::numbers::pi / 180;
 }
 
-/// The frame in the keyframe, when it fits there; guess: T_map_frame.
+/// The alignment of the frame with the keyframe, if it is good; guess: T_map_frame.
 std::optional<Alignment> Tracker::against(std::size_t keyframe, const FrameView& view,
                                           const cv::Affine3d& guess) const {
   const Alignment a = align(view.pyramid, keyframes_.pyramid(keyframe),
                             keyframes_.pose(keyframe).inv() * guess, keyframes_.alignment());
-  if (!good(a, options_.leastOverlap)) return std::nullopt;
+  if (!good(a, options_.minOverlap)) return std::nullopt;
   return a;
 }
 
-/// Writes down where the frame is; one that shares little with its keyframe becomes the next.
+/// Stores the pose of the frame; one with little overlap becomes the next keyframe.
 void Tracker::place(const FrameView& view, std::size_t keyframe, const Alignment& alignment) {
   placed_[view.frame] = Placed{keyframe, alignment.transform};
   current_ = keyframe;
@@ -123,9 +125,10 @@ void Tracker::place(const FrameView& view, std::size_t keyframe, const Alignment
   }
 }
 
-/// By the motion so far, without it, by features; then the same beside the previous frame, as the next
-/// keyframe. Past frames without depth features go first: so far from the last frame, planes slide.
-bool Tracker::follow(const FrameView& view) {
+/// Tracks the frame against the current keyframe: from the extrapolated motion, from no motion, from
+/// features. After frames without depth, features are tried first, because alignment along planes is
+/// ambiguous when the last frame is far away.
+bool Tracker::fitsKeyframe(const FrameView& view) {
   const std::size_t steps = view.frame - last_->frame;
   const auto fits = [&](const cv::Affine3d& guess) {
     const auto found = against(current_, view, guess);
@@ -138,31 +141,35 @@ bool Tracker::follow(const FrameView& view) {
     return fits(lastPose_ * times(velocity_, static_cast<double>(steps))) || (moves && fits(lastPose_));
   };
   const auto byFeatures = [&] {
-    const auto seen = keyframes_.guess(view, current_);
-    return seen && fits(keyframes_.pose(current_) * *seen);
+    const auto guess = keyframes_.guess(view, current_);
+    return guess && fits(keyframes_.pose(current_) * *guess);
   };
-  for (const bool promoted : {false, true}) {
-    if (promoted) {
-      if (keyframes_.frame(current_) == last_->frame) return false;
-      const Placed& previous = *placed_[last_->frame];
-      const Alignment edge = align(last_->pyramid, keyframes_.pyramid(previous.keyframe), previous.inKeyframe,
-                                   keyframes_.alignment());
-      if (!good(edge, options_.leastOverlap)) return false;
-      const std::size_t added = keyframes_.add(*last_, lastPose_);
-      keyframes_.connect(added, previous.keyframe, edge);
-      placed_[last_->frame] = Placed{added, cv::Affine3d::Identity()};
-      current_ = added;
-    }
-    if (steps == 1 ? byMotion() || byFeatures() : byFeatures() || byMotion()) return true;
-  }
-  return false;
+  return steps == 1 ? byMotion() || byFeatures() : byFeatures() || byMotion();
 }
 
-/// Anywhere: where the camera was lost, and where the same words were seen. Features must agree, for a wall
-/// aligns with any wall. The keyframe beside which it was found.
+/// Makes the last tracked frame the current keyframe.
+bool Tracker::promoteLast() {
+  if (keyframes_.frame(current_) == last_->frame) return false;
+  const Placed& previous = *placed_[last_->frame];
+  const Alignment edge = align(last_->pyramid, keyframes_.pyramid(previous.keyframe), previous.inKeyframe,
+                               keyframes_.alignment());
+  if (!good(edge, options_.minOverlap)) return false;
+  const std::size_t added = keyframes_.add(*last_, lastPose_);
+  keyframes_.connect(added, previous.keyframe, edge);
+  placed_[last_->frame] = Placed{added, cv::Affine3d::Identity()};
+  current_ = added;
+  return true;
+}
+
+bool Tracker::follow(const FrameView& view) {
+  return fitsKeyframe(view) || (promoteLast() && fitsKeyframe(view));
+}
+
+/// Tries the keyframe where the camera was lost, and those with similar words. Features must agree, because
+/// any wall aligns with any other. Returns the keyframe that fits.
 std::optional<std::size_t> Tracker::relocalize(const FrameView& view) {
   std::vector<std::size_t> candidates{current_};
-  for (const std::size_t k : keyframes_.sayingTheSame(view))
+  for (const std::size_t k : keyframes_.withSimilarWords(view))
     if (k != current_) candidates.push_back(k);
   for (const std::size_t k : candidates)
     if (const auto guess = keyframes_.guess(view, k))
@@ -175,7 +182,7 @@ std::optional<std::size_t> Tracker::relocalize(const FrameView& view) {
 
 void Tracker::add(std::unique_ptr<FrameView> view) {
   const std::size_t i = view->frame;
-  if (!view->problem.empty()) {  // it says nothing about where the camera is: the next one is followed
+  if (!view->problem.empty()) {  // the camera is not lost: tracking continues with the next frame
     result_.lost.push_back({i, view->problem});
     return;
   }
@@ -183,7 +190,7 @@ void Tracker::add(std::unique_ptr<FrameView> view) {
     placed_[i] = Placed{keyframes_.add(*view, rigidOf(Pose::planar(0, 0, 0))), cv::Affine3d::Identity()};
   } else {
     const auto &before = sequence_.frame(last_->frame).timestamp, &now = sequence_.frame(i).timestamp;
-    if (before && now && std::abs(*now - *before) > options_.gap) {
+    if (before && now && std::abs(*now - *before) > options_.maxGap) {
       velocity_ = cv::Affine3d::Identity();
       if (!lost_)
         result_.notes.push_back(fmt::format("{:.1f} s without {} before {}", *now - *before,
@@ -212,8 +219,8 @@ void Tracker::add(std::unique_ptr<FrameView> view) {
 
 RgbdTrajectory Tracker::finish(Progress& progress) {
   if (keyframes_.size() == 0)
-    throw Error(
-        fmt::format("{}: no frame can be placed; the first: {}", sequence_.name(), result_.lost.front().why));
+    throw Error(ErrorCode::insufficientData, fmt::format("{}: no frame can be tracked; the first: {}",
+                                                         sequence_.name(), result_.lost.front().why));
   keyframes_.closeLoops(progress);
   for (const auto& [a, b] : keyframes_.optimize())
     result_.loops.emplace_back(keyframes_.frame(a), keyframes_.frame(b));
@@ -224,60 +231,80 @@ RgbdTrajectory Tracker::finish(Progress& progress) {
 }
 
 void requireRgbd(const Sequence& sequence) {
-  if (sequence.size() == 0) throw Error(fmt::format("{}: no frames", sequence.name()));
+  if (sequence.size() == 0)
+    throw Error(ErrorCode::insufficientData, fmt::format("{}: the sequence has no frames", sequence.name()));
   if (!sequence.hasDepth())
     throw Error(
-        fmt::format("{}: no depth images, which odometry needs; `estancia check` says where they are looked "
-                    "for, and --poses takes a trajectory from elsewhere",
+        ErrorCode::invalidInput,
+        fmt::format("{}: odometry needs depth images; `estancia check` says where they are expected, and "
+                    "--poses takes a trajectory from elsewhere",
                     sequence.name()));
   if (!sequence.intrinsics())
-    throw Error(fmt::format(
-        "{}: the camera is not known; give its focal lengths and center by --intrinsics (`estancia "
-        "check` shows what fits)",
-        sequence.name()));
+    throw Error(
+        ErrorCode::invalidInput,
+        fmt::format("{}: the camera's intrinsics are missing; give them by --intrinsics (`estancia check` "
+                    "shows what fits)",
+                    sequence.name()));
 }
 
 }  // namespace
 
-void requireValid(const RgbdOptions& o) {
-  const auto require = [](bool valid, const char* sentence) {
-    if (!valid) throw Error(fmt::format("odometry: {}", sentence));
-  };
-  odometry::alignmentTerm(o.term);
-  const auto isShare = [](double v) { return v > 0 && v <= 1; };
-  require(o.width >= 48 && o.width <= 4096, "width must be 48 to 4096 pixels");
-  require(o.farthest > 0 && o.farthest <= 1000, "farthest must be above 0 m");
-  require(isShare(o.keyframeOverlap) && isShare(o.leastOverlap) && isShare(o.loopOverlap),
-          "overlaps are above 0, at most 1");
-  require(o.leastOverlap <= o.keyframeOverlap, "the least overlap must not exceed that of keyframes");
-  require(o.leastLikeness >= -1 && o.leastLikeness < 1, "the least likeness must be -1 to 1");
-  require(o.mostRmse > 0 && o.mostMotion > 0 && o.mostTurn > 0 && o.gap > 0,
-          "mostRmse, mostMotion, mostTurn and gap must be above 0");
-  require(o.loopCandidates >= 0 && o.loopKeyframes >= 1 && o.loopFeatures >= 6,
-          "a loop needs at least 6 features, and keyframes at least 1 apart");
-  require(o.threads >= 0 && o.threads <= 1024, "threads must be 0 to 1024");
+OptionGroup declare(RgbdOptions& o) {
+  OptionGroup group("odometry", "RGB-D odometry");
+  group.add("term", &o.term, "What alignment minimizes").choices(odometry::alignmentTerms());
+  group.add("width", &o.width, "Images are halved until they are at most this wide")
+      .range(48, 4096)
+      .unit("pixels")
+      .why("Larger images take longer, and gain little with the noise of depth cameras.");
+  group.add("max-depth", &o.maxDepth, "Depth beyond is not used").above(0, 1000).unit("m");
+  group.add("keyframe-overlap", &o.keyframeOverlap, "Overlap below which a frame becomes the next keyframe")
+      .above(0, 1);
+  group.add("min-overlap", &o.minOverlap, "Overlap below which a frame is lost").above(0, 1);
+  group.add("max-rmse", &o.maxRmse, "Difference in depth above which a frame is lost").above(0).unit("m");
+  group.add("min-correlation", &o.minCorrelation, "Correlation of gray values below which a frame is lost")
+      .range(-1, 1);
+  group.add("max-motion", &o.maxMotion, "Largest translation between two frames").above(0).unit("m");
+  group.add("max-turn", &o.maxTurn, "Largest rotation between two frames").above(0).unit("degrees");
+  group.add("max-gap", &o.maxGap, "Interval above which motion is not extrapolated").above(0).unit("s");
+  group.add("loop-candidates", &o.loopCandidates, "Keyframes verified for a loop closure; 0 closes none")
+      .range(0);
+  group.add("min-loop-keyframes", &o.minLoopKeyframes, "Keyframes between the ends of a loop").range(1);
+  group.add("min-loop-overlap", &o.minLoopOverlap, "Smallest overlap of a loop closure").above(0, 1);
+  group.add("min-loop-features", &o.minLoopFeatures, "Features that must agree for a loop closure")
+      .range(6)
+      .why("Raise it where rooms look alike.");
+  group.add("threads", &o.threads, "Threads; 0: one a free core").range(0, 1024);
+  return group;
+}
+
+void validate(const RgbdOptions& options) {
+  RgbdOptions copy = options;
+  declare(copy).validate();
+  if (options.minOverlap > options.keyframeOverlap)
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("odometry.min-overlap is {} and odometry.keyframe-overlap is {}; give a smaller "
+                            "min-overlap",
+                            options.minOverlap, options.keyframeOverlap));
 }
 
 RgbdTrajectory trackRgbd(const Sequence& sequence, const RgbdOptions& options, const FrameWords& words,
-                         Progress* progress) {
-  requireValid(options);
+                         Progress& progress) {
+  validate(options);
   requireRgbd(sequence);
   odometry::open3d();
-  Progress silent;
-  Progress& told = progress != nullptr ? *progress : silent;
 
   Tracker tracker(sequence, options, words);
-  Ahead frames(sequence, options);
-  told.begin("tracking", sequence.size());
+  Prefetcher frames(sequence, options);
+  progress.begin("tracking", sequence.size());
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     if (interrupted())
       throw Interrupted(fmt::format(
           "stopped after {} of {} frames; nothing was written, odometry starts anew", i, sequence.size()));
     tracker.add(frames.next());
-    told.advance();
+    progress.advance();
   }
-  told.end();
-  return tracker.finish(told);
+  progress.end();
+  return tracker.finish(progress);
 }
 
 }  // namespace estancia

@@ -4,59 +4,58 @@
 #include <utility>
 
 #include "estancia/core/parallel.hpp"
-#include "estancia/recognition/different_poses.hpp"
+#include "estancia/recognition/distinct_poses.hpp"
 
 namespace estancia {
 
-std::vector<CandidatePose> candidatesOf(const std::vector<TriedPose>& poses,
-                                        const PreparedModel::Described& model,
-                                        const PreparedScene::Described& scene,
-                                        const RecognitionOptions& options) {
-  constexpr double alike = 0.985;  // cosine of 10°
-  constexpr std::size_t promising = 20;
+std::vector<PoseHypothesis> refineClassical(std::vector<PoseHypothesis> poses,
+                                            const PreparedModel::Described& model,
+                                            const PreparedScene::Described& scene,
+                                            const RecognitionOptions& options) {
+  constexpr double minCosine = 0.985;  // of 10°
+  constexpr std::size_t maxFine = 20;
   constexpr int rounds = 15;
   const RecognitionScales& scales = scene.scales;
-  const cv::Point3d middle = meanOf(model.tried.few.points);
-  const auto refined = [&](std::vector<CandidatePose> candidates, const OrientedPoints& points,
-                           const Surface& surface, double reach, double apart) {
-    Progress silent;
-    inParallel(candidates.size(), options.threads, silent, "stopped while poses were refined",
+  const cv::Point3d middle = meanOf(model.dense.coarse.points);
+  const auto refined = [&](std::vector<PoseHypothesis> hypotheses, const OrientedPoints& points,
+                           const Surface& surface, double reach, double minDistance) {
+    inParallel(hypotheses.size(), options.threads, Progress::none(), "stopped while poses were refined",
                [&](std::size_t i) {
-                 CandidatePose& c = candidates[i];
-                 c.pose = refinePose(points, surface, c.pose, reach, rounds);
-                 c.evidence = examine(points, surface, scene.view, c.pose, scales.tolerance);
+                 PoseHypothesis& h = hypotheses[i];
+                 h.pose = refinePose(points, surface, h.pose, reach, rounds);
+                 h.counts = countInliers(points, surface, scene.view, h.pose, scales.tolerance);
                });
-    std::stable_sort(candidates.begin(), candidates.end(),
-                     [](const CandidatePose& a, const CandidatePose& b) {
-                       return a.evidence.inliers > b.evidence.inliers;
-                     });
-    return differentPoses(std::move(candidates), middle, apart, alike);
+    std::stable_sort(
+        hypotheses.begin(), hypotheses.end(),
+        [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.counts.inliers > b.counts.inliers; });
+    return distinctPoses(std::move(hypotheses), middle, minDistance, minCosine);
   };
-  std::vector<CandidatePose> candidates;
-  for (const TriedPose& p : poses) candidates.push_back({p.pose, {}});
-  candidates = differentPoses(std::move(candidates), middle, scales.consistency / 2, alike);
-  candidates = refined(std::move(candidates), model.tried.few, *scene.coarse, 2 * scales.consistency,
-                       scales.consistency / 2);
-  if (candidates.size() > promising) candidates.resize(promising);
-  return refined(std::move(candidates), model.tried.many, *scene.surface, 2 * scales.tolerance,
+  poses = distinctPoses(std::move(poses), middle, scales.consistency / 2, minCosine);
+  poses = refined(std::move(poses), model.dense.coarse, *scene.coarse, 2 * scales.consistency,
+                  scales.consistency / 2);
+  if (poses.size() > maxFine) poses.resize(maxFine);
+  return refined(std::move(poses), model.dense.fine, *scene.surface, 2 * scales.tolerance,
                  scales.consistency);
 }
 
-void keepVerified(std::vector<CandidatePose>& candidates, const PreparedModel::Described& model,
-                  const PreparedScene::Described& scene, const RecognitionOptions& options) {
+std::vector<PoseHypothesis> verifyClassical(const std::vector<PoseHypothesis>& poses,
+                                            const PreparedModel::Described& model,
+                                            const PreparedScene::Described& scene,
+                                            const RecognitionOptions& options) {
+  std::vector<bool> accepted;
   if (options.verification == "inliers") {
-    std::erase_if(candidates, [&](const CandidatePose& c) { return !isThere(c.evidence, options.accept); });
-    return;
+    for (const PoseHypothesis& h : poses) accepted.push_back(isAccepted(h.counts, options.accept));
+  } else {
+    std::vector<cv::Affine3d> hypotheses;
+    for (const PoseHypothesis& h : poses) hypotheses.push_back(h.pose);
+    const OrientedPoints points = spreadPointsBy(*model.surface, scene.scales.tolerance);
+    accepted =
+        verifyGlobally(points, *scene.coarse, scene.view, scene.parts, hypotheses, scene.scales.tolerance);
   }
-  std::vector<cv::Affine3d> poses;
-  for (const CandidatePose& c : candidates) poses.push_back(c.pose);
-  const OrientedPoints points = spreadPointsBy(*model.surface, scene.scales.tolerance);
-  const std::vector<bool> there =
-      verifyGlobally(points, *scene.coarse, scene.view, scene.parts, poses, scene.scales.tolerance);
-  std::vector<CandidatePose> left;
-  for (std::size_t i = 0; i < candidates.size(); ++i)
-    if (there[i]) left.push_back(candidates[i]);
-  candidates = std::move(left);
+  std::vector<PoseHypothesis> kept;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    if (accepted[i]) kept.push_back(poses[i]);
+  return kept;
 }
 
 }  // namespace estancia

@@ -1,28 +1,24 @@
-// Poses that groups of matches agree on, refined and verified as in thesis 2.4.6 and 2.4.7.
+// Classical pose search: ICP refinement and verification of grouped matches (thesis 2.4.6 and 2.4.7).
 #pragma once
 
 #include <vector>
 
+#include "estancia/recognition/pose_hypothesis.hpp"
 #include "estancia/recognition/prepared.hpp"
-#include "estancia/recognition/verify.hpp"
 
 namespace estancia {
 
-/// A pose and what the scene says of it.
-struct CandidatePose {
-  cv::Affine3d pose;  ///< T_scene_model
-  Evidence evidence;
-};
+/// Refines poses with the coarse points of the model, and the best of these with the fine ones. Most inliers
+/// first, distinct ones.
+std::vector<PoseHypothesis> refineClassical(std::vector<PoseHypothesis> poses,
+                                            const PreparedModel::Described& model,
+                                            const PreparedScene::Described& scene,
+                                            const RecognitionOptions& options);
 
-/// Refines poses with few points of the model, the best of these with many; most inliers first, different
-/// ones.
-std::vector<CandidatePose> candidatesOf(const std::vector<TriedPose>& poses,
-                                        const PreparedModel::Described& model,
-                                        const PreparedScene::Described& scene,
-                                        const RecognitionOptions& options);
-
-/// Drops those that the verification asked for, global or by inliers, does not confirm.
-void keepVerified(std::vector<CandidatePose>& candidates, const PreparedModel::Described& model,
-                  const PreparedScene::Described& scene, const RecognitionOptions& options);
+/// The poses that the verification of `options`, "global" or "inliers", accepts.
+std::vector<PoseHypothesis> verifyClassical(const std::vector<PoseHypothesis>& poses,
+                                            const PreparedModel::Described& model,
+                                            const PreparedScene::Described& scene,
+                                            const RecognitionOptions& options);
 
 }  // namespace estancia

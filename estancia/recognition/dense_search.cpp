@@ -5,24 +5,23 @@
 #include <utility>
 
 #include "estancia/core/parallel.hpp"
-#include "estancia/recognition/different_poses.hpp"
+#include "estancia/recognition/distinct_poses.hpp"
 
 namespace estancia {
 namespace {
 
-constexpr double alike = 0.15;  // [rad] between two poses that are one
+constexpr double minRotation = 0.15;  // [rad] between distinct poses
 
-std::vector<TriedPose> bestOf(std::vector<TriedPose> poses, const cv::Point3d& center, double apart,
-                              std::size_t most) {
+std::vector<PoseHypothesis> bestOf(std::vector<PoseHypothesis> poses, const cv::Point3d& center,
+                                   double minDistance, std::size_t max) {
   std::stable_sort(poses.begin(), poses.end(),
-                   [](const TriedPose& a, const TriedPose& b) { return a.score > b.score; });
-  return differentPoses(std::move(poses), center, apart, std::cos(alike), most);
+                   [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.evidence > b.evidence; });
+  return distinctPoses(std::move(poses), center, minDistance, std::cos(minRotation), max);
 }
 
 template <class Work>
 void each(std::size_t count, std::size_t together, int threads, const Work& work) {
-  Progress silent;
-  inParallel((count + together - 1) / together, threads, silent, "stopped while poses were tried",
+  inParallel((count + together - 1) / together, threads, Progress::none(), "stopped while poses were tried",
              [&](std::size_t chunk) {
                for (std::size_t i = chunk * together; i < std::min(count, (chunk + 1) * together); ++i)
                  work(i);
@@ -31,68 +30,72 @@ void each(std::size_t count, std::size_t together, int threads, const Work& work
 
 }  // namespace
 
-double evidenceFor(const PoseScore& agreement, double tried, bool closed) {
-  constexpr double wholeArea = 700;
-  constexpr double leastPart = 0.25;
-  const double part = closed ? std::clamp(agreement.facing, leastPart, 1.0) : 1;
-  return agreement.vote() / part * std::sqrt(part * tried / wholeArea);
+double evidenceFor(const PoseScore& score, double points, bool closed) {
+  constexpr double unitArea = 700;
+  constexpr double minFacing = 0.25;
+  const double facing = closed ? std::clamp(score.facing, minFacing, 1.0) : 1;
+  return score.vote() / facing * std::sqrt(facing * points / unitArea);
 }
 
-std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
-                                     const std::vector<Match>& matches, const DenseModel& tried,
-                                     const DenseScene& there, const RecognitionScales& scales,
-                                     std::size_t most, int threads) {
-  const PoseTolerances limits{6 * scales.unit + scales.noise, 10 * scales.unit + 1.5 * scales.noise, 0.5};
+std::vector<PoseHypothesis> posesFromLocalFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
+                                                 const std::vector<Match>& matches, const DenseModel& points,
+                                                 const DenseScene& dense, const RecognitionScales& scales,
+                                                 std::size_t max, int threads) {
+  const PoseTolerances limits{.offset = 6 * scales.unit + scales.noise,
+                              .freeSpace = 10 * scales.unit + 1.5 * scales.noise,
+                              .minDot = 0.5};
   const auto poseOf = [&](const Match& match) {
     const cv::Matx33d turn = cv::Matx33d(scene.frames[match.scene].t() * model.frames[match.model]);
     const cv::Vec3d from(cv::Point3d(model.points[match.model])), to(cv::Point3d(scene.points[match.scene]));
     return cv::Affine3d(turn, to - turn * from);
   };
-  // Most poses are nonsense, and a quarter of the points tells.
-  constexpr std::size_t part = 4, often = 5;
+  // Most poses are wrong, and a quarter of the points rejects them.
+  constexpr std::size_t every = 4, keptShare = 5;
   OrientedPoints quarter;
-  for (std::size_t i = 0; i < tried.few.points.size(); i += part) {
-    quarter.points.push_back(tried.few.points[i]);
-    quarter.normals.push_back(tried.few.normals[i]);
-    if (!tried.few.weights.empty()) quarter.weights.push_back(tried.few.weights[i]);
+  for (std::size_t i = 0; i < points.coarse.points.size(); i += every) {
+    quarter.points.push_back(points.coarse.points[i]);
+    quarter.normals.push_back(points.coarse.normals[i]);
+    if (!points.coarse.weights.empty()) quarter.weights.push_back(points.coarse.weights[i]);
   }
   std::vector<std::pair<double, std::size_t>> order(matches.size());
   each(matches.size(), 256, threads, [&](std::size_t i) {
-    order[i] = {-scorePose(quarter, there, poseOf(matches[i]), limits).vote(), i};
+    order[i] = {-scorePose(quarter, dense, poseOf(matches[i]), limits).vote(), i};
   });
-  const std::size_t left = std::min(order.size(), std::max(order.size() / often, 10 * most));
-  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(left), order.end());
-  std::vector<TriedPose> poses(left);
-  each(left, 64, threads, [&](std::size_t i) {
-    TriedPose& p = poses[i];
+  const std::size_t kept = std::min(order.size(), std::max(order.size() / keptShare, 10 * max));
+  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(kept), order.end());
+  std::vector<PoseHypothesis> poses(kept);
+  each(kept, 64, threads, [&](std::size_t i) {
+    PoseHypothesis& p = poses[i];
     p.pose = poseOf(matches[order[i].second]);
-    p.agreement = scorePose(tried.few, there, p.pose, limits);
-    p.score = p.agreement.vote();
+    p.score = scorePose(points.coarse, dense, p.pose, limits);
+    p.evidence = p.score.vote();
   });
-  return bestOf(std::move(poses), tried.center, 6 * scales.unit, most);
+  return bestOf(std::move(poses), points.center, 6 * scales.unit, max);
 }
 
-std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseModel& tried,
-                                   const DenseScene& there, const RecognitionScales& scales, int threads) {
-  constexpr std::size_t promising = 30;
+std::vector<PoseHypothesis> refineDense(std::vector<PoseHypothesis> poses, const DenseModel& points,
+                                        const DenseScene& dense, const RecognitionScales& scales,
+                                        int threads) {
+  constexpr std::size_t maxFine = 30;
   const double unit = scales.unit, noise = scales.noise;
-  // A small model has more points than the scene, which cannot confirm what it has not measured.
-  const double seen = std::pow(std::min(1.0, unit / std::max(scales.spacing, unit)), 2);
+  // A small model has more points than the scene, which cannot support what it has not measured.
+  const double measured = std::pow(std::min(1.0, unit / std::max(scales.spacing, unit)), 2);
   each(poses.size(), 4, threads, [&](std::size_t i) {
-    TriedPose& p = poses[i];
-    p.pose = refineInField(tried.few, tried.center, there, p.pose, {10 * unit, 6 * unit, 10});
-    p.agreement = scorePose(tried.few, there, p.pose, {4 * unit, 7.5 * unit + noise, 0.65});
-    p.score = p.agreement.vote();
+    PoseHypothesis& p = poses[i];
+    p.pose = refineInField(points.coarse, points.center, dense, p.pose, {10 * unit, 6 * unit, 10});
+    p.score = scorePose(points.coarse, dense, p.pose, {4 * unit, 7.5 * unit + noise, 0.65});
+    p.evidence = p.score.vote();
   });
-  poses = bestOf(std::move(poses), tried.center, 5 * unit, promising);
+  poses = bestOf(std::move(poses), points.center, 5 * unit, maxFine);
   each(poses.size(), 1, threads, [&](std::size_t i) {
-    TriedPose& p = poses[i];
-    p.pose = refineInField(tried.many, tried.center, there, p.pose, {7.5 * unit, 3 * unit + 0.2 * noise, 15});
-    p.agreement = scorePose(tried.many, there, p.pose, {scales.tolerance, 6 * unit + noise, 0.7});
-    p.score = evidenceFor(p.agreement, seen * static_cast<double>(tried.many.points.size()),
-                          tried.closed && there.view.known());
+    PoseHypothesis& p = poses[i];
+    p.pose =
+        refineInField(points.fine, points.center, dense, p.pose, {7.5 * unit, 3 * unit + 0.2 * noise, 15});
+    p.score = scorePose(points.fine, dense, p.pose, {scales.tolerance, 6 * unit + noise, 0.7});
+    p.evidence = evidenceFor(p.score, measured * static_cast<double>(points.fine.points.size()),
+                             points.closed && dense.view.known());
   });
-  return bestOf(std::move(poses), tried.center, 5 * unit, promising);
+  return bestOf(std::move(poses), points.center, 5 * unit, maxFine);
 }
 
 }  // namespace estancia

@@ -1,45 +1,40 @@
-// Every match is tried as a pose of its own: thesis 2.4.5–2.4.7 for scenes so noisy that hardly two matches
-// agree.
+// Dense pose search: every match is a pose hypothesis, for scenes so noisy that hardly two matches agree.
 #pragma once
 
 #include <vector>
 
 #include "estancia/recognition/descriptors.hpp"
 #include "estancia/recognition/matching.hpp"
+#include "estancia/recognition/pose_hypothesis.hpp"
 #include "estancia/recognition/pose_score.hpp"
 #include "estancia/recognition/scales.hpp"
 
 namespace estancia {
 
-/// A model as it is tried.
+/// The points of a model with which poses are tried.
 struct DenseModel {
-  OrientedPoints few, many;  ///< test points: for the many poses that matches say, for the few that are left
+  OrientedPoints coarse;  ///< for the many poses of all matches
+  OrientedPoints fine;    ///< for the few best poses
   cv::Point3d center;
-  bool closed = false;  ///< shows all sides, of which a sensor sees but some
+  bool closed = false;  ///< the cloud shows all sides, of which a sensor sees only some
 };
 
-/// A pose and what the scene says of it.
-struct TriedPose {
-  cv::Affine3d pose;  ///< T_scene_model
-  PoseScore agreement;
-  double score = 0;
-};
+/// The poses that align the local frames of each match, best first, at most `max` distinct ones.
+std::vector<PoseHypothesis> posesFromLocalFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
+                                                 const std::vector<Match>& matches, const DenseModel& points,
+                                                 const DenseScene& dense, const RecognitionScales& scales,
+                                                 std::size_t max, int threads);
 
-/// The pose that brings the local frames of each match together, best first, `most` different ones.
-std::vector<TriedPose> posesOfFrames(const SurfaceFeatures& model, const SurfaceFeatures& scene,
-                                     const std::vector<Match>& matches, const DenseModel& tried,
-                                     const DenseScene& there, const RecognitionScales& scales,
-                                     std::size_t most, int threads);
+/// Refines all poses with the coarse points, and the best of these with the fine ones; their evidence is
+/// evidenceFor(). Best first, distinct ones.
+std::vector<PoseHypothesis> refineDense(std::vector<PoseHypothesis> poses, const DenseModel& points,
+                                        const DenseScene& dense, const RecognitionScales& scales,
+                                        int threads);
 
-/// Refines poses with the few points, the best of these with the many, and scores them by evidenceFor(); best
-/// first, different ones.
-std::vector<TriedPose> refinePoses(std::vector<TriedPose> poses, const DenseModel& tried,
-                                   const DenseScene& there, const RecognitionScales& scales, int threads);
-
-/// The evidence that a model is there: the mean vote of its points times the root of its area, for the same
-/// share of a larger surface is less likely to be chance. The area is `tried`, the number of points, 700 of
-/// which count 1 (less than one where the scene has fewer points than are tried); of a closed model that of
+/// The evidence for a pose: the mean vote of its points times the square root of the area, because the same
+/// share of a larger surface is less likely to be chance. The area is `points`, the number of points that
+/// were tried, in units of 700 (less where the scene has fewer points than the model); of a closed model only
 /// the points that face the sensor.
-double evidenceFor(const PoseScore& agreement, double tried, bool closed);
+double evidenceFor(const PoseScore& score, double points, bool closed);
 
 }  // namespace estancia

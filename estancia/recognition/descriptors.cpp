@@ -1,11 +1,7 @@
 #include "estancia/recognition/descriptors.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
+#include <algorithm>
 #include <cmath>
-
-#include "estancia/core/error.hpp"
 
 namespace estancia {
 namespace {
@@ -17,30 +13,21 @@ struct Method {
 constexpr Method methods[] = {
     {"shot", "signatures of histograms of normals in a local frame, 352 numbers", 352},
     {"fpfh", "fast point feature histograms: angles between normals, 33 numbers", 33},
-    {"spin-image", "where points lie around the normal, 153 numbers", 153},
+    {"spin-image", "distances and heights of points around the normal, 153 numbers", 153},
 };
-
-const Method& methodCalled(const std::string& name) {
-  std::vector<std::string> names;
-  for (const Method& m : methods) {
-    if (name == m.name) return m;
-    names.emplace_back(m.name);
-  }
-  throw Error(
-      fmt::format("no descriptor of a surface is called '{}'; known are {}", name, fmt::join(names, ", ")));
-}
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::string>> descriptorMethods() {
-  std::vector<std::pair<std::string, std::string>> known;
-  for (const Method& m : methods) known.emplace_back(m.name, m.explanation);
-  return known;
+Choices descriptorMethods() {
+  Choices choices;
+  for (const Method& m : methods) choices.push_back({m.name, m.explanation});
+  return choices;
 }
 
 SurfaceFeatures describe(const Surface& surface, std::span<const std::uint32_t> keypoints,
                          const std::string& method, double radius, int threads, FrameSigns signs) {
-  const auto& [name, explanation, length] = methodCalled(method);
+  requireChoice("surface descriptor", method, descriptorMethods());
+  const std::size_t length = std::ranges::find(methods, method, &Method::name)->length;
   surface.requireRadius(radius, "descriptor radius");
   const std::vector<cv::Matx33f> frames = localFrames(surface, keypoints, radius, threads, signs);
   std::vector<float> values;

@@ -14,7 +14,7 @@ namespace {
 constexpr int bins = 11, length = 3 * bins;
 constexpr std::size_t padded = 48;    // numbers of a histogram in memory: three vectors of 16
 constexpr std::size_t together = 64;  // points that a thread takes at once
-constexpr std::size_t few = 5;
+constexpr std::size_t minNeighbors = 5;
 
 /// Oriented points, each in one half of a cache line.
 struct alignas(32) Oriented {
@@ -23,7 +23,7 @@ struct alignas(32) Oriented {
 
 using Histogram = std::array<float, padded>;
 
-/// Neighbors of a point, number by number, so that several are worked on at once; bins of the three angles.
+/// Neighbors of a point by coordinate, for SIMD; bins of the three angles.
 struct Pairs {
   std::vector<float> dx, dy, dz, nx, ny, nz;
   std::vector<std::int32_t> f1, f2, f3;
@@ -97,7 +97,7 @@ Histogram simplified(const std::vector<Oriented>& points, std::uint32_t p, std::
   }
   binPairs(n, here.nx, here.ny, here.nz, pairs.dx.data(), pairs.dy.data(), pairs.dz.data(), pairs.nx.data(),
            pairs.ny.data(), pairs.nz.data(), pairs.f1.data(), pairs.f2.data(), pairs.f3.data());
-  // Two sets of counters, as a counter that was just written is slow to be read again.
+  // Two sets of counters, because a counter that was just written is slow to read.
   std::array<std::uint32_t, 2 * 3 * (bins + 1)> counts{};
   for (std::size_t i = 0; i < n; ++i) {
     std::uint32_t* set = counts.data() + i % 2 * 3 * (bins + 1);
@@ -115,7 +115,7 @@ Histogram simplified(const std::vector<Oriented>& points, std::uint32_t p, std::
   return histogram;
 }
 
-/// The neighbors' histograms, weighted by how near they are; each third adds up to 100.
+/// The neighbors' histograms, weighted by proximity; each third sums to 100.
 void weigh(std::span<const Neighbor> near, const std::vector<std::uint32_t>& row,
            const std::vector<Histogram>& histograms, float* fpfh) {
   alignas(64) float sum[padded] = {};
@@ -136,16 +136,15 @@ void describeFpfh(const Surface& surface, std::span<const std::uint32_t> keypoin
   const auto reach = static_cast<float>(radius);
   const std::size_t size = surface.size();
   const auto chunks = [](std::size_t count) { return (count + together - 1) / together; };
-  Progress silent;
   const char* const stopped = "stopped while a surface was described";
 
-  // Whose histograms are needed: of every point near a keypoint. Bytes that are set to 1 only, by any thread.
+  // Histograms are needed of every point near a keypoint. Bytes that any thread sets to 1.
   std::vector<std::uint8_t> needed(size, 0);
   std::vector<std::atomic<std::uint8_t>> marks(keypoints.size() < size ? size : 0);
   if (marks.empty())
     std::fill(needed.begin(), needed.end(), 1);
   else
-    inParallel(chunks(keypoints.size()), threads, silent, stopped, [&](std::size_t chunk) {
+    inParallel(chunks(keypoints.size()), threads, Progress::none(), stopped, [&](std::size_t chunk) {
       std::vector<Neighbor> buffer;
       const std::size_t end = std::min(keypoints.size(), (chunk + 1) * together);
       for (std::size_t i = chunk * together; i < end; ++i)
@@ -167,7 +166,7 @@ void describeFpfh(const Surface& surface, std::span<const std::uint32_t> keypoin
     points[i] = {p.x, p.y, p.z, n.x, n.y, n.z, {0, 0}};
   }
   std::vector<Histogram> histograms(some.size());
-  inParallel(chunks(some.size()), threads, silent, stopped, [&](std::size_t chunk) {
+  inParallel(chunks(some.size()), threads, Progress::none(), stopped, [&](std::size_t chunk) {
     std::vector<Neighbor> buffer;
     Pairs pairs;
     const std::size_t end = std::min(some.size(), (chunk + 1) * together);
@@ -177,13 +176,13 @@ void describeFpfh(const Surface& surface, std::span<const std::uint32_t> keypoin
   });
 
   values.resize(keypoints.size() * length);
-  inParallel(chunks(keypoints.size()), threads, silent, stopped, [&](std::size_t chunk) {
+  inParallel(chunks(keypoints.size()), threads, Progress::none(), stopped, [&](std::size_t chunk) {
     std::vector<Neighbor> buffer;
     const std::size_t end = std::min(keypoints.size(), (chunk + 1) * together);
     for (std::size_t i = chunk * together; i < end; ++i) {
       const auto near = neighbors.within(surface.points()[keypoints[i]], reach, buffer);
       float* const fpfh = values.data() + i * length;
-      if (near.size() < few)
+      if (near.size() < minNeighbors)
         std::fill_n(fpfh, length, std::numeric_limits<float>::quiet_NaN());
       else
         weigh(near, row, histograms, fpfh);

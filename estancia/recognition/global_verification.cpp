@@ -18,7 +18,7 @@ struct Weighed {
   float weight;
 };
 
-/// What one hypothesis says of the scene (section 3.2 of the paper).
+/// The cues of one hypothesis (section 3.2 of the paper).
 struct Cues {
   std::vector<Weighed> explained, unexplained;
   double outliers = 0;
@@ -26,8 +26,8 @@ struct Cues {
 
 Cues cuesOf(const OrientedPoints& model, const Surface& scene, const RangeImage& view,
             std::span<const int> parts, const cv::Affine3d& pose, double tolerance) {
-  const cv::Affine3f there(pose);
-  const cv::Matx33f turn = there.rotation();
+  const cv::Affine3f transform(pose);
+  const cv::Matx33f rotation = transform.rotation();
   const auto reach = static_cast<float>(tolerance);
   const auto around = static_cast<float>(2 * tolerance);  // in which unexplained points are clutter
   Cues cues;
@@ -37,8 +37,8 @@ Cues cuesOf(const OrientedPoints& model, const Surface& scene, const RangeImage&
   };
   std::unordered_map<std::uint32_t, Partner> explained;
   for (std::size_t i = 0; i < model.points.size(); ++i) {
-    const cv::Point3f p = there * model.points[i], n = turn * model.normals[i];
-    if (view.known()) {  // what cannot be seen explains nothing and misses nothing
+    const cv::Point3f p = transform * model.points[i], n = rotation * model.normals[i];
+    if (view.known()) {  // invisible points explain nothing and are no outliers
       const auto depth = view.depth(p);
       if (n.dot(p) > 0 || !depth || *depth < p.z - 2 * reach) continue;
     }
@@ -63,15 +63,15 @@ Cues cuesOf(const OrientedPoints& model, const Surface& scene, const RangeImage&
       const bool samePart = parts[s.index] != 0 && parts[s.index] == parts[e.point];
       const float alike = std::clamp(scene.normals()[s.index].dot(scene.normals()[e.point]), 0.F, 1.F);
       const float weight = (1 - s.squared / (around * around)) * (samePart ? clutterWeight : alike);
-      float& most = unexplained[s.index];
-      most = std::max(most, weight);
+      float& largest = unexplained[s.index];
+      largest = std::max(largest, weight);
     }
   for (const auto& [point, weight] : unexplained) cues.unexplained.push_back({point, weight});
   std::sort(cues.unexplained.begin(), cues.unexplained.end(), byPoint);
   return cues;
 }
 
-/// The cost of a set of hypotheses, kept up to date while they come and go.
+/// The cost of a set of hypotheses, updated while they are added and removed.
 class Cost {
  public:
   Cost(std::size_t points, std::span<const Cues> cues)
@@ -98,7 +98,7 @@ class Cost {
   }
 
  private:
-  /// What a scene point adds: less when explained, more when explained twice or left over.
+  /// The cost of a scene point: less when explained, more when explained twice or unexplained.
   double costOf(std::uint32_t p) const {
     if (explained_[p] == 0) return unexplained_[p];
     return (explained_[p] > 1 ? explained_[p] : 0) - weight_[p];
@@ -115,7 +115,7 @@ class Cost {
 
 std::vector<int> smoothPartsOf(const Surface& surface, double reach, int threads) {
   constexpr float smooth = 0.98006658F;  // cos 0.2 rad
-  constexpr int small = 20;              // points
+  constexpr int minPoints = 20;          // of a part
   const auto size = static_cast<std::uint32_t>(surface.size());
   std::vector<std::vector<std::uint32_t>> links(size);
   surface.neighbors().eachWithin(
@@ -138,7 +138,7 @@ std::vector<int> smoothPartsOf(const Surface& surface, double reach, int threads
           parts[j] = part;
           members.push_back(j);
         }
-    if (members.size() < small)
+    if (members.size() < minPoints)
       for (const std::uint32_t j : members) parts[j] = 0;
   }
   return parts;
@@ -169,7 +169,7 @@ std::vector<bool> verifyGlobally(const OrientedPoints& model, const Surface& sce
     if (cost.value() > before && uniform() > std::exp((before - cost.value()) / temperature)) cost.flip(h);
     keepBest();
   }
-  // Down to the bottom of the best valley.
+  // Greedy descent from the best set.
   for (std::size_t h = 0; h < poses.size(); ++h)
     if (cost.active()[h] != best[h]) cost.flip(h);
   for (bool better = true; better;) {

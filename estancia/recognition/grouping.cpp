@@ -1,7 +1,6 @@
 #include "estancia/recognition/grouping.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
@@ -17,7 +16,7 @@
 namespace estancia {
 namespace {
 
-/// Matches, number by number: the model's point, then the scene's.
+/// Matches by coordinate, for SIMD: the model's point, then the scene's.
 struct MatchTable {
   std::vector<float> mx, my, mz, sx, sy, sz;
 
@@ -32,7 +31,7 @@ struct MatchTable {
   }
 };
 
-/// How much the distance to match i differs between model and scene, for each match.
+/// The difference of the distances to match i in model and scene, for each match.
 ESTANCIA_MULTIVERSION void stretches(const MatchTable& t, std::size_t i, float* __restrict out) {
   const float ax = t.mx[i], ay = t.my[i], az = t.mz[i], bx = t.sx[i], by = t.sy[i], bz = t.sz[i];
   const float *mx = t.mx.data(), *my = t.my.data(), *mz = t.mz.data();
@@ -76,20 +75,11 @@ std::vector<std::uint32_t> inliersOf(const cv::Affine3d& pose, std::span<const c
   return inliers;
 }
 
-struct Method {
-  const char *name, *explanation;
-};
-constexpr Method methods[] = {
-    {"geometric-consistency", "matches that keep their distances"},
-    {"hough", "matches whose local frames put the model at the same place"},
-};
-
 }  // namespace
 
-std::vector<std::pair<std::string, std::string>> groupingMethods() {
-  std::vector<std::pair<std::string, std::string>> known;
-  for (const Method& m : methods) known.emplace_back(m.name, m.explanation);
-  return known;
+Choices groupingMethods() {
+  return {{"geometric-consistency", "matches that preserve their distances"},
+          {"hough", "matches whose local frames vote for the same center"}};
 }
 
 std::vector<std::vector<std::uint32_t>> consistentSets(std::span<const cv::Point3f> model,
@@ -98,20 +88,19 @@ std::vector<std::vector<std::uint32_t>> consistentSets(std::span<const cv::Point
                                                        std::size_t minimum, int threads) {
   constexpr std::size_t together = 64;  // seeds whose partners are looked up at once
   const MatchTable table(model, scene, matches);
-  const auto most = static_cast<float>(tolerance);
+  const auto limit = static_cast<float>(tolerance);
   std::vector<std::vector<std::uint32_t>> sets;
   std::vector<char> taken(matches.size(), 0);
-  Progress silent;
   for (std::size_t begin = 0; begin < matches.size(); begin += together) {
     const std::size_t count = std::min(together, matches.size() - begin);
     std::vector<std::vector<std::uint32_t>> partners(count);
-    inParallel(count, threads, silent, "stopped while matches were grouped", [&](std::size_t k) {
+    inParallel(count, threads, Progress::none(), "stopped while matches were grouped", [&](std::size_t k) {
       const std::size_t i = begin + k;
       if (taken[i]) return;
       std::vector<float> stretch(matches.size());
       stretches(table, i, stretch.data());
       for (std::uint32_t j = 0; j < matches.size(); ++j)
-        if (stretch[j] <= most && j != i && !taken[j]) partners[k].push_back(j);
+        if (stretch[j] <= limit && j != i && !taken[j]) partners[k].push_back(j);
     });
     for (std::size_t k = 0; k < count; ++k) {
       const std::size_t i = begin + k;
@@ -119,7 +108,7 @@ std::vector<std::vector<std::uint32_t>> consistentSets(std::span<const cv::Point
       std::vector<std::uint32_t> set{static_cast<std::uint32_t>(i)};
       for (const std::uint32_t j : partners[k])
         if (!taken[j] && std::all_of(set.begin() + 1, set.end(),
-                                     [&](std::uint32_t s) { return keepsDistance(table, s, j, most); }))
+                                     [&](std::uint32_t s) { return keepsDistance(table, s, j, limit); }))
           set.push_back(j);
       if (set.size() < minimum) continue;
       for (const std::uint32_t j : set) taken[j] = 1;
@@ -139,8 +128,8 @@ std::vector<std::vector<std::uint32_t>> houghSets(const SurfaceFeatures& model, 
   for (const Match& m : matches) {
     const cv::Matx31f local =
         model.frames[m.model] * cv::Matx31f(cv::Vec3f(middle - model.points[m.model]).val);
-    const cv::Matx31f there = scene.frames[m.scene].t() * local;
-    votes.push_back(scene.points[m.scene] + cv::Point3f(there(0), there(1), there(2)));
+    const cv::Matx31f offset = scene.frames[m.scene].t() * local;
+    votes.push_back(scene.points[m.scene] + cv::Point3f(offset(0), offset(1), offset(2)));
   }
   const Neighbors neighbors(votes, threads);
   std::vector<std::vector<std::uint32_t>> around(votes.size());
@@ -172,10 +161,10 @@ std::pair<cv::Affine3d, std::vector<std::uint32_t>> agreedTransform(std::span<co
                                                                     std::span<const cv::Point3f> to,
                                                                     double tolerance) {
   constexpr int samples = 200;
-  constexpr std::size_t enough = 3;
+  constexpr std::size_t minInliers = 3;
   cv::Affine3d best;
   std::vector<std::uint32_t> inliers;
-  if (from.size() < enough) return {best, inliers};
+  if (from.size() < minInliers) return {best, inliers};
   const auto consider = [&](std::span<const std::uint32_t> sample) {
     const cv::Affine3d pose = leastSquares(from, to, sample);
     auto agree = inliersOf(pose, from, to, tolerance);
@@ -186,13 +175,13 @@ std::pair<cv::Affine3d, std::vector<std::uint32_t>> agreedTransform(std::span<co
   std::vector<std::uint32_t> all(from.size());
   std::iota(all.begin(), all.end(), 0U);
   consider(all);
-  std::minstd_rand random(1);  // the same matches, the same pose
+  std::minstd_rand random(1);  // a fixed seed: the same matches give the same pose
   for (int s = 0; s < samples && inliers.size() < from.size(); ++s) {
     std::uint32_t sample[3];
     for (std::uint32_t& index : sample) index = static_cast<std::uint32_t>(random() % from.size());
     if (sample[0] != sample[1] && sample[1] != sample[2] && sample[2] != sample[0]) consider(sample);
   }
-  if (inliers.size() < enough) return {best, {}};
+  if (inliers.size() < minInliers) return {best, {}};
   for (int round = 0; round < 2; ++round) {
     const cv::Affine3d pose = leastSquares(from, to, inliers);
     auto agree = inliersOf(pose, from, to, tolerance);
@@ -207,28 +196,24 @@ std::vector<Hypothesis> groupMatches(const SurfaceFeatures& model, const Surface
                                      const std::vector<Match>& matches, const std::string& method,
                                      double tolerance, std::size_t minimum, int threads) {
   if (!(tolerance > 0) || !std::isfinite(tolerance))
-    throw Error(fmt::format("matches cannot agree up to {} m; the tolerance must be positive", tolerance));
-  std::vector<std::vector<std::uint32_t>> sets;
-  if (method == methods[0].name)
-    sets = consistentSets(model.points, scene.points, matches, tolerance, minimum, threads);
-  else if (method == methods[1].name)
-    sets = houghSets(model, scene, matches, tolerance, minimum, threads);
-  else
-    throw Error(fmt::format("no grouping is called '{}'; known are {}, {}", method, methods[0].name,
-                            methods[1].name));
-
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("the tolerance of grouping is {} m; give a positive one", tolerance));
+  requireChoice("grouping", method, groupingMethods());
+  const auto sets = method == "hough"
+                        ? houghSets(model, scene, matches, tolerance, minimum, threads)
+                        : consistentSets(model.points, scene.points, matches, tolerance, minimum, threads);
   std::vector<Hypothesis> hypotheses(sets.size());
-  Progress silent;
-  inParallel(sets.size(), threads, silent, "stopped while matches were grouped", [&](std::size_t s) {
-    std::vector<cv::Point3f> from, to;
-    for (const std::uint32_t i : sets[s]) {
-      from.push_back(model.points[matches[i].model]);
-      to.push_back(scene.points[matches[i].scene]);
-    }
-    const auto [pose, inliers] = agreedTransform(from, to, tolerance);
-    hypotheses[s].pose = pose;
-    for (const std::uint32_t i : inliers) hypotheses[s].matches.push_back(matches[sets[s][i]]);
-  });
+  inParallel(sets.size(), threads, Progress::none(), "stopped while matches were grouped",
+             [&](std::size_t s) {
+               std::vector<cv::Point3f> from, to;
+               for (const std::uint32_t i : sets[s]) {
+                 from.push_back(model.points[matches[i].model]);
+                 to.push_back(scene.points[matches[i].scene]);
+               }
+               const auto [pose, inliers] = agreedTransform(from, to, tolerance);
+               hypotheses[s].pose = pose;
+               for (const std::uint32_t i : inliers) hypotheses[s].matches.push_back(matches[sets[s][i]]);
+             });
   std::erase_if(hypotheses,
                 [&](const Hypothesis& h) { return h.matches.size() < std::max<std::size_t>(minimum, 3); });
   std::stable_sort(hypotheses.begin(), hypotheses.end(), [](const Hypothesis& a, const Hypothesis& b) {

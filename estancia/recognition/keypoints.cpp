@@ -1,7 +1,6 @@
 #include "estancia/recognition/keypoints.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -14,14 +13,16 @@ namespace estancia {
 namespace {
 
 std::vector<std::uint32_t> uniform(const Surface& surface, double spacing, int /*threads*/) {
-  constexpr double least = 1e-6;  // of the resolution: such cells are another unit's, and a float's end
-  if (!(spacing > least * surface.resolution()))
-    throw Error(fmt::format("{}: keypoints {} m apart on a cloud of {:.4g} m; a spacing of {:.4g} m would do",
+  constexpr double minSpacing = 1e-6;  // of the resolution; below, voxels exceed the precision of a float
+  if (!(spacing > minSpacing * surface.resolution()))
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("{}: the keypoint spacing is {} m on a cloud of {:.4g} m; give about {:.4g} m",
                             surface.name(), spacing, surface.extent(), 5 * surface.resolution()));
   return onePerVoxel(surface.points(), spacing);
 }
 
-/// The points whose response is positive and the largest within `radius`; the first of several equal ones.
+/// Non-maximum suppression: the points whose response is positive and the largest within `radius`; the first
+/// of equal ones.
 std::vector<std::uint32_t> strongest(const Surface& surface, const std::vector<float>& response,
                                      double radius, int threads) {
   std::vector<char> isKeypoint(surface.size(), 0);
@@ -56,7 +57,7 @@ std::vector<std::uint32_t> harris3d(const Surface& surface, double spacing, int 
              static_cast<double>(xy) * xy * zz - static_cast<double>(yz) * yz * xx);
         response[i] = static_cast<float>(0.04 + det - 0.04 * trace * trace);
       });
-  // Unit normals have a trace of 1: what rounding leaves of 0.04 − 0.04 on a plane is no corner.
+  // Unit normals have a trace of 1: on a plane, rounding of 0.04 − 0.04 must not make corners.
   for (float& r : response)
     if (r < 1e-6F) r = 0;
   return strongest(surface, response, spacing, threads);
@@ -64,11 +65,11 @@ std::vector<std::uint32_t> harris3d(const Surface& surface, double spacing, int 
 
 std::vector<std::uint32_t> iss(const Surface& surface, double spacing, int threads) {
   constexpr double ratio = 0.975;
-  constexpr std::size_t few = 5;
+  constexpr std::size_t minNeighbors = 5;
   std::vector<float> salience(surface.size(), 0);
   surface.neighbors().eachWithin(
       static_cast<float>(spacing), threads, [&](std::uint32_t i, std::span<const Neighbor> near) {
-        if (near.size() < few) return;
+        if (near.size() < minNeighbors) return;
         const cv::Point3f& p = surface.points()[i];
         float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
         for (const Neighbor& n : near) {
@@ -80,7 +81,7 @@ std::vector<std::uint32_t> iss(const Surface& surface, double spacing, int threa
         scatter << xx, xy, xz, xy, yy, yz, xz, yz, zz;
         const Eigen::Vector3d e =
             Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter, Eigen::EigenvaluesOnly).eigenvalues();
-        // Eigenvalues that rounding made are none: a plane has no salient point.
+        // Eigenvalues from rounding are ignored: a plane has no salient point.
         if (e[0] > 1e-6 * e[2] && e[1] < ratio * e[2] && e[0] < ratio * e[1])
           salience[i] = static_cast<float>(e[0]);
       });
@@ -92,30 +93,26 @@ struct Method {
   std::vector<std::uint32_t> (*find)(const Surface&, double, int);
 };
 constexpr Method methods[] = {
-    {"uniform", "one point a cell of a grid", uniform},
+    {"uniform", "one point a voxel", uniform},
     {"harris3d", "where normals vary in all directions", harris3d},
-    {"iss", "intrinsic shape signatures: where points spread in three different ways", iss},
+    {"iss", "intrinsic shape signatures: three different variances of the points around", iss},
 };
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::string>> keypointMethods() {
-  std::vector<std::pair<std::string, std::string>> known;
-  for (const Method& m : methods) known.emplace_back(m.name, m.explanation);
-  return known;
+Choices keypointMethods() {
+  Choices choices;
+  for (const Method& m : methods) choices.push_back({m.name, m.explanation});
+  return choices;
 }
 
 std::vector<std::uint32_t> findKeypoints(const Surface& surface, const std::string& method, double spacing,
                                          int threads) {
   if (!(spacing > 0) || !std::isfinite(spacing))
-    throw Error(
-        fmt::format("{}: keypoints {} m apart; the spacing must be positive", surface.name(), spacing));
-  std::vector<std::string> names;
-  for (const Method& m : methods) {
-    if (method == m.name) return m.find(surface, spacing, threads);
-    names.emplace_back(m.name);
-  }
-  throw Error(fmt::format("no keypoints are called '{}'; known are {}", method, fmt::join(names, ", ")));
+    throw Error(ErrorCode::invalidOption, fmt::format("{}: the keypoint spacing is {} m; give a positive one",
+                                                      surface.name(), spacing));
+  requireChoice("keypoint detector", method, keypointMethods());
+  return std::ranges::find(methods, method, &Method::name)->find(surface, spacing, threads);
 }
 
 }  // namespace estancia

@@ -20,7 +20,7 @@ std::vector<std::vector<NearRow>> nearestRows(const DescriptorMatrix& rows, cons
   std::vector<std::vector<NearRow>> found(rows.size());
   count = std::min(count, others.size());
   if (count == 0) return found;
-  // A few more than asked for, as the product's rounding may swap near ones; the exact distance decides.
+  // A few more than needed, because rounding of the product may swap near rows; the exact distance decides.
   const std::size_t kept = std::min(count + 3, others.size());
   // |a − b|² = |a|² + |b|² − 2 a·b, and |a|² changes no order.
   const std::vector<float> norms = squaredNorms(others);

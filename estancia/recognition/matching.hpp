@@ -1,4 +1,4 @@
-// Which described places look alike (thesis 2.4.4), exactly, by matrix products.
+// Descriptor matching: exact k nearest neighbors by matrix products (thesis 2.4.4).
 #pragma once
 
 #include <cstdint>
@@ -9,33 +9,33 @@
 
 namespace estancia {
 
-/// A keypoint of a model and one of a scene whose descriptors are near.
+/// A keypoint of a model and one of a scene with similar descriptors.
 struct Match {
-  std::uint32_t model = 0, scene = 0;  ///< which described keypoint of each
-  float squared = 0;                   ///< of the distance of the descriptors
+  std::uint32_t model = 0, scene = 0;  ///< indices of the described keypoints
+  float squared = 0;                   ///< squared distance of the descriptors
 
   bool operator==(const Match&) const = default;
 };
 
-/// The `count` rows of `others` nearest to each of `rows` by Euclidean distance, nearest first; of equally
-/// near ones the first. `found` says for each row what it got: {row, other, squared}. The same for any number
-/// of threads. Throws Error when the rows are not equally long.
 struct NearRow {
   std::uint32_t other = 0;
   float squared = 0;
 };
+/// For each of `rows` the `count` rows of `others` nearest by Euclidean distance, nearest first; of rows at
+/// the same distance the first. The same for any number of threads. Throws Error when their lengths differ.
 std::vector<std::vector<NearRow>> nearestRows(const DescriptorMatrix& rows, const DescriptorMatrix& others,
                                               std::size_t count, int threads = 1);
 
-/// From which side matches are looked for.
+/// Whose keypoints are each matched.
 enum class MatchEach {
-  /// Each scene keypoint gets the model keypoints nearest to it: many scenes' clutter finds a partner.
+  /// Each scene keypoint with the nearest model keypoints: clutter gets matches, too.
   scene,
-  model  ///< each model keypoint gets the scene keypoints nearest to it: far fewer, and several can be right
+  /// Each model keypoint with the nearest scene keypoints: far fewer matches, several of which can be right.
+  model
 };
 
 /// The matches of each keypoint of one side with its `count` nearest of the other, nearest descriptors first;
-/// with a `distance`, only those that differ by no more than so many lengths of the scene's descriptor.
+/// with a `distance`, only those within this share of the norm of the scene's descriptor.
 std::vector<Match> matchDescriptors(const DescriptorMatrix& model, const DescriptorMatrix& scene,
                                     MatchEach each, std::size_t count, double distance = 0, int threads = 1);
 

@@ -1,4 +1,4 @@
-// The nearest point of a surface, looked up instead of searched for.
+// Nearest-neighbor field: the nearest point of a surface by lookup in a sparse voxel grid.
 #pragma once
 
 #include <array>
@@ -10,25 +10,25 @@
 
 namespace estancia {
 
-/// For every cubic cell near a surface the point that is nearest to the cell's middle. Only blocks of cells
-/// near points exist, found by a hash, so memory follows the surface and not the space around it. Poses are
-/// tried by the hundred thousand: a tree would take ten times as long.
+/// For every voxel near a surface the point that is nearest to the voxel's center. Only blocks of voxels near
+/// points exist, in a hash table, so memory is proportional to the surface. Poses are tried by the hundred
+/// thousand: a tree would take ten times as long.
 class NearestField {
  public:
   static constexpr std::int32_t none = -1;
 
   NearestField() = default;
-  /// Cells of edge `cell` [m] up to `reach` [m] away from a point; both positive. Points so far out that they
-  /// cannot be told apart from their neighbors by cells are left out.
+  /// Voxels of edge `cell` [m] up to `reach` [m] away from a point; both positive. Points whose voxel
+  /// coordinates exceed the precision of a float are left out.
   NearestField(std::span<const cv::Point3f> points, double cell, double reach, int threads);
 
-  /// Index of the point nearest to the middle of the cell of `place`, as far as there is one within reach.
+  /// Index of the point nearest to the center of the voxel of `place`; none when there is none within reach.
   std::int32_t at(const cv::Point3f& place) const {
     const std::array<float, 3> scaled{place.x * inverse_, place.y * inverse_, place.z * inverse_};
     std::array<std::int32_t, 3> block{};
     std::uint32_t cell = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-      if (!(std::abs(scaled[k]) < furthest)) return none;
+      if (!(std::abs(scaled[k]) < maxCoordinate)) return none;
       const auto c = static_cast<std::int32_t>(std::floor(scaled[k]));
       block[k] = c >> bits;
       cell = (cell << bits) | (static_cast<std::uint32_t>(c) & mask);
@@ -40,7 +40,7 @@ class NearestField {
  private:
   static constexpr int bits = 3;  // 8 × 8 × 8 cells a block
   static constexpr std::uint32_t mask = (1U << bits) - 1;
-  static constexpr float furthest = 1 << 29;  // cells
+  static constexpr float maxCoordinate = 1 << 29;  // voxels
 
   struct Slot {
     std::array<std::int32_t, 3> block{};

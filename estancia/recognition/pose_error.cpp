@@ -13,15 +13,17 @@
 namespace estancia {
 
 cv::Point3d centerOf(const PointCloud& model) {
-  constexpr float most = std::numeric_limits<float>::infinity();
-  cv::Point3f low(most, most, most), high = -low;
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  cv::Point3f low(infinity, infinity, infinity), high = -low;
   for (const cv::Point3f& p : model.points) {
     if (!std::isfinite(p.x + p.y + p.z)) continue;
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
   if (low.x > high.x)
-    throw Error(fmt::format("none of the model's {} points is finite", model.points.size()));
+    throw Error(
+        ErrorCode::invalidInput,
+        fmt::format("none of the model's {} points is finite, so it has no center", model.points.size()));
   return (cv::Point3d(low) + cv::Point3d(high)) / 2;
 }
 
@@ -31,17 +33,18 @@ PoseError poseError(const cv::Affine3d& found, const cv::Affine3d& truth, const 
     return PoseError{cv::norm(found * center - same * center),
                      angleOf(found.inv() * same) * 180 / std::numbers::pi};
   };
-  PoseError least = between(truth);
+  PoseError smallest = between(truth);
   for (const cv::Affine3d& symmetry : symmetries)
-    if (const PoseError error = between(truth * symmetry); error.rotation < least.rotation) least = error;
-  return least;
+    if (const PoseError error = between(truth * symmetry); error.rotation < smallest.rotation)
+      smallest = error;
+  return smallest;
 }
 
 std::vector<cv::Affine3d> turnsAround(const cv::Point3d& center, const cv::Vec3d& axis, int fold) {
   const double length = cv::norm(axis);
   if (fold < 2 || !(length > 0) || !std::isfinite(length))
-    throw Error(fmt::format(
-        "an object cannot look the same {} times a turn; give 2 or more, and an axis that is not 0", fold));
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("the fold of a symmetry is {}; give 2 or more, and an axis that is not 0", fold));
   std::vector<cv::Affine3d> turns;
   for (int k = 1; k < fold; ++k) {
     const cv::Affine3d turn(axis * (2 * std::numbers::pi * k / fold / length));

@@ -1,4 +1,4 @@
-// How far a found pose is from the true one.
+// Pose error: translation and rotation between a found and the true pose, symmetries considered.
 #pragma once
 
 #include <opencv2/core/affine.hpp>
@@ -14,21 +14,20 @@ struct PoseError {
   double rotation = 0;     ///< [degrees], 0 … 180
 };
 
-/// The middle of the box around a cloud's finite points [m]: what stays in place when a symmetric object
-/// turns. Throws Error on a cloud without any.
+/// The center of the bounding box of a cloud's finite points [m]: it stays in place when a symmetric object
+/// rotates. Throws Error (invalidInput) on a cloud without any.
 cv::Point3d centerOf(const PointCloud& model);
 
-/// Between two T_scene_model of a model whose center lies at `center`. A symmetric object looks the same
-/// after each of `symmetries` (T_model_model, without the identity): the one that gives the least rotation
-/// counts.
+/// Between two T_scene_model of a model with this center. A symmetric object looks the same after each of
+/// `symmetries` (T_model_model, without the identity); the one with the smallest rotation counts.
 PoseError poseError(const cv::Affine3d& found, const cv::Affine3d& truth, const cv::Point3d& center,
                     std::span<const cv::Affine3d> symmetries = {});
 
-/// The turns by 360°/`fold`, and their multiples, around the axis through `center`: symmetries of a pyramid
-/// (4) or, when fine enough, of a bottle (360).
+/// The rotations by multiples of 360°/`fold` around the axis through `center`: symmetries of a pyramid (4) or
+/// nearly of a bottle (360). Throws Error (invalidOption).
 std::vector<cv::Affine3d> turnsAround(const cv::Point3d& center, const cv::Vec3d& axis, int fold);
 
-/// The honest score: at most 0.02 m and 15° off.
+/// Whether the error is at most 0.02 m and 15°.
 bool isCorrect(const PoseError& error, double translation = 0.02, double rotation = 15);
 
 }  // namespace estancia

@@ -8,15 +8,15 @@
 namespace estancia {
 namespace {
 
-constexpr float grazing = 0.15F;  // cosine beyond which a sensor sees nothing of a surface
+constexpr float grazing = 0.15F;  // cosine below which a sensor measures nothing of a surface
 
-/// cv's operators go through loops that are not unrolled.
+/// cv's operators have loops that are not unrolled.
 inline cv::Point3f moved(const cv::Matx33f& m, const cv::Point3f& p) {
   return {m.val[0] * p.x + m.val[1] * p.y + m.val[2] * p.z, m.val[3] * p.x + m.val[4] * p.y + m.val[5] * p.z,
           m.val[6] * p.x + m.val[7] * p.y + m.val[8] * p.z};
 }
 
-/// Whether a sensor at the origin could see it.
+/// Whether it could be visible to a sensor at the origin.
 inline bool faces(const cv::Point3f& p, const cv::Point3f& n) {
   const float along = n.dot(p);
   return along <= 0 && along * along >= grazing * grazing * p.dot(p);
@@ -29,8 +29,8 @@ PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const 
   const cv::Matx33f turn(pose.rotation());
   const cv::Point3f shift(cv::Vec3f(pose.translation()));
   const auto offset = static_cast<float>(limits.offset), freeSpace = static_cast<float>(limits.freeSpace),
-             leastDot = static_cast<float>(limits.leastDot);
-  const float perOffset = 1 / (offset * offset), perAngle = 1 / (1 - leastDot);
+             minDot = static_cast<float>(limits.minDot);
+  const float perOffset = 1 / (offset * offset), perAngle = 1 / (1 - minDot);
   const bool seen = scene.view.known();
   float total = 0, facing = 0, supported = 0, seenThrough = 0, occluded = 0, mismatched = 0, behind = 0,
         support = 0;
@@ -50,7 +50,7 @@ PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const 
       const auto k = static_cast<std::size_t>(near);
       const cv::Point3f& m = scene.surface.normals()[k];
       const float off = std::abs(m.dot(p - scene.surface.points()[k])), dot = m.dot(n);
-      if (off < offset && dot > leastDot) {
+      if (off < offset && dot > minDot) {
         ++points;
         supported += w;
         support += w * (1 - off * off * perOffset) * (1 - (1 - dot) * perAngle);
@@ -69,18 +69,24 @@ PoseScore scorePose(const OrientedPoints& model, const DenseScene& scene, const 
       mismatched += w;
   }
   if (!(total > 0)) return {};
-  return {facing / total,     supported / total, seenThrough / total, occluded / total,
-          mismatched / total, behind / total,    support / total,     points};
+  return {.facing = facing / total,
+          .supported = supported / total,
+          .seenThrough = seenThrough / total,
+          .occluded = occluded / total,
+          .mismatched = mismatched / total,
+          .behind = behind / total,
+          .support = support / total,
+          .points = points};
 }
 
 void balanceNormals(OrientedPoints& model) {
-  constexpr float alike = 0.94F;  // cosine of 20°
+  constexpr float similar = 0.94F;  // cosine of 20°
   constexpr double power = -0.5;
   model.weights.assign(model.points.size(), 1);
   double sum = 0;
   for (std::size_t i = 0; i < model.points.size(); ++i) {
     const auto same = std::count_if(model.normals.begin(), model.normals.end(),
-                                    [&](const cv::Point3f& n) { return n.dot(model.normals[i]) > alike; });
+                                    [&](const cv::Point3f& n) { return n.dot(model.normals[i]) > similar; });
     model.weights[i] = static_cast<float>(std::pow(std::max<double>(1, static_cast<double>(same)), power));
     sum += static_cast<double>(model.weights[i]);
   }
@@ -90,31 +96,32 @@ void balanceNormals(OrientedPoints& model) {
 cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& center, const DenseScene& scene,
                            const cv::Affine3d& pose, const FieldRefinement& options) {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
-  constexpr float agreeing = 0.5F;  // cosine of two normals that can be of the same surface
-  constexpr int few = 12;
-  constexpr double damping = 1e-5;    // of the strongest direction: a plane or a ball leaves some open
-  constexpr double mostTurn = 0.3;    // [rad] a round
-  constexpr double stillTurn = 2e-4;  // [rad]
+  constexpr float minDot = 0.5F;  // of normals that can be of the same surface
+  constexpr int minPartners = 12;
+  constexpr double damping =
+      1e-5;  // of the strongest direction: planes and spheres do not fix all directions
+  constexpr double maxRotation = 0.3;     // [rad] a round
+  constexpr double stillRotation = 2e-4;  // [rad]
   cv::Affine3d refined = pose;
   double size = 0;
   for (const cv::Point3f& p : model.points) size = std::max(size, cv::norm(cv::Point3d(p) - center));
   for (int round = 0; round < options.rounds; ++round) {
     const auto reach = static_cast<float>(options.firstReach + (options.lastReach - options.firstReach) *
                                                                    round / std::max(1, options.rounds - 1));
-    const cv::Affine3f there(refined);
-    const cv::Matx33f turn = there.rotation();
-    const cv::Point3f middle = there * cv::Point3f(center);
+    const cv::Affine3f transform(refined);
+    const cv::Matx33f turn = transform.rotation();
+    const cv::Point3f middle = transform * cv::Point3f(center);
     Eigen::Matrix<double, 6, 6> left = Eigen::Matrix<double, 6, 6>::Zero();
     Vector6 right = Vector6::Zero();
     int partners = 0;
     for (std::size_t i = 0; i < model.points.size(); ++i) {
-      const cv::Point3f p = there * model.points[i], n = turn * model.normals[i];
+      const cv::Point3f p = transform * model.points[i], n = turn * model.normals[i];
       if (scene.view.known() && !faces(p, n)) continue;
       const std::int32_t near = scene.field.at(p);
       if (near == NearestField::none) continue;
       const auto k = static_cast<std::size_t>(near);
       const cv::Point3f& m = scene.surface.normals()[k];
-      if (m.dot(n) < agreeing) continue;
+      if (m.dot(n) < minDot) continue;
       const float off = m.dot(scene.surface.points()[k] - p);
       if (std::abs(off) > reach) continue;
       const double weight = 1 - static_cast<double>(off * off / (reach * reach));
@@ -125,19 +132,19 @@ cv::Affine3d refineInField(const OrientedPoints& model, const cv::Point3d& cente
       right.noalias() += weight * static_cast<double>(off) * row;
       ++partners;
     }
-    if (partners < few) return refined;
+    if (partners < minPartners) return refined;
     left.diagonal().array() += damping * left.diagonal().maxCoeff();
     const Vector6 x = left.ldlt().solve(right);
     if (!x.allFinite()) return refined;
     cv::Vec3d rotation(x[0] / size, x[1] / size, x[2] / size);
     const cv::Vec3d shift(x[3], x[4], x[5]);
     const double angle = cv::norm(rotation);
-    if (angle > mostTurn) rotation *= mostTurn / angle;
+    if (angle > maxRotation) rotation *= maxRotation / angle;
     const cv::Affine3d by(rotation);
     const cv::Vec3d at(refined * center);
     // p → R (p − center) + center + shift
     refined = cv::Affine3d(by.rotation(), at - by.rotation() * at + shift) * refined;
-    if (angle < stillTurn && cv::norm(shift) < stillTurn * size / 5) break;
+    if (angle < stillRotation && cv::norm(shift) < stillRotation * size / 5) break;
   }
   return refined;
 }

@@ -7,12 +7,12 @@
 namespace estancia {
 
 RangeImage::RangeImage(std::span<const cv::Point3f> points, double spacing) {
-  constexpr double widest = 4;  // slope: 76° to either side
-  constexpr int mostCells = 4'000'000;
+  constexpr double maxSlope = 4;  // 76° to either side
+  constexpr int maxCells = 4'000'000;
   std::vector<float> zs;
-  float left = widest, right = -widest, top = widest, bottom = -widest;
+  float left = maxSlope, right = -maxSlope, top = maxSlope, bottom = -maxSlope;
   for (const cv::Point3f& p : points) {
-    if (!(p.z > 0) || std::abs(p.x) > widest * p.z || std::abs(p.y) > widest * p.z) return;
+    if (!(p.z > 0) || std::abs(p.x) > maxSlope * p.z || std::abs(p.y) > maxSlope * p.z) return;
     left = std::min(left, p.x / p.z), right = std::max(right, p.x / p.z);
     top = std::min(top, p.y / p.z), bottom = std::max(bottom, p.y / p.z);
     zs.push_back(p.z);
@@ -21,7 +21,7 @@ RangeImage::RangeImage(std::span<const cv::Point3f> points, double spacing) {
   const auto middle = zs.begin() + static_cast<std::ptrdiff_t>(zs.size() / 2);
   std::nth_element(zs.begin(), middle, zs.end());
   const double edge = std::max(2.5 * spacing / static_cast<double>(*middle),
-                               std::sqrt(static_cast<double>(right - left) * (bottom - top) / mostCells));
+                               std::sqrt(static_cast<double>(right - left) * (bottom - top) / maxCells));
   left_ = left, top_ = top;
   perCell_ = static_cast<float>(1 / edge);
   columns_ = static_cast<int>((right - left_) * perCell_) + 1;
@@ -35,7 +35,7 @@ RangeImage::RangeImage(std::span<const cv::Point3f> points, double spacing) {
     depths_[cell] = std::min(depths_[cell], p.z);
     farthest[cell] = std::max(farthest[cell], p.z);
   }
-  constexpr double steep = 6;  // cells: a surface that is seen at 80° rises so much within one
+  constexpr double steep = 6;  // cells: rise of a surface at 80° within one cell
   std::size_t seen = 0, twice = 0;
   for (std::size_t i = 0; i < cells; ++i) {
     if (farthest[i] == 0) continue;
@@ -46,7 +46,12 @@ RangeImage::RangeImage(std::span<const cv::Point3f> points, double spacing) {
     depths_.clear();
     return;
   }
-  around_.assign(cells, {infinity, 0});
+  spreadDepths(farthest);
+}
+
+/// Minimum and maximum filter over 3 × 3 cells.
+void RangeImage::spreadDepths(const std::vector<float>& farthest) {
+  around_.assign(depths_.size(), {std::numeric_limits<float>::infinity(), 0});
   for (int r = 0; r < rows_; ++r)
     for (int c = 0; c < columns_; ++c) {
       const auto at = [&](int row, int column) {

@@ -1,4 +1,4 @@
-// What a sensor could see: how far it saw in each direction.
+// Range image: the depth that the sensor measured in each direction, from an unorganized cloud.
 #pragma once
 
 #include <optional>
@@ -9,18 +9,18 @@
 
 namespace estancia {
 
-/// The points of a scene as the sensor at the origin saw them, along +z (the optical frame). Says nothing
-/// when the cloud does not look like such a view: points behind the sensor, a wide angle, or two surfaces
-/// behind each other all over, as of an object that was scanned from all sides.
+/// The points of a scene as seen by a sensor at the origin, along +z (the optical frame). Unknown when the
+/// cloud is inconsistent with such a view: points behind the sensor, a wide angle, or two surfaces behind
+/// each other all over, as of an object that was scanned from all sides.
 class RangeImage {
  public:
-  /// `spacing` [m]: how far apart points lie where the scene is.
+  /// `spacing`: point spacing of the scene [m].
   RangeImage(std::span<const cv::Point3f> points, double spacing);
 
-  /// Depth [m] of the surface that the sensor saw in the direction of `place`; none where it saw nothing.
+  /// Depth of the surface in the direction of `place` [m]; none where there is none.
   std::optional<float> depth(const cv::Point3f& place) const;
 
-  /// What the sensor saw in that direction and in the cells around it.
+  /// Depths in that direction and in the cells around it.
   struct Depths {
     float nearest, farthest;  ///< [m]
   };
@@ -33,6 +33,7 @@ class RangeImage {
   bool known() const { return !depths_.empty(); }
 
  private:
+  void spreadDepths(const std::vector<float>& farthest);
   std::optional<std::size_t> cellOf(const cv::Point3f& place) const {
     if (depths_.empty() || !(place.z > 0)) return {};
     const float c = (place.x / place.z - left_) * perCell_, r = (place.y / place.z - top_) * perCell_;
@@ -43,7 +44,7 @@ class RangeImage {
 
   std::vector<float> depths_;
   std::vector<Depths> around_;
-  float left_ = 0, top_ = 0, perCell_ = 0;  ///< slopes x / z, y / z; cells in a slope of 1
+  float left_ = 0, top_ = 0, perCell_ = 0;  ///< slopes x / z, y / z; cells per unit of slope
   int columns_ = 0, rows_ = 0;
 };
 

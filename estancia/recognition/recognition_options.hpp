@@ -1,55 +1,74 @@
-// How objects are looked for: the stages of thesis chapter 2 and their parameters, and known sets of these.
+// Recognition options: the stages of the object recognition pipeline, their parameters, and presets.
 #pragma once
 
 #include <cstddef>
 #include <opencv2/core/types.hpp>
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "estancia/cloud/filter.hpp"
+#include "estancia/core/choice.hpp"
+#include "estancia/core/options.hpp"
 
 namespace estancia {
 
-/// Which stages, and their lengths. A length of 0 follows the scene, its resolution and its noise, so that
-/// clouds in other units give the same.
+/// The stages of thesis chapter 2 by name, and their lengths. A length of 0 follows the scene, its resolution
+/// and its noise, so that clouds in other units give the same result. The defaults are the preset "default".
 struct RecognitionOptions {
-  FilterOptions modelFilter, sceneFilter;
-  /// Filtered: the filter's points as they are, plane normals; mean: averaged over the raw points around
-  /// them, as noise asks for, and models are given the scene's noise.
-  std::string surface = "filtered";
-  std::string keypoints = "uniform";               ///< uniform, harris3d, iss
-  std::string descriptor = "shot";                 ///< shot, fpfh, spin-image
-  std::string grouping = "geometric-consistency";  ///< geometric-consistency, hough, local-frames
-  std::string verification = "global";             ///< global, inliers, evidence
-  double normalRadius = 0;                         ///< [m] of the points that a normal is fitted to
-  /// Of filtered surfaces: nearest points that a normal is fitted to, whatever their distance; 0: the radius
-  /// says.
+  FilterOptions modelFilter;
+  /// The neurons of a neural gas are only seeds of the mean surface, which need few signals.
+  FilterOptions sceneFilter{.gng = {.signalsPerInsertion = 25}};
+  /// "filtered": the points of the filter with plane normals; "mean": moving least squares over the raw
+  /// points around them, as wide as the noise requires, with the scene's noise added to models.
+  std::string surface = "mean";
+  /// Detector: uniform, harris3d, iss.
+  std::string keypoints = "uniform";
+  /// shot, fpfh, spin-image.
+  std::string descriptor = "shot";
+  /// geometric-consistency, hough, local-frames.
+  std::string grouping = "local-frames";
+  /// global, inliers, evidence.
+  std::string verification = "evidence";
+  /// Of the points that a normal is fitted to [m].
+  double normalRadius = 0;
+  /// Of filtered surfaces: nearest points that a normal is fitted to, at any distance; 0: by radius.
   std::size_t normalNeighbors = 0;
-  double keypointSpacing = 0;       ///< [m] between keypoints (uniform), or their support
-  double descriptorRadius = 0;      ///< [m] of what a descriptor sees
-  double consistency = 0;           ///< [m] up to which matches agree: the bin of Hough voting, too
-  double tolerance = 0;             ///< [m] between a model point and the scene point that confirms it
-  double sceneKeypointSpacing = 0;  ///< [m] between uniform keypoints of a scene; 0: as in models
-  std::string matchEach = "scene";  ///< scene, model: whose keypoints each get their nearest
-  std::size_t neighbors = 1;        ///< nearest descriptors that become matches
-  double matchDistance = 0;         ///< the largest between them, in lengths of the scene's; 0: any
-  std::size_t minimalMatches = 3;   ///< that must agree
-  std::size_t hypotheses = 100;     ///< with most matches that are refined and verified
-  double accept = 0.6;  ///< share of what should be seen of a model that must be; or the least evidence
-  /// Where the scene's sensor stood [m], in the scene's frame; none: where the cloud says; else at its
-  /// origin, looking along z.
+  /// Distance of uniform keypoints, or the support radius of a detector [m].
+  double keypointSpacing = 0;
+  /// Support radius of a descriptor [m].
+  double descriptorRadius = 0;
+  /// Tolerance within which matches agree, and bin size of Hough voting [m].
+  double consistency = 0;
+  /// Distance between a model point and the scene point that supports it [m].
+  double tolerance = 0;
+  /// Distance of uniform keypoints of a scene [m]; 0: as in models.
+  double sceneKeypointSpacing = 0;
+  /// "scene" or "model": whose keypoints are each matched with their nearest of the other.
+  std::string matchEach = "model";
+  /// Matches of each keypoint.
+  std::size_t neighbors = 30;
+  /// Largest distance of matching descriptors, as a share of the norm of the scene's; 0: any.
+  double matchDistance = 0;
+  /// Matches that must agree on a pose.
+  std::size_t minMatches = 3;
+  /// Poses that are refined and verified, those with most matches.
+  std::size_t maxHypotheses = 300;
+  /// Smallest evidence; for other verifications the smallest supported share of the visible model.
+  double accept = 0.23;
+  /// Position of the scene's sensor [m], in the scene's frame; not set: that of the cloud, else the origin,
+  /// looking along z.
   std::optional<cv::Point3d> viewpoint;
-  int threads = 0;  ///< 0: one a usable core
+  /// 0: one a usable core. The result does not depend on it.
+  int threads = 0;
 
-  /// Throws Error on unknown stages, naming the known ones, and on lengths and numbers that make no sense.
-  void check() const;
-
-  /// The known sets, each with one line of explanation: default, classical, thesis, tight, wide.
-  static std::vector<std::pair<std::string, std::string>> presets();
-  /// One of them. Throws Error on others, naming the known ones.
+  /// default, classical, thesis, tight, wide.
+  static Choices presets();
+  /// Throws Error (unknownName).
   static RecognitionOptions preset(const std::string& name);
 };
+OptionGroup declare(RecognitionOptions& options);
+/// Throws Error (invalidOption, unknownName) on unknown stages, on numbers out of range, and on normals by
+/// both radius and number of neighbors.
+void validate(const RecognitionOptions& options);
 
 }  // namespace estancia

@@ -2,59 +2,67 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <opencv2/core.hpp>
 #include <utility>
 
 #include "estancia/core/error.hpp"
+#include "estancia/recognition/classical_search.hpp"
+#include "estancia/recognition/dense_search.hpp"
+#include "estancia/recognition/distinct_poses.hpp"
+#include "estancia/recognition/grouping.hpp"
+#include "estancia/recognition/matching.hpp"
 #include "estancia/recognition/prepared.hpp"
-#include "estancia/recognition/search.hpp"
+#include "estancia/recognition/stage_report.hpp"
 
 namespace estancia {
 namespace {
 
 PointCloud finitePoints(const std::string& name, const PointCloud& cloud) {
-  constexpr std::size_t few = 10;
-  PointCloud left;
-  left.viewpoint = cloud.viewpoint;
+  constexpr std::size_t minPoints = 10;
+  PointCloud finite;
+  finite.viewpoint = cloud.viewpoint;
   const bool normals = cloud.normals.size() == cloud.points.size();
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
-    const cv::Point3f& p = cloud.points[i];
-    if (!isFinite(p)) continue;
-    left.points.push_back(p);
-    if (normals) left.normals.push_back(cloud.normals[i]);
+    if (!isFinite(cloud.points[i])) continue;
+    finite.points.push_back(cloud.points[i]);
+    if (normals) finite.normals.push_back(cloud.normals[i]);
   }
-  if (left.points.size() < few)
-    throw Error(fmt::format("{}: {} of its {} points are finite; too few to be described", name,
-                            left.points.size(), cloud.points.size()));
-  left.width = left.points.size();
-  left.height = 1;
-  return left;
+  if (finite.points.size() < minPoints)
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: {} of its {} points are finite; recognition needs {} or more", name,
+                            finite.points.size(), cloud.points.size(), minPoints));
+  finite.width = finite.points.size();
+  finite.height = 1;
+  return finite;
 }
 
 PointCloud filtered(const std::string& name, const PointCloud& cloud, const FilterOptions& options,
                     std::vector<StageReport>& stages, Progress& progress) {
-  StageAccount account(&stages);
+  StageLog log(&stages);
   PointCloud left = filterCloud(cloud, options, progress);
-  account.add("filter",
-              fmt::format("{}: {} of {} points", options.method, left.points.size(), cloud.points.size()));
+  log.add("filter",
+          fmt::format("{}: {} of {} points", options.method, left.points.size(), cloud.points.size()));
   return finitePoints(name, left);
 }
 
 void requireSameUnits(const PreparedModel& model, const PreparedScene& scene) {
-  constexpr double largest = 5, smallest = 0.001;  // an object of the scene's size is odd enough
-  constexpr double fewest = 5;                     // points across that show an object
+  constexpr double maxRatio = 5, minRatio = 0.001;  // of the model's extent to the scene's
+  constexpr double minPoints = 5;                   // of the scene across the model
   const double ratio = model.extent() / scene.surface().extent();
-  if (ratio > largest || ratio < smallest || model.extent() < fewest * scene.resolution())
+  if (ratio > maxRatio || ratio < minRatio || model.extent() < minPoints * scene.resolution())
     throw Error(
-        fmt::format("{} measures {:.4g} m and {} {:.4g} m, its points {:.4g} m apart: are they in different "
-                    "units? Scale one of them{}",
+        ErrorCode::mismatch,
+        fmt::format("{} measures {:.4g} m and {} {:.4g} m, with points {:.4g} m apart; if their units "
+                    "differ, scale one of them{}",
                     model.name(), model.extent(), scene.name(), scene.surface().extent(), scene.resolution(),
                     ratio > 300 && ratio < 3000 ? ", millimeters by 0.001" : ""));
 }
 
-/// Planes slide and turn in themselves; whatever pose was found would mean nothing.
+/// A plane can slide and turn in itself, so its pose is undefined.
 void requireShape(const std::string& name, const OrientedPoints& points) {
-  constexpr double flat = 0.005;  // of the normals' scatter; (sine of 4°)²
+  constexpr double flat = 0.005;  // share of the scatter of normals; (sine of 4°)²
   cv::Matx33d scatter = cv::Matx33d::zeros();
   for (const cv::Point3f& n : points.normals) {
     const cv::Vec3d v(n.x, n.y, n.z);
@@ -63,22 +71,97 @@ void requireShape(const std::string& name, const OrientedPoints& points) {
   cv::Vec3d values;  // descending
   cv::eigen(scatter, values);
   if (values[1] < flat * cv::trace(scatter))
-    throw Error(fmt::format(
-        "{} is flat: its points do not tell how it lies; take a cloud that shows more of it", name));
+    throw Error(
+        ErrorCode::invalidInput,
+        fmt::format("{} is planar, so its pose is undefined; give a cloud that shows more of the object",
+                    name));
+}
+
+/// One model in one scene, both described at the same scales.
+struct Pair {
+  const RecognitionOptions& options;
+  const PreparedModel& model;
+  const PreparedModel::Described& modelSurface;
+  const PreparedScene& scene;
+  const PreparedScene::Described& sceneSurface;
+
+  bool byEvidence() const { return options.verification == "evidence"; }
+};
+
+std::vector<Match> match(const Pair& p) {
+  return matchDescriptors(p.modelSurface.features.descriptors, p.sceneSurface.features.descriptors,
+                          p.options.matchEach == "scene" ? MatchEach::scene : MatchEach::model,
+                          p.options.neighbors, p.options.matchDistance, p.options.threads);
+}
+
+std::vector<PoseHypothesis> group(const Pair& p, const std::vector<Match>& matches) {
+  const RecognitionOptions& o = p.options;
+  const SurfaceFeatures &model = p.modelSurface.features, &scene = p.sceneSurface.features;
+  const RecognitionScales& scales = p.sceneSurface.scales;
+  if (o.grouping == "local-frames")
+    return posesFromLocalFrames(model, scene, matches, p.modelSurface.dense, p.sceneSurface.dense(), scales,
+                                o.maxHypotheses, o.threads);
+  std::vector<PoseHypothesis> poses;
+  for (const Hypothesis& h :
+       groupMatches(model, scene, matches, o.grouping, scales.consistency, o.minMatches, o.threads))
+    poses.push_back({.pose = h.pose, .matches = h.matches.size(), .score = {}, .evidence = 0, .counts = {}});
+  return poses;
+}
+
+std::vector<PoseHypothesis> refine(const Pair& p, std::vector<PoseHypothesis> poses) {
+  if (poses.size() > p.options.maxHypotheses) poses.resize(p.options.maxHypotheses);
+  return p.byEvidence() ? refineDense(std::move(poses), p.modelSurface.dense, p.sceneSurface.dense(),
+                                      p.sceneSurface.scales, p.options.threads)
+                        : refineClassical(std::move(poses), p.modelSurface, p.sceneSurface, p.options);
+}
+
+/// The accepted poses, without those where a better one has its object.
+std::vector<PoseHypothesis> verify(const Pair& p, const std::vector<PoseHypothesis>& poses) {
+  std::vector<PoseHypothesis> accepted;
+  if (p.byEvidence())
+    std::copy_if(poses.begin(), poses.end(), std::back_inserter(accepted),
+                 [&](const PoseHypothesis& h) { return h.evidence >= p.options.accept && h.evidence > 0; });
+  else
+    accepted = verifyClassical(poses, p.modelSurface, p.sceneSurface, p.options);
+  const cv::Point3d center = p.byEvidence() ? p.model.center() : meanOf(p.modelSurface.dense.coarse.points);
+  return distinctPoses(std::move(accepted), center, p.model.extent() / 4, kAnyRotation);
+}
+
+Detection detectionOf(const Pair& p, const PoseHypothesis& h) {
+  const double squared = h.evidence * h.evidence, accept = p.options.accept;
+  return {.model = p.model.name(),
+          .pose = p.scene.fromView() * h.pose,
+          .inliers = p.byEvidence() ? h.score.points : h.counts.inliers,
+          .confidence = p.byEvidence() ? squared / (squared + accept * accept) : h.counts.confidence(),
+          .center = p.model.center()};
 }
 
 }  // namespace
 
 Recognizer::Recognizer(RecognitionOptions options) : options_(std::move(options)) {
-  options_.check();
+  validate(options_);
+}
+
+void Recognizer::addModel(const std::string& name, const PointCloud& cloud) {
+  models_.push_back(prepareModel(name, cloud));
+}
+
+std::vector<Detection> Recognizer::detect(const PointCloud& scene, Progress& progress) const {
+  const auto prepared = prepareScene("scene", scene, progress);
+  std::vector<Detection> detections;
+  for (const auto& model : models_)
+    for (Detection& detection : find(*model, *prepared)) detections.push_back(std::move(detection));
+  std::stable_sort(detections.begin(), detections.end(),
+                   [](const Detection& a, const Detection& b) { return a.confidence > b.confidence; });
+  return detections;
 }
 
 std::shared_ptr<const PreparedModel> Recognizer::prepareModel(const std::string& name,
-                                                              const PointCloud& cloud) const {
-  Progress silent;
+                                                              const PointCloud& cloud,
+                                                              Progress& progress) const {
   std::vector<StageReport> stages;
   PointCloud raw = finitePoints(name, cloud);
-  PointCloud left = filtered(name, raw, options_.modelFilter, stages, silent);
+  PointCloud left = filtered(name, raw, options_.modelFilter, stages, progress);
   return std::make_shared<const PreparedModel>(name, std::move(raw), std::move(left), options_,
                                                std::move(stages));
 }
@@ -103,16 +186,26 @@ std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string&
 std::vector<Detection> Recognizer::find(const PreparedModel& model, const PreparedScene& scene,
                                         std::vector<StageReport>* stages) const {
   requireSameUnits(model, scene);
-  StageAccount account(stages);
+  StageLog log(stages);
   const RecognitionScales scales = scene.scalesFor(model);
-  const auto there = scene.describedFor(scales);
-  if (stages && scales != scene.scales())
-    for (const StageReport& s : there->stages) stages->push_back({"scene's " + s.stage, s.detail, s.seconds});
-  const auto described = model.describedFor(scales);
-  if (stages) stages->insert(stages->end(), described->stages.begin(), described->stages.end());
-  account.add("model", fmt::format("{} keypoints", described->features.size()));
-  requireShape(model.name(), described->tried.few);
-  return detectionsOf(options_, model, *described, scene, *there, account);
+  const auto sceneSurface = scene.describedFor(scales);
+  if (scales != scene.scales()) log.append(sceneSurface->stages, "scene's ");
+  const auto modelSurface = model.describedFor(scales);
+  log.append(modelSurface->stages);
+  log.add("model", fmt::format("{} keypoints", modelSurface->features.size()));
+  requireShape(model.name(), modelSurface->dense.coarse);
+
+  const Pair pair{options_, model, *modelSurface, scene, *sceneSurface};
+  const std::vector<Match> matches = match(pair);  // thesis 2.4.4
+  log.matched(options_, modelSurface->features.size(), sceneSurface->features.size(), matches.size());
+  std::vector<PoseHypothesis> poses = group(pair, matches);  // 2.4.5
+  log.grouped(options_, scales.consistency, poses);
+  poses = refine(pair, std::move(poses));  // 2.4.6
+  log.refined(options_, poses);
+  std::vector<Detection> detections;
+  for (const PoseHypothesis& h : verify(pair, poses)) detections.push_back(detectionOf(pair, h));  // 2.4.7
+  log.verified(options_, poses, detections.size());
+  return detections;
 }
 
 }  // namespace estancia

@@ -9,13 +9,13 @@
 namespace estancia {
 namespace {
 
-constexpr double agreeing = 0.5;  // cosine of two normals that can be of the same surface
-constexpr std::size_t few = 10;
+constexpr double minDot = 0.5;  // of normals that can be of the same surface
+constexpr std::size_t minPartners = 10;
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-/// The normal equations of one round about the pose: turn around the model's middle `center` in the scene,
-/// then shift.
+/// The normal equations of one round: rotation around `center`, the model's center in the scene, then
+/// translation.
 struct Equations {
   Eigen::Matrix<double, 6, 6> left = Eigen::Matrix<double, 6, 6>::Zero();
   Vector6 right = Vector6::Zero();
@@ -33,7 +33,7 @@ Equations equationsOf(const OrientedPoints& model, const Surface& scene, const c
     if (near.empty()) continue;
     const cv::Vec3d n(cv::Point3d(scene.normals()[near[0].index]));
     const cv::Vec3d m = pose.rotation() * cv::Vec3d(cv::Point3d(model.normals[i]));
-    if (n.dot(m) < agreeing) continue;
+    if (n.dot(m) < minDot) continue;
     const double shrink = 1 - static_cast<double>(near[0].squared) / reach2;
     const double weight = shrink * shrink;
     const cv::Vec3d q(cv::Point3d(scene.points()[near[0].index])), at(p);
@@ -60,16 +60,16 @@ OrientedPoints chosenFrom(const Surface& surface, const std::vector<std::uint32_
 
 OrientedPoints spreadPoints(const Surface& surface, std::size_t count) {
   if (surface.size() <= count || !(surface.extent() > 0)) return {surface.points(), surface.normals(), {}};
-  // A surface fills cells by the square of their edge; half as large an edge, four times as many points.
+  // Bisection: half the edge of a voxel, four times as many points.
   double low = surface.extent() / 1e5, high = surface.extent();
   std::vector<std::uint32_t> best;
   for (int step = 0; step < 12; ++step) {
     const double middle = std::sqrt(low * high);
     std::vector<std::uint32_t> chosen = findKeypoints(surface, "uniform", middle);
-    const bool many = chosen.size() > count;
-    if (best.empty() || (!many && chosen.size() > best.size()) || best.size() > count)
+    const bool tooMany = chosen.size() > count;
+    if (best.empty() || (!tooMany && chosen.size() > best.size()) || best.size() > count)
       best = std::move(chosen);
-    (many ? low : high) = middle;
+    (tooMany ? low : high) = middle;
   }
   return chosenFrom(surface, best);
 }
@@ -89,8 +89,8 @@ cv::Affine3d refinePose(const OrientedPoints& model, const Surface& scene, const
   for (int round = 0; round < rounds; ++round) {
     const cv::Vec3d center(refined * middle);
     Equations e = equationsOf(model, scene, refined, center, reach);
-    if (e.partners < few) return round == 0 ? pose : refined;
-    // A plane or a ball leaves directions open: there the pose stays.
+    if (e.partners < minPartners) return round == 0 ? pose : refined;
+    // Damping: planes and spheres do not fix all directions; in those the pose stays.
     for (int k = 0; k < 6; ++k)
       e.left(k, k) += 1e-6 * static_cast<double>(e.partners) * (k < 3 ? size * size : 1);
     const Vector6 x = e.left.ldlt().solve(e.right);

@@ -1,4 +1,4 @@
-// A pose made exact: iterative closest points (thesis 2.4.6).
+// Pose refinement: iterative closest points, point to plane (thesis 2.4.6).
 #pragma once
 
 #include <opencv2/core/affine.hpp>
@@ -8,24 +8,24 @@
 
 namespace estancia {
 
-/// Points [m] with unit normals, as a model is tried in a scene. `weights` say how much a point counts where
-/// agreement is asked for; empty: all 1.
+/// Points [m] with unit normals of a model that is tried in a scene. `weights` are those of the pose score;
+/// empty: all 1.
 struct OrientedPoints {
   std::vector<cv::Point3f> points, normals;
   std::vector<float> weights;
 };
 
-/// About `count` points of a surface, evenly spread over it, all when it has no more.
+/// About `count` points, evenly spread over a surface; all when it has no more.
 OrientedPoints spreadPoints(const Surface& surface, std::size_t count);
 
-/// One point a cell of so many meters.
+/// One point a voxel of edge `spacing` [m].
 OrientedPoints spreadPointsBy(const Surface& surface, double spacing);
 
-/// The pose T_scene_model near `pose` that brings the model's points onto the planes of the scene points
-/// nearest to them (Chen and Medioni 1992): Gauss-Newton with Tukey's weights, so that partners further away
-/// than `reach` [m] or turned away by more than 60° have no say. Stops when the pose stands still, at most
-/// after `rounds`. Returns `pose` when too few points have a partner. Unlike
-/// refineInField() it asks for the very nearest points, and its reach is from point to point.
+/// The pose T_scene_model near `pose` that brings the model's points onto the planes of the nearest scene
+/// points (Chen and Medioni 1992): Gauss-Newton with Tukey's weights, which ignore partners further away than
+/// `reach` [m] or rotated by more than 60°. Stops when the pose has converged, at most after `rounds`.
+/// Returns `pose` when too few points have a partner. Unlike refineInField() it uses exact nearest neighbors,
+/// and the reach limits the distance from point to point.
 cv::Affine3d refinePose(const OrientedPoints& model, const Surface& scene, const cv::Affine3d& pose,
                         double reach, int rounds);
 

@@ -6,7 +6,7 @@
 namespace estancia {
 namespace {
 
-/// To `perDecade` numbers a decade (Renard's series for 10 and 20): the same in meters and in millimeters.
+/// To `perDecade` values a decade (Renard series for 10 and 20): the same in meters and in millimeters.
 double rounded(double value, int perDecade) {
   return value > 0 ? std::pow(10, std::round(perDecade * std::log10(value)) / perDecade) : 0;
 }
@@ -15,20 +15,20 @@ double rounded(double value, int perDecade) {
 
 RecognitionScales scalesFor(const RecognitionOptions& options, double resolution, double spacing,
                             double noise, double extent) {
-  const auto or_ = [](double given, double automatic) { return given > 0 ? given : automatic; };
+  const auto orElse = [](double given, double automatic) { return given > 0 ? given : automatic; };
   if (options.surface != "mean")  // at 2 mm without noise and with 10 mm: 16 and 36 mm for normals
     return {.normalRadius =
-                options.normalNeighbors > 0 ? 0 : or_(options.normalRadius, 8 * resolution + 2 * noise),
-            .keypointSpacing = or_(options.keypointSpacing, 5 * resolution),
-            .descriptorRadius = or_(options.descriptorRadius, 18 * resolution + 2.5 * noise),
-            .consistency = or_(options.consistency, 5 * resolution + noise),
-            .tolerance = or_(options.tolerance, 3 * resolution + 0.6 * noise),
+                options.normalNeighbors > 0 ? 0 : orElse(options.normalRadius, 8 * resolution + 2 * noise),
+            .keypointSpacing = orElse(options.keypointSpacing, 5 * resolution),
+            .descriptorRadius = orElse(options.descriptorRadius, 18 * resolution + 2.5 * noise),
+            .consistency = orElse(options.consistency, 5 * resolution + noise),
+            .tolerance = orElse(options.tolerance, 3 * resolution + 0.6 * noise),
             .unit = resolution,
             .noise = noise,
             .spacing = spacing};
-  constexpr double finest = 400, coarsest = 80;  // parts of a model
+  constexpr double finest = 400, coarsest = 80;  // units across a model
   const double wanted = extent > 0 ? std::clamp(spacing, extent / finest, extent / coarsest) : spacing;
-  // Less noise than that does not show: the averages are wider.
+  // Less noise is invisible: the averages are wider.
   constexpr double hidden = 0.3;
   RecognitionScales scales;
   scales.unit = rounded(wanted, 10);
@@ -36,11 +36,11 @@ RecognitionScales scalesFor(const RecognitionOptions& options, double resolution
   scales.noise = std::max(rounded(noise, 20), rounded(hidden * scales.unit, 20));
   const double unit = scales.unit;
   scales.normalRadius =
-      or_(options.normalRadius, std::max({7 * unit, 3 * scales.noise, 2.5 * scales.spacing}));
-  scales.keypointSpacing = or_(options.keypointSpacing, 6 * unit);
-  scales.descriptorRadius = or_(options.descriptorRadius, 30 * unit);
-  scales.consistency = or_(options.consistency, 6 * unit);
-  scales.tolerance = or_(options.tolerance, 2.5 * unit);
+      orElse(options.normalRadius, std::max({7 * unit, 3 * scales.noise, 2.5 * scales.spacing}));
+  scales.keypointSpacing = orElse(options.keypointSpacing, 6 * unit);
+  scales.descriptorRadius = orElse(options.descriptorRadius, 30 * unit);
+  scales.consistency = orElse(options.consistency, 6 * unit);
+  scales.tolerance = orElse(options.tolerance, 2.5 * unit);
   return scales;
 }
 

@@ -14,11 +14,11 @@ namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float pi = std::numbers::pi_v<float>;
-constexpr std::size_t few = 5;
+constexpr std::size_t minNeighbors = 5;
 constexpr std::size_t together = 32;  // keypoints that a thread takes at once
 constexpr int cosines = 11, length = 352;
 
-/// Neighbors seen from the keypoint, one list a number so that several are worked on at once.
+/// Neighbors relative to the keypoint, by coordinate, for SIMD.
 struct Offsets {
   std::vector<float> x, y, z, distance;
   std::size_t size = 0;
@@ -61,8 +61,8 @@ ESTANCIA_MULTIVERSION std::size_t countAhead(const Offsets& o, double ax, double
   return ahead;
 }
 
-/// Which way the axis goes along which more of the neighbors lie; of the five in the middle of the list,
-/// sorted by distance, when as many lie on both sides.
+/// The sign of an axis: towards more of the neighbors; in a tie, towards more of the five with the middle
+/// distances.
 double signOf(const Eigen::Vector3d& axis, const Offsets& o) {
   const std::size_t twice = 2 * countAhead(o, axis[0], axis[1], axis[2]);
   if (twice != o.size) return twice < o.size ? -1 : 1;
@@ -76,7 +76,7 @@ double signOf(const Eigen::Vector3d& axis, const Offsets& o) {
   return votes < 3 ? -1 : 1;
 }
 
-/// Which way the axis goes along which neighbors lie, by how far ahead they are and how near the keypoint.
+/// The sign of an axis: by the projections of the neighbors on it, weighted by proximity to the keypoint.
 double weightedSignOf(const Eigen::Vector3d& axis, const Offsets& o, double radius) {
   double sum = 0;
   for (std::size_t i = 0; i < o.size; ++i) {
@@ -93,7 +93,7 @@ cv::Matx33f localFrame(const Surface& surface, std::uint32_t keypoint, float rad
   offsets.take(surface, p, surface.neighbors().within(p, radius, buffer));
   double s[7];
   addUp(offsets, radius, s);
-  if (offsets.size < few || !(s[6] > 0)) return cv::Matx33f::all(nan);
+  if (offsets.size < minNeighbors || !(s[6] > 0)) return cv::Matx33f::all(nan);
   Eigen::Matrix3d scatter;
   scatter << s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5];
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(Eigen::Matrix3d(scatter / s[6]));
@@ -110,7 +110,7 @@ cv::Matx33f localFrame(const Surface& surface, std::uint32_t keypoint, float rad
   return {fx[0], fx[1], fx[2], fy[0], fy[1], fy[2], fz[0], fz[1], fz[2]};
 }
 
-/// A neighbor in the local frame, one list a number so that several are worked on at once.
+/// Neighbors in the local frame, by coordinate, for SIMD.
 struct Votes {
   std::vector<float> x, y, z, distance, cosine, azimuth, inclination;
   void resize(std::size_t n) {
@@ -155,8 +155,7 @@ ESTANCIA_MULTIVERSION void angles(std::size_t n, const float* x, const float* y,
   }
 }
 
-/// One of the 32 volumes: 8 azimuths, each with 2 shells of 2 halves. PCL decides on the borders by signs, so
-/// do we.
+/// One of the 32 volumes: 8 azimuths, each with 2 shells of 2 halves. Signs decide at the borders, as in PCL.
 int volumeOf(float x, float y, float z, bool outer) {
   const int bit4 = (y > 0 || (y == 0 && x < 0)) ? 1 : 0;
   const int bit3 = (x > 0 || (x == 0 && y > 0)) ? 1 - bit4 : bit4;
@@ -208,7 +207,7 @@ void describeOne(const Surface& surface, std::uint32_t keypoint, const cv::Matx3
                  std::vector<Neighbor>& buffer, Votes& votes, float* shot) {
   const cv::Point3f& p = surface.points()[keypoint];
   const std::span<const Neighbor> near = surface.neighbors().within(p, radius, buffer);
-  if (near.size() < few || !std::isfinite(frame(0, 0))) {
+  if (near.size() < minNeighbors || !std::isfinite(frame(0, 0))) {
     std::fill_n(shot, length, nan);
     return;
   }
@@ -236,8 +235,8 @@ void describeOne(const Surface& surface, std::uint32_t keypoint, const cv::Matx3
 
 template <class Work>
 void eachKeypoint(std::size_t count, int threads, const Work& work) {
-  Progress silent;
-  inParallel((count + together - 1) / together, threads, silent, "stopped while a surface was described",
+  inParallel((count + together - 1) / together, threads, Progress::none(),
+             "stopped while a surface was described",
              [&](std::size_t chunk) { work(chunk * together, std::min(count, (chunk + 1) * together)); });
 }
 

@@ -11,15 +11,15 @@ namespace {
 
 constexpr int width = 8, rows = width + 1, columns = 2 * width + 1, length = rows * columns;
 constexpr float supportCosine = 0.5F;
-constexpr std::size_t few = 5, together = 32;
+constexpr std::size_t minNeighbors = 5, together = 32;
 
-/// Where neighbors lie in the half plane that turns around the normal: how far from it, and how high. Each
-/// is shared by the four cells around it.
+/// Cylindrical coordinates of the neighbors around the normal: distance from it, and height. Each point is
+/// interpolated between four cells.
 void spin(const Surface& surface, std::uint32_t keypoint, float radius, std::vector<Neighbor>& buffer,
           float* image) {
   const cv::Point3f &p = surface.points()[keypoint], &axis = surface.normals()[keypoint];
   const auto near = surface.neighbors().within(p, radius, buffer);
-  if (near.size() < few) {
+  if (near.size() < minNeighbors) {
     std::fill_n(image, length, std::numeric_limits<float>::quiet_NaN());
     return;
   }
@@ -52,8 +52,7 @@ void spin(const Surface& surface, std::uint32_t keypoint, float radius, std::vec
 void describeSpinImage(const Surface& surface, std::span<const std::uint32_t> keypoints, double radius,
                        int threads, std::vector<float>& values) {
   values.resize(keypoints.size() * length);
-  Progress silent;
-  inParallel((keypoints.size() + together - 1) / together, threads, silent,
+  inParallel((keypoints.size() + together - 1) / together, threads, Progress::none(),
              "stopped while a surface was described", [&](std::size_t chunk) {
                std::vector<Neighbor> buffer;
                const std::size_t end = std::min(keypoints.size(), (chunk + 1) * together);

@@ -1,32 +1,34 @@
-// What the stages of recognition tell of themselves.
+// Stage reports: what each stage of recognition got, kept and cost.
 #pragma once
 
 #include <chrono>
 #include <string>
-#include <utility>
 #include <vector>
+
+#include "estancia/recognition/pose_hypothesis.hpp"
+#include "estancia/recognition/recognizer.hpp"
 
 namespace estancia {
 
-/// What a stage took and left, for people.
-struct StageReport {
-  std::string stage;   ///< "keypoints"
-  std::string detail;  ///< "uniform, 10 mm: 1,203 of 277,103 points"
-  double seconds = 0;
-};
-
-/// Writes the reports of stages that follow one another: each took as long as it is since the last one.
-class StageAccount {
+/// Writes the reports of consecutive stages: each took the time since the one before.
+class StageLog {
  public:
-  /// Into `stages`, if there are any.
-  explicit StageAccount(std::vector<StageReport>* stages) : stages_(stages) {}
+  /// Into `stages`, if given.
+  explicit StageLog(std::vector<StageReport>* stages) : stages_(stages) {}
 
-  void add(const std::string& stage, std::string detail) {
-    const auto now = std::chrono::steady_clock::now();
-    if (stages_ != nullptr)
-      stages_->push_back({stage, std::move(detail), std::chrono::duration<double>(now - last_).count()});
-    last_ = now;
-  }
+  void add(const std::string& stage, std::string detail);
+  /// Stages that were run before, with this before their names.
+  void append(const std::vector<StageReport>& stages, const std::string& prefix = "");
+
+  // ---- the stages of find()
+  void matched(const RecognitionOptions& options, std::size_t modelKeypoints, std::size_t sceneKeypoints,
+               std::size_t matches);
+  void grouped(const RecognitionOptions& options, double consistency,
+               const std::vector<PoseHypothesis>& poses);
+  void refined(const RecognitionOptions& options, const std::vector<PoseHypothesis>& poses);
+  /// `refined` are the poses before verification, best first.
+  void verified(const RecognitionOptions& options, const std::vector<PoseHypothesis>& refined,
+                std::size_t detections);
 
  private:
   std::vector<StageReport>* stages_;

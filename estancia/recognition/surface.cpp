@@ -11,7 +11,7 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t samples = 1000;  // places at which distances are looked at
+constexpr std::size_t samples = 1000;  // points at which distances are measured
 
 std::vector<cv::Point3f> kept(const PointCloud& cloud, const std::vector<cv::Point3f>& values) {
   std::vector<cv::Point3f> left;
@@ -30,10 +30,10 @@ Surface::Surface(std::string name, const PointCloud& cloud, int threads)
       normals_(kept(cloud, cloud.normals)),
       neighbors_(points_, threads) {
   if (points_.empty())
-    throw Error(
-        fmt::format("{}: none of its {} points has a normal; a cloud of a surface is needed, and a normal "
-                    "radius that holds some points",
-                    name_, cloud.points.size()));
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("{}: none of its {} points has a normal; give a cloud of a surface, and a normal "
+                            "radius that contains some points",
+                            name_, cloud.points.size()));
   resolution_ = resolutionOf(neighbors_);
   extent_ = extentOf(points_);
 }
@@ -60,31 +60,38 @@ cv::Point3d meanOf(std::span<const cv::Point3f> points) {
 
 void requireRadius(const std::string& name, std::span<const cv::Point3f> points, const Neighbors& neighbors,
                    double radius, const std::string& what) {
-  constexpr std::size_t few = 5;
+  constexpr std::size_t minNeighbors = 5;
   if (!(radius > 0) || !std::isfinite(radius))
-    throw Error(fmt::format("{}: the {} is {} m; it must be positive", name, what, radius));
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("{}: the {} is {} m; give a positive one", name, what, radius));
   const double extent = extentOf(points), resolution = resolutionOf(neighbors);
   if (!(resolution > 0))
-    throw Error(fmt::format("{}: all of its {} points lie in one place; a cloud of a surface is needed", name,
-                            points.size()));
-  std::vector<float> needed;  // to reach `few` others
+    throw Error(
+        ErrorCode::invalidInput,
+        fmt::format("{}: all of its {} points coincide; give a cloud of a surface", name, points.size()));
+  std::vector<float> needed;  // squared radius that contains enough neighbors
   std::vector<Neighbor> buffer;
   const std::size_t step = std::max<std::size_t>(points.size() / samples, 1);
   for (std::size_t i = 0; i < points.size(); i += step)
-    if (const auto near = neighbors.nearest(points[i], few + 1, buffer); near.size() == few + 1)
+    if (const auto near = neighbors.nearest(points[i], minNeighbors + 1, buffer);
+        near.size() == minNeighbors + 1)
       needed.push_back(near.back().squared);
   const auto middle = needed.begin() + static_cast<std::ptrdiff_t>(needed.size() / 2);
   std::nth_element(needed.begin(), middle, needed.end());
   const double reach = needed.empty() ? extent : std::sqrt(*middle);
-  const double good = std::min(std::max(10 * resolution, 1.5 * reach), extent / 3);
+  const double advised = std::min(std::max(10 * resolution, 1.5 * reach), extent / 3);
   if (radius >= reach && radius <= extent) return;
-  if (good < 1.1 * reach)
-    throw Error(fmt::format("{}: {} points are too few to be described", name, points.size()));
-  throw Error(fmt::format(
-      "{}: a {} of {:.4g} m {} of a cloud that measures {:.4g} m and whose points lie "
-      "{:.4g} m apart; is it in other units? Then scale it; else about {:.4g} m would do",
-      name, what, radius, radius < reach ? "leaves most points without neighbors" : "is more than the whole",
-      extent, resolution, good));
+  if (advised < 1.1 * reach)
+    throw Error(
+        ErrorCode::insufficientData,
+        fmt::format("{}: {} points are too few to be described; give a denser cloud", name, points.size()));
+  throw Error(
+      ErrorCode::mismatch,
+      fmt::format("{}: a {} of {:.4g} m {} of a cloud of {:.4g} m with points {:.4g} m apart; scale it if it "
+                  "is in other units, else give about {:.4g} m",
+                  name, what, radius,
+                  radius < reach ? "leaves most points without neighbors" : "exceeds the extent", extent,
+                  resolution, advised));
 }
 
 }  // namespace estancia

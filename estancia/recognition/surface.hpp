@@ -1,4 +1,4 @@
-// What keypoints and descriptors are computed from: oriented points, and a way to find those around a place.
+// Oriented surface: points with normals and a search tree, of which keypoints and descriptors are computed.
 #pragma once
 
 #include <opencv2/core/matx.hpp>
@@ -11,11 +11,11 @@
 
 namespace estancia {
 
-/// Points that all have a normal. Immutable; any number of threads may ask it.
+/// Points with normals. Immutable and thread-safe.
 class Surface {
  public:
   /// Keeps the points of `cloud` that are finite and have a finite normal. `name` is for messages. Throws
-  /// Error, naming the cloud, when none is left.
+  /// Error (invalidInput), naming the cloud, when none is left.
   Surface(std::string name, const PointCloud& cloud, int threads = 1);
 
   const std::string& name() const { return name_; }
@@ -37,17 +37,17 @@ class Surface {
   double resolution_ = 0, extent_ = 0;
 };
 
-/// Throws Error unless `radius` [m] is finite, positive, holds some points around most of `points`, and is
-/// smaller than they reach: else it is likely to be in other units. The message says so, and which radius
-/// would do; and on points that are too few for any.
-/// `name` is the cloud's, `what` the radius': "descriptor radius".
+/// Throws Error (invalidOption, mismatch, invalidInput, insufficientData) unless `radius` [m] is finite,
+/// positive, contains some neighbors of most of `points`, and is smaller than their extent: else it is
+/// probably in other units, and the message advises a radius. `name` is the cloud's, `what` the radius':
+/// "descriptor radius".
 void requireRadius(const std::string& name, std::span<const cv::Point3f> points, const Neighbors& neighbors,
                    double radius, const std::string& what);
 
-/// Diagonal of the box around points [m]; 0 when there are none.
+/// Diagonal of the bounding box of points [m]; 0 when there are none.
 double extentOf(std::span<const cv::Point3f> points);
 
-/// Of some points [m].
+/// Centroid [m].
 cv::Point3d meanOf(std::span<const cv::Point3f> points);
 
 }  // namespace estancia

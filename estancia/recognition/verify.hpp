@@ -1,4 +1,4 @@
-// Is the model really there (thesis 2.4.7)?
+// Hypothesis verification: does the scene support a model in a pose (thesis 2.4.7)?
 #pragma once
 
 #include <opencv2/core/affine.hpp>
@@ -13,40 +13,39 @@
 
 namespace estancia {
 
-/// What a scene says about a model in a pose, in numbers of the model's points.
-struct Evidence {
-  std::size_t points = 0;       ///< all of the model's
-  std::size_t facing = 0;       ///< turned to the sensor: what could be seen
-  std::size_t inliers = 0;      ///< of these, with a scene point near that is turned the same way
-  std::size_t occluded = 0;     ///< of these, behind something, or where the sensor saw nothing
-  std::size_t seenThrough = 0;  ///< of these, in front of what the sensor saw: there can be nothing
+/// Support for a model in a pose: numbers of visible, inlying, occluded and free-space-violating points.
+struct InlierCounts {
+  std::size_t points = 0;       ///< of the model
+  std::size_t facing = 0;       ///< of these, facing the sensor: could be visible
+  std::size_t inliers = 0;      ///< of these, with a scene point near that has a similar normal
+  std::size_t occluded = 0;     ///< of these, behind something, or where the sensor measured nothing
+  std::size_t seenThrough = 0;  ///< of these, in free space: in front of what the sensor measured
 
-  /// The share of what should be seen (facing − occluded) that is, times the root of the share of all that
-  /// faces the sensor: what little of a hidden model agrees may be chance. In [0, 1].
+  /// The inlying share of what should be visible (facing − occluded), times the square root of the inlying
+  /// share of what faces the sensor, because a small part of a hidden model may agree by chance. In [0, 1].
   double confidence() const;
 };
 
-/// Of the nearest points themselves, as isThere() counts them; scorePose() asks the scene more quickly.
-Evidence examine(const OrientedPoints& model, const Surface& scene, const RangeImage& view,
-                 const cv::Affine3d& pose, double tolerance);
+/// With exact nearest neighbors; scorePose() is the quick approximation.
+InlierCounts countInliers(const OrientedPoints& model, const Surface& scene, const RangeImage& view,
+                          const cv::Affine3d& pose, double tolerance);
 
-/// The plain check: the confidence is at least `accept`, the scene does not look through a fifth of the
-/// model, and not much more than half of the model is turned away, as no sensor would have seen it.
-bool isThere(const Evidence& evidence, double accept);
+/// The simple check: the confidence is at least `accept`, less than a fifth of the visible model is in free
+/// space, and at least 45 % of the model face the sensor, as its cloud was recorded by one.
+bool isAccepted(const InlierCounts& counts, double accept);
 
 /// Global hypothesis verification (Aldoma, Tombari, Di Stefano, Vincze 2012): the set of hypotheses that
-/// together explains most of the scene with the fewest model points in the void, scene points explained
-/// twice, and points left unexplained on a smooth part of the scene that is partly explained; by simulated
-/// annealing. `smoothParts` is smoothPartsOf(scene). Points of model and scene should lie equally far apart.
-/// `tolerance` [m] is that between a scene point and the model point that explains it. Returns whether each
-/// pose belongs to it.
+/// together explains most of the scene with the fewest model points without scene support, scene points
+/// explained twice, and unexplained points on a smooth part of the scene that is partly explained; by
+/// simulated annealing. `smoothParts` is smoothPartsOf(scene). Model and scene should have the same point
+/// spacing. `tolerance` [m] is that between a scene point and the model point that explains it. Returns
+/// whether each pose belongs to it.
 std::vector<bool> verifyGlobally(const OrientedPoints& model, const Surface& scene, const RangeImage& view,
                                  std::span<const int> smoothParts, std::span<const cv::Affine3d> poses,
                                  double tolerance);
 
-/// Parts of a surface over which the normal changes slowly: for each point the number of its part, 0 for
-/// those of small parts. Points of a part are linked by neighbors within `reach` [m] whose normals differ by
-/// < 0.2 rad.
+/// Smooth segments of a surface: for each point the number of its part, 0 for small parts. Points of a part
+/// are connected by neighbors within `reach` [m] whose normals differ by less than 0.2 rad.
 std::vector<int> smoothPartsOf(const Surface& surface, double reach, int threads = 1);
 
 }  // namespace estancia

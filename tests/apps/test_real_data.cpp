@@ -1,4 +1,5 @@
-// The figures that the project promises, on real places with the default network (docs/measured/benchmarks.md).
+// The figures that the project promises, on real places with the default network
+// (docs/measured/benchmarks.md).
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -211,7 +211,9 @@ TEST(RoomClassifier, WordsFoundSinceAreIgnoredAndThoseNotYetFoundAreZero) {
 TEST(RoomClassifier, OtherDescriptorsAreRefused) {
   const Features features = madeUpRooms(3, 10, 1);
   const RoomClassifier classifier = learned(features);
-  const auto refusal = [&](const Features& other) { return test::caught([&] { classifier.predict(other); }); };
+  const auto refusal = [&](const Features& other) {
+    return test::caught([&] { classifier.predict(other); });
+  };
   Features missing = features;
   missing.parts[0].name = "places";
   EXPECT_THAT(refusal(missing), FailsWith(ErrorCode::mismatch, "words", "places, bins"));

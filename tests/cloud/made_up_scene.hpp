@@ -11,13 +11,13 @@
 namespace estancia::test {
 
 /// How far along origin + t · ray something is (of several hits the nearest), or infinity. Meters, z up.
-using SegmentSamples = std::function<double(const cv::Vec3d& origin, const cv::Vec3d& ray)>;
+using Shape = std::function<double(const cv::Vec3d& origin, const cv::Vec3d& ray)>;
 
 inline constexpr double kNever = HUGE_VAL;
 
 /// What of the plane through `at` lies within half · side of it, along two directions at right angles.
-inline SegmentSamples board(const cv::Vec3d& at, const cv::Vec3d& along, const cv::Vec3d& up,
-                            double halfAlong, double halfUp) {
+inline Shape board(const cv::Vec3d& at, const cv::Vec3d& along, const cv::Vec3d& up, double halfAlong,
+                   double halfUp) {
   const cv::Vec3d normal = along.cross(up);
   return [=](const cv::Vec3d& origin, const cv::Vec3d& ray) {
     const double t = (at - origin).dot(normal) / ray.dot(normal);
@@ -27,12 +27,12 @@ inline SegmentSamples board(const cv::Vec3d& at, const cv::Vec3d& along, const c
   };
 }
 
-inline SegmentSamples level(double height, double halfX = 50, double halfY = 50, double x = 0, double y = 0) {
+inline Shape level(double height, double halfX = 50, double halfY = 50, double x = 0, double y = 0) {
   return board({x, y, height}, {1, 0, 0}, {0, 1, 0}, halfX, halfY);
 }
 
 /// A box that stands on `at`, turned by `angle` [rad] about its upright.
-inline SegmentSamples box(const cv::Vec3d& at, const cv::Vec3d& size, double angle = 0) {
+inline Shape box(const cv::Vec3d& at, const cv::Vec3d& size, double angle = 0) {
   const cv::Vec3d x(std::cos(angle), std::sin(angle), 0), y(-std::sin(angle), std::cos(angle), 0), z(0, 0, 1);
   const cv::Vec3d middle = at + z * (size[2] / 2);
   return [=](const cv::Vec3d& origin, const cv::Vec3d& ray) {
@@ -49,7 +49,7 @@ inline SegmentSamples box(const cv::Vec3d& at, const cv::Vec3d& size, double ang
 }
 
 /// What of a sphere lies below `rim`: a bowl; all of it where the rim is high enough.
-inline SegmentSamples bowl(const cv::Vec3d& middle, double radius, double rim) {
+inline Shape bowl(const cv::Vec3d& middle, double radius, double rim) {
   return [=](const cv::Vec3d& origin, const cv::Vec3d& ray) {
     const cv::Vec3d d = origin - middle;
     const double a = ray.dot(ray), b = d.dot(ray), c = d.dot(d) - radius * radius;
@@ -72,7 +72,7 @@ struct Seen {
   cv::Matx33d toScene;  ///< directions in the camera → in the scene
 };
 
-inline Seen see(const std::vector<SegmentSamples>& shapes, const View& view = {}) {
+inline Seen see(const std::vector<Shape>& shapes, const View& view = {}) {
   const cv::Vec3d forward = cv::normalize(view.to - view.from),
                   right = cv::normalize(forward.cross(cv::Vec3d(0, 0, 1))), down = forward.cross(right);
   const CameraIntrinsics& camera = view.camera;

@@ -1,4 +1,4 @@
-// What stands about in made-up scenes, in images and in clouds.
+// Objects of made-up scenes in depth images.
 #include "estancia/cloud/clusters.hpp"
 
 #include <gmock/gmock.h>
@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 
 #include "made_up_scene.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -18,20 +19,19 @@ namespace {
 using test::board;
 using test::bowl;
 using test::box;
-using test::errorOf;
+using test::FailsWith;
 using test::level;
 using test::see;
 using test::Seen;
-using test::SegmentSamples;
+using test::Shape;
 using test::View;
-using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 const View kView;
-const SegmentSamples kTable = level(0);
-const SegmentSamples kBox = box({0, 0, 0}, {0.16, 0.1, 0.12}, 0.5);
+const Shape kTable = level(0);
+const Shape kBox = box({0, 0, 0}, {0.16, 0.1, 0.12}, 0.5);
 
 /// Intersection over union of a cluster and a shape.
 double overlap(const Cluster& cluster, const Seen& seen, int shape) {
@@ -135,7 +135,7 @@ TEST(Clusters, WallAndFloorAreNone) {
   View view;
   view.from = {0, -2, 1.2};
   view.to = {0, 0.5, 0.7};
-  const SegmentSamples wall = board({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 50, 50);
+  const Shape wall = board({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, 50, 50);
   const Seen seen = see({kTable, wall}, view);
   const Clusters found = findClusters(seen.depth, view.camera);
   EXPECT_THAT(found.planes, SizeIs(2));
@@ -150,7 +150,7 @@ TEST(Clusters, WallAndFloorAreNone) {
 TEST(Clusters, WhatIsBehindAPlaneStays) {
   View view;
   view.from = {0, -1.2, 1.5};
-  const SegmentSamples floor = level(-0.7), desk = level(0, 0.4, 0.3, -0.4, 0.2);
+  const Shape floor = level(-0.7), desk = level(0, 0.4, 0.3, -0.4, 0.2);
   const Seen seen = see({floor, desk, box({0.4, 0.1, -0.7}, {0.3, 0.2, 0.3}, 0.5)}, view);
   const Clusters found = findClusters(seen.depth, view.camera);
   EXPECT_THAT(found.planes, SizeIs(2));
@@ -160,12 +160,11 @@ TEST(Clusters, WhatIsBehindAPlaneStays) {
 TEST(Clusters, StripesThatAreNoPlaneDoNotEndTheSearch) {
   View view;
   view.from = {0, -1.1, 1.3};
-  std::vector<SegmentSamples> shapes = {
-      level(0, 0.3, 0.5, 0.35, 0)};  // a table, and beside it slats that are more
+  std::vector<Shape> shapes = {level(0, 0.3, 0.5, 0.35, 0)};  // a table, and beside it slats that are more
   for (int i = 0; i < 14; ++i) shapes.push_back(level(0.1, 0.3, 0.03, -0.35, -0.5 + 0.1 * i));
   const Seen seen = see(shapes, view);
   ClusterOptions options;
-  options.planeArea = 0.4;
+  options.minPlaneArea = 0.4;
   const Clusters found = findClusters(seen.depth, view.camera, options);
   ASSERT_THAT(found.planes, SizeIs(1));
   EXPECT_NEAR(found.planes.front().offset, -1.3, 0.01);
@@ -191,7 +190,7 @@ TEST(Clusters, ThingsAtTheBorder) {
   EXPECT_FALSE(found.clusters.front().atBorder);
 }
 
-TEST(Clusters, AImageOfAThingIsFlat) {
+TEST(Clusters, AnImageOfAnObjectIsFlat) {
   const double s = std::sqrt(0.5);
   const Seen seen = see({kTable, board({-0.2, 0, 0.08}, {1, 0, 0}, {0, s, s}, 0.08, 0.1), kBox});
   const Clusters found = findClusters(seen.depth, kView.camera);
@@ -248,9 +247,9 @@ TEST(Clusters, OnlyAsSmallAsAskedFor) {
   const Seen seen = see({kTable, kBox});
   ClusterOptions options;
   const std::size_t size = findClusters(seen.depth, kView.camera).clusters.at(0).points.size();
-  options.least = size;
+  options.minPoints = size;
   EXPECT_THAT(findClusters(seen.depth, kView.camera, options).clusters, SizeIs(1));
-  options.least = size + 1;
+  options.minPoints = size + 1;
   EXPECT_THAT(findClusters(seen.depth, kView.camera, options).clusters, IsEmpty());
 }
 
@@ -279,7 +278,7 @@ TEST(Clusters, NothingIsNoError) {
        {cv::Size(1, 1), cv::Size(3, 2), cv::Size(1, 480), cv::Size(640, 1), cv::Size(17, 9)})
     for (const float z : {1.F, 0.001F, 1000.F}) {
       ClusterOptions options;
-      options.least = 1;
+      options.minPoints = 1;
       std::size_t points = 0;  // all of it is there once, on a plane or in a cluster
       for (const Cluster& c :
            findClusters(cv::Mat(size, CV_32F, cv::Scalar(z)), kView.camera, options).clusters)
@@ -291,30 +290,34 @@ TEST(Clusters, NothingIsNoError) {
 
 TEST(Clusters, RefusesWhatIsNoDepthImage) {
   const cv::Mat depth(48, 64, CV_32F, cv::Scalar(1));
-  EXPECT_THAT(errorOf([&] { findClusters(cv::Mat(), kView.camera); }), HasSubstr("depth image"));
-  EXPECT_THAT(errorOf([&] { findClusters(cv::Mat(48, 64, CV_16U), kView.camera); }),
-              HasSubstr("depth image"));
-  EXPECT_THAT(errorOf([&] { findClusters(depth, {}); }), HasSubstr("no camera has"));
+  EXPECT_THAT([&] { findClusters(cv::Mat(), kView.camera); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { findClusters(cv::Mat(48, 64, CV_16U), kView.camera); },
+              FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { findClusters(depth, {}); }, FailsWith(ErrorCode::invalidInput, "0"));
   CameraIntrinsics camera = kView.camera;
   camera.fx = 0;
-  EXPECT_THAT(errorOf([&] { findClusters(depth, camera); }), HasSubstr("fx 0"));
+  EXPECT_THAT([&] { findClusters(depth, camera); }, FailsWith(ErrorCode::invalidInput, "fx 0"));
   camera.fx = kNaN;
-  EXPECT_THAT(errorOf([&] { findClusters(depth, camera); }), HasSubstr("fx nan"));
+  EXPECT_THAT([&] { findClusters(depth, camera); }, FailsWith(ErrorCode::invalidInput, "fx nan"));
 }
 
 TEST(Clusters, RefusesOptionsOutOfRange) {
   const cv::Mat depth(48, 64, CV_32F, cv::Scalar(1));
-  for (double ClusterOptions::*option : {&ClusterOptions::planeArea, &ClusterOptions::planeTolerance,
-                                         &ClusterOptions::crease, &ClusterOptions::join})
+  for (const auto& [option, name] : {std::pair(&ClusterOptions::minPlaneArea, "min-plane-area"),
+                                     std::pair(&ClusterOptions::planeTolerance, "plane-tolerance"),
+                                     std::pair(&ClusterOptions::creaseDepth, "crease-depth"),
+                                     std::pair(&ClusterOptions::contactDistance, "contact-distance")})
     for (const double value : {0., -1., std::nan(""), HUGE_VAL}) {
       ClusterOptions options;
       options.*option = value;
-      EXPECT_THAT(errorOf([&] { findClusters(depth, kView.camera, options); }), HasSubstr("above 0"));
-      EXPECT_THAT(errorOf([&] { findClusters(PointCloud(), options); }), HasSubstr("above 0"));
+      EXPECT_THAT([&] { findClusters(depth, kView.camera, options); },
+                  FailsWith(ErrorCode::invalidOption, name));
+      EXPECT_THAT([&] { findClusters(PointCloud(), options); }, FailsWith(ErrorCode::invalidOption, name));
     }
   ClusterOptions options;
   options.threads = -1;
-  EXPECT_THAT(errorOf([&] { findClusters(depth, kView.camera, options); }), HasSubstr("-1 threads"));
+  EXPECT_THAT([&] { findClusters(depth, kView.camera, options); },
+              FailsWith(ErrorCode::invalidOption, "threads", "-1"));
 }
 
 }  // namespace

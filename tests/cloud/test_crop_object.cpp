@@ -1,4 +1,4 @@
-// Images of things: cut out of an image, or drawn from points.
+// Crops of objects: from an image, or rendered from points.
 #include "estancia/cloud/crop_object.hpp"
 
 #include <gmock/gmock.h>
@@ -9,13 +9,13 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using test::errorOf;
-using ::testing::HasSubstr;
+using test::FailsWith;
 
 using Background = CropOptions::Background;
 const cv::Vec3b kGray(128, 128, 128);
@@ -37,7 +37,7 @@ CropOptions with(Background background, double margin = 0, double crop = 0.875) 
   return options;
 }
 
-TEST(Patch, MiddleOfTheSquareHoldsTheThing) {
+TEST(Crop, MiddleOfTheSquareHoldsTheThing) {
   const cv::Mat patch = cropObject(places(), {10, 12, 14, 6});
   ASSERT_EQ(patch.size(), cv::Size(16, 16));  // 14 / 0.875
   EXPECT_EQ(patch.at<cv::Vec3b>(0, 0), cv::Vec3b(9, 7, 200));
@@ -47,7 +47,7 @@ TEST(Patch, MiddleOfTheSquareHoldsTheThing) {
             cv::Size(12, 12));
 }
 
-TEST(Patch, GrayBeyondTheImage) {
+TEST(Crop, GrayBeyondTheImage) {
   const cv::Mat patch = cropObject(places(), {0, 0, 14, 14});
   ASSERT_EQ(patch.size(), cv::Size(16, 16));
   EXPECT_EQ(patch.at<cv::Vec3b>(0, 5), kGray);
@@ -59,7 +59,7 @@ TEST(Patch, GrayBeyondTheImage) {
   EXPECT_EQ(whole.at<cv::Vec3b>(8, 3), cv::Vec3b(0, 0, 200));
 }
 
-TEST(Patch, BackgroundMayBePaintedOver) {
+TEST(Crop, BackgroundMayBePaintedOver) {
   cv::Mat mask = cv::Mat::zeros(30, 40, CV_8U);
   mask({10, 12, 2, 1}).setTo(255);
   mask.at<uchar>(25, 39) = 255;  // no part of the box
@@ -76,34 +76,36 @@ TEST(Patch, BackgroundMayBePaintedOver) {
   EXPECT_EQ(kept.at<cv::Vec3b>(1, 1), cv::Vec3b(11, 13, 200));
 }
 
-TEST(Patch, RefusesWhatIsNoThingInAImage) {
+TEST(Crop, RefusesWhatIsNoObjectInAnImage) {
   const cv::Mat image = places(), mask(30, 40, CV_8U, cv::Scalar(1));
   const auto problem = [&](const cv::Rect& box, const cv::Mat& m = {}, const CropOptions& options = {}) {
-    return errorOf([&] { cropObject(image, box, m, options); });
+    return test::caught([&] { cropObject(image, box, m, options); });
   };
   constexpr int huge = std::numeric_limits<int>::max();
   for (const cv::Rect& box :
        {cv::Rect(0, 0, 0, 5), cv::Rect(-1, 0, 5, 5), cv::Rect(36, 0, 5, 5), cv::Rect(0, 28, 3, 3),
         cv::Rect(huge, 0, 5, 5), cv::Rect(1, 1, huge, huge), cv::Rect(0, 0, -4, 4)})
-    EXPECT_THAT(problem(box), HasSubstr("does not lie in the image")) << box;
+    EXPECT_THAT(problem(box), FailsWith(ErrorCode::invalidInput, "40 × 30")) << box;
   const cv::Rect box(1, 1, 5, 5);
-  EXPECT_EQ(problem(box, mask, with(Background::mean)), "");
-  EXPECT_THAT(problem(box, {}, with(Background::mean)), HasSubstr("its background cannot be replaced"));
-  EXPECT_THAT(problem(box, mask(cv::Rect(0, 0, 20, 20))), HasSubstr("a mask of 20 × 20"));
-  EXPECT_THAT(problem(box, cv::Mat(30, 40, CV_32S, cv::Scalar(1))), HasSubstr("8 bits"));
+  EXPECT_FALSE(problem(box, mask, with(Background::mean)).code);
+  EXPECT_THAT(problem(box, {}, with(Background::mean)), FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT(problem(box, mask(cv::Rect(0, 0, 20, 20))), FailsWith(ErrorCode::mismatch, "20 × 20"));
+  EXPECT_THAT(problem(box, cv::Mat(30, 40, CV_32S, cv::Scalar(1))),
+              FailsWith(ErrorCode::mismatch, "40 × 30"));
   EXPECT_THAT(problem(box, cv::Mat::zeros(30, 40, CV_8U), with(Background::mean)),
-              HasSubstr("marks nothing"));
+              FailsWith(ErrorCode::invalidInput));
   for (const double margin : {-0.1, 4.1, std::nan("")})
-    EXPECT_THAT(problem(box, {}, with(Background::kept, margin)), HasSubstr("margin"));
+    EXPECT_THAT(problem(box, {}, with(Background::kept, margin)),
+                FailsWith(ErrorCode::invalidOption, "crop.margin"));
   for (const double crop : {0.0, 1.1, std::nan("")})
-    EXPECT_THAT(problem(box, {}, with(Background::kept, 0, crop)), HasSubstr("crop"));
-  EXPECT_THAT(errorOf([] { cropObject({}, {0, 0, 1, 1}); }), HasSubstr("three channels"));
-  EXPECT_THAT(errorOf([] { cropObject(cv::Mat(9, 9, CV_8U), {0, 0, 1, 1}); }), HasSubstr("three channels"));
+    EXPECT_THAT(problem(box, {}, with(Background::kept, 0, crop)),
+                FailsWith(ErrorCode::invalidOption, "crop.crop"));
+  const auto crop = [](const cv::Mat& bgr) { cropObject(bgr, {0, 0, 1, 1}); };
+  EXPECT_THAT([&] { crop({}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { crop(cv::Mat(9, 9, CV_8U)); }, FailsWith(ErrorCode::invalidInput));
   const cv::Mat wide = cv::Mat::zeros(1, 9000, CV_8UC3);
-  EXPECT_THAT(errorOf([&] {
-                cropObject(wide, {0, 0, 9000, 1}, {}, with(Background::kept, 4));
-              }),
-              HasSubstr("wider than"));
+  const cv::Rect all(0, 0, 9000, 1);
+  EXPECT_THAT([&] { cropObject(wide, all, {}, with(Background::kept, 4)); }, FailsWith(ErrorCode::tooLarge));
 }
 
 PointCloud cloudOf(const std::vector<cv::Point3f>& points, const std::vector<cv::Vec3b>& colors = {}) {
@@ -143,7 +145,7 @@ cv::Rect extentOf(const cv::Mat& image) {
   return cv::boundingRect(background == 0);
 }
 
-TEST(RenderedPatch, SeesTheBoardFromItsFaceAndUpright) {
+TEST(RenderedObject, SeesTheBoardFromItsFaceAndUpright) {
   for (const int degrees : {0, 30, 75, 120, 285}) {
     const cv::Mat image = renderObject(board(degrees * CV_PI / 180), 200);
     ASSERT_EQ(image.size(), cv::Size(200, 200));
@@ -157,7 +159,7 @@ TEST(RenderedPatch, SeesTheBoardFromItsFaceAndUpright) {
   }
 }
 
-TEST(RenderedPatch, TheNearestIsInFront) {
+TEST(RenderedObject, TheNearestIsInFront) {
   PointCloud near = board(0, 0.05), far = board(0, -0.05);
   near.colors.assign(near.points.size(), {0, 0, 255});
   far.colors.assign(far.points.size(), {255, 0, 0});
@@ -172,14 +174,14 @@ TEST(RenderedPatch, TheNearestIsInFront) {
   }
 }
 
-TEST(RenderedPatch, MarginMakesTheThingSmaller) {
+TEST(RenderedObject, MarginMakesTheThingSmaller) {
   const cv::Rect wide = extentOf(renderObject(board(0), 200, with(Background::kept, 0, 1)));
   const cv::Rect narrow = extentOf(renderObject(board(0), 200, with(Background::kept, 0.5, 1)));
   EXPECT_NEAR(wide.width, 200, 1);
   EXPECT_NEAR(narrow.width, 100, 8);
 }
 
-TEST(RenderedPatch, WithoutColorsTheNearIsBright) {
+TEST(RenderedObject, WithoutColorsTheNearIsBright) {
   PointCloud ball;
   for (int i = 0; i < 4000; ++i) {  // spread evenly (Fibonacci)
     const double z = 1 - (2 * i + 1) / 4000.0, r = std::sqrt(1 - z * z), a = i * 2.399963;
@@ -195,31 +197,28 @@ TEST(RenderedPatch, WithoutColorsTheNearIsBright) {
   EXPECT_LT(side[0], middle[0] - 20);
 }
 
-TEST(RenderedPatch, ScaleDoesNotMatter) {
+TEST(RenderedObject, ScaleDoesNotMatter) {
   PointCloud cloud = board(0.3);
   const cv::Mat before = renderObject(cloud, 100);
   for (auto& p : cloud.points) p *= 1024.F;
   EXPECT_EQ(cv::norm(before, renderObject(cloud, 100), cv::NORM_INF), 0);
 }
 
-TEST(RenderedPatch, FewFarAndMissingPoints) {
+TEST(RenderedObject, FewFarAndMissingPoints) {
   constexpr float none = std::numeric_limits<float>::quiet_NaN(), far = 3e38F;
   EXPECT_EQ(extentOf(renderObject(cloudOf({{1, 2, 3}, {none, 0, 0}}), 100)), cv::Rect(48, 48, 5, 5));
   EXPECT_GT(extentOf(renderObject(cloudOf({{-far, 0, 0}, {far, far, -far}}), 100)).width, 50);
   EXPECT_GT(extentOf(renderObject(cloudOf({{0, 0, 0}, {1, 0, 0}}), 100)).width, 70);  // a line has no face
   EXPECT_EQ(extentOf(renderObject(cloudOf({{0, 0, 0}, {1, 0, 0}}), 1)).width, 1);
-  EXPECT_THAT(errorOf([&] {
-                renderObject(cloudOf({{none, 0, 0}}));
-              }),
-              HasSubstr("no point of the cloud is finite"));
-  EXPECT_THAT(errorOf([&] { renderObject({}); }), HasSubstr("no point of the cloud is finite"));
-  EXPECT_THAT(errorOf([&] {
-                renderObject(cloudOf({{1, 2, 3}}, {{1, 2, 3}, {4, 5, 6}}));
-              }),
-              HasSubstr("colors"));
+  const PointCloud hole = cloudOf({{none, 0, 0}}), torn = cloudOf({{1, 2, 3}}, {{1, 2, 3}, {4, 5, 6}});
+  EXPECT_THAT([&] { renderObject(hole); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { renderObject({}); }, FailsWith(ErrorCode::invalidInput));
+  EXPECT_THAT([&] { renderObject(torn); }, FailsWith(ErrorCode::invalidInput, "2 colors"));
   for (const int size : {0, -1, 5000})
-    EXPECT_THAT(errorOf([&] { renderObject(board(0), size); }), HasSubstr("1 … 4096"));
-  EXPECT_THAT(errorOf([&] { renderObject(board(0), 100, with(Background::kept, -1)); }), HasSubstr("margin"));
+    EXPECT_THAT([&] { renderObject(board(0), size); },
+                FailsWith(ErrorCode::invalidOption, std::to_string(size), "4096"));
+  EXPECT_THAT([&] { renderObject(board(0), 100, with(Background::kept, -1)); },
+              FailsWith(ErrorCode::invalidOption, "crop.margin"));
 }
 
 }  // namespace

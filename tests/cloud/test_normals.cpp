@@ -1,4 +1,4 @@
-// Normals and the spread behind them, beside exact shapes and PCL's.
+// Normals and local covariance, compared with exact shapes and with PCL.
 #include "estancia/cloud/normals.hpp"
 
 #include <gmock/gmock.h>
@@ -10,7 +10,9 @@
 #include <random>
 
 #include "estancia/cloud/covariance.hpp"
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/io/cloud_file.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 #ifdef ESTANCIA_HAS_PCL
@@ -21,9 +23,8 @@
 namespace estancia {
 namespace {
 
-using test::errorOf;
+using test::FailsWith;
 using ::testing::Each;
-using ::testing::HasSubstr;
 using ::testing::Truly;
 
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -83,6 +84,12 @@ TEST(Normals, OfASphereInAnyUnit) {
   }
 }
 
+TEST(Normals, OfACloudAreThoseOfItsPoints) {
+  PointCloud cloud;
+  cloud.points = grid(20, {0, 0, 1}, {0.1F, 0, 0}, {0.02F, 0.1F, 0.03F});
+  EXPECT_EQ(estimateNormals(cloud, within(0.3)), normalsOf(cloud.points, within(0.3)));
+}
+
 TEST(Normals, AtOtherPlacesThanThePoints) {
   const Neighbors plane(grid(20, {0, 0, 1}, {0.1F, 0, 0}, {0, 0.1F, 0}));
   const std::vector<cv::Point3f> places = {{1.03F, 1.02F, 1.1F}, {50, 0, 1}, {kNaN, 0, 1}};
@@ -105,7 +112,7 @@ TEST(Normals, NoneWhereNoPlaneIs) {
   EXPECT_THAT(normalsOf(same, nearest), Each(Truly(isNone)));
   for (const NormalOptions& wrong :
        {NormalOptions{}, NormalOptions{1, 5}, NormalOptions{-1}, within(HUGE_VAL)})
-    EXPECT_THAT(errorOf([&] { normalsOf(same, wrong); }), HasSubstr("one of the two"));
+    EXPECT_THAT([&] { normalsOf(same, wrong); }, FailsWith(ErrorCode::invalidOption, "normals."));
 }
 
 TEST(LocalCovariance, AsSummedUpOneByOne) {
@@ -125,12 +132,12 @@ TEST(LocalCovariance, AsSummedUpOneByOne) {
     products += v * v.t();
     ++count;
   }
-  const LocalCovariance spread = localCovariance(tree, place, squared);
-  ASSERT_EQ(spread.count, count);
+  const LocalCovariance local = localCovariance(tree, place, squared);
+  ASSERT_EQ(local.count, count);
   const cv::Vec3d mean = sum / static_cast<double>(count);
-  EXPECT_LT(cv::norm(spread.offset - mean), 1e-8);
+  EXPECT_LT(cv::norm(local.offset - mean), 1e-8);
   const cv::Matx33d covariance = products * (1.0 / static_cast<double>(count)) - mean * mean.t();
-  EXPECT_LT(cv::norm(spread.covariance - covariance), 1e-8);
+  EXPECT_LT(cv::norm(local.covariance - covariance), 1e-8);
   EXPECT_EQ(localCovariance(tree, {kNaN, 0, 0}, 1).count, 0U);
   EXPECT_EQ(localCovariance(tree, {500, 0, 0}, 1).count, 0U);
 }

@@ -1,4 +1,4 @@
-// What stands for the pieces of a depth image, and which of them are compared: never more than so many.
+// Samples and pairs of segments stay below their limits.
 #include "estancia/cloud/segment_samples.hpp"
 
 #include <gmock/gmock.h>
@@ -18,7 +18,7 @@ using ::testing::UnorderedElementsAre;
 
 const CameraIntrinsics kCamera{640, 480, 525, 525, 319.5, 239.5};
 
-/// Tiles of 12 pixels, each at another depth than those around it: some 1,800 pieces.
+/// Tiles of 12 pixels, each at another depth than those around it: some 1,800 segments.
 cv::Mat tiles(float nearest) {
   cv::Mat depth(480, 640, CV_32F);
   for (int v = 0; v < depth.rows; ++v)
@@ -29,59 +29,60 @@ cv::Mat tiles(float nearest) {
   return depth;
 }
 
-/// A shape as large as a point.
+/// A segment as large as a point.
 SegmentSamples dot(std::uint32_t piece, const cv::Point3f& at) {
-  return {.piece = piece, .surface = {at}, .border = {at}, .low = at, .high = at, .x = {}, .y = {}, .z = {}};
+  return {
+      .segment = piece, .surface = {at}, .border = {at}, .low = at, .high = at, .x = {}, .y = {}, .z = {}};
 }
 
 TEST(Shapes, TheLargestOfManyPieces) {
   for (const float nearest : {0.02F, 0.6F}) {
     const ClusterOptions options;
     const InverseDepth grid = inverseDepth(tiles(nearest), kCamera, 1);
-    const WithoutPlanes scene = removePlanes(grid, options);
-    const Segmentation pieces =
-        oversegment(grid, scene.rest, concaveCreases(grid, scene.rest, options.crease, options.threads));
-    ASSERT_GT(pieces.sizes.size(), 3 * kMaxSegmentSamples);
-    const std::vector<SegmentSamples> shapes = sampleSegments(grid, scene.rest, pieces);
-    ASSERT_EQ(shapes.size(), kMaxSegmentSamples);
-    EXPECT_TRUE(std::ranges::is_sorted(shapes, {}, &SegmentSamples::piece));
+    const PlaneRemoval scene = removePlanes(grid, options);
+    const Segmentation segments =
+        oversegment(grid, scene.rest, concaveCreases(grid, scene.rest, options.creaseDepth, options.threads));
+    ASSERT_GT(segments.sizes.size(), 3 * kMaxSegmentSamples);
+    const std::vector<SegmentSamples> samples = sampleSegments(grid, scene.rest, segments);
+    ASSERT_EQ(samples.size(), kMaxSegmentSamples);
+    EXPECT_TRUE(std::ranges::is_sorted(samples, {}, &SegmentSamples::segment));
     std::set<std::uint32_t> taken;
-    std::uint32_t smallest = pieces.sizes[shapes.front().piece], largestLeft = 0;
-    for (const SegmentSamples& shape : shapes) {
-      taken.insert(shape.piece);
-      smallest = std::min(smallest, pieces.sizes[shape.piece]);
-      EXPECT_FALSE(shape.surface.empty() || shape.border.empty());
+    std::uint32_t smallest = segments.sizes[samples.front().segment], largestLeft = 0;
+    for (const SegmentSamples& sample : samples) {
+      taken.insert(sample.segment);
+      smallest = std::min(smallest, segments.sizes[sample.segment]);
+      EXPECT_FALSE(sample.surface.empty() || sample.border.empty());
     }
     ASSERT_EQ(taken.size(), kMaxSegmentSamples);
-    for (std::uint32_t i = 1; i < pieces.sizes.size(); ++i)
-      if (!taken.contains(i)) largestLeft = std::max(largestLeft, pieces.sizes[i]);
+    for (std::uint32_t i = 1; i < segments.sizes.size(); ++i)
+      if (!taken.contains(i)) largestLeft = std::max(largestLeft, segments.sizes[i]);
     EXPECT_GE(smallest, largestLeft);
-    EXPECT_EQ(nearPairs(shapes, pieces, 0.2).size(), kMaxPairs) << nearest;  // of tens of thousands
+    EXPECT_EQ(nearPairs(samples, segments, 0.2).size(), kMaxPairs) << nearest;  // of tens of thousands
   }
 }
 
 TEST(Shapes, NearPairsThatDoNotTouch) {
-  const std::vector<SegmentSamples> shapes{dot(1, {0, 0, 1}), dot(3, {0.1F, 0, 1}), dot(4, {0.25F, 0, 1}),
-                                           dot(7, {0.25F, 0, 3})};
-  Segmentation pieces;
-  EXPECT_THAT(nearPairs(shapes, pieces, 0.2), UnorderedElementsAre(std::pair(0U, 1U), std::pair(1U, 2U)));
-  pieces.touching = {{1, 3}};
-  EXPECT_THAT(nearPairs(shapes, pieces, 0.2), UnorderedElementsAre(std::pair(1U, 2U)));
+  const std::vector<SegmentSamples> samples{dot(1, {0, 0, 1}), dot(3, {0.1F, 0, 1}), dot(4, {0.25F, 0, 1}),
+                                            dot(7, {0.25F, 0, 3})};
+  Segmentation segments;
+  EXPECT_THAT(nearPairs(samples, segments, 0.2), UnorderedElementsAre(std::pair(0U, 1U), std::pair(1U, 2U)));
+  segments.touching = {{1, 3}};
+  EXPECT_THAT(nearPairs(samples, segments, 0.2), UnorderedElementsAre(std::pair(1U, 2U)));
 }
 
 TEST(Shapes, TheNearestOfManyPairs) {
-  std::vector<SegmentSamples> shapes;
+  std::vector<SegmentSamples> samples;
   for (std::uint32_t i = 0; i < kMaxSegmentSamples; ++i)
-    shapes.push_back(dot(i + 1, {static_cast<float>(i * i) * 1e-7F, 0, 1}));
+    samples.push_back(dot(i + 1, {static_cast<float>(i * i) * 1e-7F, 0, 1}));
   const auto apart = [&](std::size_t i, std::size_t j) {
-    return std::abs(shapes[i].low.x - shapes[j].low.x);
+    return std::abs(samples[i].low.x - samples[j].low.x);
   };
-  const auto chosen = nearPairs(shapes, {}, 0.2);
+  const auto chosen = nearPairs(samples, {}, 0.2);
   const std::set pairs(chosen.begin(), chosen.end());
   ASSERT_EQ(pairs.size(), kMaxPairs);
   float farthest = 0, nearestLeft = 1;
-  for (std::uint32_t i = 0; i < shapes.size(); ++i)
-    for (std::uint32_t j = i + 1; j < shapes.size(); ++j) {
+  for (std::uint32_t i = 0; i < samples.size(); ++i)
+    for (std::uint32_t j = i + 1; j < samples.size(); ++j) {
       if (pairs.contains({i, j}))
         farthest = std::max(farthest, apart(i, j));
       else
@@ -93,7 +94,7 @@ TEST(Shapes, TheNearestOfManyPairs) {
 TEST(Shapes, CrowdedImagesAreTheSameOnAnyThreads) {
   const cv::Mat depth = tiles(0.6F);
   ClusterOptions options;
-  options.least = 1;
+  options.minPoints = 1;
   options.threads = 1;
   const Clusters one = findClusters(depth, kCamera, options);
   std::size_t points = 0;

@@ -86,7 +86,7 @@ double TextbookNeuralGas::learn() {
     if (!connected) connect(s1, s2);
     std::vector<std::uint32_t> old;
     for (const Edge& e : neighbors_[s1])
-      if (e.age > options_.maximalAge) old.push_back(e.neighbor);
+      if (e.age > options_.maxAge) old.push_back(e.neighbor);
     if (old.empty()) continue;
     for (const std::uint32_t n : old) disconnect(s1, n);
     for (std::size_t i = size(); i-- > 0;)

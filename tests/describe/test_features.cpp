@@ -10,8 +10,8 @@
 #include "estancia/describe/phog.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
-#include "support/model_support.hpp"
 #include "support/errors.hpp"
+#include "support/model_support.hpp"
 
 namespace estancia {
 namespace {

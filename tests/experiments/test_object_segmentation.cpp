@@ -117,7 +117,7 @@ TEST(EuclideanClusters, PartsWhatIsFartherApartThanTheTolerance) {
   EXPECT_EQ(found.size(), 2U);
   EXPECT_EQ(euclideanClusters(made.depth, camera, {wall}, options, 1.0).size(), 1U);
   EXPECT_EQ(euclideanClusters(made.depth, camera, {}, options, 0.02).size(), 3U) << "the wall is one, too";
-  options.least = 100'000;
+  options.minPoints = 100'000;
   EXPECT_TRUE(euclideanClusters(made.depth, camera, {wall}, options, 0.02).empty());
 }
 

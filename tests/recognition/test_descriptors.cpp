@@ -3,22 +3,23 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <regex>
+#include <string>
 
 #include "estancia/core/error.hpp"
 #include "estancia/recognition/keypoints.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "recognition/pcl_reference.hpp"
+#include "support/errors.hpp"
+#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
 using test::everyNth;
+using test::FailsWith;
 using test::moved;
 using test::wavySheet;
-using testing::AllOf;
-using testing::HasSubstr;
 
 const Surface& sheet() {
   static const Surface surface("sheet", wavySheet(90, 0.3));
@@ -74,14 +75,14 @@ TEST(Descriptors, LeaveOutKeypointsWithoutNeighbors) {
 
 TEST(Descriptors, RefuseWhatCannotBe) {
   const auto keypoints = everyNth(sheet(), 100);
-  EXPECT_THAT(test::errorOf([&] { describe(sheet(), keypoints, "sift", 0.03); }),
-              AllOf(HasSubstr("'sift'"), HasSubstr("shot"), HasSubstr("fpfh"), HasSubstr("spin-image")));
-  EXPECT_THAT(test::errorOf([&] { describe(sheet(), keypoints, "shot", 0); }),
-              AllOf(HasSubstr("sheet"), HasSubstr("descriptor radius"), HasSubstr("positive")));
-  EXPECT_THAT(test::errorOf([&] { describe(sheet(), keypoints, "shot", 35); }),
-              AllOf(HasSubstr("sheet"), HasSubstr("other units"), HasSubstr("would do")));
-  EXPECT_THAT(test::errorOf([&] { describe(sheet(), keypoints, "fpfh", 0.0001); }),
-              AllOf(HasSubstr("without neighbors"), HasSubstr("would do")));
+  EXPECT_THAT([&] { describe(sheet(), keypoints, "sift", 0.03); },
+              FailsWith(ErrorCode::unknownName, "sift", "shot, fpfh, spin-image"));
+  EXPECT_THAT([&] { describe(sheet(), keypoints, "shot", 0); },
+              FailsWith(ErrorCode::invalidOption, "sheet", "descriptor radius"));
+  EXPECT_THAT([&] { describe(sheet(), keypoints, "shot", 35); },
+              FailsWith(ErrorCode::mismatch, "sheet", "35"));
+  EXPECT_THAT([&] { describe(sheet(), keypoints, "fpfh", 0.0001); },
+              FailsWith(ErrorCode::mismatch, "sheet", "0.0001"));
 }
 
 TEST(Surface, AdvisesARadiusThatItAcceptsHoweverFewItsPoints) {
@@ -91,17 +92,17 @@ TEST(Surface, AdvisesARadiusThatItAcceptsHoweverFewItsPoints) {
       points.emplace_back(static_cast<float>(i % across), static_cast<float>(i / across), 1.F);
     const Neighbors neighbors(points);
     const auto refusal = [&](double radius) {
-      return test::errorOf([&] { requireRadius("grid", points, neighbors, radius, "radius"); });
+      return test::caught([&] { requireRadius("grid", points, neighbors, radius, "radius"); });
     };
     for (const double radius : {0.01, 1000.}) {
-      const std::string error = refusal(radius);
+      const test::Caught error = refusal(radius);
       if (across < 5) {
-        EXPECT_THAT(error, HasSubstr("too few")) << across;
+        EXPECT_THAT(error, FailsWith(ErrorCode::insufficientData, std::to_string(across * across))) << across;
         continue;
       }
-      std::smatch told;
-      ASSERT_TRUE(std::regex_search(error, told, std::regex("about ([0-9.e+-]+) m would do"))) << error;
-      EXPECT_EQ(refusal(std::stod(told[1])), "") << across;
+      EXPECT_THAT(error, FailsWith(ErrorCode::mismatch));
+      const double advised = test::numbersIn(error.message).back();
+      EXPECT_FALSE(refusal(advised).code) << across << ": " << error.message;
     }
   }
 }

@@ -1,4 +1,4 @@
-// What the default preset decides by: fields of nearest points, votes, and the evidence made of them.
+// The dense pose search: nearest-neighbor fields, votes, and evidence.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 
 #include "estancia/recognition/dense_search.hpp"
-#include "estancia/recognition/different_poses.hpp"
+#include "estancia/recognition/distinct_poses.hpp"
 #include "estancia/recognition/nearest_field.hpp"
 #include "estancia/recognition/pose_score.hpp"
 #include "estancia/recognition/scales.hpp"
@@ -77,9 +77,9 @@ struct Wall {
 TEST(PoseScore, VotesForWhatIsThereAndAgainstWhatIsSeenThrough) {
   const Wall wall;
   ASSERT_TRUE(wall.view.known());
-  const PoseScore there = wall.at(cv::Affine3d::Identity());
-  EXPECT_NEAR(there.vote(), 1, 0.01);
-  EXPECT_EQ(there.points, wall.model.points.size());
+  const PoseScore on = wall.at(cv::Affine3d::Identity());
+  EXPECT_NEAR(on.vote(), 1, 0.01);
+  EXPECT_EQ(on.points, wall.model.points.size());
   // Half the offset that is allowed: 1 − (1/2)².
   EXPECT_NEAR(wall.at(cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, 0.005))).vote(), 0.75, 0.01);
   const PoseScore before = wall.at(cv::Affine3d(cv::Vec3d(), cv::Vec3d(0, 0, -0.3)));
@@ -155,7 +155,7 @@ TEST(RecognitionScales, FollowSpacingNoiseAndModel) {
   EXPECT_EQ(scalesFor(own, 0.0018, 0.002, 0.0005, 0.3).tolerance, 0.02);
 }
 
-TEST(DifferentPoses, AreTheBestOfThoseThatAreAlike) {
+TEST(DistinctPoses, AreTheBestOfThoseThatAreAlike) {
   struct Posed {
     cv::Affine3d pose;
     int rank = 0;
@@ -170,14 +170,14 @@ TEST(DifferentPoses, AreTheBestOfThoseThatAreAlike) {
                                     posed(0.2, 0, 3), posed(3.1, 0, 4),     posed(0.1, 0.012, 5)};
   const auto left = [&](double alike, std::size_t most = 9) {
     std::vector<int> ranks;
-    for (const Posed& p : differentPoses(poses, center, 0.01, alike, most)) ranks.push_back(p.rank);
+    for (const Posed& p : distinctPoses(poses, center, 0.01, alike, most)) ranks.push_back(p.rank);
     return ranks;
   };
   EXPECT_THAT(left(std::cos(0.15)), testing::ElementsAre(0, 2, 3, 4));
   EXPECT_THAT(left(std::cos(0.15), 2), testing::ElementsAre(0, 2));
   EXPECT_THAT(left(std::cos(0.05)), testing::ElementsAre(0, 1, 3, 4));
-  EXPECT_THAT(left(anyTurn), testing::ElementsAre(0, 2));
-  EXPECT_TRUE(differentPoses(std::vector<Posed>(), center, 0.01, anyTurn).empty());
+  EXPECT_THAT(left(kAnyRotation), testing::ElementsAre(0, 2));
+  EXPECT_TRUE(distinctPoses(std::vector<Posed>(), center, 0.01, kAnyRotation).empty());
 }
 
 }  // namespace

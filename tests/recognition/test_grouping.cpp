@@ -12,6 +12,7 @@
 #include "estancia/recognition/pose_error.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "recognition/pcl_reference.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -98,9 +99,10 @@ TEST(Grouping, TooFewOrNoMatchesGiveNoPose) {
 TEST(Grouping, RefusesWhatCannotBe) {
   const Puzzle puzzle(0);
   const SurfaceFeatures model = Puzzle::featuresOf(puzzle.model), scene = Puzzle::featuresOf(puzzle.scene);
-  EXPECT_THAT(test::errorOf([&] { groupMatches(model, scene, puzzle.matches, "ransac", 0.01, 3); }),
-              testing::AllOf(testing::HasSubstr("'ransac'"), testing::HasSubstr("hough")));
-  EXPECT_THROW(groupMatches(model, scene, puzzle.matches, "hough", 0, 3), Error);
+  EXPECT_THAT([&] { groupMatches(model, scene, puzzle.matches, "ransac", 0.01, 3); },
+              test::FailsWith(ErrorCode::unknownName, "ransac", "hough"));
+  EXPECT_THAT([&] { groupMatches(model, scene, puzzle.matches, "hough", 0, 3); },
+              test::FailsWith(ErrorCode::invalidOption));
 }
 
 TEST(AgreedTransform, LeavesOutliersAlone) {

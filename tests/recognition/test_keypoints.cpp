@@ -9,12 +9,13 @@
 #include "estancia/core/error.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "recognition/pcl_reference.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using testing::HasSubstr;
+using test::FailsWith;
 
 const Surface& sheet() {
   static const Surface surface("sheet", test::wavySheet(100, 0.3));
@@ -83,18 +84,19 @@ TEST(Keypoints, HarrisFindsTheCornersOfABox) {
 }
 
 TEST(Keypoints, RefuseWhatCannotBe) {
-  EXPECT_THAT(test::errorOf([] { findKeypoints(sheet(), "sift", 0.01); }),
-              testing::AllOf(HasSubstr("'sift'"), HasSubstr("uniform, harris3d, iss")));
+  EXPECT_THAT([] { findKeypoints(sheet(), "sift", 0.01); },
+              FailsWith(ErrorCode::unknownName, "sift", "uniform, harris3d, iss"));
   for (const double spacing : {0.0, -1.0, std::nan(""), 1e-12})
-    EXPECT_THROW(findKeypoints(sheet(), "uniform", spacing), Error) << spacing;
+    EXPECT_THAT([&] { findKeypoints(sheet(), "uniform", spacing); },
+                FailsWith(ErrorCode::invalidOption, "sheet"))
+        << spacing;
 }
 
 TEST(Surface, NeedsPointsWithNormals) {
   PointCloud cloud = test::wavySheet(10, 0.3);
   cloud.normals.clear();
-  EXPECT_THAT(test::errorOf([&] { Surface("bare", cloud); }),
-              testing::AllOf(HasSubstr("bare"), HasSubstr("normal")));
-  EXPECT_THROW(Surface("empty", PointCloud()), Error);
+  EXPECT_THAT([&] { Surface("bare", cloud); }, FailsWith(ErrorCode::invalidInput, "bare", "100"));
+  EXPECT_THAT([] { Surface("empty", PointCloud()); }, FailsWith(ErrorCode::invalidInput, "empty"));
 }
 
 TEST(Surface, LeavesOutHoles) {

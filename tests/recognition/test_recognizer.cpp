@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <map>
-#include <regex>
 #include <set>
 
 #include "estancia/cloud/noise.hpp"
@@ -14,13 +14,14 @@
 #include "estancia/recognition/pose_error.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "recognition/made_up_surface.hpp"
+#include "support/errors.hpp"
+#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
-using testing::AllOf;
-using testing::HasSubstr;
+using test::FailsWith;
 
 /// A wavy object in front of a wall.
 struct Scenery {
@@ -42,9 +43,7 @@ struct Scenery {
 std::vector<Detection> findIn(const RecognitionOptions& options, const PointCloud& model,
                               const PointCloud& scene) {
   const Recognizer recognizer(options);
-  Progress silent;
-  return recognizer.find(*recognizer.prepareModel("model", model),
-                         *recognizer.prepareScene("scene", scene, silent));
+  return recognizer.find(*recognizer.prepareModel("model", model), *recognizer.prepareScene("scene", scene));
 }
 
 testing::AssertionResult isFound(const std::vector<Detection>& found, const Scenery& scenery,
@@ -137,8 +136,7 @@ TEST(Recognizer, HolesAreLeftOut) {
 TEST(Recognizer, TellsWhatEachStageKept) {
   const Scenery scenery;
   const Recognizer recognizer(RecognitionOptions::preset("classical"));
-  Progress silent;
-  const auto scene = recognizer.prepareScene("scene", scenery.scene, silent);
+  const auto scene = recognizer.prepareScene("scene", scenery.scene);
   std::vector<StageReport> stages;
   recognizer.find(*recognizer.prepareModel("model", scenery.model), *scene, &stages);
   std::vector<std::string> names;
@@ -169,9 +167,8 @@ TEST(Recognizer, ScenesDifferInNoiseButFixedLengthsDescribeAModelOnce) {
   const Scenery scenery;
   const Recognizer recognizer(RecognitionOptions::preset("tight"));
   const auto model = recognizer.prepareModel("model", scenery.model);
-  Progress silent;
-  const auto clean = recognizer.prepareScene("clean", scenery.scene, silent);
-  const auto noisy = recognizer.prepareScene("noisy", withGaussianNoise(scenery.scene, 0.002, 1), silent);
+  const auto clean = recognizer.prepareScene("clean", scenery.scene);
+  const auto noisy = recognizer.prepareScene("noisy", withGaussianNoise(scenery.scene, 0.002, 1));
   EXPECT_NE(clean->scales(), noisy->scales());
   EXPECT_EQ(model->describedFor(clean->scales()), model->describedFor(noisy->scales()));
 }
@@ -181,9 +178,8 @@ TEST(Recognizer, ScenesCanHaveFewerKeypointsThanModels) {
   RecognitionOptions options = RecognitionOptions::preset("thesis");
   const auto keypoints = [&](double spacing) {
     options.sceneKeypointSpacing = spacing;
-    Progress silent;
     const Recognizer recognizer(options);
-    const auto scene = recognizer.prepareScene("scene", scenery.scene, silent);
+    const auto scene = recognizer.prepareScene("scene", scenery.scene);
     return scene->describedFor(scene->scales())->features.size();
   };
   EXPECT_EQ(keypoints(0), keypoints(options.keypointSpacing));
@@ -195,34 +191,32 @@ TEST(Recognizer, ScenesCanHaveFewerKeypointsThanModels) {
 TEST(Recognizer, CloudsInDifferentUnitsAreNoticed) {
   const Scenery meters, millimeters(1000);
   const auto options = RecognitionOptions::preset("default");
-  EXPECT_THAT(
-      test::errorOf([&] { findIn(options, millimeters.model, meters.scene); }),
-      AllOf(HasSubstr("different units"), HasSubstr("model"), HasSubstr("scene"), HasSubstr("0.001")));
-  EXPECT_THAT(test::errorOf([&] { findIn(options, meters.model, millimeters.scene); }),
-              HasSubstr("different units"));
+  EXPECT_THAT([&] { findIn(options, millimeters.model, meters.scene); },
+              FailsWith(ErrorCode::mismatch, "model", "scene", "0.001"));
+  EXPECT_THAT([&] { findIn(options, meters.model, millimeters.scene); },
+              FailsWith(ErrorCode::mismatch, "model", "scene"));
 }
 
 TEST(Recognizer, LengthsInOtherUnitsAreNoticed) {
   const Scenery millimeters(1000);
-  EXPECT_THAT(test::errorOf(
-                  [&] { findIn(RecognitionOptions::preset("tight"), millimeters.model, millimeters.scene); }),
-              HasSubstr("would do"));
+  EXPECT_THAT([&] { findIn(RecognitionOptions::preset("tight"), millimeters.model, millimeters.scene); },
+              FailsWith(ErrorCode::mismatch));
   RecognitionOptions options = RecognitionOptions::preset("default");
   options.descriptorRadius = 35;
   const Scenery meters;
-  EXPECT_THAT(test::errorOf([&] { findIn(options, meters.model, meters.scene); }),
-              AllOf(HasSubstr("other units"), HasSubstr("would do")));
+  EXPECT_THAT([&] { findIn(options, meters.model, meters.scene); },
+              FailsWith(ErrorCode::mismatch, "descriptor radius", "35"));
   options = RecognitionOptions::preset("default");
   options.normalRadius = 15;
-  EXPECT_THAT(test::errorOf([&] { findIn(options, meters.model, meters.scene); }), HasSubstr("would do"));
+  EXPECT_THAT([&] { findIn(options, meters.model, meters.scene); },
+              FailsWith(ErrorCode::mismatch, "normal radius", "15"));
 }
 
 TEST(Recognizer, CentimetersAreNoticedFromThePointsOfTheScene) {
   const Scenery meters, centimeters(100);
   for (const std::string preset : {"default", "classical"})
-    EXPECT_THAT(
-        test::errorOf([&] { findIn(RecognitionOptions::preset(preset), meters.model, centimeters.scene); }),
-        HasSubstr("different units"))
+    EXPECT_THAT([&] { findIn(RecognitionOptions::preset(preset), meters.model, centimeters.scene); },
+                FailsWith(ErrorCode::mismatch, "model", "scene"))
         << preset;
 }
 
@@ -236,19 +230,19 @@ TEST(Recognizer, LengthsThatAreAdvisedAreAccepted) {
                                                 {"consistency", &options.consistency},
                                                 {"tolerance", &options.tolerance}};
     std::set<std::string> advised;
-    for (std::string error;;) {
+    for (;;) {
       std::vector<Detection> found;
-      error = test::errorOf([&] { found = findIn(options, scenery.model, scenery.scene); });
-      if (error.empty()) {
+      const test::Caught error = test::caught([&] { found = findIn(options, scenery.model, scenery.scene); });
+      if (!error.code) {
         EXPECT_TRUE(isFound(found, scenery, scale)) << scale;
         break;
       }
-      std::smatch told;
-      ASSERT_TRUE(std::regex_search(
-          error, told, std::regex("a (\\w+ ?\\w*) of .* other units.* about ([0-9.e+-]+) m would do")))
-          << error;
-      ASSERT_TRUE(advised.insert(told[1]).second) << "advised twice: " << error;
-      *scales.at(told[1]) = std::stod(told[2]);
+      const auto named = std::find_if(scales.begin(), scales.end(), [&](const auto& known) {
+        return error.message.find(" " + known.first + " ") != std::string::npos;
+      });
+      ASSERT_TRUE(error.code == ErrorCode::mismatch && named != scales.end()) << error;
+      ASSERT_TRUE(advised.insert(named->first).second) << "advised twice: " << error;
+      *named->second = test::numbersIn(error.message).back();
     }
     EXPECT_FALSE(advised.empty()) << scale;
   }
@@ -256,20 +250,19 @@ TEST(Recognizer, LengthsThatAreAdvisedAreAccepted) {
 
 TEST(Recognizer, UselessCloudsAreErrorsOrGiveNothing) {
   const Scenery scenery;
-  const Recognizer recognizer(RecognitionOptions::preset("default"));
-  Progress silent;
+  const Recognizer recognizer;
   PointCloud one, holes, same;
   one.points = {{1, 2, 3}};
   holes.points.assign(100, cv::Point3f(std::nanf(""), 0, 0));
   same.points.assign(1000, cv::Point3f(1, 2, 3));
   for (const PointCloud& cloud : {PointCloud(), one, holes, same}) {
-    EXPECT_THAT(test::errorOf([&] { recognizer.prepareScene("useless", cloud, silent); }),
-                HasSubstr("useless"));
-    EXPECT_THAT(test::errorOf([&] {
-                  recognizer.find(*recognizer.prepareModel("useless", cloud),
-                                  *recognizer.prepareScene("scene", scenery.scene, silent));
-                }),
-                HasSubstr("useless"));
+    const ErrorCode code = cloud.points.size() < 1000 ? ErrorCode::insufficientData : ErrorCode::invalidInput;
+    EXPECT_THAT([&] { recognizer.prepareScene("useless", cloud); }, FailsWith(code, "useless"));
+    const test::Caught asModel = test::caught([&] {
+      recognizer.find(*recognizer.prepareModel("useless", cloud),
+                      *recognizer.prepareScene("scene", scenery.scene));
+    });
+    EXPECT_TRUE(asModel.code && asModel.message.find("useless") != std::string::npos) << asModel;
   }
   PointCloud plane;
   for (int i = 0; i < 25600; ++i)
@@ -293,47 +286,146 @@ TEST(Recognizer, APlaneHasNoPose) {
     const int row = i / 100;
     plane.points.emplace_back(0.003F * static_cast<float>(i % 100), 0.003F * static_cast<float>(row), 1.F);
   }
-  EXPECT_THAT(test::errorOf([&] { findIn(RecognitionOptions::preset("default"), plane, scenery.scene); }),
-              HasSubstr("model is flat"));
+  EXPECT_THAT([&] { findIn({}, plane, scenery.scene); }, FailsWith(ErrorCode::invalidInput, "model"));
 }
 
 TEST(Recognizer, AViewpointElsewhereChangesNothing) {
   const Scenery scenery;
-  const cv::Affine3d mismatched(cv::Vec3d(0.3, 1, -2), cv::Vec3d(3, -1, 2));
+  const cv::Affine3d elsewhere(cv::Vec3d(0.3, 1, -2), cv::Vec3d(3, -1, 2));
   RecognitionOptions options = RecognitionOptions::preset("default");
-  options.viewpoint = mismatched * cv::Point3d(0, 0, 0);
-  const auto found = findIn(options, scenery.model, test::moved(scenery.scene, mismatched));
-  Scenery there = scenery;
-  there.truth = mismatched * scenery.truth;
-  EXPECT_TRUE(isFound(found, there));
+  options.viewpoint = elsewhere * cv::Point3d(0, 0, 0);
+  const auto found = findIn(options, scenery.model, test::moved(scenery.scene, elsewhere));
+  Scenery moved = scenery;
+  moved.truth = elsewhere * scenery.truth;
+  EXPECT_TRUE(isFound(found, moved));
   options.viewpoint.reset();
-  PointCloud says = test::moved(scenery.scene, mismatched);
-  says.viewpoint = poseOf(mismatched);
-  EXPECT_TRUE(isFound(findIn(options, scenery.model, says), there));
+  PointCloud says = test::moved(scenery.scene, elsewhere);
+  says.viewpoint = poseOf(elsewhere);
+  EXPECT_TRUE(isFound(findIn(options, scenery.model, says), moved));
   options.viewpoint = cv::Point3d(std::numeric_limits<double>::quiet_NaN(), 0, 0);
-  EXPECT_THAT(test::errorOf([&] { findIn(options, scenery.model, scenery.scene); }), HasSubstr("viewpoint"));
+  EXPECT_THAT([&] { findIn(options, scenery.model, scenery.scene); },
+              FailsWith(ErrorCode::invalidOption, "nan"));
 }
 
 TEST(Recognizer, RefusesOptionsThatMakeNoSense) {
   const auto refused = [](auto&& change) {
-    RecognitionOptions options = RecognitionOptions::preset("default");
+    RecognitionOptions options;
     change(options);
-    return test::errorOf([&] { Recognizer r(options); });
+    return test::caught([&] { const Recognizer recognizer(options); });
   };
-  EXPECT_THAT(refused([](auto& o) { o.keypoints = "sift"; }), HasSubstr("uniform, harris3d, iss"));
-  EXPECT_THAT(refused([](auto& o) { o.descriptor = "sift"; }), HasSubstr("shot, fpfh, spin-image"));
+  const auto unknown = [](const char* name, const char* known) {
+    return FailsWith(ErrorCode::unknownName, name, known);
+  };
+  const auto option = [](const char* name, const char* value) {
+    return FailsWith(ErrorCode::invalidOption, name, value);
+  };
+  EXPECT_THAT(refused([](auto& o) { o.keypoints = "sift"; }), unknown("sift", "uniform, harris3d, iss"));
+  EXPECT_THAT(refused([](auto& o) { o.descriptor = "sift"; }), unknown("sift", "shot, fpfh, spin-image"));
   EXPECT_THAT(refused([](auto& o) { o.grouping = "ransac"; }),
-              HasSubstr("geometric-consistency, hough, local-frames"));
-  EXPECT_THAT(refused([](auto& o) { o.verification = "none"; }), HasSubstr("global, inliers, evidence"));
-  EXPECT_THAT(refused([](auto& o) { o.matchEach = "both"; }), HasSubstr("scene, model"));
-  EXPECT_THAT(refused([](auto& o) { o.normalRadius = -1; }), HasSubstr("-1"));
-  EXPECT_THAT(refused([](auto& o) { o.normalRadius = 0.01, o.normalNeighbors = 10; }), HasSubstr("one of"));
-  EXPECT_THAT(refused([](auto& o) { o.matchDistance = -1; }), HasSubstr("0 for any"));
-  EXPECT_THAT(refused([](auto& o) { o.sceneKeypointSpacing = -1; }), HasSubstr("-1"));
-  EXPECT_THAT(refused([](auto& o) { o.neighbors = 0; }), HasSubstr("at least one"));
-  EXPECT_THAT(refused([](auto& o) { o.accept = 2; }), HasSubstr("[0, 1]"));
-  EXPECT_THAT(test::errorOf([] { RecognitionOptions::preset("best"); }),
-              AllOf(HasSubstr("'best'"), HasSubstr("default, classical, thesis, tight, wide")));
+              unknown("ransac", "geometric-consistency, hough, local-frames"));
+  EXPECT_THAT(refused([](auto& o) { o.verification = "none"; }),
+              unknown("none", "global, inliers, evidence"));
+  EXPECT_THAT(refused([](auto& o) { o.matchEach = "both"; }), unknown("both", "scene, model"));
+  EXPECT_THAT(refused([](auto& o) { o.surface = "rough"; }), unknown("rough", "filtered, mean"));
+  EXPECT_THAT(refused([](auto& o) { o.sceneFilter.method = "sieve"; }), unknown("scene-filter", "voxel"));
+  EXPECT_THAT(refused([](auto& o) { o.normalRadius = -1; }), option("normal-radius", "-1"));
+  EXPECT_THAT(refused([](auto& o) { o.normalRadius = 0.01, o.normalNeighbors = 10; }),
+              option("normal-radius", "normal-neighbors"));
+  EXPECT_THAT(refused([](auto& o) { o.matchDistance = -1; }), option("match-distance", "-1"));
+  EXPECT_THAT(refused([](auto& o) { o.sceneKeypointSpacing = -1; }), option("scene-keypoint-spacing", "-1"));
+  EXPECT_THAT(refused([](auto& o) { o.neighbors = 0; }), option("neighbors", "0"));
+  EXPECT_THAT(refused([](auto& o) { o.maxHypotheses = 0; }), option("max-hypotheses", "0"));
+  EXPECT_THAT(refused([](auto& o) { o.accept = 2; }), option("accept", "2"));
+  EXPECT_THAT([] { RecognitionOptions::preset("best"); },
+              unknown("best", "default, classical, thesis, tight, wide"));
+}
+
+/// All options with their paths, as text.
+void list(const OptionGroup& group, const std::string& path, std::map<std::string, std::string>& texts) {
+  for (const Option& option : group.options()) texts[path + option.name()] = option.text();
+  for (const OptionGroup& inner : group.groups()) list(inner, path + inner.name() + ".", texts);
+}
+
+std::map<std::string, std::string> textsOf(RecognitionOptions options) {
+  std::map<std::string, std::string> texts;
+  list(declare(options), "", texts);
+  return texts;
+}
+
+TEST(RecognitionOptions, AreByDefaultTheDefaultPreset) {
+  EXPECT_EQ(textsOf({}), textsOf(RecognitionOptions::preset("default")));
+  EXPECT_EQ(textsOf({}).at("scene-filter.gng.signals-per-insertion"), "25");
+  EXPECT_EQ(textsOf({}).at("model-filter.gng.signals-per-insertion"), "2000");
+}
+
+TEST(RecognitionOptions, PresetsOfTheThesisDifferByTheirLengths) {
+  const auto changed = [](const std::string& preset) {
+    const auto classical = textsOf(RecognitionOptions::preset("classical"));
+    std::map<std::string, std::string> others;
+    for (const auto& [name, text] : textsOf(RecognitionOptions::preset(preset)))
+      if (classical.at(name) != text) others[name] = text;
+    return others;
+  };
+  using Texts = std::map<std::string, std::string>;
+  EXPECT_EQ(changed("default"), (Texts{{"surface", "mean"},
+                                       {"grouping", "local-frames"},
+                                       {"verification", "evidence"},
+                                       {"neighbors", "30"},
+                                       {"max-hypotheses", "300"},
+                                       {"accept", "0.23"},
+                                       {"scene-filter.gng.signals-per-insertion", "25"}}));
+  EXPECT_EQ(changed("thesis"), (Texts{{"match-each", "scene"},
+                                      {"neighbors", "1"},
+                                      {"match-distance", "0.5"},
+                                      {"min-matches", "5"},
+                                      {"verification", "global"},
+                                      {"normal-neighbors", "15"},
+                                      {"keypoint-spacing", "0.01"},
+                                      {"scene-keypoint-spacing", "0.03"},
+                                      {"descriptor-radius", "0.05"},
+                                      {"consistency", "0.015"},
+                                      {"tolerance", "0.01"}}));
+  EXPECT_EQ(changed("tight"), (Texts{{"match-each", "scene"},
+                                     {"neighbors", "1"},
+                                     {"min-matches", "4"},
+                                     {"accept", "0.65"},
+                                     {"normal-radius", "0.015"},
+                                     {"keypoint-spacing", "0.01"},
+                                     {"descriptor-radius", "0.035"},
+                                     {"consistency", "0.01"},
+                                     {"tolerance", "0.006"}}));
+  EXPECT_EQ(changed("wide"), (Texts{{"accept", "0.76"},
+                                    {"normal-radius", "0.035"},
+                                    {"keypoint-spacing", "0.01"},
+                                    {"descriptor-radius", "0.06"},
+                                    {"consistency", "0.02"},
+                                    {"tolerance", "0.008"}}));
+}
+
+TEST(RecognitionOptions, AViewpointIsThreeNumbers) {
+  RecognitionOptions options;
+  OptionGroup group = declare(options);
+  group.set("viewpoint", "1,-2.5,3e-1");
+  EXPECT_EQ(*options.viewpoint, cv::Point3d(1, -2.5, 0.3));
+  EXPECT_EQ(group.find("viewpoint")->text(), "1,-2.5,0.3");
+  group.set("viewpoint", "");
+  EXPECT_FALSE(options.viewpoint);
+  for (const char* text : {"1,2", "1,2,3,4", "1 2 3", "x,y,z"})
+    EXPECT_THAT([&] { group.set("viewpoint", text); }, FailsWith(ErrorCode::invalidOption, text));
+}
+
+TEST(Recognizer, DetectsAllModelsThatItKnows) {
+  const Scenery scenery;
+  Recognizer recognizer;
+  EXPECT_TRUE(recognizer.detect(scenery.scene).empty());
+  recognizer.addModel("model", scenery.model);
+  recognizer.addModel("again", scenery.model);
+  const auto found = recognizer.detect(scenery.scene);
+  EXPECT_TRUE(isFound(found, scenery));
+  std::set<std::string> names;
+  for (const Detection& detection : found) names.insert(detection.model);
+  EXPECT_THAT(names, testing::ElementsAre("again", "model"));
+  EXPECT_EQ(found[0].pose.matrix, findIn({}, scenery.model, scenery.scene)[0].pose.matrix);
 }
 
 }  // namespace

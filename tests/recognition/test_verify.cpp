@@ -72,25 +72,25 @@ TEST(SpreadPoints, AreAboutAsManyAsAskedFor) {
   EXPECT_EQ(spreadPoints(stage().model, 1000000).points.size(), stage().model.size());
 }
 
-TEST(Evidence, TellsTheTruePoseFromOthers) {
-  const Evidence right = examine(stage().points, stage().scene, stage().view, stage().truth, 0.005);
+TEST(InlierCounts, TellsTheTruePoseFromOthers) {
+  const InlierCounts right = countInliers(stage().points, stage().scene, stage().view, stage().truth, 0.005);
   EXPECT_GT(right.confidence(), 0.95);
-  EXPECT_TRUE(isThere(right, 0.8));
-  const Evidence beside =
-      examine(stage().points, stage().scene, stage().view, shifted(stage().truth, {0.12, 0.05, 0}), 0.005);
+  EXPECT_TRUE(isAccepted(right, 0.8));
+  const InlierCounts beside = countInliers(stage().points, stage().scene, stage().view,
+                                           shifted(stage().truth, {0.12, 0.05, 0}), 0.005);
   EXPECT_LT(beside.confidence(), 0.6);
-  EXPECT_FALSE(isThere(beside, 0.8));
+  EXPECT_FALSE(isAccepted(beside, 0.8));
 }
 
-TEST(Evidence, InFrontOfASurfaceThereIsNothingAndBehindItNobodyKnows) {
-  const Evidence front =
-      examine(stage().points, stage().scene, stage().view, shifted(stage().truth, {0, 0, -0.2}), 0.005);
+TEST(InlierCounts, InFrontOfASurfaceThereIsNothingAndBehindItNobodyKnows) {
+  const InlierCounts front =
+      countInliers(stage().points, stage().scene, stage().view, shifted(stage().truth, {0, 0, -0.2}), 0.005);
   EXPECT_GT(front.seenThrough, front.facing * 9 / 10);
-  EXPECT_FALSE(isThere(front, 0));
-  const Evidence behind =
-      examine(stage().points, stage().scene, stage().view, shifted(stage().truth, {0, 0, 0.2}), 0.005);
+  EXPECT_FALSE(isAccepted(front, 0));
+  const InlierCounts behind =
+      countInliers(stage().points, stage().scene, stage().view, shifted(stage().truth, {0, 0, 0.2}), 0.005);
   EXPECT_GT(behind.occluded, behind.facing * 8 / 10);
-  EXPECT_FALSE(isThere(behind, 0.5));
+  EXPECT_FALSE(isAccepted(behind, 0.5));
 }
 
 TEST(GlobalVerification, KeepsTheTruePoseAlone) {

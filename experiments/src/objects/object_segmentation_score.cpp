@@ -145,7 +145,7 @@ std::vector<PixelSet> euclideanClusters(const cv::Mat& depth, const CameraIntrin
         if (wanted(at(r, c))) clusters[partition.find(i)].push_back(at(r, c));
   std::vector<PixelSet> all;
   for (auto& [first, pixels] : clusters)
-    if (static_cast<double>(pixels.size()) >= static_cast<double>(options.least) * scale * scale) {
+    if (static_cast<double>(pixels.size()) >= static_cast<double>(options.minPoints) * scale * scale) {
       std::sort(pixels.begin(), pixels.end());
       all.push_back(std::move(pixels));
     }

@@ -78,7 +78,7 @@ std::string FilteredClouds::describe(const FilterOptions& filter) {
   if (filter.method == "gng") {
     const GngOptions& g = filter.gng;
     text += fmt::format(" {} {} {} {} {} {} {} {} {}", g.signalsPerInsertion, g.winnerRate, g.neighborRate,
-                        g.insertionDecay, g.errorDecay, g.maximalAge, g.seed, g.quantizationError, g.seconds);
+                        g.insertionDecay, g.errorDecay, g.maxAge, g.seed, g.quantizationError, g.seconds);
   }
   return text;
 }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/core/choice.hpp"
 #include "estancia/core/config.hpp"
 
 namespace estancia::experiments {
@@ -41,6 +42,11 @@ inline auto oneOf(const ConfigFile& config, const std::vector<std::pair<std::str
   std::vector<std::string> names;
   names.reserve(named.size());
   for (const auto& [name, explanation] : named) names.push_back(name);
+  return oneOf(config, names);
+}
+inline auto oneOf(const ConfigFile& config, const Choices& choices) {
+  std::vector<std::string> names;
+  for (const Choice& choice : choices) names.push_back(choice.name);
   return oneOf(config, names);
 }
 

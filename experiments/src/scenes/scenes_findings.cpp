@@ -90,7 +90,8 @@ class Sections {
         fmt::format("{}: the best {} of {} cells", results_.name, cells.size(), cellCount()),
         one ? "Accuracy in percent with its 95 % interval: Wilson's, with as many images as independent ones "
               "would tell as much, since images of one room taken one after another are no independent "
-              "witnesses (docs/measured/scenes.md). The best of many cells looks better than it is. All cells are in "
+              "witnesses (docs/measured/scenes.md). The best of many cells looks better than it is. All "
+              "cells are in "
               "results.csv."
             : "Accuracy in percent, the mean over pairs of training and test, and its worst and best pair. "
               "Intervals of each pair are in results.csv.",

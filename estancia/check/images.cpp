@@ -1,21 +1,23 @@
-// Images, depth and camera: what single frames tell.
+// Checks images, depth and camera frame by frame.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core.hpp>
 
+#include "estancia/check/checklist.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
-#include "estancia/odometry/check_parts.hpp"
 #include "estancia/odometry/pyramid.hpp"
 
-namespace estancia::odometry {
+namespace estancia::check {
 namespace {
 
-constexpr double kBlack = 8, kWhite = 247;  // mean gray value of an image without use
+using odometry::sameShape;
 
-constexpr std::size_t kDepthPixels = 300000;  // looked at in all frames together: plenty
+constexpr double kBlack = 8, kWhite = 247;  // mean gray values of useless images
+
+constexpr std::size_t kDepthPixels = 300000;  // in all frames together
 
 /// Counts frames and remembers the first.
 struct Tally {
@@ -31,7 +33,7 @@ struct ImageTally {
   Tally unreadable, dark, bright, frozen;
 };
 
-/// Depth of all frames looked at, together.
+/// Depth of all checked frames.
 struct DepthTally {
   std::size_t looked = 0;
   Tally missing, empty, shape;
@@ -44,16 +46,16 @@ std::string text(cv::Size size) {
   return fmt::format("{} × {}", size.width, size.height);
 }
 
-/// Whether frame i shows the very same pixels as the next: cameras do not, stuck drivers do.
+/// Whether frame i has the same pixels as the next: cameras have noise, stuck drivers do not.
 bool isFrozen(const Sequence& sequence, std::size_t i, const cv::Mat& image) {
-  const std::string mine = sequence.fingerprint(i);
-  if (!mine.empty()) return mine == sequence.fingerprint(i + 1);
+  const std::string fingerprint = sequence.fingerprint(i);
+  if (!fingerprint.empty()) return fingerprint == sequence.fingerprint(i + 1);
   const cv::Mat next = sequence.image(i + 1);
   return next.size() == image.size() && cv::norm(image, next, cv::NORM_INF) == 0;
 }
 
 /// The image's size, empty when it cannot be read.
-cv::Size lookAtImage(const Sequence& sequence, std::size_t i, ImageTally& tally) {
+cv::Size checkImage(const Sequence& sequence, std::size_t i, ImageTally& tally) {
   ++tally.looked;
   const std::string& name = sequence.frame(i).name;
   cv::Mat image;
@@ -72,20 +74,20 @@ cv::Size lookAtImage(const Sequence& sequence, std::size_t i, ImageTally& tally)
       ++tally.pairs;
       if (isFrozen(sequence, i, image)) tally.frozen.add(name);
     } catch (...) {
-      frameFailure(name);  // the next one cannot be read: counted when it is looked at
+      frameFailure(name);  // the next one is unreadable: counted when it is checked
     }
   return image.size();
 }
 
-/// Whether the nearest depth was taken at another time than the image: checkTimes says so.
+/// Whether the nearest depth has another time than the image, which checkTimes() reports.
 bool isOutOfTime(const Sequence& sequence, std::size_t i) {
   const auto time = sequence.frame(i).timestamp, depthTime = sequence.depthTimestamp(i);
   return time && depthTime && std::abs(*depthTime - *time) > kSynchronous;
 }
 
-/// Takes about `pixels` of the frame's pixels.
-cv::Size lookAtDepth(const Sequence& sequence, std::size_t i, cv::Size image, std::size_t pixels,
-                     DepthTally& tally) {
+/// Samples about `pixels` of the frame's pixels.
+cv::Size checkDepth(const Sequence& sequence, std::size_t i, cv::Size image, std::size_t pixels,
+                    DepthTally& tally) {
   ++tally.looked;
   const std::string& name = sequence.frame(i).name;
   cv::Mat depth;
@@ -100,7 +102,7 @@ cv::Size lookAtDepth(const Sequence& sequence, std::size_t i, cv::Size image, st
   }
   std::vector<double> valid;
   const auto step =
-      std::max<std::size_t>(1, depth.total() / pixels) | 1;  // odd: no column is met again and again
+      std::max<std::size_t>(1, depth.total() / pixels) | 1;  // odd, so that all columns are sampled
   std::size_t seen = 0;
   for (std::size_t p = 0; p < depth.total(); p += step, ++seen) {
     const float d = depth.at<float>(static_cast<int>(p) / depth.cols, static_cast<int>(p) % depth.cols);
@@ -137,12 +139,12 @@ void judgeImages(const ImageTally& tally, Checklist& list) {
     list.fine("images", "Images can be read and show something", fmt::format("{} looked at", tally.looked));
 }
 
-/// 8 bits leave few different depths, all multiples of one step [m]. Nothing when depth is finer.
+/// The step of depth with 8 bits, which has few different values [m]. Nothing when depth is finer.
 std::optional<double> coarseStep(std::vector<float> values) {
   std::ranges::sort(values);
   values.erase(std::unique(values.begin(), values.end()), values.end());
-  constexpr std::size_t fewest = 16, most = 256;
-  if (values.size() < fewest || values.size() > most) return std::nullopt;
+  constexpr std::size_t minValues = 16, maxValues = 256;
+  if (values.size() < minValues || values.size() > maxValues) return std::nullopt;
   double step = values.back();
   for (std::size_t i = 1; i < values.size(); ++i)
     step = std::min(step, static_cast<double>(values[i]) - values[i - 1]);
@@ -151,8 +153,8 @@ std::optional<double> coarseStep(std::vector<float> values) {
 }
 
 void judgeRange(const DepthTally& tally, double median, Checklist& list) {
-  constexpr double nearest = 0.1, furthest = 60, usual = 2;  // [m]; 60: nothing that measures depth sees on
-  if (median >= nearest && median <= furthest) return;
+  constexpr double nearest = 0.1, farthest = 60, usual = 2;  // [m]; 60: beyond the range of depth cameras
+  if (median >= nearest && median <= farthest) return;
   double best = 1;
   for (const double factor : {1000.0, 5000.0, 5.0, 0.2, 1 / 5000.0, 0.001, 0.01, 100.0})
     if (std::abs(std::log(median * factor / usual)) < std::abs(std::log(median * best / usual)))
@@ -198,12 +200,12 @@ void judgeDepth(const DepthTally& tally, Checklist& list) {
     list.add(Severity::warning, "depth-coarse", "Depth is coarse, as 8 bits are",
              fmt::format("steps of {:.1f} cm in {} frames", 100 * *step, tally.medians.size()),
              "export depth with 16 bits, in millimeters");
-  const float furthest = *std::ranges::max_element(tally.values);
-  const auto saturated = static_cast<double>(std::ranges::count(tally.values, furthest)) /
+  const float farthest = *std::ranges::max_element(tally.values);
+  const auto saturated = static_cast<double>(std::ranges::count(tally.values, farthest)) /
                          static_cast<double>(tally.values.size());
   if (saturated > 0.1 && saturated < 0.9)
     list.add(Severity::warning, "depth-saturated", "Depth is cut off at its furthest value",
-             fmt::format("{:.0f} % of the pixels are at {:.3g} m", 100 * saturated, furthest),
+             fmt::format("{:.0f} % of the pixels are at {:.3g} m", 100 * saturated, farthest),
              "write 0 instead of the furthest value where nothing was measured");
   if (list.faults() == before)
     list.fine("depth", "Depth is there and plausible",
@@ -222,14 +224,14 @@ DepthFacts checkImages(const Sequence& sequence, const CheckOptions& options, Pr
   const std::size_t pixels = 100 + kDepthPixels / indices.size();
   progress.begin("looking at frames", indices.size());
   for (const std::size_t i : indices) {
-    const cv::Size image = lookAtImage(sequence, i, images);
+    const cv::Size image = checkImage(sequence, i, images);
     if (facts.image.empty()) facts.image = image;
     if (sequence.hasDepth()) {
-      const cv::Size depth = lookAtDepth(sequence, i, image, pixels, depths);
+      const cv::Size depth = checkDepth(sequence, i, image, pixels, depths);
       if (facts.depth.empty()) facts.depth = depth;
     }
     progress.advance();
-    if (interrupted()) throw Interrupted("stopped before the check was done");
+    if (interrupted()) throw Interrupted("interrupted before the check was complete");
   }
   progress.end();
   judgeImages(images, list);
@@ -274,4 +276,4 @@ void checkCamera(const Sequence& sequence, const DepthFacts& facts, Checklist& l
               fmt::format("{:.0f}° wide: {}", view, given));
 }
 
-}  // namespace estancia::odometry
+}  // namespace estancia::check

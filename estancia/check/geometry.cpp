@@ -1,5 +1,6 @@
-// Do the poses fit the depth? Pairs of depth images are reprojected into each other under what the poses
-// may have meant; the truth stands out, because wrong motions put surfaces where the other image sees none.
+// Checks the poses against the depth: pairs of depth images are reprojected into each other under all usual
+// conventions of poses. The true one stands out, because wrong motions put surfaces where the other image has
+// none.
 #include <fmt/format.h>
 
 #include <array>
@@ -9,21 +10,21 @@
 #include <opencv2/core.hpp>
 #include <tuple>
 
+#include "estancia/check/checklist.hpp"
+#include "estancia/check/reprojection.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/rigid.hpp"
-#include "estancia/odometry/check_parts.hpp"
-#include "estancia/odometry/reprojection.hpp"
 
-namespace estancia::odometry {
+namespace estancia::check {
 namespace {
 
-constexpr std::size_t kAnchors = 30;   // frames that look for a partner
-constexpr std::size_t kFurthest = 64;  // frames between partners
-constexpr double kMoved = 0.6;         // agreement of two views taken as one: below, they moved enough
-constexpr double kStill = 0.8;         // above, they hardly moved
-constexpr std::size_t kFewestPairs = 5;
-constexpr int kMostShift = 40;  // frames that poses may be late
+constexpr std::size_t kAnchors = 30;      // first frames of pairs
+constexpr std::size_t kMaxDistance = 64;  // frames between the two of a pair
+constexpr double kMoved = 0.6;            // match of two views without motion; below, the camera moved enough
+constexpr double kStill = 0.8;            // above, it hardly moved
+constexpr std::size_t kMinPairs = 5;
+constexpr int kMaxShift = 40;  // largest delay of the poses [frames]
 
 /// The other camera frames in use: T_map_optical = T_map_given · rotation.
 struct CameraFrame {
@@ -42,12 +43,12 @@ const std::array<CameraFrame, 3> kFrames = {{
      {1, 0, 0, 0, -1, 0, 0, 0, -1}},
 }};
 
-/// What the poses may have meant.
+/// A convention, scale and delay of the poses.
 struct Hypothesis {
   bool inverted = false;  ///< T_camera_map instead of T_map_camera
   std::size_t frame = 0;  ///< in kFrames
   bool wFirst = false;    ///< quaternions were written qw qx qy qz
-  double scale = 1;       ///< positions times this fit the depth; 0: positions do not count
+  double scale = 1;       ///< positions times this fit the depth; 0: positions are ignored
   int shift = 0;          ///< frame i has the pose given for frame i + shift
 };
 
@@ -59,7 +60,7 @@ cv::Affine3d poseOf(Pose p, const Hypothesis& h) {
   return pose * cv::Affine3d(kFrames[h.frame].rotation);
 }
 
-/// One number a pair: how well its views agree; NaN where a pose is missing.
+/// reprojectionMatch() of each pair; NaN where a pose is missing.
 using Scores = std::vector<double>;
 
 double meanOf(const Scores& scores) {
@@ -73,9 +74,9 @@ double meanOf(const Scores& scores) {
   return count > 0 ? sum / static_cast<double>(count) : 0;
 }
 
-/// Whether `a` is above `b` by more than chance: by 0.02 or more in the mean, and by three standard errors of
-/// the mean or of wins over losses (pairs with much motion differ much more than others, which widens the
-/// former).
+/// Whether `a` is significantly better than `b`: by 0.02 or more in the mean, and by three standard errors of
+/// the mean or of wins over losses (the former is wide, because pairs with much motion differ much more than
+/// others).
 bool isBetter(const Scores& a, const Scores& b) {
   double sum = 0, squares = 0, n = 0, wins = 0, losses = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -86,7 +87,7 @@ bool isBetter(const Scores& a, const Scores& b) {
     n += 1;
     if (d != 0) (d > 0 ? wins : losses) += 1;
   }
-  if (n < kFewestPairs) return false;
+  if (n < kMinPairs) return false;
   const double mean = sum / n, variance = std::max(0.0, squares / n - mean * mean) * n / (n - 1);
   return mean > 0.02 && (mean > 3 * std::sqrt(variance / n) || wins - losses > 3 * std::sqrt(wins + losses));
 }
@@ -95,25 +96,25 @@ class Geometry {
  public:
   explicit Geometry(const Sequence& sequence) : sequence_(sequence) {}
 
-  /// Looks for pairs of frames between which the camera moved enough to tell motions apart.
+  /// Finds pairs of frames between which the camera moved enough to distinguish motions.
   void findPairs(Progress& progress) {
     const std::size_t size = sequence_.size();
     const auto anchors = evenly(size - 1, kAnchors);
     progress.begin("comparing depth with poses", anchors.size());
     for (const std::size_t a : anchors) {
-      views_.erase(views_.begin(), views_.lower_bound(a));  // what lies behind is needed by pairs only
+      views_.erase(views_.begin(), views_.lower_bound(a));  // earlier views are no longer needed
       if (const DepthView* from = view(a)) {
         std::size_t partner = a;
-        double still = 1;
-        for (std::size_t step = 1; step <= kFurthest && a + step < size && still > kMoved; step *= 2)
+        double unmoved = 1;
+        for (std::size_t step = 1; step <= kMaxDistance && a + step < size && unmoved > kMoved; step *= 2)
           if (const DepthView* to = sequence_.frame(a + step).pose ? view(a + step) : nullptr) {
             partner = a + step;
-            still = agreement(*from, *to, cv::Affine3d::Identity());
+            unmoved = reprojectionMatch(*from, *to, cv::Affine3d::Identity());
           }
-        if (partner != a && still < kStill) pairs_.push_back({a, partner, *from, *view(partner)});
+        if (partner != a && unmoved < kStill) pairs_.push_back({a, partner, *from, *view(partner)});
       }
       progress.advance();
-      if (interrupted()) throw Interrupted("stopped before the check was done");
+      if (interrupted()) throw Interrupted("interrupted before the check was complete");
     }
     progress.end();
     views_.clear();
@@ -123,7 +124,8 @@ class Geometry {
 
   Scores unmoved() const {
     Scores scores;
-    for (const Pair& pair : pairs_) scores.push_back(agreement(pair.from, pair.to, cv::Affine3d::Identity()));
+    for (const Pair& pair : pairs_)
+      scores.push_back(reprojectionMatch(pair.from, pair.to, cv::Affine3d::Identity()));
     return scores;
   }
 
@@ -134,7 +136,7 @@ class Geometry {
       const Pose* b = shifted(pair.b, h.shift);
       scores.push_back(a == nullptr || b == nullptr
                            ? std::numeric_limits<double>::quiet_NaN()
-                           : agreement(pair.from, pair.to, poseOf(*b, h).inv() * poseOf(*a, h)));
+                           : reprojectionMatch(pair.from, pair.to, poseOf(*b, h).inv() * poseOf(*a, h)));
     }
     return scores;
   }
@@ -161,7 +163,7 @@ class Geometry {
       try {
         depth = sequence_.depth(i);
       } catch (...) {
-        frameFailure(sequence_.frame(i).name);  // counted where depth is checked
+        frameFailure(sequence_.frame(i).name);  // counted when depth is checked
         return nullptr;
       }
       found = views_.emplace(i, DepthView(depth, *sequence_.intrinsics())).first;
@@ -179,7 +181,7 @@ struct Candidate {
   Hypothesis hypothesis;
   Scores scores;
 
-  /// Takes over when it is clearly better; returns whether.
+  /// Replaces this when it is significantly better. Returns whether.
   bool challenge(const Geometry& geometry, const Hypothesis& h) {
     Scores other = geometry.under(h);
     if (!isBetter(other, scores)) return false;
@@ -188,7 +190,7 @@ struct Candidate {
   }
 };
 
-/// From the simple to the rare, so that what is not clearly better than something simpler is not believed.
+/// From common to rare conventions, so that a rare one must be significantly better than all common ones.
 Candidate searchConvention(const Geometry& geometry) {
   constexpr double scales[] = {1, 1e-3, 1e3, 5, 0.2, 10, 0.1, 100, 0.01, 2, 0.5};
   Candidate best{{}, geometry.under({})};
@@ -199,40 +201,40 @@ Candidate searchConvention(const Geometry& geometry) {
   return best;
 }
 
-/// The delay with the best mean, if it is clearly better than none.
+/// The delay with the best mean, if it is significantly better than none.
 void searchShift(const Geometry& geometry, Candidate& best) {
   Hypothesis shifted = best.hypothesis, top = shifted;
-  double most = meanOf(best.scores);
-  for (int shift = -kMostShift; shift <= kMostShift; ++shift) {
+  double highest = meanOf(best.scores);
+  for (int shift = -kMaxShift; shift <= kMaxShift; ++shift) {
     shifted.shift = shift;
     const Scores scores = geometry.under(shifted);
     std::size_t judged = 0;
     for (const double s : scores) judged += std::isnan(s) ? 0 : 1;
-    if (2 * judged < geometry.pairs() || meanOf(scores) <= most) continue;
-    most = meanOf(scores);
+    if (2 * judged < geometry.pairs() || meanOf(scores) <= highest) continue;
+    highest = meanOf(scores);
     top = shifted;
   }
   if (top.shift != 0) best.challenge(geometry, top);
 }
 
-/// The scale with the best mean within a factor of 2.5, if it is clearly better than the one that is tried.
+/// The scale with the best mean within a factor of 2.5, if it is significantly better than the present one.
 void searchScale(const Geometry& geometry, Candidate& best) {
   Hypothesis scaled = best.hypothesis, top = scaled;
-  double most = meanOf(best.scores);
+  double highest = meanOf(best.scores);
   constexpr int steps = 45;  // of 2 %
   for (int step = -steps; step <= steps; ++step) {
     scaled.scale = best.hypothesis.scale * std::pow(1.02, step);
     const double mean = meanOf(geometry.under(scaled));
-    if (mean <= most) continue;
-    most = mean;
+    if (mean <= highest) continue;
+    highest = mean;
     top = scaled;
   }
   if (best.challenge(geometry, top) || best.hypothesis.scale == 1) return;
-  best.hypothesis = top;  // a coarse factor was clear already; this is where its summit is
+  best.hypothesis = top;  // the coarse factor was significant; this is its maximum
   best.scores = geometry.under(top);
 }
 
-/// A factor as people know it: 0.00098 is a thousandth.
+/// A common factor nearby: 0.001 for 0.00098.
 double rounded(double factor) {
   for (const double known : {1e-3, 1e3, 0.2, 5.0, 0.1, 10.0, 0.01, 100.0})
     if (std::abs(std::log(factor / known)) < 0.12) return known;
@@ -240,9 +242,9 @@ double rounded(double factor) {
 }
 
 void reportScale(double factor, const DepthFacts& facts, const std::string& evidence, Checklist& list) {
-  if (list.has("depth-scale") || list.has("pose-scale")) return;  // range or speed said so already
+  if (list.has("depth-scale") || list.has("pose-scale")) return;  // found by range or speed already
   factor = rounded(factor);
-  constexpr double usual = 2, unitsDiffer = 3;  // [m], factor: no two units are closer
+  constexpr double usual = 2, unitsDiffer = 3;  // [m], factor: common units differ by more
   const double median = facts.median.value_or(usual);
   const double ifDepth = std::abs(std::log(median / factor / usual)),
                ifPoses = std::abs(std::log(median / usual));
@@ -308,13 +310,13 @@ void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& 
   if (!sequence.hasDepth() || !sequence.intrinsics() || sequence.size() < 2) return;
   for (const char* reason :
        {"pose-constant", "pose-order", "camera-size", "camera-center", "camera-view", "depth-size"})
-    if (list.has(reason)) return;  // nothing can agree
+    if (list.has(reason)) return;  // then nothing fits
   bool posed = false;
   for (std::size_t i = 0; i < sequence.size() && !posed; ++i) posed = sequence.frame(i).pose.has_value();
   if (!posed) return;
   Geometry geometry(sequence);
   geometry.findPairs(progress);
-  if (geometry.pairs() < kFewestPairs) {
+  if (geometry.pairs() < kMinPairs) {
     list.fine("geometry", "Poses and depth were not compared: too few frames moved and have both",
               fmt::format("{} pairs", geometry.pairs()));
     return;
@@ -324,12 +326,13 @@ void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& 
   const double given = meanOf(geometry.under({}));
   searchShift(geometry, best);
   searchScale(geometry, best);
-  Hypothesis turning = best.hypothesis;
-  turning.scale = 0;
-  const Scores turned = geometry.under(turning);
-  // Whoever claims that positions are inverted, scaled or late must do clearly better than without any.
+  Hypothesis rotation = best.hypothesis;
+  rotation.scale = 0;
+  const Scores rotationOnly = geometry.under(rotation);
+  // Inverted, scaled or delayed positions must be significantly better than no positions.
   const bool asGiven = meanOf(best.scores) <= given;
-  const bool positionsFit = asGiven ? !isBetter(turned, best.scores) : isBetter(best.scores, turned);
+  const bool positionsFit =
+      asGiven ? !isBetter(rotationOnly, best.scores) : isBetter(best.scores, rotationOnly);
   if (!isBetter(best.scores, unmoved) || !positionsFit) {
     list.add(
         Severity::problem, "pose-unfit",
@@ -348,4 +351,4 @@ void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& 
                           100 * given, 100 * meanOf(unmoved), geometry.pairs()));
 }
 
-}  // namespace estancia::odometry
+}  // namespace estancia::check

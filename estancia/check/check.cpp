@@ -1,13 +1,13 @@
-#include "estancia/odometry/check.hpp"
+#include "estancia/check/check.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "estancia/odometry/check_parts.hpp"
+#include "estancia/check/checklist.hpp"
 
 namespace estancia {
-namespace odometry {
+namespace check {
 
 std::string share(std::size_t count, std::size_t of, const char* what) {
   return fmt::format("{} of {} {}", count, of, what);
@@ -36,19 +36,28 @@ std::vector<std::size_t> evenly(std::size_t size, std::size_t count) {
   return indices;
 }
 
-}  // namespace odometry
+}  // namespace check
 
 std::size_t CheckReport::count(Severity severity) const {
   return static_cast<std::size_t>(std::ranges::count(items, severity, &CheckItem::severity));
 }
 
+OptionGroup declare(CheckOptions& o) {
+  OptionGroup group("check", "Check of a sequence");
+  group.add("frames", &o.frames, "Frames that are checked, evenly spread")
+      .range(1)
+      .why("More take longer and find rarer faults.");
+  return group;
+}
+
 CheckReport checkSequence(const Sequence& sequence, const CheckOptions& options, Progress& progress) {
-  odometry::Checklist list;
-  const odometry::DepthFacts facts = odometry::checkImages(sequence, options, progress, list);
-  odometry::checkCamera(sequence, facts, list);
-  odometry::checkTimes(sequence, list);
-  odometry::checkTrajectory(sequence, list);
-  odometry::checkGeometry(sequence, facts, progress, list);
+  validate(options);
+  check::Checklist list;
+  const check::DepthFacts facts = check::checkImages(sequence, options, progress, list);
+  check::checkCamera(sequence, facts, list);
+  check::checkTimes(sequence, list);
+  check::checkTrajectory(sequence, list);
+  check::checkGeometry(sequence, facts, progress, list);
   return {list.take(), sequence.size()};
 }
 

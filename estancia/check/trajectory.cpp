@@ -1,16 +1,15 @@
-// Time stamps and poses: what the lists tell without a look at images.
+// Checks time stamps and poses without the images.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "estancia/odometry/check_parts.hpp"
+#include "estancia/check/checklist.hpp"
 
-namespace estancia::odometry {
+namespace estancia::check {
 namespace {
 
-/// A robot may wait; what breaks maps is that it went on meanwhile. Says in which gaps it waited, "" for
-/// none.
+/// Gaps spoil a map only if the robot moved meanwhile. Returns in which gaps it waited, "" for none.
 std::string checkGaps(const Sequence& sequence, double median, Checklist& list) {
   constexpr double harmless = 2;  // [m]
   const double longest = std::max(1.0, 10 * median);
@@ -116,8 +115,8 @@ struct Posed {
   std::vector<Pose> pose;
 };
 
-/// What is wrong with the clock of a trajectory that fits no frame, and what mends it.
-std::string mendedClock(std::pair<double, double> trajectory, std::pair<double, double> frames) {
+/// How to repair the clock of a trajectory that fits no frame.
+std::string clockFix(std::pair<double, double> trajectory, std::pair<double, double> frames) {
   const double longer = (trajectory.second - trajectory.first) / (frames.second - frames.first);
   for (const auto& [factor, unit] :
        {std::pair{1e3, "milliseconds"}, std::pair{1e6, "microseconds"}, std::pair{1e9, "nanoseconds"}})
@@ -136,7 +135,7 @@ void checkClock(const Sequence& sequence, Checklist& list) {
            "The trajectory is of another clock: none of its stamps fits an image, poses went by order",
            fmt::format("it lasts from {:.3f} to {:.3f}, {} images from {:.3f} to {:.3f} s", begin, end,
                        sequence.size(), *first.timestamp, *last.timestamp),
-           mendedClock({begin, end}, {*first.timestamp, *last.timestamp}));
+           clockFix({begin, end}, {*first.timestamp, *last.timestamp}));
 }
 
 void checkCoverage(const Sequence& sequence, const Posed& posed, Checklist& list) {
@@ -154,7 +153,7 @@ void checkCoverage(const Sequence& sequence, const Posed& posed, Checklist& list
              "leave out what the tracker lost instead of writing NaN or 0, or allow a larger --pose-gap");
 }
 
-/// Steps from pose to pose, and how far apart any two are.
+/// Distances from pose to pose, and between any two.
 struct Steps {
   std::vector<double> lengths;
   double meanLength = 0, meanDistance = 0;
@@ -166,8 +165,8 @@ Steps stepsOf(const std::vector<Pose>& poses) {
     steps.lengths.push_back(distanceBetween(poses[i - 1], poses[i]));
     steps.meanLength += steps.lengths.back() / static_cast<double>(poses.size() - 1);
   }
-  constexpr std::size_t most = 300;  // of them all pairs are enough
-  const auto some = evenly(poses.size(), most);
+  constexpr std::size_t maxPoses = 300;  // of which all pairs are compared
+  const auto some = evenly(poses.size(), maxPoses);
   double sum = 0;
   for (const std::size_t i : some)
     for (const std::size_t j : some) sum += distanceBetween(poses[i], poses[j]);
@@ -178,13 +177,13 @@ Steps stepsOf(const std::vector<Pose>& poses) {
 void checkJumps(const Sequence& sequence, const Posed& posed, const Steps& steps, Checklist& list) {
   std::vector<double> sorted = steps.lengths;
   std::ranges::sort(sorted);
-  const double most = sorted[(sorted.size() - 1) * 95 / 100];  // a usual long step
-  const double limit = std::max({8 * most, 0.1 * steps.meanDistance, 1e-6});
+  const double longStep = sorted[(sorted.size() - 1) * 95 / 100];
+  const double limit = std::max({8 * longStep, 0.1 * steps.meanDistance, 1e-6});
   const auto usual = frameInterval(sequence);
   std::size_t jumps = 0, first = 0;
   double largest = 0;
   for (std::size_t i = 0; i < steps.lengths.size(); ++i) {
-    // Where frames or poses are missing, steps are longer.
+    // Steps are longer where frames or poses are missing.
     auto skipped = static_cast<double>(posed.index[i + 1] - posed.index[i]);
     const auto from = sequence.frame(posed.index[i]).timestamp,
                to = sequence.frame(posed.index[i + 1]).timestamp;
@@ -232,7 +231,7 @@ void checkTrajectory(const Sequence& sequence, Checklist& list) {
       posed.index.push_back(i);
       posed.pose.push_back(*pose);
     }
-  constexpr std::size_t fewest = 3;
+  constexpr std::size_t minPoses = 3;
   if (posed.pose.empty()) {
     if (sequence.poseSource() && sequence.size() > 0)
       list.add(Severity::problem, "pose-missing", "No pose can be used: all are missing, NaN or no rotation",
@@ -241,11 +240,11 @@ void checkTrajectory(const Sequence& sequence, Checklist& list) {
     return;
   }
   checkCoverage(sequence, posed, list);
-  if (posed.pose.size() < fewest) return;
+  if (posed.pose.size() < minPoses) return;
   const Steps steps = stepsOf(posed.pose);
   const bool turns =
       !std::ranges::all_of(posed.pose, [&](const Pose& p) { return sameRotation(p, posed.pose[0]); });
-  constexpr std::size_t enough = 20;  // to tell chance from order
+  constexpr std::size_t enough = 20;  // to distinguish order from chance
   if (steps.meanDistance < 1e-9 && !turns) {
     list.add(Severity::problem, "pose-constant", "All poses are the same",
              share(posed.pose.size(), sequence.size(), "frames"),
@@ -267,4 +266,4 @@ void checkTrajectory(const Sequence& sequence, Checklist& list) {
                           steps.meanLength * static_cast<double>(steps.lengths.size())));
 }
 
-}  // namespace estancia::odometry
+}  // namespace estancia::check

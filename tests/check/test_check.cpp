@@ -9,15 +9,18 @@
 #include <random>
 #include <sstream>
 
+#include "check/recorded_room.hpp"
+#include "estancia/check/check.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/odometry/check.hpp"
-#include "odometry/recorded_room.hpp"
+#include "support/errors.hpp"
+#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
 
 using test::Altered;
+using test::numbersIn;
 using test::RecordedRoom;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -26,9 +29,8 @@ using ::testing::IsEmpty;
 const cv::Affine3d kBodyFromOptical(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0)),
     kOpenGl(cv::Matx33d(1, 0, 0, 0, -1, 0, 0, 0, -1));
 
-CheckReport check(const Sequence& sequence, std::size_t frames = 20) {
-  Progress silent;
-  return checkSequence(sequence, {.frames = frames}, silent);
+CheckReport checked(const Sequence& sequence, std::size_t frames = 20) {
+  return checkSequence(sequence, {.frames = frames});
 }
 
 /// The names of all that is not fine. Each must say how it is known and what to do.
@@ -43,7 +45,7 @@ std::vector<std::string> faults(const CheckReport& report) {
 }
 
 std::vector<std::string> faultsOf(const Sequence& sequence) {
-  return faults(check(sequence));
+  return faults(checked(sequence));
 }
 
 /// What people's recordings suffer from, and exactly what must be found then.
@@ -192,9 +194,9 @@ class ImageFolder {
     }
     test::writeFile(folder_ / "intrinsics.txt", "60 60 31.5 23.5\n");
   }
-  CheckReport check(const std::string& trajectory) const {
+  CheckReport checkWith(const std::string& trajectory) const {
     test::writeFile(folder_ / "poses.txt", trajectory);
-    return estancia::check(*openSequence(folder_.path()));
+    return checked(*openSequence(folder_.path()));
   }
 
  private:
@@ -204,7 +206,7 @@ class ImageFolder {
 TEST(Check, ATrajectoryWithoutOnePoseIsAProblem) {
   const ImageFolder folder;
   const auto checked = [&](const std::string& values) {
-    return folder.check("1.0" + values + "\n2.0" + values + "\n3.0" + values + "\n");
+    return folder.checkWith("1.0" + values + "\n2.0" + values + "\n3.0" + values + "\n");
   };
   for (const char* values : {" nan nan nan nan nan nan nan", " 1 2 3 0 0 0 0"}) {
     const CheckReport report = checked(values);
@@ -227,15 +229,15 @@ TEST(Check, ATrajectoryOfAnotherClockIsFound) {
   const auto fix = [&](double from, double to) {
     Altered spoilt(room);
     spoilt.source() = PoseSource{std::pair(from, to)};
-    const CheckReport report = check(spoilt);
+    const CheckReport report = checked(spoilt);
     EXPECT_THAT(faults(report), ElementsAre("pose-clock"));
     EXPECT_EQ(report.count(Severity::warning), 1U);
     return onlyFault(report).fix;
   };
-  EXPECT_THAT(fix(begin * 1e3, end * 1e3), HasSubstr("milliseconds: divide them by 1000"));
-  EXPECT_THAT(fix(begin * 1e9, end * 1e9), HasSubstr("nanoseconds: divide them by 1000000000"));
-  EXPECT_THAT(fix(begin + 500, end + 500), HasSubstr("by the clock of the images"));
-  EXPECT_THAT(fix(0, 0), HasSubstr("by the clock of the images"));
+  EXPECT_THAT(numbersIn(fix(begin * 1e3, end * 1e3)), ElementsAre(1e3));
+  EXPECT_THAT(numbersIn(fix(begin * 1e9, end * 1e9)), ElementsAre(1e9));
+  EXPECT_THAT(fix(begin + 500, end + 500), HasSubstr("--pose-gap"));
+  EXPECT_THAT(fix(0, 0), HasSubstr("--pose-gap"));
   Altered ofTheSame(room);
   ofTheSame.source() = PoseSource{};
   EXPECT_THAT(faultsOf(ofTheSame), IsEmpty());
@@ -243,28 +245,28 @@ TEST(Check, ATrajectoryOfAnotherClockIsFound) {
 
 TEST(Check, TheFoldersTrajectoryOfAnotherClockIsFound) {
   const CheckReport report =
-      ImageFolder().check("1000 0 0 0 0 0 0 1\n2000 1 0 0 0 0 0 1\n3000 2 0 0 0 0 0 1\n");
+      ImageFolder().checkWith("1000 0 0 0 0 0 0 1\n2000 1 0 0 0 0 0 1\n3000 2 0 0 0 0 0 1\n");
   EXPECT_THAT(faults(report), ElementsAre("pose-clock"));
-  EXPECT_THAT(onlyFault(report).fix, HasSubstr("divide them by 1000"));
-  EXPECT_THAT(onlyFault(report).evidence,
-              HasSubstr("from 1000.000 to 3000.000, 3 images from 1.000 to 3.000 s"));
+  EXPECT_THAT(numbersIn(onlyFault(report).fix), ElementsAre(1000));
+  EXPECT_THAT(numbersIn(onlyFault(report).evidence), ElementsAre(1000, 3000, 3, 1, 3));
 }
 
 TEST(Check, SaysHowToMendIt) {
   const RecordedRoom room;
   Altered inverted(room), body(room), late(room), coarse(room), large(room);
   inverted.pose([](const cv::Affine3d& t) { return t.inv(); });
-  EXPECT_THAT(onlyFault(check(inverted)).fix, HasSubstr("invert each pose"));
-  EXPECT_EQ(onlyFault(check(inverted)).severity, Severity::problem);
+  EXPECT_THAT(onlyFault(checked(inverted)).fix, HasSubstr("R' = Rᵀ"));
+  EXPECT_EQ(onlyFault(checked(inverted)).severity, Severity::problem);
   body.pose([](const cv::Affine3d& t) { return t * kBodyFromOptical.inv(); });
-  EXPECT_THAT(onlyFault(check(body)).fix, HasSubstr("(-0.5, 0.5, -0.5, 0.5)"));
+  EXPECT_THAT(onlyFault(checked(body)).fix, HasSubstr("(-0.5, 0.5, -0.5, 0.5)"));
   // The quaternion that it names is the rotation that mends the poses.
   const cv::Affine3d named = rigidOf({0, 0, 0, -0.5, 0.5, -0.5, 0.5});
   EXPECT_EQ(cv::norm(named.matrix, kBodyFromOptical.matrix, cv::NORM_INF), 0);
   late.shiftPoses(-3);
-  EXPECT_THAT(onlyFault(check(late)).what, HasSubstr("3 frames (0.100 s) too late"));
+  EXPECT_THAT(numbersIn(onlyFault(checked(late)).what), ElementsAre(3, 0.1));  // frames, seconds
+  EXPECT_THAT(onlyFault(checked(late)).what, HasSubstr("late"));
   multiplyDepth(large, 5);
-  EXPECT_THAT(onlyFault(check(large)).fix, HasSubstr("--depth-scale 5 times as large"));
+  EXPECT_THAT(onlyFault(checked(large)).fix, HasSubstr("--depth-scale 5 times as large"));
 }
 
 TEST(Check, LooksAtDepthWithoutPosesToo) {
@@ -319,14 +321,15 @@ TEST(Check, DepthThatCannotBeReadIsFoundWhateverItsStamps) {
     spoilt.alterDepth = [every](std::size_t i, cv::Mat&) {
       if (i % every == 0) throw Error("torn");
     };
-    return onlyFault(check(spoilt, 90));
+    return onlyFault(checked(spoilt, 90));
   };
   EXPECT_EQ(tear(1).severity, Severity::problem);
   EXPECT_EQ(tear(1).name, "depth-missing");
   EXPECT_EQ(tear(2).severity, Severity::problem);
-  EXPECT_THAT(tear(2).evidence, HasSubstr("45 of 90 frames looked at: torn"));
+  EXPECT_THAT(numbersIn(tear(2).evidence), ElementsAre(45, 90));
+  EXPECT_THAT(tear(2).evidence, HasSubstr("torn"));
   EXPECT_EQ(tear(30).severity, Severity::warning);
-  EXPECT_THAT(tear(30).evidence, HasSubstr("3 of 90 frames"));
+  EXPECT_THAT(numbersIn(tear(30).evidence), ElementsAre(3, 90));
   spoilt.depthDelay = 0.5;  // no image's own: said once
   tear(1);
   EXPECT_THAT(faultsOf(spoilt), ElementsAre("depth-time"));
@@ -399,15 +402,14 @@ TEST(Check, AGapInWhichTheCameraWaitedIsNoFaultButSaid) {
   Altered waiting(room);
   for (std::size_t i = 50; i < waiting.size(); ++i) *waiting.frames[i].timestamp += 100;
   const auto times = [&] {
-    const CheckReport report = check(waiting);
+    const CheckReport report = checked(waiting);
     EXPECT_THAT(faults(report), IsEmpty());
     const auto item = std::ranges::find(report.items, "times", &CheckItem::name);
-    return item == report.items.end() ? "" : item->what + ": " + item->evidence;
+    return item == report.items.end() ? "" : item->evidence;
   };
-  EXPECT_THAT(times(), ::testing::AllOf(HasSubstr("hardly moved"), HasSubstr("gaps: 1, the longest"),
-                                        HasSubstr("100.0 s before frame 50")));
+  EXPECT_THAT(times(), HasSubstr("gaps: 1, the longest 100.0 s before frame 50"));
   waiting.frames = Altered(room).frames;
-  EXPECT_THAT(times(), HasSubstr("without gaps"));
+  EXPECT_EQ(times().find("gaps"), std::string::npos);
 }
 
 TEST(Check, JudgesPositionsBySpeedWhereThereIsNoDepth) {
@@ -441,17 +443,22 @@ TEST(Check, LooksAtAsManyFramesAsAskedFor) {
   Altered watched(room);
   watched.depthThere = false;
   watched.alterImage = [&](std::size_t i, cv::Mat&) { seen.push_back(i); };
-  check(watched, 3);
+  checked(watched, 3);
   EXPECT_THAT(seen, ElementsAre(0, 1, 44, 45, 89)) << "the next one, too, to see whether it is frozen";
+}
+
+TEST(Check, RefusesToLookAtNoFrames) {
+  EXPECT_THAT([] { checked(RecordedRoom(3), 0); },
+              test::FailsWith(ErrorCode::invalidOption, "check.frames", "0"));
 }
 
 TEST(Check, RaisesNoFalseAlarmOnOtherRealData) {
   const auto corridor = test::findData("corridor_vpr"), nyu = test::findData("nyuv2_half");
   ESTANCIA_NEEDS(corridor && nyu, "the real data sets corridor_vpr and nyuv2_half are missing");
-  EXPECT_THAT(faults(check(*openSequence(*corridor / "ref"), 60)), IsEmpty());
-  EXPECT_THAT(faults(check(*openSequence(*corridor / "query"), 60)), IsEmpty());
-  EXPECT_THAT(faults(check(*openSequence(*nyu / "rgb"), 60)), IsEmpty());
-  const CheckReport rgbd = check(*openSequence(*nyu), 60);
+  EXPECT_THAT(faults(checked(*openSequence(*corridor / "ref"), 60)), IsEmpty());
+  EXPECT_THAT(faults(checked(*openSequence(*corridor / "query"), 60)), IsEmpty());
+  EXPECT_THAT(faults(checked(*openSequence(*nyu / "rgb"), 60)), IsEmpty());
+  const CheckReport rgbd = checked(*openSequence(*nyu), 60);
   EXPECT_THAT(faults(rgbd), ElementsAre("depth-coarse")) << "it is: 3.9 cm a step";
   EXPECT_EQ(rgbd.count(Severity::problem), 0U);
 }
@@ -459,7 +466,7 @@ TEST(Check, RaisesNoFalseAlarmOnOtherRealData) {
 TEST(Check, RaisesNoFalseAlarmOnPanoramas) {
   const auto panoramas = test::findFetched("panoramas");
   ESTANCIA_NEEDS(panoramas, "the panoramas are not here; script/bootstrap fetches them");
-  EXPECT_THAT(faults(check(*openSequence(*panoramas), 24)), IsEmpty());
+  EXPECT_THAT(faults(checked(*openSequence(*panoramas), 24)), IsEmpty());
 }
 
 TEST(Check, RaisesNoFalseAlarmOnTheTrajectoriesOfIdol) {
@@ -476,7 +483,7 @@ TEST(Check, RaisesNoFalseAlarmOnTheTrajectoriesOfIdol) {
       ASSERT_EQ(std::sscanf(line.c_str(), "%*[^,],%lf,%lf,%lf,%lf", &time, &x, &y, &theta), 4) << line;
       frames.push_back({fmt::format("frame {}", frames.size()), time, Pose::planar(x, y, theta), ""});
     }
-    for (const std::string& name : faults(check(test::FramesOnly(frames))))
+    for (const std::string& name : faults(checked(test::FramesOnly(frames))))
       ADD_FAILURE() << file.path().filename() << ": " << name;
   }
 }

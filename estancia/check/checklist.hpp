@@ -1,4 +1,4 @@
-// The parts of checkSequence, one file each; of no use to others.
+// Checklist: the findings of a sequence check, and the checks that make them.
 #pragma once
 
 #include <cstddef>
@@ -8,13 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/odometry/check.hpp"
+#include "estancia/check/check.hpp"
 
-namespace estancia::odometry {
+namespace estancia::check {
 
-constexpr double kSynchronous = 0.02;  ///< at most so far apart are an image and its depth [s]
+constexpr double kSynchronous = 0.02;  ///< largest time between an image and its depth [s]
 
-/// What the parts write on.
 class Checklist {
  public:
   void fine(std::string name, std::string what, std::string evidence) {
@@ -23,7 +22,7 @@ class Checklist {
   void add(Severity severity, std::string name, std::string what, std::string evidence, std::string fix) {
     items_.push_back({severity, std::move(name), std::move(what), std::move(evidence), std::move(fix)});
   }
-  /// Whether something that is not fine has this name.
+  /// Whether a fault has this name.
   bool has(const std::string& name) const {
     for (const CheckItem& item : items_)
       if (item.severity != Severity::fine && item.name == name) return true;
@@ -40,27 +39,27 @@ class Checklist {
   std::vector<CheckItem> items_;
 };
 
-/// "3 of 60 images": what evidence mostly is.
+/// "3 of 60 images"
 std::string share(std::size_t count, std::size_t of, const char* what);
 
-/// How bad it is that `missing` of `all` are not there: a fifth is more than a gap.
+/// The severity of `missing` of `all`: a fifth is a problem.
 inline Severity severityOfMissing(std::size_t missing, std::size_t all) {
   return 5 * missing >= all ? Severity::problem : Severity::warning;
 }
 
-/// The middle of some numbers (the upper of two); they may not be empty.
+/// The median (the upper one of an even number); `values` must not be empty.
 double medianOf(std::vector<double> values);
 
-/// The usual time between frames [s], above 0; nothing where there are no stamps.
+/// The median time between frames [s], above 0; nothing without time stamps.
 std::optional<double> frameInterval(const Sequence& sequence);
 
-/// Evenly spread indices of at most `count` of `size` frames, ascending.
+/// Indices of at most `count` of `size` frames, evenly spread, ascending.
 std::vector<std::size_t> evenly(std::size_t size, std::size_t count);
 
-/// What the images of a sequence showed.
+/// What the images of a sequence have shown.
 struct DepthFacts {
-  std::optional<double> median;  ///< [m], absent when no depth was seen
-  cv::Size image, depth;         ///< of the first that could be read
+  std::optional<double> median;  ///< [m], absent without depth
+  cv::Size image, depth;         ///< of the first readable ones
 };
 
 DepthFacts checkImages(const Sequence& sequence, const CheckOptions& options, Progress& progress,
@@ -70,4 +69,4 @@ void checkTimes(const Sequence& sequence, Checklist& list);
 void checkTrajectory(const Sequence& sequence, Checklist& list);
 void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& progress, Checklist& list);
 
-}  // namespace estancia::odometry
+}  // namespace estancia::check

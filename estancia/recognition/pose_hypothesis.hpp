@@ -1,0 +1,20 @@
+// Pose hypothesis: a pose of a model in a scene, and what the scene says about it.
+#pragma once
+
+#include <cstddef>
+#include <opencv2/core/affine.hpp>
+
+#include "estancia/recognition/pose_score.hpp"
+#include "estancia/recognition/verify.hpp"
+
+namespace estancia {
+
+struct PoseHypothesis {
+  cv::Affine3d pose;        ///< T_scene_model
+  std::size_t matches = 0;  ///< that agree on it, where matches were grouped
+  PoseScore score;          ///< of the dense search
+  double evidence = 0;      ///< of the dense search: the score as one number
+  InlierCounts counts;      ///< of the classical search
+};
+
+}  // namespace estancia
