@@ -177,7 +177,8 @@ std::string explained(const std::string& what, const Known& known) {
   return text;
 }
 
-std::vector<std::string> namesOf(const std::vector<std::pair<std::string, std::string>>& known) {
+template <class Named>
+std::vector<std::string> namesIn(const std::vector<Named>& known) {
   std::vector<std::string> names;
   names.reserve(known.size());
   for (const auto& [name, explanation] : known) names.push_back(name);
@@ -201,7 +202,7 @@ void addObjectsTrain(CLI::App& objects) {
       "with --truth by default the categories");
   command->add_option("-o,--output", a->output, "The model, NAME.objects")->required();
   command->add_option("--names", a->naming, explained("How words become names:", pseudoLabelings()))
-      ->check(CLI::IsMember(namesOf(pseudoLabelings())))
+      ->check(CLI::IsMember(namesIn(pseudoLabelings())))
       ->capture_default_str();
   command
       ->add_option("--prior", a->prior,
@@ -230,7 +231,7 @@ void addObjectsTrain(CLI::App& objects) {
   const auto learning = "Learning";
   command
       ->add_option("--classifier", a->options.classifier.type, explained("What learns:", classifierTypes()))
-      ->check(CLI::IsMember(namesOf(classifierTypes())))
+      ->check(CLI::IsMember(namesIn(classifierTypes())))
       ->capture_default_str()
       ->group(learning);
   command->add_flag("--balanced", a->options.classifier.balanced, "Each word counts alike")->group(learning);

@@ -37,6 +37,14 @@ inline auto oneOf(const ConfigFile& config, const std::vector<std::string>& name
   return [&config, choices](const toml::node& node) { return config.choice(node, choices); };
 }
 
+/// For each(): one of these choices.
+inline auto oneOf(const ConfigFile& config, const Choices& choices) {
+  std::vector<std::string> names;
+  names.reserve(choices.size());
+  for (const Choice& choice : choices) names.push_back(choice.name);
+  return oneOf(config, names);
+}
+
 /// For each(): one of these names, which are explained.
 inline auto oneOf(const ConfigFile& config, const std::vector<std::pair<std::string, std::string>>& named) {
   std::vector<std::string> names;
