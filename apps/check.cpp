@@ -2,9 +2,9 @@
 #include <fmt/format.h>
 
 #include "common.hpp"
+#include "estancia/check/check.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/check/check.hpp"
 #include "estancia/report/text.hpp"
 
 namespace estancia::apps {

@@ -43,8 +43,8 @@ std::int32_t nearestOf(const float* x, const float* y, const float* z, std::size
 
 /// The first of those at that distance.
 ESTANCIA_MULTIVERSION
-std::int32_t firstAt(std::int32_t smallest, const float* x, const float* y, const float* z, std::int32_t count,
-                     float px, float py, float pz) {
+std::int32_t firstAt(std::int32_t smallest, const float* x, const float* y, const float* z,
+                     std::int32_t count, float px, float py, float pz) {
   std::int32_t first = count - 1;
   for (std::int32_t i = 0; i < count; ++i) {
     const float dx = x[i] - px, dy = y[i] - py, dz = z[i] - pz;

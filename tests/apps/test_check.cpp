@@ -5,8 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "io/images.hpp"
 #include "check/recorded_room.hpp"
+#include "io/images.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
