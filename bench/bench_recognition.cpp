@@ -92,7 +92,7 @@ Outcome runOurs(const Task& task) {
   options.descriptorRadius = kDescriptorRadius;
   options.consistency = kConsistency;
   options.tolerance = kTolerance;
-  options.minimalMatches = kMinimum;
+  options.minMatches = kMinimum;
   options.threads = task.threads;
   Progress silent;
   Outcome outcome;

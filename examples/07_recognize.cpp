@@ -1,5 +1,4 @@
-// Where is my mug? A scene is cleaned by Growing Neural Gas where it is noisy, then a known object is looked
-// for in it.
+// Where is my mug? Known objects and their poses in a point cloud.
 //   07_recognize MODEL SCENE     (PCD or PLY)
 #include <estancia/io/cloud_file.hpp>
 #include <estancia/recognition/recognizer.hpp>
@@ -9,15 +8,12 @@
 
 int main(int argc, char** argv) try {
   if (argc < 3) return std::fputs("usage: 07_recognize MODEL SCENE\n", stderr), 2;
-  estancia::Progress silent;
-  const estancia::Recognizer recognizer(estancia::RecognitionOptions::preset("default"));
-  const auto model = recognizer.prepareModel("object", estancia::readCloud(argv[1]));  // once, for all scenes
-  const auto scene = recognizer.prepareScene("scene", estancia::readCloud(argv[2]), silent);
-  for (const auto& found : recognizer.find(*model, *scene)) {
-    std::printf("confidence %.2f, T_scene_object:\n", found.confidence);
-    for (int row = 0; row < 4; ++row)
-      std::printf("%9.4f %9.4f %9.4f %9.4f\n", found.pose.matrix(row, 0), found.pose.matrix(row, 1),
-                  found.pose.matrix(row, 2), found.pose.matrix(row, 3));
+  estancia::Recognizer recognizer;
+  recognizer.addModel("object", estancia::readCloud(argv[1]));
+  for (const auto& found : recognizer.detect(estancia::readCloud(argv[2]))) {
+    const cv::Point3d at = found.pose * found.center;  // in the frame of the scene [m]
+    std::printf("%s at (%.3f, %.3f, %.3f), confidence %.2f\n", found.model.c_str(), at.x, at.y, at.z,
+                found.confidence);
   }
 } catch (const std::exception& e) {
   return std::fprintf(stderr, "error: %s\n", e.what()), 2;

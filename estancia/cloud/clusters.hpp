@@ -51,7 +51,7 @@ struct Cluster {
   cv::Point3f center;
   /// Touches the edge of the image: part of the object may be missing.
   bool atBorder = false;
-  /// One plane fits all points within the noise: a picture of an object, or a single face.
+  /// One plane fits all points within the noise: an image of an object, or a single face.
   bool flat = false;
 };
 

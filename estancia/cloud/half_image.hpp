@@ -1,4 +1,4 @@
-// Half-resolution depth image with normals, in which planes are searched for.
+// Half-resolution depth: every second pixel with its normal, in which planes are searched for.
 #pragma once
 
 #include <cstddef>

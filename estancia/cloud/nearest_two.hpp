@@ -1,4 +1,4 @@
-// Nearest two neurons of a list, with SIMD.
+// Nearest two: the two neurons of a list that are nearest to a point, with SIMD.
 #pragma once
 
 #ifdef __SSE2__
@@ -60,17 +60,20 @@ inline std::uint64_t signs(Bits lanes) {
 #endif
 }
 
+inline NearestTwo nearestOfMany(const Point4& p, const std::uint32_t* members, std::uint32_t count,
+                                const Neuron* neurons) {
+  NearestTwo two;
+  for (std::uint32_t k = 0; k < count; ++k)
+    two.look(squaredDistance(p, neurons[members[k]].at()), members[k]);
+  return two;
+}
+
 /// The nearest two of the neurons with these numbers, in any order.
 inline NearestTwo nearestAmong(const Point4& p, const std::uint32_t* members, std::uint32_t count,
                                const Neuron* neurons) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   constexpr std::uint32_t maxVectorized = 64;
-  NearestTwo two;
-  if (count > maxVectorized) {
-    for (std::uint32_t k = 0; k < count; ++k)
-      two.look(squaredDistance(p, neurons[members[k]].at()), members[k]);
-    return two;
-  }
+  if (count > maxVectorized) return nearestOfMany(p, members, count, neurons);
   // First all distances, four at once, and the two smallest in each of four columns …
   const Vector px = Vector{} + p.x, py = Vector{} + p.y, pz = Vector{} + p.z;
   Vector first = Vector{} + infinity, second = first, distances[maxVectorized / 4];
@@ -114,6 +117,7 @@ inline NearestTwo nearestAmong(const Point4& p, const std::uint32_t* members, st
        __builtin_shufflevector(second, second, 2, 3, 0, 1));
   fold(__builtin_shufflevector(first, first, 1, 0, 3, 2),
        __builtin_shufflevector(second, second, 1, 0, 3, 2));
+  NearestTwo two;
   std::uint64_t near = 0;
   for (std::uint32_t c = 0; c < column; ++c) near |= signs(distances[c] <= second) << (4 * c);
   for (; near != 0; near &= near - 1) {

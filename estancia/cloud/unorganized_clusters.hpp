@@ -1,4 +1,4 @@
-// Object segmentation of an unorganized cloud.
+// Unorganized clouds: object segmentation from the points alone.
 #pragma once
 
 #include "estancia/cloud/clusters.hpp"

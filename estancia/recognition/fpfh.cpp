@@ -45,9 +45,9 @@ ESTANCIA_MULTIVERSION void binPairs(std::size_t n, float nx, float ny, float nz,
     const float length2 = dx[i] * dx[i] + dy[i] * dy[i] + dz[i] * dz[i];
     const float inverse = 1 / std::sqrt(length2);
     const float here = (nx * dx[i] + ny * dy[i] + nz * dz[i]) * inverse;
-    const float there = (mx[i] * dx[i] + my[i] * dy[i] + mz[i] * dz[i]) * inverse;
+    const float other = (mx[i] * dx[i] + my[i] * dy[i] + mz[i] * dz[i]) * inverse;
     // The source is the one of the two whose normal is nearer to the line between them.
-    const bool swap = std::abs(here) < std::abs(there);
+    const bool swap = std::abs(here) < std::abs(other);
     const float sx = swap ? mx[i] : nx, sy = swap ? my[i] : ny, sz = swap ? mz[i] : nz;
     const float tx = swap ? nx : mx[i], ty = swap ? ny : my[i], tz = swap ? nz : mz[i];
     const float sign = swap ? -1.F : 1.F;
@@ -58,7 +58,7 @@ ESTANCIA_MULTIVERSION void binPairs(std::size_t n, float nx, float ny, float nz,
     const float per = 1 / std::sqrt(v2);
     vx *= per, vy *= per, vz *= per;
     const float wx = sy * vz - sz * vy, wy = sz * vx - sx * vz, wz = sx * vy - sy * vx;
-    const float phi = swap ? -there : here;
+    const float phi = swap ? -other : here;
     const float alpha = vx * tx + vy * ty + vz * tz;
     const float up = wx * tx + wy * ty + wz * tz, along = sx * tx + sy * ty + sz * tz;
     const float side = std::abs(up);
@@ -90,9 +90,9 @@ Histogram simplified(const std::vector<Oriented>& points, std::uint32_t p, std::
   std::size_t n = 0;
   for (const Neighbor& neighbor : near) {
     if (neighbor.index == p) continue;
-    const Oriented& there = points[neighbor.index];
-    pairs.dx[n] = there.x - here.x, pairs.dy[n] = there.y - here.y, pairs.dz[n] = there.z - here.z;
-    pairs.nx[n] = there.nx, pairs.ny[n] = there.ny, pairs.nz[n] = there.nz;
+    const Oriented& other = points[neighbor.index];
+    pairs.dx[n] = other.x - here.x, pairs.dy[n] = other.y - here.y, pairs.dz[n] = other.z - here.z;
+    pairs.nx[n] = other.nx, pairs.ny[n] = other.ny, pairs.nz[n] = other.nz;
     ++n;
   }
   binPairs(n, here.nx, here.ny, here.nz, pairs.dx.data(), pairs.dy.data(), pairs.dz.data(), pairs.nx.data(),

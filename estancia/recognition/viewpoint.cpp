@@ -11,7 +11,8 @@ namespace estancia {
 
 cv::Affine3d viewFrom(const cv::Point3d& viewpoint, const PointCloud& cloud) {
   if (!std::isfinite(viewpoint.x) || !std::isfinite(viewpoint.y) || !std::isfinite(viewpoint.z))
-    throw Error(fmt::format("no sensor stood at ({}, {}, {}); give a finite viewpoint", viewpoint.x,
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("the viewpoint is ({}, {}, {}); give finite coordinates", viewpoint.x,
                             viewpoint.y, viewpoint.z));
   cv::Vec3d sum;
   double count = 0;
@@ -23,10 +24,9 @@ cv::Affine3d viewFrom(const cv::Point3d& viewpoint, const PointCloud& cloud) {
   cv::Vec3d forward = count > 0 ? cv::Vec3d(sum * (1 / count) - cv::Vec3d(viewpoint)) : cv::Vec3d();
   const double away = cv::norm(forward);
   if (!(away > 0))
-    throw Error(
-        fmt::format("({}, {}, {}) is the middle of the cloud, which no sensor sees it from; give another "
-                    "viewpoint",
-                    viewpoint.x, viewpoint.y, viewpoint.z));
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("the viewpoint ({}, {}, {}) is the center of the cloud; give that of the sensor",
+                            viewpoint.x, viewpoint.y, viewpoint.z));
   forward *= 1 / away;
   const cv::Vec3d aside = std::abs(forward[1]) < 0.9 ? cv::Vec3d(0, 1, 0) : cv::Vec3d(1, 0, 0);
   cv::Vec3d right = aside.cross(forward);

@@ -1,4 +1,4 @@
-// Scenes whose frame is not that of the sensor.
+// Viewpoint: clouds transformed into the frame of the sensor that recorded them.
 #pragma once
 
 #include <opencv2/core/affine.hpp>
@@ -8,8 +8,8 @@
 namespace estancia {
 
 /// T_view_cloud: into the frame of a camera at `viewpoint` [m] (x right, y down, z forward) that looks at the
-/// middle of the finite points. Which way is up does not matter to it. Throws Error on a viewpoint that is
-/// not finite, or in the middle of the cloud.
+/// centroid of the finite points; its roll is arbitrary. Throws Error (invalidOption) on a viewpoint that is
+/// not finite, or the centroid itself.
 cv::Affine3d viewFrom(const cv::Point3d& viewpoint, const PointCloud& cloud);
 
 /// The cloud in another frame: points, normals, viewpoint.

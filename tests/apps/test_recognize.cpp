@@ -104,9 +104,9 @@ TEST_F(Recognize, ABadModelDoesNotEndTheSearchForTheOthers) {
   const std::string mario = in("meshes/mario000_0.ply");
   const std::map<std::string, std::pair<std::string, std::string>> bad{
       {"gone", {scratch_ / "gone.ply", "gone.ply"}},
-      {"few", {writeScaled("few.ply", few, 1), "too few"}},
-      {"flat", {writeScaled("flat.ply", plane, 1), "flat"}},
-      {"millimeters", {writeScaled("millimeters.ply", readCloud(mario), 1000), "different units"}}};
+      {"few", {writeScaled("few.ply", few, 1), "3 of its 3 points"}},
+      {"flat", {writeScaled("flat.ply", plane, 1), "planar"}},
+      {"millimeters", {writeScaled("millimeters.ply", readCloud(mario), 1000), "0.001"}}};
   std::vector<std::string> arguments{"recognize", "--json", in("scenes/scene001.pcd")};
   for (const auto& [name, fileAndReason] : bad)
     arguments.insert(arguments.end(), {"--model", name + "=" + fileAndReason.first});
@@ -191,8 +191,8 @@ TEST_F(Recognize, RefusesWhatItCannotUse) {
   refuses({"--model", mario}, "SCENE is missing");
   refuses({scene}, "--model");
   refuses({"--model", "a=" + mario, "a=" + mario, scene}, "two models are called a");
-  refuses({"--model", mario, scene, "--preset", "magic"}, "known are default");
-  refuses({"--model", mario, scene, "--descriptor", "magic"}, "known are");
+  refuses({"--model", mario, scene, "--preset", "magic"}, "default, classical");
+  refuses({"--model", mario, scene, "--descriptor", "magic"}, "shot, fpfh");
   refuses({"--model", mario, scene, "--normal-radius", "-1"}, "-1");
   refuses({"--model", mario, scene, "--picture", mario}, "is read here");
   refuses({"--model", "a=" + mario, scene, "--picture", mario}, "is read here");

@@ -39,7 +39,7 @@ std::string describe(const RecognitionOptions& o) {
   return fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {}", o.surface, o.keypoints,
                      o.descriptor, o.grouping, o.verification, o.normalRadius, o.normalNeighbors,
                      o.keypointSpacing, o.sceneKeypointSpacing, o.descriptorRadius, o.consistency,
-                     o.tolerance, o.matchEach, o.neighbors, o.matchDistance, o.minimalMatches, o.hypotheses,
+                     o.tolerance, o.matchEach, o.neighbors, o.matchDistance, o.minMatches, o.maxHypotheses,
                      o.accept);
 }
 
