@@ -24,16 +24,6 @@ std::uint64_t nextMergeCheckAfter(std::uint64_t frames) {
   return frames + std::max<std::uint64_t>(1, frames / 4);
 }
 
-Choices nodeDistances() {
-  Choices choices;
-  for (const Distance& distance : baseDistances()) {
-    choices.push_back({distance.name, distance.explanation});
-    if (!distance.sigmaWeighted)
-      choices.push_back({distance.name + "-sigma", "the same, labels that vary inside a node weigh less"});
-  }
-  return choices;
-}
-
 Thresholds initialThresholds(const MapperOptions& options, const Distance& distance) {
   validate(options);
   Thresholds thresholds = thresholdsFrom(options.tauJoin.value_or(distance.tauJoin), options.thresholds);
@@ -65,7 +55,7 @@ OptionGroup declare(ThresholdOptions& options) {
 
 OptionGroup declare(MapperOptions& options) {
   OptionGroup group("mapper", "How frames become places.");
-  group.add("distance", &options.distance, "Distance of a frame to a node.").choices(nodeDistances());
+  group.add("distance", &options.distance, "Distance of a frame to a node.").choices(distances());
   group.add("tau-join", &options.tauJoin, "A frame within this distance stays in the current node.")
       .above(0)
       .automatic("estimated from the run")

@@ -95,14 +95,12 @@ ZoneOptions ZoneOptions::thesis() {
 }
 
 OptionGroup declare(ZoneOptions& options) {
-  Choices distances, linkages;
+  Choices distances;
   for (const Distance& distance : baseDistances())
     if (!distance.sigmaWeighted) distances.push_back({distance.name, distance.explanation});
-  for (const NamedLinkage& linkage : estancia::linkages())
-    linkages.push_back({linkage.name, linkage.explanation});
   OptionGroup group("zones", "How images become zones.");
   group.add("distance", &options.distance, "Distance of two images.").choices(std::move(distances));
-  group.add("linkage", &options.linkage, "Distance of two zones.").choices(std::move(linkages));
+  group.add("linkage", &options.linkage, "Distance of two zones.").choices(linkages());
   group.add("cut", &options.cut, "Zones merge up to this distance (tau_d).")
       .range(0)
       .automatic("where the modularity of the zones is largest")
