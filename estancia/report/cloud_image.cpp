@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/cloud/neighbors.hpp"
+#include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"
 

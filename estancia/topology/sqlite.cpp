@@ -20,6 +20,10 @@ bool isOutOfSpace(int systemError) {
   return systemError == ENOSPC || systemError == EDQUOT || systemError == EFBIG;
 }
 
+[[noreturn]] void refuse(const std::string& path, ErrorCode code, const std::string& what) {
+  throw Error(code, fmt::format("{}: {}", path, what));
+}
+
 }  // namespace
 
 void Database::Close::operator()(sqlite3* handle) const {
@@ -81,37 +85,35 @@ void Database::fail(int code) const {
   const int primary = code & 0xff;
   const int systemError = sqlite3_system_errno(handle());
   const char* cause = systemError != 0 ? std::strerror(systemError) : sqlite3_errstr(code);
-  const auto refuse = [&path](ErrorCode kind, const std::string& what) {
-    throw Error(kind, fmt::format("{}: {}", path, what));
-  };
   if (primary == SQLITE_FULL || (primary == SQLITE_IOERR && isOutOfSpace(systemError)))
-    refuse(ErrorCode::fileUnwritable,
+    refuse(path, ErrorCode::fileUnwritable,
            inMemory_ ? "the disk is full, and nothing of the map was written; free some space and map again"
                      : "the disk is full; free some space and continue the map from its last commit by "
                        "`estancia map --continue`");
   switch (primary) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
-      refuse(ErrorCode::busy,
+      refuse(path, ErrorCode::busy,
              "another process is writing this map; wait until it has ended, or write to another file");
     case SQLITE_READONLY:
-      refuse(ErrorCode::fileUnwritable,
+      refuse(path, ErrorCode::fileUnwritable,
              "the file or its folder is read-only; copy the map to a folder with write permission");
     case SQLITE_PERM:
     case SQLITE_AUTH:
     case SQLITE_CANTOPEN:
       refuse(
-          ErrorCode::fileUnreadable,
+          path, ErrorCode::fileUnreadable,
           fmt::format("cannot be opened ({}); check the permissions of the file and its folder. A map whose "
                       "process was killed needs its -wal file beside it and write permission",
                       cause));
     case SQLITE_NOTADB:
-      refuse(ErrorCode::unsupportedFile, "not a map file; give a file that `estancia map` has written");
+      refuse(path, ErrorCode::unsupportedFile, "not a map file; give a file that `estancia map` has written");
     case SQLITE_NOMEM:
-      refuse(ErrorCode::tooLarge, "not enough memory for the map");
+      refuse(path, ErrorCode::tooLarge, "not enough memory for the map");
     case SQLITE_IOERR:
       if (code == SQLITE_IOERR_SHORT_READ) failDamaged("it ends too early");
-      refuse(ErrorCode::fileUnreadable, fmt::format("reading or writing failed ({}); check the disk", cause));
+      refuse(path, ErrorCode::fileUnreadable,
+             fmt::format("reading or writing failed ({}); check the disk", cause));
   }
   failDamaged(sqlite3_errmsg(handle()));
 }

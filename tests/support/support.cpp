@@ -72,10 +72,14 @@ std::string errorOf(const std::function<void()>& work) {
 }
 
 CommandResult run(const std::vector<std::string>& arguments) {
+  return runProgram(ESTANCIA_COMMAND, arguments);
+}
+
+CommandResult runProgram(const std::string& program, const std::vector<std::string>& arguments) {
   const ScratchFolder scratch;
   // Labels of earlier runs would hide what this one does.
   std::string line = "ESTANCIA_CACHE=" + quoted(environmentOr("ESTANCIA_CACHE", scratch / "cache").string()) +
-                     " " + quoted(ESTANCIA_COMMAND);
+                     " " + quoted(program);
   for (const auto& argument : arguments) line += " " + quoted(argument);
   line += " >" + quoted(scratch / "out") + " 2>" + quoted(scratch / "err") + " </dev/null";
   const int status = std::system(line.c_str());

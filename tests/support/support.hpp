@@ -36,6 +36,8 @@ struct CommandResult {
 };
 /// Runs `estancia arguments…` (quoted for the shell) in a clean environment.
 CommandResult run(const std::vector<std::string>& arguments);
+/// The same of another program.
+CommandResult runProgram(const std::string& program, const std::vector<std::string>& arguments);
 
 /// A folder of the real data ($ESTANCIA_DATA, else ~/.cache/estancia/data), or nothing when it is not there.
 /// With CI set its absence is a failure instead: there the real data must be unpacked.

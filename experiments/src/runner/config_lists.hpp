@@ -52,10 +52,5 @@ inline auto oneOf(const ConfigFile& config, const std::vector<std::pair<std::str
   for (const auto& [name, explanation] : named) names.push_back(name);
   return oneOf(config, names);
 }
-inline auto oneOf(const ConfigFile& config, const Choices& choices) {
-  std::vector<std::string> names;
-  for (const Choice& choice : choices) names.push_back(choice.name);
-  return oneOf(config, names);
-}
 
 }  // namespace estancia::experiments

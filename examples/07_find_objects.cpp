@@ -1,13 +1,12 @@
-// Where is my mug? Known objects and their poses in a point cloud.
-//   07_recognize MODEL SCENE     (PCD or PLY)
-#include <estancia/io/cloud_file.hpp>
-#include <estancia/recognition/recognizer.hpp>
+// Finds known objects and their poses in a point cloud.
+//   07_find_objects MODEL SCENE     (PCD or PLY)
+#include <estancia/estancia.hpp>
 
 #include <cstdio>
 #include <exception>
 
 int main(int argc, char** argv) try {
-  if (argc < 3) return std::fputs("usage: 07_recognize MODEL SCENE\n", stderr), 2;
+  if (argc < 3) return std::fputs("usage: 07_find_objects MODEL SCENE\n", stderr), 2;
   estancia::Recognizer recognizer;
   recognizer.addModel("object", estancia::readCloud(argv[1]));
   for (const auto& found : recognizer.detect(estancia::readCloud(argv[2]))) {

@@ -1,6 +1,6 @@
 // Which room is this? Learned from images whose rooms are known (rooms.csv beside them, or a folder a
 // room), then told of every place of a map, which can be asked for a room from then on.
-//   06_rooms IMAGES MAP [ROOM]
+//   10_train_rooms IMAGES MAP [ROOM]
 #include <estancia/classify/predict_rooms.hpp>
 #include <estancia/describe/load_descriptor.hpp>
 #include <estancia/io/descriptor_sequence.hpp>
@@ -11,7 +11,7 @@
 #include <exception>
 
 int main(int argc, char** argv) try {
-  if (argc < 3) return std::fputs("usage: 06_rooms IMAGES MAP [ROOM]\n", stderr), 2;
+  if (argc < 3) return std::fputs("usage: 10_train_rooms IMAGES MAP [ROOM]\n", stderr), 2;
   estancia::Progress silent;
   estancia::LabelCache cache;
   estancia::DescribeOptions describing;
