@@ -85,7 +85,7 @@ DescriptorSequence readLabelFile(const fs::path& file) {
   const std::string digest(in.raw(64));
   std::string model = in.text();
   const auto labelCount = in.number<std::uint64_t>();
-  if (labelCount == 0 || labelCount > in.remaining()) in.fail("it is truncated");
+  if (labelCount == 0 || labelCount > in.remaining()) in.fail("it is truncated", ErrorCode::truncatedFile);
   std::vector<std::string> labels;
   for (std::uint64_t i = 0; i < labelCount; ++i) labels.push_back(in.text());
   const auto partCount = in.number<std::uint64_t>();
@@ -96,15 +96,17 @@ DescriptorSequence readLabelFile(const fs::path& file) {
     parts.push_back({std::min(size, labelCount + 1), in.number<float>()});
   }
   Vocabulary vocabulary(std::move(labels), std::move(parts));
-  if (vocabulary.digest() != digest) in.fail("it is damaged (labels and digest disagree)");
+  if (vocabulary.digest() != digest)
+    in.fail("it is damaged (labels and digest disagree)", ErrorCode::corruptFile);
   const auto frameCount = in.number<std::uint64_t>();
-  if (frameCount > in.remaining()) in.fail("it is truncated");
+  if (frameCount > in.remaining()) in.fail("it is truncated", ErrorCode::truncatedFile);
   std::vector<Frame> frames;
   for (std::uint64_t i = 0; i < frameCount; ++i) frames.push_back(readFrame(in));
 
   DescriptorMatrix descriptors(vocabulary.size());
   const std::size_t rowBytes = vocabulary.size() * sizeof(float);
-  if (in.remaining() / rowBytes != frameCount || in.remaining() % rowBytes != 0) in.fail("it is truncated");
+  if (in.remaining() / rowBytes != frameCount || in.remaining() % rowBytes != 0)
+    in.fail("it is truncated", ErrorCode::truncatedFile);
   descriptors.reserve(frames.size());
   LexicalDescriptor row(vocabulary.size());
   for (const Frame& frame : frames) {
