@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {
@@ -28,9 +29,8 @@ std::vector<double> numbersOf(std::string text, const std::string& name) {
   for (const auto word : wordsOf(text)) {
     const auto number = toNumber(word);
     if (!number)
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: \"{}\" is no number; give fx fy cx cy, or the 3×3 camera matrix", name,
-                              printable(word)));
+      fail(ErrorCode::malformedFile, "{}: \"{}\" is no number; give fx fy cx cy, or the 3×3 camera matrix",
+           name, printable(word));
     numbers.push_back(*number);
   }
   return numbers;
@@ -67,9 +67,8 @@ int sizeOf(std::string_view text, std::initializer_list<std::string_view> keys) 
 
 CameraIntrinsics cameraOf(const std::vector<double>& n, const std::string& name) {
   const auto refuse = [&name](const std::string& what) {
-    throw Error(
-        ErrorCode::malformedFile,
-        fmt::format("{}: {}; give fx fy cx cy in pixels, or the matrix fx 0 cx, 0 fy cy, 0 0 1", name, what));
+    fail(ErrorCode::malformedFile,
+         "{}: {}; give fx fy cx cy in pixels, or the matrix fx 0 cx, 0 fy cy, 0 0 1", name, what);
   };
   if (n.size() != 4 && n.size() != 9 && n.size() != 16)
     refuse(fmt::format("{} numbers instead of 4, 9 or 16", n.size()));
@@ -95,13 +94,12 @@ CameraIntrinsics cameraOf(const std::vector<double>& n, const std::string& name)
 }  // namespace
 
 CameraIntrinsics readIntrinsics(const fs::path& file) {
-  const std::string name = printable(file.string()), text = readBytes(file, kMaxBytes);
+  const std::string name = printable(file), text = readBytes(file, kMaxBytes);
   for (const std::string_view key : {"camera_matrix", "Camera_Matrix", "K", "k"}) {
     const auto at = valueOf(text, key);
     if (at == std::string_view::npos) continue;
     const auto list = listAt(text, at);
-    if (!list)
-      throw Error(ErrorCode::malformedFile, fmt::format("{}: {} has no list of numbers [ … ]", name, key));
+    if (!list) fail(ErrorCode::malformedFile, "{}: {} has no list of numbers [ … ]", name, key);
     CameraIntrinsics camera = cameraOf(numbersOf(*list, name), name);
     camera.width = sizeOf(text, {"image_width", "Image_Width", "width"});
     camera.height = sizeOf(text, {"image_height", "Image_Height", "height"});

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 
@@ -58,12 +58,12 @@ Opened openClasses(const fs::path& path, const SequenceOptions&) {
   std::vector<std::string> leftOut;
   const auto add = [&](const fs::path& folder, const std::string& split) {
     const auto files = filesIn(folder, imageSuffixes());
-    const std::string room = printable(folder.filename().string());
+    const std::string room = printable(folder.filename());
     const std::string prefix = (split.empty() ? "" : split + "/") + room + "/";
     if (files.empty()) leftOut.push_back(prefix);
     for (const fs::path& file : files) {
       Frame frame;
-      frame.name = prefix + printable(file.filename().string());
+      frame.name = prefix + printable(file.filename());
       frame.room = room;
       sequence->add(std::move(frame), file);
       if (!split.empty()) sequence->splits().push_back(split);
@@ -74,17 +74,17 @@ Opened openClasses(const fs::path& path, const SequenceOptions&) {
     if (splits.empty())
       add(folder, "");
     else if (std::ranges::find(splits, folder) == splits.end())
-      leftOut.push_back(printable(folder.filename().string()) + "/");
+      leftOut.push_back(printable(folder.filename()) + "/");
     else
-      for (const fs::path& room : foldersIn(folder)) add(room, printable(folder.filename().string()));
+      for (const fs::path& room : foldersIn(folder)) add(room, printable(folder.filename()));
   if (sequence->size() == 0)
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: no images in its folders; put each class in a folder of its own, optionally "
-                            "in train/ and test/",
-                            printable(path.string())));
+    fail(ErrorCode::insufficientData,
+         "{}: no images in its folders; put each class in a folder of its own, optionally "
+         "in train/ and test/",
+         printable(path));
   if (const auto loose = filesIn(path, imageSuffixes()); !loose.empty())
     sequence->warn(fmt::format("{} images outside of class folders are left out (first: {})", loose.size(),
-                               printable(loose.front().filename().string())));
+                               printable(loose.front().filename())));
   if (!leftOut.empty())
     sequence->warn(fmt::format("{} folders without images of a class are left out (first: {})",
                                leftOut.size(), leftOut.front()));

@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
-#include "estancia/core/error.hpp"
 #include "estancia/io/camera_file.hpp"
 #include "estancia/io/depth_file.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_file.hpp"
 #include "estancia/io/path_option.hpp"
@@ -26,10 +26,9 @@ CameraIntrinsics cameraOf(const std::filesystem::path& image, const CloudFileOpt
   if (file.empty()) file = io::findIntrinsics(folder);
   if (file.empty()) file = io::findIntrinsics(folder.parent_path());
   if (file.empty())
-    throw Error(
-        ErrorCode::insufficientData,
-        fmt::format("{}: the camera of this depth image is unknown; give its intrinsics (fx fy cx cy)",
-                    io::printable(image.string())));
+    io::fail(ErrorCode::insufficientData,
+             "{}: the camera of this depth image is unknown; give its intrinsics (fx fy cx cy)",
+             io::printable(image));
   return io::readIntrinsics(file);
 }
 
@@ -66,9 +65,9 @@ PointCloud readCloud(const std::filesystem::path& file, const CloudFileOptions& 
   if (io::hasSuffix(file, {".pcd"})) return readPcd(file);
   if (io::hasSuffix(file, {".ply"})) return readPly(file);
   if (io::hasSuffix(file, io::depthSuffixes())) return readDepthImage(file, options);
-  throw Error(ErrorCode::unsupportedFile,
-              fmt::format("{}: not the extension of a point cloud; use .pcd, .ply, or a depth image {}",
-                          io::printable(file.string()), fmt::join(io::depthSuffixes(), ", ")));
+  io::fail(ErrorCode::unsupportedFile,
+           "{}: not the extension of a point cloud; use .pcd, .ply, or a depth image {}", io::printable(file),
+           fmt::join(io::depthSuffixes(), ", "));
 }
 
 bool isCloudFile(const std::filesystem::path& file) {
@@ -81,9 +80,8 @@ bool isCloudFile(const std::filesystem::path& file) {
 
 void requireCloudFile(const std::filesystem::path& file, bool edges) {
   if (io::hasSuffix(file, {".ply"}) || (!edges && io::hasSuffix(file, {".pcd"}))) return;
-  throw Error(ErrorCode::unsupportedFile,
-              fmt::format("{}: {}", io::printable(file.string()),
-                          edges ? "a graph is written as .ply" : "a point cloud is written as .pcd or .ply"));
+  io::fail(ErrorCode::unsupportedFile, "{}: {}", io::printable(file),
+           edges ? "a graph is written as .ply" : "a point cloud is written as .pcd or .ply");
 }
 
 void writeCloud(const PointCloud& cloud, const std::filesystem::path& file, const CloudEdges& edges) {

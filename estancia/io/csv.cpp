@@ -1,11 +1,9 @@
 #include "estancia/io/csv.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {
@@ -33,8 +31,7 @@ void forEachCsvRow(const std::filesystem::path& file, const std::function<void(C
       if (k == lines[i].size()) {
         if (!inside) break;
         if (++i == lines.size())
-          throw Error(ErrorCode::malformedFile,
-                      fmt::format("{}:{}: this quote is not closed", printable(file.string()), row.line));
+          fail(ErrorCode::malformedFile, "{}:{}: this quote is not closed", printable(file), row.line);
         cell += '\n';
         k = static_cast<std::size_t>(-1);  // continue with the next line
         continue;

@@ -1,14 +1,12 @@
 #include "estancia/io/depth_file.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_decoding.hpp"
 #include "estancia/io/pcd.hpp"
@@ -32,10 +30,9 @@ cv::Mat onlyChannel(const cv::Mat& image, const fs::path& file) {
   for (int c = 1; c < std::min(image.channels(), 3); ++c) {
     cv::extractChannel(image, other, c);
     if (cv::norm(first, other, cv::NORM_INF) != 0)
-      throw Error(
-          ErrorCode::unsupportedFile,
-          fmt::format("{}: a color image, not depth; export depth with one channel, 16 bits in millimeters",
-                      printable(file.string())));
+      fail(ErrorCode::unsupportedFile,
+           "{}: a color image, not depth; export depth with one channel, 16 bits in millimeters",
+           printable(file));
   }
   return first;
 }
@@ -43,9 +40,8 @@ cv::Mat onlyChannel(const cv::Mat& image, const fs::path& file) {
 cv::Mat depthOfCloud(const fs::path& file, double unitsPerMeter) {
   const PointCloud cloud = readPcd(file);
   if (!cloud.organized())
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{}: an unorganized cloud has no depth image; save it organized",
-                            printable(file.string())));
+    fail(ErrorCode::unsupportedFile, "{}: an unorganized cloud has no depth image; save it organized",
+         printable(file));
   cv::Mat meters = depthOf(cloud);
   if (unitsPerMeter > 0) meters.convertTo(meters, CV_32F, 1 / unitsPerMeter);
   return meters;
@@ -58,9 +54,8 @@ cv::Mat readDepth(const fs::path& file, double unitsPerMeter) {
   const cv::Mat raw = onlyChannel(decodeImage(file, cv::IMREAD_UNCHANGED), file);
   const int kind = raw.depth();
   if (kind != CV_8U && kind != CV_16U && kind != CV_32F && kind != CV_64F)
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{}: depth must be unsigned 8 or 16 bits, or float; convert it",
-                            printable(file.string())));
+    fail(ErrorCode::unsupportedFile, "{}: depth must be unsigned 8 or 16 bits, or float; convert it",
+         printable(file));
   cv::Mat meters;
   raw.convertTo(meters, CV_32F);
   const double units = unitsPerMeter > 0 ? unitsPerMeter : defaultUnits(kind);

@@ -12,8 +12,8 @@
 #include <string_view>
 #include <utility>
 
-#include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/frame_list.hpp"
 #include "estancia/io/path_option.hpp"
@@ -52,10 +52,10 @@ std::vector<FeaturePart> partsOf(const std::vector<std::string>& columns, const 
   std::set<std::string> names;
   for (const FeaturePart& part : parts)
     if (!names.insert(part.name).second)
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: two parts are named {}; put the columns {}0, {}1 … next to each other, or "
-                              "rename some",
-                              where, part.name, part.name, part.name));
+      io::fail(ErrorCode::malformedFile,
+               "{}: two parts are named {}; put the columns {}0, {}1 … next to each other, or "
+               "rename some",
+               where, part.name, part.name, part.name);
   return parts;
 }
 
@@ -64,21 +64,19 @@ Layout readHeader(const std::vector<std::string>& cells, const FeatureTableOptio
   Layout layout{cells, {}, {}, {}, {}};
   std::set<std::string> names;
   for (const std::string& cell : cells) {
-    if (cell.empty()) throw Error(ErrorCode::malformedFile, fmt::format("{}: a column has no name", where));
+    if (cell.empty()) io::fail(ErrorCode::malformedFile, "{}: a column has no name", where);
     if (!names.insert(cell).second)
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: two columns are named {}", where, io::printable(cell)));
+      io::fail(ErrorCode::malformedFile, "{}: two columns are named {}", where, io::printable(cell));
   }
   for (const std::string& name : options.ignored)
     if (!names.contains(name))
-      throw Error(ErrorCode::unknownName,
-                  fmt::format("{}: no column {} to ignore", where, io::printable(name)));
+      io::fail(ErrorCode::unknownName, "{}: no column {} to ignore", where, io::printable(name));
   for (std::size_t c = 0; c < cells.size(); ++c) {
     if (std::ranges::find(options.ignored, cells[c]) != options.ignored.end()) continue;
     if (cells[c] == "room" || cells[c] == "class") {
       if (layout.room)
-        throw Error(ErrorCode::malformedFile,
-                    fmt::format("{}: both `room` and `class` are columns; ignore one of them", where));
+        io::fail(ErrorCode::malformedFile, "{}: both `room` and `class` are columns; ignore one of them",
+                 where);
       layout.room = c;
     } else if (cells[c] == "image") {
       layout.image = c;
@@ -88,10 +86,8 @@ Layout readHeader(const std::vector<std::string>& cells, const FeatureTableOptio
       layout.numbers.push_back(c);
     }
   }
-  if (!layout.room)
-    throw Error(ErrorCode::malformedFile, fmt::format("{}: no column `room` or `class`", where));
-  if (layout.numbers.empty())
-    throw Error(ErrorCode::malformedFile, fmt::format("{}: no numeric columns", where));
+  if (!layout.room) io::fail(ErrorCode::malformedFile, "{}: no column `room` or `class`", where);
+  if (layout.numbers.empty()) io::fail(ErrorCode::malformedFile, "{}: no numeric columns", where);
   return layout;
 }
 
@@ -100,10 +96,9 @@ float numberIn(const io::CsvRow& row, std::size_t column, const Layout& layout, 
   const auto value = io::toNumber(cell);
   constexpr double max = std::numeric_limits<float>::max();
   if (value && std::abs(*value) <= max) return static_cast<float>(*value);
-  throw Error(ErrorCode::malformedFile,
-              fmt::format("{}:{}: {} is \"{}\", {}; correct it, or ignore the column", where, column + 1,
-                          io::printable(layout.header[column]), io::printable(cell),
-                          value ? "not a finite number" : "not a number"));
+  io::fail(ErrorCode::malformedFile, "{}:{}: {} is \"{}\", {}; correct it, or ignore the column", where,
+           column + 1, io::printable(layout.header[column]), io::printable(cell),
+           value ? "not a finite number" : "not a number");
 }
 
 }  // namespace
@@ -116,7 +111,7 @@ OptionGroup declare(FeatureTableOptions& o) {
 }
 
 FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTableOptions& options) {
-  const std::string name = io::printable(file.string());
+  const std::string name = io::printable(file);
   FeatureTable table;
   std::optional<Layout> layout;
   io::UniqueNames names;
@@ -131,11 +126,10 @@ FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTa
       return;
     }
     if (row.cells.size() != layout->header.size())
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: {} cells instead of {}", where, row.cells.size(), layout->header.size()));
+      io::fail(ErrorCode::malformedFile, "{}: {} cells instead of {}", where, row.cells.size(),
+               layout->header.size());
     if (row.cells == layout->header)
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: repeated header; keep one table per file", where));
+      io::fail(ErrorCode::malformedFile, "{}: repeated header; keep one table per file", where);
     values.clear();
     for (const std::size_t c : layout->numbers) values.push_back(numberIn(row, c, *layout, where));
     Frame frame;
@@ -147,9 +141,8 @@ FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTa
     table.values.append(values);
   });
   if (table.frames.empty())
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: {}; write a header with `room`, then one line per image", name,
-                            layout ? "no lines below the header" : "empty file"));
+    io::fail(ErrorCode::insufficientData, "{}: {}; write a header with `room`, then one line per image", name,
+             layout ? "no lines below the header" : "empty file");
   return table;
 }
 

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <fstream>
 
-#include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;
@@ -50,8 +50,7 @@ std::vector<fs::path> entriesOf(const fs::path& folder, const Wanted& wanted) {
        entry.increment(error))
     if (!entry->path().filename().native().starts_with('.') && wanted(*entry)) found.push_back(entry->path());
   if (error)
-    throw Error(ErrorCode::fileUnreadable,
-                fmt::format("{}: cannot read the folder: {}", printable(folder.string()), error.message()));
+    fail(ErrorCode::fileUnreadable, "{}: cannot read the folder: {}", printable(folder), error.message());
   std::ranges::sort(found, [](const fs::path& a, const fs::path& b) {
     return naturalLess(a.filename().native(), b.filename().native());
   });
@@ -74,8 +73,7 @@ std::vector<fs::path> foldersIn(const fs::path& folder) {
     std::error_code unreadable;
     if (!entry.is_directory(unreadable)) return false;
     if (++count > maxFolders)
-      throw Error(ErrorCode::tooLarge,
-                  fmt::format("{}: more than {} folders", printable(folder.string()), maxFolders));
+      fail(ErrorCode::tooLarge, "{}: more than {} folders", printable(folder), maxFolders);
     return true;
   });
 }
@@ -126,18 +124,16 @@ std::string readBytes(const fs::path& file, std::size_t limit) {
   // A pipe or a device would block or never end.
   if (!fs::is_regular_file(file, error)) {
     const bool missing = !fs::exists(file, error);
-    throw Error(missing ? ErrorCode::fileNotFound : ErrorCode::fileUnreadable,
-                fmt::format("{}: {}", printable(file.string()), missing ? "no such file" : "not a file"));
+    fail(missing ? ErrorCode::fileNotFound : ErrorCode::fileUnreadable, "{}: {}", printable(file),
+         missing ? "no such file" : "not a file");
   }
   const auto size = fs::file_size(file, error);
   if (error || size > limit)
-    throw Error(ErrorCode::tooLarge,
-                fmt::format("{}: {} bytes; at most {} are read", printable(file.string()), size, limit));
+    fail(ErrorCode::tooLarge, "{}: {} bytes; at most {} are read", printable(file), size, limit);
   std::ifstream stream(file, std::ios::binary);
   std::string bytes(size, '\0');
   if (!stream.read(bytes.data(), static_cast<std::streamsize>(size)))
-    throw Error(ErrorCode::fileUnreadable,
-                fmt::format("{}: cannot be read; check its permissions", printable(file.string())));
+    fail(ErrorCode::fileUnreadable, "{}: cannot be read; check its permissions", printable(file));
   return bytes;
 }
 
@@ -147,8 +143,7 @@ std::vector<std::string> readLines(const fs::path& file) {
   const std::string bytes = readBytes(file, limit);
   text = bytes;
   if (text.find('\0') != std::string_view::npos)
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}: not a text file (it contains NUL bytes)", printable(file.string())));
+    fail(ErrorCode::malformedFile, "{}: not a text file (it contains NUL bytes)", printable(file));
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   std::vector<std::string> lines;
   while (!text.empty()) {

@@ -1,6 +1,7 @@
 // File tools of the readers: folder listings, lines of text, numbers.
 #pragma once
 
+#include <concepts>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -45,5 +46,9 @@ std::optional<double> toNumber(std::string_view text);
 
 /// A name for display: control characters (a newline in a file name …) become \xNN.
 std::string printable(std::string_view name);
+template <std::same_as<std::filesystem::path> Path>
+std::string printable(const Path& path) {
+  return printable(std::string_view(path.native()));
+}
 
 }  // namespace estancia::io

@@ -1,8 +1,6 @@
 // Format registry: data set formats by type name, detected by content; for sequences and object views.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
@@ -12,7 +10,7 @@
 #include <vector>
 
 #include "estancia/core/choice.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {
@@ -56,11 +54,9 @@ auto opened(const std::filesystem::path& path, const Open& open) {
   try {
     return open();
   } catch (const std::filesystem::filesystem_error& e) {
-    throw Error(ErrorCode::fileUnreadable,
-                fmt::format("{}: cannot be read ({})", printable(path.string()), e.code().message()));
+    fail(ErrorCode::fileUnreadable, "{}: cannot be read ({})", printable(path), e.code().message());
   } catch (const cv::Exception& e) {
-    throw Error(ErrorCode::fileUnreadable,
-                fmt::format("{}: OpenCV cannot read it ({})", printable(path.string()), printable(e.err)));
+    fail(ErrorCode::fileUnreadable, "{}: OpenCV cannot read it ({})", printable(path), printable(e.err));
   }
 }
 

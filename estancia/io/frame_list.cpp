@@ -7,8 +7,8 @@
 #include <cmath>
 #include <optional>
 
-#include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {
@@ -33,8 +33,7 @@ class Row {
     if (cell.empty()) return std::nullopt;
     const auto value = toNumber(cell);
     if (!value || !std::isfinite(*value))
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: {} is \"{}\", not a finite number", where_, column, cell));
+      fail(ErrorCode::malformedFile, "{}: {} is \"{}\", not a finite number", where_, column, cell);
     return value;
   }
 
@@ -49,9 +48,8 @@ class Row {
     if (known == 0) return std::nullopt;
     const double norm = std::hypot(std::hypot(values[3], values[4]), std::hypot(values[5], values[6]));
     if (known < values.size() || std::abs(norm - 1) > 0.01)
-      throw Error(
-          ErrorCode::malformedFile,
-          fmt::format("{}: incomplete pose or no unit quaternion; give x, y, z [m], qx, qy, qz, qw", where_));
+      fail(ErrorCode::malformedFile,
+           "{}: incomplete pose or no unit quaternion; give x, y, z [m], qx, qy, qz, qw", where_);
     return Pose{values[0], values[1], values[2], values[3], values[4], values[5], values[6]};
   }
 
@@ -64,12 +62,12 @@ class Row {
 }  // namespace
 
 void UniqueNames::add(const std::string& name, const fs::path& file, std::size_t line) {
-  const std::string where = fmt::format("{}:{}", printable(file.string()), line);
-  if (name.empty()) throw Error(ErrorCode::malformedFile, fmt::format("{}: the image has no name", where));
+  const std::string where = fmt::format("{}:{}", printable(file), line);
+  if (name.empty()) fail(ErrorCode::malformedFile, "{}: the image has no name", where);
   const auto [entry, isNew] = lines_.emplace(name, line);
   if (!isNew)
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}: {} is repeated from line {}; keep one of them", where, name, entry->second));
+    fail(ErrorCode::malformedFile, "{}: {} is repeated from line {}; keep one of them", where, name,
+         entry->second);
 }
 
 std::vector<Frame> readFrameList(const fs::path& file) {
@@ -77,17 +75,15 @@ std::vector<Frame> readFrameList(const fs::path& file) {
   std::vector<Frame> frames;
   UniqueNames names;
   forEachCsvRow(file, [&](CsvRow& row) {
-    const std::string where = fmt::format("{}:{}", printable(file.string()), row.line);
+    const std::string where = fmt::format("{}:{}", printable(file), row.line);
     if (columns.empty()) {
       const bool header = findColumn(row.cells, "image").has_value();
       columns = header ? row.cells : std::vector<std::string>{"image"};
       if (header) return;
     }
     if (row.cells.size() != columns.size())
-      throw Error(
-          ErrorCode::malformedFile,
-          fmt::format("{}: {} cells instead of {}{}", where, row.cells.size(), columns.size(),
-                      columns.size() == 1 ? "; give one name per line, or a header with `image`" : ""));
+      fail(ErrorCode::malformedFile, "{}: {} cells instead of {}{}", where, row.cells.size(), columns.size(),
+           columns.size() == 1 ? "; give one name per line, or a header with `image`" : "");
     const Row cells(row, columns, where);
     Frame frame{cells.text("image"), cells.number("timestamp"), cells.pose(), cells.text("room")};
     names.add(frame.name, file, row.line);

@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 
 namespace estancia::io {
 namespace {
@@ -55,12 +55,11 @@ std::set<std::string> namesIn(const std::vector<std::string>& ofFrames) {
 void requireKnown(const std::string& sequence, const char* what, const std::string& name,
                   const std::set<std::string>& known) {
   if (known.empty())
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: no frame has a known {}, as for \"{}\"; write rooms.csv (image,room,split)",
-                            sequence, what, name));
+    fail(ErrorCode::insufficientData,
+         "{}: no frame has a known {}, as for \"{}\"; write rooms.csv (image,room,split)", sequence, what,
+         name);
   if (!known.contains(name))
-    throw Error(ErrorCode::unknownName,
-                fmt::format("{}: unknown {} \"{}\"; known: {}", sequence, what, name, listed(known)));
+    fail(ErrorCode::unknownName, "{}: unknown {} \"{}\"; known: {}", sequence, what, name, listed(known));
 }
 
 }  // namespace
@@ -80,8 +79,8 @@ std::unique_ptr<Sequence> selectFrames(Opened sequence, const SequenceOptions& o
         (options.only.empty() || std::ranges::find(options.only, rooms[i]) != options.only.end()))
       kept.push_back(i);
   if (kept.empty())
-    throw Error(ErrorCode::insufficientData, fmt::format("{}: no frame of the split \"{}\" is in {}", name,
-                                                         options.split, fmt::join(options.only, ", ")));
+    fail(ErrorCode::insufficientData, "{}: no frame of the split \"{}\" is in {}", name, options.split,
+         fmt::join(options.only, ", "));
   std::string shown = name;
   if (!options.split.empty()) shown += fmt::format(" ({})", options.split);
   return std::make_unique<Selection>(std::move(sequence), std::move(kept), std::move(shown));

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 
@@ -33,7 +33,7 @@ std::optional<Frame> frameOf(const fs::path& file) {
              theta = toNumber(parts[4]);
   if (!time || !x || !y || !theta || !std::isfinite(*time)) return std::nullopt;
   Frame frame;
-  frame.name = printable(file.filename().string());
+  frame.name = printable(file.filename());
   frame.timestamp = time;
   frame.room = printable(parts[1]);
   if (std::isfinite(*x) && std::isfinite(*y) && std::isfinite(*theta))
@@ -63,15 +63,14 @@ Opened openIdol2(const fs::path& path, const SequenceOptions&) {
       others.push_back(file);
   }
   if (images.empty())
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: no images named as in KTH-IDOL2 (t<time>_r<room>_x<x>_y<y>_a<theta>.png)",
-                            printable(path.string())));
+    fail(ErrorCode::insufficientData,
+         "{}: no images named as in KTH-IDOL2 (t<time>_r<room>_x<x>_y<y>_a<theta>.png)", printable(path));
   std::ranges::stable_sort(images, {}, [](const Named& n) { return *n.frame.timestamp; });
   auto sequence = std::make_unique<ImageFiles>(nameOf(path));
   for (auto& [frame, file] : images) sequence->add(std::move(frame), std::move(file));
   if (!others.empty())
     sequence->warn(fmt::format("{} images are left out for names that are not those of KTH-IDOL2 (first: {})",
-                               others.size(), printable(others.front().filename().string())));
+                               others.size(), printable(others.front().filename())));
   return sequence;
 }
 

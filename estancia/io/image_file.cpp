@@ -8,7 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_decoding.hpp"
 #include "estancia/io/image_header.hpp"
@@ -30,10 +30,9 @@ cv::Mat decode(std::string& bytes, const fs::path& file, int flags = cv::IMREAD_
   } catch (const cv::Exception&) {  // reported below
   }
   if (image.empty())
-    throw Error(
-        ErrorCode::malformedFile,
-        fmt::format("{}: the image cannot be decoded; it is damaged or of a rare kind; copy or convert it",
-                    printable(file.string())));
+    fail(ErrorCode::malformedFile,
+         "{}: the image cannot be decoded; it is damaged or of a rare kind; copy or convert it",
+         printable(file));
   return image;
 }
 
@@ -44,14 +43,12 @@ std::string decodeDataUri(const std::string& text, const fs::path& file) {
   const auto begin = start + mark.size();
   const auto end = start == std::string::npos ? start : text.find_first_of("'\"`", begin);
   if (end == std::string::npos || end == begin || (end - begin) % 4 != 0)
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}: no complete data URI (data:…;base64,…)", printable(file.string())));
+    fail(ErrorCode::malformedFile, "{}: no complete data URI (data:…;base64,…)", printable(file));
   std::string bytes((end - begin) / 4 * 3, '\0');
   const int length = EVP_DecodeBlock(reinterpret_cast<unsigned char*>(bytes.data()),
                                      reinterpret_cast<const unsigned char*>(text.data() + begin),
                                      static_cast<int>(end - begin));
-  if (length < 0)
-    throw Error(ErrorCode::malformedFile, fmt::format("{}: damaged base64 text", printable(file.string())));
+  if (length < 0) fail(ErrorCode::malformedFile, "{}: damaged base64 text", printable(file));
   bytes.resize(static_cast<std::size_t>(length));  // padding "=" decodes to zeros, which the decoders ignore
   return bytes;
 }
@@ -61,19 +58,19 @@ std::string decodeDataUri(const std::string& text, const fs::path& file) {
 cv::Mat readPanorama(const fs::path& file) {
   std::string bytes = readBytes(file, kMaxBytes);
   if (file.extension() == ".js") bytes = decodeDataUri(bytes, file);
-  const ImageHeader header = inspectImage(bytes, printable(file.string()));
+  const ImageHeader header = inspectImage(bytes, printable(file));
   const double ratio = static_cast<double>(header.width) / static_cast<double>(header.height);
   if (std::abs(ratio - 2) > 0.02)
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{}: {} × {} pixels; an equirectangular panorama is twice as wide as high",
-                            printable(file.string()), header.width, header.height));
+    fail(ErrorCode::unsupportedFile,
+         "{}: {} × {} pixels; an equirectangular panorama is twice as wide as high", printable(file),
+         header.width, header.height);
   cv::Mat panorama = decode(bytes, file);
   return header.isRadiance() ? panorama : toBgr8(std::move(panorama));
 }
 
 cv::Mat decodeImage(const fs::path& file, int flags) {
   std::string bytes = readBytes(file, kMaxBytes);
-  inspectImage(bytes, printable(file.string()));
+  inspectImage(bytes, printable(file));
   return decode(bytes, file, flags);
 }
 
@@ -95,10 +92,10 @@ namespace estancia {
 
 cv::Mat readImage(const std::filesystem::path& file) {
   std::string bytes = io::readBytes(file, io::kMaxBytes);
-  if (io::inspectImage(bytes, io::printable(file.string())).isRadiance())
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{}: an HDR radiance map, not an image; open its folder as type \"panorama\"",
-                            io::printable(file.string())));
+  if (io::inspectImage(bytes, io::printable(file)).isRadiance())
+    io::fail(ErrorCode::unsupportedFile,
+             "{}: an HDR radiance map, not an image; open its folder as type \"panorama\"",
+             io::printable(file));
   return io::toBgr8(io::decode(bytes, file));
 }
 

@@ -1,11 +1,10 @@
 // A plain folder of images, in the natural order of their names.
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/depth_file.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_file.hpp"
@@ -40,9 +39,8 @@ std::string ImageFiles::fingerprint(std::size_t i) const {
 cv::Mat ImageFiles::depth(std::size_t i) const {
   const fs::path& file = depths_.at(i).file;
   if (file.empty())
-    throw Error(
-        ErrorCode::insufficientData,
-        fmt::format("{}: {} has no depth image; leave it out or add its depth", name_, frame(i).name));
+    fail(ErrorCode::insufficientData, "{}: {} has no depth image; leave it out or add its depth", name_,
+         frame(i).name);
   return readDepth(file, depthScale_);
 }
 
@@ -53,14 +51,13 @@ bool isImageFolder(const fs::path& path) {
 Opened openImageFolder(const fs::path& path, const SequenceOptions&) {
   const auto files = filesIn(path, imageSuffixes());
   if (files.empty())
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: no images in this folder (jpg, png, bmp, tif, webp, pgm, ppm)",
-                            printable(path.string())));
+    fail(ErrorCode::insufficientData, "{}: no images in this folder (jpg, png, bmp, tif, webp, pgm, ppm)",
+         printable(path));
   const bool timed = std::ranges::all_of(files, [](const fs::path& f) { return timestampOf(f).has_value(); });
   auto sequence = std::make_unique<ImageFiles>(nameOf(path));
   for (const auto& file : files) {
     Frame frame;
-    frame.name = printable(file.filename().string());
+    frame.name = printable(file.filename());
     if (timed) frame.timestamp = timestampOf(file);
     sequence->add(std::move(frame), file);
   }
@@ -79,12 +76,10 @@ std::unique_ptr<Sequence> openImages(const std::vector<std::filesystem::path>& f
   if (files.empty()) throw Error(ErrorCode::invalidInput, "no image files given; name at least one");
   auto sequence = std::make_unique<io::ImageFiles>(files.size() == 1 ? io::nameOf(files[0]) : "images");
   for (const auto& file : files) {
-    const std::string name = io::printable(file.string());
-    if (!std::filesystem::exists(file))
-      throw Error(ErrorCode::fileNotFound, fmt::format("{}: no such file", name));
+    const std::string name = io::printable(file);
+    if (!std::filesystem::exists(file)) io::fail(ErrorCode::fileNotFound, "{}: no such file", name);
     if (!isImageFile(file))
-      throw Error(ErrorCode::unsupportedFile,
-                  fmt::format("{}: not an image (jpg, png, bmp, tif, webp, pgm, ppm)", name));
+      io::fail(ErrorCode::unsupportedFile, "{}: not an image (jpg, png, bmp, tif, webp, pgm, ppm)", name);
     Frame frame;
     frame.name = name;
     sequence->add(std::move(frame), file);

@@ -1,11 +1,9 @@
 #include "estancia/io/image_header.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <optional>
 
-#include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {
@@ -249,25 +247,23 @@ Inspect findFormat(const Bytes& b) {
 }  // namespace
 
 ImageHeader inspectImage(std::string_view bytes, const std::string& file) {
-  if (bytes.empty())
-    throw Error(ErrorCode::truncatedFile, fmt::format("{}: empty file; copy it again", file));
+  if (bytes.empty()) fail(ErrorCode::truncatedFile, "{}: empty file; copy it again", file);
   const Bytes b{bytes};
   const Inspect inspect = findFormat(b);
   if (inspect == nullptr)
-    throw Error(
-        ErrorCode::unsupportedFile,
-        fmt::format("{}: not an image (JPEG, PNG, BMP, TIFF, WebP, PGM, PPM); remove or convert it", file));
+    fail(ErrorCode::unsupportedFile,
+         "{}: not an image (JPEG, PNG, BMP, TIFF, WebP, PGM, PPM); remove or convert it", file);
   try {
     ImageHeader header = inspect(b);
     if (header.width == 0 || header.height == 0) throw Damaged();
     if (header.width > kMaxPixels || header.height > kMaxPixels || header.width * header.height > kMaxPixels)
-      throw Error(ErrorCode::tooLarge, fmt::format("{}: {} × {} pixels; at most {} are read; reduce its size",
-                                                   file, header.width, header.height, kMaxPixels));
+      fail(ErrorCode::tooLarge, "{}: {} × {} pixels; at most {} are read; reduce its size", file,
+           header.width, header.height, kMaxPixels);
     return header;
   } catch (const CutOff&) {
-    throw Error(ErrorCode::truncatedFile, fmt::format("{}: truncated image; copy it again", file));
+    fail(ErrorCode::truncatedFile, "{}: truncated image; copy it again", file);
   } catch (const Damaged&) {
-    throw Error(ErrorCode::malformedFile, fmt::format("{}: damaged image header; copy it again", file));
+    fail(ErrorCode::malformedFile, "{}: damaged image header; copy it again", file);
   }
 }
 

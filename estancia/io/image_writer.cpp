@@ -1,7 +1,5 @@
 #include "estancia/io/image_writer.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
@@ -9,6 +7,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/io/fail.hpp"
 
 namespace estancia {
 
@@ -28,8 +27,7 @@ std::vector<unsigned char> encodeImage(const cv::Mat& bgr, int width) {
 void writePng(const cv::Mat& bgr, const std::filesystem::path& file) {
   std::vector<unsigned char> png;
   if (bgr.empty() || !cv::imencode(".png", bgr, png))
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("{}: the image cannot be encoded as PNG", file.string()));
+    io::fail(ErrorCode::invalidInput, "{}: the image cannot be encoded as PNG", file.string());
   writeWhole(file, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 

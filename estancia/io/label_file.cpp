@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "estancia/core/bytes.hpp"
-#include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {
@@ -73,20 +73,19 @@ void writeLabelFile(const DescriptorSequence& sequence, const fs::path& file) {
 
 DescriptorSequence readLabelFile(const fs::path& file) {
   const std::string bytes = readBytes(file, maxBytes);
-  ByteReader in(bytes, printable(file.string()), "label the sequence again");
+  ByteReader in(bytes, printable(file), "label the sequence again");
   if (!bytes.starts_with(magic))
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{}: not a label file; give one that `estancia label` has written",
-                            printable(file.string())));
+    fail(ErrorCode::unsupportedFile, "{}: not a label file; give one that `estancia label` has written",
+         printable(file));
   in.raw(magic.size());
   if (const auto found = in.number<std::uint32_t>(); found != version)
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{}: label file of version {}; this program reads version {}; update Estancia",
-                            printable(file.string()), found, version));
+    fail(ErrorCode::unsupportedFile,
+         "{}: label file of version {}; this program reads version {}; update Estancia", printable(file),
+         found, version);
   const std::string digest(in.raw(64));
   std::string model = in.text();
   const auto labelCount = in.number<std::uint64_t>();
-  if (labelCount == 0 || labelCount > in.remaining()) in.fail("it is truncated");
+  if (labelCount == 0 || labelCount > in.remaining()) in.fail("it is truncated", ErrorCode::truncatedFile);
   std::vector<std::string> labels;
   for (std::uint64_t i = 0; i < labelCount; ++i) labels.push_back(in.text());
   const auto partCount = in.number<std::uint64_t>();
@@ -97,20 +96,22 @@ DescriptorSequence readLabelFile(const fs::path& file) {
     parts.push_back({std::min(size, labelCount + 1), in.number<float>()});
   }
   Vocabulary vocabulary(std::move(labels), std::move(parts));
-  if (vocabulary.digest() != digest) in.fail("it is damaged (labels and digest disagree)");
+  if (vocabulary.digest() != digest)
+    in.fail("it is damaged (labels and digest disagree)", ErrorCode::corruptFile);
   const auto frameCount = in.number<std::uint64_t>();
-  if (frameCount > in.remaining()) in.fail("it is truncated");
+  if (frameCount > in.remaining()) in.fail("it is truncated", ErrorCode::truncatedFile);
   std::vector<Frame> frames;
   for (std::uint64_t i = 0; i < frameCount; ++i) frames.push_back(readFrame(in));
 
   DescriptorMatrix descriptors(vocabulary.size());
   const std::size_t rowBytes = vocabulary.size() * sizeof(float);
-  if (in.remaining() / rowBytes != frameCount || in.remaining() % rowBytes != 0) in.fail("it is truncated");
+  if (in.remaining() / rowBytes != frameCount || in.remaining() % rowBytes != 0)
+    in.fail("it is truncated", ErrorCode::truncatedFile);
   descriptors.reserve(frames.size());
   LexicalDescriptor row(vocabulary.size());
   for (const Frame& frame : frames) {
     std::memcpy(row.data(), in.raw(rowBytes).data(), rowBytes);
-    requireProbabilities(row, row.size(), fmt::format("{}: {}", printable(file.string()), frame.name));
+    requireProbabilities(row, row.size(), fmt::format("{}: {}", printable(file), frame.name));
     descriptors.append(row);
   }
   return {std::move(vocabulary), std::move(model), std::move(frames), std::move(descriptors)};

@@ -1,11 +1,10 @@
 #include "estancia/io/label_scores.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {
@@ -25,8 +24,7 @@ std::string excerpt(std::string_view text) {
 Json parse(std::string_view text, const std::string& source) {
   const auto shallow = [&](int depth, Json::parse_event_t, Json&) {
     if (depth > kMaxDepth)
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: JSON with more than {} levels", source, kMaxDepth));
+      fail(ErrorCode::malformedFile, "{}: JSON with more than {} levels", source, kMaxDepth);
     return true;
   };
   try {
@@ -34,9 +32,8 @@ Json parse(std::string_view text, const std::string& source) {
   } catch (const Json::exception&) {
     const bool notANumber =
         text.find("NaN") != std::string_view::npos || text.find("Infinity") != std::string_view::npos;
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}: not JSON{}: \"{}\"", source,
-                            notANumber ? " (JSON has neither NaN nor Infinity)" : "", excerpt(text)));
+    fail(ErrorCode::malformedFile, "{}: not JSON{}: \"{}\"", source,
+         notANumber ? " (JSON has neither NaN nor Infinity)" : "", excerpt(text));
   }
 }
 
@@ -52,18 +49,16 @@ const Json& wordsIn(const Json& answer, const WordFormat& format, const std::str
   const Json* words = find(answer, format.at.empty() ? "/labels" : format.at);
   if (words == nullptr && format.at.empty() && answer.is_array()) words = &answer;
   if (words == nullptr)
-    throw Error(
-        ErrorCode::malformedFile,
-        fmt::format("{}: no labels at {} in {}", source, format.at.empty() ? "/labels" : format.at,
-                    excerpt(answer.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 100))));
+    fail(ErrorCode::malformedFile, "{}: no labels at {} in {}", source,
+         format.at.empty() ? "/labels" : format.at,
+         excerpt(answer.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 100)));
   return *words;
 }
 
 float confidenceOf(const Json& value, const std::string& label, const WordFormat& format,
                    const std::string& source) {
   if (!value.is_number())
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}: the confidence of \"{}\" is not a number", source, excerpt(label)));
+    fail(ErrorCode::malformedFile, "{}: the confidence of \"{}\" is not a number", source, excerpt(label));
   return toProbability(value.get<double>() * format.scale, label, source);
 }
 
@@ -71,15 +66,12 @@ LabelProbability wordOf(const Json& element, const WordFormat& format, const std
   const auto member = [&](const std::string& key) -> const Json& {
     const auto found = element.is_object() ? element.find(key) : element.end();
     if (!element.is_object() || found == element.end())
-      throw Error(
-          ErrorCode::malformedFile,
-          fmt::format("{}: an element of the list of labels has no \"{}\": {}", source, key,
-                      excerpt(element.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 100))));
+      fail(ErrorCode::malformedFile, "{}: an element of the list of labels has no \"{}\": {}", source, key,
+           excerpt(element.dump(-1, ' ', false, Json::error_handler_t::replace).substr(0, 100)));
     return *found;
   };
   const Json& label = member(format.label);
-  if (!label.is_string())
-    throw Error(ErrorCode::malformedFile, fmt::format("{}: \"{}\" must be a text", source, format.label));
+  if (!label.is_string()) fail(ErrorCode::malformedFile, "{}: \"{}\" must be a text", source, format.label);
   std::string name = toLabel(label.get_ref<const std::string&>(), source);
   const float confidence = confidenceOf(member(format.confidence), name, format, source);
   return {std::move(name), confidence};
@@ -90,22 +82,20 @@ LabelProbability wordOf(const Json& element, const WordFormat& format, const std
 float toProbability(double value, const std::string& label, const std::string& source) {
   constexpr double slack = 1e-4;                 // as requireProbabilities() allows
   if (!(value >= -slack && value <= 1 + slack))  // NaN, too
-    throw Error(
-        ErrorCode::malformedFile,
-        fmt::format("{}: {} for \"{}\" is not a probability; give 0 to 1 (percentages: divide by 100)",
-                    source, value, excerpt(label)));
+    fail(ErrorCode::malformedFile,
+         "{}: {} for \"{}\" is not a probability; give 0 to 1 (percentages: divide by 100)", source, value,
+         excerpt(label));
   return static_cast<float>(std::clamp(value, 0.0, 1.0));
 }
 
 std::string toLabel(std::string_view text, const std::string& source) {
   constexpr const char* blanks = " \t\r\n";
   const auto begin = text.find_first_not_of(blanks);
-  if (begin == std::string_view::npos)
-    throw Error(ErrorCode::malformedFile, fmt::format("{}: empty label", source));
+  if (begin == std::string_view::npos) fail(ErrorCode::malformedFile, "{}: empty label", source);
   text = text.substr(begin, text.find_last_not_of(blanks) + 1 - begin);
   if (text.size() > kMaxLabelBytes)
-    throw Error(ErrorCode::malformedFile, fmt::format("{}: label of {} bytes, at most {}: \"{}\"", source,
-                                                      text.size(), kMaxLabelBytes, excerpt(text)));
+    fail(ErrorCode::malformedFile, "{}: label of {} bytes, at most {}: \"{}\"", source, text.size(),
+         kMaxLabelBytes, excerpt(text));
   return printable(text);
 }
 
@@ -113,9 +103,8 @@ void requireJsonPointer(const std::string& at, const std::string& source) {
   try {
     Json::json_pointer{at};
   } catch (const Json::exception&) {
-    throw Error(
-        ErrorCode::invalidOption,
-        fmt::format("{}: \"{}\" is not a JSON pointer, such as \"/outputs/0/labels\"", source, excerpt(at)));
+    fail(ErrorCode::invalidOption, "{}: \"{}\" is not a JSON pointer, such as \"/outputs/0/labels\"", source,
+         excerpt(at));
   }
 }
 
@@ -141,8 +130,7 @@ Answer readAnswer(std::string_view text, const WordFormat& format, const std::st
   } else if (words.is_array()) {
     for (const Json& element : words) answer.words.push_back(wordOf(element, format, source));
   } else {
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}: the labels must be {{LABEL: confidence, …}} or a list", source));
+    fail(ErrorCode::malformedFile, "{}: the labels must be {{LABEL: confidence, …}} or a list", source);
   }
   return answer;
 }
@@ -177,8 +165,7 @@ WordBook::Places WordBook::place(std::vector<LabelProbability> words, std::size_
     for (const LabelProbability& word : words) {
       if (places_.contains(word.label)) continue;
       if (labels_.size() == kMaxLabels)
-        throw Error(ErrorCode::tooLarge,
-                    fmt::format("{}: more than {} different labels; give a label file", source, kMaxLabels));
+        fail(ErrorCode::tooLarge, "{}: more than {} different labels; give a label file", source, kMaxLabels);
       places_[word.label].push_back(static_cast<std::uint32_t>(labels_.size()));
       labels_.push_back(word.label);
     }

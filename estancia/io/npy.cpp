@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {
@@ -54,7 +55,7 @@ std::vector<std::size_t> shapeOf(std::string_view text) {
 
 }  // namespace
 
-NpyFile::NpyFile(const fs::path& file) : name_(printable(file.string())) {
+NpyFile::NpyFile(const fs::path& file) : name_(printable(file)) {
   const auto refuse = [this](const std::string& what, ErrorCode code = ErrorCode::unsupportedFile) {
     throw Error(code, fmt::format("{}: {}", name_, what));
   };
@@ -113,7 +114,7 @@ NpyFile::NpyFile(const fs::path& file) : name_(printable(file.string())) {
 
 const std::vector<double>& NpyFile::next() {
   if (!stream_.read(bytes_.data(), static_cast<std::streamsize>(bytes_.size())))
-    throw Error(ErrorCode::fileUnreadable, fmt::format("{}: cannot be read to its end", name_));
+    fail(ErrorCode::fileUnreadable, "{}: cannot be read to its end", name_);
   for (std::size_t i = 0; i < columns_; ++i) {
     if (bytesPerValue_ == 8) {
       std::memcpy(&row_[i], bytes_.data() + 8 * i, 8);

@@ -8,8 +8,8 @@
 #include <string>
 #include <unordered_map>
 
-#include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 
@@ -36,7 +36,7 @@ struct Scene {
 };
 
 std::unordered_map<std::string, Scene> readScenes(const fs::path& file) {
-  const std::string name = printable(file.string());
+  const std::string name = printable(file);
   std::unordered_map<std::string, Scene> scenes;
   std::vector<std::string> header;
   std::optional<std::size_t> index, room, split;
@@ -47,23 +47,20 @@ std::unordered_map<std::string, Scene> readScenes(const fs::path& file) {
       index = findColumn(header, "index");
       room = findColumn(header, "scene");
       split = findColumn(header, "split");
-      if (!index || !room)
-        throw Error(ErrorCode::malformedFile, fmt::format("{}: no columns `index` and `scene`", where));
+      if (!index || !room) fail(ErrorCode::malformedFile, "{}: no columns `index` and `scene`", where);
       return;
     }
     if (row.cells.size() != header.size())
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: {} cells instead of {}", where, row.cells.size(), header.size()));
+      fail(ErrorCode::malformedFile, "{}: {} cells instead of {}", where, row.cells.size(), header.size());
     const auto number = indexOf(row.cells[*index]);
     if (!number)
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: index \"{}\" is not a frame number", where, printable(row.cells[*index])));
+      fail(ErrorCode::malformedFile, "{}: index \"{}\" is not a frame number", where,
+           printable(row.cells[*index]));
     const Scene scene{printable(row.cells[*room]), split ? printable(row.cells[*split]) : "", row.line};
     const auto [entry, isNew] = scenes.emplace(*number, scene);
     if (!isNew)
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: frame {} is repeated from line {}; keep one of them", where, *number,
-                              entry->second.line));
+      fail(ErrorCode::malformedFile, "{}: frame {} is repeated from line {}; keep one of them", where,
+           *number, entry->second.line);
   });
   return scenes;
 }

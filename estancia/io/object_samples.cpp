@@ -12,6 +12,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/csv.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia {
@@ -40,23 +41,22 @@ int pixelsOf(const std::string& cell, int min, const char* column) {
   int value = 0;
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   if (error != std::errc() || end != cell.data() + cell.size() || value < min || value > max)
-    throw Error(ErrorCode::malformedFile, fmt::format("{} is \"{}\"; give a whole number from {} to {}",
-                                                      column, io::printable(cell), min, max));
+    io::fail(ErrorCode::malformedFile, "{} is \"{}\"; give a whole number from {} to {}", column,
+             io::printable(cell), min, max);
   return value;
 }
 
 bool flagOf(const std::string& cell, const char* column) {
   if (cell != "0" && cell != "1")
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{} is \"{}\"; give 0 or 1", column, io::printable(cell)));
+    io::fail(ErrorCode::malformedFile, "{} is \"{}\"; give 0 or 1", column, io::printable(cell));
   return cell == "1";
 }
 
 ObjectSample sampleOf(std::vector<std::string>& cells) {
   if (cells.size() != kColumns)
-    throw Error(ErrorCode::malformedFile, fmt::format("{} cells instead of {}", cells.size(), kColumns));
+    io::fail(ErrorCode::malformedFile, "{} cells instead of {}", cells.size(), kColumns);
   if (const std::string wrong = nameProblem(cells[0]); !wrong.empty())
-    throw Error(ErrorCode::malformedFile, fmt::format("the name \"{}\" {}", io::printable(cells[0]), wrong));
+    io::fail(ErrorCode::malformedFile, "the name \"{}\" {}", io::printable(cells[0]), wrong);
   if (cells[1].empty()) throw Error(ErrorCode::malformedFile, "the instance is empty");
   ObjectSample sample;
   sample.box = {pixelsOf(cells[5], 0, "x"), pixelsOf(cells[6], 0, "y"), pixelsOf(cells[7], 1, "width"),
@@ -97,23 +97,21 @@ std::vector<ObjectSample> readObjectSamples(const fs::path& folder) {
     if (rows == 0) {
       const std::string& kind = row.cells[0];
       if (row.cells.size() != 1 || !kind.starts_with(kKind))
-        throw Error(ErrorCode::unsupportedFile,
-                    fmt::format("not a list of object samples, which starts with `{}{}`", kKind, kVersion));
+        io::fail(ErrorCode::unsupportedFile, "not a list of object samples, which starts with `{}{}`", kKind,
+                 kVersion);
       if (kind.substr(kKind.size()) != kVersion)
-        throw Error(ErrorCode::unsupportedFile,
-                    fmt::format("list of version \"{}\"; this program reads version {}",
-                                io::printable(kind.substr(kKind.size())), kVersion));
+        io::fail(ErrorCode::unsupportedFile, "list of version \"{}\"; this program reads version {}",
+                 io::printable(kind.substr(kKind.size())), kVersion);
     } else if (rows == 1) {
       std::string header;
       for (const std::string& cell : row.cells) header += (header.empty() ? "" : ",") + cell;
-      if (header != kHeader)
-        throw Error(ErrorCode::malformedFile, fmt::format("the columns must be {}", kHeader));
+      if (header != kHeader) io::fail(ErrorCode::malformedFile, "the columns must be {}", kHeader);
     } else {
       ObjectSample sample = sampleOf(row.cells);
       const auto [entry, isNew] = lines.emplace(sample.view.name, row.line);
       if (!isNew)
-        throw Error(ErrorCode::malformedFile, fmt::format("{} is repeated from line {}; keep one of them",
-                                                          sample.view.name, entry->second));
+        io::fail(ErrorCode::malformedFile, "{} is repeated from line {}; keep one of them", sample.view.name,
+                 entry->second);
       samples.push_back(std::move(sample));
     }
     ++rows;
@@ -122,13 +120,10 @@ std::vector<ObjectSample> readObjectSamples(const fs::path& folder) {
     try {
       use(row);
     } catch (const Error& error) {
-      throw Error(error.code(),
-                  fmt::format("{}:{}: {}", io::printable(file.string()), row.line, error.what()));
+      io::fail(error.code(), "{}:{}: {}", io::printable(file), row.line, error.what());
     }
   });
-  if (rows < 2)
-    throw Error(ErrorCode::truncatedFile,
-                fmt::format("{}: truncated, without a header", io::printable(file.string())));
+  if (rows < 2) io::fail(ErrorCode::truncatedFile, "{}: truncated, without a header", io::printable(file));
   return samples;
 }
 
@@ -144,8 +139,8 @@ void writeObjectSamples(const std::vector<ObjectSample>& samples, const fs::path
         if (io::printable(cell) != cell)
           throw Error(ErrorCode::invalidInput, "a text has control characters or invalid UTF-8");
     } catch (const Error& error) {
-      throw Error(ErrorCode::invalidInput, fmt::format("sample {} ({}) cannot be written: {}", i,
-                                                       io::printable(cells[0]), error.what()));
+      io::fail(ErrorCode::invalidInput, "sample {} ({}) cannot be written: {}", i, io::printable(cells[0]),
+               error.what());
     }
     for (std::size_t c = 0; c < cells.size(); ++c) text += (c == 0 ? "" : ",") + io::csvCell(cells[c]);
     text += '\n';

@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_decoding.hpp"
 #include "estancia/io/object_view_formats.hpp"
@@ -33,8 +33,7 @@ namespace io {
 
 void ListedObjectViews::add(ObjectView view) {
   if (!names_.insert(view.name).second)
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}: two views are named {}; rename or remove one", name_, view.name));
+    fail(ErrorCode::malformedFile, "{}: two views are named {}; rename or remove one", name_, view.name);
   entries_.push_back(std::move(view));
 }
 
@@ -43,8 +42,7 @@ PointCloud ListedObjectViews::enough(PointCloud cloud, const std::string& view) 
       static_cast<std::size_t>(std::count_if(cloud.points.begin(), cloud.points.end(), isFinite));
   const std::size_t min = std::max<std::size_t>(minPoints_, 1);
   if (finite < min)
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: {} points; at least {} are needed", view, finite, min));
+    fail(ErrorCode::insufficientData, "{}: {} points; at least {} are needed", view, finite, min);
   return cloud;
 }
 
@@ -64,19 +62,18 @@ cv::Mat readLabelImage(const fs::path& file) {
       std::all_of(channels.begin(), channels.begin() + std::min(read.channels(), 3),
                   [&](const cv::Mat& c) { return cv::norm(c, channels[0], cv::NORM_INF) == 0; });
   if (read.depth() != CV_8U || !gray)
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{}: a label image must be gray with 8 bits; save it without palette and colors",
-                            printable(file.string())));
+    fail(ErrorCode::unsupportedFile,
+         "{}: a label image must be gray with 8 bits; save it without palette and colors", printable(file));
   return channels[0];
 }
 
 PointCloud pointsBehind(const cv::Mat& image, const cv::Mat& depth, const cv::Mat& mask, const cv::Rect& box,
                         const CameraIntrinsics& camera, const std::string& view) {
   if (image.size() != depth.size() || mask.size() != depth.size())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("{}: image ({} × {}), depth ({} × {}) and mask ({} × {}) differ in size; one of "
-                            "them belongs to another view",
-                            view, image.cols, image.rows, depth.cols, depth.rows, mask.cols, mask.rows));
+    fail(ErrorCode::mismatch,
+         "{}: image ({} × {}), depth ({} × {}) and mask ({} × {}) differ in size; one of "
+         "them belongs to another view",
+         view, image.cols, image.rows, depth.cols, depth.rows, mask.cols, mask.rows);
   CameraIntrinsics part = camera.scaledTo(depth.cols, depth.rows);
   part.cx -= box.x;
   part.cy -= box.y;
@@ -111,24 +108,24 @@ OptionGroup declare(ObjectViewsOptions& o) {
 
 std::unique_ptr<ObjectViews> openObjectViews(const fs::path& path, const ObjectViewsOptions& options) {
   validate(options);
-  const std::string name = io::printable(path.string());
+  const std::string name = io::printable(path);
   std::error_code error;
   if (!fs::is_directory(path, error))
-    throw Error(ErrorCode::fileNotFound, fmt::format("{}: no such folder of object views", name));
+    io::fail(ErrorCode::fileNotFound, "{}: no such folder of object views", name);
   auto views = io::opened(path, [&] {
     const auto* format = io::findFormat(kFormats, path, options.type);
     if (format != nullptr) return format->open(path, options);
     std::string layouts;
     for (const auto& known : kFormats) layouts += fmt::format("; {}: {}", known.type, known.explanation);
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{}: no object views in this folder; make some with `estancia objects collect`. "
-                            "Known formats{}",
-                            name, layouts.replace(0, 1, ":")));
+    io::fail(ErrorCode::unsupportedFile,
+             "{}: no object views in this folder; make some with `estancia objects collect`. "
+             "Known formats{}",
+             name, layouts.replace(0, 1, ":"));
   });
   if (views->size() == 0) {
     std::string why;
     for (const std::string& warning : views->warnings()) why += fmt::format("; {}", warning);
-    throw Error(ErrorCode::insufficientData, fmt::format("{}: no usable view of an object{}", name, why));
+    io::fail(ErrorCode::insufficientData, "{}: no usable view of an object{}", name, why);
   }
   return views;
 }

@@ -30,7 +30,7 @@ struct CloudView {
 void list(std::vector<CloudView>& found, const fs::path& folder, const std::string& instance,
           const std::string& category) {
   for (const fs::path& file : filesIn(folder, suffixes())) {
-    const std::string name = printable(file.filename().string());
+    const std::string name = printable(file.filename());
     found.push_back(
         {file, {.name = fmt::format("{}/{}", instance, name), .instance = instance, .category = category}});
   }
@@ -42,10 +42,10 @@ class CloudViews final : public ListedObjectViews {
       : ListedObjectViews(nameOf(folder), options.minPoints) {
     std::vector<CloudView> found;
     for (const fs::path& category : foldersIn(folder)) {
-      const std::string name = printable(category.filename().string());
+      const std::string name = printable(category.filename());
       list(found, category, name, name);
       for (const fs::path& instance : foldersIn(category))
-        list(found, instance, fmt::format("{}/{}", name, printable(instance.filename().string())), name);
+        list(found, instance, fmt::format("{}/{}", name, printable(instance.filename())), name);
     }
     // The number of points is known after reading.
     std::vector<std::optional<std::string>> problems(found.size());

@@ -15,6 +15,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/object_view_formats.hpp"
@@ -39,20 +40,16 @@ std::array<std::string, 256> readClasses(const fs::path& file) {
   for (const std::string& line : readLines(file)) {
     const auto words = wordsOf(line);
     if (words.empty()) continue;
-    const std::string where = fmt::format("{}: \"{}\"", printable(file.string()), printable(line));
-    if (next == classes.size())
-      throw Error(ErrorCode::malformedFile, fmt::format("{}: more than {} classes", where, classes.size()));
+    const std::string where = fmt::format("{}: \"{}\"", printable(file), printable(line));
+    if (next == classes.size()) fail(ErrorCode::tooLarge, "{}: more than {} classes", where, classes.size());
     if (words.size() > 2 || (words.size() == 2 && toNumber(words[0]) != static_cast<double>(next)))
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: expected class {}; write `{} NAME`", where, next, next));
+      fail(ErrorCode::malformedFile, "{}: expected class {}; write `{} NAME`", where, next, next);
     const std::string name = printable(words.back());
-    if (!seen.insert(name).second)
-      throw Error(ErrorCode::malformedFile, fmt::format("{}: repeated class", where));
+    if (!seen.insert(name).second) fail(ErrorCode::malformedFile, "{}: repeated class", where);
     if (std::ranges::find(kNoObjects, name) == std::end(kNoObjects)) classes[next] = name;
     ++next;
   }
-  if (next == 0)
-    throw Error(ErrorCode::insufficientData, fmt::format("{}: no classes", printable(file.string())));
+  if (next == 0) fail(ErrorCode::insufficientData, "{}: no classes", printable(file));
   return classes;
 }
 
@@ -115,9 +112,8 @@ class NyuObjects final : public ListedObjectViews {
       try {
         const cv::Mat labels = readLabelImage(labels_[i]), depth = frames_->depth(i);
         if (labels.size() != depth.size())
-          throw Error(ErrorCode::mismatch,
-                      fmt::format("{}: {} × {} pixels, but depth has {} × {}", printable(labels_[i].string()),
-                                  labels.cols, labels.rows, depth.cols, depth.rows));
+          fail(ErrorCode::mismatch, "{}: {} × {} pixels, but depth has {} × {}", printable(labels_[i]),
+               labels.cols, labels.rows, depth.cols, depth.rows);
         components[i] = componentsOf(labels, depth, classes, minPoints_);
       } catch (...) {
         problems[i] = frameFailure(frames_->frame(i).name).what();
@@ -143,17 +139,15 @@ class NyuObjects final : public ListedObjectViews {
     const Place& place = places_.at(i);
     const cv::Mat image = frames_->image(place.frame), labels = readLabelImage(labels_[place.frame]);
     if (image.size() != labels.size())
-      throw Error(ErrorCode::mismatch, fmt::format("{}: {} × {} pixels, but the image has {} × {}",
-                                                   printable(labels_[place.frame].string()), labels.cols,
-                                                   labels.rows, image.cols, image.rows));
+      fail(ErrorCode::mismatch, "{}: {} × {} pixels, but the image has {} × {}",
+           printable(labels_[place.frame]), labels.cols, labels.rows, image.cols, image.rows);
     cv::Mat mask = cv::Mat::zeros(labels.rows + 2, labels.cols + 2, CV_8U);
     const Component& component = place.component;
     constexpr int object = 255;
     if (!cv::Rect({}, labels.size()).contains(component.pixel) ||
         fill(labels, mask, component.pixel, object).box != component.box)
-      throw Error(ErrorCode::invalidState,
-                  fmt::format("{}: changed since it was opened; open the folder again",
-                              printable(labels_[place.frame].string())));
+      fail(ErrorCode::invalidState, "{}: changed since it was opened; open the folder again",
+           printable(labels_[place.frame]));
     return {image, component.box, mask({1, 1, labels.cols, labels.rows}).clone()};
   }
 

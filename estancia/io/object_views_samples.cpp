@@ -1,8 +1,8 @@
 // Object samples (object_samples.hpp) as object views.
 #include <fmt/format.h>
 
-#include "estancia/core/error.hpp"
 #include "estancia/io/cloud_file.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_file.hpp"
@@ -41,16 +41,14 @@ class SampleViews final : public ListedObjectViews {
     const fs::path file = imageOf(folder_, view(i).name);
     ObjectImage seen{readImage(file), boxes_[i], {}};
     if ((seen.box & cv::Rect({}, seen.image.size())) != seen.box)
-      throw Error(ErrorCode::mismatch,
-                  fmt::format("{}: {} × {} pixels, smaller than the box in samples.csv",
-                              printable(file.string()), seen.image.cols, seen.image.rows));
+      fail(ErrorCode::mismatch, "{}: {} × {} pixels, smaller than the box in samples.csv", printable(file),
+           seen.image.cols, seen.image.rows);
     const fs::path mask = maskOf(folder_, view(i).name);
     if (!fs::is_regular_file(mask)) return seen;
     seen.mask = readLabelImage(mask);
     if (seen.mask.size() != seen.image.size())
-      throw Error(ErrorCode::mismatch,
-                  fmt::format("{}: {} × {} pixels, but its image has {} × {}", printable(mask.string()),
-                              seen.mask.cols, seen.mask.rows, seen.image.cols, seen.image.rows));
+      fail(ErrorCode::mismatch, "{}: {} × {} pixels, but its image has {} × {}", printable(mask),
+           seen.mask.cols, seen.mask.rows, seen.image.cols, seen.image.rows);
     return seen;
   }
 

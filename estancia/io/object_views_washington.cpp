@@ -10,9 +10,9 @@
 #include <opencv2/imgproc.hpp>
 #include <unordered_set>
 
-#include "estancia/core/error.hpp"
 #include "estancia/io/camera_file.hpp"
 #include "estancia/io/depth_file.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_file.hpp"
@@ -55,8 +55,7 @@ cv::Point readOrigin(const fs::path& file) {
   }
   constexpr double max = 65536;
   if (numbers.size() != 2 || !(numbers[0] >= 1 && numbers[1] >= 1 && numbers[0] < max && numbers[1] < max))
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}: not the origin of a crop, `x,y` from 1", printable(file.string())));
+    fail(ErrorCode::malformedFile, "{}: not the origin of a crop, `x,y` from 1", printable(file));
   return {static_cast<int>(numbers[0]) - 1, static_cast<int>(numbers[1]) - 1};
 }
 
@@ -85,10 +84,8 @@ class Washington final : public ListedObjectViews {
     const fs::path file = stem + kBeside[2];
     const cv::Point origin = readOrigin(file);
     if (origin.x + depth.cols > camera_.width || origin.y + depth.rows > camera_.height)
-      throw Error(
-          ErrorCode::mismatch,
-          fmt::format("{}: {} × {} pixels at ({}, {}) exceed the camera's {} × {}", printable(file.string()),
-                      depth.cols, depth.rows, origin.x + 1, origin.y + 1, camera_.width, camera_.height));
+      fail(ErrorCode::mismatch, "{}: {} × {} pixels at ({}, {}) exceed the camera's {} × {}", printable(file),
+           depth.cols, depth.rows, origin.x + 1, origin.y + 1, camera_.width, camera_.height);
     const CameraIntrinsics own{
         depth.cols, depth.rows, camera_.fx, camera_.fy, camera_.cx - origin.x, camera_.cy - origin.y};
     return enough(pointsBehind(seen.image, depth, seen.mask, seen.box, own, view(i).name), view(i).name);
@@ -98,12 +95,10 @@ class Washington final : public ListedObjectViews {
     const std::string& stem = stems_.at(i);
     ObjectImage seen{readImage(stem + kCrop), {}, readLabelImage(stem + kBeside[1])};
     if (seen.image.size() != seen.mask.size())
-      throw Error(ErrorCode::mismatch,
-                  fmt::format("{}{}: {} × {} pixels, but the image has {} × {}", printable(stem), kBeside[1],
-                              seen.mask.cols, seen.mask.rows, seen.image.cols, seen.image.rows));
+      fail(ErrorCode::mismatch, "{}{}: {} × {} pixels, but the image has {} × {}", printable(stem),
+           kBeside[1], seen.mask.cols, seen.mask.rows, seen.image.cols, seen.image.rows);
     seen.box = cv::boundingRect(seen.mask);
-    if (seen.box.empty())
-      throw Error(ErrorCode::malformedFile, fmt::format("{}{}: empty mask", printable(stem), kBeside[1]));
+    if (seen.box.empty()) fail(ErrorCode::malformedFile, "{}{}: empty mask", printable(stem), kBeside[1]);
     return seen;
   }
 

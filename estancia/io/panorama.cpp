@@ -12,7 +12,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_decoding.hpp"
@@ -105,9 +105,8 @@ PanoramaTour::PanoramaTour(const fs::path& folder, const SequenceOptions& option
   files_ = filesIn(folder, panoramaSuffixes());
   if (files_.empty()) files_ = filesIn(folder, imageSuffixes());
   if (files_.empty())
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: no panoramas in this folder (.exr, .hdr, .exr.js, .jpg, .png …)",
-                            printable(folder.string())));
+    fail(ErrorCode::insufficientData, "{}: no panoramas in this folder (.exr, .hdr, .exr.js, .jpg, .png …)",
+         printable(folder));
 
   const std::size_t places = files_.size();
   const double radius = places > 1 ? kSpacing / 2 / std::sin(kPi / static_cast<double>(places)) : 0;

@@ -1,7 +1,5 @@
 #include "estancia/io/ply.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -13,6 +11,7 @@
 #include <vector>
 
 #include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/scalar.hpp"
 
@@ -76,14 +75,14 @@ io::Scalar scalarCalled(std::string_view name) {
                                    {"float", "float32", {'F', 4}}, {"double", "float64", {'F', 8}}};
   for (const Type& type : types)
     if (name == type.old || name == type.other) return type.scalar;
-  throw Error(ErrorCode::malformedFile, fmt::format("unknown type \"{}\"", io::printable(name)));
+  io::fail(ErrorCode::malformedFile, "unknown type \"{}\"", io::printable(name));
 }
 
 Property propertyOf(const std::vector<std::string_view>& words) {
   if (words.size() == 5 && words[1] == "list") {
     const io::Scalar count = scalarCalled(words[2]);
     if (count.type == 'F')
-      throw Error(ErrorCode::malformedFile, fmt::format("a list is counted in {}", io::printable(words[2])));
+      io::fail(ErrorCode::malformedFile, "a list is counted in {}", io::printable(words[2]));
     return {std::string(words[4]), scalarCalled(words[3]), count};
   }
   if (words.size() != 3)
@@ -95,8 +94,7 @@ std::size_t countOf(std::string_view word) {
   std::size_t count = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), count);
   if (error != std::errc() || end != word.data() + word.size())
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("\"{}\" is not a number of elements", io::printable(word)));
+    io::fail(ErrorCode::malformedFile, "\"{}\" is not a number of elements", io::printable(word));
   return count;
 }
 
@@ -116,18 +114,17 @@ Header readHeader(Rest& rest) {
       static constexpr std::string_view names[] = {"ascii", "binary_little_endian", "binary_big_endian"};
       const auto* const known = std::ranges::find(names, words[1]);
       if (known == std::end(names) || words[2] != "1.0")
-        throw Error(ErrorCode::unsupportedFile,
-                    fmt::format("format \"{} {}\"; known: ascii, binary_little_endian, binary_big_endian 1.0",
-                                io::printable(words[1]), io::printable(words[2])));
+        io::fail(ErrorCode::unsupportedFile,
+                 "format \"{} {}\"; known: ascii, binary_little_endian, binary_big_endian 1.0",
+                 io::printable(words[1]), io::printable(words[2]));
       header.format = static_cast<Format>(known - std::begin(names));
     } else if (words[0] == "element" && words.size() == 3) {
       header.elements.push_back({std::string(words[1]), countOf(words[2]), {}});
     } else if (words[0] == "property" && !header.elements.empty()) {
       header.elements.back().properties.push_back(propertyOf(words));
     } else {
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("line {}: unknown header line \"{} …\"", rest.line - 1,
-                              io::printable(words[0].substr(0, 40))));
+      io::fail(ErrorCode::malformedFile, "line {}: unknown header line \"{} …\"", rest.line - 1,
+               io::printable(words[0].substr(0, 40)));
     }
   }
   if (!header.format) throw Error(ErrorCode::malformedFile, "the header has no line \"format\"");
@@ -145,8 +142,7 @@ void readBinary(Rest& rest, const Element& element, bool swapped, const Use& use
     }
     const double count = io::numberAt(*property.count, rest.take(property.count->size), swapped);
     if (count < 0)
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("list {} of {} numbers", io::printable(property.name), count));
+      io::fail(ErrorCode::malformedFile, "list {} of {} numbers", io::printable(property.name), count);
     rest.take(static_cast<std::size_t>(count) * property.scalar.size);
   }
 }
@@ -158,12 +154,11 @@ void readAscii(Rest& rest, const Element& element, const Use& use) {
   std::size_t next = 0;
   const auto number = [&] {
     if (next == words.size())
-      throw Error(ErrorCode::malformedFile, fmt::format("line {}: {} numbers, too few for a {}", line,
-                                                        words.size(), io::printable(element.name)));
+      io::fail(ErrorCode::malformedFile, "line {}: {} numbers, too few for a {}", line, words.size(),
+               io::printable(element.name));
     const auto value = io::toNumber(words[next]);
     if (!value)
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("line {}: \"{}\" is not a number", line, io::printable(words[next])));
+      io::fail(ErrorCode::malformedFile, "line {}: \"{}\" is not a number", line, io::printable(words[next]));
     ++next;
     return *value;
   };
@@ -174,13 +169,13 @@ void readAscii(Rest& rest, const Element& element, const Use& use) {
     }
     const double count = number();
     if (!(count >= 0) || count > static_cast<double>(words.size() - next))
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("line {}: list of {} numbers with {}", line, count, words.size() - next));
+      io::fail(ErrorCode::malformedFile, "line {}: list of {} numbers with {}", line, count,
+               words.size() - next);
     for (double i = 0; i < count; ++i) number();
   }
   if (next != words.size())
-    throw Error(ErrorCode::malformedFile, fmt::format("line {}: {} numbers, too many for a {}", line,
-                                                      words.size(), io::printable(element.name)));
+    io::fail(ErrorCode::malformedFile, "line {}: {} numbers, too many for a {}", line, words.size(),
+             io::printable(element.name));
 }
 
 /// Throws when the file is too short for the element.
@@ -189,8 +184,8 @@ void requireBytes(const Element& element, Format format, std::size_t bytes) {
   for (const Property& property : element.properties)
     min += format == Format::ascii ? 2 : property.minBytes();
   if (min > 0 && element.count > (bytes + 1) / min)
-    throw Error(ErrorCode::truncatedFile, fmt::format("truncated: {} bytes for {} × {}", bytes, element.count,
-                                                      io::printable(element.name)));
+    io::fail(ErrorCode::truncatedFile, "truncated: {} bytes for {} × {}", bytes, element.count,
+             io::printable(element.name));
 }
 
 /// Indices of the point, normal and color among the properties of a vertex.
@@ -200,10 +195,9 @@ struct VertexFields {
     for (std::size_t n = 0; n < std::size(names); ++n)
       for (std::size_t p = 0; p < vertex.properties.size(); ++p) {
         if (vertex.properties[p].name != names[n]) continue;
-        if (at[n])
-          throw Error(ErrorCode::malformedFile, fmt::format("repeated property {} of a vertex", names[n]));
+        if (at[n]) io::fail(ErrorCode::malformedFile, "repeated property {} of a vertex", names[n]);
         if (vertex.properties[p].count)
-          throw Error(ErrorCode::malformedFile, fmt::format("the property {} is a list", names[n]));
+          io::fail(ErrorCode::malformedFile, "the property {} is a list", names[n]);
         at[n] = p;
       }
     if (!at[0] || !at[1] || !at[2]) throw Error(ErrorCode::malformedFile, "a vertex has no x, y and z");
@@ -279,7 +273,7 @@ PointCloud readPly(const std::filesystem::path& file) {
   try {
     return read(bytes);
   } catch (const Error& error) {
-    throw Error(error.code(), fmt::format("{}: {}", io::printable(file.string()), error.what()));
+    io::fail(error.code(), "{}: {}", io::printable(file), error.what());
   }
 }
 

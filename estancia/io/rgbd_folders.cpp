@@ -1,12 +1,10 @@
 // RGB-D folders: images in rgb/ (or color/, image/ …) and depth in depth/. The depth of an image has the same
 // name without extension, or, where all names are time stamps, the nearest time stamp.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <unordered_map>
 
-#include "estancia/core/error.hpp"
 #include "estancia/io/depth_file.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 
@@ -37,9 +35,8 @@ bool isRgbdFolders(const fs::path& path) {
 Opened openRgbdFolders(const fs::path& path, const SequenceOptions& options) {
   const fs::path folder = imageFolder(path);
   if (folder.empty() || !fs::is_directory(path / "depth"))
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: no images in a folder rgb, color or image beside a folder depth",
-                            printable(path.string())));
+    fail(ErrorCode::insufficientData, "{}: no images in a folder rgb, color or image beside a folder depth",
+         printable(path));
   const auto images = filesIn(folder, imageSuffixes()), depths = filesIn(path / "depth", depthSuffixes());
   const bool timed = isTimed(images), depthTimed = isTimed(depths);
   std::unordered_map<std::string, fs::path> byStem;
@@ -53,7 +50,7 @@ Opened openRgbdFolders(const fs::path& path, const SequenceOptions& options) {
   auto sequence = std::make_unique<ImageFiles>(nameOf(path), options.depthScale);
   for (const auto& file : images) {
     Frame frame;
-    frame.name = printable(file.filename().string());
+    frame.name = printable(file.filename());
     if (timed) frame.timestamp = timestampOf(file);
     DepthFile depth;
     if (timed && depthTimed)

@@ -11,6 +11,7 @@
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/io/camera_file.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/frame_selection.hpp"
@@ -29,9 +30,8 @@ class DescriptorFrames final : public io::ListedSequence {
     entries_ = std::move(frames);
   }
   cv::Mat image(std::size_t i) const override {
-    throw Error(
-        ErrorCode::invalidState,
-        fmt::format("{}: {} has labels only, no image; open the sequence of images", name_, frame(i).name));
+    io::fail(ErrorCode::invalidState, "{}: {} has labels only, no image; open the sequence of images", name_,
+             frame(i).name);
   }
 };
 
@@ -75,7 +75,7 @@ std::string foldersWithImages(const fs::path& path) {
   for (fs::directory_iterator entry(path, ignored), end; !ignored && entry != end && ++seen <= maxEntries;
        entry.increment(ignored))
     if (std::error_code unknown; entry->is_directory(unknown) && io::isImageFolder(entry->path()))
-      folders.push_back(io::printable(entry->path().filename().string()));
+      folders.push_back(io::printable(entry->path().filename()));
   if (folders.empty()) return "";
   std::sort(folders.begin(), folders.end());
   if (folders.size() == 1) return fmt::format("; its folder {} holds some", folders[0]);
@@ -95,9 +95,9 @@ void attachIntrinsics(io::ListedSequence& sequence, const fs::path& file) {
       frameFailure(sequence.frame(i).name);  // the next may be readable
     }
   if (camera.width == 0)
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: lacks the image size, and none of the first {} images can be read",
-                            io::printable(file.string()), tries));
+    io::fail(ErrorCode::insufficientData,
+             "{}: lacks the image size, and none of the first {} images can be read", io::printable(file),
+             tries);
   sequence.setIntrinsics(camera);
 }
 
@@ -158,15 +158,14 @@ void warnOfOddTimes(io::ListedSequence& sequence) {
 }
 
 void requireExistingPath(const fs::path& path) {
-  const std::string name = io::printable(path.string());
+  const std::string name = io::printable(path);
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (status.type() == fs::file_type::not_found)
-    throw Error(ErrorCode::fileNotFound, fmt::format("{}: no such file or folder", name));
-  if (error)
-    throw Error(ErrorCode::fileUnreadable, fmt::format("{}: cannot be read ({})", name, error.message()));
+    io::fail(ErrorCode::fileNotFound, "{}: no such file or folder", name);
+  if (error) io::fail(ErrorCode::fileUnreadable, "{}: cannot be read ({})", name, error.message());
   if (!fs::is_regular_file(status) && !fs::is_directory(status))
-    throw Error(ErrorCode::unsupportedFile, fmt::format("{}: neither a file nor a folder", name));
+    io::fail(ErrorCode::unsupportedFile, "{}: neither a file nor a folder", name);
 }
 
 }  // namespace
@@ -217,12 +216,12 @@ void validate(const SequenceOptions& options) {
   SequenceOptions copy = options;
   declare(copy).validate();
   if (options.depthScale > 0 && options.depthScale < 1e-6)
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("sequence.depth-scale is {}; give 0 or at least 1e-6", options.depthScale));
+    io::fail(ErrorCode::invalidOption, "sequence.depth-scale is {}; give 0 or at least 1e-6",
+             options.depthScale);
 }
 
 cv::Mat Sequence::depth(std::size_t i) const {
-  throw Error(ErrorCode::insufficientData, fmt::format("{}: {} has no depth image", name(), frame(i).name));
+  io::fail(ErrorCode::insufficientData, "{}: {} has no depth image", name(), frame(i).name);
 }
 
 std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptions& options) {
@@ -231,11 +230,10 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
   io::Opened sequence = io::opened(path, [&] {
     const auto* format = io::findFormat(kFormats, path, options.type);
     if (format == nullptr)
-      throw Error(
-          ErrorCode::unsupportedFile,
-          fmt::format("{}: no known data set, and no images in this folder (jpg, png, bmp, tif, webp, "
-                      "pgm, ppm){}",
-                      io::printable(path.string()), foldersWithImages(path)));
+      io::fail(ErrorCode::unsupportedFile,
+               "{}: no known data set, and no images in this folder (jpg, png, bmp, tif, webp, "
+               "pgm, ppm){}",
+               io::printable(path), foldersWithImages(path));
     io::Opened listed = format->open(path, options);
     attachSideFiles(*listed, path, options);
     return listed;

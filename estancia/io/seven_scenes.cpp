@@ -9,8 +9,8 @@
 #include <string>
 #include <unordered_map>
 
-#include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/pose_matrix.hpp"
@@ -47,8 +47,7 @@ std::optional<Pose> poseOfFile(const fs::path& file) {
     for (const auto word : wordsOf(line))
       if (count++ < matrix.size()) matrix[count - 1] = valueOf(word);
   if (count != 16)
-    throw Error(ErrorCode::malformedFile, fmt::format("{}: {} numbers; give 16 (4×4, camera to world)",
-                                                      printable(file.string()), count));
+    fail(ErrorCode::malformedFile, "{}: {} numbers; give 16 (4×4, camera to world)", printable(file), count);
   return poseOfMatrix(matrix);
 }
 
@@ -57,14 +56,12 @@ std::unordered_map<double, std::optional<Pose>> posesOfTable(const fs::path& fil
   for (const CsvRow& row : readCsv(file)) {
     std::array<double, 12> matrix{};
     if (row.cells.size() != matrix.size() + 1)
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}:{}: {} cells instead of 13: `frame,T00,T01,…,T23`",
-                              printable(file.string()), row.line, row.cells.size()));
+      fail(ErrorCode::malformedFile, "{}:{}: {} cells instead of 13: `frame,T00,T01,…,T23`", printable(file),
+           row.line, row.cells.size());
     const auto number = toNumber(row.cells[0]);
     if (!number && poses.empty()) continue;  // the header
     if (!number)
-      throw Error(ErrorCode::malformedFile, fmt::format("{}:{}: no frame number in the first column",
-                                                        printable(file.string()), row.line));
+      fail(ErrorCode::malformedFile, "{}:{}: no frame number in the first column", printable(file), row.line);
     std::ranges::transform(row.cells.begin() + 1, row.cells.end(), matrix.begin(), valueOf);
     poses[*number] = poseOfMatrix(matrix);
   }
@@ -83,9 +80,8 @@ Opened openSevenScenes(const fs::path& path, const SequenceOptions& options) {
   auto files = colorImages(path);
   if (files.empty() && fs::is_directory(path / "frames")) files = colorImages(path / "frames");
   if (files.empty())
-    throw Error(
-        ErrorCode::insufficientData,
-        fmt::format("{}: no images named as in 7-Scenes (frame-000000.color.png)", printable(path.string())));
+    fail(ErrorCode::insufficientData, "{}: no images named as in 7-Scenes (frame-000000.color.png)",
+         printable(path));
   std::unordered_map<double, std::optional<Pose>> table;
   if (fs::exists(path / "poses.csv")) table = posesOfTable(path / "poses.csv");
 
@@ -97,7 +93,7 @@ Opened openSevenScenes(const fs::path& path, const SequenceOptions& options) {
   std::string first;
   for (const auto& file : files) {
     Frame frame;
-    frame.name = printable(file.filename().string());
+    frame.name = printable(file.filename());
     const std::string name = file.filename().string();
     const auto beside = [&](const char* suffix) {
       return file.parent_path() / (name.substr(0, name.find('.')) + suffix);

@@ -7,8 +7,8 @@
 #include <string>
 #include <unordered_map>
 
-#include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {
@@ -47,7 +47,7 @@ std::string lastComponent(const std::string& name) {
 
 void attachPoses(ListedSequence& sequence, const Trajectory& trajectory, const fs::path& file,
                  double maxGap) {
-  const std::string name = printable(file.string());
+  const std::string name = printable(file);
   for (const auto& warning : trajectory.warnings) sequence.warn(warning);
   auto& frames = sequence.frames();
   const std::vector<TrajectoryPoint> points = sortedByTime(trajectory);
@@ -62,11 +62,10 @@ void attachPoses(ListedSequence& sequence, const Trajectory& trajectory, const f
   std::size_t unmatched = static_cast<std::size_t>(std::ranges::count(matches, nullptr));
   if (unmatched == frames.size()) {
     if (trajectory.points.size() != frames.size())
-      throw Error(
-          ErrorCode::mismatch,
-          fmt::format("{}: {} poses match the {} frames of {} neither by time (at most {} s apart) nor by "
-                      "number; give the trajectory of these frames",
-                      name, trajectory.points.size(), frames.size(), sequence.name(), maxGap));
+      fail(ErrorCode::mismatch,
+           "{}: {} poses match the {} frames of {} neither by time (at most {} s apart) nor by "
+           "number; give the trajectory of these frames",
+           name, trajectory.points.size(), frames.size(), sequence.name(), maxGap);
     if (timed) {
       sequence.warn(fmt::format("{}: no time stamp matches a frame; poses are matched by order", name));
       source.otherClock = {*points.front().timestamp, *points.back().timestamp};
@@ -83,7 +82,7 @@ void attachPoses(ListedSequence& sequence, const Trajectory& trajectory, const f
 }
 
 void attachRooms(ListedSequence& sequence, const fs::path& file) {
-  const std::string name = printable(file.string());
+  const std::string name = printable(file);
   auto& frames = sequence.frames();
   std::unordered_map<std::string, std::size_t> byName, byLastComponent;
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -106,9 +105,9 @@ void attachRooms(ListedSequence& sequence, const fs::path& file) {
   const bool splits = !rows.empty() && rows.front().cells.size() == 3;
   for (const CsvRow& row : rows) {
     if (row.cells.size() != (splits ? 3 : 2))
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}:{}: {} cells; write `image,room` or `image,room,split` on every line", name,
-                              row.line, row.cells.size()));
+      fail(ErrorCode::malformedFile,
+           "{}:{}: {} cells; write `image,room` or `image,room,split` on every line", name, row.line,
+           row.cells.size());
     const std::string image = printable(row.cells[0]), room = printable(row.cells[1]),
                       split = splits ? printable(row.cells[2]) : "";
     const std::size_t found = find(image);
@@ -121,15 +120,15 @@ void attachRooms(ListedSequence& sequence, const fs::path& file) {
       const Place& above = entry->second;
       for (const auto& [own, other] : {std::pair{room, above.room}, {split, above.split}})
         if (own != other)
-          throw Error(ErrorCode::malformedFile,
-                      fmt::format("{}:{}: {} is in \"{}\", and in \"{}\" in a line above; keep one of them",
-                                  name, row.line, image, own, other));
+          fail(ErrorCode::malformedFile,
+               "{}:{}: {} is in \"{}\", and in \"{}\" in a line above; keep one of them", name, row.line,
+               image, own, other);
     }
     ++rowCount;
   }
   if (rowCount == 0)
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: no images; write one line `image,room` per image with a known room", name));
+    fail(ErrorCode::insufficientData,
+         "{}: no images; write one line `image,room` per image with a known room", name);
   if (splits) sequence.splits().resize(frames.size());
   for (const auto& [i, place] : places) {
     frames[i].room = place.room;

@@ -6,6 +6,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/depth_file.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/side_files.hpp"
@@ -25,14 +26,12 @@ std::vector<TimedFile> readList(const fs::path& list) {
     if (words.empty() || words[0].starts_with('#')) continue;
     const auto time = toNumber(words[0]);
     if (!time || !std::isfinite(*time) || words.size() < 2)
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}:{}: not `time file`", printable(list.string()), i + 1));
+      fail(ErrorCode::malformedFile, "{}:{}: not `time file`", printable(list), i + 1);
     const fs::path file = fs::path(std::string(words[1].begin(), words.back().end()))
                               .lexically_normal();  // names may contain blanks
     if (file.is_absolute() || *file.begin() == "..")
-      throw Error(ErrorCode::unsafePath,
-                  fmt::format("{}:{}: {} leaves the folder of the data set", printable(list.string()), i + 1,
-                              printable(file.string())));
+      fail(ErrorCode::unsafePath, "{}:{}: {} leaves the folder of the data set", printable(list), i + 1,
+           printable(file));
     files.push_back({*time, file});
   }
   return files;
@@ -57,8 +56,7 @@ Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
   auto sequence = std::make_unique<ImageFiles>(nameOf(path),
                                                options.depthScale > 0 ? options.depthScale : kUnitsPerMeter);
   const auto images = readList(list);
-  if (images.empty())
-    throw Error(ErrorCode::insufficientData, fmt::format("{}: no images", printable(list.string())));
+  if (images.empty()) fail(ErrorCode::insufficientData, "{}: no images", printable(list));
   std::vector<TimedFile> depths;
   if (fs::exists(path / "depth.txt")) try {
       depths = readList(path / "depth.txt");
@@ -69,7 +67,7 @@ Opened openTumRgbd(const fs::path& path, const SequenceOptions& options) {
   std::ranges::stable_sort(depths, {}, &TimedFile::timestamp);
   for (const auto& [time, file] : images) {
     Frame frame;
-    frame.name = printable(file.string());
+    frame.name = printable(file);
     frame.timestamp = time;
     sequence->add(std::move(frame), path / file, nearestDepth(depths, time));
   }

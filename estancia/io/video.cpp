@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_decoding.hpp"
@@ -46,14 +46,13 @@ Video::Video(const fs::path& file) : ListedSequence(nameOf(file)), file_(file) {
   reopen();
   const double pixels = capture_.get(cv::CAP_PROP_FRAME_WIDTH) * capture_.get(cv::CAP_PROP_FRAME_HEIGHT);
   if (!(pixels <= kMaxPixels))
-    throw Error(ErrorCode::tooLarge, fmt::format("{}: {:.0f} million pixels per frame; reduce its size",
-                                                 printable(file.string()), pixels / 1e6));
+    fail(ErrorCode::tooLarge, "{}: {:.0f} million pixels per frame; reduce its size", printable(file),
+         pixels / 1e6);
   const double rate = capture_.get(cv::CAP_PROP_FPS);
   const bool rateIsSane = rate > 0 && rate <= 10'000;
   const std::size_t frames = count();
   if (frames == 0)
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}: no frame can be decoded; is the video complete?", printable(file.string())));
+    fail(ErrorCode::malformedFile, "{}: no frame can be decoded; is the video complete?", printable(file));
   for (std::size_t i = 0; i < frames; ++i) {
     Frame frame;
     frame.name = fmt::format("frame {:06}", i);
@@ -78,9 +77,8 @@ void Video::reopen() const {
   } catch (const cv::Exception&) {  // reported below
   }
   if (!opened)
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{}: OpenCV cannot open it as a video; convert it, for example to MP4",
-                            printable(file_.string())));
+    fail(ErrorCode::unsupportedFile, "{}: OpenCV cannot open it as a video; convert it, for example to MP4",
+         printable(file_));
 }
 
 /// Seeks if the decoder confirms its position; otherwise reads from the start.
@@ -127,8 +125,7 @@ cv::Mat Video::image(std::size_t i) const {
     image.release();
   }
   if (image.empty())
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}: {} cannot be decoded", printable(file_.string()), entries_.at(i).name));
+    fail(ErrorCode::malformedFile, "{}: {} cannot be decoded", printable(file_), entries_.at(i).name);
   return toBgr8(image.clone());  // the capture reuses its buffer
 }
 
@@ -156,11 +153,9 @@ bool isVideo(const fs::path& path) {
 
 Opened openVideo(const fs::path& path, const SequenceOptions&) {
   if (hasSuffix(path, imageSuffixes()))
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{}: a single image; open its folder", printable(path.string())));
+    fail(ErrorCode::unsupportedFile, "{}: a single image; open its folder", printable(path));
   if (isText(path))  // FFmpeg would render it as a terminal screen
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{}: a text file, not a video", printable(path.string())));
+    fail(ErrorCode::unsupportedFile, "{}: a text file, not a video", printable(path));
   return std::make_unique<Video>(path);
 }
 

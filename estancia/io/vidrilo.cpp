@@ -22,6 +22,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
+#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/pcd.hpp"
@@ -73,9 +74,9 @@ std::unordered_map<std::string, fs::path> byNumber(const std::vector<fs::path>& 
   for (const fs::path& file : files) {
     const auto [entry, isNew] = numbered.emplace(numberOf(file), file);
     if (!isNew)
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{} and {} have the same number; keep each sequence in a folder of its own",
-                              printable(entry->second.string()), printable(file.filename().string())));
+      fail(ErrorCode::malformedFile,
+           "{} and {} have the same number; keep each sequence in a folder of its own",
+           printable(entry->second), printable(file.filename()));
   }
   return numbered;
 }
@@ -169,8 +170,8 @@ void readAnnotations(const fs::path& file, ImageFiles& sequence) {
     if (rows.empty() && !header)
       if ((header = readHeader(cells))) continue;
     if (!rows.empty() && cells.size() != rows.front().size())
-      throw Error(ErrorCode::malformedFile, fmt::format("line {} has {} values instead of {}", i + 1,
-                                                        cells.size(), rows.front().size()));
+      fail(ErrorCode::malformedFile, "line {} has {} values instead of {}", i + 1, cells.size(),
+           rows.front().size());
     rows.push_back(std::move(cells));
   }
   if (rows.empty()) throw Error(ErrorCode::insufficientData, "empty");
@@ -178,7 +179,7 @@ void readAnnotations(const fs::path& file, ImageFiles& sequence) {
   if (std::max(columns.room, columns.frame.value_or(0)) >= rows.front().size())
     throw Error(ErrorCode::malformedFile, "the lines have fewer values than the header");
   if (!columns.frame && rows.size() != sequence.size())
-    throw Error(ErrorCode::mismatch, fmt::format("{} lines for {} images", rows.size(), sequence.size()));
+    fail(ErrorCode::mismatch, "{} lines for {} images", rows.size(), sequence.size());
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const auto frame = columns.frame ? frames.find(numberOf(rows[k][*columns.frame])) : frames.end();
     if (columns.frame && frame == frames.end()) continue;  // an image that was left out
@@ -276,12 +277,10 @@ Opened openVidrilo(const fs::path& path, const SequenceOptions& options) {
   const fs::path imageFolder = folderOf(path, imageSuffixes(), looksLikeImages),
                  cloudFolder = folderOf(path, kCloudSuffix, looksLikeDepth);
   if (imageFolder.empty() || cloudFolder.empty())
-    throw Error(
-        ErrorCode::unsupportedFile,
-        fmt::format(
-            "{}: no folder, or several, with {}; ViDRILO has one folder per sequence, with one folder of "
-            "images (visual) and one of clouds (depth)",
-            printable(path.string()), imageFolder.empty() ? "images" : "clouds (.pcd)"));
+    fail(ErrorCode::unsupportedFile,
+         "{}: no folder, or several, with {}; ViDRILO has one folder per sequence, with one folder of "
+         "images (visual) and one of clouds (depth)",
+         printable(path), imageFolder.empty() ? "images" : "clouds (.pcd)");
   const auto images = filesIn(imageFolder, imageSuffixes()), clouds = filesIn(cloudFolder, kCloudSuffix);
   byNumber(images);
   const auto numbered = byNumber(clouds);
@@ -289,21 +288,20 @@ Opened openVidrilo(const fs::path& path, const SequenceOptions& options) {
   std::size_t without = 0;
   for (const fs::path& file : images) {
     Frame frame;
-    frame.name = printable(file.filename().string());
+    frame.name = printable(file.filename());
     const auto cloud = numbered.find(numberOf(file));
     if (cloud == numbered.end()) ++without;
     sequence->add(std::move(frame), file, {cloud == numbered.end() ? fs::path() : cloud->second, {}});
   }
   if (without == images.size())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("{}: no image has the number of a cloud", printable(path.string())));
+    fail(ErrorCode::mismatch, "{}: no image has the number of a cloud", printable(path));
   if (without > 0) sequence->warn(fmt::format("{} of {} images have no cloud", without, images.size()));
   fitCamera(*sequence, clouds);
 
   if (const fs::path table = annotationsIn(path); !table.empty()) try {
       readAnnotations(table, *sequence);
     } catch (const Error& error) {
-      sequence->warn(fmt::format("{} is ignored: {}", printable(table.filename().string()), error.what()));
+      sequence->warn(fmt::format("{} is ignored: {}", printable(table.filename()), error.what()));
     }
   return sequence;
 }
