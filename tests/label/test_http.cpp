@@ -32,7 +32,6 @@ namespace {
 
 using test::FailsWith;
 using test::writeFile;
-using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
@@ -247,7 +246,8 @@ TEST_F(HttpLabeler, NeverShowsASecret) {
   const auto gives = [&](int status, const std::string& json) {
     answerAlways(json, status);
     const std::string message = refusal(headers + "\nattempts = 1");
-    EXPECT_THAT(message, AllOf(Not(HasSubstr("s3cr3t")), HasSubstr("***"))) << status;
+    EXPECT_EQ(message.find("s3cr3t"), std::string::npos) << status;
+    EXPECT_NE(message.find("***"), std::string::npos) << status;
   };
   for (const int status : {200, 400, 401, 418, 500}) gives(status, R"(no "s3cr3t")");
   gives(200, R"({"error": "bad key s3cr3t"})");

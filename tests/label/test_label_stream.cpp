@@ -21,6 +21,7 @@ namespace estancia {
 namespace {
 
 using test::FailsWith;
+using testing::ElementsAre;
 
 /// Frames 0 … size − 1; frame i is an image of one pixel with the value i. Frames in `unreadable` throw.
 class Frames final : public Sequence {
@@ -137,6 +138,12 @@ std::vector<std::string> problemsOf(const Sequence& frames, Labeler& labeler) {
   return problems;
 }
 
+/// The frames that problems "FRAME: …" name.
+std::vector<std::string> framesOf(std::vector<std::string> problems) {
+  for (std::string& problem : problems) problem.resize(std::min(problem.find(": "), problem.size()));
+  return problems;
+}
+
 TEST(LabelStream, AnExceptionOfAnyTypeIsItsFramesFailure) {
   Frames frames(6);
   frames.failing[0] = [] { std::string("RIFF").substr(8); };
@@ -144,12 +151,11 @@ TEST(LabelStream, AnExceptionOfAnyTypeIsItsFramesFailure) {
   frames.failing[3] = [] { throw std::filesystem::filesystem_error("gone", std::error_code()); };
   frames.failing[5] = [] { std::vector<int>().reserve(std::numeric_limits<std::size_t>::max()); };
   PixelLabeler labeler;
-  EXPECT_THAT(problemsOf(frames, labeler),
-              ElementsAre(AllOf(StartsWith("0.png: "), HasSubstr("substr")), "",
-                          AllOf(StartsWith("2.png: "), HasSubstr("two lines")),
-                          AllOf(StartsWith("3.png: "), HasSubstr("gone")), "", StartsWith("5.png: ")));
+  const auto problems = problemsOf(frames, labeler);
+  EXPECT_THAT(framesOf(problems), ElementsAre("0.png", "", "2.png", "3.png", "", "5.png"));
+  EXPECT_NE(problems[2].find("two lines"), std::string::npos) << "in one line: " << problems[2];
   LabelStream strict(frames, labeler, {.strict = true});
-  EXPECT_THAT(errorOf([&] { strict.next(); }), StartsWith("0.png: "));
+  EXPECT_THAT([&] { strict.next(); }, FailsWith(ErrorCode::invalidInput, "0.png: "));
   EXPECT_FALSE(strict.next());
 }
 
@@ -162,9 +168,10 @@ TEST(LabelStream, SoItIsWhenTheFrameIsPreparedOrInferred) {
   labeler.beforeInfer = [](int value) {
     if (value == 2) throw std::out_of_range("inferred");
   };
-  EXPECT_THAT(problemsOf(frames, labeler),
-              ElementsAre("", AllOf(StartsWith("1.png: "), HasSubstr("prepared")),
-                          AllOf(StartsWith("2.png: "), HasSubstr("inferred")), ""));
+  const auto problems = problemsOf(frames, labeler);
+  EXPECT_THAT(framesOf(problems), ElementsAre("", "1.png", "2.png", ""));
+  EXPECT_NE(problems[1].find("prepared"), std::string::npos);
+  EXPECT_NE(problems[2].find("inferred"), std::string::npos);
 }
 
 TEST(LabelStream, PassesOnWhatIsNoMatterOfOneFrame) {
