@@ -75,7 +75,7 @@ void collect(const CollectArguments& a) {
   else
     fmt::print("{}: {} of {} in {}; {} flat, {} cut by the border{}\n", a.output, counted(c.samples, "view"),
                counted(c.instances, "thing"), counted(c.frames - c.unread, "frame"), c.flat, c.atBorder,
-               c.full > 0 ? fmt::format("; {} more of things that had {}", c.full, a.options.views) : "");
+               c.full > 0 ? fmt::format("; {} more of things that had {}", c.full, a.options.maxViews) : "");
   if (c.samples == 0) throw NoAnswer{};
 }
 
@@ -102,10 +102,10 @@ std::string outputOf(const LabelArguments& a) {
 void label(const LabelArguments& a) {
   const auto views = openObjectViews(a.views, a.type);
   for (const std::string& warning : views->warnings()) spdlog::warn("{}", warning);
-  if (isObjectSamples(a.views) && a.patches.margin > mostCollectedMargin)
+  if (isObjectSamples(a.views) && a.patches.margin > maxCollectedMargin)
     throw Error(fmt::format(
         "{} was collected with {} of each thing's longer side around it; --margin is at most that", a.views,
-        mostCollectedMargin));
+        maxCollectedMargin));
   const std::string output = outputOf(a);
   requireDescriptorFile(output);
   for (const auto& file : descriptorFilesOf(output)) {
@@ -113,7 +113,7 @@ void label(const LabelArguments& a) {
     requireReplaceable(
         file, a.overwrite, [](const fs::path&) { return true; }, "words");
   }
-  const auto patches = patchesOf(*views, a.patches);
+  const auto patches = cropsOf(*views, a.patches);
   const auto labeler = a.model.open();
   const auto cache = a.model.noCache ? nullptr : std::make_unique<LabelCache>();
   const auto progress = makeStderrProgress();
@@ -173,12 +173,12 @@ void addObjectsCollect(CLI::App& objects) {
   addSequenceWithDepth(*command, a->sequence);
   command->add_option("-o,--output", a->output, "A new folder: samples.csv, images/ and clouds/")->required();
   command->add_option("--first", a->options.first, "The frame to begin with, from 0");
-  command->add_option("--frames", a->options.frames, "Look at so many frames; default: all")
+  command->add_option("--frames", a->options.maxFrames, "Look at so many frames; default: all")
       ->check(positive());
   command->add_option("--every", a->options.every, "Look at every so-many-th frame only")
       ->check(positive())
       ->capture_default_str();
-  command->add_option("--views", a->options.views, "Most views of one thing")
+  command->add_option("--views", a->options.maxViews, "Most views of one thing")
       ->check(positive())
       ->capture_default_str();
   command

@@ -36,7 +36,7 @@ std::string_view nameOf(FusedAnswer::Source source) {
   switch (source) {
     case FusedAnswer::Source::none:
       return "none";
-    case FusedAnswer::Source::seen:
+    case FusedAnswer::Source::image:
       return "image";
     case FusedAnswer::Source::shape:
       return "shape";
@@ -59,8 +59,8 @@ class PredictionPrinter {
   void frame(const ClusteredFrame& frame, const std::string& name,
              const std::vector<PredictedObject>& objects, double clustering, const PredictSeconds& seconds) {
     for (const PredictedObject& object : objects) {
-      last_[object.thing] = object;
-      if (!object.problem.empty()) spdlog::warn("{}, thing {}: {}", name, object.thing, object.problem);
+      last_[object.instance] = object;
+      if (!object.problem.empty()) spdlog::warn("{}, thing {}: {}", name, object.instance, object.problem);
     }
     if (json_)
       asJson(frame, name, objects, clustering, seconds);
@@ -72,20 +72,20 @@ class PredictionPrinter {
   void things() const {
     if (json_) return;
     std::size_t unknown = 0;
-    for (const auto& [number, object] : last_) unknown += object.belief.word < 0 ? 1 : 0;
+    for (const auto& [number, object] : last_) unknown += object.answer.classIndex < 0 ? 1 : 0;
     fmt::print("\n{}, {} believed to be none of the words\n", counted(last_.size(), "thing"), unknown);
     for (const auto& [number, object] : last_)
-      if (object.belief.word >= 0)
+      if (object.answer.classIndex >= 0)
         fmt::print("  {:>4}  {:<10} {:<20} {}\n", number, counted(object.views, "view"),
-                   believed(object.belief), object.belief.why);
+                   believed(object.answer), object.answer.why);
   }
 
   std::size_t count() const { return last_.size(); }
 
  private:
   std::string believed(const FusedAnswer& belief) const {
-    if (belief.word < 0) return "?";
-    return fmt::format("{} {:.0f} %", names_[static_cast<std::size_t>(belief.word)],
+    if (belief.classIndex < 0) return "?";
+    return fmt::format("{} {:.0f} %", names_[static_cast<std::size_t>(belief.classIndex)],
                        100 * belief.probability);
   }
 
@@ -100,9 +100,9 @@ class PredictionPrinter {
     for (std::size_t i = 0; i < objects.size(); ++i) {
       const PredictedObject& object = objects[i];
       const Cluster& cluster = frame.clusters.clusters[i];
-      fmt::print("  {:>4} at {:.2f} m  image {:<18} shape {:<18} -> {:<18} {}{}\n", object.thing,
-                 cluster.center.z, said(object.seen), said(object.shape), believed(object.belief),
-                 object.belief.why, cluster.atBorder ? "; cut by the border" : "");
+      fmt::print("  {:>4} at {:.2f} m  image {:<18} shape {:<18} -> {:<18} {}{}\n", object.instance,
+                 cluster.center.z, said(object.image), said(object.shape), believed(object.answer),
+                 object.answer.why, cluster.atBorder ? "; cut by the border" : "");
     }
   }
 
@@ -121,18 +121,19 @@ class PredictionPrinter {
     for (std::size_t i = 0; i < objects.size(); ++i) {
       const PredictedObject& object = objects[i];
       const Cluster& cluster = frame.clusters.clusters[i];
-      Json thing{{"thing", object.thing},
+      Json thing{{"thing", object.instance},
                  {"views", object.views},
                  {"box", {object.box.x, object.box.y, object.box.width, object.box.height}},
                  {"center", {cluster.center.x, cluster.center.y, cluster.center.z}},
                  {"flat", cluster.flat},
                  {"at_border", cluster.atBorder},
-                 {"image", answer(object.seen)},
-                 {"mass", object.mass},
+                 {"image", answer(object.image)},
+                 {"coverage", object.coverage},
                  {"shape", answer(object.shape)}};
-      const FusedAnswer& belief = object.belief;
+      const FusedAnswer& belief = object.answer;
       thing["believed"] = {
-          {"word", belief.word < 0 ? Json() : Json(names_[static_cast<std::size_t>(belief.word)])},
+          {"word",
+           belief.classIndex < 0 ? Json() : Json(names_[static_cast<std::size_t>(belief.classIndex)])},
           {"probability", belief.probability},
           {"source", nameOf(belief.source)},
           {"why", belief.why}};
@@ -143,7 +144,7 @@ class PredictionPrinter {
            {"things", things},
            {"seconds",
             {{"clusters", clustering},
-             {"images", seconds.patches},
+             {"images", seconds.crops},
              {"labeler", seconds.labeler},
              {"shapes", seconds.shapes},
              {"classifier", seconds.classifier}}}});
@@ -156,7 +157,7 @@ class PredictionPrinter {
 
 void run(const Arguments& a) {
   requireImage(a.image, a.overwrite, {a.model, a.sequence.path});
-  const ObjectModel model = ObjectModel::load(a.model);
+  const ObjectModel model = readObjectModel(a.model);
   const auto sequence = a.sequence.open();
   requireClusterable(*sequence);
   if (a.first >= sequence->size())
@@ -164,17 +165,17 @@ void run(const Arguments& a) {
                             counted(sequence->size(), "frame"), a.first));
   const auto labeler = a.shapeOnly ? nullptr : a.labeler.open();
   PredictOptions options;
-  options.patches = a.patches;
+  options.crops = a.patches;
   options.threads = a.labeler.options.threads;
   ClusterOptions clustering;
   clustering.minPoints = a.least;
   clustering.threads = options.threads;
   ObjectPredictor predictor(model, labeler.get(), options);
-  if (labeler != nullptr && !model.prior().empty() && !predictor.corrects())
+  if (labeler != nullptr && !model.prior().empty() && !predictor.correctsPrior())
     spdlog::warn("{} is not who named what was learned from ({}), so its answers are taken as they are",
                  labeler->identity(), model.labeler());
 
-  PredictionPrinter telling(model.study(), a.json);
+  PredictionPrinter telling(model.targets(), a.json);
   std::size_t read = 0;
   cv::Mat drawn;
   for (std::size_t i = a.first; i < sequence->size() && (a.frames == 0 || read < a.frames);
@@ -203,7 +204,7 @@ void run(const Arguments& a) {
     }
     ++read;
     telling.frame(clustered, about.name, objects, took.count(), seconds);
-    if (!a.image.empty()) drawn = report::drawObjects(clustered.image, objects, model.study().names());
+    if (!a.image.empty()) drawn = report::drawObjects(clustered.image, objects, model.targets().names());
   }
   if (read == 0 && !interrupted())
     throw Error(fmt::format("{}: no frame can be read with its depth", sequence->name()));

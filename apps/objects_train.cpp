@@ -70,16 +70,16 @@ Sources open(const Arguments& a) {
     for (const std::string& warning : sources.opened.back()->warnings()) spdlog::warn("{}", warning);
     LabeledViews& labeled = sources.labeled.emplace_back();
     labeled.views = sources.opened.back().get();
-    if (!a.truth) labeled.words = wordsFor(a, i);
+    if (!a.truth) labeled.labels = wordsFor(a, i);
   }
   return sources;
 }
 
-TargetClasses studyOf(const Arguments& a, const Sources& sources) {
-  if (!a.study.empty()) return TargetClasses::fromFile(a.study);
+TargetClasses targetsOf(const Arguments& a, const Sources& sources) {
+  if (!a.study.empty()) return readTargetClasses(a.study);
   if (!a.truth)
     throw Error(
-        "the words to learn are missing: give a study, a TOML file with a table [words.NAME] each, by "
+        "the words to learn are missing: give a study, a TOML file with a table [classes.NAME] each, by "
         "--study");
   const auto categories = categoriesOf(sources.labeled);
   if (categories.empty())
@@ -87,24 +87,25 @@ TargetClasses studyOf(const Arguments& a, const Sources& sources) {
         fmt::format("{}: nobody says what these things are, so there are no true names to learn; label "
                     "them, or fill in the column `category` of samples.csv",
                     a.views.front()));
-  return TargetClasses::ofCategories(categories);
+  return targetClassesOf(categories);
 }
 
 /// Labels that are spelt as no labeler spells them are no error, as their word has others.
-void warnOfLabels(const TargetClasses& study, const Sources& sources) {
+void warnOfLabels(const TargetClasses& targets, const Sources& sources) {
   std::set<std::string> told;
   for (const LabeledViews& labeled : sources.labeled)
-    if (labeled.words)
-      for (const std::string& sentence : unknownLabels(study, labeled.words->vocabulary))
+    if (labeled.labels)
+      for (const std::string& sentence : unknownLabels(targets, labeled.labels->vocabulary))
         if (told.insert(sentence).second) spdlog::warn("{}", sentence);
 }
 
 Json jsonOf(const Arguments& a, const TrainingSet& g, const ObjectModel& model) {
   Json words = Json::array();
-  for (std::size_t w = 0; w < model.study().words.size(); ++w) {
-    Json word{{"word", model.study().words[w].name}, {"views", g.samples[w]}, {"instances", g.instances[w]}};
+  for (std::size_t w = 0; w < model.targets().classes.size(); ++w) {
+    Json word{
+        {"word", model.targets().classes[w].name}, {"views", g.samples[w]}, {"instances", g.instances[w]}};
     word["prior"] = model.prior().empty() ? Json() : Json(model.prior()[w]);
-    word["agreement"] = model.agreement()[w] < 0 ? Json() : Json(model.agreement()[w]);
+    word["held_out_accuracy"] = model.heldOutAccuracy()[w] < 0 ? Json() : Json(model.heldOutAccuracy()[w]);
     words.push_back(word);
   }
   Json json{
@@ -112,13 +113,13 @@ Json jsonOf(const Arguments& a, const TrainingSet& g, const ObjectModel& model) 
       {"names", a.truth ? "true" : a.naming},
       {"labeler", model.labeler()},
       {"words", words},
-      {"mass", g.mass},
+      {"coverage", g.coverage},
       {"left_out",
-       {{"flat", g.flat}, {"at_border", g.atBorder}, {"without_words", g.without}, {"unnamed", g.unnamed}}},
+       {{"flat", g.flat}, {"at_border", g.atBorder}, {"unlabeled", g.unlabeled}, {"rejected", g.rejected}}},
       {"choice", model.choice()}};
-  json["named_rightly"] = a.truth || g.checked == 0
-                              ? Json()
-                              : Json(static_cast<double>(g.right) / static_cast<double>(g.checked));
+  json["pseudo_label_accuracy"] =
+      a.truth || g.comparable == 0 ? Json()
+                                   : Json(static_cast<double>(g.correct) / static_cast<double>(g.comparable));
   return json;
 }
 
@@ -128,24 +129,24 @@ void tell(const Arguments& a, const TrainingSet& g, const ObjectModel& model) {
   };
   std::size_t views = 0;
   for (const std::size_t count : g.samples) views += count;
-  fmt::print("{}: {} of {}, named by {}\n", a.output, counted(model.study().words.size(), "word"),
+  fmt::print("{}: {} of {}, named by {}\n", a.output, counted(model.targets().classes.size(), "word"),
              counted(views, "view"),
              a.truth
                  ? "their true categories"
                  : fmt::format("{} ({})", model.labeler().substr(0, model.labeler().find(' ')), a.naming));
-  fmt::print("  {:<24} {:>6} {:>7} {:>6} {:>10}\n", "word", "views", "things", "prior", "agreement");
-  for (std::size_t w = 0; w < model.study().words.size(); ++w)
-    fmt::print("  {:<24} {:>6} {:>7} {:>6} {:>10}\n", model.study().words[w].name, g.samples[w],
+  fmt::print("  {:<24} {:>6} {:>7} {:>6} {:>10}\n", "word", "views", "things", "prior", "held out");
+  for (std::size_t w = 0; w < model.targets().classes.size(); ++w)
+    fmt::print("  {:<24} {:>6} {:>7} {:>6} {:>10}\n", model.targets().classes[w].name, g.samples[w],
                g.instances[w], model.prior().empty() ? "" : percent(model.prior()[w]),
-               percent(model.agreement()[w]));
-  if (!a.truth) fmt::print("{} of what the labeler says is about these words\n", percent(g.mass));
-  if (!a.truth && g.checked > 0)
+               percent(model.heldOutAccuracy()[w]));
+  if (!a.truth) fmt::print("{} of what the labeler says is about these words\n", percent(g.coverage));
+  if (!a.truth && g.comparable > 0)
     fmt::print("{} of {} whose category is known are named rightly\n",
-               percent(static_cast<double>(g.right) / static_cast<double>(g.checked)),
-               counted(g.checked, "view"));
-  if (g.flat + g.atBorder + g.without + g.unnamed > 0)
+               percent(static_cast<double>(g.correct) / static_cast<double>(g.comparable)),
+               counted(g.comparable, "view"));
+  if (g.flat + g.atBorder + g.unlabeled + g.rejected > 0)
     fmt::print("left out: {} flat, {} cut by the border, {} without words, {} without a name\n", g.flat,
-               g.atBorder, g.without, g.unnamed);
+               g.atBorder, g.unlabeled, g.rejected);
   fmt::print("{}\n", model.choice());
 }
 
@@ -153,17 +154,17 @@ void run(Arguments& a) {
   if (a.output.empty()) throw Error("the model has no name; give -o one, such as kitchen.objects");
   requireReplaceable(a.output, a.overwrite, isObjectModel, "model of objects");
   const Sources sources = open(a);
-  const TargetClasses study = studyOf(a, sources);
-  a.options.naming = getPseudoLabeling(a.naming);
-  a.options.correct = a.prior == "uniform";
+  const TargetClasses targets = targetsOf(a, sources);
+  a.options.pseudoLabels = getPseudoLabeling(a.naming);
+  a.options.correctPrior = a.prior == "uniform";
   a.options.shape.threads = a.options.classifier.threads;
-  warnOfLabels(study, sources);
+  warnOfLabels(targets, sources);
   const auto progress = makeStderrProgress();
   std::vector<std::string> problems;
-  const TrainingSet gathered = gatherTraining(sources.labeled, study, a.options, *progress, &problems);
+  const TrainingSet gathered = gatherTraining(sources.labeled, targets, a.options, *progress, &problems);
   for (const std::string& problem : problems) spdlog::warn("left out: {}", problem);
-  const ObjectModel model = ObjectModel::train(gathered.training, a.options.classifier, *progress);
-  model.save(a.output);
+  const ObjectModel model = trainObjectModel(gathered.training, a.options.classifier, *progress);
+  writeObjectModel(model, a.output);
   if (a.json)
     print(jsonOf(a, gathered, model));
   else
@@ -198,7 +199,7 @@ void addObjectsTrain(CLI::App& objects) {
       ->required();
   command->add_option(
       "--study", a->study,
-      "The words, and what labelers and data sets call them: TOML, a table [words.NAME] each; "
+      "The words, and what labelers and data sets call them: TOML, a table [classes.NAME] each; "
       "with --truth by default the categories");
   command->add_option("-o,--output", a->output, "The model, NAME.objects")->required();
   command->add_option("--names", a->naming, explained("How words become names:", pseudoLabelings()))
@@ -211,14 +212,15 @@ void addObjectsTrain(CLI::App& objects) {
       ->check(CLI::IsMember({"uniform", "none"}))
       ->capture_default_str();
   command
-      ->add_option("--mass", a->options.leastMass,
+      ->add_option("--min-coverage", a->options.minCoverage,
                    "Give no name to things of whose images the labeler says less than this share about the "
                    "study's words: they are something else")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   CLI::Option* truth = command->add_flag(
       "--truth", a->truth, "Learn the true categories of the views instead of a labeler's words");
-  for (const char* said : {"--names", "--prior", "--mass"}) truth->excludes(command->get_option(said));
+  for (const char* said : {"--names", "--prior", "--min-coverage"})
+    truth->excludes(command->get_option(said));
   command
       ->add_option("--labels", a->labels,
                    "The words of each of VIEWS, in order; default: words.labels in the folder")
@@ -227,7 +229,8 @@ void addObjectsTrain(CLI::App& objects) {
   command->add_option("--type", a->type.type,
                       explained("How to read VIEWS: auto (finds out by itself)", objectViewTypes()));
   command->add_option("--split", a->options.split, "Only the views of this part of the data set");
-  command->add_flag("--all", a->options.all, "Learn from flat views and from those cut by the border, too");
+  command->add_flag("--all", a->options.allViews,
+                    "Learn from flat views and from those cut by the border, too");
   const auto learning = "Learning";
   command
       ->add_option("--classifier", a->options.classifier.type, explained("What learns:", classifierTypes()))

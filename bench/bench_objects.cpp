@@ -38,7 +38,7 @@ ClusteredFrame clustered(const Sequence& sequence, std::size_t i, const ClusterO
 }
 
 ObjectModel learned(const Sequence& sequence, int threads) {
-  ObjectTraining training{TargetClasses::ofCategories({"mug", "bottle", "chair", "monitor", "carton"}),
+  ObjectTraining training{targetClassesOf({"mug", "bottle", "chair", "monitor", "carton"}),
                           {},
                           {shapeParts({}), {}, DescriptorMatrix(0)},
                           {},
@@ -62,7 +62,7 @@ ObjectModel learned(const Sequence& sequence, int threads) {
   ClassifierOptions options;
   options.c = 10;
   options.gamma = 1;
-  return ObjectModel::train(training, options, silent);
+  return trainObjectModel(training, options, silent);
 }
 
 double processorSeconds() {
@@ -102,10 +102,10 @@ void measure(const Sequence& sequence, int threads, std::size_t most, Labeler* l
     things += predictor.predict(frame, sequence.frame(i).pose, &s).size();
     const double processor = labeler == nullptr ? processorSeconds() - before : 0;
     const double seconds[] = {clusters.count(),
-                              s.patches,
+                              s.crops,
                               s.shapes,
                               s.classifier,
-                              clusters.count() + s.patches + s.shapes + s.classifier,
+                              clusters.count() + s.crops + s.shapes + s.classifier,
                               processor,
                               s.labeler};
     for (std::size_t k = 0; k < stages.size(); ++k) stages[k].milliseconds.push_back(1000 * seconds[k]);

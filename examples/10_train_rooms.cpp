@@ -18,16 +18,14 @@ int main(int argc, char** argv) try {
   describing.cache = &cache;
   const auto images = estancia::openSequence(argv[1]);
   const auto known = estancia::describeSequence(*images, "inception-v3", describing, silent);
-  const auto classifier = estancia::trainRoomClassifier(known, {}, silent);
+  const auto classifier = estancia::trainRoomClassifier(known);
   std::printf("%s\n", classifier.choice().c_str());
 
-  // A robot asks about what it sees now; here that is the first of the images.
-  const auto descriptor = estancia::loadDescriptor(estancia::descriptorOf(classifier));
-  const auto seen = classifier.predict(estancia::featuresOf(*descriptor, {images->image(0), {}, {}, "now"}));
-  for (std::size_t room = 0; room < classifier.rooms().size(); ++room)
-    std::printf("%s %.1f %%\n", classifier.rooms()[room].c_str(), 100 * seen.row(0)[room]);
+  // A robot predicts the room of its current image; here that is the first of the images.
+  for (const auto& [room, p] : classifier.predict(images->image(0)))
+    std::printf("%s %.1f %%\n", room.c_str(), 100 * p);
 
-  // The words that the map was made of say enough; nothing is labeled again.
+  // The labels of the map are enough; nothing is labeled again.
   const auto words = estancia::readMapDescriptors(argv[2]);
   const auto features = estancia::featuresFor(classifier, words, nullptr, describing, silent);
   estancia::writeRoomPredictions(estancia::predictRooms(classifier, features, words.frames), argv[2]);

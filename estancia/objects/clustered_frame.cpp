@@ -13,7 +13,7 @@ namespace estancia {
 ClusteredFrame clusteredFrame(const cv::Mat& image, const cv::Mat& depth, const CameraIntrinsics& camera,
                               const ClusterOptions& options) {
   if (image.empty() || image.type() != CV_8UC3)
-    throw Error("things are looked for in a BGR image of 8 bits with its depth; this is none");
+    throw Error(ErrorCode::invalidInput, "the image of a frame is not BGR with 8 bits; convert it");
   ClusteredFrame frame{image, depth, camera, findClusters(depth, camera, options)};
   frame.camera = camera.scaledTo(depth.cols, depth.rows);
   return frame;
@@ -21,13 +21,15 @@ ClusteredFrame clusteredFrame(const cv::Mat& image, const cv::Mat& depth, const 
 
 void requireClusterable(const Sequence& sequence) {
   if (!sequence.hasDepth())
-    throw Error(fmt::format(
-        "{}: there are no depth images, by which things are told apart; give a sequence with depth",
-        sequence.name()));
+    throw Error(
+        ErrorCode::invalidInput,
+        fmt::format(
+            "{}: there are no depth images, by which things are told apart; give a sequence with depth",
+            sequence.name()));
   if (!sequence.intrinsics())
     throw Error(
-        fmt::format("{}: nothing says which camera took the images; give its fx fy cx cy by --intrinsics",
-                    sequence.name()));
+        ErrorCode::invalidInput,
+        fmt::format("{} has no camera intrinsics; give fx fy cx cy by --intrinsics", sequence.name()));
 }
 
 ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i) {
@@ -38,11 +40,12 @@ ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i) {
     else
       read.depth = sequence.depth(i);
   });
-  constexpr double likeness = 1.05;  // of the shapes of images that show the same view
+  constexpr double maxRatio = 1.05;  // of the aspect ratios of images of the same view
   const double image = static_cast<double>(read.image.cols) / read.image.rows;
   const double depth = static_cast<double>(read.depth.cols) / read.depth.rows;
-  if (image > likeness * depth || depth > likeness * image)
+  if (image > maxRatio * depth || depth > maxRatio * image)
     throw Error(
+        ErrorCode::mismatch,
         fmt::format("an image of {} × {} and depth of {} × {} pixels do not show the same view; register "
                     "depth to color",
                     read.image.cols, read.image.rows, read.depth.cols, read.depth.rows));

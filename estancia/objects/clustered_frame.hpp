@@ -1,4 +1,4 @@
-// A frame with depth, taken apart into things.
+// Clustered frame: a frame with depth, segmented into objects.
 #pragma once
 
 #include <cstddef>
@@ -13,24 +13,29 @@
 namespace estancia {
 
 struct ClusteredFrame {
-  cv::Mat image;            ///< BGR
-  cv::Mat depth;            ///< CV_32F [m]; may have another size than the image
-  CameraIntrinsics camera;  ///< of the depth image
-  Clusters clusters;        ///< their points and boxes are pixels of the depth image
+  /// BGR.
+  cv::Mat image;
+  /// CV_32F [m]; may have another size than the image.
+  cv::Mat depth;
+  /// Of the depth image.
+  CameraIntrinsics camera;
+  /// Their points and boxes are pixels of the depth image.
+  Clusters clusters;
 };
 
-/// Throws Error as findClusters() does, and on an image that is not BGR.
+/// Throws Error as findClusters(), and (invalidInput) on an image that is not BGR.
 ClusteredFrame clusteredFrame(const cv::Mat& image, const cv::Mat& depth, const CameraIntrinsics& camera,
                               const ClusterOptions& options = {});
 
-/// Throws Error, saying what to do, unless the sequence has depth and its camera is known.
+/// Throws Error (invalidInput) unless the sequence has depth and its camera is known.
 void requireClusterable(const Sequence& sequence);
 
 struct ImageAndDepth {
   cv::Mat image, depth;
 };
 
-/// Of frame i, read side by side. Throws Error when either cannot be read, or they cannot show the same view.
+/// Of frame i, read in parallel. Throws Error when one cannot be read, or (mismatch) when they do not show
+/// the same view.
 ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i);
 
 /// The points of cluster i in the optical frame of the camera, colored by the image; not organized.
@@ -42,7 +47,7 @@ cv::Rect boxOf(const ClusteredFrame& frame, std::size_t i);
 /// Not 0 where the image shows cluster i; CV_8U, the size of the image.
 cv::Mat maskOf(const ClusteredFrame& frame, std::size_t i);
 
-/// The image of cluster i for labelers: cropObject() its box. Throws Error on options out of range.
+/// The image of cluster i for labelers: cropObject() of its box. Throws Error on invalid options.
 cv::Mat cropObject(const ClusteredFrame& frame, std::size_t i, const CropOptions& options = {});
 
 }  // namespace estancia

@@ -18,22 +18,18 @@
 #include "estancia/io/object_samples.hpp"
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/new_samples.hpp"
+#include "estancia/objects/tracks.hpp"
 
 namespace estancia {
 namespace {
 
 namespace fs = std::filesystem;
 
-void requireOptions(const CollectOptions& options) {
-  if (options.every == 0 || options.views == 0)
-    throw Error("collect: at least every frame and one view of each thing are to be taken, not 0");
-}
-
-/// What a patch with the largest margin that can be chosen later shows.
+/// The region of a crop with the largest margin.
 cv::Rect surroundings(const cv::Rect& box) {
   const CropOptions standard;
   const auto reach = static_cast<int>(
-      std::ceil(std::max(box.width, box.height) * (0.5 + mostCollectedMargin) / standard.crop));
+      std::ceil(std::max(box.width, box.height) * (0.5 + maxCollectedMargin) / standard.crop));
   const cv::Point middle = (box.tl() + box.br()) / 2;
   return {middle.x - reach - 1, middle.y - reach - 1, 2 * reach + 2, 2 * reach + 2};
 }
@@ -46,18 +42,18 @@ class Collector {
 
   void add(const ClusteredFrame& frame, const Frame& about) {
     const auto& clusters = frame.clusters.clusters;
-    const auto things = tracks_.follow(frame.clusters, frame.camera, about.pose);
+    const auto instances = tracks_.follow(frame.clusters, frame.camera, about.pose);
     count(frame);
     std::vector<std::size_t> kept;
     const std::size_t first = samples_.size();
     for (std::size_t i = 0; i < clusters.size(); ++i) {
-      std::size_t& views = viewsOf_[things[i]];
-      if (views == options_.views) {
+      std::size_t& views = viewsOf_[instances[i]];
+      if (views == options_.maxViews) {
         ++collected_.full;
         continue;
       }
       ObjectSample sample;
-      sample.view.instance = fmt::format("thing-{:04}", things[i]);
+      sample.view.instance = fmt::format("object-{:04}", instances[i]);
       sample.view.name = fmt::format("{}-{:04}", sample.view.instance, views++);
       sample.view.frame = io::printable(about.name);
       sample.view.flat = clusters[i].flat;
@@ -94,12 +90,11 @@ class Collector {
   }
 
   void write(const ClusteredFrame& frame, std::size_t i, ObjectSample& sample) const {
-    // More than labelers see by default, and which of it is the thing: margin and background are theirs to
-    // choose.
-    const cv::Rect box = boxOf(frame, i), there = surroundings(box) & cv::Rect({}, frame.image.size());
-    sample.box = box - there.tl();
-    writePng(frame.image(there), imageOf(folder_, sample.view.name));
-    writePng(maskOf(frame, i)(there), maskOf(folder_, sample.view.name));
+    // More than the default crop, and the mask of the object: margin and background are chosen when labeling.
+    const cv::Rect box = boxOf(frame, i), region = surroundings(box) & cv::Rect({}, frame.image.size());
+    sample.box = box - region.tl();
+    writePng(frame.image(region), imageOf(folder_, sample.view.name));
+    writePng(maskOf(frame, i)(region), maskOf(folder_, sample.view.name));
     writeCloud(cloudOf(frame, i), cloudOf(folder_, sample.view.name));
   }
 
@@ -111,20 +106,41 @@ class Collector {
   Collected collected_;
 };
 
+std::string interruptionOf(const Collected& c, std::size_t total, const fs::path& folder) {
+  return fmt::format("stopped after {} of {} frames; {}", c.frames, total,
+                     c.samples > 0 ? fmt::format("the {} samples of {} objects so far are in {}", c.samples,
+                                                 c.instances, io::printable(folder.string()))
+                                   : "there were no objects so far");
+}
+
 }  // namespace
+
+OptionGroup declare(CollectOptions& options) {
+  OptionGroup group("collect", "Collection of object samples from a sequence.");
+  group.add("first", &options.first, "First frame.").range(0);
+  group.add("every", &options.every, "Use every N-th frame.").range(1);
+  group.add("max-frames", &options.maxFrames, "Number of frames; 0: all.").range(0);
+  group.add("max-views", &options.maxViews, "Largest number of views of one object (thesis Table 6.2).")
+      .range(1);
+  group.add("replace", &options.replace, "Replace the samples in an existing folder.");
+  group.add("strict", &options.strict, "Fail at a frame that cannot be read instead of skipping it.");
+  group.add(declare(options.tracks));
+  return group;
+}
 
 Collected collectObjects(const Sequence& sequence, const fs::path& folder, const CollectOptions& options,
                          Progress& progress, std::vector<std::string>* problems) {
-  requireOptions(options);
+  validate(options);
   requireClusterable(sequence);
   if (options.first >= sequence.size())
-    throw Error(fmt::format("{} has {} frames; frame {} is behind the last", sequence.name(), sequence.size(),
-                            options.first));
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("the first frame is {}, but {} has {}; give a smaller number", options.first,
+                            sequence.name(), sequence.size()));
   NewSamples made(folder, options.replace);
   Collector collector(made.folder(), options);
   Collected& counts = collector.collected();
   std::size_t total = 1 + (sequence.size() - options.first - 1) / options.every;
-  if (options.frames > 0) total = std::min(total, options.frames);
+  if (options.maxFrames > 0) total = std::min(total, options.maxFrames);
   const auto keep = [&] {
     if (!collector.samples().empty()) made.finish(collector.samples());
   };
@@ -133,12 +149,7 @@ Collected collectObjects(const Sequence& sequence, const fs::path& folder, const
     for (std::size_t i = options.first; counts.frames < total; i += options.every) {
       if (interrupted()) {
         keep();
-        const bool any = !collector.samples().empty();
-        throw Interrupted(fmt::format(
-            "stopped after {} of {} frames; {}", counts.frames, total,
-            any ? fmt::format("the {} samples of {} things so far are in {}", collector.collected().samples,
-                              collector.collected().instances, io::printable(folder.string()))
-                : std::string("there were no things by then")));
+        throw Interrupted(interruptionOf(collector.collected(), total, folder));
       }
       ++counts.frames;
       ImageAndDepth read;
@@ -161,13 +172,14 @@ Collected collectObjects(const Sequence& sequence, const fs::path& folder, const
   } catch (...) {
     try {
       keep();
-    } catch (const Error&) {  // as when the disk is full: the first error is the one to tell
+    } catch (const Error&) {  // as when the disk is full: the first error is reported
     }
     throw;
   }
   progress.end();
   if (counts.unread == counts.frames)
-    throw Error(fmt::format("{}: none of the {} frames can be read with its depth", sequence.name(), total));
+    throw Error(ErrorCode::fileUnreadable,
+                fmt::format("{}: none of the {} frames can be read with its depth", sequence.name(), total));
   keep();
   return collector.collected();
 }

@@ -1,4 +1,4 @@
-// A sequence with depth → samples of the things in it, to be labeled and learned from (thesis 6.3.1).
+// Object samples: images and point clouds of objects, collected from a sequence with depth (thesis 6.3.1).
 #pragma once
 
 #include <cstddef>
@@ -7,46 +7,63 @@
 #include <vector>
 
 #include "estancia/cloud/clusters.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/sequence.hpp"
-#include "estancia/objects/tracks.hpp"
 
 namespace estancia {
+
+/// Data association of objects from frame to frame.
+struct TrackOptions {
+  double maxDistance = 0.05;
+  double minOverlap = 0.3;
+  std::size_t maxUnseen = 5;
+};
+OptionGroup declare(TrackOptions& options);
 
 struct CollectOptions {
   ClusterOptions clusters = {};
   TrackOptions tracks = {};
-  std::size_t first = 0;    ///< frame to begin with
-  std::size_t every = 1;    ///< only each such frame; at least 1
-  std::size_t frames = 0;   ///< that are looked at; 0: all
-  std::size_t views = 500;  ///< of one thing (thesis Table 6.2); later ones are left out; at least 1
-  bool replace = false;     ///< samples that are there already, once new ones have been gathered
-  bool strict = false;      ///< throw Error at a frame that cannot be read instead of leaving it out
+  std::size_t first = 0;
+  std::size_t every = 1;
+  std::size_t maxFrames = 0;
+  std::size_t maxViews = 500;
+  /// Replace the samples in an existing folder, once new ones have been collected.
+  bool replace = false;
+  /// Throw Error at a frame that cannot be read instead of skipping it.
+  bool strict = false;
 };
+OptionGroup declare(CollectOptions& options);
 
-/// What came of it.
+/// Statistics of collectObjects().
 struct Collected {
-  std::size_t frames = 0;          ///< looked at
-  std::size_t unread = 0;          ///< of them without a readable image or depth
-  std::size_t withoutPlane = 0;    ///< nothing to stand on or against was seen
-  std::size_t withoutCluster = 0;  ///< nothing stands about
-  std::size_t huge = 0;            ///< with a cluster of more than half of the pixels
+  std::size_t frames = 0;
+  /// Frames whose image or depth cannot be read.
+  std::size_t unread = 0;
+  /// Frames without a supporting plane.
+  std::size_t withoutPlane = 0;
+  /// Frames without an object.
+  std::size_t withoutCluster = 0;
+  /// Frames with an object of more than half of the pixels: under-segmented, or too near.
+  std::size_t huge = 0;
   std::size_t samples = 0, instances = 0;
-  std::size_t flat = 0, atBorder = 0;  ///< samples that are
-  std::size_t full = 0;                ///< views left out as their thing had enough
+  /// Samples that are flat, or cut by the image border.
+  std::size_t flat = 0, atBorder = 0;
+  /// Views that were left out as their object had maxViews.
+  std::size_t full = 0;
 };
 
-/// Labelers see at most so much around collected things, in shares of their longer side.
-constexpr double mostCollectedMargin = 0.5;
+/// The largest margin around an object that its samples keep, as a share of its longer side.
+constexpr double maxCollectedMargin = 0.5;
 
-/// Cuts each frame into things, follows them from frame to frame, and makes `folder` (object_samples.hpp): a
-/// thing is an instance, each sight of it a sample, flat ones and those at the border included. Why frames
-/// are left out is told in `problems`, one sentence each. The folder is there when all is done, and also,
-/// with what was gathered until then, when the user asks to stop, which throws Interrupted, or something goes
-/// wrong; without any sample it is not made. Throws Error when the sequence has no depth or camera, no frame
-/// at all can be read, on options out of range, and as NewSamples does.
+/// Segments each frame into objects, tracks them, and makes `folder` (object_samples.hpp): each tracked
+/// object is an instance, each view of it a sample, flat ones and those at the border included. The reasons
+/// for skipped frames go to `problems`. The folder appears at the end; and also, with the samples so far,
+/// after Interrupted or another failure; without any sample it is not made. Throws Error when the sequence
+/// has no depth or camera (invalidInput), on invalid options, when no frame can be read (fileUnreadable), and
+/// as NewSamples.
 Collected collectObjects(const Sequence& sequence, const std::filesystem::path& folder,
-                         const CollectOptions& options, Progress& progress,
+                         const CollectOptions& options = {}, Progress& progress = Progress::none(),
                          std::vector<std::string>* problems = nullptr);
 
 }  // namespace estancia

@@ -12,17 +12,17 @@
 namespace estancia {
 namespace {
 
-/// Samples that can be judged, and their names.
+/// Samples that can be judged, and their labels.
 struct Judged {
-  std::vector<std::size_t> rows, names;
+  std::vector<std::size_t> rows, labels;
 };
 
-Judged judgedOf(const std::vector<int>& names, const DescriptorMatrix& heldOut) {
+Judged judgedOf(const std::vector<int>& labels, const DescriptorMatrix& heldOut) {
   Judged judged;
-  for (std::size_t i = 0; i < names.size(); ++i)
+  for (std::size_t i = 0; i < labels.size(); ++i)
     if (std::ranges::any_of(heldOut.row(i), [](float p) { return p > 0; })) {
       judged.rows.push_back(i);
-      judged.names.push_back(static_cast<std::size_t>(names[i]));
+      judged.labels.push_back(static_cast<std::size_t>(labels[i]));
     }
   return judged;
 }
@@ -31,8 +31,8 @@ Judged judgedOf(const std::vector<int>& names, const DescriptorMatrix& heldOut) 
 std::vector<double> thresholdsOf(const Judged& judged, const DescriptorMatrix& heldOut) {
   std::vector<double> sums(heldOut.labels(), 0), counts(heldOut.labels(), 0);
   for (std::size_t s = 0; s < judged.rows.size(); ++s) {
-    sums[judged.names[s]] += heldOut.row(judged.rows[s])[judged.names[s]];
-    ++counts[judged.names[s]];
+    sums[judged.labels[s]] += heldOut.row(judged.rows[s])[judged.labels[s]];
+    ++counts[judged.labels[s]];
   }
   for (std::size_t w = 0; w < sums.size(); ++w)
     sums[w] = counts[w] > 0 ? sums[w] / counts[w] : std::numeric_limits<double>::infinity();
@@ -50,8 +50,8 @@ std::vector<double> confidentJoint(const Judged& judged, const DescriptorMatrix&
     for (std::size_t w = 0; w < k; ++w)
       if (p[w] >= thresholds[w] && (likeliest == k || p[w] > p[likeliest])) likeliest = w;
     if (likeliest == k) continue;
-    ++joint[judged.names[s] * k + likeliest];
-    ++sums[judged.names[s]];
+    ++joint[judged.labels[s] * k + likeliest];
+    ++sums[judged.labels[s]];
   }
   for (std::size_t i = 0; i < joint.size(); ++i)
     if (sums[i / k] > 0) joint[i] /= sums[i / k];
@@ -60,22 +60,22 @@ std::vector<double> confidentJoint(const Judged& judged, const DescriptorMatrix&
 
 }  // namespace
 
-std::vector<std::size_t> likelyMisnamed(const std::vector<int>& names, const DescriptorMatrix& heldOut) {
-  if (names.size() != heldOut.size())
-    throw Error(
-        fmt::format("{} names have {} held-out answers; give one each", names.size(), heldOut.size()));
+std::vector<std::size_t> likelyMislabeled(const std::vector<int>& labels, const DescriptorMatrix& heldOut) {
+  if (labels.size() != heldOut.size())
+    throw Error(ErrorCode::mismatch, fmt::format("{} labels have {} held-out answers; give one each",
+                                                 labels.size(), heldOut.size()));
   const std::size_t k = heldOut.labels();
-  const Judged judged = judgedOf(names, heldOut);
+  const Judged judged = judgedOf(labels, heldOut);
   const std::vector<double> joint = confidentJoint(judged, heldOut);
   std::vector<std::size_t> misnamed;
   for (std::size_t name = 0; name < k; ++name)
     for (std::size_t word = 0; word < k; ++word) {
       if (word == name) continue;
-      const auto all = static_cast<double>(std::ranges::count(judged.names, name));
+      const auto all = static_cast<double>(std::ranges::count(judged.labels, name));
       std::vector<std::pair<float, std::size_t>> against;  // how much surer of the name than of the word
       for (std::size_t s = 0; s < judged.rows.size(); ++s)
         if (const DescriptorView p = heldOut.row(judged.rows[s]);
-            judged.names[s] == name && p[word] > p[name])
+            judged.labels[s] == name && p[word] > p[name])
           against.emplace_back(p[name] - p[word], judged.rows[s]);
       std::ranges::sort(against);
       const auto wrong = static_cast<std::size_t>(std::lround(all * joint[name * k + word]));

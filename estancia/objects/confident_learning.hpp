@@ -1,4 +1,4 @@
-// Which names are likely wrong, by what a classifier says of samples that it did not learn from.
+// Confident learning: finds label errors by held-out class probabilities (Northcutt, Jiang, Chuang 2021).
 #pragma once
 
 #include <cstddef>
@@ -8,12 +8,12 @@
 
 namespace estancia {
 
-/// Confident learning (Northcutt, Jiang, Chuang, JAIR 70, 2021, section 3): a sample counts for the likeliest
-/// of the words that it is at least as sure of as samples of that name are on average; how many samples of
-/// each name count for each other word tells how many are wrong; and so many are taken (pruning by noise
-/// rate), those first that are surest of the other word. Only samples that are surer of the other word than
-/// of their name are. `names` are words 0 … K − 1, `heldOut` N × K probabilities; rows that are all 0 are not
-/// judged. Ascending. Throws Error when the numbers of samples differ.
-std::vector<std::size_t> likelyMisnamed(const std::vector<int>& names, const DescriptorMatrix& heldOut);
+/// Samples that are likely mislabeled (Northcutt, Jiang, Chuang, JAIR 70, 2021, section 3), ascending. A
+/// sample counts for the most probable of the classes whose probability is at least the mean self-confidence
+/// of that class's samples; the counts of (label, other class) estimate the number of errors, and that many
+/// samples are taken (pruning by noise rate), those with the largest margin of the other class first, and
+/// only where it is more probable than the label. `labels` are 0 … K − 1, `heldOut` N × K probabilities; rows
+/// of zeros are not judged. Throws Error (mismatch) when the numbers of samples differ.
+std::vector<std::size_t> likelyMislabeled(const std::vector<int>& labels, const DescriptorMatrix& heldOut);
 
 }  // namespace estancia

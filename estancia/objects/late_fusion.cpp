@@ -12,33 +12,34 @@
 namespace estancia {
 namespace {
 
-/// Mean gray. Of 164 objects of NYU's rooms Inception v3 named 49 % rightly, darkened to a mean of 0.1 (with
-/// noise of 1.5 of 255) 43 %, of 0.05 30 %, of 0.025 14 %; but its own confidence fell from 67 to 48 % only.
+/// Mean gray. Of 164 objects of NYU's rooms Inception v3 classified 49 % correctly, darkened to a mean of 0.1
+/// (with noise of 1.5 of 255) 43 %, of 0.05 30 %, of 0.025 14 %; but its confidence fell from 67 to 48 %
+/// only.
 constexpr double dark = 0.1;
 
-/// With less the labeler means something else: of those objects 31 % were named rightly below, 55 % above; of
-/// 270 renderings 58 % and 80 %.
-constexpr float leastMass = 0.02F;
+/// With less the labeler means another class: of those objects 31 % were classified correctly below, 55 %
+/// above; of 270 renderings 58 % and 80 %.
+constexpr float minCoverage = 0.02F;
 
-/// The largest and smallest share that what was held out can prove: there are some dozens a word.
-constexpr double surest = 0.95;
+/// Limits of the held-out accuracy: there are some dozens of samples a class.
+constexpr double maxAccuracy = 0.95;
 
 struct Answer {
-  std::size_t word;
+  std::size_t classIndex;
   double probability;
 };
 
-/// Nothing where nothing is said.
-std::optional<Answer> answerOf(DescriptorView shares, const TargetClasses& study) {
-  if (shares.empty()) return std::nullopt;
-  requireProbabilities(shares, study.words.size(), "the evidence of an object");
-  const auto best = std::ranges::max_element(shares);
+/// None without any probability.
+std::optional<Answer> answerOf(DescriptorView probabilities, const TargetClasses& targets) {
+  if (probabilities.empty()) return std::nullopt;
+  requireProbabilities(probabilities, targets.classes.size(), "the evidence of an object");
+  const auto best = std::ranges::max_element(probabilities);
   if (!(*best > 0)) return std::nullopt;
-  return Answer{static_cast<std::size_t>(best - shares.begin()), *best};
+  return Answer{static_cast<std::size_t>(best - probabilities.begin()), *best};
 }
 
 double logOdds(double p) {
-  p = std::clamp(p, 1 - surest, surest);
+  p = std::clamp(p, 1 - maxAccuracy, maxAccuracy);
   return std::log(p / (1 - p));
 }
 
@@ -46,66 +47,65 @@ std::string percent(double share) {
   return fmt::format("{:.0f} %", 100 * share);
 }
 
-/// Why the image cannot be relied on; "" where it can.
-std::string doubtOf(const ObjectEvidence& evidence, const std::optional<Answer>& seen) {
-  if (evidence.seen.empty()) return "no image was asked about";
+/// Why the image is not reliable; "" otherwise.
+std::string doubtOf(const ObjectEvidence& evidence, const std::optional<Answer>& image) {
+  if (evidence.image.empty()) return "no labeler was asked";
   if (!(evidence.brightness >= dark))
-    return fmt::format("it is too dark to be seen, {} of white", percent(evidence.brightness));
-  if (!seen) return "the labeler says nothing of the study's words";
-  if (!(evidence.mass >= leastMass))
-    return fmt::format("the labeler means something else, the study's words are {:.1f} % of its answer",
-                       100 * evidence.mass);
+    return fmt::format("the image is too dark, {} of white", percent(evidence.brightness));
+  if (!image) return "the labeler gives none of the target classes";
+  if (!(evidence.coverage >= minCoverage))
+    return fmt::format("the target classes are only {:.1f} % of the labeler's answer",
+                       100 * evidence.coverage);
   return "";
 }
 
-FusedAnswer believed(FusedAnswer::Source source, const Answer& answer, std::string why) {
-  return {source, static_cast<int>(answer.word), answer.probability, std::move(why)};
+FusedAnswer answered(FusedAnswer::Source source, const Answer& answer, std::string why) {
+  return {source, static_cast<int>(answer.classIndex), answer.probability, std::move(why)};
 }
 
-/// Two different words, of which one is more likely right.
-FusedAnswer moreLikely(const ObjectModel& model, const Answer& seen, const Answer& shape) {
-  const double agreement = model.agreement()[shape.word];
-  // What was never held out neither speaks for the shape nor against it.
-  const double forShape = logOdds(shape.probability) + (agreement < 0 ? 0 : logOdds(agreement));
-  const bool trustsShape = forShape > logOdds(seen.probability);
-  const std::string tried =
-      agreement < 0 ? "how often such shapes are right is not known"
-                    : fmt::format("such shapes were right in {} of what was held out", percent(agreement));
-  const auto& words = model.study().words;
-  return believed(trustsShape ? FusedAnswer::Source::shape : FusedAnswer::Source::seen,
-                  trustsShape ? shape : seen,
-                  fmt::format("the image says {} {}, the shape {} {}: {}, which makes the {} more likely",
-                              words[seen.word].name, percent(seen.probability), words[shape.word].name,
-                              percent(shape.probability), tried, trustsShape ? "shape" : "image"));
+/// Two different classes: the one with the larger log-odds.
+FusedAnswer moreLikely(const ObjectModel& model, const Answer& image, const Answer& shape) {
+  const double accuracy = model.heldOutAccuracy()[shape.classIndex];
+  // An unknown accuracy counts neither for the shape nor against it.
+  const double shapeOdds = logOdds(shape.probability) + (accuracy < 0 ? 0 : logOdds(accuracy));
+  const bool trustsShape = shapeOdds > logOdds(image.probability);
+  const std::string heldOut =
+      accuracy < 0 ? "the held-out accuracy of such shapes is unknown"
+                   : fmt::format("the held-out accuracy of such shapes is {}", percent(accuracy));
+  const auto& classes = model.targets().classes;
+  return answered(
+      trustsShape ? FusedAnswer::Source::shape : FusedAnswer::Source::image, trustsShape ? shape : image,
+      fmt::format("image: {} {}, shape: {} {}; {}, so that the {} is more likely correct",
+                  classes[image.classIndex].name, percent(image.probability), classes[shape.classIndex].name,
+                  percent(shape.probability), heldOut, trustsShape ? "shape" : "image"));
 }
 
 }  // namespace
 
 FusedAnswer fuseAnswers(const ObjectModel& model, const ObjectEvidence& evidence) {
   using Source = FusedAnswer::Source;
-  const TargetClasses& study = model.study();
-  const std::optional<Answer> seen = answerOf(evidence.seen, study), shape = answerOf(evidence.shape, study);
-  const auto said = [&](const Answer& answer) {
-    return fmt::format("{} {}", study.words[answer.word].name, percent(answer.probability));
+  const TargetClasses& targets = model.targets();
+  const std::optional<Answer> image = answerOf(evidence.image, targets),
+                              shape = answerOf(evidence.shape, targets);
+  const auto named = [&](const Answer& answer) {
+    return fmt::format("{} {}", targets.classes[answer.classIndex].name, percent(answer.probability));
   };
   if (evidence.flat)
-    return {Source::none, -1, 0,
-            seen ? fmt::format("it is flat: an image of something, or a single face; the image says {}",
-                               said(*seen))
-                 : "it is flat: an image of something, or a single face"};
-  const std::string doubt = doubtOf(evidence, seen);
-  if (!doubt.empty() && !shape)
-    return {Source::none, -1, 0, doubt + ", and its shape could not be described"};
+    return {.why = "it is flat: an image of something, or a single face" +
+                   (image ? "; image: " + named(*image) : std::string())};
+  const std::string doubt = doubtOf(evidence, image);
+  if (!doubt.empty() && !shape) return {.why = doubt + ", and its shape could not be described"};
   if (!doubt.empty())
-    return believed(Source::shape, *shape, fmt::format("{}; the shape says {}", doubt, said(*shape)));
+    return answered(Source::shape, *shape, fmt::format("{}; shape: {}", doubt, named(*shape)));
   if (!shape)
-    return believed(Source::seen, *seen,
-                    fmt::format("its shape could not be described; the image says {}", said(*seen)));
-  if (seen->word == shape->word)
-    return believed(Source::both, {seen->word, std::max(seen->probability, shape->probability)},
-                    fmt::format("image and shape agree on {}, {} and {}", study.words[seen->word].name,
-                                percent(seen->probability), percent(shape->probability)));
-  return moreLikely(model, *seen, *shape);
+    return answered(Source::image, *image,
+                    fmt::format("its shape could not be described; image: {}", named(*image)));
+  if (image->classIndex == shape->classIndex)
+    return answered(
+        Source::both, {image->classIndex, std::max(image->probability, shape->probability)},
+        fmt::format("image and shape agree on {}, {} and {}", targets.classes[image->classIndex].name,
+                    percent(image->probability), percent(shape->probability)));
+  return moreLikely(model, *image, *shape);
 }
 
 }  // namespace estancia

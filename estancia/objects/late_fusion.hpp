@@ -1,35 +1,29 @@
-// A thing's 2-D answer, its 3-D answer, and which one to believe.
+// Late fusion: combines the answers of the image classifier and the shape classifier for one object.
 #pragma once
-
-#include <string>
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/objects/object_model.hpp"
+#include "estancia/objects/predict.hpp"
 
 namespace estancia {
 
-/// What is known of one thing.
+/// The evidence for one object.
 struct ObjectEvidence {
-  DescriptorView seen;    ///< what the labeler says of its image, in the words of the study; empty: not asked
-  float mass = 0;         ///< of that in the labeler's whole answer
-  double brightness = 1;  ///< of its image: mean gray, 0 … 1; 0 where there is none
-  DescriptorView shape;   ///< what the model says of its shape; empty: could not be described
+  /// Class probabilities by the labeler; empty: not asked.
+  DescriptorView image = {};
+  /// Share of the target classes in the labeler's whole answer.
+  float coverage = 0;
+  /// Mean gray of the image, 0 … 1; 0 without one.
+  double brightness = 1;
+  /// Class probabilities by the model; empty: the shape could not be described.
+  DescriptorView shape = {};
   bool flat = false;
 };
 
-struct FusedAnswer {
-  enum class Source { none, seen, shape, both };
-  Source source = Source::none;
-  int word = -1;  ///< of the study
-  double probability = 0;
-  std::string why;  ///< one sentence
-};
-
-/// First that applies: a flat thing is believed to be none (an image of something); in the dark, or where
-/// the labeler knows nothing of the words, the shape is believed; where there is no shape, the image; where
-/// both agree, both; else what is more likely right: by its own probability and, of the shape, by how often
-/// that word was right of what was held out in training (the sum of the log-odds). Throws Error when an
-/// answer is in the words of another study.
+/// The first rule that applies: a flat object is none of the classes (an image of something); in the dark, or
+/// with too little coverage, the shape decides; without a shape, the image; if both agree, both; else the
+/// answer with the larger log-odds, where the shape's are those of its probability plus those of the class's
+/// held-out accuracy. Throws Error as requireProbabilities() on probabilities of other classes.
 FusedAnswer fuseAnswers(const ObjectModel& model, const ObjectEvidence& evidence);
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// What names and models of shapes share: named samples in coordinates, and opinions on what was held out.
+// Labeled shapes and their held-out predictions, shared by pseudo-labels and object models.
 #pragma once
 
 #include <cstddef>
@@ -24,9 +24,10 @@ struct NamedShapes {
 NamedShapes namedShapes(const Features& shapes, std::span<const int> words, std::span<const int> instances,
                         std::size_t count, int folds);
 
-/// Probabilities of the classes for each sample, of a classifier that learned from the other folds; all 0
-/// where these do not know the sample's own class, so that it could only be wrong. C is 10 and gamma 1 unless
-/// given: they are not searched for again. Throws Error as trainClassifier() does; Interrupted.
-DescriptorMatrix heldOut(const Samples& samples, const ClassifierOptions& options, Progress& progress);
+/// Class probabilities of each sample by a classifier trained on the other folds; all 0 if these lack the
+/// sample's class, so that it could only be wrong. C is 10 and gamma 1 unless given: they are not searched
+/// for. Throws Error as trainClassifier(); Interrupted.
+DescriptorMatrix heldOut(const Samples& samples, const ClassifierOptions& options,
+                         Progress& progress = Progress::none());
 
 }  // namespace estancia

@@ -33,32 +33,35 @@ std::set<fs::path> filesOf(const fs::path& folder) {
 
 void requireOnlySamples(const fs::path& folder) {
   if (!isObjectSamples(folder))
-    throw Error(fmt::format("{} is no folder of samples, so it is not replaced; give another name",
+    throw Error(ErrorCode::fileExists,
+                fmt::format("{} is not a folder of samples and is not replaced; give another name",
                             printable(folder.string())));
   const std::set<fs::path> files = filesOf(folder), parts = partsOf(folder);
-  for (const auto& there : fs::recursive_directory_iterator(folder))
-    if (!files.contains(there.path()) && !(there.is_directory() && parts.contains(there.path())))
-      throw Error(fmt::format("{} is none of the samples there, so nothing is replaced; move it away first",
-                              printable(there.path().string())));
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (!files.contains(entry.path()) && !(entry.is_directory() && parts.contains(entry.path())))
+      throw Error(ErrorCode::fileExists,
+                  fmt::format("{} is not one of the samples, so that nothing is replaced; move it away first",
+                              printable(entry.path().string())));
 }
 
 void requirePlace(const fs::path& folder, bool replace) {
   if (!fs::exists(folder) || (fs::is_directory(folder) && fs::is_empty(folder))) return;
   if (!fs::is_directory(folder) || !replace)
-    throw Error(
-        fmt::format("{} is there already; give another name, or replace the samples in it by --overwrite",
-                    printable(folder.string())));
+    throw Error(ErrorCode::fileExists,
+                fmt::format("{} exists; give another name, or replace its samples by --overwrite",
+                            printable(folder.string())));
   requireOnlySamples(folder);
 }
 
-/// Does it, turning what the file system says into an Error about `folder`.
+/// Runs `work` and turns errors of the file system into an Error about `folder`.
 template <class Work>
 void onDisk(const fs::path& folder, const char* what, const Work& work) {
   try {
     work();
   } catch (const fs::filesystem_error& e) {
-    throw Error(fmt::format("{}: the folder cannot be {} ({})", printable(folder.string()), what,
-                            e.code().message()));
+    throw Error(ErrorCode::fileUnwritable,
+                fmt::format("{}: the folder cannot be {} ({}); check its parent folder",
+                            printable(folder.string()), what, e.code().message()));
   }
 }
 
@@ -66,7 +69,7 @@ void onDisk(const fs::path& folder, const char* what, const Work& work) {
 
 // Built upon another constructor, so that what was made is removed when the rest fails.
 NewSamples::NewSamples(const fs::path& folder, bool replace) : NewSamples() {
-  if (folder.empty()) throw Error("the folder of samples has no name; give one");
+  if (folder.empty()) throw Error(ErrorCode::invalidOption, "the folder of samples has no name; give one");
   onDisk(folder, "made", [&] {
     folder_ = fs::weakly_canonical(fs::absolute(folder / "x"))
                   .parent_path();  // without dots and slashes at its end
@@ -74,7 +77,8 @@ NewSamples::NewSamples(const fs::path& folder, bool replace) : NewSamples() {
     const fs::path part = folder_.string() + ".part";
     if (fs::exists(part)) {
       if (!isObjectSamples(part))
-        throw Error(fmt::format("{} is in the way; samples are gathered there first. Move it away",
+        throw Error(ErrorCode::fileExists,
+                    fmt::format("{} exists, where samples are collected first; move it away",
                                 printable(part.string())));
       fs::remove_all(part);  // of a run that was killed
     }

@@ -1,4 +1,4 @@
-// A folder of samples in the making: there whole or not at all.
+// New sample folder: written beside its place, then renamed.
 #pragma once
 
 #include <filesystem>
@@ -8,12 +8,12 @@
 
 namespace estancia {
 
-/// Fills FOLDER.part, which takes the place of FOLDER when it is finished; until then what is there stays.
+/// Fills FOLDER.part, which replaces FOLDER when it is finished.
 class NewSamples {
  public:
-  /// Throws Error when there is no name; when FOLDER is there and not empty, unless it is to be replaced and
-  /// holds samples and nothing else; and when FOLDER.part cannot be made, or is there and not what a killed
-  /// run left.
+  /// Throws Error without a name (invalidOption); when FOLDER exists and is not empty, unless it is to be
+  /// replaced and has samples only (fileExists); and when FOLDER.part cannot be made (fileUnwritable), or
+  /// exists and is not that of a killed run (fileExists).
   NewSamples(const std::filesystem::path& folder, bool replace);
 
   /// Removes FOLDER.part unless it was finished.
@@ -21,10 +21,10 @@ class NewSamples {
   NewSamples(const NewSamples&) = delete;
   NewSamples& operator=(const NewSamples&) = delete;
 
-  /// Where images, masks and clouds go for now.
+  /// The folder of images, masks and clouds until finish().
   const std::filesystem::path& folder() const { return part_; }
 
-  /// Writes the list and puts the folder in its place. Throws Error when that fails.
+  /// Writes the list and renames the folder. Throws Error (fileUnwritable).
   void finish(const std::vector<ObjectSample>& samples);
 
  private:

@@ -6,9 +6,9 @@
 namespace estancia {
 namespace {
 
-class Patches final : public Sequence {
+class Crops final : public Sequence {
  public:
-  Patches(const ObjectViews& views, const CropOptions& options) : views_(views), options_(options) {
+  Crops(const ObjectViews& views, const CropOptions& options) : views_(views), options_(options) {
     warnings_ = views.warnings();
     for (std::size_t i = 0; i < views.size(); ++i) {
       Frame frame;
@@ -23,8 +23,8 @@ class Patches final : public Sequence {
   const Frame& frame(std::size_t i) const override { return frames_[i]; }
 
   cv::Mat image(std::size_t i) const override {
-    const ObjectImage seen = views_.image(i);
-    if (!seen.image.empty()) return cropObject(seen.image, seen.box, seen.mask, options_);
+    const ObjectImage view = views_.image(i);
+    if (!view.image.empty()) return cropObject(view.image, view.box, view.mask, options_);
     constexpr int size = 299;  // what the larger networks take
     return renderObject(views_.cloud(i), size, options_);
   }
@@ -37,8 +37,8 @@ class Patches final : public Sequence {
 
 }  // namespace
 
-std::unique_ptr<Sequence> patchesOf(const ObjectViews& views, const CropOptions& options) {
-  return std::make_unique<Patches>(views, options);
+std::unique_ptr<Sequence> cropsOf(const ObjectViews& views, const CropOptions& options) {
+  return std::make_unique<Crops>(views, options);
 }
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// The images of things as a sequence, for whatever labels sequences.
+// Object crops: the images of object views as a sequence, for labelers.
 #pragma once
 
 #include <memory>
@@ -9,8 +9,8 @@
 
 namespace estancia {
 
-/// A frame a view, called as it is, whose image is cropObject() its image, or renderObject() its cloud where
-/// it has none. `views` must outlive it.
-std::unique_ptr<Sequence> patchesOf(const ObjectViews& views, const CropOptions& options = {});
+/// One frame a view, of the same name: cropObject() of its image, or renderObject() of its cloud without one.
+/// `views` must outlive it.
+std::unique_ptr<Sequence> cropsOf(const ObjectViews& views, const CropOptions& options = {});
 
 }  // namespace estancia

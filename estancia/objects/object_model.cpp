@@ -1,50 +1,51 @@
 #include "estancia/objects/object_model.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
+#include "estancia/classify/embedding.hpp"
 #include "estancia/classify/model_file.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/objects/learning.hpp"
+#include "estancia/objects/training.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr ModelFileKind kind{"ESTOBJCT", 1, "model of objects", "estancia objects train"};
+constexpr ModelFileKind kind{"ESTOBJCT", 1, "object model", "estancia objects train"};
 
-void requireTwoWords(const ObjectTraining& training) {
+void requireTwoClasses(const ObjectTraining& training) {
   std::vector<std::string> learned;
-  for (std::size_t w = 0; w < training.study.words.size(); ++w)
-    if (std::ranges::count(training.words, static_cast<int>(w)) > 0)
-      learned.push_back(training.study.words[w].name);
+  for (std::size_t c = 0; c < training.targets.classes.size(); ++c)
+    if (std::ranges::count(training.classes, static_cast<int>(c)) > 0)
+      learned.push_back(training.targets.classes[c].name);
   if (learned.size() >= 2) return;
-  throw Error(learned.empty()
-                  ? fmt::format("not one of {} samples is named by a word of the study; there is nothing to "
-                                "learn",
-                                training.words.size())
-                  : fmt::format("all samples that are named are called \"{}\"; a model needs two words or "
-                                "more to tell apart",
-                                learned.front()));
+  throw Error(
+      ErrorCode::insufficientData,
+      learned.empty()
+          ? fmt::format("none of {} samples has a target class; label them", training.classes.size())
+          : fmt::format("all samples are of class \"{}\"; give samples of two or more", learned.front()));
 }
 
-/// By word; see ObjectModel::agreement().
-std::vector<float> scorePose(const Samples& samples, const DescriptorMatrix& held) {
-  std::vector<float> taken(held.labels(), 0), right(held.labels(), 0), agreement(held.labels(), -1);
-  for (std::size_t i = 0; i < held.size(); ++i) {
-    const auto best = std::ranges::max_element(held.row(i));
+/// Of each class; see ObjectModel::heldOutAccuracy().
+std::vector<float> accuracies(const Samples& samples, const DescriptorMatrix& heldOut) {
+  std::vector<float> predicted(heldOut.labels(), 0), correct(heldOut.labels(), 0),
+      accuracy(heldOut.labels(), -1);
+  for (std::size_t i = 0; i < heldOut.size(); ++i) {
+    const auto best = std::ranges::max_element(heldOut.row(i));
     if (!(*best > 0)) continue;
-    const auto word = static_cast<std::size_t>(best - held.row(i).begin());
-    ++taken[word];
-    right[word] += samples.classes[i] == static_cast<int>(word) ? 1 : 0;
+    const auto c = static_cast<std::size_t>(best - heldOut.row(i).begin());
+    ++predicted[c];
+    correct[c] += samples.classes[i] == static_cast<int>(c) ? 1 : 0;
   }
-  for (std::size_t w = 0; w < agreement.size(); ++w)
-    if (taken[w] > 0) agreement[w] = right[w] / taken[w];
-  return agreement;
+  for (std::size_t c = 0; c < accuracy.size(); ++c)
+    if (predicted[c] > 0) accuracy[c] = correct[c] / predicted[c];
+  return accuracy;
 }
 
 void writeTexts(ByteWriter& out, const std::vector<std::string>& texts) {
@@ -60,47 +61,53 @@ std::vector<std::string> readTexts(ModelFileReader& model) {
   return texts;
 }
 
-/// One a word, or none where `optional`, each from `least` to 1.
-std::vector<float> readShares(ByteReader& in, std::size_t words, float least, bool optional) {
+/// One a class, or none if `optional`, each from `min` to 1.
+std::vector<float> readShares(ByteReader& in, std::size_t classes, float min, bool optional) {
   std::vector<float> shares = in.numbers<float>();
-  if ((shares.size() != words && !(optional && shares.empty())) ||
-      !std::ranges::all_of(shares, [least](float s) { return s >= least && s <= 1; }))
-    in.fail("it is damaged (its shares of words)");
+  if ((shares.size() != classes && !(optional && shares.empty())) ||
+      !std::ranges::all_of(shares, [min](float s) { return s >= min && s <= 1; }))
+    in.fail("it is damaged (its shares of classes)");
   return shares;
 }
 
 }  // namespace
 
 struct ObjectModel::Learned {
-  TargetClasses study;
-  ShapeOptions shape;
-  std::string labeler;
-  std::vector<float> prior, agreement;
-  FeatureEmbedding embedding;
-  std::shared_ptr<const Classifier> classifier;
+  TargetClasses targets = {};
+  ShapeOptions shape = {};
+  std::string labeler = {};
+  std::vector<float> prior = {}, heldOutAccuracy = {};
+  FeatureEmbedding embedding = {};
+  std::shared_ptr<const Classifier> classifier = {};
 };
 
-ObjectModel::ObjectModel(std::shared_ptr<const Learned> learned) : learned_(std::move(learned)) {}
-
-ObjectModel ObjectModel::train(const ObjectTraining& training, const ClassifierOptions& options,
-                               Progress& progress) {
-  const std::size_t words = training.study.words.size();
-  if (const std::string flaw = flawOf(training.study); !flaw.empty()) throw Error(flaw);
+ObjectModel trainObjectModel(const ObjectTraining& training, const ClassifierOptions& options,
+                             Progress& progress) {
+  const std::size_t classes = training.targets.classes.size();
+  validate(training.targets);
   if (!training.prior.empty() &&
-      (training.prior.size() != words ||
+      (training.prior.size() != classes ||
        !std::ranges::all_of(training.prior, [](float p) { return p >= 0 && p <= 1; })))
-    throw Error(fmt::format("the prior of a study of {} words must be as many numbers from 0 to 1", words));
-  requireTwoWords(training);
-  NamedShapes named = namedShapes(training.shapes, training.words, training.instances, words, options.folds);
-  std::shared_ptr<const Classifier> classifier = trainClassifier(named.samples, options, progress);
-  std::vector<float> agreement = scorePose(named.samples, heldOut(named.samples, options, progress));
-  return ObjectModel(std::make_shared<const Learned>(
-      Learned{training.study, training.shape, training.labeler, training.prior, std::move(agreement),
-              std::move(named.embedding), std::move(classifier)}));
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("the prior has {} numbers; give one from 0 to 1 for each of {} classes",
+                            training.prior.size(), classes));
+  requireTwoClasses(training);
+  LabeledShapes labeled =
+      labeledShapes(training.shapes, training.classes, training.instances, classes, options.folds);
+  std::shared_ptr<const Classifier> classifier = trainClassifier(labeled.samples, options, progress);
+  std::vector<float> accuracy = accuracies(labeled.samples, heldOut(labeled.samples, options, progress));
+  return ObjectModel(std::make_shared<const ObjectModel::Learned>(
+      ObjectModel::Learned{.targets = training.targets,
+                           .shape = training.shape,
+                           .labeler = training.labeler,
+                           .prior = training.prior,
+                           .heldOutAccuracy = std::move(accuracy),
+                           .embedding = std::move(labeled.embedding),
+                           .classifier = std::move(classifier)}));
 }
 
-const TargetClasses& ObjectModel::study() const {
-  return learned_->study;
+const TargetClasses& ObjectModel::targets() const {
+  return learned_->targets;
 }
 
 const ShapeOptions& ObjectModel::shape() const {
@@ -115,8 +122,8 @@ const std::vector<float>& ObjectModel::prior() const {
   return learned_->prior;
 }
 
-const std::vector<float>& ObjectModel::agreement() const {
-  return learned_->agreement;
+const std::vector<float>& ObjectModel::heldOutAccuracy() const {
+  return learned_->heldOutAccuracy;
 }
 
 std::string ObjectModel::choice() const {
@@ -127,54 +134,54 @@ DescriptorMatrix ObjectModel::predict(const Features& shapes, int threads) const
   return learned_->classifier->predict(learned_->embedding.apply(shapes), threads);
 }
 
-void ObjectModel::save(const fs::path& file) const {
+void writeObjectModel(const ObjectModel& model, const fs::path& file) {
+  const ObjectModel::Learned& learned = *model.learned_;
   ByteWriter content;
-  content.number(static_cast<std::uint64_t>(study().words.size()));
-  for (const TargetClasses::Word& word : study().words) {
-    content.text(word.name);
-    writeTexts(content, word.labels);
-    writeTexts(content, word.categories);
+  content.number(static_cast<std::uint64_t>(learned.targets.classes.size()));
+  for (const TargetClasses::Class& target : learned.targets.classes) {
+    content.text(target.name);
+    writeTexts(content, target.labels);
+    writeTexts(content, target.categories);
   }
-  content.number(static_cast<std::int32_t>(shape().samples));
-  content.number(static_cast<std::uint8_t>(shape().size ? 1 : 0));
-  content.number(shape().seed);
-  content.text(labeler());
-  content.numbers(prior());
-  content.numbers(agreement());
-  learned_->embedding.write(content);
-  learned_->classifier->write(content);
+  content.number(static_cast<std::int32_t>(learned.shape.samples));
+  content.number(static_cast<std::uint8_t>(learned.shape.size ? 1 : 0));
+  content.number(learned.shape.seed);
+  content.text(learned.labeler);
+  content.numbers(learned.prior);
+  content.numbers(learned.heldOutAccuracy);
+  learned.embedding.write(content);
+  learned.classifier->write(content);
   writeModelFile(file, kind, content.bytes());
 }
 
-ObjectModel ObjectModel::load(const fs::path& file) {
+ObjectModel readObjectModel(const fs::path& file) {
   ModelFileReader model(file, kind);
   ByteReader& in = model.content();
-  Learned learned;
-  const std::size_t words = in.count(sizeof(std::uint32_t));
-  for (std::size_t w = 0; w < words; ++w) {
-    TargetClasses::Word word;
-    word.name = in.text();
-    word.labels = readTexts(model);
-    word.categories = readTexts(model);
-    model.requirePrintable({word.name});
-    learned.study.words.push_back(std::move(word));
+  ObjectModel::Learned learned;
+  const std::size_t classes = in.count(sizeof(std::uint32_t));
+  for (std::size_t c = 0; c < classes; ++c) {
+    TargetClasses::Class target;
+    target.name = in.text();
+    target.labels = readTexts(model);
+    target.categories = readTexts(model);
+    model.requirePrintable({target.name});
+    learned.targets.classes.push_back(std::move(target));
   }
-  if (const std::string flaw = flawOf(learned.study); !flaw.empty())
-    in.fail(fmt::format("it is damaged ({})", flaw));
   learned.shape.samples = in.number<std::int32_t>();
   learned.shape.size = in.number<std::uint8_t>() != 0;
   learned.shape.seed = in.number<std::uint64_t>();
   try {
-    shapeParts(learned.shape);
+    validate(learned.targets);
+    validate(learned.shape);
   } catch (const Error& e) {
     in.fail(fmt::format("it is damaged ({})", e.what()));
   }
   learned.labeler = in.text();
   model.requirePrintable({learned.labeler});
-  learned.prior = readShares(in, words, 0, true);
-  learned.agreement = readShares(in, words, -1, false);
-  std::tie(learned.embedding, learned.classifier) = model.classifier(words);
-  return ObjectModel(std::make_shared<const Learned>(std::move(learned)));
+  learned.prior = readShares(in, classes, 0, true);
+  learned.heldOutAccuracy = readShares(in, classes, -1, false);
+  std::tie(learned.embedding, learned.classifier) = model.classifier(classes);
+  return ObjectModel(std::make_shared<const ObjectModel::Learned>(std::move(learned)));
 }
 
 bool isObjectModel(const fs::path& file) {

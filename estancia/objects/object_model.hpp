@@ -1,66 +1,91 @@
-// What was learned of the shapes of a study's words.
+// Object model: target classes and a classifier of 3-D shapes that was trained on the labels of images.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
-#include "estancia/classify/classifier.hpp"
-#include "estancia/classify/embedding.hpp"
+#include "estancia/core/descriptor.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/describe/features.hpp"
-#include "estancia/objects/shape.hpp"
-#include "estancia/objects/target_classes.hpp"
 
 namespace estancia {
 
-/// What a model is learned from. Invariant: as many words and instances as rows of `shapes`.
-struct ObjectTraining {
-  TargetClasses study;
-  ShapeOptions shape;  ///< that `shapes` were made with
-  Features shapes;
-  std::vector<int> words;      ///< of the study; −1 is left out
-  std::vector<int> instances;  ///< samples of one never part in validation
-  std::string labeler;         ///< identity of who gave the words; "" for a person
-  std::vector<float> prior;    ///< of that labeler (priorOf()); empty: answers are taken as they are
+/// The classes of objects, with their names at labelers and in data sets (thesis 6.3). Invariant: at least
+/// one class; names differ; no category belongs to two classes.
+struct TargetClasses {
+  struct Class {
+    std::string name;
+    /// Labels of labelers, as in a question: "coffee mug".
+    std::vector<std::string> labels;
+    /// Categories of data sets.
+    std::vector<std::string> categories;
+  };
+  std::vector<Class> classes;
+
+  std::vector<std::string> names() const;
+  /// The class of a category; −1 for none of them.
+  int classOf(const std::string& category) const;
 };
 
-/// Embedding, classifier, and how well it and the names agreed. Cheap to copy.
+/// Throws Error (invalidInput) on a breach of the invariant.
+void validate(const TargetClasses& targets);
+
+/// Reads TOML: a table `[classes.NAME]` a class with `labels` and `categories`, both its name by default.
+/// Throws Error (fileNotFound, malformedFile).
+TargetClasses readTargetClasses(const std::filesystem::path& file);
+
+/// Each category is a class of its own name. Throws Error (invalidInput) as validate().
+TargetClasses targetClassesOf(const std::vector<std::string>& categories);
+
+struct ShapeOptions {
+  int samples = 5000;
+  bool size = false;
+  std::uint64_t seed = 1;
+  int threads = 0;
+};
+OptionGroup declare(ShapeOptions& options);
+
+/// Embedding and classifier of shapes with their held-out accuracy. Cheap to copy; trained by
+/// trainObjectModel().
 class ObjectModel {
  public:
-  /// Throws Error when fewer than two words have samples (naming those that do) or a value is not finite;
-  /// Interrupted.
-  static ObjectModel train(const ObjectTraining& training, const ClassifierOptions& options,
-                           Progress& progress);
+  struct Learned;
+  explicit ObjectModel(std::shared_ptr<const Learned> learned) : learned_(std::move(learned)) {}
 
-  const TargetClasses& study() const;
+  const TargetClasses& targets() const;
   const ShapeOptions& shape() const;
+  /// Identity of the labeler of the training data; "" for a person.
   const std::string& labeler() const;
+  /// How often that labeler gave each class (priorOf()); empty: its answers are taken as they are.
   const std::vector<float>& prior() const;
-  /// How often the shape is right when it says a word: of the training samples that were held out, by
-  /// instances, and taken for that word, the share that is named so; −1 where there were none, or the word
-  /// could not be held out (one instance of a few samples). Instances that are the only ones of a word are
-  /// held out in parts. The truth here is what the labeler said; where samples
-  /// that shapes speak against were left out (Naming::confident), it looks better than it is.
-  const std::vector<float>& agreement() const;
-  std::string choice() const;  ///< as RoomClassifier::choice()
+  /// The accuracy of each predicted class on held-out training instances: the share of the samples predicted
+  /// so that have that pseudo-label. −1 without such samples, or if the class could not be held out (one
+  /// instance of a few samples). The only instance of a class is held out in parts. Pseudo-labels are taken
+  /// for the truth; where confident learning removed samples, the estimate is optimistic.
+  const std::vector<float>& heldOutAccuracy() const;
+  /// As RoomClassifier::choice().
+  std::string choice() const;
 
-  /// N × words; a row adds up to 1; 0 for words without samples. Throws Error when the shapes are other ones.
+  /// N × classes; a row adds up to 1; 0 for classes without training samples. Throws Error (mismatch) on
+  /// features of other shape options.
   DescriptorMatrix predict(const Features& shapes, int threads = 0) const;
 
-  /// Versioned and checked; written whole or not at all. load() throws Error on anything that save() did not
-  /// write, or a newer version wrote.
-  void save(const std::filesystem::path& file) const;
-  static ObjectModel load(const std::filesystem::path& file);
-
  private:
-  struct Learned;
-  explicit ObjectModel(std::shared_ptr<const Learned> learned);
+  friend void writeObjectModel(const ObjectModel& model, const std::filesystem::path& file);
   std::shared_ptr<const Learned> learned_;
 };
 
-/// Whether the file begins as one does, sound or not.
+/// Throws Error (fileUnreadable, unsupportedFile, corruptFile, malformedFile).
+ObjectModel readObjectModel(const std::filesystem::path& file);
+
+/// Writes atomically. Throws Error (fileUnwritable).
+void writeObjectModel(const ObjectModel& model, const std::filesystem::path& file);
+
+/// Whether the file begins as an object model, whatever its name.
 bool isObjectModel(const std::filesystem::path& file);
 
 }  // namespace estancia

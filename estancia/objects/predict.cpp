@@ -15,11 +15,17 @@
 #include "estancia/core/log_opinion_pool.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/label/label_stream.hpp"
+#include "estancia/objects/class_probabilities.hpp"
+#include "estancia/objects/clustered_frame.hpp"
+#include "estancia/objects/late_fusion.hpp"
+#include "estancia/objects/shape.hpp"
+#include "estancia/objects/tracks.hpp"
 
 namespace estancia {
 namespace {
 
-class Watch {
+class StopWatch {
  public:
   /// Seconds since the last call.
   double lap() {
@@ -32,13 +38,36 @@ class Watch {
   Clock::time_point since_ = Clock::now();
 };
 
-/// What all views of a thing say together.
-struct Thing {
-  explicit Thing(std::size_t words) : seen(words), shape(words) {}
+/// What all views of an object say together.
+struct FusedViews {
+  explicit FusedViews(std::size_t classes) : image(classes), shape(classes) {}
 
-  LogOpinionPool seen, shape;
-  std::size_t views = 0, flat = 0, answered = 0;
-  double mass = 0, brightness = 0;  ///< sums
+  LogOpinionPool image, shape;
+  std::size_t views = 0, flat = 0, labeled = 0;
+  double coverage = 0, brightness = 0;  // sums
+};
+
+/// One object of the current frame on its way.
+struct Candidate {
+  PredictedObject object;
+  cv::Mat crop;
+  bool flat = false, labeled = false;
+  double brightness = 0;
+  std::vector<float> descriptor;  // of its shape
+};
+
+/// The crops of a frame for the label stream.
+class Crops final : public Sequence {
+ public:
+  explicit Crops(const std::vector<Candidate>& candidates) : candidates_(candidates) {}
+  std::string name() const override { return "crops"; }
+  std::size_t size() const override { return candidates_.size(); }
+  const Frame& frame(std::size_t) const override { return frame_; }
+  cv::Mat image(std::size_t i) const override { return candidates_[i].crop; }
+
+ private:
+  const std::vector<Candidate>& candidates_;
+  Frame frame_;
 };
 
 std::vector<float> asFloats(const std::vector<double>& values) {
@@ -49,7 +78,7 @@ std::vector<float> copyOf(DescriptorView row) {
   return {row.begin(), row.end()};
 }
 
-bool saysNothing(DescriptorView row) {
+bool isZero(DescriptorView row) {
   return std::ranges::all_of(row, [](float p) { return p <= 0; });
 }
 
@@ -61,172 +90,174 @@ double brightnessOf(const cv::Mat& bgr) {
 
 }  // namespace
 
+OptionGroup declare(PredictOptions& options) {
+  OptionGroup group("prediction", "Classification of the objects of a sequence.");
+  group.add("threads", &options.threads, "Threads; 0: one a usable core. Answers do not depend on it.")
+      .range(0);
+  group.add(declare(options.tracks));
+  return group;
+}
+
 struct ObjectPredictor::State {
   ObjectModel model;
   Labeler* labeler;
   PredictOptions options;
   Tracks tracks;
-  std::optional<VocabularyMapping> restriction = {};  ///< where there is a labeler
-  bool corrects = false;
-  std::map<std::size_t, Thing> things;
+  std::optional<VocabularyMapping> mapping = {};  // if there is a labeler
+  bool correctsPrior = false;
+  std::map<std::size_t, FusedViews> objects = {};
 
-  std::size_t words() const { return model.study().words.size(); }
+  std::size_t classes() const { return model.targets().classes.size(); }
+  int threads() const { return options.threads > 0 ? options.threads : usableCores(); }
 
   void inEach(std::size_t count, const std::function<void(std::size_t)>& work) const {
-    inParallel(count, static_cast<std::size_t>(options.threads > 0 ? options.threads : usableCores()), work);
+    inParallel(count, static_cast<std::size_t>(threads()), work);
   }
 
-  /// Asks the labeler about all patches at once, as many as it likes. Which of them have an answer.
-  std::vector<char> askLabeler(const std::vector<cv::Mat>& patches, std::vector<PredictedObject>& objects) {
-    std::vector<Prepared> prepared(patches.size());
-    inEach(patches.size(), [&](std::size_t i) {
-      try {
-        prepared[i] = labeler->prepare(patches[i]);
-      } catch (...) {
-        objects[i].problem = frameFailure(fmt::format("object {}", i)).what();
-      }
+  std::vector<Candidate> crop(const ClusteredFrame& frame, const std::vector<std::size_t>& instances) const {
+    std::vector<Candidate> candidates(instances.size());
+    inEach(instances.size(), [&](std::size_t i) {
+      Candidate& candidate = candidates[i];
+      candidate.object.instance = instances[i];
+      candidate.object.box = boxOf(frame, i);
+      candidate.flat = frame.clusters.clusters[i].flat;
+      candidate.brightness = brightnessOf(frame.image(candidate.object.box));
+      if (labeler != nullptr) candidate.crop = cropObject(frame, i, options.crops);
     });
-    std::vector<std::size_t> asked;
-    std::vector<Prepared> batch;
+    return candidates;
+  }
+
+  /// Fills in `image`, `coverage` and `problem`.
+  void label(std::vector<Candidate>& candidates) {
+    if (labeler == nullptr || candidates.empty()) return;
+    const Crops crops(candidates);
+    LabelStream stream(crops, *labeler,
+                       {.ahead = candidates.size(), .readers = static_cast<std::size_t>(threads())});
     DescriptorMatrix answers(labeler->vocabulary().size());
     std::vector<std::size_t> answered;
-    for (std::size_t i = 0; i < prepared.size(); ++i) {
-      if (objects[i].problem.empty()) asked.push_back(i);
-      if (asked.size() == labeler->batchSize() || (i + 1 == prepared.size() && !asked.empty())) {
-        for (const std::size_t a : asked) batch.push_back(std::move(prepared[a]));
-        if (interrupted()) throw Interrupted("stopped while things were labeled");
-        const auto results = labeler->inferBatch(batch);
-        for (std::size_t k = 0; k < asked.size(); ++k) {
-          objects[asked[k]].problem = results[k].problem;
-          if (!results[k].problem.empty()) continue;
-          answers.append(results[k].descriptor);
-          answered.push_back(asked[k]);
-        }
-        asked.clear();
-        batch.clear();
-      }
+    while (auto frame = stream.next()) {
+      if (interrupted()) throw Interrupted("stopped while objects were labeled");
+      Candidate& candidate = candidates[frame->index];
+      candidate.object.problem = frame->problem;
+      candidate.labeled = frame->labeled();
+      if (!candidate.labeled) continue;
+      answers.append(frame->descriptor);
+      answered.push_back(frame->index);
     }
-    std::vector<char> answersOf(patches.size());
-    for (const std::size_t a : answered) answersOf[a] = 1;
-    ClassProbabilities shares = restriction->apply(answers);
-    if (corrects) shares = corrected(shares, model.prior());
+    ClassProbabilities p = mapping->apply(answers);
+    if (correctsPrior) p = corrected(p, model.prior());
     for (std::size_t k = 0; k < answered.size(); ++k) {
-      PredictedObject& object = objects[answered[k]];
-      object.mass = shares.mass[k];
-      if (!saysNothing(shares.shares.row(k))) object.seen = copyOf(shares.shares.row(k));
+      PredictedObject& object = candidates[answered[k]].object;
+      object.coverage = p.coverage[k];
+      if (!isZero(p.probabilities.row(k))) object.image = copyOf(p.probabilities.row(k));
     }
-    return answersOf;
   }
 
-  /// The shapes of all clusters, and of which they are; what cannot be described is left out.
-  Features describe(const ClusteredFrame& frame, std::vector<std::size_t>& described,
-                    std::vector<PredictedObject>& objects) const {
-    std::vector<std::vector<float>> rows(objects.size());
+  /// Fills in `descriptor`, or `problem`.
+  void describe(const ClusteredFrame& frame, std::vector<Candidate>& candidates) const {
     ShapeOptions shape = model.shape();
     shape.threads = 1;
-    inEach(objects.size(), [&](std::size_t i) {
+    inEach(candidates.size(), [&](std::size_t i) {
       try {
-        rows[i] = describeShape(cloudOf(frame, i), shape);
+        candidates[i].descriptor = describeShape(cloudOf(frame, i), shape);
       } catch (...) {
         const Error failure = frameFailure(fmt::format("object {}", i));
-        if (objects[i].problem.empty()) objects[i].problem = failure.what();
+        if (candidates[i].object.problem.empty()) candidates[i].object.problem = failure.what();
       }
     });
-    Features features{shapeParts(shape), {}, DescriptorMatrix(0)};
-    std::size_t columns = 0;
-    for (const DescriptorPart& part : features.parts) columns += part.size();
-    features.values = DescriptorMatrix(columns);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      if (rows[i].empty()) continue;
-      features.values.append(rows[i]);
+  }
+
+  /// Fills in `shape`.
+  void classify(std::vector<Candidate>& candidates) const {
+    Features features = noShapes(model.shape());
+    std::vector<std::size_t> described;
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (candidates[i].descriptor.empty()) continue;
+      features.values.append(candidates[i].descriptor);
       features.frames.emplace_back();
       described.push_back(i);
     }
-    return features;
+    if (described.empty()) return;
+    const DescriptorMatrix p = model.predict(features, options.threads);
+    for (std::size_t k = 0; k < described.size(); ++k)
+      candidates[described[k]].object.shape = copyOf(p.row(k));
   }
 
-  FusedAnswer believed(const PredictedObject& object, bool flat, double brightness, bool answered) {
-    Thing& thing = things.try_emplace(object.thing, words()).first->second;
-    ++thing.views;
-    thing.flat += flat ? 1 : 0;
-    thing.answered += answered ? 1 : 0;
-    thing.mass += object.mass;
-    thing.brightness += brightness;
-    if (!object.seen.empty()) thing.seen.add(object.seen);
-    if (!object.shape.empty()) thing.shape.add(object.shape);
-    auto seen = asFloats(thing.seen.pooled());
-    const auto shape = asFloats(thing.shape.pooled());
-    if (thing.answered > 0) seen.resize(words(), 0);  // it may have said nothing of the words
-    const auto views = static_cast<double>(thing.views);
-    return fuseAnswers(
-        model, {.seen = seen,
-                .mass = static_cast<float>(thing.mass /
-                                           static_cast<double>(std::max<std::size_t>(thing.answered, 1))),
-                .brightness = thing.brightness / views,
-                .shape = shape,
-                .flat = 2 * thing.flat > thing.views});
+  /// Fills in `answer` and `views`.
+  void fuse(Candidate& candidate) {
+    PredictedObject& object = candidate.object;
+    FusedViews& all = objects.try_emplace(object.instance, classes()).first->second;
+    ++all.views;
+    all.flat += candidate.flat ? 1 : 0;
+    all.labeled += candidate.labeled ? 1 : 0;
+    all.coverage += object.coverage;
+    all.brightness += candidate.brightness;
+    if (!object.image.empty()) all.image.add(object.image);
+    if (!object.shape.empty()) all.shape.add(object.shape);
+    auto image = asFloats(all.image.pooled());
+    const auto shape = asFloats(all.shape.pooled());
+    if (all.labeled > 0) image.resize(classes(), 0);  // the labeler may have given none of the classes
+    const auto labeled = static_cast<double>(std::max<std::size_t>(all.labeled, 1));
+    object.views = all.views;
+    object.answer = fuseAnswers(model, {.image = image,
+                                        .coverage = static_cast<float>(all.coverage / labeled),
+                                        .brightness = all.brightness / static_cast<double>(all.views),
+                                        .shape = shape,
+                                        .flat = 2 * all.flat > all.views});
   }
 
-  /// A sequence may have no end; what will not be seen again is not kept.
-  void forgetTheLost() {
-    const auto followed = tracks.followed();
-    std::erase_if(things,
-                  [&](const auto& thing) { return !std::ranges::binary_search(followed, thing.first); });
+  /// A sequence may have no end: forgets objects that are no longer tracked.
+  void forgetLost() {
+    const auto tracked = tracks.tracked();
+    std::erase_if(objects,
+                  [&](const auto& object) { return !std::ranges::binary_search(tracked, object.first); });
   }
 };
 
 ObjectPredictor::ObjectPredictor(const ObjectModel& model, Labeler* labeler, const PredictOptions& options)
-    : state_(new State{model, labeler, options, Tracks(options.tracks), {}, false, {}}) {
+    : state_(new State{
+          .model = model, .labeler = labeler, .options = options, .tracks = Tracks(options.tracks)}) {
+  validate(options);
   if (labeler == nullptr) return;
   if (labeler->discovers())
-    throw Error(
-        "this labeler discovers its words on the way, so that its answers cannot be told in those of the "
-        "study "
-        "while a sequence runs; collect and label samples with it instead");
-  state_->restriction.emplace(model.study(), labeler->vocabulary());
-  state_->corrects = !model.prior().empty() && model.labeler() == labeler->identity();
+    throw Error(ErrorCode::invalidInput,
+                "this labeler discovers its labels on the way, so that they cannot be mapped to the target "
+                "classes; collect and label samples with it instead");
+  state_->mapping.emplace(model.targets(), labeler->vocabulary());
+  state_->correctsPrior = !model.prior().empty() && model.labeler() == labeler->identity();
 }
 
 ObjectPredictor::~ObjectPredictor() = default;
 
-bool ObjectPredictor::corrects() const {
-  return state_->corrects;
+bool ObjectPredictor::correctsPrior() const {
+  return state_->correctsPrior;
+}
+
+std::vector<PredictedObject> ObjectPredictor::predict(const cv::Mat& image, const cv::Mat& depth,
+                                                      const CameraIntrinsics& camera,
+                                                      const std::optional<Pose>& pose) {
+  return predict(clusteredFrame(image, depth, camera, state_->options.clusters), pose);
 }
 
 std::vector<PredictedObject> ObjectPredictor::predict(const ClusteredFrame& frame,
                                                       const std::optional<Pose>& pose,
                                                       PredictSeconds* seconds) {
   State& s = *state_;
-  const auto& clusters = frame.clusters.clusters;
-  const auto numbers = s.tracks.follow(frame.clusters, frame.camera, pose);
-  std::vector<PredictedObject> objects(clusters.size());
   PredictSeconds took;
-  Watch watch;
-
-  std::vector<double> brightness(clusters.size());
-  std::vector<cv::Mat> patches(clusters.size());
-  s.inEach(clusters.size(), [&](std::size_t i) {
-    objects[i].thing = numbers[i];
-    objects[i].box = boxOf(frame, i);
-    brightness[i] = brightnessOf(frame.image(objects[i].box));
-    if (s.labeler != nullptr) patches[i] = cropObject(frame, i, s.options.patches);
-  });
-  took.patches = watch.lap();
-  std::vector<char> answered(clusters.size());
-  if (s.labeler != nullptr && !clusters.empty()) answered = s.askLabeler(patches, objects);
+  StopWatch watch;
+  std::vector<Candidate> candidates = s.crop(frame, s.tracks.follow(frame.clusters, frame.camera, pose));
+  took.crops = watch.lap();
+  s.label(candidates);
   took.labeler = watch.lap();
-  std::vector<std::size_t> described;
-  const Features features = s.describe(frame, described, objects);
+  s.describe(frame, candidates);
   took.shapes = watch.lap();
-  if (!described.empty()) {
-    const DescriptorMatrix said = s.model.predict(features, s.options.threads);
-    for (std::size_t k = 0; k < described.size(); ++k) objects[described[k]].shape = copyOf(said.row(k));
+  s.classify(candidates);
+  std::vector<PredictedObject> objects;
+  for (Candidate& candidate : candidates) {
+    s.fuse(candidate);
+    objects.push_back(std::move(candidate.object));
   }
-  for (std::size_t i = 0; i < objects.size(); ++i) {
-    objects[i].belief = s.believed(objects[i], clusters[i].flat, brightness[i], answered[i] != 0);
-    objects[i].views = s.things.at(objects[i].thing).views;
-  }
-  s.forgetTheLost();
+  s.forgetLost();
   took.classifier = watch.lap();
   if (seconds != nullptr) *seconds = took;
   return objects;

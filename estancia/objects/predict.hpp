@@ -1,60 +1,89 @@
-// What the things in the frames of a sequence are, frame by frame: what their images say, what their shapes
-// say, and which to believe.
+// Object prediction: classifies the objects of each frame by image, by shape, and by their late fusion.
 #pragma once
 
 #include <cstddef>
 #include <memory>
+#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/crop_object.hpp"
+#include "estancia/core/camera.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/core/pose.hpp"
 #include "estancia/label/labeler.hpp"
-#include "estancia/objects/clustered_frame.hpp"
-#include "estancia/objects/late_fusion.hpp"
+#include "estancia/objects/collect.hpp"
 #include "estancia/objects/object_model.hpp"
-#include "estancia/objects/tracks.hpp"
 
 namespace estancia {
 
+struct ClusteredFrame;
+
 struct PredictOptions {
+  ClusterOptions clusters = {};
   TrackOptions tracks = {};
-  CropOptions patches = {};
-  int threads = 0;  ///< 0: one a usable core; the answers do not depend on it
+  CropOptions crops = {};
+  int threads = 0;
+};
+OptionGroup declare(PredictOptions& options);
+
+/// The fused answer of image classifier and shape classifier.
+struct FusedAnswer {
+  enum class Source { none, image, shape, both };
+  Source source = Source::none;
+  /// Of the target classes; −1: none of them.
+  int classIndex = -1;
+  double probability = 0;
+  /// The reason, as one sentence.
+  std::string why = {};
 };
 
-/// One thing in one frame. The words are those of the model's study.
+/// One object in one frame. Probabilities are those of the model's target classes.
 struct PredictedObject {
-  std::size_t thing = 0;           ///< its number in the sequence
-  std::size_t views = 0;           ///< of it so far, with this one
-  cv::Rect box;                    ///< in the image
-  std::vector<float> seen, shape;  ///< what this view's image and shape say; empty where they say nothing
-  float mass = 0;                  ///< of the words in the labeler's whole answer
-  std::string problem;  ///< why the image or the shape of this view says nothing; "" when all is well
-  FusedAnswer belief;   ///< of all views so far, by LogOpinionPool
+  /// Number of the tracked object in the sequence.
+  std::size_t instance = 0;
+  /// Views of it so far, with this one.
+  std::size_t views = 0;
+  /// In the image.
+  cv::Rect box = {};
+  /// Of this view by image and by shape; empty without an answer.
+  std::vector<float> image = {}, shape = {};
+  /// Share of the target classes in the labeler's whole answer.
+  float coverage = 0;
+  /// Why the image or the shape of this view has no answer; "" otherwise.
+  std::string problem = {};
+  /// Of all views so far, fused by LogOpinionPool.
+  FusedAnswer answer = {};
 };
 
-/// Where the time of a frame went [s].
+/// Time of the stages of a frame [s].
 struct PredictSeconds {
-  double patches = 0, labeler = 0, shapes = 0, classifier = 0;
+  double crops = 0, labeler = 0, shapes = 0, classifier = 0;
 };
 
 class ObjectPredictor {
  public:
-  /// `labeler` may be missing: then the shapes alone are asked. Both must outlive the predictor. Its answers
-  /// are corrected by the model's prior when it is the labeler that the model was learned from. Throws Error
-  /// when the labeler knows a word of the study by no label, or discovers its words on the way.
+  /// Without a `labeler`, only shapes are classified. It must outlive the predictor. Its answers are
+  /// corrected by the model's prior if it labeled the training data. Throws Error (unknownName) when the
+  /// labeler has no label for a target class, (invalidInput) when it discovers its labels, and on invalid
+  /// options.
   ObjectPredictor(const ObjectModel& model, Labeler* labeler, const PredictOptions& options = {});
   ~ObjectPredictor();
 
-  /// The things of the next frame, one a cluster, in their order. Throws Interrupted when the user asks to
-  /// stop.
-  std::vector<PredictedObject> predict(const ClusteredFrame& frame, const std::optional<Pose>& pose,
+  /// The objects of the next frame: `image` is BGR, `depth` CV_32F [m] of `camera`, both of the same view.
+  /// Throws Error (invalidInput) on other images; Interrupted.
+  std::vector<PredictedObject> predict(const cv::Mat& image, const cv::Mat& depth,
+                                       const CameraIntrinsics& camera, const std::optional<Pose>& pose = {});
+
+  /// The same of a frame that is segmented already (clustered_frame.hpp): one object a cluster, in their
+  /// order.
+  std::vector<PredictedObject> predict(const ClusteredFrame& frame, const std::optional<Pose>& pose = {},
                                        PredictSeconds* seconds = nullptr);
 
   /// Whether the labeler's answers are corrected.
-  bool corrects() const;
+  bool correctsPrior() const;
 
  private:
   struct State;

@@ -1,7 +1,6 @@
 #include "estancia/objects/pseudo_labels.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -16,27 +15,25 @@
 namespace estancia {
 namespace {
 
-constexpr PseudoLabeling all[] = {PseudoLabeling::top, PseudoLabeling::voted, PseudoLabeling::confident};
-
-/// −1 where nothing is said.
-int likeliest(DescriptorView shares) {
-  const auto best = std::ranges::max_element(shares);
-  return best == shares.end() || !(*best > 0) ? -1 : static_cast<int>(best - shares.begin());
+/// −1 without any probability.
+int mostProbable(DescriptorView p) {
+  const auto best = std::ranges::max_element(p);
+  return best == p.end() || !(*best > 0) ? -1 : static_cast<int>(best - p.begin());
 }
 
-std::vector<int> likeliestOfEach(const DescriptorMatrix& shares) {
-  std::vector<int> words;
-  for (std::size_t i = 0; i < shares.size(); ++i) words.push_back(likeliest(shares.row(i)));
-  return words;
+std::vector<int> mostProbableOfEach(const DescriptorMatrix& p) {
+  std::vector<int> classes;
+  for (std::size_t i = 0; i < p.size(); ++i) classes.push_back(mostProbable(p.row(i)));
+  return classes;
 }
 
-void requireAsMany(const ClassProbabilities& shares, std::size_t others, const char* what) {
-  if (shares.shares.size() != others)
-    throw Error(fmt::format("{} samples have answers, but {} have {}; give one each", shares.shares.size(),
-                            others, what));
+void requireAsMany(const ClassProbabilities& answers, std::size_t others, const char* what) {
+  if (answers.probabilities.size() != others)
+    throw Error(ErrorCode::mismatch, fmt::format("{} samples have answers, but {} have {}; give one each",
+                                                 answers.probabilities.size(), others, what));
 }
 
-/// The samples of each thing, the things in ascending order.
+/// The samples of each instance, in ascending order.
 std::vector<std::vector<std::size_t>> samplesOf(std::span<const int> instances) {
   std::map<int, std::vector<std::size_t>> samples;
   for (std::size_t i = 0; i < instances.size(); ++i) samples[instances[i]].push_back(i);
@@ -46,113 +43,116 @@ std::vector<std::vector<std::size_t>> samplesOf(std::span<const int> instances) 
   return lists;
 }
 
-/// The word of each thing, by all that is said of its samples; −1 where nothing is.
-std::vector<int> poolOf(const ClassProbabilities& shares,
-                        const std::vector<std::vector<std::size_t>>& things) {
-  std::vector<int> words;
-  for (const auto& samples : things) {
-    LogOpinionPool pool(shares.shares.labels());
-    for (const std::size_t i : samples) pool.add(shares.shares.row(i));
+/// The class of each instance by its fused probabilities (one vote per sample); −1 without any.
+std::vector<int> poolOf(const ClassProbabilities& answers,
+                        const std::vector<std::vector<std::size_t>>& objects) {
+  std::vector<int> classes;
+  for (const auto& samples : objects) {
+    LogOpinionPool pool(answers.probabilities.labels());
+    for (const std::size_t i : samples) pool.add(answers.probabilities.row(i));
     const std::vector<double> pooled = pool.pooled();
-    words.push_back(pooled.empty() ? -1
-                                   : static_cast<int>(std::ranges::max_element(pooled) - pooled.begin()));
+    classes.push_back(pooled.empty() ? -1
+                                     : static_cast<int>(std::ranges::max_element(pooled) - pooled.begin()));
   }
-  return words;
+  return classes;
 }
 
-std::vector<int> voted(const ClassProbabilities& shares, std::span<const int> instances) {
-  const auto things = samplesOf(instances);
-  const std::vector<int> wordOf = poolOf(shares, things);
-  std::vector<int> words(instances.size());
-  for (std::size_t t = 0; t < things.size(); ++t)
-    for (const std::size_t i : things[t]) words[i] = wordOf[t];
-  return words;
+std::vector<int> voted(const ClassProbabilities& answers, std::span<const int> instances) {
+  const auto objects = samplesOf(instances);
+  const std::vector<int> classOf = poolOf(answers, objects);
+  std::vector<int> classes(instances.size());
+  for (std::size_t t = 0; t < objects.size(); ++t)
+    for (const std::size_t i : objects[t]) classes[i] = classOf[t];
+  return classes;
 }
 
-std::vector<int> confident(const ClassProbabilities& shares, std::span<const int> instances,
+std::vector<int> confident(const ClassProbabilities& answers, std::span<const int> instances,
                            const Features& shapes, const ClassifierOptions& options, Progress& progress) {
-  requireAsMany(shares, shapes.values.size(), "a shape");
-  std::vector<int> words = likeliestOfEach(shares.shares);
-  std::vector<int> known = words;
+  requireAsMany(answers, shapes.values.size(), "a shape");
+  std::vector<int> classes = mostProbableOfEach(answers.probabilities);
+  std::vector<int> known = classes;
   std::ranges::sort(known);
-  if (known.empty() || std::max(known.front(), 0) >= known.back())
-    return words;  // no two words to tell apart
-  const NamedShapes named = namedShapes(shapes, words, instances, shares.shares.labels(), options.folds);
-  for (const std::size_t i : likelyMisnamed(named.samples.classes, heldOut(named.samples, options, progress)))
-    words[named.rows[i]] = -1;
-  return words;
+  if (known.empty() || std::max(known.front(), 0) >= known.back()) return classes;  // fewer than two classes
+  const LabeledShapes labeled =
+      labeledShapes(shapes, classes, instances, answers.probabilities.labels(), options.folds);
+  for (const std::size_t i :
+       likelyMislabeled(labeled.samples.classes, heldOut(labeled.samples, options, progress)))
+    classes[labeled.rows[i]] = -1;
+  return classes;
 }
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::string>> pseudoLabelings() {
-  return {{"top", "the likeliest word of each sample, as in the thesis"},
-          {"voted", "one word an instance, of all that was said of its samples together"},
-          {"confident", "as top, without the samples that the shapes of the others speak against"}};
+Choices pseudoLabelings() {
+  return {{"top", "the most probable class of each sample, as in the thesis"},
+          {"voted", "one class an instance, from the fused probabilities of all its samples"},
+          {"confident", "as top, without samples that the shapes of the others contradict"}};
 }
 
 PseudoLabeling getPseudoLabeling(const std::string& name) {
-  std::vector<std::string> known;
-  for (const auto& [known_, explanation] : pseudoLabelings()) known.push_back(known_);
-  const auto found = std::ranges::find(known, name);
-  if (found == known.end())
-    throw Error(fmt::format("no way of naming is called \"{}\"; there are {}", name, fmt::join(known, ", ")));
-  return all[found - known.begin()];
+  requireChoice("pseudo-labeling", name, pseudoLabelings());
+  return name == "top"     ? PseudoLabeling::top
+         : name == "voted" ? PseudoLabeling::voted
+                           : PseudoLabeling::confident;
 }
 
-std::vector<int> assignPseudoLabels(PseudoLabeling naming, const ClassProbabilities& shares,
+std::vector<int> assignPseudoLabels(PseudoLabeling labeling, const ClassProbabilities& answers,
                                     std::span<const int> instances, const Features& shapes,
                                     const ClassifierOptions& options, Progress& progress) {
-  requireAsMany(shares, instances.size(), "an instance");
-  switch (naming) {
+  requireAsMany(answers, instances.size(), "an instance");
+  switch (labeling) {
     case PseudoLabeling::top:
-      return likeliestOfEach(shares.shares);
+      return mostProbableOfEach(answers.probabilities);
     case PseudoLabeling::voted:
-      return voted(shares, instances);
+      return voted(answers, instances);
     case PseudoLabeling::confident:
-      return confident(shares, instances, shapes, options, progress);
+      return confident(answers, instances, shapes, options, progress);
   }
-  throw Error("an unknown way of naming");
+  throw Error(ErrorCode::invalidOption,
+              "the pseudo-labeling is none of PseudoLabeling; give one of its values");
 }
 
-ClassProbabilities withNoise(const ClassProbabilities& shares, NoiseKind kind, double rate,
+ClassProbabilities withNoise(const ClassProbabilities& answers, NoiseKind kind, double rate,
                              std::span<const int> instances, std::uint64_t seed) {
-  if (!(rate >= 0 && rate <= 1)) throw Error(fmt::format("a share of noise is 0 to 1, not {}", rate));
-  const std::size_t words = shares.shares.labels();
-  std::vector<std::vector<std::size_t>> things;  // that are misnamed alike, and what they are called
-  std::vector<int> names;
+  if (!(rate >= 0 && rate <= 1))
+    throw Error(ErrorCode::invalidOption, fmt::format("the noise rate is {}; give 0 to 1", rate));
+  const std::size_t classes = answers.probabilities.labels();
+  std::vector<std::vector<std::size_t>> objects;  // whose samples change alike, and their classes
+  std::vector<int> labels;
   if (kind == NoiseKind::instance) {
-    requireAsMany(shares, instances.size(), "an instance");
-    things = samplesOf(instances);
-    names = poolOf(shares, things);
+    requireAsMany(answers, instances.size(), "an instance");
+    objects = samplesOf(instances);
+    labels = poolOf(answers, objects);
   } else {
-    for (std::size_t i = 0; i < shares.shares.size(); ++i) things.push_back({i});
-    names = likeliestOfEach(shares.shares);
+    for (std::size_t i = 0; i < answers.probabilities.size(); ++i) objects.push_back({i});
+    labels = mostProbableOfEach(answers.probabilities);
   }
   std::vector<std::size_t> order;
-  std::size_t named = 0;
-  for (std::size_t t = 0; t < things.size(); ++t)
-    if (names[t] >= 0) {
+  std::size_t labeled = 0;
+  for (std::size_t t = 0; t < objects.size(); ++t)
+    if (labels[t] >= 0) {
       order.push_back(t);
-      named += things[t].size();
+      labeled += objects[t].size();
     }
   std::mt19937_64 random(seed);
   for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
 
-  const double wanted = rate * static_cast<double>(named);
-  std::vector<float> values = shares.shares.values();
+  const double wanted = rate * static_cast<double>(labeled);
+  std::vector<float> values = answers.probabilities.values();
   double done = 0;
   for (const std::size_t t : order) {
-    const double half = static_cast<double>(things[t].size()) / 2;
-    if (words < 2 || done + half > wanted) break;
+    const double half = static_cast<double>(objects[t].size()) / 2;
+    if (classes < 2 || done + half > wanted) break;
     done += 2 * half;
-    const auto name = static_cast<std::size_t>(names[t]);
-    const std::size_t other = (name + (kind == NoiseKind::pair ? 1 : 1 + random() % (words - 1))) % words;
-    for (const std::size_t i : things[t]) std::swap(values[i * words + name], values[i * words + other]);
+    const auto label = static_cast<std::size_t>(labels[t]);
+    const std::size_t other =
+        (label + (kind == NoiseKind::pair ? 1 : 1 + random() % (classes - 1))) % classes;
+    for (const std::size_t i : objects[t])
+      std::swap(values[i * classes + label], values[i * classes + other]);
   }
-  ClassProbabilities noisy{DescriptorMatrix(words), shares.mass};
-  for (std::size_t i = 0; i < shares.shares.size(); ++i)
-    noisy.shares.append(std::span(values).subspan(i * words, words));
+  ClassProbabilities noisy{DescriptorMatrix(classes), answers.coverage};
+  for (std::size_t i = 0; i < answers.probabilities.size(); ++i)
+    noisy.shares.append(std::span(values).subspan(i * classes, classes));
   return noisy;
 }
 

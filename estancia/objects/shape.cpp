@@ -38,19 +38,32 @@ std::array<float, 4> sizeOf(const PointCloud& cloud) {
   });
   center = sum / count;
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  double furthest = 0;
+  double maxDistance = 0;
   eachOffset([&](const Eigen::Vector3d& d) {
     scatter += d * d.transpose();
-    furthest = std::max(furthest, d.squaredNorm());
+    maxDistance = std::max(maxDistance, d.squaredNorm());
   });
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter / count, Eigen::EigenvaluesOnly);
-  const auto spread = [&](int axis) {
+  const auto deviation = [&](int axis) {
     return static_cast<float>(std::sqrt(std::max(solver.eigenvalues()[axis], 0.0)));
   };
-  return {spread(2), spread(1), spread(0), static_cast<float>(std::sqrt(furthest))};
+  return {deviation(2), deviation(1), deviation(0), static_cast<float>(std::sqrt(maxDistance))};
 }
 
 }  // namespace
+
+OptionGroup declare(ShapeOptions& options) {
+  OptionGroup group("shape", "Shape descriptor of objects.");
+  group.add("samples", &options.samples, "Triples of points that ESF draws.")
+      .range(1, 1'000'000)
+      .why("fewer are faster and noisier");
+  group.add("size", &options.size, "Also describe the metric size.")
+      .why("if objects of different classes have the same shape, but other sizes");
+  group.add("seed", &options.seed, "Seed of ESF.");
+  group.add("threads", &options.threads, "Threads; 0: one a usable core. The numbers do not depend on it.")
+      .range(0);
+  return group;
+}
 
 std::vector<DescriptorPart> shapeParts(const ShapeOptions& options) {
   std::vector<DescriptorPart> parts = Esf(esfOptions(options)).parts();
@@ -68,11 +81,19 @@ std::vector<float> describeShape(const PointCloud& cloud, const ShapeOptions& op
   return numbers;
 }
 
-Features sampleSegments(const ObjectViews& views, const ShapeOptions& options, Progress& progress,
+Features noShapes(const ShapeOptions& options) {
+  Features none{shapeParts(options), {}, DescriptorMatrix(0)};
+  std::size_t columns = 0;
+  for (const DescriptorPart& part : none.parts) columns += part.size();
+  none.values = DescriptorMatrix(columns);
+  return none;
+}
+
+Features describeShapes(const ObjectViews& views, const ShapeOptions& options, Progress& progress,
                         std::vector<std::string>* problems) {
-  Features features{shapeParts(options), {}, DescriptorMatrix(0)};
+  Features features = noShapes(options);
   std::vector<std::vector<float>> rows(views.size());
-  std::vector<std::string> told(views.size());
+  std::vector<std::string> reasons(views.size());
   progress.begin(fmt::format("describing the shapes of {}", views.name()), views.size());
   inParallel(views.size(), options.threads, progress, "stopped while describing shapes; nothing was written",
              [&](std::size_t i) {
@@ -80,13 +101,10 @@ Features sampleSegments(const ObjectViews& views, const ShapeOptions& options, P
                  rows[i] = describeShape(views.cloud(i), options);
                } catch (...) {
                  const std::string& name = views.view(i).name;
-                 told[i] = fmt::format("{}: {}", name, frameFailure(name).what());
+                 reasons[i] = fmt::format("{}: {}", name, frameFailure(name).what());
                }
              });
   progress.end();
-  std::size_t columns = 0;
-  for (const DescriptorPart& part : features.parts) columns += part.size();
-  features.values = DescriptorMatrix(columns);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].empty()) continue;
     Frame& frame = features.frames.emplace_back();
@@ -94,11 +112,12 @@ Features sampleSegments(const ObjectViews& views, const ShapeOptions& options, P
     frame.room = views.view(i).category;
     features.values.append(rows[i]);
   }
-  std::erase(told, "");
+  std::erase(reasons, "");
   if (features.frames.empty())
-    throw Error(fmt::format("{}: the shape of not one of its {} views can be described{}", views.name(),
-                            views.size(), told.empty() ? "" : "; " + told.front()));
-  if (problems != nullptr) problems->insert(problems->end(), told.begin(), told.end());
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: none of its {} views can be described{}", views.name(), views.size(),
+                            reasons.empty() ? "" : "; " + reasons.front()));
+  if (problems != nullptr) problems->insert(problems->end(), reasons.begin(), reasons.end());
   return features;
 }
 

@@ -1,4 +1,4 @@
-// The shape of things as numbers.
+// Shape descriptor of objects: ESF and, optionally, metric size.
 #pragma once
 
 #include <string>
@@ -8,25 +8,23 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/describe/features.hpp"
 #include "estancia/io/object_views.hpp"
+#include "estancia/objects/object_model.hpp"
 
 namespace estancia {
 
-struct ShapeOptions {
-  int samples = 5000;  ///< of the ensemble of shape functions (esf.hpp)
-  bool size = false;   ///< also how large the thing is: three spreads and the radius [m]
-  std::uint64_t seed = 1;
-  int threads = 0;  ///< 0: one a usable core; the numbers do not depend on it
-};
-
-/// ESF and, if asked for, size: what describeShape() gives.
+/// The parts of describeShape(): ESF and, if chosen, size (three standard deviations and the radius) [m].
 std::vector<DescriptorPart> shapeParts(const ShapeOptions& options);
 
-/// Throws Error as esf() does.
+/// Throws Error as esf().
 std::vector<float> describeShape(const PointCloud& cloud, const ShapeOptions& options);
 
-/// Of all views, a frame each, called as it is; its `room` is the view's category. Views that cannot be
-/// described are left out and told in `problems`. Throws Error when none is left, Interrupted.
-Features sampleSegments(const ObjectViews& views, const ShapeOptions& options, Progress& progress,
-                        std::vector<std::string>* problems = nullptr);
+/// Features without frames.
+Features noShapes(const ShapeOptions& options);
+
+/// The shapes of all views: one frame each, of the same name; its `room` is the category. Views that cannot
+/// be described are left out; the reasons go to `problems`. Throws Error (insufficientData) when none is
+/// left; Interrupted.
+Features describeShapes(const ObjectViews& views, const ShapeOptions& options,
+                        Progress& progress = Progress::none(), std::vector<std::string>* problems = nullptr);
 
 }  // namespace estancia

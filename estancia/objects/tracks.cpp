@@ -1,7 +1,5 @@
 #include "estancia/objects/tracks.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/core/affine.hpp>
@@ -12,11 +10,11 @@
 namespace estancia {
 namespace {
 
-/// Where a thing was seen: its middle in the frame of the camera, and the box of its pixels as a rectangle
-/// around it that faces the camera [m].
+/// One observation of an object: its center in the camera frame, and its box as a rectangle around the center
+/// that faces the camera [m].
 struct Sighting {
   cv::Vec3d center;
-  cv::Rect2d around;  ///< relative to the center; empty when there is no box
+  cv::Rect2d around;  // relative to the center; empty without a box
 
   double size() const { return std::max(around.width, around.height); }
 };
@@ -30,7 +28,7 @@ Sighting sightingOf(const Cluster& cluster, const CameraIntrinsics& camera) {
   return {c, {low.x * c[2] - c[0], low.y * c[2] - c[1], (high.x - low.x) * c[2], (high.y - low.y) * c[2]}};
 }
 
-/// The rectangle as the camera sees it, in slopes X/Z and Y/Z.
+/// The projected rectangle, in slopes X/Z and Y/Z.
 cv::Rect2d seenAs(const Sighting& s) {
   const double z = s.center[2];
   return {(s.center[0] + s.around.x) / z, (s.center[1] + s.around.y) / z, s.around.width / z,
@@ -45,11 +43,11 @@ double intersectionOverUnion(const cv::Rect2d& a, const cv::Rect2d& b) {
 struct Track {
   std::size_t number = 0;
   Sighting last;
-  std::optional<Pose> pose;  ///< of the camera that saw it
-  std::size_t unseen = 0;    ///< frames since then
+  std::optional<Pose> pose;  // of the camera that saw it
+  std::size_t unseen = 0;    // frames since then
 };
 
-/// The last sighting as a camera at `pose` would have it, when it still holds.
+/// The last sighting in a camera at `pose`, if the object has not moved.
 Sighting movedTo(const std::optional<Pose>& pose, const Track& track) {
   Sighting moved = track.last;
   if (pose && track.pose) moved.center = rigidOf(*pose).inv() * (rigidOf(*track.pose) * moved.center);
@@ -57,7 +55,7 @@ Sighting movedTo(const std::optional<Pose>& pose, const Track& track) {
 }
 
 struct Match {
-  double likeness;
+  double similarity;
   std::size_t cluster, track;
 };
 
@@ -68,24 +66,32 @@ struct Tracks::State {
   std::vector<Track> tracks;
   std::size_t next = 0;
 
-  /// How well the two fit, above 0; 0 when they are not the same thing.
-  double likeness(const Sighting& expected, const Sighting& seen) const {
+  /// Similarity above 0; 0 for different objects.
+  double similarity(const Sighting& expected, const Sighting& seen) const {
     const double smaller = std::min(expected.size(), seen.size());
-    const double away = cv::norm(expected.center - seen.center);
-    if (!(away <= std::max(options.reach, smaller / 2))) return 0;
-    if (expected.around.empty() || seen.around.empty()) return 1 / (1 + away);
+    const double distance = cv::norm(expected.center - seen.center);
+    if (!(distance <= std::max(options.maxDistance, smaller / 2))) return 0;
+    if (expected.around.empty() || seen.around.empty()) return 1 / (1 + distance);
     if (expected.center[2] <= 0) return 0;  // behind the camera
     const double overlap = intersectionOverUnion(seenAs(expected), seenAs(seen));
-    return overlap >= options.overlap ? overlap : 0;
+    return overlap >= options.minOverlap ? overlap : 0;
   }
 };
 
+OptionGroup declare(TrackOptions& options) {
+  OptionGroup group("tracks", "Tracking of objects from frame to frame.");
+  group
+      .add("max-distance", &options.maxDistance,
+           "An object is found again within this distance, or half its size if that is more.")
+      .range(0)
+      .unit("m");
+  group.add("min-overlap", &options.minOverlap, "Smallest intersection over union of its boxes.").range(0, 1);
+  group.add("max-unseen", &options.maxUnseen, "Frames that an object may stay unseen.").range(0);
+  return group;
+}
+
 Tracks::Tracks(const TrackOptions& options) : state_(std::make_unique<State>()) {
-  if (!(options.reach >= 0) || !(options.overlap >= 0 && options.overlap <= 1))
-    throw Error(
-        fmt::format("tracks: a reach of {} m and an overlap of {} are out of range; they are at least 0, the "
-                    "overlap at most 1",
-                    options.reach, options.overlap));
+  validate(options);
   state_->options = options;
 }
 
@@ -94,7 +100,8 @@ Tracks::~Tracks() = default;
 std::vector<std::size_t> Tracks::follow(const Clusters& clusters, const CameraIntrinsics& camera,
                                         const std::optional<Pose>& pose) {
   if (!(camera.fx > 0) || !(camera.fy > 0))
-    throw Error("tracks: the camera has no focal length; give its intrinsics (fx fy cx cy)");
+    throw Error(ErrorCode::invalidInput,
+                "the camera of the tracks has no focal length; give its intrinsics (fx fy cx cy)");
   const auto known = pose && pose->isFinite() ? pose : std::nullopt;
   auto& tracks = state_->tracks;
   std::vector<Sighting> seen, expected;
@@ -104,9 +111,9 @@ std::vector<std::size_t> Tracks::follow(const Clusters& clusters, const CameraIn
   std::vector<Match> matches;
   for (std::size_t c = 0; c < seen.size(); ++c)
     for (std::size_t t = 0; t < tracks.size(); ++t)
-      if (const double likeness = state_->likeness(expected[t], seen[c]); likeness > 0)
-        matches.push_back({likeness, c, t});
-  std::ranges::stable_sort(matches, std::ranges::greater{}, &Match::likeness);
+      if (const double similarity = state_->similarity(expected[t], seen[c]); similarity > 0)
+        matches.push_back({similarity, c, t});
+  std::ranges::stable_sort(matches, std::ranges::greater{}, &Match::similarity);
 
   constexpr auto none = static_cast<std::size_t>(-1);
   std::vector<std::size_t> trackOf(seen.size(), none);
@@ -127,11 +134,11 @@ std::vector<std::size_t> Tracks::follow(const Clusters& clusters, const CameraIn
     track = {track.number, seen[c], known, 0};
     numbers.push_back(track.number);
   }
-  std::erase_if(tracks, [&](const Track& track) { return track.unseen > state_->options.patience; });
+  std::erase_if(tracks, [&](const Track& track) { return track.unseen > state_->options.maxUnseen; });
   return numbers;
 }
 
-std::vector<std::size_t> Tracks::followed() const {
+std::vector<std::size_t> Tracks::tracked() const {
   std::vector<std::size_t> numbers;
   for (const Track& track : state_->tracks) numbers.push_back(track.number);
   return numbers;  // new ones came last

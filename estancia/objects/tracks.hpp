@@ -1,4 +1,4 @@
-// Which clusters of a sequence's frames are the same thing.
+// Object tracking: associates the clusters of successive frames with instances.
 #pragma once
 
 #include <cstddef>
@@ -9,32 +9,27 @@
 #include "estancia/cloud/clusters.hpp"
 #include "estancia/core/camera.hpp"
 #include "estancia/core/pose.hpp"
+#include "estancia/objects/collect.hpp"
 
 namespace estancia {
 
-struct TrackOptions {
-  double reach = 0.05;       ///< a thing is found again within this or half its size, whichever is more [m]
-  double overlap = 0.3;      ///< of the boxes, intersection over union; 0 … 1
-  std::size_t patience = 5;  ///< frames that it may stay unseen
-};
-
-/// Clusters → numbers of things, frame by frame.
+/// Clusters → numbers of instances, frame by frame.
 class Tracks {
  public:
-  /// Throws Error on options out of range.
+  /// Throws Error on invalid options.
   explicit Tracks(const TrackOptions& options = {});
   ~Tracks();
 
-  /// The thing of each cluster of the next frame: those known before keep their number, new ones get the
-  /// next, from 0. No two clusters are the same thing; of several that could be, the boxes that overlap most
-  /// are. `camera` is that of the boxes. Where a thing was seen with a pose (T_map_camera) and this frame has
-  /// one, its box is looked for where the camera's motion moves it, else where it was; clusters without boxes
-  /// go by their distance. Throws Error on a camera without focal length.
+  /// The instance of each cluster of the next frame: tracked ones keep their number, new ones get the next,
+  /// from 0. Each instance gets at most one cluster, that with the largest overlap. `camera` is that of the
+  /// boxes. If an instance was seen with a pose (T_map_camera) and this frame has one, its box is expected
+  /// where the camera's motion moves it, else where it was; clusters without boxes are associated by
+  /// distance. Throws Error (invalidInput) on a camera without focal length.
   std::vector<std::size_t> follow(const Clusters& clusters, const CameraIntrinsics& camera,
                                   const std::optional<Pose>& pose);
 
-  /// The things that may be found again, ascending; the others never will be.
-  std::vector<std::size_t> followed() const;
+  /// The instances that are still tracked, ascending.
+  std::vector<std::size_t> tracked() const;
 
  private:
   struct State;

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
+#include <numeric>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -13,11 +13,13 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/label/recorded_labeler.hpp"
+#include "estancia/objects/pseudo_labels.hpp"
+#include "estancia/objects/shape.hpp"
 
 namespace estancia {
 namespace {
 
-/// Some of other views.
+/// Some of the views of a source.
 class ViewSubset : public ObjectViews {
  public:
   ViewSubset(const ObjectViews& all, std::vector<std::size_t> chosen)
@@ -33,9 +35,8 @@ class ViewSubset : public ObjectViews {
   std::vector<std::size_t> chosen_;
 };
 
-/// What a labeler said, found by the names of views, whatever the recording calls their images. Where it
-/// has whole names of views these alone count: a view that was skipped has not the words of another thing's
-/// "0017".
+/// Recorded labels by the names of views. If it has whole names of views, only these count: a view that the
+/// labeler skipped must not get the labels of another object's "0017".
 class RecordedLabels {
  public:
   RecordedLabels(const DescriptorSequence& recording, const ObjectViews& views) : labeler_(recording) {
@@ -58,219 +59,264 @@ class RecordedLabels {
   bool whole_ = false;
 };
 
+/// The described views of all sources, with what is known of each.
+struct DescribedViews {
+  Features shapes;
+  std::vector<int> instances = {};
+  /// Of the target classes; −1 unknown.
+  std::vector<int> trueClasses = {};
+  /// The labels of each source, and the vocabulary they are in.
+  std::vector<std::pair<Vocabulary, DescriptorMatrix>> labels = {};
+  /// A view without labels, beside one that has some: for the error.
+  std::string unlabeledExample = {};
+};
+
 void requireSplit(std::span<const LabeledViews> sources, const std::string& split) {
   std::set<std::string> known;
   for (const LabeledViews& source : sources)
     for (std::size_t i = 0; i < source.views->size(); ++i) known.insert(source.views->view(i).split);
   if (split.empty() || known.contains(split)) return;
   known.erase("");
-  throw Error(
-      known.empty()
-          ? fmt::format("no view belongs to a split \"{}\": these views have no splits", split)
-          : fmt::format("no view belongs to a split \"{}\"; there are {}", split, fmt::join(known, ", ")));
+  throw Error(ErrorCode::unknownName,
+              known.empty() ? fmt::format("unknown split \"{}\"; these views have no splits", split)
+                            : fmt::format("unknown split \"{}\"; known: {}", split, fmt::join(known, ", ")));
+}
+
+/// The labeler of all sources; "" when none has labels.
+std::string commonLabeler(std::span<const LabeledViews> sources) {
+  if (sources.empty()) return "";
+  const LabeledViews& first = sources.front();
+  for (const LabeledViews& source : sources) {
+    if (source.labels.has_value() != first.labels.has_value())
+      throw Error(
+          ErrorCode::mismatch,
+          fmt::format("{} has labels and {} has none; label both, or learn the true categories of both",
+                      (first.labels ? first : source).views->name(),
+                      (first.labels ? source : first).views->name()));
+    if (first.labels && source.labels->model != first.labels->model)
+      throw Error(ErrorCode::mismatch,
+                  fmt::format("{} was labeled by {}, but {} by {}; label both by one", source.views->name(),
+                              source.labels->model, first.views->name(), first.labels->model));
+  }
+  return first.labels ? first.labels->model : "";
+}
+
+std::string unlabeledExample(const DescriptorSequence& labels, const ObjectView& view) {
+  return labels.frames.empty()
+             ? "; the label file is empty"
+             : fmt::format("; \"{}\" has no labels, but \"{}\" has some: are they those of other views?",
+                           view.name, labels.frames.front().name);
+}
+
+/// The views to learn from; `labels` gets a row for each if the source has labels. Counts the others in
+/// `set`.
+std::vector<std::size_t> choose(const LabeledViews& source, const TrainingOptions& options, TrainingSet& set,
+                                DescribedViews& described, DescriptorMatrix& labels) {
+  std::optional<RecordedLabels> recorded;
+  if (source.labels) recorded.emplace(*source.labels, *source.views);
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < source.views->size(); ++i) {
+    const ObjectView& view = source.views->view(i);
+    if (!options.split.empty() && view.split != options.split) continue;
+    if (!options.allViews && (view.flat || view.atBorder)) {
+      ++(view.flat ? set.flat : set.atBorder);
+      continue;
+    }
+    const auto answer = recorded ? recorded->of(view.name) : std::nullopt;
+    if (recorded ? !answer : set.training.targets.classOf(view.category) < 0) {
+      ++set.unlabeled;
+      if (recorded && described.unlabeledExample.empty())
+        described.unlabeledExample = unlabeledExample(*source.labels, view);
+      continue;
+    }
+    if (answer) labels.append(*answer);
+    chosen.push_back(i);
+  }
+  return chosen;
 }
 
 void append(DescriptorMatrix& rows, const DescriptorMatrix& more) {
   for (std::size_t i = 0; i < more.size(); ++i) rows.append(more.row(i));
 }
 
-Features noShapes(const ShapeOptions& options) {
-  Features none{shapeParts(options), {}, DescriptorMatrix(0)};
-  std::size_t columns = 0;
-  for (const DescriptorPart& part : none.parts) columns += part.size();
-  none.values = DescriptorMatrix(columns);
-  return none;
-}
-
-class TrainingSetBuilder {
- public:
-  TrainingSetBuilder(const TargetClasses& study, const TrainingOptions& options, bool labeled)
-      : study_(study), options_(options), labeled_(labeled) {}
-
-  void add(const LabeledViews& source, std::size_t number, Progress& progress,
-           std::vector<std::string>* problems) {
-    DescriptorMatrix answers(labeled_ ? source.words->vocabulary.size() : 0);
-    const ViewSubset chosen(*source.views, choose(source, answers));
-    if (chosen.size() == 0) return;
-    const Features shapes = sampleSegments(chosen, options_.shape, progress, problems);
-    Features& all = gathered_.training.shapes;
-    append(all.values, shapes.values);
-    all.frames.insert(all.frames.end(), shapes.frames.begin(), shapes.frames.end());
-    DescriptorMatrix said(answers.labels());
-    for (std::size_t i = 0, row = 0; row < shapes.frames.size(); ++i) {  // those that could be described
+DescribedViews describeViews(std::span<const LabeledViews> sources, const TrainingOptions& options,
+                             TrainingSet& set, Progress& progress, std::vector<std::string>* problems) {
+  DescribedViews all{.shapes = noShapes(options.shape)};
+  std::map<std::tuple<std::size_t, std::string, std::string>, int> instances;
+  for (std::size_t s = 0; s < sources.size(); ++s) {
+    const LabeledViews& source = sources[s];
+    DescriptorMatrix labels(source.labels ? source.labels->vocabulary.size() : 0);
+    const ViewSubset chosen(*source.views, choose(source, options, set, all, labels));
+    if (chosen.size() == 0) continue;
+    const Features shapes = describeShapes(chosen, options.shape, progress, problems);
+    append(all.shapes.values, shapes.values);
+    all.shapes.frames.insert(all.shapes.frames.end(), shapes.frames.begin(), shapes.frames.end());
+    DescriptorMatrix kept(labels.labels());
+    for (std::size_t i = 0, row = 0; row < shapes.frames.size(); ++i) {  // the views that could be described
       const ObjectView& view = chosen.view(i);
       if (view.name != shapes.frames[row].name) continue;
       ++row;
-      gathered_.training.instances.push_back(instanceOf(number, view));
-      truths_.push_back(study_.wordOf(view.category));
-      if (labeled_) said.append(answers.row(i));
+      const auto next = static_cast<int>(instances.size());
+      all.instances.push_back(instances.try_emplace({s, view.category, view.instance}, next).first->second);
+      all.trueClasses.push_back(set.training.targets.classOf(view.category));
+      if (source.labels) kept.append(labels.row(i));
     }
-    if (!labeled_) return;
-    const Vocabulary& vocabulary = source.words->vocabulary;
-    const ClassProbabilities shares = restrictTo(study_, vocabulary, said);
-    append(shares_.shares, shares.shares);
-    shares_.mass.insert(shares_.mass.end(), shares.mass.begin(), shares.mass.end());
-    const std::vector<float> often = priorOf({said, {}});
+    if (source.labels) all.labels.emplace_back(source.labels->vocabulary, std::move(kept));
+  }
+  return all;
+}
+
+/// p(class | image) of the target classes.
+ClassProbabilities restrictLabels(const DescribedViews& views, const TargetClasses& targets) {
+  ClassProbabilities all{DescriptorMatrix(targets.classes.size()), {}};
+  for (const auto& [vocabulary, labels] : views.labels) {
+    const ClassProbabilities some = restrictTo(targets, vocabulary, labels);
+    append(all.probabilities, some.probabilities);
+    all.coverage.insert(all.coverage.end(), some.coverage.begin(), some.coverage.end());
+  }
+  return all;
+}
+
+double meanOf(const std::vector<float>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// Clears the probabilities of instances whose mean coverage is below the minimum: they are of no target
+/// class.
+ClassProbabilities rejectOthers(const ClassProbabilities& answers, const std::vector<int>& instances,
+                                double minCoverage) {
+  std::map<int, std::pair<double, double>> sums;  // coverage and number of the samples of an instance
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    sums[instances[i]].first += answers.coverage[i];
+    ++sums[instances[i]].second;
+  }
+  ClassProbabilities accepted{DescriptorMatrix(answers.probabilities.labels()), answers.coverage};
+  const std::vector<float> none(answers.probabilities.labels(), 0);
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    const auto& [coverage, samples] = sums[instances[i]];
+    accepted.probabilities.append(coverage < minCoverage * samples ? DescriptorView(none)
+                                                                   : answers.probabilities.row(i));
+  }
+  return accepted;
+}
+
+void countClasses(const std::vector<int>& trueClasses, TrainingSet& set) {
+  const ObjectTraining& training = set.training;
+  set.samples.assign(training.targets.classes.size(), 0);
+  std::vector<std::set<int>> instances(set.samples.size());
+  for (std::size_t i = 0; i < training.classes.size(); ++i) {
+    if (training.classes[i] < 0) {
+      ++set.rejected;
+      continue;
+    }
+    const auto c = static_cast<std::size_t>(training.classes[i]);
+    ++set.samples[c];
+    instances[c].insert(training.instances[i]);
+    set.comparable += trueClasses[i] >= 0 ? 1 : 0;
+    set.correct += trueClasses[i] == training.classes[i] ? 1 : 0;
+  }
+  for (const auto& ofClass : instances) set.instances.push_back(ofClass.size());
+}
+
+/// The two most frequent labels of all views: "\"wall\" and \"bottle\"".
+std::string frequentLabels(const DescribedViews& views) {
+  std::map<std::string, double> sums;
+  for (const auto& [vocabulary, labels] : views.labels) {
+    const std::vector<float> often = priorOf({labels, {}});
     for (std::size_t label = 0; label < often.size(); ++label)
-      often_[shortLabel(vocabulary[label])] += often[label] * static_cast<double>(said.size());
+      sums[shortLabel(vocabulary[label])] += often[label] * static_cast<double>(labels.size());
   }
+  std::vector<std::pair<double, std::string>> order;
+  for (const auto& [label, sum] : sums) order.emplace_back(-sum, label);
+  std::ranges::sort(order);
+  std::string text;
+  for (std::size_t i = 0; i < std::min<std::size_t>(order.size(), 2); ++i)
+    text += fmt::format("{}\"{}\"", i == 0 ? "" : " and ", order[i].second);
+  return text;
+}
 
-  TrainingSet finish(const std::string& labeler, Progress& progress) {
-    ObjectTraining& training = gathered_.training;
-    if (training.instances.empty())
-      throw Error(
-          fmt::format("there is nothing to learn from: {} flat views and {} cut by the border were "
-                      "left out, {} have no words or a category that is no word of the study{}",
-                      gathered_.flat, gathered_.atBorder, gathered_.without, stranger_));
-    training.words = labeled_ ? namesBy(labeler, progress) : truths_;
-    gathered_.mass = 1;
-    if (labeled_) {
-      double sum = 0;
-      for (const float mass : shares_.mass) sum += mass;
-      gathered_.mass = sum / static_cast<double>(shares_.mass.size());
-    }
-    count();
-    requireNames();
-    return std::move(gathered_);
-  }
+void requireViews(const DescribedViews& views, const TrainingSet& set) {
+  if (!views.instances.empty()) return;
+  throw Error(
+      ErrorCode::insufficientData,
+      fmt::format("no views to learn from: {} are flat, {} cut by the border, {} without labels or a target "
+                  "class{}",
+                  set.flat, set.atBorder, set.unlabeled, views.unlabeledExample));
+}
 
- private:
-  /// Fills `answers` with what was said of those that are chosen, one row each.
-  std::vector<std::size_t> choose(const LabeledViews& source, DescriptorMatrix& answers) {
-    std::optional<RecordedLabels> words;
-    if (labeled_) words.emplace(*source.words, *source.views);
-    std::vector<std::size_t> chosen;
-    for (std::size_t i = 0; i < source.views->size(); ++i) {
-      const ObjectView& view = source.views->view(i);
-      if (!options_.split.empty() && view.split != options_.split) continue;
-      if (!options_.all && (view.flat || view.atBorder)) {
-        ++(view.flat ? gathered_.flat : gathered_.atBorder);
-        continue;
-      }
-      const auto answer = labeled_ ? words->of(view.name) : std::nullopt;
-      if (labeled_ ? !answer : study_.wordOf(view.category) < 0) {
-        ++gathered_.without;
-        if (labeled_ && stranger_.empty()) stranger_ = strange(*source.words, view);
-        continue;
-      }
-      if (answer) answers.append(*answer);
-      chosen.push_back(i);
-    }
-    return chosen;
-  }
-
-  static std::string strange(const DescriptorSequence& words, const ObjectView& view) {
-    return words.frames.empty()
-               ? "; the file of words is empty"
-               : fmt::format(
-                     "; there are no words for \"{}\", but some for \"{}\": are they those of other views?",
-                     view.name, words.frames.front().name);
-  }
-
-  int instanceOf(std::size_t source, const ObjectView& view) {
-    const auto next = static_cast<int>(instances_.size());
-    return instances_.try_emplace({source, view.category, view.instance}, next).first->second;
-  }
-
-  std::vector<int> namesBy(const std::string& labeler, Progress& progress) {
-    ObjectTraining& training = gathered_.training;
-    training.labeler = labeler;
-    ClassProbabilities shares = withoutStrangers();
-    if (options_.correct) {
-      training.prior = priorOf(shares);
-      shares = corrected(shares, training.prior);
-    }
-    return assignPseudoLabels(options_.naming, shares, training.instances, training.shapes,
-                              options_.classifier, progress);
-  }
-
-  /// Nothing is said of things that the labeler takes for something else than the study's words.
-  ClassProbabilities withoutStrangers() const {
-    std::vector<double> sums(instances_.size(), 0), counts(instances_.size(), 0);
-    const auto& instances = gathered_.training.instances;
-    for (std::size_t i = 0; i < instances.size(); ++i) {
-      sums[static_cast<std::size_t>(instances[i])] += shares_.mass[i];
-      ++counts[static_cast<std::size_t>(instances[i])];
-    }
-    ClassProbabilities known{DescriptorMatrix(shares_.shares.labels()), shares_.mass};
-    const std::vector<float> nothing(shares_.shares.labels(), 0);
-    for (std::size_t i = 0; i < instances.size(); ++i) {
-      const auto instance = static_cast<std::size_t>(instances[i]);
-      known.shares.append(sums[instance] < options_.leastMass * counts[instance] ? DescriptorView(nothing)
-                                                                                 : shares_.shares.row(i));
-    }
-    return known;
-  }
-
-  void count() {
-    const std::size_t words = study_.words.size();
-    const ObjectTraining& training = gathered_.training;
-    gathered_.samples.assign(words, 0);
-    std::vector<std::set<int>> instances(words);
-    for (std::size_t i = 0; i < training.words.size(); ++i) {
-      if (training.words[i] < 0) {
-        ++gathered_.unnamed;
-        continue;
-      }
-      const auto word = static_cast<std::size_t>(training.words[i]);
-      ++gathered_.samples[word];
-      instances[word].insert(training.instances[i]);
-      gathered_.checked += truths_[i] >= 0 ? 1 : 0;
-      gathered_.right += truths_[i] == training.words[i] ? 1 : 0;
-    }
-    for (const auto& of : instances) gathered_.instances.push_back(of.size());
-  }
-
-  void requireNames() const {
-    const ObjectTraining& training = gathered_.training;
-    if (gathered_.unnamed < training.words.size()) return;
-    std::vector<std::pair<double, std::string>> often;
-    for (const auto& [label, sum] : often_) often.emplace_back(-sum, label);
-    std::ranges::sort(often);
-    std::string mostly;
-    for (std::size_t i = 0; i < std::min<std::size_t>(often.size(), 2); ++i)
-      mostly += fmt::format("{}\"{}\"", i == 0 ? "" : " and ", often[i].second);
-    throw Error(fmt::format(
-        "not one of {} views is named by a word of the study: the labeler says {:.1f} % about these words{}, "
-        "and most often {}; give the words labels that it says{}",
-        training.words.size(), 100 * gathered_.mass,
-        options_.leastMass > 0 ? fmt::format(", where a mass of {} is asked for", options_.leastMass) : "",
-        mostly, options_.leastMass > 0 ? ", or ask for less mass" : ""));
-  }
-
-  const TargetClasses& study_;
-  const TrainingOptions& options_;
-  bool labeled_;
-  TrainingSet gathered_{{study_, options_.shape, noShapes(options_.shape), {}, {}, "", {}}, {}, {}};
-  ClassProbabilities shares_{DescriptorMatrix(study_.words.size()), {}};
-  std::vector<int> truths_;
-  std::map<std::string, double> often_;  // what the labeler says of all views together
-  std::string stranger_;                 // a view without words beside a name that has some
-  std::map<std::tuple<std::size_t, std::string, std::string>, int> instances_;
-};
+void requireClasses(const DescribedViews& views, const TrainingSet& set, const TrainingOptions& options) {
+  if (set.rejected < set.training.classes.size()) return;
+  const bool limited = options.minCoverage > 0;
+  throw Error(ErrorCode::insufficientData,
+              fmt::format("none of {} views gets a target class: the classes cover {:.1f} % of the labeler's "
+                          "answers{}, which are mostly {}; give the classes labels that it uses{}",
+                          set.training.classes.size(), 100 * set.coverage,
+                          limited ? fmt::format(" (the minimum is {})", options.minCoverage) : "",
+                          frequentLabels(views), limited ? ", or a smaller minimum" : ""));
+}
 
 }  // namespace
 
-TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetClasses& study,
+OptionGroup declare(TrainingOptions& options) {
+  OptionGroup group("training", "Self-supervised training of an object model.");
+  const Choices labelings = pseudoLabelings();
+  group.add("pseudo-labels", options.pseudoLabels,
+            {{labelings[0], PseudoLabeling::top},
+             {labelings[1], PseudoLabeling::voted},
+             {labelings[2], PseudoLabeling::confident}},
+            "How class probabilities become pseudo-labels.");
+  group
+      .add("correct-prior", &options.correctPrior,
+           "Divide the labeler's probabilities by how often it gives each class.")
+      .why("off if the classes really are as frequent as the labeler says");
+  group
+      .add("min-coverage", &options.minCoverage,
+           "Objects whose labels cover the target classes less than this on average are of no target class.")
+      .range(0, 1)
+      .why("raise it if other objects are learned as targets");
+  group.add("all-views", &options.allViews,
+            "Also use flat views and those cut by the image border, which do not show the whole shape.");
+  group.add("split", &options.split, "Use only the views of this part of the data set.")
+      .automatic("all views");
+  group.add(declare(options.shape));
+  group.add(declare(options.classifier));
+  return group;
+}
+
+TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetClasses& targets,
                            const TrainingOptions& options, Progress& progress,
                            std::vector<std::string>* problems) {
-  if (!(options.leastMass >= 0 && options.leastMass <= 1))
-    throw Error(fmt::format("a least mass of {} is none; it is a share, 0 to 1", options.leastMass));
-  const bool labeled = !sources.empty() && sources.front().words.has_value();
-  const std::string labeler = labeled ? sources.front().words->model : "";
-  for (const LabeledViews& source : sources) {
-    if (source.words.has_value() != labeled)
-      throw Error(fmt::format("{} has words and {} has none; label both, or learn the true names of both",
-                              (labeled ? sources.front() : source).views->name(),
-                              (labeled ? source : sources.front()).views->name()));
-    if (labeled && source.words->model != labeler)
-      throw Error(fmt::format("{} was labeled by {}, but {} by {}; label both by one", source.views->name(),
-                              source.words->model, sources.front().views->name(), labeler));
-  }
+  validate(options);
   requireSplit(sources, options.split);
-  TrainingSetBuilder gathering(study, options, labeled);
-  for (std::size_t i = 0; i < sources.size(); ++i) gathering.add(sources[i], i, progress, problems);
-  return gathering.finish(labeler, progress);
+  TrainingSet set{.training = {.targets = targets,
+                               .shape = options.shape,
+                               .shapes = {{}, {}, DescriptorMatrix(0)},
+                               .classes = {},
+                               .instances = {},
+                               .labeler = commonLabeler(sources),
+                               .prior = {}},
+                  .coverage = 1};
+  ObjectTraining& training = set.training;
+  const DescribedViews views = describeViews(sources, options, set, progress, problems);
+  requireViews(views, set);
+  training.shapes = views.shapes;
+  training.instances = views.instances;
+  training.classes = views.trueClasses;
+  if (!views.labels.empty()) {
+    ClassProbabilities p =
+        restrictLabels(views, targets);  // 1. p(class | image) ∝ Σ p(label | image), thesis 6.3
+    set.coverage = meanOf(p.coverage);
+    p = rejectOthers(p, views.instances, options.minCoverage);
+    if (options.correctPrior) {  // 2. p(class | image) / p(class), Saerens et al. 2002
+      training.prior = priorOf(p);
+      p = corrected(p, training.prior);
+    }
+    training.classes = assignPseudoLabels(options.pseudoLabels, p, views.instances, views.shapes,  // 3. vote
+                                          options.classifier, progress);
+  }
+  countClasses(views.trueClasses, set);
+  requireClasses(views, set, options);
+  return set;  // 4. trainObjectModel() learns the shapes of the classes
 }
 
 std::vector<std::string> categoriesOf(std::span<const LabeledViews> sources) {

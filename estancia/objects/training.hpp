@@ -1,4 +1,4 @@
-// Views of things and what a labeler or a data set calls them → what a model is learned from.
+// Object training: self-supervised learning of 3-D shapes from an image classifier's labels (thesis 6.3).
 #pragma once
 
 #include <cstddef>
@@ -8,57 +8,100 @@
 #include <vector>
 
 #include "estancia/classify/classifier.hpp"
+#include "estancia/core/choice.hpp"
+#include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
+#include "estancia/describe/features.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/object_views.hpp"
 #include "estancia/objects/object_model.hpp"
-#include "estancia/objects/pseudo_labels.hpp"
-#include "estancia/objects/shape.hpp"
-#include "estancia/objects/target_classes.hpp"
 
 namespace estancia {
 
-/// Views with the words for their images; without words they go by their true categories.
+/// How class probabilities become pseudo-labels.
+enum class PseudoLabeling {
+  /// The most probable class of each sample (thesis 6.3).
+  top,
+  /// One class an instance, from the fused probabilities of all its samples.
+  voted,
+  /// As top, without samples that held-out shape classifiers contradict (confident learning; Northcutt,
+  /// Jiang,
+  /// Chuang, JAIR 70, 2021).
+  confident
+};
+
+/// The names of PseudoLabeling.
+Choices pseudoLabelings();
+/// Throws Error (unknownName).
+PseudoLabeling getPseudoLabeling(const std::string& name);
+
+/// Views of objects with the labels of their images; without labels, their true categories are learned.
 struct LabeledViews {
   const ObjectViews* views = nullptr;
-  std::optional<DescriptorSequence> words = {};
+  std::optional<DescriptorSequence> labels = {};
 };
 
 struct TrainingOptions {
-  PseudoLabeling naming =
-      PseudoLabeling::voted;  ///< how words become names; true categories are names already
-  bool correct = true;        ///< for how often the labeler says each word: corrected()
-  bool all = false;  ///< also flat views and those cut by the border, which show not the thing's shape
-  /// Things of whose images the labeler says less than this about the words, in the mean over their views,
-  /// are none of the study's and get no name; 0 … 1.
-  double leastMass = 0;
-  std::string split = {};  ///< only the views of this part of the data; "": all
+  PseudoLabeling pseudoLabels = PseudoLabeling::voted;
+  bool correctPrior = true;
+  double minCoverage = 0;
+  bool allViews = false;
+  std::string split = {};
   ShapeOptions shape = {};
-  ClassifierOptions classifier = {};  ///< for Naming::confident
+  ClassifierOptions classifier = {};
+};
+OptionGroup declare(TrainingOptions& options);
+
+/// Training data. Invariant: one class and one instance a row of `shapes`.
+struct ObjectTraining {
+  TargetClasses targets;
+  /// Of `shapes`.
+  ShapeOptions shape;
+  Features shapes;
+  /// Of the targets; −1 is left out.
+  std::vector<int> classes;
+  /// Samples of one instance are never split in cross-validation.
+  std::vector<int> instances;
+  /// Identity of the labeler; "" for a person.
+  std::string labeler;
+  /// How often that labeler gives each class (priorOf()); empty: answers are taken as they are.
+  std::vector<float> prior;
 };
 
-/// What is learned from, and what is not, for people.
+/// Training data with statistics for people.
 struct TrainingSet {
   ObjectTraining training;
-  std::vector<std::size_t> samples, instances;  ///< of each word
-  std::size_t flat = 0, atBorder = 0;           ///< views that were left out as they are
-  std::size_t without = 0;                      ///< views without words, or of a category that is no word
-  std::size_t unnamed = 0;                      ///< views that got no name from what was said of them
-  double mass = 0;  ///< mean of what the labeler's answers say of the words; 1 for true categories
-  /// Of the named views whose category is a word of the study: how many there are, and are named by it.
-  std::size_t checked = 0, right = 0;
+  /// Of each class.
+  std::vector<std::size_t> samples = {}, instances = {};
+  /// Views that were left out: flat ones, and those cut by the image border.
+  std::size_t flat = 0, atBorder = 0;
+  /// Views without labels, or whose category is no target class.
+  std::size_t unlabeled = 0;
+  /// Views without a pseudo-label.
+  std::size_t rejected = 0;
+  /// Mean share of the target classes in the labeler's answers; 1 for true categories.
+  double coverage = 0;
+  /// Pseudo-labels of views whose category is a target class: how many there are, and how many are correct.
+  std::size_t comparable = 0, correct = 0;
 };
 
-/// Instances of different `sources` are different ones: give each once. Views find their words by whole names
-/// or, where no view of a source does, as frames do by RecordedLabeler. Those that cannot be described are
-/// told in `problems` and left out. Throws Error when no view is left or named, saying why, when no view is
-/// of the split, when sources were labeled by different labelers, only some have words, and as restrictTo()
-/// does; Interrupted.
-TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetClasses& study,
-                           const TrainingOptions& options, Progress& progress,
+/// Describes the shapes of views and gives each a class: restricts the labels to the target classes, corrects
+/// the labeler's prior, and assigns pseudo-labels; trainObjectModel() learns from the result. Instances are
+/// distinct across `sources`; pass each source once. Views find their labels by whole names or, if no view of
+/// a source does, as frames do by RecordedLabeler. Views that cannot be described are left out; the reasons
+/// go to `problems`. Throws Error (insufficientData) when no view is left or gets a class, (unknownName) when
+/// no view belongs to the split, (mismatch) when sources have different labelers or only some have labels,
+/// and as restrictTo(); Interrupted.
+TrainingSet gatherTraining(std::span<const LabeledViews> sources, const TargetClasses& targets,
+                           const TrainingOptions& options = {}, Progress& progress = Progress::none(),
                            std::vector<std::string>* problems = nullptr);
 
-/// The categories of the views, which are the words when nobody gives a study.
+/// Throws Error (insufficientData) when fewer than two classes have samples, and as trainClassifier();
+/// Interrupted.
+ObjectModel trainObjectModel(const ObjectTraining& training, const ClassifierOptions& options = {},
+                             Progress& progress = Progress::none());
+
+/// The categories of the views: the target classes if there are no others.
 std::vector<std::string> categoriesOf(std::span<const LabeledViews> sources);
 
 }  // namespace estancia

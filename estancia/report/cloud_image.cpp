@@ -9,7 +9,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/cloud/neighbors.hpp"
-#include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"
 

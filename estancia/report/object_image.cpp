@@ -18,7 +18,7 @@ cv::Scalar colorOf(FusedAnswer::Source source) {
       return {115, 158, 0};
     case FusedAnswer::Source::shape:
       return {178, 114, 0};
-    case FusedAnswer::Source::seen:
+    case FusedAnswer::Source::image:
       return {0, 159, 230};
     case FusedAnswer::Source::none:
       break;
@@ -27,16 +27,16 @@ cv::Scalar colorOf(FusedAnswer::Source source) {
 }
 
 std::string captionOf(const PredictedObject& object, const std::vector<std::string>& words) {
-  const auto word = static_cast<std::size_t>(object.belief.word);
-  if (object.belief.word < 0) return fmt::format("{}", object.thing);
+  const auto word = static_cast<std::size_t>(object.answer.classIndex);
+  if (object.answer.classIndex < 0) return fmt::format("{}", object.instance);
   if (word >= words.size())
-    throw Error(fmt::format("thing {} is word {} of {}; give the words of its model", object.thing, word + 1,
-                            words.size()));
+    throw Error(fmt::format("thing {} is word {} of {}; give the words of its model", object.instance,
+                            word + 1, words.size()));
   // OpenCV's font knows ASCII only.
   std::string name = cleanText(words[word]);
   std::ranges::replace_if(
       name, [](char c) { return c < ' ' || c > '~'; }, '?');
-  return fmt::format("{} {} {:.0f}%", object.thing, name, 100 * object.belief.probability);
+  return fmt::format("{} {} {:.0f}%", object.instance, name, 100 * object.answer.probability);
 }
 
 }  // namespace
@@ -48,7 +48,7 @@ cv::Mat drawObjects(const cv::Mat& image, std::span<const PredictedObject> objec
   const int font = cv::FONT_HERSHEY_SIMPLEX;
   const double size = 0.4 * std::max(1., image.cols / 640.);
   for (const PredictedObject& object : objects)
-    cv::rectangle(drawn, object.box, colorOf(object.belief.source), 2);
+    cv::rectangle(drawn, object.box, colorOf(object.answer.source), 2);
   for (const PredictedObject& object : objects) {
     const std::string caption = captionOf(object, words);
     int below = 0;
@@ -56,7 +56,7 @@ cv::Mat drawObjects(const cv::Mat& image, std::span<const PredictedObject> objec
     const cv::Point corner(std::clamp(object.box.x, 0, std::max(0, image.cols - text.width)),
                            std::max(object.box.y, text.height + below));
     cv::rectangle(drawn, corner + cv::Point(0, below), corner + cv::Point(text.width, -text.height),
-                  colorOf(object.belief.source), cv::FILLED);
+                  colorOf(object.answer.source), cv::FILLED);
     cv::putText(drawn, caption, corner, font, size, cv::Scalar::all(255), 1, cv::LINE_AA);
   }
   return drawn;

@@ -41,7 +41,8 @@ class ObjectsTrain : public testing::Test {
         csv += name + (longer == 1 ? ",.1,0,.9\n" : ",0,.1,.9\n");
       }
     writeFile(words(), csv);
-    writeFile(study(), "[words.mug]\nlabels = [\"coffee mug\"]\n[words.bottle]\nlabels = [\"pop bottle\"]\n");
+    writeFile(study(),
+              "[classes.mug]\nlabels = [\"coffee mug\"]\n[classes.bottle]\nlabels = [\"pop bottle\"]\n");
   }
   std::string clouds() const { return scratch_ / "clouds"; }
   std::string words() const { return scratch_ / "words.csv"; }
@@ -74,7 +75,7 @@ TEST_F(ObjectsTrain, LearnsWhatARecordingSaysOfClouds) {
   const auto learned = nlohmann::json::parse(trained.out);
   EXPECT_EQ(learned["words"][0]["views"], 4);
   EXPECT_EQ(learned["words"][1]["instances"], 4);
-  EXPECT_EQ(learned["named_rightly"], 1);
+  EXPECT_EQ(learned["pseudo_label_accuracy"], 1);
 }
 
 TEST_F(ObjectsTrain, ViewsThatAreGivenTwiceAreRefused) {
@@ -85,7 +86,7 @@ TEST_F(ObjectsTrain, ViewsThatAreGivenTwiceAreRefused) {
 
 TEST_F(ObjectsTrain, OptionsThatWouldMeanNothingAreRefused) {
   for (const auto& [option, value] :
-       {std::pair("--names", "top"), std::pair("--prior", "none"), std::pair("--mass", "0.5")})
+       {std::pair("--names", "top"), std::pair("--prior", "none"), std::pair("--min-coverage", "0.5")})
     refuses(train({clouds(), "--truth", option, value, "-o", model()}), option);
   refuses(trainWords({"--split", "tset"}), "have no splits");
   refuses(train({clouds(), "--truth", "-o", ""}), "has no name");
@@ -99,16 +100,16 @@ TEST_F(ObjectsTrain, TellsHowToGetWords) {
 }
 
 TEST_F(ObjectsTrain, WarnsOfLabelsThatTheLabelerHasNot) {
-  writeFile(
-      study(),
-      "[words.mug]\nlabels = [\"coffee mug\", \"cofee mug\"]\n[words.bottle]\nlabels = [\"pop bottle\"]\n");
+  writeFile(study(),
+            "[classes.mug]\nlabels = [\"coffee mug\", \"cofee mug\"]\n[classes.bottle]\nlabels = [\"pop "
+            "bottle\"]\n");
   const CommandResult trained = trainWords();
   ASSERT_EQ(trained.exitCode, 0) << trained.err;
   EXPECT_THAT(trained.err, AllOf(HasSubstr("warning"), HasSubstr("\"cofee mug\" (is it coffee mug?)")));
 }
 
 TEST_F(ObjectsTrain, WhereNothingIsNamedItSaysWhatToDo) {
-  refuses(trainWords({"--mass", "0.5"}), "most often \"wall\"");
+  refuses(trainWords({"--min-coverage", "0.5"}), "mostly \"wall\"");
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ class ObjectSplits : public testing::Test {
                          sample.view.instance == "ball 1";
       return wrong ? (kind == "ball" ? "box" : "ball") : kind;
     });
-    writeFile(scratch_ / "study.toml", "[words.ball]\n[words.box]\n[words.rod]\n");
+    writeFile(scratch_ / "study.toml", "[classes.ball]\n[classes.box]\n[classes.rod]\n");
   }
 
   void writeLabels(const std::function<std::string(const ObjectSample&)>& wordOf) {
@@ -276,14 +276,14 @@ TEST_F(ObjectSplits, SayWhatIsWrongWithTheConfiguration) {
 TEST_F(ObjectSplits, SayWhatIsWrongWithTheData) {
   const std::string truth = "names = \"true\"\n";
   const auto study = [&](const std::string& text) { writeFile(scratch_ / "study.toml", text); };
-  study("[words.ball]\n[words.rob]\ncategories = [\"rod\"]\n");
+  study("[classes.ball]\n[classes.rob]\ncategories = [\"rod\"]\n");
   EXPECT_THAT(problem(few_ + things_ + study_ + machine_), testing::AllOf(HasSubstr("rob"), HasSubstr("rod")))
       << "an unknown word, and how it may be spelt";
-  study("[words.ball]\n");
+  study("[classes.ball]\n");
   EXPECT_THAT(problem(few_ + things_ + study_ + truth), HasSubstr("all views show one word, ball"));
-  study("[words.ball]\ncategories = [\"cat\"]\n[words.box]\ncategories = [\"dog\"]\n");
+  study("[classes.ball]\ncategories = [\"cat\"]\n[classes.box]\ncategories = [\"dog\"]\n");
   EXPECT_THAT(problem(few_ + things_ + study_ + truth), HasSubstr("no view is of a category of the study"));
-  study("[words.ball]\n[words.box]\n[words.rod]\n");
+  study("[classes.ball]\n[classes.box]\n[classes.rod]\n");
 
   writeFile(scratch_ / "words.csv", "image,ball,box,rod\nsomewhere_else,1,0,0\n");
   EXPECT_THAT(problem(few_ + things_ + study_ + machine_), HasSubstr("things: ")) << "labels of other views";

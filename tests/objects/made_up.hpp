@@ -11,7 +11,7 @@
 
 #include "estancia/classify/classifier.hpp"
 #include "estancia/describe/features.hpp"
-#include "estancia/objects/target_classes.hpp"
+#include "estancia/objects/class_probabilities.hpp"
 
 namespace estancia::test {
 
@@ -19,7 +19,7 @@ inline TargetClasses madeUpStudy(int words) {
   std::vector<std::string> names;
   names.reserve(static_cast<std::size_t>(words));
   for (int w = 0; w < words; ++w) names.push_back(fmt::format("word {}", w));
-  return TargetClasses::ofCategories(names);
+  return targetClassesOf(names);
 }
 
 /// Views of things whose words are known.
@@ -61,7 +61,7 @@ inline MadeUpThings madeUpThings(int words, int things, int views, unsigned draw
         for (float& value : row) value /= sum;
         all.shapes.values.append(row);
         all.shapes.frames.emplace_back().name = fmt::format("{}-{}-{}", w, t, v);
-        all.words.push_back(w);
+        all.classes.push_back(w);
         all.instances.push_back(w * things + t);
       }
     }
@@ -75,7 +75,7 @@ inline ClassProbabilities saying(const std::vector<int>& words, std::size_t coun
   for (const int word : words) {
     std::vector<float> row(count, 0.4F / static_cast<float>(count - 1));
     row[static_cast<std::size_t>(word)] = 0.6F;
-    said.shares.append(row);
+    said.probabilities.append(row);
   }
   return said;
 }

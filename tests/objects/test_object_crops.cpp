@@ -7,14 +7,13 @@
 #include <opencv2/core.hpp>
 
 #include "estancia/core/error.hpp"
-#include "support/support.hpp"
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
 
-using test::errorOf;
+using test::FailsWith;
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 
 /// A view with an image, one with a cloud alone, and one that cannot be read.
 class Three final : public ObjectViews {
@@ -46,7 +45,7 @@ class Three final : public ObjectViews {
 
 TEST(Patches, AFrameAView) {
   const Three views;
-  const auto patches = patchesOf(views);
+  const auto patches = cropsOf(views);
   ASSERT_EQ(patches->size(), 3U);
   EXPECT_EQ(patches->name(), "three");
   EXPECT_EQ(patches->frame(0).name, "a/1");
@@ -61,16 +60,16 @@ TEST(Patches, AFrameAView) {
   cv::Mat red;
   cv::inRange(drawn, cv::Scalar(0, 0, 255), cv::Scalar(0, 0, 255), red);
   EXPECT_GT(cv::countNonZero(red), 0);
-  EXPECT_THAT(errorOf([&] { patches->image(2); }), HasSubstr("broken"));
+  EXPECT_EQ(test::caught([&] { patches->image(2); }).message, "broken");
 }
 
 TEST(Patches, OptionsAreThoseOfThePatch) {
   const Three views;
   CropOptions options;
   options.background = CropOptions::Background::gray;
-  EXPECT_EQ(patchesOf(views, options)->image(0).at<cv::Vec3b>(0, 0), cv::Vec3b(128, 128, 128));
+  EXPECT_EQ(cropsOf(views, options)->image(0).at<cv::Vec3b>(0, 0), cv::Vec3b(128, 128, 128));
   options.margin = 9;
-  EXPECT_THAT(errorOf([&] { patchesOf(views, options)->image(1); }), HasSubstr("margin"));
+  EXPECT_TRUE(test::caught([&] { cropsOf(views, options)->image(1); }).code.has_value());
 }
 
 }  // namespace

@@ -10,13 +10,12 @@
 #include "estancia/objects/object_crops.hpp"
 #include "estancia/objects/predict.hpp"
 #include "estancia/objects/training.hpp"
-#include "support/support.hpp"
+#include "support/errors.hpp"
 #include "support/table_scene.hpp"
 
 namespace estancia::test {
 namespace {
 
-using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
@@ -50,7 +49,7 @@ class Colors : public Labeler {
 };
 
 TargetClasses ballsAndBoxes() {
-  return TargetClasses::ofCategories({"ball", "box"});
+  return targetClassesOf({"ball", "box"});
 }
 
 /// Three balls and three boxes, no two alike.
@@ -73,7 +72,7 @@ class Predicting : public testing::Test {
     collectObjects(TableSequence(things(), {0, 15, 30, 45}), folder, {}, silent);
     const auto views = openObjectViews(folder);
     Colors labeler;
-    const auto patches = patchesOf(*views);
+    const auto patches = cropsOf(*views);
     LabeledViews labeled{views.get(), labelAll(*patches, labeler, "", nullptr)};
     TrainingOptions options = given;
     options.classifier.type = "svm-linear";
@@ -81,7 +80,7 @@ class Predicting : public testing::Test {
     const auto gathered = gatherTraining({&labeled, 1}, ballsAndBoxes(), options, silent);
     EXPECT_GE(gathered.samples[0], 10U);
     EXPECT_GE(gathered.samples[1], 10U);
-    return ObjectModel::train(gathered.training, options.classifier, silent);
+    return trainObjectModel(gathered.training, options.classifier, silent);
   }
   static const ObjectModel& model() {
     static const ObjectModel once = learned();
@@ -98,20 +97,20 @@ class Predicting : public testing::Test {
 TEST_F(Predicting, ImagesAndShapesAgreeOnWhatIsSeen) {
   Colors labeler;
   ObjectPredictor predictor(model(), &labeler);
-  EXPECT_TRUE(predictor.corrects());
+  EXPECT_TRUE(predictor.correctsPrior());
   const TableSequence sequence({ballAt(0.1, 0.15, 0.055, red), boxAt(0, -0.1, {0.05, 0.05, 0.06}, blue)},
                                {60});
   const auto objects = predict(predictor, sequence);
   ASSERT_THAT(objects, SizeIs(2));
   for (const PredictedObject& object : objects) {
     EXPECT_EQ(object.problem, "");
-    EXPECT_NEAR(object.mass, 0.9, 1e-6);
-    ASSERT_THAT(object.seen, SizeIs(2));
+    EXPECT_NEAR(object.coverage, 0.9, 1e-6);
+    ASSERT_THAT(object.image, SizeIs(2));
     ASSERT_THAT(object.shape, SizeIs(2));
     const bool ball = sequence.image(0).at<cv::Vec3b>(object.box.y + object.box.height / 2,
                                                       object.box.x + object.box.width / 2) == red;
-    EXPECT_EQ(object.belief.word, ball ? 0 : 1) << object.belief.why;
-    EXPECT_EQ(object.belief.source, FusedAnswer::Source::both) << object.belief.why;
+    EXPECT_EQ(object.answer.classIndex, ball ? 0 : 1) << object.answer.why;
+    EXPECT_EQ(object.answer.source, FusedAnswer::Source::both) << object.answer.why;
   }
 }
 
@@ -122,19 +121,17 @@ TEST_F(Predicting, InTheDarkTheShapeIsBelieved) {
   sequence.dim(0.02);
   const auto objects = predict(predictor, sequence);
   ASSERT_THAT(objects, SizeIs(1));
-  EXPECT_EQ(objects[0].belief.source, FusedAnswer::Source::shape) << objects[0].belief.why;
-  EXPECT_EQ(objects[0].belief.word, 0);
-  EXPECT_THAT(objects[0].belief.why, HasSubstr("dark"));
+  EXPECT_EQ(objects[0].answer.source, FusedAnswer::Source::shape) << objects[0].answer.why;
+  EXPECT_EQ(objects[0].answer.classIndex, 0);
 }
 
 TEST_F(Predicting, WhoAsksNoLabelerGoesByTheShape) {
   ObjectPredictor predictor(model(), nullptr);
   const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, blue)}, {60}});
   ASSERT_THAT(objects, SizeIs(1));
-  EXPECT_THAT(objects[0].seen, IsEmpty());
-  EXPECT_EQ(objects[0].belief.source, FusedAnswer::Source::shape);
-  EXPECT_EQ(objects[0].belief.word, 0);
-  EXPECT_THAT(objects[0].belief.why, HasSubstr("no image was asked"));
+  EXPECT_THAT(objects[0].image, IsEmpty());
+  EXPECT_EQ(objects[0].answer.source, FusedAnswer::Source::shape);
+  EXPECT_EQ(objects[0].answer.classIndex, 0);
 }
 
 TEST_F(Predicting, AColorThatLiesLosesToALabelerThatKnowsNothing) {
@@ -142,9 +139,9 @@ TEST_F(Predicting, AColorThatLiesLosesToALabelerThatKnowsNothing) {
   ObjectPredictor predictor(model(), &labeler);
   const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, {200, 200, 200})}, {60}});
   ASSERT_THAT(objects, SizeIs(1));
-  EXPECT_THAT(objects[0].seen, IsEmpty()) << "all of its answer is about other words";
-  EXPECT_THAT(objects[0].belief.why, HasSubstr("nothing of the study's words"));
-  EXPECT_EQ(objects[0].belief.word, 0);
+  EXPECT_THAT(objects[0].image, IsEmpty()) << "all of its answer is about other words";
+  EXPECT_EQ(objects[0].answer.source, FusedAnswer::Source::shape);
+  EXPECT_EQ(objects[0].answer.classIndex, 0);
 }
 
 TEST_F(Predicting, ViewsOfAThingArePooled) {
@@ -155,11 +152,11 @@ TEST_F(Predicting, ViewsOfAThingArePooled) {
     labeler.bias = i == 1 ? 0.3F : 0.8F;  // once it is wrong, by little
     const auto objects = predict(predictor, sequence, i);
     ASSERT_THAT(objects, SizeIs(1));
-    EXPECT_EQ(objects[0].thing, 0U);
+    EXPECT_EQ(objects[0].instance, 0U);
     EXPECT_EQ(objects[0].views, i + 1);
-    EXPECT_EQ(objects[0].belief.word, 0) << i;
+    EXPECT_EQ(objects[0].answer.classIndex, 0) << i;
     if (i == 1) {
-      EXPECT_LT(objects[0].seen[0], objects[0].seen[1]);
+      EXPECT_LT(objects[0].image[0], objects[0].image[1]);
     }
   }
 }
@@ -171,7 +168,7 @@ TEST_F(Predicting, ABrokenImageLeavesTheShape) {
   const auto objects = predict(predictor, {{ballAt(0, 0, 0.055, red)}, {60}});
   ASSERT_THAT(objects, SizeIs(1));
   EXPECT_EQ(objects[0].problem, "the image is broken");
-  EXPECT_EQ(objects[0].belief.word, 0);
+  EXPECT_EQ(objects[0].answer.classIndex, 0);
 }
 
 TEST_F(Predicting, BatchesAndThreadsDoNotMatter) {
@@ -185,9 +182,9 @@ TEST_F(Predicting, BatchesAndThreadsDoNotMatter) {
     ASSERT_EQ(objects.size(), expected.size());
     EXPECT_GE(objects.size(), 5U);
     for (std::size_t i = 0; i < objects.size(); ++i) {
-      EXPECT_EQ(objects[i].seen, expected[i].seen);
+      EXPECT_EQ(objects[i].image, expected[i].image);
       EXPECT_EQ(objects[i].shape, expected[i].shape);
-      EXPECT_EQ(objects[i].belief.why, expected[i].belief.why);
+      EXPECT_EQ(objects[i].answer.why, expected[i].answer.why);
     }
   }
 }
@@ -202,12 +199,12 @@ TEST_F(Predicting, AnotherLabelerIsNotCorrected) {
   class Other : public Colors {
     std::string identity() const override { return "another"; }
   } other;
-  EXPECT_FALSE(ObjectPredictor(model(), &other).corrects());
-  EXPECT_FALSE(ObjectPredictor(model(), nullptr).corrects());
+  EXPECT_FALSE(ObjectPredictor(model(), &other).correctsPrior());
+  EXPECT_FALSE(ObjectPredictor(model(), nullptr).correctsPrior());
   TrainingOptions plain;
-  plain.correct = false;
+  plain.correctPrior = false;
   Colors same;
-  EXPECT_FALSE(ObjectPredictor(learned(plain), &same).corrects());
+  EXPECT_FALSE(ObjectPredictor(learned(plain), &same).correctsPrior());
 }
 
 TEST_F(Predicting, LabelersWithoutTheWordsAreRefused) {
@@ -215,11 +212,11 @@ TEST_F(Predicting, LabelersWithoutTheWordsAreRefused) {
     const Vocabulary& vocabulary() const override { return words_; }
     Vocabulary words_{{"robin", "wren"}};
   } birds;
-  EXPECT_THAT(errorOf([&] { ObjectPredictor(model(), &birds); }), HasSubstr("none of the study's words"));
+  EXPECT_THAT([&] { ObjectPredictor(model(), &birds); }, FailsWith(ErrorCode::unknownName, "ball", "box"));
   class Discovering : public Colors {
     bool discovers() const override { return true; }
   } discovering;
-  EXPECT_THAT(errorOf([&] { ObjectPredictor(model(), &discovering); }), HasSubstr("discovers"));
+  EXPECT_THAT([&] { ObjectPredictor(model(), &discovering); }, FailsWith(ErrorCode::invalidInput));
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ struct Views {
 
 Views some(const Views& all, const std::vector<std::size_t>& rows) {
   Views views{withRows(all.shapes, rows), {}};
-  for (const std::size_t i : rows) views.words.push_back(all.words[i]);
+  for (const std::size_t i : rows) views.classes.push_back(all.classes[i]);
   return views;
 }
 
@@ -30,16 +30,16 @@ TEST(Restaurant, TheVoteWithstandsNoiseThatTopDoesNot) {
   ESTANCIA_NEEDS(data, "restaurant20_sim is not unpacked");
   const auto opened = openObjectViews(*data);
   Progress silent;
-  Views all{sampleSegments(*opened, {}, silent), {}};
+  Views all{describeShapes(*opened, {}, silent), {}};
   std::vector<std::string> categories;
   for (const Frame& frame : all.shapes.frames) categories.push_back(frame.room);
-  const TargetClasses study = TargetClasses::ofCategories(categories);
-  ASSERT_EQ(study.words.size(), 20U);
+  const TargetClasses targets = targetClassesOf(categories);
+  ASSERT_EQ(targets.classes.size(), 20U);
   std::map<int, std::size_t> seen;
   std::vector<std::size_t> train, asked;
   for (std::size_t i = 0; i < categories.size(); ++i) {
-    all.words.push_back(study.wordOf(categories[i]));
-    (seen[all.words[i]]++ / 5 == 1 ? asked : train).push_back(i);
+    all.classes.push_back(targets.classOf(categories[i]));
+    (seen[all.classes[i]]++ / 5 == 1 ? asked : train).push_back(i);
   }
   const Views known = some(all, train), unseen = some(all, asked);
   const auto accuracy = [&](PseudoLabeling naming, double rate, std::uint64_t seed) {
@@ -47,17 +47,17 @@ TEST(Restaurant, TheVoteWithstandsNoiseThatTopDoesNot) {
     options.c = 10;
     options.gamma = 1;
     const ClassProbabilities said =
-        withNoise(test::saying(known.words, 20), NoiseKind::view, rate, known.words, seed);
+        withNoise(test::saying(known.classes, 20), NoiseKind::view, rate, known.classes, seed);
     const ObjectTraining training{
-        study,
+        targets,
         {},
         known.shapes,
-        assignPseudoLabels(naming, said, known.words, known.shapes, options, silent),
-        known.words,
+        assignPseudoLabels(naming, said, known.classes, known.shapes, options, silent),
+        known.classes,
         "",
         {}};
-    return test::shareRight(ObjectModel::train(training, options, silent).predict(unseen.shapes),
-                            unseen.words);
+    return test::shareRight(trainObjectModel(training, options, silent).predict(unseen.shapes),
+                            unseen.classes);
   };
   const double clean = accuracy(PseudoLabeling::top, 0, 1);
   EXPECT_GT(clean, 0.7);

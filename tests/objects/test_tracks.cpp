@@ -8,13 +8,12 @@
 
 #include "estancia/core/rigid.hpp"
 #include "estancia/objects/tracks.hpp"
-#include "support/support.hpp"
+#include "support/errors.hpp"
 
 namespace estancia::test {
 namespace {
 
 using ::testing::ElementsAre;
-using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 const CameraIntrinsics camera{640, 480, 525, 525, 319.5, 239.5};
@@ -60,7 +59,7 @@ TEST(Tracks, NoTwoClustersAreOneThing) {
 TEST(Tracks, AThingMayHideForAWhile) {
   const Clusters seen = of({ball({0, 0, 1}, 0.05)});
   for (const std::size_t hidden : {5U, 6U}) {
-    Tracks tracks({.patience = 5});
+    Tracks tracks({.maxUnseen = 5});
     tracks.follow(seen, camera, {});
     for (std::size_t i = 0; i < hidden; ++i) tracks.follow(of({}), camera, {});
     EXPECT_THAT(tracks.follow(seen, camera, {}), ElementsAre(hidden == 5 ? 0 : 1));
@@ -69,16 +68,16 @@ TEST(Tracks, AThingMayHideForAWhile) {
 
 TEST(Tracks, TellWhichThingsMayBeFoundAgain) {
   TrackOptions options;
-  options.patience = 2;
+  options.maxUnseen = 2;
   Tracks tracks(options);
   const Cluster left = ball({-0.3, 0, 1}, 0.05), right = ball({0.3, 0, 1}, 0.05);
   tracks.follow(of({left, right}), camera, {});
   for (int frame = 0; frame < 2; ++frame) tracks.follow(of({right}), camera, {});
-  EXPECT_THAT(tracks.followed(), ElementsAre(0, 1));
+  EXPECT_THAT(tracks.tracked(), ElementsAre(0, 1));
   tracks.follow(of({right}), camera, {});
-  EXPECT_THAT(tracks.followed(), ElementsAre(1));
+  EXPECT_THAT(tracks.tracked(), ElementsAre(1));
   tracks.follow(of({left, right}), camera, {});
-  EXPECT_THAT(tracks.followed(), ElementsAre(1, 2)) << "it is new to whoever has forgotten it";
+  EXPECT_THAT(tracks.tracked(), ElementsAre(1, 2)) << "it is new to whoever has forgotten it";
 }
 
 TEST(Tracks, WhatCoversTheSamePixelsFarBehindIsAnotherThing) {
@@ -135,9 +134,11 @@ TEST(Tracks, CloudsWithoutPixelsGoByDistance) {
 }
 
 TEST(Tracks, RefuseWhatTheyCannotWorkWith) {
-  EXPECT_THAT(errorOf([] { Tracks({.reach = -1}); }), HasSubstr("reach of -1"));
-  EXPECT_THAT(errorOf([] { Tracks({.overlap = 1.5}); }), HasSubstr("overlap of 1.5"));
-  EXPECT_THAT(errorOf([] { Tracks().follow({}, {}, {}); }), HasSubstr("focal length"));
+  EXPECT_THAT([] { Tracks({.maxDistance = -1}); },
+              FailsWith(ErrorCode::invalidOption, "tracks.max-distance", "-1"));
+  EXPECT_THAT([] { Tracks({.minOverlap = 1.5}); },
+              FailsWith(ErrorCode::invalidOption, "tracks.min-overlap", "1.5"));
+  EXPECT_THAT([] { Tracks().follow({}, {}, {}); }, FailsWith(ErrorCode::invalidInput));
 }
 
 }  // namespace

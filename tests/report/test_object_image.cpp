@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 PredictedObject thingAt(const cv::Rect& box, FusedAnswer::Source source, int word) {
   PredictedObject object;
   object.box = box;
-  object.belief = {source, word, 0.8, ""};
+  object.answer = {source, word, 0.8, ""};
   return object;
 }
 
@@ -34,7 +34,7 @@ TEST(ObjectImage, ColorsTellWhatIsBelieved) {
       drawObjects(image,
                   std::vector<PredictedObject>{thingAt({20, 50, 60, 60}, FusedAnswer::Source::both, 0),
                                                thingAt({120, 50, 60, 60}, FusedAnswer::Source::shape, 1),
-                                               thingAt({220, 50, 60, 60}, FusedAnswer::Source::seen, 0),
+                                               thingAt({220, 50, 60, 60}, FusedAnswer::Source::image, 0),
                                                thingAt({20, 150, 60, 60}, FusedAnswer::Source::none, -1)},
                   {"mug", "Töpfe"});
   for (const cv::Vec3b& color : {green, blue, orange, gray}) EXPECT_GT(pixelsOf(drawn, color), 200);

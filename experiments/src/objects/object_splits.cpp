@@ -29,18 +29,18 @@ std::vector<T> rowsOf(const std::vector<T>& all, const std::vector<std::size_t>&
 }
 
 ClassProbabilities rowsOf(const ClassProbabilities& all, const std::vector<std::size_t>& rows) {
-  ClassProbabilities some{DescriptorMatrix(all.shares.labels()), rowsOf(all.mass, rows)};
-  for (const std::size_t row : rows) some.shares.append(all.shares.row(row));
+  ClassProbabilities some{DescriptorMatrix(all.probabilities.labels()), rowsOf(all.coverage, rows)};
+  for (const std::size_t row : rows) some.probabilities.append(all.probabilities.row(row));
   return some;
 }
 
 /// The truth as a labeler would say it that knows it.
 ClassProbabilities truthOf(const ObjectTask& task, const std::vector<std::size_t>& rows) {
-  ClassProbabilities truth{DescriptorMatrix(task.study.words.size()), std::vector<float>(rows.size(), 1)};
+  ClassProbabilities truth{DescriptorMatrix(task.targets.classes.size()), std::vector<float>(rows.size(), 1)};
   for (const std::size_t row : rows) {
-    std::vector<float> one(task.study.words.size());
+    std::vector<float> one(task.targets.classes.size());
     one[static_cast<std::size_t>(task.words[row])] = 1;
-    truth.shares.append(one);
+    truth.probabilities.append(one);
   }
   return truth;
 }
@@ -54,10 +54,11 @@ int bestOf(DescriptorView row) {
 /// What the labeler says of these samples; its prior is that of what is learned from, the truth has no say.
 std::vector<int> labeled(const ObjectTask& task, const ObjectSplit& split,
                          const std::vector<std::size_t>& samples) {
-  ClassProbabilities said = rowsOf(task.said->shares, samples);
-  if (task.data->prior) said = corrected(said, priorOf(rowsOf(task.said->shares, split.train)));
+  ClassProbabilities said = rowsOf(task.said->restricted, samples);
+  if (task.data->prior) said = corrected(said, priorOf(rowsOf(task.said->restricted, split.train)));
   std::vector<int> words;
-  for (std::size_t i = 0; i < said.shares.size(); ++i) words.push_back(bestOf(said.shares.row(i)));
+  for (std::size_t i = 0; i < said.probabilities.size(); ++i)
+    words.push_back(bestOf(said.probabilities.row(i)));
   return words;
 }
 
@@ -88,7 +89,7 @@ struct Trial {
     how.seed = seed;
     how.threads = 1;  // cells run side by side
     ClassProbabilities said =
-        data.machineNames ? rowsOf(task->said->shares, rows.train) : truthOf(*task, rows.train);
+        data.machineNames ? rowsOf(task->said->restricted, rows.train) : truthOf(*task, rows.train);
     // Other noise in each split; the same for all methods.
     if (noise > 0) said = withNoise(said, data.noise, noise, things, seed * 100'003 + split);
     if (data.prior) said = corrected(said, priorOf(said));
@@ -98,9 +99,11 @@ struct Trial {
         assignPseudoLabels(method.naming, said, method.naming == PseudoLabeling::confident ? groups : things,
                            shapes, how, silent);
     // As ObjectModel learns, without its agreement, which takes five times as long.
-    const NamedShapes named = namedShapes(shapes, names, groups, task->study.words.size(), options->folds);
-    const DescriptorMatrix found = trainClassifier(named.samples, how, silent)
-                                       ->predict(named.embedding.apply(withRows(task->shapes, rows.test)), 1);
+    const LabeledShapes labeled =
+        labeledShapes(shapes, names, groups, task->targets.classes.size(), options->folds);
+    const DescriptorMatrix found =
+        trainClassifier(labeled.samples, how, silent)
+            ->predict(labeled.embedding.apply(withRows(task->shapes, rows.test)), 1);
     std::vector<int> words;
     for (std::size_t i = 0; i < found.size(); ++i) words.push_back(bestOf(found.row(i)));
     return words;
@@ -160,7 +163,7 @@ void addFacts(const ObjectTask& task, Findings& findings) {
   const Options::Data& data = *task.data;
   std::string told =
       fmt::format("{} views of {} things in {} words; ESF of {} samples{}; names of {}", task.words.size(),
-                  task.thingNames.size(), task.study.words.size(), data.shape.samples,
+                  task.thingNames.size(), task.targets.classes.size(), data.shape.samples,
                   data.shape.size ? " and size" : "", data.machineNames ? "the labeler" : "people");
   if (task.said) told += fmt::format(", labeler {}", task.said->labeler);
   if (task.said) told += data.prior ? ", corrected by its prior" : ", as it says";

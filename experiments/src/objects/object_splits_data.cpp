@@ -83,14 +83,14 @@ class Shared {
     return views;
   }
 
-  const Features& sampleSegments(const Data& data, const ObjectViews& views) {
+  const Features& describeShapes(const Data& data, const ObjectViews& views) {
     auto& shapes = shapes_[fmt::format("{}\n{} {} {}", viewsKey(data), data.shape.samples, data.shape.size,
                                        data.shape.seed)];
     if (shapes) return *shapes;
     ShapeOptions options = data.shape;
     options.threads = run_.labeler.threads;
     std::vector<std::string> problems;
-    shapes = estancia::sampleSegments(views, options, progress_, &problems);
+    shapes = estancia::describeShapes(views, options, progress_, &problems);
     tell(data, problems, "has no shape");
     return *shapes;
   }
@@ -99,7 +99,7 @@ class Shared {
   const DescriptorSequence& wordsOf(const Data& data, const ObjectViews& views, Labeler& labeler) {
     auto& words = words_[viewsKey(data) + "\n" + labeler.identity() + data.labels.string()];
     if (words) return *words;
-    const auto patches = patchesOf(views);
+    const auto patches = cropsOf(views);
     std::vector<std::string> problems;
     try {
       words = labelAll(*patches, labeler, "labeling " + data.name, run_.cache, progress_,
@@ -142,14 +142,14 @@ class Shared {
 };
 
 TargetClasses studyOf(const Data& data) {
-  if (!data.study.empty()) return TargetClasses::fromFile(data.study);
+  if (!data.study.empty()) return readTargetClasses(data.study);
   const auto views = openObjectViews(data.views, data.reading);
   std::set<std::string> categories;
   for (std::size_t i = 0; i < views->size(); ++i)
     if (!views->view(i).category.empty()) categories.insert(views->view(i).category);
   if (categories.empty())
     throw Error(fmt::format("{}: the category of no view is known", data.views.string()));
-  return TargetClasses::ofCategories({categories.begin(), categories.end()});
+  return targetClassesOf({categories.begin(), categories.end()});
 }
 
 void require(const ObjectTask& task) {
@@ -157,9 +157,9 @@ void require(const ObjectTask& task) {
   if (shown.size() < 2)
     throw Error(fmt::format("{}: all views show one word, {}; there must be two to tell apart",
                             task.data->views.string(),
-                            task.study.words[static_cast<std::size_t>(*shown.begin())].name));
+                            task.targets.classes[static_cast<std::size_t>(*shown.begin())].name));
   if (!task.said) return;
-  const auto& mass = task.said->shares.mass;
+  const auto& mass = task.said->restricted.coverage;
   if (std::none_of(mass.begin(), mass.end(), [](float m) { return m > 0; }))
     throw Error(
         fmt::format("{}: the labeler says none of the study's words of any view; is it one that "
@@ -176,8 +176,8 @@ std::string digestOf(const ObjectTask& task) {
   for (std::size_t i = 0; i < task.words.size(); ++i)
     told += fmt::format("{} {} {} {}\n", task.shapes.frames[i].name, task.words[i], task.things[i],
                         task.groups[i]);
-  told += fmt::format("{}\n", fmt::join(task.study.names(), "\n"));
-  if (task.said) told += task.said->labeler + bytes(task.said->shares.shares.values());
+  told += fmt::format("{}\n", fmt::join(task.targets.names(), "\n"));
+  if (task.said) told += task.said->labeler + bytes(task.said->restricted.probabilities.values());
   return sha256(told);
 }
 
@@ -249,7 +249,7 @@ std::vector<double> labeledOf(const ObjectTask& task, const ClassProbabilities& 
   std::vector<double> right(task.thingNames.size()), all(task.thingNames.size());
   for (std::size_t i = 0; i < task.things.size(); ++i) {
     const auto thing = static_cast<std::size_t>(task.things[i]);
-    const auto row = shares.shares.row(i);
+    const auto row = shares.probabilities.row(i);
     const auto best = std::max_element(row.begin(), row.end());
     ++all[thing];
     right[thing] += *best > 0 && best - row.begin() == task.words[i];
@@ -279,7 +279,8 @@ std::vector<ObjectSplit> splitsOf(const ObjectTask& task, const std::vector<doub
     for (const std::size_t i : split.train) learned.insert(task.words[i]);
     if (learned.size() < 2)
       throw Error(fmt::format("{}: all views to learn from in the split {} show one word, {}", here,
-                              split.name, task.study.words[static_cast<std::size_t>(*learned.begin())].name));
+                              split.name,
+                              task.targets.classes[static_cast<std::size_t>(*learned.begin())].name));
   }
   return splits;
 }
@@ -289,8 +290,8 @@ ObjectTask prepare(const Data& data, Shared& shared, const ObjectSplitsOptions& 
   Labeler* labeler = shared.labelerOf(data);
   ObjectTask task{
       &data, studyOf(data), nullptr, {}, {{}, {}, DescriptorMatrix(0)}, {}, {}, {}, {}, {}, {}, {}, {}};
-  task.views = shared.viewsOf(data, task.study);
-  const Features& all = shared.sampleSegments(data, *task.views);
+  task.views = shared.viewsOf(data, task.targets);
+  const Features& all = shared.describeShapes(data, *task.views);
   const DescriptorSequence* words =
       labeler == nullptr ? nullptr : &shared.wordsOf(data, *task.views, *labeler);
 
@@ -303,7 +304,7 @@ ObjectTask prepare(const Data& data, Shared& shared, const ObjectSplitsOptions& 
     task.said = {words->model,
                  words->vocabulary,
                  DescriptorMatrix(words->vocabulary.size()),
-                 {DescriptorMatrix(task.study.words.size()), {}}};
+                 {DescriptorMatrix(task.targets.classes.size()), {}}};
   std::map<std::string, int> things;
   for (std::size_t row = 0; row < all.frames.size(); ++row) {
     const std::string& name = all.frames[row].name;
@@ -313,7 +314,7 @@ ObjectTask prepare(const Data& data, Shared& shared, const ObjectSplitsOptions& 
     rows.push_back(row);
     task.view.push_back(viewNamed.at(name));
     const ObjectView& view = task.views->view(task.view.back());
-    task.words.push_back(task.study.wordOf(view.category));
+    task.words.push_back(task.targets.wordOf(view.category));
     const auto [thing, isNew] = things.emplace(view.instance, static_cast<int>(things.size()));
     if (isNew) {
       task.thingNames.push_back(view.instance);
@@ -331,10 +332,11 @@ ObjectTask prepare(const Data& data, Shared& shared, const ObjectSplitsOptions& 
     const std::vector<int> third = thirdsOf(task.things);
     for (std::size_t i = 0; i < third.size(); ++i) task.groups[i] = task.things[i] * thirds + third[i];
   }
-  if (task.said) task.said->shares = restrictTo(task.study, task.said->vocabulary, task.said->descriptors);
+  if (task.said)
+    task.said->restricted = restrictTo(task.targets, task.said->vocabulary, task.said->descriptors);
   require(task);
   task.splits =
-      splitsOf(task, task.said ? labeledOf(task, task.said->shares) : std::vector<double>{}, options);
+      splitsOf(task, task.said ? labeledOf(task, task.said->restricted) : std::vector<double>{}, options);
   task.digest = digestOf(task);
   return task;
 }

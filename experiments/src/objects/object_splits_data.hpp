@@ -11,7 +11,7 @@
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/describe/features.hpp"
 #include "estancia/io/object_views.hpp"
-#include "estancia/objects/target_classes.hpp"
+#include "estancia/objects/class_probabilities.hpp"
 #include "experiments/src/objects/object_splits.hpp"
 
 namespace estancia::experiments {
@@ -26,14 +26,14 @@ struct ObjectSplit {
 struct ObjectWords {
   std::string labeler;  ///< its identity
   Vocabulary vocabulary;
-  DescriptorMatrix descriptors;  ///< a row a sample
-  ClassProbabilities shares;     ///< of the study's words, as they are
+  DescriptorMatrix descriptors;   ///< a row a sample
+  ClassProbabilities restricted;  ///< of the study's words, as they are
 };
 
 /// Samples of a study's words. Invariant: one row of shapes, word, thing and group a sample.
 struct ObjectTask {
   const ObjectSplitsOptions::Data* data;
-  TargetClasses study;
+  TargetClasses targets;
   std::shared_ptr<const ObjectViews> views;
   std::vector<std::size_t> view;        ///< of each sample
   Features shapes;                      ///< of all samples

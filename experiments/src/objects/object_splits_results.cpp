@@ -179,7 +179,7 @@ void addNoise(const Results& results, Findings& findings) {
 
 /// Rows of a confusion in percent.
 HeatTable matrixOf(const ObjectTask& task, const std::string& title, std::vector<double> counts) {
-  const std::size_t words = task.study.words.size();
+  const std::size_t words = task.targets.classes.size();
   for (std::size_t r = 0; r < words; ++r) {
     const auto row = counts.begin() + static_cast<std::ptrdiff_t>(r * words);
     const auto end = row + static_cast<std::ptrdiff_t>(words);
@@ -189,13 +189,13 @@ HeatTable matrixOf(const ObjectTask& task, const std::string& title, std::vector
     });
   }
   return {title, "Share of a true word's views (row) by what they are taken for (column) [%]",
-          task.study.names(), std::move(counts), 0};
+          task.targets.names(), std::move(counts), 0};
 }
 
 /// Fig. 6.6, of the baseline or the first split.
 void addConfusions(const Results& results, Findings& findings) {
   const ObjectTask& task = *results.task;
-  const std::size_t words = task.study.words.size();
+  const std::size_t words = task.targets.classes.size();
   const bool one = task.data->split == ObjectSplitsOptions::Split::instances && !task.hasBaseline();
   if (words > mostWords || one) return;  // one of many splits by chance tells little
   const std::string where = fmt::format("{}, {}", task.data->name, task.splits[0].name);
@@ -231,7 +231,7 @@ void addClouds(const Results& results, Findings& findings) {
     if (const auto* other = std::get_if<WordClouds>(&known); other != nullptr && other->title == clouds.title)
       return;
   const auto& of = byThing ? task.things : task.words;
-  const auto names = byThing ? task.thingNames : task.study.names();
+  const auto names = byThing ? task.thingNames : task.targets.names();
   const std::size_t labels = task.said->vocabulary.size();
   for (std::size_t t = 0; t < names.size(); ++t) {
     std::vector<double> sum(labels);
@@ -247,7 +247,7 @@ void addClouds(const Results& results, Findings& findings) {
     WordClouds::Cloud cloud{names[t], {}};
     if (byThing)
       cloud.name +=
-          fmt::format(" ({})", task.study.words[static_cast<std::size_t>(task.wordOfThing[t])].name);
+          fmt::format(" ({})", task.targets.classes[static_cast<std::size_t>(task.wordOfThing[t])].name);
     for (const std::size_t l : bestLabels(means, 20))
       if (const double weight = sum[l] / static_cast<double>(count); weight > 1e-3)
         cloud.words.emplace_back(shortLabel(task.said->vocabulary[l]), weight);
@@ -265,7 +265,7 @@ Images examples(const Results& results, std::size_t method, bool success) {
   const ObjectSplit& split = task.splits[0];
   const auto& answers = results.cells[results.indexOf(method, 0, 0)].answers.answers[0];
   const auto name = [&](int word) {
-    return word < 0 ? std::string("nothing") : task.study.words[static_cast<std::size_t>(word)].name;
+    return word < 0 ? std::string("nothing") : task.targets.classes[static_cast<std::size_t>(word)].name;
   };
   Images images{
       fmt::format("{}, {}: {}", task.data->name, split.name,
@@ -282,7 +282,7 @@ Images examples(const Results& results, std::size_t method, bool success) {
   }
   // Spread over all of them, where there are many things.
   const std::size_t count = std::min(most, wanted.size());
-  const auto patches = patchesOf(*task.views);
+  const auto patches = cropsOf(*task.views);
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = wanted[k * wanted.size() / count], sample = split.test[i];
     images.images.push_back(
@@ -324,7 +324,7 @@ std::optional<double> ObjectSplitsResults::labelerAccuracy(std::size_t split) co
 
 SceneTest testOf(const ObjectTask& task, const ObjectSplit& split) {
   SceneTest test;
-  test.roomCount = static_cast<int>(task.study.words.size());
+  test.roomCount = static_cast<int>(task.targets.classes.size());
   std::vector<int> things;
   for (const std::size_t i : split.test) {
     test.rooms.push_back(task.words[i]);

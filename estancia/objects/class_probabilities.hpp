@@ -1,0 +1,57 @@
+// Class probabilities: a labeler's labels restricted to target classes, with its prior corrected
+// (thesis 6.3).
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "estancia/core/descriptor.hpp"
+#include "estancia/core/vocabulary.hpp"
+#include "estancia/objects/object_model.hpp"
+
+namespace estancia {
+
+/// p(class | image) of N samples and C target classes.
+struct ClassProbabilities {
+  /// N×C; a row adds up to 1, or is all 0 when the labeler gave none of the classes.
+  DescriptorMatrix probabilities;
+  /// N; the share of the classes in the labeler's whole answer, 0 … 1.
+  std::vector<float> coverage;
+};
+
+/// One warning per label that is missing from the vocabulary, with suggestions, for classes that have another
+/// known label.
+std::vector<std::string> unknownLabels(const TargetClasses& targets, const Vocabulary& vocabulary);
+
+/// The labels of each class in a labeler's vocabulary.
+class VocabularyMapping {
+ public:
+  /// Labels are found by findLabels(); one that fits two classes counts for the first. Throws Error
+  /// (unknownName) when a class has no label in the vocabulary, with the nearest spellings, or (invalidInput)
+  /// none of its own.
+  VocabularyMapping(const TargetClasses& targets, const Vocabulary& vocabulary);
+
+  /// Adds up the labels of each class, then normalizes: the thesis' restriction to the target classes. Throws
+  /// Error as requireProbabilities().
+  ClassProbabilities apply(const DescriptorMatrix& descriptors) const;
+
+ private:
+  std::size_t classes_;
+  std::vector<std::size_t> classOf_;  // of each label
+};
+
+/// VocabularyMapping for one use.
+ClassProbabilities restrictTo(const TargetClasses& targets, const Vocabulary& vocabulary,
+                              const DescriptorMatrix& descriptors);
+
+/// How often the labeler gives each class: the mean of the rows that are not 0; uniform without any. C
+/// numbers that add up to 1.
+std::vector<float> priorOf(const ClassProbabilities& answers);
+
+/// The probabilities for classes that are equally frequent: each divided by its `prior` (at least 0.001),
+/// then normalized, as the labeler has more labels for some classes and prefers some (Saerens, Latinne,
+/// Decaestecker, Neural Computation 14, 2002). Throws Error (mismatch) on a prior of other classes.
+ClassProbabilities corrected(const ClassProbabilities& answers, std::span<const float> prior);
+
+}  // namespace estancia
