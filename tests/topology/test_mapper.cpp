@@ -306,9 +306,10 @@ TEST(Mapper, ALongStandTeachesNothing) {
 
 TEST(Mapper, RefusesWhatIsNoDescriptor) {
   Mapper mapper(3, {});
-  EXPECT_THROW(mapper.add(std::vector<float>{0.5F, 0.5F}), Error);
-  EXPECT_THROW(mapper.add(std::vector<float>{0.5F, NAN, 0.5F}), Error);
-  EXPECT_THROW(mapper.add(std::vector<float>{0.5F, 3.0F, 0.5F}), Error);
+  const std::vector<float> shorter{0.5F, 0.5F}, nan{0.5F, NAN, 0.5F}, large{0.5F, 3.0F, 0.5F};
+  EXPECT_THAT([&] { mapper.add(shorter); }, FailsWith(ErrorCode::mismatch, "2 values", "3 labels"));
+  EXPECT_THAT([&] { mapper.add(nan); }, FailsWith(ErrorCode::labelerFailure, "nan"));
+  EXPECT_THAT([&] { mapper.add(large); }, FailsWith(ErrorCode::labelerFailure, "3", "label 1"));
   EXPECT_EQ(mapper.frames(), 0U);
 }
 

@@ -190,7 +190,7 @@ TEST(PredictedRooms, ThatFitNoMapAreRefused) {
   EXPECT_THAT(refusal([](auto& p) {
                 p.probabilities.append(std::vector<float>{0, 0, 7});
               }),
-              FailsWith(ErrorCode::invalidInput, "frame 6", "7"));
+              FailsWith(ErrorCode::labelerFailure, "frame 6", "7"));
   EXPECT_FALSE(readMap(path).predictions) << "nothing of it was kept";
 }
 

@@ -6,6 +6,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/label/labeler.hpp"
 #include "estancia/topology/ask.hpp"
 #include "estancia/topology/localizer.hpp"
@@ -111,6 +112,7 @@ TEST_F(LiveMapping, GoesOnWithAMapOfThatName) {
       part.add(image);
     }
   }
+  whole.finish();
   const TopologicalMap expected = whole.map(), map = readMap(path_);
   ASSERT_EQ(map.frames.size(), 60U);
   for (std::size_t i = 0; i < map.frames.size(); ++i) EXPECT_EQ(map.frames[i].node, expected.frames[i].node);
@@ -141,7 +143,7 @@ TEST_F(LiveMapping, RefusesAnotherModelOtherSettingsAndUnknownWords) {
               FailsWith(ErrorCode::mismatch, path_.string(), "colors", "other colors"));
   other = ColorLabeler();
   other.vocabulary_ = Vocabulary({"a", "b", "c"});
-  EXPECT_THROW(MappingSession(path_, other), Error);
+  EXPECT_THAT([&] { MappingSession(path_, other); }, FailsWith(ErrorCode::mismatch, path_.string()));
   other.discovers_ = true;
   EXPECT_THAT([&] { MappingSession(path_, other); }, FailsWith(ErrorCode::invalidInput, "colors"));
   auto ofDescriptors = MappingSession::resume(path_, labeler_.vocabulary(), "colors");
@@ -153,7 +155,9 @@ TEST_F(LiveMapping, ReplacesAMapOnlyWhenAsked) {
   EXPECT_THAT([&] { MappingSession::create(path_, labeler_.vocabulary(), "colors", {}); },
               FailsWith(ErrorCode::fileExists, path_.string()));
   auto map = MappingSession::create(path_, labeler_.vocabulary(), "colors", byHand(), ExistingMap::replace);
-  map.add({.name = "first"}, labeler_.label(lawn));
+  Frame frame;
+  frame.name = "first";
+  map.add(frame, labeler_.label(lawn));
   map.finish();
   EXPECT_EQ(readMap(path_).frames.front().name, "first");
 }

@@ -253,7 +253,7 @@ TEST(MapStore, RefusesFramesOutOfOrderAndDescriptorsOfAnotherModel) {
   EXPECT_THAT([&] { store.addFrame(1, frameNamed("a"), descriptorOf(1)); },
               FailsWith(ErrorCode::invalidInput, "frame 1", "0"));
   const auto ofAnotherModel = [&] { store.addFrame(0, frameNamed("a"), LexicalDescriptor{1, 0}); };
-  EXPECT_THAT(test::caught(ofAnotherModel).message, testing::StartsWith("a gave 2 values for 3 labels"));
+  EXPECT_THAT(ofAnotherModel, FailsWith(ErrorCode::mismatch, "2 values", "3 labels"));
   const auto putShortNode = [&] { store.putNode({0, 1, {1, 0}, {0, 0}}, ""); };
   EXPECT_THAT(putShortNode, FailsWith(ErrorCode::mismatch, "node 0", "2", "3 labels"));
   EXPECT_THAT([&] { store.putImage(0, {1}); }, FailsWith(ErrorCode::unknownName, "frame 0"));

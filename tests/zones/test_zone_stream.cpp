@@ -158,8 +158,9 @@ TEST(ZoneStream, SaysHowFarItIsFromTheExactResult) {
 
 TEST(ZoneStream, RefusesWhatIsNoProbability) {
   ZoneStream stream(Vocabulary({"desk", "cup"}));
-  EXPECT_THROW(stream.add(std::vector<float>{0.5F}), Error);
-  EXPECT_THROW(stream.add(std::vector<float>{0.5F, std::numeric_limits<float>::quiet_NaN()}), Error);
+  const std::vector<float> shorter{0.5F}, nan{0.5F, std::numeric_limits<float>::quiet_NaN()};
+  EXPECT_THAT([&] { stream.add(shorter); }, FailsWith(ErrorCode::mismatch, "1 values", "2 labels"));
+  EXPECT_THAT([&] { stream.add(nan); }, FailsWith(ErrorCode::labelerFailure, "nan"));
   EXPECT_EQ(stream.images(), 0U) << "nothing of it was kept";
 }
 
@@ -188,7 +189,7 @@ TEST(ZoneStream, EndsInZonesAsOfTheWholeRun) {
   EXPECT_EQ(streamed.zoneOf, exact.zoneOf) << "numbered by size";
   EXPECT_EQ(streamed.distance, exact.distance);
   EXPECT_EQ(streamed.linkage, exact.linkage);
-  EXPECT_NEAR(streamed.cut, exact.cut, 1e-6 * exact.cut);
+  EXPECT_NEAR(streamed.cut, exact.cut, 1e-4 * exact.cut);
   EXPECT_EQ(streamed.cutReason, exact.cutReason);
   EXPECT_EQ(streamed.zones[0].name, exact.zones[0].name);
 
