@@ -25,7 +25,8 @@ struct Kind {
 
 constexpr Kind kinds[] = {
     {"svm-linear", "linear support vector machines, one a pair of classes", trainSvm, readSvm},
-    {"svm-rbf", "support vector machines with Gaussian kernels: class boundaries may be curved", trainSvm, readSvm},
+    {"svm-rbf", "support vector machines with Gaussian kernels: class boundaries may be curved", trainSvm,
+     readSvm},
     {"linear", "logistic regression, one class against the others", trainLinear, readLinear},
     {"forest", "random forest: votes of trees grown on random subsets of samples and columns", trainForest,
      readForest},
@@ -50,11 +51,13 @@ void requireValid(const Samples& samples) {
   if (samples.x.labels() == 0 || samples.x.size() == 0)
     throw Error(ErrorCode::insufficientData, "there are no samples to learn from; give some of two classes");
   if (samples.classes.size() != samples.x.size() || samples.groups.size() != samples.x.size())
-    throw Error(ErrorCode::mismatch, fmt::format("{} samples have {} classes and {} groups; give one of each a sample",
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{} samples have {} classes and {} groups; give one of each a sample",
                             samples.x.size(), samples.classes.size(), samples.groups.size()));
   for (const int c : samples.classes)
     if (c < 0 || c >= samples.classCount)
-      throw Error(ErrorCode::invalidInput, fmt::format("a sample has class {}; give 0 to {}", c, samples.classCount - 1));
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("a sample has class {}; give 0 to {}", c, samples.classCount - 1));
   requireFinite(samples.x);
 }
 
@@ -71,8 +74,10 @@ class Checked final : public Classifier {
 
   DescriptorMatrix predict(const DescriptorMatrix& x, int threads) const override {
     if (x.labels() != columns())
-      throw Error(ErrorCode::mismatch, fmt::format("this classifier was trained on {} columns, not on {}; describe the images alike", columns(),
-                              x.labels()));
+      throw Error(
+          ErrorCode::mismatch,
+          fmt::format("this classifier was trained on {} columns, not on {}; describe the images alike",
+                      columns(), x.labels()));
     requireFinite(x);
     DescriptorMatrix inner = inner_->predict(x, threads);
     if (static_cast<int>(classes_.size()) == count_) return inner;
@@ -108,9 +113,11 @@ OptionGroup declare(ClassifierOptions& options) {
   group.add("type", &options.type, "Type of classifier.").choices(classifierTypes());
   group.add("balanced", &options.balanced, "Give each class the same weight, whatever its number of samples.")
       .why("where accuracy on rare classes matters as much as on frequent ones");
-  group.add("folds", &options.folds, "Folds of the cross-validation that finds parameters.").range(2, 1'000'000);
+  group.add("folds", &options.folds, "Folds of the cross-validation that finds parameters.")
+      .range(2, 1'000'000);
   group.add("seed", &options.seed, "Seed of the folds and of random forests.");
-  group.add("threads", &options.threads, "Threads; 0: one a usable core. Results do not depend on it.").range(0);
+  group.add("threads", &options.threads, "Threads; 0: one a usable core. Results do not depend on it.")
+      .range(0);
   group.add("c", &options.c, "svm-linear, svm-rbf, linear: cost of an error.")
       .above(0, finite)
       .automatic("found by cross-validation")
@@ -122,7 +129,9 @@ OptionGroup declare(ClassifierOptions& options) {
       .range(1)
       .automatic("found by cross-validation");
   group.add("metric", &options.metric, "knn: distance of samples.")
-      .choices({{"", "the better one by cross-validation"}, {"euclidean", "Euclidean distance"}, {"cosine", "angle"}})
+      .choices({{"", "the better one by cross-validation"},
+                {"euclidean", "Euclidean distance"},
+                {"cosine", "angle"}})
       .automatic("found by cross-validation");
   group.add("trees", &options.trees, "forest: number of trees.").range(1);
   return group;

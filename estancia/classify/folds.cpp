@@ -12,8 +12,8 @@
 namespace estancia {
 namespace {
 
-/// Frames of the pieces of a cut segment: neighbors are near-copies, so that single frames would give each other
-/// away.
+/// Frames of the pieces of a cut segment: neighbors are near-copies, so that single frames would give each
+/// other away.
 constexpr std::size_t minPiece = 3;
 
 /// Cuts segments into equal pieces, the longest first, until there are `minCount` or all are short.
@@ -30,7 +30,8 @@ std::vector<TemporalSegment> cut(const std::vector<TemporalSegment>& segments, s
   std::vector<TemporalSegment> cut;
   for (std::size_t r = 0; r < segments.size(); ++r)
     for (std::size_t p = 0; p < pieces[r]; ++p) {
-      const std::size_t begin = segments[r].size * p / pieces[r], end = segments[r].size * (p + 1) / pieces[r];
+      const std::size_t begin = segments[r].size * p / pieces[r],
+                        end = segments[r].size * (p + 1) / pieces[r];
       cut.push_back({segments[r].first + begin, end - begin});
     }
   return cut;
@@ -56,7 +57,7 @@ std::vector<int> segmentGroups(const std::vector<Frame>& frames, int minSegments
 }
 
 std::vector<int> instanceGroups(const std::vector<int>& classes, const std::vector<int>& instances,
-                                   int pieces) {
+                                int pieces) {
   std::map<int, std::vector<std::size_t>> members;  // of each instance
   for (std::size_t i = 0; i < instances.size(); ++i) members[instances[i]].push_back(i);
   std::map<int, int> mainClass, instancesOf;

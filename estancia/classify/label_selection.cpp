@@ -35,7 +35,8 @@ Rooms roomsOf(const std::vector<Frame>& frames) {
     ++rooms.counts[static_cast<std::size_t>(rooms.of.back())];
     ++rooms.total;
   }
-  if (rooms.counts.empty()) throw Error(ErrorCode::insufficientData, "no frame has a known room; give a table of rooms (--rooms)");
+  if (rooms.counts.empty())
+    throw Error(ErrorCode::insufficientData, "no frame has a known room; give a table of rooms (--rooms)");
   return rooms;
 }
 
@@ -83,8 +84,8 @@ Scores chiSquared(const Features& training) {
       const float value = training.values.row(i)[c];
       if (value < 0)
         throw Error(ErrorCode::invalidInput,
-            fmt::format("{}: column {} is {}, and chi2 needs 0 or more; select by mutual-information",
-                        training.frames[i].name, c, value));
+                    fmt::format("{}: column {} is {}, and chi2 needs 0 or more; select by mutual-information",
+                                training.frames[i].name, c, value));
       observed[static_cast<std::size_t>(rooms.of[i])][c] += value;
     }
   }
@@ -116,7 +117,8 @@ constexpr Criterion criteria[] = {
 
 Choices selectionCriteria() {
   Choices all;
-  for (const Criterion& criterion : criteria) all.push_back({std::string(criterion.name), criterion.explanation});
+  for (const Criterion& criterion : criteria)
+    all.push_back({std::string(criterion.name), criterion.explanation});
   return all;
 }
 
@@ -127,7 +129,8 @@ std::vector<double> columnScores(const Features& training, const std::string& cr
   for (std::size_t i = 0; i < training.values.size(); ++i)
     for (const float value : training.values.row(i))
       if (!std::isfinite(value))
-        throw Error(ErrorCode::invalidInput, fmt::format("{}: a value is {}; describe the frame again or leave it out",
+        throw Error(ErrorCode::invalidInput,
+                    fmt::format("{}: a value is {}; describe the frame again or leave it out",
                                 training.frames[i].name, value));
   return std::ranges::find(criteria, criterion, &Criterion::name)->scores(training);
 }
@@ -136,7 +139,9 @@ std::vector<std::size_t> selectColumns(const Features& training, const std::stri
                                        std::size_t count) {
   const Scores scores = columnScores(training, criterion);
   if (count == 0 || count > scores.size())
-    throw Error(ErrorCode::invalidInput, fmt::format("cannot select {} of the {} columns of {}; choose 1 to {}", count, scores.size(), training.name(), scores.size()));
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("cannot select {} of the {} columns of {}; choose 1 to {}", count, scores.size(),
+                            training.name(), scores.size()));
   std::vector<std::size_t> order(scores.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
@@ -149,8 +154,10 @@ Features withColumns(const Features& features, std::vector<std::size_t> columns)
   std::sort(columns.begin(), columns.end());
   columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
   if (columns.empty() || columns.back() >= features.values.labels())
-    throw Error(ErrorCode::invalidInput, fmt::format("the selected columns end with {}; choose from 0 to {}",
-                            columns.empty() ? "none" : fmt::format("{}", columns.back()), features.values.labels() - 1));
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("the selected columns end with {}; choose from 0 to {}",
+                            columns.empty() ? "none" : fmt::format("{}", columns.back()),
+                            features.values.labels() - 1));
   Features result{{}, features.frames, DescriptorMatrix(columns.size())};
   std::size_t first = 0;
   for (const DescriptorPart& whole : features.parts) {

@@ -15,7 +15,8 @@ std::vector<std::size_t> searched(const Samples& samples, std::size_t maxSamples
   std::vector<std::vector<std::size_t>> ofClass(static_cast<std::size_t>(samples.classCount));
   for (std::size_t i = 0; i < samples.classes.size(); ++i)
     ofClass[static_cast<std::size_t>(samples.classes[i])].push_back(i);
-  const double step = std::max(1.0, static_cast<double>(samples.classes.size()) / static_cast<double>(maxSamples));
+  const double step =
+      std::max(1.0, static_cast<double>(samples.classes.size()) / static_cast<double>(maxSamples));
   std::vector<std::size_t> rows;
   for (const auto& members : ofClass)
     for (double at = 0; at < static_cast<double>(members.size()); at += step)

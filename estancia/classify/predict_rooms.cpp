@@ -55,15 +55,18 @@ void requireDescribable(const RoomClassifier& classifier) {
   for (const PartEmbedding& learned : classifier.embedding().parts()) {
     const std::string& name = learned.part.name;
     if (isOfTable(learned.part))
-      throw Error(ErrorCode::mismatch,
-          fmt::format("the room classifier was trained on {} {} of a table; give a table with the same columns, "
-                      "or train on images",
-                      learned.part.size() == 1 ? "the column" : "the columns", name));
+      throw Error(
+          ErrorCode::mismatch,
+          fmt::format(
+              "the room classifier was trained on {} {} of a table; give a table with the same columns, "
+              "or train on images",
+              learned.part.size() == 1 ? "the column" : "the columns", name));
     if (findDescriptor(name)) continue;
     try {
       getModelFolder(name);
     } catch (const Error& e) {
-      throw Error(e.code(),
+      throw Error(
+          e.code(),
           fmt::format("the room classifier was trained on {}: {}; install it by `estancia models get {}` "
                       "or `estancia models add FOLDER`, or give its labels (`*.labels` …) instead of images",
                       name, e.what(), name));
@@ -77,12 +80,14 @@ void requireDescribable(const RoomClassifier& classifier, const Sequence& sequen
     const auto descriptor = findDescriptor(learned.part.name);
     if (!descriptor || !descriptor->needsDepth()) continue;
     if (!sequence.hasDepth())
-      throw Error(ErrorCode::invalidInput,
+      throw Error(
+          ErrorCode::invalidInput,
           fmt::format("{} has no depth, which the room classifier's {} needs; give one that was trained on "
                       "other descriptors",
                       sequence.name(), learned.part.name));
     if (!sequence.intrinsics())
-      throw Error(ErrorCode::invalidInput,
+      throw Error(
+          ErrorCode::invalidInput,
           fmt::format("{} has no depth camera, which the room classifier's {} needs; give its intrinsics",
                       sequence.name(), learned.part.name));
   }
@@ -93,7 +98,8 @@ void requireParts(const RoomClassifier& classifier, const std::vector<Descriptor
     if (std::ranges::none_of(parts, [&](const DescriptorPart& part) {
           return part.name == learned.part.name && part.identity == learned.part.identity;
         }))
-      throw Error(ErrorCode::mismatch,
+      throw Error(
+          ErrorCode::mismatch,
           fmt::format("the room classifier needs {} ({}), which is not among these labels; give the images "
                       "instead, or a classifier that was trained on such labels",
                       learned.part.name, learned.part.identity));
@@ -129,15 +135,17 @@ Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence&
   }
   if (missing.empty() || (sequence == nullptr && differs)) return known;  // predict() says what differs
   if (sequence == nullptr)
-    throw Error(ErrorCode::mismatch, fmt::format("the room classifier needs {}, which is not among these labels; give the images, too",
-                            fmt::join(missing, "+")));
+    throw Error(
+        ErrorCode::mismatch,
+        fmt::format("the room classifier needs {}, which is not among these labels; give the images, too",
+                    fmt::join(missing, "+")));
   Features described =
       describeSequence(*sequence, fmt::format("{}", fmt::join(missing, "+")), options, progress, problems);
   Features both = taken.empty() ? std::move(described) : joined(withParts(known, taken), described);
   if (both.frames.empty())
-    throw Error(ErrorCode::mismatch,
-        fmt::format("{} has none of the labeled images; give those that were labeled",
-                    sequence->name()));
+    throw Error(
+        ErrorCode::mismatch,
+        fmt::format("{} has none of the labeled images; give those that were labeled", sequence->name()));
   return both;
 }
 

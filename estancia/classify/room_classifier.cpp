@@ -36,16 +36,18 @@ std::vector<std::string> roomNames(const std::vector<Frame>& frames) {
   std::vector<std::string> rooms;
   for (const auto& [room, count] : images) {
     if (count < 2)
-      throw Error(ErrorCode::insufficientData, fmt::format("room \"{}\" has one image only, {}; give it more, or leave it out", room,
+      throw Error(ErrorCode::insufficientData,
+                  fmt::format("room \"{}\" has one image only, {}; give it more, or leave it out", room,
                               std::find_if(frames.begin(), frames.end(), [&r = room](const Frame& frame) {
                                 return frame.room == r;
                               })->name));
     rooms.push_back(room);
   }
   if (rooms.size() < 2)
-    throw Error(ErrorCode::insufficientData, rooms.empty()
-                    ? "no image has a known room; give a table of rooms (--rooms)"
-                    : fmt::format("all images are of one room, \"{}\"; give images of two or more", rooms.front()));
+    throw Error(ErrorCode::insufficientData,
+                rooms.empty() ? "no image has a known room; give a table of rooms (--rooms)"
+                              : fmt::format("all images are of one room, \"{}\"; give images of two or more",
+                                            rooms.front()));
   return rooms;
 }
 
@@ -65,11 +67,13 @@ void requireSameColumns(const DescriptorPart& learned, const std::vector<Descrip
   const auto found = std::ranges::find(parts, learned.name, &DescriptorPart::name);
   if (found == parts.end() || !isOfTable(learned) || !isOfTable(*found) || found->columns == learned.columns)
     return;
-  throw Error(ErrorCode::mismatch,
-      fmt::format("this room classifier was trained on a table whose part {} has {} columns, but this one has {} "
-                  "(missing: {}; new: {}); give the same columns in the same order, or train again",
-                  learned.name, learned.size(), found->size(), lackingOf(learned.columns, found->columns),
-                  lackingOf(found->columns, learned.columns)));
+  throw Error(
+      ErrorCode::mismatch,
+      fmt::format(
+          "this room classifier was trained on a table whose part {} has {} columns, but this one has {} "
+          "(missing: {}; new: {}); give the same columns in the same order, or train again",
+          learned.name, learned.size(), found->size(), lackingOf(learned.columns, found->columns),
+          lackingOf(found->columns, learned.columns)));
 }
 
 }  // namespace
@@ -130,8 +134,8 @@ RoomClassifier readRoomClassifier(const fs::path& file) {
   for (std::size_t i = 0; i < count; ++i) rooms.push_back(in.text());
   model.requirePrintable(rooms);
   auto [embedding, classifier] = model.classifier(count);
-  return RoomClassifier(
-      std::make_shared<RoomClassifier::Learned>(std::move(rooms), std::move(embedding), std::move(classifier)));
+  return RoomClassifier(std::make_shared<RoomClassifier::Learned>(std::move(rooms), std::move(embedding),
+                                                                  std::move(classifier)));
 }
 
 void writeRoomClassifier(const RoomClassifier& classifier, const fs::path& file) {

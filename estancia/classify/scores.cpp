@@ -36,7 +36,8 @@ double Confusion::balancedAccuracy() const {
 
 Confusion confusionOf(const std::vector<std::string>& truth, const std::vector<std::string>& predicted) {
   if (truth.size() != predicted.size() || truth.empty())
-    throw Error(ErrorCode::mismatch, fmt::format("there are {} predictions and {} true rooms; give one of each an image",
+    throw Error(ErrorCode::mismatch,
+                fmt::format("there are {} predictions and {} true rooms; give one of each an image",
                             predicted.size(), truth.size()));
   Confusion confusion{truth, {}};
   auto& rooms = confusion.rooms;
@@ -70,7 +71,8 @@ Confusion testRooms(const RoomClassifier& classifier, const Features& features, 
     truth.push_back(features.frames[i].room);
     predicted.push_back(all[i]);
   }
-  if (truth.empty()) throw Error(ErrorCode::insufficientData, "no image has a known room; give a table of rooms (--rooms)");
+  if (truth.empty())
+    throw Error(ErrorCode::insufficientData, "no image has a known room; give a table of rooms (--rooms)");
   return confusionOf(truth, predicted);
 }
 
