@@ -21,7 +21,7 @@ namespace {
 
 constexpr float rounding = 1e-3F;  // of probabilities and their sums, in float32 or a file's few digits
 
-/// How one kind of part is treated, after measurements on NYU's rooms.
+/// Parameters of one kind of part, measured on NYU's rooms.
 struct Treatment {
   /// Whether each column is scaled to variance 1. Labels are not: those that hardly vary are mostly noise.
   bool standardized;
@@ -32,9 +32,9 @@ Treatment treatmentOf(PartKind kind) {
   return kind == PartKind::probabilities ? Treatment{false, 1} : Treatment{true, 0.2};
 }
 
-/// A distribution, or a choice of its words, never adds up to more than 1 but by rounding, so one such image
-/// may be a slip; of a detector's (coco-ssd's on NYU's training half) all do. Words that miss more than 1
-/// % of the whole are a selection: what they leave out tells something.
+/// The labels of a distribution, or some of them, add up to at most 1 (up to rounding), those of a detector
+/// (coco-ssd on NYU's training half) to more in all images; a single image may be an outlier. Labels that
+/// lack more than 1 % of the whole are a selection: the rest is informative.
 LabelSums sumsOf(const Features& features, std::size_t first, std::size_t size) {
   const std::size_t n = features.values.size();
   std::size_t above = 0;
@@ -49,13 +49,13 @@ LabelSums sumsOf(const Features& features, std::size_t first, std::size_t size) 
   return mean < 0.99 ? LabelSums::selection : LabelSums::whole;
 }
 
-/// ln(p / (1 − p)). What is impossible or certain to a float is taken for 1e-7 short of it.
+/// ln(p / (1 − p)), with p clamped to 1e-7 from 0 and 1.
 float logOdds(float p) {
   const double kept = std::clamp(static_cast<double>(p), 1e-7, 1 - 1e-7);
   return static_cast<float>(std::log(kept / (1 - kept)));
 }
 
-/// Logarithms centered over the values and what they leave of 1, which has no column. `out` may be `values`.
+/// Logarithms centered over the values and the rest to 1, which has no column. `out` may be `values`.
 void embedSelection(std::span<const float> values, std::span<float> out) {
   const double rest = 1 - std::accumulate(values.begin(), values.end(), 0.0);
   double sum = std::log(std::max(rest, 0.0) + clrFloor);
@@ -92,7 +92,7 @@ void embedPart(PartKind kind, LabelSums sums, std::span<const float> values, std
   throw Error(ErrorCode::invalidInput, "the kind of a part is none of PartKind; train again");
 }
 
-/// `kind` is the learned one: the numbers of a table may look like another elsewhere.
+/// `kind` is that of the training data: the kind of a table is guessed from its numbers.
 void requireSound(const DescriptorPart& part, PartKind kind, std::span<const float> values,
                   const std::string& frame) {
   for (std::size_t c = 0; c < values.size(); ++c) {
@@ -111,7 +111,7 @@ void requireSound(const DescriptorPart& part, PartKind kind, std::span<const flo
   }
 }
 
-/// Where the columns of a learned part stand in the features; nothing for words not known there.
+/// The columns of a learned part in the features; none for labels that are missing there.
 struct Place {
   const DescriptorPart* part;
   std::size_t first;  ///< column of the features
@@ -218,7 +218,7 @@ FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
     double all = 0;  // the part's variance after scaling
     for (std::size_t c = 0; c < size; ++c) {
       const double sigma = std::sqrt(squares[c] / n);
-      // What differs by rounding alone is one value.
+      // Values that differ by rounding only count as equal.
       if (sigma <= 1e-6 * std::fabs(mean[c]) || sigma < 1e-12) continue;
       const double inverse = treatment.standardized ? 1 / sigma : 1;
       all += inverse * inverse * sigma * sigma;

@@ -1,4 +1,4 @@
-// forest: many trees, each grown on a draw of the samples, vote (Breiman 2001). OpenCV grows them.
+// Random forest (Breiman 2001), grown by OpenCV.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,8 +17,8 @@
 namespace estancia {
 namespace {
 
-constexpr int batch = 10;    // trees that share a random generator; batches share the threads
-constexpr int deepest = 25;  // OpenCV's most
+constexpr int batch = 10;     // trees that share a random generator; batches share the threads
+constexpr int maxDepth = 25;  // OpenCV's maximum
 constexpr std::size_t rowsAtOnce = 64;
 
 /// x[column] ≤ threshold leads to `below`, else to `above`; a leaf has column −1 and its class in `below`.
@@ -81,9 +81,9 @@ class Forest final : public Classifier {
   std::string chosen;
 };
 
-/// As many samples of each class as the smallest has (Chen, Liaw & Breiman, "Using random forest to learn
-/// imbalanced data", 2004; weights do not help trees that grow until their leaves are pure), but not so few
-/// that one tiny class starves the others: it is repeated then.
+/// As many samples of each class as the smallest class has (Chen, Liaw & Breiman, "Using random forest to
+/// learn imbalanced data", 2004; weights do not help trees with pure leaves), but at least a minimum, for
+/// which a tiny class is repeated.
 std::vector<std::size_t> balancedDraw(const Samples& samples, std::uint64_t seed) {
   std::vector<std::vector<std::size_t>> ofClass(static_cast<std::size_t>(samples.classCount));
   for (std::size_t i = 0; i < samples.classes.size(); ++i)
@@ -102,7 +102,7 @@ std::vector<std::size_t> balancedDraw(const Samples& samples, std::uint64_t seed
   return rows;
 }
 
-/// Trees as we keep them: children after their parents, so that no walk can run in a circle.
+/// The stored trees: children after their parents, so that every walk ends.
 void append(const cv::ml::RTrees& grown, Trees& trees) {
   const auto& nodes = grown.getNodes();
   const auto& splits = grown.getSplits();
@@ -151,7 +151,7 @@ std::unique_ptr<Classifier> trainForest(const Samples& samples, const Classifier
                     const_cast<float*>(values.values().data()));  // only read
     const auto data = cv::ml::TrainData::create(x, cv::ml::ROW_SAMPLE, cv::Mat(classes, true));
     const auto forest = cv::ml::RTrees::create();
-    forest->setMaxDepth(deepest);
+    forest->setMaxDepth(maxDepth);
     forest->setMinSampleCount(2);
     forest->setActiveVarCount(0);  // √columns at each split
     forest->setCVFolds(0);
@@ -194,7 +194,7 @@ std::unique_ptr<Classifier> readForest(ByteReader& in) {
     const bool sound = b.column < 0 ? b.below >= 0 && b.below < classes
                                     : static_cast<std::uint64_t>(b.column) < columns && b.below > i &&
                                           b.below < size && b.above > i && b.above < size;
-    if (!sound) in.fail("it is damaged (a tree grows into nowhere)");
+    if (!sound) in.fail("it is damaged (a branch of a tree leads out of it)");
   }
   trees.roots = in.numbers<std::uint32_t>();
   for (const std::uint32_t root : trees.roots)

@@ -1,4 +1,4 @@
-// knn: the nearest training samples vote.
+// k nearest neighbors: the nearest training samples vote.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr int neighborCounts[] = {1, 3, 5, 9, 15, 25, 40};
 constexpr std::size_t stripe = 32;  // keys that are looked at together
-constexpr std::size_t spare = 4;    // candidates beyond k: rounding may have put a neighbor there
+constexpr std::size_t spare = 4;    // candidates beyond k, as rounding may reorder neighbors
 
 struct Neighbor {
   float distance;
@@ -29,9 +29,10 @@ struct Neighbor {
   }
 };
 
-/// keys[j] = norms[j] − 2 products[j], which sorts as distances do; the smallest of each stripe to `least`.
+/// keys[j] = norms[j] − 2 products[j], which sorts as distances do; the smallest of each stripe goes to
+/// `minima`.
 ESTANCIA_MULTIVERSION
-void sortKeys(const float* norms, float* products, std::size_t n, float* least) {
+void sortKeys(const float* norms, float* products, std::size_t n, float* minima) {
   for (std::size_t first = 0; first < n; first += stripe) {
     const std::size_t count = std::min(stripe, n - first);
     float smallest = std::numeric_limits<float>::infinity();
@@ -40,16 +41,16 @@ void sortKeys(const float* norms, float* products, std::size_t n, float* least) 
       products[j] = norms[j] - 2 * products[j];
       smallest = products[j] < smallest ? products[j] : smallest;
     }
-    least[first / stripe] = smallest;
+    minima[first / stripe] = smallest;
   }
 }
 
-/// The k smallest keys. Most stripes hold none of them and are passed over.
-std::vector<Neighbor> smallest(std::span<const float> keys, std::span<const float> least, std::size_t k) {
+/// The k smallest keys. Most stripes have none of them and are skipped.
+std::vector<Neighbor> smallest(std::span<const float> keys, std::span<const float> minima, std::size_t k) {
   std::vector<Neighbor> heap;  // the largest on top
   heap.reserve(k + 1);
   for (std::size_t first = 0; first < keys.size(); first += stripe) {
-    if (heap.size() == k && least[first / stripe] >= heap.front().distance) continue;
+    if (heap.size() == k && minima[first / stripe] >= heap.front().distance) continue;
     for (std::size_t j = first; j < std::min(first + stripe, keys.size()); ++j) {
       if (heap.size() == k && keys[j] >= heap.front().distance) continue;
       heap.push_back({keys[j], j});
@@ -100,7 +101,7 @@ DescriptorMatrix toUnit(const DescriptorMatrix& x) {
   return result;
 }
 
-constexpr float mostSquared = 1e37F;  // sums of a few such stay finite
+constexpr float maxSquared = 1e37F;  // sums of a few such stay finite
 
 /// Column means. Sums do not overflow: the rows are float32.
 std::vector<float> meanOf(const DescriptorMatrix& x) {
@@ -112,15 +113,15 @@ std::vector<float> meanOf(const DescriptorMatrix& x) {
   return mean;
 }
 
-/// Rows moved by the mean: far from the origin, products round off what sets neighbors apart. Throws Error
-/// when a product of two rows might not fit into float32.
+/// Rows minus the mean: far from the origin, products lose the differences of neighbors to rounding. Throws
+/// Error when a product of two rows might not fit into float32.
 DescriptorMatrix centered(const DescriptorMatrix& x, std::span<const float> mean) {
   DescriptorMatrix result(x.labels());
   result.reserve(x.size());
   std::vector<float> row(x.labels());
   for (std::size_t i = 0; i < x.size(); ++i) {
     for (std::size_t c = 0; c < row.size(); ++c) row[c] = x.row(i)[c] - mean[c];
-    if (!(dot(row, row) <= mostSquared))
+    if (!(dot(row, row) <= maxSquared))
       throw Error(
           ErrorCode::invalidInput,
           fmt::format("sample {} is too far from the others for distances in float32; scale the columns", i));
@@ -129,7 +130,7 @@ DescriptorMatrix centered(const DescriptorMatrix& x, std::span<const float> mean
   return result;
 }
 
-/// Distances that keys have rounded off, exactly; sorted.
+/// Exact distances instead of the rounded keys; sorted.
 void measure(const DescriptorMatrix& x, DescriptorView query, std::vector<Neighbor>& nearest) {
   for (Neighbor& neighbor : nearest)
     neighbor.distance = static_cast<float>(compare(Comparison::euclidean, query, x.row(neighbor.row)));
@@ -175,9 +176,9 @@ DescriptorMatrix Knn::predict(const DescriptorMatrix& samples, int threads) cons
   const std::size_t k = weights.size();
   std::vector<float> all(queries.size() * k);
   rowProducts(centered(queries, mean), packed, threads, [&](std::size_t i, std::span<float> products) {
-    std::vector<float> least((products.size() + stripe - 1) / stripe);
-    sortKeys(norms.data(), products.data(), products.size(), least.data());
-    std::vector<Neighbor> nearest = smallest(products, least, std::min(neighbors + spare, x.size()));
+    std::vector<float> minima((products.size() + stripe - 1) / stripe);
+    sortKeys(norms.data(), products.data(), products.size(), minima.data());
+    std::vector<Neighbor> nearest = smallest(products, minima, std::min(neighbors + spare, x.size()));
     measure(x, queries.row(i), nearest);
     const std::vector<double> p = votes(nearest, neighbors, classes, weights);
     std::copy(p.begin(), p.end(), all.begin() + static_cast<std::ptrdiff_t>(i * k));
@@ -185,11 +186,11 @@ DescriptorMatrix Knn::predict(const DescriptorMatrix& samples, int threads) cons
   return matrixOf(all, k);
 }
 
-/// The share of held-out samples that each number of neighbors finds right.
+/// The accuracy on held-out samples for each number of neighbors.
 std::vector<double> scoresOf(const Search& search, bool cosine, const std::vector<int>& counts,
                              const ClassifierOptions& options, Progress& progress) {
   const std::size_t n = search.size();
-  const auto most = static_cast<std::size_t>(*std::max_element(counts.begin(), counts.end()));
+  const auto maxCount = static_cast<std::size_t>(*std::max_element(counts.begin(), counts.end()));
   const DescriptorMatrix unit = cosine ? toUnit(search.x) : DescriptorMatrix(0);
   const DescriptorMatrix& x = cosine ? unit : search.x;
   const DescriptorMatrix moved = centered(x, meanOf(x));
@@ -206,7 +207,8 @@ std::vector<double> scoresOf(const Search& search, bool cosine, const std::vecto
         for (const std::vector<int>& folds : search.folds) {
           std::vector<Neighbor> nearest;
           for (const Neighbor& neighbor : all)
-            if (folds[neighbor.row] != folds[i] && nearest.size() < most + spare) nearest.push_back(neighbor);
+            if (folds[neighbor.row] != folds[i] && nearest.size() < maxCount + spare)
+              nearest.push_back(neighbor);
           if (nearest.empty()) continue;
           measure(x, x.row(i), nearest);
           for (std::size_t c = 0; c < counts.size(); ++c) {
@@ -273,10 +275,10 @@ std::unique_ptr<Classifier> readKnn(ByteReader& in) {
     if (c < 0 || static_cast<std::size_t>(c) >= weights.size()) in.fail("it is damaged (an unknown class)");
   for (const double weight : weights)
     if (!(weight > 0 && std::isfinite(weight))) in.fail("it is damaged (a weight is not above 0)");
-  const std::size_t most = std::min<std::uint64_t>(neighbors, x.size());
+  const std::size_t maxCount = std::min<std::uint64_t>(neighbors, x.size());
   std::string chosen = in.text();
-  return std::make_unique<Knn>(std::move(x), std::vector<int>(classes.begin(), classes.end()), weights, most,
-                               cosine != 0, std::move(chosen));
+  return std::make_unique<Knn>(std::move(x), std::vector<int>(classes.begin(), classes.end()), weights,
+                               maxCount, cosine != 0, std::move(chosen));
 }
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// linear: logistic regression, one class against the others, by liblinear.
+// Logistic regression, one class against the others, by liblinear.
 #include <fmt/format.h>
 #include <linear.h>
 
@@ -19,7 +19,7 @@ namespace {
 constexpr double costs[] = {0.3, 1, 3, 10, 30};
 constexpr double highestCost = 800;
 
-/// Weights of the columns and a last one that is added, a row a class.
+/// Weights of the columns and the bias, one row a class.
 using Weights = std::vector<std::vector<double>>;
 
 /// P(c) ∝ 1 / (1 + exp(−f_c)), as liblinear does it.
@@ -133,19 +133,20 @@ class LinearSamples {
 
 int mostProbable(const Weights& weights, DescriptorView x) {
   int best = -1;
-  double most = 0;
+  double largest = 0;
   for (std::size_t c = 0; c < weights.size(); ++c) {
     if (weights[c].empty()) continue;
     const double f = std::inner_product(x.begin(), x.end(), weights[c].begin(), weights[c].back());
-    if (best < 0 || f > most) {
+    if (best < 0 || f > largest) {
       best = static_cast<int>(c);
-      most = f;
+      largest = f;
     }
   }
   return best;
 }
 
-/// Cross-validation, a task a fold of each repetition; weights for one C start from those for the last.
+/// Cross-validation, one task per fold and repetition; the search for one C starts from the weights of the
+/// last.
 class HeldOut {
  public:
   HeldOut(const Search& search, const ClassifierOptions& options)
@@ -154,7 +155,7 @@ class HeldOut {
         samples_(search.x),
         weights_(Search::repetitions * static_cast<std::size_t>(options.folds)) {}
 
-  /// The weights of the held-out samples that each C (ascending) finds right.
+  /// The summed weights of the held-out samples that each C (ascending) classifies correctly.
   std::vector<double> right(const std::vector<double>& cs, Progress& progress) {
     std::vector<std::vector<double>> right(weights_.size(), std::vector<double>(cs.size()));
     progress.begin("choosing C", right.size());
@@ -201,12 +202,12 @@ std::unique_ptr<Classifier> trainLinear(const Samples& samples, const Classifier
   const std::vector<double> cs =
       options.c ? std::vector<double>{*options.c} : std::vector<double>(std::begin(costs), std::end(costs));
   HeldOut heldOutSamples(search, options);
-  double best = 0, most = -1;
+  double best = 0, largest = -1;
   const auto tryCosts = [&](const std::vector<double>& some) {
     const std::vector<double> right = heldOutSamples.right(some, progress);
     for (std::size_t i = 0; i < some.size(); ++i) {
-      if (right[i] <= most) continue;
-      most = right[i];
+      if (right[i] <= largest) continue;
+      largest = right[i];
       best = some[i];
     }
   };
@@ -227,7 +228,7 @@ std::unique_ptr<Classifier> trainLinear(const Samples& samples, const Classifier
   return std::make_unique<Linear>(
       matrix, std::move(bias),
       fmt::format("C {:.4g}: {}", best,
-                  heldOutText(most / static_cast<double>(search.size() * Search::repetitions), options)));
+                  heldOutText(largest / static_cast<double>(search.size() * Search::repetitions), options)));
 }
 
 std::unique_ptr<Classifier> readLinear(ByteReader& in) {

@@ -71,9 +71,8 @@ Sigmoid fitSigmoid(std::span<const double> decisions, std::span<const char> isFi
     }
     if (step < 1e-10) break;
   }
-  // Held-out decisions of a few samples may point the wrong way; a sigmoid that falls would then turn every
-  // answer into its opposite. What is known is the classes' share only, and that the sign of a decision is
-  // right.
+  // Held-out decisions of a few samples may be anti-correlated; a falling sigmoid would then invert every
+  // answer. Only the shares of the classes are known then, and that the sign of a decision is right.
   if (sigmoid.a > 0) return {-1, std::log((second + 1) / (first + 1))};
   return sigmoid;
 }

@@ -1,4 +1,4 @@
-// svm-linear and svm-rbf: the search for C and gamma, and prediction.
+// Support vector machines (linear, RBF): search for C and gamma, training, prediction.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,9 +20,9 @@
 namespace estancia {
 namespace {
 
-constexpr double surest = 1 - 1e-7;  // no pair of classes is ever settled, as in libsvm
+constexpr double maxProbability = 1 - 1e-7;  // of a pair of classes, as in libsvm
 
-/// k(v, x) = exp(−gamma |v − x|²) out of products, in place.
+/// k(v, x) = exp(−gamma |v − x|²) from products, in place.
 void toKernel(std::span<float> products, std::span<const float> norms, float norm, double gamma) {
   for (std::size_t j = 0; j < products.size(); ++j)
     products[j] = std::exp(static_cast<float>(-gamma) * std::max(norms[j] + norm - 2 * products[j], 0.0F));
@@ -34,7 +34,7 @@ std::vector<double> coupled(std::span<const double> decisions, const std::vector
   std::vector<double> r(k * k);
   for (std::size_t i = 0, p = 0; i < k; ++i)
     for (std::size_t j = i + 1; j < k; ++j, ++p) {
-      r[i * k + j] = std::clamp(sigmoids[p](decisions[p]), 1 - surest, surest);
+      r[i * k + j] = std::clamp(sigmoids[p](decisions[p]), 1 - maxProbability, maxProbability);
       r[j * k + i] = 1 - r[i * k + j];
     }
   return couplePairs(r, k);
@@ -85,7 +85,7 @@ DescriptorMatrix Svm::predict(const DescriptorMatrix& x, int threads) const {
 
 // ---- training
 
-/// What the held-out decisions of one C may take: with many classes, fewer samples are searched.
+/// Memory limit for the held-out decisions of one C: with many classes, fewer samples are searched.
 constexpr std::size_t maxBytes = std::size_t{512} << 20;
 constexpr std::size_t judgedAtOnce = 64;  // samples
 constexpr double costs[] = {0.1, 0.3, 1, 3, 10, 30};
@@ -104,8 +104,8 @@ std::size_t pairsOf(const Search& search) {
   return search.weights.size() * (search.weights.size() - 1) / 2;
 }
 
-/// Decision values of all pairs for the samples of one fold, learned from the others; left as they are where
-/// a pair has no machine.
+/// Decision values of all pairs for the samples of one fold, by machines trained on the others; unchanged for
+/// pairs without a machine.
 void holdOut(const Search& search, const SvmSamples& samples, std::span<const float> kernel,
              const std::vector<int>& folds, int fold, double c, std::span<float> decisions) {
   const std::size_t n = search.size();
@@ -163,7 +163,7 @@ std::size_t stepsOf(const Search& search, const ClassifierOptions& options) {
          (samples + judgedAtOnce - 1) / judgedAtOnce;
 }
 
-/// Finds the sigmoids of a C from its decisions, and how good the probabilities are that they give.
+/// Fits the sigmoids of a C to its decisions, and scores their probabilities.
 void judge(const Search& search, std::span<const float> decisions, const ClassifierOptions& options,
            Progress& progress, Parameters& parameters) {
   const std::size_t k = search.weights.size(), pairs = pairsOf(search);
@@ -181,7 +181,7 @@ void judge(const Search& search, std::span<const float> decisions, const Classif
           const std::span<const float> held = decisions.subspan(s * pairs, pairs);
           std::vector<double> f(held.begin(), held.end());
           for (double& value : f)
-            if (std::isnan(value)) value = 0;  // no machine, no opinion
+            if (std::isnan(value)) value = 0;  // no machine for this pair
           const std::vector<double> p = coupled(f, parameters.sigmoids, k);
           const auto best = static_cast<std::size_t>(std::max_element(p.begin(), p.end()) - p.begin());
           const double weight = search.weights[truth] / static_cast<double>(samples);
@@ -198,8 +198,8 @@ struct Products {
   std::vector<float> products, norms;
 };
 
-/// The best C of one kernel, if its held-out probabilities are better than what `best` has: they tell more
-/// than the share of hits, which moves in steps of one sample.
+/// The best C of one kernel, if its held-out log-loss is below that of `best`: it is finer than the accuracy,
+/// which changes in steps of one sample.
 void tryKernel(const Search& search, const Products& products, std::optional<double> gamma,
                std::span<const double> cs, const ClassifierOptions& options, Progress& progress,
                Parameters& best) {
@@ -246,7 +246,7 @@ Parameters choose(const Search& search, const ClassifierOptions& options, bool r
   progress.begin("choosing C and gamma", kernels.size() * cs.size() * stepsOf(search, options));
   for (const auto& gamma : kernels) tryKernel(search, products, gamma, cs, options, progress, best);
   progress.end();
-  // Large costs take long where classes overlap: they are tried only while they help.
+  // Large costs are slow for overlapping classes: they are tried only while they help.
   for (double c = cs.back(); !options.c && best.c == c && c < highestCost;) {
     progress.begin("trying a larger C", stepsOf(search, options));
     tryKernel(search, products, best.gamma, std::vector<double>{c *= 3}, options, progress, best);
@@ -261,7 +261,7 @@ std::size_t maxSearched(const Samples& samples) {
   return std::clamp(maxBytes / ofOne, std::size_t{1}, Search::maxSamples);
 }
 
-/// Weights of each pair instead of its support vectors: the kernel of a linear machine is a product.
+/// Weights of each pair instead of its support vectors, as a linear kernel is a product.
 DescriptorMatrix weightsOf(const KernelMachines& machines, const DescriptorMatrix& vectors) {
   const std::size_t k = machines.classes();
   std::vector<std::vector<double>> sums(machines.rho.size(), std::vector<double>(vectors.labels()));

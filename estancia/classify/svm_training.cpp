@@ -20,8 +20,7 @@ SvmSamples::SvmSamples(std::span<const float> kernel, std::size_t n) : nodes_(st
   nodes_->width = n + 1;
   nodes_->nodes.reserve(n * nodes_->width);
   nodes_->parameter.kernel_type = PRECOMPUTED;
-  // libsvm finds k(a, b) at place a.nodes[b's number], numbers from 1: any choice of rows can share the
-  // matrix.
+  // libsvm reads k(a, b) at a.nodes[number of b], with numbers from 1: all subsets of rows share the matrix.
   for (std::size_t i = 0; i < n; ++i) {
     nodes_->nodes.push_back({0, static_cast<double>(i + 1)});
     for (std::size_t j = 0; j < n; ++j) nodes_->nodes.push_back({static_cast<int>(j + 1), kernel[i * n + j]});

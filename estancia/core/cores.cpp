@@ -34,20 +34,21 @@ std::set<int> allowedCpus() {
   return cpus;
 }
 
-/// Cores that "quota period" stands for; `most` when there is no limit.
-double quotaOf(const std::string& limits, double most) {
+/// Cores that "quota period" stands for; `maxCores` when there is no limit.
+double quotaOf(const std::string& limits, double maxCores) {
   std::istringstream text(limits);
   double quota = 0, period = 0;
-  return text >> quota >> period && quota > 0 && period > 0 ? std::min(most, quota / period) : most;
+  return text >> quota >> period && quota > 0 && period > 0 ? std::min(maxCores, quota / period) : maxCores;
 }
 
 /// The tightest limit of the cgroups around this process.
-double cgroupQuota(const fs::path& root, double most) {
+double cgroupQuota(const fs::path& root, double maxCores) {
   for (const fs::path& group : cgroupFolders(root, "cpu")) {
-    most = quotaOf(textOf(group / "cpu.max"), most);                                                 // v2
-    most = quotaOf(textOf(group / "cpu.cfs_quota_us") + textOf(group / "cpu.cfs_period_us"), most);  // v1
+    maxCores = quotaOf(textOf(group / "cpu.max"), maxCores);  // v2
+    maxCores =
+        quotaOf(textOf(group / "cpu.cfs_quota_us") + textOf(group / "cpu.cfs_period_us"), maxCores);  // v1
   }
-  return most;
+  return maxCores;
 }
 
 /// CPU time of this process [clock ticks].

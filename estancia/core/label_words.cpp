@@ -127,14 +127,14 @@ bool sameWords(std::string_view a, std::string_view b) {
 std::vector<std::string> findNearSpellings(const Vocabulary& vocabulary, std::string_view words,
                                            std::size_t count) {
   const std::string asked = joined(splitWords(words));
-  constexpr std::size_t longestAsked = 100;  // nobody misspells more than that
-  if (asked.empty() || asked.size() > longestAsked) return {};
-  const std::size_t most = std::max<std::size_t>(1, asked.size() / 3);
+  constexpr std::size_t maxLength = 100;  // of a word that may be misspelled
+  if (asked.empty() || asked.size() > maxLength) return {};
+  const std::size_t maxDistance = std::max<std::size_t>(1, asked.size() / 3);
   // Whole synonyms before words of them, then by the alphabet.
   std::set<std::tuple<std::size_t, bool, std::string>> near;
   const auto consider = [&](const std::string& candidate, bool part) {
     const std::size_t distance = editDistance(asked, candidate);
-    if (distance <= most && distance < candidate.size()) near.emplace(distance, part, candidate);
+    if (distance <= maxDistance && distance < candidate.size()) near.emplace(distance, part, candidate);
   };
   for (const std::string& label : vocabulary.labels())
     for (const Words& synonym : synonymsOf(label)) {

@@ -21,7 +21,7 @@ using describe::VoxelGrid;
 
 constexpr int kBins = 64;
 constexpr float kRadius = VoxelGrid::kSide / 2;  // of the sphere that the cloud is scaled to [voxels]
-constexpr float kLeastArea = 0.001F;             // the square of an area below this is none [voxels⁴]
+constexpr float kMinArea = 0.001F;               // smaller squared areas are degenerate [voxels⁴]
 // PCL's limits, in voxels: a line with so few marked is outside, a triangle with at most so many, too …
 constexpr int kOutside = 7, kTriangleOutside = 21;
 // … and one with so few that are not marked is inside.
@@ -54,19 +54,19 @@ void requireValid(const EsfOptions& options) {
                 fmt::format("esf.points is {}; give at least 3, or 0 for all", options.points));
 }
 
-/// The finite points, at most `most` of them: one of every run of equal length.
-std::vector<cv::Point3f> thinned(const PointCloud& cloud, std::size_t most, Random& random) {
+/// At most `maxPoints` of the finite points: one random point of each of as many equal runs.
+std::vector<cv::Point3f> thinned(const PointCloud& cloud, std::size_t maxPoints, Random& random) {
   std::vector<cv::Point3f> points;
   points.reserve(cloud.points.size());
   for (const cv::Point3f& p : cloud.points)
     if (isFinite(p)) points.push_back(p);
-  if (most == 0 || points.size() <= most) return points;
+  if (maxPoints == 0 || points.size() <= maxPoints) return points;
   const std::size_t all = points.size();
-  for (std::size_t i = 0; i < most; ++i) {
-    const std::size_t begin = i * all / most, end = (i + 1) * all / most;
-    points[i] = points[begin + random.below(end - begin)];  // begin ≥ i: it is still there
+  for (std::size_t i = 0; i < maxPoints; ++i) {
+    const std::size_t begin = i * all / maxPoints, end = (i + 1) * all / maxPoints;
+    points[i] = points[begin + random.below(end - begin)];  // begin ≥ i: not yet overwritten
   }
-  points.resize(most);
+  points.resize(maxPoints);
   return points;
 }
 
@@ -110,7 +110,7 @@ Where whereOf(std::span<const VoxelGrid::Line, 3> sides) {
   return marked <= kTriangleOutside ? outside : voxels - marked <= kTriangleInside ? inside : mixed;
 }
 
-/// Three points that are no line.
+/// Three points that are not collinear.
 struct Triangle {
   std::array<float, 3> lengths;  ///< from the first point to the second, first to third, second to third
   std::array<float, 3> cosines;  ///< of the angles opposite of these sides
@@ -135,7 +135,7 @@ std::optional<Triangle> triangleOf(const std::vector<cv::Point3f>& points, const
   const cv::Point3f pq = q - p, pr = r - p, rq = q - r;
   const float a = std::sqrt(pq.dot(pq)), b = std::sqrt(pr.dot(pr)), c = std::sqrt(rq.dot(rq));
   const float s = (a + b + c) * 0.5F, square = s * (s - a) * (s - b) * (s - c);  // Heron
-  if (!(square > kLeastArea)) return std::nullopt;
+  if (!(square > kMinArea)) return std::nullopt;
   return Triangle{{a, b, c},
                   {rq.dot(pr) / (c * b), rq.dot(pq) / (c * a), pq.dot(pr) / (a * b)},
                   std::sqrt(std::sqrt(square))};
@@ -157,7 +157,7 @@ Triangles drawTriangles(const std::vector<cv::Point3f>& points, std::size_t coun
       throw Error(ErrorCode::insufficientData,
                   "esf: nearly all points are equal; give a cloud with some extent");
     const Draw draw = next;
-    next = Draw(points, random);  // memory fetches its points meanwhile
+    next = Draw(points, random);  // prefetches its points
     const auto triangle = triangleOf(points, draw);
     if (!triangle) continue;
     triangles.shapes.push_back(*triangle);

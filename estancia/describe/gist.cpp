@@ -28,10 +28,10 @@ cv::Mat square(const cv::Mat& image) {
   part.convertTo(gray, CV_32F);
   if (gray.channels() == 3) cv::transform(gray, gray, cv::Matx13f(1, 1, 1));
   cv::resize(gray, sized, {kGistSide, kGistSide}, 0, 0, side > kGistSide ? cv::INTER_AREA : cv::INTER_LINEAR);
-  double least = 0, most = 0;
-  cv::minMaxLoc(sized, &least, &most);
-  if (!(most > least)) return cv::Mat::zeros(sized.size(), CV_32F);
-  sized.convertTo(sized, CV_32F, 255 / (most - least), -255 * least / (most - least));
+  double darkest = 0, brightest = 0;
+  cv::minMaxLoc(sized, &darkest, &brightest);
+  if (!(brightest > darkest)) return cv::Mat::zeros(sized.size(), CV_32F);
+  sized.convertTo(sized, CV_32F, 255 / (brightest - darkest), -255 * darkest / (brightest - darkest));
   return sized;
 }
 

@@ -14,12 +14,12 @@ namespace {
 
 constexpr int kBorder = 32;  // mirrored around the image [pixels]
 constexpr int kWhole = kGistSide + 2 * kBorder;
-constexpr double kNothing = 1e-4;  // filters are left out where they pass less than this
+constexpr double kMinGain = 1e-4;  // smaller values of a transfer function are left out
 
-/// A filter's answer is band-limited, so its magnitude is smooth and need not be known everywhere. In each
-/// kStep × kStep pixels these places are looked at: as many in every row and column, with the mean position
-/// of all pixels, so that edges fall on them as on all. The two coarse scales need but the first two. The
-/// answers at one place of every tile are an inverse Fourier transform of 1/kStep² the size.
+/// A filter's response is band-limited, so that its magnitude is smooth and can be sampled. These positions
+/// of each kStep × kStep tile are sampled: as many in every row and column, with the mean position of all
+/// pixels, so that edges are not biased. The two coarse scales need only the first two. The responses at one
+/// position of all tiles are an inverse Fourier transform of 1/kStep² the size.
 constexpr int kStep = 4;
 constexpr int kSmall = kWhole / kStep;
 struct Place {
@@ -56,7 +56,7 @@ Filter makeFilter(int scale, int orientation) {
       for (int x = 0; x < kSmall; ++x) {
         const double passes = transfer(scale, orientation, frequency(tile + x), frequency(y));
         row[static_cast<std::size_t>(x)] = static_cast<float>(passes / (kWhole * kWhole));
-        if (passes < kNothing) continue;
+        if (passes < kMinGain) continue;
         first = std::min(first, x);
         last = x;
       }
@@ -87,7 +87,7 @@ std::vector<float> turnsOf(int p) {
   return turns;
 }
 
-/// The spectrum of the image moved so that what was at the place becomes the origin.
+/// The spectrum of the image shifted so that the position becomes the origin.
 ESTANCIA_MULTIVERSION void move(const float* spectrum, const float* turnsX, const float* turnsY,
                                 float* moved) {
   for (int y = 0; y < kWhole; ++y) {

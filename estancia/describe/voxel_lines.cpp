@@ -43,7 +43,7 @@ using Lane = std::array<std::int32_t, kLanes>;
 /// axis advances, and the others where their error is above 0.
 ESTANCIA_MULTIVERSION void traceLanes(const std::uint32_t* bits, VoxelGrid::Line* lines) {
   Lane voxel, voxels, marked{}, error2, error3, step1, step2, step3, twice1, twice2, twice3;
-  int most = 0;
+  int longest = 0;
   for (std::size_t l = 0; l < kLanes; ++l) {
     const int from = lines[l].from, to = lines[l].to;
     const int dx = (to >> 12) - (from >> 12), dy = (to >> 6 & 63) - (from >> 6 & 63),
@@ -69,12 +69,12 @@ ESTANCIA_MULTIVERSION void traceLanes(const std::uint32_t* bits, VoxelGrid::Line
     twice1[l] = 2 * n1;
     twice2[l] = 2 * n2;
     twice3[l] = 2 * n3;
-    most = std::max(most, voxels[l]);
+    longest = std::max(longest, voxels[l]);
   }
-  for (int i = 0; i < most; ++i) {
+  for (int i = 0; i < longest; ++i) {
 #pragma omp simd
     for (std::size_t l = 0; l < kLanes; ++l) {
-      // Lines that are through may leave the grid; they are read somewhere in it and not counted.
+      // Finished lines may leave the grid; they read any voxel, which is not counted.
       const std::uint32_t word = bits[voxel[l] >> 5 & (kWords - 1)];
       marked[l] += static_cast<std::int32_t>(word >> (voxel[l] & 31) & 1U) & (i < voxels[l] ? 1 : 0);
       const std::int32_t over2 = error2[l] > 0 ? -1 : 0, over3 = error3[l] > 0 ? -1 : 0;

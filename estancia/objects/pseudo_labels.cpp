@@ -152,7 +152,7 @@ ClassProbabilities withNoise(const ClassProbabilities& answers, NoiseKind kind, 
   }
   ClassProbabilities noisy{DescriptorMatrix(classes), answers.coverage};
   for (std::size_t i = 0; i < answers.probabilities.size(); ++i)
-    noisy.shares.append(std::span(values).subspan(i * classes, classes));
+    noisy.probabilities.append(std::span(values).subspan(i * classes, classes));
   return noisy;
 }
 

@@ -6,8 +6,8 @@
 namespace estancia {
 namespace {
 
-/// An image about which nothing is said (all labels alike) points along the diagonal: to log-ratios and
-/// centered probabilities that is at right angles to everything, and two such images are the same.
+/// An image with equal probabilities for all labels lies on the diagonal, which log-ratios and centered
+/// probabilities map to 0: it is orthogonal to everything, and equal to another such image.
 void scaleToUnit(std::span<float> vector) {
   const float norm = std::sqrt(dot(vector, vector));
   if (norm > 0)

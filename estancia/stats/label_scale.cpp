@@ -6,18 +6,18 @@
 namespace estancia {
 namespace {
 
-constexpr double novelty = 0.05;  // cosine distance of log-ratios beyond a standing camera's noise: about
-                                  // .015, at most .04, against .15 and more between views of a moving one
-constexpr std::size_t leastViews = 3;    // below this a run has shown nothing but noise
-constexpr std::size_t mostRepeats = 10;  // frames of one view that count
-constexpr double centerPrior = 20;       // keyframes that each label's center shrinks to 0 by
-constexpr double weightPrior = 1;        // keyframes that the labels' weights shrink by
+constexpr double novelty = 0.05;     // cosine distance of log-ratios beyond a standing camera's noise: about
+                                     // .015, at most .04, against .15 and more between views of a moving one
+constexpr std::size_t minViews = 3;  // fewer may be noise
+constexpr std::size_t maxRepeats = 10;  // frames of one view that count
+constexpr double centerPrior = 20;      // keyframes that each label's center shrinks to 0 by
+constexpr double weightPrior = 1;       // keyframes that the labels' weights shrink by
 constexpr double quietShare = 0.01;  // labels with less variance than this share of the typical one fade out
 
 }  // namespace
 
-/// Weight σ/(σ² + λ): about 1/σ for labels that say something. λ keeps those apart that hardly vary, among
-/// them all that never fire, and is larger while the run is too young to tell them.
+/// Weight σ/(σ² + λ): about 1/σ for labels that vary. λ suppresses those that hardly vary, among them all
+/// that never fire, and is larger while a run is short.
 Standardization standardizationBy(const Moments& moments) {
   const double n = moments.weight();
   const auto mean = moments.mean(), variance = moments.variance();
@@ -50,7 +50,7 @@ bool LabelScale::counts(std::span<const float> probabilities, std::span<const fl
     ++memory_.views;
     return true;
   }
-  return ++memory_.repeats < mostRepeats;
+  return ++memory_.repeats < maxRepeats;
 }
 
 bool LabelScale::add(std::span<const float> probabilities, std::span<const float> embedded) {
@@ -62,7 +62,7 @@ bool LabelScale::add(std::span<const float> probabilities, std::span<const float
 }
 
 bool LabelScale::hasSeenEnough() const {
-  return memory_.views >= leastViews;
+  return memory_.views >= minViews;
 }
 
 Standardization LabelScale::standardization() const {

@@ -46,11 +46,11 @@ double studentizedRangeTail(double q, std::size_t groups) {
 double studentizedRangeQuantile(double alpha, std::size_t groups) {
   if (!(alpha > 0 && alpha < 1))
     throw Error(ErrorCode::invalidInput, fmt::format("alpha is {}; give a number between 0 and 1", alpha));
-  double most = 1;
-  while (studentizedRangeTail(most, groups) > alpha) most *= 2;
+  double upper = 1;
+  while (studentizedRangeTail(upper, groups) > alpha) upper *= 2;
   std::uintmax_t steps = 200;
   const auto [low, high] = boost::math::tools::toms748_solve(
-      [&](double q) { return std::log(studentizedRangeTail(q, groups) / alpha); }, 0.0, most,
+      [&](double q) { return std::log(studentizedRangeTail(q, groups) / alpha); }, 0.0, upper,
       boost::math::tools::eps_tolerance<double>(44), steps);
   return (low + high) / 2;
 }
