@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "estancia/core/printable.hpp"
+
 namespace estancia::io {
 
 /// The regular files directly inside `folder` (symbolic links followed) whose lower-case name ends with one
@@ -37,8 +39,6 @@ std::vector<std::string_view> wordsOf(std::string_view line);
 /// The whole of `text` as a number ("nan" and "inf" included), or nothing.
 std::optional<double> toNumber(std::string_view text);
 
-/// A name for people: control characters (a newline in a file name …) shown as \xNN, everything else as it
-/// is.
-std::string printable(std::string_view name);
+using estancia::printable;
 
 }  // namespace estancia::io
