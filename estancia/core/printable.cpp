@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "estancia/core/vocabulary.hpp"
 
 namespace estancia {
 namespace {
@@ -23,6 +27,10 @@ std::size_t utf8Length(std::string_view text) {
     if ((byte(i) & 0xC0U) != 0x80U) return 0;
   const bool overlong = (first == 0xE0 && byte(1) < 0xA0) || (first == 0xF0 && byte(1) < 0x90);
   const bool surrogate = first == 0xED && byte(1) >= 0xA0;
+  const bool c1 = first == 0xC2 && byte(1) < 0xA0;
+  const bool separatorOrBidi = first == 0xE2 && ((byte(1) == 0x80 && byte(2) >= 0xA8 && byte(2) <= 0xAE) ||
+                                                 (byte(1) == 0x81 && byte(2) >= 0xA6 && byte(2) <= 0xA9));
+  if (c1 || separatorOrBidi) return 0;
   return overlong || surrogate || (first == 0xF4 && byte(1) >= 0x90) ? 0 : length;
 }
 
@@ -39,6 +47,18 @@ std::string printable(std::string_view text) {
     i += std::max<std::size_t>(length, 1);
   }
   return result;
+}
+
+std::string printableLabel(std::string label) {
+  std::replace(label.begin(), label.end(), '\t', ' ');
+  return printable(label);
+}
+
+Vocabulary printableLabels(const Vocabulary& vocabulary) {
+  std::vector<std::string> labels;
+  for (const std::string& label : vocabulary.labels()) labels.push_back(printableLabel(label));
+  if (labels == vocabulary.labels()) return vocabulary;
+  return Vocabulary(std::move(labels), vocabulary.layout().parts);
 }
 
 }  // namespace estancia

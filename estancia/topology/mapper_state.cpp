@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/topology/mapper.hpp"
 
 namespace estancia {
@@ -89,7 +90,7 @@ MapperOptions MapperOptions::fromJson(const std::string& text) {
   try {
     const Json json = Json::parse(text);
     MapperOptions options;
-    json.at("distance").get_to(options.distance);
+    options.distance = printable(json.at("distance").get<std::string>());
     json.at("nearer_than_current").get_to(options.nearerThanCurrent);
     json.at("blur_images").get_to(options.transitionImages);
     json.at("settle_frames").get_to(options.warmupFrames);
@@ -100,7 +101,7 @@ MapperOptions MapperOptions::fromJson(const std::string& text) {
     if (json.contains("tau_revisit")) options.tauRevisit = json["tau_revisit"].get<double>();
     return options;
   } catch (const Json::exception& e) {
-    throw Error(std::string("the map's settings cannot be read (") + e.what() + "); map again");
+    throw Error(std::string("the map's settings cannot be read (") + printable(e.what()) + "); map again");
   }
 }
 

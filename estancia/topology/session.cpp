@@ -9,6 +9,7 @@
 #include <variant>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 
 namespace estancia {
 namespace {
@@ -53,10 +54,10 @@ MappingSession MappingSession::create(const std::filesystem::path& path, const V
 MappingSession MappingSession::resume(const std::filesystem::path& path, const Vocabulary& vocabulary,
                                       const std::string& model) {
   MapStore store = MapStore::open(path, MapStore::Access::write);
-  requireSameVocabulary(store.identity().vocabulary, vocabulary, path.string());
-  if (store.identity().model != model)
+  requireSameVocabulary(store.identity().vocabulary, printableLabels(vocabulary), path.string());
+  if (store.identity().model != printable(model))
     throw Error(fmt::format("{} was made with the model {}, not {}; continue it with that model",
-                            path.string(), store.identity().model, model));
+                            path.string(), store.identity().model, printable(model)));
   Mapper mapper = restoreMapper(store);
   return {std::move(store), std::move(mapper)};
 }
@@ -107,7 +108,7 @@ void MappingSession::write() {
 std::size_t firstUnmapped(const TopologicalMap& map, const Sequence& sequence) {
   std::size_t next = 0;
   for (const MappedFrame& frame : map.frames) {
-    while (next < sequence.size() && sequence.frame(next).name != frame.name) ++next;
+    while (next < sequence.size() && printable(sequence.frame(next).name) != frame.name) ++next;
     if (next == sequence.size())
       throw Error(fmt::format(
           "the map holds the frame {}, which is not (or not in this order) in {}; continue it with "

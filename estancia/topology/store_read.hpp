@@ -1,4 +1,4 @@
-// What a map file says, read with suspicion. Used by the store only.
+// What a map file says, read with suspicion: its texts are printable(). Used by the store only.
 #pragma once
 
 #include "estancia/topology/sqlite.hpp"
