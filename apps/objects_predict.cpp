@@ -11,6 +11,7 @@
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/image_writer.hpp"
+#include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/predict.hpp"
 #include "estancia/report/object_image.hpp"
 #include "estancia/report/text.hpp"

@@ -145,11 +145,15 @@ void run(const Arguments& arguments) {
                    [](const Detection& a, const Detection& b) { return a.confidence > b.confidence; });
 
   const auto stood = cloud.viewpoint ? "where its VIEWPOINT says" : "at its origin";
-  if (instances.empty() && arguments.viewpoint.empty() && !scene->hasView())
-    spdlog::warn(
+  auto warnings = nlohmann::ordered_json::array();
+  if (arguments.viewpoint.empty() && !scene->hasView()) {
+    const std::string noView = fmt::format(
         "{} does not look like a view from a sensor {}, so what is hidden, or seen through, does not count; "
         "say where it stood with --viewpoint X Y Z",
         arguments.scene, stood);
+    spdlog::warn("{}", noView);
+    warnings.push_back({{"code", "no-view"}, {"message", noView}});
+  }
   if (!arguments.image.empty()) drawInstances(arguments, cloud, models, instances);
   if (arguments.json) {
     nlohmann::ordered_json json{{"instances", nlohmann::json::array()}};
@@ -159,6 +163,7 @@ void run(const Arguments& arguments) {
                                    {"inliers", found.inliers},
                                    {"confidence", found.confidence}});
     if (!failed.empty()) json["failed"] = failed;
+    if (!warnings.empty()) json["warnings"] = warnings;
     if (arguments.explain) json["stages"] = explained;
     print(json);
   } else {

@@ -20,7 +20,8 @@ volatile std::sig_atomic_t stopRequested = 0;
 
 void requestStop(int signal) {
   stopRequested = 1;
-  std::signal(signal, SIG_DFL);
+  // A closed terminal sends it twice (the shell, then the kernel): the second one must not kill.
+  if (signal != SIGHUP) std::signal(signal, SIG_DFL);
 }
 
 std::string clockText(double seconds) {
@@ -123,6 +124,9 @@ std::unique_ptr<Progress> makeStderrProgress() {
 void catchInterrupts() {
   std::signal(SIGINT, requestStop);
   std::signal(SIGTERM, requestStop);
+  struct sigaction before {};
+  sigaction(SIGHUP, nullptr, &before);
+  if (before.sa_handler != SIG_IGN) std::signal(SIGHUP, requestStop);
 }
 
 bool interrupted() {

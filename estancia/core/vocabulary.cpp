@@ -9,6 +9,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 
 namespace estancia {
 
@@ -52,7 +53,7 @@ Vocabulary readVocabulary(const std::filesystem::path& path) {
   while (std::getline(file, line)) {
     if (labels.empty() && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);  // a byte order mark
     const auto end = line.find_last_not_of(" \t\r");
-    labels.push_back(end == std::string::npos ? "" : line.substr(0, end + 1));
+    labels.push_back(end == std::string::npos ? "" : printableLabel(line.substr(0, end + 1)));
   }
   while (!labels.empty() && labels.back().empty()) labels.pop_back();
   for (std::size_t i = 0; i < labels.size(); ++i)

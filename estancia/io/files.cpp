@@ -22,25 +22,6 @@ std::size_t skipZeros(std::string_view text, std::size_t i) {
   return i;
 }
 
-/// Bytes of the valid UTF-8 character that `text` starts with (RFC 3629), 0 when it is broken or a control
-/// character.
-std::size_t utf8Length(std::string_view text) {
-  const auto byte = [text](std::size_t i) {
-    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
-  };
-  const unsigned first = byte(0);
-  if (first < 0x80) return first < 0x20 || first == 0x7F ? 0 : 1;
-  const std::size_t length = first >= 0xC2 && first < 0xE0   ? 2
-                             : first >= 0xE0 && first < 0xF0 ? 3
-                             : first >= 0xF0 && first < 0xF5 ? 4
-                                                             : 0;
-  for (std::size_t i = 1; i < length; ++i)
-    if ((byte(i) & 0xC0U) != 0x80U) return 0;
-  const bool overlong = (first == 0xE0 && byte(1) < 0xA0) || (first == 0xF0 && byte(1) < 0x90);
-  const bool surrogate = first == 0xED && byte(1) >= 0xA0;
-  return overlong || surrogate || (first == 0xF4 && byte(1) >= 0x90) ? 0 : length;
-}
-
 /// The entries of a folder that `wanted` takes, except hidden ones, in natural order.
 template <class Wanted>
 std::vector<fs::path> entriesOf(const fs::path& folder, const Wanted& wanted) {
@@ -173,19 +154,6 @@ std::optional<double> toNumber(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
-}
-
-std::string printable(std::string_view name) {
-  std::string result;
-  for (std::size_t i = 0; i < name.size();) {
-    const std::size_t length = utf8Length(name.substr(i));
-    if (length == 0)
-      result += fmt::format("\\x{:02X}", static_cast<unsigned char>(name[i]));
-    else
-      result += name.substr(i, length);
-    i += std::max<std::size_t>(length, 1);
-  }
-  return result;
 }
 
 }  // namespace estancia::io

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "estancia/core/printable.hpp"
+
 namespace estancia::io {
 
 /// The regular files directly inside `folder` (symbolic links followed) whose lower-case name ends with one
@@ -44,8 +46,7 @@ std::vector<std::string_view> wordsOf(std::string_view line);
 /// The whole of `text` as a number ("nan" and "inf" included), or nothing.
 std::optional<double> toNumber(std::string_view text);
 
-/// A name for display: control characters (a newline in a file name …) become \xNN.
-std::string printable(std::string_view name);
+using estancia::printable;
 template <std::same_as<std::filesystem::path> Path>
 std::string printable(const Path& path) {
   return printable(std::string_view(path.native()));

@@ -35,8 +35,8 @@ void write(ByteWriter& out, const Frame& frame) {
 
 Frame readFrame(ByteReader& in) {
   Frame frame;
-  frame.name = in.text();
-  frame.room = in.text();
+  frame.name = printable(in.text());
+  frame.room = printable(in.text());
   const auto known = in.number<std::uint8_t>();
   if ((known & 1) != 0) frame.timestamp = in.number<double>();
   if (frame.timestamp && !std::isfinite(*frame.timestamp)) in.fail("it is damaged (a time is not finite)");
@@ -83,7 +83,7 @@ DescriptorSequence readLabelFile(const fs::path& file) {
          "{}: label file of version {}; this program reads version {}; update Estancia", printable(file),
          found, version);
   const std::string digest(in.raw(64));
-  std::string model = in.text();
+  std::string model = printable(in.text());
   const auto labelCount = in.number<std::uint64_t>();
   if (labelCount == 0 || labelCount > in.remaining()) in.fail("it is truncated", ErrorCode::truncatedFile);
   std::vector<std::string> labels;
@@ -114,7 +114,7 @@ DescriptorSequence readLabelFile(const fs::path& file) {
     requireProbabilities(row, row.size(), fmt::format("{}: {}", printable(file), frame.name));
     descriptors.append(row);
   }
-  return {std::move(vocabulary), std::move(model), std::move(frames), std::move(descriptors)};
+  return {printableLabels(vocabulary), std::move(model), std::move(frames), std::move(descriptors)};
 }
 
 }  // namespace estancia::io

@@ -104,7 +104,7 @@ LineProcess::LineProcess(const Settings& settings) : maxLine_(settings.maxLine) 
   sigset_t none, all;
   sigemptyset(&none);
   sigfillset(&all);
-  posix_spawnattr_setpgroup(&how, 0);  // a group of its own: Ctrl-C is ours, and we end all of it
+  posix_spawnattr_setpgroup(&how, group_.id());  // not ours: Ctrl-C is ours, and we end all of it
   posix_spawnattr_setsigmask(&how, &none);
   posix_spawnattr_setsigdefault(&how, &all);
   posix_spawnattr_setflags(&how, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
@@ -115,6 +115,7 @@ LineProcess::LineProcess(const Settings& settings) : maxLine_(settings.maxLine) 
     throw Error(ErrorCode::missingDependency,
                 fmt::format("{} cannot be started: {}; correct `command` in model.toml",
                             io::printable(words[0]), std::strerror(problem)));
+  group_.include(pid_);
   input_ = ours(in.write);
   output_ = ours(out.read);
   complaints_ = ours(err.read);
@@ -212,8 +213,9 @@ void LineProcess::finish(milliseconds patience) {
     std::this_thread::sleep_for(kBetweenQuickLooks);
   }
   const bool byItself = hasEnded(pid_);
+  group_.kill();
+  ::kill(pid_, SIGKILL);  // it may have left the group, for one of its own
   ::kill(-pid_, SIGKILL);
-  ::kill(pid_, SIGKILL);  // it may have left its group
   int status = 0;
   pid_t reaped = -1;
   do reaped = waitpid(pid_, &status, 0);

@@ -10,10 +10,12 @@
 #include <string_view>
 #include <vector>
 
+#include "estancia/label/process_group.hpp"
+
 namespace estancia {
 
 /// Runs the program without a shell, in a process group of its own, with no other open file of ours. It is
-/// ended with the whole group when this object goes.
+/// ended with the whole group when this object goes, or when our process ends in any way.
 class LineProcess {
  public:
   struct Settings {
@@ -55,6 +57,7 @@ class LineProcess {
   void write(std::string_view& rest);
   void finish(std::chrono::milliseconds patience);
 
+  ProcessGroup group_;
   pid_t pid_ = -1;
   int input_ = -1, output_ = -1, complaints_ = -1;  // our ends of its stdin, stdout and stderr
   std::size_t maxLine_;

@@ -1,12 +1,9 @@
 #include "estancia/label/process_labeler.hpp"
 
 #include <fmt/format.h>
-#include <stdlib.h>
 
-#include <cerrno>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
@@ -21,6 +18,7 @@
 #include "estancia/io/label_scores.hpp"
 #include "estancia/label/black_box.hpp"
 #include "estancia/label/line_process.hpp"
+#include "estancia/label/private_folder.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -60,30 +58,6 @@ Settings readSettings(const ModelSpec& spec) {
       blackBoxIdentity(spec, config, {command.begin(), command.end()}, {"timeout", "start_timeout"});
   return settings;
 }
-
-/// A folder for nobody but us, gone in the end.
-class PrivateFolder {
- public:
-  PrivateFolder() {
-    std::string pattern = (fs::temp_directory_path() / "estancia-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr)
-      throw Error(
-          ErrorCode::fileUnwritable,
-          fmt::format("cannot make a folder for images ({}): {}; set TMPDIR to one that can be written",
-                      io::printable(pattern), std::strerror(errno)));
-    path_ = pattern;
-  }
-  ~PrivateFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  PrivateFolder(const PrivateFolder&) = delete;
-  PrivateFolder& operator=(const PrivateFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 /// A file as long as the program may look at it.
 class PassingFile {

@@ -21,9 +21,9 @@ struct LabeledShapes {
   Samples samples;
 };
 
-/// The samples whose class is not −1, of `count` classes. Throws Error when the numbers of shapes, classes and
-/// instances differ (mismatch), a class is not in −1 … count − 1 (invalidInput), or as FeatureEmbedding::learn()
-/// does, as when there are no samples.
+/// The samples whose class is not −1, of `count` classes. Throws Error when the numbers of shapes, classes
+/// and instances differ (mismatch), a class is not in −1 … count − 1 (invalidInput), or as
+/// FeatureEmbedding::learn() does, as when there are no samples.
 LabeledShapes labeledShapes(const Features& shapes, std::span<const int> classes,
                             std::span<const int> instances, std::size_t count, int folds);
 

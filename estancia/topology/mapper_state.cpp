@@ -6,6 +6,7 @@
 
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/topology/mapper_impl.hpp"
 
 namespace estancia {
@@ -93,7 +94,7 @@ MapperOptions settingsFromJson(const std::string& text) {
   try {
     const Json json = Json::parse(text);
     MapperOptions options;
-    json.at("distance").get_to(options.distance);
+    options.distance = printable(json.at("distance").get<std::string>());
     json.at("nearer_than_current").get_to(options.nearerThanCurrent);
     json.at("transition_images").get_to(options.transitionImages);
     json.at("warmup_frames").get_to(options.warmupFrames);
@@ -105,7 +106,8 @@ MapperOptions settingsFromJson(const std::string& text) {
     return options;
   } catch (const Json::exception& e) {
     throw Error(ErrorCode::corruptFile,
-                fmt::format("the settings of the map cannot be read ({}); map the sequence again", e.what()));
+                fmt::format("the settings of the map cannot be read ({}); map the sequence again",
+                            printable(e.what())));
   }
 }
 

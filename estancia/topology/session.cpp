@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/io/sequence.hpp"
 #include "estancia/label/labeler.hpp"
@@ -61,10 +62,10 @@ MappingSession MappingSession::create(const std::filesystem::path& path, const V
 MappingSession MappingSession::resume(const std::filesystem::path& path, const Vocabulary& vocabulary,
                                       const std::string& model) {
   MapStore store = MapStore::open(path, MapStore::Access::write);
-  requireSameVocabulary(store.identity().vocabulary, vocabulary, path.string());
-  if (store.identity().model != model)
+  requireSameVocabulary(store.identity().vocabulary, printableLabels(vocabulary), path.string());
+  if (store.identity().model != printable(model))
     throw Error(ErrorCode::mismatch, fmt::format("{} was made with the model {}, not {}; use that model",
-                                                 path.string(), store.identity().model, model));
+                                                 path.string(), store.identity().model, printable(model)));
   Mapper mapper = restoreMapper(store);
   return MappingSession(std::make_unique<Impl>(Impl{std::move(store), std::move(mapper)}));
 }
@@ -162,7 +163,7 @@ void MappingSession::Impl::write() {
 std::size_t firstUnmapped(const TopologicalMap& map, const Sequence& sequence) {
   std::size_t next = 0;
   for (const MappedFrame& frame : map.frames) {
-    while (next < sequence.size() && sequence.frame(next).name != frame.name) ++next;
+    while (next < sequence.size() && printable(sequence.frame(next).name) != frame.name) ++next;
     if (next == sequence.size())
       throw Error(ErrorCode::mismatch,
                   fmt::format("the map's frame {} is not (or not in this order) in {}; continue the map with "

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 
 namespace estancia::sqlite {
 namespace {
@@ -121,7 +122,7 @@ void Database::fail(int code) const {
 void Database::failDamaged(const std::string& detail) const {
   throw Error(ErrorCode::corruptFile,
               fmt::format("{}: the map is damaged or cut off ({}); restore a copy or map the sequence again",
-                          path_.string(), detail));
+                          path_.string(), printable(detail)));
 }
 
 void Statement::Finalize::operator()(sqlite3_stmt* statement) const {

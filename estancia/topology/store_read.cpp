@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 
 namespace estancia {
 namespace {
@@ -62,10 +63,10 @@ void readFrames(Database& database, TopologicalMap& map) {
     if (rows.integer(0) != static_cast<std::int64_t>(map.frames.size()))
       database.failDamaged(fmt::format("frame {} is missing", map.frames.size()));
     MappedFrame frame;
-    frame.name = rows.text(1);
+    frame.name = printable(rows.text(1));
     if (const double timestamp = rows.real(2); std::isfinite(timestamp)) frame.timestamp = timestamp;
     frame.pose = readPose(rows, 3);
-    frame.room = rows.text(10);
+    frame.room = printable(rows.text(10));
     frame.node = readNodeId(database, rows.integer(11), -1, "a frame's node");
     if (frame.node >= 0 && map.findNode(frame.node) == nullptr)
       database.failDamaged(
@@ -139,13 +140,14 @@ void readPredictions(Database& database, TopologicalMap& map) {
   std::vector<std::string> rooms;
   Statement names(database, "SELECT id, name FROM predicted_rooms ORDER BY id");
   while (names.next()) {
-    rooms.push_back(names.text(1));
+    rooms.push_back(printable(names.text(1)));
     if (names.integer(0) != static_cast<std::int64_t>(rooms.size()) - 1 || rooms.back().empty())
       database.failDamaged("its predicted rooms have gaps");
   }
   if (rooms.empty()) database.failDamaged("it has no predicted rooms");
   const std::size_t count = rooms.size();
-  RoomPredictions predictions{readMeta(database, "classifier"), std::move(rooms), DescriptorMatrix(count)};
+  RoomPredictions predictions{printable(readMeta(database, "classifier")), std::move(rooms),
+                              DescriptorMatrix(count)};
   Statement rows(database, "SELECT frame, probabilities FROM predictions ORDER BY frame");
   std::vector<float> row;
   while (rows.next()) {
@@ -166,7 +168,7 @@ std::string distanceOf(const std::string& settings) {
   const auto parsed = nlohmann::json::parse(settings, nullptr, false);
   if (!parsed.is_object()) return "";
   const auto found = parsed.find("distance");
-  return found != parsed.end() && found->is_string() ? found->get<std::string>() : "";
+  return found != parsed.end() && found->is_string() ? printable(found->get<std::string>()) : "";
 }
 
 }  // namespace
@@ -216,10 +218,11 @@ MapStore::Identity readIdentity(Database& database) {
     }
   }
   if (labels.empty()) database.failDamaged("it has no labels");
-  MapStore::Identity identity{readVocabulary(database, std::move(labels)), readMeta(database, "model"),
-                              readMeta(database, "settings")};
+  MapStore::Identity identity{readVocabulary(database, std::move(labels)),
+                              printable(readMeta(database, "model")), readMeta(database, "settings")};
   if (identity.vocabulary.digest() != readMeta(database, "vocabulary"))
     database.failDamaged("its labels do not match their digest");
+  identity.vocabulary = printableLabels(identity.vocabulary);
   return identity;
 }
 

@@ -1,4 +1,4 @@
-// Map file reader: every number and length of the content is checked before it is used. Private.
+// Map file reader: every number and length is checked before it is used, and texts are printable(). Private.
 #pragma once
 
 #include "estancia/topology/sqlite.hpp"

@@ -15,6 +15,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia {
@@ -134,13 +135,17 @@ int digitOf(char c) {
   damaged("a text is not hexadecimal");
 }
 
-std::string textIn(const Json& json) {
+std::string rawTextIn(const Json& json) {
   if (!json.is_object()) return json.get<std::string>();
   const auto hex = json.at("hex").get<std::string>();
   std::string text;
   for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
     text += static_cast<char>(digitOf(hex[i]) * 16 + digitOf(hex[i + 1]));
   return text;
+}
+
+std::string textIn(const Json& json) {
+  return printable(rawTextIn(json));
 }
 
 std::vector<float> probabilitiesIn(const Json& json, std::size_t labels, const std::string& what) {
@@ -169,7 +174,7 @@ const Json& listIn(const Json& json, const char* key) {
 
 Vocabulary vocabularyIn(const Json& json) {
   std::vector<std::string> labels;
-  for (const Json& label : listIn(json, "labels")) labels.push_back(textIn(label));
+  for (const Json& label : listIn(json, "labels")) labels.push_back(rawTextIn(label));
   std::vector<LabelPart> parts;
   for (const Json& part : listIn(json, "parts"))
     parts.push_back({indexIn(part.at("size"), labels.size() + 1, "the size of a part"),
@@ -178,7 +183,7 @@ Vocabulary vocabularyIn(const Json& json) {
   Vocabulary vocabulary(std::move(labels), std::move(parts));
   if (vocabulary.digest() != json.at("digest").get<std::string>())
     damaged("its labels do not match their digest");
-  return vocabulary;
+  return printableLabels(vocabulary);
 }
 
 Frame frameIn(const Json& json) {
@@ -307,8 +312,8 @@ Zones readZones(const fs::path& file) {
     throw Error(code, fmt::format("{}: {}", name, why));
   };
   const auto refuseDamaged = [&refuse](const std::string& how) {
-    refuse(ErrorCode::corruptFile,
-           fmt::format("damaged or cut short ({}); make it again by `estancia zones`", how.substr(0, 200)));
+    refuse(ErrorCode::corruptFile, fmt::format("damaged or cut short ({}); make it again by `estancia zones`",
+                                               printable(how.substr(0, 200))));
   };
   if (!isZoneFile(file))
     refuse(ErrorCode::unsupportedFile, "not a zone file; give one that `estancia zones` has written");

@@ -1,6 +1,7 @@
 // The command as a user runs it, on small images and a network that knows four colors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -49,6 +50,14 @@ class Command : public testing::Test {
     EXPECT_THAT(result.err, HasSubstr("error: "));
     EXPECT_THAT(result.err, HasSubstr(text));
     EXPECT_EQ(result.out, "");
+  }
+
+  /// Changes a map as a hostile program might.
+  static void tamper(const fs::path& path, const std::string& sql) {
+    sqlite3* database = nullptr;
+    ASSERT_EQ(sqlite3_open(path.c_str(), &database), SQLITE_OK);
+    EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sql;
+    sqlite3_close(database);
   }
 
   ScratchFolder scratch_;
@@ -320,6 +329,68 @@ TEST_F(Command, RefusesAnotherModelWithTheSameWords) {
   writeFile(fs::path(other) / "model.toml", "name = \"another\"\n" + toml.substr(toml.find('\n') + 1));
   expectError(run({"localize", map_, images_, "--model", other}), "--model");
   expectError(run({"evaluate", map_, images_, "--model", other}), "--model");
+}
+
+TEST_F(Command, ShowsNoControlCharactersOfAMapFile) {
+  writePictures(pictures_, 5);
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  const std::string named = scratch_ / "named.estancia", home = scratch_ / "home";
+  fs::copy_file(map_, named);
+  // ESC, BEL, the C1 control CSI, and what turns the writing round.
+  const std::string controls = "\x1B[2J\x07\u009B\u202E", inSql = "'[2J' || char(27, 7, 155, 8238)";
+  tamper(named, "UPDATE frames SET name = name || " + inSql);
+  std::vector<std::string> labels;
+  for (int i = 0; i < 4; ++i) labels.push_back("word " + std::to_string(i) + controls);
+  {
+    MapStore store = MapStore::open(map_, MapStore::Access::write);
+    DescriptorMatrix rooms(2);
+    for (int i = 0; i < 20; ++i) rooms.append(std::vector<float>{0.75F, 0.25F});
+    store.putPredictions({"svm" + controls, {"hall" + controls, "bath" + controls}, rooms});
+    store.commit();
+  }
+  tamper(map_, "UPDATE frames SET name = name || " + inSql + ", room = 'kitchen' || " + inSql +
+                   "; UPDATE meta SET value = value || " + inSql + " WHERE key = 'model'");
+  for (int i = 0; i < 4; ++i)
+    tamper(map_, "UPDATE labels SET label = '" + labels[i] + "' WHERE id = " + std::to_string(i));
+  tamper(map_, "UPDATE meta SET value = '" + Vocabulary(labels).digest() + "' WHERE key = 'vocabulary'");
+
+  const std::string zones = scratch_ / "home.zones", rooms = scratch_ / "rooms.classifier";
+  const std::vector<std::vector<std::string>> commands{
+      {"ask", map_, "word 1"},
+      {"ask", map_, "kitchen", "--json"},
+      {"ask", map_, "wort 1"},
+      {"explain", map_, "0"},
+      {"explain", map_, "none"},
+      {"route", map_, "--from", "0", "--to", "word 1"},
+      {"evaluate", map_},
+      {"export", map_, "--format", "json"},
+      {"zones", map_, "-o", zones},
+      {"ask", map_, "word 1", "--zones", zones},
+      {"classify", "train", map_, "-o", rooms, "--classifier", "knn"},
+      {"classify", "test", rooms, map_},
+      {"classify", "name", rooms, map_},
+      {"localize", map_, pictures_, "--model", model_},
+      {"map", pictures_, "-o", map_, "--model", model_, "--continue"},
+      {"map", pictures_, "-o", named, "--model", model_, "--continue"}};
+  for (const auto& arguments : commands) {
+    const auto result = run(arguments);
+    const std::string shown = result.out + result.err;
+    EXPECT_NE(shown, "") << arguments[0];
+    for (const char* control : {"\x1B", "\x07", "\u009B", "\u202E"})
+      EXPECT_THAT(shown, testing::Not(HasSubstr(control))) << testing::PrintToString(arguments);
+  }
+  EXPECT_THAT(run({"ask", map_, "word 1"}).out, HasSubstr("(kitchen[2J\\x1B\\x07\\xC2\\x9B\\xE2\\x80\\xAE"));
+  EXPECT_THAT(run(commands.back()).err, HasSubstr("frame0.jpg[2J\\x1B"));
+}
+
+TEST_F(Command, AModelWithOddLabelsGoesOnWithItsMap) {
+  writeFile(fs::path(model_) / "labels.txt", "n01\tred\ngreen\x1B[2J\ncaf\xE9\nwhite\n");
+  writePictures(pictures_, 5);
+  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  const auto goesOn = run({"map", pictures_, "-o", map_, "--model", model_, "--continue"});
+  EXPECT_EQ(goesOn.exitCode, 0) << goesOn.err;
+  EXPECT_EQ(run({"localize", map_, pictures_, "--model", model_}).exitCode, 0);
+  EXPECT_EQ(run({"ask", map_, "red"}).exitCode, 0);
 }
 
 TEST_F(Command, RefusesFilesThatAreNoMaps) {

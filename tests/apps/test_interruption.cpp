@@ -8,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <thread>
 
 #include "support/model_support.hpp"
@@ -92,6 +93,62 @@ TEST_F(Interruption, CtrlCKeepsWhatIsDone) {
   EXPECT_GT(frames(exported("stopped.estancia")), 0U);
   EXPECT_FALSE(fs::exists(scratch_ / "stopped.estancia-wal"));
   EXPECT_EQ(run(mapTo("stopped.estancia", "--continue")).exitCode, 0);
+}
+
+TEST_F(Interruption, AClosedTerminalKeepsWhatIsDone) {
+  const int status = mapUntilSignalled(mapTo("closed.estancia"), scratch_ / "closed.estancia", SIGHUP);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_GT(frames(exported("closed.estancia")), 0U);
+}
+
+/// A run with a program as labeler that takes its time, its images in a temporary folder of our own.
+class ProgramOfARun : public testing::Test {
+ protected:
+  void SetUp() override {
+    writeFile(scratch_ / "model/model.toml",
+              "name = \"mine\"\ntype = \"process\"\ncommand = [\"sh\", \"labeler.sh\"]\n");
+    writeFile(scratch_ / "model/labeler.sh",
+              "sleep 1000 & echo $! >../sleeper; echo $$ >../program\n"
+              "while read -r image; do [ -e ../quick ] || sleep 1\n"
+              "printf '{\"image\": \"%s\", \"labels\": {\"cup\": 1}}\\n' \"$image\"; done\n"
+              "exec sleep 1000\n");
+    fs::create_directories(scratch_ / "images");
+    for (const char* name : {"1.png", "2.png", "3.png", "4.png"})
+      cv::imwrite(scratch_ / "images" / name, cv::Mat(8, 8, CV_8UC3, cv::Scalar::all(90)));
+    fs::create_directory(temporary_);
+    setenv("TMPDIR", temporary_.c_str(), 1);
+  }
+  void TearDown() override { unsetenv("TMPDIR"); }
+
+  int mapUntil(int signal) const { return mapUntilSignalled(arguments_, scratch_ / "program", signal); }
+  void expectNoProcessIsLeft() const {
+    EXPECT_FALSE(livesOn(scratch_ / "program"));
+    EXPECT_FALSE(livesOn(scratch_ / "sleeper"));
+  }
+
+  const ScratchFolder scratch_;
+  const fs::path temporary_ = scratch_ / "tmp";
+  const std::vector<std::string> arguments_{"map",     scratch_ / "images", "-o", scratch_ / "home.estancia",
+                                            "--model", scratch_ / "model"};
+};
+
+TEST_F(ProgramOfARun, EndsWithItWhenTheTerminalIsClosed) {
+  const int status = mapUntil(SIGHUP);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  expectNoProcessIsLeft();
+  EXPECT_TRUE(fs::is_empty(temporary_));
+}
+
+TEST_F(ProgramOfARun, EndsWithItWhenItIsKilledAndTheNextRunTidiesUp) {
+  ASSERT_TRUE(WIFSIGNALED(mapUntil(SIGKILL)));
+  expectNoProcessIsLeft();
+  EXPECT_FALSE(fs::is_empty(temporary_));
+  writeFile(scratch_ / "quick", "");
+  const auto next = run(arguments_);
+  EXPECT_EQ(next.exitCode, 0) << next.err;
+  EXPECT_TRUE(fs::is_empty(temporary_));
 }
 
 }  // namespace

@@ -161,7 +161,7 @@ TEST_F(Recognize, AsksWhereTheSensorStoodAndUsesIt) {
   expectFound({moved, "--viewpoint", "1", "2", "3"});
 }
 
-TEST_F(Recognize, WarnsOfNoViewWhereItMayBeWhyNothingIsFound) {
+TEST_F(Recognize, WarnsOfNoViewWhetherOrNotSomethingIsFound) {
   PointCloud scene = readCloud(in("scenes/scene001.pcd"));
   const std::size_t seen = scene.points.size();
   for (std::size_t i = 0; i < seen; i += 3)  // as many again behind the sensor
@@ -172,12 +172,22 @@ TEST_F(Recognize, WarnsOfNoViewWhereItMayBeWhyNothingIsFound) {
   writeCloud(scene, around);
   const CommandResult found = run({"recognize", "--model", mario, around});
   EXPECT_EQ(found.exitCode, 0);
-  EXPECT_EQ(found.err, "");
+  const auto warning = AllOf(HasSubstr("does not look like a view"), HasSubstr("--viewpoint"));
+  EXPECT_THAT(found.err, warning);
+  const json told = json::parse(run({"recognize", "--model", mario, around, "--json"}).out);
+  EXPECT_EQ(told["instances"].size(), 1U);
+  ASSERT_EQ(told["warnings"].size(), 1U);
+  EXPECT_EQ(told["warnings"][0]["code"], "no-view");
+  EXPECT_THAT(told["warnings"][0]["message"].get<std::string>(), warning);
   const std::string doll = in("meshes/Doll013_0.ply");
   const CommandResult missed = run({"recognize", "--model", doll, around, "--json"});
   EXPECT_EQ(missed.exitCode, 1);
-  EXPECT_THAT(missed.err, AllOf(HasSubstr("does not look like a view"), HasSubstr("--viewpoint")));
-  EXPECT_EQ(run({"recognize", "--model", doll, around, "--viewpoint", "0", "0", "0"}).err, "");
+  EXPECT_THAT(missed.err, warning);
+  EXPECT_EQ(json::parse(missed.out)["warnings"].size(), 1U);
+  const CommandResult said =
+      run({"recognize", "--model", doll, around, "--viewpoint", "0", "0", "0", "--json"});
+  EXPECT_EQ(said.err, "");
+  EXPECT_FALSE(json::parse(said.out).contains("warnings"));
 }
 
 TEST_F(Recognize, RefusesWhatItCannotUse) {

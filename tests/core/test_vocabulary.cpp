@@ -26,6 +26,13 @@ TEST(Vocabulary, KeepsLabelsThatStandTwiceAndDropsAByteOrderMark) {
             (std::vector<std::string>{"crane", "heron", "crane"}));
 }
 
+TEST(Vocabulary, LabelsOfAFileHoldNoControlCharacters) {
+  const test::ScratchFolder folder;
+  test::writeFile(folder / "labels.txt", "n01440764\ttench\nred\x1B[2J\ncaf\xE9\n");
+  EXPECT_EQ(readVocabulary(folder / "labels.txt").labels(),
+            (std::vector<std::string>{"n01440764 tench", "red\\x1B[2J", "caf\\xE9"}));
+}
+
 TEST(Vocabulary, NamesTheLineOfAnEmptyLabel) {
   const test::ScratchFolder folder;
   test::writeFile(folder / "labels.txt", "cup\n\nmug\n");

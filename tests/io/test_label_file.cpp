@@ -44,8 +44,21 @@ TEST(LabelFile, KeepsEverythingExactly) {
   EXPECT_EQ(after.frames[0].timestamp, 1.25);
   EXPECT_EQ(after.frames[0].pose->z, 3);
   EXPECT_EQ(after.frames[0].room, "kitchen");
-  EXPECT_EQ(after.frames[1].name, "b \xff.jpg");
+  EXPECT_EQ(after.frames[1].name, "b \\xFF.jpg");
   EXPECT_FALSE(after.frames[1].timestamp || after.frames[1].pose);
+}
+
+TEST(LabelFile, TextsOfOthersAreReadWithoutControlCharacters) {
+  const test::ScratchFolder scratch;
+  DescriptorSequence recording = sample();
+  recording.vocabulary = Vocabulary({"cup\x1B[2J", "cat", "kitchen"}, {{2, 1}, {1, 0.5F}});
+  recording.model = "net\x1B";
+  recording.frames[0].room = "kitchen\x1B";
+  io::writeLabelFile(recording, scratch / "words.labels");
+  const DescriptorSequence after = io::readLabelFile(scratch / "words.labels");
+  EXPECT_EQ(after.vocabulary, Vocabulary({"cup\\x1B[2J", "cat", "kitchen"}, {{2, 1}, {1, 0.5F}}));
+  EXPECT_EQ(after.model, "net\\x1B");
+  EXPECT_EQ(after.frames[0].room, "kitchen\\x1B");
 }
 
 TEST(LabelFile, StandsForItsSequence) {

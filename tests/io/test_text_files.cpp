@@ -44,6 +44,9 @@ TEST(Printable, KeepsUtf8AndShowsWhatNoTerminalShould) {
   EXPECT_EQ(printable("latin \xE9"), "latin \\xE9");
   EXPECT_EQ(printable("\xC0\xAF \xED\xA0\x80 \xF4\x90\x80\x80"),
             "\\xC0\\xAF \\xED\\xA0\\x80 \\xF4\\x90\\x80\\x80");
+  EXPECT_EQ(printable("\u009B2J"), "\\xC2\\x9B2J") << "the C1 control CSI";
+  EXPECT_EQ(printable("\u202Egpj.exe\u2066 \u2028"), "\\xE2\\x80\\xAEgpj.exe\\xE2\\x81\\xA6 \\xE2\\x80\\xA8");
+  EXPECT_EQ(printable("\u00A0\u00E9\u200D\u2030\u2065\u206A"), "\u00A0\u00E9\u200D\u2030\u2065\u206A");
 }
 
 TEST(Numbers, MustBeWholeWords) {

@@ -7,11 +7,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <chrono>
-#include <fstream>
+#include <csignal>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <thread>
 
 #include "estancia/label/model.hpp"
 #include "support/errors.hpp"
@@ -22,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 using test::FailsWith;
+using test::livesOn;
 using test::readFile;
 using test::writeFile;
 using testing::ElementsAre;
@@ -41,19 +40,6 @@ std::size_t openFiles() {
   std::size_t count = 0;
   for ([[maybe_unused]] const auto& entry : fs::directory_iterator("/proc/self/fd")) ++count;
   return count;
-}
-
-/// Whether a process is there and no zombie; waits a little for it to go.
-bool livesOn(const fs::path& pidFile) {
-  std::string pid;
-  std::ifstream(pidFile) >> pid;
-  if (pid.empty()) return true;  // the script did not get as far: the test is wrong
-  for (int i = 0; i < 500; ++i) {
-    const std::string status = readFile("/proc/" + pid + "/stat");
-    if (status.empty() || status.find(") Z ") != std::string::npos) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return true;
 }
 
 class ProcessLabeler : public testing::Test {
@@ -264,6 +250,91 @@ TEST_F(ProcessLabeler, IsEndedWithItsChildrenWhenWeEnd) {
       ->label(gray());
   EXPECT_FALSE(livesOn(scratch_ / "parent"));
   EXPECT_FALSE(livesOn(scratch_ / "child"));
+}
+
+/// What becomes of it when our process is killed with an image in its hands.
+class KilledOwner : public ProcessLabeler {
+ protected:
+  void SetUp() override {
+    fs::create_directory(temporary_);
+    setenv("TMPDIR", temporary_.c_str(), 1);
+  }
+  void TearDown() override {
+    unsetenv("TMPDIR");
+    ProcessLabeler::TearDown();
+  }
+  void labelAndBeKilled(const std::string& script, const std::string& command) {
+    const pid_t owner = fork();
+    if (owner == 0) {
+      writeFile(scratch_ / "owner", std::to_string(getpid()));
+      writeFile(scratch_ / "labeler.sh",
+                script + "read -r image; kill -KILL $(cat owner); exec sleep 1000\n");
+      openCommand(command)->label(gray());
+      _exit(1);
+    }
+    int status = 0;
+    ASSERT_EQ(waitpid(owner, &status, 0), owner);
+    ASSERT_TRUE(WIFSIGNALED(status));
+  }
+  std::vector<std::string> temporaryFolders() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(temporary_)) names.push_back(entry.path().filename());
+    return names;
+  }
+  const fs::path temporary_ = scratch_ / "tmp";
+};
+
+TEST_F(KilledOwner, TakesItsProgramAndTheChildrenOfThatWithIt) {
+  labelAndBeKilled("trap '' TERM HUP INT; echo $$ >parent; sleep 1000 & echo $! >child\n",
+                   R"(["sh", "labeler.sh"])");
+  EXPECT_FALSE(livesOn(scratch_ / "parent"));
+  EXPECT_FALSE(livesOn(scratch_ / "child"));
+}
+
+TEST_F(KilledOwner, TakesAProgramThatHasLeftItsGroupWithIt) {
+  labelAndBeKilled("echo $$ >parent\n", R"(["setsid", "sh", "labeler.sh"])");
+  EXPECT_FALSE(livesOn(scratch_ / "parent"));
+}
+
+TEST_F(KilledOwner, LeavesAFolderThatGoesWithTheNextStart) {
+  labelAndBeKilled("", R"(["sh", "labeler.sh"])");
+  const auto left = temporaryFolders();
+  ASSERT_EQ(left.size(), 1U);
+  ASSERT_TRUE(fs::exists(temporary_ / left[0] / "000000.png"));
+  writeFile(scratch_ / "precious", "text");
+  fs::create_symlink(scratch_ / "precious", temporary_ / left[0] / "link");
+  {
+    const auto first = openCommand(R"(["sh", "labeler.sh"])");
+    const auto kept = temporaryFolders();
+    ASSERT_EQ(kept.size(), 1U);
+    EXPECT_NE(kept[0], left[0]);
+    const auto second = openCommand(R"(["sh", "labeler.sh"])");
+    EXPECT_EQ(temporaryFolders().size(), 2U) << "the first one is in use";
+  }
+  EXPECT_THAT(temporaryFolders(), testing::IsEmpty());
+  EXPECT_EQ(readFile(scratch_ / "precious"), "text");
+}
+
+TEST_F(KilledOwner, LeavesTheFoldersOfOthersAlone) {
+  const auto abandoned = [&](const fs::path& folder) {
+    writeFile(folder / "estancia.lock", "");
+    writeFile(folder / "000000.png", "");
+    return folder;
+  };
+  abandoned(scratch_ / "elsewhere");
+  fs::create_directory_symlink(scratch_ / "elsewhere", temporary_ / "estancia-linked");
+  const fs::path strange = temporary_ / "estancia-odLock";  // its lock is a link
+  writeFile(strange / "000000.png", "");
+  fs::create_symlink(scratch_ / "elsewhere/estancia.lock", strange / "estancia.lock");
+  writeFile(temporary_ / "estancia-noLock" / "000000.png", "");
+  abandoned(temporary_ / "estancia-longer-name");
+  abandoned(temporary_ / "another");
+  const bool root = geteuid() == 0;
+  if (root) ASSERT_EQ(chown(abandoned(temporary_ / "estancia-theirs").c_str(), 65534, 65534), 0);
+  open("");
+  EXPECT_EQ(temporaryFolders().size(), root ? 6U : 5U);
+  for (const auto& name : temporaryFolders())
+    EXPECT_TRUE(fs::exists(temporary_ / name / "000000.png")) << name;
 }
 
 TEST_F(ProcessLabeler, SurvivesFloods) {

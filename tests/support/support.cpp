@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 #include "estancia/core/error.hpp"
 
@@ -69,6 +71,17 @@ std::string errorOf(const std::function<void()>& work) {
     return e.what();
   }
   return "";
+}
+
+bool livesOn(const fs::path& pidFile) {
+  const std::string pid = std::to_string(std::atoi(readFile(pidFile).c_str()));
+  if (pid == "0") return true;  // the script did not get as far: the test is wrong
+  for (int i = 0; i < 500; ++i) {
+    const std::string status = readFile("/proc/" + pid + "/stat");
+    if (status.empty() || status.find(") Z ") != std::string::npos) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return true;
 }
 
 CommandResult run(const std::vector<std::string>& arguments) {

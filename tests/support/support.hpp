@@ -29,6 +29,9 @@ std::string readFile(const std::filesystem::path& path);
 /// The message of the Error that `work` throws; "" when it throws none.
 std::string errorOf(const std::function<void()>& work);
 
+/// Whether the process whose number is in the file is there and no zombie; waits a little for it to go.
+bool livesOn(const std::filesystem::path& pidFile);
+
 struct CommandResult {
   int exitCode;
   std::string out;

@@ -125,6 +125,34 @@ TEST(MapStore, GivesBackAllThatWasWritten) {
   EXPECT_EQ(store.descriptor(1), descriptorOf(1));
 }
 
+TEST(MapStore, TextsOfOthersAreReadWithoutControlCharacters) {
+  const test::ScratchFolder folder;
+  {
+    const Vocabulary labels({"cup\x1B[2J", "red\tdesk", "caf\xE9"}, {{2, 1}, {1, 0.5F}});
+    MapStore store =
+        MapStore::create(folder / "map.estancia", {labels, "model\x1B]0;x\x07", R"({"distance":"\u001b"})"});
+    MappedFrame frame = frameNamed("a\n\xC2\x9B.jpg");
+    frame.room = "kitchen\xE2\x80\xAE";
+    store.addFrame(0, frame, descriptorOf(0));
+    store.putNode({0, 1, {0.5F, 0.25F, 0}, {0.1F, 0, 0}}, "");
+    store.putPredictions({"svm\x1B", {"hall\x1B"}, DescriptorMatrix(1)});
+    store.commit();
+  }
+  const MapStore store = MapStore::open(folder / "map.estancia", Access::read);
+  const Vocabulary clean({"cup\\x1B[2J", "red desk", "caf\\xE9"}, {{2, 1}, {1, 0.5F}});
+  EXPECT_EQ(store.identity().vocabulary, clean);
+  EXPECT_EQ(store.identity().model, "model\\x1B]0;x\\x07");
+  const TopologicalMap map = store.load();
+  EXPECT_EQ(map.vocabulary, clean);
+  EXPECT_EQ(map.model, store.identity().model);
+  EXPECT_EQ(map.distance, "\\x1B");
+  EXPECT_EQ(map.frames[0].name, "a\\x0A\\xC2\\x9B.jpg");
+  EXPECT_EQ(map.frames[0].room, "kitchen\\xE2\\x80\\xAE");
+  ASSERT_TRUE(map.predictions);
+  EXPECT_EQ(map.predictions->classifier, "svm\\x1B");
+  EXPECT_THAT(map.predictions->rooms, testing::ElementsAre("hall\\x1B"));
+}
+
 TEST(MapStore, LeavesNothingOnDiskBeforeTheFirstCommit) {
   const test::ScratchFolder folder;
   {

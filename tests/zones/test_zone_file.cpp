@@ -103,11 +103,32 @@ TEST_F(ZoneFile, KeepsEveryFloat) {
 
 TEST_F(ZoneFile, KeepsWhichModelSaysWhat) {
   DescriptorSequence recording = test::recordingOf({{1, 0, 0.5F}});
-  recording.vocabulary = Vocabulary({"a", "caf\xE9", "c"}, {{2, 1}, {1, 0.3F}});
+  recording.vocabulary = Vocabulary({"a", "café", "c"}, {{2, 1}, {1, 0.3F}});
   writeZones(describeZones(recording, std::vector<int>{0}), file_);
   const Zones back = readZones(file_);
   EXPECT_EQ(back.vocabulary, recording.vocabulary);
   EXPECT_EQ(back.vocabulary.layout().parts, recording.vocabulary.layout().parts);
+}
+
+TEST_F(ZoneFile, TextsOfOthersAreReadWithoutControlCharacters) {
+  DescriptorSequence recording = test::recordingOf({{1, 0, 0.5F}});
+  recording.vocabulary = Vocabulary({"a\x1B[2J", "caf\xE9", "c"}, {{2, 1}, {1, 0.3F}});
+  recording.model = "m\x1B";
+  recording.frames[0].name = "f\x1B";
+  recording.frames[0].room = "r\x1B";
+  Zones zones = describeZones(recording, std::vector<int>{0});
+  zones.zones[0].name = "z\x1B";
+  zones.zones[0].predicted = {{"p\x1B", 1}};
+  writeZones(zones, file_);
+  const Zones back = readZones(file_);
+  EXPECT_THAT(back.vocabulary.labels(), testing::ElementsAre("a\\x1B[2J", "caf\\xE9", "c"));
+  EXPECT_EQ(back.vocabulary.layout().parts, recording.vocabulary.layout().parts);
+  EXPECT_EQ(back.model, "m\\x1B");
+  EXPECT_EQ(back.frames[0].name, "f\\x1B");
+  EXPECT_EQ(back.frames[0].room, "r\\x1B");
+  EXPECT_EQ(back.zones[0].name, "z\\x1B");
+  EXPECT_EQ(back.zones[0].room, "r\\x1B");
+  EXPECT_EQ(back.zones[0].predicted[0].room, "p\\x1B");
 }
 
 TEST_F(ZoneFile, IsKnownByItsBeginning) {

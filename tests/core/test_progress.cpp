@@ -1,0 +1,46 @@
+#include "estancia/core/progress.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+
+namespace estancia {
+namespace {
+
+/// The wait status of a process that catches interrupts and gets `signal` twice. It ends with 1 when it has
+/// been asked to stop, else with 0.
+int statusAfter(int signal, bool ignoredBefore) {
+  const pid_t child = fork();
+  if (child == 0) {
+    std::signal(signal, ignoredBefore ? SIG_IGN : SIG_DFL);
+    catchInterrupts();
+    for (int i = 0; i < 2; ++i) std::raise(signal);
+    _exit(interrupted() ? 1 : 0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return status;
+}
+
+TEST(Interrupts, AClosedTerminalAsksToStopHoweverOftenItSaysSo) {
+  const int status = statusAfter(SIGHUP, false);
+  ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+}
+
+TEST(Interrupts, NohupStaysInForce) {
+  const int status = statusAfter(SIGHUP, true);
+  ASSERT_TRUE(WIFEXITED(status)) << "killed by signal " << WTERMSIG(status);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+TEST(Interrupts, TheSecondSigtermKills) {
+  const int status = statusAfter(SIGTERM, false);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(WTERMSIG(status), SIGTERM);
+}
+
+}  // namespace
+}  // namespace estancia
