@@ -381,7 +381,7 @@ void addTrain(CLI::App& classify, const Shared& arguments) {
   addJsonOption(*command, arguments->json);
   addExamples(
       *command,
-      "  estancia classify train ~/pictures -o rooms.classifier\n"
+      "  estancia classify train ~/photos -o rooms.classifier\n"
       "  estancia classify train nyu -o rooms.classifier --split train --only kitchen,bathroom,bedroom\n"
       "  estancia classify train table.csv -o table.classifier --descriptor g+d\n"
       "  estancia classify train images.labels --rooms rooms.csv -o rooms.classifier --classifier forest");
@@ -420,8 +420,8 @@ void addPredict(CLI::App& classify, const Shared& arguments) {
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia classify predict rooms.classifier image.jpg another.jpg\n"
-              "  estancia classify predict rooms.classifier ~/pictures --json\n"
-              "  estancia classify predict rooms.classifier ~/pictures --least 0.5 -o said.csv");
+              "  estancia classify predict rooms.classifier ~/photos --json\n"
+              "  estancia classify predict rooms.classifier ~/photos --least 0.5 -o said.csv");
   command->callback([arguments] { predict(*arguments); });
 }
 
@@ -446,7 +446,7 @@ void addName(CLI::App& classify, const Shared& arguments) {
   arguments->source.addDepthTo(*command);
   arguments->describing.addRunningTo(*command);
   addJsonOption(*command, arguments->json);
-  addExamples(*command, "  estancia classify name rooms.classifier home.estancia ~/pictures");
+  addExamples(*command, "  estancia classify name rooms.classifier home.estancia ~/photos");
   command->callback([arguments] { name(*arguments); });
 }
 
@@ -458,7 +458,7 @@ void addClassifyCommand(CLI::App& app) {
       app.add_subcommand("classify", "Learn rooms from examples, and tell which room images show");
   command->require_subcommand(1);
   addExamples(*command,
-              "  estancia classify train ~/pictures -o rooms.classifier\n"
+              "  estancia classify train ~/photos -o rooms.classifier\n"
               "  estancia classify test rooms.classifier ~/other-images\n"
               "  estancia classify predict rooms.classifier image.jpg\n"
               "  estancia map ~/drive -o home.estancia --classifier rooms.classifier");

@@ -196,7 +196,7 @@ void addFilterCommand(CLI::App& app) {
   command->add_option("--deadline", filter.gng.seconds, "Neurons: stop after so many seconds")
       ->check(positive());
   command->add_option("--graph", arguments->graph, "Neurons: write their graph, too (.ply with edges)");
-  command->add_option("--picture", arguments->image,
+  command->add_option("--render", arguments->image,
                       "Draw the filtered cloud, neurons with their graph (PNG)");
   command
       ->add_option(

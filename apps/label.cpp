@@ -78,7 +78,7 @@ void addLabelCommand(CLI::App& app) {
   command->add_flag("--overwrite", arguments->overwrite, "Replace an existing file");
   addJsonOption(*command, arguments->json);
   addExamples(*command,
-              "  estancia label ~/pictures -o images.labels\n"
+              "  estancia label ~/photos -o images.labels\n"
               "  estancia map images.labels -o home.estancia\n"
               "  estancia label images.labels -o images.csv");
   command->callback([arguments] { run(*arguments); });

@@ -1,4 +1,4 @@
-// Localizing a sequence in a map, as `localize` and `evaluate` both do.
+// Localization of a sequence in a map: what `localize` and `evaluate` share.
 #pragma once
 
 #include <functional>

@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.get_formatter()->column_width(34);
   addExamples(app,
-              "  estancia map ~/pictures -o home.estancia\n"
+              "  estancia map ~/photos -o home.estancia\n"
               "  estancia ask home.estancia \"coffee\"\n"
               "  estancia route home.estancia --from 0 --to \"coffee\"\n"
               "  estancia report home.estancia -o home.html");

@@ -170,10 +170,10 @@ void addMapCommand(CLI::App& app) {
       ->group(mapping);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
-              "  estancia map ~/pictures -o home.estancia\n"
+              "  estancia map ~/photos -o home.estancia\n"
               "  estancia map drive.mp4 -o drive.estancia --poses drive.txt\n"
-              "  estancia map ~/pictures -o home.estancia --continue\n"
-              "  estancia map ~/pictures -o home.estancia --classifier rooms.classifier");
+              "  estancia map ~/photos -o home.estancia --continue\n"
+              "  estancia map ~/photos -o home.estancia --classifier rooms.classifier");
   command->callback([arguments, command] { run(*arguments, *command); });
 }
 

@@ -1,4 +1,4 @@
-// The subcommands of `estancia objects`.
+// Object commands: the subcommands of `estancia objects`.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -240,13 +240,13 @@ void addObjectsPredict(CLI::App& objects) {
       ->add_option("--least", a->least, "Pixels of a thing at least, in an image with a focal length of 525")
       ->check(positive())
       ->capture_default_str();
-  command->add_option("--picture", a->image, "Draw the last frame with its things (PNG)");
+  command->add_option("--render", a->image, "Draw the last frame with its things (PNG)");
   command->add_flag("--overwrite", a->overwrite, "Replace an existing image");
   addJsonOption(*command, a->json);
   addExamples(*command,
               "  estancia objects predict ~/kitchen --model kitchen.objects\n"
               "  estancia objects predict ~/kitchen-at-night --model kitchen.objects --shape-only --json\n"
-              "  estancia objects predict ~/kitchen --model kitchen.objects --first 100 --frames 1 --picture "
+              "  estancia objects predict ~/kitchen --model kitchen.objects --first 100 --frames 1 --render "
               "found.png");
   command->callback([a] { run(*a); });
 }

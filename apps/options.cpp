@@ -64,7 +64,7 @@ void addOptionsCommand(CLI::App& app) {
   addExamples(*command,
               "  estancia options\n"
               "  estancia options mapper\n"
-              "  estancia map ~/pictures -o home.estancia --set mapper.thresholds.far-quantile=0.05");
+              "  estancia map ~/photos -o home.estancia --set mapper.thresholds.far-quantile=0.05");
   command->callback([arguments] { run(arguments->group, arguments->json); });
 }
 

@@ -209,7 +209,7 @@ void addRecognizeCommand(CLI::App& app) {
                    "Where the sensor stood, in the frame of the scene [m]; default: where a PCD's VIEWPOINT "
                    "says; else at its origin, looking along z")
       ->expected(3);
-  command->add_option("--picture", a->image, "Draw the scene with what was found in it (PNG)");
+  command->add_option("--render", a->image, "Draw the scene with what was found in it (PNG)");
   command->add_flag("--overwrite", a->overwrite, "Replace an existing image");
   command->add_option("--threads", a->threads, "Threads of the work; default: one a usable core")
       ->check(CLI::NonNegativeNumber);
@@ -218,7 +218,7 @@ void addRecognizeCommand(CLI::App& app) {
   addExamples(*command,
               "  estancia recognize --model mug.pcd table.pcd\n"
               "  estancia recognize --model mug.pcd --model box=box_front.ply table.pcd --explain\n"
-              "  estancia recognize --model mug.pcd noisy.pcd --filter gng --picture found.png --json");
+              "  estancia recognize --model mug.pcd noisy.pcd --filter gng --render found.png --json");
   command->callback([a] {
     if (a->scene.empty() && a->models.size() > 1) {  // --model A B SCENE: the option took all three
       a->scene = a->models.back();

@@ -278,11 +278,11 @@ void addZonesCommand(CLI::App& app) {
       ->group(zones);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
-              "  estancia zones ~/pictures -o home.zones\n"
+              "  estancia zones ~/photos -o home.zones\n"
               "  estancia zones home.estancia -o home.zones --count 8\n"
               "  estancia zones drive.mp4 -o drive.zones --stream\n"
               "  estancia zones images.labels -o thesis.zones --preset thesis\n"
-              "  estancia zones ~/pictures -o home.zones --classifier rooms.classifier");
+              "  estancia zones ~/photos -o home.zones --classifier rooms.classifier");
   command->callback([arguments, command] { run(*arguments, *command); });
 }
 

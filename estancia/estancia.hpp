@@ -78,6 +78,8 @@
 
 #include "estancia/report/cloud_image.hpp"
 #include "estancia/report/map_page.hpp"
+#include "estancia/report/measures.hpp"
+#include "estancia/report/page_images.hpp"
 #include "estancia/report/zones_page.hpp"
 
 #include "estancia/version.hpp"

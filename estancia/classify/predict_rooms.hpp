@@ -1,4 +1,4 @@
-// Room prediction for the frames of a sequence or map; labels that are known already are reused.
+// Room prediction: the rooms of the frames of a sequence or map; known labels are reused.
 #pragma once
 
 #include <string>

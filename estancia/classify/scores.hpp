@@ -1,4 +1,4 @@
-// Confusion matrix and accuracy of a room classifier.
+// Classifier scores: confusion matrix and accuracy of a room classifier.
 #pragma once
 
 #include <cstddef>

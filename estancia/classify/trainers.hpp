@@ -1,4 +1,4 @@
-// Trainers and readers of the types of classifier, for classifier.cpp.
+// Classifier trainers: one trainer and one reader a type, for classifier.cpp.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// Home folder and environment variables of the user.
+// Home folder: where the files and environment variables of the user are.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Lexical descriptor of a labeler behind the interface of image descriptors (thesis Eq. 4.1).
+// Lexical descriptor: the labels of an image behind the interface of image descriptors (thesis Eq. 4.1).
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// Clouds as an image that shows their shape.
+// Point cloud rendering: clouds drawn as an image that shows their shape.
 #pragma once
 
 #include <array>

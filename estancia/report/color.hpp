@@ -1,4 +1,4 @@
-// Colors that people with color-blindness can tell apart.
+// Color palettes: colors that people with color-blindness can tell apart.
 #pragma once
 
 #include <cstddef>

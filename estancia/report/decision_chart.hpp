@@ -1,4 +1,4 @@
-// The mapper's decisions over time.
+// Decision chart: the decisions of the mapper over time.
 #pragma once
 
 #include <cstddef>

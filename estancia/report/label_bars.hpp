@@ -1,4 +1,4 @@
-// The best labels of a place or a zone, with their probabilities as bars.
+// Label bars: the most probable labels of a place or a zone.
 #pragma once
 
 #include <cstddef>

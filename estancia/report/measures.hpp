@@ -1,15 +1,15 @@
-// Measures as rows for people and keys for machines.
+// Measures: quality measures as rows for people and keys for machines.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "estancia/topology/accuracy.hpp"
-#include "estancia/topology/quality.hpp"
-#include "estancia/zones/measure.hpp"
-
 namespace estancia {
+
+struct LocalizationAccuracy;
+struct MapQuality;
+struct ZoneQuality;
 
 /// One row of a table of measures.
 struct Measure {

@@ -1,4 +1,4 @@
-// Zones laid over the nodes of a map.
+// Zones of nodes: zones laid over the nodes of a map.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// An image with the things that were found in it.
+// Annotated image: an image with the objects that were found in it.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

@@ -1,4 +1,4 @@
-// The pages' styles and scripts, compiled in by cmake/EstanciaEmbed.cmake.
+// Page assets: styles and scripts of the pages, compiled in by cmake/EstanciaEmbed.cmake.
 #pragma once
 
 #include <string>

@@ -1,5 +1,7 @@
 #include "estancia/report/page_images.hpp"
 
+#include "estancia/report/image_grid.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>

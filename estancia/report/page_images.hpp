@@ -1,13 +1,9 @@
-// Images on a page: which of many, and how much room they may take.
+// Page images: the images that a page may show, and how much room they may take.
 #pragma once
 
 #include <cstddef>
 #include <functional>
-#include <map>
-#include <string>
 #include <vector>
-
-#include "estancia/report/html.hpp"
 
 namespace estancia {
 
@@ -26,21 +22,4 @@ struct Frame;
 /// as they are read. Throws Error as MapStore does.
 PageImages imagesOf(const MapStore& map, const std::vector<Frame>& frames);
 
-namespace report {
-
-struct LoadedImages {
-  std::map<std::size_t, std::vector<unsigned char>> byFrame;
-  std::size_t withheld = 0;  ///< left out because PageImages::bytes were used up
-};
-
-/// Loads images of every place (its frames, ascending), evenly spread over its life; every place has one
-/// before any has two.
-LoadedImages loadImages(const std::vector<const std::vector<std::size_t>*>& places, const PageImages& images);
-
-/// The loaded images of a place; empty when there is none. `what` begins the alternative text, `nameOf`
-/// gives a frame's name.
-Markup imageGrid(const LoadedImages& images, const std::vector<std::size_t>& frames, const std::string& what,
-                 const std::function<std::string(std::size_t)>& nameOf);
-
-}  // namespace report
 }  // namespace estancia

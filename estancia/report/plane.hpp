@@ -1,4 +1,4 @@
-// The plane in which poses are shown, and the driven path in it.
+// Ground plane: the plane in which poses are shown, and the driven path in it.
 #pragma once
 
 #include <array>

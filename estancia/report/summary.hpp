@@ -1,4 +1,4 @@
-// What a page tells of each node, gathered in one pass over the frames.
+// Node summary: what a page shows of each node, gathered in one pass over the frames.
 #pragma once
 
 #include <cstddef>

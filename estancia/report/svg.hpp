@@ -1,4 +1,4 @@
-// Points, boxes, paths and symbols of SVG drawings.
+// SVG: points, boxes, paths and symbols of drawings.
 #pragma once
 
 #include <cstddef>

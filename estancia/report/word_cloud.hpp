@@ -1,4 +1,4 @@
-// Words, the likelier the larger (thesis Fig. 4.6).
+// Word cloud: words, larger with their probability (thesis Fig. 4.6).
 #pragma once
 
 #include <string>

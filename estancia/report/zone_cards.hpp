@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "estancia/report/html.hpp"
-#include "estancia/report/page_images.hpp"
+#include "estancia/report/image_grid.hpp"
 #include "estancia/report/zone_summary.hpp"
 
 namespace estancia::report {

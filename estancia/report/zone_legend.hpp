@@ -1,4 +1,4 @@
-// Zones with their symbols, words and shares (the table of thesis Fig. 5.6 and 5.7).
+// Zone legend: zones with their symbols, words and shares (the table of thesis Fig. 5.6 and 5.7).
 #pragma once
 
 #include "estancia/report/html.hpp"

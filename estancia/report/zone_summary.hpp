@@ -1,4 +1,4 @@
-// What a page tells of each zone, gathered once.
+// Zone summary: what a page shows of each zone, gathered once.
 #pragma once
 
 #include <cstddef>

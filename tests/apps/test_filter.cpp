@@ -51,7 +51,7 @@ class Filter : public testing::Test {
 
 TEST_F(Filter, NeuronsTheirGraphAndNormals) {
   const json told = filter({plane_, at("out.ply"), "--points", "200", "--graph", at("graph.ply"), "--normals",
-                            "--noise", "0.003", "--picture", at("out.png")});
+                            "--noise", "0.003", "--render", at("out.png")});
   EXPECT_EQ(cv::imread(at("out.png")).cols, 1280);
   EXPECT_EQ(told["points_in"], 10000);
   EXPECT_EQ(told["points_out"], 200);
@@ -163,9 +163,9 @@ TEST_F(Filter, ReplacesCloudsAloneAndOnlyWhenAsked) {
   refuses({plane_, at("new.ply"), "--graph", at("../" + scratch_.path().filename().string() + "/new.ply")},
           "both the cloud and the graph");
   refuses({plane_, at("new.ply"), "--graph", at("g.pcd")}, "as .ply");
-  refuses({plane_, at("new.ply"), "--picture", plane_}, "is read here");
+  refuses({plane_, at("new.ply"), "--render", plane_}, "is read here");
   writeFile(at("photo.png"), "\x89PNG\r\n a photograph");
-  refuses({plane_, at("new.ply"), "--picture", at("photo.png")}, "--overwrite");
+  refuses({plane_, at("new.ply"), "--render", at("photo.png")}, "--overwrite");
   EXPECT_EQ(readFile(at("photo.png")), "\x89PNG\r\n a photograph");
   refuses({plane_, at("new.ply"), "--normals", "--normal-radius", "1e-9"}, "--normal-radius of");
   EXPECT_EQ(readFile(plane_), before);

@@ -127,7 +127,7 @@ TEST_F(Objects, ThingsNameThemselves) {
   for (const bool dark : {false, true}) {
     const CommandResult told =
         objects({"predict", scratch_ / (dark ? "dark" : "other"), "--model", model(), "--labeler",
-                 scratch_ / "colors", "--json", "--picture", scratch_ / (dark ? "dark.png" : "other.png")});
+                 scratch_ / "colors", "--json", "--render", scratch_ / (dark ? "dark.png" : "other.png")});
     ASSERT_EQ(told.exitCode, 0) << told.err;
     const auto frames = lines(told.out);
     ASSERT_THAT(frames, SizeIs(2));

@@ -47,7 +47,7 @@ TEST_F(Recognize, TellsModelsPosesRowByRowAndDrawsThem) {
   writeFile(image, "\x89PNG\r\n an older one");
   const CommandResult result =
       run({"recognize", in("scenes/scene001.pcd"), "--model", "mario=" + in("meshes/mario000_0.ply"),
-           "--model", in("meshes/Squirrel011_0.ply"), "--json", "--picture", image, "--overwrite"});
+           "--model", in("meshes/Squirrel011_0.ply"), "--json", "--render", image, "--overwrite"});
   ASSERT_EQ(result.exitCode, 0) << result.err;
   const json told = json::parse(result.out);
   ASSERT_EQ(told["instances"].size(), 2U);
@@ -204,15 +204,15 @@ TEST_F(Recognize, RefusesWhatItCannotUse) {
   refuses({"--model", mario, scene, "--preset", "magic"}, "default, classical");
   refuses({"--model", mario, scene, "--descriptor", "magic"}, "shot, fpfh");
   refuses({"--model", mario, scene, "--normal-radius", "-1"}, "-1");
-  refuses({"--model", mario, scene, "--picture", mario}, "is read here");
-  refuses({"--model", "a=" + mario, scene, "--picture", mario}, "is read here");
+  refuses({"--model", mario, scene, "--render", mario}, "is read here");
+  refuses({"--model", "a=" + mario, scene, "--render", mario}, "is read here");
   writeFile(scratch_ / "photo.png", "\x89PNG\r\n a photograph");
   writeFile(scratch_ / "notes.png", "notes");
-  refuses({"--model", mario, scene, "--picture", scratch_ / "photo.png"}, "--overwrite");
-  refuses({"--model", mario, scene, "--picture", scratch_ / "notes.png", "--overwrite"}, "not replaced");
+  refuses({"--model", mario, scene, "--render", scratch_ / "photo.png"}, "--overwrite");
+  refuses({"--model", mario, scene, "--render", scratch_ / "notes.png", "--overwrite"}, "not replaced");
   EXPECT_EQ(readFile(scratch_ / "photo.png"), "\x89PNG\r\n a photograph");
-  refuses({"--model", mario, scene, "--picture", scratch_ / "none/found.png"}, "no such folder");
-  refuses({"--model", mario, scene, "--picture", scratch_ / "found.jpg"}, "only PNG");
+  refuses({"--model", mario, scene, "--render", scratch_ / "none/found.png"}, "no such folder");
+  refuses({"--model", mario, scene, "--render", scratch_ / "found.jpg"}, "only PNG");
   refuses({"--model", mario, scene, "--points", "-1"}, "--points");
   refuses({"--model", mario, scratch_ / "none.pcd"}, "none.pcd");
 }

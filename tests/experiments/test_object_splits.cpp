@@ -278,7 +278,7 @@ TEST_F(ObjectSplits, SayWhatIsWrongWithTheData) {
   const auto study = [&](const std::string& text) { writeFile(scratch_ / "study.toml", text); };
   study("[classes.ball]\n[classes.rob]\ncategories = [\"rod\"]\n");
   EXPECT_THAT(problem(few_ + things_ + study_ + machine_), testing::AllOf(HasSubstr("rob"), HasSubstr("rod")))
-      << "an unknown word, and how it may be spelt";
+      << "an unknown word, and how it may be spelled";
   study("[classes.ball]\n");
   EXPECT_THAT(problem(few_ + things_ + study_ + truth), HasSubstr("all views show one word, ball"));
   study("[classes.ball]\ncategories = [\"cat\"]\n[classes.box]\ncategories = [\"dog\"]\n");
