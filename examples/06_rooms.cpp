@@ -11,12 +11,11 @@
 
 int main(int argc, char** argv) try {
   if (argc < 3) return std::fputs("usage: 06_rooms IMAGES MAP [ROOM]\n", stderr), 2;
-  estancia::Progress silent;
   estancia::LabelCache cache;
   estancia::DescribeOptions describing;
   describing.cache = &cache;
   const auto images = estancia::openSequence(argv[1]);
-  const auto known = estancia::describeSequence(*images, "inception-v3", describing, silent);
+  const auto known = estancia::describeSequence(*images, "inception-v3", describing);
   const auto classifier = estancia::trainRoomClassifier(known);
   std::printf("%s\n", classifier.choice().c_str());
 
@@ -26,7 +25,7 @@ int main(int argc, char** argv) try {
 
   // The labels of the map are enough; nothing is labeled again.
   const auto words = estancia::readMapDescriptors(argv[2]);
-  const auto features = estancia::featuresFor(classifier, words, nullptr, describing, silent);
+  const auto features = estancia::featuresFor(classifier, words, nullptr, describing);
   {
     auto store = estancia::MapStore::open(argv[2], estancia::MapStore::Access::write);
     store.putPredictions(estancia::predictRooms(classifier, features, words.frames));

@@ -11,18 +11,20 @@
 
 namespace estancia {
 
-/// The samples that have a word.
-struct NamedShapes {
-  std::vector<std::size_t> rows;  ///< which they are
-  FeatureEmbedding embedding;     ///< learned from them
-  Samples samples;                ///< classes are words, groups things (instanceGroups())
+/// The samples that have a class.
+struct LabeledShapes {
+  std::vector<std::size_t> rows;
+  /// Learned from them.
+  FeatureEmbedding embedding;
+  /// The groups are instances (instanceGroups()).
+  Samples samples;
 };
 
-/// Those whose word is not −1, of a study of `count` words. Throws Error when the numbers of shapes, words
-/// and instances differ, a word is none of 0 … count − 1, or as FeatureEmbedding::learn() does, as when there
-/// are none.
-NamedShapes namedShapes(const Features& shapes, std::span<const int> words, std::span<const int> instances,
-                        std::size_t count, int folds);
+/// The samples whose class is not −1, of `count` classes. Throws Error (mismatch) when the numbers of shapes,
+/// classes and instances differ, (invalidInput) when a class is none of 0 … count − 1, and as
+/// FeatureEmbedding::learn(), as without any sample.
+LabeledShapes labeledShapes(const Features& shapes, std::span<const int> classes,
+                            std::span<const int> instances, std::size_t count, int folds);
 
 /// Class probabilities of each sample by a classifier trained on the other folds; all 0 if these lack the
 /// sample's class, so that it could only be wrong. C is 10 and gamma 1 unless given: they are not searched

@@ -198,7 +198,8 @@ TEST(Classifier, OptionsOutOfRangeAreRefused) {
   const Samples samples = clouds(2, 5, 2, 1, 1);
   const auto refused = [&](const std::string& option, const std::string& value) {
     ClassifierOptions options;
-    EXPECT_THAT([&] { declare(options).set(option, value); }, FailsWith(ErrorCode::invalidOption, option, value));
+    EXPECT_THAT([&] { declare(options).set(option, value); },
+                FailsWith(ErrorCode::invalidOption, option, value));
   };
   for (const char* zero : {"c", "gamma", "neighbors", "trees", "folds"}) refused(zero, "0");
   refused("gamma", "-1");
@@ -274,7 +275,8 @@ TEST_P(EachType, ABalancedShareSaysSo) {
   const bool searches = options.type != "forest";
   EXPECT_EQ(trained(samples, options)->choice().ends_with(" % of held-out samples"), searches);
   options.balanced = true;
-  EXPECT_EQ(trained(samples, options)->choice().ends_with("samples, with equal weights of the classes"), searches);
+  EXPECT_EQ(trained(samples, options)->choice().ends_with("samples, with equal weights of the classes"),
+            searches);
 }
 
 class Listening final : public Progress {
@@ -434,21 +436,20 @@ TEST(Folds, ThingsStayWholeWhereTheirClassHasOthers) {
   const std::vector<int> classes{0, 0, 1, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1},
       things{7, 7, 3, 3, 3, 5, 5, 5, 5, 5, 5, 5, 5};
   EXPECT_EQ(instanceGroups(classes, things, 2), (std::vector<int>{3, 3, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2}));
-  EXPECT_EQ(instanceGroups(classes, things, 5), instanceGroups(classes, things, 2))
-      << "too short pieces";
+  EXPECT_EQ(instanceGroups(classes, things, 5), instanceGroups(classes, things, 2)) << "too short pieces";
   EXPECT_EQ(instanceGroups({0, 1}, {4, 4}, 5), (std::vector<int>{0, 0}));
   EXPECT_EQ(instanceGroups({}, {}, 5), std::vector<int>());
 }
 
 TEST(Folds, RunsEndWhereRoomsChangeAndNumbersJump) {
   EXPECT_EQ(segmentGroups(framesOf({{"0001.jpg", "a"},
-                                  {"0002.jpg", "a"},
-                                  {"0003.jpg", "a"},
-                                  {"0040.jpg", "a"},
-                                  {"0041.jpg", "b"},
-                                  {"0042.jpg", "b"},
-                                  {"0043.jpg", "a"}}),
-                        1),
+                                    {"0002.jpg", "a"},
+                                    {"0003.jpg", "a"},
+                                    {"0040.jpg", "a"},
+                                    {"0041.jpg", "b"},
+                                    {"0042.jpg", "b"},
+                                    {"0043.jpg", "a"}}),
+                          1),
             (std::vector<int>{0, 0, 0, 1, 3, 3, 2}));
 }
 
@@ -495,11 +496,10 @@ TEST(Folds, ARoomOfOneShortRunIsLearned) {
   add("hall", 20, 0);
   add("lab", 20, 0.4F);
   add("shed", 2, 0.8F);
-  Progress silent;
   for (const auto& [type, explanation] : classifierTypes()) {
     ClassifierOptions options;
     options.type = type;
-    const RoomClassifier learned = trainRoomClassifier(features, options, silent);
+    const RoomClassifier learned = trainRoomClassifier(features, options);
     const DescriptorMatrix found = learned.predict(features, 1);
     for (std::size_t i = 0; i < found.size(); ++i) {
       double sum = 0;

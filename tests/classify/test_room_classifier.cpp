@@ -20,10 +20,9 @@ using test::FailsWith;
 using test::madeUpRooms;
 
 RoomClassifier learned(const Features& features, const std::string& type = "svm-linear") {
-  Progress silent;
   ClassifierOptions options = test::typed(type);
   options.c = 1;
-  return trainRoomClassifier(features, options, silent);
+  return trainRoomClassifier(features, options);
 }
 
 /// The same frames with columns in another order; −1 is a new one, of 0.1.
@@ -211,7 +210,9 @@ TEST(RoomClassifier, WordsFoundSinceAreIgnoredAndThoseNotYetFoundAreZero) {
 TEST(RoomClassifier, OtherDescriptorsAreRefused) {
   const Features features = madeUpRooms(3, 10, 1);
   const RoomClassifier classifier = learned(features);
-  const auto refusal = [&](const Features& other) { return test::caught([&] { classifier.predict(other); }); };
+  const auto refusal = [&](const Features& other) {
+    return test::caught([&] { classifier.predict(other); });
+  };
   Features missing = features;
   missing.parts[0].name = "places";
   EXPECT_THAT(refusal(missing), FailsWith(ErrorCode::mismatch, "words", "places, bins"));

@@ -10,8 +10,8 @@
 #include "estancia/describe/phog.hpp"
 #include "estancia/label/model.hpp"
 #include "estancia/label/record.hpp"
-#include "support/model_support.hpp"
 #include "support/errors.hpp"
+#include "support/model_support.hpp"
 
 namespace estancia {
 namespace {
@@ -40,12 +40,11 @@ class DescribeSequence : public testing::Test {
     DescribeOptions options;
     options.labeler.threads = threads;
     problems_.clear();
-    return describeSequence(sequence_, descriptors, options, silent_, &problems_);
+    return describeSequence(sequence_, descriptors, options, Progress::none(), &problems_);
   }
 
   test::ScratchFolder scratch_;
   MadeUpSequence sequence_;
-  Progress silent_;
   std::vector<std::string> problems_;
 };
 
@@ -127,10 +126,10 @@ TEST_F(DescribeSequence, TakesWordsOutOfTheCache) {
   DescribeOptions options;
   options.cache = &cache;
   const std::string a = model("a");
-  const Features first = describeSequence(sequence_, a, options, silent_);
+  const Features first = describeSequence(sequence_, a, options);
   ASSERT_EQ(cache.usage().size(), 1U);
   EXPECT_EQ(cache.usage()[0].images, 6U);
-  const Features second = describeSequence(sequence_, a, options, silent_);
+  const Features second = describeSequence(sequence_, a, options);
   EXPECT_EQ(first.values.values(), second.values.values());
   EXPECT_EQ(first.parts, second.parts);
 }

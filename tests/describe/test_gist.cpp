@@ -11,8 +11,8 @@
 #include "describe/made_up_sequence.hpp"
 #include "estancia/describe/gist.hpp"
 #include "estancia/io/sequence.hpp"
-#include "support/model_support.hpp"
 #include "support/errors.hpp"
+#include "support/model_support.hpp"
 
 namespace estancia {
 namespace {

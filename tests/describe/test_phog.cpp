@@ -10,8 +10,8 @@
 
 #include "describe/made_up_sequence.hpp"
 #include "estancia/describe/phog.hpp"
-#include "support/model_support.hpp"
 #include "support/errors.hpp"
+#include "support/model_support.hpp"
 
 namespace estancia {
 namespace {
@@ -188,7 +188,8 @@ TEST(Phog, RefusesWhatItCannotDo) {
   EXPECT_THAT([&] { phog(image, {.bins = 0}); }, FailsWith(ErrorCode::invalidOption, "phog.bins", "0"));
   EXPECT_THAT([&] { phog(image, {.levels = 9}); }, FailsWith(ErrorCode::invalidOption, "phog.levels", "9"));
   EXPECT_THAT([&] { phog(image, {.range = 90}); }, FailsWith(ErrorCode::invalidOption, "phog.range", "90"));
-  EXPECT_THAT([&] { phog(image, {.maxSide = 1}); }, FailsWith(ErrorCode::invalidOption, "phog.max-side", "1"));
+  EXPECT_THAT([&] { phog(image, {.maxSide = 1}); },
+              FailsWith(ErrorCode::invalidOption, "phog.max-side", "1"));
   EXPECT_THAT([&] { Phog({.levels = -1}); }, FailsWith(ErrorCode::invalidOption, "phog.levels", "-1"));
 }
 

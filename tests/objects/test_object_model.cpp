@@ -27,13 +27,12 @@ ObjectTraining trainingOf(const MadeUpThings& things, int words) {
 }
 
 ObjectModel learned(const ObjectTraining& training, const std::string& type = "svm-rbf", int threads = 0) {
-  Progress silent;
   ClassifierOptions options;
   options.type = type;
   options.c = 3;
   options.trees = 20;
   options.threads = threads;
-  return trainObjectModel(training, options, silent);
+  return trainObjectModel(training, options);
 }
 
 TEST(ObjectModel, NamesNewViewsOfKnownWords) {

@@ -67,20 +67,19 @@ class Predicting : public testing::Test {
   /// Collected, labeled by color, and learned.
   static ObjectModel learned(const TrainingOptions& given = {}) {
     const ScratchFolder scratch;
-    Progress silent;
     const auto folder = scratch / "things";
-    collectObjects(TableSequence(things(), {0, 15, 30, 45}), folder, {}, silent);
+    collectObjects(TableSequence(things(), {0, 15, 30, 45}), folder, {});
     const auto views = openObjectViews(folder);
     Colors labeler;
     const auto patches = cropsOf(*views);
-    LabeledViews labeled{views.get(), labelAll(*patches, labeler, "", nullptr, silent)};
+    LabeledViews labeled{views.get(), labelAll(*patches, labeler, "", nullptr)};
     TrainingOptions options = given;
     options.classifier.type = "svm-linear";
     options.all = true;
-    const auto gathered = gatherTraining({&labeled, 1}, ballsAndBoxes(), options, silent);
+    const auto gathered = gatherTraining({&labeled, 1}, ballsAndBoxes(), options);
     EXPECT_GE(gathered.samples[0], 10U);
     EXPECT_GE(gathered.samples[1], 10U);
-    return trainObjectModel(gathered.training, options.classifier, silent);
+    return trainObjectModel(gathered.training, options.classifier);
   }
   static const ObjectModel& model() {
     static const ObjectModel once = learned();

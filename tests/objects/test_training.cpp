@@ -58,10 +58,9 @@ class Training : public testing::Test {
  protected:
   TrainingSet gather(std::vector<LabeledViews> sources, TrainingOptions options = {},
                      const TargetClasses& of = targets) {
-    Progress silent;
     problems_.clear();
     options.shape.samples = 100;
-    return gatherTraining(sources, of, options, silent, &problems_);
+    return gatherTraining(sources, of, options, Progress::none(), &problems_);
   }
   std::vector<std::string> problems_;
 };
