@@ -1,4 +1,5 @@
-// PHOG, GIST and ESF, one thread each, beside peers in the same run. docs/measured/benchmarks.md holds what it showed.
+// PHOG, GIST and ESF, one thread each, beside peers in the same run. docs/measured/benchmarks.md holds what
+// it showed.
 //   bench_describe [SEQUENCE]   a folder of images with depth (rgb/, depth/), brought to 320×240; without
 //                               it made-up ones. Peers are scikit-image and PCL, where they are at hand.
 #include <fmt/format.h>

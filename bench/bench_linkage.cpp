@@ -1,5 +1,5 @@
-// Semantic zones: the distances of all pairs and their linkage, exact. docs/measured/benchmarks.md holds what it
-// showed.
+// Semantic zones: the distances of all pairs and their linkage, exact. docs/measured/benchmarks.md holds what
+// it showed.
 //   bench_linkage scipy [LABELS.npy]   ours beside SciPy's pdist(chebyshev) + linkage(average), in one run;
 //                                      without labels 4,579 × 1,001 made-up ones
 //   bench_linkage curve N…             time and memory for N images of 205 labels, as clr-cosine with each

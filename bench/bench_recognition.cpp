@@ -1,6 +1,6 @@
 // A model found in a scene: ours beside a straight PCL program with the same parameters, in the manner of
-// PCL's tutorials on correspondence grouping and global hypothesis verification. docs/measured/benchmarks.md holds
-// what it showed.
+// PCL's tutorials on correspondence grouping and global hypothesis verification. docs/measured/benchmarks.md
+// holds what it showed.
 //   bench_recognition MODEL.pcd SCENE.pcd [--descriptor shot|fpfh] [--threads N]
 // Each program runs in a process of its own, one after the other, so that its time and its memory are its
 // own.

@@ -21,9 +21,10 @@ enum class LabelSums : std::uint8_t {
   selection
 };
 
-/// The learned embedding of one part. A number v of the descriptor becomes (e(v) − mean) · scale, with e after the
-/// part's kind: probabilities of labels → centered log-ratio (stats/distance.hpp), of a selection centered over
-/// its labels and the rest to 1; log-odds where they are independent; histogram and energies → square root.
+/// The learned embedding of one part. A number v of the descriptor becomes (e(v) − mean) · scale, with e
+/// after the part's kind: probabilities of labels → centered log-ratio (stats/distance.hpp), of a selection
+/// centered over its labels and the rest to 1; log-odds where they are independent; histogram and energies →
+/// square root.
 struct PartEmbedding {
   DescriptorPart part;
   /// Of probabilities.
@@ -33,13 +34,13 @@ struct PartEmbedding {
 };
 
 /// Puts parts side by side, balanced: whatever its number of columns, a part contributes 1 to the squared
-/// distances if it has labels and 0.2 otherwise, as it tells less of rooms. Labels are centered; the columns of
-/// other parts also have variance 1. The mean squared norm is 1 on the training data; constant parts
+/// distances if it has labels and 0.2 otherwise, as it tells less of rooms. Labels are centered; the columns
+/// of other parts also have variance 1. The mean squared norm is 1 on the training data; constant parts
 /// contribute nothing. Measured on NYU's rooms.
 class FeatureEmbedding {
  public:
-  /// Learns from training data. Throws Error (invalidInput) with frame and column when a value is not finite, or
-  /// outside the range of its kind; (insufficientData) without images.
+  /// Learns from training data. Throws Error (invalidInput) with frame and column when a value is not finite,
+  /// or outside the range of its kind; (insufficientData) without images.
   static FeatureEmbedding learn(const Features& features);
 
   const std::vector<PartEmbedding>& parts() const { return parts_; }
@@ -47,9 +48,9 @@ class FeatureEmbedding {
   /// False when all training images had the same numbers, so that classes cannot be distinguished.
   bool isInformative() const;
 
-  /// N × columns(). Parts are found by name, in any order; labels that a labeler has discovered since training
-  /// are ignored, and labels that it has not yet discovered are 0. Throws Error (mismatch) when a part is
-  /// missing or another.
+  /// N × columns(). Parts are found by name, in any order; labels that a labeler has discovered since
+  /// training are ignored, and labels that it has not yet discovered are 0. Throws Error (mismatch) when a
+  /// part is missing or another.
   DescriptorMatrix apply(const Features& features) const;
 
   void write(ByteWriter& out) const;

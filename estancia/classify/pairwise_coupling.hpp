@@ -1,4 +1,5 @@
-// Pairwise coupling: decision values of pairs of classes → probabilities of all classes (Platt; Wu, Lin & Weng).
+// Pairwise coupling: decision values of pairs of classes → probabilities of all classes (Platt; Wu, Lin &
+// Weng).
 #pragma once
 
 #include <cstddef>

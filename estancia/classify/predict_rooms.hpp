@@ -1,4 +1,4 @@
-// Room prediction for the frames of a sequence or map; labels that are known already are reused.
+// Room prediction: rooms for the frames of a sequence or map, reusing known labels.
 #pragma once
 
 #include <string>
@@ -27,18 +27,17 @@ void requireDescribable(const RoomClassifier& classifier, const Sequence& sequen
 /// Throws Error (mismatch) unless these parts are all that the classifier needs.
 void requireParts(const RoomClassifier& classifier, const std::vector<DescriptorPart>& parts);
 
-/// One row for each of `frames`, found in the features by name; all 0 for frames that are not there. Throws Error
-/// as RoomClassifier::predict().
+/// One row for each of `frames`, found in the features by name; all 0 for frames that are not there. Throws
+/// Error as RoomClassifier::predict().
 RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& features,
                              const std::vector<Frame>& frames, int threads = 0);
 
-/// The features of the frames of `labels` for this classifier. Parts that the labels have are taken from there;
-/// only the others are described, from `sequence`, which may be null if there are none. Frames that cannot be
-/// described, or that the sequence lacks, are left out; the reasons go to `problems`. Throws Error (mismatch,
-/// insufficientData), and as describeSequence(); Interrupted.
+/// The features of the frames of `labels` for this classifier. Parts that the labels have are taken from
+/// there; only the others are described, from `sequence`, which may be null if there are none. Frames that
+/// cannot be described, or that the sequence lacks, are left out; the reasons go to `problems`. Throws Error
+/// (mismatch, insufficientData), and as describeSequence(); Interrupted.
 Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence& labels,
                      const Sequence* sequence = nullptr, const DescribeOptions& options = {},
-                     Progress& progress = Progress::none(),
-                     std::vector<std::string>* problems = nullptr);
+                     Progress& progress = Progress::none(), std::vector<std::string>* problems = nullptr);
 
 }  // namespace estancia

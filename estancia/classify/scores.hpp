@@ -1,4 +1,4 @@
-// Confusion matrix and accuracy of a room classifier.
+// Confusion matrix: rooms predicted against true rooms, with their accuracy.
 #pragma once
 
 #include <cstddef>
@@ -30,8 +30,8 @@ Confusion confusionOf(const std::vector<std::string>& truth, const std::vector<s
 std::vector<std::string> mostProbable(const std::vector<std::string>& rooms,
                                       const DescriptorMatrix& probabilities);
 
-/// Tests a classifier on the frames whose rooms are known; frames of rooms that it was not trained on count as
-/// errors. Throws Error (insufficientData) when no room is known, and as RoomClassifier::predict().
+/// Tests a classifier on the frames whose rooms are known; frames of rooms that it was not trained on count
+/// as errors. Throws Error (insufficientData) when no room is known, and as RoomClassifier::predict().
 Confusion testRooms(const RoomClassifier& classifier, const Features& features, int threads = 0);
 
 }  // namespace estancia

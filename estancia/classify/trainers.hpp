@@ -1,4 +1,4 @@
-// Trainers and readers of the types of classifier, for classifier.cpp.
+// Trainers: one trainer and one reader for each type of classifier, for classifier.cpp.
 #pragma once
 
 #include <functional>

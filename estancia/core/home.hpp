@@ -1,4 +1,4 @@
-// Home folder and environment variables of the user.
+// Home folder: where it is, and environment variables.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Local contrast normalization, the preprocessing of GIST.
+// Local contrast normalization: the preprocessing of GIST.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

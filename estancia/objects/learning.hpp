@@ -1,4 +1,4 @@
-// Labeled shapes and their held-out predictions, shared by pseudo-labels and object models.
+// Labeled shapes: training samples and their held-out predictions, for pseudo-labels and object models.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Running mean and variance of descriptors in float32, accurate over millions of images.
+// Running moments: mean and variance of descriptors in float32, accurate over millions of images.
 #pragma once
 
 #include <cstddef>

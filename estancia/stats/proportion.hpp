@@ -1,4 +1,4 @@
-// Confidence interval of a proportion (Wilson score interval).
+// Wilson score interval: confidence interval of a proportion.
 #pragma once
 
 #include <cstddef>
