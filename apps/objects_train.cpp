@@ -90,7 +90,7 @@ TargetClasses targetsOf(const Arguments& a, const Sources& sources) {
   return targetClassesOf(categories);
 }
 
-/// Labels that are spelt as no labeler spells them are no error, as their word has others.
+/// Labels that are spelled as no labeler spells them are no error, as their word has others.
 void warnOfLabels(const TargetClasses& targets, const Sources& sources) {
   std::set<std::string> told;
   for (const LabeledViews& labeled : sources.labeled)

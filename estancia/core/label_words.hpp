@@ -21,7 +21,7 @@ std::vector<std::size_t> findLabels(const Vocabulary& vocabulary, std::string_vi
 /// Whether the two are equal but for case, hyphens, underscores and plural forms.
 bool sameWords(std::string_view a, std::string_view b);
 
-/// Up to `count` synonyms, or words of them, spelt nearly like `words` (Damerau–Levenshtein distance of at
+/// Up to `count` synonyms, or words of them, spelled nearly like `words` (Damerau–Levenshtein distance of at
 /// most a third of the length), nearest first.
 std::vector<std::string> findNearSpellings(const Vocabulary& vocabulary, std::string_view words,
                                            std::size_t count = 3);
