@@ -10,6 +10,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/image_writer.hpp"
+#include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/predict.hpp"
 #include "estancia/report/object_image.hpp"
 #include "estancia/report/text.hpp"

@@ -10,6 +10,7 @@
 #include "estancia/core/progress.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/object_samples.hpp"
+#include "estancia/objects/class_probabilities.hpp"
 #include "estancia/objects/training.hpp"
 #include "estancia/report/text.hpp"
 #include "objects.hpp"

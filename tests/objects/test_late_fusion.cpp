@@ -5,6 +5,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/objects/late_fusion.hpp"
+#include "estancia/objects/training.hpp"
 #include "made_up.hpp"
 #include "support/errors.hpp"
 

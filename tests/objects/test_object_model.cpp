@@ -7,6 +7,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/objects/object_model.hpp"
+#include "estancia/objects/training.hpp"
 #include "made_up.hpp"
 #include "support/errors.hpp"
 

@@ -6,6 +6,7 @@
 
 #include "estancia/io/object_views.hpp"
 #include "estancia/label/record.hpp"
+#include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
 #include "estancia/objects/object_crops.hpp"
 #include "estancia/objects/predict.hpp"

@@ -7,6 +7,7 @@
 #include "estancia/io/object_views.hpp"
 #include "estancia/objects/object_model.hpp"
 #include "estancia/objects/pseudo_labels.hpp"
+#include "estancia/objects/shape.hpp"
 #include "made_up.hpp"
 #include "support/support.hpp"
 

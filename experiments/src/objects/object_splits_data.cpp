@@ -73,7 +73,7 @@ class Shared {
     auto all = openObjectViews(data.views, data.reading);
     std::vector<std::size_t> chosen;
     for (std::size_t i = 0; i < all->size(); ++i)
-      if (study.wordOf(all->view(i).category) >= 0) chosen.push_back(i);
+      if (study.classOf(all->view(i).category) >= 0) chosen.push_back(i);
     if (chosen.empty())
       throw Error(fmt::format("{}: no view is of a category of the study {}; name categories in it",
                               data.views.string(), data.study.string()));
@@ -314,7 +314,7 @@ ObjectTask prepare(const Data& data, Shared& shared, const ObjectSplitsOptions& 
     rows.push_back(row);
     task.view.push_back(viewNamed.at(name));
     const ObjectView& view = task.views->view(task.view.back());
-    task.words.push_back(task.targets.wordOf(view.category));
+    task.words.push_back(task.targets.classOf(view.category));
     const auto [thing, isNew] = things.emplace(view.instance, static_cast<int>(things.size()));
     if (isNew) {
       task.thingNames.push_back(view.instance);

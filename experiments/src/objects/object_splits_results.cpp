@@ -24,7 +24,7 @@ constexpr std::size_t mostWords = 20;   // of a confusion matrix …
 constexpr std::size_t mostClouds = 24;  // … and things that have a cloud each
 
 std::string nameOf(PseudoLabeling naming) {
-  return pseudoLabelings()[static_cast<std::size_t>(naming)].first;
+  return pseudoLabelings()[static_cast<std::size_t>(naming)].name;
 }
 
 double mean(const std::vector<double>& values) {
