@@ -21,6 +21,7 @@
 #include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/predict.hpp"
 #include "estancia/objects/shape.hpp"
+#include "estancia/objects/training.hpp"
 
 namespace {
 
@@ -38,16 +39,8 @@ ClusteredFrame clustered(const Sequence& sequence, std::size_t i, const ClusterO
 }
 
 ObjectModel learned(const Sequence& sequence, int threads) {
-  ObjectTraining training{targetClassesOf({"mug", "bottle", "chair", "monitor", "carton"}),
-                          {},
-                          {shapeParts({}), {}, DescriptorMatrix(0)},
-                          {},
-                          {},
-                          "",
-                          {}};
-  std::size_t columns = 0;
-  for (const DescriptorPart& part : training.shapes.parts) columns += part.size();
-  training.shapes.values = DescriptorMatrix(columns);
+  ObjectTraining training{
+      targetClassesOf({"mug", "bottle", "chair", "monitor", "carton"}), {}, noShapes({}), {}, {}, "", {}};
   std::mt19937 random(1);
   for (const std::size_t i : everyNth(sequence, 10, 100)) {
     const ClusteredFrame frame = clustered(sequence, i, {.threads = threads});
@@ -55,14 +48,13 @@ ObjectModel learned(const Sequence& sequence, int threads) {
       training.shapes.values.append(describeShape(cloudOf(frame, k), {}));
       training.shapes.frames.emplace_back();
       training.instances.push_back(static_cast<int>(training.instances.size()));
-      training.words.push_back(static_cast<int>(random() % training.study.words.size()));
+      training.classes.push_back(static_cast<int>(random() % training.targets.classes.size()));
     }
   }
-  Progress silent;
   ClassifierOptions options;
   options.c = 10;
   options.gamma = 1;
-  return trainObjectModel(training, options, silent);
+  return trainObjectModel(training, options);
 }
 
 double processorSeconds() {

@@ -17,7 +17,7 @@ int main(int argc, char** argv) try {
   estancia::DescribeOptions describing;
   describing.cache = &cache;
   const auto images = estancia::openSequence(argv[1]);
-  const auto known = estancia::describeSequence(*images, "inception-v3", describing, silent);
+  const auto known = estancia::describeSequence(*images, "inception-v3", describing);
   const auto classifier = estancia::trainRoomClassifier(known);
   std::printf("%s\n", classifier.choice().c_str());
 

@@ -1,4 +1,4 @@
-// Room prediction: the rooms of the frames of a sequence or map; known labels are reused.
+// Room prediction: rooms for the frames of a sequence or map, reusing known labels.
 #pragma once
 
 #include <string>

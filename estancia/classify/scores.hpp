@@ -1,4 +1,4 @@
-// Classifier scores: confusion matrix and accuracy of a room classifier.
+// Confusion matrix: rooms predicted against true rooms, with their accuracy.
 #pragma once
 
 #include <cstddef>

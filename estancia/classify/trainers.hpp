@@ -1,4 +1,4 @@
-// Classifier trainers: one trainer and one reader a type, for classifier.cpp.
+// Trainers: one trainer and one reader for each type of classifier, for classifier.cpp.
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// Home folder: where the files and environment variables of the user are.
+// Home folder: where it is, and environment variables.
 #pragma once
 
 #include <filesystem>

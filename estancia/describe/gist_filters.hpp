@@ -1,4 +1,4 @@
-// Gabor filters of GIST: the bank and its mean responses.
+// Gabor filters: those of GIST, and their mean responses.
 #pragma once
 
 #include <opencv2/core/mat.hpp>

@@ -1,4 +1,4 @@
-// Lexical descriptor: the labels of an image behind the interface of image descriptors (thesis Eq. 4.1).
+// Labeler descriptor: the labels of an image as an image descriptor (thesis Eq. 4.1).
 #pragma once
 
 #include <memory>

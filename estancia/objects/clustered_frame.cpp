@@ -21,11 +21,9 @@ ClusteredFrame clusteredFrame(const cv::Mat& image, const cv::Mat& depth, const 
 
 void requireClusterable(const Sequence& sequence) {
   if (!sequence.hasDepth())
-    throw Error(
-        ErrorCode::invalidInput,
-        fmt::format(
-            "{}: there are no depth images, by which things are told apart; give a sequence with depth",
-            sequence.name()));
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("{} has no depth images, which segmentation needs; give a sequence with depth",
+                            sequence.name()));
   if (!sequence.intrinsics())
     throw Error(
         ErrorCode::invalidInput,

@@ -27,7 +27,7 @@ Judged judgedOf(const std::vector<int>& labels, const DescriptorMatrix& heldOut)
   return judged;
 }
 
-/// Mean self-confidence of each word; that of words without samples is never reached.
+/// Mean self-confidence of each class; infinity for classes without samples.
 std::vector<double> thresholdsOf(const Judged& judged, const DescriptorMatrix& heldOut) {
   std::vector<double> sums(heldOut.labels(), 0), counts(heldOut.labels(), 0);
   for (std::size_t s = 0; s < judged.rows.size(); ++s) {
@@ -39,18 +39,19 @@ std::vector<double> thresholdsOf(const Judged& judged, const DescriptorMatrix& h
   return sums;
 }
 
-/// Of the samples of each name that count for some word, the share of each word: [name · K + word].
+/// Confident joint: of the samples of each label that count for some class, the share of each: [label · K +
+/// class].
 std::vector<double> confidentJoint(const Judged& judged, const DescriptorMatrix& heldOut) {
   const std::size_t k = heldOut.labels();
   const std::vector<double> thresholds = thresholdsOf(judged, heldOut);
   std::vector<double> joint(k * k, 0), sums(k, 0);
   for (std::size_t s = 0; s < judged.rows.size(); ++s) {
     const DescriptorView p = heldOut.row(judged.rows[s]);
-    std::size_t likeliest = k;
+    std::size_t best = k;
     for (std::size_t w = 0; w < k; ++w)
-      if (p[w] >= thresholds[w] && (likeliest == k || p[w] > p[likeliest])) likeliest = w;
-    if (likeliest == k) continue;
-    ++joint[judged.labels[s] * k + likeliest];
+      if (p[w] >= thresholds[w] && (best == k || p[w] > p[best])) best = w;
+    if (best == k) continue;
+    ++joint[judged.labels[s] * k + best];
     ++sums[judged.labels[s]];
   }
   for (std::size_t i = 0; i < joint.size(); ++i)
@@ -67,23 +68,24 @@ std::vector<std::size_t> likelyMislabeled(const std::vector<int>& labels, const 
   const std::size_t k = heldOut.labels();
   const Judged judged = judgedOf(labels, heldOut);
   const std::vector<double> joint = confidentJoint(judged, heldOut);
-  std::vector<std::size_t> misnamed;
-  for (std::size_t name = 0; name < k; ++name)
-    for (std::size_t word = 0; word < k; ++word) {
-      if (word == name) continue;
-      const auto all = static_cast<double>(std::ranges::count(judged.labels, name));
-      std::vector<std::pair<float, std::size_t>> against;  // how much surer of the name than of the word
+  std::vector<std::size_t> mislabeled;
+  for (std::size_t label = 0; label < k; ++label)
+    for (std::size_t other = 0; other < k; ++other) {
+      if (other == label) continue;
+      const auto all = static_cast<double>(std::ranges::count(judged.labels, label));
+      std::vector<std::pair<float, std::size_t>> against;  // margins of the label over the other class
       for (std::size_t s = 0; s < judged.rows.size(); ++s)
         if (const DescriptorView p = heldOut.row(judged.rows[s]);
-            judged.labels[s] == name && p[word] > p[name])
-          against.emplace_back(p[name] - p[word], judged.rows[s]);
+            judged.labels[s] == label && p[other] > p[label])
+          against.emplace_back(p[label] - p[other], judged.rows[s]);
       std::ranges::sort(against);
-      const auto wrong = static_cast<std::size_t>(std::lround(all * joint[name * k + word]));
-      for (std::size_t n = 0; n < std::min(wrong, against.size()); ++n) misnamed.push_back(against[n].second);
+      const auto wrong = static_cast<std::size_t>(std::lround(all * joint[label * k + other]));
+      for (std::size_t n = 0; n < std::min(wrong, against.size()); ++n)
+        mislabeled.push_back(against[n].second);
     }
-  std::ranges::sort(misnamed);  // one may be surer of several words
-  misnamed.erase(std::unique(misnamed.begin(), misnamed.end()), misnamed.end());
-  return misnamed;
+  std::ranges::sort(mislabeled);  // a sample may have several more probable classes
+  mislabeled.erase(std::unique(mislabeled.begin(), mislabeled.end()), mislabeled.end());
+  return mislabeled;
 }
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-// Labeled shapes: samples with a class and their held-out predictions, for pseudo-labels and object models.
+// Labeled shapes: training samples and their held-out predictions, for pseudo-labels and object models.
 #pragma once
 
 #include <cstddef>
@@ -13,17 +13,16 @@ namespace estancia {
 
 /// The samples that have a class.
 struct LabeledShapes {
-  /// Their indices.
   std::vector<std::size_t> rows;
   /// Learned from them.
   FeatureEmbedding embedding;
-  /// Groups are objects (instanceGroups()).
+  /// The groups are instances (instanceGroups()).
   Samples samples;
 };
 
-/// The samples whose class is not −1, of `count` classes. Throws Error when the numbers of shapes, classes
-/// and instances differ (mismatch), a class is not in −1 … count − 1 (invalidInput), or as
-/// FeatureEmbedding::learn() does, as when there are no samples.
+/// The samples whose class is not −1, of `count` classes. Throws Error (mismatch) when the numbers of shapes,
+/// classes and instances differ, (invalidInput) when a class is none of 0 … count − 1, and as
+/// FeatureEmbedding::learn(), as without any sample.
 LabeledShapes labeledShapes(const Features& shapes, std::span<const int> classes,
                             std::span<const int> instances, std::size_t count, int folds);
 

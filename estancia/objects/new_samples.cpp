@@ -97,7 +97,7 @@ void NewSamples::finish(const std::vector<ObjectSample>& samples) {
   writeObjectSamples(samples, part_);
   onDisk(folder_, "replaced", [&] {
     if (fs::exists(folder_) && !fs::is_empty(folder_)) {
-      requireOnlySamples(folder_);  // nobody put anything there meanwhile
+      requireOnlySamples(folder_);  // again: others may have written there
       fs::remove_all(folder_);
     }
     fs::rename(part_, folder_);

@@ -78,28 +78,29 @@ void rowProducts(const DescriptorMatrix& rows, const PackedRows& others, int thr
                 fmt::format("rows have {} and {} numbers; give as many of each", labels, others.labels()));
   static const bool wide = hasWideRegisters();
   const std::size_t stride = others.panels() * PackedRows::width;
-  Progress silent;
-  inParallel(
-      (n + block - 1) / block, threads, silent, "stopped while rows were multiplied", [&](std::size_t b) {
-        const std::size_t begin = b * block, count = std::min(block, n - begin);
-        const std::size_t padded = (count + tall - 1) / tall * tall;
-        std::vector<float> strip(padded * labels);
-        std::vector<PackedRows::Line> lines(padded * stride / lanes);
-        float* const products = lines.empty() ? nullptr : lines.front().numbers;
-        std::memcpy(strip.data(), rows.values().data() + begin * labels, count * labels * sizeof(float));
-        for (std::size_t p = 0; p < others.panels(); ++p)
-          for (std::size_t i = 0; i < padded; i += tall) {
-            const float *a = strip.data() + i * labels, *panel = others.panel(p);
-            float* out = products + i * stride + p * PackedRows::width;
-            if (wide) {
-              wideTile(a, panel, labels, out, stride);
-            } else {
-              narrowTile(a, panel, labels, out, stride);
-              narrowTile(a, panel + lanes, labels, out + lanes, stride);
-            }
-          }
-        for (std::size_t i = 0; i < count; ++i) take(begin + i, {products + i * stride, others.size()});
-      });
+  inParallel((n + block - 1) / block, threads, Progress::none(), "stopped while rows were multiplied",
+             [&](std::size_t b) {
+               const std::size_t begin = b * block, count = std::min(block, n - begin);
+               const std::size_t padded = (count + tall - 1) / tall * tall;
+               std::vector<float> strip(padded * labels);
+               std::vector<PackedRows::Line> lines(padded * stride / lanes);
+               float* const products = lines.empty() ? nullptr : lines.front().numbers;
+               std::memcpy(strip.data(), rows.values().data() + begin * labels,
+                           count * labels * sizeof(float));
+               for (std::size_t p = 0; p < others.panels(); ++p)
+                 for (std::size_t i = 0; i < padded; i += tall) {
+                   const float *a = strip.data() + i * labels, *panel = others.panel(p);
+                   float* out = products + i * stride + p * PackedRows::width;
+                   if (wide) {
+                     wideTile(a, panel, labels, out, stride);
+                   } else {
+                     narrowTile(a, panel, labels, out, stride);
+                     narrowTile(a, panel + lanes, labels, out + lanes, stride);
+                   }
+                 }
+               for (std::size_t i = 0; i < count; ++i)
+                 take(begin + i, {products + i * stride, others.size()});
+             });
 }
 
 std::vector<float> squaredNorms(const DescriptorMatrix& rows) {

@@ -1,4 +1,4 @@
-// Wilson score interval: the confidence interval of a proportion.
+// Wilson score interval: confidence interval of a proportion.
 #pragma once
 
 #include <cstddef>

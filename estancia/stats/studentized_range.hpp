@@ -1,4 +1,4 @@
-// Studentized range distribution: the quantiles of Nemenyi's test.
+// Studentized range: its distribution, for Nemenyi's test.
 #pragma once
 
 #include <cstddef>

@@ -96,7 +96,7 @@ TEST_F(ObjectsTrain, TellsHowToGetWords) {
   refuses(train({clouds(), "--study", study(), "-o", model()}),
           "estancia objects label " + clouds() + " -o NAME.labels`, then give --labels NAME.labels");
   writeFile(words(), "image,coffee mug,pop bottle\nthing-1,1,0\n");
-  refuses(trainWords(), "but some for \"thing-1\"");
+  refuses(trainWords(), "\"thing-1\"");
 }
 
 TEST_F(ObjectsTrain, WarnsOfLabelsThatTheLabelerHasNot) {

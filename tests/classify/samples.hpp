@@ -48,8 +48,7 @@ inline Samples changed(const Samples& samples, float added, float factor) {
 }
 
 inline std::unique_ptr<Classifier> trained(const Samples& samples, ClassifierOptions options) {
-  Progress silent;
-  return trainClassifier(samples, options, silent);
+  return trainClassifier(samples, options);
 }
 
 /// The share of samples whose most probable class is theirs.

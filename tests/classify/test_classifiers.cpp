@@ -496,11 +496,10 @@ TEST(Folds, ARoomOfOneShortRunIsLearned) {
   add("hall", 20, 0);
   add("lab", 20, 0.4F);
   add("shed", 2, 0.8F);
-  Progress silent;
   for (const auto& [type, explanation] : classifierTypes()) {
     ClassifierOptions options;
     options.type = type;
-    const RoomClassifier learned = trainRoomClassifier(features, options, silent);
+    const RoomClassifier learned = trainRoomClassifier(features, options);
     const DescriptorMatrix found = learned.predict(features, 1);
     for (std::size_t i = 0; i < found.size(); ++i) {
       double sum = 0;

@@ -20,10 +20,9 @@ using test::FailsWith;
 using test::madeUpRooms;
 
 RoomClassifier learned(const Features& features, const std::string& type = "svm-linear") {
-  Progress silent;
   ClassifierOptions options = test::typed(type);
   options.c = 1;
-  return trainRoomClassifier(features, options, silent);
+  return trainRoomClassifier(features, options);
 }
 
 /// The same frames with columns in another order; −1 is a new one, of 0.1.

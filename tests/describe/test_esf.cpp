@@ -221,15 +221,14 @@ TEST(Esf, DescribesAView) {
 
 TEST(Esf, OfASequenceLeavesOutFramesWithoutDepth) {
   test::MadeUpSequence sequence;
-  Progress silent;
   const cv::Mat image = test::busyImage({320, 240}, 1);
   for (std::uint64_t i = 0; i < 4; ++i) sequence.add(image, i == 1 ? cv::Mat() : roomDepth(i));
   sequence.add(image, cv::Mat::zeros(240, 320, CV_32F));
-  EXPECT_THAT([&] { describeSequence(sequence, "esf", {}, silent); },
+  EXPECT_THAT([&] { describeSequence(sequence, "esf", {}); },
               FailsWith(ErrorCode::invalidInput, "esf", "intrinsics"));
   sequence.setCamera({640, 480, 580, 580, 319.5, 239.5});  // of images twice the size
   std::vector<std::string> problems;
-  const Features features = describeSequence(sequence, "gist+esf", {}, silent, &problems);
+  const Features features = describeSequence(sequence, "gist+esf", {}, Progress::none(), &problems);
   EXPECT_EQ(features.frames.size(), 3U);
   EXPECT_EQ(features.values.labels(), 512U + 640U);
   ASSERT_EQ(problems.size(), 2U);
@@ -238,7 +237,7 @@ TEST(Esf, OfASequenceLeavesOutFramesWithoutDepth) {
 
   test::MadeUpSequence flat;
   flat.add(image);
-  EXPECT_THAT([&] { describeSequence(flat, "phog+esf", {}, silent); },
+  EXPECT_THAT([&] { describeSequence(flat, "phog+esf", {}); },
               FailsWith(ErrorCode::invalidInput, "esf", "depth"));
 }
 

@@ -40,12 +40,11 @@ class DescribeSequence : public testing::Test {
     DescribeOptions options;
     options.labeler.threads = threads;
     problems_.clear();
-    return describeSequence(sequence_, descriptors, options, silent_, &problems_);
+    return describeSequence(sequence_, descriptors, options, Progress::none(), &problems_);
   }
 
   test::ScratchFolder scratch_;
   MadeUpSequence sequence_;
-  Progress silent_;
   std::vector<std::string> problems_;
 };
 
@@ -130,10 +129,10 @@ TEST_F(DescribeSequence, TakesWordsOutOfTheCache) {
   DescribeOptions options;
   options.cache = &cache;
   const std::string a = model("a");
-  const Features first = describeSequence(sequence_, a, options, silent_);
+  const Features first = describeSequence(sequence_, a, options);
   ASSERT_EQ(cache.usage().size(), 1U);
   EXPECT_EQ(cache.usage()[0].images, 6U);
-  const Features second = describeSequence(sequence_, a, options, silent_);
+  const Features second = describeSequence(sequence_, a, options);
   EXPECT_EQ(first.values.values(), second.values.values());
   EXPECT_EQ(first.parts, second.parts);
 }

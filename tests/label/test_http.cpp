@@ -224,8 +224,9 @@ TEST_F(HttpLabeler, SpeaksWithClarifai) {
   service_.handle = [](const auto& request, auto& response) {
     EXPECT_EQ(request.get_header_value("Authorization"), "Key s3cr3t");
     EXPECT_EQ(request.get_header_value("Content-Type"), "application/json");
-    const auto image = nlohmann::json::parse(request.body)["inputs"][0]["data"]["image"]["base64"];
-    EXPECT_EQ(image.get<std::string>().substr(0, 4), "/9j/") << "a JPEG";
+    const nlohmann::json body = nlohmann::json::parse(request.body);
+    const std::string image = body["inputs"][0]["data"]["image"]["base64"];
+    EXPECT_EQ(image.substr(0, 4), "/9j/") << "a JPEG";
     answer(response, R"({"status": {"code": 10000}, "outputs": [{"data": {"concepts": [
         {"id": "a", "name": "table", "value": 0.99}, {"id": "b", "name": "room", "value": 0.5},
         {"id": "c", "name": "window", "value": 0.7}]}}]})");
@@ -245,7 +246,7 @@ TEST_F(HttpLabeler, NeverShowsASecret) {
   const std::string headers = "headers = { Authorization = \"Key ${ESTANCIA_TEST_KEY}\" }";
   const auto gives = [&](int status, const std::string& json) {
     answerAlways(json, status);
-    const std::string message = refusal(headers + "\nattempts = 1");
+    const std::string message = refusal(headers + "\nattempts = 1").message;
     EXPECT_EQ(message.find("s3cr3t"), std::string::npos) << status;
     EXPECT_NE(message.find("***"), std::string::npos) << status;
   };

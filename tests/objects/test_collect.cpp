@@ -33,9 +33,8 @@ TableSequence twoThings(const std::vector<double>& degrees = {0, 20, 40, 60, 80}
 class Collect : public testing::Test {
  protected:
   Collected collect(const Sequence& sequence, const CollectOptions& options = {}) {
-    Progress silent;
     problems_.clear();
-    return collectObjects(sequence, folder_, options, silent, &problems_);
+    return collectObjects(sequence, folder_, options, Progress::none(), &problems_);
   }
   std::vector<ObjectSample> samples() const { return readObjectSamples(folder_); }
 
@@ -187,15 +186,12 @@ TEST_F(Collect, AKilledRunIsNotInTheWay) {
 }
 
 TEST_F(Collect, AFolderNeedsAName) {
-  Progress silent;
-  EXPECT_THAT([&] { collectObjects(twoThings({0}), "", {}, silent); }, FailsWith(ErrorCode::invalidOption));
+  EXPECT_THAT([&] { collectObjects(twoThings({0}), "", {}); }, FailsWith(ErrorCode::invalidOption));
 }
 
 TEST_F(Collect, AFolderThatCannotBeMadeLeavesNothing) {
-  Progress silent;
   const fs::path folder = scratch_ / std::string(252, 'x');
-  EXPECT_THAT([&] { collectObjects(twoThings({0}), folder, {}, silent); },
-              FailsWith(ErrorCode::fileUnwritable));
+  EXPECT_THAT([&] { collectObjects(twoThings({0}), folder, {}); }, FailsWith(ErrorCode::fileUnwritable));
   EXPECT_TRUE(fs::is_empty(folder.parent_path()));
 }
 

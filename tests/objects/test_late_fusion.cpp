@@ -5,6 +5,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/objects/late_fusion.hpp"
+#include "estancia/objects/training.hpp"
 #include "made_up.hpp"
 #include "support/errors.hpp"
 
@@ -19,13 +20,12 @@ ObjectModel model() {
   test::MadeUpThings things = test::madeUpThings(3, 4, 6, 1);
   for (std::size_t i = 0; i < things.classes.size(); ++i)
     if (things.classes[i] == 2 && (things.instances[i] != 8 || i % 6 > 1)) things.classes[i] = -1;
-  Progress silent;
   ClassifierOptions options;
   options.c = 3;
   options.gamma = 1;
   return trainObjectModel(
       {targetClassesOf({"mug", "bowl", "can"}), {}, things.shapes, things.classes, things.instances, "", {}},
-      options, silent);
+      options);
 }
 
 class LateFusion : public testing::Test {

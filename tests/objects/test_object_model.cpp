@@ -7,6 +7,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/objects/object_model.hpp"
+#include "estancia/objects/training.hpp"
 #include "made_up.hpp"
 #include "support/errors.hpp"
 
@@ -27,13 +28,12 @@ ObjectTraining trainingOf(const MadeUpThings& things, int words) {
 }
 
 ObjectModel learned(const ObjectTraining& training, const std::string& type = "svm-rbf", int threads = 0) {
-  Progress silent;
   ClassifierOptions options;
   options.type = type;
   options.c = 3;
   options.trees = 20;
   options.threads = threads;
-  return trainObjectModel(training, options, silent);
+  return trainObjectModel(training, options);
 }
 
 TEST(ObjectModel, NamesNewViewsOfKnownWords) {

@@ -6,6 +6,7 @@
 
 #include "estancia/io/object_views.hpp"
 #include "estancia/label/record.hpp"
+#include "estancia/objects/clustered_frame.hpp"
 #include "estancia/objects/collect.hpp"
 #include "estancia/objects/object_crops.hpp"
 #include "estancia/objects/predict.hpp"
@@ -67,9 +68,8 @@ class Predicting : public testing::Test {
   /// Collected, labeled by color, and learned.
   static ObjectModel learned(const TrainingOptions& given = {}) {
     const ScratchFolder scratch;
-    Progress silent;
     const auto folder = scratch / "things";
-    collectObjects(TableSequence(things(), {0, 15, 30, 45}), folder, {}, silent);
+    collectObjects(TableSequence(things(), {0, 15, 30, 45}), folder, {});
     const auto views = openObjectViews(folder);
     Colors labeler;
     const auto patches = cropsOf(*views);
@@ -77,10 +77,10 @@ class Predicting : public testing::Test {
     TrainingOptions options = given;
     options.classifier.type = "svm-linear";
     options.all = true;
-    const auto gathered = gatherTraining({&labeled, 1}, ballsAndBoxes(), options, silent);
+    const auto gathered = gatherTraining({&labeled, 1}, ballsAndBoxes(), options);
     EXPECT_GE(gathered.samples[0], 10U);
     EXPECT_GE(gathered.samples[1], 10U);
-    return trainObjectModel(gathered.training, options.classifier, silent);
+    return trainObjectModel(gathered.training, options.classifier);
   }
   static const ObjectModel& model() {
     static const ObjectModel once = learned();

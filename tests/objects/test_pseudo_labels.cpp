@@ -35,8 +35,7 @@ const Features& noShapes() {
 
 std::vector<int> names(PseudoLabeling naming, const ClassProbabilities& shares,
                        const std::vector<int>& instances, const Features& shapes = noShapes()) {
-  Progress silent;
-  return assignPseudoLabels(naming, shares, instances, shapes, quick(), silent);
+  return assignPseudoLabels(naming, shares, instances, shapes, quick());
 }
 
 TEST(Names, AreFoundByTheirOwnNames) {
@@ -64,7 +63,7 @@ TEST(Names, NothingSaidIsNoName) {
   const ClassProbabilities silent{rows({{0, 0}, {0, 0}}), {0, 0}};
   const MadeUpThings two = madeUpThings(1, 1, 2, 1);
   for (const PseudoLabeling naming : {PseudoLabeling::top, PseudoLabeling::voted, PseudoLabeling::confident})
-    EXPECT_THAT(names(naming, silent, {0, 1}, two.shapes), ElementsAre(-1, -1));
+    EXPECT_THAT(names(naming, Progress::none(), {0, 1}, two.shapes), ElementsAre(-1, -1));
   const ClassProbabilities none{DescriptorMatrix(2), {}};
   for (const PseudoLabeling naming : {PseudoLabeling::top, PseudoLabeling::voted, PseudoLabeling::confident})
     EXPECT_THAT(names(naming, none, {}), ElementsAre());
@@ -193,21 +192,19 @@ TEST(Names, TheVoteWithstandsNoiseThatTopDoesNot) {
   const MadeUpThings train = madeUpThings(words, 1, 10, 1, manner),
                      asked = madeUpThings(words, 1, 40, 2, manner);
   const auto accuracy = [&](PseudoLabeling naming, double rate, std::uint64_t seed) {
-    Progress silent;
     ClassifierOptions options;
     options.c = 10;
     options.gamma = 1;
     const ClassProbabilities said =
         withNoise(saying(train.classes, words), NoiseKind::view, rate, train.instances, seed);
-    const ObjectTraining training{
-        test::madeUpStudy(words),
-        {},
-        train.shapes,
-        assignPseudoLabels(naming, said, train.instances, train.shapes, options, silent),
-        train.instances,
-        "",
-        {}};
-    return test::shareRight(trainObjectModel(training, options, silent).predict(asked.shapes), asked.classes);
+    const ObjectTraining training{test::madeUpStudy(words),
+                                  {},
+                                  train.shapes,
+                                  assignPseudoLabels(naming, said, train.instances, train.shapes, options),
+                                  train.instances,
+                                  "",
+                                  {}};
+    return test::shareRight(trainObjectModel(training, options).predict(asked.shapes), asked.classes);
   };
   double topLoses = 0, votedLoses = 0;
   for (const std::uint64_t seed : {1, 2, 3}) {

@@ -7,6 +7,7 @@
 #include "estancia/io/object_views.hpp"
 #include "estancia/objects/object_model.hpp"
 #include "estancia/objects/pseudo_labels.hpp"
+#include "estancia/objects/shape.hpp"
 #include "made_up.hpp"
 #include "support/support.hpp"
 
@@ -29,8 +30,7 @@ TEST(Restaurant, TheVoteWithstandsNoiseThatTopDoesNot) {
   const auto data = test::findData("restaurant20_sim");
   ESTANCIA_NEEDS(data, "restaurant20_sim is not unpacked");
   const auto opened = openObjectViews(*data);
-  Progress silent;
-  Views all{describeShapes(*opened, {}, silent), {}};
+  Views all{describeShapes(*opened, {}), {}};
   std::vector<std::string> categories;
   for (const Frame& frame : all.shapes.frames) categories.push_back(frame.room);
   const TargetClasses targets = targetClassesOf(categories);
@@ -48,16 +48,14 @@ TEST(Restaurant, TheVoteWithstandsNoiseThatTopDoesNot) {
     options.gamma = 1;
     const ClassProbabilities said =
         withNoise(test::saying(known.classes, 20), NoiseKind::view, rate, known.classes, seed);
-    const ObjectTraining training{
-        targets,
-        {},
-        known.shapes,
-        assignPseudoLabels(naming, said, known.classes, known.shapes, options, silent),
-        known.classes,
-        "",
-        {}};
-    return test::shareRight(trainObjectModel(training, options, silent).predict(unseen.shapes),
-                            unseen.classes);
+    const ObjectTraining training{targets,
+                                  {},
+                                  known.shapes,
+                                  assignPseudoLabels(naming, said, known.classes, known.shapes, options),
+                                  known.classes,
+                                  "",
+                                  {}};
+    return test::shareRight(trainObjectModel(training, options).predict(unseen.shapes), unseen.classes);
   };
   const double clean = accuracy(PseudoLabeling::top, 0, 1);
   EXPECT_GT(clean, 0.7);

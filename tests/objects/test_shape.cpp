@@ -111,10 +111,9 @@ TEST(Shapes, OfAllViewsWhateverTheThreads) {
   PointCloud holes;
   holes.points.assign(100, {NAN, NAN, NAN});
   const Views views({ellipsoid({1, 1, 1}), holes, ellipsoid({1, 2, 1}), {}, ellipsoid({3, 1, 1})});
-  Progress silent;
   std::vector<std::string> problems, again;
-  const Features one = describeShapes(views, quick(true, 1), silent, &problems),
-                 four = describeShapes(views, quick(true, 4), silent, &again);
+  const Features one = describeShapes(views, quick(true, 1), Progress::none(), &problems),
+                 four = describeShapes(views, quick(true, 4), Progress::none(), &again);
   EXPECT_EQ(one.values.values(), four.values.values());
   EXPECT_EQ(problems, again);
   ASSERT_EQ(problems.size(), 2U);
@@ -129,13 +128,12 @@ TEST(Shapes, OfAllViewsWhateverTheThreads) {
 }
 
 TEST(Shapes, NoneIsAnError) {
-  Progress silent;
   EXPECT_THAT(
       [&] {
-        describeShapes(Views({{}, {}}), quick(), silent);
+        describeShapes(Views({{}, {}}), quick());
       },
       FailsWith(ErrorCode::insufficientData, "made up", "2", "view 0"));
-  EXPECT_THAT([&] { describeShapes(Views({}), quick(), silent); }, FailsWith(ErrorCode::insufficientData));
+  EXPECT_THAT([&] { describeShapes(Views({}), quick()); }, FailsWith(ErrorCode::insufficientData));
 }
 
 }  // namespace

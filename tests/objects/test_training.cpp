@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "estancia/objects/collect.hpp"
+#include "estancia/objects/predict.hpp"
 #include "estancia/objects/training.hpp"
 #include "support/errors.hpp"
 
@@ -58,10 +60,9 @@ class Training : public testing::Test {
  protected:
   TrainingSet gather(std::vector<LabeledViews> sources, TrainingOptions options = {},
                      const TargetClasses& of = targets) {
-    Progress silent;
     problems_.clear();
     options.shape.samples = 100;
-    return gatherTraining(sources, of, options, silent, &problems_);
+    return gatherTraining(sources, of, options, Progress::none(), &problems_);
   }
   std::vector<std::string> problems_;
 };
@@ -227,6 +228,25 @@ TEST_F(Training, WhereNothingIsNamedTheLabelersWordsAreTold) {
       },
       FailsWith(ErrorCode::insufficientData, "1", "\"wall\""));
   EXPECT_EQ(gather({{&views, words}}).rejected, 1U) << "one of two is enough";
+}
+
+TEST(ObjectOptions, AreDeclaredWithTheirParts) {
+  TrainingOptions training;
+  OptionGroup group = declare(training);
+  group.set("pseudo-labels", "top");
+  group.set("min_coverage", "0.25");
+  group.set("shape.size", "true");
+  group.set("classifier.type", "forest");
+  EXPECT_EQ(training.pseudoLabels, PseudoLabeling::top);
+  EXPECT_EQ(training.minCoverage, 0.25);
+  EXPECT_TRUE(training.shape.size);
+  EXPECT_EQ(training.classifier.type, "forest");
+  validate(training);
+  training.classifier.folds = 1;
+  EXPECT_THAT([&] { validate(training); },
+              FailsWith(ErrorCode::invalidOption, "training.classifier.folds", "1"));
+  validate(CollectOptions{});
+  validate(PredictOptions{});
 }
 
 }  // namespace
