@@ -82,4 +82,5 @@
 #include "estancia/report/page_images.hpp"
 #include "estancia/report/zones_page.hpp"
 
+#include "estancia/fwd.hpp"
 #include "estancia/version.hpp"

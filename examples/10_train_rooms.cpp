@@ -12,7 +12,6 @@
 
 int main(int argc, char** argv) try {
   if (argc < 3) return std::fputs("usage: 10_train_rooms IMAGES MAP [ROOM]\n", stderr), 2;
-  estancia::Progress silent;
   estancia::LabelCache cache;
   estancia::DescribeOptions describing;
   describing.cache = &cache;
@@ -27,7 +26,7 @@ int main(int argc, char** argv) try {
 
   // The labels of the map are enough; nothing is labeled again.
   const auto words = estancia::readMapDescriptors(argv[2]);
-  const auto features = estancia::featuresFor(classifier, words, nullptr, describing, silent);
+  const auto features = estancia::featuresFor(classifier, words, nullptr, describing);
   estancia::writeRoomPredictions(estancia::predictRooms(classifier, features, words.frames), argv[2]);
   const auto map = estancia::readMap(argv[2]);
   for (const auto& place : estancia::ask(map, argc > 3 ? argv[3] : classifier.rooms().front()).places)

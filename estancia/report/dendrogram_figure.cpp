@@ -141,6 +141,40 @@ DendrogramTop topOf(const Dendrogram& dendrogram, const std::vector<int>& zoneOf
   return top;
 }
 
+/// The merges below one zone, in its color, with its symbol and name.
+static void drawZone(Markup& svg, const ZonesSummary& summary, const DendrogramTop& top, int zone,
+                     const std::vector<std::size_t>& branches, const std::vector<double>& rows,
+                     const Plot& plot, const FigureStyle& style) {
+  const Zones& zones = *summary.zones;
+  const auto z = static_cast<std::size_t>(zone);
+  const ZoneSummary& entry = summary.list[z];
+  const double y = rows[branches.back()];  // its topmost merge
+  Path lines, own;
+  for (const std::size_t b : branches) addLines(top, b, rows, plot, lines, own);
+  const Branch& whole = top.branches[branches.back()];
+  lines.move(plot.x(whole.height), y).line(plot.x(std::max(whole.height, zones.cut)), y);
+  summary.openMark(svg, z, "zone");
+  svg.leaf("path", {{"class", "branch"}, {"d", lines.str()}, {"stroke", entry.style.fill.hex()}});
+  if (!own.empty())
+    svg.leaf("path", {{"class", "wedge"},
+                      {"d", own.str()},
+                      {"fill", entry.style.fill.hex()},
+                      {"stroke", entry.style.fill.hex()}});
+  const double x = plot.right + 0.9 * style.fontSize;
+  svg.leaf("path", {{"class", "mark"},
+                    {"d", shapePath(entry.style.shape, 0.42 * style.fontSize, {x, y})},
+                    {"fill", entry.style.fill.hex()}});
+  const double room = style.width - x - style.fontSize;
+  const std::string text = fmt::format("{} {}", zone, style.words ? entry.name : entry.word);
+  svg.element("text",
+              {{"class", "name"},
+               {"x", x + 0.8 * style.fontSize},
+               {"y", y + 0.35 * style.fontSize},
+               {"font-size", style.fontSize}},
+              shortenToWidth(text, room / (1.12 * style.fontSize)));
+  svg.close();
+}
+
 Markup dendrogramFigure(const ZonesSummary& summary, FigureStyle style) {
   const Zones& zones = *summary.zones;
   const DendrogramTop top = topOf(*zones.dendrogram, zones.zoneOf, shownMerges);
@@ -175,35 +209,7 @@ Markup dendrogramFigure(const ZonesSummary& summary, FigureStyle style) {
       addLines(top, b, rows, plot, above, wedges);
   svg.leaf("path", {{"class", "branch"}, {"d", above.str()}});
   svg.leaf("path", {{"class", "wedge"}, {"d", wedges.str()}});
-  for (const auto& [zone, branches] : ofZone) {
-    const auto z = static_cast<std::size_t>(zone);
-    const ZoneSummary& entry = summary.list[z];
-    const double y = rows[branches.back()];  // its topmost merge
-    Path lines, own;
-    for (const std::size_t b : branches) addLines(top, b, rows, plot, lines, own);
-    const Branch& whole = top.branches[branches.back()];
-    lines.move(plot.x(whole.height), y).line(plot.x(std::max(whole.height, zones.cut)), y);
-    summary.openMark(svg, z, "zone");
-    svg.leaf("path", {{"class", "branch"}, {"d", lines.str()}, {"stroke", entry.style.fill.hex()}});
-    if (!own.empty())
-      svg.leaf("path", {{"class", "wedge"},
-                        {"d", own.str()},
-                        {"fill", entry.style.fill.hex()},
-                        {"stroke", entry.style.fill.hex()}});
-    const double x = plot.right + 0.9 * style.fontSize;
-    svg.leaf("path", {{"class", "mark"},
-                      {"d", shapePath(entry.style.shape, 0.42 * style.fontSize, {x, y})},
-                      {"fill", entry.style.fill.hex()}});
-    const double room = style.width - x - style.fontSize;
-    const std::string text = fmt::format("{} {}", zone, style.words ? entry.name : entry.word);
-    svg.element("text",
-                {{"class", "name"},
-                 {"x", x + 0.8 * style.fontSize},
-                 {"y", y + 0.35 * style.fontSize},
-                 {"font-size", style.fontSize}},
-                shortenToWidth(text, room / (1.12 * style.fontSize)));
-    svg.close();
-  }
+  for (const auto& [zone, branches] : ofZone) drawZone(svg, summary, top, zone, branches, rows, plot, style);
   for (const std::size_t twig : top.twigs)
     if (!top.branches[twig].zone)
       svg.element("text",

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "estancia/report/html.hpp"
+#include "estancia/report/image_grid.hpp"
 #include "estancia/report/map_figure.hpp"
 #include "estancia/report/map_page.hpp"
 #include "estancia/report/node_zones.hpp"
