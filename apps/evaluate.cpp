@@ -5,6 +5,7 @@
 #include "estancia/report/measures.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
+#include "estancia/zones/measure.hpp"
 #include "estancia/zones/zone_file.hpp"
 #include "localization.hpp"
 
