@@ -129,9 +129,7 @@ OptionGroup declare(ClassifierOptions& options) {
       .range(1)
       .automatic("found by cross-validation");
   group.add("metric", &options.metric, "knn: distance of samples.")
-      .choices({{"", "the better one by cross-validation"},
-                {"euclidean", "Euclidean distance"},
-                {"cosine", "angle"}})
+      .choices({{"euclidean", "Euclidean distance"}, {"cosine", "angle"}, {"", "the better one"}})
       .automatic("found by cross-validation");
   group.add("trees", &options.trees, "forest: number of trees.").range(1);
   return group;
