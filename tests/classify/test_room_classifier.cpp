@@ -5,11 +5,13 @@
 #include <cmath>
 #include <numeric>
 
+#include "estancia/classify/embedding.hpp"
 #include "estancia/classify/label_selection.hpp"
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/classify/scores.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/describe/load_descriptor.hpp"
 #include "samples.hpp"
 #include "support/errors.hpp"
 

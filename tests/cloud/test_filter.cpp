@@ -139,8 +139,8 @@ TEST(Filter, RefusesOtherNamesAndTornClouds) {
               FailsWith(ErrorCode::unknownName, "sieve", "none, voxel, gng"));
   PointCloud torn = plane();
   torn.colors.pop_back();
-  for (const auto& [method, explanation] : filterMethods())
-    EXPECT_THAT([&, name = method] { filtered(torn, filterBy(name, 5)); },
+  for (const Choice& filter : filterMethods())
+    EXPECT_THAT([&] { filtered(torn, filterBy(filter.name, 5)); },
                 FailsWith(ErrorCode::invalidInput, "4799 colors"));
 }
 

@@ -107,7 +107,7 @@ TEST_F(DescribeSequence, LeavesOutFramesThatCannotBeDescribedAndTellsWhy) {
   EXPECT_THAT(problems_, ElementsAre("0006.png: cannot be read"));
   sequence_.add(cv::Mat(20, 20, CV_8UC2));  // OpenCV's own exception
   EXPECT_EQ(describe("phog").frames.size(), 7U);
-  EXPECT_THAT(problems_, ElementsAre(testing::_, HasSubstr("0008.png")));
+  EXPECT_THAT(problems_, ElementsAre(testing::_, testing::StartsWith("0008.png")));
 }
 
 TEST_F(DescribeSequence, RefusesWhatItCannotDo) {

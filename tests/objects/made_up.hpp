@@ -25,7 +25,7 @@ inline TargetClasses madeUpStudy(int words) {
 /// Views of things whose words are known.
 struct MadeUpThings {
   Features shapes{{{"esf", PartKind::histogram, {}, "esf 1"}}, {}, DescriptorMatrix(0)};
-  std::vector<int> words, instances;  ///< one a view
+  std::vector<int> classes, instances;  ///< one a view
 };
 
 struct Manner {

@@ -207,7 +207,7 @@ class Faulty : public TableSequence {
 TEST_F(Collect, AnExceptionOfAnyTypeIsItsFramesFailure) {
   const Faulty sequence({ballAt(0, 0, 0.06, red)}, {0, 5, 10});
   EXPECT_EQ(collect(sequence).samples, 2U);
-  EXPECT_THAT(problems_, ElementsAre(AllOf(HasSubstr("0001.png"), HasSubstr("behind the end"))));
+  EXPECT_THAT(problems_, ElementsAre(testing::StartsWith("0001.png")));
 }
 
 TEST_F(Collect, FramesMayBeFarApart) {

@@ -188,7 +188,7 @@ TEST(ObjectModelFile, IsLoadedExactly) {
     EXPECT_EQ(back.prior(), training.prior);
     EXPECT_EQ(back.heldOutAccuracy(), model.heldOutAccuracy());
     EXPECT_EQ(back.choice(), model.choice());
-    writeRoomClassifier(back, scratch / "again");
+    writeObjectModel(back, scratch / "again");
     EXPECT_EQ(test::readFile(scratch / "again"), test::readFile(scratch / "objects"));
   }
   EXPECT_TRUE(isObjectModel(scratch / "objects"));

@@ -76,7 +76,7 @@ class Predicting : public testing::Test {
     LabeledViews labeled{views.get(), labelAll(*patches, labeler, "", nullptr)};
     TrainingOptions options = given;
     options.classifier.type = "svm-linear";
-    options.all = true;
+    options.allViews = true;
     const auto gathered = gatherTraining({&labeled, 1}, ballsAndBoxes(), options);
     EXPECT_GE(gathered.samples[0], 10U);
     EXPECT_GE(gathered.samples[1], 10U);

@@ -63,7 +63,7 @@ TEST(Names, NothingSaidIsNoName) {
   const ClassProbabilities silent{rows({{0, 0}, {0, 0}}), {0, 0}};
   const MadeUpThings two = madeUpThings(1, 1, 2, 1);
   for (const PseudoLabeling naming : {PseudoLabeling::top, PseudoLabeling::voted, PseudoLabeling::confident})
-    EXPECT_THAT(names(naming, Progress::none(), {0, 1}, two.shapes), ElementsAre(-1, -1));
+    EXPECT_THAT(names(naming, silent, {0, 1}, two.shapes), ElementsAre(-1, -1));
   const ClassProbabilities none{DescriptorMatrix(2), {}};
   for (const PseudoLabeling naming : {PseudoLabeling::top, PseudoLabeling::voted, PseudoLabeling::confident})
     EXPECT_THAT(names(naming, none, {}), ElementsAre());

@@ -16,7 +16,7 @@ namespace {
 
 struct Views {
   Features shapes;
-  std::vector<int> words;  ///< each object is one instance of its own word
+  std::vector<int> classes;  ///< each object is one instance of its own word
 };
 
 Views some(const Views& all, const std::vector<std::size_t>& rows) {

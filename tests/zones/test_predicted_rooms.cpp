@@ -98,7 +98,7 @@ TEST(ZonesJson, TellsZonesAndWhatIsNotKnown) {
   EXPECT_EQ(first["words"].size(), 3U);
   EXPECT_EQ(first["words"][0]["p"].get<float>(),
             zones.zones[0].mean[static_cast<std::size_t>(
-                std::ranges::find(zones.vocabulary.labels(), first["words"][0]["label"]) -
+                std::ranges::find(zones.vocabulary.labels(), first["words"][0]["label"].get<std::string>()) -
                 zones.vocabulary.labels().begin())]);
   EXPECT_TRUE(first["room"].is_null());
   EXPECT_TRUE(first["position"].is_null());
