@@ -1,5 +1,9 @@
 #include "estancia/report/measures.hpp"
 
+#include "estancia/topology/accuracy.hpp"
+#include "estancia/topology/quality.hpp"
+#include "estancia/zones/measure.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
