@@ -102,7 +102,7 @@ TEST_F(Clip, SaysWhichEmbeddingsItCannotUse) {
   writeFile(scratch_ / "words.npy", npy({{1, nan, 0}, {0, 1, 0}}));
   EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "row 0", "nan"));
   writeFile(scratch_ / "words.npy", npy({{1, 0, 0}, {0, 1, 0}}).substr(0, 100));
-  EXPECT_THAT(refusal(), FailsWith(ErrorCode::fileNotFound, "words.npy"));
+  EXPECT_THAT(refusal(), FailsWith(ErrorCode::truncatedFile, "words.npy"));
   settings("logit_scale = 0");
   EXPECT_THAT(refusal(), FailsWith(ErrorCode::malformedFile, "`logit_scale`"));
   settings("reduce = \"max\"");

@@ -353,7 +353,7 @@ TEST_P(OpencvEngine, AsksForTheLayersOfACaffemodel) {
   unknown.replace(unknown.find("Softmax"), 7, "Wonder");
   writeFile(scratch_ / "deploy.prototxt", unknown);
   EXPECT_THAT(refusal(emptyCaffemodel, toml, 3, "net.caffemodel"),
-              FailsWith(ErrorCode::unsupportedFile, "net.caffemodel", "Wonder"));
+              FailsWith(ErrorCode::mismatch, "small", "Wonder"));
   writeFile(scratch_ / "deploy.prototxt", "this is {{{ no network");
   EXPECT_THAT(refusal(emptyCaffemodel, toml, 3, "net.caffemodel"),
               FailsWith(ErrorCode::unsupportedFile, "net.caffemodel"));
@@ -385,7 +385,7 @@ TEST_P(OpencvEngine, OpensTensorflow) {
 TEST_P(OpencvEngine, NamesTheTensorflowOperatorThatItCannotRun) {
   EXPECT_THAT(refusal(tensorflowNode("input", "Placeholder", "") + tensorflowNode("x", "Wonder", "input"),
                       modelToml("net.pb", 1), 3, "net.pb"),
-              FailsWith(ErrorCode::unsupportedFile, "net.pb", "Wonder"));
+              FailsWith(ErrorCode::mismatch, "small", "Wonder"));
 }
 
 /// What only the choice between engines shows.
