@@ -127,10 +127,10 @@ void compareModels(const Arguments& arguments) {
   const auto first = loadModel(arguments.models[0], arguments.options);
   const auto second = loadModel(arguments.models[1], arguments.options);
   Agreement agreement;
-  const auto images = images(*sequence, arguments.frames);
-  for (const auto& image : images) agreement.add(first->label(image), second->label(image));
+  const auto looked = images(*sequence, arguments.frames);
+  for (const auto& image : looked) agreement.add(first->label(image), second->label(image));
   fmt::print("{} and {}: largest difference {:.1e}, same best word for {} of {}\n", arguments.models[0],
-             arguments.models[1], agreement.difference, agreement.sameBest, images.size());
+             arguments.models[1], agreement.difference, agreement.sameBest, looked.size());
 }
 
 void stream(const Arguments& arguments) {
@@ -138,9 +138,9 @@ void stream(const Arguments& arguments) {
   for (const auto& model : arguments.models) {
     const auto labeler = loadModel(model, arguments.options);
     const auto parts = partsOf(*labeler);
-    const auto images = images(*sequence, 64);  // prepared images of all frames would fill the memory
+    const auto looked = images(*sequence, 64);  // prepared images of all frames would fill the memory
     std::vector<std::vector<Prepared>> prepared;
-    for (const Labeler* part : parts) prepared.push_back(prepare(*part, images));
+    for (const Labeler* part : parts) prepared.push_back(prepare(*part, looked));
     const std::size_t frames = std::min(arguments.frames, sequence->size());
     std::vector<double> ratios;
     for (int round = 0; round <= arguments.rounds; ++round) {

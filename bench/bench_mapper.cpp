@@ -19,6 +19,8 @@
 #include <string>
 #include <vector>
 
+#include "estancia/stats/distance.hpp"
+#include "estancia/topology/node_bank.hpp"
 #include "estancia/topology/session.hpp"
 
 namespace {
@@ -75,7 +77,7 @@ void searchAllNodes(benchmark::State& state, const std::string& name) {
     const auto p = world.image(place, random);
     embed(distance.embedding, p, embedded);
     node.frames = 1;
-    node.words.add(p);
+    node.probabilities.add(p);
     if (node.embedded) node.embedded->add(embedded);
     bank.add(std::move(node));
   }
@@ -84,7 +86,7 @@ void searchAllNodes(benchmark::State& state, const std::string& name) {
   std::size_t next = 0;
   for (auto _ : state) {
     embed(distance.embedding, frames[next++ % frames.size()], embedded);
-    const auto query = bank.makeQuery(embedded);
+    const auto query = bank.compared(embedded);
     benchmark::DoNotOptimize(bank.nearest(query, nodes));
   }
   const double bytes = static_cast<double>(nodes) * labels * sizeof(float);

@@ -97,7 +97,7 @@ TEST_F(CheckCommand, TellsOfPosesThatAreNone) {
   writeFile(folder_ / "poses.txt", spoilt);
   const auto result = check({"--json"});
   EXPECT_THAT(faults(result), ElementsAre("pose-missing"));
-  EXPECT_THAT(json::parse(result.out)["notes"].dump(), HasSubstr("hold NaN or no rotation"));
+  EXPECT_THAT(json::parse(result.out)["notes"].dump(), HasSubstr("5 of 40 poses"));
 }
 
 TEST_F(CheckCommand, RefusesWhatItCannotCheck) {

@@ -332,8 +332,8 @@ TEST_F(Command, RefusesAnotherModelWithTheSameWords) {
 }
 
 TEST_F(Command, ShowsNoControlCharactersOfAMapFile) {
-  writePictures(pictures_, 5);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
+  writeImages(images_, 5);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
   const std::string named = scratch_ / "named.estancia", home = scratch_ / "home";
   fs::copy_file(map_, named);
   // ESC, BEL, the C1 control CSI, and what turns the writing round.
@@ -369,9 +369,9 @@ TEST_F(Command, ShowsNoControlCharactersOfAMapFile) {
       {"classify", "train", map_, "-o", rooms, "--classifier", "knn"},
       {"classify", "test", rooms, map_},
       {"classify", "name", rooms, map_},
-      {"localize", map_, pictures_, "--model", model_},
-      {"map", pictures_, "-o", map_, "--model", model_, "--continue"},
-      {"map", pictures_, "-o", named, "--model", model_, "--continue"}};
+      {"localize", map_, images_, "--model", model_},
+      {"map", images_, "-o", map_, "--model", model_, "--continue"},
+      {"map", images_, "-o", named, "--model", model_, "--continue"}};
   for (const auto& arguments : commands) {
     const auto result = run(arguments);
     const std::string shown = result.out + result.err;
@@ -385,11 +385,11 @@ TEST_F(Command, ShowsNoControlCharactersOfAMapFile) {
 
 TEST_F(Command, AModelWithOddLabelsGoesOnWithItsMap) {
   writeFile(fs::path(model_) / "labels.txt", "n01\tred\ngreen\x1B[2J\ncaf\xE9\nwhite\n");
-  writePictures(pictures_, 5);
-  ASSERT_EQ(map(pictures_, map_).exitCode, 0);
-  const auto goesOn = run({"map", pictures_, "-o", map_, "--model", model_, "--continue"});
+  writeImages(images_, 5);
+  ASSERT_EQ(map(images_, map_).exitCode, 0);
+  const auto goesOn = run({"map", images_, "-o", map_, "--model", model_, "--continue"});
   EXPECT_EQ(goesOn.exitCode, 0) << goesOn.err;
-  EXPECT_EQ(run({"localize", map_, pictures_, "--model", model_}).exitCode, 0);
+  EXPECT_EQ(run({"localize", map_, images_, "--model", model_}).exitCode, 0);
   EXPECT_EQ(run({"ask", map_, "red"}).exitCode, 0);
 }
 

@@ -89,7 +89,7 @@ TEST_F(CompareCommand, TakesTheResultsOfAnExperiment) {
   const json equal = jsonOf({long_, "--score", "balanced_accuracy"});
   EXPECT_EQ(equal["differ"], false);
   EXPECT_EQ(equal["friedman"]["p"], 1);
-  EXPECT_THAT(equal["friedman"]["undefined"].get<std::string>(), HasSubstr("the same in every test"));
+  EXPECT_FALSE(equal["friedman"]["undefined"].get<std::string>().empty());
 }
 
 TEST_F(CompareCommand, HasAChoiceOfTests) {
@@ -134,9 +134,9 @@ TEST_F(CompareCommand, WritesTablesPageAndDiagram) {
 
 TEST_F(CompareCommand, SaysWhatIsWrong) {
   refuses({(scratch_ / "missing.csv").string()}, "missing.csv");
-  refuses({wide_, "--control", "ESF"}, "no method is called \"ESF\"; there are GIST/SVM, PHOG/kNN, ESF/RFs");
-  refuses({wide_, "--post-hoc", "tukey"}, "there are holm, shaffer, nemenyi");
-  refuses({wide_, "--alpha", "5"}, "between 0 and 1");
+  refuses({wide_, "--control", "ESF"}, "[unknown-name]");
+  refuses({wide_, "--post-hoc", "tukey"}, "[unknown-name]");
+  refuses({wide_, "--alpha", "5"}, "[invalid-option]");
   refuses({long_, "--score", "f1"}, "no column \"f1\"");
   refuses({wide_, "-o", wide_}, "cannot make the folder");
   writeFile(wide_, "test,a,b\nx,1,2\ny,3,\n");

@@ -96,7 +96,7 @@ TEST_F(Interruption, CtrlCKeepsWhatIsDone) {
 }
 
 TEST_F(Interruption, AClosedTerminalKeepsWhatIsDone) {
-  const int status = mapUntilSignalled(mapTo("closed.estancia"), scratch_ / "closed.estancia", SIGHUP);
+  const int status = mapUntilSignaled(mapTo("closed.estancia"), scratch_ / "closed.estancia", SIGHUP);
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 130);
   EXPECT_GT(frames(exported("closed.estancia")), 0U);
@@ -121,7 +121,7 @@ class ProgramOfARun : public testing::Test {
   }
   void TearDown() override { unsetenv("TMPDIR"); }
 
-  int mapUntil(int signal) const { return mapUntilSignalled(arguments_, scratch_ / "program", signal); }
+  int mapUntil(int signal) const { return mapUntilSignaled(arguments_, scratch_ / "program", signal); }
   void expectNoProcessIsLeft() const {
     EXPECT_FALSE(livesOn(scratch_ / "program"));
     EXPECT_FALSE(livesOn(scratch_ / "sleeper"));

@@ -84,7 +84,7 @@ TEST_F(DescribeSequence, OneViewHasTheSameNumbersWhoeverAsks) {
   std::vector<std::thread> robots;
   for (std::size_t i = 0; i < rows.size(); ++i)
     robots.emplace_back([&, i] {
-      const Features one = featuresOf(*descriptor, {.image = sequence_.image(i)});
+      const Features one = featuresOf(*descriptor, {.image = sequence_.image(i), .frame = "now"});
       EXPECT_EQ(one.frames.at(0).name, "now");
       rows[i] = one.values.values();
     });

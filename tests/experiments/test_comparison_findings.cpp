@@ -35,8 +35,8 @@ TEST(ComparisonFindings, TellTheAnswerInASentence) {
   EXPECT_THAT(compare(sample(4, 2)).summary,
               HasSubstr("No difference is found between 3 methods in 4 tests"));
   EXPECT_THAT(compare({{"a", "b"}, {"t", "u"}, {{1, 1}, {1, 1}}}).summary,
-              HasSubstr("all methods reach the same in every test (p = 1)"));
-  EXPECT_THAT(compare({{"a"}, {"t"}, {{1}}}).summary, HasSubstr("one method alone"));
+              HasSubstr("all methods have equal scores in every test (p = 1)"));
+  EXPECT_THAT(compare({{"a"}, {"t"}, {{1}}}).summary, HasSubstr("one method only"));
 }
 
 TEST(ComparisonFindings, NoPIsZero) {

@@ -23,7 +23,7 @@ using test::writeFile;
 
 Zones someZones() {
   DescriptorSequence recording = test::driveThrough({0, 1, 2}, 8);
-  recording.frames[3].name = "bad \xFF name\n\"";
+  recording.frames[3].name = "odd \"name\"";
   recording.frames[3].room = "";
   recording.frames[4].timestamp = 1321.123456789;
   recording.frames[4].pose = Pose{0.1, -2e-7, 3, 0.1, 0.2, 0.3, 0.927};
