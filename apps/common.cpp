@@ -112,11 +112,15 @@ void requireReplaceable(const std::filesystem::path& output, bool overwrite,
   namespace fs = std::filesystem;
   const fs::path folder = output.parent_path();
   if (!folder.empty() && !fs::is_directory(folder))
-    throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
+    throw Error(ErrorCode::fileNotFound,
+                fmt::format("{}: there is no such folder; make it first", folder.string()));
   if (!fs::exists(output)) return;
-  if (!overwrite) throw Error(fmt::format("{} exists; replace it with --overwrite", output.string()));
+  if (!overwrite)
+    throw Error(ErrorCode::fileExists,
+                fmt::format("{} exists; replace it with --overwrite", output.string()));
   if (!fs::is_regular_file(output) || !isOurs(output))
-    throw Error(fmt::format("{}: no {}, so it is not replaced; give another name or remove it first",
+    throw Error(ErrorCode::fileExists,
+                fmt::format("{}: no {}, so it is not replaced; give another name or remove it first",
                             output.string(), what));
 }
 

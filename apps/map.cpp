@@ -72,6 +72,7 @@ void run(const Arguments& arguments, const CLI::App& command) {
   const auto classifier = openClassifier(arguments.classifier, arguments.sequence);
   if (fs::exists(arguments.output) && !arguments.goOn && !arguments.overwrite)
     throw Error(
+        ErrorCode::fileExists,
         fmt::format("{} exists; continue it with --continue, replace it with --overwrite", arguments.output));
   std::optional<Vocabulary> words;
   const bool goesOn = arguments.goOn && fs::exists(arguments.output);

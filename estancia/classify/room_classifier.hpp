@@ -50,7 +50,7 @@ class RoomClassifier {
 RoomClassifier trainRoomClassifier(const Features& features, const ClassifierOptions& options = {},
                                    Progress& progress = Progress::none());
 
-/// Throws Error (fileUnreadable, unsupportedFile, corruptFile, malformedFile).
+/// Throws Error (fileNotFound, fileUnreadable, unsupportedFile, corruptFile, malformedFile).
 RoomClassifier readRoomClassifier(const std::filesystem::path& file);
 
 /// Writes atomically. Throws Error (fileUnwritable).

@@ -79,7 +79,7 @@ class ObjectModel {
   std::shared_ptr<const Learned> learned_;
 };
 
-/// Throws Error (fileUnreadable, unsupportedFile, corruptFile, malformedFile).
+/// Throws Error (fileNotFound, fileUnreadable, unsupportedFile, corruptFile, malformedFile).
 ObjectModel readObjectModel(const std::filesystem::path& file);
 
 /// Writes atomically. Throws Error (fileUnwritable).

@@ -338,7 +338,7 @@ TEST_F(ClassifyCommand, ReplacesRoomClassifiersOnlyAndOnlyWhenTold) {
   train();
   expectError({"classify", "train", words_, "-o", model_}, "--overwrite");
   const std::string words = readFile(words_);
-  expectError({"classify", "train", words_, "-o", words_, "--overwrite"}, "[unsupported-file]");
+  expectError({"classify", "train", words_, "-o", words_, "--overwrite"}, "[file-exists]");
   EXPECT_EQ(readFile(words_), words);
   expectError({"classify", "train", words_, "-o", scratch_ / "none/rooms.classifier"}, "no such folder");
 }
@@ -388,7 +388,7 @@ TEST_F(ClassifyCommand, WrongInputIsOneLine) {
   expectError({"classify", "show", scratch_ / "cut.classifier"}, "[corrupt-file]");
   expectError({"map", unknown_, "-o", map_, "--classifier", scratch_ / "cut.classifier"}, "[corrupt-file]");
   EXPECT_FALSE(fs::exists(map_)) << "known before the mapping begins";
-  expectError({"zones", unknown_, "-o", zones_, "--classifier", words_}, "no room classifier");
+  expectError({"zones", unknown_, "-o", zones_, "--classifier", words_}, "[unsupported-file]");
   expectError({"classify", "name", model_, scratch_ / "missing.estancia"}, "no such map");
   writeFile(scratch_ / "none.csv", "image,room\n");
   expectError({"classify", "train", unknown_, "-o", other, "--rooms", scratch_ / "none.csv"},

@@ -39,7 +39,8 @@ class Examples : public testing::Test {
       fs::create_directories(folder);
       const cv::Mat image(48, 64, CV_8UC3, red ? cv::Scalar(0, 0, 200 + i) : cv::Scalar(200 + i, 0, 0));
       cv::imwrite((folder / (std::to_string(i) + ".png")).string(), image);
-      cv::imwrite((scratch_ / ("camera" + std::to_string(10 + i) + ".png")).string(), image);
+      const std::string number = (i < 10 ? "0" : "") + std::to_string(i);
+      cv::imwrite((scratch_ / ("camera" + number + ".png")).string(), image);
     }
   }
   void TearDown() override { unsetenv("ESTANCIA_HOME"); }
@@ -63,8 +64,9 @@ TEST_F(Examples, MapACameraAndAskTheMap) {
 
 TEST_F(Examples, NameTheRoomOfAnImage) {
   const std::string classifier = scratch_ / "rooms.classifier";
-  const CommandResult trained = run({"classify", "train", scratch_ / "images", "-o", classifier,
-                                     "--descriptor", "inception-v3", "--classifier", "knn"});
+  const CommandResult trained =
+      run({"classify", "train", scratch_ / "images", "-o", classifier, "--descriptor", "inception-v3",
+           "--classifier", "knn", "--type", "classes"});
   ASSERT_EQ(trained.exitCode, 0) << trained.err;
   const CommandResult named =
       runProgram(example("06_name_a_room"), {classifier, scratch_ / "images/red/0.png"});

@@ -117,7 +117,7 @@ TEST(RoomClassifier, DamagedFilesAreRefused) {
   std::string newer = bytes;
   newer[8] = 9;
   EXPECT_THAT(load(newer), FailsWith(ErrorCode::unsupportedFile, "9", "1"));
-  EXPECT_THAT([&] { readRoomClassifier(scratch / "none"); }, FailsWith(ErrorCode::fileUnreadable, "none"));
+  EXPECT_THAT([&] { readRoomClassifier(scratch / "none"); }, FailsWith(ErrorCode::fileNotFound, "none"));
 }
 
 /// Stripes, upright or lying.
@@ -139,7 +139,7 @@ TEST(RoomClassifier, NamesTheRoomOfAnImage) {
     frame.name = std::to_string(100 * i) + ".png";
     frame.room = i % 2 == 0 ? "upright" : "lying";
   }
-  const RoomClassifier classifier = learned(features);
+  const RoomClassifier classifier = learned(features, "knn");
   const cv::Mat image = stripes(true, 5);
   const std::vector<RoomProbability> rooms = classifier.predict(image);
   const DescriptorMatrix expected = classifier.predict(featuresOf(*descriptor, {.image = image}));

@@ -173,8 +173,7 @@ TEST_F(ModelChoice, SequencesWithoutPosesOrSpreadAreRefused) {
 }
 
 TEST_F(ModelChoice, MissingSequencesAreAnErrorUnlessOptional) {
-  EXPECT_THAT(problem(config("", "\n[[sequence]]\npath = \"nowhere\"\n")),
-              HasSubstr("nowhere"));
+  EXPECT_THAT(problem(config("", "\n[[sequence]]\npath = \"nowhere\"\n")), HasSubstr("nowhere"));
   const Findings findings = run(config("", "\n[[sequence]]\npath = \"nowhere\"\noptional = true\n"));
   ASSERT_FALSE(findings.notes.empty());
   EXPECT_THAT(findings.notes.front(), HasSubstr("nowhere is not there and was left out"));

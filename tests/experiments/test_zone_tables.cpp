@@ -230,7 +230,8 @@ TEST_F(ZoneTables, WrongKeysAreNamedWithFileAndLine) {
 TEST_F(ZoneTables, WrongDataIsRefused) {
   EXPECT_THAT(problem(few_ + table_ + "class_column = \"klass\"\n"),
               HasSubstr("table.csv:1: there is no column `klass`; there are number, kind, class, half"));
-  EXPECT_THAT(problem(few_ + table_ + "class_column = \"half\"\n"), HasSubstr("the categories \"warm\" and \"cold\""));
+  EXPECT_THAT(problem(few_ + table_ + "class_column = \"half\"\n"),
+              HasSubstr("the categories \"warm\" and \"cold\""));
   EXPECT_THAT(problem(few_ + data_ + "only = [\"attic\"]\n"),
               HasSubstr("four: no image has a known room that is wanted by `only`"));
   EXPECT_THAT(problem(few_ + data_ + data_), HasSubstr("are there twice"));

@@ -216,7 +216,7 @@ TEST(ObjectModelFile, DamagedOnesAreRefused) {
   std::string newer = bytes;
   newer[8] = 9;
   EXPECT_THAT(load(newer), FailsWith(ErrorCode::unsupportedFile, "9", "1"));
-  EXPECT_THAT([&] { readObjectModel(scratch / "none"); }, FailsWith(ErrorCode::fileUnreadable, "none"));
+  EXPECT_THAT([&] { readObjectModel(scratch / "none"); }, FailsWith(ErrorCode::fileNotFound, "none"));
   EXPECT_FALSE(isObjectModel(scratch / "none"));
   EXPECT_FALSE(isObjectModel(scratch.path()));
 }
