@@ -168,8 +168,8 @@ TEST_F(Objects, TrueCategoriesAreLearnedWithoutAStudy) {
   for (std::string line; std::getline(in, line); named << '\n') {
     const auto instance = line.find(',') + 1, category = line.find(',', instance) + 1;
     named << line.substr(0, category);
-    if (line.starts_with("thing-"))
-      named << (line.substr(instance, category - instance) < "thing-0003" ? "first" : "second");
+    if (line.starts_with("object-"))
+      named << (line.substr(instance, category - instance) < "object-0003" ? "first" : "second");
     named << line.substr(category);
   }
   writeFile(list, named.str());
@@ -259,7 +259,7 @@ TEST_F(Objects, SaysWhatIsMissing) {
   EXPECT_THAT(result.err, HasSubstr("table.objects"));
   result = objects({"label", scratch_ / "table", "--model", scratch_ / "colors"});
   EXPECT_EQ(result.exitCode, 2);
-  EXPECT_THAT(result.err, HasSubstr("`estancia objects collect` makes some of a sequence"));
+  EXPECT_THAT(result.err, HasSubstr("[unsupported-file]"));
   fs::remove(model());
   result = train({"--names", "guessed"});
   EXPECT_EQ(result.exitCode, 2);
