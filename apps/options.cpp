@@ -3,8 +3,14 @@
 #include <fmt/ranges.h>
 
 #include "common.hpp"
-#include "declared_options.hpp"
+#include "estancia/cloud/clusters.hpp"
+#include "estancia/cloud/filter.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/odometry/rgbd.hpp"
+#include "estancia/recognition/recognition_options.hpp"
+#include "estancia/topology/localizer.hpp"
+#include "estancia/topology/mapper.hpp"
+#include "estancia/zones/zones.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -34,16 +40,29 @@ void printText(const OptionGroup& group, const std::string& path) {
   for (const OptionGroup& inner : group.groups()) printText(inner, path + "." + inner.name());
 }
 
+/// The options of a struct with their defaults.
+template <class Options>
+OptionGroup groupOf() {
+  static Options defaults;
+  return declare(defaults);
+}
+
+std::vector<OptionGroup> groupsOfTheLibrary() {
+  return {groupOf<MapperOptions>(),     groupOf<LocalizerOptions>(), groupOf<ZoneOptions>(),
+          groupOf<FilterOptions>(),     groupOf<ClusterOptions>(),   groupOf<RgbdOptions>(),
+          groupOf<RecognitionOptions>()};
+}
+
 void run(const std::string& name, bool json) {
   Json all = Json::object();
   Choices known;
-  for (const auto& [group, commands] : publishedGroups()) {
+  for (const OptionGroup& group : groupsOfTheLibrary()) {
     known.push_back({group.name(), group.help()});
     if (!name.empty() && group.name() != name) continue;
     if (json)
       all[group.name()] = toJson(group);
     else
-      fmt::print("# {} ({})\n", group.help(), fmt::join(commands, ", ")), printText(group, group.name());
+      fmt::print("# {}\n", group.help()), printText(group, group.name());
   }
   if (!name.empty()) requireChoice("group of parameters", name, known);
   if (json) print(all);
@@ -63,8 +82,7 @@ void addOptionsCommand(CLI::App& app) {
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia options\n"
-              "  estancia options mapper\n"
-              "  estancia map ~/photos -o home.estancia --set mapper.thresholds.far-quantile=0.05");
+              "  estancia options mapper");
   command->callback([arguments] { run(arguments->group, arguments->json); });
 }
 
