@@ -16,6 +16,18 @@
 
 namespace estancia::apps {
 
+void SequenceArguments::addTo(DeclaredOptions& declared, bool required) {
+  declared.command()
+      .add_option("SEQ", path, "Image folder, video file, data set, folder of panoramas, or label file")
+      ->required(required);
+  declared.add(declare(options), {"type", "poses", "rooms", "split", "only", "max-pose-gap", "views",
+                                  "field-of-view", "turn", "exposure", "rounds"});
+}
+
+void SequenceArguments::addDepthTo(DeclaredOptions& declared) {
+  declared.addFlags("sequence", {"depth-scale", "intrinsics"});
+}
+
 void SequenceArguments::addTo(CLI::App& command, bool required) {
   command.add_option("SEQ", path, "Image folder, video file, data set, folder of panoramas, or label file")
       ->required(required);
@@ -141,6 +153,14 @@ CLI::Validator positive() {
         return above ? std::string() : text + " is not a number above 0";
       },
       "POSITIVE");
+}
+
+CLI::Option* addOutputOption(CLI::App& command, std::string& output, const std::string& help) {
+  return command.add_option("-o,--output", output, help)->type_name("FILE");
+}
+
+CLI::Option* addOverwriteOption(CLI::App& command, bool& overwrite) {
+  return command.add_flag("--overwrite", overwrite, "Replace an existing output");
 }
 
 void addJsonOption(CLI::App& command, bool& json) {

@@ -1,4 +1,4 @@
-// What the subcommands share: options of sequences, output for people or machines.
+// Shared arguments: sequences, outputs, JSON, for all subcommands.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "declared_options.hpp"
 #include "estancia/io/sequence.hpp"
 #include "estancia/report/measures.hpp"
 
@@ -20,14 +21,17 @@ enum ExitCode { success = 0, noAnswer = 1, failure = 2 };
 /// Thrown by a subcommand to end with `noAnswer` after it has said why on stdout.
 struct NoAnswer {};
 
-/// Adds SEQ and the options that say how to read it.
+/// SEQ and the options that say how to read it.
 struct SequenceArguments {
   std::string path;
   SequenceOptions options;
-  bool strict = false;
-  void addTo(CLI::App& command, bool required = true);
-  /// Adds how to read depth, for the commands that use it.
-  void addDepthTo(CLI::App& command);
+  bool strict = false;  // on its way out: ModelArguments::stream.strict
+  /// Adds SEQ and the group "sequence".
+  void addTo(DeclaredOptions& declared, bool required = true);
+  /// Adds flags for depth, for the commands that use it, to the same group.
+  static void addDepthTo(DeclaredOptions& declared);
+  void addTo(CLI::App& command, bool required = true);  // on its way out
+  void addDepthTo(CLI::App& command);                   // on its way out
   /// Opens the sequence and logs its warnings.
   std::unique_ptr<Sequence> open() const;
 };
@@ -50,6 +54,12 @@ constexpr std::string_view pageStart = "<!DOCTYPE html>\n";
 
 /// Accepts numbers above 0.
 CLI::Validator positive();
+
+/// Adds `-o`, `--output`.
+CLI::Option* addOutputOption(CLI::App& command, std::string& output, const std::string& help);
+
+/// Adds `--overwrite`.
+CLI::Option* addOverwriteOption(CLI::App& command, bool& overwrite);
 
 /// Adds `--json`.
 void addJsonOption(CLI::App& command, bool& json);

@@ -1,8 +1,9 @@
-// Declared options on the command line: flags, --set GROUP.NAME=VALUE and --config FILE, from one
+// Declared options on the command line: flags, --set GROUP.NAME=VALUE, --config FILE and --preset, from one
 // declaration.
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <initializer_list>
 #include <memory>
 #include <string>
@@ -15,7 +16,7 @@
 namespace estancia::apps {
 
 /// The options structs of one command. What a user gives is applied, and everything validated, once the
-/// command line has been read, in this order: --config, then --set, then the flags.
+/// command line has been read, in this order: --preset, --config, --set, flags.
 class DeclaredOptions {
  public:
   /// Adds --config and --set to `command`. Keep it alive as long as the command.
@@ -23,22 +24,45 @@ class DeclaredOptions {
   DeclaredOptions(const DeclaredOptions&) = delete;
   DeclaredOptions& operator=(const DeclaredOptions&) = delete;
 
+  CLI::App& command() const { return command_; }
+
   /// Every option of `group` can be set; those in `flags`, given by their path below the group, by a flag of
-  /// the command, too: "scene-filter.method" as --method, or "scene-filter.method=filter" as --filter.
+  /// the command, too: "scene-filter.method" as --method, or "scene-filter.method=filter" as --filter, or
+  /// "count=-n,--count". What is on by default gets a flag that switches it off: "loops" as --no-loops, or
+  /// "bidirectional=one-way" as --one-way. All options named "threads" share the flag --threads.
   void add(OptionGroup group, std::initializer_list<std::string_view> flags = {});
+  /// More flags for a group that was added.
+  void addFlags(std::string_view group, std::initializer_list<std::string_view> flags);
+
+  /// Adds --preset; `apply` is called with its name before anything else is set.
+  void addPreset(Choices presets, std::function<void(const std::string&)> apply);
+  /// The name given by --preset, or "".
+  const std::string& preset() const { return preset_; }
+
+  /// Sets in `group`, another instance of a struct that was added, what --config, --set and flags gave.
+  void applyTo(OptionGroup group) const;
 
  private:
-  void addFlag(OptionGroup& group, std::string_view path, const std::string& flag);
-  void apply();
-  void readConfig();
+  struct Flag {
+    std::string name, group, path;
+  };
+  using Targets = std::vector<OptionGroup*>;
+
+  OptionGroup* find(std::string_view name) const;
+  void addFlag(OptionGroup& group, std::string_view path, std::string flag);
+  void addThreads(const OptionGroup& group);
+  void parsed();
+  void apply(const Targets& targets) const;
+  void applyConfig(const Targets& targets) const;
+  void applySetting(const std::string& setting, const Targets& targets) const;
 
   CLI::App& command_;
   std::vector<std::unique_ptr<OptionGroup>> groups_;
-  std::string config_;
+  std::string config_, preset_, threads_;
+  Choices presets_;
+  std::function<void(const std::string&)> applyPreset_;
   std::vector<std::string> settings_;
-  /// Flag, option, text.
-  std::vector<std::unique_ptr<std::pair<std::string, Option*>>> flags_;
-  std::vector<std::pair<const std::pair<std::string, Option*>*, std::string>> given_;
+  std::vector<std::pair<Flag, std::string>> given_;  // with its text
 };
 
 /// What the help says of an option: sentence, unit or choices, default.
@@ -49,7 +73,7 @@ struct PublishedGroup {
   OptionGroup group;
   std::vector<std::string> commands;
 };
-/// All groups of the program by name, as they were declared so far.
+/// All groups of the program, sorted by name, as they were declared so far.
 const std::vector<PublishedGroup>& publishedGroups();
 
 }  // namespace estancia::apps

@@ -55,6 +55,24 @@ class OneFrame : public Sequence {
 
 }  // namespace
 
+void ModelArguments::addTo(DeclaredOptions& declared, const std::string& what) {
+  declared.command().add_option(
+      "--model", model,
+      fmt::format("{}: a name of `models list`, a folder, or several joined by +\nDefault: {}", what,
+                  byDefault));
+  addRunningTo(declared);
+}
+
+void ModelArguments::addRunningTo(DeclaredOptions& declared) {
+  addLabelerTo(declared);
+  declared.add(declare(stream), {"strict"});
+  declared.command().add_flag("--no-cache", noCache, "Label anew instead of remembering earlier runs");
+}
+
+void ModelArguments::addLabelerTo(DeclaredOptions& declared) {
+  declared.add(declare(options), {"engine"});
+}
+
 void ModelArguments::addTo(CLI::App& command, const std::string& what) {
   command.add_option("--model", model,
                      fmt::format("{}: a name of `models list`, a folder, or several joined by +; default: {}",
@@ -80,17 +98,20 @@ void ModelArguments::addOptionsTo(CLI::App& command) {
 
 std::unique_ptr<Labeler> ModelArguments::open() const {
   LabelerOptions how = options;
-  how.onDemand = !noCache;
+  how.onDemand = how.onDemand || !noCache;
   return loadModel(model.empty() ? byDefault : model, how);
 }
 
 Labeling::Labeling(const SequenceArguments& frames, const ModelArguments& model, const Vocabulary* words)
     : sequence_(frames.open()),
       cache_(model.noCache ? nullptr : std::make_unique<LabelCache>()),
-      strict_(frames.strict) {
+      stream_(model.stream) {
+  stream_.strict = stream_.strict || frames.strict;
+  stream_.cache = cache_.get();
   if (isDescriptorFile(frames.path)) {
     if (!model.model.empty())
-      throw Error(fmt::format("{} holds words already; leave out --model", frames.path));
+      throw Error(ErrorCode::invalidOption,
+                  fmt::format("{} holds words already; leave out --model", frames.path));
     DescriptorSequence recording = readDescriptors(frames.path);
     if (words != nullptr && !(recording.vocabulary == *words)) recording = toVocabulary(recording, *words);
     labeler_ = std::make_unique<RecordedLabeler>(std::move(recording));
@@ -98,7 +119,7 @@ Labeling::Labeling(const SequenceArguments& frames, const ModelArguments& model,
   }
   labeler_ = model.open();
   if (!labeler_->discovers()) return;
-  Recorder recorder(*sequence_, {.strict = strict_, .cache = cache_.get()});
+  Recorder recorder(*sequence_, stream_);
   DescriptorSequence recording = recorder.run(*labeler_);
   remembered_ = recorder.remembered;
   if (words != nullptr) recording = toVocabulary(recording, *words);
@@ -108,7 +129,9 @@ Labeling::Labeling(const SequenceArguments& frames, const ModelArguments& model,
 std::size_t Labeling::forEach(std::size_t first, const std::string& what,
                               const std::function<void(const LabeledFrame&)>& use) {
   const auto progress = makeStderrProgress();
-  LabelStream stream(*sequence_, *labeler_, {.first = first, .strict = strict_, .cache = cache_.get()});
+  LabelStreamOptions options = stream_;
+  first = options.first = std::max(first, stream_.first);
+  LabelStream stream(*sequence_, *labeler_, options);
   std::size_t used = 0, skipped = 0;
   progress->begin(what, sequence_->size(), first);
   while (const auto frame = stream.next()) {
@@ -127,15 +150,16 @@ std::size_t Labeling::forEach(std::size_t first, const std::string& what,
   progress->end();
   if (cache_ && !cache_->problem().empty()) spdlog::warn("{}", cache_->problem());
   if (used == 0 && first < sequence_->size())
-    throw Error(
-        fmt::format("{}: none of the {} frames can be read", sequence_->name(), sequence_->size() - first));
+    throw Error(ErrorCode::fileUnreadable, fmt::format("{}: none of the {} frames can be read",
+                                                       sequence_->name(), sequence_->size() - first));
   if (skipped > 0) spdlog::warn("{} unreadable frames were skipped", skipped);
   return skipped;
 }
 
 LexicalDescriptor Labeling::words(std::size_t frame) {
   const OneFrame one(*sequence_, frame);
-  LabelStream stream(one, *labeler_, {.strict = strict_, .ahead = 1, .readers = 1, .cache = cache_.get()});
+  LabelStream stream(one, *labeler_,
+                     {.strict = stream_.strict, .ahead = 1, .readers = 1, .cache = stream_.cache});
   const LabeledFrame labeled = *stream.next();
   if (labeled.remembered) ++remembered_;
   if (!labeled.labeled()) spdlog::warn("no words: {}", labeled.problem);

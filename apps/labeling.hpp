@@ -1,4 +1,4 @@
-// What every command that labels shares: which model, how to run it, and the frames it labels.
+// Labeling: the model of a command, how to run it, and the frames it labels.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -14,11 +14,22 @@
 namespace estancia::apps {
 
 struct ModelArguments {
-  std::string model;  ///< "" takes `byDefault`
+  /// "" takes `byDefault`.
+  std::string model;
   std::string byDefault = defaultModel;
   LabelerOptions options;
+  LabelStreamOptions stream;
   bool noCache = false;
 
+  /// Adds `--model`, always a network, explained by `what`, and how it labels: the groups "labeler" and
+  /// "label-stream", `--engine`, `--threads`, `--strict`, `--no-cache`.
+  void addTo(DeclaredOptions& declared, const std::string& what);
+  /// Without `--model`.
+  void addRunningTo(DeclaredOptions& declared);
+  /// Only the group "labeler".
+  void addLabelerTo(DeclaredOptions& declared);
+
+  // On their way out:
   /// Adds `--model`, explained by `what`, and how to run it.
   void addTo(CLI::App& command, const std::string& what);
   /// Adds only how to run it: `--engine`, `--threads` …
@@ -55,7 +66,7 @@ class Labeling {
   std::unique_ptr<Sequence> sequence_;
   std::unique_ptr<Labeler> labeler_;
   std::unique_ptr<LabelCache> cache_;
-  bool strict_;
+  LabelStreamOptions stream_;
   std::size_t remembered_ = 0;
 };
 

@@ -3,14 +3,7 @@
 #include <fmt/ranges.h>
 
 #include "common.hpp"
-#include "estancia/cloud/clusters.hpp"
-#include "estancia/cloud/filter.hpp"
 #include "estancia/core/error.hpp"
-#include "estancia/odometry/rgbd.hpp"
-#include "estancia/recognition/recognition_options.hpp"
-#include "estancia/topology/localizer.hpp"
-#include "estancia/topology/mapper.hpp"
-#include "estancia/zones/zones.hpp"
 
 namespace estancia::apps {
 namespace {
@@ -40,29 +33,16 @@ void printText(const OptionGroup& group, const std::string& path) {
   for (const OptionGroup& inner : group.groups()) printText(inner, path + "." + inner.name());
 }
 
-/// The options of a struct with their defaults.
-template <class Options>
-OptionGroup groupOf() {
-  static Options defaults;
-  return declare(defaults);
-}
-
-std::vector<OptionGroup> groupsOfTheLibrary() {
-  return {groupOf<MapperOptions>(),     groupOf<LocalizerOptions>(), groupOf<ZoneOptions>(),
-          groupOf<FilterOptions>(),     groupOf<ClusterOptions>(),   groupOf<RgbdOptions>(),
-          groupOf<RecognitionOptions>()};
-}
-
 void run(const std::string& name, bool json) {
   Json all = Json::object();
   Choices known;
-  for (const OptionGroup& group : groupsOfTheLibrary()) {
+  for (const auto& [group, commands] : publishedGroups()) {
     known.push_back({group.name(), group.help()});
     if (!name.empty() && group.name() != name) continue;
     if (json)
-      all[group.name()] = toJson(group);
+      all[group.name()] = {{"help", group.help()}, {"commands", commands}, {"options", toJson(group)}};
     else
-      fmt::print("# {}\n", group.help()), printText(group, group.name());
+      fmt::print("# {} Of: {}.\n", group.help(), fmt::join(commands, ", ")), printText(group, group.name());
   }
   if (!name.empty()) requireChoice("group of parameters", name, known);
   if (json) print(all);
