@@ -461,7 +461,7 @@ void addClassifyCommand(CLI::App& app) {
               "  estancia classify train ~/photos -o rooms.classifier\n"
               "  estancia classify test rooms.classifier ~/other-images\n"
               "  estancia classify predict rooms.classifier image.jpg\n"
-              "  estancia map ~/drive -o home.estancia --classifier rooms.classifier");
+              "  estancia map ~/drive -o home.estancia --room-classifier rooms.classifier");
   addTrain(*command, arguments);
   addTest(*command, arguments);
   addPredict(*command, arguments);

@@ -138,12 +138,14 @@ void nameRooms(const std::string& map, const RoomClassifier& classifier, const S
   writeRoomPredictions(describing.rooms(classifier, readMapDescriptors(map), sequence), map);
 }
 
-void addClassifierOption(CLI::App& command, std::string& classifier) {
-  command.add_option("--classifier", classifier,
-                     "Name the rooms by this room classifier (of `estancia classify train`)");
+void addRoomClassifierOption(CLI::App& command, std::string& classifier) {
+  command
+      .add_option("--room-classifier", classifier,
+                  "Name the rooms by this room classifier, a file of `estancia classify train`")
+      ->type_name("FILE");
 }
 
-std::optional<RoomClassifier> openClassifier(const std::string& file, const SequenceArguments& source) {
+std::optional<RoomClassifier> openRoomClassifier(const std::string& file, const SequenceArguments& source) {
   if (file.empty()) return std::nullopt;
   RoomClassifier classifier = readRoomClassifier(file);
   if (holdsNumbers(source.path))

@@ -46,11 +46,11 @@ bool holdsNumbers(const std::string& path);
 void nameRooms(const std::string& map, const RoomClassifier& classifier, const Sequence* sequence,
                FeatureSource& describing);
 
-/// Adds `--classifier`, for the commands that name what they find.
-void addClassifierOption(CLI::App& command, std::string& classifier);
+/// Adds `--room-classifier`, for the commands that name rooms.
+void addRoomClassifierOption(CLI::App& command, std::string& classifier);
 
-/// The file of `--classifier`, absent for "". Throws Error, before the long work begins, when it could not
-/// tell the rooms of `source`.
-std::optional<RoomClassifier> openClassifier(const std::string& file, const SequenceArguments& source);
+/// The file of `--room-classifier`, absent for "". Throws Error, before the long work begins, when it could
+/// not tell the rooms of `source`.
+std::optional<RoomClassifier> openRoomClassifier(const std::string& file, const SequenceArguments& source);
 
 }  // namespace estancia::apps

@@ -26,7 +26,7 @@ using report::counted;
 struct Arguments {
   SequenceArguments sequence;
   ModelArguments model;
-  std::string output, classifier;
+  std::string output, roomClassifier;
   std::string distance, preset;
   double tauJoin = 0, tauRevisit = 0;
   std::size_t blur = 0;
@@ -48,7 +48,7 @@ std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, con
                                                  const Sequence* sequence) {
   const auto later = [&arguments, sequence](const std::exception& why) {
     return fmt::format("{}; the map is in {}, name its places by `estancia classify name {} {}{}`",
-                       why.what(), arguments.output, arguments.classifier, arguments.output,
+                       why.what(), arguments.output, arguments.roomClassifier, arguments.output,
                        sequence == nullptr ? "" : " " + arguments.sequence.path);
   };
   try {
@@ -69,7 +69,7 @@ void run(const Arguments& arguments, const CLI::App& command) {
   const MapperOptions options = mapperOptions({}, arguments, command);
   getDistance(options.distance);
   const bool images = !isDescriptorFile(arguments.sequence.path);
-  const auto classifier = openClassifier(arguments.classifier, arguments.sequence);
+  const auto classifier = openRoomClassifier(arguments.roomClassifier, arguments.sequence);
   if (fs::exists(arguments.output) && !arguments.goOn && !arguments.overwrite)
     throw Error(
         ErrorCode::fileExists,
@@ -145,7 +145,7 @@ void addMapCommand(CLI::App& app) {
   arguments->sequence.addTo(*command);
   command->add_option("-o,--output", arguments->output, "The map file, NAME.estancia")->required();
   arguments->model.addTo(*command, "What labels the images");
-  addClassifierOption(*command, arguments->classifier);
+  addRoomClassifierOption(*command, arguments->roomClassifier);
   command->add_flag("--continue", arguments->goOn, "Go on with the map where an earlier run stopped");
   command->add_flag("--overwrite", arguments->overwrite, "Replace an existing map")->excludes("--continue");
   std::string distances = "Distance of an image to a place:";
@@ -174,7 +174,7 @@ void addMapCommand(CLI::App& app) {
               "  estancia map ~/photos -o home.estancia\n"
               "  estancia map drive.mp4 -o drive.estancia --poses drive.txt\n"
               "  estancia map ~/photos -o home.estancia --continue\n"
-              "  estancia map ~/photos -o home.estancia --classifier rooms.classifier");
+              "  estancia map ~/photos -o home.estancia --room-classifier rooms.classifier");
   command->callback([arguments, command] { run(*arguments, *command); });
 }
 

@@ -33,7 +33,7 @@ using report::counted;
 struct Arguments {
   SequenceArguments sequence;
   ModelArguments model;
-  std::string output, classifier;
+  std::string output, roomClassifier;
   std::string distance, linkage, cut, preset;
   std::size_t count = 0;
   bool stream = false, overwrite = false, json = false;
@@ -199,7 +199,7 @@ void printTable(const std::string& file, const Zones& zones, const std::vector<M
 void run(const Arguments& arguments, const CLI::App& command) {
   const ZoneOptions options = zoneOptions(arguments, command);
   requireReplaceable(arguments.output, arguments.overwrite, isZoneFile, "zone file");
-  const auto classifier = openClassifier(arguments.classifier, arguments.sequence);
+  const auto classifier = openRoomClassifier(arguments.roomClassifier, arguments.sequence);
   std::optional<PrintingStream> stream;
   const DescriptorSequence recording = recordingOf(arguments, options, stream);
   Zones zones = stream ? stream->zones().finish(recording) : clustered(recording, options);
@@ -241,7 +241,7 @@ void addZonesCommand(CLI::App& app) {
   // (docs/how-to/zones.md).
   arguments->model.byDefault = "inception-v3+coco-ssd";
   arguments->model.addTo(*command, "What labels the images");
-  addClassifierOption(*command, arguments->classifier);
+  addRoomClassifierOption(*command, arguments->roomClassifier);
   command->add_flag(
       "--stream", arguments->stream,
       "Say when the zone changes while images come (with --json the zone of each), in time and memory "
@@ -282,7 +282,7 @@ void addZonesCommand(CLI::App& app) {
               "  estancia zones home.estancia -o home.zones --count 8\n"
               "  estancia zones drive.mp4 -o drive.zones --stream\n"
               "  estancia zones images.labels -o thesis.zones --preset thesis\n"
-              "  estancia zones ~/photos -o home.zones --classifier rooms.classifier");
+              "  estancia zones ~/photos -o home.zones --room-classifier rooms.classifier");
   command->callback([arguments, command] { run(*arguments, *command); });
 }
 

@@ -196,7 +196,7 @@ TEST_F(ClassifyCommand, SaysWhichNumbersOfOthersItNeeds) {
   expectError({"classify", "test", model_, two}, "[mismatch]");
   writeLines(scratch_ / "lines", 8);
   expectError({"classify", "predict", model_, scratch_ / "lines"}, "of a table");
-  expectError({"map", unknown_, "-o", map_, "--classifier", model_}, "needs g ");
+  expectError({"map", unknown_, "-o", map_, "--room-classifier", model_}, "needs g ");
   EXPECT_FALSE(fs::exists(map_)) << "known before the mapping begins";
 }
 
@@ -236,7 +236,7 @@ TEST_F(ClassifyCommand, LearnsFromImages) {
 
 TEST_F(ClassifyCommand, NamesThePlacesOfAMap) {
   train();
-  const auto mapped = run({"map", unknown_, "-o", map_, "--classifier", model_, "--json"});
+  const auto mapped = run({"map", unknown_, "-o", map_, "--room-classifier", model_, "--json"});
   ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
   EXPECT_EQ(json::parse(mapped.out)["predicted_rooms"].size(), 3U);
 
@@ -273,13 +273,14 @@ TEST_F(ClassifyCommand, NamesAnExistingMapAndIsJudgedByTheTruth) {
 
   const auto said = lines(run({"classify", "predict", model_, map_, "--json"}));
   EXPECT_EQ(said.size(), 54U);
-  const auto goesOn = run({"map", others_, "-o", map_, "--continue", "--classifier", model_});
+  const auto goesOn = run({"map", others_, "-o", map_, "--continue", "--room-classifier", model_});
   EXPECT_EQ(goesOn.exitCode, 0) << goesOn.err;
 }
 
 TEST_F(ClassifyCommand, NamesZones) {
   train();
-  const auto found = run({"zones", unknown_, "-o", zones_, "--count", "3", "--classifier", model_, "--json"});
+  const auto found =
+      run({"zones", unknown_, "-o", zones_, "--count", "3", "--room-classifier", model_, "--json"});
   ASSERT_EQ(found.exitCode, 0) << found.err;
   const json zone = json::parse(found.out)["zones"][0];
   EXPECT_EQ(zone["room"], nullptr);
@@ -290,13 +291,13 @@ TEST_F(ClassifyCommand, NamesZones) {
   EXPECT_TRUE(exported["bath"].contains("predicted"));
   ASSERT_EQ(run({"report", zones_, "-o", scratch_ / "zones.html"}).exitCode, 0);
   EXPECT_THAT(readFile(scratch_ / "zones.html"), HasSubstr("Taken for "));
-  EXPECT_THAT(run({"zones", unknown_, "-o", zones_, "--overwrite", "--classifier", model_}).out,
+  EXPECT_THAT(run({"zones", unknown_, "-o", zones_, "--overwrite", "--room-classifier", model_}).out,
               HasSubstr("taken for "));
 }
 
 TEST_F(ClassifyCommand, ZonesAreJudgedByTheTruthToo) {
   train();
-  ASSERT_EQ(run({"zones", others_, "-o", zones_, "--count", "3", "--classifier", model_}).exitCode, 0);
+  ASSERT_EQ(run({"zones", others_, "-o", zones_, "--count", "3", "--room-classifier", model_}).exitCode, 0);
   EXPECT_GE(json::parse(run({"evaluate", zones_, "--json"}).out)["predicted_zone_room"], 0.8);
   EXPECT_THAT(run({"evaluate", zones_}).out, HasSubstr("Predicted room, zone"));
 }
@@ -386,9 +387,10 @@ TEST_F(ClassifyCommand, WrongInputIsOneLine) {
   expectError({"classify", "predict", words_, words_}, "[unsupported-file]");
   writeFile(scratch_ / "cut.classifier", readFile(model_).substr(0, 400));
   expectError({"classify", "show", scratch_ / "cut.classifier"}, "[corrupt-file]");
-  expectError({"map", unknown_, "-o", map_, "--classifier", scratch_ / "cut.classifier"}, "[corrupt-file]");
+  expectError({"map", unknown_, "-o", map_, "--room-classifier", scratch_ / "cut.classifier"},
+              "[corrupt-file]");
   EXPECT_FALSE(fs::exists(map_)) << "known before the mapping begins";
-  expectError({"zones", unknown_, "-o", zones_, "--classifier", words_}, "[unsupported-file]");
+  expectError({"zones", unknown_, "-o", zones_, "--room-classifier", words_}, "[unsupported-file]");
   expectError({"classify", "name", model_, scratch_ / "missing.estancia"}, "no such map");
   writeFile(scratch_ / "none.csv", "image,room\n");
   expectError({"classify", "train", unknown_, "-o", other, "--rooms", scratch_ / "none.csv"},
