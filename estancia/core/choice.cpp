@@ -1,10 +1,8 @@
 #include "estancia/core/choice.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 
@@ -16,8 +14,7 @@ std::string namesOf(const Choices& choices) {
 
 void requireChoice(std::string_view what, std::string_view name, const Choices& choices) {
   if (std::any_of(choices.begin(), choices.end(), [&](const Choice& c) { return c.name == name; })) return;
-  throw Error(ErrorCode::unknownName,
-              fmt::format("unknown {} \"{}\"; known: {}", what, name, namesOf(choices)));
+  fail(ErrorCode::unknownName, "unknown {} \"{}\"; known: {}", what, name, namesOf(choices));
 }
 
 }  // namespace estancia

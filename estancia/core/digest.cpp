@@ -7,7 +7,7 @@
 #include <fstream>
 #include <memory>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -36,15 +36,12 @@ class Hash {
 std::string hashOfFile(const std::filesystem::path& path, const EVP_MD* kind) {
   std::ifstream file(path, std::ios::binary);
   if (!file)
-    throw Error(ErrorCode::fileUnreadable,
-                fmt::format("cannot read {}: check the path and its permissions", path.string()));
+    fail(ErrorCode::fileUnreadable, "cannot read {}: check the path and its permissions", path.string());
   Hash hash(kind);
   std::array<char, 1 << 16> block{};
   while (file.read(block.data(), block.size()) || file.gcount() > 0)
     hash.update(block.data(), static_cast<std::size_t>(file.gcount()));
-  if (file.bad())
-    throw Error(ErrorCode::fileUnreadable,
-                fmt::format("reading {} failed halfway: check the disk", path.string()));
+  if (file.bad()) fail(ErrorCode::fileUnreadable, "reading {} failed halfway: check the disk", path.string());
   return hash.hex();
 }
 

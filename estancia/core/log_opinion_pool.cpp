@@ -1,12 +1,10 @@
 #include "estancia/core/log_opinion_pool.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -15,8 +13,7 @@ constexpr double minProbability = 0.001;
 
 void LogOpinionPool::add(DescriptorView opinion) {
   if (opinion.size() != sums_.size())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("an opinion has {} answers; the pool needs {}", opinion.size(), sums_.size()));
+    fail(ErrorCode::mismatch, "an opinion has {} answers; the pool needs {}", opinion.size(), sums_.size());
   if (std::ranges::all_of(opinion, [](float p) { return p <= 0; })) return;
   ++size_;
   for (std::size_t k = 0; k < sums_.size(); ++k)

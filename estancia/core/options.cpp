@@ -6,7 +6,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -114,7 +114,7 @@ bool Option::contains(double number) const {
 
 void Option::set(const std::string& text, std::string_view path) {
   const auto refuse = [&] {
-    throw Error(ErrorCode::invalidOption, fmt::format("{} is \"{}\"; give {}", path, text, accepted()));
+    fail(ErrorCode::invalidOption, "{} is \"{}\"; give {}", path, text, accepted());
   };
   if (!choices_.empty()) requireChoice(path, text, choices_);
   const auto assign = [&](auto& member, const auto& number) {
@@ -136,7 +136,7 @@ void Option::set(const std::string& text, std::string_view path) {
 void Option::validate(std::string_view path) const {
   if (!choices_.empty()) requireChoice(path, text(), choices_);
   if (const auto value = number(); value && !contains(*value))
-    throw Error(ErrorCode::invalidOption, fmt::format("{} is {}; give {}", path, text(), accepted()));
+    fail(ErrorCode::invalidOption, "{} is {}; give {}", path, text(), accepted());
 }
 
 std::string Option::accepted() const {

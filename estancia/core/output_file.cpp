@@ -8,7 +8,7 @@
 #include <fstream>
 #include <system_error>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -37,18 +37,16 @@ fs::path outputTarget(const fs::path& path) {
   std::error_code problem;
   const auto type = fs::status(path, problem).type();  // asks the kernel: links of /proc lead nowhere else
   if (type != fs::file_type::regular && type != fs::file_type::not_found && type != fs::file_type::none)
-    throw Error(ErrorCode::fileUnwritable,
-                fmt::format("{} is a {}; give the name of a file to write", path.string(), nameOf(type)));
+    fail(ErrorCode::fileUnwritable, "{} is a {}; give the name of a file to write", path.string(),
+         nameOf(type));
   fs::path target = path;
   for (int links = 0; fs::is_symlink(target, problem); ++links) {
     if (links == maxLinks)
-      throw Error(ErrorCode::fileUnwritable,
-                  fmt::format("{} is a circular link; give another name", path.string()));
+      fail(ErrorCode::fileUnwritable, "{} is a circular link; give another name", path.string());
     const fs::path next = fs::read_symlink(target, problem);
     if (problem)
-      throw Error(ErrorCode::fileUnwritable,
-                  fmt::format("{} is a link that cannot be read ({}); give another name", path.string(),
-                              problem.message()));
+      fail(ErrorCode::fileUnwritable, "{} is a link that cannot be read ({}); give another name",
+           path.string(), problem.message());
     target = target.parent_path() / next;
   }
   return target;
@@ -69,9 +67,8 @@ void writeWhole(const fs::path& path, std::string_view bytes) {
   if (!problem) return;
   std::error_code ignored;
   fs::remove(beside, ignored);
-  throw Error(ErrorCode::fileUnwritable,
-              fmt::format("{} cannot be written ({}); check the folder and the free disk space",
-                          path.string(), problem.message()));
+  fail(ErrorCode::fileUnwritable, "{} cannot be written ({}); check the folder and the free disk space",
+       path.string(), problem.message());
 }
 
 }  // namespace estancia

@@ -1,12 +1,10 @@
 #include "estancia/core/point_cloud.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 
@@ -17,11 +15,9 @@ void validate(const PointCloud& cloud) {
   if (shaped && (cloud.colors.empty() || cloud.colors.size() == n) &&
       (cloud.normals.empty() || cloud.normals.size() == n))
     return;
-  throw Error(
-      ErrorCode::invalidInput,
-      fmt::format(
-          "a cloud of {} × {} points has {} points, {} colors and {} normals; give all points one or none",
-          cloud.width, cloud.height, n, cloud.colors.size(), cloud.normals.size()));
+  fail(ErrorCode::invalidInput,
+       "a cloud of {} × {} points has {} points, {} colors and {} normals; give all points one or none",
+       cloud.width, cloud.height, n, cloud.colors.size(), cloud.normals.size());
 }
 
 cv::Point3f asNormal(const cv::Point3f& vector) {
@@ -40,11 +36,9 @@ void requireDepth(const cv::Mat& depth, const CameraIntrinsics& camera) {
                 "a depth image must have one channel of 32-bit floats [m]; convert it");
   if (camera.width <= 0 || camera.height <= 0 || !(camera.fx > 0) || !(camera.fy > 0) ||
       !std::isfinite(camera.fx + camera.fy + camera.cx + camera.cy))
-    throw Error(
-        ErrorCode::invalidInput,
-        fmt::format(
-            "camera intrinsics {} x {} pixels, fx {}, fy {}, cx {}, cy {} are invalid; give positive sizes",
-            camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy));
+    fail(ErrorCode::invalidInput,
+         "camera intrinsics {} x {} pixels, fx {}, fy {}, cx {}, cy {} are invalid; give positive sizes",
+         camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy);
 }
 
 PointCloud backProject(const cv::Mat& depth, const CameraIntrinsics& camera) {

@@ -1,14 +1,12 @@
 #include "estancia/core/temporal_segments.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <optional>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -62,8 +60,7 @@ double maxStep(const std::vector<double>& positions, const std::vector<std::stri
 std::vector<TemporalSegment> temporalSegments(const std::vector<Frame>& frames,
                                               const std::vector<std::string>& places) {
   if (places.size() != frames.size())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("{} places for {} frames; give one a frame", places.size(), frames.size()));
+    fail(ErrorCode::mismatch, "{} places for {} frames; give one a frame", places.size(), frames.size());
   std::vector<double> positions = timesOf(frames);
   const double times = positions.empty() ? 1 : 2;  // clocks jitter, numbers do not
   if (positions.empty()) positions = numbersOf(frames);

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 
 namespace estancia {
@@ -26,8 +26,7 @@ Vocabulary::Vocabulary(std::vector<std::string> labels, std::vector<LabelPart> p
   std::string all;
   for (std::size_t i = 0; i < labels_.size(); ++i) {
     if (labels_[i].empty())
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("label {} of the vocabulary is empty; name it", i + 1));
+      fail(ErrorCode::invalidInput, "label {} of the vocabulary is empty; name it", i + 1);
     all += labels_[i];
     all += '\n';
   }
@@ -35,9 +34,8 @@ Vocabulary::Vocabulary(std::vector<std::string> labels, std::vector<LabelPart> p
     return part.size > 0 && part.weight > 0 && std::isfinite(part.weight);
   };
   if (layout_.labels() != labels_.size() || !std::all_of(layout_.parts.begin(), layout_.parts.end(), isValid))
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("the parts do not make up {} labels; each needs labels and a weight above 0",
-                            labels_.size()));
+    fail(ErrorCode::invalidInput,
+         "the parts do not make up {} labels; each needs labels and a weight above 0", labels_.size());
   if (layout_.parts.size() > 1)
     for (const LabelPart& part : layout_.parts) all += fmt::format("\n{} {}", part.size, part.weight);
   digest_ = sha256(all);
@@ -45,9 +43,7 @@ Vocabulary::Vocabulary(std::vector<std::string> labels, std::vector<LabelPart> p
 
 Vocabulary readVocabulary(const std::filesystem::path& path) {
   std::ifstream file(path);
-  if (!file)
-    throw Error(ErrorCode::fileUnreadable,
-                fmt::format("cannot read the label file {}; check the path", path.string()));
+  if (!file) fail(ErrorCode::fileUnreadable, "cannot read the label file {}; check the path", path.string());
   std::vector<std::string> labels;
   std::string line;
   while (std::getline(file, line)) {
@@ -58,32 +54,28 @@ Vocabulary readVocabulary(const std::filesystem::path& path) {
   while (!labels.empty() && labels.back().empty()) labels.pop_back();
   for (std::size_t i = 0; i < labels.size(); ++i)
     if (labels[i].empty())
-      throw Error(
-          ErrorCode::malformedFile,
-          fmt::format("{}:{}: empty label; give every output of the model a name", path.string(), i + 1));
+      fail(ErrorCode::malformedFile, "{}:{}: empty label; give every output of the model a name",
+           path.string(), i + 1);
   if (labels.empty())
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{} has no labels; write one label a line, in the order of the model's outputs",
-                            path.string()));
+    fail(ErrorCode::malformedFile,
+         "{} has no labels; write one label a line, in the order of the model's outputs", path.string());
   return Vocabulary(std::move(labels));
 }
 
 void requireSameVocabulary(const Vocabulary& expected, const Vocabulary& actual, const std::string& context) {
   if (expected == actual) return;
   if (expected.labels() == actual.labels())
-    throw Error(
-        ErrorCode::mismatch,
-        fmt::format("{}: the labels are equal, but their models or weights differ; use the model that the "
-                    "map was made with",
-                    context));
+    fail(ErrorCode::mismatch,
+         "{}: the labels are equal, but their models or weights differ; use the model that the "
+         "map was made with",
+         context);
   std::size_t i = 0;
   while (i < expected.size() && i < actual.size() && expected[i] == actual[i]) ++i;
   const auto labelAt = [i](const Vocabulary& v) { return i < v.size() ? v[i] : std::string("(none)"); };
-  throw Error(
-      ErrorCode::mismatch,
-      fmt::format("{}: the vocabularies differ ({} labels against {}; label {} is \"{}\" against \"{}\"); "
-                  "use the model that the map was made with",
-                  context, expected.size(), actual.size(), i + 1, labelAt(expected), labelAt(actual)));
+  fail(ErrorCode::mismatch,
+       "{}: the vocabularies differ ({} labels against {}; label {} is \"{}\" against \"{}\"); "
+       "use the model that the map was made with",
+       context, expected.size(), actual.size(), i + 1, labelAt(expected), labelAt(actual));
 }
 
 }  // namespace estancia

@@ -11,7 +11,7 @@
 #include <span>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/describe/voxel_lines.hpp"
 
 namespace estancia {
@@ -50,8 +50,7 @@ class Random {
 void requireValid(const EsfOptions& options) {
   validate(options);
   if (options.points == 1 || options.points == 2)
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("esf.points is {}; give at least 3, or 0 for all", options.points));
+    fail(ErrorCode::invalidOption, "esf.points is {}; give at least 3, or 0 for all", options.points);
 }
 
 /// At most `maxPoints` of the finite points: one random point of each of as many equal runs.
@@ -187,8 +186,7 @@ std::vector<float> esf(const PointCloud& cloud, const EsfOptions& options) {
   Random random(options.seed);
   std::vector<cv::Point3f> points = thinned(cloud, static_cast<std::size_t>(options.points), random);
   if (points.size() < 3)
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("esf: {} finite points; give at least 3", points.size()));
+    fail(ErrorCode::insufficientData, "esf: {} finite points; give at least 3", points.size());
   scale(points);
   const auto [triangles, lines] = drawTriangles(points, static_cast<std::size_t>(options.samples), random);
 

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "estancia/core/cores.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/describe/lexical.hpp"
@@ -98,13 +98,11 @@ std::vector<Block> computed(const Sequence& sequence, const std::vector<const Na
     depth = depth || source->descriptor->needsDepth();
     if (!source->descriptor->needsDepth()) continue;
     if (!sequence.hasDepth())
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("{} has no depth, which {} needs; choose other descriptors", sequence.name(),
-                              source->name));
+      fail(ErrorCode::invalidInput, "{} has no depth, which {} needs; choose other descriptors",
+           sequence.name(), source->name);
     if (!sequence.intrinsics())
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("{} has no depth camera, which {} needs; give its intrinsics", sequence.name(),
-                              source->name));
+      fail(ErrorCode::invalidInput, "{} has no depth camera, which {} needs; give its intrinsics",
+           sequence.name(), source->name);
   }
   std::mutex mutex;
   progress.begin(fmt::format("{}: describing {}", fmt::join(names, "+"), sequence.name()), sequence.size());
@@ -159,8 +157,8 @@ Features describeSequence(const Sequence& sequence, const std::string& descripto
   for (Block& block : blocks)
     for (DescriptorPart& part : block.parts) {
       if (!names.insert(part.name).second)
-        throw Error(ErrorCode::invalidOption,
-                    fmt::format("two descriptors of \"{}\" are called {}; give one", descriptors, part.name));
+        fail(ErrorCode::invalidOption, "two descriptors of \"{}\" are called {}; give one", descriptors,
+             part.name);
       size += part.size();
       features.parts.push_back(std::move(part));
     }
@@ -179,9 +177,8 @@ Features describeSequence(const Sequence& sequence, const std::string& descripto
   const std::vector<std::string> sentences = skipped.sentences();
   if (problems != nullptr) problems->insert(problems->end(), sentences.begin(), sentences.end());
   if (features.frames.empty())
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: none of its frames can be described{}", sequence.name(),
-                            sentences.empty() ? "" : "; " + sentences.front()));
+    fail(ErrorCode::insufficientData, "{}: none of its frames can be described{}", sequence.name(),
+         sentences.empty() ? "" : "; " + sentences.front());
   return features;
 }
 
@@ -210,8 +207,7 @@ Features withParts(const Features& features, const std::vector<std::string>& nam
   for (const std::string& name : names) {
     const auto found = std::ranges::find(known, name);
     if (found == known.end())
-      throw Error(ErrorCode::unknownName,
-                  fmt::format("unknown part \"{}\"; known: {}", name, fmt::join(known, ", ")));
+      fail(ErrorCode::unknownName, "unknown part \"{}\"; known: {}", name, fmt::join(known, ", "));
     chosen.push_back(static_cast<std::size_t>(found - known.begin()));
     result.parts.push_back(features.parts[chosen.back()]);
     size += result.parts.back().size();
@@ -236,8 +232,7 @@ Features withRows(const Features& features, const std::vector<std::size_t>& rows
   result.values.reserve(rows.size());
   for (const std::size_t i : rows) {
     if (i >= features.frames.size())
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("row {} does not exist; there are {}", i, features.frames.size()));
+      fail(ErrorCode::invalidInput, "row {} does not exist; there are {}", i, features.frames.size());
     result.frames.push_back(features.frames[i]);
     result.values.append(features.values.row(i));
   }

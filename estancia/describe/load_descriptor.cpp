@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/plus_names.hpp"
 #include "estancia/describe/lexical.hpp"
 
@@ -61,10 +61,10 @@ std::vector<NamedDescriptor> loadDescriptors(const std::string& names, const Lab
   std::set<std::string> seen;
   for (const std::string& name : splitAtPlus(names)) {
     if (name.empty())
-      throw Error(ErrorCode::invalidOption,
-                  fmt::format("\"{}\" has an empty name; give a descriptor between the plus signs", names));
+      fail(ErrorCode::invalidOption, "\"{}\" has an empty name; give a descriptor between the plus signs",
+           names);
     if (!seen.insert(name).second)
-      throw Error(ErrorCode::invalidOption, fmt::format("\"{}\" has {} twice; give it once", names, name));
+      fail(ErrorCode::invalidOption, "\"{}\" has {} twice; give it once", names, name);
     loaded.push_back({name, loadOne(name, options)});
   }
   return loaded;

@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -100,8 +100,7 @@ void validate(const PhogOptions& options) {
   PhogOptions copy = options;
   declare(copy).validate();
   if (options.range != 180 && options.range != 360)
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("phog.range is {}; give 180 or 360 degrees", options.range));
+    fail(ErrorCode::invalidOption, "phog.range is {}; give 180 or 360 degrees", options.range);
 }
 
 std::vector<float> phog(const cv::Mat& image, const PhogOptions& options) {

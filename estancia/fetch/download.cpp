@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/fetch/http_transfer.hpp"
 #include "estancia/fetch/partial_file.hpp"
@@ -136,11 +136,11 @@ void download(const RemoteFile& file, const fs::path& target, const DownloadOpti
     if (reason.empty()) return part.finish();
     reasons.push_back(fmt::format("{} {}", hostOf(url), reason));
   }
-  throw Error(ErrorCode::network,
-              fmt::format("cannot fetch {}: {}{}; run this again later, or fetch {} by hand and put it at {}",
-                          target.filename().string(), fmt::join(reasons, "; "),
-                          part.size() > 0 ? fmt::format(" ({} are kept)", megabytes(part.size())) : "",
-                          file.urls.empty() ? "it" : file.urls.front(), target.string()));
+  fail(ErrorCode::network,
+       "cannot fetch {}: {}{}; run this again later, or fetch {} by hand and put it at {}",
+       target.filename().string(), fmt::join(reasons, "; "),
+       part.size() > 0 ? fmt::format(" ({} are kept)", megabytes(part.size())) : "",
+       file.urls.empty() ? "it" : file.urls.front(), target.string());
 }
 
 }  // namespace estancia

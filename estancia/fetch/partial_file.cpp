@@ -1,7 +1,6 @@
 #include "estancia/fetch/partial_file.hpp"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -12,7 +11,7 @@
 #include <system_error>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
 
 namespace estancia {
@@ -31,17 +30,15 @@ PartialFile::PartialFile(fs::path target)
   fs::create_directories(target_.parent_path(), problem);
   file_ = open(part_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   if (problem || file_ < 0)
-    throw Error(ErrorCode::fileUnwritable,
-                fmt::format("{}: cannot be written ({}); check the folder and its permissions",
-                            part_.string(), problem ? problem.message() : because()));
+    fail(ErrorCode::fileUnwritable, "{}: cannot be written ({}); check the folder and its permissions",
+         part_.string(), problem ? problem.message() : because());
   struct stat opened {
   }, named{};
   // A file that was finished between opening and locking has another name by now.
   if (flock(file_, LOCK_EX | LOCK_NB) != 0 || fstat(file_, &opened) != 0 ||
       stat(part_.c_str(), &named) != 0 || opened.st_ino != named.st_ino) {
     close(file_);
-    throw Error(ErrorCode::busy,
-                fmt::format("{} is being fetched by another process; wait for it", target_.string()));
+    fail(ErrorCode::busy, "{} is being fetched by another process; wait for it", target_.string());
   }
   size_ = static_cast<std::uint64_t>(opened.st_size);
   std::ifstream from(from_);
@@ -60,8 +57,7 @@ PartialFile::~PartialFile() {
 
 void PartialFile::restart(const std::string& source, const std::string& version) {
   if (ftruncate(file_, 0) != 0)
-    throw Error(ErrorCode::fileUnwritable,
-                fmt::format("{}: cannot be emptied ({})", part_.string(), because()));
+    fail(ErrorCode::fileUnwritable, "{}: cannot be emptied ({})", part_.string(), because());
   size_ = 0;
   source_ = source;
   version_ = version;
@@ -73,10 +69,9 @@ void PartialFile::append(std::string_view bytes) {
     const auto written = pwrite(file_, bytes.data(), bytes.size(), static_cast<off_t>(size_));
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0)
-      throw Error(
-          ErrorCode::fileUnwritable,
-          fmt::format("{}: cannot be written any further ({}); make room on the disk and run this again",
-                      part_.string(), because()));
+      fail(ErrorCode::fileUnwritable,
+           "{}: cannot be written any further ({}); make room on the disk and run this again", part_.string(),
+           because());
     size_ += static_cast<std::uint64_t>(written);
     bytes.remove_prefix(static_cast<std::size_t>(written));
   }
@@ -86,8 +81,7 @@ void PartialFile::finish() {
   std::error_code problem;
   fs::rename(part_, target_, problem);
   if (problem)
-    throw Error(ErrorCode::fileUnwritable,
-                fmt::format("{}: cannot be written ({})", target_.string(), problem.message()));
+    fail(ErrorCode::fileUnwritable, "{}: cannot be written ({})", target_.string(), problem.message());
   std::error_code ignored;
   fs::remove(from_, ignored);
 }

@@ -9,8 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "estancia/core/error.hpp"
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
+#include "estancia/core/fail.hpp"
 #include "estancia/io/camera_file.hpp"
 #include "estancia/io/depth_file.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_file.hpp"
 #include "estancia/io/path_option.hpp"
@@ -26,9 +26,9 @@ CameraIntrinsics cameraOf(const std::filesystem::path& image, const CloudFileOpt
   if (file.empty()) file = io::findIntrinsics(folder);
   if (file.empty()) file = io::findIntrinsics(folder.parent_path());
   if (file.empty())
-    io::fail(ErrorCode::insufficientData,
-             "{}: the camera of this depth image is unknown; give its intrinsics (fx fy cx cy)",
-             io::printable(image));
+    fail(ErrorCode::insufficientData,
+         "{}: the camera of this depth image is unknown; give its intrinsics (fx fy cx cy)",
+         io::printable(image));
   return io::readIntrinsics(file);
 }
 
@@ -65,9 +65,9 @@ PointCloud readCloud(const std::filesystem::path& file, const CloudFileOptions& 
   if (io::hasSuffix(file, {".pcd"})) return readPcd(file);
   if (io::hasSuffix(file, {".ply"})) return readPly(file);
   if (io::hasSuffix(file, io::depthSuffixes())) return readDepthImage(file, options);
-  io::fail(ErrorCode::unsupportedFile,
-           "{}: not the extension of a point cloud; use .pcd, .ply, or a depth image {}", io::printable(file),
-           fmt::join(io::depthSuffixes(), ", "));
+  fail(ErrorCode::unsupportedFile,
+       "{}: not the extension of a point cloud; use .pcd, .ply, or a depth image {}", io::printable(file),
+       fmt::join(io::depthSuffixes(), ", "));
 }
 
 bool isCloudFile(const std::filesystem::path& file) {
@@ -80,8 +80,8 @@ bool isCloudFile(const std::filesystem::path& file) {
 
 void requireCloudFile(const std::filesystem::path& file, bool edges) {
   if (io::hasSuffix(file, {".ply"}) || (!edges && io::hasSuffix(file, {".pcd"}))) return;
-  io::fail(ErrorCode::unsupportedFile, "{}: {}", io::printable(file),
-           edges ? "a graph is written as .ply" : "a point cloud is written as .pcd or .ply");
+  fail(ErrorCode::unsupportedFile, "{}: {}", io::printable(file),
+       edges ? "a graph is written as .ply" : "a point cloud is written as .pcd or .ply");
 }
 
 void writeCloud(const PointCloud& cloud, const std::filesystem::path& file, const CloudEdges& edges) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {

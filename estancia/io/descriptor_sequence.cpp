@@ -10,9 +10,9 @@
 #include <utility>
 
 #include "estancia/core/digest.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/csv.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/frame_list.hpp"
 #include "estancia/io/label_file.hpp"
@@ -35,7 +35,7 @@ std::optional<Vocabulary> givenLabels(const DescriptorFileOptions& options) {
 
 DescriptorSequence sequenceOf(const fs::path& file, Vocabulary vocabulary, std::vector<Frame> frames,
                               DescriptorMatrix descriptors) {
-  if (frames.empty()) io::fail(ErrorCode::insufficientData, "{}: no images", io::printable(file));
+  if (frames.empty()) fail(ErrorCode::insufficientData, "{}: no images", io::printable(file));
   // The file does not name its labeler. Equal vocabularies count as the same labeler, so that one sequence
   // can be localized in the map of another.
   std::string model = "recorded " + vocabulary.digest();
@@ -64,12 +64,12 @@ class SparseRows {
     // A small file can name many images and many labels; memory must hold their product.
     constexpr std::size_t maxValues = 500'000'000;
     if (!frames_.empty() && book_.size() > maxValues / frames_.size())
-      io::fail(ErrorCode::tooLarge,
-               "{}: {} images × {} labels; at most {} values are read; give a label file with fewer labels",
-               io::printable(file), frames_.size(), book_.size(), maxValues);
+      fail(ErrorCode::tooLarge,
+           "{}: {} images × {} labels; at most {} values are read; give a label file with fewer labels",
+           io::printable(file), frames_.size(), book_.size(), maxValues);
     if (frames_.empty() || book_.size() == 0)
-      io::fail(ErrorCode::insufficientData, "{}: no {}", io::printable(file),
-               frames_.empty() ? "images" : "labels");
+      fail(ErrorCode::insufficientData, "{}: no {}", io::printable(file),
+           frames_.empty() ? "images" : "labels");
     DescriptorMatrix descriptors(book_.size());
     descriptors.reserve(frames_.size());
     for (const auto& indices : places_) descriptors.append(book_.toDescriptor(indices));
@@ -85,8 +85,7 @@ class SparseRows {
 double numberOf(const std::string& cell, const std::string& label, const std::string& where) {
   const auto value = io::toNumber(cell);
   if (!value)
-    io::fail(ErrorCode::malformedFile, "{}: \"{}\" is \"{}\", not a number", where, label,
-             io::printable(cell));
+    fail(ErrorCode::malformedFile, "{}: \"{}\" is \"{}\", not a number", where, label, io::printable(cell));
   return *value;
 }
 
@@ -102,14 +101,14 @@ DescriptorSequence readWideCsv(const fs::path& file, const DescriptorFileOptions
       for (std::size_t i = 1; i < row.cells.size(); ++i)
         labels.push_back(io::toLabel(row.cells[i], fmt::format("{}: column {}", where, i + 1)));
       if (labels.empty())
-        io::fail(ErrorCode::malformedFile, "{}: no labels in the header; write `image,LABEL,…`", where);
+        fail(ErrorCode::malformedFile, "{}: no labels in the header; write `image,LABEL,…`", where);
       descriptors.emplace(labels.size());
       values.resize(labels.size());
       return;
     }
     if (row.cells.size() != labels.size() + 1)
-      io::fail(ErrorCode::malformedFile, "{}: {} cells instead of {}; is the file truncated?", where,
-               row.cells.size(), labels.size() + 1);
+      fail(ErrorCode::malformedFile, "{}: {} cells instead of {}; is the file truncated?", where,
+           row.cells.size(), labels.size() + 1);
     std::string image = io::printable(row.cells[0]);
     names.add(image, file, row.line);
     for (std::size_t i = 0; i < labels.size(); ++i)
@@ -131,10 +130,10 @@ DescriptorSequence readLongCsv(const fs::path& file, const DescriptorFileOptions
     if (std::exchange(header, false)) return;
     const std::string where = at(file, row.line);
     if (row.cells.size() != 3)
-      io::fail(ErrorCode::malformedFile, "{}: {} cells instead of 3: `image,label,probability`", where,
-               row.cells.size());
+      fail(ErrorCode::malformedFile, "{}: {} cells instead of 3: `image,label,probability`", where,
+           row.cells.size());
     std::string image = io::printable(row.cells[0]), label = io::toLabel(row.cells[1], where);
-    if (image.empty()) io::fail(ErrorCode::malformedFile, "{}: empty image name", where);
+    if (image.empty()) fail(ErrorCode::malformedFile, "{}: empty image name", where);
     const float value = io::toProbability(numberOf(row.cells[2], label, where), label, where);
     const auto [entry, isNew] = indices.emplace(image, images.size());
     if (isNew) {
@@ -153,8 +152,8 @@ DescriptorSequence readLongCsv(const fs::path& file, const DescriptorFileOptions
 DescriptorSequence readCsv(const fs::path& file, const DescriptorFileOptions& options) {
   std::ifstream stream(file);
   if (!fs::is_regular_file(file) || !stream)
-    io::fail(fs::exists(file) ? ErrorCode::fileUnreadable : ErrorCode::fileNotFound, "{}: no readable file",
-             io::printable(file));
+    fail(fs::exists(file) ? ErrorCode::fileUnreadable : ErrorCode::fileNotFound, "{}: no readable file",
+         io::printable(file));
   std::string start(256, '\0');
   stream.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<std::size_t>(stream.gcount()));
@@ -164,8 +163,8 @@ DescriptorSequence readCsv(const fs::path& file, const DescriptorFileOptions& op
   if (header == "image,label,probability" || header == "image,label,confidence")
     return readLongCsv(file, options);
   if (header.starts_with("image,")) return readWideCsv(file, options);
-  io::fail(ErrorCode::malformedFile, "{}: no header; write `image,LABEL,…` or `image,label,probability`",
-           at(file, 1));
+  fail(ErrorCode::malformedFile, "{}: no header; write `image,LABEL,…` or `image,label,probability`",
+       at(file, 1));
 }
 
 DescriptorSequence readJsonLines(const fs::path& file, const DescriptorFileOptions& options) {
@@ -192,13 +191,13 @@ DescriptorSequence readNpy(const fs::path& file, const DescriptorFileOptions& op
   const std::string name = io::printable(file);
   const fs::path labels = options.labels.empty() ? beside(file, ".labels.txt") : options.labels;
   if (!fs::is_regular_file(labels))
-    io::fail(ErrorCode::insufficientData,
-             "{}: the labels of the {} columns are unknown; write them, one per line, to {}", name,
-             matrix.columns(), io::printable(labels));
+    fail(ErrorCode::insufficientData,
+         "{}: the labels of the {} columns are unknown; write them, one per line, to {}", name,
+         matrix.columns(), io::printable(labels));
   Vocabulary vocabulary = readVocabulary(labels);
   if (vocabulary.size() != matrix.columns())
-    io::fail(ErrorCode::mismatch, "{}: {} columns, but {} has {} labels; give its own label file", name,
-             matrix.columns(), io::printable(labels), vocabulary.size());
+    fail(ErrorCode::mismatch, "{}: {} columns, but {} has {} labels; give its own label file", name,
+         matrix.columns(), io::printable(labels), vocabulary.size());
   fs::path list = options.frames;
   if (list.empty() && fs::exists(beside(file, ".frames.csv"))) list = beside(file, ".frames.csv");
   std::vector<Frame> frames;
@@ -206,8 +205,8 @@ DescriptorSequence readNpy(const fs::path& file, const DescriptorFileOptions& op
   for (std::size_t i = 0; list.empty() && i < matrix.rows(); ++i)
     frames.push_back(named(fmt::format("frame {:06}", i)));
   if (frames.size() != matrix.rows())
-    io::fail(ErrorCode::mismatch, "{}: {} rows, but {} names {} images", name, matrix.rows(),
-             io::printable(list), frames.size());
+    fail(ErrorCode::mismatch, "{}: {} rows, but {} names {} images", name, matrix.rows(), io::printable(list),
+         frames.size());
   DescriptorMatrix descriptors(vocabulary.size());
   descriptors.reserve(matrix.rows());
   LexicalDescriptor values(vocabulary.size());
@@ -260,9 +259,9 @@ DescriptorSequence readDescriptors(const fs::path& file, const DescriptorFileOpt
   if (io::hasSuffix(file, {".csv"})) return readCsv(file, options);
   if (io::hasSuffix(file, {".jsonl", ".ndjson"})) return readJsonLines(file, options);
   if (io::hasSuffix(file, {".npy"})) return readNpy(file, options);
-  io::fail(ErrorCode::unsupportedFile,
-           "{}: not the extension of a descriptor file; known: .labels, .csv, .jsonl, .ndjson, .npy",
-           io::printable(file));
+  fail(ErrorCode::unsupportedFile,
+       "{}: not the extension of a descriptor file; known: .labels, .csv, .jsonl, .ndjson, .npy",
+       io::printable(file));
 }
 
 void writeDescriptors(const DescriptorSequence& sequence, const fs::path& file) {
@@ -279,8 +278,8 @@ std::vector<fs::path> descriptorFilesOf(const fs::path& file) {
 
 void requireDescriptorFile(const fs::path& file) {
   if (!io::hasSuffix(file, {".labels", ".csv", ".npy"}))
-    io::fail(ErrorCode::unsupportedFile, "{}: cannot write this extension; use .labels, .csv or .npy",
-             io::printable(file));
+    fail(ErrorCode::unsupportedFile, "{}: cannot write this extension; use .labels, .csv or .npy",
+         io::printable(file));
 }
 
 DescriptorSequence toVocabulary(const DescriptorSequence& sequence, const Vocabulary& vocabulary) {

@@ -12,8 +12,8 @@
 #include <string_view>
 #include <utility>
 
+#include "estancia/core/fail.hpp"
 #include "estancia/io/csv.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/frame_list.hpp"
 #include "estancia/io/path_option.hpp"
@@ -52,10 +52,10 @@ std::vector<FeaturePart> partsOf(const std::vector<std::string>& columns, const 
   std::set<std::string> names;
   for (const FeaturePart& part : parts)
     if (!names.insert(part.name).second)
-      io::fail(ErrorCode::malformedFile,
-               "{}: two parts are named {}; put the columns {}0, {}1 … next to each other, or "
-               "rename some",
-               where, part.name, part.name, part.name);
+      fail(ErrorCode::malformedFile,
+           "{}: two parts are named {}; put the columns {}0, {}1 … next to each other, or "
+           "rename some",
+           where, part.name, part.name, part.name);
   return parts;
 }
 
@@ -64,19 +64,18 @@ Layout readHeader(const std::vector<std::string>& cells, const FeatureTableOptio
   Layout layout{cells, {}, {}, {}, {}};
   std::set<std::string> names;
   for (const std::string& cell : cells) {
-    if (cell.empty()) io::fail(ErrorCode::malformedFile, "{}: a column has no name", where);
+    if (cell.empty()) fail(ErrorCode::malformedFile, "{}: a column has no name", where);
     if (!names.insert(cell).second)
-      io::fail(ErrorCode::malformedFile, "{}: two columns are named {}", where, io::printable(cell));
+      fail(ErrorCode::malformedFile, "{}: two columns are named {}", where, io::printable(cell));
   }
   for (const std::string& name : options.ignored)
     if (!names.contains(name))
-      io::fail(ErrorCode::unknownName, "{}: no column {} to ignore", where, io::printable(name));
+      fail(ErrorCode::unknownName, "{}: no column {} to ignore", where, io::printable(name));
   for (std::size_t c = 0; c < cells.size(); ++c) {
     if (std::ranges::find(options.ignored, cells[c]) != options.ignored.end()) continue;
     if (cells[c] == "room" || cells[c] == "class") {
       if (layout.room)
-        io::fail(ErrorCode::malformedFile, "{}: both `room` and `class` are columns; ignore one of them",
-                 where);
+        fail(ErrorCode::malformedFile, "{}: both `room` and `class` are columns; ignore one of them", where);
       layout.room = c;
     } else if (cells[c] == "image") {
       layout.image = c;
@@ -86,8 +85,8 @@ Layout readHeader(const std::vector<std::string>& cells, const FeatureTableOptio
       layout.numbers.push_back(c);
     }
   }
-  if (!layout.room) io::fail(ErrorCode::malformedFile, "{}: no column `room` or `class`", where);
-  if (layout.numbers.empty()) io::fail(ErrorCode::malformedFile, "{}: no numeric columns", where);
+  if (!layout.room) fail(ErrorCode::malformedFile, "{}: no column `room` or `class`", where);
+  if (layout.numbers.empty()) fail(ErrorCode::malformedFile, "{}: no numeric columns", where);
   return layout;
 }
 
@@ -96,9 +95,9 @@ float numberIn(const io::CsvRow& row, std::size_t column, const Layout& layout, 
   const auto value = io::toNumber(cell);
   constexpr double max = std::numeric_limits<float>::max();
   if (value && std::abs(*value) <= max) return static_cast<float>(*value);
-  io::fail(ErrorCode::malformedFile, "{}:{}: {} is \"{}\", {}; correct it, or ignore the column", where,
-           column + 1, io::printable(layout.header[column]), io::printable(cell),
-           value ? "not a finite number" : "not a number");
+  fail(ErrorCode::malformedFile, "{}:{}: {} is \"{}\", {}; correct it, or ignore the column", where,
+       column + 1, io::printable(layout.header[column]), io::printable(cell),
+       value ? "not a finite number" : "not a number");
 }
 
 }  // namespace
@@ -126,10 +125,10 @@ FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTa
       return;
     }
     if (row.cells.size() != layout->header.size())
-      io::fail(ErrorCode::malformedFile, "{}: {} cells instead of {}", where, row.cells.size(),
-               layout->header.size());
+      fail(ErrorCode::malformedFile, "{}: {} cells instead of {}", where, row.cells.size(),
+           layout->header.size());
     if (row.cells == layout->header)
-      io::fail(ErrorCode::malformedFile, "{}: repeated header; keep one table per file", where);
+      fail(ErrorCode::malformedFile, "{}: repeated header; keep one table per file", where);
     values.clear();
     for (const std::size_t c : layout->numbers) values.push_back(numberIn(row, c, *layout, where));
     Frame frame;
@@ -141,8 +140,8 @@ FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTa
     table.values.append(values);
   });
   if (table.frames.empty())
-    io::fail(ErrorCode::insufficientData, "{}: {}; write a header with `room`, then one line per image", name,
-             layout ? "no lines below the header" : "empty file");
+    fail(ErrorCode::insufficientData, "{}: {}; write a header with `room`, then one line per image", name,
+         layout ? "no lines below the header" : "empty file");
   return table;
 }
 

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <fstream>
 
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;

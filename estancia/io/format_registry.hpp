@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "estancia/core/choice.hpp"
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {

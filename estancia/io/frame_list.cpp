@@ -7,8 +7,8 @@
 #include <cmath>
 #include <optional>
 
+#include "estancia/core/fail.hpp"
 #include "estancia/io/csv.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {

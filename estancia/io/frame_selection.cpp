@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia::io {
 namespace {

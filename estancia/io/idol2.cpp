@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 

@@ -8,7 +8,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_decoding.hpp"
 #include "estancia/io/image_header.hpp"
@@ -93,9 +93,8 @@ namespace estancia {
 cv::Mat readImage(const std::filesystem::path& file) {
   std::string bytes = io::readBytes(file, io::kMaxBytes);
   if (io::inspectImage(bytes, io::printable(file)).isRadiance())
-    io::fail(ErrorCode::unsupportedFile,
-             "{}: an HDR radiance map, not an image; open its folder as type \"panorama\"",
-             io::printable(file));
+    fail(ErrorCode::unsupportedFile,
+         "{}: an HDR radiance map, not an image; open its folder as type \"panorama\"", io::printable(file));
   return io::toBgr8(io::decode(bytes, file));
 }
 

@@ -2,9 +2,8 @@
 #include <algorithm>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/depth_file.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_file.hpp"
@@ -77,9 +76,9 @@ std::unique_ptr<Sequence> openImages(const std::vector<std::filesystem::path>& f
   auto sequence = std::make_unique<io::ImageFiles>(files.size() == 1 ? io::nameOf(files[0]) : "images");
   for (const auto& file : files) {
     const std::string name = io::printable(file);
-    if (!std::filesystem::exists(file)) io::fail(ErrorCode::fileNotFound, "{}: no such file", name);
+    if (!std::filesystem::exists(file)) fail(ErrorCode::fileNotFound, "{}: no such file", name);
     if (!isImageFile(file))
-      io::fail(ErrorCode::unsupportedFile, "{}: not an image (jpg, png, bmp, tif, webp, pgm, ppm)", name);
+      fail(ErrorCode::unsupportedFile, "{}: not an image (jpg, png, bmp, tif, webp, pgm, ppm)", name);
     Frame frame;
     frame.name = name;
     sequence->add(std::move(frame), file);

@@ -5,9 +5,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/io/fail.hpp"
 
 namespace estancia {
 
@@ -27,7 +26,7 @@ std::vector<unsigned char> encodeImage(const cv::Mat& bgr, int width) {
 void writePng(const cv::Mat& bgr, const std::filesystem::path& file) {
   std::vector<unsigned char> png;
   if (bgr.empty() || !cv::imencode(".png", bgr, png))
-    io::fail(ErrorCode::invalidInput, "{}: the image cannot be encoded as PNG", file.string());
+    fail(ErrorCode::invalidInput, "{}: the image cannot be encoded as PNG", file.string());
   writeWhole(file, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 

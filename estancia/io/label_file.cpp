@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "estancia/core/bytes.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {

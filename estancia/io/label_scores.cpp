@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "estancia/core/error.hpp"
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {

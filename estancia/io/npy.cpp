@@ -9,8 +9,7 @@
 #include <optional>
 #include <string_view>
 
-#include "estancia/core/error.hpp"
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {

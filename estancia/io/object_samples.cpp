@@ -9,10 +9,9 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/csv.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia {
@@ -41,22 +40,22 @@ int pixelsOf(const std::string& cell, int min, const char* column) {
   int value = 0;
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   if (error != std::errc() || end != cell.data() + cell.size() || value < min || value > max)
-    io::fail(ErrorCode::malformedFile, "{} is \"{}\"; give a whole number from {} to {}", column,
-             io::printable(cell), min, max);
+    fail(ErrorCode::malformedFile, "{} is \"{}\"; give a whole number from {} to {}", column,
+         io::printable(cell), min, max);
   return value;
 }
 
 bool flagOf(const std::string& cell, const char* column) {
   if (cell != "0" && cell != "1")
-    io::fail(ErrorCode::malformedFile, "{} is \"{}\"; give 0 or 1", column, io::printable(cell));
+    fail(ErrorCode::malformedFile, "{} is \"{}\"; give 0 or 1", column, io::printable(cell));
   return cell == "1";
 }
 
 ObjectSample sampleOf(std::vector<std::string>& cells) {
   if (cells.size() != kColumns)
-    io::fail(ErrorCode::malformedFile, "{} cells instead of {}", cells.size(), kColumns);
+    fail(ErrorCode::malformedFile, "{} cells instead of {}", cells.size(), kColumns);
   if (const std::string wrong = nameProblem(cells[0]); !wrong.empty())
-    io::fail(ErrorCode::malformedFile, "the name \"{}\" {}", io::printable(cells[0]), wrong);
+    fail(ErrorCode::malformedFile, "the name \"{}\" {}", io::printable(cells[0]), wrong);
   if (cells[1].empty()) throw Error(ErrorCode::malformedFile, "the instance is empty");
   ObjectSample sample;
   sample.box = {pixelsOf(cells[5], 0, "x"), pixelsOf(cells[6], 0, "y"), pixelsOf(cells[7], 1, "width"),
@@ -97,21 +96,21 @@ std::vector<ObjectSample> readObjectSamples(const fs::path& folder) {
     if (rows == 0) {
       const std::string& kind = row.cells[0];
       if (row.cells.size() != 1 || !kind.starts_with(kKind))
-        io::fail(ErrorCode::unsupportedFile, "not a list of object samples, which starts with `{}{}`", kKind,
-                 kVersion);
+        fail(ErrorCode::unsupportedFile, "not a list of object samples, which starts with `{}{}`", kKind,
+             kVersion);
       if (kind.substr(kKind.size()) != kVersion)
-        io::fail(ErrorCode::unsupportedFile, "list of version \"{}\"; this program reads version {}",
-                 io::printable(kind.substr(kKind.size())), kVersion);
+        fail(ErrorCode::unsupportedFile, "list of version \"{}\"; this program reads version {}",
+             io::printable(kind.substr(kKind.size())), kVersion);
     } else if (rows == 1) {
       std::string header;
       for (const std::string& cell : row.cells) header += (header.empty() ? "" : ",") + cell;
-      if (header != kHeader) io::fail(ErrorCode::malformedFile, "the columns must be {}", kHeader);
+      if (header != kHeader) fail(ErrorCode::malformedFile, "the columns must be {}", kHeader);
     } else {
       ObjectSample sample = sampleOf(row.cells);
       const auto [entry, isNew] = lines.emplace(sample.view.name, row.line);
       if (!isNew)
-        io::fail(ErrorCode::malformedFile, "{} is repeated from line {}; keep one of them", sample.view.name,
-                 entry->second);
+        fail(ErrorCode::malformedFile, "{} is repeated from line {}; keep one of them", sample.view.name,
+             entry->second);
       samples.push_back(std::move(sample));
     }
     ++rows;
@@ -120,10 +119,10 @@ std::vector<ObjectSample> readObjectSamples(const fs::path& folder) {
     try {
       use(row);
     } catch (const Error& error) {
-      io::fail(error.code(), "{}:{}: {}", io::printable(file), row.line, error.what());
+      fail(error.code(), "{}:{}: {}", io::printable(file), row.line, error.what());
     }
   });
-  if (rows < 2) io::fail(ErrorCode::truncatedFile, "{}: truncated, without a header", io::printable(file));
+  if (rows < 2) fail(ErrorCode::truncatedFile, "{}: truncated, without a header", io::printable(file));
   return samples;
 }
 
@@ -139,8 +138,8 @@ void writeObjectSamples(const std::vector<ObjectSample>& samples, const fs::path
         if (io::printable(cell) != cell)
           throw Error(ErrorCode::invalidInput, "a text has control characters or invalid UTF-8");
     } catch (const Error& error) {
-      io::fail(ErrorCode::invalidInput, "sample {} ({}) cannot be written: {}", i, io::printable(cells[0]),
-               error.what());
+      fail(ErrorCode::invalidInput, "sample {} ({}) cannot be written: {}", i, io::printable(cells[0]),
+           error.what());
     }
     for (std::size_t c = 0; c < cells.size(); ++c) text += (c == 0 ? "" : ",") + io::csvCell(cells[c]);
     text += '\n';

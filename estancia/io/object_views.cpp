@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_decoding.hpp"
 #include "estancia/io/object_view_formats.hpp"
@@ -111,21 +111,21 @@ std::unique_ptr<ObjectViews> openObjectViews(const fs::path& path, const ObjectV
   const std::string name = io::printable(path);
   std::error_code error;
   if (!fs::is_directory(path, error))
-    io::fail(ErrorCode::fileNotFound, "{}: no such folder of object views", name);
+    fail(ErrorCode::fileNotFound, "{}: no such folder of object views", name);
   auto views = io::opened(path, [&] {
     const auto* format = io::findFormat(kFormats, path, options.type);
     if (format != nullptr) return format->open(path, options);
     std::string layouts;
     for (const auto& known : kFormats) layouts += fmt::format("; {}: {}", known.type, known.explanation);
-    io::fail(ErrorCode::unsupportedFile,
-             "{}: no object views in this folder; make some with `estancia objects collect`. "
-             "Known formats{}",
-             name, layouts.replace(0, 1, ":"));
+    fail(ErrorCode::unsupportedFile,
+         "{}: no object views in this folder; make some with `estancia objects collect`. "
+         "Known formats{}",
+         name, layouts.replace(0, 1, ":"));
   });
   if (views->size() == 0) {
     std::string why;
     for (const std::string& warning : views->warnings()) why += fmt::format("; {}", warning);
-    io::fail(ErrorCode::insufficientData, "{}: no usable view of an object{}", name, why);
+    fail(ErrorCode::insufficientData, "{}: no usable view of an object{}", name, why);
   }
   return views;
 }

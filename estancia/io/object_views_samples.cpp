@@ -1,8 +1,8 @@
 // Object samples (object_samples.hpp) as object views.
 #include <fmt/format.h>
 
+#include "estancia/core/fail.hpp"
 #include "estancia/io/cloud_file.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_file.hpp"

@@ -10,9 +10,9 @@
 #include <opencv2/imgproc.hpp>
 #include <unordered_set>
 
+#include "estancia/core/fail.hpp"
 #include "estancia/io/camera_file.hpp"
 #include "estancia/io/depth_file.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_file.hpp"

@@ -12,7 +12,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_decoding.hpp"

@@ -15,8 +15,7 @@
 #include <string_view>
 #include <vector>
 
-#include "estancia/core/error.hpp"
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/lzf.hpp"
 #include "estancia/io/scalar.hpp"
@@ -56,7 +55,7 @@ std::size_t wholeNumber(std::string_view word, std::string_view key) {
   std::size_t value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error != std::errc() || end != word.data() + word.size() || value > max)
-    io::fail(ErrorCode::malformedFile, "{} is \"{}\", not a whole number", key, io::printable(word));
+    fail(ErrorCode::malformedFile, "{} is \"{}\", not a whole number", key, io::printable(word));
   return value;
 }
 
@@ -64,8 +63,8 @@ std::size_t wholeNumber(std::string_view word, std::string_view key) {
 template <typename Use>
 void forEachField(std::vector<Field>& fields, const std::vector<std::string_view>& words, const Use& use) {
   if (words.size() != fields.size() + 1)
-    io::fail(ErrorCode::malformedFile, "{} has {} values for {} fields", io::printable(words[0]),
-             words.size() - 1, fields.size());
+    fail(ErrorCode::malformedFile, "{} has {} values for {} fields", io::printable(words[0]),
+         words.size() - 1, fields.size());
   for (std::size_t i = 0; i < fields.size(); ++i) use(fields[i], words[i + 1]);
 }
 
@@ -77,7 +76,7 @@ void finish(Header& header, bool sized, bool typed, std::optional<std::size_t> p
   std::size_t offset = 0;
   for (Field& field : header.fields) {
     if (!field.scalar.exists())
-      io::fail(ErrorCode::malformedFile, "unknown type {} of {} bytes", field.scalar.type, field.scalar.size);
+      fail(ErrorCode::malformedFile, "unknown type {} of {} bytes", field.scalar.type, field.scalar.size);
     if (field.count > maxPointBytes) throw Error(ErrorCode::malformedFile, "a point is larger than 64 kB");
     field.offset = offset;
     offset += field.bytes();
@@ -86,30 +85,29 @@ void finish(Header& header, bool sized, bool typed, std::optional<std::size_t> p
   for (const char* name : {"x", "y", "z", "rgb", "rgba", "normal_x", "normal_y", "normal_z"}) {
     const auto same = [name](const Field& field) { return field.name == name; };
     if (std::ranges::count_if(header.fields, same) > 1)
-      io::fail(ErrorCode::malformedFile, "repeated field {}", name);
+      fail(ErrorCode::malformedFile, "repeated field {}", name);
     const Field* field = header.find(name);
     const bool color = *name == 'r', coordinate = name[1] == '\0';
-    if (field == nullptr && coordinate) io::fail(ErrorCode::malformedFile, "no field {}", name);
+    if (field == nullptr && coordinate) fail(ErrorCode::malformedFile, "no field {}", name);
     if (field != nullptr && (field->count != 1 || (color && field->scalar.size != 4)))
-      io::fail(ErrorCode::malformedFile, "the field {} must be one number{} per point", name,
-               color ? " of 4 bytes" : "");
+      fail(ErrorCode::malformedFile, "the field {} must be one number{} per point", name,
+           color ? " of 4 bytes" : "");
   }
   if (header.width == 0 || header.height == 0) throw Error(ErrorCode::malformedFile, "no points");
   if (points && *points != header.points())
-    io::fail(ErrorCode::malformedFile, "{} × {} does not equal POINTS {}", header.width, header.height,
-             *points);
+    fail(ErrorCode::malformedFile, "{} × {} does not equal POINTS {}", header.width, header.height, *points);
 }
 
 /// x y z qw qx qy qz; nothing for the origin and for values that are no pose.
 std::optional<Pose> viewpointOf(const std::vector<std::string_view>& words) {
   std::array<double, 7> n;
   if (words.size() != n.size() + 1)
-    io::fail(ErrorCode::malformedFile, "VIEWPOINT has {} values instead of {}", words.size() - 1, n.size());
+    fail(ErrorCode::malformedFile, "VIEWPOINT has {} values instead of {}", words.size() - 1, n.size());
   bool known = true;
   for (std::size_t i = 0; i < n.size(); ++i) {
     const auto value = io::toNumber(words[i + 1]);
     if (!value)
-      io::fail(ErrorCode::malformedFile, "VIEWPOINT: \"{}\" is not a number", io::printable(words[i + 1]));
+      fail(ErrorCode::malformedFile, "VIEWPOINT: \"{}\" is not a number", io::printable(words[i + 1]));
     n[i] = *value;
     known = known && std::abs(n[i]) <= std::numeric_limits<float>::max();
   }
@@ -134,13 +132,13 @@ Header readHeader(std::string_view file) {
     const std::string_view key = words[0];
     const auto only = [&] {
       if (words.size() != 2)
-        io::fail(ErrorCode::malformedFile, "{} has {} values instead of one", key, words.size() - 1);
+        fail(ErrorCode::malformedFile, "{} has {} values instead of one", key, words.size() - 1);
       return words[1];
     };
     if (key == "VERSION") {
       if (const auto version = only(); version != "0.7" && version != ".7")
-        io::fail(ErrorCode::unsupportedFile, "version {}; save it as version 0.7 with PCL's tools",
-                 io::printable(version));
+        fail(ErrorCode::unsupportedFile, "version {}; save it as version 0.7 with PCL's tools",
+             io::printable(version));
     } else if (key == "FIELDS") {
       if (!header.fields.empty()) throw Error(ErrorCode::malformedFile, "repeated FIELDS");
       for (std::size_t i = 1; i < words.size(); ++i) header.fields.emplace_back().name = words[i];
@@ -151,7 +149,7 @@ Header readHeader(std::string_view file) {
     } else if (key == "TYPE") {
       forEachField(header.fields, words, [&](Field& f, auto word) {
         if (word != "I" && word != "U" && word != "F")
-          io::fail(ErrorCode::malformedFile, "unknown type {}", io::printable(word));
+          fail(ErrorCode::malformedFile, "unknown type {}", io::printable(word));
         f.scalar.type = word[0];
       });
       typed = true;
@@ -168,7 +166,7 @@ Header readHeader(std::string_view file) {
     } else if (key == "VIEWPOINT") {
       header.viewpoint = viewpointOf(words);
     } else {
-      io::fail(ErrorCode::malformedFile, "unknown header line \"{}\"", io::printable(key));
+      fail(ErrorCode::malformedFile, "unknown header line \"{}\"", io::printable(key));
     }
     header.begin = begin;
   }
@@ -246,8 +244,8 @@ void readCompressed(PointCloud& cloud, const Header& header, std::string_view da
   data.remove_prefix(sizes);
   if (packed > data.size()) throw truncated(header, data.size());
   if (size % header.stride() != 0 || size / header.stride() != header.points())
-    io::fail(ErrorCode::corruptFile, "{} uncompressed bytes do not match {} × {} points", size, header.width,
-             header.height);
+    fail(ErrorCode::corruptFile, "{} uncompressed bytes do not match {} × {} points", size, header.width,
+         header.height);
   const std::string all = io::unpackLzf(data.substr(0, packed), size);
   fill(cloud, header, [&](const Field& field, std::size_t i) {
     return all.data() + field.offset * header.points() + i * field.bytes();
@@ -273,7 +271,7 @@ void readAscii(PointCloud& cloud, const Header& header, std::string_view data, s
   cloud.points.reserve(header.points());
   for (std::size_t line = firstLine; cloud.points.size() < header.points(); ++line) {
     if (data.empty())
-      io::fail(ErrorCode::truncatedFile, "truncated: {} of {} points", cloud.points.size(), header.points());
+      fail(ErrorCode::truncatedFile, "truncated: {} of {} points", cloud.points.size(), header.points());
     const auto end = data.find('\n');
     std::string_view text = data.substr(0, end);
     data.remove_prefix(end == std::string_view::npos ? data.size() : end + 1);
@@ -281,12 +279,12 @@ void readAscii(PointCloud& cloud, const Header& header, std::string_view data, s
     const auto words = io::wordsOf(text);
     if (words.empty()) continue;
     if (words.size() != columns)
-      io::fail(ErrorCode::malformedFile, "line {}: {} numbers instead of {}", line, words.size(), columns);
+      fail(ErrorCode::malformedFile, "line {}: {} numbers instead of {}", line, words.size(), columns);
     const auto number = [&](const Field& field) {
       const std::string_view word = words[columnOf(field)];
       const auto value = io::toNumber(word);
       if (!value)
-        io::fail(ErrorCode::malformedFile, "line {}: \"{}\" is not a number", line, io::printable(word));
+        fail(ErrorCode::malformedFile, "line {}: \"{}\" is not a number", line, io::printable(word));
       return *value;
     };
     cloud.points.push_back(pointOf(wanted.xyz, number));
@@ -295,7 +293,7 @@ void readAscii(PointCloud& cloud, const Header& header, std::string_view data, s
     const double color = number(*wanted.color);
     constexpr double max = std::numeric_limits<std::uint32_t>::max();
     if (wanted.color->scalar.type != 'F' && !(std::abs(color) <= max))
-      io::fail(ErrorCode::malformedFile, "line {}: {} is not a color", line, color);
+      fail(ErrorCode::malformedFile, "line {}: {} is not a color", line, color);
     cloud.colors.push_back(colorOf(packedColor(*wanted.color, color)));
   }
 }
@@ -321,18 +319,18 @@ PointCloud readPcd(const std::filesystem::path& file) {
                 1 + static_cast<std::size_t>(std::count(
                         bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(header.begin), '\n')));
     else
-      io::fail(ErrorCode::unsupportedFile, "DATA is \"{}\"; known: ascii, binary, binary_compressed",
-               io::printable(header.data));
+      fail(ErrorCode::unsupportedFile, "DATA is \"{}\"; known: ascii, binary, binary_compressed",
+           io::printable(header.data));
     return cloud;
   } catch (const Error& error) {
-    io::fail(error.code(), "{}: {}", io::printable(file), error.what());
+    fail(error.code(), "{}: {}", io::printable(file), error.what());
   }
 }
 
 cv::Mat depthOf(const PointCloud& cloud) {
   if (!cloud.organized())
-    io::fail(ErrorCode::invalidInput,
-             "an unorganized cloud of {} points has no depth image; save it organized", cloud.points.size());
+    fail(ErrorCode::invalidInput, "an unorganized cloud of {} points has no depth image; save it organized",
+         cloud.points.size());
   cv::Mat depth(static_cast<int>(cloud.height), static_cast<int>(cloud.width), CV_32F);
   auto* pixels = depth.ptr<float>();
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {

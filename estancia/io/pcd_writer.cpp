@@ -5,8 +5,8 @@
 #include <string>
 
 #include "estancia/core/bytes.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/pcd.hpp"
 
@@ -64,7 +64,7 @@ std::string bytesOf(const PointCloud& cloud) {
 void writePcd(const PointCloud& cloud, const std::filesystem::path& file, bool ascii) {
   validate(cloud);
   if (cloud.points.empty())
-    io::fail(ErrorCode::invalidInput, "{}: an empty cloud is not written", io::printable(file));
+    fail(ErrorCode::invalidInput, "{}: an empty cloud is not written", io::printable(file));
   writeWhole(file, headerOf(cloud, ascii) + (ascii ? textOf(cloud) : bytesOf(cloud)));
 }
 

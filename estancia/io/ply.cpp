@@ -10,8 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "estancia/core/error.hpp"
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/scalar.hpp"
 
@@ -75,14 +74,13 @@ io::Scalar scalarCalled(std::string_view name) {
                                    {"float", "float32", {'F', 4}}, {"double", "float64", {'F', 8}}};
   for (const Type& type : types)
     if (name == type.old || name == type.other) return type.scalar;
-  io::fail(ErrorCode::malformedFile, "unknown type \"{}\"", io::printable(name));
+  fail(ErrorCode::malformedFile, "unknown type \"{}\"", io::printable(name));
 }
 
 Property propertyOf(const std::vector<std::string_view>& words) {
   if (words.size() == 5 && words[1] == "list") {
     const io::Scalar count = scalarCalled(words[2]);
-    if (count.type == 'F')
-      io::fail(ErrorCode::malformedFile, "a list is counted in {}", io::printable(words[2]));
+    if (count.type == 'F') fail(ErrorCode::malformedFile, "a list is counted in {}", io::printable(words[2]));
     return {std::string(words[4]), scalarCalled(words[3]), count};
   }
   if (words.size() != 3)
@@ -94,7 +92,7 @@ std::size_t countOf(std::string_view word) {
   std::size_t count = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), count);
   if (error != std::errc() || end != word.data() + word.size())
-    io::fail(ErrorCode::malformedFile, "\"{}\" is not a number of elements", io::printable(word));
+    fail(ErrorCode::malformedFile, "\"{}\" is not a number of elements", io::printable(word));
   return count;
 }
 
@@ -114,17 +112,17 @@ Header readHeader(Rest& rest) {
       static constexpr std::string_view names[] = {"ascii", "binary_little_endian", "binary_big_endian"};
       const auto* const known = std::ranges::find(names, words[1]);
       if (known == std::end(names) || words[2] != "1.0")
-        io::fail(ErrorCode::unsupportedFile,
-                 "format \"{} {}\"; known: ascii, binary_little_endian, binary_big_endian 1.0",
-                 io::printable(words[1]), io::printable(words[2]));
+        fail(ErrorCode::unsupportedFile,
+             "format \"{} {}\"; known: ascii, binary_little_endian, binary_big_endian 1.0",
+             io::printable(words[1]), io::printable(words[2]));
       header.format = static_cast<Format>(known - std::begin(names));
     } else if (words[0] == "element" && words.size() == 3) {
       header.elements.push_back({std::string(words[1]), countOf(words[2]), {}});
     } else if (words[0] == "property" && !header.elements.empty()) {
       header.elements.back().properties.push_back(propertyOf(words));
     } else {
-      io::fail(ErrorCode::malformedFile, "line {}: unknown header line \"{} …\"", rest.line - 1,
-               io::printable(words[0].substr(0, 40)));
+      fail(ErrorCode::malformedFile, "line {}: unknown header line \"{} …\"", rest.line - 1,
+           io::printable(words[0].substr(0, 40)));
     }
   }
   if (!header.format) throw Error(ErrorCode::malformedFile, "the header has no line \"format\"");
@@ -142,7 +140,7 @@ void readBinary(Rest& rest, const Element& element, bool swapped, const Use& use
     }
     const double count = io::numberAt(*property.count, rest.take(property.count->size), swapped);
     if (count < 0)
-      io::fail(ErrorCode::malformedFile, "list {} of {} numbers", io::printable(property.name), count);
+      fail(ErrorCode::malformedFile, "list {} of {} numbers", io::printable(property.name), count);
     rest.take(static_cast<std::size_t>(count) * property.scalar.size);
   }
 }
@@ -154,11 +152,11 @@ void readAscii(Rest& rest, const Element& element, const Use& use) {
   std::size_t next = 0;
   const auto number = [&] {
     if (next == words.size())
-      io::fail(ErrorCode::malformedFile, "line {}: {} numbers, too few for a {}", line, words.size(),
-               io::printable(element.name));
+      fail(ErrorCode::malformedFile, "line {}: {} numbers, too few for a {}", line, words.size(),
+           io::printable(element.name));
     const auto value = io::toNumber(words[next]);
     if (!value)
-      io::fail(ErrorCode::malformedFile, "line {}: \"{}\" is not a number", line, io::printable(words[next]));
+      fail(ErrorCode::malformedFile, "line {}: \"{}\" is not a number", line, io::printable(words[next]));
     ++next;
     return *value;
   };
@@ -169,13 +167,12 @@ void readAscii(Rest& rest, const Element& element, const Use& use) {
     }
     const double count = number();
     if (!(count >= 0) || count > static_cast<double>(words.size() - next))
-      io::fail(ErrorCode::malformedFile, "line {}: list of {} numbers with {}", line, count,
-               words.size() - next);
+      fail(ErrorCode::malformedFile, "line {}: list of {} numbers with {}", line, count, words.size() - next);
     for (double i = 0; i < count; ++i) number();
   }
   if (next != words.size())
-    io::fail(ErrorCode::malformedFile, "line {}: {} numbers, too many for a {}", line, words.size(),
-             io::printable(element.name));
+    fail(ErrorCode::malformedFile, "line {}: {} numbers, too many for a {}", line, words.size(),
+         io::printable(element.name));
 }
 
 /// Throws when the file is too short for the element.
@@ -184,8 +181,8 @@ void requireBytes(const Element& element, Format format, std::size_t bytes) {
   for (const Property& property : element.properties)
     min += format == Format::ascii ? 2 : property.minBytes();
   if (min > 0 && element.count > (bytes + 1) / min)
-    io::fail(ErrorCode::truncatedFile, "truncated: {} bytes for {} × {}", bytes, element.count,
-             io::printable(element.name));
+    fail(ErrorCode::truncatedFile, "truncated: {} bytes for {} × {}", bytes, element.count,
+         io::printable(element.name));
 }
 
 /// Indices of the point, normal and color among the properties of a vertex.
@@ -195,9 +192,8 @@ struct VertexFields {
     for (std::size_t n = 0; n < std::size(names); ++n)
       for (std::size_t p = 0; p < vertex.properties.size(); ++p) {
         if (vertex.properties[p].name != names[n]) continue;
-        if (at[n]) io::fail(ErrorCode::malformedFile, "repeated property {} of a vertex", names[n]);
-        if (vertex.properties[p].count)
-          io::fail(ErrorCode::malformedFile, "the property {} is a list", names[n]);
+        if (at[n]) fail(ErrorCode::malformedFile, "repeated property {} of a vertex", names[n]);
+        if (vertex.properties[p].count) fail(ErrorCode::malformedFile, "the property {} is a list", names[n]);
         at[n] = p;
       }
     if (!at[0] || !at[1] || !at[2]) throw Error(ErrorCode::malformedFile, "a vertex has no x, y and z");
@@ -273,7 +269,7 @@ PointCloud readPly(const std::filesystem::path& file) {
   try {
     return read(bytes);
   } catch (const Error& error) {
-    io::fail(error.code(), "{}: {}", io::printable(file), error.what());
+    fail(error.code(), "{}: {}", io::printable(file), error.what());
   }
 }
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "estancia/core/bytes.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/ply.hpp"
 
@@ -67,7 +67,7 @@ class Body {
 void writePly(const PointCloud& cloud, const std::filesystem::path& file, const CloudEdges& edges,
               bool ascii) {
   const auto refuse = [&](const std::string& why) {
-    io::fail(ErrorCode::invalidInput, "{}: {}", io::printable(file), why);
+    fail(ErrorCode::invalidInput, "{}: {}", io::printable(file), why);
   };
   validate(cloud);
   constexpr auto maxPoints = static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max());

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <unordered_map>
 
+#include "estancia/core/fail.hpp"
 #include "estancia/io/depth_file.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 

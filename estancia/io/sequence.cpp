@@ -7,11 +7,10 @@
 #include <opencv2/core.hpp>
 #include <unordered_map>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/io/camera_file.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/frame_selection.hpp"
@@ -30,8 +29,8 @@ class DescriptorFrames final : public io::ListedSequence {
     entries_ = std::move(frames);
   }
   cv::Mat image(std::size_t i) const override {
-    io::fail(ErrorCode::invalidState, "{}: {} has labels only, no image; open the sequence of images", name_,
-             frame(i).name);
+    fail(ErrorCode::invalidState, "{}: {} has labels only, no image; open the sequence of images", name_,
+         frame(i).name);
   }
 };
 
@@ -95,9 +94,8 @@ void attachIntrinsics(io::ListedSequence& sequence, const fs::path& file) {
       frameFailure(sequence.frame(i).name);  // the next may be readable
     }
   if (camera.width == 0)
-    io::fail(ErrorCode::insufficientData,
-             "{}: lacks the image size, and none of the first {} images can be read", io::printable(file),
-             tries);
+    fail(ErrorCode::insufficientData, "{}: lacks the image size, and none of the first {} images can be read",
+         io::printable(file), tries);
   sequence.setIntrinsics(camera);
 }
 
@@ -162,10 +160,10 @@ void requireExistingPath(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (status.type() == fs::file_type::not_found)
-    io::fail(ErrorCode::fileNotFound, "{}: no such file or folder", name);
-  if (error) io::fail(ErrorCode::fileUnreadable, "{}: cannot be read ({})", name, error.message());
+    fail(ErrorCode::fileNotFound, "{}: no such file or folder", name);
+  if (error) fail(ErrorCode::fileUnreadable, "{}: cannot be read ({})", name, error.message());
   if (!fs::is_regular_file(status) && !fs::is_directory(status))
-    io::fail(ErrorCode::unsupportedFile, "{}: neither a file nor a folder", name);
+    fail(ErrorCode::unsupportedFile, "{}: neither a file nor a folder", name);
 }
 
 }  // namespace
@@ -216,12 +214,11 @@ void validate(const SequenceOptions& options) {
   SequenceOptions copy = options;
   declare(copy).validate();
   if (options.depthScale > 0 && options.depthScale < 1e-6)
-    io::fail(ErrorCode::invalidOption, "sequence.depth-scale is {}; give 0 or at least 1e-6",
-             options.depthScale);
+    fail(ErrorCode::invalidOption, "sequence.depth-scale is {}; give 0 or at least 1e-6", options.depthScale);
 }
 
 cv::Mat Sequence::depth(std::size_t i) const {
-  io::fail(ErrorCode::insufficientData, "{}: {} has no depth image", name(), frame(i).name);
+  fail(ErrorCode::insufficientData, "{}: {} has no depth image", name(), frame(i).name);
 }
 
 std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptions& options) {
@@ -230,10 +227,10 @@ std::unique_ptr<Sequence> openSequence(const fs::path& path, const SequenceOptio
   io::Opened sequence = io::opened(path, [&] {
     const auto* format = io::findFormat(kFormats, path, options.type);
     if (format == nullptr)
-      io::fail(ErrorCode::unsupportedFile,
-               "{}: no known data set, and no images in this folder (jpg, png, bmp, tif, webp, "
-               "pgm, ppm){}",
-               io::printable(path), foldersWithImages(path));
+      fail(ErrorCode::unsupportedFile,
+           "{}: no known data set, and no images in this folder (jpg, png, bmp, tif, webp, "
+           "pgm, ppm){}",
+           io::printable(path), foldersWithImages(path));
     io::Opened listed = format->open(path, options);
     attachSideFiles(*listed, path, options);
     return listed;

@@ -7,8 +7,8 @@
 #include <string>
 #include <unordered_map>
 
+#include "estancia/core/fail.hpp"
 #include "estancia/io/csv.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia::io {

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <limits>
 
+#include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/pose_matrix.hpp"
 
@@ -63,10 +63,10 @@ Trajectory readTrajectory(const fs::path& file) {
     for (const auto word : words)
       if (const auto number = io::toNumber(word)) numbers.push_back(*number);
     if (words.size() != columns || numbers.size() != columns)
-      io::fail(ErrorCode::malformedFile,
-               "{}:{}: {} of {} values are numbers; write `t x y z qx qy qz qw` (TUM) or the 12 "
-               "numbers of a 3×4 matrix (KITTI) on every line",
-               name, i + 1, numbers.size(), words.size());
+      fail(ErrorCode::malformedFile,
+           "{}:{}: {} of {} values are numbers; write `t x y z qx qy qz qw` (TUM) or the 12 "
+           "numbers of a 3×4 matrix (KITTI) on every line",
+           name, i + 1, numbers.size(), words.size());
     TrajectoryPoint point;
     if (columns == kTum) {
       point.pose = poseOfTum(numbers);
@@ -85,7 +85,7 @@ Trajectory readTrajectory(const fs::path& file) {
     if (!point.pose || (columns == kTum && !point.timestamp)) unusable.add(i + 1);
     trajectory.points.push_back(point);
   }
-  if (trajectory.points.empty()) io::fail(ErrorCode::insufficientData, "{}: no poses", name);
+  if (trajectory.points.empty()) fail(ErrorCode::insufficientData, "{}: no poses", name);
   const auto warn = [&](const Problem& problem, const char* what) {
     if (problem.count > 0)
       trajectory.warnings.push_back(fmt::format("{}: {} of {} poses {} (first: line {})", name, problem.count,
@@ -104,9 +104,9 @@ void writeTrajectory(const std::vector<TrajectoryPoint>& points, const fs::path&
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto& [timestamp, pose] = points[i];
     if (!timestamp || !std::isfinite(*timestamp) || !pose || !pose->isFinite())
-      io::fail(ErrorCode::invalidInput,
-               "{}: point {} lacks its time stamp or pose, which TUM files need; leave it out",
-               io::printable(file), i + 1);
+      fail(ErrorCode::invalidInput,
+           "{}: point {} lacks its time stamp or pose, which TUM files need; leave it out",
+           io::printable(file), i + 1);
     text += lineOf(*timestamp, *pose);
   }
   writeWhole(file, text);
@@ -114,8 +114,8 @@ void writeTrajectory(const std::vector<TrajectoryPoint>& points, const fs::path&
 
 void writePoses(const std::vector<Frame>& frames, const fs::path& file) {
   if (std::ranges::none_of(frames, [](const Frame& f) { return f.pose.has_value(); }))
-    io::fail(ErrorCode::insufficientData, "{}: none of the {} frames has a pose", io::printable(file),
-             frames.size());
+    fail(ErrorCode::insufficientData, "{}: none of the {} frames has a pose", io::printable(file),
+         frames.size());
   std::vector<TrajectoryPoint> points;
   if (std::ranges::all_of(frames, [](const Frame& f) { return f.timestamp.has_value(); })) {
     for (const Frame& frame : frames)

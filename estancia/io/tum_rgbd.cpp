@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/depth_file.hpp"
-#include "estancia/io/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/side_files.hpp"

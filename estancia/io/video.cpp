@@ -11,7 +11,7 @@
 #include <string_view>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/io/fail.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_decoding.hpp"

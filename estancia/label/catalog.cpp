@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "estancia/core/config.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 
 namespace estancia {
@@ -49,9 +49,10 @@ class CatalogReader {
 
  private:
   [[noreturn]] void missingSet(const std::string& user, const std::string& set) const {
-    throw Error(ErrorCode::malformedFile, fmt::format("{}: {} names the label set {}, which is missing or "
-                                                      "takes its words from another; add [labels.{}]",
-                                                      file_.path().string(), user, set, set));
+    fail(ErrorCode::malformedFile,
+         "{}: {} names the label set {}, which is missing or "
+         "takes its words from another; add [labels.{}]",
+         file_.path().string(), user, set, set);
   }
 
   /// A name that is safe as that of a file and of a folder.
@@ -177,9 +178,9 @@ bool isWordNetNumber(std::string_view word) {
 std::string_view unnumbered(std::string_view line, std::size_t number, const std::string& set) {
   const auto blank = line.rfind(' ');
   if (blank == std::string_view::npos || line.substr(blank + 1) != std::to_string(number))
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}:{}: \"{}\" does not end with the number {}; the list is not what it was", set,
-                            number + 1, io::printable(line), number));
+    fail(ErrorCode::malformedFile,
+         "{}:{}: \"{}\" does not end with the number {}; the list is not what it was", set, number + 1,
+         io::printable(line), number);
   return line.substr(0, blank);
 }
 
@@ -211,8 +212,8 @@ const CatalogEntry& Catalog::get(const std::string& name) const {
   if (const auto found = models_.find(name); found != models_.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [other, model] : models_) known.push_back(other);
-  throw Error(ErrorCode::unknownName, fmt::format("no model \"{}\" in the catalog; known are {}",
-                                                  io::printable(name), fmt::join(known, ", ")));
+  fail(ErrorCode::unknownName, "no model \"{}\" in the catalog; known are {}", io::printable(name),
+       fmt::join(known, ", "));
 }
 
 std::string Catalog::checksums(const CatalogEntry& model) const {
@@ -237,9 +238,9 @@ std::vector<std::string> labelsOf(const LabelSet& set, const std::vector<std::st
                                   const std::vector<std::string>& words) {
   const std::string& list = set.file.name;
   if (lines.size() != set.count)
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{} has {} lines where {} labels are expected; the list is not what it was", list,
-                            lines.size(), set.count));
+    fail(ErrorCode::malformedFile,
+         "{} has {} lines where {} labels are expected; the list is not what it was", list, lines.size(),
+         set.count);
   const auto known = wordNetWords(words);
   std::vector<std::string> labels;
   for (std::size_t i = 0; i < lines.size(); ++i) {
@@ -248,8 +249,8 @@ std::vector<std::string> labelsOf(const LabelSet& set, const std::vector<std::st
     if (set.numbered && isWordNetNumber(label)) {
       const auto found = known.find(label);
       if (found == known.end())
-        throw Error(ErrorCode::malformedFile,
-                    fmt::format("{}:{}: no words for {} in the list {}", list, i + 1, label, set.words));
+        fail(ErrorCode::malformedFile, "{}:{}: no words for {} in the list {}", list, i + 1, label,
+             set.words);
       label = found->second;
     } else if (set.numbered && label.size() > 10 && label[9] == ' ' && isWordNetNumber(label.substr(0, 9))) {
       label.remove_prefix(10);

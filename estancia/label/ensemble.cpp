@@ -9,7 +9,7 @@
 
 #include "estancia/core/config.hpp"
 #include "estancia/core/digest.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/plus_names.hpp"
 
 namespace estancia {
@@ -20,25 +20,25 @@ constexpr std::size_t maxMembers = 100;
 std::vector<EnsembleMember> checked(std::vector<EnsembleMember> members, const std::string& name,
                                     Fusion fusion) {
   if (members.empty())
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("the ensemble {} has no members; name at least one", name));
+    fail(ErrorCode::invalidInput, "the ensemble {} has no members; name at least one", name);
   const auto isSound = [](float value) { return value > 0 && std::isfinite(value); };
   for (EnsembleMember& member : members) {
     if (!member.labeler->members().empty())
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("the ensemble {} holds another ensemble; name its models themselves", name));
+      fail(ErrorCode::invalidInput, "the ensemble {} holds another ensemble; name its models themselves",
+           name);
     if (member.labeler->discovers())
-      throw Error(ErrorCode::invalidInput, fmt::format("the ensemble {} holds a model that discovers its "
-                                                       "words; give that model a label file, or label "
-                                                       "with it first and take the file as a recording",
-                                                       name));
+      fail(ErrorCode::invalidInput,
+           "the ensemble {} holds a model that discovers its "
+           "words; give that model a label file, or label "
+           "with it first and take the file as a recording",
+           name);
     if (!member.weight)
       member.weight = fusion == Fusion::probabilities
                           ? 1.0F
                           : std::sqrt(static_cast<float>(member.labeler->vocabulary().size()));
     if (!isSound(*member.weight) || !isSound(member.temperature))
-      throw Error(ErrorCode::invalidOption,
-                  fmt::format("the ensemble {}: weights and temperatures must be numbers above 0", name));
+      fail(ErrorCode::invalidOption, "the ensemble {}: weights and temperatures must be numbers above 0",
+           name);
   }
   return members;
 }
@@ -131,8 +131,8 @@ std::string Ensemble::cacheKey() const {
 
 LexicalDescriptor Ensemble::combine(std::span<const LexicalDescriptor> answers) const {
   if (answers.size() != members_.size())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("{} answers for the {} members of an ensemble", answers.size(), members_.size()));
+    fail(ErrorCode::mismatch, "{} answers for the {} members of an ensemble", answers.size(),
+         members_.size());
   float sum = 0;
   for (const EnsembleMember& member : members_) sum += *member.weight;
   LexicalDescriptor all(vocabulary_.size(), 0.0F);
@@ -202,9 +202,7 @@ std::unique_ptr<Labeler> openEnsemble(const ModelSpec& spec, const LabelerOption
 std::unique_ptr<Labeler> openEnsemble(const std::string& names, const LabelerOptions& options) {
   std::vector<EnsembleMember> members;
   for (const std::string& name : splitAtPlus(names)) {
-    if (name.empty())
-      throw Error(ErrorCode::unknownName,
-                  fmt::format("\"{}\": name the models between the plus signs", names));
+    if (name.empty()) fail(ErrorCode::unknownName, "\"{}\": name the models between the plus signs", names);
     members.push_back({loadModel(name, options), std::nullopt, 1});
   }
   return std::make_unique<Ensemble>(names, std::move(members), Fusion::distances);

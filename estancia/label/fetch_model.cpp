@@ -5,7 +5,7 @@
 #include <system_error>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/fetch/archive.hpp"
@@ -57,16 +57,15 @@ class Fetcher {
     std::error_code problem;
     fs::create_directories(folder_, problem);
     if (problem)
-      throw Error(ErrorCode::fileUnwritable,
-                  fmt::format("cannot make the folder {} ({}); set ESTANCIA_HOME to a folder of yours",
-                              folder_.string(), problem.message()));
+      fail(ErrorCode::fileUnwritable,
+           "cannot make the folder {} ({}); set ESTANCIA_HOME to a folder of yours", folder_.string(),
+           problem.message());
     writeWhole(folder_ / "model.toml", entry_.modelToml);
     readModelSpec(folder_);
     for (const CatalogFile& file : entry_.files)
       if (!file.byHand.empty() && !fs::is_regular_file(folder_ / file.name))
-        throw Error(ErrorCode::fileNotFound,
-                    fmt::format("{} of {} is yours to make: {}; put it at {} and run this again", file.name,
-                                entry_.name, file.byHand, (folder_ / file.name).string()));
+        fail(ErrorCode::fileNotFound, "{} of {} is yours to make: {}; put it at {} and run this again",
+             file.name, entry_.name, file.byHand, (folder_ / file.name).string());
     if (options_.refetch)
       for (const auto& item : fs::directory_iterator(folder_))
         if (!isByHand(item.path().filename().string())) fs::remove(item.path(), problem);
@@ -103,8 +102,8 @@ class Fetcher {
         reasons += std::string(e.what()) + "; ";
       }
     }
-    throw Error(ErrorCode::network, fmt::format("{}put {} at {} by hand, then run this again", reasons,
-                                                file.member, target.string()));
+    fail(ErrorCode::network, "{}put {} at {} by hand, then run this again", reasons, file.member,
+         target.string());
   }
 
   /// SHA-256 of a file; notes when none is published to compare it with.
@@ -165,9 +164,8 @@ FetchedModel fetchModel(const Catalog& catalog, const std::string& name, const F
                         Progress& progress) {
   const CatalogEntry& entry = catalog.get(name);
   if (fs::exists(modelHome() / name) && !options.replace)
-    throw Error(ErrorCode::fileExists,
-                fmt::format("there is a model {} already in {}; use --replace to have it anew", name,
-                            modelHome().string()));
+    fail(ErrorCode::fileExists, "there is a model {} already in {}; use --replace to have it anew", name,
+         modelHome().string());
   Fetcher fetcher(catalog, entry, options, progress);
   fetcher.fetch();
   FetchedModel result;

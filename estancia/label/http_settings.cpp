@@ -11,7 +11,7 @@
 
 #include "estancia/core/base64.hpp"
 #include "estancia/core/config.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/label/model_files.hpp"
 
@@ -70,9 +70,8 @@ class Reader {
       keys.push_back(std::move(key));
     readBlackBox(config_, std::move(keys));
     if (!settings_.field.empty() && !settings_.bodyTemplate.empty())
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: `field` and `body` exclude each other; the image is sent once",
-                              config_.path().string()));
+      fail(ErrorCode::malformedFile, "{}: `field` and `body` exclude each other; the image is sent once",
+           config_.path().string());
     settings_.identity = blackBoxIdentity(spec_, config_, {},
                                           {"ca", "connect_timeout", "read_timeout", "timeout", "attempts",
                                            "backoff", "max_wait", "rate", "parallel", "seed"});

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "estancia/core/config.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/label_scores.hpp"
@@ -37,8 +37,7 @@ std::vector<std::string> splitLabels(std::string_view cell, const std::string& w
     cell.remove_prefix(std::min(end + 1, cell.size()));
   }
   if (labels.empty())
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}: no label; leave the line out if there is none", where));
+    fail(ErrorCode::malformedFile, "{}: no label; leave the line out if there is none", where);
   return labels;
 }
 
@@ -55,13 +54,13 @@ std::vector<ImageLabels> readLabels(const fs::path& file) {
     const bool first = columns == 0;
     if (first) columns = row.cells.size();
     if ((columns != 2 && columns != 3) || row.cells.size() != columns)
-      throw Error(ErrorCode::malformedFile,
-                  fmt::format("{}: {} cells; all lines are `image,label;label2`, or all are "
-                              "`image,label,confidence` (labels with commas in quotes)",
-                              where, row.cells.size()));
+      fail(ErrorCode::malformedFile,
+           "{}: {} cells; all lines are `image,label;label2`, or all are "
+           "`image,label,confidence` (labels with commas in quotes)",
+           where, row.cells.size());
     if (first && isHeader(row)) return;
     const std::string image = io::printable(row.cells[0]);
-    if (image.empty()) throw Error(ErrorCode::malformedFile, fmt::format("{}: the image has no name", where));
+    if (image.empty()) fail(ErrorCode::malformedFile, "{}: the image has no name", where);
     const auto [entry, isNew] = indices.emplace(image, all.size());
     if (isNew) all.push_back({image, {}});
     auto& labels = all[entry->second].labels;
@@ -71,20 +70,18 @@ std::vector<ImageLabels> readLabels(const fs::path& file) {
       if (columns == 3) {
         const auto value = io::toNumber(row.cells[2]);
         if (!value)
-          throw Error(ErrorCode::malformedFile, fmt::format("{}: \"{}\" is no number for \"{}\"", where,
-                                                            io::printable(row.cells[2]), label));
+          fail(ErrorCode::malformedFile, "{}: \"{}\" is no number for \"{}\"", where,
+               io::printable(row.cells[2]), label);
         confidence = io::toProbability(*value, label, where);
       }
       const auto [added, isFresh] = labels.emplace(label, std::pair{confidence, row.line});
       if (!isFresh && added->second.first != confidence)
-        throw Error(ErrorCode::malformedFile,
-                    fmt::format("{}: \"{}\" has another confidence in line {}; keep one of them", where,
-                                label, added->second.second));
+        fail(ErrorCode::malformedFile, "{}: \"{}\" has another confidence in line {}; keep one of them",
+             where, label, added->second.second);
     }
   });
   if (all.empty())
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: no labeled images in it", io::printable(file.string())));
+    fail(ErrorCode::insufficientData, "{}: no labeled images in it", io::printable(file.string()));
   return all;
 }
 
@@ -100,8 +97,7 @@ Vocabulary sortedLabels(const std::vector<ImageLabels>& all) {
 DescriptorSequence readHumanLabels(const fs::path& file, const std::optional<Vocabulary>& given,
                                    double certainty) {
   if (!(certainty > 0 && certainty <= 1))
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("certainty = {}: give a number above 0, at most 1", certainty));
+    fail(ErrorCode::invalidOption, "certainty = {}: give a number above 0, at most 1", certainty);
   const std::string name = io::printable(file.string());
   const auto all = readLabels(file);
   const Vocabulary vocabulary = given ? *given : sortedLabels(all);
@@ -110,9 +106,8 @@ DescriptorSequence readHumanLabels(const fs::path& file, const std::optional<Voc
 
   constexpr std::size_t maxNumbers = 500'000'000;  // as of recordings: two short lists make a large product
   if (vocabulary.size() > maxNumbers / all.size())
-    throw Error(ErrorCode::tooLarge,
-                fmt::format("{}: {} images × {} labels are more than the {} numbers that are read", name,
-                            all.size(), vocabulary.size(), maxNumbers));
+    fail(ErrorCode::tooLarge, "{}: {} images × {} labels are more than the {} numbers that are read", name,
+         all.size(), vocabulary.size(), maxNumbers);
   DescriptorSequence recording{vocabulary, name, {}, DescriptorMatrix(vocabulary.size())};
   recording.descriptors.reserve(all.size());
   for (const ImageLabels& image : all) {
@@ -121,9 +116,8 @@ DescriptorSequence readHumanLabels(const fs::path& file, const std::optional<Voc
     for (const auto& [label, how] : image.labels) {
       const auto place = places.find(label);
       if (place == places.end())
-        throw Error(ErrorCode::unknownName,
-                    fmt::format("{}:{}: \"{}\" is not in the label file; correct it there or here", name,
-                                how.second, label));
+        fail(ErrorCode::unknownName, "{}:{}: \"{}\" is not in the label file; correct it there or here", name,
+             how.second, label);
       const double share =
           how.first ? static_cast<double>(*how.first) : 1.0 / static_cast<double>(image.labels.size());
       words[place->second] += static_cast<float>(certainty * share);

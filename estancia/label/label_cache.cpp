@@ -16,7 +16,7 @@
 
 #include "estancia/core/bytes.hpp"
 #include "estancia/core/digest.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/home.hpp"
 
 namespace estancia {
@@ -323,9 +323,8 @@ std::uint64_t LabelCache::defaultLimit() {
   char* end = nullptr;
   const double megabytes = std::strtod(text.c_str(), &end);
   if (*end != '\0' || !(megabytes >= 0 && megabytes < 1e9))
-    throw Error(
-        ErrorCode::invalidOption,
-        fmt::format("ESTANCIA_CACHE_MB is \"{}\"; give the megabytes that cached labels may take", text));
+    fail(ErrorCode::invalidOption,
+         "ESTANCIA_CACHE_MB is \"{}\"; give the megabytes that cached labels may take", text);
   return static_cast<std::uint64_t>(megabytes * 1e6);
 }
 

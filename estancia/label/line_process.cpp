@@ -15,7 +15,7 @@
 #include <thread>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/no_sigpipe.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/files.hpp"
@@ -45,7 +45,7 @@ struct Pipe {
   Pipe() {
     std::array<int, 2> ends{};
     if (pipe2(ends.data(), O_CLOEXEC) != 0)
-      throw Error(ErrorCode::busy, fmt::format("cannot make a pipe: {}", std::strerror(errno)));
+      fail(ErrorCode::busy, "cannot make a pipe: {}", std::strerror(errno));
     read = above(ends[0]);
     write = above(ends[1]);
   }
@@ -112,9 +112,8 @@ LineProcess::LineProcess(const Settings& settings) : maxLine_(settings.maxLine) 
   posix_spawnattr_destroy(&how);
   posix_spawn_file_actions_destroy(&actions);
   if (problem != 0)
-    throw Error(ErrorCode::missingDependency,
-                fmt::format("{} cannot be started: {}; correct `command` in model.toml",
-                            io::printable(words[0]), std::strerror(problem)));
+    fail(ErrorCode::missingDependency, "{} cannot be started: {}; correct `command` in model.toml",
+         io::printable(words[0]), std::strerror(problem));
   group_.include(pid_);
   input_ = ours(in.write);
   output_ = ours(out.read);
@@ -130,16 +129,16 @@ LineProcess::Outcome LineProcess::ask(std::string_view question, milliseconds ti
   if (pid_ < 0) return Outcome::ended;
   readOutput();
   if (!pending_.empty())
-    throw Error(ErrorCode::labelerFailure,
-                fmt::format("wrote \"{}\" to stdout without being asked; write nothing there but the answers",
-                            io::printable(std::string_view(pending_).substr(0, 80))));
+    fail(ErrorCode::labelerFailure,
+         "wrote \"{}\" to stdout without being asked; write nothing there but the answers",
+         io::printable(std::string_view(pending_).substr(0, 80)));
   const std::string line = std::string(question) + '\n';
   std::string_view rest = line;
   while (true) {
     if (takeLine(answer)) return Outcome::answered;
     if (pending_.size() > maxLine_)
-      throw Error(ErrorCode::labelerFailure,
-                  fmt::format("wrote a line of more than {} bytes; an answer is one line of JSON", maxLine_));
+      fail(ErrorCode::labelerFailure, "wrote a line of more than {} bytes; an answer is one line of JSON",
+           maxLine_);
     const bool gone = output_ < 0 || hasEnded(pid_);
     if (gone) {
       const bool closed = output_ < 0;

@@ -13,7 +13,7 @@
 #include <set>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/home.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/core/plus_names.hpp"
@@ -39,13 +39,11 @@ std::unique_ptr<Labeler> openNetwork(const ModelSpec& spec, const LabelerOptions
                              : spec.type == "network" ? enginesFor(spec).front()
                                                       : spec.type;
   if (spec.type != "network" && spec.type != engine)
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("model {} is made for the engine {}, not {}; leave out --engine", spec.name,
-                            spec.type, engine));
+    fail(ErrorCode::invalidOption, "model {} is made for the engine {}, not {}; leave out --engine",
+         spec.name, spec.type, engine);
   const bool onnxruntime = engine == "onnxruntime";
   if (!onnxruntime && engine != "opencv")
-    throw Error(ErrorCode::unknownName,
-                fmt::format("unknown engine \"{}\"; at hand are {}", engine, fmt::join(engines(), ", ")));
+    fail(ErrorCode::unknownName, "unknown engine \"{}\"; at hand are {}", engine, fmt::join(engines(), ", "));
   const auto open = [=, threads = options.threads] {
     return onnxruntime ? openWithOnnxruntime(spec, threads) : openWithOpencv(spec, threads);
   };
@@ -160,18 +158,14 @@ fs::path getModelFolder(const std::string& model) {
   const bool isPath = model.find('/') != std::string::npos || model == "." || model == "..";
   if (!isPath && !model.empty() && fs::is_directory(modelHome() / model)) return modelHome() / model;
   if (isModelFolder(model)) return model;
-  if (isPath)
-    throw Error(ErrorCode::fileNotFound, fmt::format("{} is no model: it holds no model.toml", model));
+  if (isPath) fail(ErrorCode::fileNotFound, "{} is no model: it holds no model.toml", model);
   std::vector<std::string> known;
   for (const auto& installed : installedModels()) known.push_back(installed.folder.filename().string());
   if (known.empty())
-    throw Error(
-        ErrorCode::unknownName,
-        fmt::format(
-            "no model \"{}\", nor any other, in {}; run script/bootstrap, or `estancia models add FOLDER`",
-            model, modelHome().string()));
-  throw Error(ErrorCode::unknownName,
-              fmt::format("unknown model \"{}\"; known are {}", model, fmt::join(known, ", ")));
+    fail(ErrorCode::unknownName,
+         "no model \"{}\", nor any other, in {}; run script/bootstrap, or `estancia models add FOLDER`",
+         model, modelHome().string());
+  fail(ErrorCode::unknownName, "unknown model \"{}\"; known are {}", model, fmt::join(known, ", "));
 }
 
 std::unique_ptr<Labeler> loadModel(const std::string& model, const LabelerOptions& options) {
@@ -201,8 +195,8 @@ std::unique_ptr<Labeler> loadModel(const ModelSpec& spec, const LabelerOptions& 
       open = found->second;
   }
   if (!open)
-    throw Error(ErrorCode::unknownName, fmt::format("model {}: unknown type \"{}\"; known are {}", spec.name,
-                                                    spec.type, fmt::join(labelerTypes(), ", ")));
+    fail(ErrorCode::unknownName, "model {}: unknown type \"{}\"; known are {}", spec.name, spec.type,
+         fmt::join(labelerTypes(), ", "));
   return open(spec, options);
 }
 
@@ -256,17 +250,15 @@ ModelCheck checkModel(const std::string& model, const LabelerOptions& options) {
 
 ModelCheck addModel(const fs::path& folder, bool replace) {
   if (fs::is_regular_file(folder))
-    throw Error(
-        ErrorCode::invalidInput,
-        fmt::format(
-            "{} is a file; put it into a folder with a label file and a model.toml that says how to use it",
-            folder.string()));
+    fail(ErrorCode::invalidInput,
+         "{} is a file; put it into a folder with a label file and a model.toml that says how to use it",
+         folder.string());
   const ModelSpec spec = readModelSpec(folder);
   const fs::path target = modelHome() / spec.name;
   if (fs::exists(target) && !replace)
-    throw Error(ErrorCode::fileExists,
-                fmt::format("there is a model {} already in {}; use --replace, or another name in model.toml",
-                            spec.name, modelHome().string()));
+    fail(ErrorCode::fileExists,
+         "there is a model {} already in {}; use --replace, or another name in model.toml", spec.name,
+         modelHome().string());
   try {
     const PartialFolder fresh(modelHome() / fmt::format(".{}.{}", spec.name, getpid()));
     copyModel(spec, fresh.path());
@@ -275,8 +267,8 @@ ModelCheck addModel(const fs::path& folder, bool replace) {
     result.spec.folder = target;
     return result;
   } catch (const fs::filesystem_error& e) {
-    throw Error(ErrorCode::fileUnwritable,
-                fmt::format("cannot write the model into {}: {}", modelHome().string(), e.code().message()));
+    fail(ErrorCode::fileUnwritable, "cannot write the model into {}: {}", modelHome().string(),
+         e.code().message());
   }
 }
 

@@ -8,7 +8,7 @@
 #include <map>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -41,26 +41,23 @@ void requireKnownFormat(const ModelSpec& spec) {
   if (isOneOf({".onnx", ".caffemodel", ".pb"})) return;
   const std::string file = (spec.folder / spec.file).string();
   if (isOneOf({".tflite", ".lite", ".json"}))
-    throw Error(
-        ErrorCode::unsupportedFile,
-        fmt::format("{} must be converted to ONNX first; run `estancia models add {}`, or `estancia models "
-                    "convert` for the network alone",
-                    file, spec.folder.string()));
-  throw Error(ErrorCode::unsupportedFile,
-              fmt::format("{} is no known kind of network; known are .onnx, .caffemodel and .pb", file));
+    fail(ErrorCode::unsupportedFile,
+         "{} must be converted to ONNX first; run `estancia models add {}`, or `estancia models "
+         "convert` for the network alone",
+         file, spec.folder.string());
+  fail(ErrorCode::unsupportedFile, "{} is no known kind of network; known are .onnx, .caffemodel and .pb",
+       file);
 }
 
 fs::path modelFile(const ModelSpec& spec, const fs::path& relative) {
   const fs::path path = spec.folder / relative;
   if (!fs::is_regular_file(path))
-    throw Error(
-        ErrorCode::fileNotFound,
-        fmt::format("model {}: {} is missing; fetch it or correct model.toml", spec.name, path.string()));
+    fail(ErrorCode::fileNotFound, "model {}: {} is missing; fetch it or correct model.toml", spec.name,
+         path.string());
   const fs::path real = fs::canonical(path), home = fs::canonical(spec.folder);
   if (std::mismatch(home.begin(), home.end(), real.begin(), real.end()).first != home.end())
-    throw Error(ErrorCode::unsafePath,
-                fmt::format("model {}: {} leads out of the model's folder; copy the file there", spec.name,
-                            path.string()));
+    fail(ErrorCode::unsafePath, "model {}: {} leads out of the model's folder; copy the file there",
+         spec.name, path.string());
   return path;
 }
 
@@ -81,9 +78,8 @@ std::string modelDigest(const ModelSpec& spec, const std::string& settings) {
     const fs::path path = modelFile(spec, file);
     const std::string actual = sha256OfFile(path);
     if (!expected.empty() && actual != expected)
-      throw Error(ErrorCode::corruptFile,
-                  fmt::format("{} has SHA-256 {} where model.toml says {}; fetch it again", path.string(),
-                              actual, expected));
+      fail(ErrorCode::corruptFile, "{} has SHA-256 {} where model.toml says {}; fetch it again",
+           path.string(), actual, expected);
     all += fmt::format("{} {}\n", file, actual);
   }
   return sha256(all);

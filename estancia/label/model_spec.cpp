@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "estancia/core/config.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/label/model_files.hpp"
 
 namespace estancia {
@@ -166,8 +166,8 @@ class SpecReader {
 
 ModelSpec readModelSpec(const fs::path& folder) {
   if (!fs::is_regular_file(folder / "model.toml"))
-    throw Error(ErrorCode::fileNotFound, fmt::format("{} is missing; a model is a folder with a model.toml",
-                                                     (folder / "model.toml").string()));
+    fail(ErrorCode::fileNotFound, "{} is missing; a model is a folder with a model.toml",
+         (folder / "model.toml").string());
   return SpecReader(folder).read();
 }
 

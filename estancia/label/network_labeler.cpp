@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/label/model_files.hpp"
 #include "estancia/label/preprocess.hpp"
 
@@ -26,9 +26,8 @@ Prepared NetworkLabeler::prepare(const cv::Mat& bgr, const std::string& frame) c
 std::string NetworkLabeler::chooseOutput(const std::vector<std::string>& outputs) const {
   if (spec_.output.empty() && outputs.size() == 1) return outputs[0];
   if (std::find(outputs.begin(), outputs.end(), spec_.output) != outputs.end()) return spec_.output;
-  throw Error(ErrorCode::mismatch,
-              fmt::format("model {} has the outputs {}; name one of them as `output` in model.toml",
-                          spec_.name, fmt::join(outputs, ", ")));
+  fail(ErrorCode::mismatch, "model {} has the outputs {}; name one of them as `output` in model.toml",
+       spec_.name, fmt::join(outputs, ", "));
 }
 
 void NetworkLabeler::tryOut() {
@@ -41,9 +40,8 @@ LexicalDescriptor NetworkLabeler::toWords(std::span<const float> output) const {
 }
 
 void NetworkLabeler::failOnInput(const std::string& reason) const {
-  throw Error(ErrorCode::mismatch,
-              fmt::format("model {} does not work on an input of {}×{}: {}; correct `input` in model.toml",
-                          spec_.name, spec_.preprocessing.width, spec_.preprocessing.height, reason));
+  fail(ErrorCode::mismatch, "model {} does not work on an input of {}×{}: {}; correct `input` in model.toml",
+       spec_.name, spec_.preprocessing.width, spec_.preprocessing.height, reason);
 }
 
 }  // namespace estancia

@@ -7,7 +7,7 @@
 #include <set>
 #include <vector>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/label/model_files.hpp"
 #include "estancia/label/protobuf.hpp"
@@ -80,9 +80,8 @@ void requireWeightsInside(string_view bytes, Message kind, const fs::path& path,
   FieldReader reader(bytes);
   while (const auto field = reader.next()) {
     if (kind == Message::tensor && field->number == tensor::dataLocation && field->value.value_or(0) != 0)
-      throw Error(ErrorCode::unsafePath,
-                  fmt::format("{} keeps its weights ({}) in another file; save the network as one file",
-                              path.string(), io::printable(textIn(bytes, tensor::name))));
+      fail(ErrorCode::unsafePath, "{} keeps its weights ({}) in another file; save the network as one file",
+           path.string(), io::printable(textIn(bytes, tensor::name)));
     if (!field->bytes) continue;
     for (const Child& child : kChildren)
       if (child.parent == kind && child.field == field->number)
@@ -118,9 +117,8 @@ std::string withFixedShape(string_view shape, const ModelSpec& spec, const fs::p
   forEachField(shape, input::dimension, [&](string_view dimension) { sizes.push_back(sizeOf(dimension)); });
   const auto fits = [](std::int64_t theirs, std::int64_t own) { return theirs <= 0 || theirs == own; };
   if (sizes.size() != ours.size() || !std::equal(sizes.begin(), sizes.end(), ours.begin(), fits))
-    throw Error(ErrorCode::mismatch,
-                fmt::format("{} takes an input of [{}] where model.toml makes [{}]; correct `input`",
-                            path.string(), fmt::join(sizes, "×"), fmt::join(ours, "×")));
+    fail(ErrorCode::mismatch, "{} takes an input of [{}] where model.toml makes [{}]; correct `input`",
+         path.string(), fmt::join(sizes, "×"), fmt::join(ours, "×"));
   std::size_t i = 0;
   return withChanged(shape, input::dimension, [&](string_view dimension) {
     const std::int64_t size = ours[i++];
@@ -170,8 +168,8 @@ std::string readOnnx(const ModelSpec& spec) try {
   const bool anySize = spec.preprocessing.width == 0;
   return anySize ? bytes : withFixedInputs(std::move(bytes), spec, path);
 } catch (const protobuf::Malformed&) {
-  throw Error(ErrorCode::malformedFile, fmt::format("{} is no ONNX file, or cut short; fetch it again",
-                                                    (spec.folder / spec.file).string()));
+  fail(ErrorCode::malformedFile, "{} is no ONNX file, or cut short; fetch it again",
+       (spec.folder / spec.file).string());
 }
 
 }  // namespace estancia

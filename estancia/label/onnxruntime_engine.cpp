@@ -1,6 +1,6 @@
 #include "estancia/label/onnxruntime_engine.hpp"
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/label/model_files.hpp"
 #include "estancia/label/onnxruntime_library.hpp"
@@ -67,15 +67,14 @@ class Session {
       session_ = Ort::Session(env, onnx.data(), onnx.size(), options);
       const Ort::AllocatorWithDefaultOptions allocator;
       if (session_.GetInputCount() != 1)
-        throw Error(ErrorCode::unsupportedFile,
-                    fmt::format("model {} takes {} inputs; only networks of one image can label", spec.name,
-                                session_.GetInputCount()));
+        fail(ErrorCode::unsupportedFile, "model {} takes {} inputs; only networks of one image can label",
+             spec.name, session_.GetInputCount());
       input_ = session_.GetInputNameAllocated(0, allocator).get();
       for (std::size_t i = 0; i < session_.GetOutputCount(); ++i)
         outputs_.emplace_back(session_.GetOutputNameAllocated(i, allocator).get());
     } catch (const Ort::Exception& e) {
-      throw Error(ErrorCode::unsupportedFile, fmt::format("cannot open the network {}: {}",
-                                                          (spec.folder / spec.file).string(), reasonOf(e)));
+      fail(ErrorCode::unsupportedFile, "cannot open the network {}: {}", (spec.folder / spec.file).string(),
+           reasonOf(e));
     }
   }
 
@@ -173,13 +172,12 @@ class OnnxruntimeEngine final : public NetworkLabeler {
     const auto& pre = spec().preprocessing;
     if (image.type() != CV_32F || image.dims != 4 || !image.isContinuous() || image.size[2] != pre.height ||
         image.size[3] != pre.width)
-      throw Error(ErrorCode::mismatch,
-                  fmt::format("model {} got an image that another labeler prepared", spec().name));
+      fail(ErrorCode::mismatch, "model {} got an image that another labeler prepared", spec().name);
     try {
       const Ort::Value result = session.run(image, output_);
       if (!result.IsTensor() ||
           result.GetTensorTypeAndShapeInfo().GetElementType() != ONNX_TENSOR_ELEMENT_DATA_TYPE_FLOAT)
-        throw Error(ErrorCode::unsupportedFile, fmt::format("model {} gives no real numbers", spec().name));
+        fail(ErrorCode::unsupportedFile, "model {} gives no real numbers", spec().name);
       return toWords({result.GetTensorData<float>(), result.GetTensorTypeAndShapeInfo().GetElementCount()});
     } catch (const Ort::Exception& e) {
       failOnInput(reasonOf(e));
@@ -202,8 +200,8 @@ class OnnxruntimeEngine final : public NetworkLabeler {
   std::string readAgain() const {
     std::string onnx = readOnnx(spec());
     if (std::hash<std::string_view>{}(onnx) != onnxHash_)
-      throw Error(ErrorCode::corruptFile, fmt::format("{} was changed while it was used; start again",
-                                                      modelFile(spec(), spec().file).string()));
+      fail(ErrorCode::corruptFile, "{} was changed while it was used; start again",
+           modelFile(spec(), spec().file).string());
     return onnx;
   }
 
@@ -225,9 +223,8 @@ std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec& spec, int threads)
   const auto& library = onnxruntime::library();
   if (library.api == nullptr) throw Error(ErrorCode::missingDependency, library.problem);
   if (!isOnnx(spec))
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("model {}: ONNX Runtime reads .onnx, not {}; take the engine opencv", spec.name,
-                            spec.file.string()));
+    fail(ErrorCode::unsupportedFile, "model {}: ONNX Runtime reads .onnx, not {}; take the engine opencv",
+         spec.name, spec.file.string());
   return std::make_unique<OnnxruntimeEngine>(spec, threads);
 }
 

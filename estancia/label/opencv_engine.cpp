@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "estancia/core/cores.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/label/model_files.hpp"
 #include "estancia/label/network_labeler.hpp"
 #include "estancia/label/onnx_file.hpp"
@@ -68,14 +68,11 @@ cv::dnn::Net readNetwork(const ModelSpec& spec) {
     }
     if (extension == ".pb") return cv::dnn::readNetFromTensorflow(path.string(), config);
     if (config.empty())
-      throw Error(
-          ErrorCode::invalidInput,
-          fmt::format("model {}: a .caffemodel needs its .prototxt; name it as `config` in model.toml",
-                      spec.name));
+      fail(ErrorCode::invalidInput,
+           "model {}: a .caffemodel needs its .prototxt; name it as `config` in model.toml", spec.name);
     return cv::dnn::readNetFromCaffe(config, path.string());
   } catch (const cv::Exception& e) {
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("cannot open the network {}: {}", path.string(), reasonOf(e)));
+    fail(ErrorCode::unsupportedFile, "cannot open the network {}: {}", path.string(), reasonOf(e));
   }
 }
 
@@ -99,7 +96,7 @@ class OpencvEngine final : public NetworkLabeler {
       failOnInput(reasonOf(e));
     }
     if (result.type() != CV_32F || !result.isContinuous())
-      throw Error(ErrorCode::unsupportedFile, fmt::format("model {} gives no real numbers", spec().name));
+      fail(ErrorCode::unsupportedFile, "model {} gives no real numbers", spec().name);
     return toWords({result.ptr<float>(), result.total()});
   }
 

@@ -1,12 +1,10 @@
 #include "estancia/label/preprocess.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -66,11 +64,9 @@ cv::Mat preprocess(const cv::Mat& image, const Preprocessing& how) {
   const int channels = image.channels();
   if ((image.depth() != CV_8U && image.depth() != CV_16U) ||
       (channels != 1 && channels != 3 && channels != 4))
-    throw Error(
-        ErrorCode::invalidInput,
-        fmt::format(
-            "an image of {} channels of type {} cannot be labeled; give gray, BGR or BGRA of 8 or 16 bits",
-            channels, cv::depthToString(image.depth())));
+    fail(ErrorCode::invalidInput,
+         "an image of {} channels of type {} cannot be labeled; give gray, BGR or BGRA of 8 or 16 bits",
+         channels, cv::depthToString(image.depth()));
   const cv::Mat region = centerOf(image, how);
   cv::Mat resized;
   cv::resize(region, resized, {how.width, how.height}, 0, 0, interpolation(region, how));

@@ -2,7 +2,6 @@
 
 #include <dirent.h>
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <stdlib.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -16,7 +15,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 
 namespace estancia {
@@ -82,10 +81,9 @@ PrivateFolder::PrivateFolder() {
     if (lock_ < 0) {
       const int why = errno;
       if (made) rmdir(pattern.c_str());
-      throw Error(
-          ErrorCode::fileUnwritable,
-          fmt::format("cannot make a folder for images ({}): {}; set TMPDIR to one that can be written",
-                      printable(pattern), std::strerror(why)));
+      fail(ErrorCode::fileUnwritable,
+           "cannot make a folder for images ({}): {}; set TMPDIR to one that can be written",
+           printable(pattern), std::strerror(why));
     }
     path_ = pattern;
     if (flock(lock_, LOCK_EX) != 0) {  // a file system without locks: never to be taken for abandoned

@@ -13,7 +13,7 @@
 #include <string>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/no_sigpipe.hpp"
 
 namespace estancia {
@@ -60,16 +60,16 @@ int spawnGuard(int input, pid_t& guard) {
 ProcessGroup::ProcessGroup() {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0)
-    throw Error(ErrorCode::labelerFailure, fmt::format("cannot make a pipe: {}", std::strerror(errno)));
+    fail(ErrorCode::labelerFailure, "cannot make a pipe: {}", std::strerror(errno));
   const int input = above(ends[0]);
   lifeline_ = above(ends[1]);
   const int problem = input < 0 || lifeline_ < 0 ? EMFILE : spawnGuard(input, guard_);
   ::close(input);
   if (problem == 0) return;
   ::close(lifeline_);
-  throw Error(ErrorCode::labelerFailure,
-              fmt::format("cannot run /bin/sh ({}), which ends label programs with Estancia; install it",
-                          std::strerror(problem)));
+  fail(ErrorCode::labelerFailure,
+       "cannot run /bin/sh ({}), which ends label programs with Estancia; install it",
+       std::strerror(problem));
 }
 
 void ProcessGroup::include(pid_t child) {

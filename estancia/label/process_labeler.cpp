@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "estancia/core/config.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/label_scores.hpp"
 #include "estancia/label/black_box.hpp"
@@ -66,9 +66,7 @@ class PassingFile {
     std::ofstream file(path_, std::ios::binary);
     file.write(bytes.ptr<char>(), static_cast<std::streamsize>(bytes.total()));
     file.close();
-    if (!file)
-      throw Error(ErrorCode::fileUnwritable,
-                  fmt::format("{}: cannot be written; is the disk full?", path_.string()));
+    if (!file) fail(ErrorCode::fileUnwritable, "{}: cannot be written; is the disk full?", path_.string());
   }
   ~PassingFile() {
     std::error_code ignored;
@@ -100,8 +98,7 @@ class ProcessLabeler final : public Labeler {
     try {
       cv::imencode(".png", bgr, png, {cv::IMWRITE_PNG_COMPRESSION, 1});
     } catch (const cv::Exception&) {
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("{}: the image {} cannot be written as PNG", source_, frame));
+      fail(ErrorCode::invalidInput, "{}: the image {} cannot be written as PNG", source_, frame);
     }
     return {cv::Mat(png, true).reshape(1, 1), frame, {}};
   }
@@ -142,8 +139,8 @@ class ProcessLabeler final : public Labeler {
         const bool hopeless = outcome == Outcome::hung && !hasAnswered_;
         process_.reset();
         if (again || hopeless)
-          throw Error(ErrorCode::labelerFailure, fmt::format("{}: the program {}{}; {}", source_, what,
-                                                             again ? ", twice in a row" : "", words));
+          fail(ErrorCode::labelerFailure, "{}: the program {}{}; {}", source_, what,
+               again ? ", twice in a row" : "", words);
       } catch (const Interrupted&) {
         process_.reset();
         throw;
@@ -158,11 +155,10 @@ class ProcessLabeler final : public Labeler {
   void requireAnswerTo(const fs::path& image, const std::string& answered) const {
     if (answered == image.string() || answered == image.filename().string()) return;
     if (answered.empty())
-      throw Error(ErrorCode::labelerFailure,
-                  fmt::format("{}: its answer does not say for which \"image\" it is", source_));
-    throw Error(ErrorCode::labelerFailure,
-                fmt::format("{}: it answered for \"{}\" when asked for {}; one line for each, in order",
-                            source_, io::printable(answered.substr(0, 200)), image.string()));
+      fail(ErrorCode::labelerFailure, "{}: its answer does not say for which \"image\" it is", source_);
+    fail(ErrorCode::labelerFailure,
+         "{}: it answered for \"{}\" when asked for {}; one line for each, in order", source_,
+         io::printable(answered.substr(0, 200)), image.string());
   }
 
   std::string source_;

@@ -1,11 +1,9 @@
 #include "estancia/label/record.hpp"
 
-#include <fmt/format.h>
-
 #include <utility>
 #include <vector>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 
@@ -23,9 +21,8 @@ DescriptorSequence record(const Sequence& sequence, Labeler& labeler, const Labe
     words.push_back(std::move(frame->descriptor));
   }
   if (frames.empty())
-    throw Error(ErrorCode::labelerFailure,
-                fmt::format("{}: not one of its frames could be labeled{}", sequence.name(),
-                            problem.empty() ? "" : "; " + problem));
+    fail(ErrorCode::labelerFailure, "{}: not one of its frames could be labeled{}", sequence.name(),
+         problem.empty() ? "" : "; " + problem);
   DescriptorSequence recording{labeler.vocabulary(), labeler.identity(), std::move(frames),
                                DescriptorMatrix(labeler.vocabulary().size())};
   recording.descriptors.reserve(words.size());

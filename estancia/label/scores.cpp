@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/label/model_files.hpp"
 
 namespace estancia {
@@ -44,20 +44,17 @@ LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec
                                                            : output.size() % columns == 0 && !output.empty();
   if (!fits) {
     const bool rows = output.size() > columns && output.size() % columns == 0;
-    throw Error(
-        ErrorCode::mismatch,
-        fmt::format("model {} gave {} values for {} labels{}; {}", spec.name, output.size(), labels,
-                    spec.unused.empty() ? "" : fmt::format(" and {} unused outputs", spec.unused.size()),
-                    rows ? "if these are rows of a detector, say `reduce = \"max\"` in model.toml"
-                         : "use the label file that belongs to the model"));
+    fail(ErrorCode::mismatch, "model {} gave {} values for {} labels{}; {}", spec.name, output.size(), labels,
+         spec.unused.empty() ? "" : fmt::format(" and {} unused outputs", spec.unused.size()),
+         rows ? "if these are rows of a detector, say `reduce = \"max\"` in model.toml"
+              : "use the label file that belongs to the model");
   }
   LexicalDescriptor values = highest(output, spec, columns);
   if (spec.sigmoid)  // keeps the order, so that once is enough
     for (float& v : values) v = 1 / (1 + std::exp(-v));
   for (auto i = spec.unused.rbegin(); i != spec.unused.rend(); ++i) {
     if (*i >= values.size())
-      throw Error(ErrorCode::mismatch,
-                  fmt::format("model {} has no output {}, which model.toml names as unused", spec.name, *i));
+      fail(ErrorCode::mismatch, "model {} has no output {}, which model.toml names as unused", spec.name, *i);
     values.erase(values.begin() + static_cast<std::ptrdiff_t>(*i));
   }
   requireProbabilities(values, labels, "model " + spec.name);
@@ -67,11 +64,10 @@ LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec
 Scores::Scores(const ModelSpec& spec, std::size_t labels) : spec_(spec), labels_(labels) {
   if (spec.embeddings.empty()) return;
   if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty())
-    throw Error(
-        ErrorCode::invalidInput,
-        fmt::format("model {}: `sigmoid`, `reduce` and `unused` do not go with `embeddings`, whose cosines "
-                    "become probabilities by softmax; leave them out of model.toml",
-                    spec.name));
+    fail(ErrorCode::invalidInput,
+         "model {}: `sigmoid`, `reduce` and `unused` do not go with `embeddings`, whose cosines "
+         "become probabilities by softmax; leave them out of model.toml",
+         spec.name);
   texts_.emplace(modelFile(spec, spec.embeddings), labels);
   spec_.softmax = true;
 }

@@ -1,14 +1,12 @@
 #include "estancia/stats/clustering_agreement.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <map>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -34,9 +32,8 @@ double share(double part, double whole) {  // rounding may leave the interval by
 
 Agreement measureAgreement(std::span<const int> truth, std::span<const int> clusters) {
   if (truth.size() != clusters.size())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("there are {} true classes and {} cluster numbers; give one of each an item",
-                            truth.size(), clusters.size()));
+    fail(ErrorCode::mismatch, "there are {} true classes and {} cluster numbers; give one of each an item",
+         truth.size(), clusters.size());
   if (truth.empty()) throw Error(ErrorCode::invalidInput, "a clustering has no items; give at least one");
 
   std::map<std::pair<int, int>, double> joint;  // (cluster, class)

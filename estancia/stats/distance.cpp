@@ -1,13 +1,11 @@
 #include "estancia/stats/distance.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/simd.hpp"
 
 namespace estancia {
@@ -228,8 +226,7 @@ Distance getDistance(std::string_view name, const std::vector<LabelPart>& parts)
     result.explanation += sigmaExplanation;
     return result;
   }
-  throw Error(ErrorCode::unknownName,
-              fmt::format("unknown distance \"{}\"; known: {}", name, namesOf(distances())));
+  fail(ErrorCode::unknownName, "unknown distance \"{}\"; known: {}", name, namesOf(distances()));
 }
 
 void embed(Embedding embedding, std::span<const float> p, std::span<float> out,
@@ -260,9 +257,8 @@ float dot(std::span<const float> a, std::span<const float> b) {
 double compare(Comparison comparison, std::span<const float> a, std::span<const float> b,
                std::span<const float> weights) {
   if (a.size() != b.size() || (!weights.empty() && weights.size() != a.size()))
-    throw Error(ErrorCode::mismatch,
-                fmt::format("descriptors have {} and {} labels, and {} weights; give as many of each",
-                            a.size(), b.size(), weights.size()));
+    fail(ErrorCode::mismatch, "descriptors have {} and {} labels, and {} weights; give as many of each",
+         a.size(), b.size(), weights.size());
   const float *x = a.data(), *y = b.data(), *w = weights.empty() ? nullptr : weights.data();
   const std::size_t n = a.size();
   switch (comparison) {

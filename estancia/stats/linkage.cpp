@@ -9,7 +9,7 @@
 #include <numeric>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/memory.hpp"
 
 namespace estancia {
@@ -246,15 +246,13 @@ void requireValid(const CondensedDistances& distances, const std::vector<std::si
     auto rest = static_cast<std::size_t>(wrong - values.begin());
     std::size_t item = 0;
     for (std::size_t row = distances.items() - 1; rest >= row; ++item) rest -= row--;
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("the distance of items {} and {} is {}; give distances from 0 to {}", item,
-                            item + 1 + rest, *wrong, maximum));
+    fail(ErrorCode::invalidInput, "the distance of items {} and {} is {}; give distances from 0 to {}", item,
+         item + 1 + rest, *wrong, maximum);
   }
   if (sizes.empty()) return;
   if (sizes.size() != distances.items() || std::count(sizes.begin(), sizes.end(), std::size_t{0}) > 0)
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("there are {} sizes for {} leaves; give one of at least 1 each", sizes.size(),
-                            distances.items()));
+    fail(ErrorCode::invalidInput, "there are {} sizes for {} leaves; give one of at least 1 each",
+         sizes.size(), distances.items());
 }
 
 }  // namespace
@@ -262,18 +260,18 @@ void requireValid(const CondensedDistances& distances, const std::vector<std::si
 Dendrogram::Dendrogram(std::size_t leaves, std::vector<Merge> merges)
     : leaves_(leaves), merges_(std::move(merges)) {
   if (merges_.size() + 1 != std::max<std::size_t>(leaves_, 1))
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("a dendrogram of {} leaves has {} merges; give one less than leaves", leaves_,
-                            merges_.size()));
+    fail(ErrorCode::invalidInput, "a dendrogram of {} leaves has {} merges; give one less than leaves",
+         leaves_, merges_.size());
   std::vector<char> merged(leaves_ + merges_.size(), 0);
   for (std::size_t k = 0; k < merges_.size(); ++k) {
     const Merge& merge = merges_[k];
     const bool inOrder = k == 0 ? merge.height >= 0 : merge.height >= merges_[k - 1].height;
     if (!inOrder || merge.left >= merge.right || merge.right >= leaves_ + k || merged[merge.left] != 0 ||
         merged[merge.right] != 0)
-      throw Error(ErrorCode::invalidInput, fmt::format("merge {} of a dendrogram joins clusters {} and {} at "
-                                                       "{}; give merges by height, of clusters that exist",
-                                                       k, merge.left, merge.right, merge.height));
+      fail(ErrorCode::invalidInput,
+           "merge {} of a dendrogram joins clusters {} and {} at "
+           "{}; give merges by height, of clusters that exist",
+           k, merge.left, merge.right, merge.height);
     merged[merge.left] = merged[merge.right] = 1;
   }
 }
@@ -288,8 +286,8 @@ std::vector<int> Dendrogram::cutAt(double distance) const {
 
 std::vector<int> Dendrogram::cutInto(std::size_t clusters) const {
   if (clusters > leaves_ || (clusters == 0 && leaves_ > 0))
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("{} images cannot form {} clusters; choose 1 to {}", leaves_, clusters, leaves_));
+    fail(ErrorCode::invalidInput, "{} images cannot form {} clusters; choose 1 to {}", leaves_, clusters,
+         leaves_);
   return afterMerges(leaves_ - clusters);
 }
 
@@ -326,23 +324,19 @@ Linkage getLinkage(std::string_view name) {
 
 Comparison comparisonFor(const Distance& distance, Linkage linkage) {
   if (distance.sigmaWeighted)
-    throw Error(
-        ErrorCode::invalidOption,
-        fmt::format(
-            "{} weights labels by their deviation within a place, and single images have none; choose a "
-            "distance without -sigma, for the weighted ones l2",
-            distance.name));
+    fail(ErrorCode::invalidOption,
+         "{} weights labels by their deviation within a place, and single images have none; choose a "
+         "distance without -sigma, for the weighted ones l2",
+         distance.name);
   if (linkage != Linkage::ward) return distance.comparison;
   const auto fits = [](Comparison c) { return c == Comparison::euclidean || c == Comparison::cosine; };
   if (fits(distance.comparison)) return Comparison::euclidean;
   std::vector<std::string> fitting;
   for (const Distance& other : baseDistances())
     if (fits(other.comparison)) fitting.push_back(other.name);
-  throw Error(
-      ErrorCode::invalidOption,
-      fmt::format(
-          "Ward's linkage needs a Euclidean distance, and {} is not; choose one of {}, or another linkage",
-          distance.name, fmt::join(fitting, ", ")));
+  fail(ErrorCode::invalidOption,
+       "Ward's linkage needs a Euclidean distance, and {} is not; choose one of {}, or another linkage",
+       distance.name, fmt::join(fitting, ", "));
 }
 
 Dendrogram link(CondensedDistances distances, Linkage linkage, const std::vector<std::size_t>& sizes,
@@ -379,11 +373,10 @@ void requireClusteringMemory(std::size_t items, std::size_t labels, std::uint64_
   const std::uint64_t needed = clusteringMemory(items, labels);
   if (needed <= available) return;
   constexpr double gibibyte = 1 << 30;
-  throw Error(
-      ErrorCode::tooLarge,
-      fmt::format("exact clustering of {} images needs {:.1f} GiB of memory, and {:.1f} GiB are available; "
-                  "use the streaming mode (estancia zones --stream), or take fewer images",
-                  items, static_cast<double>(needed) / gibibyte, static_cast<double>(available) / gibibyte));
+  fail(ErrorCode::tooLarge,
+       "exact clustering of {} images needs {:.1f} GiB of memory, and {:.1f} GiB are available; "
+       "use the streaming mode (estancia zones --stream), or take fewer images",
+       items, static_cast<double>(needed) / gibibyte, static_cast<double>(available) / gibibyte);
 }
 
 }  // namespace estancia

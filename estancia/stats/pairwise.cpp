@@ -1,6 +1,5 @@
 // Distances of all pairs of rows, tile by tile (linkage.hpp).
 
-#include <fmt/format.h>
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -9,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/simd.hpp"
 #include "estancia/stats/linkage.hpp"
@@ -153,8 +152,7 @@ void requireFinite(const DescriptorMatrix& rows) {
   for (std::size_t i = 0; i < rows.size(); ++i)
     for (const float value : rows.row(i))
       if (!std::isfinite(value))
-        throw Error(ErrorCode::invalidInput,
-                    fmt::format("descriptor {} holds {}; label its image again", i, value));
+        fail(ErrorCode::invalidInput, "descriptor {} holds {}; label its image again", i, value);
 }
 
 }  // namespace
@@ -167,12 +165,10 @@ CondensedDistances::CondensedDistances(std::size_t items) : items_(items), size_
                      ? std::aligned_alloc(page, std::max<std::uint64_t>(whole, page))
                      : nullptr;
   if (memory == nullptr)
-    throw Error(
-        ErrorCode::tooLarge,
-        fmt::format(
-            "no memory for the distances of {} items ({:.1f} GiB); use fewer images, or the streaming "
-            "mode (estancia zones --stream)",
-            items, static_cast<double>(bytes(items)) / (1 << 30)));
+    fail(ErrorCode::tooLarge,
+         "no memory for the distances of {} items ({:.1f} GiB); use fewer images, or the streaming "
+         "mode (estancia zones --stream)",
+         items, static_cast<double>(bytes(items)) / (1 << 30));
 #ifdef MADV_HUGEPAGE
   madvise(memory, whole, MADV_HUGEPAGE);  // columns are read across all pages
 #endif

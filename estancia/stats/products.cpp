@@ -1,11 +1,9 @@
 #include "estancia/stats/products.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstring>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/simd.hpp"
 #include "estancia/stats/distance.hpp"
@@ -74,8 +72,7 @@ void rowProducts(const DescriptorMatrix& rows, const PackedRows& others, int thr
                  const std::function<void(std::size_t, std::span<float>)>& take) {
   const std::size_t labels = rows.labels(), n = rows.size();
   if (labels != others.labels())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("rows have {} and {} numbers; give as many of each", labels, others.labels()));
+    fail(ErrorCode::mismatch, "rows have {} and {} numbers; give as many of each", labels, others.labels());
   static const bool wide = hasWideRegisters();
   const std::size_t stride = others.panels() * PackedRows::width;
   inParallel((n + block - 1) / block, threads, Progress::none(), "stopped while rows were multiplied",

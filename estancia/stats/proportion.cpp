@@ -1,27 +1,23 @@
 #include "estancia/stats/proportion.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 
 std::pair<double, double> wilsonInterval(std::size_t hits, std::size_t trials) {
   if (trials == 0 || hits > trials)
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("there are {} hits in {} trials; give at least one trial, and no more hits", hits,
-                            trials));
+    fail(ErrorCode::invalidInput, "there are {} hits in {} trials; give at least one trial, and no more hits",
+         hits, trials);
   const auto n = static_cast<double>(trials);
   return wilsonInterval(static_cast<double>(hits) / n, n);
 }
 
 std::pair<double, double> wilsonInterval(double share, double trials) {
   if (!(share >= 0 && share <= 1 && trials > 0))
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("the share is {} of {} trials; give 0 to 1 of more than 0", share, trials));
+    fail(ErrorCode::invalidInput, "the share is {} of {} trials; give 0 to 1 of more than 0", share, trials);
   constexpr double z = 1.959963984540054;  // of the normal distribution at 97.5 %
   const double scale = 1 + z * z / trials;
   const double middle = (share + z * z / (2 * trials)) / scale;

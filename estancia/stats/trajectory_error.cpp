@@ -1,7 +1,5 @@
 #include "estancia/stats/trajectory_error.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,7 +7,7 @@
 #include <opencv2/core/affine.hpp>
 #include <vector>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/rigid.hpp"
 
 namespace estancia {
@@ -17,13 +15,12 @@ namespace {
 
 void requirePairs(std::span<const Pose> estimated, std::span<const Pose> truth) {
   if (estimated.size() != truth.size() || estimated.empty())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("there are {} estimated poses and {} true ones; give both at the same times",
-                            estimated.size(), truth.size()));
+    fail(ErrorCode::mismatch, "there are {} estimated poses and {} true ones; give both at the same times",
+         estimated.size(), truth.size());
   for (std::size_t i = 0; i < truth.size(); ++i)
     if (!estimated[i].isFinite() || !truth[i].isFinite())
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("pose {} is not finite; leave it out of the estimate and of the truth", i));
+      fail(ErrorCode::invalidInput, "pose {} is not finite; leave it out of the estimate and of the truth",
+           i);
 }
 
 cv::Vec3d positionOf(const Pose& pose) {

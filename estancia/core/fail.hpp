@@ -7,11 +7,11 @@
 
 #include "estancia/core/error.hpp"
 
-namespace estancia::io {
+namespace estancia {
 
 template <class... Args>
 [[noreturn]] void fail(ErrorCode code, fmt::format_string<Args...> format, Args&&... args) {
   throw Error(code, fmt::format(format, std::forward<Args>(args)...));
 }
 
-}  // namespace estancia::io
+}  // namespace estancia
