@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <optional>
 
-#include "estancia/core/fail.hpp"
+#include "estancia/core/error.hpp"
 #include "estancia/core/home.hpp"
 
 namespace estancia {
@@ -25,7 +25,7 @@ std::optional<std::string> variable(const std::string& name) {
 /// A value of TOML as Option::set() takes it. Throws Error when it is of another type than the option.
 std::string tomlText(const toml::node& node, const Option& option) {
   const auto refuse = [&]() -> std::string {
-    fail(ErrorCode::malformedFile, "`{}` must be {}", option.key(), option.accepted());
+    throw Error(ErrorCode::malformedFile, fmt::format("`{}` must be {}", option.key(), option.accepted()));
   };
   if (const auto text = node.value_exact<std::string>())
     return option.isNumber() || option.isFlag() ? refuse() : *text;
@@ -41,7 +41,8 @@ std::string tomlText(const toml::node& node, const Option& option) {
 }  // namespace
 
 ConfigFile::ConfigFile(fs::path path) : path_(std::move(path)) {
-  if (!fs::is_regular_file(path_)) fail(ErrorCode::fileNotFound, "{} is missing", path_.string());
+  if (!fs::is_regular_file(path_))
+    throw Error(ErrorCode::fileNotFound, fmt::format("{} is missing", path_.string()));
   parse([this] { return toml::parse_file(path_.string()); });
 }
 
@@ -53,8 +54,8 @@ void ConfigFile::parse(const std::function<toml::table()>& source) {
   try {
     table_ = source();
   } catch (const toml::parse_error& e) {
-    fail(ErrorCode::malformedFile, "{}:{}: {}", path_.string(), e.source().begin.line,
-         std::string(e.description()));
+    throw Error(ErrorCode::malformedFile, fmt::format("{}:{}: {}", path_.string(), e.source().begin.line,
+                                                      std::string(e.description())));
   }
 }
 
@@ -74,8 +75,8 @@ void ConfigFile::read(const toml::table& table, const std::vector<Key>& keys, Ot
   }
   for (const auto& key : keys)
     if (key.required && !table.contains(key.name))
-      fail(ErrorCode::malformedFile, "{}: the key `{}` is missing: {}", path_.string(), key.name,
-           key.meaning);
+      throw Error(ErrorCode::malformedFile,
+                  fmt::format("{}: the key `{}` is missing: {}", path_.string(), key.name, key.meaning));
 }
 
 std::vector<ConfigFile::Key> ConfigFile::keysOf(OptionGroup& options) {
@@ -99,7 +100,8 @@ void ConfigFile::read(const toml::table& table, OptionGroup& options) {
 }
 
 void ConfigFile::fail(const toml::node& at, const std::string& what) const {
-  fail(ErrorCode::malformedFile, "{}:{}: {}", path_.string(), at.source().begin.line, what);
+  throw Error(ErrorCode::malformedFile,
+              fmt::format("{}:{}: {}", path_.string(), at.source().begin.line, what));
 }
 
 std::string ConfigFile::text(const toml::node& node) const {

@@ -20,12 +20,15 @@ class Hash {
                   "SHA-256 or SHA-1 is not available in this OpenSSL; install another");
   }
   void update(const char* bytes, std::size_t count) { EVP_DigestUpdate(context_.get(), bytes, count); }
-  std::string hex() {
-    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  std::string bytes() {
+    std::array<char, EVP_MAX_MD_SIZE> digest{};
     unsigned int length = 0;
-    EVP_DigestFinal_ex(context_.get(), digest.data(), &length);
+    EVP_DigestFinal_ex(context_.get(), reinterpret_cast<unsigned char*>(digest.data()), &length);
+    return {digest.data(), length};
+  }
+  std::string hex() {
     std::string text;
-    for (unsigned int i = 0; i < length; ++i) text += fmt::format("{:02x}", digest[i]);
+    for (const char byte : bytes()) text += fmt::format("{:02x}", static_cast<unsigned char>(byte));
     return text;
   }
 
@@ -51,6 +54,12 @@ std::string sha256(std::string_view bytes) {
   Hash hash(EVP_sha256());
   hash.update(bytes.data(), bytes.size());
   return hash.hex();
+}
+
+std::string sha256Bytes(std::string_view bytes) {
+  Hash hash(EVP_sha256());
+  hash.update(bytes.data(), bytes.size());
+  return hash.bytes();
 }
 
 std::string sha256OfFile(const std::filesystem::path& path) {

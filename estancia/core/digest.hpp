@@ -8,6 +8,8 @@
 namespace estancia {
 
 std::string sha256(std::string_view bytes);
+/// The digest itself, 32 bytes.
+std::string sha256Bytes(std::string_view bytes);
 
 /// Throws Error (fileUnreadable).
 std::string sha256OfFile(const std::filesystem::path& path);

@@ -1,6 +1,7 @@
 // Sequence formats: one reader per data set, and what they share.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -81,6 +82,14 @@ bool isClasses(const std::filesystem::path& path);
 Opened openClasses(const std::filesystem::path& path, const SequenceOptions& options);
 bool isImageFolder(const std::filesystem::path& path);
 Opened openImageFolder(const std::filesystem::path& path, const SequenceOptions& options);
+
+/// The frames of options.split and options.only, in order; all frames when both are empty. Throws Error on an
+/// unknown split or room (naming the known ones), and when no frame is in both.
+std::unique_ptr<Sequence> selectFrames(Opened sequence, const SequenceOptions& options);
+
+/// The pose of a rigid transform camera → map, row-major 3×4. Nothing when it is not finite or its left part
+/// is no rotation (columns off by more than 1 % from unit length or right angles, or mirrored).
+std::optional<Pose> poseOfMatrix(const std::array<double, 12>& matrix);
 
 /// The time stamp [s] in a file name like TUM's "1305031102.175304.png"; nothing in other names.
 std::optional<double> timestampOf(const std::filesystem::path& file);

@@ -1,4 +1,4 @@
-#include "estancia/io/frame_selection.hpp"
+#include "estancia/io/formats.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

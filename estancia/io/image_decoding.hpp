@@ -1,15 +1,36 @@
-// Image decoding: complete image files to pixels, panoramas, and conversion to 8-bit BGR.
+// Image decoding: headers checked, complete image files to pixels, panoramas and their tone mapping.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>
+#include <string>
+#include <string_view>
 
 namespace estancia::io {
+
+struct ImageHeader {
+  std::string format;  ///< "JPEG", "PNG", "BMP", "TIFF", "WebP", "PNM", "PFM", "OpenEXR", "Radiance"
+  std::uint64_t width = 0, height = 0;
+
+  bool isRadiance() const { return format == "OpenEXR" || format == "Radiance"; }
+};
+
+/// Recognizes the format by content, never by name, and reads the declared size, before a decoder allocates
+/// memory. Throws Error, naming `file`, when the bytes are no image, declare no pixels or more than 2^26 (67
+/// million), or end before the image does: decoders fill the rest of a truncated JPEG or TIFF with gray and
+/// say nothing. Damage inside complete data is left to the decoders (PNG has checksums, JPEG has none).
+ImageHeader inspectImage(std::string_view bytes, const std::string& file);
 
 /// Reads an equirectangular panorama: OpenEXR and Radiance as linear float BGR (CV_32FC3), other formats as
 /// readImage(). A `.js` file holds any of these as a data URI (`export default 'data:…;base64,…'`). Throws
 /// Error.
 cv::Mat readPanorama(const std::filesystem::path& file);
+
+/// Converts a panorama (CV_32FC3 linear radiance, or an 8-bit image) to BGR, 8 bits, sRGB. Radiance is scaled
+/// so that its log-average over the sphere becomes middle gray (0.18, Reinhard et al. 2002), then by
+/// `exposure` [EV]; highlights above 0.6 are rolled off. 8-bit images are scaled by `exposure` only.
+cv::Mat toneMap(cv::Mat panorama, double exposure);
 
 /// The pixels of a complete image file as OpenCV decodes them under `flags` (cv::IMREAD_…), never empty.
 /// Throws Error.

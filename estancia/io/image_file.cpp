@@ -1,17 +1,16 @@
 #include "estancia/io/image_file.hpp"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 
 #include <cmath>
 #include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "estancia/core/base64.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/image_decoding.hpp"
-#include "estancia/io/image_header.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;
@@ -42,15 +41,11 @@ std::string decodeDataUri(const std::string& text, const fs::path& file) {
   const auto start = text.find(mark);
   const auto begin = start + mark.size();
   const auto end = start == std::string::npos ? start : text.find_first_of("'\"`", begin);
-  if (end == std::string::npos || end == begin || (end - begin) % 4 != 0)
-    fail(ErrorCode::malformedFile, "{}: no complete data URI (data:…;base64,…)", printable(file));
-  std::string bytes((end - begin) / 4 * 3, '\0');
-  const int length = EVP_DecodeBlock(reinterpret_cast<unsigned char*>(bytes.data()),
-                                     reinterpret_cast<const unsigned char*>(text.data() + begin),
-                                     static_cast<int>(end - begin));
-  if (length < 0) fail(ErrorCode::malformedFile, "{}: damaged base64 text", printable(file));
-  bytes.resize(static_cast<std::size_t>(length));  // padding "=" decodes to zeros, which the decoders ignore
-  return bytes;
+  auto bytes = end == std::string::npos || end == begin
+                   ? std::nullopt
+                   : fromBase64(std::string_view(text).substr(begin, end - begin));
+  if (!bytes) fail(ErrorCode::malformedFile, "{}: no complete data URI (data:…;base64,…)", printable(file));
+  return *bytes;  // padding "=" decodes to zeros, which the decoders ignore
 }
 
 }  // namespace

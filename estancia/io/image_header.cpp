@@ -1,4 +1,4 @@
-#include "estancia/io/image_header.hpp"
+#include "estancia/io/image_decoding.hpp"
 
 #include <algorithm>
 #include <optional>

@@ -16,7 +16,6 @@
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/image_decoding.hpp"
-#include "estancia/io/tone_mapping.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;

@@ -7,6 +7,7 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -15,13 +16,48 @@
 #include <string_view>
 #include <vector>
 
+#include "estancia/core/error.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/io/lzf.hpp"
 #include "estancia/io/scalar.hpp"
 
 namespace estancia {
 namespace {
+
+/// Largest compression factor of LZF (format of Marc Lehmann's LibLZF): three bytes stand for at most 264.
+constexpr std::size_t kMaxLzfGain = 88;
+
+/// Decompresses `packed` to `size` bytes. Throws Error when it is damaged or of another size.
+std::string unpackLzf(std::string_view packed, std::size_t size) {
+  const auto damaged = [] { return Error(ErrorCode::corruptFile, "damaged compressed data"); };
+  if (size / kMaxLzfGain > packed.size()) throw damaged();
+  std::string bytes;
+  bytes.reserve(size);
+  std::size_t i = 0;
+  const auto next = [&] {
+    if (i == packed.size()) throw damaged();
+    return static_cast<unsigned char>(packed[i++]);
+  };
+  while (i < packed.size()) {
+    constexpr std::size_t literal = 32;  // below: that many bytes and one, as they are
+    const std::size_t control = next();
+    if (control < literal) {
+      const std::size_t count = control + 1;
+      if (count > packed.size() - i || count > size - bytes.size()) throw damaged();
+      bytes += packed.substr(i, count);
+      i += count;
+      continue;
+    }
+    std::size_t count = control >> 5U;  // a match: how long …
+    if (count == 7) count += next();
+    count += 2;
+    const std::size_t back = ((control & 31U) << 8U) + next() + 1;  // … and how far behind
+    if (back > bytes.size() || count > size - bytes.size()) throw damaged();
+    for (std::size_t k = 0; k < count; ++k) bytes += bytes[bytes.size() - back];  // it may overlap itself
+  }
+  if (bytes.size() != size) throw damaged();
+  return bytes;
+}
 
 static_assert(std::endian::native == std::endian::little, "PCD files are little-endian");
 
@@ -246,7 +282,7 @@ void readCompressed(PointCloud& cloud, const Header& header, std::string_view da
   if (size % header.stride() != 0 || size / header.stride() != header.points())
     fail(ErrorCode::corruptFile, "{} uncompressed bytes do not match {} × {} points", size, header.width,
          header.height);
-  const std::string all = io::unpackLzf(data.substr(0, packed), size);
+  const std::string all = unpackLzf(data.substr(0, packed), size);
   fill(cloud, header, [&](const Field& field, std::size_t i) {
     return all.data() + field.offset * header.points() + i * field.bytes();
   });

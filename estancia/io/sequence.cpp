@@ -13,7 +13,6 @@
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
-#include "estancia/io/frame_selection.hpp"
 #include "estancia/io/path_option.hpp"
 #include "estancia/io/side_files.hpp"
 #include "estancia/io/trajectory.hpp"

@@ -13,7 +13,6 @@
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
-#include "estancia/io/pose_matrix.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;

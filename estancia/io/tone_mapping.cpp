@@ -1,4 +1,4 @@
-#include "estancia/io/tone_mapping.hpp"
+#include "estancia/io/image_decoding.hpp"
 
 #include <algorithm>
 #include <array>

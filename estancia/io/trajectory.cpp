@@ -11,7 +11,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/io/pose_matrix.hpp"
+#include "estancia/io/formats.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;

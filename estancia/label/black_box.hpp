@@ -10,6 +10,7 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/descriptor.hpp"
 #include "estancia/io/label_scores.hpp"
+#include "estancia/label/labeler.hpp"
 #include "estancia/label/model_spec.hpp"
 
 namespace estancia {
@@ -41,5 +42,21 @@ io::WordBook wordBook(const ModelSpec& spec);
 /// An answer's words as descriptor. Throws FrameError when no word at all is known yet: nothing can be said.
 LexicalDescriptor describe(io::WordBook& book, std::vector<LabelProbability> words, std::size_t best,
                            const std::string& source);
+
+/// Type "http": a service that is sent an image by POST and answers with labels in JSON. Several requests are
+/// in flight at a time (inferBatch()). What may pass (no connection, timeouts, HTTP 408, 429 and 5xx) is
+/// tried again after growing waits; a refused image (400, 413, 415, 422) is a FrameError; all else is an
+/// Error. Keys of model.toml: docs/how-to/labelers.md. Throws Error, which never holds the value of a secret.
+std::unique_ptr<Labeler> openHttp(const ModelSpec& spec);
+
+/// Type "process": a program that reads the path of a PNG file a line on stdin and writes one line of JSON
+/// for each, in order, to stdout: {"image": PATH, "labels": {LABEL: confidence, …}}, or a list
+/// [{"label": …, "confidence": …}, …], or {"image": PATH, "error": "why this image has no words"}, which
+/// becomes a FrameError.
+///
+/// It is started with the first image. When it ends or answers too late it is started once more for the same
+/// image; a second time in a row is an Error with its end and its last words on stderr. So is everything that
+/// is no answer. Keys of model.toml: docs/how-to/labelers.md. Throws Error.
+std::unique_ptr<Labeler> openProcess(const ModelSpec& spec);
 
 }  // namespace estancia

@@ -11,6 +11,7 @@
 #include "estancia/core/config.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
+#include "estancia/label/model_files.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
@@ -57,9 +58,7 @@ class CatalogReader {
 
   /// A name that is safe as that of a file and of a folder.
   std::string nameOf(const toml::node& node, std::string_view name) const {
-    const auto allowed = [](unsigned char c) { return std::isalnum(c) || c == '.' || c == '_' || c == '-'; };
-    if (name.empty() || name.size() > 100 || name[0] == '.' ||
-        !std::all_of(name.begin(), name.end(), allowed))
+    if (!isSafeName(name))
       file_.fail(node, fmt::format("\"{}\" is no name; it must be made of letters, digits, `_`, `-` and `.`, "
                                    "and not start with `.`",
                                    io::printable(name)));
@@ -67,10 +66,8 @@ class CatalogReader {
   }
 
   std::string digest(const toml::node& node, std::size_t digits) const {
-    std::string hex = file_.text(node);
-    std::transform(hex.begin(), hex.end(), hex.begin(), [](unsigned char c) { return std::tolower(c); });
-    if (hex.size() != digits || hex.find_first_not_of("0123456789abcdef") != std::string::npos)
-      file_.fail(node, fmt::format("`{}` must be {} hex digits", file_.key(), digits));
+    const std::string hex = hexDigits(file_.text(node), digits);
+    if (hex.empty()) file_.fail(node, fmt::format("`{}` must be {} hex digits", file_.key(), digits));
     return hex;
   }
 

@@ -1,5 +1,4 @@
-#include "estancia/label/http.hpp"
-
+// HTTP labeler: a web service that labels images.
 #include <fmt/format.h>
 
 #include <algorithm>

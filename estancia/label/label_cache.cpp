@@ -68,15 +68,6 @@ std::string recordOf(const std::string& key, std::string_view value) {
   return record.bytes();
 }
 
-/// The key's bytes. Fingerprints are digests already, but nobody promises their form.
-std::string keyOf(const std::string& image) {
-  const std::string hex = sha256(image);
-  std::string key;
-  for (std::size_t i = 0; i < hex.size(); i += 2)
-    key += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
-  return key;
-}
-
 bool readExactly(int file, void* to, std::size_t bytes, std::uint64_t at) {
   auto* next = static_cast<char*>(to);
   while (bytes > 0) {
@@ -339,13 +330,14 @@ LabelCache::File& LabelCache::fileOf(const std::string& model) {
 }
 
 std::optional<std::string> LabelCache::find(const std::string& model, const std::string& image) {
-  const std::string key = keyOf(image);
+  const std::string key =
+      sha256Bytes(image);  // fingerprints are digests already, but nobody promises their form
   const std::lock_guard lock(mutex_);
   return fileOf(model).find(key);
 }
 
 void LabelCache::put(const std::string& model, const std::string& image, std::string_view value) {
-  const std::string key = keyOf(image);
+  const std::string key = sha256Bytes(image);
   const std::lock_guard lock(mutex_);
   if (!problem_.empty()) return;
   try {

@@ -7,18 +7,63 @@
 #include <exception>
 #include <map>
 #include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "estancia/core/bytes.hpp"
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/options.hpp"
-#include "estancia/label/cached_words.hpp"
+#include "estancia/label/labeler.hpp"
 
 namespace estancia {
 namespace {
+
+/// The words in `bytes`, or nothing when they are none.
+std::optional<std::vector<LabelProbability>> wordsIn(std::string_view bytes) try {
+  std::vector<LabelProbability> words;
+  for (ByteReader reader(bytes, "cached words", "label again"); reader.remaining() > 0;) {
+    const auto probability = reader.number<float>();
+    words.push_back({reader.text(), probability});
+    if (words.back().label.empty() || !(probability >= 0 && probability <= 1)) return std::nullopt;
+  }
+  return words;
+} catch (const Error&) {  // cut off
+  return std::nullopt;
+}
+
+/// The values as they are; of a labeler that discovers words, the words that are not 0 with their names,
+/// since their numbers differ from run to run.
+std::string packWords(DescriptorView descriptor, const Labeler& labeler) {
+  if (!labeler.discovers())
+    return {reinterpret_cast<const char*>(descriptor.data()), descriptor.size_bytes()};
+  ByteWriter words;
+  for (std::size_t i = 0; i < descriptor.size(); ++i) {
+    if (descriptor[i] == 0) continue;
+    words.number(descriptor[i]);
+    words.text(labeler.vocabulary()[i]);
+  }
+  return words.bytes();
+}
+
+/// Whether `bytes` are what packWords() makes for this labeler. Safe to call beside the labeler's work.
+bool holdsWords(std::string_view bytes, const Labeler& labeler) {
+  if (labeler.discovers()) return wordsIn(bytes).has_value();
+  return bytes.size() == labeler.vocabulary().size() * sizeof(float);
+}
+
+/// Back again; `bytes` must be sound.
+LexicalDescriptor unpackWords(std::string_view bytes, Labeler& labeler) {
+  if (labeler.discovers()) return labeler.adopt(wordsIn(bytes).value());
+  LexicalDescriptor values(bytes.size() / sizeof(float));
+  std::memcpy(values.data(), bytes.data(), values.size() * sizeof(float));
+  return values;
+}
 
 /// The labelers that really look at frames: the members of an ensemble, or the labeler itself.
 std::vector<Labeler*> partsOf(Labeler& labeler) {

@@ -7,31 +7,60 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <opencv2/core.hpp>
 #include <set>
+#include <string>
 #include <utility>
 
+#include "estancia/core/error.hpp"
 #include "estancia/core/fail.hpp"
 #include "estancia/core/home.hpp"
 #include "estancia/core/options.hpp"
 #include "estancia/core/plus_names.hpp"
+#include "estancia/label/black_box.hpp"
 #include "estancia/label/ensemble.hpp"
-#include "estancia/label/http.hpp"
 #include "estancia/label/human_labeler.hpp"
-#include "estancia/label/lazy_labeler.hpp"
 #include "estancia/label/model_files.hpp"
+#include "estancia/label/network_labeler.hpp"
 #include "estancia/label/onnx_file.hpp"
 #include "estancia/label/onnxruntime_engine.hpp"
 #include "estancia/label/onnxruntime_library.hpp"
 #include "estancia/label/opencv_engine.hpp"
-#include "estancia/label/process_labeler.hpp"
 #include "estancia/label/recorded_labeler.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
+
+/// A network opened at its first frame: a run whose labels are all cached opens none. Knows its words and
+/// identity at once; what is wrong with the network itself shows at the first frame.
+class OnDemandNetwork final : public NetworkLabeler {
+ public:
+  using Open = std::function<std::unique_ptr<Labeler>()>;
+  OnDemandNetwork(const ModelSpec& spec, std::string engine, Open open)
+      : NetworkLabeler(spec, std::move(engine)), open_(std::move(open)) {}
+
+  LexicalDescriptor infer(const Prepared& prepared) override { return network().infer(prepared); }
+  std::vector<LabelResult> inferBatch(std::span<const Prepared> batch) override {
+    return network().inferBatch(batch);
+  }
+  std::size_t batchSize() const override { return network().batchSize(); }
+
+ private:
+  Labeler& network() const {
+    if (!network_) network_ = open_();
+    if (network_->identity() != identity())
+      fail(ErrorCode::corruptFile, "model {} was changed while it was used; start again", spec().name);
+    return *network_;
+  }
+
+  Open open_;
+  mutable std::unique_ptr<Labeler> network_;
+};
 
 /// A network with the engine that its type or the user names, or the best one that can open it.
 std::unique_ptr<Labeler> openNetwork(const ModelSpec& spec, const LabelerOptions& options) {

@@ -26,6 +26,18 @@ bool isNetworkType(std::string_view type) {
   return type == "network" || type == "opencv" || type == "onnxruntime";
 }
 
+bool isSafeName(std::string_view name) {
+  return !name.empty() && name.size() <= 100 && name[0] != '.' &&
+         std::all_of(name.begin(), name.end(),
+                     [](unsigned char c) { return std::isalnum(c) || c == '.' || c == '_' || c == '-'; });
+}
+
+std::string hexDigits(std::string text, std::size_t digits) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  const bool hex = text.size() == digits && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+  return hex ? text : "";
+}
+
 std::vector<fs::path> networkFiles(const ModelSpec& spec) {
   std::vector<fs::path> files;
   for (const auto& file : {spec.file, spec.config, spec.embeddings})

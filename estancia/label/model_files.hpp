@@ -14,6 +14,12 @@ namespace estancia {
 /// are read by that type itself.
 bool isNetworkType(std::string_view type);
 
+/// Whether `name` is safe as that of a file and of a folder: letters, digits, `_`, `-` and `.`, no `.` first.
+bool isSafeName(std::string_view name);
+
+/// `text` in lower case if it is so many hex digits, else "".
+std::string hexDigits(std::string text, std::size_t digits);
+
 /// All files of the network, relative to the model's folder: itself, its config, text embeddings.
 std::vector<std::filesystem::path> networkFiles(const ModelSpec& spec);
 

@@ -91,9 +91,7 @@ class SpecReader {
 
   std::string nameOf(const toml::node& node) const {
     const std::string name = file_.text(node);
-    const auto allowed = [](unsigned char c) { return std::isalnum(c) || c == '.' || c == '_' || c == '-'; };
-    if (name.empty() || name.size() > 100 || name[0] == '.' ||
-        !std::all_of(name.begin(), name.end(), allowed))
+    if (!isSafeName(name))
       file_.fail(node, "`name` must be made of letters, digits, `_`, `-` and `.`, and not start with `.`");
     return name;
   }
@@ -150,9 +148,8 @@ class SpecReader {
     const auto* table = node.as_table();
     if (table == nullptr) file_.fail(node, "`sha256` must be a table: file = \"64 hex digits\"");
     for (const auto& [file, digest] : *table) {
-      std::string hex = file_.text(digest);
-      std::transform(hex.begin(), hex.end(), hex.begin(), [](unsigned char c) { return std::tolower(c); });
-      if (hex.size() != 64 || hex.find_first_not_of("0123456789abcdef") != std::string::npos)
+      const std::string hex = hexDigits(file_.text(digest), 64);
+      if (hex.empty())
         file_.fail(digest, fmt::format("`sha256.{}` must be 64 hex digits", std::string(file.str())));
       spec_.sha256[file_.inside(digest, file.str()).string()] = hex;
     }

@@ -9,6 +9,7 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/label/model_files.hpp"
 #include "estancia/label/preprocess.hpp"
+#include "estancia/label/scores.hpp"
 
 namespace estancia {
 
@@ -16,8 +17,16 @@ NetworkLabeler::NetworkLabeler(const ModelSpec& spec, std::string engine)
     : spec_(spec),
       vocabulary_(readVocabulary(modelFile(spec, spec.labels))),
       identity_(fmt::format("{} {}", spec.name, modelDigest(spec))),
-      engine_(std::move(engine)),
-      scores_(spec, vocabulary_.size()) {}
+      engine_(std::move(engine)) {
+  if (spec.embeddings.empty()) return;
+  if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty())
+    fail(ErrorCode::invalidInput,
+         "model {}: `sigmoid`, `reduce` and `unused` do not go with `embeddings`, whose cosines become "
+         "probabilities by softmax; leave them out of model.toml",
+         spec.name);
+  texts_.emplace(modelFile(spec, spec.embeddings), vocabulary_.size());
+  spec_.softmax = true;
+}
 
 Prepared NetworkLabeler::prepare(const cv::Mat& bgr, const std::string& frame) const {
   return {preprocess(bgr, spec_.preprocessing), frame, {}};
@@ -36,7 +45,8 @@ void NetworkLabeler::tryOut() {
 }
 
 LexicalDescriptor NetworkLabeler::toWords(std::span<const float> output) const {
-  return scores_(output);
+  if (!texts_) return toProbabilities(output, spec_, vocabulary_.size());
+  return toProbabilities(texts_->logits(output, spec_.logitScale, spec_.name), spec_, vocabulary_.size());
 }
 
 void NetworkLabeler::failOnInput(const std::string& reason) const {

@@ -1,13 +1,14 @@
 // Network labeler: what the engines that run networks share.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "estancia/label/clip.hpp"
 #include "estancia/label/labeler.hpp"
 #include "estancia/label/model_spec.hpp"
-#include "estancia/label/scores.hpp"
 
 namespace estancia {
 
@@ -30,7 +31,9 @@ class NetworkLabeler : public Labeler {
   /// Labels a gray image: what does not fit shows at once.
   void tryOut();
 
-  /// The network's output as checked probabilities.
+  /// The network's output as probabilities, see toProbabilities() in scores.hpp. Where the model has text
+  /// embeddings, the output is an image's embedding: its cosines with the texts become logits, and these by
+  /// softmax probabilities over the words.
   LexicalDescriptor toWords(std::span<const float> output) const;
 
   [[noreturn]] void failOnInput(const std::string& reason) const;
@@ -39,7 +42,7 @@ class NetworkLabeler : public Labeler {
   ModelSpec spec_;
   Vocabulary vocabulary_;
   std::string identity_, engine_;
-  Scores scores_;
+  std::optional<TextEmbeddings> texts_;
 };
 
 }  // namespace estancia

@@ -4,22 +4,130 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <functional>
+#include <optional>
 #include <set>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/label/model_files.hpp"
-#include "estancia/label/protobuf.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;
 namespace {
 
-using protobuf::FieldReader;
-using protobuf::forEachField;
-using protobuf::withChanged;
 using std::string_view;
+
+// ---- fields of a serialized message in the protobuf wire format (protobuf.dev, "Encoding")
+
+enum WireType : std::uint32_t { varintType = 0, fixed64Type = 1, bytesType = 2, fixed32Type = 5 };
+
+/// Thrown when bytes are no message.
+struct Malformed {};
+
+struct Field {
+  std::uint32_t number = 0;
+  /// Of a varint field.
+  std::optional<std::uint64_t> value = {};
+  /// Of a length-delimited field: a text, bytes, or a message.
+  std::optional<string_view> bytes = {};
+  /// The whole field with its tag.
+  string_view whole = {};
+};
+
+/// Walks over a message. Views point into it.
+class FieldReader {
+ public:
+  explicit FieldReader(string_view message) : rest_(message) {}
+  /// The next field, or nothing at the end. Throws Malformed.
+  std::optional<Field> next() {
+    if (rest_.empty()) return {};
+    const string_view start = rest_;
+    const std::uint64_t tag = varint();
+    Field field{.number = static_cast<std::uint32_t>(tag >> 3U)};
+    switch (tag & 7U) {
+      case varintType:
+        field.value = varint();
+        break;
+      case fixed64Type:
+        take(8);
+        break;
+      case bytesType:
+        field.bytes = take(varint());
+        break;
+      case fixed32Type:
+        take(4);
+        break;
+      default:
+        throw Malformed();
+    }
+    if (field.number == 0) throw Malformed();
+    field.whole = start.substr(0, start.size() - rest_.size());
+    return field;
+  }
+
+ private:
+  std::uint64_t varint() {
+    std::uint64_t value = 0;
+    for (unsigned shift = 0; shift < 64; shift += 7) {
+      const auto byte = static_cast<unsigned char>(take(1)[0]);
+      value |= std::uint64_t{byte & 0x7FU} << shift;
+      if (byte < 0x80) return value;
+    }
+    throw Malformed();
+  }
+  string_view take(std::uint64_t size) {
+    if (size > rest_.size()) throw Malformed();
+    const string_view taken = rest_.substr(0, size);
+    rest_.remove_prefix(size);
+    return taken;
+  }
+
+  string_view rest_;
+};
+
+std::string varintBytes(std::uint64_t value) {
+  std::string bytes;
+  for (; value >= 0x80; value >>= 7U) bytes += static_cast<char>(value | 0x80U);
+  return bytes + static_cast<char>(value);
+}
+
+/// Calls use(bytes) for each length-delimited field of this number.
+void forEachField(string_view message, std::uint32_t number, const std::function<void(string_view)>& use) {
+  FieldReader reader(message);
+  while (const auto field = reader.next())
+    if (field->number == number && field->bytes) use(*field->bytes);
+}
+
+/// Fields as bytes.
+std::string varintField(std::uint32_t number, std::uint64_t value) {
+  return varintBytes(number << 3U | varintType) + varintBytes(value);
+}
+
+std::string bytesField(std::uint32_t number, string_view bytes) {
+  std::string field = varintBytes(number << 3U | bytesType) + varintBytes(bytes.size());
+  return field.append(bytes);
+}
+
+/// The message with change(bytes) in the place of each length-delimited field of this number.
+std::string withChanged(string_view message, std::uint32_t number,
+                        const std::function<std::string(string_view)>& change) {
+  std::string changed;
+  changed.reserve(message.size() + 64);
+  FieldReader reader(message);
+  while (const auto field = reader.next())
+    if (field->number == number && field->bytes)
+      changed += bytesField(number, change(*field->bytes));
+    else
+      changed += field->whole;
+  return changed;
+}
+
+// ---- ONNX
 
 constexpr std::size_t maxBytes = std::size_t{1} << 31;  // more than protobuf can hold
 constexpr int maxDepth = 100;                           // of messages inside of messages, as in protobuf
@@ -76,7 +184,7 @@ std::string textIn(string_view message, std::uint32_t number) {
 /// Engines look for weights in other files wherever the process happens to run, outside of the model's
 /// digest.
 void requireWeightsInside(string_view bytes, Message kind, const fs::path& path, int depth = 0) {
-  if (depth > maxDepth) throw protobuf::Malformed();
+  if (depth > maxDepth) throw Malformed();
   FieldReader reader(bytes);
   while (const auto field = reader.next()) {
     if (kind == Message::tensor && field->number == tensor::dataLocation && field->value.value_or(0) != 0)
@@ -102,7 +210,7 @@ std::int64_t sizeOf(string_view dimension) {
 }
 
 std::string withSize(string_view dimension, std::int64_t size) {
-  std::string changed = protobuf::varintField(input::value, static_cast<std::uint64_t>(size));
+  std::string changed = varintField(input::value, static_cast<std::uint64_t>(size));
   FieldReader reader(dimension);
   while (const auto field = reader.next())
     if (field->number != input::value && field->number != input::parameter) changed += field->whole;
@@ -163,11 +271,11 @@ std::string readOnnx(const ModelSpec& spec) try {
   std::string bytes = io::readBytes(path, maxBytes);
   bool hasGraph = false;
   forEachField(bytes, model::graph, [&](string_view) { hasGraph = true; });
-  if (!hasGraph) throw protobuf::Malformed();
+  if (!hasGraph) throw Malformed();
   requireWeightsInside(bytes, Message::model, path);
   const bool anySize = spec.preprocessing.width == 0;
   return anySize ? bytes : withFixedInputs(std::move(bytes), spec, path);
-} catch (const protobuf::Malformed&) {
+} catch (const Malformed&) {
   fail(ErrorCode::malformedFile, "{} is no ONNX file, or cut short; fetch it again",
        (spec.folder / spec.file).string());
 }

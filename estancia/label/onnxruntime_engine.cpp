@@ -12,16 +12,13 @@
 #include <onnxruntime_cxx_api.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <exception>
-#include <functional>
 #include <limits>
 #include <regex>
 #include <string_view>
-#include <thread>
 
 #include "estancia/core/cores.hpp"
+#include "estancia/core/parallel.hpp"
 #include "estancia/label/network_labeler.hpp"
 #include "estancia/label/onnx_file.hpp"
 
@@ -100,27 +97,6 @@ class Session {
   std::vector<std::string> outputs_;
 };
 
-/// Calls work(0) … work(count − 1) from several threads.
-void inParallel(std::size_t count, int threads, const std::function<void(std::size_t)>& work) {
-  std::atomic<std::size_t> next{0};
-  std::exception_ptr failure;
-  std::atomic<bool> failed{false};
-  const auto run = [&] {
-    for (std::size_t i = next++; i < count && !failed; i = next++) try {
-        work(i);
-      } catch (...) {
-        if (!failed.exchange(true)) failure = std::current_exception();
-      }
-  };
-  {
-    std::vector<std::jthread> helpers;
-    for (std::size_t i = 1; i < std::min(count, static_cast<std::size_t>(threads)); ++i)
-      helpers.emplace_back(run);
-    run();
-  }
-  if (failure) std::rethrow_exception(failure);
-}
-
 class OnnxruntimeEngine final : public NetworkLabeler {
  public:
   OnnxruntimeEngine(const ModelSpec& spec, int threads) : OnnxruntimeEngine(spec, threads, readOnnx(spec)) {}
@@ -131,7 +107,7 @@ class OnnxruntimeEngine final : public NetworkLabeler {
     std::vector<LabelResult> results(batch.size());
     if (!alone_ && threads_ > 1) alone_ = std::make_unique<Session>(spec(), readAgain(), 1);
     Session& session = alone_ ? *alone_ : together_;
-    inParallel(batch.size(), threads_, [&](std::size_t i) {
+    inParallel(batch.size(), static_cast<std::size_t>(threads_), [&](std::size_t i) {
       try {
         results[i].descriptor = infer(session, batch[i]);
       } catch (const FrameError& e) {

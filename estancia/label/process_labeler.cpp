@@ -1,5 +1,4 @@
-#include "estancia/label/process_labeler.hpp"
-
+// Process labeler: a program of the user that labels images.
 #include <fmt/format.h>
 
 #include <chrono>

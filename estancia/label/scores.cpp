@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "estancia/core/fail.hpp"
-#include "estancia/label/model_files.hpp"
 
 namespace estancia {
 namespace {
@@ -59,22 +58,6 @@ LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec
   }
   requireProbabilities(values, labels, "model " + spec.name);
   return values;
-}
-
-Scores::Scores(const ModelSpec& spec, std::size_t labels) : spec_(spec), labels_(labels) {
-  if (spec.embeddings.empty()) return;
-  if (spec.sigmoid || spec.reduce != ModelSpec::Reduce::none || !spec.unused.empty())
-    fail(ErrorCode::invalidInput,
-         "model {}: `sigmoid`, `reduce` and `unused` do not go with `embeddings`, whose cosines "
-         "become probabilities by softmax; leave them out of model.toml",
-         spec.name);
-  texts_.emplace(modelFile(spec, spec.embeddings), labels);
-  spec_.softmax = true;
-}
-
-LexicalDescriptor Scores::operator()(std::span<const float> output) const {
-  if (!texts_) return toProbabilities(output, spec_, labels_);
-  return toProbabilities(texts_->logits(output, spec_.logitScale, spec_.name), spec_, labels_);
 }
 
 }  // namespace estancia

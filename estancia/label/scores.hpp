@@ -1,11 +1,9 @@
 // Network scores: the output of a network → probabilities, the same for every engine.
 #pragma once
 
-#include <optional>
 #include <span>
 
 #include "estancia/core/descriptor.hpp"
-#include "estancia/label/clip.hpp"
 #include "estancia/label/model_spec.hpp"
 
 namespace estancia {
@@ -15,21 +13,5 @@ namespace estancia {
 /// highest of all rows, and those in spec.unused are dropped. Values after a sigmoid do not add up to 1.
 /// Throws Error naming the model unless this gives `labels` probabilities.
 LexicalDescriptor toProbabilities(std::span<const float> output, const ModelSpec& spec, std::size_t labels);
-
-/// toProbabilities() of one model. Where `spec` names text embeddings, the network's output is an image's
-/// embedding: its cosines with the texts become logits, and these by softmax probabilities over the words.
-class Scores {
- public:
-  /// Throws Error when the embeddings cannot be read or are not as many as labels.
-  Scores(const ModelSpec& spec, std::size_t labels);
-
-  /// Throws as toProbabilities().
-  LexicalDescriptor operator()(std::span<const float> output) const;
-
- private:
-  ModelSpec spec_;
-  std::size_t labels_;
-  std::optional<TextEmbeddings> texts_;
-};
 
 }  // namespace estancia

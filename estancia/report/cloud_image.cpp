@@ -10,7 +10,7 @@
 
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/resolution.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -159,11 +159,11 @@ void shade(Canvas& canvas) {
 
 cv::Mat drawClouds(std::span<const CloudLayer> layers, const CloudView& view) {
   if (view.width < 16 || view.height < 16 || view.width > 16384 || view.height > 16384)
-    throw Error(
-        fmt::format("an image of {} × {} pixels cannot be drawn; use 16 to 16384", view.width, view.height));
-  if (layers.empty()) throw Error("there is no cloud to draw");
-  const std::vector<cv::Vec3d> points = finitePoints(layers.front());
-  if (points.empty()) throw Error("the cloud has no point to draw");
+    fail(ErrorCode::invalidOption, "an image of {} × {} pixels cannot be drawn; use 16 to 16384", view.width,
+         view.height);
+  const std::vector<cv::Vec3d> points =
+      layers.empty() ? std::vector<cv::Vec3d>{} : finitePoints(layers.front());
+  if (points.empty()) throw Error(ErrorCode::invalidInput, "no finite point to draw; give a cloud with some");
 
   const Camera camera = placeCamera(points, view);
   Canvas canvas{cv::Mat(view.height, view.width, CV_8UC3, cv::Scalar(background)),

@@ -63,13 +63,8 @@ void drawAxis(Markup& svg, const Plot& plot, const FigureStyle& style) {
   for (double height = 0; height <= plot.highest * 1.0001; height += step) {
     const double x = plot.x(height);
     svg.leaf("path", {{"class", "grid"}, {"d", Path().move(x, plot.top).line(x, plot.foot).str()}});
-    svg.element("text",
-                {{"class", "scale-text"},
-                 {"x", x},
-                 {"y", plot.foot + 1.3 * style.fontSize},
-                 {"text-anchor", "middle"},
-                 {"font-size", style.fontSize - 1}},
-                number(height, 6));
+    addText(svg, "scale-text", {x, plot.foot + 1.3 * style.fontSize}, style.fontSize - 1, number(height, 6),
+            "middle");
   }
 }
 
@@ -78,13 +73,8 @@ void drawCut(Markup& svg, const Plot& plot, double cut, const FigureStyle& style
   svg.leaf("path", {{"class", "cut"}, {"d", Path().move(x, plot.top - 4).line(x, plot.foot).str()}});
   const std::string text = "cut " + significant(cut);
   const double half = 0.55 * style.fontSize * textWidth(text);
-  svg.element("text",
-              {{"class", "cut-text"},
-               {"x", std::clamp(x, half + 2, style.width - half - 2)},
-               {"y", plot.top - 8},
-               {"text-anchor", "middle"},
-               {"font-size", style.fontSize}},
-              text);
+  addText(svg, "cut-text", {std::clamp(x, half + 2, style.width - half - 2), plot.top - 8}, style.fontSize,
+          text, "middle");
 }
 
 /// The lines of a branch down to its parts; a twig that holds more than one item ends in a wedge.
@@ -166,12 +156,8 @@ static void drawZone(Markup& svg, const ZonesSummary& summary, const DendrogramT
                     {"fill", entry.style.fill.hex()}});
   const double room = style.width - x - style.fontSize;
   const std::string text = fmt::format("{} {}", zone, style.words ? entry.name : entry.word);
-  svg.element("text",
-              {{"class", "name"},
-               {"x", x + 0.8 * style.fontSize},
-               {"y", y + 0.35 * style.fontSize},
-               {"font-size", style.fontSize}},
-              shortenToWidth(text, room / (1.12 * style.fontSize)));
+  addText(svg, "name", {x + 0.8 * style.fontSize, y + 0.35 * style.fontSize}, style.fontSize,
+          shortenToWidth(text, room / (1.12 * style.fontSize)));
   svg.close();
 }
 
@@ -186,19 +172,12 @@ Markup dendrogramFigure(const ZonesSummary& summary, FigureStyle style) {
   plot.foot += 6;
   style.height = plot.foot + 3 * style.fontSize;
 
-  Markup svg;
-  svg.open("svg", {{"class", "tree " + style.name},
-                   {"viewBox", fmt::format("0 0 {} {}", number(style.width), number(style.height))},
-                   {"role", "group"},
-                   {"aria-label", fmt::format("Dendrogram: the top {} of {}", top.twigs.size() - 1,
-                                              counted(zones.dendrogram->merges().size(), "merge"))}});
+  Markup svg = openFigure("tree", style,
+                          fmt::format("Dendrogram: the top {} of {}", top.twigs.size() - 1,
+                                      counted(zones.dendrogram->merges().size(), "merge")));
   drawAxis(svg, plot, style);
-  svg.element("text",
-              {{"class", "scale-text"},
-               {"x", plot.left},
-               {"y", style.height - 0.4 * style.fontSize},
-               {"font-size", style.fontSize}},
-              "distance at which two become one");
+  addText(svg, "scale-text", {plot.left, style.height - 0.4 * style.fontSize}, style.fontSize,
+          "distance at which two become one");
 
   Path above, wedges;
   std::map<int, std::vector<std::size_t>> ofZone;  // branches
@@ -212,13 +191,10 @@ Markup dendrogramFigure(const ZonesSummary& summary, FigureStyle style) {
   for (const auto& [zone, branches] : ofZone) drawZone(svg, summary, top, zone, branches, rows, plot, style);
   for (const std::size_t twig : top.twigs)
     if (!top.branches[twig].zone)
-      svg.element("text",
-                  {{"class", "scale-text"},
-                   {"x", plot.right + 0.6 * style.fontSize},
-                   {"y", rows[twig] + 0.35 * style.fontSize},
-                   {"font-size", style.fontSize}},
-                  fmt::format("zone {} and {}", top.branches[twig].firstZone,
-                              counted(top.branches[twig].zones - 1, "other")));
+      addText(svg, "scale-text", {plot.right + 0.6 * style.fontSize, rows[twig] + 0.35 * style.fontSize},
+              style.fontSize,
+              fmt::format("zone {} and {}", top.branches[twig].firstZone,
+                          counted(top.branches[twig].zones - 1, "other")));
   drawCut(svg, plot, zones.cut, style);
   return svg.close();
 }

@@ -1,9 +1,20 @@
 #include "estancia/report/driven_path.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 namespace estancia::report {
+
+Markup openFigure(const char* kind, const FigureStyle& style, const std::string& label) {
+  Markup svg;
+  svg.open("svg", {{"class", fmt::format("{} {}", kind, style.name)},
+                   {"viewBox", fmt::format("0 0 {} {}", number(style.width), number(style.height))},
+                   {"role", "group"},
+                   {"aria-label", label}});
+  return svg;
+}
 
 double neededHeight(const Fit& fit, const std::vector<Point>& extent, const FigureStyle& style,
                     double borders) {
@@ -45,8 +56,7 @@ Box drawScale(Markup& svg, double scale, const FigureStyle& style) {
   svg.leaf("path",
            {{"class", "scale"},
             {"d", Path().move(x, y - 5).line(x, y).line(x + length, y).line(x + length, y - 5).str()}});
-  svg.element("text", {{"class", "scale-text"}, {"x", x + 6}, {"y", y - 6}, {"font-size", style.fontSize}},
-              significant(meters) + " m");
+  addText(svg, "scale-text", {x + 6, y - 6}, style.fontSize, significant(meters) + " m");
   return {x, y - 8 - style.fontSize, std::max(length, 50.0), 8 + style.fontSize};
 }
 

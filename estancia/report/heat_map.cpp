@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia::report {
 
@@ -21,8 +21,8 @@ std::vector<std::size_t> HeatMap::ranking(std::size_t count) const {
 
 HeatMap heatMapOf(const TopologicalMap& map, std::size_t label) {
   if (label >= map.vocabulary.size())
-    throw Error(
-        fmt::format("there is no label {} for a heat map; the map has {}", label, map.vocabulary.size()));
+    fail(ErrorCode::invalidInput, "there is no label {} for a heat map; the map has {}", label,
+         map.vocabulary.size());
   HeatMap heat{label, {}, 0};
   for (const Node& node : map.nodes) {
     const float value = label < node.mean.size() && node.mean[label] > 0 ? node.mean[label] : 0;

@@ -5,45 +5,24 @@
 #include <array>
 #include <cstdint>
 
+#include "estancia/core/base64.hpp"
 #include "estancia/core/digest.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia::report {
 namespace {
 
-std::string base64(const unsigned char* bytes, std::size_t count) {
-  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((count + 2) / 3 * 4);
-  for (std::size_t i = 0; i < count; i += 3) {
-    const std::size_t left = count - i;
-    const std::uint32_t three =
-        bytes[i] << 16U | (left > 1 ? bytes[i + 1] : 0U) << 8U | (left > 2 ? bytes[i + 2] : 0U);
-    out += digits[three >> 18U & 63U];
-    out += digits[three >> 12U & 63U];
-    out += left > 1 ? digits[three >> 6U & 63U] : '=';
-    out += left > 2 ? digits[three & 63U] : '=';
-  }
-  return out;
-}
-
 /// The hash by which a content security policy allows one inline script.
 std::string policyHash(const std::string& script) {
-  const std::string hex = sha256(script);
-  std::array<unsigned char, 32> digest{};
-  for (std::size_t i = 0; i < digest.size(); ++i)
-    digest[i] = static_cast<unsigned char>(std::stoi(hex.substr(2 * i, 2), nullptr, 16));
-  return "'sha256-" + base64(digest.data(), digest.size()) + "'";
+  return "'sha256-" + toBase64(sha256Bytes(script)) + "'";
 }
 
 /// The media type by the file's first bytes; "" for anything else.
-std::string_view imageType(const std::vector<unsigned char>& bytes) {
-  const std::string_view head(reinterpret_cast<const char*>(bytes.data()),
-                              std::min<std::size_t>(bytes.size(), 12));
+std::string_view imageType(std::string_view head) {
   if (head.starts_with("\xFF\xD8\xFF")) return "jpeg";
   if (head.starts_with("\x89PNG\r\n\x1A\n")) return "png";
   if (head.starts_with("GIF8")) return "gif";
-  if (head.starts_with("RIFF") && head.substr(8) == "WEBP") return "webp";
+  if (head.starts_with("RIFF") && head.substr(0, 12).ends_with("WEBP")) return "webp";
   return "";
 }
 
@@ -134,10 +113,11 @@ std::string jsonForScript(std::string json) {
 }
 
 std::string imageUri(const std::vector<unsigned char>& bytes, const std::string& source) {
-  const std::string_view type = imageType(bytes);
+  const std::string_view file(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const std::string_view type = imageType(file);
   if (type.empty())
-    throw Error(fmt::format("{} is no JPEG, PNG, GIF or WebP image; convert it first", source));
-  return fmt::format("data:image/{};base64,{}", type, base64(bytes.data(), bytes.size()));
+    fail(ErrorCode::unsupportedFile, "{} is not a JPEG, PNG, GIF or WebP image; convert it first", source);
+  return fmt::format("data:image/{};base64,{}", type, toBase64(file));
 }
 
 std::string htmlDocument(const std::string& title, const std::string& css, const Markup& body,

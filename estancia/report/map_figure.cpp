@@ -128,13 +128,7 @@ void drawLabels(Markup& svg, const MapSummary& summary, const std::vector<std::s
     const auto place = places.take(n, width, height);
     if (!place) continue;
     const auto line = [&](const char* kind, double y, double fontSize, const std::string& text) {
-      svg.element("text",
-                  {{"class", kind},
-                   {"x", place->x},
-                   {"y", y},
-                   {"text-anchor", place->anchor},
-                   {"font-size", fontSize}},
-                  text);
+      addText(svg, kind, {place->x, y}, fontSize, text, place->anchor);
     };
     if (!room.empty()) line("room", place->box.y + 0.95 * size, size, room);
     if (!word.empty()) line("word", place->box.y + height - 0.28 * small, small, word);
@@ -161,12 +155,9 @@ Markup mapFigure(const MapSummary& summary, const MapLayout& layout, const MapCo
   const Placement placement = place(summary, layout, plan, style);
   const auto& [fit, nodes, radii] = placement;
 
-  Markup svg;
-  svg.open("svg", {{"class", "map " + style.name},
-                   {"viewBox", fmt::format("0 0 {} {}", number(style.width), number(style.height))},
-                   {"role", "group"},
-                   {"aria-label", "Map of " + counted(summary.nodes.size(), "node") + " and " +
-                                      counted(summary.links.size(), "link")}});
+  Markup svg = openFigure(
+      "map", style,
+      "Map of " + counted(summary.nodes.size(), "node") + " and " + counted(summary.links.size(), "link"));
   if (plan != nullptr) drawFloorPlan(svg, *plan, fit);
   drawPath(svg, layout.frames, fit);
   const double thin = std::min(1.5, 0.1 * largestRadius(nodes.size(), style));

@@ -4,22 +4,135 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <vector>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/report/decision_chart.hpp"
+#include "estancia/report/html.hpp"
+#include "estancia/report/image_grid.hpp"
+#include "estancia/report/label_bars.hpp"
 #include "estancia/report/map_figure.hpp"
-#include "estancia/report/node_cards.hpp"
+#include "estancia/report/node_zones.hpp"
 #include "estancia/report/page_assets.hpp"
 #include "estancia/report/page_parts.hpp"
+#include "estancia/report/summary.hpp"
 #include "estancia/report/symbols.hpp"
+#include "estancia/report/word_cloud.hpp"
 
 namespace estancia {
 namespace {
 
 using namespace report;
+
+struct NodeCards {
+  Markup cards;              ///< <article>s of the largest nodes, in order of id
+  Markup rows;               ///< shorter <article>s of all others; empty when there are none
+  std::size_t carded = 0;    ///< how many nodes have a full card
+  std::size_t withheld = 0;  ///< images left out because page.images.bytes were used up
+};
+
+void addNeighbors(Markup& card, const MapSummary& summary, std::size_t position) {
+  constexpr std::size_t shown = 12;
+  std::size_t count = 0;
+  card.open("p", {{"class", "neighbors"}}).text("Linked to");
+  for (const Link& link : summary.links) {
+    if (link.a != position && link.b != position) continue;
+    if (++count > shown) continue;
+    const NodeSummary& other = summary.nodes[link.a == position ? link.b : link.a];
+    const std::string id = std::to_string(other.node->id);
+    const std::uint64_t out = link.a == position ? link.there : link.back, in = link.there + link.back - out;
+    card.text(" ").element(
+        "a",
+        {{"href", "#node-" + id},
+         {"title", fmt::format("{}: driven {}× there, {}× back",
+                               shorten(other.room.empty() ? other.title : other.room, 40), out, in)}},
+        id);
+  }
+  if (count > shown) card.text(fmt::format(" and {} more", count - shown));
+  if (count == 0) card.text(" no other node");
+  card.close();
+}
+
+/// What a classifier takes the place for.
+void addPrediction(Markup& card, const NodeSummary& node) {
+  if (!node.predicted.empty()) card.element("p", "Taken for " + shorten(node.predicted, 90));
+}
+
+void addCard(Markup& out, const MapSummary& summary, std::size_t position, const NodeZones* zones,
+             Painting painting, const LoadedImages& images) {
+  const NodeSummary& node = summary.nodes[position];
+  const bool byZone = painting == Painting::zones && zones != nullptr;
+  out.open("article", {{"class", "card"},
+                       {"id", fmt::format("node-{}", node.node->id)},
+                       {"data-node", position},
+                       {"tabindex", "-1"}});
+  out.open("header")
+      .add(badge(byZone ? zones->styleOf(position) : summary.styleOf(node), std::to_string(node.node->id)))
+      .open("div");
+  out.element("h3", shorten(!node.room.empty()            ? node.room
+                            : !node.predictedRoom.empty() ? node.predictedRoom
+                                                          : node.title,
+                            48));
+  out.element("p", fmt::format("Node {} · {} · {:.1f} %", node.node->id, counted(node.node->frames, "frame"),
+                               100 * node.share));
+  addPrediction(out, node);
+  if (zones != nullptr) out.add(zoneLine(*zones, position));
+  out.close().close();
+  const auto nameOf = [&summary](std::size_t frame) { return summary.map->frames[frame].name; };
+  out.add(imageGrid(images, node.frames, fmt::format("What node {} looks like", node.node->id), nameOf));
+  out.add(wordCloud(*summary.map, *node.node));
+  out.add(labelBars(summary.map->vocabulary, node.node->mean, {}, 10));
+  out.open("footer")
+      .add(visitStrip(node.visits, summary.map->frames.size()))
+      .element("p", describeVisits(node.visits));
+  addNeighbors(out, summary, position);
+  out.close().close();
+}
+
+void addRow(Markup& out, const MapSummary& summary, std::size_t position, const NodeZones* zones) {
+  const NodeSummary& node = summary.nodes[position];
+  out.open("article", {{"class", "row"}, {"id", fmt::format("node-{}", node.node->id)}, {"tabindex", "-1"}});
+  out.element(
+      "h3", fmt::format("Node {}{}", node.node->id, node.room.empty() ? "" : " · " + shorten(node.room, 32)));
+  std::string words = counted(node.node->frames, "frame") + ", " + describeVisits(node.visits) + ": ";
+  for (const std::size_t label : bestLabels(*node.node, 5))
+    words += fmt::format("{} {:.3f}  ", shorten(firstSynonym(summary.map->vocabulary[label]), 32),
+                         node.node->mean[label]);
+  out.element("p", words);
+  addPrediction(out, node);
+  if (zones != nullptr) out.add(zoneLine(*zones, position));
+  addNeighbors(out, summary, position);
+  out.close();
+}
+
+/// `zones` may be nullptr. Badges have the colors of zones where the painting is of zones, else of rooms;
+/// every card carries the node's position as data-node.
+NodeCards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZones* zones,
+                    Painting painting) {
+  std::vector<std::size_t> order(summary.nodes.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::stable_sort(order.begin(), order.end(), [&summary](std::size_t a, std::size_t b) {
+    return summary.nodes[a].node->frames > summary.nodes[b].node->frames;
+  });
+  NodeCards result;
+  result.carded = std::min(page.cards, order.size());
+  std::vector<char> large(order.size(), 0);
+  std::vector<const std::vector<std::size_t>*> withCards;
+  for (std::size_t i = 0; i < result.carded; ++i) {
+    large[order[i]] = 1;
+    withCards.push_back(&summary.nodes[order[i]].frames);
+  }
+  const LoadedImages images = loadImages(withCards, page.images);
+  result.withheld = images.withheld;
+  for (std::size_t i = 0; i < order.size(); ++i)
+    large[i] != 0 ? addCard(result.cards, summary, i, zones, painting, images)
+                  : addRow(result.rows, summary, i, zones);
+  return result;
+}
 
 Markup headerOf(const MapPage& page, const MapSummary& summary) {
   const TopologicalMap& map = page.map;
@@ -96,7 +209,8 @@ void addExplorer(Markup& body, const MapPage& page, const MapSummary& summary, c
   const FloorPlan* plan = page.floorPlan ? &*page.floorPlan : nullptr;
   const MapLayout layout = layoutMap(summary, plan != nullptr);
   if (plan != nullptr && !layout.metric)
-    throw Error("a floor plan needs frames with poses, and this map has none; leave the floor plan out");
+    throw Error(ErrorCode::insufficientData,
+                "a floor plan needs frames with poses, and this map has none; leave the floor plan out");
 
   body.open("section", {{"class", "explore"}, {"id", "map"}, {"aria-label", "Map"}});
   body.open("form", {{"id", "search"}, {"role", "search"}, {"hidden", ""}});
@@ -192,15 +306,16 @@ FloorPlan readFloorPlan(const std::filesystem::path& path, const std::array<doub
   const bool finite = std::all_of(extent.begin(), extent.end(), [](double v) { return std::isfinite(v); });
   if (!finite || !(plan.xMax > plan.xMin) || !(plan.yMax > plan.yMin))
     throw Error(
+        ErrorCode::invalidOption,
         "the floor plan's extent must be xMin, yMin, xMax, yMax in meters, with xMin < xMax and yMin < yMax");
   constexpr std::size_t limit = 8'000'000;
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(fmt::format("cannot read the floor plan {}; check the path", path.string()));
+  if (!file) fail(ErrorCode::fileUnreadable, "cannot read the floor plan {}; check the path", path.string());
   plan.image.resize(limit + 1);
   file.read(reinterpret_cast<char*>(plan.image.data()), static_cast<std::streamsize>(plan.image.size()));
   plan.image.resize(static_cast<std::size_t>(file.gcount()));
   if (plan.image.size() > limit)
-    throw Error(fmt::format("the floor plan {} is larger than 8 MB; make it smaller", path.string()));
+    fail(ErrorCode::tooLarge, "the floor plan {} is larger than 8 MB; reduce it", path.string());
   imageUri(plan.image, path.string());  // checks the format
   return plan;
 }

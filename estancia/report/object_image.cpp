@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/report/text.hpp"
 
 namespace estancia::report {
@@ -30,8 +30,8 @@ std::string captionOf(const PredictedObject& object, const std::vector<std::stri
   const auto word = static_cast<std::size_t>(object.answer.classIndex);
   if (object.answer.classIndex < 0) return fmt::format("{}", object.instance);
   if (word >= words.size())
-    throw Error(fmt::format("thing {} is word {} of {}; give the words of its model", object.instance,
-                            word + 1, words.size()));
+    fail(ErrorCode::mismatch, "object {} has class {} of {}; give the classes of its model", object.instance,
+         word + 1, words.size());
   // OpenCV's font knows ASCII only.
   std::string name = cleanText(words[word]);
   std::ranges::replace_if(
@@ -43,7 +43,8 @@ std::string captionOf(const PredictedObject& object, const std::vector<std::stri
 
 cv::Mat drawObjects(const cv::Mat& image, std::span<const PredictedObject> objects,
                     const std::vector<std::string>& words) {
-  if (image.empty() || image.type() != CV_8UC3) throw Error("things are drawn into a BGR image of 8 bits");
+  if (image.empty() || image.type() != CV_8UC3)
+    throw Error(ErrorCode::invalidInput, "objects are drawn into a BGR image of 8 bits; convert the image");
   cv::Mat drawn = image.clone();
   const int font = cv::FONT_HERSHEY_SIMPLEX;
   const double size = 0.4 * std::max(1., image.cols / 640.);

@@ -47,13 +47,6 @@ void gatherLinks(const TopologicalMap& map, const Positions& positions, MapSumma
 
 }  // namespace
 
-const NodeSummary* MapSummary::find(int id) const {
-  const auto found =
-      std::lower_bound(nodes.begin(), nodes.end(), id,
-                       [](const NodeSummary& summary, int wanted) { return summary.node->id < wanted; });
-  return found != nodes.end() && found->node->id == id ? &*found : nullptr;
-}
-
 ClassStyle MapSummary::styleOf(const NodeSummary& node) const {
   const auto found = roomStyles.find(node.room);
   return found == roomStyles.end() ? plainStyle() : found->second;

@@ -39,8 +39,6 @@ struct MapSummary {
   std::vector<std::string> rooms;                ///< of the nodes, in order of first appearance
   std::size_t roomsDriven = 0;                   ///< different rooms among the frames
 
-  /// nullptr when there is no such node.
-  const NodeSummary* find(int id) const;
   ClassStyle styleOf(const NodeSummary& node) const;
 };
 

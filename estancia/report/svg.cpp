@@ -55,6 +55,14 @@ std::string shapePath(std::size_t shape, double radius, const Point& center) {
   return path.close().str();
 }
 
+void addText(Markup& svg, const char* kind, const Point& at, double size, std::string_view text,
+             const std::string& anchor) {
+  Attributes attributes{{"class", kind}, {"x", at.x}, {"y", at.y}};
+  if (!anchor.empty()) attributes.push_back({"text-anchor", anchor});
+  attributes.push_back({"font-size", size});
+  svg.element("text", attributes, text);
+}
+
 double niceStep(double range, double count) {
   const double raw = range / count, power = std::pow(10, std::floor(std::log10(raw)));
   for (const double factor : {1.0, 2.0, 5.0})

@@ -48,6 +48,10 @@ class Path {
 /// A symbol's outline around `center`, of the area of a circle with this radius; see ClassStyle::shape.
 std::string shapePath(std::size_t shape, double radius, const Point& center = {});
 
+/// A <text> of class `kind`; `anchor` is "start", "middle", "end", or "" for none.
+void addText(Markup& svg, const char* kind, const Point& at, double size, std::string_view text,
+             const std::string& anchor = "");
+
 /// A step of 1, 2 or 5 · 10ⁿ between the ticks of an axis, so that about `count` steps reach `range` > 0.
 double niceStep(double range, double count);
 

@@ -25,15 +25,11 @@ void drawAxis(Markup& svg, std::size_t frames, double foot, const FigureStyle& s
     const double x = style.width * frame / static_cast<double>(frames);
     const bool isFirst = frame == 0, isLast = x > style.width - 24;
     svg.leaf("path", {{"class", "scale"}, {"d", Path().move(x, foot).line(x, foot + 4).str()}});
-    svg.element("text",
-                {{"class", "scale-text"},
-                 {"x", x},
-                 {"y", foot + 6 + style.fontSize},
-                 {"text-anchor", isFirst  ? "start"
-                                 : isLast ? "end"
-                                          : "middle"},
-                 {"font-size", style.fontSize}},
-                isFirst ? "image 0" : grouped(static_cast<std::size_t>(frame)));
+    addText(svg, "scale-text", {x, foot + 6 + style.fontSize}, style.fontSize,
+            isFirst ? "image 0" : grouped(static_cast<std::size_t>(frame)),
+            isFirst  ? "start"
+            : isLast ? "end"
+                     : "middle");
   }
 }
 
@@ -61,11 +57,7 @@ Markup timeStrip(const ZonesSummary& summary, const FigureStyle& style) {
   for (const Stay& stay : stays)
     staysIn[std::min(static_cast<std::size_t>(stay.zone), summary.styled)].push_back(&stay);
 
-  Markup svg;
-  svg.open("svg", {{"class", "strip " + style.name},
-                   {"viewBox", fmt::format("0 0 {} {}", number(style.width), number(style.height))},
-                   {"role", "group"},
-                   {"aria-label", fmt::format("{} over the run", counted(stays.size(), "stay"))}});
+  Markup svg = openFigure("strip", style, fmt::format("{} over the run", counted(stays.size(), "stay")));
   for (std::size_t zone = 0; zone < staysIn.size(); ++zone) {
     if (staysIn[zone].empty()) continue;
     const ClassStyle look = zone < summary.styled ? summary.list[zone].style : plainStyle();

@@ -188,12 +188,9 @@ Markup zoneFigure(const ZonesSummary& summary, const DrivenPath& path, FigureSty
   fit = fitPath(extent, radius + overhang(symbolsOf(fit), extent, fit), style);
   const std::vector<ZoneSymbol> symbols = symbolsOf(fit);
 
-  Markup svg;
-  svg.open("svg", {{"class", "map " + style.name},
-                   {"viewBox", fmt::format("0 0 {} {}", number(style.width), number(style.height))},
-                   {"role", "group"},
-                   {"aria-label", fmt::format("{} in {} from above", counted(extent.size(), "image"),
-                                              counted(summary.list.size(), "zone"))}});
+  Markup svg = openFigure("map", style,
+                          fmt::format("{} in {} from above", counted(extent.size(), "image"),
+                                      counted(summary.list.size(), "zone")));
   drawPath(svg, path.points, fit);
   const Box scale = drawScale(svg, fit.scale, style);
   drawSymbols(svg, summary, symbols, radius);

@@ -319,7 +319,7 @@ TEST(Check, DepthThatCannotBeReadIsFoundWhateverItsStamps) {
   spoilt.depthDelay = 0.001;
   const auto tear = [&spoilt](std::size_t every) {
     spoilt.alterDepth = [every](std::size_t i, cv::Mat&) {
-      if (i % every == 0) throw Error("torn");
+      if (i % every == 0) throw Error(ErrorCode::malformedFile, "torn");
     };
     return onlyFault(checked(spoilt, 90));
   };

@@ -5,7 +5,6 @@
 
 #include "estancia/io/image_decoding.hpp"
 #include "estancia/io/image_file.hpp"
-#include "estancia/io/image_header.hpp"
 #include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

@@ -9,7 +9,7 @@
 
 #include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/io/pose_matrix.hpp"
+#include "estancia/io/formats.hpp"
 #include "estancia/io/trajectory.hpp"
 #include "io/images.hpp"
 #include "support/errors.hpp"

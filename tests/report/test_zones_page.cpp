@@ -19,8 +19,6 @@ using test::count;
 using test::expectWellFormed;
 using test::sampleZones;
 using test::ScratchFolder;
-using testing::HasSubstr;
-using testing::Not;
 
 void expectSound(const std::string& html) {
   expectWellFormed(html);
@@ -35,10 +33,14 @@ TEST(ZonesPage, ShowsImageStripTreeRoomsAndCards) {
   page.measures = {{"v_measure", "V-measure", 0.94, 2, "Agreement with the rooms."}};
   const std::string html = renderZonesPage(page);
   expectSound(html);
-  for (const char* text :
-       {"A ring", "From above", "Over the run", "How images became zones", "Rooms and zones", "Zone by zone",
-        "Agreement with the rooms.", "<dt>V-measure</dt><dd>0.94</dd>", "cut 0.5", "word3", " ± "})
-    EXPECT_THAT(html, HasSubstr(text));
+  EXPECT_EQ(count(html, "A ring"), 2U) << "title and heading";
+  for (const char* element :
+       {"<figure class=\"figure image\">", "<figure class=\"figure when\">",
+        "<figure class=\"figure merging\">", "<section id=\"rooms\">", "<section id=\"places\">",
+        "<td>Agreement with the rooms.</td>", "<dt>V-measure</dt><dd>0.94</dd>"})
+    EXPECT_EQ(count(html, element), 1U) << element;
+  EXPECT_EQ(count(html, ">cut 0.5</text>"), 2U) << "a wide and a narrow drawing";
+  EXPECT_EQ(count(html, "<ol class=\"labels spread\">"), 5U);
   EXPECT_EQ(count(html, "<article class=\"card\""), 5U);
   EXPECT_EQ(count(html, "<script"), 1U);
 }
@@ -50,17 +52,16 @@ TEST(ZonesPage, EveryLinkLeadsToAPlaceOnThePage) {
     const std::string html = renderZonesPage({sample});
     const std::regex link("href=\"#([^\"]*)\"");
     for (std::sregex_iterator it(html.begin(), html.end(), link), end; it != end; ++it)
-      EXPECT_THAT(html, HasSubstr("id=\"" + std::string((*it)[1]) + "\"")) << (*it)[1];
+      EXPECT_EQ(count(html, "id=\"" + std::string((*it)[1]) + "\""), 1U) << (*it)[1];
   }
 }
 
 TEST(ZonesPage, WithoutPosesThereIsNoViewFromAbove) {
   const std::string html = renderZonesPage({sampleZones({.poses = false, .rooms = false})});
   expectSound(html);
-  EXPECT_THAT(html, Not(HasSubstr("From above")));
-  EXPECT_THAT(html, HasSubstr("No positions are known"));
-  EXPECT_THAT(html, HasSubstr("Over the run"));
-  EXPECT_THAT(html, Not(HasSubstr("Rooms and zones")));
+  EXPECT_EQ(count(html, "<figure class=\"figure image\">"), 0U);
+  EXPECT_EQ(count(html, "<figure class=\"figure when\">"), 1U);
+  EXPECT_EQ(count(html, "<section id=\"rooms\">"), 0U);
 }
 
 TEST(ZonesPage, AbsurdPosesAreNoPlaces) {
@@ -71,7 +72,7 @@ TEST(ZonesPage, AbsurdPosesAreNoPlaces) {
   for (Frame& frame : zones.frames) frame.pose->z = std::numeric_limits<double>::infinity();
   const std::string html = renderZonesPage({zones});
   expectSound(html);
-  EXPECT_THAT(html, Not(HasSubstr("From above")));
+  EXPECT_EQ(count(html, "<figure class=\"figure image\">"), 0U);
 }
 
 TEST(ZonesPage, ARobotThatStandsStillIsDrawn) {
@@ -90,19 +91,19 @@ TEST(ZonesPage, OneZoneAndOneImageArePages) {
     const Zones zones = findZones(one, {}, silent);
     const std::string html = renderZonesPage({zones});
     expectSound(html);
-    EXPECT_THAT(html, HasSubstr("<dt>zone</dt><dd>1</dd>"));
+    EXPECT_EQ(count(html, "<dt>zone</dt><dd>1</dd>"), 1U);
   }
   const Zones two = sampleZones({.zones = 2});
   ZonesPage folded{two};
   folded.cards = 1;
-  EXPECT_THAT(renderZonesPage(folded), HasSubstr("<summary>1 smaller zone</summary>"));
+  EXPECT_EQ(count(renderZonesPage(folded), "<article class=\"row\""), 1U);
 }
 
 TEST(ZonesPage, ZonesThatWereNotClusteredAtOnceHaveNoTree) {
   const std::string html = renderZonesPage({sampleZones({.dendrogram = false})});
   expectSound(html);
-  EXPECT_THAT(html, Not(HasSubstr("How images became zones")));
-  EXPECT_THAT(html, HasSubstr("the test says so"));
+  EXPECT_EQ(count(html, "<figure class=\"figure merging\">"), 0U);
+  EXPECT_EQ(count(html, "the test says so"), 1U);
 }
 
 TEST(ZonesPage, HostileTextsStayTexts) {
@@ -113,17 +114,18 @@ TEST(ZonesPage, HostileTextsStayTexts) {
   const std::string html = renderZonesPage(page);
   expectSound(html);
   EXPECT_EQ(count(html, "<script"), 1U);
-  EXPECT_THAT(html, Not(HasSubstr("<img src=x")));
-  EXPECT_THAT(html, Not(HasSubstr("\xFF")));
+  EXPECT_EQ(count(html, "<img src=x"), 0U);
+  EXPECT_EQ(count(html, "\xFF"), 0U);
 }
 
 TEST(ZonesPage, OnlyTheLargestOfManyZonesHaveAStyleOfTheirOwn) {
   const std::string html =
       renderZonesPage({sampleZones({.zones = 150, .imagesPerZone = 4, .labels = 10, .dendrogram = false})});
   expectSound(html);
-  EXPECT_THAT(html, HasSubstr("45 zones still smaller"));
-  EXPECT_THAT(html, HasSubstr("id=\"zone-149\""));
-  EXPECT_THAT(html, Not(HasSubstr("data-zone=\"105\"")));
+  EXPECT_EQ(count(html, "<p class=\"rest\">"), 1U);
+  EXPECT_EQ(count(html, "id=\"zone-149\""), 1U);
+  EXPECT_GT(count(html, "data-zone=\"104\""), 0U);
+  EXPECT_EQ(count(html, "data-zone=\"105\""), 0U);
 }
 
 TEST(ZonesPage, FiftyThousandImagesStaySmall) {
