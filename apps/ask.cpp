@@ -20,7 +20,7 @@ namespace {
 
 struct Arguments {
   std::string map, words, zones;
-  std::size_t count = 5;
+  std::size_t maxPlaces = 5;
   bool json = false;
 };
 
@@ -71,7 +71,7 @@ void run(const Arguments& arguments) {
                  near.empty() ? "" : fmt::format(" Did you mean {}?", fmt::join(near, ", ")));
     throw NoAnswer{};
   }
-  const Answers answers = ask(map, arguments.words, arguments.count);
+  const Answers answers = ask(map, arguments.words, arguments.maxPlaces);
   const std::vector<Place> places = placesOf(map);
   if (arguments.json) {
     nlohmann::ordered_json json = toJson(arguments.words, answers, map, places);
@@ -104,11 +104,11 @@ void addAskCommand(CLI::App& app) {
   command->add_option("MAP", arguments->map, "The map file")->required();
   command->add_option("WORDS", arguments->words, "What to look for: a label, a synonym or a part of one")
       ->required();
-  command->add_option("-n,--count", arguments->count, "How many places")
+  command->add_option("-n,--max-places", arguments->maxPlaces, "Largest number of places to list")
       ->capture_default_str()
       ->check(positive());
   command->add_option("--zones", arguments->zones,
-                      "Zones of the same run (`estancia zones MAP`): say which zone each place is in");
+                      "Zones of the same run (`estancia zones find MAP`): say which zone each place is in");
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia ask home.estancia umbrella\n"

@@ -35,11 +35,15 @@ void addCacheCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "cache",
       "Show or clear the labels that are kept from earlier runs (at most ESTANCIA_CACHE_MB megabytes)");
-  addJsonOption(*command, *json);
+  command->require_subcommand(1);
   addExamples(*command,
-              "  estancia cache\n"
+              "  estancia cache show\n"
               "  estancia cache clear");
-  command->require_subcommand(0, 1);
+  CLI::App* showing =
+      command->add_subcommand("show", "List the models whose labels are kept, and their size");
+  addJsonOption(*showing, *json);
+  addExamples(*showing, "  estancia cache show");
+  showing->callback([json] { show(*json); });
   CLI::App* clear = command->add_subcommand("clear", "Remove all of them");
   addJsonOption(*clear, *json);
   addExamples(*clear, "  estancia cache clear");
@@ -49,9 +53,6 @@ void addCacheCommand(CLI::App& app) {
       print({{"freed", freed}});
     else
       fmt::print("{:.1f} MB freed\n", static_cast<double>(freed) / 1e6);
-  });
-  command->callback([command, json] {
-    if (command->get_subcommands().empty()) show(*json);
   });
 }
 

@@ -13,8 +13,10 @@ namespace {
 using report::counted;
 
 struct Arguments {
+  explicit Arguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   CheckOptions options;
+  DeclaredOptions declared;
   bool json = false;
 };
 
@@ -52,7 +54,9 @@ void printForMachines(const CheckReport& report, const std::vector<std::string>&
 
 void run(const Arguments& arguments) {
   if (isDescriptorFile(arguments.sequence.path))
-    throw Error(fmt::format("{} holds words; check the images they were made from", arguments.sequence.path));
+    throw Error(
+        ErrorCode::unsupportedFile,
+        fmt::format("{} holds labels; check the images they were made from", arguments.sequence.path));
   const auto sequence = openSequence(arguments.sequence.path, arguments.sequence.options);
   const auto progress = makeStderrProgress();
   const CheckReport report = checkSequence(*sequence, arguments.options, *progress);
@@ -66,14 +70,13 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void addCheckCommand(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
-      "check", "Find what would break a map in your data (poses, depth, stamps …), and how to mend it");
-  arguments->sequence.addTo(*command);
-  arguments->sequence.addDepthTo(*command);
-  command->add_option("--frames", arguments->options.frames, "How many frames are looked at, evenly spread")
-      ->capture_default_str()
-      ->check(CLI::Range(1, 1000000));
+      "check",
+      "Find faults in your data that would spoil a map (poses, depth, stamps …), and how to repair them");
+  auto arguments = std::make_shared<Arguments>(*command);
+  arguments->sequence.addTo(arguments->declared);
+  arguments->sequence.addDepthTo(arguments->declared);
+  arguments->declared.add(declare(arguments->options), {"max-frames"});
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia check ~/recording\n"

@@ -103,20 +103,22 @@ void requireNoData(const std::filesystem::path& output, const std::vector<std::s
   for (const std::string& input : inputs)
     if (fs::equivalent(target, input, none))
       throw Error(
-          fmt::format("{} is read here, so it cannot be written, too; give another name", output.string()));
+          ErrorCode::fileExists,
+          fmt::format("{} is an input of the command; give the output another name", output.string()));
   if (isMapFile(output) || isZoneFile(output) || isRoomClassifier(output))
     throw Error(
-        fmt::format("{} is a map, a file of zones or a room classifier, which is not replaced by something "
-                    "else; give another name",
+        ErrorCode::fileExists,
+        fmt::format("{} is a map, a file of zones or a room classifier and is not replaced by another "
+                    "kind of file; give another name",
                     output.string()));
   if (start.empty() || !fs::is_regular_file(target) || fs::file_size(target) == 0) return;
   std::string there(start.size(), '\0');
   std::ifstream(target, std::ios::binary).read(there.data(), static_cast<std::streamsize>(there.size()));
   if (there != start)
-    throw Error(
-        fmt::format("{} exists and is not what is written here, so it is not replaced; give another "
-                    "name or remove it first",
-                    output.string()));
+    throw Error(ErrorCode::fileExists,
+                fmt::format("{} exists and is another kind of file, so it is not replaced; give another "
+                            "name or remove it first",
+                            output.string()));
 }
 
 void requireReplaceable(const std::filesystem::path& output, bool overwrite,
@@ -130,7 +132,7 @@ void requireReplaceable(const std::filesystem::path& output, bool overwrite,
   if (!overwrite)
     throw Error(ErrorCode::fileExists,
                 fmt::format("{} exists; replace it with --overwrite", output.string()));
-  if (!fs::is_regular_file(output) || !isOurs(output))
+  if (!fs::is_regular_file(output) || (isOurs != nullptr && !isOurs(output)))
     throw Error(ErrorCode::fileExists,
                 fmt::format("{}: no {}, so it is not replaced; give another name or remove it first",
                             output.string(), what));
@@ -139,10 +141,10 @@ void requireReplaceable(const std::filesystem::path& output, bool overwrite,
 void requireImage(const std::string& image, bool overwrite, const std::vector<std::string>& inputs) {
   if (image.empty()) return;
   requireNoData(image, inputs, pngStart);
-  requireReplaceable(
-      image, overwrite, [](const std::filesystem::path&) { return true; }, "image");
+  requireReplaceable(image, overwrite, nullptr, "image");
   if (!image.ends_with(".png"))
-    throw Error(fmt::format("{} is to be an image, but only PNG is written; call it NAME.png", image));
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{}: images are written as PNG only; call it NAME.png", image));
 }
 
 CLI::Validator positive() {

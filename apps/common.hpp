@@ -41,8 +41,9 @@ struct SequenceArguments {
 void requireNoData(const std::filesystem::path& output, const std::vector<std::string>& inputs,
                    std::string_view start = {});
 
-/// For outputs that only `--overwrite` replaces, and only where the file there `isOurs`, of the kind that is
-/// written. Throws Error, before the long work begins, when it is in the way or has no folder.
+/// For outputs that only `--overwrite` replaces, and only where the file there `isOurs` (nullptr: any file),
+/// of the kind that is written. Throws Error, before the long work begins, when it is in the way or has no
+/// folder.
 void requireReplaceable(const std::filesystem::path& output, bool overwrite,
                         bool (*isOurs)(const std::filesystem::path&), std::string_view what);
 

@@ -17,9 +17,11 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Arguments {
-  std::string scores, output, postHoc = "holm", column = "accuracy";
+  explicit Arguments(CLI::App& command) : declared(command) {}
+  std::string scores, output, column = "accuracy";
   ComparisonOptions options;
-  bool smaller = false, json = false;
+  DeclaredOptions declared;
+  bool overwrite = false, json = false;
 };
 
 nlohmann::ordered_json jsonOf(const MethodComparison& comparison) {
@@ -63,25 +65,28 @@ void writeAll(const fs::path& folder, const experiments::Findings& findings) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error)
-    throw Error(fmt::format("cannot make the folder {}: {}; choose another with -o", folder.string(),
+    throw Error(ErrorCode::fileUnwritable,
+                fmt::format("cannot make the folder {}: {}; choose another with -o", folder.string(),
                             error.message()));
   experiments::writeFindingsFiles(folder / "comparison", findings);
   spdlog::info("wrote comparison.md, .csv, .tex, .html and .svg into {}", folder.string());
 }
 
 void run(const Arguments& arguments) {
-  ComparisonOptions options = arguments.options;
-  options.postHoc = getPostHoc(arguments.postHoc);
-  options.better = arguments.smaller ? Better::smaller : Better::larger;
+  if (!arguments.output.empty() && !arguments.overwrite &&
+      fs::exists(fs::path(arguments.output) / "comparison.md"))
+    throw Error(ErrorCode::fileExists,
+                fmt::format("{} holds a comparison; replace it with --overwrite", arguments.output));
   MethodScores scores = experiments::readScores(arguments.scores, arguments.column);
   const auto requireTwo = [&](const std::vector<std::string>& names, const char* what) {
     if (names.size() < 2)
-      throw Error(fmt::format("{} has one {} ({}); a comparison needs at least 2 methods and 2 tests",
+      throw Error(ErrorCode::insufficientData,
+                  fmt::format("{} has one {} ({}); a comparison needs at least 2 methods and 2 tests",
                               arguments.scores, what, names.front()));
   };
   requireTwo(scores.methods, "method");
   requireTwo(scores.tests, "test");
-  const MethodComparison comparison = compareMethods(std::move(scores), options);
+  const MethodComparison comparison = compareMethods(std::move(scores), arguments.options);
   const experiments::Findings findings = experiments::comparisonFindings(comparison);
   if (!arguments.output.empty()) writeAll(arguments.output, findings);
   if (arguments.json) {
@@ -97,9 +102,9 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void addCompareCommand(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
       "compare", "Compare methods over several tests: Friedman's test, post-hoc tests, ranks, wins");
+  auto arguments = std::make_shared<Arguments>(*command);
   command
       ->add_option(
           "SCORES", arguments->scores,
@@ -107,26 +112,18 @@ void addCompareCommand(CLI::App& app) {
           "on scenes (columns descriptor,classifier,train,test,accuracy: a method is "
           "descriptor/classifier, a test train→test)")
       ->required();
-  command->add_option("-o,--output", arguments->output,
-                      "Folder for comparison.md, .csv, .tex (tables), .html (page) and .svg (diagram)");
-  std::string tests = "What follows Friedman's test:";
-  for (const Choice& one : postHocs()) tests += fmt::format("\n{} ({})", one.name, one.explanation);
-  command->add_option("--post-hoc", arguments->postHoc, tests)->capture_default_str();
-  command
-      ->add_option("--alpha", arguments->options.alpha,
-                   "Chance, between 0 and 1, of finding a difference where there is none")
-      ->capture_default_str();
-  command->add_option("--control", arguments->options.control,
-                      "The method that the others are compared with; default: the best mean rank");
+  addOutputOption(*command, arguments->output,
+                  "Folder for comparison.md, .csv, .tex (tables), .html (page) and .svg (diagram)")
+      ->type_name("FOLDER");
+  addOverwriteOption(*command, arguments->overwrite);
+  arguments->declared.add(declare(arguments->options), {"post-hoc", "alpha", "control", "better"});
   command->add_option("--score", arguments->column, "The column of an experiment's scores that is compared")
       ->capture_default_str();
-  command->add_flag("--smaller-is-better", arguments->smaller,
-                    "MethodScores are errors or times, not accuracies");
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia compare accuracies.csv\n"
               "  estancia compare nyu/nyu-scores.csv -o nyu/comparison\n"
-              "  estancia compare errors.csv --smaller-is-better --post-hoc nemenyi --json\n"
+              "  estancia compare errors.csv --better smaller --post-hoc nemenyi --json\n"
               "\n"
               "accuracies.csv:\n"
               "  test,GIST/SVM,ESF/forest,PHOG/kNN\n"

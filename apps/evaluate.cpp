@@ -13,8 +13,10 @@ namespace estancia::apps {
 namespace {
 
 struct Arguments {
+  explicit Arguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   LocalizationArguments localization;
+  DeclaredOptions declared;
   std::string truth;
   bool json = false;
 };
@@ -37,7 +39,8 @@ LocalizationAccuracy localizationAccuracy(const Arguments& arguments) {
 
 std::vector<Measure> measuresOfZones(const Arguments& arguments) {
   if (!arguments.sequence.path.empty())
-    throw Error(fmt::format("{} holds zones, in which no images are found; give a map for that",
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{} holds zones, in which no images can be localized; give a map for that",
                             arguments.localization.map));
   return measuresOf(evaluate(readZones(arguments.localization.map)));
 }
@@ -54,8 +57,9 @@ void run(const Arguments& arguments) {
   if (given.path.empty() && !(how.poses.empty() && how.rooms.empty() && how.split.empty() &&
                               how.only.empty() && arguments.truth.empty()))
     throw Error(
-        "--poses, --rooms, --split, --only and --truth tell about SEQ, the images to find in the map; name "
-        "it, too");
+        ErrorCode::invalidOption,
+        "--poses, --rooms, --split, --only and --truth describe SEQ, the images to localize; give SEQ, "
+        "too");
   const bool localized = !arguments.sequence.path.empty();
   const std::vector<Measure> measures = measure(arguments);
   if (arguments.json) {
@@ -70,12 +74,12 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void addEvaluateCommand(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
-      "evaluate", "Measure a map or zones, or with SEQ how well its images are found in the map");
-  arguments->localization.addTo(*command);
+      "evaluate", "Measure a map or zones, or with SEQ how well its images are localized in the map");
+  auto arguments = std::make_shared<Arguments>(*command);
+  arguments->localization.addTo(arguments->declared);
   command->get_option("MAP")->description("The map file, or a file of zones");
-  arguments->sequence.addTo(*command, false);
+  arguments->sequence.addTo(arguments->declared, false);
   command
       ->add_option("--truth", arguments->truth,
                    "CSV query,refs: for each image of SEQ the map's frames that count as right")

@@ -14,28 +14,51 @@ namespace {
 
 constexpr const char* zoneFormat = "rooms";
 
+struct Arguments {
+  explicit Arguments(CLI::App& command) : declared(command) {}
+  std::string map, format, output;
+  ExportOptions options;
+  DeclaredOptions declared;
+  bool overwrite = false, json = false;
+};
+
 std::string textOf(const std::string& file, const std::string& format, const ExportOptions& options) {
   const bool zones = isZoneFile(file);
   if (zones != (format == zoneFormat))
-    throw Error(zones
+    throw Error(ErrorCode::unsupportedFile,
+                zones
                     ? fmt::format("{} holds zones, which are written as {}", file, zoneFormat)
-                    : fmt::format("{} is no file of zones, whose rooms could be written; make one: estancia "
-                                  "zones {} -o FILE",
-                                  file, file));
-  if (zones) return toRoomsJson(readZones(file), options.words);
+                    : fmt::format("{} is not a file of zones, as --format {} needs; make one: estancia zones "
+                                  "find {} -o FILE",
+                                  file, zoneFormat, file));
+  if (zones) return toRoomsJson(readZones(file), options.maxWords);
   return exportMap(readMap(file), format, options);
+}
+
+void run(const Arguments& arguments) {
+  if (arguments.output.empty() && arguments.json)
+    throw Error(ErrorCode::invalidOption, "--json describes the file that is written; give it by -o");
+  if (!arguments.output.empty()) {
+    requireNoData(arguments.output, {arguments.map});
+    requireReplaceable(arguments.output, arguments.overwrite, nullptr, "export");
+  }
+  const std::string text = textOf(arguments.map, arguments.format, arguments.options);
+  if (arguments.output.empty()) {
+    fmt::print("{}", text);
+    return;
+  }
+  writeWhole(arguments.output, text);
+  if (arguments.json)
+    print({{"file", arguments.output}, {"format", arguments.format}, {"bytes", text.size()}});
+  else
+    spdlog::info("wrote {}", arguments.output);
 }
 
 }  // namespace
 
 void addExportCommand(CLI::App& app) {
-  struct Arguments {
-    std::string map, format, output;
-    ExportOptions options;
-    bool oneWay = false;
-  };
-  auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("export", "Write a map or zones for another program");
+  auto arguments = std::make_shared<Arguments>(*command);
   command->add_option("MAP", arguments->map, "The map file, or a file of zones")->required();
   std::string formats = "What to write:";
   std::vector<std::string> names;
@@ -46,29 +69,15 @@ void addExportCommand(CLI::App& app) {
   formats += fmt::format("\n{} (of a file of zones: rooms and their words, as simple JSON)", zoneFormat);
   names.emplace_back(zoneFormat);
   command->add_option("--format", arguments->format, formats)->required()->check(CLI::IsMember(names));
-  command->add_option("-o,--output", arguments->output, "File to write; default: stdout");
-  command
-      ->add_option("--words", arguments->options.words,
-                   "How many of the best labels of a place or room go along")
-      ->capture_default_str();
-  command->add_option("--frame", arguments->options.frame, "nav2: name of the poses' coordinate frame")
-      ->capture_default_str();
-  command->add_flag("--one-way", arguments->oneWay, "nav2: edges only in the direction they were driven");
+  addOutputOption(*command, arguments->output, "File to write; default: stdout");
+  arguments->declared.add(declare(arguments->options), {"max-words", "frame", "bidirectional=one-way"});
+  addOverwriteOption(*command, arguments->overwrite);
+  addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia export home.estancia --format json | jq '.places[0].words'\n"
               "  estancia export home.estancia --format nav2 -o home.geojson\n"
               "  estancia export home.zones --format rooms | jq .kitchen.words");
-  command->callback([arguments] {
-    arguments->options.bidirectional = !arguments->oneWay;
-    const std::string text = textOf(arguments->map, arguments->format, arguments->options);
-    if (arguments->output.empty()) {
-      fmt::print("{}", text);
-    } else {
-      requireNoData(arguments->output, {arguments->map});
-      writeWhole(arguments->output, text);
-      spdlog::info("wrote {}", arguments->output);
-    }
-  });
+  command->callback([arguments] { run(*arguments); });
 }
 
 }  // namespace estancia::apps

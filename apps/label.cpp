@@ -2,8 +2,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <filesystem>
-
 #include "estancia/core/error.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/report/text.hpp"
@@ -12,12 +10,13 @@
 namespace estancia::apps {
 namespace {
 
-namespace fs = std::filesystem;
 using report::counted;
 
 struct Arguments {
+  explicit Arguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   ModelArguments model;
+  DeclaredOptions declared;
   std::string output;
   bool overwrite = false, json = false;
 };
@@ -25,11 +24,7 @@ struct Arguments {
 void run(const Arguments& arguments) {
   requireDescriptorFile(arguments.output);
   for (const auto& file : descriptorFilesOf(arguments.output))
-    if (fs::exists(file) && !arguments.overwrite)
-      throw Error(fmt::format("{} exists; replace it with --overwrite", file.string()));
-  const fs::path folder = fs::path(arguments.output).parent_path();
-  if (!folder.empty() && !fs::is_directory(folder))
-    throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
+    requireReplaceable(file, arguments.overwrite, nullptr, "label file");
   Labeling labeling(arguments.sequence, arguments.model);
   DescriptorSequence recording{
       labeling.vocabulary(), labeling.identity(), {}, DescriptorMatrix(labeling.vocabulary().size())};
@@ -66,16 +61,15 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void addLabelCommand(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("label", "Label a sequence of images, for later commands or other programs");
-  arguments->sequence.addTo(*command);
-  command
-      ->add_option("-o,--output", arguments->output,
-                   "NAME.labels (taken instead of the images by every command), or NAME.csv or NAME.npy")
+  auto arguments = std::make_shared<Arguments>(*command);
+  arguments->sequence.addTo(arguments->declared);
+  addOutputOption(*command, arguments->output,
+                  "NAME.labels (taken instead of the images by every command), or NAME.csv or NAME.npy")
       ->required();
-  arguments->model.addTo(*command, "What labels the images");
-  command->add_flag("--overwrite", arguments->overwrite, "Replace an existing file");
+  arguments->model.addTo(arguments->declared, "The model that labels the images");
+  addOverwriteOption(*command, arguments->overwrite);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia label ~/photos -o images.labels\n"

@@ -8,18 +8,10 @@
 
 namespace estancia::apps {
 
-void LocalizationArguments::addTo(CLI::App& command) {
-  command.add_option("MAP", map, "The map file")->required();
-  model.addTo(command, "The model that the map was made with");
-  command
-      .add_option("--lookahead", localizer.lookahead,
-                  "Answer this many frames late, and better (smoothing); 0 answers at once")
-      ->capture_default_str();
-  command
-      .add_option("--most-images", localizer.maxImages,
-                  "Compare with at most so many stored images, evenly thinned")
-      ->capture_default_str()
-      ->check(positive());
+void LocalizationArguments::addTo(DeclaredOptions& declared) {
+  declared.command().add_option("MAP", map, "The map file")->required();
+  model.addTo(declared, "The model that the map was made with");
+  declared.add(declare(localizer), {"lookahead", "max-images"});
 }
 
 void localize(const LocalizationArguments& arguments, Localizer& localizer, const SequenceArguments& sequence,

@@ -14,7 +14,7 @@ struct LocalizationArguments {
   std::string map;
   ModelArguments model;
   LocalizerOptions localizer;
-  void addTo(CLI::App& command);
+  void addTo(DeclaredOptions& declared);
 };
 
 /// Labels the frames of `sequence` and localizes them; `use` gets each frame and its answer, in order, with

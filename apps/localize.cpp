@@ -8,8 +8,10 @@ namespace estancia::apps {
 namespace {
 
 struct Arguments {
+  explicit Arguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   LocalizationArguments localization;
+  DeclaredOptions declared;
   bool json = false;
 };
 
@@ -31,10 +33,10 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void addLocalizeCommand(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("localize", "Find where in a map a sequence of images was taken");
-  arguments->localization.addTo(*command);
-  arguments->sequence.addTo(*command);
+  auto arguments = std::make_shared<Arguments>(*command);
+  arguments->localization.addTo(arguments->declared);
+  arguments->sequence.addTo(arguments->declared);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia localize home.estancia ~/today\n"

@@ -12,7 +12,6 @@
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/report/text.hpp"
-#include "estancia/stats/distance.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/session.hpp"
 #include "labeling.hpp"
@@ -24,23 +23,25 @@ namespace fs = std::filesystem;
 using report::counted;
 
 struct Arguments {
+  explicit Arguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   ModelArguments model;
+  MapperOptions mapper;
+  DeclaredOptions declared;
   std::string output, roomClassifier;
-  std::string distance, preset;
-  double tauJoin = 0, tauRevisit = 0;
-  std::size_t blur = 0;
   bool goOn = false, overwrite = false, json = false;
 };
 
-/// `options` changed by what the command line says.
-MapperOptions mapperOptions(MapperOptions options, const Arguments& arguments, const CLI::App& command) {
-  if (arguments.preset == "thesis") options = MapperOptions::thesis();
-  if (!arguments.distance.empty()) options.distance = arguments.distance;
-  if (command.count("--tau-join") > 0) options.tauJoin = arguments.tauJoin;
-  if (command.count("--tau-revisit") > 0) options.tauRevisit = arguments.tauRevisit;
-  if (command.count("--blur") > 0) options.transitionImages = arguments.blur;
-  return options;
+/// Throws Error unless what the command line says are the options that the map keeps.
+void requireSameOptions(const Arguments& arguments, const MapperOptions& kept) {
+  MapperOptions wanted = arguments.declared.preset().empty() ? kept : MapperOptions::thesis();
+  arguments.declared.applyTo(declare(wanted));
+  if (wanted != kept)
+    throw Error(
+        ErrorCode::mismatch,
+        fmt::format("{} was made with other parameters of the mapper, which it keeps; leave them out, or "
+                    "map anew",
+                    arguments.output));
 }
 
 /// Names the places of the finished map.
@@ -57,7 +58,7 @@ std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, con
   } catch (const Interrupted& e) {
     throw Interrupted(later(e));
   } catch (const Error& e) {
-    throw Error(later(e));
+    throw Error(e.code(), later(e));
   }
   std::map<std::string, std::size_t> places;
   for (const Place& place : placesOf(readMap(arguments.output)))
@@ -65,9 +66,7 @@ std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, con
   return places;
 }
 
-void run(const Arguments& arguments, const CLI::App& command) {
-  const MapperOptions options = mapperOptions({}, arguments, command);
-  getDistance(options.distance);
+void run(const Arguments& arguments) {
   const bool images = !isDescriptorFile(arguments.sequence.path);
   const auto classifier = openRoomClassifier(arguments.roomClassifier, arguments.sequence);
   if (fs::exists(arguments.output) && !arguments.goOn && !arguments.overwrite)
@@ -83,18 +82,14 @@ void run(const Arguments& arguments, const CLI::App& command) {
   std::size_t first = 0;
   if (goesOn) {
     session = MappingSession::resume(arguments.output, labeling.vocabulary(), labeling.identity());
-    const MapperOptions& kept = session->mapper().options();
-    if (mapperOptions(kept, arguments, command) != kept)
-      throw Error(ErrorCode::mismatch, fmt::format("{} was made with other settings, which it keeps: leave "
-                                                   "out --distance, --tau-join, --tau-revisit, "
-                                                   "--blur and --preset, or map anew",
-                                                   arguments.output));
+    requireSameOptions(arguments, session->mapper().options());
     first = firstUnmapped(readMap(arguments.output), sequence);
   }
   const std::size_t before = session ? session->frames() : 0;
   const auto add = [&](const LabeledFrame& frame) {
     if (!session)  // an old map goes only once there is something to put in its place
-      session = MappingSession::create(arguments.output, labeling.vocabulary(), labeling.identity(), options,
+      session = MappingSession::create(arguments.output, labeling.vocabulary(), labeling.identity(),
+                                       arguments.mapper,
                                        arguments.overwrite ? ExistingMap::replace : ExistingMap::refuse);
     const auto image = [&] {
       return encodeImage(frame.image.empty() ? sequence.image(frame.index) : frame.image);
@@ -140,42 +135,26 @@ void run(const Arguments& arguments, const CLI::App& command) {
 }  // namespace
 
 void addMapCommand(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("map", "Turn a sequence of images into a topological map");
-  arguments->sequence.addTo(*command);
-  command->add_option("-o,--output", arguments->output, "The map file, NAME.estancia")->required();
-  arguments->model.addTo(*command, "What labels the images");
+  auto arguments = std::make_shared<Arguments>(*command);
+  arguments->sequence.addTo(arguments->declared);
+  addOutputOption(*command, arguments->output, "The map file, NAME.estancia")->required();
+  arguments->model.addTo(arguments->declared, "The model that labels the images");
   addRoomClassifierOption(*command, arguments->roomClassifier);
-  command->add_flag("--continue", arguments->goOn, "Go on with the map where an earlier run stopped");
-  command->add_flag("--overwrite", arguments->overwrite, "Replace an existing map")->excludes("--continue");
-  std::string distances = "Distance of an image to a place:";
-  for (const Distance& distance : baseDistances())
-    distances += fmt::format("\n{} ({})", distance.name, distance.explanation);
-  distances += "\nall but the weighted ones also as NAME-sigma; default: standardized-clr";
-  const auto mapping = "Mapping";
-  command->add_option("--distance", arguments->distance, distances)->group(mapping);
-  command
-      ->add_option("--tau-join", arguments->tauJoin,
-                   "Stay within this distance; default: found by the run itself")
-      ->check(positive())
-      ->group(mapping);
-  command
-      ->add_option("--tau-revisit", arguments->tauRevisit,
-                   "Return to another place within this distance; default: 0.4 · τ_join")
-      ->check(positive())
-      ->group(mapping);
-  command->add_option("--blur", arguments->blur, "The first and last K images of a stay count less")
-      ->group(mapping);
-  command->add_option("--preset", arguments->preset, "thesis: the choices of Rangel's thesis (chapter 4)")
-      ->check(CLI::IsMember({"thesis"}))
-      ->group(mapping);
+  command->add_flag("--continue", arguments->goOn, "Continue the map where an earlier run stopped");
+  addOverwriteOption(*command, arguments->overwrite)->excludes("--continue");
+  arguments->declared.add(declare(arguments->mapper),
+                          {"distance", "tau-join", "tau-revisit", "transition-images"});
+  arguments->declared.addPreset(
+      {{"thesis", "the choices of Rangel's thesis (chapter 4)"}},
+      [&mapper = arguments->mapper](const std::string&) { mapper = MapperOptions::thesis(); });
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia map ~/photos -o home.estancia\n"
               "  estancia map drive.mp4 -o drive.estancia --poses drive.txt\n"
               "  estancia map ~/photos -o home.estancia --continue\n"
               "  estancia map ~/photos -o home.estancia --room-classifier rooms.classifier");
-  command->callback([arguments, command] { run(*arguments, *command); });
+  command->callback([arguments] { run(*arguments); });
 }
 
 }  // namespace estancia::apps

@@ -118,12 +118,13 @@ void convertNetwork(const std::string& network, const std::string& output, bool 
 
 void addModelsCommand(CLI::App& app) {
   struct Arguments {
+    Arguments(CLI::App& check, CLI::App& get) : checking(check), getting(get) {}
     ModelArguments model;
     std::string folder, output;
-    bool replace = false, json = false;
+    bool overwrite = false, json = false;
     FetchOptions fetch;
+    DeclaredOptions checking, getting;
   };
-  auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
       app.add_subcommand("models", "List, fetch, add, check and convert the networks that label");
   command->require_subcommand(1);
@@ -133,15 +134,18 @@ void addModelsCommand(CLI::App& app) {
               "  estancia models add ~/places205\n"
               "  estancia models get places365-googlenet");
 
+  CLI::App* check = command->add_subcommand("check", "Open a model, compare its digests, label test images");
+  CLI::App* fetch = command->add_subcommand("get", "Download a model of the catalog, check and install it");
+  auto arguments = std::make_shared<Arguments>(*check, *fetch);
+
   CLI::App* listing = command->add_subcommand("list", "List the models and engines at hand");
   addJsonOption(*listing, arguments->json);
   addExamples(*listing, "  estancia models list");
   listing->callback([arguments] { list(arguments->json); });
 
-  CLI::App* check = command->add_subcommand("check", "Open a model, compare its digests, label test images");
   check->add_option("MODEL", arguments->model.model, "A name of `models list`, or a folder with a model.toml")
       ->required();
-  arguments->model.addOptionsTo(*check);
+  arguments->model.addLabelerTo(arguments->checking);
   addJsonOption(*check, arguments->json);
   addExamples(*check, "  estancia models check inception-v3");
   check->callback(
@@ -152,12 +156,12 @@ void addModelsCommand(CLI::App& app) {
       "Check a model folder, convert its network to ONNX where needed, and copy it to the other models");
   add->add_option("FOLDER", arguments->folder, "The folder with model.toml, network and label file")
       ->required();
-  add->add_flag("--replace", arguments->replace, "Replace a model of the same name");
+  addOverwriteOption(*add, arguments->overwrite);
   addJsonOption(*add, arguments->json);
   addExamples(*add, "  estancia models add ~/places205");
   add->callback([arguments] {
     const convert::ConvertedModel model(arguments->folder);
-    report(addModel(model.folder(), arguments->replace), arguments->json);
+    report(addModel(model.folder(), arguments->overwrite), arguments->json);
   });
 
   CLI::App* conversion =
@@ -166,12 +170,12 @@ void addModelsCommand(CLI::App& app) {
       ->add_option("NETWORK", arguments->folder,
                    "A .tflite, .lite, .json (TensorFlow.js) or .onnx file, or a name of `models list`")
       ->required();
-  conversion->add_option("OUTPUT", arguments->output, "The file to write, NAME.onnx")->required();
-  conversion->add_flag("--overwrite", arguments->replace, "Replace an existing file");
+  addOutputOption(*conversion, arguments->output, "The file to write, NAME.onnx")->required();
+  addOverwriteOption(*conversion, arguments->overwrite);
   addJsonOption(*conversion, arguments->json);
-  addExamples(*conversion, "  estancia models convert mobilenet.tflite mobilenet.onnx");
+  addExamples(*conversion, "  estancia models convert mobilenet.tflite -o mobilenet.onnx");
   conversion->callback([arguments] {
-    convertNetwork(arguments->folder, arguments->output, arguments->replace, arguments->json);
+    convertNetwork(arguments->folder, arguments->output, arguments->overwrite, arguments->json);
   });
 
   CLI::App* catalog = command->add_subcommand("catalog", "List the models that `get` can fetch");
@@ -179,14 +183,12 @@ void addModelsCommand(CLI::App& app) {
   addExamples(*catalog, "  estancia models catalog");
   catalog->callback([arguments] { showCatalog(arguments->json); });
 
-  CLI::App* fetch = command->add_subcommand("get", "Download a model of the catalog, check and install it");
   fetch->add_option("NAME", arguments->folder, "A name of `models catalog`")->required();
-  fetch->add_flag("--replace", arguments->fetch.replace, "Replace a model of the same name");
-  fetch->add_flag("--force", arguments->fetch.refetch, "Fetch anew what an earlier run has left half done");
+  arguments->getting.add(declare(arguments->fetch), {"replace=overwrite", "refetch=restart"});
   addJsonOption(*fetch, arguments->json);
   addExamples(*fetch,
               "  estancia models get mobilenet-v2\n"
-              "  estancia models get imagenet-alexnet --replace");
+              "  estancia models get imagenet-alexnet --overwrite");
   fetch->callback([arguments] { get(arguments->folder, arguments->fetch, arguments->json); });
 }
 

@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <chrono>
-#include <filesystem>
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/trajectory.hpp"
@@ -14,12 +13,12 @@
 namespace estancia::apps {
 namespace {
 
-namespace fs = std::filesystem;
-
 struct Arguments {
+  explicit Arguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   ModelArguments model;
   RgbdOptions options;
+  DeclaredOptions declared;
   std::string output;
   bool noLoops = false, overwrite = false, json = false;
 };
@@ -87,17 +86,13 @@ void tell(const Arguments& arguments, const Sequence& sequence, const RgbdTrajec
 }
 
 void run(const Arguments& arguments) {
-  if (fs::exists(arguments.output) && !arguments.overwrite)
-    throw Error(fmt::format("{} exists; replace it with --overwrite", arguments.output));
   requireNoData(arguments.output, {arguments.sequence.path, arguments.sequence.options.poses});
-  const fs::path folder = fs::path(arguments.output).parent_path();
-  if (!folder.empty() && !fs::is_directory(folder))
-    throw Error(fmt::format("{}: there is no such folder; make it first", folder.string()));
+  requireReplaceable(arguments.output, arguments.overwrite, nullptr, "trajectory");
 
   std::unique_ptr<Sequence> unlabeled;
   std::unique_ptr<Labeling> labeling;
   FrameWords words;
-  if (arguments.noLoops) {
+  if (arguments.options.loopCandidates == 0) {
     unlabeled = arguments.sequence.open();
   } else {
     labeling = std::make_unique<Labeling>(arguments.sequence, arguments.model);
@@ -133,34 +128,25 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void addOdometryCommand(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("odometry", "Find where the camera stood in every image that has depth");
-  arguments->sequence.addTo(*command);
-  arguments->sequence.addDepthTo(*command);
-  command
-      ->add_option("-o,--output", arguments->output,
-                   "The trajectory (TUM), for --poses of the other commands")
+  CLI::App* group = app.add_subcommand("odometry", "Estimate camera poses of images with depth");
+  group->require_subcommand(1);
+  addExamples(*group, "  estancia odometry estimate ~/kitchen -o kitchen.txt");
+  CLI::App* command = group->add_subcommand("estimate", "Estimate the camera pose of every image with depth");
+  auto arguments = std::make_shared<Arguments>(*command);
+  arguments->sequence.addTo(arguments->declared);
+  arguments->sequence.addDepthTo(arguments->declared);
+  addOutputOption(*command, arguments->output, "The trajectory (TUM), for --poses of the other commands")
       ->required();
-  arguments->model.addTo(*command, "Whose words propose loops");
-  RgbdOptions& o = arguments->options;
-  command->add_flag("--no-loops", arguments->noLoops, "Only track: no words, no loops; drift stays");
-  command
-      ->add_option("--term", o.term,
-                   "What is aligned: depth, color, hybrid, or auto: depth, hybrid where depth would slide")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"auto", "depth", "color", "hybrid"}));
-  command->add_option("--width", o.width, "Images are reduced to this width [pixels]")->capture_default_str();
-  command->add_option("--farthest", o.maxDepth, "Depth beyond is not used [m]")->capture_default_str();
-  command
-      ->add_option("--loop-features", o.minLoopFeatures,
-                   "So many features must agree for a loop; more where rooms look alike")
-      ->capture_default_str();
-  command->add_flag("--overwrite", arguments->overwrite, "Replace an existing file");
+  arguments->model.addTo(arguments->declared, "The model whose labels propose loop closures");
+  arguments->declared.add(declare(arguments->options),
+                          {"term", "max-width", "max-depth", "min-loop-features"});
+  command->add_flag("--no-loops", arguments->noLoops,
+                    "Track only: no labels, no loop closures; drift stays (odometry.loop-candidates=0)");
+  addOverwriteOption(*command, arguments->overwrite);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia check ~/kitchen\n"
-              "  estancia odometry ~/kitchen -o kitchen.txt\n"
+              "  estancia odometry estimate ~/kitchen -o kitchen.txt\n"
               "  estancia map ~/kitchen --poses kitchen.txt -o kitchen.estancia");
   command->callback([arguments] {
     if (arguments->noLoops) arguments->options.loopCandidates = 0;

@@ -22,6 +22,7 @@ namespace {
 struct Arguments {
   std::string file, output, title, label, floorPlan, zones, map;
   std::array<double, 4> extent{};
+  bool overwrite = false, json = false;
 };
 
 std::string titleOf(const Arguments& arguments) {
@@ -30,7 +31,8 @@ std::string titleOf(const Arguments& arguments) {
 
 void writeMap(const Arguments& arguments, const CLI::App& command) {
   if (!arguments.map.empty())
-    throw Error(fmt::format("--map gives images to zones; {} is a map and has its own", arguments.file));
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("--map gives images to zones; {} is a map and has its own", arguments.file));
   const MapStore store = MapStore::open(arguments.file, MapStore::Access::read);
   const TopologicalMap map = store.load();
   MapPage page{map};
@@ -39,13 +41,15 @@ void writeMap(const Arguments& arguments, const CLI::App& command) {
   if (!arguments.label.empty()) {
     const auto labels = findLabels(map.vocabulary, arguments.label);
     if (labels.empty())
-      throw Error(fmt::format("no label of the map means \"{}\"; try estancia ask {} \"{}\"", arguments.label,
+      throw Error(ErrorCode::unknownName,
+                  fmt::format("no label of the map means \"{}\"; try estancia ask {} \"{}\"", arguments.label,
                               arguments.file, arguments.label));
     page.label = labels.front();
   }
   if (!arguments.floorPlan.empty()) {
     if (command.count("--extent") == 0)
       throw Error(
+          ErrorCode::invalidOption,
           "--floor-plan needs --extent XMIN YMIN XMAX YMAX: where the image's edges are in the map [m]");
     page.floorPlan = readFloorPlan(arguments.floorPlan, arguments.extent);
   }
@@ -60,7 +64,9 @@ void writeZones(const Arguments& arguments) {
   for (const auto& [name, value] : {std::pair("--label", arguments.label),
                                     {"--floor-plan", arguments.floorPlan},
                                     {"--zones", arguments.zones}})
-    if (!value.empty()) throw Error(fmt::format("{} goes with a map; {} holds zones", name, arguments.file));
+    if (!value.empty())
+      throw Error(ErrorCode::invalidOption,
+                  fmt::format("{} goes with a map; {} holds zones", name, arguments.file));
   const Zones zones = readZones(arguments.file);
   ZonesPage page{zones};
   page.title = titleOf(arguments);
@@ -77,8 +83,13 @@ void writeZones(const Arguments& arguments) {
 void run(const Arguments& arguments, const CLI::App& command) {
   requireNoData(arguments.output, {arguments.file, arguments.map, arguments.zones, arguments.floorPlan},
                 pageStart);
-  isZoneFile(arguments.file) ? writeZones(arguments) : writeMap(arguments, command);
-  spdlog::info("wrote {}", arguments.output);
+  requireReplaceable(arguments.output, arguments.overwrite, nullptr, "page");
+  const bool zones = isZoneFile(arguments.file);
+  zones ? writeZones(arguments) : writeMap(arguments, command);
+  if (arguments.json)
+    print({{"file", arguments.output}, {"shows", zones ? "zones" : "map"}, {"title", titleOf(arguments)}});
+  else
+    spdlog::info("wrote {}", arguments.output);
 }
 
 }  // namespace
@@ -89,7 +100,7 @@ void addReportCommand(CLI::App& app) {
       app.add_subcommand("report", "Write a page that shows a map or zones: one HTML file, no network");
   command->add_option("FILE", arguments->file, "The map file (*.estancia) or the file of zones (*.zones)")
       ->required();
-  command->add_option("-o,--output", arguments->output, "The HTML file to write")->required();
+  addOutputOption(*command, arguments->output, "The HTML file to write")->required();
   command->add_option("--title", arguments->title, "Title of the page; default: the file's name");
   command->add_option("--label", arguments->label, "Start as the heat map of this label");
   command->add_option("--floor-plan", arguments->floorPlan, "An image of the building to draw the map on")
@@ -100,6 +111,8 @@ void addReportCommand(CLI::App& app) {
       ->check(CLI::ExistingFile);
   command->add_option("--map", arguments->map, "Show zones with the images of this map of the same run")
       ->check(CLI::ExistingFile);
+  addOverwriteOption(*command, arguments->overwrite);
+  addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia report home.estancia -o home.html\n"
               "  estancia report home.estancia -o home.html --label refrigerator\n"

@@ -15,10 +15,12 @@ namespace estancia::apps {
 namespace {
 
 struct Arguments {
+  explicit Arguments(CLI::App& command) : declared(command) {}
   std::string map, to;
   int from = 0;
   RouteOptions options;
-  bool oneWay = false, json = false;
+  DeclaredOptions declared;
+  bool json = false;
 };
 
 /// `--to 7` names a node, `--to coffee` what should be there.
@@ -29,8 +31,7 @@ std::optional<int> nodeNumber(const std::string& text) {
   return id;
 }
 
-void run(Arguments& arguments) {
-  arguments.options.bidirectional = !arguments.oneWay;
+void run(const Arguments& arguments) {
   const TopologicalMap map = readMap(arguments.map);
   std::optional<WordRoute> found;
   Route route;
@@ -70,18 +71,12 @@ void run(Arguments& arguments) {
 }  // namespace
 
 void addRouteCommand(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand("route", "Find the way to a place, or to where a word is");
+  auto arguments = std::make_shared<Arguments>(*command);
   command->add_option("MAP", arguments->map, "The map file")->required();
   command->add_option("--from", arguments->from, "The place to start from (a node number)")->required();
   command->add_option("--to", arguments->to, "A node number, or words to look for")->required();
-  command->add_flag("--one-way", arguments->oneWay,
-                    "Drive transitions only in the direction they were driven");
-  command
-      ->add_option("--tolerance", arguments->options.tolerance,
-                   "Places within this share of the best one's probability are as good: take the nearest")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 1.0));
+  arguments->declared.add(declare(arguments->options), {"bidirectional=one-way", "tolerance"});
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia route home.estancia --from 0 --to umbrella\n"

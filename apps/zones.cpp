@@ -3,7 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <optional>
 
@@ -31,29 +30,15 @@ using Json = nlohmann::ordered_json;
 using report::counted;
 
 struct Arguments {
+  explicit Arguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   ModelArguments model;
+  ZoneOptions options;
+  ZoneStreamOptions streaming;
+  DeclaredOptions declared;
   std::string output, roomClassifier;
-  std::string distance, linkage, cut, preset;
-  std::size_t count = 0;
   bool stream = false, overwrite = false, json = false;
 };
-
-ZoneOptions zoneOptions(const Arguments& arguments, const CLI::App& command) {
-  ZoneOptions options = arguments.preset == "thesis" ? ZoneOptions::thesis() : ZoneOptions{};
-  if (!arguments.distance.empty()) options.distance = arguments.distance;
-  if (!arguments.linkage.empty()) options.linkage = arguments.linkage;
-  if (command.count("--threads") > 0) options.threads = arguments.model.options.threads;
-  if (arguments.cut == "auto") options.cut.reset();
-  double cut = 0;
-  if (!arguments.cut.empty() && CLI::detail::lexical_cast(arguments.cut, cut)) options.cut = cut;
-  if (command.count("--count") > 0) {
-    options.cut.reset();
-    options.count = arguments.count;
-  }
-  comparisonFor(getDistance(options.distance), getLinkage(options.linkage));  // before anything is labeled
-  return options;
-}
 
 /// What the clustering will take, known before any image is labeled; and whether it fits.
 void sayMemory(std::size_t images, std::size_t labels) {
@@ -67,8 +52,8 @@ void sayMemory(std::size_t images, std::size_t labels) {
 /// Zones while the images come, and what is printed of them.
 class PrintingStream {
  public:
-  PrintingStream(const Vocabulary& words, const ZoneOptions& options, bool json)
-      : zones_(words, options), json_(json) {}
+  PrintingStream(const Vocabulary& words, const Arguments& arguments)
+      : zones_(words, arguments.options, arguments.streaming), json_(arguments.json) {}
 
   void add(const Frame& frame, DescriptorView descriptor) {
     const int zone = zones_.add(descriptor);
@@ -88,21 +73,21 @@ class PrintingStream {
 };
 
 /// The words of all images. With --stream the zones follow as they come, else the memory is asked for first.
-DescriptorSequence recordingOf(const Arguments& arguments, const ZoneOptions& options,
-                               std::optional<PrintingStream>& stream) {
+DescriptorSequence recordingOf(const Arguments& arguments, std::optional<PrintingStream>& stream) {
   const auto begin = [&](std::size_t images, const Vocabulary& words) {
     if (arguments.stream)
-      stream.emplace(words, options, arguments.json);
+      stream.emplace(words, arguments);
     else
       sayMemory(images, words.size());
   };
   const std::string& path = arguments.sequence.path;
   if (isMapFile(path) || path.ends_with(".estancia")) {
     if (!arguments.model.model.empty())
-      throw Error(fmt::format("{} holds words already; leave out --model", path));
+      throw Error(ErrorCode::invalidOption, fmt::format("{} holds labels already; leave out --model", path));
     if (const auto& given = arguments.sequence.options;
         !given.poses.empty() || !given.rooms.empty() || !given.split.empty() || !given.only.empty())
       throw Error(
+          ErrorCode::invalidOption,
           fmt::format("{} knows its frames, their poses and rooms; leave out --poses, --rooms, --split and "
                       "--only",
                       path));
@@ -196,12 +181,14 @@ void printTable(const std::string& file, const Zones& zones, const std::vector<M
         exact->agreement.adjustedRandIndex, exact->agreement.vMeasure);
 }
 
-void run(const Arguments& arguments, const CLI::App& command) {
-  const ZoneOptions options = zoneOptions(arguments, command);
+void run(const Arguments& arguments) {
+  const ZoneOptions& options = arguments.options;
+  validate(options);  // before anything is labeled
+  comparisonFor(getDistance(options.distance), getLinkage(options.linkage));
   requireReplaceable(arguments.output, arguments.overwrite, isZoneFile, "zone file");
   const auto classifier = openRoomClassifier(arguments.roomClassifier, arguments.sequence);
   std::optional<PrintingStream> stream;
-  const DescriptorSequence recording = recordingOf(arguments, options, stream);
+  const DescriptorSequence recording = recordingOf(arguments, stream);
   Zones zones = stream ? stream->zones().finish(recording) : clustered(recording, options);
   if (classifier) name(zones, recording, *classifier, arguments);
   writeZones(zones, arguments.output);
@@ -215,75 +202,42 @@ void run(const Arguments& arguments, const CLI::App& command) {
     printTable(arguments.output, zones, measures, exact);
 }
 
-/// "auto" or a distance.
-CLI::Validator cutText() {
-  return CLI::Validator(
-      [](const std::string& text) {
-        double value = 0;
-        const bool sound =
-            text == "auto" || (CLI::detail::lexical_cast(text, value) && value >= 0 && std::isfinite(value));
-        return sound ? std::string() : text + " is neither \"auto\" nor a number of 0 or more";
-      },
-      "auto|DISTANCE");
-}
-
 }  // namespace
 
 void addZonesCommand(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("zones", "Find the areas of a sequence, each named by its words");
-  arguments->sequence.addTo(*command);
+  CLI::App* group =
+      app.add_subcommand("zones", "Find semantic zones: the areas of a sequence, named by words");
+  group->require_subcommand(1);
+  addExamples(*group, "  estancia zones find ~/photos -o home.zones");
+  CLI::App* command = group->add_subcommand("find", "Find the areas of a sequence, each named by its words");
+  auto arguments = std::make_shared<Arguments>(*command);
+  arguments->sequence.addTo(arguments->declared);
   command->get_option("SEQ")->description(
       "Image folder, video file, data set, folder of panoramas, label file, or a map (*.estancia), whose "
-      "words are taken");
-  command->add_option("-o,--output", arguments->output, "The file of zones, NAME.zones")->required();
-  // Rooms are told apart by their things more than places are, which the detector adds
-  // (docs/how-to/zones.md).
+      "labels are used");
+  addOutputOption(*command, arguments->output, "The file of zones, NAME.zones")->required();
+  // Rooms differ by their objects more than places do, and the detector adds these (docs/how-to/zones.md).
   arguments->model.byDefault = "inception-v3+coco-ssd";
-  arguments->model.addTo(*command, "What labels the images");
+  arguments->model.addTo(arguments->declared, "The model that labels the images");
   addRoomClassifierOption(*command, arguments->roomClassifier);
   command->add_flag(
       "--stream", arguments->stream,
-      "Say when the zone changes while images come (with --json the zone of each), in time and memory "
+      "Print when the zone changes while images come (with --json the zone of each), in time and memory "
       "that do not grow with their square; the file's zones are numbered by size in the end");
-  command->add_flag("--overwrite", arguments->overwrite, "Replace an existing file of zones");
-  const auto zones = "Zones";
-  const ZoneOptions defaults;
-  std::string distances = "Distance of two images:";
-  for (const Distance& distance : baseDistances())
-    if (!distance.sigmaWeighted) distances += fmt::format("\n{} ({})", distance.name, distance.explanation);
-  command
-      ->add_option("--distance", arguments->distance,
-                   fmt::format("{}\ndefault: {}", distances, defaults.distance))
-      ->group(zones);
-  std::string names = "Distance of two zones:";
-  for (const Choice& linkage : linkages())
-    names += fmt::format("\n{} ({})", linkage.name, linkage.explanation);
-  command
-      ->add_option("--linkage", arguments->linkage, fmt::format("{}\ndefault: {}", names, defaults.linkage))
-      ->group(zones);
-  command
-      ->add_option("--cut", arguments->cut,
-                   "Zones merge up to this distance (τ_d); auto, the default, finds it in the data")
-      ->check(cutText())
-      ->group(zones);
-  command->add_option("--count", arguments->count, "As many zones, instead of a cut")
-      ->check(positive())
-      ->excludes("--cut")
-      ->group(zones);
-  command
-      ->add_option("--preset", arguments->preset,
-                   "thesis: the choices of Rangel's thesis (ks, average linkage, cut 0.5)")
-      ->check(CLI::IsMember({"thesis"}))
-      ->group(zones);
+  addOverwriteOption(*command, arguments->overwrite);
+  arguments->declared.add(declare(arguments->options), {"distance", "linkage", "cut", "count"});
+  arguments->declared.add(declare(arguments->streaming));
+  arguments->declared.addPreset(
+      {{"thesis", "the choices of Rangel's thesis (ks, average linkage, cut 0.5)"}},
+      [&options = arguments->options](const std::string&) { options = ZoneOptions::thesis(); });
   addJsonOption(*command, arguments->json);
   addExamples(*command,
-              "  estancia zones ~/photos -o home.zones\n"
-              "  estancia zones home.estancia -o home.zones --count 8\n"
-              "  estancia zones drive.mp4 -o drive.zones --stream\n"
-              "  estancia zones images.labels -o thesis.zones --preset thesis\n"
-              "  estancia zones ~/photos -o home.zones --room-classifier rooms.classifier");
-  command->callback([arguments, command] { run(*arguments, *command); });
+              "  estancia zones find ~/photos -o home.zones\n"
+              "  estancia zones find home.estancia -o home.zones --count 8\n"
+              "  estancia zones find drive.mp4 -o drive.zones --stream\n"
+              "  estancia zones find images.labels -o thesis.zones --preset thesis\n"
+              "  estancia zones find ~/photos -o home.zones --room-classifier rooms.classifier");
+  command->callback([arguments] { run(*arguments); });
 }
 
 }  // namespace estancia::apps

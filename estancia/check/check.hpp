@@ -42,7 +42,7 @@ struct CheckReport {
 
 struct CheckOptions {
   /// Frames that are checked, evenly spread over the sequence; more take longer and find rarer faults.
-  std::size_t frames = 60;
+  std::size_t maxFrames = 60;
 };
 OptionGroup declare(CheckOptions& options);
 

@@ -220,7 +220,7 @@ DepthFacts checkImages(const Sequence& sequence, const CheckOptions& options, Pr
   ImageTally images;
   DepthTally depths;
   DepthFacts facts;
-  const auto indices = evenly(sequence.size(), options.frames);
+  const auto indices = evenly(sequence.size(), options.maxFrames);
   const std::size_t pixels = 100 + kDepthPixels / indices.size();
   progress.begin("looking at frames", indices.size());
   for (const std::size_t i : indices) {

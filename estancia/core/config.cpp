@@ -28,7 +28,7 @@ std::string tomlText(const toml::node& node, const Option& option) {
     throw Error(ErrorCode::malformedFile, fmt::format("`{}` must be {}", option.key(), option.accepted()));
   };
   if (const auto text = node.value_exact<std::string>())
-    return option.isNumber() || option.isFlag() ? refuse() : *text;
+    return (option.isNumber() && *text != "auto") || option.isFlag() ? refuse() : *text;
   if (const auto flag = node.value_exact<bool>())
     return option.isFlag() ? (*flag ? "true" : "false") : refuse();
   if (const auto whole = node.value_exact<std::int64_t>())

@@ -26,6 +26,9 @@ std::optional<Number> parsed(std::string_view text) {
   return number;
 }
 
+/// Leaves an optional unset.
+constexpr std::string_view automaticText = "auto";
+
 std::string withDashes(std::string_view name) {
   std::string text(name);
   std::replace(text.begin(), text.end(), '_', '-');
@@ -126,9 +129,12 @@ void Option::set(const std::string& text, std::string_view path) {
                           *v = text == "true";
                         },
                         [&](std::string* v) { *v = text; }, [&](const Text& v) { v.set(text); },
-                        [&](std::optional<double>* v) { assign(*v, parsed<double>(text)); },
-                        [&](std::optional<int>* v) { assign(*v, parsed<int>(text)); },
-                        [&](std::optional<std::uint64_t>* v) { assign(*v, parsed<std::uint64_t>(text)); },
+                        [&]<class Number>(std::optional<Number>* v) {
+                          if (text == automaticText)
+                            v->reset();
+                          else
+                            assign(*v, parsed<Number>(text));
+                        },
                         [&](auto* v) { assign(*v, parsed<std::remove_pointer_t<decltype(v)>>(text)); }},
              value_);
 }
@@ -143,7 +149,11 @@ std::string Option::accepted() const {
   if (!choices_.empty()) return "one of " + namesOf(choices_);
   if (isFlag()) return "true or false";
   if (!isNumber()) return "a text";
-  const std::string kind = isInteger() ? "a whole number" : "a number";
+  const bool optional = std::holds_alternative<std::optional<int>*>(value_) ||
+                        std::holds_alternative<std::optional<double>*>(value_) ||
+                        std::holds_alternative<std::optional<std::uint64_t>*>(value_);
+  const std::string kind =
+      std::string(optional ? "auto, or " : "") + (isInteger() ? "a whole number" : "a number");
   const std::string inUnit = unit_.empty() ? "" : " " + unit_;
   if (std::isfinite(min_) && std::isfinite(max_))
     return open_ ? fmt::format("{} above {} and up to {}{}", kind, min_, max_, inUnit)

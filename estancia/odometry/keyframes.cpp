@@ -48,7 +48,7 @@ std::unique_ptr<FrameView> viewOf(const Sequence& sequence, std::size_t frame, c
                       "depth registered to color (see `estancia check`)",
                       view->depth.cols, view->depth.rows, view->bgr.cols, view->bgr.rows));
     const CameraIntrinsics camera = sequence.intrinsics()->scaledTo(view->depth.cols, view->depth.rows);
-    view->image = reducedImage(view->bgr, view->depth, camera, options.width, options.maxDepth);
+    view->image = reducedImage(view->bgr, view->depth, camera, options.maxWidth, options.maxDepth);
     const int usable = cv::countNonZero(view->image.depth);
     if (usable < kMinDepthShare * static_cast<double>(view->image.depth.total()))
       view->problem =

@@ -252,7 +252,7 @@ void requireRgbd(const Sequence& sequence) {
 OptionGroup declare(RgbdOptions& o) {
   OptionGroup group("odometry", "RGB-D odometry");
   group.add("term", &o.term, "What alignment minimizes").choices(odometry::alignmentTerms());
-  group.add("width", &o.width, "Images are halved until they are at most this wide")
+  group.add("max-width", &o.maxWidth, "Images are halved until they are at most this wide")
       .range(48, 4096)
       .unit("pixels")
       .why("Larger images take longer, and gain little with the noise of depth cameras.");

@@ -23,7 +23,7 @@ struct RgbdOptions {
   /// depth alone is degenerate, as along a bare wall.
   std::string term = "auto";
   /// Images are halved until they are at most this wide [pixels]: more is slower, and on a Kinect no better.
-  int width = 160;
+  int maxWidth = 160;
   /// Larger depths are too noisy for alignment [m].
   double maxDepth = 4;
   /// A frame that overlaps less than this with the keyframe becomes the next one [share of its points].

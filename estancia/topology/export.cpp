@@ -83,7 +83,7 @@ std::string data(const char* key, const std::string& value) {
 
 Json pointFeature(const TopologicalMap& map, const Node& node, const Place& place,
                   const ExportOptions& options) {
-  const std::vector<std::size_t> best = bestLabels(node, options.words);
+  const std::vector<std::size_t> best = bestLabels(node, options.maxWords);
   Json labels = Json::array(), probabilities = Json::array();
   for (const std::size_t label : best) {
     labels.push_back(shortLabel(map.vocabulary[label]));
@@ -157,7 +157,7 @@ std::string toGraphml(const TopologicalMap& map, const ExportOptions& options) {
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Node& node = map.nodes[i];
     text += fmt::format("    <node id=\"n{}\">\n", node.id);
-    text += data("words", fmt::format("{}", fmt::join(bestWords(map, node, options.words), ", ")));
+    text += data("words", fmt::format("{}", fmt::join(bestWords(map, node, options.maxWords), ", ")));
     if (!places[i].room.empty()) text += data("room", places[i].room);
     if (const auto& rooms = places[i].predicted; !rooms.empty()) {
       text += data("predicted_room", rooms.front().room);
@@ -185,7 +185,7 @@ std::string toPlacesJson(const TopologicalMap& map, const ExportOptions& options
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Node& node = map.nodes[i];
     Json words = Json::array();
-    for (const std::size_t label : bestLabels(node, options.words))
+    for (const std::size_t label : bestLabels(node, options.maxWords))
       words.push_back({{"label", map.vocabulary[label]}, {"p", rounded(node.mean[label])}});
     Json place{
         {"id", node.id}, {"words", words}, {"room", nullptr}, {"position", nullptr}, {"frames", node.frames}};
@@ -227,7 +227,7 @@ std::string toNav2(const TopologicalMap& map, const ExportOptions& options) {
 
 OptionGroup declare(ExportOptions& options) {
   OptionGroup group("export", "How a map is written for other programs.");
-  group.add("words", &options.words, "Number of labels for each place.");
+  group.add("max-words", &options.maxWords, "Largest number of labels for each place.");
   group.add("frame", &options.frame,
             "nav2: the coordinate frame of the poses, as the robot's TF tree names it.");
   group.add("bidirectional", &options.bidirectional, "nav2: an edge each way for every transition.")

@@ -12,8 +12,8 @@
 namespace estancia {
 
 struct ExportOptions {
-  /// Number of labels for each place.
-  std::size_t words = 10;
+  /// Largest number of labels for each place.
+  std::size_t maxWords = 10;
   /// nav2: the coordinate frame of the poses, as the robot's TF tree names it.
   std::string frame = "map";
   /// nav2: an edge each way for every transition; false: only as it was driven.

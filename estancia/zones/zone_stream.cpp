@@ -25,7 +25,7 @@ constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 }  // namespace
 
 OptionGroup declare(ZoneStreamOptions& options) {
-  OptionGroup group("stream", "How zones are kept up to date while images come.");
+  OptionGroup group("zone-stream", "How zones are kept up to date while images come.");
   group.add("groups", &options.groups, "At most this many groups of similar images stand for the run.")
       .range(2, maxGroups)
       .why("More are nearer to the exact zones, and slower by their square.");

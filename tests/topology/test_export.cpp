@@ -91,7 +91,7 @@ TEST(Graphml, EscapesHostileTexts) {
 
 TEST(PlacesJson, HoldsPlacesAndWords) {
   ExportOptions two;
-  two.words = 2;
+  two.maxWords = 2;
   const TopologicalMap map = test::sampleMap();
   const json parsed = json::parse(toPlacesJson(map, two));
   EXPECT_EQ(parsed.at("format"), "estancia-places");
