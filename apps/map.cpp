@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <filesystem>
 #include <map>
 #include <optional>
 
@@ -12,14 +11,14 @@
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/report/text.hpp"
+#include "estancia/topology/map_run.hpp"
 #include "estancia/topology/places.hpp"
-#include "estancia/topology/session.hpp"
 #include "labeling.hpp"
 
 namespace estancia::apps {
 namespace {
 
-namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
 using report::counted;
 
 struct Arguments {
@@ -31,18 +30,6 @@ struct Arguments {
   std::string output, roomClassifier;
   bool goOn = false, overwrite = false, json = false;
 };
-
-/// Throws Error unless what the command line says are the options that the map keeps.
-void requireSameOptions(const Arguments& arguments, const MapperOptions& kept) {
-  MapperOptions wanted = arguments.declared.preset().empty() ? kept : MapperOptions::thesis();
-  arguments.declared.applyTo(declare(wanted));
-  if (wanted != kept)
-    throw Error(
-        ErrorCode::mismatch,
-        fmt::format("{} was made with other parameters of the mapper, which it keeps; leave them out, or "
-                    "map anew",
-                    arguments.output));
-}
 
 /// Names the places of the finished map.
 std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, const RoomClassifier& classifier,
@@ -66,63 +53,63 @@ std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, con
   return places;
 }
 
-void run(const Arguments& arguments) {
-  const bool images = !isDescriptorFile(arguments.sequence.path);
-  const auto classifier = openRoomClassifier(arguments.roomClassifier, arguments.sequence);
-  if (fs::exists(arguments.output) && !arguments.goOn && !arguments.overwrite)
-    throw Error(
-        ErrorCode::fileExists,
-        fmt::format("{} exists; continue it with --continue, replace it with --overwrite", arguments.output));
-  std::optional<Vocabulary> words;
-  const bool goesOn = arguments.goOn && fs::exists(arguments.output);
-  if (goesOn) words = readMap(arguments.output).vocabulary;
-  Labeling labeling(arguments.sequence, arguments.model, words ? &*words : nullptr);
+Json summaryOf(const Arguments& arguments, const MapRun& map, std::size_t skipped) {
+  const MappingSession& session = *map.session();
+  const Mapper& mapper = session.mapper();
+  if (!arguments.json)
+    fmt::print("{}: {}, {}, {} (τ_join {:.3g}, τ_revisit {:.3g})\n", arguments.output,
+               counted(session.frames(), "frame"), counted(mapper.nodes(), "place"),
+               counted(mapper.transitions().size(), "transition"), mapper.thresholds().join,
+               mapper.thresholds().revisit);
+  return {{"map", arguments.output},
+          {"frames", session.frames()},
+          {"new_frames", session.frames() - map.framesBefore()},
+          {"skipped", skipped},
+          {"nodes", mapper.nodes()},
+          {"transitions", mapper.transitions().size()},
+          {"tau_join", mapper.thresholds().join},
+          {"tau_revisit", mapper.thresholds().revisit}};
+}
+
+/// Adds the labeled frames from `first` on. Returns how many were skipped.
+std::size_t addFrames(const Arguments& arguments, Labeling& labeling, std::size_t first, bool images,
+                      MapRun& map) {
   const Sequence& sequence = labeling.sequence();
-  std::optional<MappingSession> session;
-  std::size_t first = 0;
-  if (goesOn) {
-    session = MappingSession::resume(arguments.output, labeling.vocabulary(), labeling.identity());
-    requireSameOptions(arguments, session->mapper().options());
-    first = firstUnmapped(readMap(arguments.output), sequence);
-  }
-  const std::size_t before = session ? session->frames() : 0;
-  const auto add = [&](const LabeledFrame& frame) {
-    if (!session)  // an old map goes only once there is something to put in its place
-      session = MappingSession::create(arguments.output, labeling.vocabulary(), labeling.identity(),
-                                       arguments.mapper,
-                                       arguments.overwrite ? ExistingMap::replace : ExistingMap::refuse);
-    const auto image = [&] {
-      return encodeImage(frame.image.empty() ? sequence.image(frame.index) : frame.image);
-    };
-    session->add(sequence.frame(frame.index), frame.descriptor,
-                 images ? MappingSession::Image(image) : MappingSession::Image());
-  };
-  std::size_t skipped = 0;
   try {
-    skipped = labeling.forEach(first, "mapping", add);
+    return labeling.forEach(first, "mapping", [&](const LabeledFrame& frame) {
+      const auto image = [&] {
+        return encodeImage(frame.image.empty() ? sequence.image(frame.index) : frame.image);
+      };
+      map.add(sequence.frame(frame.index), frame.descriptor,
+              images ? MappingSession::Image(image) : MappingSession::Image());
+    });
   } catch (const Interrupted& e) {
-    if (!session) throw;
-    session->finish();
+    if (!map.session()) throw;
+    map.finish();
     throw Interrupted(
         fmt::format("{}; they are kept in {}, go on with --continue", e.what(), arguments.output));
   }
-  session->finish();
+}
 
-  const Mapper& mapper = session->mapper();
-  nlohmann::ordered_json json{{"map", arguments.output},
-                              {"frames", session->frames()},
-                              {"new_frames", session->frames() - before},
-                              {"skipped", skipped},
-                              {"nodes", mapper.nodes()},
-                              {"transitions", mapper.transitions().size()},
-                              {"tau_join", mapper.thresholds().join},
-                              {"tau_revisit", mapper.thresholds().revisit}};
-  if (!arguments.json)
-    fmt::print("{}: {}, {}, {} (τ_join {:.3g}, τ_revisit {:.3g})\n", arguments.output,
-               counted(session->frames(), "frame"), counted(mapper.nodes(), "place"),
-               counted(mapper.transitions().size(), "transition"), mapper.thresholds().join,
-               mapper.thresholds().revisit);
-  session.reset();  // the rooms are written into its file
+void run(const Arguments& arguments) {
+  const bool images = !isDescriptorFile(arguments.sequence.path);
+  const auto classifier = openRoomClassifier(arguments.roomClassifier, arguments.sequence);
+  std::optional<MapRun> map(std::in_place, arguments.output,
+                            arguments.goOn        ? MapRun::Existing::resume
+                            : arguments.overwrite ? MapRun::Existing::replace
+                                                  : MapRun::Existing::refuse);
+  const std::optional<Vocabulary> words = map->vocabulary();
+  Labeling labeling(arguments.sequence, arguments.model, words ? &*words : nullptr);
+  const Sequence& sequence = labeling.sequence();
+  const std::size_t first =
+      map->begin(sequence, labeling.vocabulary(), labeling.identity(), [&arguments](MapperOptions& options) {
+        if (!arguments.declared.preset().empty()) options = MapperOptions::thesis();
+        arguments.declared.applyTo(declare(options));
+      });
+  const std::size_t skipped = addFrames(arguments, labeling, first, images, *map);
+  map->finish();
+  Json json = summaryOf(arguments, *map, skipped);
+  map.reset();  // the rooms are written into its file
   if (classifier) {
     const auto places = placesPerRoom(arguments, *classifier, images ? &sequence : nullptr);
     json["predicted_rooms"] = places;

@@ -1,0 +1,56 @@
+#include "estancia/topology/map_run.hpp"
+
+#include <fmt/format.h>
+
+#include "estancia/core/error.hpp"
+#include "estancia/io/sequence.hpp"
+
+namespace estancia {
+
+MapRun::MapRun(std::filesystem::path path, Existing existing) : path_(std::move(path)), existing_(existing) {
+  const bool exists = std::filesystem::exists(path_);
+  if (exists && existing == Existing::refuse)
+    throw Error(
+        ErrorCode::fileExists,
+        fmt::format("{} exists; continue it with --continue, replace it with --overwrite", path_.string()));
+  if (!exists) existing_ = Existing::refuse;
+}
+
+std::optional<Vocabulary> MapRun::vocabulary() const {
+  if (existing_ != Existing::resume) return std::nullopt;
+  return readMap(path_).vocabulary;
+}
+
+std::size_t MapRun::begin(const Sequence& sequence, const Vocabulary& vocabulary, const std::string& model,
+                          const std::function<void(MapperOptions&)>& change) {
+  if (existing_ != Existing::resume) {
+    vocabulary_ = vocabulary;
+    model_ = model;
+    change(options_);
+    return 0;
+  }
+  session_ = MappingSession::resume(path_, vocabulary, model);
+  framesBefore_ = session_->frames();
+  options_ = session_->mapper().options();
+  change(options_);
+  if (options_ != session_->mapper().options())
+    throw Error(ErrorCode::mismatch,
+                fmt::format("{} was made with other parameters of the mapper, which it keeps; "
+                            "leave them out, or map anew",
+                            path_.string()));
+  return firstUnmapped(readMap(path_), sequence);
+}
+
+void MapRun::add(const Frame& frame, DescriptorView descriptor, const MappingSession::Image& image) {
+  if (!session_)
+    session_ =
+        MappingSession::create(path_, vocabulary_, model_, options_,
+                               existing_ == Existing::replace ? ExistingMap::replace : ExistingMap::refuse);
+  session_->add(frame, descriptor, image);
+}
+
+void MapRun::finish() {
+  if (session_) session_->finish();
+}
+
+}  // namespace estancia

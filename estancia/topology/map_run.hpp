@@ -1,0 +1,49 @@
+// Map run: the map file of one run, created at its first frame, replaced, or resumed. Private.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "estancia/topology/session.hpp"
+
+namespace estancia {
+
+class MapRun {
+ public:
+  enum class Existing { refuse, replace, resume };
+
+  /// Throws Error (fileExists), before the long work begins, when a map is there and to be refused.
+  MapRun(std::filesystem::path path, Existing existing);
+
+  /// The labels of the map that is resumed; nothing for a new one.
+  std::optional<Vocabulary> vocabulary() const;
+
+  /// Begins with labels that `model` gives to `sequence`. Returns the first frame to add. `change` makes the
+  /// options of a new map from the defaults; a resumed map keeps its own. Throws Error as
+  /// MappingSession::resume() and firstUnmapped() do, and mismatch where `change` would alter kept options.
+  std::size_t begin(const Sequence& sequence, const Vocabulary& vocabulary, const std::string& model,
+                    const std::function<void(MapperOptions&)>& change);
+
+  /// Maps the next frame. With the first one a new map is created, and only now an old one replaced.
+  void add(const Frame& frame, DescriptorView descriptor, const MappingSession::Image& image = {});
+  /// Writes everything.
+  void finish();
+
+  /// Nothing before the first frame of a new map.
+  const std::optional<MappingSession>& session() const { return session_; }
+  /// Frames that were mapped by earlier runs.
+  std::size_t framesBefore() const { return framesBefore_; }
+
+ private:
+  std::filesystem::path path_;
+  Existing existing_;
+  Vocabulary vocabulary_;
+  std::string model_;
+  MapperOptions options_;
+  std::optional<MappingSession> session_;
+  std::size_t framesBefore_ = 0;
+};
+
+}  // namespace estancia
