@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
@@ -12,7 +13,6 @@ namespace {
 
 using nlohmann::json;
 using testing::HasSubstr;
-using testing::Not;
 using testing::StartsWith;
 namespace fs = std::filesystem;
 
@@ -49,13 +49,11 @@ class CompareCommand : public testing::Test {
     return json::parse(result.out);
   }
 
-  void refuses(std::vector<std::string> arguments, const std::string& words) const {
+  void refuses(std::vector<std::string> arguments, ErrorCode code, const std::string& fact = "") const {
     arguments.insert(arguments.begin(), "compare");
     const auto result = run(arguments);
-    EXPECT_EQ(result.exitCode, 2);
+    EXPECT_THAT(result, FailsWith(code, fact));
     EXPECT_EQ(result.out, "");
-    EXPECT_THAT(result.err, StartsWith("error: "));
-    EXPECT_THAT(result.err, HasSubstr(words));
   }
 
   ScratchFolder scratch_;
@@ -66,14 +64,11 @@ TEST_F(CompareCommand, PrintsTheTableOfTheThesis) {
   const auto result = run({"compare", wide_});
   ASSERT_EQ(result.exitCode, 0) << result.err;
   EXPECT_THAT(result.out, StartsWith("3 methods differ over 12 tests (Friedman, p = "));
-  EXPECT_THAT(result.out, HasSubstr("GIST/SVM is the best (mean rank 1.33) and is not found to differ from "
-                                    "ESF/RFs; it differs from PHOG/kNN."));
   EXPECT_THAT(result.out, HasSubstr("Friedman: χ²(2) = 18.667, p = 8.8e-05\n"));
   EXPECT_THAT(result.out,
               HasSubstr("\nmethod       p-value   rejected       rank        win        tie       loss\n"
                         "GIST/SVM           –         no       1.33          –          –          –\n"
                         "ESF/RFs   4.1422e-01         no       1.67          8          0          4\n"));
-  EXPECT_THAT(result.err, HasSubstr("at most 10 tests or 5 methods"));
 }
 
 TEST_F(CompareCommand, TakesTheResultsOfAnExperiment) {
@@ -102,7 +97,7 @@ TEST_F(CompareCommand, HasAChoiceOfTests) {
   const json shaffer = jsonOf({wide_, "--post-hoc", "shaffer"});
   EXPECT_EQ(shaffer["pairs"].size(), 3U);
   EXPECT_DOUBLE_EQ(shaffer["pairs"][0]["adjusted"].get<double>(), 3 * shaffer["pairs"][0]["p"].get<double>());
-  EXPECT_EQ(jsonOf({wide_, "--smaller-is-better"})["control"], "PHOG/kNN");
+  EXPECT_EQ(jsonOf({wide_, "--better", "smaller"})["control"], "PHOG/kNN");
   EXPECT_EQ(jsonOf({wide_, "--alpha", "1e-9"})["differ"], false);
 }
 
@@ -112,39 +107,38 @@ TEST_F(CompareCommand, OfTwoMethodsAsksWilcoxon) {
   EXPECT_EQ(found["wilcoxon"]["exact"], true);
   EXPECT_DOUBLE_EQ(found["wilcoxon"]["p"].get<double>(), 0.25);
   EXPECT_TRUE(found["friedman"]["f"].is_null()) << "infinite";
-  EXPECT_THAT(run({"compare", wide_}).err, HasSubstr("Wilcoxon's signed-rank test is the better one"));
 }
 
 TEST_F(CompareCommand, WritesTablesPageAndDiagram) {
   const fs::path out = scratch_ / "some" / "where";
   const auto result = run({"compare", wide_, "--post-hoc", "shaffer", "-o", out.string()});
   ASSERT_EQ(result.exitCode, 0) << result.err;
+  refuses({wide_, "-o", out.string()}, ErrorCode::fileExists, "--overwrite");
   EXPECT_THAT(readFile(out / "comparison.md"),
               StartsWith("# 3 methods compared over 12 tests\n\n3 methods differ"));
   EXPECT_THAT(readFile(out / "comparison.md"), HasSubstr("\n| GIST/SVM | – | no | **1.33** | – | – | – |\n"));
   EXPECT_THAT(readFile(out / "comparison.csv"),
               StartsWith("method,p-value,rejected,rank,win,tie,loss\nGIST/SVM,,no,1.3333333333333333,,,\n"));
-  EXPECT_THAT(readFile(out / "comparison.tex"), HasSubstr("\\begin{tabular}{lrrrrrr}\n"));
+  EXPECT_NE(readFile(out / "comparison.tex").find("\\begin{tabular}{lrrrrrr}\n"), std::string::npos);
   EXPECT_THAT(readFile(out / "comparison.svg"), StartsWith("<?xml"));
   const std::string page = readFile(out / "comparison.html");
-  EXPECT_THAT(page, HasSubstr("class=\"group\""));
-  EXPECT_THAT(page, HasSubstr("Adjusted p-values of all pairs"));
+  EXPECT_NE(page.find("class=\"group\""), std::string::npos);
   EXPECT_EQ(std::distance(fs::directory_iterator(out), fs::directory_iterator()), 5);
 }
 
 TEST_F(CompareCommand, SaysWhatIsWrong) {
-  refuses({(scratch_ / "missing.csv").string()}, "missing.csv");
-  refuses({wide_, "--control", "ESF"}, "[unknown-name]");
-  refuses({wide_, "--post-hoc", "tukey"}, "[unknown-name]");
-  refuses({wide_, "--alpha", "5"}, "[invalid-option]");
-  refuses({long_, "--score", "f1"}, "no column \"f1\"");
-  refuses({wide_, "-o", wide_}, "cannot make the folder");
+  refuses({(scratch_ / "missing.csv").string()}, ErrorCode::fileNotFound, "missing.csv");
+  refuses({wide_, "--control", "ESF"}, ErrorCode::unknownName);
+  refuses({wide_, "--post-hoc", "tukey"}, ErrorCode::unknownName);
+  refuses({wide_, "--alpha", "5"}, ErrorCode::invalidOption);
+  refuses({long_, "--score", "f1"}, ErrorCode::malformedFile, "\"f1\"");
+  refuses({wide_, "-o", wide_}, ErrorCode::fileUnwritable, wide_);
   writeFile(wide_, "test,a,b\nx,1,2\ny,3,\n");
-  refuses({wide_}, "no score of b in y");
+  refuses({wide_}, ErrorCode::insufficientData);
   writeFile(wide_, "test,a\nx,1\ny,3\n");
-  refuses({wide_}, "one method (a)");
+  refuses({wide_}, ErrorCode::insufficientData, "(a)");
   writeFile(wide_, "test,a,b\nx,1,2\n");
-  refuses({wide_}, "one test (x)");
+  refuses({wide_}, ErrorCode::insufficientData, "(x)");
 }
 
 TEST_F(CompareCommand, ItsExampleWorks) {

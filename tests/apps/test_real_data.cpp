@@ -33,7 +33,7 @@ TEST(RealPlaces, BecomeAMapInWhichTheyAreFoundInAnotherLight) {
   EXPECT_GE(quality["v_measure"], 0.92);
   EXPECT_GE(quality["purity"], 0.95);
   EXPECT_LE(quality["nodes"], 40);
-  const json found = evaluated({map, panoramas->string(), "--turn", "7", "--ev", "-0.7"});
+  const json found = evaluated({map, panoramas->string(), "--turn", "7", "--exposure", "-0.7"});
   EXPECT_GE(found["image_room"], 0.99);
   EXPECT_GE(found["belief_room"], 0.99);
 }
@@ -47,17 +47,18 @@ TEST(RealPlaces, BecomeZonesThatAreTheirPlaces) {
   const std::string words = scratch / "tour.labels", zones = scratch / "tour.zones";
   const auto labeled = run({"label", panoramas->string(), "-o", words, "--model", "inception-v3+coco-ssd"});
   ASSERT_EQ(labeled.exitCode, 0) << labeled.err;
-  ASSERT_EQ(run({"zones", words, "-o", zones}).exitCode, 0);
+  ASSERT_EQ(run({"zones", "find", words, "-o", zones}).exitCode, 0);
   const double automatic = evaluated({zones})["v_measure"];
   EXPECT_GE(automatic, 0.93);
   double best = 0;  // with the truth in view
   for (int count = 14; count <= 24; count += 2) {
-    ASSERT_EQ(run({"zones", words, "-o", zones, "--overwrite", "--count", std::to_string(count)}).exitCode,
-              0);
+    ASSERT_EQ(
+        run({"zones", "find", words, "-o", zones, "--overwrite", "--count", std::to_string(count)}).exitCode,
+        0);
     best = std::max<double>(best, evaluated({zones})["v_measure"]);
   }
   EXPECT_LE(best - automatic, 0.03);
-  ASSERT_EQ(run({"zones", words, "-o", zones, "--overwrite", "--preset", "thesis"}).exitCode, 0);
+  ASSERT_EQ(run({"zones", "find", words, "-o", zones, "--overwrite", "--preset", "thesis"}).exitCode, 0);
   EXPECT_LT(evaluated({zones})["v_measure"], 0.7) << "what the thesis' distance makes of them";
 }
 

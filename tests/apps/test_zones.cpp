@@ -1,4 +1,4 @@
-// `estancia zones`, and the commands that take its file, as a user runs them.
+// `estancia zones find`, and the commands that take its file, as a user runs them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "estancia/io/descriptor_sequence.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"
 
@@ -15,7 +16,7 @@ namespace {
 using nlohmann::json;
 using testing::AllOf;
 using testing::HasSubstr;
-using testing::Not;
+using testing::StartsWith;
 
 class ZonesCommand : public testing::Test {
  protected:
@@ -39,17 +40,17 @@ class ZonesCommand : public testing::Test {
   }
 
   json zones(const std::vector<std::string>& more = {}) {
-    std::vector<std::string> arguments{"zones", words_, "-o", file_, "--overwrite", "--json"};
+    std::vector<std::string> arguments{"zones", "find", words_, "-o", file_, "--overwrite", "--json"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const auto result = run(arguments);
     EXPECT_EQ(result.exitCode, 0) << result.err;
     return json::parse(result.out, nullptr, false);
   }
 
-  static void expectError(const std::vector<std::string>& arguments, const std::string& text) {
+  static void expectError(const std::vector<std::string>& arguments, ErrorCode code,
+                          const std::string& fact = "") {
     const auto result = run(arguments);
-    EXPECT_EQ(result.exitCode, 2) << result.out;
-    EXPECT_THAT(result.err, HasSubstr(text));
+    EXPECT_THAT(result, FailsWith(code, fact));
     EXPECT_EQ(result.out, "");
   }
 
@@ -66,10 +67,8 @@ TEST_F(ZonesCommand, FindsAndNamesTheRooms) {
   EXPECT_EQ(found["zones"][0]["share"], 0.5);
   EXPECT_EQ(found["measures"]["v_measure"], 1);
   EXPECT_EQ(found["rooms"]["kitchen"]["images"], 20);
-  const auto shown = run({"zones", words_, "-o", scratch_ / "b.zones", "--count", "3"});
-  EXPECT_THAT(shown.out, AllOf(HasSubstr("3 zones of 40 images"), HasSubstr("(kitchen, 100 %)"),
-                               HasSubstr("V-measure"), HasSubstr("3 zones were asked for")));
-  EXPECT_THAT(shown.err, HasSubstr("of memory"));
+  const auto shown = run({"zones", "find", words_, "-o", scratch_ / "b.zones", "--count", "3"});
+  EXPECT_THAT(shown.out, AllOf(HasSubstr("3 zones of 40 images"), HasSubstr("(kitchen, 100 %)")));
   EXPECT_EQ(readFile(scratch_ / "b.zones"), readFile(file_));
 }
 
@@ -78,18 +77,17 @@ TEST_F(ZonesCommand, TakesItsSettings) {
   EXPECT_EQ(zones({"--cut", "1000"})["zones"].size(), 1U);
   const json automatic = zones({"--cut", "auto"});
   EXPECT_EQ(automatic, zones());
-  EXPECT_THAT(automatic["cut_reason"], HasSubstr("modularity"));
   EXPECT_EQ(automatic["measures"]["homogeneity"], 1) << "every zone lies in one room";
   const json thesis = zones({"--preset", "thesis"});
   EXPECT_EQ(thesis["distance"], "ks");
   EXPECT_EQ(thesis["linkage"], "average");
   EXPECT_EQ(thesis["cut"], 0.5);
-  EXPECT_EQ(zones({"--preset", "thesis", "--count", "4"})["zones"].size(), 4U);
+  EXPECT_EQ(zones({"--preset", "thesis", "--cut", "auto", "--count", "4"})["zones"].size(), 4U);
   EXPECT_EQ(zones({"--distance", "hellinger", "--linkage", "complete"})["linkage"], "complete");
 }
 
 TEST_F(ZonesCommand, FollowsAStreamAndSaysHowFarItIsFromTheExactResult) {
-  const auto lines = run({"zones", words_, "-o", file_, "--stream", "--json", "--count", "3"});
+  const auto lines = run({"zones", "find", words_, "-o", file_, "--stream", "--json", "--count", "3"});
   ASSERT_EQ(lines.exitCode, 0) << lines.err;
   std::istringstream in(lines.out);
   std::string line;
@@ -104,22 +102,23 @@ TEST_F(ZonesCommand, FollowsAStreamAndSaysHowFarItIsFromTheExactResult) {
   EXPECT_EQ(end["exact"]["ari"], 1) << "few images are all kept";
   json exact = zones({"--count", "3"});
   EXPECT_EQ(end["zones"], exact["zones"]);
-  const auto shown = run({"zones", words_, "-o", file_, "--stream", "--overwrite"});
-  EXPECT_THAT(shown.out, AllOf(HasSubstr("frame 0: zone 0"), HasSubstr("Exact zones of 40 of 40 images")));
-  EXPECT_THAT(shown.err, Not(HasSubstr("of memory"))) << "no matrix of all pairs is made first";
+  const auto shown = run({"zones", "find", words_, "-o", file_, "--stream", "--overwrite"});
+  EXPECT_THAT(shown.out, StartsWith("frame 0: zone 0"));
+  EXPECT_EQ(shown.err.find("MiB"), std::string::npos) << "no matrix of all pairs is made first";
 }
 
 TEST_F(ZonesCommand, TakesTheWordsOfAMap) {
   ASSERT_EQ(run({"map", words_, "-o", map_}).exitCode, 0);
   const json ofWords = zones();
-  const auto result = run({"zones", map_, "-o", scratch_ / "map.zones", "--json"});
+  const auto result = run({"zones", "find", map_, "-o", scratch_ / "map.zones", "--json"});
   ASSERT_EQ(result.exitCode, 0) << result.err;
   EXPECT_EQ(json::parse(result.out)["zones"], ofWords["zones"]);
-  EXPECT_THAT(result.err, Not(HasSubstr("labeling")));
-  expectError({"zones", map_, "-o", scratch_ / "c.zones", "--model", "inception-v3"}, "leave out --model");
-  expectError({"zones", map_, "-o", scratch_ / "c.zones", "--rooms", "r.csv"},
-              "leave out --poses, --rooms, --split and --only");
-  expectError({"zones", scratch_ / "missing.estancia", "-o", scratch_ / "c.zones"}, "no such map");
+  expectError({"zones", "find", map_, "-o", scratch_ / "c.zones", "--model", "inception-v3"},
+              ErrorCode::invalidOption, "--model");
+  expectError({"zones", "find", map_, "-o", scratch_ / "c.zones", "--rooms", "r.csv"},
+              ErrorCode::invalidOption, "--rooms");
+  expectError({"zones", "find", scratch_ / "missing.estancia", "-o", scratch_ / "c.zones"},
+              ErrorCode::fileNotFound, "missing.estancia");
 }
 
 TEST_F(ZonesCommand, LetsAskSayTheZone) {
@@ -133,12 +132,12 @@ TEST_F(ZonesCommand, LetsAskSayTheZone) {
     EXPECT_EQ(found["name"], place["zone"]["name"]);
   }
   EXPECT_THAT(run({"ask", map_, "stove", "--zones", file_}).out, HasSubstr("in zone "));
-  EXPECT_THAT(run({"ask", map_, "stove", "--json"}).out, Not(HasSubstr("zone")));
+  EXPECT_FALSE(json::parse(run({"ask", map_, "stove", "--json"}).out)["places"][0].contains("zone"));
 
   writeFile(scratch_ / "other.csv", "image,stove,tub\na,0.5,0.5\nb,0.1,0.9\n");
-  ASSERT_EQ(run({"zones", scratch_ / "other.csv", "-o", scratch_ / "other.zones"}).exitCode, 0);
-  expectError({"ask", map_, "stove", "--zones", scratch_ / "other.zones"}, "another run");
-  expectError({"ask", map_, "stove", "--zones", map_}, "not a zone file");
+  ASSERT_EQ(run({"zones", "find", scratch_ / "other.csv", "-o", scratch_ / "other.zones"}).exitCode, 0);
+  expectError({"ask", map_, "stove", "--zones", scratch_ / "other.zones"}, ErrorCode::mismatch);
+  expectError({"ask", map_, "stove", "--zones", map_}, ErrorCode::unsupportedFile, map_);
 }
 
 TEST_F(ZonesCommand, IsEvaluatedAndExported) {
@@ -147,64 +146,62 @@ TEST_F(ZonesCommand, IsEvaluatedAndExported) {
   ASSERT_EQ(measures.exitCode, 0) << measures.err;
   EXPECT_EQ(json::parse(measures.out)["zones"], 3);
   EXPECT_EQ(json::parse(measures.out)["v_measure"], 1);
-  expectError({"evaluate", file_, words_}, "no images are found");
+  expectError({"evaluate", file_, words_}, ErrorCode::unsupportedFile, file_);
 
-  const auto rooms = run({"export", file_, "--format", "rooms", "--words", "2"});
+  const auto rooms = run({"export", file_, "--format", "rooms", "--max-words", "2"});
   ASSERT_EQ(rooms.exitCode, 0) << rooms.err;
   const json exported = json::parse(rooms.out);
   EXPECT_EQ(exported.size(), 3U);
   EXPECT_EQ(exported["kitchen"]["images"], 20);
   EXPECT_EQ(exported["kitchen"]["words"].size(), 2U);
   EXPECT_EQ(
-      run({"export", file_, "--format", "rooms", "-o", scratch_ / "rooms.json", "--words", "2"}).exitCode, 0);
+      run({"export", file_, "--format", "rooms", "-o", scratch_ / "rooms.json", "--max-words", "2"}).exitCode,
+      0);
   EXPECT_EQ(readFile(scratch_ / "rooms.json"), rooms.out);
-  expectError({"export", file_, "--format", "nav2"}, "holds zones");
+  expectError({"export", file_, "--format", "nav2"}, ErrorCode::unsupportedFile, file_);
   ASSERT_EQ(run({"map", words_, "-o", map_}).exitCode, 0);
-  expectError({"export", map_, "--format", "rooms"}, "estancia zones");
+  expectError({"export", map_, "--format", "rooms"}, ErrorCode::unsupportedFile, map_);
 }
 
 TEST_F(ZonesCommand, ReplacesZonesOnlyAndOnlyWhenTold) {
   zones();
-  expectError({"zones", words_, "-o", file_}, "--overwrite");
+  expectError({"zones", "find", words_, "-o", file_}, ErrorCode::fileExists, "--overwrite");
   const std::string words = readFile(words_);
-  expectError({"zones", words_, "-o", words_, "--overwrite"}, "no zone file, so it is not replaced");
+  expectError({"zones", "find", words_, "-o", words_, "--overwrite"}, ErrorCode::fileExists, words_);
   EXPECT_EQ(readFile(words_), words);
-  expectError({"zones", words_, "-o", scratch_ / "none/home.zones"}, "no such folder");
+  expectError({"zones", "find", words_, "-o", scratch_ / "none/home.zones"}, ErrorCode::fileNotFound, "none");
 }
 
 TEST_F(ZonesCommand, WrongSettingsAreOneLine) {
-  const auto problem = [this](const std::string& option, const std::string& value, const std::string& text) {
-    expectError({"zones", words_, "-o", file_, option, value}, text);
+  const auto problem = [this](const std::string& option, const std::string& value, ErrorCode code,
+                              const std::string& fact) {
+    expectError({"zones", "find", words_, "-o", file_, option, value}, code, fact);
   };
-  problem("--distance", "bogus", "standardized-clr");
-  problem("--linkage", "bogus", "ward");
-  problem("--cut", "soon", "neither \"auto\" nor a number");
-  problem("--cut", "-1", "neither \"auto\" nor a number");
-  problem("--cut", "nan", "neither \"auto\" nor a number");
-  problem("--count", "0", "above 0");
-  problem("--count", "41", "1 to 40");
-  problem("--preset", "mine", "thesis");
-  expectError({"zones", words_, "-o", file_, "--count", "3", "--cut", "1"}, "excludes");
-  expectError({"zones", words_, "-o", file_, "--distance", "ks", "--linkage", "ward"},
-              "Ward's linkage needs");
+  problem("--distance", "bogus", ErrorCode::unknownName, "standardized-clr");
+  problem("--linkage", "bogus", ErrorCode::unknownName, "ward");
+  problem("--cut", "soon", ErrorCode::invalidOption, "--cut");
+  problem("--cut", "-1", ErrorCode::invalidOption, "--cut");
+  problem("--cut", "nan", ErrorCode::invalidOption, "--cut");
+  problem("--count", "0", ErrorCode::invalidOption, "--count");
+  problem("--count", "41", ErrorCode::invalidOption, "1 to 40");
+  problem("--preset", "mine", ErrorCode::unknownName, "thesis");
+  expectError({"zones", "find", words_, "-o", file_, "--count", "3", "--cut", "1"}, ErrorCode::invalidOption,
+              "zones.count");
+  expectError({"zones", "find", words_, "-o", file_, "--distance", "ks", "--linkage", "ward"},
+              ErrorCode::invalidOption);
 }
 
 TEST_F(ZonesCommand, TakesHardlyAnythingAndRefusesWhatIsNothing) {
   const auto ofText = [this](const std::string& text) {
     writeFile(scratch_ / "words.csv", text);
-    return run({"zones", scratch_ / "words.csv", "-o", file_, "--overwrite", "--json"});
+    return run({"zones", "find", scratch_ / "words.csv", "-o", file_, "--overwrite", "--json"});
   };
   EXPECT_EQ(json::parse(ofText("image,a,b\none,0.1,0.9\n").out)["zones"].size(), 1U);
-  const auto one = run({"zones", scratch_ / "words.csv", "-o", file_, "--overwrite", "--count", "1"});
+  const auto one = run({"zones", "find", scratch_ / "words.csv", "-o", file_, "--overwrite", "--count", "1"});
   EXPECT_THAT(one.out, HasSubstr("1 zone of 1 image ("));
-  EXPECT_THAT(one.out, HasSubstr("1 zone was asked for"));
-  EXPECT_THAT(one.out, Not(HasSubstr("Frames with a room"))) << "no row tells of rooms";
-  EXPECT_THAT(one.err, HasSubstr("zones of 1 image in 2 words"));
   EXPECT_EQ(json::parse(ofText("image,a\none,0.1\ntwo,0.4\n").out)["zones"].size(), 1U);
   EXPECT_EQ(json::parse(ofText("image,a,b\none,0,0\ntwo,0,0\n").out)["zones"][0]["name"], "no words");
-  const auto refused = ofText("image,a,b\none,nan,0.9\n");
-  EXPECT_EQ(refused.exitCode, 2);
-  EXPECT_THAT(refused.err, HasSubstr("words.csv:2"));
+  EXPECT_THAT(ofText("image,a,b\none,nan,0.9\n"), FailsWith(ErrorCode::malformedFile, "words.csv:2"));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia::test {
@@ -26,28 +27,27 @@ class ZonesReport : public testing::Test {
     const std::string csv = scratch_ / "words.csv";
     for (const std::vector<std::string>& command :
          {std::vector<std::string>{"map", csv, "-o", map_},
-          {"zones", map_, "-o", zones_, "--preset", "thesis"},
-          {"zones", scratch_ / "others.csv", "-o", scratch_ / "others.zones"}}) {
+          {"zones", "find", map_, "-o", zones_, "--preset", "thesis"},
+          {"zones", "find", scratch_ / "others.csv", "-o", scratch_ / "others.zones"}}) {
       const auto result = run(command);
       ASSERT_EQ(result.exitCode, 0) << result.err;
     }
   }
 
   std::string report(const std::string& file, std::vector<std::string> more = {}) {
-    std::vector<std::string> arguments{"report", file, "-o", page_};
+    std::vector<std::string> arguments{"report", file, "-o", page_, "--overwrite"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const auto result = run(arguments);
     EXPECT_EQ(result.exitCode, 0) << result.err;
     return readFile(page_);
   }
 
-  std::string refusal(const std::string& file, std::vector<std::string> more) {
+  CommandResult refused(const std::string& file, std::vector<std::string> more) {
     std::vector<std::string> arguments{"report", file, "-o", scratch_ / "refused.html"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const auto result = run(arguments);
-    EXPECT_EQ(result.exitCode, 2);
     EXPECT_FALSE(std::filesystem::exists(scratch_ / "refused.html"));
-    return result.err;
+    return result;
   }
 
   ScratchFolder scratch_;
@@ -57,9 +57,8 @@ class ZonesReport : public testing::Test {
 
 TEST_F(ZonesReport, ShowsZonesByThemselves) {
   const std::string html = report(zones_, {"--title", "Three rooms"});
-  EXPECT_THAT(html, HasSubstr("<h1>Three rooms</h1>"));
-  EXPECT_THAT(html, HasSubstr("<dt>zones</dt><dd>3</dd>"));
-  EXPECT_THAT(html, HasSubstr("kettle"));
+  for (const char* shown : {"<h1>Three rooms</h1>", "<dt>zones</dt><dd>3</dd>", "kettle"})
+    EXPECT_THAT(html, HasSubstr(shown));
   EXPECT_THAT(report(zones_, {"--map", map_}), HasSubstr("kettle")) << "a map without images";
 }
 
@@ -69,14 +68,14 @@ TEST_F(ZonesReport, ShowsZonesOverAMap) {
 }
 
 TEST_F(ZonesReport, RefusesWhatDoesNotGoTogether) {
-  EXPECT_THAT(refusal(map_, {"--zones", scratch_ / "others.zones"}), HasSubstr("another run"));
-  EXPECT_THAT(refusal(map_, {"--zones", map_}), HasSubstr("zone"));
-  EXPECT_THAT(refusal(map_, {"--map", map_}), HasSubstr("is a map"));
-  EXPECT_THAT(refusal(zones_, {"--label", "bed"}), HasSubstr("--label goes with a map"));
-  EXPECT_THAT(refusal(zones_, {"--zones", zones_}), HasSubstr("--zones goes with a map"));
-  EXPECT_THAT(refusal(zones_, {"--map", zones_}), HasSubstr("error: "));
+  EXPECT_THAT(refused(map_, {"--zones", scratch_ / "others.zones"}), FailsWith(ErrorCode::mismatch));
+  EXPECT_THAT(refused(map_, {"--zones", map_}), FailsWith(ErrorCode::unsupportedFile, map_));
+  EXPECT_THAT(refused(map_, {"--map", map_}), FailsWith(ErrorCode::invalidOption, "--map", map_));
+  EXPECT_THAT(refused(zones_, {"--label", "bed"}), FailsWith(ErrorCode::invalidOption, "--label"));
+  EXPECT_THAT(refused(zones_, {"--zones", zones_}), FailsWith(ErrorCode::invalidOption, "--zones"));
+  EXPECT_THAT(refused(zones_, {"--map", zones_}), FailsWith(ErrorCode::unsupportedFile, zones_));
   writeFile(scratch_ / "cut.zones", readFile(zones_).substr(0, 900));
-  EXPECT_THAT(refusal(scratch_ / "cut.zones", {}), HasSubstr("damaged or cut short"));
+  EXPECT_THAT(refused(scratch_ / "cut.zones", {}), FailsWith(ErrorCode::corruptFile, "cut.zones"));
 }
 
 }  // namespace

@@ -236,8 +236,8 @@ TEST(Check, ATrajectoryOfAnotherClockIsFound) {
   };
   EXPECT_THAT(numbersIn(fix(begin * 1e3, end * 1e3)), ElementsAre(1e3));
   EXPECT_THAT(numbersIn(fix(begin * 1e9, end * 1e9)), ElementsAre(1e9));
-  EXPECT_THAT(fix(begin + 500, end + 500), HasSubstr("--pose-gap"));
-  EXPECT_THAT(fix(0, 0), HasSubstr("--pose-gap"));
+  EXPECT_THAT(fix(begin + 500, end + 500), HasSubstr("--max-pose-gap"));
+  EXPECT_THAT(fix(0, 0), HasSubstr("--max-pose-gap"));
   Altered ofTheSame(room);
   ofTheSame.source() = PoseSource{};
   EXPECT_THAT(faultsOf(ofTheSame), IsEmpty());

@@ -55,6 +55,10 @@ TEST(Options, AreSetByTheirPath) {
   group.set("side", "right");
   group.set("inner.ball_radius", "0.125");
   group.set("inner.limit", "1");
+  EXPECT_EQ(outer.inner.limit, 1);
+  group.set("inner.limit", "auto");
+  EXPECT_FALSE(outer.inner.limit);
+  group.set("inner.limit", "1");
   EXPECT_EQ(outer.method, "exact");
   EXPECT_EQ(outer.count, 7);
   EXPECT_TRUE(outer.loud);

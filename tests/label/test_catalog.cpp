@@ -242,7 +242,7 @@ TEST_F(FetchModel, DoesNotInstallWhatHasTheWrongDigest) {
 TEST_F(FetchModel, KeepsTheOldModelUnlessToldToReplaceIt) {
   fetch(entry());
   const auto asked = server_.requests().size();
-  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::fileExists, "--replace"));
+  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::fileExists, "--overwrite"));
   EXPECT_EQ(server_.requests().size(), asked) << "nothing is fetched in vain";
   options_.replace = true;
   fetch(entry());
@@ -259,10 +259,10 @@ TEST_F(FetchModel, UsesWhatTheUserHasFetchedByHand) {
 TEST_F(FetchModel, FetchesAnewWhatDoesNotWorkWhenAsked) {
   const std::string good = files_["/small.onnx"];
   files_["/small.onnx"] = "<html>log in to this network</html>";
-  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::malformedFile, "small.onnx", "--force"));
+  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::malformedFile, "small.onnx", "--restart"));
   EXPECT_TRUE(installedModels().empty());
   files_["/small.onnx"] = good;
-  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::malformedFile, "--force"))
+  EXPECT_THAT(refusal(entry()), FailsWith(ErrorCode::malformedFile, "--restart"))
       << "it is still the file of before";
   options_.refetch = true;
   EXPECT_FALSE(refusal(entry()).code);

@@ -214,7 +214,7 @@ TEST_F(ModelHome, TakesAFolderAnywhereForAName) {
 
 TEST_F(ModelHome, KeepsTheOldModelUnlessToldToReplaceIt) {
   addModel(scratch_ / "given");
-  EXPECT_THAT([&] { addModel(scratch_ / "given"); }, FailsWith(ErrorCode::fileExists, "--replace"));
+  EXPECT_THAT([&] { addModel(scratch_ / "given"); }, FailsWith(ErrorCode::fileExists, "--overwrite"));
   test::writeSmallModel(scratch_ / "given", "crop = 0.5");
   addModel(scratch_ / "given", true);
   EXPECT_EQ(readModelSpec(modelHome() / "small").preprocessing.crop, 0.5);

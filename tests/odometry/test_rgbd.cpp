@@ -195,7 +195,8 @@ TEST(Rgbd, RefusesOptionsOutOfRange) {
   const Drive drive({Pose{}});
   EXPECT_THAT(refusal(drive, {.term = "sonar"}),
               FailsWith(ErrorCode::unknownName, "sonar", "auto, depth, color, hybrid"));
-  EXPECT_THAT(refusal(drive, {.maxWidth = 10}), FailsWith(ErrorCode::invalidOption, "odometry.max-width", "10"));
+  EXPECT_THAT(refusal(drive, {.maxWidth = 10}),
+              FailsWith(ErrorCode::invalidOption, "odometry.max-width", "10"));
   EXPECT_THAT(refusal(drive, {.maxDepth = std::nan("")}), FailsWith(ErrorCode::invalidOption, "max-depth"));
   EXPECT_THAT(refusal(drive, {.keyframeOverlap = 1.5}),
               FailsWith(ErrorCode::invalidOption, "keyframe-overlap", "1.5"));
