@@ -396,7 +396,8 @@ void checkGeometry(const Sequence& sequence, const DepthFacts& facts, Progress& 
         "Poses do not fit the depth, whatever convention, scale or delay is tried",
         fmt::format("{:.0f} % of the depth agrees at best, {:.0f} % for a still camera, {} pairs of frames",
                     100 * meanOf(best.scores), 100 * meanOf(unmoved), geometry.pairs()),
-        "check that trajectory, images and intrinsics belong together; `estancia odometry` computes poses "
+        "check that trajectory, images and intrinsics belong together; `estancia odometry estimate` computes "
+        "poses "
         "anew");
     return;
   }

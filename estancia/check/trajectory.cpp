@@ -122,7 +122,7 @@ std::string clockFix(std::pair<double, double> trajectory, std::pair<double, dou
        {std::pair{1e3, "milliseconds"}, std::pair{1e6, "microseconds"}, std::pair{1e9, "nanoseconds"}})
     if (std::abs(longer / factor - 1) < 0.1)
       return fmt::format("its stamps look like {}: divide them by {:.0f}", unit, factor);
-  return "stamp it by the clock of the images, in seconds, or allow a larger --pose-gap";
+  return "stamp it by the clock of the images, in seconds, or allow a larger --max-pose-gap";
 }
 
 void checkClock(const Sequence& sequence, Checklist& list) {
@@ -150,7 +150,7 @@ void checkCoverage(const Sequence& sequence, const Posed& posed, Checklist& list
   else
     list.add(severityOfMissing(missing, all), "pose-missing", "Poses are missing, NaN or no rotation",
              fmt::format("{} have none, here and there", share(missing, all, "frames")),
-             "leave out what the tracker lost instead of writing NaN or 0, or allow a larger --pose-gap");
+             "leave out what the tracker lost instead of writing NaN or 0, or allow a larger --max-pose-gap");
 }
 
 /// Distances from pose to pose, and between any two.

@@ -164,7 +164,7 @@ FetchedModel fetchModel(const Catalog& catalog, const std::string& name, const F
                         Progress& progress) {
   const CatalogEntry& entry = catalog.get(name);
   if (fs::exists(modelHome() / name) && !options.replace)
-    fail(ErrorCode::fileExists, "there is a model {} already in {}; use --replace to have it anew", name,
+    fail(ErrorCode::fileExists, "there is a model {} already in {}; use --overwrite to fetch it again", name,
          modelHome().string());
   Fetcher fetcher(catalog, entry, options, progress);
   fetcher.fetch();
@@ -173,7 +173,7 @@ FetchedModel fetchModel(const Catalog& catalog, const std::string& name, const F
     result.check = addModel(fetcher.folder(), options.replace);
   } catch (const Error& e) {
     throw Error(e.code(),
-                fmt::format("{}; the files are kept in {}: try --force if a download may be at fault",
+                fmt::format("{}; the files are kept in {}: try --restart if a download may be at fault",
                             e.what(), fetcher.folder().string()));
   }
   result.notes = fetcher.notes();

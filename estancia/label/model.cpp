@@ -286,7 +286,7 @@ ModelCheck addModel(const fs::path& folder, bool replace) {
   const fs::path target = modelHome() / spec.name;
   if (fs::exists(target) && !replace)
     fail(ErrorCode::fileExists,
-         "there is a model {} already in {}; use --replace, or another name in model.toml", spec.name,
+         "there is a model {} already in {}; use --overwrite, or another name in model.toml", spec.name,
          modelHome().string());
   try {
     const PartialFolder fresh(modelHome() / fmt::format(".{}.{}", spec.name, getpid()));

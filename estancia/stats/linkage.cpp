@@ -375,7 +375,7 @@ void requireClusteringMemory(std::size_t items, std::size_t labels, std::uint64_
   constexpr double gibibyte = 1 << 30;
   fail(ErrorCode::tooLarge,
        "exact clustering of {} images needs {:.1f} GiB of memory, and {:.1f} GiB are available; "
-       "use the streaming mode (estancia zones --stream), or take fewer images",
+       "use the streaming mode (estancia zones find --stream), or take fewer images",
        items, static_cast<double>(needed) / gibibyte, static_cast<double>(available) / gibibyte);
 }
 

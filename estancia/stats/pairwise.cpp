@@ -167,7 +167,7 @@ CondensedDistances::CondensedDistances(std::size_t items) : items_(items), size_
   if (memory == nullptr)
     fail(ErrorCode::tooLarge,
          "no memory for the distances of {} items ({:.1f} GiB); use fewer images, or the streaming "
-         "mode (estancia zones --stream)",
+         "mode (estancia zones find --stream)",
          items, static_cast<double>(bytes(items)) / (1 << 30));
 #ifdef MADV_HUGEPAGE
   madvise(memory, whole, MADV_HUGEPAGE);  // columns are read across all pages

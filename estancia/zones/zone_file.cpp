@@ -312,11 +312,12 @@ Zones readZones(const fs::path& file) {
     throw Error(code, fmt::format("{}: {}", name, why));
   };
   const auto refuseDamaged = [&refuse](const std::string& how) {
-    refuse(ErrorCode::corruptFile, fmt::format("damaged or cut short ({}); make it again by `estancia zones`",
-                                               printable(how.substr(0, 200))));
+    refuse(ErrorCode::corruptFile,
+           fmt::format("damaged or cut short ({}); make it again by `estancia zones find`",
+                       printable(how.substr(0, 200))));
   };
   if (!isZoneFile(file))
-    refuse(ErrorCode::unsupportedFile, "not a zone file; give one that `estancia zones` has written");
+    refuse(ErrorCode::unsupportedFile, "not a zone file; give one that `estancia zones find` has written");
   std::uint64_t found = 0;
   try {
     const Json json = parse(text);
@@ -330,7 +331,7 @@ Zones readZones(const fs::path& file) {
   throw Error(
       ErrorCode::unsupportedFile,
       fmt::format("{}: zone file version {}, but this Estancia reads version {}; {}", name, found, version,
-                  found < version ? "make it again by `estancia zones`" : "update Estancia"));
+                  found < version ? "make it again by `estancia zones find`" : "update Estancia"));
 }
 
 bool isZoneFile(const fs::path& file) {

@@ -1,4 +1,4 @@
-// Zones JSON: what `estancia zones --json` says of zones. Private.
+// Zones JSON: what `estancia zones find --json` says of zones. Private.
 #pragma once
 
 #include <cstddef>
