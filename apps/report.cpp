@@ -87,7 +87,8 @@ void run(const Arguments& arguments, const CLI::App& command) {
   const bool zones = isZoneFile(arguments.file);
   zones ? writeZones(arguments) : writeMap(arguments, command);
   if (arguments.json)
-    print({{"file", arguments.output}, {"shows", zones ? "zones" : "map"}, {"title", titleOf(arguments)}});
+    print(nlohmann::ordered_json{
+        {"file", arguments.output}, {"shows", zones ? "zones" : "map"}, {"title", titleOf(arguments)}});
   else
     spdlog::info("wrote {}", arguments.output);
 }

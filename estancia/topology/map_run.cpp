@@ -24,16 +24,20 @@ std::optional<Vocabulary> MapRun::vocabulary() const {
 std::size_t MapRun::begin(const Sequence& sequence, const Vocabulary& vocabulary, const std::string& model,
                           const std::function<void(MapperOptions&)>& change) {
   if (existing_ != Existing::resume) {
-    vocabulary_ = vocabulary;
-    model_ = model;
-    change(options_);
+    MapperOptions options;
+    change(options);
+    const auto existing = existing_ == Existing::replace ? ExistingMap::replace : ExistingMap::refuse;
+    create_ = [path = path_, vocabulary, model, options, existing] {
+      return MappingSession::create(path, vocabulary, model, options, existing);
+    };
     return 0;
   }
   session_ = MappingSession::resume(path_, vocabulary, model);
   framesBefore_ = session_->frames();
-  options_ = session_->mapper().options();
-  change(options_);
-  if (options_ != session_->mapper().options())
+  const MapperOptions& kept = session_->mapper().options();
+  MapperOptions wanted = kept;
+  change(wanted);
+  if (wanted != kept)
     throw Error(ErrorCode::mismatch,
                 fmt::format("{} was made with other parameters of the mapper, which it keeps; "
                             "leave them out, or map anew",
@@ -42,10 +46,7 @@ std::size_t MapRun::begin(const Sequence& sequence, const Vocabulary& vocabulary
 }
 
 void MapRun::add(const Frame& frame, DescriptorView descriptor, const MappingSession::Image& image) {
-  if (!session_)
-    session_ =
-        MappingSession::create(path_, vocabulary_, model_, options_,
-                               existing_ == Existing::replace ? ExistingMap::replace : ExistingMap::refuse);
+  if (!session_) session_ = create_();
   session_->add(frame, descriptor, image);
 }
 

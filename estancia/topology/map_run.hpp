@@ -39,9 +39,7 @@ class MapRun {
  private:
   std::filesystem::path path_;
   Existing existing_;
-  Vocabulary vocabulary_;
-  std::string model_;
-  MapperOptions options_;
+  std::function<MappingSession()> create_;
   std::optional<MappingSession> session_;
   std::size_t framesBefore_ = 0;
 };
