@@ -39,11 +39,11 @@ const char* typeOf(const Option& option) {
   return option.isInteger() ? "INT" : option.isNumber() ? "FLOAT" : "TEXT";
 }
 
-/// "How frames become places." as the heading of a list.
+/// "How frames become places (mapper)": what it is, and how --set calls it.
 std::string headingOf(const OptionGroup& group) {
   std::string heading = group.help();
   if (heading.ends_with('.')) heading.pop_back();
-  return heading;
+  return fmt::format("{} ({})", heading, group.name());
 }
 
 constexpr std::string_view threadsName = "threads";

@@ -42,7 +42,8 @@ void run(const std::string& name, bool json) {
     if (json)
       all[group.name()] = {{"help", group.help()}, {"commands", commands}, {"options", toJson(group)}};
     else
-      fmt::print("# {} Of: {}.\n", group.help(), fmt::join(commands, ", ")), printText(group, group.name());
+      fmt::print("# {}: {} (of {})\n", group.name(), group.help(), fmt::join(commands, ", ")),
+          printText(group, group.name());
   }
   if (!name.empty()) requireChoice("group of parameters", name, known);
   if (json) print(all);

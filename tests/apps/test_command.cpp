@@ -251,7 +251,7 @@ TEST_F(Command, ExplainsExportsAndReports) {
 
 TEST_F(Command, RefusesSequencesWithNothingToRead) {
   fs::create_directories(scratch_ / "empty");
-  expectError(map(scratch_ / "empty", map_), ErrorCode::insufficientData, "empty");
+  expectError(map(scratch_ / "empty", map_), ErrorCode::unsupportedFile, "empty");
   expectError(map(scratch_ / "nowhere", map_), ErrorCode::fileNotFound, "nowhere");
   writeFile(scratch_ / "text/a.jpg", "this is no image");
   expectError(map(scratch_ / "text", map_), ErrorCode::fileUnreadable, "1 frames");
@@ -274,7 +274,7 @@ TEST_F(Command, SkipsATruncatedImageUnlessStrict) {
   EXPECT_EQ(json::parse(lenient.out)["frames"], 99);
   EXPECT_EQ(json::parse(lenient.out)["skipped"], 1);
   EXPECT_THAT(lenient.err, HasSubstr("frame50.jpg"));
-  expectError(map(images_, scratch_ / "strict.estancia", {"--strict"}), ErrorCode::fileUnreadable,
+  expectError(map(images_, scratch_ / "strict.estancia", {"--strict"}), ErrorCode::truncatedFile,
               "frame50.jpg");
 }
 
@@ -411,7 +411,7 @@ TEST_F(Command, RefusesFilesThatAreNoMaps) {
                                              {"evaluate", map_},
                                              {"export", map_, "--format", "json"},
                                              {"explain", map_, "0"}})
-    expectError(run(arguments), ErrorCode::unsupportedFile, "home.estancia");
+    expectError(run(arguments), ErrorCode::truncatedFile, "home.estancia");
   expectError(run({"ask", scratch_ / "none.estancia", "x"}), ErrorCode::fileNotFound, "none.estancia");
 }
 

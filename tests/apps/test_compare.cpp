@@ -131,7 +131,7 @@ TEST_F(CompareCommand, SaysWhatIsWrong) {
   refuses({wide_, "--control", "ESF"}, ErrorCode::unknownName);
   refuses({wide_, "--post-hoc", "tukey"}, ErrorCode::unknownName);
   refuses({wide_, "--alpha", "5"}, ErrorCode::invalidOption);
-  refuses({long_, "--score", "f1"}, ErrorCode::malformedFile, "\"f1\"");
+  refuses({long_, "--score", "f1"}, ErrorCode::unknownName, "\"f1\"");
   refuses({wide_, "-o", wide_}, ErrorCode::fileUnwritable, wide_);
   writeFile(wide_, "test,a,b\nx,1,2\ny,3,\n");
   refuses({wide_}, ErrorCode::insufficientData);

@@ -51,10 +51,10 @@ TEST_F(OdometryCommand, FollowsACameraThatStands) {
 }
 
 TEST_F(OdometryCommand, NamesWhatIsMissing) {
-  EXPECT_THAT(odometry(), FailsWith(ErrorCode::insufficientData, "--intrinsics"));
+  EXPECT_THAT(odometry(), FailsWith(ErrorCode::invalidInput, "--intrinsics"));
   const auto flat =
       run({"odometry", "estimate", room_ / "rgb", "-o", file_, "--intrinsics", scratch_ / "camera.txt"});
-  EXPECT_THAT(flat, FailsWith(ErrorCode::insufficientData));
+  EXPECT_THAT(flat, FailsWith(ErrorCode::invalidInput));
   EXPECT_FALSE(std::filesystem::exists(file_)) << "nothing half done";
 }
 
