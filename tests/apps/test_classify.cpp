@@ -280,7 +280,7 @@ TEST_F(ClassifyCommand, NamesAnExistingMapAndIsJudgedByTheTruth) {
 TEST_F(ClassifyCommand, NamesZones) {
   train();
   const auto found =
-      run({"zones", unknown_, "-o", zones_, "--count", "3", "--room-classifier", model_, "--json"});
+      run({"zones", "find", unknown_, "-o", zones_, "--count", "3", "--room-classifier", model_, "--json"});
   ASSERT_EQ(found.exitCode, 0) << found.err;
   const json zone = json::parse(found.out)["zones"][0];
   EXPECT_EQ(zone["room"], nullptr);
@@ -291,13 +291,14 @@ TEST_F(ClassifyCommand, NamesZones) {
   EXPECT_TRUE(exported["bath"].contains("predicted"));
   ASSERT_EQ(run({"report", zones_, "-o", scratch_ / "zones.html"}).exitCode, 0);
   EXPECT_THAT(readFile(scratch_ / "zones.html"), HasSubstr("Taken for "));
-  EXPECT_THAT(run({"zones", unknown_, "-o", zones_, "--overwrite", "--room-classifier", model_}).out,
+  EXPECT_THAT(run({"zones", "find", unknown_, "-o", zones_, "--overwrite", "--room-classifier", model_}).out,
               HasSubstr("taken for "));
 }
 
 TEST_F(ClassifyCommand, ZonesAreJudgedByTheTruthToo) {
   train();
-  ASSERT_EQ(run({"zones", others_, "-o", zones_, "--count", "3", "--room-classifier", model_}).exitCode, 0);
+  ASSERT_EQ(
+      run({"zones", "find", others_, "-o", zones_, "--count", "3", "--room-classifier", model_}).exitCode, 0);
   EXPECT_GE(json::parse(run({"evaluate", zones_, "--json"}).out)["predicted_zone_room"], 0.8);
   EXPECT_THAT(run({"evaluate", zones_}).out, HasSubstr("Predicted room, zone"));
 }
@@ -351,12 +352,12 @@ TEST_F(ClassifyCommand, NeverReplacesWhatItReads) {
             0);
   train();
   const std::string pixels = readFile(image), words = readFile(others_);
-  expectError({"classify", "predict", classifier, image, "-o", image}, "is read here");
+  expectError({"classify", "predict", classifier, image, "-o", image}, "[file-exists]");
   expectError({"classify", "predict", classifier, scratch_ / "lines", "-o", image}, "exists");
   writeFile(scratch_ / "broken.png", "no image");
   expectError({"classify", "predict", classifier, scratch_ / "broken.png"}, "not an image");
   EXPECT_EQ(readFile(image), pixels);
-  expectError({"classify", "test", model_, others_, "-o", others_}, "is read here");
+  expectError({"classify", "test", model_, others_, "-o", others_}, "[file-exists]");
   expectError({"classify", "test", model_, words_, "-o", others_}, "exists");
   EXPECT_EQ(readFile(others_), words);
 
@@ -390,7 +391,7 @@ TEST_F(ClassifyCommand, WrongInputIsOneLine) {
   expectError({"map", unknown_, "-o", map_, "--room-classifier", scratch_ / "cut.classifier"},
               "[corrupt-file]");
   EXPECT_FALSE(fs::exists(map_)) << "known before the mapping begins";
-  expectError({"zones", unknown_, "-o", zones_, "--room-classifier", words_}, "[unsupported-file]");
+  expectError({"zones", "find", unknown_, "-o", zones_, "--room-classifier", words_}, "[unsupported-file]");
   expectError({"classify", "name", model_, scratch_ / "missing.estancia"}, "no such map");
   writeFile(scratch_ / "none.csv", "image,room\n");
   expectError({"classify", "train", unknown_, "-o", other, "--rooms", scratch_ / "none.csv"},
