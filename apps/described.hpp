@@ -1,4 +1,4 @@
-// What classifiers work on: images, words or tables as numbers, and the rooms that they are taken for.
+// Features of a command: images, labels or tables as numbers, and the rooms that are predicted from them.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,6 +10,7 @@
 #include "common.hpp"
 #include "estancia/classify/predict_rooms.hpp"
 #include "estancia/describe/features.hpp"
+#include "estancia/io/feature_table.hpp"
 #include "labeling.hpp"
 
 namespace estancia::apps {
@@ -17,32 +18,36 @@ namespace estancia::apps {
 /// Describes with a progress bar and the cache, and warns of images that cannot be described.
 class FeatureSource {
  public:
+  /// With `arguments.stream.strict`, an image that cannot be described is an Error.
   explicit FeatureSource(const ModelArguments& arguments);
 
   /// SEQ: a map, a label file, a table of features, or images, which are described by `descriptor` (of the
   /// others: the parts that it names; "": all there are).
-  Features features(const SequenceArguments& source, const std::string& descriptor);
+  Features features(const SequenceArguments& source, const std::string& descriptor,
+                    const FeatureTableOptions& tables = {});
+  Features features(const Sequence& sequence, const std::string& descriptor);
 
-  /// `strict`: an image that cannot be described is an Error.
-  Features features(const Sequence& sequence, const std::string& descriptor, bool strict = false);
-
-  /// What `classifier` says of the frames whose words are known; `sequence` (nullptr: not at hand) shows
-  /// what the words do not tell.
-  RoomPredictions rooms(const RoomClassifier& classifier, const DescriptorSequence& words,
+  /// What `classifier` predicts for the frames whose labels are known; `sequence` (nullptr: not at hand)
+  /// shows what the labels do not tell.
+  RoomPredictions rooms(const RoomClassifier& classifier, const DescriptorSequence& labels,
                         const Sequence* sequence);
 
  private:
   void warn(const std::vector<std::string>& problems) const;
 
   DescribeOptions options_;
+  bool strict_;
   std::unique_ptr<LabelCache> cache_;
   std::unique_ptr<Progress> progress_;
 };
 
+/// Adds how images are described: the group "labeler", `--no-cache` and `--strict`.
+void addDescribing(DeclaredOptions& declared, ModelArguments& arguments);
+
 /// Whether SEQ holds numbers instead of images.
 bool holdsNumbers(const std::string& path);
 
-/// Names the places of a map file by what `classifier` says of its frames; `sequence` as for rooms().
+/// Names the places of a map file by what `classifier` predicts for its frames; `sequence` as for rooms().
 void nameRooms(const std::string& map, const RoomClassifier& classifier, const Sequence* sequence,
                FeatureSource& describing);
 

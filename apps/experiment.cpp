@@ -21,10 +21,12 @@ namespace {
 using namespace experiments;
 
 struct Arguments {
+  explicit Arguments(CLI::App& command) : declared(command) {}
   std::vector<std::string> configs, models;
   std::string output;
   ModelArguments labeling;
   bool json = false;
+  DeclaredOptions declared;
 };
 
 nlohmann::ordered_json jsonOf(const Findings& findings) {
@@ -46,7 +48,7 @@ nlohmann::ordered_json jsonOf(const Findings& findings) {
   return json;
 }
 
-/// Of several processes one speaks, for all.
+/// Of several processes only the first prints.
 void silence() {
   for (std::FILE* stream : {stdout, stderr})
     if (std::freopen("/dev/null", "w", stream) == nullptr) std::fclose(stream);
@@ -90,27 +92,35 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void addExperimentCommand(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
-  std::string kinds = "The experiment (TOML; several are run as one), of one of the types";
+  CLI::App* group = app.add_subcommand("experiment", "Run experiments: compare models on your sequences");
+  group->require_subcommand(1);
+  addExamples(*group, "  estancia experiment run experiments/model-choice.toml");
+  CLI::App* command = group->add_subcommand("run", "Run an experiment; several files are run as one");
+  auto a = std::make_shared<Arguments>(*command);
+  std::string kinds = "The experiment (TOML), of one of the types";
   for (const auto& [type, explanation] : experiments::experimentTypes())
-    kinds += fmt::format(" {} ({})", type, explanation);
-  CLI::App* command = app.add_subcommand("experiment", "Run an experiment: compare models on your sequences");
-  command->add_option("CONFIG", arguments->configs, kinds)->required();
-  command->add_option(
-      "-o,--output", arguments->output,
-      "Folder for report.html, results.csv and what is needed to go on after Ctrl-C; default: "
-      "CONFIG's name, here (of several, their folder's; where these are of several types, results.csv is in "
-      "a folder a type)");
-  command->add_option("--models", arguments->models, "Only these models, by name or folder")->delimiter(',');
-  arguments->labeling.addRunningTo(*command);
-  addJsonOption(*command, arguments->json);
+    kinds += fmt::format("\n  {}: {}", type, explanation);
+  command->add_option("CONFIG", a->configs, kinds)->required();
+  command
+      ->add_option(
+          "-o,--output", a->output,
+          "Folder for report.html, results.csv and what is needed to resume after Ctrl-C; experiments "
+          "of several types have a folder each in it\nDefault: CONFIG's name (of several files, their "
+          "folder's), here")
+      ->type_name("FOLDER");
+  command->add_option("--models", a->models, "Only these models, by name or folder, with commas between them")
+      ->type_name("NAME")
+      ->delimiter(',');
+  a->labeling.addLabelerTo(a->declared);
+  command->add_flag("--no-cache", a->labeling.noCache, "Label anew instead of using labels of earlier runs");
+  addJsonOption(*command, a->json);
   addExamples(
       *command,
-      "  estancia experiment experiments/model-choice.toml\n"
-      "  estancia experiment experiments/model-choice.toml -o choice --models inception-v3,places365\n"
-      "  estancia experiment experiments/objects/*.toml -o objects\n"
-      "  mpirun -n 8 estancia experiment experiments/recognition/thesis.toml -o thesis");
-  command->callback([arguments] { run(*arguments); });
+      "  estancia experiment run experiments/model-choice.toml\n"
+      "  estancia experiment run experiments/model-choice.toml -o choice --models inception-v3,places365\n"
+      "  estancia experiment run experiments/objects/*.toml -o objects\n"
+      "  mpirun -n 8 estancia experiment run experiments/recognition/thesis.toml -o thesis");
+  command->callback([a] { run(*a); });
 }
 
 }  // namespace estancia::apps

@@ -1,13 +1,13 @@
-// estancia objects: things that stand about, gathered and labeled.
+// estancia objects: samples of objects, collected and labeled.
 #include "objects.hpp"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <filesystem>
-#include <map>
 #include <string>
 
+#include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/io/object_samples.hpp"
@@ -28,21 +28,23 @@ using report::counted;
 // ---- collect
 
 struct CollectArguments {
+  explicit CollectArguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   std::string output;
   CollectOptions options;
-  bool overwrite = false, json = false;
+  bool json = false;
+  DeclaredOptions declared;
 };
 
 /// What should make people look at their sequence again.
 void warnOf(const Collected& c) {
   if (c.withoutPlane > 0)
     spdlog::warn(
-        "{} of {} frames show no table, wall or floor that things could be told from; is --depth-scale "
-        "right, and is most of the depth there?",
+        "{} of {} frames show no table, wall or floor that supports objects; is --depth-scale right, and is "
+        "most of the depth there?",
         c.withoutPlane, c.frames);
   if (c.huge > 0)
-    spdlog::warn("{} frames hold a thing of more than half of their pixels: no single one, or too near",
+    spdlog::warn("{} frames hold an object of more than half of their pixels: under-segmented, or too near",
                  c.huge);
 }
 
@@ -51,10 +53,7 @@ void collect(const CollectArguments& a) {
   requireClusterable(*sequence);
   const auto progress = makeStderrProgress();
   std::vector<std::string> problems;
-  CollectOptions options = a.options;
-  options.strict = a.sequence.strict;
-  options.replace = a.overwrite;
-  const Collected c = collectObjects(*sequence, a.output, options, *progress, &problems);
+  const Collected c = collectObjects(*sequence, a.output, a.options, *progress, &problems);
   for (const std::string& problem : problems) spdlog::warn("skipped: {}", problem);
   warnOf(c);
   if (a.json)
@@ -70,56 +69,59 @@ void collect(const CollectArguments& a) {
            {"at_border", c.atBorder},
            {"left_out", c.full}});
   else if (c.samples == 0)
-    fmt::print("Nothing stands about in the {} of {}\n", counted(c.frames - c.unread, "frame"),
+    fmt::print("No object was found in the {} of {}\n", counted(c.frames - c.unread, "frame"),
                sequence->name());
   else
     fmt::print("{}: {} of {} in {}; {} flat, {} cut by the border{}\n", a.output, counted(c.samples, "view"),
-               counted(c.instances, "thing"), counted(c.frames - c.unread, "frame"), c.flat, c.atBorder,
-               c.full > 0 ? fmt::format("; {} more of things that had {}", c.full, a.options.maxViews) : "");
+               counted(c.instances, "object"), counted(c.frames - c.unread, "frame"), c.flat, c.atBorder,
+               c.full > 0 ? fmt::format("; {} more of objects that had {}", c.full, a.options.maxViews) : "");
   if (c.samples == 0) throw NoAnswer{};
 }
 
 // ---- label
 
 struct LabelArguments {
+  explicit LabelArguments(CLI::App& command) : declared(command) {}
   std::string views, output;
-  ObjectViewsOptions type;
-  CropOptions patches;
+  ObjectViewsOptions format;
+  CropOptions crops;
   ModelArguments model;
   bool overwrite = false, json = false;
+  DeclaredOptions declared;
 };
 
 std::string outputOf(const LabelArguments& a) {
   if (!a.output.empty()) return a.output;
   if (!isObjectSamples(a.views))
     throw Error(
-        fmt::format("{} is no folder of `estancia objects collect`, so say where the words go: "
-                    "-o NAME.labels",
-                    a.views));
+        ErrorCode::invalidOption,
+        fmt::format("{} is no folder of `estancia objects collect`, so -o NAME.labels is needed", a.views));
   return labelFileOf(a.views).string();
 }
 
 void label(const LabelArguments& a) {
-  const auto views = openObjectViews(a.views, a.type);
+  const auto views = openObjectViews(a.views, a.format);
   for (const std::string& warning : views->warnings()) spdlog::warn("{}", warning);
-  if (isObjectSamples(a.views) && a.patches.margin > maxCollectedMargin)
-    throw Error(fmt::format(
-        "{} was collected with {} of each thing's longer side around it; --margin is at most that", a.views,
-        maxCollectedMargin));
+  if (isObjectSamples(a.views) && a.crops.margin > maxCollectedMargin)
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("{} was collected with a margin of {}; --margin is at most that", a.views,
+                            maxCollectedMargin));
   const std::string output = outputOf(a);
   requireDescriptorFile(output);
   for (const auto& file : descriptorFilesOf(output)) {
     requireNoData(file, {});
     requireReplaceable(
-        file, a.overwrite, [](const fs::path&) { return true; }, "words");
+        file, a.overwrite, [](const fs::path&) { return true; }, "label file");
   }
-  const auto patches = cropsOf(*views, a.patches);
+  const auto crops = cropsOf(*views, a.crops);
   const auto labeler = a.model.open();
   const auto cache = a.model.noCache ? nullptr : std::make_unique<LabelCache>();
+  LabelStreamOptions stream = a.model.stream;
+  stream.cache = cache.get();
   const auto progress = makeStderrProgress();
   std::size_t remembered = 0, skipped = 0;
-  const DescriptorSequence words =
-      labelAll(*patches, *labeler, "labeling", cache.get(), *progress, [&](const LabeledFrame& frame) {
+  const DescriptorSequence labels =
+      labelAll(*crops, *labeler, "labeling", stream, *progress, [&](const LabeledFrame& frame) {
         if (!frame.labeled()) {
           ++skipped;
           spdlog::warn("skipped: {}", frame.problem);
@@ -127,107 +129,69 @@ void label(const LabelArguments& a) {
         remembered += frame.remembered ? 1 : 0;
       });
   if (cache && !cache->problem().empty()) spdlog::warn("{}", cache->problem());
-  writeDescriptors(words, output);
+  writeDescriptors(labels, output);
   if (a.json)
     print({{"labels", output},
-           {"views", words.frames.size()},
+           {"views", labels.frames.size()},
            {"skipped", skipped},
-           {"words", words.vocabulary.size()},
-           {"model", words.model},
+           {"words", labels.vocabulary.size()},
+           {"model", labels.model},
            {"remembered", remembered}});
   else
-    fmt::print("{}: {}, {} ({} from the cache)\n", output, counted(words.frames.size(), "view"),
-               counted(words.vocabulary.size(), "word"), counted(remembered, "view"));
+    fmt::print("{}: {}, {} ({} from the cache)\n", output, counted(labels.frames.size(), "view"),
+               counted(labels.vocabulary.size(), "word"), counted(remembered, "view"));
 }
 
 }  // namespace
 
-void addSequenceWithDepth(CLI::App& command, SequenceArguments& sequence) {
-  sequence.addTo(command);
-  sequence.addDepthTo(command);
-  // Tours of panoramas have no depth, and --views is how many of one thing are gathered.
-  for (const auto* option : {"--views", "--fov", "--turn", "--ev", "--rounds"})
-    command.remove_option(command.get_option(option));
-}
-
-void addPatchOptions(CLI::App& command, CropOptions& patches) {
-  using Background = CropOptions::Background;
-  static const std::map<std::string, Background> backgrounds = {
-      {"kept", Background::kept}, {"gray", Background::gray}, {"mean", Background::mean}};
-  command
-      .add_option("--margin", patches.margin,
-                  "What the labeler sees around a thing, in shares of its longer side")
-      ->check(CLI::Range(0., 4.))
-      ->capture_default_str();
-  command
-      .add_option("--background", patches.background,
-                  "What is behind a thing for the labeler: kept (what the image shows), gray, mean (the "
-                  "thing's mean color); default: kept")
-      ->transform(CLI::CheckedTransformer(backgrounds).description(""));
-}
-
 void addObjectsCollect(CLI::App& objects) {
-  auto a = std::make_shared<CollectArguments>();
-  CLI::App* command =
-      objects.add_subcommand("collect", "Gather images and clouds of the things in a sequence with depth");
-  addSequenceWithDepth(*command, a->sequence);
+  CLI::App* command = objects.add_subcommand(
+      "collect", "Collect images and point clouds of the objects in a sequence with depth");
+  auto a = std::make_shared<CollectArguments>(*command);
+  a->sequence.addTo(a->declared);
+  SequenceArguments::addDepthTo(a->declared);
   command->add_option("-o,--output", a->output, "A new folder: samples.csv, images/ and clouds/")->required();
-  command->add_option("--first", a->options.first, "The frame to begin with, from 0");
-  command->add_option("--frames", a->options.maxFrames, "Look at so many frames; default: all")
-      ->check(positive());
-  command->add_option("--every", a->options.every, "Look at every so-many-th frame only")
-      ->check(positive())
-      ->capture_default_str();
-  command->add_option("--views", a->options.maxViews, "Most views of one thing")
-      ->check(positive())
-      ->capture_default_str();
-  command
-      ->add_option("--least", a->options.clusters.minPoints,
-                   "Pixels of a thing at least, in an image with a focal length of 525")
-      ->check(positive())
-      ->capture_default_str();
-  command->add_option("--threads", a->options.clusters.threads, "Threads; default: one a usable core")
-      ->check(CLI::Range(0, 1024));
-  command->add_flag("--overwrite", a->overwrite, "Replace the samples in an existing folder");
+  a->declared.add(declare(a->options),
+                  {"first", "every", "max-frames", "max-views", "strict", "replace=overwrite"});
+  a->declared.add(declare(a->options.clusters), {"min-points=min-pixels"});
   addJsonOption(*command, a->json);
-  addExamples(*command,
-              "  estancia objects collect ~/kitchen -o things\n"
-              "  estancia objects collect tum/rgbd_dataset_freiburg1_desk -o things --every 5 --views 100");
+  addExamples(
+      *command,
+      "  estancia objects collect ~/kitchen -o samples\n"
+      "  estancia objects collect tum/rgbd_dataset_freiburg1_desk -o samples --every 5 --max-views 100");
   command->callback([a] { collect(*a); });
 }
 
 void addObjectsLabel(CLI::App& objects) {
-  auto a = std::make_shared<LabelArguments>();
-  CLI::App* command = objects.add_subcommand("label", "Let a labeler name the images of things");
+  CLI::App* command = objects.add_subcommand("label", "Label the images of objects");
+  auto a = std::make_shared<LabelArguments>(*command);
   command->add_option("VIEWS", a->views, "A folder of `estancia objects collect`, or of another data set")
       ->required();
-  std::string types = "How to read VIEWS: auto (finds out by itself)";
-  for (const auto& [name, explanation] : objectViewTypes())
-    types += fmt::format("; {} ({})", name, explanation);
-  command->add_option("--type", a->type.type, types);
-  command->add_option(
-      "-o,--output", a->output,
-      "NAME.labels, which holds all that the labeler says; default: words.labels in VIEWS, if "
-      "it was collected");
-  addPatchOptions(*command, a->patches);
-  a->model.addTo(*command, "What labels the images");
-  command->add_flag("--overwrite", a->overwrite, "Replace existing words");
+  a->declared.add(declare(a->format), {"type"});
+  command
+      ->add_option("-o,--output", a->output,
+                   "NAME.labels, with all answers of the model\nDefault: words.labels in VIEWS, if it was "
+                   "collected")
+      ->type_name("FILE");
+  a->declared.add(declare(a->crops), {"margin", "background"});
+  a->model.addTo(a->declared, "The model that labels the images");
+  addOverwriteOption(*command, a->overwrite);
   addJsonOption(*command, a->json);
   addExamples(*command,
-              "  estancia objects label things\n"
+              "  estancia objects label samples\n"
               "  estancia objects label ~/rgbd-dataset --model mobilenet-v2 -o washington.labels");
   command->callback([a] { label(*a); });
 }
 
 void addObjectsCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "objects", "Things that name themselves: learn shapes by what a labeler says of their images");
+      "objects", "Find objects and learn their shapes by the labels that a model gives their images");
   command->require_subcommand(1);
   addExamples(*command,
-              "  estancia objects collect ~/kitchen -o things\n"
-              "  estancia objects label things\n"
-              "  estancia objects train things --study kitchen.toml -o kitchen.objects\n"
-              "  estancia objects predict ~/kitchen-at-night --model kitchen.objects");
+              "  estancia objects collect ~/kitchen -o samples\n"
+              "  estancia objects label samples\n"
+              "  estancia objects train samples --study kitchen.toml -o kitchen.objects\n"
+              "  estancia objects predict ~/kitchen-at-night --object-model kitchen.objects");
   addObjectsCollect(*command);
   addObjectsLabel(*command);
   addObjectsTrain(*command);

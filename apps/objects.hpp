@@ -3,16 +3,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "common.hpp"
-#include "estancia/cloud/crop_object.hpp"
-
 namespace estancia::apps {
-
-/// Adds SEQ and how to read it with depth.
-void addSequenceWithDepth(CLI::App& command, SequenceArguments& sequence);
-
-/// Adds what labelers see around things.
-void addPatchOptions(CLI::App& command, CropOptions& patches);
 
 void addObjectsCollect(CLI::App& objects);
 void addObjectsLabel(CLI::App& objects);

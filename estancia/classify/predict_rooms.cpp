@@ -10,6 +10,7 @@
 #include "estancia/classify/embedding.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/describe/table_features.hpp"
+#include "estancia/io/csv.hpp"
 
 namespace estancia {
 namespace {
@@ -147,6 +148,36 @@ Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence&
         ErrorCode::mismatch,
         fmt::format("{} has none of the labeled images; give those that were labeled", sequence->name()));
   return both;
+}
+
+nlohmann::ordered_json predictionJson(const RoomPredictions& predictions, const std::vector<Frame>& frames,
+                                      std::size_t i, double minProbability) {
+  const auto rooms = rankedRooms(predictions, i);
+  nlohmann::ordered_json json{{"image", frames[i].name},
+                              {"room", nullptr},
+                              {"probability", nullptr},
+                              {"rooms", nlohmann::ordered_json::object()}};
+  if (rooms.empty()) return json;
+  if (rooms.front().probability >= minProbability) json["room"] = rooms.front().room;
+  json["probability"] = rooms.front().probability;
+  for (const auto& [room, probability] : rooms) json["rooms"][room] = probability;
+  return json;
+}
+
+std::string predictionsCsv(const RoomPredictions& predictions, const std::vector<Frame>& frames,
+                           double minProbability) {
+  std::string text(predictionsCsvHeader);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto rooms = rankedRooms(predictions, i);
+    const bool sure = !rooms.empty() && rooms.front().probability >= minProbability;
+    text += io::csvCell(frames[i].name) + ',' + (sure ? io::csvCell(rooms.front().room) : "");
+    for (std::size_t r = 0; r < 2; ++r) {
+      if (r == 1) text += ',' + (rooms.size() > 1 ? io::csvCell(rooms[1].room) : "");
+      text += ',' + (r < rooms.size() ? fmt::format("{:.6f}", rooms[r].probability) : "");
+    }
+    text += '\n';
+  }
+  return text;
 }
 
 }  // namespace estancia

@@ -1,7 +1,10 @@
 // Room prediction: rooms for the frames of a sequence or map, reusing known labels.
 #pragma once
 
+#include <cstddef>
+#include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "estancia/classify/room_classifier.hpp"
@@ -39,5 +42,16 @@ RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& f
 Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence& labels,
                      const Sequence* sequence = nullptr, const DescribeOptions& options = {},
                      Progress& progress = Progress::none(), std::vector<std::string>* problems = nullptr);
+
+/// {"image", "room", "probability", "rooms": {NAME: p}} of frame i; `room` is null below the smallest
+/// probability, both are without a prediction.
+nlohmann::ordered_json predictionJson(const RoomPredictions& predictions, const std::vector<Frame>& frames,
+                                      std::size_t i, double minProbability = 0);
+
+constexpr std::string_view predictionsCsvHeader =
+    "image,predicted_room,probability,second,second_probability\n";
+/// A line a frame; predicted_room is empty below the smallest probability.
+std::string predictionsCsv(const RoomPredictions& predictions, const std::vector<Frame>& frames,
+                           double minProbability = 0);
 
 }  // namespace estancia

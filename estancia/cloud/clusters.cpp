@@ -181,7 +181,9 @@ OptionGroup declare(ClusterOptions& o) {
   group.add("contact-distance", &o.contactDistance, "Distance below which two segments are in contact")
       .above(0)
       .unit("m");
-  group.add("min-points", &o.minPoints, "Points of the smallest cluster, at a focal length of 525 pixels")
+  group
+      .add("min-points", &o.minPoints,
+           "Points of the smallest object; pixels of an image with a focal length of 525")
       .why("Lower it for small or distant objects.");
   group.add("seed", &o.seed, "Seed of the search for planes");
   group.add("threads", &o.threads, "Threads; 0: one a usable core").range(0);

@@ -8,6 +8,7 @@
 #include <mutex>
 #include <numeric>
 #include <set>
+#include <unordered_map>
 #include <utility>
 
 #include "estancia/core/cores.hpp"
@@ -58,7 +59,7 @@ Block labeled(const Sequence& sequence, const NamedDescriptor& source, LabelCach
   std::vector<std::size_t> frames;
   const DescriptorSequence words = labelAll(
       sequence, labelerIn(source)->labeler(), fmt::format("{}: labeling {}", source.name, sequence.name()),
-      cache, progress, [&](const LabeledFrame& frame) {
+      {.cache = cache}, progress, [&](const LabeledFrame& frame) {
         if (frame.labeled())
           frames.push_back(frame.index);
         else
@@ -237,6 +238,39 @@ Features withRows(const Features& features, const std::vector<std::size_t>& rows
     result.values.append(features.values.row(i));
   }
   return result;
+}
+
+Features withRooms(const Features& features, const std::vector<std::string>& rooms) {
+  if (rooms.empty()) return features;
+  Choices known;
+  for (const auto& [room, count] : framesPerRoom(features)) known.push_back({room, ""});
+  for (const std::string& room : rooms) requireChoice("room", room, known);
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < features.frames.size(); ++i)
+    if (std::ranges::find(rooms, features.frames[i].room) != rooms.end()) rows.push_back(i);
+  return withRows(features, rows);
+}
+
+Features withFramesOf(const Features& features, const Sequence& sequence) {
+  std::unordered_map<std::string, std::size_t> rowOf;
+  for (std::size_t i = 0; i < features.frames.size(); ++i) rowOf.emplace(features.frames[i].name, i);
+  std::vector<std::size_t> rows;
+  std::vector<Frame> frames;
+  for (std::size_t i = 0; i < sequence.size(); ++i)
+    if (const auto row = rowOf.find(sequence.frame(i).name); row != rowOf.end()) {
+      rows.push_back(row->second);
+      frames.push_back(sequence.frame(i));
+    }
+  Features listed = withRows(features, rows);
+  listed.frames = std::move(frames);
+  return listed;
+}
+
+std::map<std::string, std::size_t> framesPerRoom(const Features& features) {
+  std::map<std::string, std::size_t> frames;
+  for (const Frame& frame : features.frames)
+    if (!frame.room.empty()) ++frames[frame.room];
+  return frames;
 }
 
 }  // namespace estancia

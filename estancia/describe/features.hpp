@@ -1,6 +1,8 @@
 // Features: a sequence described frame by frame, the training data of classifiers.
 #pragma once
 
+#include <cstddef>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -53,5 +55,14 @@ Features withParts(const Features& features, const std::vector<std::string>& nam
 
 /// These rows, in that order. Throws Error (invalidInput) on a row that does not exist.
 Features withRows(const Features& features, const std::vector<std::size_t>& rows);
+
+/// The frames in these rooms; all without any. Throws Error (unknownName) that lists the known rooms.
+Features withRooms(const Features& features, const std::vector<std::string>& rooms);
+
+/// The rows of the frames that a sequence lists, by their names, with its rooms and poses.
+Features withFramesOf(const Features& features, const Sequence& sequence);
+
+/// The number of frames in each known room.
+std::map<std::string, std::size_t> framesPerRoom(const Features& features);
 
 }  // namespace estancia

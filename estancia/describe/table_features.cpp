@@ -53,4 +53,19 @@ bool isOfTable(const DescriptorPart& part) {
   return part.identity.starts_with(origin);
 }
 
+std::vector<std::string> binaryParts(const Features& features) {
+  std::vector<std::string> names;
+  std::size_t column = 0;
+  for (const DescriptorPart& part : features.parts) {
+    bool binary = part.size() == 1 && isOfTable(part);
+    for (std::size_t i = 0; binary && i < features.values.size(); ++i) {
+      const float value = features.values.row(i)[column];
+      binary = value == 0 || value == 1;
+    }
+    if (binary) names.push_back(part.name);
+    column += part.size();
+  }
+  return names;
+}
+
 }  // namespace estancia

@@ -15,4 +15,7 @@ Features featuresOf(const FeatureTable& table);
 /// Whether the part comes from a table.
 bool isOfTable(const DescriptorPart& part);
 
+/// The names of the columns of a table that hold only 0 and 1: often annotations rather than descriptors.
+std::vector<std::string> binaryParts(const Features& features);
+
 }  // namespace estancia

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
 #include <limits>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <string_view>
 #include <utility>
 
@@ -143,6 +145,20 @@ FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTa
     fail(ErrorCode::insufficientData, "{}: {}; write a header with `room`, then one line per image", name,
          layout ? "no lines below the header" : "empty file");
   return table;
+}
+
+bool isFeatureTable(const std::filesystem::path& file) {
+  if (!io::hasSuffix(file, {".csv"})) return false;
+  std::ifstream stream(file);
+  constexpr std::size_t maxHeader = std::size_t{1} << 22;
+  std::string header(maxHeader, '\0');
+  stream.getline(header.data(), static_cast<std::streamsize>(maxHeader));
+  std::istringstream cells(header.c_str());
+  for (std::string cell; std::getline(cells, cell, ',');) {
+    std::erase_if(cell, [](char c) { return c == '"' || c == ' ' || c == '\r'; });
+    if (cell == "room" || cell == "class") return true;
+  }
+  return false;
 }
 
 }  // namespace estancia

@@ -46,4 +46,8 @@ OptionGroup declare(FeatureTableOptions& options);
 /// wrong columns.
 FeatureTable readFeatureTable(const std::filesystem::path& file, const FeatureTableOptions& options = {});
 
+/// Whether the file is a CSV whose header has a column `room` or `class`: such tables hold numbers, others
+/// hold labels.
+bool isFeatureTable(const std::filesystem::path& file);
+
 }  // namespace estancia

@@ -35,14 +35,14 @@ DescriptorSequence record(const Sequence& sequence, Labeler& labeler, const Labe
 }
 
 DescriptorSequence labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what,
-                            LabelCache* cache, Progress& progress,
+                            const LabelStreamOptions& options, Progress& progress,
                             const std::function<void(const LabeledFrame&)>& watch) {
   progress.begin(what, sequence.size());
-  DescriptorSequence recording = record(sequence, labeler, {.cache = cache}, [&](const LabeledFrame& frame) {
+  DescriptorSequence recording = record(sequence, labeler, options, [&](const LabeledFrame& frame) {
     if (watch) watch(frame);
     progress.advance();
     if (interrupted())
-      throw Interrupted(cache != nullptr
+      throw Interrupted(options.cache != nullptr
                             ? "stopped; what is labeled is kept, the same command goes on from there"
                             : "stopped; without the cache nothing is kept, the same command begins anew");
   });

@@ -19,7 +19,7 @@ DescriptorSequence record(const Sequence& sequence, Labeler& labeler, const Labe
 
 /// record() with progress, shown as `what`. Throws Interrupted when the user asks to stop.
 DescriptorSequence labelAll(const Sequence& sequence, Labeler& labeler, const std::string& what,
-                            LabelCache* cache, Progress& progress = Progress::none(),
+                            const LabelStreamOptions& options = {}, Progress& progress = Progress::none(),
                             const std::function<void(const LabeledFrame&)>& watch = {});
 
 }  // namespace estancia

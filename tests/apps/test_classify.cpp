@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -10,6 +11,7 @@
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/store.hpp"
 #include "estancia/zones/zone_file.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 #include "support/synthetic.hpp"
 
@@ -17,9 +19,7 @@ namespace estancia::test {
 namespace {
 
 using nlohmann::json;
-using testing::AllOf;
 using testing::HasSubstr;
-using testing::Not;
 namespace fs = std::filesystem;
 
 const std::vector<std::string> rooms{"kitchen", "bath", "bedroom"};
@@ -88,10 +88,10 @@ class ClassifyCommand : public testing::Test {
     return all;
   }
 
-  static void expectError(const std::vector<std::string>& arguments, const std::string& text) {
+  template <class... Facts>
+  static void refuses(const std::vector<std::string>& arguments, ErrorCode code, Facts&&... facts) {
     const auto result = run(arguments);
-    EXPECT_EQ(result.exitCode, 2) << result.out;
-    EXPECT_THAT(result.err, HasSubstr(text));
+    EXPECT_THAT(result, FailsWith(code, std::forward<Facts>(facts)...));
     EXPECT_EQ(result.out, "");
   }
 
@@ -105,9 +105,11 @@ TEST_F(ClassifyCommand, HelpHasExamples) {
   for (const char* name : {"train", "test", "predict", "show", "name"}) {
     const auto result = run({"classify", name, "--help"});
     EXPECT_EQ(result.exitCode, 0) << name;
-    EXPECT_THAT(result.out, HasSubstr(std::string("  estancia classify ") + name)) << name;
+    EXPECT_NE(result.out.find(std::string("  estancia classify ") + name), std::string::npos) << name;
   }
-  EXPECT_THAT(run({"classify", "train", "--help"}).out, AllOf(HasSubstr("svm-rbf"), HasSubstr("phog")));
+  const auto help = run({"classify", "train", "--help"}).out;
+  for (const char* choice : {"svm-rbf", "phog", "mutual-information"})
+    EXPECT_NE(help.find(choice), std::string::npos) << choice;
 }
 
 TEST_F(ClassifyCommand, LearnsRoomsAndFindsThemAgain) {
@@ -116,7 +118,6 @@ TEST_F(ClassifyCommand, LearnsRoomsAndFindsThemAgain) {
   EXPECT_EQ(trained["rooms"], (json{{"kitchen", 18}, {"bath", 18}, {"bedroom", 18}}));
   EXPECT_EQ(trained["type"], "svm-rbf");
   EXPECT_EQ(trained["descriptor"], "test");
-  EXPECT_THAT(trained["choice"].get<std::string>(), HasSubstr("%"));
 
   const auto said = lines(run({"classify", "predict", model_, unknown_, "--json"}));
   ASSERT_EQ(said.size(), 54U);
@@ -131,7 +132,8 @@ TEST_F(ClassifyCommand, LearnsRoomsAndFindsThemAgain) {
   EXPECT_GE(right, 50U);
 
   const auto shown = run({"classify", "predict", model_, unknown_});
-  EXPECT_THAT(shown.out, AllOf(HasSubstr("frame 0 "), HasSubstr(" kitchen "), HasSubstr(" %")));
+  EXPECT_EQ(std::ranges::count(shown.out, '\n'), 54);
+  EXPECT_EQ(shown.out.find("frame 0 "), 0U);
 }
 
 TEST_F(ClassifyCommand, IsTestedOnOtherImages) {
@@ -145,24 +147,48 @@ TEST_F(ClassifyCommand, IsTestedOnOtherImages) {
   std::size_t right = 0;
   for (std::size_t r = 0; r < 3; ++r) right += scores["confusion"][r][r].get<std::size_t>();
   EXPECT_EQ(scores["right"], right);
-  EXPECT_THAT(run({"classify", "test", model_, others_}).out,
-              AllOf(HasSubstr("54 images right by svm-rbf on test"), HasSubstr("balanced accuracy"),
-                    HasSubstr("1 bath")));
+  EXPECT_THAT(run({"classify", "test", model_, others_}).out, HasSubstr("svm-rbf on test"));
   const json part = json::parse(run({"classify", "test", model_, others_, "--only", "bath", "--json"}).out);
   EXPECT_EQ(part["images"], 18);
-  expectError({"classify", "test", model_, unknown_}, "room");
+  refuses({"classify", "test", model_, unknown_}, ErrorCode::insufficientData);
   ASSERT_EQ(run({"classify", "test", model_, others_, "-o", scratch_ / "test.html"}).exitCode, 0);
-  EXPECT_THAT(readFile(scratch_ / "test.html"),
-              AllOf(HasSubstr("What is taken for what"), HasSubstr("svm-rbf on test")));
+  EXPECT_THAT(readFile(scratch_ / "test.html"), HasSubstr("svm-rbf on test"));
 }
 
 TEST_F(ClassifyCommand, LearnsFromTheBestLabelsOnly) {
-  EXPECT_EQ(train({"--labels", "4", "--by", "chi2"})["columns"], 4);
+  EXPECT_EQ(train({"--max-labels", "4", "--by", "chi2"})["columns"], 4);
   EXPECT_GE(json::parse(run({"classify", "test", model_, others_, "--json"}).out)["accuracy"], 0.8)
       << "they are found again among all";
-  expectError({"classify", "train", words_, "-o", model_, "--overwrite", "--labels", "13"}, "12");
-  expectError({"classify", "train", words_, "-o", model_, "--overwrite", "--labels", "4", "--by", "luck"},
-              "mean");
+  const auto refusesMore = [&](std::vector<std::string> more, ErrorCode code, const std::string& fact) {
+    more.insert(more.begin(), {"classify", "train", words_, "-o", model_, "--overwrite"});
+    refuses(more, code, fact);
+  };
+  refusesMore({"--max-labels", "13"}, ErrorCode::invalidInput, "12");
+  refusesMore({"--max-labels", "4", "--by", "luck"}, ErrorCode::unknownName, "luck");
+  refusesMore({"--by", "chi2"}, ErrorCode::invalidOption, "--max-labels");
+}
+
+TEST_F(ClassifyCommand, ParametersComeFromFileAndCommand) {
+  EXPECT_EQ(train({"--classifier", "forest", "--set", "classifier.trees=20"})["type"], "forest");
+  const std::string small = readFile(model_);
+  train({"--classifier", "forest", "--set", "classifier.trees=60"});
+  EXPECT_GT(readFile(model_).size(), 2 * small.size()) << "more trees";
+  const std::string config = scratch_ / "p.toml";
+  writeFile(config, "[classifier]\ntype = \"knn\"\nneighbors = 7\nmetric = \"cosine\"\n");
+  const auto choice = [&](std::vector<std::string> more) {
+    more.insert(more.end(), {"--config", config});
+    return train(more)["choice"].get<std::string>();
+  };
+  EXPECT_EQ(choice({}).find("7 neighbors"), 0U) << choice({});
+  EXPECT_EQ(choice({"--set", "classifier.neighbors=3"}).find("3 neighbors"), 0U);
+  const auto refusesMore = [&](std::vector<std::string> more, ErrorCode code, const std::string& fact) {
+    more.insert(more.begin(), {"classify", "train", words_, "-o", model_, "--overwrite"});
+    refuses(more, code, fact);
+  };
+  refusesMore({"--set", "classifier.tree=3"}, ErrorCode::unknownName, "tree");
+  refusesMore({"--set", "forest.trees=3"}, ErrorCode::unknownName, "forest");
+  refusesMore({"--set", "classifier.trees=0"}, ErrorCode::invalidOption, "trees");
+  refusesMore({"--folds", "1"}, ErrorCode::invalidOption, "folds");
 }
 
 TEST_F(ClassifyCommand, LearnsFromTheNumbersOfOthers) {
@@ -179,7 +205,14 @@ TEST_F(ClassifyCommand, LearnsFromTheNumbersOfOthers) {
   EXPECT_THAT(trained.out, HasSubstr("2 rooms of 24 images by knn on g"));
   EXPECT_EQ(json::parse(run({"classify", "test", model_, scratch_ / "table.csv", "--json"}).out)["accuracy"],
             1);
-  expectError({"classify", "test", model_, scratch_ / "table.csv", "--split", "test"}, "no splits");
+  refuses({"classify", "test", model_, scratch_ / "table.csv", "--split", "test"}, ErrorCode::invalidOption,
+          "--split");
+  const auto ignoring = run({"classify", "train", scratch_ / "table.csv", "-o", model_, "--overwrite",
+                             "--classifier", "knn", "--set", "feature-table.ignored=g1"});
+  EXPECT_EQ(ignoring.exitCode, 0) << ignoring.err;
+  EXPECT_EQ(json::parse(run({"classify", "show", model_, "--json"}).out)["parts"][0]["name"], "g0");
+  refuses({"classify", "test", model_, scratch_ / "table.csv", "--only", "garage"}, ErrorCode::unknownName,
+          "garage", "hall");
 }
 
 TEST_F(ClassifyCommand, SaysWhichNumbersOfOthersItNeeds) {
@@ -193,10 +226,10 @@ TEST_F(ClassifyCommand, SaysWhichNumbersOfOthersItNeeds) {
   const std::string three = table("three.csv", "room,g0,g1,g2\n", ",1"),
                     two = table("two.csv", "room,g0,g1\n", "");
   ASSERT_EQ(run({"classify", "train", three, "-o", model_, "--classifier", "knn"}).exitCode, 0);
-  expectError({"classify", "test", model_, two}, "[mismatch]");
+  refuses({"classify", "test", model_, two}, ErrorCode::mismatch);
   writeLines(scratch_ / "lines", 8);
-  expectError({"classify", "predict", model_, scratch_ / "lines"}, "of a table");
-  expectError({"map", unknown_, "-o", map_, "--room-classifier", model_}, "needs g ");
+  EXPECT_EQ(run({"classify", "predict", model_, scratch_ / "lines"}).exitCode, 2);
+  refuses({"map", unknown_, "-o", map_, "--room-classifier", model_}, ErrorCode::mismatch, " g ");
   EXPECT_FALSE(fs::exists(map_)) << "known before the mapping begins";
 }
 
@@ -207,15 +240,20 @@ TEST_F(ClassifyCommand, LearnsTheSameFromTheSame) {
   EXPECT_EQ(readFile(model_), first);
 }
 
-TEST_F(ClassifyCommand, SaysNothingWhereItIsNotSure) {
+TEST_F(ClassifyCommand, GivesNoRoomBelowTheSmallestProbability) {
   train();
-  for (const json& line : lines(run({"classify", "predict", model_, unknown_, "--least", "1", "--json"})))
-    EXPECT_EQ(line["room"].is_null(), line["probability"] < 1);
-  ASSERT_EQ(
-      run({"classify", "predict", model_, unknown_, "--least", "1", "-o", scratch_ / "said.csv"}).exitCode,
-      0);
-  EXPECT_THAT(readFile(scratch_ / "said.csv"),
-              HasSubstr("image,predicted_room,probability,second,second_probability\nframe 0,,0."));
+  const std::string csv = scratch_ / "predicted.csv";
+  std::vector<std::string> predict{"classify", "predict", model_, unknown_, "--min-probability", "1"};
+  for (const bool table : {false, true}) {
+    auto arguments = predict;
+    arguments.insert(arguments.end(),
+                     table ? std::vector<std::string>{"-o", csv} : std::vector<std::string>{"--json"});
+    for (const json& line : lines(run(arguments))) EXPECT_EQ(line["room"].is_null(), line["probability"] < 1);
+  }
+  EXPECT_EQ(readFile(csv).find("image,predicted_room,probability,second,second_probability\nframe 0,,0."),
+            0U);
+  predict.back() = "2";
+  refuses(predict, ErrorCode::invalidOption, "--min-probability");
 }
 
 TEST_F(ClassifyCommand, LearnsFromImages) {
@@ -223,15 +261,16 @@ TEST_F(ClassifyCommand, LearnsFromImages) {
   const std::string image = scratch_ / "lines/line0.png", model = scratch_ / "lines.classifier";
   const auto trained = run({"classify", "train", scratch_ / "lines", "-o", model, "--descriptor", "phog"});
   ASSERT_EQ(trained.exitCode, 0) << trained.err;
-  EXPECT_THAT(trained.out, AllOf(HasSubstr("2 rooms of 40 images by svm-rbf on phog"), HasSubstr("lying")));
+  EXPECT_THAT(trained.out, HasSubstr("2 rooms of 40 images by svm-rbf on phog"));
   const auto said = lines(run({"classify", "predict", model, image, scratch_ / "lines/line4.png", "--json"}));
   ASSERT_EQ(said.size(), 2U);
   EXPECT_EQ(said[0]["image"], image);
   EXPECT_EQ(said[0]["room"], "lying");
   EXPECT_EQ(said[1]["room"], "standing");
-  expectError({"classify", "predict", model, words_}, "phog");
-  expectError({"classify", "predict", model, image, scratch_ / "missing.png"}, "no such file");
-  expectError({"classify", "predict", model, image, words_}, "[unsupported-file]");
+  refuses({"classify", "predict", model, words_}, ErrorCode::mismatch, "phog");
+  refuses({"classify", "predict", model, image, scratch_ / "missing.png"}, ErrorCode::fileNotFound,
+          "missing.png");
+  refuses({"classify", "predict", model, image, words_}, ErrorCode::unsupportedFile);
 }
 
 TEST_F(ClassifyCommand, NamesThePlacesOfAMap) {
@@ -247,15 +286,14 @@ TEST_F(ClassifyCommand, NamesThePlacesOfAMap) {
   EXPECT_EQ(answer["places"][0]["predicted_room"], "bath");
   EXPECT_EQ(answer["places"][0]["room"], "") << "the truth is not known";
   EXPECT_EQ(answer["places"][0]["label"], nullptr);
-  EXPECT_THAT(run({"ask", map_, "bath"}).out, AllOf(HasSubstr("bath → room bath"), HasSubstr("(bath ")));
-  const auto way = run({"route", map_, "--from", "0", "--to", "bath"});
-  ASSERT_EQ(way.exitCode, 0) << way.err;
-  EXPECT_THAT(way.out, HasSubstr("\"bath\" is at place"));
+  const auto route = run({"route", map_, "--from", "0", "--to", "bath", "--json"});
+  ASSERT_EQ(route.exitCode, 0) << route.err;
+  EXPECT_EQ(json::parse(route.out)["room"], "bath");
   EXPECT_THAT(run({"export", map_, "--format", "graphml"}).out,
               HasSubstr("<data key=\"predicted_room\">bath<"));
-  EXPECT_THAT(run({"explain", map_, "0"}).out, HasSubstr("predicts kitchen"));
+  EXPECT_THAT(run({"explain", map_, "0"}).out, HasSubstr("kitchen"));
   ASSERT_EQ(run({"report", map_, "-o", scratch_ / "home.html"}).exitCode, 0);
-  EXPECT_THAT(readFile(scratch_ / "home.html"), HasSubstr("Taken for kitchen"));
+  EXPECT_THAT(readFile(scratch_ / "home.html"), HasSubstr("kitchen"));
 }
 
 TEST_F(ClassifyCommand, NamesAnExistingMapAndIsJudgedByTheTruth) {
@@ -269,7 +307,6 @@ TEST_F(ClassifyCommand, NamesAnExistingMapAndIsJudgedByTheTruth) {
   const json measures = json::parse(run({"evaluate", map_, "--json"}).out);
   EXPECT_GE(measures["predicted_room"], 0.9);
   EXPECT_GE(measures["predicted_node_room"], 0.8) << "the map mixes a few images";
-  EXPECT_THAT(run({"evaluate", map_}).out, HasSubstr("Predicted room, place"));
 
   const auto said = lines(run({"classify", "predict", model_, map_, "--json"}));
   EXPECT_EQ(said.size(), 54U);
@@ -290,9 +327,8 @@ TEST_F(ClassifyCommand, NamesZones) {
   EXPECT_EQ(exported.size(), 3U);
   EXPECT_TRUE(exported["bath"].contains("predicted"));
   ASSERT_EQ(run({"report", zones_, "-o", scratch_ / "zones.html"}).exitCode, 0);
-  EXPECT_THAT(readFile(scratch_ / "zones.html"), HasSubstr("Taken for "));
-  EXPECT_THAT(run({"zones", "find", unknown_, "-o", zones_, "--overwrite", "--room-classifier", model_}).out,
-              HasSubstr("taken for "));
+  EXPECT_THAT(readFile(scratch_ / "zones.html"),
+              HasSubstr(zone["predicted_rooms"][0]["room"].get<std::string>()));
 }
 
 TEST_F(ClassifyCommand, ZonesAreJudgedByTheTruthToo) {
@@ -300,29 +336,27 @@ TEST_F(ClassifyCommand, ZonesAreJudgedByTheTruthToo) {
   ASSERT_EQ(
       run({"zones", "find", others_, "-o", zones_, "--count", "3", "--room-classifier", model_}).exitCode, 0);
   EXPECT_GE(json::parse(run({"evaluate", zones_, "--json"}).out)["predicted_zone_room"], 0.8);
-  EXPECT_THAT(run({"evaluate", zones_}).out, HasSubstr("Predicted room, zone"));
 }
 
-TEST_F(ClassifyCommand, WarnsOfAnswersInATable) {
+TEST_F(ClassifyCommand, WarnsOfAnnotationsInATable) {
   std::string table = "room,Chair,g0,g1\n";
   for (int i = 0; i < 24; ++i)
     table += (i / 4 % 2 == 0 ? "hall,1,1," : "lab,0,5,") + std::to_string(i % 3) + "\n";
   writeFile(scratch_ / "table.csv", table);
   const auto all = run({"classify", "train", scratch_ / "table.csv", "-o", model_, "--classifier", "knn"});
   EXPECT_EQ(all.exitCode, 0) << all.err;
-  EXPECT_THAT(all.err, AllOf(HasSubstr("from Chair, too"), HasSubstr("--descriptor g")));
-  EXPECT_THAT(all.out, HasSubstr("knn on Chair+g"));
+  EXPECT_THAT(all.err, HasSubstr("--descriptor g"));
+  EXPECT_THAT(all.out, HasSubstr("knn on Chair+g\n"));
   const auto some = run({"classify", "train", scratch_ / "table.csv", "-o", model_, "--classifier", "knn",
                          "--overwrite", "--descriptor", "g"});
   EXPECT_THAT(some.out, HasSubstr("knn on g\n"));
-  EXPECT_THAT(some.err, Not(HasSubstr("Chair")));
+  EXPECT_EQ(some.err.find("Chair"), std::string::npos);
 }
 
 TEST_F(ClassifyCommand, SaysWhatItNeverLearned) {
   const std::string two = scratch_ / "two.classifier";
   ASSERT_EQ(run({"classify", "train", words_, "-o", two, "--only", "kitchen,bath"}).exitCode, 0);
-  EXPECT_THAT(run({"classify", "test", two, others_}).out,
-              HasSubstr("18 images of room \"bedroom\", which it has never learned"));
+  EXPECT_THAT(run({"classify", "test", two, others_}).out, HasSubstr("18 images of room \"bedroom\""));
   EXPECT_EQ(json::parse(run({"classify", "test", two, others_, "--json"}).out)["never_learned"],
             (json{{"bedroom", 18}}));
 }
@@ -333,70 +367,88 @@ TEST_F(ClassifyCommand, ShowsWhatAModelKnows) {
   EXPECT_EQ(known["rooms"], (json{"bath", "bedroom", "kitchen"}));
   EXPECT_EQ(known["parts"][0]["name"], "test");
   EXPECT_EQ(known["parts"][0]["columns"], 12);
-  EXPECT_THAT(run({"classify", "show", model_}).out, HasSubstr("rooms: bath, bedroom, kitchen"));
+  EXPECT_THAT(run({"classify", "show", model_}).out, HasSubstr("bath, bedroom, kitchen"));
 }
 
-TEST_F(ClassifyCommand, ReplacesRoomClassifiersOnlyAndOnlyWhenTold) {
+TEST_F(ClassifyCommand, ReplacesOnlyWithOverwrite) {
   train();
-  expectError({"classify", "train", words_, "-o", model_}, "--overwrite");
+  refuses({"classify", "train", words_, "-o", model_}, ErrorCode::fileExists, "--overwrite");
   const std::string words = readFile(words_);
-  expectError({"classify", "train", words_, "-o", words_, "--overwrite"}, "[file-exists]");
+  refuses({"classify", "train", words_, "-o", words_, "--overwrite"}, ErrorCode::fileExists, words_);
   EXPECT_EQ(readFile(words_), words);
-  expectError({"classify", "train", words_, "-o", scratch_ / "none/rooms.classifier"}, "no such folder");
+  refuses({"classify", "train", words_, "-o", scratch_ / "none/rooms.classifier"}, ErrorCode::fileNotFound,
+          "none");
+
+  const std::string csv = scratch_ / "predicted.csv", page = scratch_ / "test.html";
+  const std::vector<std::string> predict{"classify", "predict", model_, others_, "-o", csv},
+      test{"classify", "test", model_, others_, "-o", page};
+  for (auto arguments : {predict, test}) {
+    EXPECT_EQ(run(arguments).exitCode, 0);
+    refuses(arguments, ErrorCode::fileExists, arguments.back(), "--overwrite");
+    arguments.emplace_back("--overwrite");
+    EXPECT_EQ(run(arguments).exitCode, 0);
+  }
+  EXPECT_EQ(run({"classify", "test", model_, others_, "-o", csv, "--overwrite"}).exitCode, 2) << "no page";
+  EXPECT_EQ(readFile(csv).find("image,"), 0U);
 }
 
-TEST_F(ClassifyCommand, NeverReplacesWhatItReads) {
+TEST_F(ClassifyCommand, NeverReplacesItsInputs) {
   writeLines(scratch_ / "lines", 16);
   const std::string image = scratch_ / "lines/line0.png", classifier = scratch_ / "lines.classifier";
   ASSERT_EQ(run({"classify", "train", scratch_ / "lines", "-o", classifier, "--descriptor", "phog"}).exitCode,
             0);
   train();
   const std::string pixels = readFile(image), words = readFile(others_);
-  expectError({"classify", "predict", classifier, image, "-o", image}, "[file-exists]");
-  expectError({"classify", "predict", classifier, scratch_ / "lines", "-o", image}, "exists");
-  writeFile(scratch_ / "broken.png", "no image");
-  expectError({"classify", "predict", classifier, scratch_ / "broken.png"}, "not an image");
+  const auto refusesAll = [](std::vector<std::string> arguments) {
+    for (int i = 0; i < 2; ++i, arguments.emplace_back("--overwrite")) EXPECT_EQ(run(arguments).exitCode, 2);
+  };
+  refusesAll({"classify", "predict", classifier, image, "-o", image});
+  refusesAll({"classify", "predict", classifier, scratch_ / "lines", "-o", image});
   EXPECT_EQ(readFile(image), pixels);
-  expectError({"classify", "test", model_, others_, "-o", others_}, "[file-exists]");
-  expectError({"classify", "test", model_, words_, "-o", others_}, "exists");
+  refusesAll({"classify", "test", model_, others_, "-o", others_});
+  refusesAll({"classify", "test", model_, words_, "-o", others_});
   EXPECT_EQ(readFile(others_), words);
-
-  const std::string csv = scratch_ / "said.csv", page = scratch_ / "test.html";
-  for (int twice = 0; twice < 2; ++twice) {
-    EXPECT_EQ(run({"classify", "predict", model_, others_, "-o", csv}).exitCode, 0);
-    EXPECT_EQ(run({"classify", "test", model_, others_, "-o", page}).exitCode, 0);
-  }
-  expectError({"classify", "test", model_, others_, "-o", csv}, "exists");
 }
 
-TEST_F(ClassifyCommand, WrongInputIsOneLine) {
-  train();
-  const std::string other = scratch_ / "other.classifier";
-  expectError({"classify", "train", unknown_, "-o", other}, "[insufficient-data]");
-  expectError({"classify", "train", words_, "-o", other, "--only", "bath"}, "one room");
-  expectError({"classify", "train", words_, "-o", other, "--only", "garage"}, "kitchen");
-  expectError({"classify", "train", words_, "-o", other, "--classifier", "bogus"}, "knn");
-  expectError({"classify", "train", words_, "-o", other, "--descriptor", "bogus"}, "[unknown-name]");
+TEST_F(ClassifyCommand, TrainRefusesWhatItCannotLearnFrom) {
+  const auto refusesMore = [&](const std::string& source, std::vector<std::string> more, ErrorCode code,
+                               const std::string& fact) {
+    more.insert(more.begin(), {"classify", "train", source, "-o", scratch_ / "other.classifier"});
+    refuses(more, code, fact);
+  };
+  refusesMore(unknown_, {}, ErrorCode::insufficientData, "");
+  refusesMore(words_, {"--only", "bath"}, ErrorCode::insufficientData, "");
+  refusesMore(words_, {"--only", "garage"}, ErrorCode::unknownName, "garage");
+  refusesMore(words_, {"--classifier", "bogus"}, ErrorCode::unknownName, "bogus");
+  refusesMore(words_, {"--descriptor", "bogus"}, ErrorCode::unknownName, "bogus");
   writeLines(scratch_ / "lines", 8);
-  expectError({"classify", "train", scratch_ / "lines", "-o", other, "--descriptor", "bogus"}, "phog");
-  expectError({"classify", "train", scratch_ / "missing", "-o", other}, "missing");
-  EXPECT_FALSE(fs::exists(other));
-
-  writeFile(scratch_ / "words.csv", "image,stove,tub\none,0.1,0.9\n");
-  expectError({"classify", "predict", model_, scratch_ / "words.csv"}, "[mismatch]");
-  expectError({"classify", "predict", model_, scratch_ / "lines"}, "[unknown-name]");
-  expectError({"classify", "predict", words_, words_}, "[unsupported-file]");
-  writeFile(scratch_ / "cut.classifier", readFile(model_).substr(0, 400));
-  expectError({"classify", "show", scratch_ / "cut.classifier"}, "[corrupt-file]");
-  expectError({"map", unknown_, "-o", map_, "--room-classifier", scratch_ / "cut.classifier"},
-              "[corrupt-file]");
-  EXPECT_FALSE(fs::exists(map_)) << "known before the mapping begins";
-  expectError({"zones", "find", unknown_, "-o", zones_, "--room-classifier", words_}, "[unsupported-file]");
-  expectError({"classify", "name", model_, scratch_ / "missing.estancia"}, "no such map");
+  refusesMore(scratch_ / "lines", {"--descriptor", "bogus"}, ErrorCode::unknownName, "bogus");
+  refusesMore(scratch_ / "missing", {}, ErrorCode::fileNotFound, "missing");
   writeFile(scratch_ / "none.csv", "image,room\n");
-  expectError({"classify", "train", unknown_, "-o", other, "--rooms", scratch_ / "none.csv"},
-              "[insufficient-data]");
-  expectError({"classify", "learn"}, "see estancia classify --help");
+  refusesMore(unknown_, {"--rooms", scratch_ / "none.csv"}, ErrorCode::insufficientData, "");
+  EXPECT_FALSE(fs::exists(scratch_ / "other.classifier"));
+}
+
+TEST_F(ClassifyCommand, ClassifiersThatCannotBeUsedAreOneLine) {
+  train();
+  writeLines(scratch_ / "lines", 8);
+  writeFile(scratch_ / "broken.png", "no image");
+  writeFile(scratch_ / "words.csv", "image,stove,tub\none,0.1,0.9\n");
+  refuses({"classify", "predict", model_, scratch_ / "words.csv"}, ErrorCode::mismatch);
+  refuses({"classify", "predict", model_, scratch_ / "lines"}, ErrorCode::unknownName);
+  refuses({"classify", "predict", words_, words_}, ErrorCode::unsupportedFile);
+  writeFile(scratch_ / "cut.classifier", readFile(model_).substr(0, 400));
+  refuses({"classify", "show", scratch_ / "cut.classifier"}, ErrorCode::corruptFile, "cut.classifier");
+  refuses({"map", unknown_, "-o", map_, "--room-classifier", scratch_ / "cut.classifier"},
+          ErrorCode::corruptFile);
+  EXPECT_FALSE(fs::exists(map_)) << "known before the mapping begins";
+  refuses({"zones", "find", unknown_, "-o", zones_, "--room-classifier", words_}, ErrorCode::unsupportedFile);
+  refuses({"classify", "name", model_, scratch_ / "missing.estancia"}, ErrorCode::fileNotFound,
+          "missing.estancia");
+  refuses({"classify", "learn"}, ErrorCode::invalidOption, "learn");
+  const std::string lines = scratch_ / "lines.classifier";
+  ASSERT_EQ(run({"classify", "train", scratch_ / "lines", "-o", lines, "--descriptor", "phog"}).exitCode, 0);
+  EXPECT_EQ(run({"classify", "predict", lines, scratch_ / "broken.png"}).exitCode, 2);
 }
 
 }  // namespace

@@ -38,7 +38,7 @@ class ScenesCommand : public testing::Test {
                   "[[data]]\nname = \"one\"\npath = \"one\"\n[[data]]\nname = \"two\"\npath = \"two\"\n");
   }
   std::vector<std::string> arguments(const std::string& out) const {
-    return {"experiment", scratch_ / "study.toml", "-o", scratch_ / out, "--threads", "1"};
+    return {"experiment", "run", scratch_ / "study.toml", "-o", scratch_ / out, "--threads", "1"};
   }
 
   /// Names and times of the finished cells.

@@ -7,6 +7,7 @@
 
 #include "estancia/classify/embedding.hpp"
 #include "estancia/classify/label_selection.hpp"
+#include "estancia/classify/predict_rooms.hpp"
 #include "estancia/classify/room_classifier.hpp"
 #include "estancia/classify/scores.hpp"
 #include "estancia/core/digest.hpp"
@@ -446,6 +447,25 @@ TEST(Scores, ARoomNeverLearnedCanOnlyBeWrong) {
   EXPECT_EQ(confusion.counts[3][3], 0U);
   EXPECT_EQ(confusion.total(), 40U);
   EXPECT_LE(confusion.accuracy(), 0.75);
+}
+
+TEST(RoomPredictionFiles, LeaveTheRoomOutBelowTheSmallestProbability) {
+  RoomPredictions predictions{"test", {"bath", "hall, long"}, DescriptorMatrix(2)};
+  predictions.probabilities.append(std::vector<float>{0.25F, 0.75F});
+  predictions.probabilities.append(std::vector<float>{0, 0});
+  std::vector<Frame> frames(2);
+  frames[0].name = "a.png";
+  frames[1].name = "b.png";
+  EXPECT_EQ(predictionsCsv(predictions, frames, 0.5), std::string(predictionsCsvHeader) +
+                                                          "a.png,\"hall, long\",0.750000,bath,0.250000\n"
+                                                          "b.png,,,,\n");
+  EXPECT_EQ(predictionsCsv(predictions, frames, 0.8).find("a.png,,0.75"), predictionsCsvHeader.size());
+  const auto json = predictionJson(predictions, frames, 0, 0.8);
+  EXPECT_EQ(json["room"], nullptr);
+  EXPECT_EQ(json["probability"], 0.75);
+  EXPECT_EQ(json["rooms"]["bath"], 0.25);
+  EXPECT_EQ(predictionJson(predictions, frames, 0)["room"], "hall, long");
+  EXPECT_EQ(predictionJson(predictions, frames, 1)["probability"], nullptr);
 }
 
 }  // namespace

@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -56,6 +59,25 @@ TEST(RealTableFeatures, RobotVisionGivesTwoHistograms) {
   ASSERT_EQ(training.parts.size(), 2U);
   for (const DescriptorPart& part : training.parts) EXPECT_EQ(part.kind, PartKind::histogram) << part.name;
   EXPECT_EQ(featuresOf(readFeatureTable(*data / "test.csv", options)).parts, training.parts);
+}
+
+TEST(TableFeatures, ColumnsOfZeroAndOneAreBinary) {
+  const Features features = featuresOfText("room,Chair,g0,g1,Desk,size\nhall,1,1,0,0,1\nlab,0,0,1,0,2\n");
+  EXPECT_THAT(binaryParts(features), ElementsAre("Chair", "Desk")) << "g has two columns, size a 2";
+}
+
+TEST(TableFeatures, AreSelectedByRoomAndCountedByRoom) {
+  const Features features = featuresOfText("room,g0,g1\nhall,1,0\nlab,0,1\nhall,3,0\n");
+  EXPECT_EQ(framesPerRoom(features), (std::map<std::string, std::size_t>{{"hall", 2}, {"lab", 1}}));
+  const Features hall = withRooms(features, {"hall"});
+  ASSERT_EQ(hall.frames.size(), 2U);
+  EXPECT_THAT(hall.values.row(1), ElementsAre(3, 0));
+  EXPECT_EQ(withRooms(features, {}).frames.size(), 3U);
+  EXPECT_THAT(
+      [&] {
+        withRooms(features, {"lab", "garage"});
+      },
+      test::FailsWith(ErrorCode::unknownName, "garage", "hall", "lab"));
 }
 
 }  // namespace

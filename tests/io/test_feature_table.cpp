@@ -122,5 +122,18 @@ TEST(RealFeatureTable, IsThatOfRobotVision) {
   EXPECT_THAT(readFeatureTable(*data / "test.csv").parts, ::testing::SizeIs(10)) << "the objects, too";
 }
 
+TEST_F(FeatureTables, AreRecognizedByTheirColumnOfRooms) {
+  const auto isTable = [&](const std::string& name, const std::string& text) {
+    test::writeFile(folder_ / name, text);
+    return isFeatureTable(folder_ / name);
+  };
+  EXPECT_TRUE(isTable("a.csv", "image,room,g0\na,hall,1\n"));
+  EXPECT_TRUE(isTable("b.csv", "g0, \"class\"\r\n1,hall\r\n"));
+  EXPECT_FALSE(isTable("c.csv", "image,stove,bathroom\na,0.1,0.9\n"));
+  EXPECT_FALSE(isTable("d.csv", ""));
+  EXPECT_FALSE(isTable("e.labels", "image,room,g0\n"));
+  EXPECT_FALSE(isFeatureTable(folder_ / "missing.csv"));
+}
+
 }  // namespace
 }  // namespace estancia

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 
 #include "estancia/io/object_views.hpp"
@@ -10,6 +11,7 @@
 #include "estancia/objects/collect.hpp"
 #include "estancia/objects/object_crops.hpp"
 #include "estancia/objects/predict.hpp"
+#include "estancia/objects/predict_sequence.hpp"
 #include "estancia/objects/training.hpp"
 #include "support/errors.hpp"
 #include "support/table_scene.hpp"
@@ -73,7 +75,7 @@ class Predicting : public testing::Test {
     const auto views = openObjectViews(folder);
     Colors labeler;
     const auto patches = cropsOf(*views);
-    LabeledViews labeled{views.get(), labelAll(*patches, labeler, "", nullptr)};
+    LabeledViews labeled{views.get(), labelAll(*patches, labeler, "")};
     TrainingOptions options = given;
     options.classifier.type = "svm-linear";
     options.allViews = true;
@@ -217,6 +219,51 @@ TEST_F(Predicting, LabelersWithoutTheWordsAreRefused) {
     bool discovers() const override { return true; }
   } discovering;
   EXPECT_THAT([&] { ObjectPredictor(model(), &discovering); }, FailsWith(ErrorCode::invalidInput));
+}
+
+TEST_F(Predicting, ASequenceIsSampled) {
+  const TableSequence sequence(things(), {0, 15, 30, 45, 60});
+  const auto framesOf = [&](const PredictSequenceOptions& options) {
+    ObjectPredictor predictor(model(), nullptr);
+    std::vector<std::string> names;
+    const std::size_t count = predictSequence(sequence, predictor, options, [&](const PredictedFrame& frame) {
+      EXPECT_THAT(frame.objects, SizeIs(frame.frame.clusters.clusters.size()));
+      EXPECT_GT(frame.clusterSeconds, 0);
+      names.push_back(frame.name);
+    });
+    EXPECT_EQ(count, names.size());
+    return names;
+  };
+  const auto name = [&](std::size_t i) { return sequence.frame(i).name; };
+  EXPECT_THAT(framesOf({}), SizeIs(5));
+  PredictSequenceOptions options;
+  options.first = 1;
+  options.every = 2;
+  EXPECT_EQ(framesOf(options), (std::vector{name(1), name(3)}));
+  options.maxFrames = 1;
+  EXPECT_EQ(framesOf(options), std::vector{name(1)});
+  options.first = 5;
+  EXPECT_THAT([&] { framesOf(options); }, FailsWith(ErrorCode::invalidOption, "5"));
+  options.every = 0;
+  EXPECT_THAT([&] { framesOf(options); }, FailsWith(ErrorCode::invalidOption, "every"));
+}
+
+TEST_F(Predicting, AFrameAsJson) {
+  const TableSequence sequence({ballAt(0, 0, 0.055, blue)}, {60});
+  ObjectPredictor predictor(model(), nullptr);
+  nlohmann::ordered_json json;
+  predictSequence(sequence, predictor, {},
+                  [&](const PredictedFrame& frame) { json = toJson(frame, model().targets().names()); });
+  EXPECT_EQ(json["frame"], sequence.frame(0).name);
+  ASSERT_THAT(json["objects"], SizeIs(1));
+  const auto& object = json["objects"][0];
+  EXPECT_EQ(object["views"], 1);
+  EXPECT_EQ(object["image"], nullptr) << "without a labeler";
+  EXPECT_EQ(object["shape"]["class"], "ball");
+  EXPECT_EQ(object["shape"]["probability"], object["shape"]["classes"]["ball"]);
+  EXPECT_EQ(object["answer"]["class"], "ball");
+  EXPECT_EQ(object["answer"]["source"], "shape");
+  EXPECT_TRUE(json["seconds"].contains("clusters"));
 }
 
 }  // namespace

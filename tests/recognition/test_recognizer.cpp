@@ -11,6 +11,8 @@
 #include "estancia/cloud/noise.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
+#include "estancia/io/cloud_file.hpp"
+#include "estancia/recognition/object_search.hpp"
 #include "estancia/recognition/pose_error.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "recognition/made_up_surface.hpp"
@@ -426,6 +428,40 @@ TEST(Recognizer, DetectsAllModelsThatItKnows) {
   for (const Detection& detection : found) names.insert(detection.model);
   EXPECT_THAT(names, testing::ElementsAre("again", "model"));
   EXPECT_EQ(found[0].pose.matrix, findIn({}, scenery.model, scenery.scene)[0].pose.matrix);
+}
+
+TEST(ObjectSearch, ABadModelCostsOnlyItself) {
+  const Scenery scenery;
+  const test::ScratchFolder folder;
+  writeCloud(scenery.model, folder / "wave.ply");
+  const Recognizer recognizer;
+  const auto search = [&](const std::vector<std::string>& words) {
+    return searchScene(recognizer, "scene", scenery.scene, modelFilesOf(words));
+  };
+  const std::string missing = folder / "missing.ply";
+  const SearchResult result = search({missing, "model=" + (folder / "wave.ply").string()});
+  EXPECT_TRUE(isFound(result.detections, scenery));
+  EXPECT_EQ(result.model("model").cloud.points.size(), scenery.model.points.size());
+  EXPECT_FALSE(result.model("model").stages.empty());
+  ASSERT_EQ(result.failed.size(), 1U);
+  EXPECT_EQ(result.failed[0].first, "missing");
+  const auto json = toJson(result);
+  EXPECT_EQ(json["instances"][0]["model"], "model");
+  EXPECT_EQ(json["instances"][0]["pose"].size(), 16U);
+  EXPECT_NEAR(json["instances"][0]["pose"][3].get<double>(), result.detections[0].pose.translation()[0],
+              1e-12);
+  EXPECT_EQ(json["failed"][0]["model"], "missing");
+  EXPECT_TRUE(stagesJson(result)["models"].contains("model"));
+  EXPECT_THAT([&] { search({missing}); }, FailsWith(ErrorCode::fileNotFound, "missing.ply"));
+  EXPECT_THAT([&] { search({missing, "b=" + missing}); }, FailsWith(ErrorCode::invalidInput, "2"));
+}
+
+TEST(ObjectSearch, ModelsAreNamedByFileOrByWord) {
+  const auto files = modelFilesOf({"a/mug.pcd", "box=b/front.ply"});
+  EXPECT_EQ(files[0].name, "mug");
+  EXPECT_EQ(files[1].name, "box");
+  EXPECT_EQ(files[1].cloud, "b/front.ply");
+  EXPECT_THAT([] { modelFilesOf({"a/mug.pcd", "b/mug.ply"}); }, FailsWith(ErrorCode::invalidOption, "mug"));
 }
 
 }  // namespace

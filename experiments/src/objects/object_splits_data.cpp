@@ -102,7 +102,7 @@ class Shared {
     const auto patches = cropsOf(views);
     std::vector<std::string> problems;
     try {
-      words = labelAll(*patches, labeler, "labeling " + data.name, run_.cache, progress_,
+      words = labelAll(*patches, labeler, "labeling " + data.name, {.cache = run_.cache}, progress_,
                        [&](const LabeledFrame& frame) {
                          if (!frame.labeled()) problems.push_back(frame.problem);
                        });

@@ -306,7 +306,7 @@ Findings comparePlaceTasks(const PlaceTasksOptions& options, Grid& grid, const E
     identities.emplace_back("Model", labeler->identity());
     const Recorder recorder = [&](const Sequence& sequence) {
       return labelAll(sequence, *labeler, fmt::format("{}: labeling {}", model.name, sequence.name()),
-                      run.cache, progress);
+                      {.cache = run.cache}, progress);
     };
     std::vector<Cell> grids;
     for (const Task& task : tasks)

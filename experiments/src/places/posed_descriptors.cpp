@@ -41,7 +41,7 @@ PosedDescriptors labelPosed(const Sequence& sequence, Labeler& labeler, LabelCac
                             const std::string& what) {
   std::vector<std::size_t> labeled;
   const DescriptorSequence recording =
-      labelAll(sequence, labeler, what, cache, progress, [&labeled](const LabeledFrame& frame) {
+      labelAll(sequence, labeler, what, {.cache = cache}, progress, [&labeled](const LabeledFrame& frame) {
         if (frame.labeled()) labeled.push_back(frame.index);
       });
   PosedDescriptors result(recording.vocabulary);

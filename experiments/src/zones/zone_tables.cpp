@@ -257,7 +257,7 @@ std::vector<std::vector<Labeled>> labelData(const std::vector<const Data*>& data
     for (std::size_t d = 0; d < data.size(); ++d) {
       const DescriptorSequence words =
           labelAll(*sequences[d], *labeler, fmt::format("{}: labeling {}", model.name, sequences[d]->name()),
-                   run.cache, progress);
+                   {.cache = run.cache}, progress);
       if (words.frames.size() < sequences[d]->size())
         told.notes.push_back(fmt::format("{}: {} unreadable images were left out ({})", data[d]->name,
                                          sequences[d]->size() - words.frames.size(), model.name));

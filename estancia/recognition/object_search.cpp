@@ -1,0 +1,99 @@
+#include "estancia/recognition/object_search.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/frame_failure.hpp"
+#include "estancia/io/cloud_file.hpp"
+#include "estancia/recognition/prepared.hpp"
+
+namespace estancia {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::array<double, 16> rowMajor(const cv::Affine3d& pose) {
+  std::array<double, 16> numbers;
+  std::copy_n(pose.matrix.val, 16, numbers.begin());
+  return numbers;
+}
+
+Json jsonOf(const std::vector<StageReport>& stages) {
+  Json json = Json::array();
+  for (const StageReport& s : stages)
+    json.push_back({{"stage", s.stage}, {"detail", s.detail}, {"seconds", s.seconds}});
+  return json;
+}
+
+}  // namespace
+
+std::vector<ModelFile> modelFilesOf(const std::vector<std::string>& words) {
+  namespace fs = std::filesystem;
+  std::vector<ModelFile> files;
+  for (const std::string& word : words) {
+    const std::size_t equals = word.find('=');
+    const bool named = equals != std::string::npos && equals > 0 && !fs::exists(word);
+    const fs::path file = named ? word.substr(equals + 1) : word;
+    const std::string name = named ? word.substr(0, equals) : file.stem().string();
+    if (std::ranges::find(files, name, &ModelFile::name) != files.end())
+      throw Error(ErrorCode::invalidOption,
+                  fmt::format("two objects are called {}; name them NAME=FILE", name));
+    files.push_back({name, file});
+  }
+  return files;
+}
+
+const SearchedModel& SearchResult::model(const std::string& name) const {
+  const auto found = std::ranges::find(models, name, &SearchedModel::name);
+  if (found == models.end()) throw Error(ErrorCode::unknownName, fmt::format("no model \"{}\"", name));
+  return *found;
+}
+
+SearchResult searchScene(const Recognizer& recognizer, const std::string& name, const PointCloud& scene,
+                         const std::vector<ModelFile>& models, Progress& progress) {
+  SearchResult result;
+  result.scene = recognizer.prepareScene(name, scene, progress);
+  for (const ModelFile& file : models) {
+    try {
+      SearchedModel model{file.name, readCloud(file.cloud), {}};
+      const auto prepared = recognizer.prepareModel(file.name, model.cloud);
+      model.stages = prepared->stages();
+      for (Detection& detection : recognizer.find(*prepared, *result.scene, &model.stages))
+        result.detections.push_back(std::move(detection));
+      result.models.push_back(std::move(model));
+    } catch (...) {
+      const Error failure = frameFailure(file.name);
+      if (models.size() == 1) throw failure;
+      result.failed.emplace_back(file.name, failure.what());
+    }
+  }
+  if (result.models.empty())
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("none of the {} objects can be used; the first: {}: {}", models.size(),
+                            result.failed.front().first, result.failed.front().second));
+  std::ranges::stable_sort(result.detections, std::greater(), &Detection::confidence);
+  return result;
+}
+
+Json toJson(const SearchResult& result) {
+  Json json{{"instances", Json::array()}};
+  for (const Detection& detection : result.detections)
+    json["instances"].push_back({{"model", detection.model},
+                                 {"pose", rowMajor(detection.pose)},
+                                 {"inliers", detection.inliers},
+                                 {"confidence", detection.confidence}});
+  for (const auto& [name, reason] : result.failed)
+    json["failed"].push_back({{"model", name}, {"reason", reason}});
+  return json;
+}
+
+Json stagesJson(const SearchResult& result) {
+  Json json{{"scene", jsonOf(result.scene->stages())}};
+  for (const SearchedModel& model : result.models) json["models"][model.name] = jsonOf(model.stages);
+  return json;
+}
+
+}  // namespace estancia
