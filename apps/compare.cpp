@@ -14,6 +14,7 @@
 namespace estancia::apps {
 namespace {
 
+using namespace experiments;
 namespace fs = std::filesystem;
 
 struct Arguments {

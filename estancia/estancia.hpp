@@ -17,8 +17,6 @@
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/stats/distance.hpp"
 #include "estancia/stats/linkage.hpp"
-#include "estancia/stats/method_comparison.hpp"
-#include "estancia/stats/rank_tests.hpp"
 
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/descriptor_sequence.hpp"

@@ -25,17 +25,9 @@ class Vocabulary;
 
 // stats
 struct Agreement;
-struct ComparisonOptions;
 class CondensedDistances;
 class Dendrogram;
 struct Distance;
-struct FriedmanTest;
-struct MethodComparison;
-struct MethodScores;
-struct PairTest;
-struct Record;
-struct Standing;
-struct WilcoxonTest;
 
 // io
 struct CloudFileOptions;

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <vector>
 
 namespace estancia::report {
 namespace {
@@ -96,21 +95,6 @@ std::string shortenToWidth(std::string_view text, double width) {
   for (std::size_t length = shortened.size(); length > 1 && textWidth(shortened) > width;)
     shortened = shorten(text, --length);
   return shortened;
-}
-
-std::string shortenMiddleToWidth(std::string_view text, double width) {
-  const std::string clean = cleanText(text);
-  if (textWidth(clean) <= width) return clean;
-  std::vector<std::size_t> starts;  // of the code points, and the end
-  for (std::string_view rest = clean; !rest.empty(); takeCodePoint(rest))
-    starts.push_back(clean.size() - rest.size());
-  starts.push_back(clean.size());
-  for (std::size_t kept = starts.size() - 2;; --kept) {
-    const std::size_t head = (kept + 1) / 2;
-    const std::string shortened =
-        clean.substr(0, starts[head]) + "…" + clean.substr(starts[starts.size() - 1 - (kept - head)]);
-    if (kept <= 1 || textWidth(shortened) <= width) return shortened;
-  }
 }
 
 std::string number(double value, int decimals) {

@@ -24,10 +24,6 @@ double textWidth(std::string_view text);
 /// point stays.
 std::string shortenToWidth(std::string_view text, double width);
 
-/// The same, but what is left out stands in the middle, as the ends of names tell them apart; at
-/// least "…" stays.
-std::string shortenMiddleToWidth(std::string_view text, double width);
-
 /// A number without trailing zeros, with a point whatever the locale: 1.50 → "1.5", -0.001 → "0".
 std::string number(double value, int decimals = 2);
 

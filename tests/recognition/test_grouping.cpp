@@ -9,7 +9,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/recognition/keypoints.hpp"
-#include "estancia/recognition/pose_error.hpp"
+#include "experiments/src/recognition/pose_error.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "recognition/pcl_reference.hpp"
 #include "support/errors.hpp"
@@ -17,6 +17,10 @@
 
 namespace estancia {
 namespace {
+
+using experiments::centerOf;
+using experiments::PoseError;
+using experiments::poseError;
 
 /// A model whose points stand at two places of a scene, among matches that are wrong.
 struct Puzzle {

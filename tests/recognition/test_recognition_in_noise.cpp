@@ -10,15 +10,18 @@
 #include "estancia/cloud/noise.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/cloud_file.hpp"
-#include "estancia/recognition/pose_error.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
+#include "experiments/src/recognition/pose_error.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
 namespace {
+
+using experiments::isCorrect;
+using experiments::poseError;
 
 const RecognitionOptions standard;
 

@@ -13,8 +13,8 @@
 #include "estancia/core/rigid.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/recognition/object_search.hpp"
-#include "estancia/recognition/pose_error.hpp"
 #include "estancia/recognition/prepared.hpp"
+#include "experiments/src/recognition/pose_error.hpp"
 #include "recognition/made_up_surface.hpp"
 #include "support/errors.hpp"
 #include "support/numbers.hpp"
@@ -23,6 +23,9 @@
 namespace estancia {
 namespace {
 
+using experiments::centerOf;
+using experiments::PoseError;
+using experiments::poseError;
 using test::FailsWith;
 
 /// A wavy object in front of a wall.

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "estancia/stats/method_comparison.hpp"
+#include "experiments/src/comparison/method_comparison.hpp"
 #include "experiments/src/findings/findings.hpp"
 
 namespace estancia::experiments {

@@ -212,4 +212,19 @@ std::string renderRankDiagram(const RankDiagram& diagram) {
          drawing(diagram, {{"xmlns", "http://www.w3.org/2000/svg"}}, style).str() + "\n";
 }
 
+std::string shortenMiddleToWidth(std::string_view text, double width) {
+  const std::string clean = cleanText(text);
+  if (textWidth(clean) <= width) return clean;
+  std::vector<std::size_t> starts;  // of the code points, and the end
+  for (std::size_t i = 0; i < clean.size(); ++i)
+    if ((static_cast<unsigned char>(clean[i]) & 0xC0) != 0x80) starts.push_back(i);
+  starts.push_back(clean.size());
+  for (std::size_t kept = starts.size() - 2;; --kept) {
+    const std::size_t head = (kept + 1) / 2;
+    const std::string shortened =
+        clean.substr(0, starts[head]) + "…" + clean.substr(starts[starts.size() - 1 - (kept - head)]);
+    if (kept <= 1 || textWidth(shortened) <= width) return shortened;
+  }
+}
+
 }  // namespace estancia::experiments

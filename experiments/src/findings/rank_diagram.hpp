@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "estancia/report/html.hpp"
 #include "experiments/src/findings/findings.hpp"
@@ -15,5 +16,9 @@ report::Markup rankDiagram(const RankDiagram& diagram);
 /// The same as an image of its own, an SVG file that suits light and dark screens and needs nothing else;
 /// programs that know no media queries draw it dark on white.
 std::string renderRankDiagram(const RankDiagram& diagram);
+
+/// As report::shortenToWidth(), but what is left out stands in the middle, as the ends of names tell them
+/// apart; at least "…" stays.
+std::string shortenMiddleToWidth(std::string_view text, double width);
 
 }  // namespace estancia::experiments

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "estancia/stats/method_comparison.hpp"
+#include "experiments/src/comparison/method_comparison.hpp"
 
 namespace estancia::experiments {
 

@@ -14,6 +14,7 @@
 #include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/shape.hpp"
 #include "experiments/src/findings/findings.hpp"
+#include "experiments/src/objects/label_noise.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "experiments/src/runner/grid.hpp"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "estancia/stats/rank_tests.hpp"
+#include "experiments/src/comparison/rank_tests.hpp"
 
 namespace estancia::experiments {
 namespace {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "estancia/stats/spatial_variance.hpp"
 #include "experiments/src/findings/findings.hpp"
 #include "experiments/src/places/place_recognition.hpp"
+#include "experiments/src/places/spatial_variance.hpp"
 #include "experiments/src/runner/grid.hpp"
 
 namespace estancia::experiments {

@@ -7,7 +7,7 @@
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/stats/distance.hpp"
-#include "estancia/stats/spatial_variance.hpp"
+#include "experiments/src/places/spatial_variance.hpp"
 
 namespace estancia::experiments {
 

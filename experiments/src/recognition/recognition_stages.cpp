@@ -11,9 +11,9 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/io/cloud_file.hpp"
-#include "estancia/recognition/pose_error.hpp"
 #include "estancia/recognition/prepared.hpp"
 #include "estancia/recognition/recognizer.hpp"
+#include "experiments/src/recognition/pose_error.hpp"
 
 namespace estancia::experiments {
 namespace {
@@ -157,8 +157,8 @@ bool RecognitionStages::isCorrect(const RecognitionTask& task, std::size_t model
   for (const ModelPairs::Pair& pair : pairs_.pairs) {
     if (pair.scene != task.unit.scene || pair.model != model) continue;
     for (const cv::Affine3d& truth : pair.poses)
-      if (estancia::isCorrect(poseError(pose, truth, models_[model].center, models_[model].symmetries),
-                              options_.translation, options_.rotation))
+      if (experiments::isCorrect(poseError(pose, truth, models_[model].center, models_[model].symmetries),
+                                 options_.translation, options_.rotation))
         return true;
   }
   return false;

@@ -6,7 +6,7 @@
 #include <utility>
 #include <variant>
 
-#include "estancia/stats/method_comparison.hpp"
+#include "experiments/src/comparison/method_comparison.hpp"
 #include "experiments/src/findings/comparison_findings.hpp"
 #include "experiments/src/scenes/scenes_statistics.hpp"
 #include "experiments/src/scenes/thesis_scenes.hpp"

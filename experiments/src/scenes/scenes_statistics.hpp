@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/stats/method_comparison.hpp"
+#include "experiments/src/comparison/method_comparison.hpp"
 #include "experiments/src/scenes/scenes_findings.hpp"
 
 namespace estancia::experiments {

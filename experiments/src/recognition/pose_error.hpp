@@ -7,11 +7,13 @@
 
 #include "estancia/core/point_cloud.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 
 struct PoseError {
-  double translation = 0;  ///< of the model's center [m]
-  double rotation = 0;     ///< [degrees], 0 … 180
+  /// Of the model's center [m].
+  double translation = 0;
+  /// [degrees], 0 … 180
+  double rotation = 0;
 };
 
 /// The center of the bounding box of a cloud's finite points [m]: it stays in place when a symmetric object
@@ -30,4 +32,4 @@ std::vector<cv::Affine3d> turnsAround(const cv::Point3d& center, const cv::Vec3d
 /// Whether the error is at most 0.02 m and 15°.
 bool isCorrect(const PoseError& error, double translation = 0.02, double rotation = 15);
 
-}  // namespace estancia
+}  // namespace estancia::experiments

@@ -1,4 +1,4 @@
-#include "estancia/stats/rank_tests.hpp"
+#include "experiments/src/comparison/rank_tests.hpp"
 #include "support/errors.hpp"
 
 #include <gmock/gmock.h>
@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-namespace estancia {
+namespace estancia::experiments {
 namespace {
 
 using test::FailsWith;
@@ -72,4 +72,4 @@ TEST(Standings, RefuseTestsThatDoNotFit) {
 }
 
 }  // namespace
-}  // namespace estancia
+}  // namespace estancia::experiments

@@ -1,4 +1,4 @@
-#include "estancia/stats/spatial_variance.hpp"
+#include "experiments/src/places/spatial_variance.hpp"
 
 #include <fmt/format.h>
 
@@ -7,13 +7,13 @@
 
 #include "estancia/core/error.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 namespace {
 
 struct Cluster {
   double count = 0;
   Position mean{};
-  double squares = 0;  ///< Σ of squared distances to the mean (Welford 1962)
+  double squares = 0;  // Σ of squared distances to the mean (Welford 1962)
 
   void add(const Position& p) {
     ++count;
@@ -42,4 +42,4 @@ SpatialVariance spatialVariance(std::span<const Position> positions, std::span<c
   return result;
 }
 
-}  // namespace estancia
+}  // namespace estancia::experiments

@@ -1,4 +1,4 @@
-#include "estancia/stats/studentized_range.hpp"
+#include "experiments/src/comparison/studentized_range.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 
 #include "estancia/core/error.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 namespace {
 
 /// Φ(z), also far below 0.
@@ -55,4 +55,4 @@ double studentizedRangeQuantile(double alpha, std::size_t groups) {
   return (low + high) / 2;
 }
 
-}  // namespace estancia
+}  // namespace estancia::experiments

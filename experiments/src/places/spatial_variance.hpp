@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-namespace estancia {
+namespace estancia::experiments {
 
 /// [m]
 using Position = std::array<double, 3>;
@@ -21,4 +21,4 @@ struct SpatialVariance {
 /// Throws Error (mismatch) when there are no items or the lengths differ. O(n log n).
 SpatialVariance spatialVariance(std::span<const Position> positions, std::span<const int> clusters);
 
-}  // namespace estancia
+}  // namespace estancia::experiments

@@ -7,11 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "estancia/stats/rank_tests.hpp"
-#include "estancia/stats/studentized_range.hpp"
-#include "scipy_random.hpp"
+#include "experiments/src/comparison/rank_tests.hpp"
+#include "experiments/src/comparison/studentized_range.hpp"
+#include "stats/scipy_random.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 namespace {
 
 using Json = nlohmann::json;
@@ -38,7 +38,7 @@ Values column(const Table& table, std::size_t c) {
 class SciPyRankTests : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    stored_ = Json::parse(std::ifstream(ESTANCIA_SOURCE_DIR "/tests/stats/scipy_rank_tests.json"));
+    stored_ = Json::parse(std::ifstream(ESTANCIA_SOURCE_DIR "/tests/experiments/scipy_rank_tests.json"));
   }
   inline static Json stored_;
 };
@@ -95,7 +95,7 @@ TEST_F(SciPyRankTests, HaveTheSameNumbersOfHypotheses) {
 class RRankTests : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    std::ifstream file(ESTANCIA_SOURCE_DIR "/tests/stats/r_rank_tests.csv");
+    std::ifstream file(ESTANCIA_SOURCE_DIR "/tests/experiments/r_rank_tests.csv");
     for (std::string line; std::getline(file, line);) {
       std::istringstream cells(line);
       std::string name, cell;
@@ -154,4 +154,4 @@ TEST_F(RRankTests, AgreeOnCriticalValues) {
 }
 
 }  // namespace
-}  // namespace estancia
+}  // namespace estancia::experiments

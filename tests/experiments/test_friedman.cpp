@@ -1,4 +1,4 @@
-#include "estancia/stats/rank_tests.hpp"
+#include "experiments/src/comparison/rank_tests.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
-#include "scipy_random.hpp"
+#include "stats/scipy_random.hpp"
 #include "support/errors.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 namespace {
 
 using test::FailsWith;
@@ -102,4 +102,4 @@ TEST(Friedman, RefusesWhatIsNoTable) {
 }
 
 }  // namespace
-}  // namespace estancia
+}  // namespace estancia::experiments

@@ -1,7 +1,7 @@
 # Writes r_rank_tests.csv, what R says about the example of Demšar, JMLR 7 (2006), Table 6: the area under the curve of
 # four variants of C4.5 on 14 data sets, one variant a column.
 #
-#     Rscript tests/stats/r_rank_tests.R > tests/stats/r_rank_tests.csv     (r-base-core 4.2 of Debian 12)
+#     Rscript tests/experiments/r_rank_tests.R > tests/experiments/r_rank_tests.csv     (r-base-core 4.2 of Debian 12)
 auc <- matrix(c(
   0.763, 0.768, 0.771, 0.798,
   0.599, 0.591, 0.590, 0.569,

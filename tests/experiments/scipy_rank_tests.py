@@ -1,6 +1,6 @@
 """Writes scipy_rank_tests.json, what SciPy and mpmath say about inputs that test_scipy_rank_tests.cpp makes anew.
 
-    python3 tests/stats/scipy_rank_tests.py > tests/stats/scipy_rank_tests.json
+    PYTHONPATH=tests/stats python3 tests/experiments/scipy_rank_tests.py > tests/experiments/scipy_rank_tests.json
     (python3-scipy 1.10 and python3-mpmath 1.2 of Debian 12)
 """
 import json

@@ -1,4 +1,4 @@
-#include "estancia/stats/rank_tests.hpp"
+#include "experiments/src/comparison/rank_tests.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,10 +7,10 @@
 #include <cmath>
 #include <vector>
 
-#include "scipy_random.hpp"
+#include "stats/scipy_random.hpp"
 #include "support/errors.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 namespace {
 
 using test::FailsWith;
@@ -74,4 +74,4 @@ TEST(Wilcoxon, RefusesWhatCannotBeCompared) {
 }
 
 }  // namespace
-}  // namespace estancia
+}  // namespace estancia::experiments

@@ -1,14 +1,14 @@
-#include "estancia/stats/method_comparison.hpp"
+#include "experiments/src/comparison/method_comparison.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "scipy_random.hpp"
+#include "stats/scipy_random.hpp"
 #include "support/errors.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 namespace {
 
 using test::FailsWith;
@@ -159,4 +159,4 @@ TEST(MethodComparison, SaysWhatIsWrongAndWhere) {
 }
 
 }  // namespace
-}  // namespace estancia
+}  // namespace estancia::experiments

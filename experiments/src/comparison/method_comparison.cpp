@@ -1,4 +1,4 @@
-#include "estancia/stats/method_comparison.hpp"
+#include "experiments/src/comparison/method_comparison.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,7 +10,7 @@
 
 #include "estancia/core/error.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 namespace {
 
 void requireUnique(const std::vector<std::string>& names, const char* what) {
@@ -142,4 +142,4 @@ MethodComparison compareMethods(MethodScores scores, const ComparisonOptions& op
   return result;
 }
 
-}  // namespace estancia
+}  // namespace estancia::experiments

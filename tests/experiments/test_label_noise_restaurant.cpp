@@ -8,10 +8,11 @@
 #include "estancia/objects/object_model.hpp"
 #include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/shape.hpp"
-#include "made_up.hpp"
+#include "experiments/src/objects/label_noise.hpp"
+#include "objects/made_up.hpp"
 #include "support/support.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 namespace {
 
 struct Views {
@@ -69,4 +70,4 @@ TEST(Restaurant, TheVoteWithstandsNoiseThatTopDoesNot) {
 }
 
 }  // namespace
-}  // namespace estancia
+}  // namespace estancia::experiments

@@ -1,4 +1,4 @@
-#include "estancia/stats/rank_tests.hpp"
+#include "experiments/src/comparison/rank_tests.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,11 +7,11 @@
 #include <cmath>
 #include <limits>
 
-#include "estancia/stats/studentized_range.hpp"
-#include "scipy_random.hpp"
+#include "experiments/src/comparison/studentized_range.hpp"
+#include "stats/scipy_random.hpp"
 #include "support/errors.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 namespace {
 
 using test::FailsWith;
@@ -187,4 +187,4 @@ TEST(StudentizedRange, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace estancia
+}  // namespace estancia::experiments

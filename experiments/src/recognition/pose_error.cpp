@@ -1,4 +1,4 @@
-#include "estancia/recognition/pose_error.hpp"
+#include "experiments/src/recognition/pose_error.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/rigid.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 
 cv::Point3d centerOf(const PointCloud& model) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
@@ -57,4 +57,4 @@ bool isCorrect(const PoseError& error, double translation, double rotation) {
   return error.translation <= translation && error.rotation <= rotation;
 }
 
-}  // namespace estancia
+}  // namespace estancia::experiments

@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-namespace estancia {
+namespace estancia::experiments {
 
 /// P(max − min > q) of `groups` independent standard normal variables: the upper tail of the studentized
 /// range with infinite degrees of freedom (R's ptukey(q, groups, Inf, lower.tail = FALSE)). Its error is
@@ -15,4 +15,4 @@ double studentizedRangeTail(double q, std::size_t groups);
 /// divided by √2. Throws Error for fewer than 2 groups or an alpha that is not inside (0, 1).
 double studentizedRangeQuantile(double alpha, std::size_t groups);
 
-}  // namespace estancia
+}  // namespace estancia::experiments

@@ -9,7 +9,7 @@
 
 #include "estancia/core/choice.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 
 /// Whether smaller values are better (errors, distances) or larger ones (accuracies).
 enum class Better { smaller, larger };
@@ -150,4 +150,4 @@ std::vector<double> shafferAdjusted(std::span<const double> p, std::size_t metho
 /// studentizedRangeQuantile().
 double criticalDifference(double alpha, std::size_t methods, std::size_t tests);
 
-}  // namespace estancia
+}  // namespace estancia::experiments

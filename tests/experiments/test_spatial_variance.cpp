@@ -1,4 +1,4 @@
-#include "estancia/stats/spatial_variance.hpp"
+#include "experiments/src/places/spatial_variance.hpp"
 #include "support/errors.hpp"
 
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace estancia {
+namespace estancia::experiments {
 namespace {
 
 using test::FailsWith;
@@ -57,4 +57,4 @@ TEST(SpatialVariance, NeedsOneClusterAPosition) {
 }
 
 }  // namespace
-}  // namespace estancia
+}  // namespace estancia::experiments

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "estancia/core/options.hpp"
-#include "estancia/stats/rank_tests.hpp"
+#include "experiments/src/comparison/rank_tests.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 
 /// The score of each method in each test: accuracies of descriptor/classifier pairs over train→test pairs.
 struct MethodScores {
@@ -66,4 +66,4 @@ struct MethodComparison {
 /// options; and as postHocTests().
 MethodComparison compareMethods(MethodScores scores, const ComparisonOptions& options = {});
 
-}  // namespace estancia
+}  // namespace estancia::experiments

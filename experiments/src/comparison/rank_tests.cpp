@@ -1,4 +1,4 @@
-#include "estancia/stats/rank_tests.hpp"
+#include "experiments/src/comparison/rank_tests.hpp"
 
 #include <fmt/format.h>
 
@@ -14,9 +14,9 @@
 #include <set>
 
 #include "estancia/core/error.hpp"
-#include "estancia/stats/studentized_range.hpp"
+#include "experiments/src/comparison/studentized_range.hpp"
 
-namespace estancia {
+namespace estancia::experiments {
 namespace {
 
 /// Σ (t³ − t) over the groups of t equal values.
@@ -293,4 +293,4 @@ double criticalDifference(double alpha, std::size_t methods, std::size_t tests) 
   return studentizedRangeQuantile(alpha, methods) / std::numbers::sqrt2 * standardError(methods, tests);
 }
 
-}  // namespace estancia
+}  // namespace estancia::experiments
