@@ -1,0 +1,296 @@
+// The tables, figures and sentences that each experiment makes of made-up cells, as a whole.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <opencv2/core.hpp>
+
+#include "estancia/zones/zones.hpp"
+#include "experiments/golden_findings.hpp"
+#include "experiments/src/objects/object_segmentation_findings.hpp"
+#include "experiments/src/objects/object_splits_results.hpp"
+#include "experiments/src/places/model_choice_findings.hpp"
+#include "experiments/src/recognition/recognition_findings.hpp"
+#include "experiments/src/scenes/scenes_findings.hpp"
+#include "experiments/src/zones/zone_tables_findings.hpp"
+
+namespace estancia::experiments {
+namespace {
+
+/// The same sequence of numbers in [0, 1) for every test, unlike each other.
+class Numbers {
+ public:
+  double next() { return static_cast<double>(state_ = (state_ * 421 + 1663) % 7875) / 7875; }
+  std::size_t below(std::size_t end) { return static_cast<std::size_t>(next() * static_cast<double>(end)); }
+
+ private:
+  std::size_t state_ = 5;
+};
+
+RecognitionResults recognitionResults() {
+  Numbers numbers;
+  RecognitionResults results;
+  results.presets = {"default", "thesis"};
+  results.keypoints = {"uniform", "iss"};
+  results.descriptors = {"shot", "esf"};
+  results.modelFilters = {"none", "gng"};
+  results.sceneFilters = {{"none", 0}, {"gng", 10000}, {"gng", 20000}};
+  results.noises = {0.005, 0, 0.01};
+  results.cells.resize(results.indexOf(2, 0, 0, 0, 0, 0));
+  for (RecognitionCell& cell : results.cells) {
+    cell.seeds = 1;
+    cell.pairs = 49;
+    cell.absent = 20;
+    cell.verified = numbers.below(50);
+    cell.correct = numbers.below(cell.verified + 1);
+    cell.falsePositives = numbers.below(21);
+    cell.failed = numbers.below(3);
+    cell.seconds = numbers.next();
+  }
+  results.failures = {{"flat", "mug in hall", 3},
+                      {"empty", "pan in hall", 5},
+                      {"far", "mug in lab", 2},
+                      {"near", "pan in lab", 1}};
+  return results;
+}
+
+TEST(Golden, Recognition) {
+  test::expectGolden("recognition", findingsOf(recognitionResults()));
+}
+
+TEST(Golden, RecognitionOfOneDescriptorAtOneNoise) {
+  RecognitionResults results = recognitionResults();
+  results.presets = {"default"};
+  results.keypoints = {"uniform"};
+  results.descriptors = {"shot"};
+  results.noises = {0.005};
+  results.cells.resize(results.indexOf(1, 0, 0, 0, 0, 0));
+  results.failures.clear();
+  test::expectGolden("recognition-one", findingsOf(results));
+}
+
+ZoneTablesResults zoneResults() {
+  Numbers numbers;
+  ZoneTablesResults results;
+  results.data = {{"tour", 90, {"hall", "lab"}, 4, {"hall 1", "hall 2", "lab 1"}, {}},
+                  {"nyu", 40, {"bath", "den"}, 2, {"bath", "den"}, {}}};
+  for (auto& data : results.data)
+    for (const char* distance : {"jensen-shannon", "ks"}) {
+      ClassMatrix matrix{distance, {}};
+      for (std::size_t i = 0; i < data.matrixNames.size() * data.matrixNames.size(); ++i)
+        matrix.mean.push_back(i == 1 ? NAN : numbers.next());
+      data.matrices.push_back(matrix);
+    }
+  results.models = {"places", "imagenet"};
+  results.distances = {ZoneOptions{}.distance, "ks", ZoneOptions::thesis().distance};
+  results.linkages = {ZoneOptions{}.linkage, "average"};
+  results.cuts = {"0.2", "0.5", "0.9", "auto", "best"};
+  for (std::size_t i = 0; i < 2U * 2 * 3 * 2; ++i) {
+    if (i % 6 == 2) {  // the two do not go together
+      results.cells.emplace_back();
+      continue;
+    }
+    ZoneCell cell;
+    for (int k = 0; k < 12; ++k) cell.vMeasures.push_back(numbers.next());
+    for (const std::string& cut : results.cuts) {
+      ZoneReading reading{cut, 1 + numbers.below(14), numbers.next(), numbers.next(), numbers.next(), {}, {}};
+      if (i < 12) {
+        reading.m = numbers.next();
+        reading.within = {{"hall 1 · hall 2", numbers.next()}, {"lab 1 · lab 2", numbers.next()}};
+      }
+      cell.readings.push_back(reading);
+    }
+    results.cells.emplace_back(cell);
+  }
+  return results;
+}
+
+TEST(Golden, Zones) {
+  test::expectGolden("zones", findingsOf(zoneResults()));
+}
+
+TEST(Golden, ZonesWithoutTheDefault) {
+  ZoneTablesResults results = zoneResults();
+  results.data.resize(1);
+  results.models = {"places"};
+  results.distances = {"ks"};
+  results.linkages = {"average"};
+  results.cuts = {"auto", "best"};
+  results.cells.resize(1);
+  test::expectGolden("zones-few", findingsOf(results));
+}
+
+/// Two sequences and two rooms, each asked by the other; `pairs` of them.
+ScenesResults sceneResults(std::size_t pairs) {
+  Numbers numbers;
+  ScenesResults results;
+  results.name = "study";
+  results.rooms = {"hall", "lab", "shop"};
+  const std::vector<std::string> names{"day", "night", "dusk"};
+  for (std::size_t p = 0; p < pairs; ++p) {
+    ScenesResults::Pair pair{
+        names[p / 3 % 3], names[p % 3], {}, {}, {}, 20 + p, p / 3 % 3 == p % 3 && pairs > 2};
+    pair.images.roomCount = 3;
+    pair.images.runCount = 4;
+    pair.runs = {"hall 1", "hall 2", "lab 1", "shop 1"};
+    for (int i = 0; i < 16; ++i) {
+      pair.images.runs.push_back(i / 4);
+      pair.images.rooms.push_back(i < 8 ? 0 : i / 4 - 1);
+      pair.names.push_back(fmt::format("{:02}.png", i));
+    }
+    results.pairs.push_back(pair);
+  }
+  results.descriptors = {{"places", true, 1}, {"gist", false, 1}, {"places+gist", false, 2}};
+  results.classifiers = {"svm-rbf", "knn"};
+  const auto answers = [&](const SceneTest& test, double right) {
+    SceneAnswers found;
+    for (int seed = 0; seed < 2; ++seed) {
+      auto& said = found.answers.emplace_back();
+      for (const int room : test.rooms)
+        said.push_back(numbers.next() < right ? room : static_cast<int>(numbers.below(3)));
+    }
+    return found;
+  };
+  for (const auto& pair : results.pairs)
+    for (std::size_t cell = 0; cell < 6; ++cell)
+      results.cells.push_back(answers(pair.images, 0.3 + 0.1 * static_cast<double>(cell)));
+  results.curveDescriptor = "places";
+  results.curveClassifier = "svm-rbf";
+  results.counts = {10, 75, 365};
+  results.labels = 365;
+  for (const char* rule : {"mean", "chi2"}) {
+    ScenesResults::Curve curve{rule, {}};
+    for (std::size_t k = 0; k < results.counts.size(); ++k) {
+      auto& all = curve.answers.emplace_back();
+      for (const auto& pair : results.pairs) all.push_back(answers(pair.images, 0.5));
+    }
+    results.curves.push_back(curve);
+  }
+  return results;
+}
+
+TEST(Golden, ScenesOfOnePair) {
+  test::expectGolden("scenes-one", findingsOf(sceneResults(1)));
+}
+
+TEST(Golden, ScenesOfTwoPairs) {
+  test::expectGolden("scenes-two", findingsOf(sceneResults(2)));
+}
+
+TEST(Golden, ScenesOfManyPairs) {
+  test::expectGolden("scenes-many", findingsOf(sceneResults(9)));
+}
+
+ModelChoiceResults choiceResults(std::size_t drives) {
+  Numbers numbers;
+  ModelChoiceResults results;
+  results.models = {"places", "imagenet", "clip"};
+  results.distances = {"l2", "hellinger"};
+  const std::vector<ModelChoiceResults::Drive> all{
+      {"tour", 120, 2.5, true}, {"idol", 80, 0.75, false}, {"single", 30, 1, false}};
+  results.drives.assign(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(drives));
+  for (std::size_t i = 0; i < 2 * drives * 3; ++i) {
+    ModelChoiceCell cell;
+    for (int k = 0; k < 9; ++k)
+      cell.variance.push_back({k == 0 ? 12.5 : 12 * numbers.next(), k == 0 ? 12.5 : numbers.next()});
+    const bool seenTwice = i / 3 % drives != 2;
+    cell.recognition = {seenTwice ? 40U : 0U, seenTwice ? numbers.next() : 0, seenTwice ? 0.125 : 0};
+    results.cells.push_back(cell);
+  }
+  return results;
+}
+
+TEST(Golden, ModelChoice) {
+  test::expectGolden("model-choice", findingsOf(choiceResults(3), {2, 5, 50}));
+}
+
+TEST(Golden, ModelChoiceOnOneDrive) {
+  test::expectGolden("model-choice-one", findingsOf(choiceResults(1), {4}));
+}
+
+TEST(Golden, ObjectSegmentation) {
+  const std::vector<SegmentedScene> scenes{{"a", "boxes", {4, 3, 1, 0, 2.75}, {4, 2, 0, 2, 2.125}, 4, 1},
+                                           {"b", "cups", {3, 3, 0, 0, 2.5}, {3, 1, 1, 1, 1.5}, 2, 0},
+                                           {"c", "boxes", {2, 1, 0, 1, 1.25}, {2, 2, 0, 0, 1.75}, 2, 0},
+                                           {"d", "empty", {0, 0, 0, 0, 0}, {0, 0, 0, 0, 0}, 0, 0}};
+  test::expectGolden("object-segmentation", findingsOf(scenes));
+}
+
+/// Two words of two things each, six samples of each thing; the first split is the baseline.
+struct Splits {
+  ObjectSplitsOptions::Data data;
+  ObjectTask task{nullptr, {}, nullptr, {}, {{}, {}, DescriptorMatrix(1)}, {}, {}, {}, {}, {}, {}, {}, ""};
+  ObjectSplitsResults results;
+
+  explicit Splits(bool labeler) {
+    Numbers numbers;
+    data.name = "shop";
+    data.machineNames = labeler;
+    data.trials.pseudoLabelings = {PseudoLabeling::top, PseudoLabeling::voted};
+    data.trials.noises = {0, 0.25};
+    task.data = &data;
+    task.targets = targetClassesOf({"cup", "box"});
+    task.thingNames = {"cup 0", "cup 1", "box 0", "box 1"};
+    task.wordOfThing = {0, 0, 1, 1};
+    for (int i = 0; i < 24; ++i) {
+      task.things.push_back(i / 6);
+      task.groups.push_back(i / 3);
+      task.words.push_back(i / 12);
+    }
+    for (const char* name : {"baseline", "1", "2", "3"}) {
+      ObjectSplit split{name, {}, {}};
+      const int cup = static_cast<int>(numbers.below(2)), box = 2 + static_cast<int>(numbers.below(2));
+      for (std::size_t i = 0; i < 24; ++i)
+        (task.things[i] == cup || task.things[i] == box ? split.test : split.train).push_back(i);
+      task.splits.push_back(split);
+    }
+    results.task = &task;
+    results.methods = methodsOf(data.trials);
+    for (std::size_t i = 0; i < results.methods.size() * 2 * task.splits.size(); ++i) {
+      const ObjectSplit& split = task.splits[i % task.splits.size()];
+      ObjectAnswers cell;
+      auto& said = cell.answers.answers.emplace_back();
+      for (const std::size_t sample : split.test)
+        said.push_back(numbers.next() < 0.8 ? task.words[sample] : 1 - task.words[sample]);
+      cell.accuracy = cell.answers.accuracy(testOf(task, split));
+      results.cells.push_back(cell);
+    }
+    if (!labeler) {  // labels to compare with, not to learn from
+      for (const ObjectSplit& split : task.splits) {
+        auto& said = results.labeled.emplace_back();
+        for (const std::size_t sample : split.test)
+          said.push_back(numbers.next() < 0.6 ? task.words[sample] : static_cast<int>(numbers.below(3)) - 1);
+      }
+      return;
+    }
+    ObjectWords answers{
+        "labeler", Vocabulary({"cup", "box", "cat"}), DescriptorMatrix(3), {DescriptorMatrix(2), {}}};
+    for (std::size_t i = 0; i < 24; ++i) {
+      const auto cup = static_cast<float>(numbers.next()), box = 1 - cup;
+      answers.descriptors.append(std::vector<float>{cup / 2, box / 2, 0.5F});
+      answers.restricted.probabilities.append(std::vector<float>{cup, box});
+      answers.restricted.coverage.push_back(0.5F);
+    }
+    task.said = answers;
+    for (const std::size_t sample : task.splits[0].train)
+      results.learnedFrom.push_back(numbers.next() < 0.7 ? task.words[sample] : -1);
+  }
+};
+
+Findings findingsOfSplits(const Splits& splits) {
+  Findings findings;
+  findings.summary = summaryOf(splits.results);
+  addFindings(splits.results, findings);
+  return findings;
+}
+
+TEST(Golden, ObjectSplitsNamedByALabeler) {
+  test::expectGolden("object-splits-labeler", findingsOfSplits(Splits(true)));
+}
+
+TEST(Golden, ObjectSplitsNamedByPeople) {
+  test::expectGolden("object-splits-true", findingsOfSplits(Splits(false)));
+}
+
+}  // namespace
+}  // namespace estancia::experiments
