@@ -7,3 +7,9 @@ target_link_libraries(estancia_experiments PUBLIC estancia
                       PRIVATE opencv_core opencv_imgproc fmt::fmt tomlplusplus::tomlplusplus Threads::Threads
                               $<BUILD_INTERFACE:Boost::boost> nlohmann_json::nlohmann_json)
 estancia_use_mpi(estancia_experiments experiments/src/runner/mpi_processes)
+set(thesis experiments/thesis)
+estancia_embed(
+  estancia_experiments experiments/src/findings/thesis.hpp estancia::experiments
+  thesisRecognitionCsv:${thesis}/recognition.csv thesisRecognitionMeansCsv:${thesis}/recognition-means.csv
+  thesisScenesCsv:${thesis}/scenes.csv thesisZonesCountsCsv:${thesis}/zones-counts.csv
+  thesisZonesWithinCsv:${thesis}/zones-within.csv thesisObjectsCsv:${thesis}/objects.csv)

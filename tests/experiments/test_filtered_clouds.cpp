@@ -4,12 +4,13 @@
 #include <gtest/gtest.h>
 
 #include "estancia/core/error.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia::experiments {
 namespace {
 
-using test::errorOf;
+using test::FailsWith;
 using test::readFile;
 using test::ScratchFolder;
 using test::writeFile;
@@ -125,10 +126,10 @@ TEST_F(FilteredCloudsTest, WhatCannotBeFilteredOrWrittenIsAnError) {
   EXPECT_THROW(clouds.get("a", filter("median", 5), [] { return sheet(3); }), Error);
   writeFile(scratch / "file", "");
   EXPECT_THAT(
-      errorOf([&] {
+      [&] {
         FilteredClouds(scratch / "file/in", 1 << 20).get("a", filter("voxel", 5), [] { return sheet(9); });
-      }),
-      testing::HasSubstr("cannot be made"));
+      },
+      FailsWith(ErrorCode::fileUnwritable));
 }
 
 }  // namespace

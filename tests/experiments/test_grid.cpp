@@ -9,16 +9,17 @@
 #include <set>
 
 #include "estancia/core/error.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia::experiments {
 namespace {
 
 using test::errorOf;
+using test::FailsWith;
 using test::readFile;
 using test::ScratchFolder;
 using test::writeFile;
-using testing::HasSubstr;
 namespace fs = std::filesystem;
 
 const GridColumns columns{{"model", "sequence"}, "k", {"variance", "right"}};
@@ -95,8 +96,8 @@ TEST_F(GridTest, GoesOnWhereItStopped) {
     if (i == 4) throw Interrupted("");
     return found(i);
   };
-  EXPECT_THAT(errorOf([&] { grid.run(cells(6), stopAt4, silent, "testing"); }),
-              HasSubstr("stopped after 4 of 6 cells"));
+  EXPECT_THAT([&] { grid.run(cells(6), stopAt4, silent, "testing"); },
+              FailsWith(ErrorCode::interrupted, "4", "6"));
   EXPECT_FALSE(fs::exists(folder / "results.csv"));
   run(cells(6));
   EXPECT_EQ(computed, (std::set<std::size_t>{4, 5}));
@@ -133,7 +134,7 @@ TEST_F(GridTest, TheFirstCellsFailureEndsTheRunAndKeepsTheOthers) {
   std::atomic<int> calls{0};
   const auto failing = [&](std::size_t i) -> CellResults {
     ++calls;
-    if (i >= 5) throw Error("cell " + std::to_string(i) + " is broken");
+    if (i >= 5) throw Error(ErrorCode::corruptFile, "cell " + std::to_string(i) + " is broken");
     return found(i);
   };
   EXPECT_EQ(errorOf([&] { grid.run(cells(500), failing, silent, "testing"); }), "cell 5 is broken");
@@ -147,15 +148,15 @@ TEST_F(GridTest, RefusesWhatIsNoNumberOrNoCell) {
   const auto infinite = [](std::size_t) {
     return CellResults{{"variance", "", std::numeric_limits<double>::infinity()}};
   };
-  EXPECT_THAT(errorOf([&] { grid.run(cells(1), infinite, silent, "testing"); }),
-              HasSubstr("variance of 0, tour is not finite"));
+  EXPECT_THAT([&] { grid.run(cells(1), infinite, silent, "testing"); },
+              FailsWith(ErrorCode::invalidInput, "variance", "0, tour"));
   EXPECT_THROW(grid.run({{{"alone"}, "a"}}, found, silent, "testing"), Error);
 }
 
 TEST_F(GridTest, AFolderThatCannotBeMadeIsAnError) {
   writeFile(scratch / "file", "");
   Grid grid(scratch.path() / "file" / "out", columns, 1);
-  EXPECT_THAT(errorOf([&] { grid.run(cells(1), found, silent, "testing"); }), HasSubstr("cannot be made"));
+  EXPECT_THAT([&] { grid.run(cells(1), found, silent, "testing"); }, FailsWith(ErrorCode::fileUnwritable));
 }
 
 TEST_F(GridTest, TextsInTheTableStayOneCell) {
@@ -192,15 +193,15 @@ TEST_F(GridTest, RowsMayBePutTogetherAndColumnsStandInAnyOrder) {
   grid.writeCsv();
   EXPECT_EQ(readFile(folder / "results.csv"),
             "model,w,sequence,v,preset\na,3,tour,1,wide\na,,tour,2,\"tight, very\"\n");
-  EXPECT_THAT(errorOf([&] { grid.add({"a", "tour", "wide"}, {}); }), HasSubstr("there twice"));
+  EXPECT_THAT([&] { grid.add({"a", "tour", "wide"}, {}); }, FailsWith(ErrorCode::invalidInput));
   EXPECT_TRUE(fs::is_empty(folder / "cells"));
 }
 
 TEST_F(GridTest, RefusesTwoCellsOfOneName) {
   Grid grid(folder, columns, 1);
   grid.run(cells(2), found, silent, "testing");
-  EXPECT_THAT(errorOf([&] { grid.run(cells(1, "b"), found, silent, "testing"); }),
-              HasSubstr("the model, sequence 0, tour are there twice"));
+  EXPECT_THAT([&] { grid.run(cells(1, "b"), found, silent, "testing"); },
+              FailsWith(ErrorCode::invalidInput, "model, sequence", "0, tour"));
 }
 
 }  // namespace

@@ -88,7 +88,7 @@ TEST_F(ModelPairsTest, WrongListsAreRefusedWithTheirLine) {
               FailsWith(ErrorCode::malformedFile, "list.csv:1", "\"pose\"", "scene, object, model"));
   EXPECT_THAT(error("hall.pcd,mug,mug.pcd,pose.txt\n", "scene,scene,model,pose"),
               FailsWith(ErrorCode::malformedFile, "list.csv:1", "\"scene\""));
-  EXPECT_THAT(error("hall.pcd,mug\n"), FailsWith(ErrorCode::malformedFile, "list.csv:2", "\"model\""));
+  EXPECT_THAT(error("hall.pcd,mug\n"), FailsWith(ErrorCode::malformedFile, "list.csv:2: 2", "4"));
   EXPECT_THAT(error("hall.pcd,,mug.pcd,pose.txt\n"),
               FailsWith(ErrorCode::malformedFile, "list.csv:2", "\"object\""));
   EXPECT_THAT(error("attic.pcd,mug,mug.pcd,pose.txt\n"),

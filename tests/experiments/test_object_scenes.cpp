@@ -50,7 +50,7 @@ TEST(ObjectScenes, ListsThatAreWrong) {
     writeFile(folder / "index.csv", index);
     return test::caught([&] { readObjectScenes(folder.path()); });
   };
-  EXPECT_THAT(problem("scene,n\n"), FailsWith(ErrorCode::malformedFile, "index.csv:1", "`split`", "`n`"));
+  EXPECT_THAT(problem("scene,n\n0,0\n"), FailsWith(ErrorCode::malformedFile, "index.csv:1", "\"split\""));
   EXPECT_THAT(problem("split,n\nlearn\n"), FailsWith(ErrorCode::malformedFile, "index.csv:2: 1", "2"));
   EXPECT_THAT(problem("split,n\n../learn,0\n"),
               FailsWith(ErrorCode::malformedFile, "index.csv:2: `split`", "`n`"));

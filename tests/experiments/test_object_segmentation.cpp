@@ -11,19 +11,20 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
+#include "experiments/golden_findings.hpp"
 #include "experiments/src/objects/object_segmentation_findings.hpp"
 #include "experiments/src/objects/object_segmentation_score.hpp"
 #include "experiments/src/runner/experiment.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia::experiments {
 namespace {
 
-using test::errorOf;
+using test::FailsWith;
 using test::readFile;
 using test::writeFile;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 /// The pixels of a rectangle in an image 10 wide.
 PixelSet rectangle(int x, int y, int width, int height) {
@@ -77,9 +78,9 @@ TEST(ScoreClusters, KnowsObjectsOnlyWhereDepthIs) {
   const cv::Mat known = whereDepthIs(twoObjects(), depth);
   EXPECT_EQ(cv::countNonZero(known), 19);
   EXPECT_EQ(objectsOf(known).size(), 1U);
-  EXPECT_THAT(errorOf([&] { whereDepthIs(twoObjects(), cv::Mat(5, 5, CV_32F, cv::Scalar(1))); }),
-              HasSubstr("10×10 pixels, but depth has 5×5"));
-  EXPECT_THAT(errorOf([] { scoreClusters(twoObjects(), {{100}}); }), HasSubstr("the pixel 100"));
+  EXPECT_THAT([&] { whereDepthIs(twoObjects(), cv::Mat(5, 5, CV_32F, cv::Scalar(1))); },
+              FailsWith(ErrorCode::mismatch, "10×10", "5×5"));
+  EXPECT_THAT([] { scoreClusters(twoObjects(), {{100}}); }, FailsWith(ErrorCode::invalidInput, "100"));
   EXPECT_THROW(scoreClusters(cv::Mat(2, 2, CV_8U), {}), Error);
 }
 
@@ -195,7 +196,7 @@ TEST_F(ObjectSegmentation, HasARowAScene) {
     EXPECT_EQ(cells[8], "1") << "so is the board";
     EXPECT_EQ(cells[9], "2");
   }
-  EXPECT_THAT(findings.summary, HasSubstr("6 of 6 objects are found (100.0 %"));
+  test::expectGolden("object-segmentation-scenes", findings);
   const auto& table = std::get<ResultTable>(findings.sections.at(0));
   ASSERT_EQ(table.rows.size(), 3U);
   EXPECT_EQ(table.rows[1].name, "second");
@@ -219,26 +220,29 @@ TEST_F(ObjectSegmentation, GoesOnWhereItStoppedAndDoesNotDependOnThreads) {
 }
 
 TEST_F(ObjectSegmentation, SaysWhatIsWrong) {
-  const auto problem = [&](const std::string& more) { return errorOf([&] { run(more); }); };
-  EXPECT_THAT(problem("tolerance = 0\n"), HasSubstr("study.toml:4: `tolerance`"));
-  EXPECT_THAT(problem("scene = 1\n"), HasSubstr("study.toml:4: unknown key `scene`"));
+  const auto problem = [&](const std::string& more) { return test::caught([&] { run(more); }); };
+  EXPECT_THAT(problem("tolerance = 0\n"), FailsWith(ErrorCode::malformedFile, "study.toml:4", "`tolerance`"));
+  EXPECT_THAT(problem("scene = 1\n"), FailsWith(ErrorCode::malformedFile, "study.toml:4", "`scene`"));
   writeFile(scratch_ / "bare.toml", "type = \"object-segmentation\"\nscenes = \"scenes\"\n");
-  EXPECT_THAT(errorOf([&] {
-                runExperiment({scratch_ / "bare.toml"}, {scratch_ / "out", {}, {}, nullptr}, progress_);
-              }),
-              HasSubstr("the key `camera` is missing"));
-  EXPECT_THAT(errorOf([&] {
-                runExperiment({scratch_ / "study.toml"}, {scratch_ / "out", {"net"}, {}, nullptr}, progress_);
-              }),
-              testing::AnyOf(HasSubstr("net is no model"), HasSubstr("study.toml:4")));
+  EXPECT_THAT(
+      [&] {
+        runExperiment({scratch_ / "bare.toml"}, {scratch_ / "out", {}, {}, nullptr}, progress_);
+      },
+      FailsWith(ErrorCode::malformedFile, "`camera`"));
+  EXPECT_EQ(problem("").code, std::nullopt);
+  EXPECT_THAT(
+      [&] {
+        runExperiment({scratch_ / "study.toml"}, {scratch_ / "out", {"net"}, {}, nullptr}, progress_);
+      },
+      FailsWith(ErrorCode::invalidOption, "net"));
   cv::imwrite(scratch_ / "scenes/learn/learn1_label.png", cv::Mat(5, 5, CV_8U, cv::Scalar(20)));
-  EXPECT_THAT(problem(""), HasSubstr("5×5 pixels, but depth has 160×120"));
+  EXPECT_THAT(problem(""), FailsWith(ErrorCode::mismatch, "5×5", "160×120"));
   for (const char* n : {"0", "1", "2"})
     cv::imwrite(scratch_ / (std::string("scenes/learn/learn") + n + "_label.png"),
                 cv::Mat(height, width, CV_8U, cv::Scalar(1)));
-  EXPECT_THAT(problem(""), HasSubstr("no scene has an object with depth"));
+  EXPECT_THAT(problem(""), FailsWith(ErrorCode::insufficientData, "scenes"));
   std::filesystem::remove_all(scratch_ / "scenes");
-  EXPECT_THAT(problem(""), HasSubstr("scenes"));
+  EXPECT_THAT(problem(""), FailsWith(ErrorCode::fileNotFound, "scenes"));
 }
 
 TEST(RealScenes, AreNearlyAllSegmentedRightly) {

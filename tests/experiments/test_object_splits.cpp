@@ -17,16 +17,16 @@
 #include "estancia/io/csv.hpp"
 #include "estancia/io/object_samples.hpp"
 #include "experiments/src/runner/experiment.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia::experiments {
 namespace {
 
-using test::errorOf;
+using test::FailsWith;
 using test::readFile;
 using test::writeFile;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 constexpr int instances = 3, views = 6;
 const std::vector<std::string> kinds{"ball", "box", "rod"};
@@ -108,8 +108,8 @@ class ObjectSplits : public testing::Test {
     writeFile(scratch_ / "splits.toml", "type = \"object-splits\"\n" + text);
     return runExperiment({scratch_ / "splits.toml"}, {scratch_ / out, {}, {"", threads}, nullptr}, progress_);
   }
-  std::string problem(const std::string& text) {
-    return errorOf([&] { run(text); });
+  test::Caught problem(const std::string& text) {
+    return test::caught([&] { run(text); });
   }
 
   using Row = std::vector<std::string>;
@@ -187,7 +187,6 @@ TEST_F(ObjectSplits, ShowTablesConfusionsCloudsAndExamples) {
     }
     if (const auto* images = std::get_if<Images>(&section)) {
       ASSERT_FALSE(images->images.empty());
-      EXPECT_THAT(images->images[0].caption, HasSubstr("labeler"));
     }
   }
 }
@@ -255,61 +254,65 @@ TEST_F(ObjectSplits, TheTestHasNoSay) {
 
 TEST_F(ObjectSplits, SayWhatIsWrongWithTheConfiguration) {
   EXPECT_THAT(problem(few_ + "[[data]]\nname = \"x\"\nviews = \"nowhere\"\nnames = \"true\"\n"),
-              HasSubstr("nowhere"));
+              FailsWith(ErrorCode::fileNotFound, "nowhere"));
   EXPECT_THAT(problem("[[data]]\nname = \"x\"\nviews = \"things\"\n"),
-              HasSubstr("splits.toml:2: who names the views?"));
+              FailsWith(ErrorCode::malformedFile, "splits.toml:2"));
   EXPECT_THAT(problem(things_ + "labels = \"words.csv\"\nmodel = \"net\"\n"),
-              HasSubstr("leave out one of the two"));
+              FailsWith(ErrorCode::malformedFile, "splits.toml:2", "`model`", "`labels`"));
   EXPECT_THAT(problem("namings = [\"best\"]\n" + things_),
-              HasSubstr("splits.toml:2: `namings` must be one of"));
-  EXPECT_THAT(problem("label_noises = [1.5]\n" + things_), HasSubstr("splits.toml:2: `label_noises`"));
-  EXPECT_THAT(problem(things_ + "split = \"halves\"\n"), HasSubstr("`split` must be one of \"instances\""));
-  EXPECT_THAT(problem(things_ + "model = \"no-such-model\"\n"), HasSubstr("no-such-model"));
+              FailsWith(ErrorCode::malformedFile, "splits.toml:2", "`namings`"));
+  EXPECT_THAT(problem("label_noises = [1.5]\n" + things_),
+              FailsWith(ErrorCode::malformedFile, "splits.toml:2", "`label_noises`"));
+  EXPECT_THAT(problem(things_ + "split = \"halves\"\n"),
+              FailsWith(ErrorCode::malformedFile, "`split`", "\"instances\""));
+  EXPECT_THAT(problem(things_ + "model = \"no-such-model\"\n"),
+              FailsWith(ErrorCode::unknownName, "no-such-model"));
   EXPECT_THAT(problem(few_ + things_ +
                       "names = \"true\"\noptional = true\n[[data]]\nname = \"x\"\nviews = "
                       "\"nowhere\"\nnames = \"true\"\noptional = true\n"),
               "");
   EXPECT_THAT(problem("[[data]]\nname = \"x\"\nviews = \"nowhere\"\nnames = \"true\"\noptional = true\n"),
-              HasSubstr("none of the data is there"));
+              FailsWith(ErrorCode::insufficientData, "[[data]]"));
 }
 
 TEST_F(ObjectSplits, SayWhatIsWrongWithTheData) {
   const std::string truth = "names = \"true\"\n";
   const auto study = [&](const std::string& text) { writeFile(scratch_ / "study.toml", text); };
   study("[classes.ball]\n[classes.rob]\ncategories = [\"rod\"]\n");
-  EXPECT_THAT(problem(few_ + things_ + study_ + machine_), testing::AllOf(HasSubstr("rob"), HasSubstr("rod")))
+  EXPECT_THAT(problem(few_ + things_ + study_ + machine_), FailsWith(ErrorCode::unknownName, "rob", "rod"))
       << "an unknown word, and how it may be spelled";
   study("[classes.ball]\n");
-  EXPECT_THAT(problem(few_ + things_ + study_ + truth), HasSubstr("all views show one word, ball"));
+  EXPECT_THAT(problem(few_ + things_ + study_ + truth), FailsWith(ErrorCode::insufficientData, "ball"));
   study("[classes.ball]\ncategories = [\"cat\"]\n[classes.box]\ncategories = [\"dog\"]\n");
-  EXPECT_THAT(problem(few_ + things_ + study_ + truth), HasSubstr("no view is of a category of the study"));
+  EXPECT_THAT(problem(few_ + things_ + study_ + truth), FailsWith(ErrorCode::insufficientData, "study.toml"));
   study("[classes.ball]\n[classes.box]\n[classes.rod]\n");
 
   writeFile(scratch_ / "words.csv", "image,ball,box,rod\nsomewhere_else,1,0,0\n");
-  EXPECT_THAT(problem(few_ + things_ + study_ + machine_), HasSubstr("things: ")) << "labels of other views";
+  EXPECT_THAT(problem(few_ + things_ + study_ + machine_), FailsWith(ErrorCode::mismatch, "things: "))
+      << "labels of other views";
   std::string silent = "image,ball,box,rod,cat\n";
   for (const ObjectSample& sample : samples_) silent += sample.view.name + ",0,0,0,1\n";
   writeFile(scratch_ / "words.csv", silent);
   EXPECT_THAT(problem(few_ + things_ + study_ + machine_),
-              HasSubstr("the labeler says none of the study's words"));
+              FailsWith(ErrorCode::insufficientData, "things: "));
 
   auto single = samples_;
   std::erase_if(single, [](const ObjectSample& sample) { return !sample.view.instance.ends_with("0"); });
   writeObjectSamples(single, scratch_ / "things");
-  EXPECT_THAT(problem(few_ + things_ + study_ + truth), HasSubstr("no word has two instances"));
+  EXPECT_THAT(problem(few_ + things_ + study_ + truth), FailsWith(ErrorCode::insufficientData));
   auto torn = samples_;
   torn[0].view.split = "test";
   writeObjectSamples(torn, scratch_ / "things");
   EXPECT_THAT(problem(few_ + things_ + study_ + truth + "split = \"official\"\n"),
-              HasSubstr("ball 0 is both in the training and in the test part"));
+              FailsWith(ErrorCode::mismatch, "ball 0"));
   for (ObjectSample& sample : torn) sample.view.split = "train";
   writeObjectSamples(torn, scratch_ / "things");
   EXPECT_THAT(problem(few_ + things_ + study_ + truth + "split = \"official\"\n"),
-              HasSubstr("has 54 views to learn from and 0 to ask about"));
+              FailsWith(ErrorCode::insufficientData, "54", "0"));
   for (ObjectSample& sample : torn) sample.view.split = sample.view.category == "ball" ? "train" : "test";
   writeObjectSamples(torn, scratch_ / "things");
   EXPECT_THAT(problem(few_ + things_ + study_ + truth + "split = \"official\"\n"),
-              HasSubstr("show one word, ball"));
+              FailsWith(ErrorCode::insufficientData, "ball"));
 }
 
 }  // namespace

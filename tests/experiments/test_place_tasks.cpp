@@ -11,15 +11,14 @@
 #include "estancia/core/error.hpp"
 #include "experiments/color_drive.hpp"
 #include "experiments/src/runner/experiment.hpp"
+#include "support/errors.hpp"
 
 namespace estancia::experiments {
 namespace {
 
-using test::errorOf;
+using test::FailsWith;
 using test::readFile;
 using test::writeFile;
-using testing::AllOf;
-using testing::HasSubstr;
 namespace fs = std::filesystem;
 
 class PlaceTasks : public testing::Test {
@@ -47,8 +46,8 @@ class PlaceTasks : public testing::Test {
                          {scratch_ / "out", {scratch_ / "sharp", scratch_ / "blind"}, {"", 1}, nullptr},
                          progress_);
   }
-  std::string problem(const std::string& text) {
-    return errorOf([&] { run(text); });
+  test::Caught problem(const std::string& text) {
+    return test::caught([&] { run(text); });
   }
 
   test::ScratchFolder scratch_;
@@ -93,19 +92,21 @@ TEST_F(PlaceTasks, OnlyTheNamedRoomsCount) {
 }
 
 TEST_F(PlaceTasks, SayWhatIsWrongAndWhere) {
-  EXPECT_THAT(problem(""), HasSubstr("[[drive]] or [[rooms]]"));
-  EXPECT_THAT(problem("[[drive]]\nname = \"x\"\npath = \"drive\"\n"), HasSubstr("`again` is missing"));
-  EXPECT_THAT(problem(drive_ + "truht = \"x\"\n"), HasSubstr("unknown key `truht`"));
+  EXPECT_THAT(problem(""), FailsWith(ErrorCode::insufficientData, "[[drive]]", "[[rooms]]"));
+  EXPECT_THAT(problem("[[drive]]\nname = \"x\"\npath = \"drive\"\n"),
+              FailsWith(ErrorCode::malformedFile, "`again`"));
+  EXPECT_THAT(problem(drive_ + "truht = \"x\"\n"), FailsWith(ErrorCode::malformedFile, "`truht`"));
   EXPECT_THAT(problem("[[rooms]]\nname = \"x\"\npath = \"drive\"\ntable = \"table.csv\"\n"),
-              AllOf(HasSubstr("table.csv:1"), HasSubstr("`image`")));
-  EXPECT_THAT(problem(rooms_ + "train = \"practice\"\n"), HasSubstr("0 images to learn from"));
+              FailsWith(ErrorCode::malformedFile, "table.csv:1", "`image`"));
+  EXPECT_THAT(problem(rooms_ + "train = \"practice\"\n"),
+              FailsWith(ErrorCode::insufficientData, "table.csv", "0 images"));
   writeFile(scratch_ / "table.csv", "number,kind,half\n0,color0\n");
-  EXPECT_THAT(problem(rooms_), HasSubstr("table.csv:2: 2 cells"));
+  EXPECT_THAT(problem(rooms_), FailsWith(ErrorCode::malformedFile, "table.csv:2", "2 cells"));
   EXPECT_THAT(problem("[[drive]]\nname = \"x\"\npath = \"nowhere\"\n[drive.again]\nturn = 3\n"),
-              HasSubstr("nowhere"));
+              FailsWith(ErrorCode::fileNotFound, "nowhere"));
   EXPECT_THAT(
       problem("[[drive]]\nname = \"x\"\npath = \"nowhere\"\noptional = true\n[drive.again]\nturn = 3\n"),
-      HasSubstr("none of the sequences is there"));
+      FailsWith(ErrorCode::insufficientData));
 }
 
 }  // namespace

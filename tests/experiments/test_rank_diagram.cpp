@@ -18,8 +18,7 @@ namespace {
 
 using report::Box;
 using test::count;
-using testing::HasSubstr;
-using testing::Not;
+using test::Html;
 
 /// Methods with names of this length, their ranks spread evenly or all alike.
 RankDiagram sample(std::size_t methods, std::size_t length, bool equal = false) {
@@ -126,9 +125,9 @@ TEST(RankDiagram, DrawsTheCriticalDifferenceToScale) {
   const auto stems = paths(svg, "stem");
   const auto lines = paths(svg, "line");
   EXPECT_NEAR(lines.back()[3].x - lines.back()[2].x, stems[2][0].x - stems[0][0].x, 0.2);
-  EXPECT_THAT(svg, HasSubstr("critical difference 2.00"));
+  EXPECT_THAT(Html(svg).texts("text"), testing::Contains("critical difference 2.00"));
   diagram.criticalDifference.reset();
-  EXPECT_THAT(renderRankDiagram(diagram), Not(HasSubstr("critical")));
+  EXPECT_FALSE(Html(renderRankDiagram(diagram)).mentions("critical"));
 }
 
 TEST(RankDiagram, KeepsBothEndsOfLongNames) {
@@ -136,7 +135,8 @@ TEST(RankDiagram, KeepsBothEndsOfLongNames) {
   diagram.methods[0].name = "inception-v3+places365+resnet50+gist+esf+phog+more+of+them/svm-rbf";
   const std::string svg = renderRankDiagram(diagram);
   EXPECT_TRUE(std::regex_search(svg, std::regex(">inception-v3[^<]*…[^<]*/svm-rbf<")));
-  EXPECT_THAT(svg, HasSubstr("<title>" + diagram.methods[0].name)) << "the whole name when pointed at";
+  EXPECT_TRUE(Html(svg).texts("title")[0].starts_with(diagram.methods[0].name))
+      << "the whole name when pointed at";
 }
 
 TEST(RankDiagram, LeavesOutWhatLongNamesHaveInCommon) {
@@ -146,10 +146,10 @@ TEST(RankDiagram, LeavesOutWhatLongNamesHaveInCommon) {
   diagram.methods[0].name = front + "gist" + back;
   diagram.methods[1].name = front + "gray" + back;
   const std::string svg = renderRankDiagram(diagram);
-  EXPECT_THAT(svg, HasSubstr(">…gist…<"));
-  EXPECT_THAT(svg, HasSubstr(">…gray…<"));
+  EXPECT_EQ(count(svg, ">…gist…<"), 1U);
+  EXPECT_EQ(count(svg, ">…gray…<"), 1U);
   diagram.methods[1].name = diagram.methods[0].name;
-  EXPECT_THAT(renderRankDiagram(diagram), HasSubstr(">inception-v3"));
+  EXPECT_GE(count(renderRankDiagram(diagram), ">inception-v3"), 2U);
 }
 
 TEST(RankDiagram, IsPartOfThePageAndAFileOfItsOwn) {
@@ -160,10 +160,10 @@ TEST(RankDiagram, IsPartOfThePageAndAFileOfItsOwn) {
   test::expectWellFormed(html);
   test::expectNothingFromOutside(html);
   EXPECT_EQ(count(html, "class=\"stem"), 12U);
-  EXPECT_THAT(html, HasSubstr("Best at the left."));
+  EXPECT_THAT(Html(html).texts("figcaption"), testing::ElementsAre("Best at the left."));
   const std::string svg = renderRankDiagram(sample(12, 20));
-  EXPECT_THAT(svg, testing::StartsWith("<?xml"));
-  EXPECT_THAT(svg, HasSubstr("prefers-color-scheme:dark"));
+  EXPECT_TRUE(svg.starts_with("<?xml"));
+  EXPECT_EQ(count(svg, "prefers-color-scheme:dark"), 1U);
   EXPECT_EQ(count(svg, "name control"), 1U);
 }
 
@@ -177,8 +177,8 @@ TEST(RankDiagram, SurvivesAnyNameAndNone) {
   test::expectWellFormed(html);
   test::expectNothingFromOutside(html);
   for (const std::string& text : {html, renderRankDiagram(RankDiagram{}), renderRankDiagram(sample(1, 1))}) {
-    EXPECT_THAT(text, Not(HasSubstr("nan")));
-    EXPECT_THAT(text, Not(HasSubstr("inf")));
+    EXPECT_FALSE(Html(text).mentions("nan"));
+    EXPECT_FALSE(Html(text).mentions("inf"));
   }
 }
 

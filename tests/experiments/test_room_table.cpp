@@ -5,14 +5,14 @@
 
 #include "estancia/core/error.hpp"
 #include "experiments/src/zones/room_classes.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia::experiments {
 namespace {
 
-using test::errorOf;
+using test::FailsWith;
 using testing::ElementsAre;
-using testing::HasSubstr;
 
 std::vector<Frame> named(const std::vector<std::string>& names) {
   std::vector<Frame> frames;
@@ -33,15 +33,15 @@ TEST(RoomTable, SaysWhatIsWrongAndWhere) {
   const std::string file = scratch / "rooms.csv";
   const auto problem = [&](const std::string& text, const std::string& column) {
     test::writeFile(file, text);
-    return errorOf([&] { RoomTable(file, "n", named({"1.png"})).column(column); });
+    return test::caught([&] { RoomTable(file, "n", named({"1.png"})).column(column); });
   };
-  EXPECT_THAT(errorOf([&] { RoomTable(scratch / "none.csv", "n", {}); }), HasSubstr("none.csv"));
-  EXPECT_THAT(problem("", "room"), HasSubstr("an empty table"));
-  EXPECT_THAT(problem("image,room\n", "room"),
-              HasSubstr("rooms.csv:1: there is no column `n`; there are image, room"));
-  EXPECT_THAT(problem("n,room\n1,hall\n", "place"), HasSubstr("rooms.csv:1: there is no column `place`"));
-  EXPECT_THAT(problem("n,room\n1,hall\n\n2\n", "room"),
-              HasSubstr("rooms.csv:4: 1 cells under a header of 2"));
+  EXPECT_THAT([&] { RoomTable(scratch / "none.csv", "n", {}); },
+              FailsWith(ErrorCode::fileNotFound, "none.csv"));
+  EXPECT_THAT(problem("", "room"), FailsWith(ErrorCode::insufficientData, "rooms.csv"));
+  EXPECT_THAT(problem("image,room\n", "room"), FailsWith(ErrorCode::malformedFile, "rooms.csv:1", "\"n\""));
+  EXPECT_THAT(problem("n,room\n1,hall\n", "place"),
+              FailsWith(ErrorCode::malformedFile, "rooms.csv:1", "\"place\""));
+  EXPECT_THAT(problem("n,room\n1,hall\n\n2\n", "room"), FailsWith(ErrorCode::malformedFile, "rooms.csv:4"));
 }
 
 TEST(RoomClasses, AreRunsOfOneRoomInARow) {

@@ -13,12 +13,13 @@
 #include "estancia/stats/proportion.hpp"
 #include "experiments/src/scenes/scenes_statistics.hpp"
 #include "experiments/src/scenes/scenes_subsets.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia::experiments {
 namespace {
 
-using test::errorOf;
+using test::FailsWith;
 using testing::Each;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -91,7 +92,7 @@ TEST(SceneShare, AllRightIsNoCertainty) {
 }
 
 TEST(SceneShare, NeedsImages) {
-  EXPECT_THAT(errorOf([] { shareRight({}, {}); }), HasSubstr("no image was asked about"));
+  EXPECT_THAT([] { shareRight({}, {}); }, FailsWith(ErrorCode::insufficientData));
 }
 
 TEST(SceneAnswers, CountConfusionsAsAMeanOverSeeds) {
@@ -110,9 +111,11 @@ TEST(SceneAnswers, ReadBackWhatTheyTold) {
   EXPECT_EQ(results[0].measure, "accuracy");
   EXPECT_DOUBLE_EQ(results[0].value, 0.625);
   EXPECT_EQ(SceneAnswers::fromResults(results, test, 2).answers, answers.answers);
-  EXPECT_THAT(errorOf([&] { SceneAnswers::fromResults(results, test, 3); }), HasSubstr("as many answers"));
+  EXPECT_THAT([&] { SceneAnswers::fromResults(results, test, 3); },
+              FailsWith(ErrorCode::corruptFile, "`cells`"));
   results.back().value = 4;
-  EXPECT_THAT(errorOf([&] { SceneAnswers::fromResults(results, test, 2); }), HasSubstr("a room that there"));
+  EXPECT_THAT([&] { SceneAnswers::fromResults(results, test, 2); },
+              FailsWith(ErrorCode::corruptFile, "`cells`"));
 }
 
 /// One descriptor, as many classifiers as there are shares: each right about that share of the images.
@@ -255,8 +258,7 @@ TEST(SceneSubsets, AllLabelsAreSpokenOfWhenTheyWereTried) {
   results.labels = 793;
   EXPECT_EQ(subsetAnswer(results), "") << "300 labels are not all of them";
   results.labels = 300;
-  EXPECT_THAT(subsetAnswer(results),
-              HasSubstr("That 75 labels beat all of them holds here: against all 300"));
+  EXPECT_THAT(subsetAnswer(results), HasSubstr("holds here: against all 300"));
 }
 
 TEST(SceneScores, EqualSharesAreEqual) {

@@ -10,31 +10,35 @@
 #include "estancia/core/error.hpp"
 #include "experiments/src/runner/grid.hpp"
 #include "local_ranks.hpp"
+#include "support/errors.hpp"
 #include "support/support.hpp"
 
 namespace estancia::experiments {
 namespace {
 
-using test::errorOf;
+using test::FailsWith;
 using test::LocalRanks;
 using test::readFile;
 using test::ScratchFolder;
-using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-/// Runs program(distribution, rank) in so many processes that are threads; the messages of what they throw.
-std::vector<std::string> inProcesses(int count, const std::function<void(WorkQueue&, int)>& program) {
+/// Runs program(distribution, rank) in so many processes that are threads; what they throw.
+std::vector<test::Caught> inProcesses(int count, const std::function<void(WorkQueue&, int)>& program) {
   auto ranks = LocalRanks::several(count);
-  std::vector<std::string> errors(static_cast<std::size_t>(count));
+  std::vector<test::Caught> errors(static_cast<std::size_t>(count));
   std::vector<std::thread> processes;
   for (int r = 0; r < count; ++r)
     processes.emplace_back([&, r] {
       const auto i = static_cast<std::size_t>(r);
       WorkQueue distribution(std::move(ranks[i]));
-      errors[i] = errorOf([&] { distribution.together([&] { program(distribution, r); }); });
+      errors[i] = test::caught([&] { distribution.together([&] { program(distribution, r); }); });
     });
   for (std::thread& process : processes) process.join();
   return errors;
+}
+
+void expectNone(const std::vector<test::Caught>& errors) {
+  for (const test::Caught& error : errors) EXPECT_FALSE(error.code) << error;
 }
 
 void rest() {
@@ -67,7 +71,7 @@ TEST(WorkQueue, EveryPieceIsDoneOnceByWhoeverIsFree) {
           [&] { ++told; });
       for (const auto& count : times) unfinished += count == 0;
     });
-    EXPECT_EQ(errors, std::vector<std::string>(4));
+    expectNone(errors);
     for (const auto& count : times) EXPECT_EQ(count, 1);
     EXPECT_EQ(unfinished, 0) << "nobody goes on before all is done";
     EXPECT_EQ(told, 200 - byTheFirst) << "of what others do";
@@ -87,7 +91,7 @@ TEST(WorkQueue, WorkFollowsWorkAndMayBeNone) {
     EXPECT_EQ(first, 5);
     EXPECT_EQ(second, 11);
   });
-  EXPECT_EQ(errors, std::vector<std::string>(3));
+  expectNone(errors);
 }
 
 TEST(WorkQueue, AFailureAnywhereEndsAllAndIsToldByTheFirst) {
@@ -99,7 +103,7 @@ TEST(WorkQueue, AFailureAnywhereEndsAllAndIsToldByTheFirst) {
           "list", upTo(500), 2,
           [&](std::size_t i) {
             if (rank == failing) failed = true;
-            if (rank == failing) throw Error("piece " + std::to_string(i) + " is broken");
+            if (rank == failing) throw Error(ErrorCode::corruptFile, "piece " + std::to_string(i));
             do rest();
             while (!failed);
             ++done;
@@ -107,8 +111,8 @@ TEST(WorkQueue, AFailureAnywhereEndsAllAndIsToldByTheFirst) {
           [] {});
       FAIL() << "nobody goes on";
     });
-    EXPECT_THAT(errors[0], HasSubstr("is broken"));
-    EXPECT_EQ(errors[1] + errors[2], "");
+    EXPECT_THAT(errors[0], FailsWith(ErrorCode::corruptFile, "piece "));
+    expectNone({errors[1], errors[2]});
     EXPECT_LT(done, 499);
   }
 }
@@ -116,12 +120,12 @@ TEST(WorkQueue, AFailureAnywhereEndsAllAndIsToldByTheFirst) {
 TEST(WorkQueue, WhatFailsOutsideOfThePiecesEndsAllToo) {
   for (const int failing : {0, 1}) {
     const auto errors = inProcesses(3, [&](WorkQueue& distribution, int rank) {
-      if (rank == failing) throw Error("no such file");
+      if (rank == failing) throw Error(ErrorCode::fileNotFound, "clouds.csv");
       distribution.each(
           "list", upTo(20), 1, [](std::size_t) { rest(); }, [] {});
     });
-    EXPECT_EQ(errors[0], "no such file");
-    EXPECT_EQ(errors[1] + errors[2], "");
+    EXPECT_THAT(errors[0], FailsWith(ErrorCode::fileNotFound, "clouds.csv"));
+    expectNone({errors[1], errors[2]});
   }
 }
 
@@ -130,7 +134,7 @@ TEST(WorkQueue, ProcessesThatSeeOtherWorkAreRefused) {
     distribution.each(
         rank == 0 ? "a" : "b", {}, 1, [](std::size_t) {}, [] {});
   });
-  EXPECT_THAT(errors[0], HasSubstr("process 1 has other work than process 0"));
+  EXPECT_THAT(errors[0], FailsWith(ErrorCode::mismatch, "process 1"));
 }
 
 TEST(DistributedGrid, GivesTheTableOfASingleProcess) {
@@ -155,14 +159,14 @@ TEST(DistributedGrid, GivesTheTableOfASingleProcess) {
   run(scratch / "alone", nullptr);
   computed = 0;
   const auto together = [&](WorkQueue& distribution, int) { run(scratch / "together", &distribution); };
-  EXPECT_EQ(inProcesses(3, together), std::vector<std::string>(3));
+  expectNone(inProcesses(3, together));
   EXPECT_EQ(computed, 40);
   EXPECT_EQ(readFile(scratch / "alone/results.csv"), readFile(scratch / "together/results.csv"));
   int kept = 0;
   for (const auto& cell : fs::directory_iterator(scratch / "together/cells"))
     if (kept++ % 4 == 0) fs::remove(cell);
   computed = 0;
-  EXPECT_EQ(inProcesses(3, together), std::vector<std::string>(3));
+  expectNone(inProcesses(3, together));
   EXPECT_EQ(computed, 10) << "only what is missing";
   EXPECT_EQ(readFile(scratch / "alone/results.csv"), readFile(scratch / "together/results.csv"));
 }

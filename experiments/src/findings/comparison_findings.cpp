@@ -39,7 +39,7 @@ std::string summaryOf(const MethodComparison& comparison) {
   const std::size_t methods = comparison.rows.size(), tests = comparison.scores.tests.size();
   const FriedmanTest& friedman = comparison.friedman;
   if (!friedman.undefined.empty())
-    return fmt::format("Nothing can be told apart: {} (p = 1).", friedman.undefined);
+    return fmt::format("No significant difference: {} (p = 1).", friedman.undefined);
   const auto& best = comparison.rows.front();
   if (!comparison.differ)
     return fmt::format(

@@ -1,4 +1,4 @@
-// What a comparison of methods found, as tables, images and sentences.
+// Method comparison: the result of compareMethods() as tables, rank diagrams and sentences.
 #pragma once
 
 #include <string>

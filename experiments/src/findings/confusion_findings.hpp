@@ -1,4 +1,4 @@
-// What a test of a room classifier found, for a page.
+// Confusion findings: the test of a room classifier as a page.
 #pragma once
 
 #include <string>

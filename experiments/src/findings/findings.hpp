@@ -1,4 +1,5 @@
-// Findings: results of an experiment as plain data, in tables, charts and images.
+// Findings: what an experiment found as plain data; experiments write it, the command prints it, pages draw
+// it.
 #pragma once
 
 #include <cstddef>
@@ -14,28 +15,36 @@ namespace estancia::experiments {
 struct ResultTable {
   enum class Best { none, smallest, largest };
   enum class Form {
-    fixed,       ///< 0.05
-    scientific,  ///< 5.00e-02: p-values; none is 0, but < 1e-300
-    yesNo        ///< 0 is no, everything else is yes
+    /// 0.05
+    fixed,
+    /// 5.00e-02, for p-values; "< 1e-300" instead of 0.
+    scientific,
+    /// "no" for 0, "yes" for everything else.
+    yesNo
   };
   struct Column {
     std::string name;
     int decimals = 2;
-    Best best = Best::none;  ///< which of its values are pointed out
+    /// Which values are highlighted.
+    Best best = Best::none;
     Form form = Form::fixed;
-    std::optional<std::size_t> beats = {};  ///< pages point out where its values are above that column's
+    /// Pages point out where its values are above that column's.
+    std::optional<std::size_t> beats = {};
     bool operator==(const Column&) const = default;
   };
   struct Row {
     std::string name;
-    std::vector<std::optional<double>> values;  ///< one a column; absent where unknown
+    /// One a column; absent where unknown.
+    std::vector<std::optional<double>> values;
     bool operator==(const Row&) const = default;
   };
   std::string title, caption;
-  std::string rowsAre;  ///< what the rows are: "model"
+  /// What the rows are: "model".
+  std::string rowsAre;
   std::vector<Column> columns;
   std::vector<Row> rows;
-  double hottest = 0;  ///< pages color the cells from 0 to this value; 0: they do not
+  /// Pages color the cells from 0 to this value; 0: they do not.
+  double hottest = 0;
 
   bool operator==(const ResultTable&) const = default;
 };
@@ -50,21 +59,27 @@ std::string bestText(const ResultTable& table, std::size_t column);
 struct LineChart {
   struct Line {
     std::string name;
-    std::vector<double> y;                      ///< one a position
-    std::optional<double> mark = std::nullopt;  ///< a position that is pointed out, if it is one of x
+    /// One a position.
+    std::vector<double> y;
+    /// A position that is pointed out, if it is one of x.
+    std::optional<double> mark = std::nullopt;
   };
   std::string title, caption, xName, yName;
-  bool logarithmic = false;  ///< the y axis; what is not above 0 then lies at its foot
-  std::vector<double> x;     ///< ascending
+  /// The y axis; what is not above 0 then lies at its foot.
+  bool logarithmic = false;
+  /// Ascending.
+  std::vector<double> x;
   std::vector<Line> lines;
-  bool closeUp = false;  ///< positions stand evenly, each named; the y axis begins near the least value
+  /// Positions stand evenly, each named; the y axis begins near the least value.
+  bool closeUp = false;
 };
 
 /// Shares of a whole, a bar for each thing that was compared: wins, ties and losses.
 struct StackedBars {
   struct Bar {
     std::string name;
-    std::vector<double> values;  ///< ≥ 0, one a part
+    /// ≥ 0, one a part.
+    std::vector<double> values;
   };
   std::string title, caption;
   std::vector<std::string> parts;
@@ -74,8 +89,10 @@ struct StackedBars {
 /// A number for each pair of things, as heat.
 struct HeatTable {
   std::string title, caption;
-  std::vector<std::string> names;  ///< of rows and columns
-  std::vector<double> values;      ///< row-major; not finite where unknown
+  /// Names of rows and columns.
+  std::vector<std::string> names;
+  /// Row-major; not finite where unknown.
+  std::vector<double> values;
   int decimals = 2;
 
   double at(std::size_t row, std::size_t column) const { return values[row * names.size() + column]; }
@@ -86,44 +103,57 @@ struct HeatTable {
 struct RankDiagram {
   struct Method {
     std::string name;
-    double meanRank = 1;  ///< 1 … number of methods
+    /// 1 … number of methods.
+    double meanRank = 1;
   };
   std::string title, caption;
-  std::vector<Method> methods;                              ///< best first
-  std::vector<std::pair<std::size_t, std::size_t>> groups;  ///< first and last method that a bar joins
-  std::optional<double> criticalDifference;                 ///< of Nemenyi's test, drawn as a length
-  std::optional<std::size_t> control;                       ///< pointed out
+  /// Best first.
+  std::vector<Method> methods;
+  /// First and last method that a bar joins.
+  std::vector<std::pair<std::size_t, std::size_t>> groups;
+  /// Critical difference of Nemenyi's test, drawn as a length.
+  std::optional<double> criticalDifference;
+  /// Pointed out.
+  std::optional<std::size_t> control;
 };
 
 /// Images of what was found, each with a line under it.
 struct Images {
   struct Image {
-    std::vector<unsigned char> file;  ///< a PNG or JPEG
+    /// A PNG or JPEG.
+    std::vector<unsigned char> file;
     std::string caption;
   };
   std::string title, caption;
   std::vector<Image> images;
-  bool wide = false;  ///< one beside few others
+  /// Few images a row.
+  bool wide = false;
 };
 
 /// Words of things, the likelier the larger (thesis Fig. 6.3).
 struct WordClouds {
   struct Cloud {
     std::string name;
-    std::vector<std::pair<std::string, double>> words;  ///< weights above 0, descending
+    /// Weights above 0, descending.
+    std::vector<std::pair<std::string, double>> words;
   };
   std::string title, caption;
   std::vector<Cloud> clouds;
 };
 
 struct Findings {
-  std::string title, summary;                              ///< the summary is one sentence: the answer
-  std::vector<std::pair<std::string, std::string>> facts;  ///< under what circumstances
-  std::vector<std::string> notes;                          ///< what was left out, and why
+  /// The summary is one sentence: the answer.
+  std::string title, summary;
+  /// Under what circumstances.
+  std::vector<std::pair<std::string, std::string>> facts;
+  /// What was left out, and why.
+  std::vector<std::string> notes;
   std::vector<std::variant<ResultTable, LineChart, StackedBars, HeatTable, RankDiagram, Images, WordClouds>>
       sections;
-  std::vector<Findings> apart;  ///< what is also written in files of its own …
-  std::string file = {};        ///< … of this name, without an ending
+  /// What is also written in files of its own.
+  std::vector<Findings> apart;
+  /// Name of those files, without an ending.
+  std::string file = {};
 };
 
 }  // namespace estancia::experiments

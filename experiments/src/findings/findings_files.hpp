@@ -1,4 +1,4 @@
-// What was found, in the forms that papers and programs take.
+// Findings files: a page, Markdown, CSV, LaTeX and SVG.
 #pragma once
 
 #include <filesystem>

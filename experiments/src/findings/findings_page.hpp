@@ -1,4 +1,4 @@
-// The page of an experiment: one HTML file that needs nothing else and no network.
+// Findings page: one HTML file of an experiment, which needs no other file and no network.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// A matrix as heat.
+// Heat table: a matrix in the colors of viridis.
 #pragma once
 
 #include <string>

@@ -65,6 +65,58 @@ class ValueAxis {
   std::vector<double> ticks_;
 };
 
+/// Where a chart's points lie in the plot.
+class Plot {
+ public:
+  explicit Plot(const LineChart& chart)
+      : chart_(chart),
+        values_(chart),
+        first_(chart.x.empty() ? 0 : chart.x.front()),
+        range_(chart.x.size() < 2 ? 1 : chart.x.back() - first_) {}
+
+  double across(double x) const {
+    if (!chart_.closeUp) return plotWidth * (x - first_) / range_;
+    const auto position = std::lower_bound(chart_.x.begin(), chart_.x.end(), x) - chart_.x.begin();
+    return plotWidth * static_cast<double>(position) /
+           static_cast<double>(std::max<std::size_t>(chart_.x.size(), 2) - 1);
+  }
+  double down(double y) const { return plotHeight * (1 - values_.at(y)); }
+  const std::vector<double>& ticksY() const { return values_.ticks(); }
+  std::vector<double> ticksX() const {
+    if (chart_.closeUp) return chart_.x;
+    std::vector<double> ticks;
+    const double step = niceStep(range_, 5);
+    for (double x = std::ceil(first_ / step) * step; x <= first_ + range_; x += step) ticks.push_back(x);
+    return ticks;
+  }
+
+ private:
+  const LineChart& chart_;
+  ValueAxis values_;
+  double first_, range_;
+};
+
+void addCurve(const LineChart& chart, std::size_t i, const Plot& plot, Markup& figure) {
+  const LineChart::Line& line = chart.lines[i];
+  Path path;
+  bool drawing = false;
+  for (std::size_t p = 0; p < std::min(chart.x.size(), line.y.size()); ++p) {
+    const double x = plot.across(chart.x[p]), y = line.y[p];
+    if (std::isfinite(y)) drawing ? path.line(x, plot.down(y)) : path.move(x, plot.down(y));
+    drawing = std::isfinite(y);
+  }
+  if (path.empty()) return;
+  figure.open("path", {{"class", curveClass(i)}, {"d", path.str()}});
+  figure.element("title", shorten(line.name, 60)).close();
+  const auto marked = line.mark ? std::find(chart.x.begin(), chart.x.end(), *line.mark) : chart.x.end();
+  if (marked == chart.x.end()) return;
+  const double y = line.y[static_cast<std::size_t>(marked - chart.x.begin())];
+  if (!std::isfinite(y)) return;
+  Path dot;  // a line without length and with round ends stays round however the figure is stretched
+  dot.move(plot.across(*marked), plot.down(y)).line(plot.across(*marked), plot.down(y));
+  figure.leaf("path", {{"class", fmt::format("mark c{}", i % 7)}, {"d", dot.str()}});
+}
+
 }  // namespace
 
 std::string curveClass(std::size_t i) {
@@ -72,24 +124,13 @@ std::string curveClass(std::size_t i) {
 }
 
 Markup lineChart(const LineChart& chart) {
-  const ValueAxis values(chart);
-  const double first = chart.x.empty() ? 0 : chart.x.front();
-  const double range = chart.x.size() < 2 ? 1 : chart.x.back() - first;
-  const auto across = [&](double x) {
-    if (!chart.closeUp) return plotWidth * (x - first) / range;
-    const auto position = std::lower_bound(chart.x.begin(), chart.x.end(), x) - chart.x.begin();
-    return plotWidth * static_cast<double>(position) /
-           static_cast<double>(std::max<std::size_t>(chart.x.size(), 2) - 1);
-  };
-  const auto down = [&](double y) { return plotHeight * (1 - values.at(y)); };
-
+  const Plot plot(chart);
   Markup figure;
   figure.open("figure", {{"class", "chart"}}).element("h3", shorten(chart.title, 160)).add(legend(chart));
   figure.element("p", {{"class", "axis"}}, shorten(chart.yName, 80));
   figure.open("div", {{"class", "plot"}}).open("div", {{"class", "ticks-y"}, {"aria-hidden", "true"}});
-  const double xStep = niceStep(range, 5);
-  for (const double y : values.ticks())
-    figure.element("span", {{"style", fmt::format("top:{}%", number(100 * down(y) / plotHeight))}},
+  for (const double y : plot.ticksY())
+    figure.element("span", {{"style", fmt::format("top:{}%", number(100 * plot.down(y) / plotHeight))}},
                    number(y, 6));
   figure.close();
   figure.open("svg",
@@ -97,36 +138,13 @@ Markup lineChart(const LineChart& chart) {
                {"preserveAspectRatio", "none"},
                {"role", "img"},
                {"aria-label", fmt::format("{}: {} curves", shorten(chart.title, 160), chart.lines.size())}});
-  for (const double y : values.ticks())
-    figure.leaf("path", {{"class", "grid"}, {"d", Path().move(0, down(y)).line(plotWidth, down(y)).str()}});
-  for (std::size_t i = chart.lines.size(); i-- > 0;) {  // the first one, the best, lies on top
-    Path path;
-    bool drawing = false;
-    for (std::size_t p = 0; p < std::min(chart.x.size(), chart.lines[i].y.size()); ++p) {
-      const double y = chart.lines[i].y[p];
-      if (std::isfinite(y))
-        drawing ? path.line(across(chart.x[p]), down(y)) : path.move(across(chart.x[p]), down(y));
-      drawing = std::isfinite(y);
-    }
-    if (path.empty()) continue;
-    figure.open("path", {{"class", curveClass(i)}, {"d", path.str()}});
-    figure.element("title", shorten(chart.lines[i].name, 60)).close();
-    const auto marked =
-        chart.lines[i].mark ? std::find(chart.x.begin(), chart.x.end(), *chart.lines[i].mark) : chart.x.end();
-    if (marked == chart.x.end()) continue;
-    const double y = chart.lines[i].y[static_cast<std::size_t>(marked - chart.x.begin())];
-    if (!std::isfinite(y)) continue;
-    Path dot;  // a line without length and with round ends stays round however the figure is stretched
-    dot.move(across(*marked), down(y)).line(across(*marked), down(y));
-    figure.leaf("path", {{"class", fmt::format("mark c{}", i % 7)}, {"d", dot.str()}});
-  }
+  for (const double y : plot.ticksY())
+    figure.leaf("path",
+                {{"class", "grid"}, {"d", Path().move(0, plot.down(y)).line(plotWidth, plot.down(y)).str()}});
+  for (std::size_t i = chart.lines.size(); i-- > 0;) addCurve(chart, i, plot, figure);  // the best one on top
   figure.close().open("div", {{"class", "ticks-x"}, {"aria-hidden", "true"}});
-  std::vector<double> named;
-  if (chart.closeUp) named = chart.x;
-  if (!chart.closeUp)
-    for (double x = std::ceil(first / xStep) * xStep; x <= first + range; x += xStep) named.push_back(x);
-  for (const double x : named)
-    figure.element("span", {{"style", fmt::format("left:{}%", number(100 * across(x) / plotWidth))}},
+  for (const double x : plot.ticksX())
+    figure.element("span", {{"style", fmt::format("left:{}%", number(100 * plot.across(x) / plotWidth))}},
                    number(x, 6));
   figure.close().close();
   figure.element("p", {{"class", "axis under"}}, shorten(chart.xName, 80));

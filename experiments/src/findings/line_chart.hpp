@@ -1,4 +1,4 @@
-// Curves over a common axis.
+// Line chart: curves over a common axis.
 #pragma once
 
 #include <cstddef>

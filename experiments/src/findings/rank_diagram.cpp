@@ -54,11 +54,11 @@ std::vector<std::string> drawnNames(const RankDiagram& diagram) {
 
 /// Where everything lies. Methods are given best first; the first half has its names at the left.
 struct Geometry {
-  std::vector<std::string> names;  ///< as drawn
+  std::vector<std::string> names;  // as drawn
   std::size_t count = 0, atLeft = 0;
-  double left = 0, right = 0, width = 0;  ///< ends of the stems, and of the image
+  double left = 0, right = 0, width = 0;  // ends of the stems, and of the image
   double axis = 0, bars = 0, rows = 0, height = 0;
-  std::vector<std::size_t> levels;  ///< one a group, from the axis down
+  std::vector<std::size_t> levels;  // one a group, from the axis down
 
   explicit Geometry(const RankDiagram& diagram) : count(diagram.methods.size()), atLeft((count + 1) / 2) {
     double names1 = 0, names2 = 0;

@@ -1,4 +1,4 @@
-// The critical-difference diagram: who is how good, and who is not found to differ (Demšar, JMLR 7 (2006)).
+// Critical difference diagram: mean ranks, bars join methods that do not differ (Demšar, JMLR 7 (2006)).
 #pragma once
 
 #include <string>

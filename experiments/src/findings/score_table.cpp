@@ -149,10 +149,10 @@ class ScoreReader {
   std::filesystem::path file_;
   std::string score_;
   std::vector<std::string> head_;
-  std::vector<std::size_t> keys_;  ///< columns of descriptor, classifier, train, test; empty in a wide table
+  std::vector<std::size_t> keys_;  // columns of descriptor, classifier, train, test; empty in a wide table
   std::size_t scoreColumn_ = 0;
   Names methods_, tests_;
-  std::map<std::pair<std::size_t, std::size_t>, Score> scores_;  ///< by method and test
+  std::map<std::pair<std::size_t, std::size_t>, Score> scores_;  // by method and test
 };
 
 }  // namespace

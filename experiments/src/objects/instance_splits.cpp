@@ -22,6 +22,7 @@ std::vector<std::vector<std::size_t>> choicesOf(std::span<const int> wordOf) {
     if (instances.size() > 1) choices.push_back(std::move(instances));
   if (choices.empty())
     throw Error(
+        ErrorCode::insufficientData,
         "no word has two instances, one to learn from and one to be asked about; collect more of them, or "
         "split the views of each");
   return choices;
@@ -39,7 +40,8 @@ InstanceSplit splitOf(std::string name, std::span<const int> wordOf, const std::
 
 InstanceSplit baselineSplit(std::span<const int> wordOf, std::span<const double> labeled) {
   if (wordOf.size() != labeled.size())
-    throw Error(fmt::format("{} instances have {} shares of samples named rightly; give one each",
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("{} instances have {} shares of samples named rightly; give one each",
                             wordOf.size(), labeled.size()));
   std::set<std::size_t> tested;
   for (const std::vector<std::size_t>& instances : choicesOf(wordOf))

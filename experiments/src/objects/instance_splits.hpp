@@ -1,4 +1,4 @@
-// Things to learn from and others to be asked about: instances never stand on both sides (thesis 6.4).
+// Instance splits: training and test sets that share no instance (thesis 6.4).
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,10 @@
 namespace estancia::experiments {
 
 struct InstanceSplit {
-  std::string name;                      ///< "baseline", "random 01" …
-  std::vector<std::size_t> train, test;  ///< instances, ascending; none in both
+  /// "baseline", "random 01".
+  std::string name;
+  /// Instances, ascending; none in both.
+  std::vector<std::size_t> train, test;
 };
 
 /// Of each word the instance that the labeler names worst is tested, the others are learned from

@@ -7,9 +7,9 @@
 #include <set>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/object_view_formats.hpp"
+#include "experiments/src/findings/csv_table.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;
@@ -25,34 +25,20 @@ bool isPlain(const std::string& name) {
 }  // namespace
 
 std::vector<ObjectScene> readObjectScenes(const fs::path& folder, std::vector<std::string>* problems) {
-  const fs::path file = folder / "index.csv";
-  const std::string name = io::printable(file.string());
+  const CsvTable table(folder / "index.csv");
+  const auto category = table.find("category");
   std::vector<ObjectScene> scenes;
-  std::vector<std::string> header;
-  std::optional<std::size_t> split, number, category;
   std::set<std::string> seen;
   io::LeftOut leftOut;
-  io::forEachCsvRow(file, [&](const io::CsvRow& row) {
-    const auto fail = [&](const std::string& what) {
-      return Error(ErrorCode::malformedFile, fmt::format("{}:{}: {}", name, row.line, what));
-    };
-    if (header.empty()) {
-      header = row.cells;
-      split = io::findColumn(header, "split");
-      number = io::findColumn(header, "n");
-      category = io::findColumn(header, "category");
-      if (!split || !number) throw fail("no columns `split` and `n`");
-      return;
-    }
-    if (row.cells.size() != header.size())
-      throw fail(fmt::format("{} cells instead of {}", row.cells.size(), header.size()));
-    if (!isPlain(row.cells[*split]) || !isPlain(row.cells[*number]))
-      throw fail("`split` and `n` may hold letters, digits, - and _");
+  for (const io::CsvRow& row : table.rows()) {
+    const std::string &split = table.get(row, "split"), &number = table.get(row, "n");
+    if (!isPlain(split) || !isPlain(number))
+      table.fail(row, "`split` and `n` may hold letters, digits, - and _");
     ObjectScene scene;
-    scene.name = row.cells[*split] + row.cells[*number];
+    scene.name = split + number;
     if (category) scene.category = io::printable(row.cells[*category]);
-    if (!seen.insert(scene.name).second) throw fail(fmt::format("the scene {} is repeated", scene.name));
-    const auto path = [&](const char* end) { return folder / row.cells[*split] / (scene.name + end); };
+    if (!seen.insert(scene.name).second) table.fail(row, fmt::format("the scene {} is repeated", scene.name));
+    const auto path = [&](const char* end) { return folder / split / (scene.name + end); };
     scene.image = path("_rgb.jpg");
     scene.depth = path("_depth.png");
     scene.mask = path("_label.png");
@@ -63,13 +49,11 @@ std::vector<ObjectScene> readObjectScenes(const fs::path& folder, std::vector<st
       scenes.push_back(std::move(scene));
     else
       leftOut.add(fmt::format("{} is missing", io::printable((*missing)->string())));
-  });
-  if (header.empty())
-    throw Error(ErrorCode::insufficientData, fmt::format("{}: empty; list the scenes in it", name));
+  }
   const std::string sentence = leftOut.none() ? "" : leftOut.sentence(seen.size(), "scenes");
   if (scenes.empty())
     throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: no scene{}", name, sentence.empty() ? "" : "; " + sentence));
+                fmt::format("{}: no scene{}", table.name(), sentence.empty() ? "" : "; " + sentence));
   if (problems != nullptr && !sentence.empty()) problems->push_back(sentence);
   return scenes;
 }

@@ -12,6 +12,7 @@
 #include "estancia/io/image_file.hpp"
 #include "experiments/src/objects/object_scenes.hpp"
 #include "experiments/src/objects/object_segmentation_findings.hpp"
+#include "experiments/src/runner/config_lists.hpp"
 #include "experiments/src/runner/work_queue.hpp"
 
 namespace estancia::experiments {
@@ -75,11 +76,11 @@ CellResults segment(const ObjectScene& file, const Options& options) {
 
 SegmentedScene read(const ObjectScene& scene, const CellResults& results) {
   const auto get = [&](const std::string& measure) {
-    const auto found =
-        std::find_if(results.begin(), results.end(), [&](const auto& r) { return r.measure == measure; });
-    if (found == results.end() || !(found->value >= 0 && found->value < 1e9))
-      throw Error(fmt::format("the cell of {} has no {}; remove the folder `cells`", scene.name, measure));
-    return found->value;
+    const auto found = valueOf(results, measure);
+    if (!found || !(*found >= 0 && *found < 1e9))
+      throw Error(ErrorCode::corruptFile,
+                  fmt::format("the cell of {} has no {}; remove the folder `cells`", scene.name, measure));
+    return *found;
   };
   const auto count = [&](const std::string& measure) { return static_cast<std::size_t>(get(measure)); };
   const auto score = [&](const std::string& prefix) {
@@ -107,6 +108,15 @@ Images show(const std::vector<ObjectScene>& files, const std::vector<SegmentedSc
   return images;
 }
 
+OptionGroup declare(Options& options) {
+  OptionGroup group("object-segmentation", "Objects found in images");
+  group.add("depth-scale", &options.depthScale, "Units a meter of the depth images").range(1e-6, 1e9);
+  group.add("tolerance", &options.tolerance, "Distance between Euclidean clusters").unit("m").range(1e-4, 10);
+  group.add("seed", &options.seed, "Seed of the planes and of the posters' noise").range(0, 1e9);
+  group.add("images", &options.images, "Best and worst scenes that are shown").range(0, 20);
+  return group;
+}
+
 CameraIntrinsics readCamera(ConfigFile& config, const toml::table& table) {
   CameraIntrinsics camera;
   const auto size = [&config](int& to) {
@@ -129,17 +139,12 @@ CameraIntrinsics readCamera(ConfigFile& config, const toml::table& table) {
 ObjectSegmentationOptions readObjectSegmentation(ConfigFile& config) {
   Options options;
   const toml::table* camera = nullptr;
-  config.read(
+  config.read(together(
+      keysOf(config, declare(options)),
       {{"type", true, "the kind of experiment", [](auto&) {}},
        {"scenes", true, "the folder with the list of scenes",
         [&](auto& n) { options.scenes = config.anywhere(n); }},
-       {"camera", true, "the camera that took them", [&](auto& n) { camera = &config.subtable(n); }},
-       {"depth_scale", false, "", [&](auto& n) { options.depthScale = config.number(n, 1e-6, 1e9); }},
-       {"tolerance", false, "", [&](auto& n) { options.tolerance = config.number(n, 1e-4, 10); }},
-       {"seed", false, "",
-        [&](auto& n) { options.seed = static_cast<std::uint64_t>(config.integer(n, 0, 1'000'000'000)); }},
-       {"images", false, "",
-        [&](auto& n) { options.images = static_cast<std::size_t>(config.integer(n, 0, 20)); }}});
+       {"camera", true, "the camera that took them", [&](auto& n) { camera = &config.subtable(n); }}}));
   options.camera = readCamera(config, *camera);
   return options;
 }
@@ -153,10 +158,10 @@ GridColumns objectSegmentationColumns() {
 
 Findings segmentObjects(const Options& options, Grid& grid, const ExperimentRun& run, Progress& progress) {
   if (!run.models.empty())
-    throw Error(
-        fmt::format("{} is no model that finds clusters: --models names networks, which segmentation "
-                    "has none of; leave it out",
-                    run.models.front()));
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("{} is no model that finds clusters: --models names networks, which segmentation "
+                            "has none of; leave it out",
+                            run.models.front()));
   std::vector<std::string> problems;
   const std::vector<ObjectScene> files = readObjectScenes(options.scenes, &problems);
   std::vector<Cell> cells;
@@ -173,7 +178,8 @@ Findings segmentObjects(const Options& options, Grid& grid, const ExperimentRun&
   std::vector<SegmentedScene> scenes;
   for (std::size_t i = 0; i < files.size(); ++i) scenes.push_back(read(files[i], found[i]));
   if (std::all_of(scenes.begin(), scenes.end(), [](const auto& scene) { return scene.ours.objects == 0; }))
-    throw Error(fmt::format("{}: no scene has an object with depth", options.scenes.string()));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no scene has an object with depth", options.scenes.string()));
 
   Findings findings = findingsOf(scenes);
   if (run.distribution == nullptr || run.distribution->isFirst()) {

@@ -1,5 +1,5 @@
-// Are the things in an image found, whole and apart (thesis 6.3)? docs/measured/objects.md shows the
-// tables that it makes.
+// Object segmentation experiment: are the objects in an image found, whole and apart (thesis 6.3)?
+// docs/measured/objects.md shows the tables that it makes.
 #pragma once
 
 #include <cstddef>
@@ -22,12 +22,17 @@ class ConfigFile;
 namespace estancia::experiments {
 
 struct ObjectSegmentationOptions {
-  std::filesystem::path scenes;  ///< see readObjectScenes()
+  /// See readObjectScenes().
+  std::filesystem::path scenes;
   CameraIntrinsics camera;
-  double depthScale = 0;    ///< units a meter of the depth images; 0: the usual
-  double tolerance = 0.02;  ///< of plain Euclidean clusters [m]
-  std::uint64_t seed = 1;   ///< of planes and of the posters' noise
-  std::size_t images = 3;   ///< of the best scenes on the page, and as many of the worst
+  /// Units a meter of the depth images; 0: the usual.
+  double depthScale = 0;
+  /// Distance between plain Euclidean clusters [m].
+  double tolerance = 0.02;
+  /// Seed of the planes and of the posters' noise.
+  std::uint64_t seed = 1;
+  /// Number of the best scenes on the page, and of the worst.
+  std::size_t images = 3;
 };
 
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.

@@ -1,4 +1,4 @@
-// Tables and images of a segmentation experiment.
+// Segmentation findings: tables and images of the segmentation experiment.
 #pragma once
 
 #include <opencv2/core/mat.hpp>
@@ -14,8 +14,10 @@ namespace estancia::experiments {
 struct SegmentedScene {
   std::string name, category;
   SegmentationScore ours, euclidean;
-  std::size_t postersTold = 0;   ///< objects whose photograph is told to be flat
-  std::size_t takenForFlat = 0;  ///< objects that are
+  /// Objects whose photograph is told to be flat.
+  std::size_t postersTold = 0;
+  /// Objects that are.
+  std::size_t takenForFlat = 0;
 };
 
 /// Score by category and over all, posters. The images are the caller's.

@@ -19,7 +19,7 @@ constexpr double half = 0.5, fifth = 0.2;
 
 void requireTruth(const cv::Mat& truth) {
   if (truth.type() != CV_32SC1 || !truth.isContinuous())
-    throw Error("the objects of an image must be one image of 32-bit numbers");
+    throw Error(ErrorCode::invalidInput, "the objects of an image must be one image of 32-bit numbers");
 }
 
 /// Sets that grow together.
@@ -67,7 +67,8 @@ SegmentationScore scoreClusters(const cv::Mat& truth, const std::vector<PixelSet
     std::map<int, std::size_t> common;
     for (const std::uint32_t pixel : cluster) {
       if (pixel >= truth.total())
-        throw Error(fmt::format("a cluster has the pixel {} of an image of {}", pixel, truth.total()));
+        throw Error(ErrorCode::invalidInput,
+                    fmt::format("a cluster has the pixel {} of an image of {}", pixel, truth.total()));
       if (object[pixel] != 0) ++common[object[pixel]];
     }
     std::vector<int> holds;
@@ -94,7 +95,8 @@ SegmentationScore scoreClusters(const cv::Mat& truth, const std::vector<PixelSet
 
 cv::Mat whereDepthIs(const cv::Mat& truth, const cv::Mat& depth) {
   if (truth.size() != depth.size())
-    throw Error(fmt::format("the objects are marked on {}×{} pixels, but depth has {}×{}", truth.cols,
+    throw Error(ErrorCode::mismatch,
+                fmt::format("the objects are marked on {}×{} pixels, but depth has {}×{}", truth.cols,
                             truth.rows, depth.cols, depth.rows));
   cv::Mat known = truth.clone();
   known.setTo(0, ~(depth > 0));  // NaN is not

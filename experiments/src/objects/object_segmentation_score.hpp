@@ -1,4 +1,4 @@
-// How well clusters are the objects of an image, and what they are compared with.
+// Segmentation score: clusters against the objects of an image, and a Euclidean baseline.
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,14 @@ using PixelSet = std::vector<std::uint32_t>;
 /// Of one image.
 struct SegmentationScore {
   std::size_t objects = 0;
-  std::size_t found = 0;  ///< of these some cluster has half: intersection over union ≥ 0.5
-  std::size_t over = 0;   ///< objects of which two clusters or more hold a fifth each
-  std::size_t under = 0;  ///< objects that share a cluster which holds a fifth of each
-  double iou = 0;         ///< sum over the objects of that of their best clusters
+  /// Objects with a cluster of intersection over union ≥ 0.5.
+  std::size_t found = 0;
+  /// Objects of which two clusters or more hold a fifth each.
+  std::size_t over = 0;
+  /// Objects that share a cluster which holds a fifth of each.
+  std::size_t under = 0;
+  /// Sum over the objects of that of their best clusters.
+  double iou = 0;
 };
 
 /// `truth`: CV_32S, the object of each pixel, 0 where there is none. Pixels of clusters that are no object's

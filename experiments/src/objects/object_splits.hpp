@@ -1,6 +1,6 @@
-// Shapes learned by the names that a labeler gives, asked about things or views that were not learned from
-// (thesis 6.4: Fig. 6.3, 6.6 and 6.7, Tables 6.7 and 6.8). docs/measured/objects.md shows the tables that
-// it makes.
+// Object splits experiment: shapes learned from pseudo-labels, tested on other instances or views
+// (thesis 6.4: Fig. 6.3, 6.6 and 6.7, Tables 6.7 and 6.8). docs/measured/objects.md shows the tables that it
+// makes.
 #pragma once
 
 #include <cstddef>
@@ -32,32 +32,45 @@ struct ObjectSplitsOptions {
     std::vector<PseudoLabeling> pseudoLabelings{PseudoLabeling::top, PseudoLabeling::voted,
                                                 PseudoLabeling::confident};
     std::vector<std::string> classifiers{"svm-rbf"};
-    std::vector<double> noises{0};        ///< shares of training samples that are misnamed on purpose
-    std::vector<std::uint64_t> seeds{1};  ///< of noise and learning; each accuracy is the mean over them
+    /// Shares of training samples that are misnamed on purpose.
+    std::vector<double> noises{0};
+    /// Seeds of noise and learning; each accuracy is the mean over them.
+    std::vector<std::uint64_t> seeds{1};
   };
   enum class Split {
-    instances,  ///< the thesis': of each word one thing is tested; the worst labeled ones, then at random
-    views,      ///< a third of the views of each thing, one after the other
-    official    ///< the data set's own
+    /// The thesis': one instance of each word is tested; the worst labeled ones, then at random.
+    instances,
+    /// A third of the views of each instance, one after the other.
+    views,
+    /// The data set's own.
+    official
   };
   struct Data {
     std::string name;
     std::filesystem::path views;
     ObjectViewsOptions reading;
-    std::filesystem::path study;  ///< "": each category is a word
+    /// "": each category is a word.
+    std::filesystem::path study;
     Split split = Split::instances;
-    bool machineNames = true;      ///< learned from; else the true ones are
-    std::filesystem::path labels;  ///< what a labeler says of the views: a recording …
-    std::string model;             ///< … or who is asked; neither: no labeler
-    bool prior = true;             ///< the labeler's answers are corrected by its prior
+    /// Learned from; else the true ones are.
+    bool machineNames = true;
+    /// What a labeler says of the views: a recording.
+    std::filesystem::path labels;
+    /// Or who is asked; neither: no labeler.
+    std::string model;
+    /// The labeler's answers are corrected by its prior.
+    bool prior = true;
     NoiseKind noise = NoiseKind::view;
     ShapeOptions shape;
     Trials trials;
-    bool optional = false;  ///< left out, with a note, when it is not there
+    /// Left out, with a note, when it is not there.
+    bool optional = false;
   };
-  std::size_t splits = 30;  ///< at random
+  /// At random.
+  std::size_t splits = 30;
   std::uint64_t splitSeed = 1;
-  int folds = 5;  ///< of the cross-validation in which classifiers choose their parameters
+  /// Folds of the cross-validation in which classifiers choose their parameters.
+  int folds = 5;
   std::vector<Data> data;
 };
 

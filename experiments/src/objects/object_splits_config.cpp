@@ -11,7 +11,7 @@ namespace {
 using Options = ObjectSplitsOptions;
 using Data = Options::Data;
 
-constexpr std::int64_t mostSeed = 1'000'000'000;
+constexpr std::int64_t maxSeed = 1'000'000'000;
 
 /// What may stand at the top, for all data, and again in [[data]].
 std::vector<ConfigFile::Key> trialKeys(ConfigFile& config, Options::Trials& trials) {
@@ -26,60 +26,65 @@ std::vector<ConfigFile::Key> trialKeys(ConfigFile& config, Options::Trials& tria
           {"label_noises", false, "",
            each(config, trials.noises, [&config](auto& n) { return config.number(n, 0, 1); })},
           {"seeds", false, "", each(config, trials.seeds, [&config](auto& n) {
-             return static_cast<std::uint64_t>(config.integer(n, 0, mostSeed));
+             return static_cast<std::uint64_t>(config.integer(n, 0, maxSeed));
            })}};
 }
 
-Data readData(ConfigFile& config, const toml::table& table, const Options::Trials& defaults) {
+OptionGroup declare(Data& data) {
   using Split = Options::Split;
+  OptionGroup group("data", "Views of objects");
+  group.add("name", &data.name, "What to call the data");
+  group.add("model", &data.model, "The labeler that is asked");
+  group.add("split", data.split,
+            {{{"instances", "one instance of each word is tested"}, Split::instances},
+             {{"views", "a third of the views of each instance is tested"}, Split::views},
+             {{"official", "the data set's own"}, Split::official}},
+            "What is tested");
+  group.add("names", data.machineNames, {{{"machine", "the labeler's"}, true}, {{"true", "people's"}, false}},
+            "The names that are learned from");
+  group.add("prior", data.prior,
+            {{{"uniform", "corrected by its prior"}, true}, {{"none", "as it is"}, false}},
+            "What the labeler's answers are corrected to");
+  group.add("noise-kind", data.noise,
+            {{{"view", "view by view"}, NoiseKind::view},
+             {{"pair", "view by view, always for the next word"}, NoiseKind::pair},
+             {{"instance", "all views of an instance alike"}, NoiseKind::instance}},
+            "What label noise misnames");
+  group.add("min-points", &data.reading.minPoints, "Smallest number of points of a view").range(1, 1e9);
+  group.add("samples", &data.shape.samples, "Samples of the shape descriptor").range(100, 1e6);
+  group.add("size", &data.shape.size, "The shape descriptor knows the size");
+  group.add("optional", &data.optional, "Leave out, with a note, when it is not there");
+  return group;
+}
+
+OptionGroup declare(Options& options) {
+  OptionGroup group("object-splits", "Objects that name each other");
+  group.add("splits", &options.splits, "Random splits").range(1, 100'000);
+  group.add("split-seed", &options.splitSeed, "Seed of the random splits").range(0, maxSeed);
+  group.add("folds", &options.folds, "Folds of the cross-validation").range(2, 100);
+  return group;
+}
+
+Data readData(ConfigFile& config, const toml::table& table, const Options::Trials& defaults) {
   Data data;
   data.trials = defaults;
-  const toml::node* names = nullptr;
-  auto keys = trialKeys(config, data.trials);
+  auto keys = together(trialKeys(config, data.trials), requiring("name", keysOf(config, declare(data))));
   const auto add = [&keys](const char* name, bool required, const char* meaning, auto use) {
     keys.push_back({name, required, meaning, use});
   };
-  add("name", true, "what to call it", [&](auto& n) { data.name = config.text(n); });
   add("views", true, "the folder of views", [&](auto& n) { data.views = config.anywhere(n); });
   add("view_type", false, "", [&](auto& n) {
     std::vector<std::pair<std::string, std::string>> types{{"auto", "auto"}};
     for (const auto& [type, explanation] : objectViewTypes()) types.emplace_back(type, type);
     data.reading.type = config.choice(n, types);
   });
-  add("least_points", false, "", [&](auto& n) {
-    data.reading.minPoints = static_cast<std::size_t>(config.integer(n, 1, 1'000'000'000));
-  });
-  add("study", false, "the words", [&](auto& n) { data.study = config.anywhere(n); });
-  add("split", false, "", [&](auto& n) {
-    data.split = config.choice(
-        n, std::vector<std::pair<std::string, Split>>{
-               {"instances", Split::instances}, {"views", Split::views}, {"official", Split::official}});
-  });
-  add("names", false, "", [&](auto& n) {
-    names = &n;
-    data.machineNames =
-        config.choice(n, std::vector<std::pair<std::string, bool>>{{"machine", true}, {"true", false}});
-  });
+  add("study", false, "", [&](auto& n) { data.study = config.anywhere(n); });
   add("labels", false, "", [&](auto& n) { data.labels = config.anywhere(n); });
-  add("model", false, "", [&](auto& n) { data.model = config.text(n); });
-  add("prior", false, "", [&](auto& n) {
-    data.prior =
-        config.choice(n, std::vector<std::pair<std::string, bool>>{{"uniform", true}, {"none", false}});
-  });
-  add("noise_kind", false, "", [&](auto& n) {
-    data.noise = config.choice(
-        n, std::vector<std::pair<std::string, NoiseKind>>{
-               {"view", NoiseKind::view}, {"pair", NoiseKind::pair}, {"instance", NoiseKind::instance}});
-  });
-  add("samples", false, "",
-      [&](auto& n) { data.shape.samples = static_cast<int>(config.integer(n, 100, 1'000'000)); });
-  add("size", false, "", [&](auto& n) { data.shape.size = config.flag(n); });
-  add("optional", false, "", [&](auto& n) { data.optional = config.flag(n); });
   config.read(table, keys);
   if (!data.labels.empty() && !data.model.empty())
     config.fail(table, "`model` and `labels` both name the views; leave out one of the two");
   if (data.machineNames && data.labels.empty() && data.model.empty())
-    config.fail(names != nullptr ? *names : table,
+    config.fail(table.contains("names") ? *table.get("names") : table,
                 "who names the views? Give a `model` or `labels`, or let `names` be \"true\"");
   return data;
 }
@@ -90,18 +95,10 @@ ObjectSplitsOptions readObjectSplits(ConfigFile& config) {
   Options options;
   Options::Trials trials;
   const toml::array* data = nullptr;
-  auto keys = trialKeys(config, trials);
-  keys.push_back({"type", true, "the kind of experiment", [](auto&) {}});
-  keys.push_back({"splits", false, "", [&](auto& n) {
-                    options.splits = static_cast<std::size_t>(config.integer(n, 1, 100'000));
-                  }});
-  keys.push_back({"split_seed", false, "", [&](auto& n) {
-                    options.splitSeed = static_cast<std::uint64_t>(config.integer(n, 0, mostSeed));
-                  }});
-  keys.push_back(
-      {"folds", false, "", [&](auto& n) { options.folds = static_cast<int>(config.integer(n, 2, 100)); }});
-  keys.push_back({"data", true, "[[data]] names views of things", [&](auto& n) { data = &config.list(n); }});
-  config.read(keys);
+  config.read(
+      together(together(trialKeys(config, trials), keysOf(config, declare(options))),
+               {{"type", true, "the kind of experiment", [](auto&) {}},
+                {"data", true, "[[data]] names views of things", [&](auto& n) { data = &config.list(n); }}}));
   for (const toml::node& one : *data) options.data.push_back(readData(config, config.subtable(one), trials));
   return options;
 }

@@ -75,7 +75,8 @@ class Shared {
     for (std::size_t i = 0; i < all->size(); ++i)
       if (study.classOf(all->view(i).category) >= 0) chosen.push_back(i);
     if (chosen.empty())
-      throw Error(fmt::format("{}: no view is of a category of the study {}; name categories in it",
+      throw Error(ErrorCode::insufficientData,
+                  fmt::format("{}: no view is of a category of the study {}; name categories in it",
                               data.views.string(), data.study.string()));
     views = std::make_shared<SomeViews>(std::move(all), std::move(chosen));
     for (const std::string& warning : views->warnings())
@@ -109,7 +110,7 @@ class Shared {
     } catch (const Interrupted&) {
       throw;
     } catch (const Error& problem) {
-      throw Error(fmt::format("{}: {}", data.name, problem.what()));
+      throw Error(problem.code(), fmt::format("{}: {}", data.name, problem.what()));
     }
     tell(data, problems, "has no words");
     return *words;
@@ -148,23 +149,25 @@ TargetClasses studyOf(const Data& data) {
   for (std::size_t i = 0; i < views->size(); ++i)
     if (!views->view(i).category.empty()) categories.insert(views->view(i).category);
   if (categories.empty())
-    throw Error(fmt::format("{}: the category of no view is known", data.views.string()));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: the category of no view is known", data.views.string()));
   return targetClassesOf({categories.begin(), categories.end()});
 }
 
 void require(const ObjectTask& task) {
   std::set<int> shown(task.words.begin(), task.words.end());
   if (shown.size() < 2)
-    throw Error(fmt::format("{}: all views show one word, {}; there must be two to tell apart",
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: all views show one word, {}; there must be two to tell apart",
                             task.data->views.string(),
                             task.targets.classes[static_cast<std::size_t>(*shown.begin())].name));
   if (!task.said) return;
   const auto& mass = task.said->restricted.coverage;
   if (std::none_of(mass.begin(), mass.end(), [](float m) { return m > 0; }))
-    throw Error(
-        fmt::format("{}: the labeler says none of the study's words of any view; is it one that "
-                    "knows them?",
-                    task.data->name));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: the labeler says none of the study's words of any view; is it one that "
+                            "knows them?",
+                            task.data->name));
 }
 
 std::string digestOf(const ObjectTask& task) {
@@ -220,9 +223,10 @@ std::vector<ObjectSplit> splitsByViews(const ObjectTask& task) {
   for (const int thing : task.things) ++counts[thing];
   for (const auto& [thing, count] : counts)
     if (count < thirds)
-      throw Error(fmt::format("{}: {} has {} views, too few for thirds; split it by instances",
-                              task.data->views.string(), task.thingNames[static_cast<std::size_t>(thing)],
-                              count));
+      throw Error(
+          ErrorCode::insufficientData,
+          fmt::format("{}: {} has {} views, too few for thirds; split it by instances",
+                      task.data->views.string(), task.thingNames[static_cast<std::size_t>(thing)], count));
   const std::vector<int> third = thirdsOf(task.things);
   return {splitBy("views 1", third, {0}, {1, 2}), splitBy("views 2", third, {1}, {0, 2}),
           splitBy("views 3", third, {2}, {0, 1})};
@@ -239,7 +243,8 @@ std::vector<ObjectSplit> officialSplits(const ObjectTask& task) {
   }
   for (const auto& [thing, of] : parts)
     if (of.contains("train") && of.contains("test"))
-      throw Error(fmt::format("{}: {} is both in the training and in the test part; split by instances",
+      throw Error(ErrorCode::mismatch,
+                  fmt::format("{}: {} is both in the training and in the test part; split by instances",
                               task.data->views.string(), task.thingNames[static_cast<std::size_t>(thing)]));
   return {std::move(split)};
 }
@@ -269,18 +274,20 @@ std::vector<ObjectSplit> splitsOf(const ObjectTask& task, const std::vector<doub
                                                   : officialSplits(task);
   } catch (const Error& problem) {
     const std::string what = problem.what();
-    throw Error(what.starts_with(here) ? what : here + ": " + what);
+    throw Error(problem.code(), what.starts_with(here) ? what : here + ": " + what);
   }
   for (const ObjectSplit& split : splits) {
     if (split.train.empty() || split.test.empty())
-      throw Error(fmt::format("{}: the split {} has {} views to learn from and {} to ask about", here,
+      throw Error(ErrorCode::insufficientData,
+                  fmt::format("{}: the split {} has {} views to learn from and {} to ask about", here,
                               split.name, split.train.size(), split.test.size()));
     std::set<int> learned;
     for (const std::size_t i : split.train) learned.insert(task.words[i]);
     if (learned.size() < 2)
-      throw Error(fmt::format("{}: all views to learn from in the split {} show one word, {}", here,
-                              split.name,
-                              task.targets.classes[static_cast<std::size_t>(*learned.begin())].name));
+      throw Error(
+          ErrorCode::insufficientData,
+          fmt::format("{}: all views to learn from in the split {} show one word, {}", here, split.name,
+                      task.targets.classes[static_cast<std::size_t>(*learned.begin())].name));
   }
   return splits;
 }
@@ -322,7 +329,9 @@ ObjectTask prepare(const Data& data, Shared& shared, const ObjectSplitsOptions& 
     }
     task.things.push_back(thing->second);
   }
-  if (rows.empty()) throw Error(fmt::format("{}: no view has both words and a shape", data.views.string()));
+  if (rows.empty())
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no view has both words and a shape", data.views.string()));
   if (rows.size() < all.frames.size())
     notes.push_back(fmt::format("{}: {} of {} views have no words and were left out", data.name,
                                 all.frames.size() - rows.size(), all.frames.size()));
@@ -346,7 +355,8 @@ ObjectTask prepare(const Data& data, Shared& shared, const ObjectSplitsOptions& 
 std::vector<ObjectTask> prepareTasks(const ObjectSplitsOptions& options, const ExperimentRun& run,
                                      Progress& progress, std::vector<std::string>& notes) {
   if (run.models.size() > 1)
-    throw Error(fmt::format("one model names the things at a time; run {} one by one",
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("one model names the things at a time; run {} one by one",
                             fmt::join(run.models, " and ")));
   Shared shared(run, progress, notes);
   for (const Data& data : options.data) shared.labelerOf(data);
@@ -358,7 +368,8 @@ std::vector<ObjectTask> prepareTasks(const ObjectSplitsOptions& options, const E
     }
     tasks.push_back(prepare(data, shared, options, notes));
   }
-  if (tasks.empty()) throw Error("none of the data is there; name yours by [[data]]");
+  if (tasks.empty())
+    throw Error(ErrorCode::insufficientData, "none of the data is there; name yours by [[data]]");
   return tasks;
 }
 

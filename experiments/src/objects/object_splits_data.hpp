@@ -1,4 +1,4 @@
-// Views of things for a study of splits: described, named by a labeler, and parted.
+// Object splits data: views described, labeled, and split into training and test.
 #pragma once
 
 #include <cstddef>
@@ -19,15 +19,19 @@ namespace estancia::experiments {
 /// What is learned from, and what is asked about.
 struct ObjectSplit {
   std::string name;
-  std::vector<std::size_t> train, test;  ///< samples, ascending; none in both
+  /// Samples, ascending; none in both.
+  std::vector<std::size_t> train, test;
 };
 
 /// All that a labeler says of the samples.
 struct ObjectWords {
-  std::string labeler;  ///< its identity
+  /// Its identity.
+  std::string labeler;
   Vocabulary vocabulary;
-  DescriptorMatrix descriptors;   ///< a row a sample
-  ClassProbabilities restricted;  ///< of the study's words, as they are
+  /// A row a sample.
+  DescriptorMatrix descriptors;
+  /// Of the study's words, as they are.
+  ClassProbabilities restricted;
 };
 
 /// Samples of a study's words. Invariant: one row of shapes, word, thing and group a sample.
@@ -35,16 +39,26 @@ struct ObjectTask {
   const ObjectSplitsOptions::Data* data;
   TargetClasses targets;
   std::shared_ptr<const ObjectViews> views;
-  std::vector<std::size_t> view;        ///< of each sample
-  Features shapes;                      ///< of all samples
-  std::vector<int> words;               ///< the true ones
-  std::vector<int> things;              ///< which instance each shows, 0 …
-  std::vector<int> groups;              ///< samples that never part in validation, 0 …
-  std::vector<std::string> thingNames;  ///< of instances
-  std::vector<int> wordOfThing;         ///< the true one
-  std::optional<ObjectWords> said;      ///< none: no labeler was asked
-  std::vector<ObjectSplit> splits;      ///< at least one; where the first is the baseline, so it is called
-  std::string digest;                   ///< of all that learning depends on, but the split
+  /// Of each sample.
+  std::vector<std::size_t> view;
+  /// Of all samples.
+  Features shapes;
+  /// The true ones.
+  std::vector<int> words;
+  /// Which instance each shows, 0 …
+  std::vector<int> things;
+  /// Samples that never part in validation, 0 …
+  std::vector<int> groups;
+  /// Of instances.
+  std::vector<std::string> thingNames;
+  /// The true one.
+  std::vector<int> wordOfThing;
+  /// None: no labeler was asked.
+  std::optional<ObjectWords> said;
+  /// At least one; where the first is the baseline, so it is called.
+  std::vector<ObjectSplit> splits;
+  /// Of all that learning depends on, but the split.
+  std::string digest;
 
   bool hasBaseline() const { return splits.front().name == "baseline"; }
 };

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <opencv2/imgproc.hpp>
@@ -12,23 +12,19 @@
 #include "estancia/core/label_words.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/objects/object_crops.hpp"
-#include "experiments/src/objects/thesis_objects.hpp"
+#include "experiments/src/findings/pivot.hpp"
+#include "experiments/src/findings/thesis.hpp"
 
 namespace estancia::experiments {
 namespace {
 
 using Results = ObjectSplitsResults;
-using Best = ResultTable::Best;
 
-constexpr std::size_t mostWords = 20;   // of a confusion matrix …
-constexpr std::size_t mostClouds = 24;  // … and things that have a cloud each
+constexpr std::size_t maxWords = 20;   // of a confusion matrix …
+constexpr std::size_t maxClouds = 24;  // … and things that have a cloud each
 
 std::string nameOf(PseudoLabeling naming) {
   return pseudoLabelings()[static_cast<std::size_t>(naming)].name;
-}
-
-double mean(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 /// Splits that were drawn; all where there is no baseline beside them.
@@ -55,42 +51,25 @@ std::vector<double> drawnLabeled(const Results& results) {
 std::size_t bestMethod(const Results& results) {
   std::size_t best = 0;
   for (std::size_t m = 1; m < results.methods.size(); ++m)
-    if (mean(drawn(results, m, 0)) > mean(drawn(results, best, 0))) best = m;
+    if (meanOf(drawn(results, m, 0)) > meanOf(drawn(results, best, 0))) best = m;
   return best;
 }
 
-/// Columns of percent: the labeler, then the methods, which beat it or not.
-std::vector<ResultTable::Column> columnsOf(const Results& results) {
-  std::vector<ResultTable::Column> columns;
+/// Under `head` columns of percent, the labeler's, then the methods', which beat it or not; and the rows that
+/// labeler() and method(m) give of each of `rows`.
+template <class Row, class OfLabeler, class OfMethod>
+ResultTable tableOf(const Results& results, ResultTable head,
+                    const std::vector<std::pair<std::string, Row>>& rows, const OfLabeler& labeler,
+                    const OfMethod& method) {
+  std::vector<Measure<Row>> measures;
   const bool asked = !results.labeled.empty();
-  if (asked) columns.push_back({"labeler [%]", 1});
-  for (const ObjectMethod& method : results.methods) {
-    columns.push_back({method.name() + " [%]", 1});
-    if (asked) columns.back().beats = 0;
+  if (asked) measures.push_back({{"labeler [%]", 1}, labeler});
+  for (std::size_t m = 0; m < results.methods.size(); ++m) {
+    measures.push_back(
+        {{results.methods[m].name() + " [%]", 1}, [&method, m](const Row& row) { return method(row, m); }});
+    if (asked) measures.back().column.beats = 0;
   }
-  return columns;
-}
-
-template <class OfLabeler, class OfMethod>
-ResultTable::Row rowOf(const Results& results, const std::string& name, const OfLabeler& labeler,
-                       const OfMethod& method) {
-  ResultTable::Row row{name, {}};
-  if (!results.labeled.empty()) row.values.emplace_back(labeler());
-  for (std::size_t m = 0; m < results.methods.size(); ++m) row.values.emplace_back(method(m));
-  return row;
-}
-
-ResultTable::Row splitRow(const Results& results, std::size_t split) {
-  return rowOf(
-      results, results.task->splits[split].name, [&] { return 100 * *results.labelerAccuracy(split); },
-      [&](std::size_t m) { return 100 * results.accuracy(m, 0, split); });
-}
-
-template <class Of>
-ResultTable::Row sumRow(const Results& results, const std::string& name, const Of& of) {
-  return rowOf(
-      results, name, [&] { return of(drawnLabeled(results)); },
-      [&](std::size_t m) { return of(drawn(results, m, 0)); });
+  return pivot<Row>(std::move(head), rows, measures);
 }
 
 std::string noiseText(const ObjectTask& task) {
@@ -101,30 +80,46 @@ std::string noiseText(const ObjectTask& task) {
 /// Mean, best and worst, beside the thesis' where the protocol is its.
 void addProtocol(const Results& results, Findings& findings) {
   const ObjectTask& task = *results.task;
-  ResultTable table{
-      fmt::format("{}: accuracy{}", task.data->name, noiseText(task)), "", "splits", columnsOf(results), {}};
-  if (task.hasBaseline()) table.rows.push_back(splitRow(results, 0));
-  const std::size_t count = task.splits.size() - firstDrawn(task);
-  if (count == 1) table.rows.push_back(splitRow(results, firstDrawn(task)));
-  if (count > 1) {
-    table.rows.push_back(sumRow(results, fmt::format("mean of {}", count), mean));
-    table.rows.push_back(
-        sumRow(results, "best", [](const auto& v) { return *std::max_element(v.begin(), v.end()); }));
-    table.rows.push_back(
-        sumRow(results, "worst", [](const auto& v) { return *std::min_element(v.begin(), v.end()); }));
+  using Values = std::vector<double>;
+  using Sum = std::function<double(const Values&)>;
+  struct Row {
+    std::vector<std::size_t> splits;
+    Sum sum;
+  };
+  std::vector<std::size_t> drawnSplits(task.splits.size() - firstDrawn(task));
+  std::iota(drawnSplits.begin(), drawnSplits.end(), firstDrawn(task));
+  std::vector<std::pair<std::string, Row>> rows;
+  if (task.hasBaseline()) rows.emplace_back("baseline", Row{{0}, meanOf});
+  if (drawnSplits.size() == 1) rows.emplace_back(task.splits[drawnSplits[0]].name, Row{drawnSplits, meanOf});
+  if (drawnSplits.size() > 1) {
+    rows.emplace_back(fmt::format("mean of {}", drawnSplits.size()), Row{drawnSplits, meanOf});
+    rows.emplace_back("best", Row{drawnSplits, [](const Values& v) { return *std::ranges::max_element(v); }});
+    rows.emplace_back("worst",
+                      Row{drawnSplits, [](const Values& v) { return *std::ranges::min_element(v); }});
   }
+  const auto of = [](const Row& row, const auto& accuracy) {
+    Values values;
+    for (const std::size_t split : row.splits) values.push_back(100 * accuracy(split));
+    return row.sum(values);
+  };
+  ResultTable table = tableOf<Row>(
+      results, {fmt::format("{}: accuracy{}", task.data->name, noiseText(task)), "", "splits", {}, {}}, rows,
+      [&](const Row& row) { return of(row, [&](std::size_t s) { return *results.labelerAccuracy(s); }); },
+      [&](const Row& row, std::size_t m) {
+        return of(row, [&](std::size_t s) { return results.accuracy(m, 0, s); });
+      });
   if (task.data->split == ObjectSplitsOptions::Split::instances && task.data->machineNames) {
-    const ThesisObjects thesis;
+    const ThesisTable thesis = readThesisTable(thesisObjectsCsv, 1);
     table.caption = "Best and worst: of each column by itself. The thesis: other data, as many splits.";
     table.columns.push_back({"thesis: labeler [%]", 1});
     table.columns.push_back({"thesis: classifier [%]", 2});
     for (ResultTable::Row& row : table.rows) {
-      const bool baseline = row.name == "baseline";
-      row.values.push_back(baseline ? std::optional(thesis.labeler) : std::nullopt);
-      row.values.push_back(baseline              ? thesis.baseline
-                           : row.name == "best"  ? thesis.best
-                           : row.name == "worst" ? thesis.worst
-                                                 : std::optional(thesis.mean));
+      const bool named = row.name == "baseline" || row.name == "best" || row.name == "worst";
+      const auto printed = std::ranges::find_if(thesis.rows, [&](const auto& known) {
+        return known.name().starts_with(named ? row.name
+                                              : "mean");  // "best (29)": it says which split it was
+      });
+      row.values.insert(row.values.end(), printed->values.begin(), printed->values.end());
     }
   }
   findings.sections.emplace_back(std::move(table));
@@ -134,13 +129,17 @@ void addProtocol(const Results& results, Findings& findings) {
 void addSplits(const Results& results, Findings& findings) {
   const ObjectTask& task = *results.task;
   if (task.splits.size() < 2 || results.labeled.empty()) return;
-  ResultTable table{fmt::format("{}: the splits{}", task.data->name, noiseText(task)),
-                    "Green: shape is right more often than the labeler (Fig. 6.7).",
-                    "split",
-                    columnsOf(results),
-                    {}};
-  for (std::size_t s = 0; s < task.splits.size(); ++s) table.rows.push_back(splitRow(results, s));
-  findings.sections.emplace_back(std::move(table));
+  std::vector<std::pair<std::string, std::size_t>> splits;
+  for (std::size_t s = 0; s < task.splits.size(); ++s) splits.emplace_back(task.splits[s].name, s);
+  findings.sections.emplace_back(tableOf<std::size_t>(
+      results,
+      {fmt::format("{}: the splits{}", task.data->name, noiseText(task)),
+       "Green: shape is right more often than the labeler (Fig. 6.7).",
+       "split",
+       {},
+       {}},
+      splits, [&](std::size_t split) { return 100 * *results.labelerAccuracy(split); },
+      [&](std::size_t split, std::size_t m) { return 100 * results.accuracy(m, 0, split); }));
 }
 
 void addNoise(const Results& results, Findings& findings) {
@@ -148,30 +147,28 @@ void addNoise(const Results& results, Findings& findings) {
   const auto& noises = task.data->trials.noises;
   if (noises.size() < 2) return;
   const std::string title = fmt::format("{}: label noise", task.data->name);
-  ResultTable table{
-      title,
-      fmt::format("Mean over {} splits; names of training samples swapped on purpose, {}.",
-                  task.splits.size() - firstDrawn(task),
-                  task.data->noise == NoiseKind::view   ? "view by view"
-                  : task.data->noise == NoiseKind::pair ? "view by view, always for the next word"
-                                                        : "all views of a thing alike"),
-      "label noise",
-      {},
-      {}};
-  for (const ObjectMethod& method : results.methods)
-    table.columns.push_back({method.name() + " [%]", 1, Best::none});
-  for (std::size_t n = 0; n < noises.size(); ++n) {
-    ResultTable::Row row{fmt::format("{:g} %", 100 * noises[n]), {}};
-    for (std::size_t m = 0; m < results.methods.size(); ++m)
-      row.values.emplace_back(mean(drawn(results, m, n)));
-    table.rows.push_back(std::move(row));
-  }
+  std::vector<std::string> rows, methods;
+  for (const double noise : noises) rows.push_back(fmt::format("{:g} %", 100 * noise));
+  for (const ObjectMethod& method : results.methods) methods.push_back(method.name());
+  std::vector<std::string> columns;
+  for (const std::string& method : methods) columns.push_back(method + " [%]");
+  const ResultTable table = pivot(
+      {title,
+       fmt::format("Mean over {} splits; names of training samples swapped on purpose, {}.",
+                   task.splits.size() - firstDrawn(task),
+                   task.data->noise == NoiseKind::view   ? "view by view"
+                   : task.data->noise == NoiseKind::pair ? "view by view, always for the next word"
+                                                         : "all views of a thing alike"),
+       "label noise",
+       columnsOf(columns, 1),
+       {}},
+      rows, [&](std::size_t noise, std::size_t method) { return meanOf(drawn(results, method, noise)); });
   findings.sections.emplace_back(table);
   if (!std::is_sorted(noises.begin(), noises.end())) return;
   LineChart chart{title, "", "label noise [%]", "accuracy [%]", false, {}, {}, true};
   for (const double noise : noises) chart.x.push_back(100 * noise);
-  for (std::size_t m = 0; m < results.methods.size(); ++m) {
-    chart.lines.push_back({results.methods[m].name(), {}});
+  for (std::size_t m = 0; m < methods.size(); ++m) {
+    chart.lines.push_back({methods[m], {}});
     for (const auto& row : table.rows) chart.lines.back().y.push_back(*row.values[m]);
   }
   findings.sections.emplace_back(std::move(chart));
@@ -197,7 +194,7 @@ void addConfusions(const Results& results, Findings& findings) {
   const ObjectTask& task = *results.task;
   const std::size_t words = task.targets.classes.size();
   const bool one = task.data->split == ObjectSplitsOptions::Split::instances && !task.hasBaseline();
-  if (words > mostWords || one) return;  // one of many splits by chance tells little
+  if (words > maxWords || one) return;  // one of many splits by chance tells little
   const std::string where = fmt::format("{}, {}", task.data->name, task.splits[0].name);
   const auto add = [&](const std::string& who, std::vector<double> counts) {
     findings.sections.emplace_back(matrixOf(task, fmt::format("{}: {}", where, who), std::move(counts)));
@@ -223,7 +220,7 @@ void addConfusions(const Results& results, Findings& findings) {
 void addClouds(const Results& results, Findings& findings) {
   const ObjectTask& task = *results.task;
   if (!task.said || !task.data->machineNames) return;
-  const bool byThing = task.thingNames.size() <= mostClouds;
+  const bool byThing = task.thingNames.size() <= maxClouds;
   WordClouds clouds{fmt::format("What the labeler says of each {}", byThing ? "thing" : "word"),
                     "Mean of all its labels, not only the study's (Fig. 6.3).",
                     {}};
@@ -348,9 +345,9 @@ void addFindings(const ObjectSplitsResults& results, Findings& findings) {
 std::string summaryOf(const ObjectSplitsResults& results) {
   const std::size_t best = bestMethod(results);
   std::string text = fmt::format("{}: {} is right about {:.1f} %", results.task->data->name,
-                                 results.methods[best].name(), mean(drawn(results, best, 0)));
+                                 results.methods[best].name(), meanOf(drawn(results, best, 0)));
   if (!results.labeled.empty())
-    text += fmt::format(", the labeler about {:.1f} %", mean(drawnLabeled(results)));
+    text += fmt::format(", the labeler about {:.1f} %", meanOf(drawnLabeled(results)));
   return text + ".";
 }
 

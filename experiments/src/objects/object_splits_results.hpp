@@ -1,4 +1,4 @@
-// What an experiment on splits found, and its tables, curves, clouds and images.
+// Object splits results: accuracies as tables, curves, word clouds and images.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,8 @@ namespace estancia::experiments {
 struct ObjectMethod {
   std::string classifier;
   PseudoLabeling naming = PseudoLabeling::top;
-  std::string name() const;  ///< "svm-rbf voted"
+  /// "svm-rbf voted".
+  std::string name() const;
 };
 
 std::vector<ObjectMethod> methodsOf(const ObjectSplitsOptions::Trials& trials);
@@ -24,7 +25,8 @@ std::vector<ObjectMethod> methodsOf(const ObjectSplitsOptions::Trials& trials);
 /// What one method answered to one split at one noise.
 struct ObjectAnswers {
   double accuracy = 0;
-  SceneAnswers answers;  ///< a word a test sample, for each seed
+  /// A word a test sample, for each seed.
+  SceneAnswers answers;
 };
 
 struct ObjectSplitsResults {
@@ -32,8 +34,10 @@ struct ObjectSplitsResults {
   std::vector<ObjectMethod> methods;
   /// [split][test sample]: the labeler's word, −1: none; empty: not asked.
   std::vector<std::vector<int>> labeled;
-  std::vector<int> learnedFrom;      ///< the labeler's word of the first split's training samples, likewise
-  std::vector<ObjectAnswers> cells;  ///< [(method · noises + noise) · splits + split]
+  /// The labeler's word of the first split's training samples, likewise.
+  std::vector<int> learnedFrom;
+  /// [(method · noises + noise) · splits + split].
+  std::vector<ObjectAnswers> cells;
 
   std::size_t indexOf(std::size_t method, std::size_t noise, std::size_t split) const {
     return (method * task->data->trials.noises.size() + noise) * task->splits.size() + split;

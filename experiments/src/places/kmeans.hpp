@@ -1,4 +1,4 @@
-// k-means clustering with k-means++ initialization.
+// K-means: clusters of points around their means, with k-means++ initialization.
 #pragma once
 
 #include <cstddef>

@@ -18,6 +18,7 @@
 #include "experiments/src/places/kmeans.hpp"
 #include "experiments/src/places/model_choice_findings.hpp"
 #include "experiments/src/places/posed_descriptors.hpp"
+#include "experiments/src/runner/config_lists.hpp"
 #include "experiments/src/runner/subjects.hpp"
 
 namespace estancia::experiments {
@@ -26,14 +27,30 @@ namespace {
 
 constexpr int methodVersion = 2;  // of compute(): cells of another one are computed anew
 
+OptionGroup declare(ModelChoiceOptions::Drive& drive) {
+  OptionGroup group("sequence", "Images with poses");
+  group.add("name", &drive.name, "What to call it");
+  group.add("optional", &drive.optional, "Leave out, with a note, when it is not there");
+  group.add("radius", &drive.radius, "Distance of images that show the same place; 0: follows the positions")
+      .unit("m")
+      .range(0, 1e6);
+  group.add("gap", &drive.gap, "Share of the frames before and after an image that are no answers")
+      .range(0, 0.5);
+  return group;
+}
+
+OptionGroup declare(ModelChoiceOptions& options) {
+  OptionGroup group("model-choice", "Which model tells places apart");
+  group.add("clusters", &options.clusters, "Largest number of clusters").range(1, 1000);
+  group.add("repeats", &options.repeats, "Runs of k-means that are averaged").range(1, 1000);
+  group.add("seed", &options.seed, "Seed of k-means").range(0);
+  return group;
+}
+
 ModelChoiceOptions::Drive readDrive(ConfigFile& config, const toml::table& table) {
   ModelChoiceOptions::Drive drive;
   const toml::table* again = nullptr;
-  auto keys = sourceKeys(config, drive.images, true);
-  keys.push_back({"name", false, "", [&](auto& n) { drive.name = config.text(n); }});
-  keys.push_back({"optional", false, "", [&](auto& n) { drive.optional = config.flag(n); }});
-  keys.push_back({"radius", false, "[m]", [&](auto& n) { drive.radius = config.number(n, 0, 1e6); }});
-  keys.push_back({"gap", false, "", [&](auto& n) { drive.gap = config.number(n, 0, 0.5); }});
+  auto keys = together(sourceKeys(config, drive.images, true), keysOf(config, declare(drive)));
   keys.push_back({"again", false, "", [&](auto& n) { again = &config.subtable(n); }});
   config.read(table, keys);
   if (again != nullptr) {
@@ -60,7 +77,7 @@ std::string readDistance(const ConfigFile& config, const toml::node& node) {
 /// A drive that has been opened.
 struct OpenDrive {
   ModelChoiceResults::Drive told;
-  double gap = 0;  ///< share of the frames
+  double gap = 0;  // share of the frames
   std::unique_ptr<Sequence> images, again;
 };
 
@@ -74,6 +91,7 @@ std::unique_ptr<Sequence> openPosed(const SequenceSource& source) {
   auto sequence = openImages(source);
   if (posedFrames(*sequence) < 2)
     throw Error(
+        ErrorCode::insufficientData,
         fmt::format("{}: {} of {} frames have a pose, and the choice of a model compares words with places; "
                     "give a trajectory by `poses = \"FILE\"`",
                     source.path.string(), posedFrames(*sequence), sequence->size()));
@@ -100,12 +118,14 @@ std::vector<OpenDrive> openDrives(const ModelChoiceOptions& options, std::vector
     drive.images = openPosed(wanted.images);
     drive.told.name = wanted.name.empty() ? drive.images->name() : wanted.name;
     if (!names.insert(drive.told.name).second)
-      throw Error(fmt::format("two sequences are called {}; tell them apart by `name`", drive.told.name));
+      throw Error(ErrorCode::invalidInput,
+                  fmt::format("two sequences are called {}; tell them apart by `name`", drive.told.name));
     for (const std::string& warning : drive.images->warnings())
       notes.push_back(fmt::format("{}: {}", drive.told.name, warning));
     const double spread = spreadOf(*drive.images);
     if (!(spread > 0))
-      throw Error(fmt::format("{}: all images were taken at one place, so nothing tells the models apart",
+      throw Error(ErrorCode::insufficientData,
+                  fmt::format("{}: all images were taken at one place, so nothing tells the models apart",
                               wanted.images.path.string()));
     drive.told.frames = posedFrames(*drive.images);
     drive.told.radius = wanted.radius > 0 ? wanted.radius : spread / 4;
@@ -114,7 +134,9 @@ std::vector<OpenDrive> openDrives(const ModelChoiceOptions& options, std::vector
     if (wanted.again) drive.again = openPosed(*wanted.again);
     drives.push_back(std::move(drive));
   }
-  if (drives.empty()) throw Error("none of the sequences is there; name one of yours by [[sequence]]");
+  if (drives.empty())
+    throw Error(ErrorCode::insufficientData,
+                "none of the sequences is there; name one of yours by [[sequence]]");
   return drives;
 }
 
@@ -200,31 +222,28 @@ ModelChoiceOptions readModelChoice(ConfigFile& config) {
       add(node);
     }
   };
-  const auto count = [&config](const toml::node& node, std::int64_t most) {
-    return static_cast<std::size_t>(config.integer(node, 1, most));
-  };
   const toml::array* sequences = nullptr;
-  config.read({
-      {"type", true, "the kind of experiment", [](auto&) {}},
-      {"models", false, "",
-       [&](auto& n) { each(n, [&](auto& e) { options.models.push_back(config.text(e)); }); }},
-      {"distances", false, "",
-       [&](auto& n) {
-         options.distances.clear();
-         each(n, [&](auto& e) { options.distances.push_back(readDistance(config, e)); });
-       }},
-      {"clusters", false, "", [&](auto& n) { options.clusters = count(n, 1000); }},
-      {"shown", false, "",
-       [&](auto& n) {
-         options.shown.clear();
-         each(n, [&](auto& e) { options.shown.push_back(count(e, 1000)); });
-       }},
-      {"repeats", false, "", [&](auto& n) { options.repeats = count(n, 1000); }},
-      {"seed", false, "",
-       [&](auto& n) { options.seed = static_cast<std::size_t>(config.integer(n, 0, INT64_MAX)); }},
-      {"sequence", true, "[[sequence]] names images with poses",
-       [&](auto& n) { sequences = &config.list(n); }},
-  });
+  config.read(
+      together(keysOf(config, declare(options)),
+               {
+                   {"type", true, "the kind of experiment", [](auto&) {}},
+                   {"models", false, "",
+                    [&](auto& n) { each(n, [&](auto& e) { options.models.push_back(config.text(e)); }); }},
+                   {"distances", false, "",
+                    [&](auto& n) {
+                      options.distances.clear();
+                      each(n, [&](auto& e) { options.distances.push_back(readDistance(config, e)); });
+                    }},
+                   {"shown", false, "",
+                    [&](auto& n) {
+                      options.shown.clear();
+                      each(n, [&](auto& e) {
+                        options.shown.push_back(static_cast<std::size_t>(config.integer(e, 1, 1000)));
+                      });
+                    }},
+                   {"sequence", true, "[[sequence]] names images with poses",
+                    [&](auto& n) { sequences = &config.list(n); }},
+               }));
   for (const toml::node& sequence : *sequences)
     options.sequences.push_back(readDrive(config, config.subtable(sequence)));
   return options;

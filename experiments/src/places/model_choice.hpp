@@ -1,5 +1,5 @@
-// Which model fits? The thesis' experiment (4.5.2, Table 4.1, Fig. 4.4 and 4.5) and a ranking by place
-// recognition. docs/measured/model-choice.md explains the measures.
+// Model choice experiment: the thesis' variance inside clusters (4.5.2, Table 4.1, Fig. 4.4 and 4.5), and
+// place recognition. docs/measured/model-choice.md explains the measures.
 #pragma once
 
 #include <cstddef>
@@ -26,10 +26,13 @@ namespace estancia::experiments {
 
 struct ModelChoiceOptions {
   struct Drive {
-    std::string name;  ///< for people; default: the folder's
+    /// For people; default: the folder's.
+    std::string name;
     SequenceSource images;
-    bool optional = false;                ///< left out, with a note, when it is not there
-    std::optional<SequenceSource> again;  ///< the same places another time: the queries of place recognition
+    /// Left out, with a note, when it is not there.
+    bool optional = false;
+    /// The same places another time: the queries of place recognition.
+    std::optional<SequenceSource> again;
     /// Images this near show the same place [m]; 0: a quarter of the spread of the positions (the root of
     /// their variance).
     double radius = 0;
@@ -37,15 +40,21 @@ struct ModelChoiceOptions {
     double gap = 0.05;
   };
 
-  std::vector<std::string> models;  ///< names or folders; none: all that are installed
-  std::vector<Drive> sequences;     ///< at least one, all with poses
+  /// Names or folders; none: all that are installed.
+  std::vector<std::string> models;
+  /// At least one, all with poses.
+  std::vector<Drive> sequences;
   /// How descriptors are compared; each gives its own ranking, the first one the answer. Only distances whose
   /// vectors k-means can average: Euclidean ones and cosines.
   std::vector<std::string> distances{"standardized-clr"};
-  std::size_t clusters = 50;                      ///< k = 1 … this
-  std::vector<std::size_t> shown{7, 15, 30, 50};  ///< the k of the tables
-  std::size_t repeats = 10;  ///< k-means begins at random: variances are the mean of so many clusterings
-  std::size_t seed = 1;      ///< of the first one; the others follow
+  /// K = 1 … this.
+  std::size_t clusters = 50;
+  /// The k of the tables.
+  std::vector<std::size_t> shown{7, 15, 30, 50};
+  /// K-means begins at random: variances are the mean of so many clusterings.
+  std::size_t repeats = 10;
+  /// Of the first one; the others follow.
+  std::size_t seed = 1;
 };
 
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.

@@ -3,15 +3,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "experiments/src/comparison/rank_tests.hpp"
+#include "experiments/src/findings/pivot.hpp"
 
 namespace estancia::experiments {
 namespace {
 
-constexpr const char* varianceName = "spatial_variance";          ///< mean over clusters
-constexpr const char* byImageName = "spatial_variance_by_image";  ///< mean over images
+constexpr const char* varianceName = "spatial_variance";          // mean over clusters
+constexpr const char* byImageName = "spatial_variance_by_image";  // mean over images
 constexpr const char* queriesName = "place_queries";
 constexpr const char* rightName = "place_right";
 constexpr const char* chanceName = "place_chance";
@@ -36,20 +36,11 @@ std::vector<std::vector<double>> testsOf(const ModelChoiceResults& results, std:
   return tests;
 }
 
-/// Positions of the values, the smallest first.
-template <class Of>
-Order ascending(std::size_t count, const Of& of) {
-  Order order(count);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return of(a) < of(b); });
-  return order;
-}
-
 /// One sequence, or the mean over all of them.
 struct Variances {
-  std::vector<std::vector<double>> curves;  ///< [model][k − 1], in %
+  std::vector<std::vector<double>> curves;  // [model][k − 1], in %
   std::vector<Standing> standings;
-  Order order;  ///< best model first
+  Order order;  // best model first
 };
 
 Variances compareBy(const std::vector<std::vector<std::vector<double>>>& testsOfDrives) {
@@ -81,25 +72,24 @@ LineChart chartOf(const ModelChoiceResults& results, const Variances& variances,
 ResultTable tableOf(const ModelChoiceResults& results, const Variances& variances,
                     const std::vector<std::size_t>& shown, const std::string& title) {
   using Best = ResultTable::Best;
-  ResultTable table{title, "", "model", {}, {}};
-  std::vector<std::size_t> ks;
+  std::vector<std::pair<std::string, std::size_t>> models;
+  for (const std::size_t m : variances.order) models.emplace_back(results.models[m], m);
+  std::vector<Measure<std::size_t>> measures;
   for (const std::size_t k : shown)
-    if (k <= variances.curves.front().size()) ks.push_back(k);
-  for (const std::size_t k : ks) table.columns.push_back({fmt::format("k = {} [%]", k), 1, Best::smallest});
-  table.columns.push_back({"mean rank", 2, Best::smallest});
-  table.columns.push_back({"wins", 0, Best::largest});
-  table.columns.push_back({"ties", 0, Best::none});
-  table.columns.push_back({"losses", 0, Best::smallest});
-  for (const std::size_t m : variances.order) {
-    ResultTable::Row row{results.models[m], {}};
-    for (const std::size_t k : ks) row.values.emplace_back(variances.curves[m][k - 1]);
-    const Standing& standing = variances.standings[m];
-    row.values.emplace_back(standing.meanRank);
-    for (const std::size_t count : {standing.wins, standing.ties, standing.losses})
-      row.values.emplace_back(static_cast<double>(count));
-    table.rows.push_back(std::move(row));
-  }
-  return table;
+    if (k <= variances.curves.front().size())
+      measures.push_back({{fmt::format("k = {} [%]", k), 1, Best::smallest},
+                          [&variances, k](std::size_t m) { return variances.curves[m][k - 1]; }});
+  measures.push_back(
+      {{"mean rank", 2, Best::smallest}, [&](std::size_t m) { return variances.standings[m].meanRank; }});
+  const auto addCount = [&](const char* name, Best best, std::size_t Standing::*count) {
+    measures.push_back({{name, 0, best}, [&variances, count](std::size_t m) {
+                          return static_cast<double>(variances.standings[m].*count);
+                        }});
+  };
+  addCount("wins", Best::largest, &Standing::wins);
+  addCount("ties", Best::none, &Standing::ties);
+  addCount("losses", Best::smallest, &Standing::losses);
+  return pivot<std::size_t>({title, "", "model", {}, {}}, models, measures);
 }
 
 StackedBars barsOf(const ModelChoiceResults& results, const Variances& variances) {
@@ -136,28 +126,26 @@ std::optional<ResultTable> recognitionOf(const ModelChoiceResults& results, std:
                       results.drives[s].name, results.drives[s].radius));
   }
   if (drives.empty()) return std::nullopt;
-  ResultTable table{"Place recognition", "", "model", {}, {}};
-  for (const std::size_t s : drives)
-    table.columns.push_back({results.drives[s].name + " [%]", 1, ResultTable::Best::largest});
-  table.columns.push_back({"mean [%]", 1, ResultTable::Best::largest});
-  const auto row = [&](const std::string& name, const auto& share) {
-    ResultTable::Row cells{name, {}};
-    double sum = 0;
-    for (const std::size_t s : drives) {
-      cells.values.emplace_back(share(s));
-      sum += share(s);
-    }
-    cells.values.emplace_back(sum / static_cast<double>(drives.size()));
-    return cells;
-  };
+  using Of = std::function<double(std::size_t drive)>;
+  std::vector<std::pair<std::string, Of>> rows;
   for (std::size_t m = 0; m < results.models.size(); ++m)
-    table.rows.push_back(row(results.models[m], [&](std::size_t s) {
-      return 100 * results.cell(distance, s, m).recognition.right;
-    }));
-  std::stable_sort(table.rows.begin(), table.rows.end(),
-                   [](const auto& a, const auto& b) { return *a.values.back() > *b.values.back(); });
-  table.rows.push_back(row(
-      "(by chance)", [&](std::size_t s) { return 100 * results.cell(distance, s, 0).recognition.chance; }));
+    rows.emplace_back(results.models[m],
+                      [&, m](std::size_t s) { return 100 * results.cell(distance, s, m).recognition.right; });
+  const auto meanOver = [&](const Of& of) {
+    std::vector<double> shares;
+    for (const std::size_t s : drives) shares.push_back(of(s));
+    return meanOf(shares);
+  };
+  std::stable_sort(rows.begin(), rows.end(),
+                   [&](const auto& a, const auto& b) { return meanOver(a.second) > meanOver(b.second); });
+  rows.emplace_back("(by chance)",
+                    [&](std::size_t s) { return 100 * results.cell(distance, s, 0).recognition.chance; });
+  std::vector<Measure<Of>> measures;
+  for (const std::size_t s : drives)
+    measures.push_back({{results.drives[s].name + " [%]", 1, ResultTable::Best::largest},
+                        [s](const Of& of) { return of(s); }});
+  measures.push_back({{"mean [%]", 1, ResultTable::Best::largest}, meanOver});
+  ResultTable table = pivot<Of>({"Place recognition", "", "model", {}, {}}, rows, measures);
   for (const std::size_t s : drives) {
     const auto& drive = results.drives[s];
     table.caption += fmt::format("{}: {} images, right within {:.2g} m{}. ", drive.name,

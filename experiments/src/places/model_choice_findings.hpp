@@ -1,4 +1,4 @@
-// What the cells of a model choice say together.
+// Model choice findings: ranks of the models, tables and curves.
 #pragma once
 
 #include <string>
@@ -13,7 +13,8 @@ namespace estancia::experiments {
 
 /// What one model reached on one sequence by one distance.
 struct ModelChoiceCell {
-  std::vector<SpatialVariance> variance;  ///< inside clusters for k = 1, 2, …
+  /// Inside clusters for k = 1, 2,.
+  std::vector<SpatialVariance> variance;
   PlaceRecognition recognition;
 
   static std::vector<std::string> measures();
@@ -24,9 +25,12 @@ struct ModelChoiceCell {
 struct ModelChoiceResults {
   struct Drive {
     std::string name;
-    std::size_t frames = 0;  ///< with a pose
-    double radius = 0;       ///< of a place [m]
-    bool again = false;      ///< another drive asks for the places of this one
+    /// With a pose.
+    std::size_t frames = 0;
+    /// Of a place [m].
+    double radius = 0;
+    /// Another drive asks for the places of this one.
+    bool again = false;
   };
   std::vector<std::string> models, distances;
   std::vector<Drive> drives;

@@ -1,4 +1,4 @@
-// Does the image that looks most alike show the same place?
+// Place recognition: does the most similar image show the same place?
 #pragma once
 
 #include <cstddef>
@@ -19,9 +19,12 @@ struct PlacedImages {
 };
 
 struct PlaceRecognition {
-  std::size_t queries = 0;  ///< images whose place is seen in another image, too
-  double right = 0;         ///< share of them whose nearest image lies within the radius; 0 without queries
-  double chance = 0;        ///< the same for an image drawn by chance
+  /// Images whose place is seen in another image, too.
+  std::size_t queries = 0;
+  /// Share of them whose nearest image lies within the radius; 0 without queries.
+  double right = 0;
+  /// The same for an image drawn by chance.
+  double chance = 0;
 };
 
 /// Finds for each query the nearest of `images` by `comparison`. It is right within `radius` [m]. Queries

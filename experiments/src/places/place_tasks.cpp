@@ -20,6 +20,7 @@
 #include "estancia/topology/localizer_map.hpp"
 #include "estancia/topology/quality.hpp"
 #include "estancia/topology/session.hpp"
+#include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/places/posed_descriptors.hpp"
 #include "experiments/src/places/room_table.hpp"
 
@@ -28,22 +29,20 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int methodVersion = 1;  // of what follows: cells of another one are computed anew
-constexpr struct Measure {
-  const char *name, *title;
-  int decimals = 3;
-  ResultTable::Best best = ResultTable::Best::largest;
-} measures[] = {{"nodes", "nodes", 0, ResultTable::Best::none},
-                {"v_measure", "V-measure"},
-                {"one_image", "one image"},
-                {"filtered", "filtered"},
-                {"smoothed", "smoothed"},
-                {"nearest_neighbor", "nearest neighbor"},
-                {"halves_exchanged", "halves exchanged"}};
+constexpr auto largest = ResultTable::Best::largest;
+const std::vector<std::pair<std::string, ResultTable::Column>> measures{
+    {"nodes", {"nodes", 0}},
+    {"v_measure", {"V-measure", 3, largest}},
+    {"one_image", {"one image", 3, largest}},
+    {"filtered", {"filtered", 3, largest}},
+    {"smoothed", {"smoothed", 3, largest}},
+    {"nearest_neighbor", {"nearest neighbor", 3, largest}},
+    {"halves_exchanged", {"halves exchanged", 3, largest}}};
 constexpr std::size_t smoothing = 20;  // frames of lookahead
 
 /// One task of the configuration, ready for every model.
 struct Task {
-  std::string name, inputs;  ///< inputs: a digest of what is not the model
+  std::string name, inputs;  // inputs: a digest of what is not the model
   const PlaceTasksOptions::Drive* drive = nullptr;
   const PlaceTasksOptions::Rooms* rooms = nullptr;
 };
@@ -116,7 +115,7 @@ CellResults drive(const Task& task, const Recorder& recorder, const fs::path& sc
 /// Which images of the sequence belong to which room and half.
 struct Halves {
   std::vector<std::size_t> train, test;
-  std::vector<std::string> rooms;  ///< of every image
+  std::vector<std::string> rooms;  // of every image
 };
 
 Halves readHalves(const PlaceTasksOptions::Rooms& rooms, const std::vector<Frame>& frames) {
@@ -132,7 +131,8 @@ Halves readHalves(const PlaceTasksOptions::Rooms& rooms, const std::vector<Frame
     if (splits[i] == rooms.test) halves.test.push_back(i);
   }
   if (halves.train.empty() || halves.test.empty())
-    throw Error(fmt::format("{}: {} images to learn from and {} to ask; both halves need some",
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: {} images to learn from and {} to ask; both halves need some",
                             rooms.table.string(), halves.train.size(), halves.test.size()));
   return halves;
 }
@@ -202,7 +202,8 @@ std::vector<Task> openTasks(const PlaceTasksOptions& options, std::vector<std::s
                            rooms.train, rooms.test, fmt::join(rooms.rooms, ",")),
            nullptr, &rooms});
   if (tasks.empty())
-    throw Error("none of the sequences is there; name one of yours by [[drive]] or [[rooms]]");
+    throw Error(ErrorCode::insufficientData,
+                "none of the sequences is there; name one of yours by [[drive]] or [[rooms]]");
   return tasks;
 }
 
@@ -219,25 +220,40 @@ Findings findingsOf(const std::vector<Task>& tasks, const std::vector<std::strin
               "answers by each image alone, by all images so far, and with twenty more."
             : "Share of images whose nearest one of the other half shows the same kind of room.";
     table.rowsAre = "model";
-    for (const std::string& model : models) table.rows.push_back({model, {}});
-    for (const Measure& measure : measures) {
-      std::vector<std::optional<double>> values;
-      for (const CellResults& results : cells[t]) {
-        const auto found = std::find_if(results.begin(), results.end(),
-                                        [&](const CellResult& r) { return r.measure == measure.name; });
-        values.push_back(found == results.end() ? std::nullopt : std::optional(found->value));
-      }
-      if (std::none_of(values.begin(), values.end(), [](const auto& v) { return v.has_value(); })) continue;
-      table.columns.push_back({measure.title, measure.decimals, measure.best});
-      for (std::size_t m = 0; m < models.size(); ++m) table.rows[m].values.push_back(values[m]);
-    }
-    findings.sections.emplace_back(std::move(table));
+    std::vector<std::pair<std::string, CellResults>> rows;
+    for (std::size_t m = 0; m < models.size(); ++m) rows.emplace_back(models[m], cells[t][m]);
+    std::vector<Measure<CellResults>> found;
+    for (const auto& [name, column] : measures)
+      if (std::ranges::any_of(
+              cells[t], [&, name = name](const auto& results) { return valueOf(results, name).has_value(); }))
+        found.push_back(
+            {column, [name = name](const CellResults& results) { return valueOf(results, name); }});
+    findings.sections.emplace_back(pivot(std::move(table), rows, found));
   }
   findings.summary = fmt::format(
       "{} models on {} tasks, all with the default distance and thresholds that the "
       "runs found themselves.",
       models.size(), tasks.size());
   return findings;
+}
+
+OptionGroup declare(PlaceTasksOptions::Drive& drive) {
+  OptionGroup group("drive", "A drive to map, and one to find in it");
+  group.add("name", &drive.name, "What to call it");
+  group.add("optional", &drive.optional, "Leave out, with a note, when it is not there");
+  return group;
+}
+
+OptionGroup declare(PlaceTasksOptions::Rooms& rooms) {
+  OptionGroup group("rooms", "Rooms to tell apart");
+  group.add("name", &rooms.name, "What to call them");
+  group.add("image-column", &rooms.imageColumn, "Column of the images' names");
+  group.add("room-column", &rooms.roomColumn, "Column of the rooms");
+  group.add("split-column", &rooms.splitColumn, "Column of the splits");
+  group.add("train", &rooms.train, "Split that is learned from");
+  group.add("test", &rooms.test, "Split that is asked about");
+  group.add("optional", &rooms.optional, "Leave out, with a note, when they are not there");
+  return group;
 }
 
 }  // namespace
@@ -254,14 +270,12 @@ PlaceTasksOptions readPlaceTasks(ConfigFile& config) {
                {"models", false, "the models to compare", texts(options.models)},
                {"drive", false, "drives to map and find", [&](auto& n) { drives = &config.list(n); }},
                {"rooms", false, "rooms to tell apart", [&](auto& n) { rooms = &config.list(n); }}});
-  const auto text = [&config](std::string& to) { return [&config, &to](auto& n) { to = config.text(n); }; };
   if (drives != nullptr)
     for (const toml::node& node : *drives) {
       auto& drive = options.drives.emplace_back();
       const toml::table* again = nullptr;
-      auto keys = sourceKeys(config, drive.images, true);
-      keys.push_back({"name", true, "what to call it", text(drive.name)});
-      keys.push_back({"optional", false, "", [&](auto& n) { drive.optional = config.flag(n); }});
+      auto keys =
+          together(sourceKeys(config, drive.images, true), requiring("name", keysOf(config, declare(drive))));
       keys.push_back({"truth", false, "CSV query,refs", [&](auto& n) { drive.truth = config.anywhere(n); }});
       keys.push_back({"again", true, "the drive to find", [&](auto& n) { again = &config.subtable(n); }});
       config.read(config.subtable(node), keys);
@@ -271,15 +285,9 @@ PlaceTasksOptions readPlaceTasks(ConfigFile& config) {
   if (rooms != nullptr)
     for (const toml::node& node : *rooms) {
       auto& set = options.rooms.emplace_back();
-      auto keys = sourceKeys(config, set.images, true);
-      keys.push_back({"name", true, "what to call it", text(set.name)});
-      keys.push_back({"optional", false, "", [&](auto& n) { set.optional = config.flag(n); }});
+      auto keys =
+          together(sourceKeys(config, set.images, true), requiring("name", keysOf(config, declare(set))));
       keys.push_back({"table", true, "the CSV of rooms", [&](auto& n) { set.table = config.anywhere(n); }});
-      keys.push_back({"image_column", false, "", text(set.imageColumn)});
-      keys.push_back({"room_column", false, "", text(set.roomColumn)});
-      keys.push_back({"split_column", false, "", text(set.splitColumn)});
-      keys.push_back({"train", false, "", text(set.train)});
-      keys.push_back({"test", false, "", text(set.test)});
       keys.push_back({"only", false, "only these rooms", texts(set.rooms)});
       config.read(config.subtable(node), keys);
     }
@@ -288,7 +296,7 @@ PlaceTasksOptions readPlaceTasks(ConfigFile& config) {
 
 GridColumns placeTasksColumns() {
   GridColumns columns{{"model", "task"}, "", {}};
-  for (const Measure& measure : measures) columns.measures.emplace_back(measure.name);
+  for (const auto& measure : measures) columns.measures.push_back(measure.first);
   return columns;
 }
 

@@ -1,4 +1,4 @@
-// What a robot needs of its words: places mapped, found again, and rooms told apart, model by model.
+// Place tasks experiment: mapping, localization and room classification, model by model.
 // docs/measured/conjunction.md shows the table that it makes.
 #pragma once
 
@@ -26,21 +26,26 @@ struct PlaceTasksOptions {
     std::string name;
     SequenceSource images;
     SequenceSource again;
-    std::filesystem::path truth;  ///< CSV query,refs (readAdmissibleImages); "" = by rooms
+    /// CSV query,refs (readAdmissibleImages); "" = by rooms.
+    std::filesystem::path truth;
     bool optional = false;
   };
   /// Images whose rooms are known: those of the one half name the nearest of the other.
   struct Rooms {
     std::string name;
     SequenceSource images;
-    std::filesystem::path table;  ///< CSV with a header, one line an image
+    /// CSV with a header, one line an image.
+    std::filesystem::path table;
     std::string imageColumn = "image", roomColumn = "room", splitColumn = "split";
-    std::string train = "train", test = "test";  ///< values of the split column
-    std::vector<std::string> rooms;              ///< only these; none: all
+    /// Values of the split column.
+    std::string train = "train", test = "test";
+    /// Only these; none: all.
+    std::vector<std::string> rooms;
     bool optional = false;
   };
 
-  std::vector<std::string> models;  ///< names, folders, several joined by +; none: all that are installed
+  /// Names, folders, several joined by +; none: all that are installed.
+  std::vector<std::string> models;
   std::vector<Drive> drives;
   std::vector<Rooms> rooms;
 };

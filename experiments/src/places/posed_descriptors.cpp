@@ -54,7 +54,8 @@ PosedDescriptors labelPosed(const Sequence& sequence, Labeler& labeler, LabelCac
     result.descriptors.append(recording.descriptors.row(i));
   }
   if (result.frames.empty())
-    throw Error(fmt::format("{}: none of the frames with a pose can be read", sequence.name()));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: none of the frames with a pose can be read", sequence.name()));
   return result;
 }
 

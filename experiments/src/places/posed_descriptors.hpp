@@ -1,4 +1,4 @@
-// A sequence as one model says it, for experiments that know where the images were taken.
+// Posed descriptors: a labeled sequence whose camera positions are known.
 #pragma once
 
 #include <cstddef>
@@ -20,11 +20,14 @@ struct PosedDescriptors {
   explicit PosedDescriptors(const Vocabulary& words)
       : parts(words.layout().parts), descriptors(words.size()) {}
 
-  std::vector<std::size_t> frames;  ///< their numbers in the sequence
+  /// Their numbers in the sequence.
+  std::vector<std::size_t> frames;
   std::vector<Position> positions;
-  std::vector<LabelPart> parts;  ///< that the descriptors are made of
+  /// That the descriptors are made of.
+  std::vector<LabelPart> parts;
   DescriptorMatrix descriptors;
-  std::size_t unreadable = 0;  ///< frames that could not be read, which are left out
+  /// Frames that could not be read, which are left out.
+  std::size_t unreadable = 0;
 
   /// Gives every descriptor zeros at its end, for words that have been discovered since.
   void widen(const Vocabulary& words);

@@ -1,12 +1,12 @@
-// The rooms of images, as data sets tell them: a CSV beside the images.
+// Room table: the rooms of images from a CSV beside them.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "estancia/core/frame.hpp"
+#include "experiments/src/findings/csv_table.hpp"
 
 namespace estancia::experiments {
 
@@ -17,18 +17,17 @@ class RoomTable {
  public:
   /// Throws Error `FILE:LINE: …` when there is no such file, no such column, or a line has too many or too
   /// few cells.
-  RoomTable(std::filesystem::path file, const std::string& imageColumn, const std::vector<Frame>& frames);
+  RoomTable(const std::filesystem::path& file, const std::string& imageColumn,
+            const std::vector<Frame>& frames);
 
   /// The cells of one column, one a frame; "" where no line names it. Throws Error when there is no such
   /// column.
   std::vector<std::string> column(const std::string& name) const;
 
  private:
-  std::size_t numberOf(const std::string& column) const;
-
-  std::filesystem::path file_;
-  std::vector<std::string> header_;
-  std::vector<std::vector<std::string>> lines_;  ///< the cells of each frame's line, none where it has none
+  CsvTable table_;
+  /// The row of each frame, null where it has none.
+  std::vector<const io::CsvRow*> lines_;
 };
 
 /// The number in a name of nothing but digits ("0012.png" → "12"), else the name without its extension.

@@ -99,7 +99,8 @@ FilteredClouds::Filtered FilteredClouds::get(const std::string& origin, const Fi
   std::error_code problem;
   fs::create_directories(folder_, problem);
   if (problem)
-    throw Error(fmt::format("{}: the folder cannot be made ({})", folder_.string(), problem.message()));
+    throw Error(ErrorCode::fileUnwritable,
+                fmt::format("{}: the folder cannot be made ({})", folder_.string(), problem.message()));
   writeWhole(file, toBytes(filtered, key));
   makeRoom();
   return filtered;

@@ -1,4 +1,4 @@
-// Filtered clouds that are kept: filtering takes longer than reading.
+// Filtered clouds: a cache on disk, as filtering takes longer than reading.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,8 @@ class FilteredClouds {
  public:
   struct Filtered {
     PointCloud cloud;
-    double seconds = 0;  ///< that filtering took, then
+    /// That filtering took, then.
+    double seconds = 0;
   };
 
   /// The folder is made when it is needed. `mostBytes` = 0 keeps nothing.

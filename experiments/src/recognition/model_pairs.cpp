@@ -1,17 +1,14 @@
 #include "experiments/src/recognition/model_pairs.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
-#include <set>
 
 #include "estancia/core/error.hpp"
-#include "estancia/io/csv.hpp"
 #include "estancia/io/files.hpp"
+#include "experiments/src/findings/csv_table.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;
@@ -46,51 +43,14 @@ cv::Affine3d readRigid(const fs::path& file) {
   return cv::Affine3d(matrix);
 }
 
-/// The columns of a row by their names.
-class Columns {
- public:
-  Columns(const fs::path& list, const io::CsvRow& head) : list_(list) {
-    for (std::size_t c = 0; c < head.cells.size(); ++c)
-      if (!positions_.emplace(head.cells[c], c).second)
-        fail(head, fmt::format("the column \"{}\" is repeated", io::printable(head.cells[c])));
-    head_ = head;
-  }
-
-  const std::string* find(const io::CsvRow& row, const std::string& column) const {
-    const auto found = positions_.find(column);
-    if (found == positions_.end()) return nullptr;
-    if (found->second >= row.cells.size())
-      fail(row, fmt::format("the column \"{}\" is empty", io::printable(column)));
-    return &row.cells[found->second];
-  }
-
-  const std::string& get(const io::CsvRow& row, const std::string& column) const {
-    const std::string* cell = find(row, column);
-    if (cell == nullptr)
-      fail(head_, fmt::format("no column \"{}\"; known: {}", io::printable(column),
-                              io::printable(fmt::format("{}", fmt::join(head_.cells, ", ")))));
-    if (cell->empty()) fail(row, fmt::format("the column \"{}\" is empty", io::printable(column)));
-    return *cell;
-  }
-
-  fs::path file(const io::CsvRow& row, const std::string& name) const {
-    const fs::path file = list_.parent_path() / name;
-    std::error_code problem;
-    if (!fs::is_regular_file(file, problem))
-      fail(row, fmt::format("no such file: {}", io::printable(file.string())));
-    return file;
-  }
-
-  [[noreturn]] void fail(const io::CsvRow& row, const std::string& why) const {
-    throw Error(ErrorCode::malformedFile,
-                fmt::format("{}:{}: {}", io::printable(list_.string()), row.line, why));
-  }
-
- private:
-  fs::path list_;
-  io::CsvRow head_{1, {}};
-  std::map<std::string, std::size_t> positions_;
-};
+/// A file beside the list.
+fs::path fileBeside(const CsvTable& list, const io::CsvRow& row, const std::string& name) {
+  fs::path file = list.file().parent_path() / name;
+  std::error_code problem;
+  if (!fs::is_regular_file(file, problem))
+    list.fail(row, fmt::format("no such file: {}", io::printable(file.string())));
+  return file;
+}
 
 /// Models are named by their file names, or by their paths in the list where two files have the same name.
 void nameModels(std::vector<ModelPairs::Model>& models) {
@@ -117,28 +77,22 @@ bool ModelPairs::holds(std::size_t scene, const std::string& object) const {
 }
 
 ModelPairs readModelPairs(const fs::path& list, const ModelPairsOptions& options) {
-  const auto rows = io::readCsv(list);
-  if (rows.size() < 2)
-    throw Error(
-        ErrorCode::insufficientData,
-        fmt::format("{}: no pairs; write a header with scene, object, {} and {}, then one line per pair",
-                    io::printable(list.string()), options.modelColumn, options.poseColumn));
-  const Columns columns(list, rows[0]);
+  const CsvTable table(list);
+  const auto present = table.find("scene_present");
   ModelPairs found;
   std::map<std::string, std::size_t> scenes, models;
   std::map<std::pair<std::size_t, std::size_t>, std::size_t> pairs;
-  for (auto row = rows.begin() + 1; row != rows.end(); ++row) {
-    const std::string& scene = columns.get(*row, "scene");
-    const std::string& object = columns.get(*row, "object");
-    const std::string& model = columns.get(*row, options.modelColumn);
+  for (const io::CsvRow& row : table.rows()) {
+    const std::string& scene = table.get(row, "scene");
+    const std::string& object = table.get(row, "object");
+    const std::string& model = table.get(row, options.modelColumn);
     const auto [known, isNew] = models.emplace(model, found.models.size());
-    if (isNew) found.models.push_back({model, object, columns.file(*row, model)});
+    if (isNew) found.models.push_back({model, object, fileBeside(table, row, model)});
     if (found.models[known->second].object != object)
-      columns.fail(*row,
-                   fmt::format("{} is a model of \"{}\" and in a line above of \"{}\"", io::printable(model),
-                               io::printable(object), io::printable(found.models[known->second].object)));
-    if (const std::string* present = columns.find(*row, "scene_present");
-        present != nullptr && *present == "0") {
+      table.fail(row,
+                 fmt::format("{} is a model of \"{}\" and in a line above of \"{}\"", io::printable(model),
+                             io::printable(object), io::printable(found.models[known->second].object)));
+    if (present && row.cells[*present] == "0") {
       ++found.leftOut;
       continue;
     }
@@ -146,16 +100,19 @@ ModelPairs readModelPairs(const fs::path& list, const ModelPairsOptions& options
     if (isNewScene) {
       std::string file = options.sceneFiles;
       if (const auto at = file.find("{}"); at != std::string::npos) file.replace(at, 2, scene);
-      found.scenes.push_back({scene, columns.file(*row, file)});
+      found.scenes.push_back({scene, fileBeside(table, row, file)});
     }
-    const cv::Affine3d pose = readRigid(columns.file(*row, columns.get(*row, options.poseColumn)));
+    const cv::Affine3d pose = readRigid(fileBeside(table, row, table.get(row, options.poseColumn)));
     const auto [pair, isNewPair] = pairs.emplace(std::pair(place->second, known->second), found.pairs.size());
     if (isNewPair) found.pairs.push_back({place->second, known->second, {}});
     found.pairs[pair->second].poses.push_back(pose);
   }
   if (found.pairs.empty())
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: all pairs have scene_present 0", io::printable(list.string())));
+    throw Error(
+        ErrorCode::insufficientData,
+        found.leftOut > 0
+            ? fmt::format("{}: all pairs have scene_present 0", table.name())
+            : fmt::format("{}: no pairs; write one line per pair of a scene and a model", table.name()));
   nameModels(found.models);
   return found;
 }

@@ -67,6 +67,7 @@ class UnitReader {
     const auto found = values_.find({measure, at});
     if (found == values_.end())
       throw Error(
+          ErrorCode::corruptFile,
           fmt::format("a cell of the folder has no {} of {}; remove the folder's cells", measure, at));
     return found->second;
   }
@@ -221,8 +222,8 @@ class Units {
   const Options& options_;
   const ModelPairs& pairs_;
   RecognitionResults results_;
-  std::vector<std::size_t> present_;              ///< by scene: models that it holds …
-  std::vector<std::vector<std::size_t>> models_;  ///< … which come first of those that are looked for
+  std::vector<std::size_t> present_;              // by scene: models that it holds …
+  std::vector<std::vector<std::size_t>> models_;  // … which come first of those that are looked for
   std::vector<RecognitionTask> tasks_;
   std::vector<Place> places_;
 };
@@ -306,6 +307,7 @@ Findings compareRecognition(const Options& options, Grid& grid, const Experiment
                             Progress& progress) {
   if (!run.models.empty())
     throw Error(
+        ErrorCode::invalidOption,
         fmt::format("{} is no model of objects: --models names networks, which recognition has none of; "
                     "leave it out",
                     run.models.front()));

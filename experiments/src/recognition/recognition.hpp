@@ -1,4 +1,4 @@
-// Known objects looked for in noisy scenes, by every filter, keypoint detector and descriptor
+// Recognition experiment: known objects in noisy scenes, by filter, keypoint detector and descriptor
 // (thesis 2.5, 2.6: Tables 2.2 to 2.17). docs/measured/recognition.md shows the tables that it makes.
 #pragma once
 
@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "estancia/core/options.hpp"
 #include "estancia/core/progress.hpp"
 #include "experiments/src/findings/findings.hpp"
 #include "experiments/src/recognition/model_pairs.hpp"
@@ -30,36 +31,52 @@ struct RecognitionExperimentOptions {
   struct Symmetry {
     std::string model;
     cv::Vec3d axis;
-    std::optional<cv::Vec3d> point;  ///< on the axis [m, in the model's frame]; none: the model's center
+    /// On the axis [m, in the model's frame]; none: the model's center.
+    std::optional<cv::Vec3d> point;
     int fold = 360;
   };
 
-  std::filesystem::path pairs;  ///< see readModelPairs()
+  /// See readModelPairs().
+  std::filesystem::path pairs;
   ModelPairsOptions columns;
-  std::vector<std::string> scenes;  ///< only these; none: all
+  /// Only these; none: all.
+  std::vector<std::string> scenes;
   std::vector<std::string> presets{"default"};
   std::vector<std::string> modelFilters{"none"}, sceneFilters{"none"};
-  std::size_t modelPoints = 5000;         ///< that filters leave of a model
-  std::vector<std::size_t> sizes{20000};  ///< points that filters leave of a scene
-  std::vector<double> noises{0};          ///< standard deviations [m]
-  std::vector<std::uint64_t> seeds{1};    ///< of the noise
+  /// Points that filters leave of a model.
+  std::size_t modelPoints = 5000;
+  /// Points that filters leave of a scene.
+  std::vector<std::size_t> sizes{20000};
+  /// Standard deviations of the noise [m].
+  std::vector<double> noises{0};
+  /// Seeds of the noise.
+  std::vector<std::uint64_t> seeds{1};
   std::vector<std::string> keypoints{"uniform"}, descriptors{"shot"};
 
   /// Where models are looked for in vain.
   enum class Absent {
-    all,    ///< every model in every scene where its object is not
-    some,   ///< absentCount of these
-    object  ///< one model of each object in every scene where that is not
+    /// Every model in every scene where its object is not.
+    all,
+    /// absentCount of these.
+    some,
+    /// One model of each object in every scene where that is not.
+    object
   };
   Absent absent = Absent::all;
   std::size_t absentCount = 0;
-  std::uint64_t absentSeed = 1;  ///< of the choice
+  /// Seed of the choice of absent models.
+  std::uint64_t absentSeed = 1;
 
-  double translation = 0.02;  ///< of a correct pose, at most: at the model's center [m] …
-  double rotation = 15;       ///< … and [degrees]
+  /// Largest translation error of a correct pose, at the model's center [m].
+  double translation = 0.02;
+  /// Largest rotation error of a correct pose [degrees].
+  double rotation = 15;
   std::vector<Symmetry> symmetries;
-  std::size_t keptMegabytes = 4096;  ///< of filtered clouds in the experiment's folder
+  /// Size of the cache of filtered clouds in the experiment's folder.
+  std::size_t keptMegabytes = 4096;
 };
+
+OptionGroup declare(RecognitionExperimentOptions& options);
 
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.
 RecognitionExperimentOptions readRecognition(ConfigFile& config);
@@ -75,7 +92,8 @@ Findings compareRecognition(const RecognitionExperimentOptions& options, Grid& g
 /// One scene, made noisy and filtered and described in one way; all models are looked for in it.
 struct RecognitionUnit {
   std::string preset, keypoint, descriptor, sceneFilter;
-  std::size_t size = 0;  ///< points that the filter leaves; 0: all
+  /// Points that the filter leaves; 0: all.
+  std::size_t size = 0;
   double noise = 0;
   std::uint64_t seed = 1;
   std::size_t scene = 0;
@@ -84,22 +102,30 @@ struct RecognitionUnit {
 /// What a unit finds of one model: of a filter, in a scene that holds it or does not.
 struct RecognitionSearch {
   std::size_t modelFilter = 0, model = 0;
-  bool verified = false;    ///< an instance was found
-  bool correct = false;     ///< the best one lies where the model does
-  std::string problem;      ///< why it could not be looked for, as nothing could be described; else ""
-  double seconds = 0;       ///< without what the scene takes …
-  double modelSeconds = 0;  ///< … and what the model does, where it is not yet described for such a scene
+  /// An instance was found.
+  bool verified = false;
+  /// The best one lies where the model does.
+  bool correct = false;
+  /// Why it could not be looked for, as nothing could be described; else "".
+  std::string problem;
+  /// Time of the search without filtering and describing the scene.
+  double seconds = 0;
+  /// Time of describing the model, where that is not yet done for such a scene.
+  double modelSeconds = 0;
 };
 
 struct RecognitionFound {
-  double filterSeconds = 0, describeSeconds = 0;  ///< of the scene
-  std::vector<RecognitionSearch> searches;        ///< in the order that they were asked for
+  /// Times of the scene.
+  double filterSeconds = 0, describeSeconds = 0;
+  /// In the order of the task.
+  std::vector<RecognitionSearch> searches;
 };
 
 /// What a unit looks for, models filter by filter.
 struct RecognitionTask {
   RecognitionUnit unit;
-  std::vector<std::size_t> models;  ///< that the scene holds, and those that it does not
+  /// Models that the scene holds, then those that it does not.
+  std::vector<std::size_t> models;
 };
 
 /// What recognizes, and says all that a unit's findings depend on: units of other inputs are found anew.

@@ -1,4 +1,4 @@
-// What the recognition experiment found as the noise grows.
+// Recognition by noise: overviews and curves of the recognition experiment.
 #pragma once
 
 #include <string>

@@ -15,7 +15,7 @@ namespace {
 
 using Options = RecognitionExperimentOptions;
 
-constexpr std::int64_t mostPoints = 100'000'000, mostSeed = 1'000'000'000;
+constexpr std::int64_t maxPoints = 100'000'000, maxSeed = 1'000'000'000;
 
 cv::Vec3d readVector(const ConfigFile& config, const toml::node& node) {
   const toml::array& list = config.list(node);
@@ -52,44 +52,51 @@ void readAbsent(const ConfigFile& config, const toml::node& node, Options& optio
 
 }  // namespace
 
+OptionGroup declare(RecognitionExperimentOptions& options) {
+  OptionGroup group("recognition", "Objects in noise");
+  group.add("model-column", &options.columns.modelColumn, "Column of the models' files");
+  group.add("pose-column", &options.columns.poseColumn, "Column of the files of poses");
+  group.add("scene-files", &options.columns.sceneFiles, "Files of the scenes, {} is the scene's name");
+  group.add("model-points", &options.modelPoints, "Points that filters leave of a model").range(2, maxPoints);
+  group.add("absent-seed", &options.absentSeed, "Seed of the choice of absent models").range(0, maxSeed);
+  group.add("max-translation", &options.translation, "Largest translation error of a correct pose")
+      .unit("m")
+      .range(0, 1000);
+  group.add("max-rotation", &options.rotation, "Largest rotation error of a correct pose")
+      .unit("degrees")
+      .range(0, 180);
+  group.add("kept-mb", &options.keptMegabytes, "Size of the cache of filtered clouds")
+      .unit("MB")
+      .range(0, 1e7);
+  return group;
+}
+
 RecognitionExperimentOptions readRecognition(ConfigFile& config) {
   Options options;
-  const auto text = [&config](std::string& to) { return [&config, &to](auto& n) { to = config.text(n); }; };
-  const auto number = [&config](double least, double most) {
-    return [&config, least, most](const toml::node& n) { return config.number(n, least, most); };
+  const auto text = [&config](const toml::node& node) { return config.text(node); };
+  const auto points = [&config](const toml::node& node) {
+    return static_cast<std::size_t>(config.integer(node, 2, maxPoints));
   };
+  const auto seed = [&config](const toml::node& node) {
+    return static_cast<std::uint64_t>(config.integer(node, 0, maxSeed));
+  };
+  const auto noise = [&config](const toml::node& node) { return config.number(node, 0, 1000); };
   const toml::array* symmetries = nullptr;
-  config.read(
+  config.read(together(
+      keysOf(config, declare(options)),
       {{"type", true, "the kind of experiment", [](auto&) {}},
        {"pairs", true, "the CSV of models in scenes", [&](auto& n) { options.pairs = config.anywhere(n); }},
-       {"model_column", false, "", text(options.columns.modelColumn)},
-       {"pose_column", false, "", text(options.columns.poseColumn)},
-       {"scene_files", false, "", text(options.columns.sceneFiles)},
-       {"scenes", false, "",
-        each(config, options.scenes, [&config](const toml::node& node) { return config.text(node); })},
+       {"scenes", false, "", each(config, options.scenes, text)},
        {"presets", false, "", each(config, options.presets, oneOf(config, RecognitionOptions::presets()))},
        {"model_filters", false, "", each(config, options.modelFilters, oneOf(config, filterMethods()))},
-       {"model_points", false, "",
-        [&](auto& n) { options.modelPoints = static_cast<std::size_t>(config.integer(n, 2, mostPoints)); }},
        {"scene_filters", false, "", each(config, options.sceneFilters, oneOf(config, filterMethods()))},
-       {"sizes", false, "",
-        each(config, options.sizes,
-             [&](auto& n) { return static_cast<std::size_t>(config.integer(n, 2, mostPoints)); })},
-       {"noises", false, "", each(config, options.noises, number(0, 1000))},
-       {"seeds", false, "",
-        each(config, options.seeds,
-             [&](auto& n) { return static_cast<std::uint64_t>(config.integer(n, 0, mostSeed)); })},
+       {"sizes", false, "", each(config, options.sizes, points)},
+       {"noises", false, "", each(config, options.noises, noise)},
+       {"seeds", false, "", each(config, options.seeds, seed)},
        {"keypoints", false, "", each(config, options.keypoints, oneOf(config, keypointMethods()))},
        {"descriptors", false, "", each(config, options.descriptors, oneOf(config, descriptorMethods()))},
        {"absent", false, "", [&](auto& n) { readAbsent(config, n, options); }},
-       {"absent_seed", false, "",
-        [&](auto& n) { options.absentSeed = static_cast<std::uint64_t>(config.integer(n, 0, mostSeed)); }},
-       {"most_translation", false, "", [&](auto& n) { options.translation = config.number(n, 0, 1000); }},
-       {"most_rotation", false, "", [&](auto& n) { options.rotation = config.number(n, 0, 180); }},
-       {"symmetry", false, "", [&](auto& n) { symmetries = &config.list(n); }},
-       {"kept_mb", false, "", [&](auto& n) {
-          options.keptMegabytes = static_cast<std::size_t>(config.integer(n, 0, 10'000'000));
-        }}});
+       {"symmetry", false, "", [&](auto& n) { symmetries = &config.list(n); }}}));
   if (symmetries != nullptr)
     for (const toml::node& one : *symmetries)
       options.symmetries.push_back(readSymmetry(config, config.subtable(one)));

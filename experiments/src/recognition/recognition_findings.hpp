@@ -1,4 +1,4 @@
-// What the cells of the recognition experiment say together.
+// Recognition findings: all tables and figures of the recognition experiment.
 #pragma once
 
 #include "experiments/src/findings/findings.hpp"

@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
+
+#include "experiments/src/findings/pivot.hpp"
 
 namespace estancia::experiments {
 
@@ -43,8 +44,28 @@ std::string millimeters(double meters) {
   return fmt::format("{:.4g} mm", 1000 * meters);
 }
 
-double meanOf(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+RecognitionResults::Place RecognitionResults::placeOf(std::size_t cell) const {
+  const auto next = [&cell](std::size_t size) {
+    const std::size_t digit = cell % size;
+    cell /= size;
+    return digit;
+  };
+  Place place;
+  place.sceneFilter = next(sceneFilters.size());
+  place.noise = next(noises.size());
+  place.modelFilter = next(modelFilters.size());
+  place.descriptor = next(descriptors.size());
+  place.keypoint = next(keypoints.size());
+  place.preset = cell;
+  return place;
+}
+
+double RecognitionResults::mean(const RecognitionScore& score,
+                                const std::function<bool(const Place&)>& wanted) const {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    if (wanted(placeOf(i))) values.push_back(score.of(cells[i]));
+  return meanOf(values);
 }
 
 }  // namespace estancia::experiments

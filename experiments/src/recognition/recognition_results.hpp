@@ -1,7 +1,8 @@
-// What the recognition experiment counted, by everything that it compared.
+// Recognition results: counts of the recognition experiment, by everything that it compared.
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -15,12 +16,16 @@ namespace estancia::experiments {
 struct RecognitionCell {
   std::size_t seeds = 0, pairs = 0, verified = 0, correct = 0;
   std::size_t absent = 0, falsePositives = 0;
-  std::size_t failed = 0;  ///< of both: nothing to describe
+  /// Searches, present or absent, with nothing to describe.
+  std::size_t failed = 0;
   std::vector<std::size_t> correctBySeed;
-  double seconds = 0, filterSeconds = 0;  ///< mean a pair; the filter is a part of it
-  double modelSeconds = 0;                ///< mean a pair, beside it
+  /// Mean a pair; the filter is a part of it.
+  double seconds = 0, filterSeconds = 0;
+  /// Mean a pair, beside it.
+  double modelSeconds = 0;
 
-  static std::vector<std::string> measures();  ///< those of results.csv
+  /// Those of results.csv.
+  static std::vector<std::string> measures();
   CellResults toResults() const;
 
   double verifiedPercent() const { return percent(verified, pairs); }
@@ -46,19 +51,31 @@ constexpr RecognitionScore kVerified{"verified", &RecognitionCell::verifiedPerce
 /// Why searches failed.
 struct RecognitionFailure {
   std::string reason;
-  std::string first;      ///< of them: "mug in table"
-  std::size_t count = 0;  ///< of searches
+  /// The first such search: "mug in table".
+  std::string first;
+  /// Number of searches.
+  std::size_t count = 0;
 };
 
 struct RecognitionResults {
-  using SceneFilter = std::pair<std::string, std::size_t>;  ///< and the points it leaves; 0: all
+  /// Method, and the points that it leaves; 0: all.
+  using SceneFilter = std::pair<std::string, std::size_t>;
 
   std::vector<std::string> presets, keypoints, descriptors, modelFilters;
   std::vector<SceneFilter> sceneFilters;
   std::vector<double> noises;
   /// ((((preset · keypoints + k) · descriptors + d) · modelFilters + m) · noises + n) · sceneFilters + s
   std::vector<RecognitionCell> cells;
-  std::vector<RecognitionFailure> failures;  ///< different reasons, as far as they are known
+  /// Different reasons, as far as they are known.
+  std::vector<RecognitionFailure> failures;
+
+  /// Which of each list a cell is of.
+  struct Place {
+    std::size_t preset = 0, keypoint = 0, descriptor = 0, modelFilter = 0, noise = 0, sceneFilter = 0;
+  };
+  Place placeOf(std::size_t cell) const;
+  /// The mean over the cells whose place is wanted, in their order.
+  double mean(const RecognitionScore& score, const std::function<bool(const Place&)>& wanted) const;
 
   std::size_t indexOf(std::size_t preset, std::size_t keypoint, std::size_t descriptor,
                       std::size_t modelFilter, std::size_t noise, std::size_t sceneFilter) const {
@@ -85,8 +102,5 @@ std::string titleOf(const RecognitionResults& results, std::size_t preset, std::
 
 /// "5 mm" of 0.005.
 std::string millimeters(double meters);
-
-/// Of some values.
-double meanOf(const std::vector<double>& values);
 
 }  // namespace estancia::experiments

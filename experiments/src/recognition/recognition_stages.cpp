@@ -81,8 +81,8 @@ void describe(const PreparedModel& model, const PreparedScene& scene) {
 
 struct RecognitionStages::Entry {
   std::once_flag made;
-  std::shared_ptr<const PreparedModel> model;  ///< null where it cannot be described …
-  std::string problem;                         ///< … and why
+  std::shared_ptr<const PreparedModel> model;  // null where it cannot be described …
+  std::string problem;                         // … and why
 };
 
 /// Models are prepared when they are first needed.
@@ -92,7 +92,7 @@ struct RecognitionStages::Recipe {
 
   std::string preset;
   Recognizer recognizer;
-  std::vector<Entry> models;  ///< [filter · models + model]
+  std::vector<Entry> models;  // [filter · models + model]
 };
 
 RecognitionStages::RecognitionStages(const Options& options, const ModelPairs& pairs,
@@ -105,7 +105,7 @@ RecognitionStages::RecognitionStages(const Options& options, const ModelPairs& p
     try {
       read.center = centerOf(read.cloud);
     } catch (const Error& problem) {
-      throw Error(fmt::format("{}: {}", model.file.string(), problem.what()));
+      throw Error(problem.code(), fmt::format("{}: {}", model.file.string(), problem.what()));
     }
     models_.push_back(std::move(read));
   }
@@ -113,8 +113,8 @@ RecognitionStages::RecognitionStages(const Options& options, const ModelPairs& p
     const auto model = std::find_if(pairs.models.begin(), pairs.models.end(),
                                     [&](const auto& m) { return m.name == symmetry.model; });
     if (model == pairs.models.end())
-      throw Error(
-          fmt::format("a symmetry of {}, which is no model of {}", symmetry.model, options.pairs.string()));
+      throw Error(ErrorCode::unknownName, fmt::format("a symmetry of {}, which is no model of {}",
+                                                      symmetry.model, options.pairs.string()));
     Model& turned = models_[static_cast<std::size_t>(model - pairs.models.begin())];
     const auto turns = turnsAround(symmetry.point ? cv::Point3d(*symmetry.point) : turned.center,
                                    symmetry.axis, symmetry.fold);

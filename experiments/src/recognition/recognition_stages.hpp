@@ -1,4 +1,4 @@
-// The recognizer at work in the recognition experiment.
+// Recognition stages: the recognizer at work in the recognition experiment.
 #pragma once
 
 #include <filesystem>
@@ -36,8 +36,10 @@ class RecognitionStages final : public RecognitionWork {
     cv::Point3d center;
     std::vector<cv::Affine3d> symmetries;
   };
-  struct Entry;   ///< a model as a recognizer describes it
-  struct Recipe;  ///< a recognizer, and the models as it describes them
+  /// A model as a recognizer describes it.
+  struct Entry;
+  /// A recognizer, and the models as it describes them.
+  struct Recipe;
   std::shared_ptr<Recipe> recipeOf(const RecognitionUnit& unit);
   void look(const RecognitionTask& task, RecognitionFound& found);
   const Entry& modelOf(Recipe& recipe, const RecognitionSearch& search);

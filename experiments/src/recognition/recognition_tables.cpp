@@ -4,194 +4,141 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 
-#include "experiments/src/recognition/thesis_means_checked.hpp"
-#include "experiments/src/recognition/thesis_recognition.hpp"
+#include "experiments/src/findings/pivot.hpp"
+#include "experiments/src/findings/thesis.hpp"
 
 namespace estancia::experiments {
 namespace {
 
-using Values = std::vector<std::optional<double>>;
+using Place = RecognitionResults::Place;
 
 constexpr std::array scores{kVerified, kCorrect, kFalsePositives};
 
-class Tables {
- public:
-  explicit Tables(const RecognitionResults& results) : r_(results) {}
+ResultTable headOf(const RecognitionResults& r, const std::string& title, const std::string& rowsAre) {
+  std::vector<std::string> filters;
+  for (const auto& filter : r.sceneFilters) filters.push_back(nameOf(filter));
+  return {title, "", rowsAre, columnsOf(filters, 0), {}, 100};
+}
 
-  /// Table 2.17 in both scores, beside the thesis'.
-  void addOverall(std::size_t p, Findings& findings) const {
-    std::vector<std::string> filters;
-    for (const auto& [method, points] : r_.sceneFilters)
-      if (std::find(filters.begin(), filters.end(), method) == filters.end()) filters.push_back(method);
-    ResultTable table{
-        fmt::format("{}By descriptor, detector and filter of the scenes (Table 2.17)",
-                    r_.presets.size() > 1 ? r_.presets[p] + ": " : ""),
-        fmt::format(
-            "Mean percent over {} model filters, {} noise levels and the sizes. The thesis' is over three "
-            "model filters, six noise levels up to 10 mm and four sizes, and counts what is verified.",
-            r_.modelFilters.size(), r_.noises.size()),
-        "descriptor, keypoints",
-        {},
-        {},
-        100};
-    for (const std::string& filter : filters)
-      for (const char* what : {"thesis", kVerified.name, kCorrect.name, kFalsePositives.name})
-        table.columns.push_back({fmt::format("{}: {}", filter, what), 1});
-    for (std::size_t d = 0; d < r_.descriptors.size(); ++d)
-      for (std::size_t k = 0; k < r_.keypoints.size(); ++k) {
-        Values values;
-        for (const std::string& filter : filters) {
-          values.push_back(thesisOverallOf(d, k, filter));
-          for (const RecognitionScore& score : scores) {
-            std::vector<double> all;
-            for (std::size_t m = 0; m < r_.modelFilters.size(); ++m)
-              for (std::size_t n = 0; n < r_.noises.size(); ++n)
-                for (std::size_t f = 0; f < r_.sceneFilters.size(); ++f)
-                  if (r_.sceneFilters[f].first == filter) all.push_back(score.of(r_.cell(p, k, d, m, n, f)));
-            values.push_back(meanOf(all));
-          }
-        }
-        table.rows.push_back({fmt::format("{}, {}", r_.descriptors[d], r_.keypoints[k]), std::move(values)});
-      }
-    findings.sections.emplace_back(std::move(table));
-  }
+/// The thesis' layout: model filters and noises down, scene filters across; the mean over the detectors, or
+/// that of one.
+ResultTable byNoise(const RecognitionResults& r, std::size_t preset, std::optional<std::size_t> keypoint,
+                    std::size_t descriptor, const RecognitionScore& score) {
+  std::vector<std::string> rows;
+  for (const std::string& filter : r.modelFilters)
+    for (const double noise : r.noises) rows.push_back(fmt::format("{}, {}", filter, millimeters(noise)));
+  const std::string of = keypoint ? r.keypoints[*keypoint] : "mean of the keypoint detectors";
+  return pivot(headOf(r, titleOf(r, preset, descriptor, fmt::format("{}: percent {}", of, score.name)),
+                      "models, noise"),
+               rows, [&](std::size_t row, std::size_t column) {
+                 return r.mean(score, [&](const Place& at) {
+                   return at.preset == preset && at.descriptor == descriptor && at.sceneFilter == column &&
+                          at.modelFilter == row / r.noises.size() && at.noise == row % r.noises.size() &&
+                          at.keypoint == keypoint.value_or(at.keypoint);
+                 });
+               });
+}
 
-  void addAll(Findings& findings) const {
-    bool comparable = false;
-    for (std::size_t d = 0; d < r_.descriptors.size(); ++d) {
-      for (std::size_t k = 0; k < r_.keypoints.size(); ++k) {
-        for (std::size_t p = 0; p < r_.presets.size(); ++p)
-          for (const RecognitionScore& score : scores)
-            findings.sections.emplace_back(cells(p, {k}, d, score));
-        if (auto table = thesisTable(k, d)) {
-          comparable = true;
-          findings.sections.emplace_back(std::move(*table));
-        }
-      }
-      addMeans(d, findings);
+/// The same without the noises: the mean over them, too.
+ResultTable bySize(const RecognitionResults& r, std::size_t preset, std::size_t descriptor,
+                   const RecognitionScore& score) {
+  const std::string title =
+      titleOf(r, preset, descriptor,
+              fmt::format("mean of the keypoint detectors and noises: percent {}", score.name));
+  return pivot(headOf(r, title, "models"), r.modelFilters, [&](std::size_t row, std::size_t column) {
+    return r.mean(score, [&](const Place& at) {
+      return at.preset == preset && at.descriptor == descriptor && at.modelFilter == row &&
+             at.sceneFilter == column;
+    });
+  });
+}
+
+/// Adds the thesis' tables of a descriptor and a detector, or of the means of the detectors.
+void addThesis(const std::string& descriptor, const std::string& keypoint, Findings& findings) {
+  const ThesisTable thesis = readThesisTable(thesisRecognitionCsv, 5);
+  ResultTable* table = nullptr;
+  std::string number;
+  for (const auto& row : thesis.rows) {
+    if (row.keys[1] != descriptor || row.keys[2] != keypoint) continue;
+    const bool ofNoises = row.keys[4] == "mean";
+    if (row.keys[0] != number) {
+      number = row.keys[0];
+      const std::string what = ofNoises             ? "the same, mean of the noises"
+                               : keypoint == "mean" ? descriptor + ", mean of the keypoint detectors"
+                                                    : descriptor + ", " + keypoint;
+      findings.sections.emplace_back(ResultTable{fmt::format("The thesis' {}: {}", number, what),
+                                                 "Percent of the thesis' 49 pairs that were verified.",
+                                                 "models, noise",
+                                                 columnsOf(thesis.columns, 0),
+                                                 {},
+                                                 100});
+      table = &std::get<ResultTable>(findings.sections.back());
     }
-    if (comparable) findings.sections.emplace_back(thesisMeansChecked());
+    table->rows.push_back(
+        {ofNoises ? row.keys[3] : fmt::format("{}, {}", row.keys[3], millimeters(std::stod(row.keys[4]))),
+         row.values});
   }
+}
 
- private:
-  ResultTable empty(const std::string& title, const std::string& rowsAre) const {
-    ResultTable table{title, "", rowsAre, {}, {}, 100};
-    for (const auto& filter : r_.sceneFilters) table.columns.push_back({nameOf(filter), 0});
-    return table;
-  }
-
-  /// The thesis' layout; the mean over `keypoints`.
-  ResultTable cells(std::size_t p, const std::vector<std::size_t>& keypoints, std::size_t d,
-                    const RecognitionScore& score) const {
-    ResultTable table = empty(titleOf(r_, p, d,
-                                      fmt::format("{}: percent {}",
-                                                  keypoints.size() > 1 ? "mean of the keypoint detectors"
-                                                                       : r_.keypoints[keypoints[0]],
-                                                  score.name)),
-                              "models, noise");
-    for (std::size_t m = 0; m < r_.modelFilters.size(); ++m)
-      for (std::size_t n = 0; n < r_.noises.size(); ++n) {
-        Values values;
-        for (std::size_t f = 0; f < r_.sceneFilters.size(); ++f) {
-          std::vector<double> all;
-          for (const std::size_t k : keypoints) all.push_back(score.of(r_.cell(p, k, d, m, n, f)));
-          values.push_back(meanOf(all));
-        }
-        table.rows.push_back({fmt::format("{}, {}", r_.modelFilters[m], millimeters(r_.noises[n])), values});
-      }
-    return table;
-  }
-
-  /// The same, and the mean over the noise.
-  ResultTable sizes(std::size_t p, std::size_t d, const RecognitionScore& score) const {
-    ResultTable table = empty(
-        titleOf(r_, p, d, fmt::format("mean of the keypoint detectors and noises: percent {}", score.name)),
-        "models");
-    for (std::size_t m = 0; m < r_.modelFilters.size(); ++m) {
-      Values values;
-      for (std::size_t f = 0; f < r_.sceneFilters.size(); ++f) {
-        std::vector<double> all;
-        for (std::size_t k = 0; k < r_.keypoints.size(); ++k)
-          for (std::size_t n = 0; n < r_.noises.size(); ++n)
-            all.push_back(score.of(r_.cell(p, k, d, m, n, f)));
-        values.push_back(meanOf(all));
-      }
-      table.rows.push_back({r_.modelFilters[m], std::move(values)});
-    }
-    return table;
-  }
-
-  void addMeans(std::size_t d, Findings& findings) const {
-    if (r_.keypoints.size() < 2) return;
-    std::vector<std::size_t> all(r_.keypoints.size());
-    std::iota(all.begin(), all.end(), 0U);
-    for (std::size_t p = 0; p < r_.presets.size(); ++p)
-      for (const RecognitionScore& score : scores) {
-        findings.sections.emplace_back(cells(p, all, d, score));
-        findings.sections.emplace_back(sizes(p, d, score));
-      }
-    for (const ThesisMeans& means : thesisMeans()) {
-      if (means.descriptor != r_.descriptors[d]) continue;
-      findings.sections.emplace_back(thesisLayout(
-          fmt::format("The thesis' {}: {}, mean of the keypoint detectors", means.table, means.descriptor),
-          {means.percent.begin(), means.percent.end()}));
-      findings.sections.emplace_back(
-          thesisLayout(fmt::format("The thesis' {}: the same, mean of the noises", means.tableOfSizes),
-                       {means.percentOfSizes.begin(), means.percentOfSizes.end()}));
-    }
-  }
-
-  /// Rows are model filters, by noise where there are as many.
-  static ResultTable thesisLayout(const std::string& title, const std::vector<int>& percent) {
-    ResultTable table{title, "Percent of the thesis' 49 pairs that were verified.", "models, noise", {}, {},
-                      100};
-    for (const auto& filter : thesisSceneFilters()) table.columns.push_back({nameOf(filter), 0});
-    const std::size_t columns = table.columns.size(), rows = percent.size() / columns,
-                      perModel = rows / thesisModelFilters().size();
-    for (std::size_t row = 0; row < rows; ++row) {
-      Values values;
-      for (std::size_t c = 0; c < columns; ++c) values.emplace_back(percent[row * columns + c]);
-      const std::string& model = thesisModelFilters()[row / perModel];
-      table.rows.push_back(
-          {perModel == 1 ? model : fmt::format("{}, {}", model, millimeters(thesisNoises()[row % perModel])),
-           std::move(values)});
-    }
-    return table;
-  }
-
-  std::optional<ResultTable> thesisTable(std::size_t k, std::size_t d) const {
-    for (const ThesisCells& table : thesisCells())
-      if (table.descriptor == r_.descriptors[d] && table.keypoint == r_.keypoints[k])
-        return thesisLayout(
-            fmt::format("The thesis' {}: {}, {}", table.table, table.descriptor, table.keypoint),
-            {table.percent.begin(), table.percent.end()});
-    return std::nullopt;
-  }
-
-  std::optional<double> thesisOverallOf(std::size_t d, std::size_t k, const std::string& filter) const {
-    const std::vector<std::string> order{"none", "gng", "voxel"};
-    const auto column =
-        static_cast<std::size_t>(std::find(order.begin(), order.end(), filter) - order.begin());
-    for (const ThesisOverall& row : thesisOverall())
-      if (row.descriptor == r_.descriptors[d] && row.keypoint == r_.keypoints[k] &&
-          column < row.percent.size())
-        return row.percent[column];
-    return std::nullopt;
-  }
-
-  const RecognitionResults& r_;
-};
+/// Table 2.17 in all scores, beside the thesis'.
+ResultTable overall(const RecognitionResults& r, std::size_t preset) {
+  const ThesisTable thesis = readThesisTable(thesisRecognitionMeansCsv, 2);
+  std::vector<std::string> filters;
+  for (const auto& [method, points] : r.sceneFilters)
+    if (std::find(filters.begin(), filters.end(), method) == filters.end()) filters.push_back(method);
+  ResultTable head{
+      fmt::format("{}By descriptor, detector and filter of the scenes (Table 2.17)",
+                  r.presets.size() > 1 ? r.presets[preset] + ": " : ""),
+      fmt::format(
+          "Mean percent over {} model filters, {} noise levels and the sizes. The thesis' is over three "
+          "model filters, six noise levels up to 10 mm and four sizes, and counts what is verified.",
+          r.modelFilters.size(), r.noises.size()),
+      "descriptor, keypoints",
+      {},
+      {},
+      100};
+  for (const std::string& filter : filters)
+    for (const char* what : {"thesis", kVerified.name, kCorrect.name, kFalsePositives.name})
+      head.columns.push_back({fmt::format("{}: {}", filter, what), 1});
+  std::vector<std::string> rows;
+  for (const std::string& descriptor : r.descriptors)
+    for (const std::string& keypoint : r.keypoints) rows.push_back(descriptor + ", " + keypoint);
+  constexpr std::size_t perFilter = 1 + scores.size();
+  return pivot(std::move(head), rows, [&](std::size_t row, std::size_t column) -> CellValue {
+    const std::size_t d = row / r.keypoints.size(), k = row % r.keypoints.size();
+    const std::string& filter = filters[column / perFilter];
+    if (column % perFilter == 0) return thesis.find({r.descriptors[d], r.keypoints[k]}, filter);
+    return r.mean(scores[column % perFilter - 1], [&](const Place& at) {
+      return at.preset == preset && at.descriptor == d && at.keypoint == k &&
+             r.sceneFilters[at.sceneFilter].first == filter;
+    });
+  });
+}
 
 }  // namespace
 
 void addOverall(const RecognitionResults& results, Findings& findings) {
-  for (std::size_t p = 0; p < results.presets.size(); ++p) Tables(results).addOverall(p, findings);
+  for (std::size_t p = 0; p < results.presets.size(); ++p)
+    findings.sections.emplace_back(overall(results, p));
 }
 
-void addThesisTables(const RecognitionResults& results, Findings& findings) {
-  Tables(results).addAll(findings);
+void addThesisTables(const RecognitionResults& r, Findings& findings) {
+  for (std::size_t d = 0; d < r.descriptors.size(); ++d) {
+    for (std::size_t k = 0; k < r.keypoints.size(); ++k) {
+      for (std::size_t p = 0; p < r.presets.size(); ++p)
+        for (const RecognitionScore& score : scores)
+          findings.sections.emplace_back(byNoise(r, p, k, d, score));
+      addThesis(r.descriptors[d], r.keypoints[k], findings);
+    }
+    if (r.keypoints.size() < 2) continue;
+    for (std::size_t p = 0; p < r.presets.size(); ++p)
+      for (const RecognitionScore& score : scores) {
+        findings.sections.emplace_back(byNoise(r, p, std::nullopt, d, score));
+        findings.sections.emplace_back(bySize(r, p, d, score));
+      }
+    addThesis(r.descriptors[d], "mean", findings);
+  }
 }
 
 }  // namespace estancia::experiments

@@ -1,4 +1,4 @@
-// What the recognition experiment found, in the tables of the thesis and beside them.
+// Recognition tables: the layout of the thesis (Tables 2.2 to 2.17).
 #pragma once
 
 #include "experiments/src/findings/findings.hpp"

@@ -1,18 +1,50 @@
-// Lists in the configurations of experiments.
+// Configuration lists: keys of TOML that hold several values.
 #pragma once
 
 #include <fmt/format.h>
 
 #include <toml++/toml.h>
 #include <algorithm>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "estancia/core/choice.hpp"
 #include "estancia/core/config.hpp"
+#include "estancia/core/options.hpp"
 
 namespace estancia::experiments {
+
+/// Keys of one table, from several places.
+inline std::vector<ConfigFile::Key> together(std::vector<ConfigFile::Key> keys,
+                                             const std::vector<ConfigFile::Key>& more) {
+  keys.insert(keys.end(), more.begin(), more.end());
+  return keys;
+}
+
+/// The keys of declared options; the group lives as long as they do.
+inline std::vector<ConfigFile::Key> keysOf(ConfigFile& config, OptionGroup group) {
+  const auto kept = std::make_shared<OptionGroup>(std::move(group));
+  std::vector<ConfigFile::Key> keys = config.keysOf(*kept);
+  for (ConfigFile::Key& key : keys)
+    key.use = [kept, use = std::move(key.use)](const toml::node& node) { use(node); };
+  return keys;
+}
+
+/// The same, one of which must be there.
+inline std::vector<ConfigFile::Key> requiring(const std::string& name, std::vector<ConfigFile::Key> keys) {
+  for (ConfigFile::Key& key : keys)
+    if (key.name == name) key.required = true;
+  return keys;
+}
+
+/// The first of these keys that is in the table; null without one.
+inline const toml::node* firstOf(const toml::table& table, const std::vector<std::string>& names) {
+  for (const std::string& name : names)
+    if (const toml::node* node = table.get(name)) return node;
+  return nullptr;
+}
 
 /// For a key that lists things, each as `read` has it: at least one, none twice.
 template <class T, class Read>
@@ -37,16 +69,9 @@ inline auto oneOf(const ConfigFile& config, const std::vector<std::string>& name
   return [&config, choices](const toml::node& node) { return config.choice(node, choices); };
 }
 
-/// For each(): one of these choices.
-inline auto oneOf(const ConfigFile& config, const Choices& choices) {
-  std::vector<std::string> names;
-  names.reserve(choices.size());
-  for (const Choice& choice : choices) names.push_back(choice.name);
-  return oneOf(config, names);
-}
-
-/// For each(): one of these names, which are explained.
-inline auto oneOf(const ConfigFile& config, const std::vector<std::pair<std::string, std::string>>& named) {
+/// For each(): one of these names, each with its explanation (Choices).
+template <class Named>
+auto oneOf(const ConfigFile& config, const std::vector<Named>& named) {
   std::vector<std::string> names;
   names.reserve(named.size());
   for (const auto& [name, explanation] : named) names.push_back(name);

@@ -25,7 +25,7 @@ namespace {
 
 /// What a configuration asks for, read and checked.
 struct Experiment {
-  std::vector<std::vector<std::string>> cells;  ///< coordinates of those that are sure to be; may be empty
+  std::vector<std::vector<std::string>> cells;  // coordinates of those that are sure to be; may be empty
   std::function<Findings(Grid& grid, const ExperimentRun& run, Progress& progress)> run;
 };
 
@@ -74,23 +74,23 @@ struct Kind {
   const char* type;
   const char* explanation;
   GridColumns (*columns)();
-  bool cellsLabel;  ///< then they are computed one by one: the threads belong to the network
+  bool cellsLabel;  // then they are computed one by one: the threads belong to the network
   Experiment (*read)(ConfigFile& config);
 };
 
 constexpr Kind kKinds[] = {
-    {"model-choice", "which model's words tell places apart (thesis 4.5.2)", modelChoiceColumns, false,
+    {"model-choice", "which model's labels separate places best (thesis 4.5.2)", modelChoiceColumns, false,
      prepare<readModelChoice, chooseModel>},
-    {"object-segmentation", "things in images found whole and apart (thesis 6.3)", objectSegmentationColumns,
-     false, prepare<readObjectSegmentation, segmentObjects>},
-    {"object-splits", "shapes learned by a labeler's names, asked about other things (thesis 6.4)",
+    {"object-segmentation", "objects in images, over- and under-segmentation (thesis 6.3)",
+     objectSegmentationColumns, false, prepare<readObjectSegmentation, segmentObjects>},
+    {"object-splits", "shapes learned from a labeler's pseudo-labels, tested on other objects (thesis 6.4)",
      objectSplitsColumns, false, prepare<readObjectSplits, splitObjects>},
-    {"places", "places mapped, found again, and rooms told apart", placeTasksColumns, true,
+    {"places", "mapping, localization and room classification, model by model", placeTasksColumns, true,
      prepare<readPlaceTasks, comparePlaceTasks>},
     {"recognition", "known objects in noisy scenes, by filter, keypoints and descriptor (thesis 2.6)",
      recognitionColumns, false, prepare<readRecognition, compareRecognition>},
-    {"scenes", "rooms named by every descriptor with every classifier (thesis 3.5)", scenesColumns, false,
-     prepare<readScenes, compareScenes>},
+    {"scenes", "room classification, every descriptor with every classifier (thesis 3.5)", scenesColumns,
+     false, prepare<readScenes, compareScenes>},
     {"zones", "zones against rooms, by model, distance, linkage and cut (thesis 5.5)", zoneTablesColumns,
      false, prepare<readZoneTables, compareZones>},
 };
@@ -110,14 +110,15 @@ void requireDifferent(const std::vector<std::filesystem::path>& configs,
     for (const auto& cell : experiments[i].cells) {
       const auto [other, isNew] = known.emplace(cell, i);
       if (!isNew && other->second != i)
-        throw Error(
-            fmt::format("{} and {} both ask for {}; leave it out of one, or run them one by one into "
-                        "folders of their own (-o)",
-                        configs[other->second].string(), here, fmt::join(cell, ", ")));
+        throw Error(ErrorCode::invalidInput,
+                    fmt::format("{} and {} both ask for {}; leave it out of one, or run them one by one into "
+                                "folders of their own (-o)",
+                                configs[other->second].string(), here, fmt::join(cell, ", ")));
     }
     for (std::size_t j = 0; j < i; ++j)
       if (!experiments[i].cells.empty() && configs[j].stem() == configs[i].stem())
-        throw Error(fmt::format("{} and {} have the same name, by which their tables are called; rename one",
+        throw Error(ErrorCode::invalidInput,
+                    fmt::format("{} and {} have the same name, by which their tables are called; rename one",
                                 configs[j].string(), here));
   }
 }
@@ -177,7 +178,7 @@ Findings runExperiment(const std::vector<std::filesystem::path>& configs, const 
     group->configs.push_back(file);
     group->experiments.push_back(kind->read(config));
   }
-  if (groups.empty()) throw Error("no experiment is named");
+  if (groups.empty()) throw Error(ErrorCode::insufficientData, "no experiment is named");
   for (const Group& group : groups) requireDifferent(group.configs, group.experiments);
   if (groups.size() == 1) return groups[0].run(run, progress);
 
@@ -194,9 +195,9 @@ Findings runExperiment(const std::vector<std::filesystem::path>& configs, const 
   return all;
 }
 
-std::vector<std::pair<std::string, std::string>> experimentTypes() {
-  std::vector<std::pair<std::string, std::string>> types;
-  for (const Kind& kind : kKinds) types.emplace_back(kind.type, kind.explanation);
+Choices experimentTypes() {
+  Choices types;
+  for (const Kind& kind : kKinds) types.push_back({kind.type, kind.explanation});
   return types;
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/core/choice.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/label/label_cache.hpp"
 #include "estancia/label/model.hpp"
@@ -16,11 +17,16 @@ namespace estancia::experiments {
 class WorkQueue;
 
 struct ExperimentRun {
-  std::filesystem::path folder;     ///< where cells and results.csv go; made when it is not there
-  std::vector<std::string> models;  ///< instead of those of the configuration; none: as it says
-  LabelerOptions labeler;       ///< its threads also compute the cells; the findings do not depend on them
-  LabelCache* cache = nullptr;  ///< of words that were paid for before
-  WorkQueue* distribution = nullptr;  ///< shares the cells among processes; null: this one does all
+  /// Where cells and results.csv go; made when it is not there.
+  std::filesystem::path folder;
+  /// Instead of those of the configuration; none: as it says.
+  std::vector<std::string> models;
+  /// Its threads also compute the cells; the findings do not depend on them.
+  LabelerOptions labeler;
+  /// Cache of answers that were paid for before.
+  LabelCache* cache = nullptr;
+  /// Shares the cells among processes; null: this one does all.
+  WorkQueue* distribution = nullptr;
 };
 
 /// Runs the experiments of the files, each of the type that it names: results.csv holds the cells of all, the
@@ -31,7 +37,7 @@ struct ExperimentRun {
 Findings runExperiment(const std::vector<std::filesystem::path>& configs, const ExperimentRun& run,
                        Progress& progress);
 
-/// The known types, each with one line of explanation.
-std::vector<std::pair<std::string, std::string>> experimentTypes();
+/// The known types.
+Choices experimentTypes();
 
 }  // namespace estancia::experiments

@@ -33,6 +33,12 @@ constexpr std::size_t mostCellBytes = 16 << 20;
 
 }  // namespace
 
+std::optional<double> valueOf(const CellResults& results, const std::string& measure, const std::string& at) {
+  const auto found = std::find_if(results.begin(), results.end(),
+                                  [&](const auto& r) { return r.measure == measure && r.at == at; });
+  return found == results.end() ? std::nullopt : std::optional(found->value);
+}
+
 Grid::Grid(fs::path folder, GridColumns columns, int threads, WorkQueue* distribution)
     : folder_(std::move(folder)),
       columns_(std::move(columns)),
@@ -79,10 +85,12 @@ void Grid::makeFolder() const {
   std::error_code problem;
   fs::create_directories(folder_ / "cells", problem);
   if (problem)
-    throw Error(fmt::format("{}: the folder cannot be made ({})", folder_.string(), problem.message()));
+    throw Error(ErrorCode::fileUnwritable,
+                fmt::format("{}: the folder cannot be made ({})", folder_.string(), problem.message()));
   for (const fs::path& folder : {folder_, folder_ / "cells"})
     if (access(folder.c_str(), W_OK | X_OK) != 0)
-      throw Error(fmt::format("{}: the folder cannot be written ({}); give another one by -o",
+      throw Error(ErrorCode::fileUnwritable,
+                  fmt::format("{}: the folder cannot be written ({}); give another one by -o",
                               folder.string(), std::strerror(errno)));
 }
 
@@ -96,11 +104,13 @@ bool Grid::has(const Cell& cell) {
 
 void Grid::name(const std::vector<std::string>& coordinates) {
   if (coordinates.size() != columns_.coordinates.size())
-    throw Error(fmt::format("a cell with {} coordinates in a grid of {}", coordinates.size(),
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("a cell with {} coordinates in a grid of {}", coordinates.size(),
                             fmt::join(columns_.coordinates, ", ")));
   const auto [named, isNew] = named_.emplace(coordinates, source_);
   if (!isNew)
-    throw Error(fmt::format("the {} {} are there twice{}; give them different names",
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("the {} {} are there twice{}; give them different names",
                             fmt::join(columns_.coordinates, ", "), fmt::join(coordinates, ", "),
                             source_.empty() ? "" : fmt::format(", in {} and in {}", named->second, source_)));
 }
@@ -111,6 +121,7 @@ void Grid::fetch(const Cell& cell) {
   for (int i = 0; !has(cell); ++i) {
     if (i == tries)
       throw Error(
+          ErrorCode::fileNotFound,
           fmt::format("{}: what another process has written is not to be seen; do all processes share "
                       "this folder?",
                       fileOf(cell).string()));
@@ -137,7 +148,8 @@ std::vector<CellResults> Grid::run(const std::vector<Cell>& cells,
     CellResults results = compute(i);
     for (const CellResult& result : results)
       if (!std::isfinite(result.value))
-        throw Error(fmt::format("{} of {} is not finite", result.measure, fmt::join(cell.coordinates, ", ")));
+        throw Error(ErrorCode::invalidInput,
+                    fmt::format("{} of {} is not finite", result.measure, fmt::join(cell.coordinates, ", ")));
     const std::lock_guard lock(mutex);
     store(cell, results);
     known_[fileOf(cell).filename().string()] = std::move(results);

@@ -1,4 +1,4 @@
-// The one runner of all experiments: a grid of cells, each computed once and kept on disk.
+// Experiment grid: cells that are each computed once and kept on disk.
 #pragma once
 
 #include <cstddef>
@@ -18,22 +18,33 @@ class WorkQueue;
 /// One number that a cell found: `measure`, or `measure` at one of the points that the cell was read at.
 struct CellResult {
   std::string measure;
-  std::string at;  ///< a number of clusters, the name of a threshold …; "" where there is but one
+  /// A number of clusters, the name of a threshold …; "" where there is but one.
+  std::string at;
   double value = 0;
 };
 using CellResults = std::vector<CellResult>;
 
+/// The first result of this measure at this point; nothing where there is none.
+std::optional<double> valueOf(const CellResults& results, const std::string& measure,
+                              const std::string& at = "");
+
 /// The head of results.csv, in snake_case.
 struct GridColumns {
-  std::vector<std::string> coordinates;  ///< what tells the cells apart: model, sequence …
-  std::string at;                        ///< what tells the rows of one cell apart; "" when each has but one
-  std::vector<std::string> measures;     ///< those of the results that are shown there
-  std::vector<std::string> order = {};   ///< all of them as they stand there; empty: as they are listed here
+  /// What tells the cells apart: model, sequence.
+  std::vector<std::string> coordinates;
+  /// What tells the rows of one cell apart; "" when each has but one.
+  std::string at;
+  /// Those of the results that are shown there.
+  std::vector<std::string> measures;
+  /// All of them as they stand there; empty: as they are listed here.
+  std::vector<std::string> order = {};
 };
 
 struct Cell {
-  std::vector<std::string> coordinates;  ///< one a column of the grid: model, sequence …
-  std::string inputs;  ///< a digest of all that the results depend on; where it differs they are found anew
+  /// One a column of the grid: model, sequence.
+  std::vector<std::string> coordinates;
+  /// A digest of all that the results depend on; where it differs they are found anew.
+  std::string inputs;
 };
 
 /// Keeps FOLDER/cells, a small file a cell. Results must depend on nothing but the cell (seeds included), so
@@ -81,10 +92,13 @@ class Grid {
   GridColumns columns_;
   std::size_t threads_;
   WorkQueue* distribution_;
-  std::map<std::string, CellResults> known_;               ///< by file name
-  std::map<std::vector<std::string>, std::string> named_;  ///< coordinates of all cells → their source
+  /// By file name.
+  std::map<std::string, CellResults> known_;
+  /// Coordinates of all cells → their source.
+  std::map<std::vector<std::string>, std::string> named_;
   std::string source_;
-  std::vector<std::pair<std::vector<std::string>, CellResults>> table_;  ///< what run() returned
+  /// What run() returned.
+  std::vector<std::pair<std::vector<std::string>, CellResults>> table_;
 };
 
 }  // namespace estancia::experiments

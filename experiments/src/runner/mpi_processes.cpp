@@ -27,11 +27,13 @@ std::unique_ptr<MpiProcesses> joinMpiProcesses() {
       moduleFunction(ESTANCIA_MPI_MODULE, ESTANCIA_MPI_FROM_BIN, "estanciaJoinRanks", true);
   if (join.address == nullptr)
     throw Error(
+        ErrorCode::missingDependency,
         fmt::format("mpirun started this, but Open MPI cannot be opened: {}; install the package "
                     "libopenmpi-dev (script/bootstrap does) and Estancia again, or run it without mpirun",
                     join.problem));
   std::unique_ptr<MpiProcesses> ranks(reinterpret_cast<MpiProcesses* (*)()>(join.address)());
-  if (ranks == nullptr) throw Error("Open MPI cannot be started; see what mpirun says");
+  if (ranks == nullptr)
+    throw Error(ErrorCode::missingDependency, "Open MPI cannot be started; see what mpirun says");
   return ranks;
 }
 
@@ -39,9 +41,9 @@ std::unique_ptr<MpiProcesses> joinMpiProcesses() {
 
 std::unique_ptr<MpiProcesses> joinMpiProcesses() {
   if (startedTogether() < 2) return nullptr;
-  throw Error(
-      "mpirun started this, but this Estancia was built without Open MPI; install the package "
-      "libopenmpi-dev (script/bootstrap does) and build again, or run it without mpirun");
+  throw Error(ErrorCode::missingDependency,
+              "mpirun started this, but this Estancia was built without Open MPI; install the package "
+              "libopenmpi-dev (script/bootstrap does) and build again, or run it without mpirun");
 }
 
 #endif

@@ -1,4 +1,4 @@
-// The processes of one experiment that mpirun started side by side.
+// MPI processes: the processes of one experiment that mpirun started side by side.
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,8 @@ namespace estancia::experiments {
 /// A process among its like, numbered from 0. They only exchange short texts; any thread may.
 class MpiProcesses {
  public:
-  static constexpr std::size_t mostBytes = 4000;  ///< of a text
+  /// Of a text.
+  static constexpr std::size_t mostBytes = 4000;
 
   struct Message {
     int from;

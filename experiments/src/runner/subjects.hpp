@@ -1,4 +1,4 @@
-// What experiments are about: models to compare, and images to compare them on.
+// Experiment subjects: models to compare, and images to compare them on.
 #pragma once
 
 #include <filesystem>
@@ -25,8 +25,10 @@ std::unique_ptr<Sequence> openImages(const SequenceSource& source);
 std::vector<ConfigFile::Key> sourceKeys(ConfigFile& config, SequenceSource& source, bool pathRequired);
 
 struct Candidate {
-  std::string model;  ///< for loadModel()
-  std::string name;   ///< for people
+  /// For loadModel().
+  std::string model;
+  /// For people.
+  std::string name;
 };
 
 /// The models of the command line, else those of the configuration, else all that are installed; what is left

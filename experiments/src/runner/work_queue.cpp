@@ -28,13 +28,20 @@ json wordsOf(const std::exception_ptr& failure) {
   constexpr std::size_t longest = MpiProcesses::mostBytes / 8;  // JSON may write six bytes for one
   try {
     std::rethrow_exception(failure);
-  } catch (const Interrupted& e) {
-    return {true, std::string(e.what()).substr(0, longest)};
+  } catch (const Error& e) {
+    return {nameOf(e.code()), std::string(e.what()).substr(0, longest)};
   } catch (const std::exception& e) {
-    return {false, std::string(e.what()).substr(0, longest)};
+    return {nameOf(ErrorCode::invalidState), std::string(e.what()).substr(0, longest)};
   } catch (...) {
-    return {false, "an unknown failure"};
+    return {nameOf(ErrorCode::invalidState), "an unknown failure"};
   }
+}
+
+std::exception_ptr failureOf(const json& words) {
+  const ErrorCode code = findErrorCode(words.at(0).get<std::string>()).value_or(ErrorCode::invalidState);
+  const std::string why = words.at(1);
+  return code == ErrorCode::interrupted ? std::make_exception_ptr(Interrupted(why))
+                                        : std::make_exception_ptr(Error(code, why));
 }
 
 }  // namespace
@@ -78,9 +85,7 @@ void WorkQueue::hear(const MpiProcesses::Message& message) {
     std::optional<std::size_t> piece;
     if (!said.at(1).is_null()) piece = said.at(1).get<std::size_t>();
     if (piece) running_.erase(*piece);
-    const std::string why = said.at(2).at(1);
-    fail({piece, said.at(2).at(0).get<bool>() ? std::make_exception_ptr(Interrupted(why))
-                                              : std::make_exception_ptr(Error(why))});
+    fail({piece, failureOf(said.at(2))});
   }
   changed_.notify_all();
 }
@@ -92,10 +97,12 @@ void WorkQueue::answer() {
     const bool here = open_ && asked.phase == phase_;
     if (asked.phase == phase_ && asked.list != list_ && !failure_) {
       fail({std::nullopt,
-            std::make_exception_ptr(Error(fmt::format(
-                "process {} has other work than process 0; do all see the same files, and run the same "
-                "Estancia?",
-                rank)))});
+            std::make_exception_ptr(Error(
+                ErrorCode::mismatch,
+                fmt::format(
+                    "process {} has other work than process 0; do all see the same files, and run the same "
+                    "Estancia?",
+                    rank)))});
       changed_.notify_all();
     }
     if (failure_)

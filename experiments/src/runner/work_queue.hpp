@@ -1,4 +1,4 @@
-// Work that several processes share: whoever is free takes the next piece.
+// Work queue: pieces of work shared by several processes; a free one takes the next.
 #pragma once
 
 #include <condition_variable>
@@ -42,7 +42,8 @@ class WorkQueue {
 
  private:
   struct Failure {
-    std::optional<std::size_t> piece;  ///< none: outside of each()
+    /// None: outside of each().
+    std::optional<std::size_t> piece;
     std::exception_ptr what;
   };
   struct Asked {
@@ -63,16 +64,22 @@ class WorkQueue {
 
   std::unique_ptr<MpiProcesses> ranks_;
   std::mutex mutex_, asking_;
-  std::size_t phase_ = 0;  ///< calls of each() until now
+  /// Calls of each() until now.
+  std::size_t phase_ = 0;
   std::condition_variable changed_;
   std::thread server_;
-  bool ended_ = false;  ///< the server's time is over
-  bool open_ = false;   ///< rank 0 is inside each()
+  /// The server's time is over.
+  bool ended_ = false;
+  /// Rank 0 is inside each().
+  bool open_ = false;
   std::string list_;
   std::deque<std::size_t> queue_;
-  std::map<std::size_t, int> running_;  ///< piece → rank
-  std::map<int, Asked> asked_;          ///< by rank; one process asks one question at a time
-  std::set<int> over_;                  ///< ranks that have nothing more to do
+  /// Piece → rank.
+  std::map<std::size_t, int> running_;
+  /// By rank; one process asks one question at a time.
+  std::map<int, Asked> asked_;
+  /// Ranks that have nothing more to do.
+  std::set<int> over_;
   std::optional<Failure> failure_;
   std::function<void()> onDone_;
 };

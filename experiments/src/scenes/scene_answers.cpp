@@ -40,7 +40,9 @@ double effectiveSize(const SceneTest& test, const std::vector<double>& right, do
 }  // namespace
 
 Share shareRight(const SceneTest& test, const std::vector<double>& right) {
-  if (right.empty()) throw Error("no image was asked about, so that there is no share of right answers");
+  if (right.empty())
+    throw Error(ErrorCode::insufficientData,
+                "no image was asked about, so that there is no share of right answers");
   const double share = std::accumulate(right.begin(), right.end(), 0.0) / static_cast<double>(right.size());
   const double n = effectiveSize(test, right, share);
   const auto [low, high] = wilsonInterval(share, n);
@@ -107,12 +109,14 @@ SceneAnswers SceneAnswers::fromResults(const CellResults& results, const SceneTe
   for (const CellResult& result : results) {
     if (result.measure != answerMeasure) continue;
     if (!(result.value >= 0 && result.value < test.roomCount))
-      throw Error("a cell answers with a room that there is not; remove the folder `cells`");
+      throw Error(ErrorCode::corruptFile,
+                  "a cell answers with a room that there is not; remove the folder `cells`");
     all.push_back(static_cast<int>(result.value));
   }
   const std::size_t images = test.rooms.size();
   if (all.size() != seeds * images)
-    throw Error("a cell has not as many answers as there are images; remove the folder `cells`");
+    throw Error(ErrorCode::corruptFile,
+                "a cell has not as many answers as there are images; remove the folder `cells`");
   SceneAnswers found;
   for (std::size_t s = 0; s < seeds; ++s)
     found.answers.emplace_back(all.begin() + static_cast<std::ptrdiff_t>(s * images),

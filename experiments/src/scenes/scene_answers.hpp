@@ -1,4 +1,4 @@
-// The answers of one classifier about the images of one test, and what they are worth.
+// Scene answers: the answers of one classifier about one test, with accuracy and interval.
 #pragma once
 
 #include <cstddef>
@@ -12,9 +12,12 @@ namespace estancia::experiments {
 /// Images whose rooms are known, in runs: images of one run show the same room, taken one after another, and
 /// are no independent witnesses.
 struct SceneTest {
-  std::vector<int> rooms;  ///< the true one of each image, 0 …
-  std::vector<int> runs;   ///< of each image, 0 …
-  int roomCount = 0;       ///< of truths and answers
+  /// The true one of each image, 0 …
+  std::vector<int> rooms;
+  /// Of each image, 0 …
+  std::vector<int> runs;
+  /// Of truths and answers.
+  int roomCount = 0;
   int runCount = 0;
 };
 
@@ -32,7 +35,8 @@ Share shareRight(const SceneTest& test, const std::vector<double>& right);
 
 /// What one cell found: an answer an image, for each seed.
 struct SceneAnswers {
-  std::vector<std::vector<int>> answers;  ///< [seed][image]: the number of a room
+  /// [seed][image]: the number of a room.
+  std::vector<std::vector<int>> answers;
 
   /// Share of the seeds that were right about each image.
   std::vector<double> right(const SceneTest& test) const;

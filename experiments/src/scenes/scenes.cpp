@@ -74,8 +74,8 @@ struct Trial {
   const SceneDescriptor* descriptor;
   std::string classifier;
   const ScenesOptions* options;
-  std::string rule;       ///< of a subset of labels; "": all
-  std::size_t count = 0;  ///< of labels
+  std::string rule;       // of a subset of labels; "": all
+  std::size_t count = 0;  // of labels
 
   std::string inputs() const {
     const auto& [train, test] = data->pairs[pair];

@@ -1,5 +1,6 @@
-// Which room is this? Every descriptor with every classifier, learned on some images and asked about others
-// (thesis 3.5: Fig. 3.7, 3.8 and 3.11, Table 3.2). docs/measured/scenes.md shows the tables that it makes.
+// Scene classification experiment: every descriptor with every classifier, learned on some images and tested
+// on others (thesis 3.5: Fig. 3.7, 3.8 and 3.11, Table 3.2). docs/measured/scenes.md shows the tables that it
+// makes.
 #pragma once
 
 #include <cstddef>
@@ -29,31 +30,48 @@ struct ScenesOptions {
   struct Data {
     std::string name;
     SequenceSource images;
-    std::filesystem::path table;  ///< CSV with a header, one line an image; "": the images know their rooms
+    /// CSV with a header, one line an image; "": the images know their rooms.
+    std::filesystem::path table;
     std::string imageColumn = "image", roomColumn = "room";
-    std::string splitColumn;                     ///< of the table; "": all images belong together
-    std::string train = "train", test = "test";  ///< its values
-    std::optional<SequenceSource> asked;         ///< the images to ask about: [data.test]
-    std::vector<std::string> only;               ///< these rooms; none: all
-    std::vector<std::string> ignored;            ///< columns of a table of features that are none
-    bool optional = false;                       ///< left out, with a note, when it is not there
+    /// Of the table; "": all images belong together.
+    std::string splitColumn;
+    /// Its values.
+    std::string train = "train", test = "test";
+    /// The images to ask about: [data.test].
+    std::optional<SequenceSource> asked;
+    /// These rooms; none: all.
+    std::vector<std::string> only;
+    /// Columns of a table of features that are none.
+    std::vector<std::string> ignored;
+    /// Left out, with a note, when it is not there.
+    bool optional = false;
   };
   /// A descriptor in fewer labels (3.5.3, Fig. 3.11).
   struct Subsets {
     std::string descriptor, classifier;
-    std::vector<std::size_t> counts;  ///< how many labels; 0: all
-    std::vector<std::string> by;      ///< the rules that choose them, on the training images alone
+    /// How many labels; 0: all.
+    std::vector<std::size_t> counts;
+    /// The rules that choose them, on the training images alone.
+    std::vector<std::string> by;
   };
 
-  std::string name;                              ///< of the study: the file's
-  std::vector<std::string> descriptors;          ///< parts are joined by +: "inception-v3+gist"
-  std::vector<std::string> optionalDescriptors;  ///< left out, with a note, where a model is not installed
-  std::vector<std::string> classifiers;          ///< none: all
-  std::vector<std::uint64_t> seeds{1};           ///< each cell is the mean over them
-  int folds = 5;             ///< of the cross-validation in which classifiers choose their parameters
-  bool sameSequence = true;  ///< also pairs of a sequence with itself (without a split)
+  /// Name of the study: the file's.
+  std::string name;
+  /// Parts are joined by +: "inception-v3+gist".
+  std::vector<std::string> descriptors;
+  /// Left out, with a note, where a model is not installed.
+  std::vector<std::string> optionalDescriptors;
+  /// None: all.
+  std::vector<std::string> classifiers;
+  /// Each cell is the mean over them.
+  std::vector<std::uint64_t> seeds{1};
+  /// Folds of the cross-validation in which classifiers choose their parameters.
+  int folds = 5;
+  /// Also pairs of a sequence with itself (without a split).
+  bool sameSequence = true;
   std::optional<Subsets> subsets;
-  std::vector<Data> data;  ///< at least one
+  /// At least one.
+  std::vector<Data> data;
 };
 
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.

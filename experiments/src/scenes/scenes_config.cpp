@@ -13,32 +13,41 @@ namespace {
 
 using Data = ScenesOptions::Data;
 
+OptionGroup declare(Data& data) {
+  OptionGroup group("data", "Images with rooms");
+  group.add("name", &data.name, "What to call them");
+  group.add("image-column", &data.imageColumn, "Column of the images' names");
+  group.add("room-column", &data.roomColumn, "Column of the rooms");
+  group.add("split-column", &data.splitColumn, "Column of the splits; none: all images belong together");
+  group.add("train-value", &data.train, "Split that is learned from");
+  group.add("test-value", &data.test, "Split that is asked about");
+  group.add("optional", &data.optional, "Leave out, with a note, when they are not there");
+  return group;
+}
+
+OptionGroup declare(ScenesOptions& options) {
+  OptionGroup group("scenes", "Descriptors and classifiers of rooms");
+  group.add("folds", &options.folds, "Folds in which classifiers choose their parameters").range(2, 100);
+  group.add("same-sequence", &options.sameSequence, "Also pairs of a sequence with itself");
+  return group;
+}
+
 Data readData(ConfigFile& config, const toml::table& table) {
   Data data;
   const toml::table* asked = nullptr;
-  const toml::node* columns = nullptr;  // what is said of the table's columns
-  const auto text = [&config](std::string& to) { return [&config, &to](auto& n) { to = config.text(n); }; };
-  auto keys = sourceKeys(config, data.images, true);
-  keys.push_back({"name", true, "what to call it", text(data.name)});
-  keys.push_back({"optional", false, "", [&](auto& n) { data.optional = config.flag(n); }});
+  auto keys =
+      together(sourceKeys(config, data.images, true), requiring("name", keysOf(config, declare(data))));
   keys.push_back({"table", false, "the CSV of rooms", [&](auto& n) { data.table = config.anywhere(n); }});
-  for (const auto& [key, column] : {std::pair{"image_column", &data.imageColumn},
-                                    {"room_column", &data.roomColumn},
-                                    {"split_column", &data.splitColumn},
-                                    {"train_value", &data.train},
-                                    {"test_value", &data.test}})
-    keys.push_back({key, false, "", [&config, &columns, column = column](auto& n) {
-                      columns = &n;
-                      *column = config.text(n);
-                    }});
   keys.push_back({"only", false, "only these rooms",
                   each(config, data.only, [&config](auto& n) { return config.text(n); })});
   keys.push_back({"ignored", false, "columns that are no features",
                   each(config, data.ignored, [&config](auto& n) { return config.text(n); })});
   keys.push_back({"test", false, "the images to ask about", [&](auto& n) { asked = &config.subtable(n); }});
   config.read(table, keys);
-  if (columns != nullptr && data.table.empty())
-    config.fail(*columns, "a column of which table? name it by `table`");
+  const toml::node* column =
+      firstOf(table, {"image_column", "room_column", "split_column", "train_value", "test_value"});
+  if (column != nullptr && data.table.empty())
+    config.fail(*column, "a column of which table? name it by `table`");
   if (asked != nullptr) {
     if (!data.splitColumn.empty())
       config.fail(*asked, "`split_column` parts the images already; leave out one of the two");
@@ -78,7 +87,8 @@ ScenesOptions readScenes(ConfigFile& config) {
   };
   const toml::array* data = nullptr;
   const toml::table* subsets = nullptr;
-  config.read(
+  config.read(together(
+      keysOf(config, declare(options)),
       {{"type", true, "the kind of experiment", [](auto&) {}},
        {"descriptors", true, "what describes an image, as \"inception-v3+gist\"",
         each(config, options.descriptors, text)},
@@ -86,11 +96,8 @@ ScenesOptions readScenes(ConfigFile& config) {
         each(config, options.optionalDescriptors, text)},
        {"classifiers", false, "", each(config, options.classifiers, oneOf(config, classifierTypes()))},
        {"seeds", false, "", each(config, options.seeds, seed)},
-       {"folds", false, "", [&](auto& n) { options.folds = static_cast<int>(config.integer(n, 2, 100)); }},
-       {"same_sequence", false, "also each sequence with itself",
-        [&](auto& n) { options.sameSequence = config.flag(n); }},
        {"subsets", false, "", [&](auto& n) { subsets = &config.subtable(n); }},
-       {"data", true, "[[data]] names images with rooms", [&](auto& n) { data = &config.list(n); }}});
+       {"data", true, "[[data]] names images with rooms", [&](auto& n) { data = &config.list(n); }}}));
   if (subsets != nullptr) options.subsets = readSubsets(config, *subsets);
   for (const toml::node& one : *data) options.data.push_back(readData(config, config.subtable(one)));
   return options;

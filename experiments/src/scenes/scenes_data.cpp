@@ -35,15 +35,15 @@ std::string imagePart(const std::string& part) {
   try {
     return readModelSpec(getModelFolder(part)).name;
   } catch (const Error& problem) {
-    throw Error(fmt::format("the descriptor {} is none of {}, and no model: {}", part, fmt::join(types, ", "),
-                            problem.what()));
+    throw Error(problem.code(), fmt::format("the descriptor {} is none of {}, and no model: {}", part,
+                                            fmt::join(types, ", "), problem.what()));
   }
 }
 
 /// What is compared, and by which names it is asked for.
 struct Wanted {
   std::vector<SceneDescriptor> descriptors;
-  std::vector<std::string> sources;  ///< of all parts, each once: names of types, models or their folders
+  std::vector<std::string> sources;  // of all parts, each once: names of types, models or their folders
 };
 
 /// Names of types and models; any names where there are no images to describe.
@@ -59,7 +59,7 @@ Wanted findDescriptors(const ScenesOptions& options, const ExperimentRun& run,
     for (const std::string& source : sources) found.parts.push_back(images ? imagePart(source) : source);
     found.name = fmt::format("{}", fmt::join(found.parts, "+"));
     if (!names.insert(found.name).second)
-      throw Error(fmt::format("two descriptors are called {}", found.name));
+      throw Error(ErrorCode::invalidInput, fmt::format("two descriptors are called {}", found.name));
     for (const std::string& source : sources)
       if (std::find(wanted.sources.begin(), wanted.sources.end(), source) == wanted.sources.end())
         wanted.sources.push_back(source);
@@ -80,9 +80,9 @@ struct Source {
   std::string name;
   const Data* data;
   SequenceSource from;
-  std::string split;                   ///< value of the data's split column; "": all
-  std::unique_ptr<Sequence> sequence;  ///< either this …
-  std::optional<Features> table;       ///< … or this
+  std::string split;                   // value of the data's split column; "": all
+  std::unique_ptr<Sequence> sequence;  // either this …
+  std::optional<Features> table;       // … or this
 };
 
 /// Words or other numbers that are in a file already; nothing when there are images.
@@ -90,10 +90,10 @@ std::optional<Features> readTable(const Data& data, const SequenceSource& from) 
   const fs::path& file = from.path;
   if (!fs::is_regular_file(file) || !isDescriptorFile(file)) return std::nullopt;
   if (!from.options.split.empty())
-    throw Error(
-        fmt::format("{}: `split` parts sequences of images; name the other half by [data.test], or a "
-                    "`split_column` of a `table`",
-                    file.string()));
+    throw Error(ErrorCode::invalidOption,
+                fmt::format("{}: `split` parts sequences of images; name the other half by [data.test], or a "
+                            "`split_column` of a `table`",
+                            file.string()));
   if (file.extension() == ".csv") {
     std::vector<std::string> header;
     io::forEachCsvRow(file, [&](const io::CsvRow& row) {
@@ -132,11 +132,11 @@ SceneImages withRooms(const Source& source, const Features& all) {
         (data.only.empty() || std::find(data.only.begin(), data.only.end(), rooms[i]) != data.only.end()))
       kept.push_back(i);
   if (kept.empty())
-    throw Error(
-        fmt::format("{}: no image has a known room{}{}; name them by `table`, or in the images' own "
-                    "rooms.csv",
-                    source.name, data.only.empty() ? "" : " that is wanted by `only`",
-                    source.split.empty() ? "" : " and is \"" + source.split + "\""));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no image has a known room{}{}; name them by `table`, or in the images' own "
+                            "rooms.csv",
+                            source.name, data.only.empty() ? "" : " that is wanted by `only`",
+                            source.split.empty() ? "" : " and is \"" + source.split + "\""));
   SceneImages images{source.name, withRows(all, kept), {}, {}, {}};
   std::vector<std::string> keptRooms;
   for (std::size_t k = 0; k < kept.size(); ++k) {
@@ -167,11 +167,13 @@ void requireLearnable(const SceneImages& images) {
   std::map<std::string, std::size_t> counts;
   for (const Frame& frame : images.features.frames) ++counts[frame.room];
   if (counts.size() < 2)
-    throw Error(fmt::format("{}: all images show one room, {}; there must be two to tell apart", images.name,
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: all images show one room, {}; there must be two to tell apart", images.name,
                             counts.begin()->first));
   for (const auto& [room, count] : counts)
     if (count < 2)
-      throw Error(fmt::format("{}: one image of {} is too few to learn from; name the other rooms by `only`",
+      throw Error(ErrorCode::insufficientData,
+                  fmt::format("{}: one image of {} is too few to learn from; name the other rooms by `only`",
                               images.name, room));
 }
 
@@ -200,12 +202,13 @@ std::vector<Source> openAll(const ScenesOptions& options, std::vector<std::strin
   for (const std::size_t train : sequences)
     for (const std::size_t test : sequences)
       if (train != test || options.sameSequence) pairs.push_back({train, test});
-  if (sources.empty()) throw Error("none of the data is there; name yours by [[data]]");
+  if (sources.empty())
+    throw Error(ErrorCode::insufficientData, "none of the data is there; name yours by [[data]]");
   if (pairs.empty())
-    throw Error(
-        fmt::format("{}: one sequence alone makes no pair; add another, part it by `split_column` or "
-                    "[data.test], or let `same_sequence` be true",
-                    sources[0].name));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: one sequence alone makes no pair; add another, part it by `split_column` or "
+                            "[data.test], or let `same_sequence` be true",
+                            sources[0].name));
   return sources;
 }
 
@@ -227,7 +230,7 @@ ScenesData describeScenes(const ScenesOptions& options, const ExperimentRun& run
     for (const SceneDescriptor& descriptor : wanted.descriptors) try {
         if (source.table) withParts(withRows(*source.table, {}), descriptor.parts);
       } catch (const Error& problem) {
-        throw Error(fmt::format("{}: {}", source.from.path.string(), problem.what()));
+        throw Error(problem.code(), fmt::format("{}: {}", source.from.path.string(), problem.what()));
       }
 
   std::optional<Features> features;  // of the last sequence: halves by a column are described once

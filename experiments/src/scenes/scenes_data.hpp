@@ -1,4 +1,4 @@
-// The images of a comparison of scene classifiers, described once by everything that is compared.
+// Scene data: images described once for all descriptors that are compared.
 #pragma once
 
 #include <cstddef>
@@ -15,17 +15,23 @@ namespace estancia::experiments {
 
 /// A descriptor that is compared.
 struct SceneDescriptor {
-  std::string name;                ///< "inception-v3+gist"
-  std::vector<std::string> parts;  ///< their names
+  /// "inception-v3+gist".
+  std::string name;
+  /// Their names.
+  std::vector<std::string> parts;
 };
 
 /// Images that belong together: one sequence, or one half of a data set.
 struct SceneImages {
   std::string name;
-  Features features;              ///< of the images whose room is known and wanted, by all parts
-  std::vector<std::string> runs;  ///< one an image: those of one run follow each other in one room
-  std::string framesDigest;       ///< of names, rooms and runs
-  std::map<std::string, std::string> partDigests;  ///< of values and identity, by part
+  /// Of the images whose room is known and wanted, by all parts.
+  Features features;
+  /// One an image: those of one run follow each other in one room.
+  std::vector<std::string> runs;
+  /// Of names, rooms and runs.
+  std::string framesDigest;
+  /// Of values and identity, by part.
+  std::map<std::string, std::string> partDigests;
 
   /// Of all that a classifier in these parts can depend on.
   std::string digest(const std::vector<std::string>& parts) const;
@@ -33,12 +39,14 @@ struct SceneImages {
 
 struct ScenesData {
   struct Pair {
-    std::size_t train = 0, test = 0;  ///< of `images`
+    /// Of `images`.
+    std::size_t train = 0, test = 0;
   };
   std::vector<SceneDescriptor> descriptors;
   std::vector<SceneImages> images;
   std::vector<Pair> pairs;
-  std::vector<std::string> identities;  ///< of the parts
+  /// Of the parts.
+  std::vector<std::string> identities;
 };
 
 /// Finds the descriptors, opens the data and describes it. What is left out is told in `notes`. Throws Error

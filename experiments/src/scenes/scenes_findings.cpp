@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "estancia/io/csv.hpp"
+#include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/scenes/scenes_rankings.hpp"
 #include "experiments/src/scenes/scenes_statistics.hpp"
 #include "experiments/src/scenes/scenes_subsets.hpp"
@@ -21,9 +22,9 @@ using Best = ResultTable::Best;
 using Descriptor = ScenesResults::Descriptor;
 using Pair = ScenesResults::Pair;
 
-constexpr std::size_t mostPairsTold = 4;  // with a table each; of more, means only
-constexpr std::size_t mostCellsTold = 25;
-constexpr std::size_t mostImagesTold = 15;
+constexpr std::size_t maxPairTables = 4;  // with a table each; of more, means only
+constexpr std::size_t maxCells = 25;
+constexpr std::size_t maxImages = 15;
 constexpr std::uint64_t choiceSeed = 1;
 
 class Sections {
@@ -45,83 +46,63 @@ class Sections {
   }
 
   /// Mean over some pairs, in percent; absent where there are none.
-  std::optional<double> percent(std::size_t number, const Of& of, const Which& which) const {
+  CellValue percent(std::size_t number, const Of& of, const Which& which) const {
     std::vector<double> values;
     for (std::size_t p = 0; p < results_.pairs.size(); ++p)
       if (which(results_.pairs[p])) values.push_back(100 * of(cell(p, number), results_.pairs[p].images));
-    if (values.empty()) return std::nullopt;
-    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+    return values.empty() ? std::nullopt : CellValue(meanOf(values));
   }
 
   /// Descriptors down, classifiers across.
   ResultTable byDescriptor(const std::string& title, const std::string& caption, const Of& of,
                            const Which& which) const {
-    ResultTable table{results_.name + ": " + title, caption, "descriptor", {}, {}};
-    for (const std::string& classifier : results_.classifiers)
-      table.columns.push_back({classifier, 1, Best::largest});
-    for (std::size_t d = 0; d < results_.descriptors.size(); ++d) {
-      ResultTable::Row row{results_.descriptors[d].name, {}};
-      for (std::size_t c = 0; c < results_.classifiers.size(); ++c)
-        row.values.push_back(percent(d * results_.classifiers.size() + c, of, which));
-      table.rows.push_back(std::move(row));
-    }
-    return table;
+    return pivot({results_.name + ": " + title,
+                  caption,
+                  "descriptor",
+                  columnsOf(results_.classifiers, 1, Best::largest),
+                  {}},
+                 namesIn(results_.descriptors), [&](std::size_t descriptor, std::size_t classifier) {
+                   return percent(descriptor * results_.classifiers.size() + classifier, of, which);
+                 });
   }
 
   /// The cells whose descriptor is wanted, best mean accuracy first.
   std::vector<std::size_t> ranked(const std::function<bool(const Descriptor&)>& wanted) const {
-    std::vector<std::size_t> cells;
+    std::vector<std::size_t> cells, sorted;
     for (std::size_t c = 0; c < cellCount(); ++c)
       if (wanted(descriptorOf(c))) cells.push_back(c);
     const auto means = meanAccuracies(results_, cells);
-    std::vector<std::size_t> order(cells.size()), sorted;
-    std::iota(order.begin(), order.end(), 0U);
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return means[a] > means[b]; });
-    for (const std::size_t i : order) sorted.push_back(cells[i]);
+    for (const std::size_t i : ascending(cells.size(), [&](std::size_t c) { return -means[c]; }))
+      sorted.push_back(cells[i]);
     return sorted;
   }
 
   ResultTable best() const {
     const bool one = results_.pairs.size() == 1;
-    auto cells = ranked([](const Descriptor&) { return true; });
-    cells.resize(std::min(cells.size(), mostCellsTold));
-    ResultTable table{
-        fmt::format("{}: the best {} of {} cells", results_.name, cells.size(), cellCount()),
-        one ? "Accuracy in percent with its 95 % interval: Wilson's, with as many images as independent ones "
-              "would tell as much, since images of one room taken one after another are no independent "
-              "witnesses (docs/measured/scenes.md). The best of many cells looks better than it is. All "
-              "cells are in "
-              "results.csv."
-            : "Accuracy in percent, the mean over pairs of training and test, and its worst and best pair. "
-              "Intervals of each pair are in results.csv.",
-        "descriptor, classifier",
-        {{"accuracy", 1, Best::largest},
-         {one ? "low" : "worst pair", 1},
-         {one ? "high" : "best pair", 1},
-         {"balanced", 1, Best::largest}},
-        {}};
-    for (const std::size_t c : cells) {
-      double low = 0, high = 0;
-      if (one) {
-        const Share share = shareRight(results_.pairs[0].images, cell(0, c).right(results_.pairs[0].images));
-        low = 100 * share.low;
-        high = 100 * share.high;
-      } else {
-        low = 100;
-        for (std::size_t p = 0; p < results_.pairs.size(); ++p) {
-          if (!results_.tells(results_.pairs[p])) continue;
-          const double value = 100 * cell(p, c).accuracy(results_.pairs[p].images);
-          low = std::min(low, value);
-          high = std::max(high, value);
-        }
-      }
-      const Which told = [this](const Pair& pair) { return results_.tells(pair); };
-      table.rows.push_back({nameOf(c),
-                            {percent(c, &SceneAnswers::accuracy, told), low, high,
-                             percent(c, &SceneAnswers::balancedAccuracy, told)}});
-    }
-    return table;
+    auto best = ranked([](const Descriptor&) { return true; });
+    best.resize(std::min(best.size(), maxCells));
+    std::vector<std::pair<std::string, std::size_t>> cells;
+    for (const std::size_t c : best) cells.emplace_back(nameOf(c), c);
+    const Which tells = [this](const Pair& pair) { return results_.tells(pair); };
+    return pivot<std::size_t>(
+        {fmt::format("{}: the best {} of {} cells", results_.name, cells.size(), cellCount()),
+         one ? "Accuracy in percent with its 95 % interval: Wilson's, with as many images as independent "
+               "ones "
+               "would tell as much, since images of one room taken one after another are no independent "
+               "witnesses (docs/measured/scenes.md). The best of many cells looks better than it is. All "
+               "cells are in "
+               "results.csv."
+             : "Accuracy in percent, the mean over pairs of training and test, and its worst and best pair. "
+               "Intervals of each pair are in results.csv.",
+         "descriptor, classifier",
+         {},
+         {}},
+        cells,
+        {{{"accuracy", 1, Best::largest}, [&](auto c) { return percent(c, &SceneAnswers::accuracy, tells); }},
+         {{one ? "low" : "worst pair", 1}, [&](auto c) { return bounds(c).first; }},
+         {{one ? "high" : "best pair", 1}, [&](auto c) { return bounds(c).second; }},
+         {{"balanced", 1, Best::largest},
+          [&](auto c) { return percent(c, &SceneAnswers::balancedAccuracy, tells); }}});
   }
 
   /// Of each true room, the share of its images that were taken for each other one; over all pairs that tell.
@@ -160,7 +141,7 @@ class Sections {
         {{"wrong", 0}},
         {}};
     const auto rows = images();
-    for (std::size_t i = 0; i < std::min(rows.size(), mostImagesTold); ++i) {
+    for (std::size_t i = 0; i < std::min(rows.size(), maxImages); ++i) {
       const auto& row = rows[i];
       const Pair& pair = results_.pairs[row.pair];
       table.rows.push_back(
@@ -173,8 +154,8 @@ class Sections {
 
   struct Image {
     std::size_t pair, image;
-    double wrong;  ///< cells
-    int takenFor;  ///< of the wrong answers
+    double wrong;  // cells
+    int takenFor;  // of the wrong answers
   };
 
   /// Those that any cell was wrong about, the most difficult first.
@@ -220,6 +201,23 @@ class Sections {
   }
 
  private:
+  /// In percent: of one pair the interval of its accuracy, else the worst and the best pair.
+  std::pair<double, double> bounds(std::size_t number) const {
+    if (results_.pairs.size() == 1) {
+      const SceneTest& images = results_.pairs[0].images;
+      const Share share = shareRight(images, cell(0, number).right(images));
+      return {100 * share.low, 100 * share.high};
+    }
+    double low = 100, high = 0;
+    for (std::size_t p = 0; p < results_.pairs.size(); ++p) {
+      if (!results_.tells(results_.pairs[p])) continue;
+      const double value = 100 * cell(p, number).accuracy(results_.pairs[p].images);
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+    return {low, high};
+  }
+
   const ScenesResults& results_;
 };
 
@@ -250,7 +248,7 @@ void addAccuracies(const ScenesResults& results, const Sections& sections, Findi
     add("", all,
         fmt::format("In percent, the mean over {} pairs of training and test.", results.pairs.size()));
   }
-  if (results.pairs.size() > 1 && results.pairs.size() <= mostPairsTold)
+  if (results.pairs.size() > 1 && results.pairs.size() <= maxPairTables)
     for (const Pair& pair : results.pairs)
       add(
           fmt::format(", {}→{}", pair.train, pair.test), [&pair](const Pair& p) { return &p == &pair; },

@@ -1,4 +1,4 @@
-// What the cells of a comparison of scene classifiers say together.
+// Scene findings: tables and figures of the comparison of scene classifiers.
 #pragma once
 
 #include <cstddef>
@@ -13,21 +13,30 @@ namespace estancia::experiments {
 struct ScenesResults {
   struct Pair {
     std::string train, test;
-    SceneTest images;                      ///< of the test
-    std::vector<std::string> names, runs;  ///< of the images, and of the run of each number
-    std::size_t learned = 0;               ///< images
-    bool same = false;                     ///< the very images it was trained with
+    /// Of the test.
+    SceneTest images;
+    /// Of the images, and of the run of each number.
+    std::vector<std::string> names, runs;
+    /// Images.
+    std::size_t learned = 0;
+    /// The very images it was trained with.
+    bool same = false;
   };
   struct Descriptor {
     std::string name;
-    bool words = false;     ///< words alone, of one model or several
-    std::size_t parts = 1;  ///< more than one: a conjunction
+    /// Words alone, of one model or several.
+    bool words = false;
+    /// More than one: a conjunction.
+    std::size_t parts = 1;
   };
-  struct Curve {  ///< a rule of selecting labels
+  /// A rule of selecting labels.
+  struct Curve {
     std::string rule;
-    std::vector<std::vector<SceneAnswers>> answers;  ///< [count][pair]
+    /// [count][pair].
+    std::vector<std::vector<SceneAnswers>> answers;
   };
-  std::string name;  ///< of the study
+  /// Of the study.
+  std::string name;
   std::vector<std::string> rooms;
   std::vector<Pair> pairs;
   std::vector<Descriptor> descriptors;
@@ -36,8 +45,10 @@ struct ScenesResults {
   std::vector<SceneAnswers> cells;
 
   std::string curveDescriptor, curveClassifier;
-  std::vector<std::size_t> counts;  ///< of labels, rising
-  std::size_t labels = 0;           ///< all that the curve's descriptor has, whether asked about or not
+  /// Of labels, rising.
+  std::vector<std::size_t> counts;
+  /// All that the curve's descriptor has, whether asked about or not.
+  std::size_t labels = 0;
   std::vector<Curve> curves;
 
   /// Whether it tells what a classifier is worth elsewhere: the test was not learned. Where there are no such

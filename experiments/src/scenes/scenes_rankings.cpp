@@ -8,14 +8,14 @@
 
 #include "experiments/src/comparison/method_comparison.hpp"
 #include "experiments/src/findings/comparison_findings.hpp"
+#include "experiments/src/findings/thesis.hpp"
 #include "experiments/src/scenes/scenes_statistics.hpp"
-#include "experiments/src/scenes/thesis_scenes.hpp"
 
 namespace estancia::experiments {
 namespace {
 
-constexpr std::size_t mostDrawn = 40;   // methods of a diagram
-constexpr std::size_t mostListed = 25;  // of a table among others, when not all are drawn
+constexpr std::size_t maxDrawn = 40;   // methods of a diagram
+constexpr std::size_t maxListed = 25;  // of a table among others, when not all are drawn
 
 std::string describe(const SceneBlocks& blocks) {
   if (!blocks.runs)
@@ -53,16 +53,16 @@ void addRankings(const ScenesResults& results, Findings& findings) {
       if (auto* table = std::get_if<ResultTable>(&section)) {
         table->title = fmt::format("{}, against the best (Table 3.2)", title);
         table->caption = fmt::format("{} {}{}", describe(blocks), of, table->caption);
-        if (const std::size_t all = table->rows.size(); all > mostDrawn) {
-          table->rows.resize(mostListed);
+        if (const std::size_t all = table->rows.size(); all > maxDrawn) {
+          table->rows.resize(maxListed);
           table->caption +=
-              fmt::format(" The best {} of {}; all are in {}-{}.csv.", mostListed, all, results.name, file);
+              fmt::format(" The best {} of {}; all are in {}-{}.csv.", maxListed, all, results.name, file);
         }
       }
       if (auto* diagram = std::get_if<RankDiagram>(&section)) {
         diagram->title = title + ", mean ranks";
         diagram->caption = found.summary + " " + diagram->caption;
-        if (diagram->methods.size() > mostDrawn) continue;
+        if (diagram->methods.size() > maxDrawn) continue;
       }
       findings.sections.push_back(section);
     }
@@ -75,7 +75,22 @@ void addRankings(const ScenesResults& results, Findings& findings) {
       scoresOfDescriptors(results, blocks));
   add("classifiers", "classifiers", "A classifier's score is its mean over the descriptors. ",
       scoresOfClassifiers(results, blocks));
-  findings.sections.emplace_back(thesisScenes());
+  using Best = ResultTable::Best;
+  findings.sections.emplace_back(readThesisTable(thesisScenesCsv, 2)
+                                     .resultTable({"Table 3.2 of the thesis: another data set",
+                                                   "ViDRILO, 25 pairs of sequences; Friedman's test with "
+                                                   "Holm's correction against the best combination. "
+                                                   "Win, tie, loss: pairs in which the best one did better, "
+                                                   "as well, worse. To be compared in its course "
+                                                   "only.",
+                                                   "classifier, descriptor",
+                                                   {{"p-value", 4, Best::none, ResultTable::Form::scientific},
+                                                    {"rejected", 0, Best::none, ResultTable::Form::yesNo},
+                                                    {"rank", 2},
+                                                    {"win", 0},
+                                                    {"tie", 0},
+                                                    {"loss", 0}},
+                                                   {}}));
 }
 
 }  // namespace estancia::experiments

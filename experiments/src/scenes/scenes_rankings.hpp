@@ -1,4 +1,4 @@
-// Which scene classifiers differ, with the tests of the thesis (3.5.1, Table 3.2, Fig. 3.10).
+// Scene rankings: which scene classifiers differ (thesis 3.5.1, Table 3.2, Fig. 3.10).
 #pragma once
 
 #include "experiments/src/findings/findings.hpp"

@@ -1,4 +1,4 @@
-// What differs among scene classifiers beyond chance.
+// Scene statistics: scores of descriptors and classifiers, and the cost of choosing the best.
 #pragma once
 
 #include <cstddef>
@@ -18,12 +18,15 @@ inline constexpr std::size_t fewestPairs = 6;
 
 /// What Friedman's test takes for its tests.
 struct SceneBlocks {
-  bool runs = false;               ///< else whole pairs, as in the thesis
-  std::vector<std::string> names;  ///< each once
+  /// Else whole pairs, as in the thesis.
+  bool runs = false;
+  /// Each once.
+  std::vector<std::string> names;
   /// right[block][cell]: right answers of all seeds; cell = descriptor · classifiers + classifier. Shares are
   /// divided last: a sum of shares differs in its last bit from an equal one, which ranks would count.
   std::vector<std::vector<std::size_t>> right;
-  std::vector<std::size_t> answers;  ///< that each cell gave in each block, right or wrong
+  /// That each cell gave in each block, right or wrong.
+  std::vector<std::size_t> answers;
 };
 
 /// Whole pairs of training and test where there are at least `fewestPairs`. Else the runs of the test images

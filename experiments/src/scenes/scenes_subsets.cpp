@@ -7,6 +7,7 @@
 
 #include "experiments/src/comparison/rank_tests.hpp"
 #include "experiments/src/findings/comparison_findings.hpp"
+#include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/scenes/scenes_statistics.hpp"
 
 namespace estancia::experiments {
@@ -57,20 +58,19 @@ LineChart subsetCurve(const ScenesResults& results) {
 }
 
 ResultTable subsetTable(const ScenesResults& results) {
-  ResultTable table{fmt::format("{}: accuracy of {} in fewer labels", results.name, results.curveDescriptor),
-                    fmt::format("In percent, by {}; labels chosen by each of the rules. Intervals are in "
-                                "{}-subsets.csv.",
-                                results.curveClassifier, results.name),
-                    "labels",
-                    {},
-                    {}};
-  for (const Curve& curve : results.curves)
-    table.columns.push_back({curve.rule, 1, ResultTable::Best::largest});
-  for (std::size_t k = 0; k < results.counts.size(); ++k) {
-    auto& row = table.rows.emplace_back(ResultTable::Row{std::to_string(results.counts[k]), {}});
-    for (const Curve& curve : results.curves) row.values.push_back(percent(results, curve, k));
-  }
-  return table;
+  std::vector<std::string> rules, counts;
+  for (const Curve& curve : results.curves) rules.push_back(curve.rule);
+  for (const std::size_t count : results.counts) counts.push_back(std::to_string(count));
+  return pivot({fmt::format("{}: accuracy of {} in fewer labels", results.name, results.curveDescriptor),
+                fmt::format("In percent, by {}; labels chosen by each of the rules. Intervals are in "
+                            "{}-subsets.csv.",
+                            results.curveClassifier, results.name),
+                "labels",
+                columnsOf(rules, 1, ResultTable::Best::largest),
+                {}},
+               counts, [&](std::size_t count, std::size_t rule) {
+                 return percent(results, results.curves[rule], count);
+               });
 }
 
 std::string subsetAnswer(const ScenesResults& results) {

@@ -1,4 +1,4 @@
-// What a descriptor in fewer labels is worth (thesis 3.5.3).
+// Label subsets: accuracy of a descriptor with fewer labels (thesis 3.5.3).
 #pragma once
 
 #include <string>

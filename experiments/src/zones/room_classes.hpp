@@ -1,4 +1,4 @@
-// Which class of which category an image belongs to, for measures of zones.
+// Room classes: classes of images within the category of their room, for measures of zones.
 #pragma once
 
 #include <cstddef>

@@ -43,8 +43,8 @@ using Data = ZoneTablesOptions::Data;
 /// Some data as one model says it.
 struct Labeled {
   DescriptorSequence words;
-  std::vector<int> rooms;           ///< a number for the room of each frame
-  std::vector<ImageClass> classes;  ///< one a frame
+  std::vector<int> rooms;           // a number for the room of each frame
+  std::vector<ImageClass> classes;  // one a frame
   std::set<std::string> roomNames, classNames;
   std::string digest;
 };
@@ -75,10 +75,10 @@ Labeled withRooms(const DescriptorSequence& all, const Data& data) {
         (data.only.empty() || std::find(data.only.begin(), data.only.end(), rooms[i]) != data.only.end()))
       kept.push_back(i);
   if (kept.empty())
-    throw Error(
-        fmt::format("{}: no image has a known room{}; name them by `table`, or in the images' own "
-                    "rooms.csv",
-                    data.name, data.only.empty() ? "" : " that is wanted by `only`"));
+    throw Error(ErrorCode::insufficientData,
+                fmt::format("{}: no image has a known room{}; name them by `table`, or in the images' own "
+                            "rooms.csv",
+                            data.name, data.only.empty() ? "" : " that is wanted by `only`"));
 
   Labeled labeled{
       {all.vocabulary, all.model, chosen(all.frames, kept), DescriptorMatrix(all.vocabulary.size())},
@@ -176,7 +176,7 @@ ZoneCell compute(const Labeled& labeled, const Compared& compared, const std::st
   const Dendrogram tree = link(std::move(distances), getLinkage(linkage));
 
   ZoneCell cell;
-  for (std::size_t k = 1; k <= std::min(options.mostZones, tree.leaves()); ++k)
+  for (std::size_t k = 1; k <= std::min(options.maxZones, tree.leaves()); ++k)
     cell.vMeasures.push_back(measureAgreement(labeled.rooms, tree.cutInto(k)).vMeasure);
   for (const std::string& cut : options.cuts) {
     if (interrupted()) throw Interrupted("");
@@ -316,6 +316,61 @@ void compareClasses(const std::vector<std::vector<Labeled>>& labeled, const Expe
   }
 }
 
+/// The data that is there.
+std::vector<const Data*> presentData(const ZoneTablesOptions& options, std::vector<std::string>& notes) {
+  std::vector<const Data*> data;
+  for (const Data& one : options.data) {
+    if (one.optional && !fs::exists(one.images.path))
+      notes.push_back(fmt::format("{} is not there and was left out", one.images.path.string()));
+    else
+      data.push_back(&one);
+  }
+  if (data.empty())
+    throw Error(ErrorCode::insufficientData, "none of the data is there; name yours by [[data]]");
+  return data;
+}
+
+/// Fills in the cells: all dendrograms and their cuts.
+void findCells(const ZoneTablesOptions& options, const std::vector<std::vector<Labeled>>& labeled, Grid& grid,
+               const ExperimentRun& run, Progress& progress, ZoneTablesResults& results,
+               std::vector<std::string>& notes) {
+  struct Place {
+    const Labeled* labeled;
+    const std::string *distance, *linkage;
+    std::size_t index;  // in results.cells
+  };
+  std::vector<Cell> cells;
+  std::vector<Place> places;
+  std::set<std::string> unfit;
+  for (std::size_t d = 0; d < labeled.size(); ++d)
+    for (std::size_t m = 0; m < results.models.size(); ++m)
+      for (const std::string& distance : results.distances)
+        for (const std::string& linkage : results.linkages) {
+          results.cells.emplace_back();
+          if (!fits(distance, linkage)) {
+            unfit.insert(fmt::format("{} with {}", linkage, distance));
+            continue;
+          }
+          places.push_back({&labeled[d][m], &distance, &linkage, results.cells.size() - 1});
+          cells.push_back({{results.data[d].name, results.models[m], distance, linkage},
+                           sha256(fmt::format("{} {} {} {}", methodVersion, labeled[d][m].digest,
+                                              fmt::join(options.cuts, " "), options.maxZones))});
+        }
+  if (!unfit.empty())
+    notes.push_back(fmt::format("These do not go together and were left out: {}.", fmt::join(unfit, ", ")));
+  SharedComparisons comparisons(run.labeler.threads);
+  const auto found = grid.run(
+      cells,
+      [&](std::size_t c) {
+        const Place& place = places[c];
+        const auto compared = comparisons.of(*place.labeled, *place.distance, *place.linkage);
+        return compute(*place.labeled, *compared, *place.linkage, options).toResults();
+      },
+      progress, "finding zones");
+  for (std::size_t c = 0; c < cells.size(); ++c)
+    results.cells[places[c].index] = ZoneCell::fromResults(found[c]);
+}
+
 std::string readCut(const ConfigFile& config, const toml::node& node) {
   if (node.is_number()) return fmt::format("{}", config.number(node, 0, 1e9));
   return config.choice(node, std::vector<std::pair<std::string, std::string>>{
@@ -323,30 +378,36 @@ std::string readCut(const ConfigFile& config, const toml::node& node) {
                                  {ZoneTablesOptions::best, ZoneTablesOptions::best}});
 }
 
+OptionGroup declare(Data& data) {
+  OptionGroup group("data", "Images with rooms");
+  group.add("name", &data.name, "What to call them");
+  group.add("image-column", &data.imageColumn, "Column of the images' names");
+  group.add("room-column", &data.roomColumn, "Column of the rooms");
+  group.add("class-column", &data.classColumn, "Column of the classes; none: runs of images in one room");
+  group.add("run-column", &data.runColumn, "Column whose values part runs");
+  group.add("parts", &data.parts, "Parts that each run is cut into").range(1, 1000);
+  group.add("optional", &data.optional, "Leave out, with a note, when they are not there");
+  return group;
+}
+
+OptionGroup declare(ZoneTablesOptions& options) {
+  OptionGroup group("zones", "Zones by model, distance, linkage and cut");
+  group.add("max-zones", &options.maxZones, "Most zones of the best cut").range(1, 10000);
+  return group;
+}
+
 Data readData(ConfigFile& config, const toml::table& table) {
   Data data;
-  const auto text = [&config](std::string& to) { return [&config, &to](auto& n) { to = config.text(n); }; };
-  auto keys = sourceKeys(config, data.images, true);
-  keys.push_back({"name", true, "what to call it", text(data.name)});
-  keys.push_back({"optional", false, "", [&](auto& n) { data.optional = config.flag(n); }});
+  auto keys =
+      together(sourceKeys(config, data.images, true), requiring("name", keysOf(config, declare(data))));
   keys.push_back({"table", false, "the CSV of rooms", [&](auto& n) { data.table = config.anywhere(n); }});
-  const toml::node* columns = nullptr;  // names of columns of the table
-  for (const auto& [key, column] : {std::pair{"image_column", &data.imageColumn},
-                                    {"room_column", &data.roomColumn},
-                                    {"class_column", &data.classColumn},
-                                    {"run_column", &data.runColumn}})
-    keys.push_back({key, false, "", [&config, &columns, column = column](auto& n) {
-                      columns = &n;
-                      *column = config.text(n);
-                    }});
-  keys.push_back({"parts", false, "of each run of images in one room",
-                  [&](auto& n) { data.parts = static_cast<std::size_t>(config.integer(n, 1, 1000)); }});
   keys.push_back({"only", false, "only these rooms", [&](auto& n) {
                     for (const auto& element : config.list(n)) data.only.push_back(config.text(element));
                   }});
   config.read(table, keys);
-  if (columns != nullptr && data.table.empty())
-    config.fail(*columns, "a column of which table? name it by `table`");
+  const toml::node* column = firstOf(table, {"image_column", "room_column", "class_column", "run_column"});
+  if (column != nullptr && data.table.empty())
+    config.fail(*column, "a column of which table? name it by `table`");
   return data;
 }
 
@@ -356,7 +417,8 @@ ZoneTablesOptions readZoneTables(ConfigFile& config) {
   ZoneTablesOptions options;
   const auto text = [&config](const toml::node& node) { return config.text(node); };
   const toml::array* data = nullptr;
-  config.read(
+  config.read(together(
+      keysOf(config, declare(options)),
       {{"type", true, "the kind of experiment", [](auto&) {}},
        {"models", false, "the models to compare", each(config, options.models, text)},
        {"optional_models", false, "and these where they are", each(config, options.optionalModels, text)},
@@ -364,9 +426,7 @@ ZoneTablesOptions readZoneTables(ConfigFile& config) {
        {"linkages", false, "", each(config, options.linkages, oneOf(config, linkageNames()))},
        {"cuts", false, "",
         each(config, options.cuts, [&config](const toml::node& node) { return readCut(config, node); })},
-       {"most_zones", false, "",
-        [&](auto& n) { options.mostZones = static_cast<std::size_t>(config.integer(n, 1, 10000)); }},
-       {"data", true, "[[data]] names images with rooms", [&](auto& n) { data = &config.list(n); }}});
+       {"data", true, "[[data]] names images with rooms", [&](auto& n) { data = &config.list(n); }}}));
   for (const toml::node& one : *data) options.data.push_back(readData(config, config.subtable(one)));
   return options;
 }
@@ -379,14 +439,7 @@ Findings compareZones(const ZoneTablesOptions& options, Grid& grid, const Experi
                       Progress& progress) {
   Findings told;
   const auto models = chooseModels(options, run, told.notes);
-  std::vector<const Data*> data;
-  for (const Data& one : options.data) {
-    if (one.optional && !fs::exists(one.images.path))
-      told.notes.push_back(fmt::format("{} is not there and was left out", one.images.path.string()));
-    else
-      data.push_back(&one);
-  }
-  if (data.empty()) throw Error("none of the data is there; name yours by [[data]]");
+  const auto data = presentData(options, told.notes);
   const auto labeled = labelData(data, models, run, progress, told);
 
   ZoneTablesResults results;
@@ -403,43 +456,7 @@ Findings compareZones(const ZoneTablesOptions& options, Grid& grid, const Experi
   results.distances = options.distances.empty() ? distancesBetweenImages() : options.distances;
   results.linkages = options.linkages.empty() ? linkageNames() : options.linkages;
   results.cuts = options.cuts;
-
-  struct Place {
-    const Labeled* labeled;
-    const std::string *distance, *linkage;
-    std::size_t index;  ///< in results.cells
-  };
-  std::vector<Cell> cells;
-  std::vector<Place> places;
-  std::set<std::string> unfit;
-  for (std::size_t d = 0; d < data.size(); ++d)
-    for (std::size_t m = 0; m < models.size(); ++m)
-      for (const std::string& distance : results.distances)
-        for (const std::string& linkage : results.linkages) {
-          results.cells.emplace_back();
-          if (!fits(distance, linkage)) {
-            unfit.insert(fmt::format("{} with {}", linkage, distance));
-            continue;
-          }
-          places.push_back({&labeled[d][m], &distance, &linkage, results.cells.size() - 1});
-          cells.push_back({{results.data[d].name, models[m].name, distance, linkage},
-                           sha256(fmt::format("{} {} {} {}", methodVersion, labeled[d][m].digest,
-                                              fmt::join(options.cuts, " "), options.mostZones))});
-        }
-  if (!unfit.empty())
-    told.notes.push_back(
-        fmt::format("These do not go together and were left out: {}.", fmt::join(unfit, ", ")));
-  SharedComparisons comparisons(run.labeler.threads);
-  const auto found = grid.run(
-      cells,
-      [&](std::size_t c) {
-        const Place& place = places[c];
-        const auto compared = comparisons.of(*place.labeled, *place.distance, *place.linkage);
-        return compute(*place.labeled, *compared, *place.linkage, options).toResults();
-      },
-      progress, "finding zones");
-  for (std::size_t c = 0; c < cells.size(); ++c)
-    results.cells[places[c].index] = ZoneCell::fromResults(found[c]);
+  findCells(options, labeled, grid, run, progress, results, told.notes);
   compareClasses(labeled, run, progress, results);
 
   Findings findings = findingsOf(results);

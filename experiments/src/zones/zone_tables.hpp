@@ -1,4 +1,4 @@
-// Zones by every model, distance, linkage and cut, against rooms that are known (thesis 5.5: Tables 5.2
+// Zone tables experiment: every model, distance, linkage and cut against known rooms (thesis 5.5: Tables 5.2
 // and 5.3, Fig. 5.4). docs/how-to/zones.md shows the tables that it makes.
 #pragma once
 
@@ -27,27 +27,40 @@ struct ZoneTablesOptions {
   struct Data {
     std::string name;
     SequenceSource images;
-    std::filesystem::path table;  ///< CSV with a header, one line an image; "": the sequence knows the rooms
+    /// CSV with a header, one line an image; "": the sequence knows the rooms.
+    std::filesystem::path table;
     std::string imageColumn = "image", roomColumn = "room";
     /// The column that names the class. "": images that follow each other, in one room, are a class …
     std::string classColumn;
-    std::string runColumn;          ///< … and have the same value of this column, if one is named
-    std::size_t parts = 1;          ///< … cut into so many equal parts, each a class of its own
-    std::vector<std::string> only;  ///< these rooms; none: all
-    bool optional = false;          ///< left out, with a note, when it is not there
+    /// Images of a class also have the same value of this column, if one is named.
+    std::string runColumn;
+    /// Each class is cut into so many equal parts, each a class of its own.
+    std::size_t parts = 1;
+    /// These rooms; none: all.
+    std::vector<std::string> only;
+    /// Left out, with a note, when it is not there.
+    bool optional = false;
   };
-  static constexpr const char* automatic = "auto";  ///< the cut that the data suggests
-  static constexpr const char* best = "best";  ///< the one of the largest V-measure: with the truth in view
+  /// The cut that the data suggests.
+  static constexpr const char* automatic = "auto";
+  /// The one of the largest V-measure: with the truth in view.
+  static constexpr const char* best = "best";
 
-  std::vector<std::string> models;          ///< the first one stands for all in figures; none: all installed
-  std::vector<std::string> optionalModels;  ///< left out, with a note, where they are not installed
-  std::vector<std::string> distances;       ///< none: all between two images
-  std::vector<std::string> linkages;        ///< none: all
-  std::vector<std::string> cuts{"0.2", "0.35", "0.5", "0.65", "0.8", automatic, best};  ///< numbers are τ_d
+  /// The first one stands for all in figures; none: all installed.
+  std::vector<std::string> models;
+  /// Left out, with a note, where they are not installed.
+  std::vector<std::string> optionalModels;
+  /// None: all between two images.
+  std::vector<std::string> distances;
+  /// None: all.
+  std::vector<std::string> linkages;
+  /// Numbers are τ_d.
+  std::vector<std::string> cuts{"0.2", "0.35", "0.5", "0.65", "0.8", automatic, best};
   /// The best cut leaves at most so many zones. Without a bound, zones of one image each would often be best:
   /// homogeneous, and V-measure forgives them much.
-  std::size_t mostZones = 60;
-  std::vector<Data> data;  ///< at least one
+  std::size_t maxZones = 60;
+  /// At least one.
+  std::vector<Data> data;
 };
 
 /// Throws Error `file:line: …` on unknown, missing or wrong keys.

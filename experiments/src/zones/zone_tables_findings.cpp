@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 #include <string_view>
 
 #include "estancia/zones/zones.hpp"
-#include "experiments/src/zones/thesis_zones.hpp"
+#include "experiments/src/findings/pivot.hpp"
+#include "experiments/src/findings/thesis.hpp"
 #include "experiments/src/zones/zone_tables.hpp"
 
 namespace estancia::experiments {
@@ -16,190 +16,204 @@ namespace {
 using Best = ResultTable::Best;
 using Options = ZoneTablesOptions;
 using Data = ZoneTablesResults::Data;
-constexpr std::string_view withinPrefix = "within ";  ///< of the measures behind M
+constexpr std::string_view withinPrefix = "within ";  // of the measures behind M
 constexpr const char* thesisCut = "0.5";
-constexpr std::size_t mostLines = 28;  ///< that a chart tells apart
+constexpr std::size_t maxLines = 28;  // that a chart tells apart
 
-std::optional<double> vOf(const ZoneReading* reading) {
-  return reading == nullptr ? std::nullopt : std::optional(reading->vMeasure);
+using Value = CellValue;
+
+Value vOf(const ZoneReading* reading) {
+  return reading == nullptr ? std::nullopt : Value(reading->vMeasure);
 }
-std::optional<double> mOf(const ZoneReading* reading) {
+Value zonesOf(const ZoneReading* reading) {
+  return reading == nullptr ? std::nullopt : Value(static_cast<double>(reading->zones));
+}
+Value mOf(const ZoneReading* reading) {
   return reading == nullptr ? std::nullopt : reading->m;
 }
-std::optional<double> zonesOf(const ZoneReading* reading) {
-  return reading == nullptr ? std::nullopt : std::optional(static_cast<double>(reading->zones));
+Value bestVOf(const ZoneCell* cell) {
+  return cell == nullptr ? std::nullopt : Value(cell->bestV());
+}
+const ZoneReading* readingOf(const ZoneCell* cell, const std::string& cut) {
+  return cell == nullptr ? nullptr : cell->find(cut);
 }
 
 /// What the automatic cut reached. Absent where it makes more zones than the best cut may have: V-measure
 /// forgives zones of single images so much that the two could not be compared.
-std::optional<double> automaticV(const ZoneCell* cell) {
-  const ZoneReading* reading = cell == nullptr ? nullptr : cell->find(Options::automatic);
+Value automaticV(const ZoneCell* cell) {
+  const ZoneReading* reading = readingOf(cell, Options::automatic);
   return reading == nullptr || reading->zones > cell->vMeasures.size() ? std::nullopt : vOf(reading);
 }
 
 /// How much it loses against the best one.
-std::optional<double> costOf(const ZoneCell* cell) {
+Value costOf(const ZoneCell* cell) {
   const auto v = automaticV(cell);
-  return v ? std::optional(cell->bestV() - *v) : std::nullopt;
+  return v ? Value(cell->bestV() - *v) : std::nullopt;
 }
 
+std::string defaultName() {
+  return ZoneOptions{}.distance + ", " + ZoneOptions{}.linkage;
+}
+
+/// The tables and charts of some data.
 class Tables {
  public:
-  explicit Tables(const ZoneTablesResults& results) : results_(results) {}
+  Tables(const ZoneTablesResults& results, std::size_t data)
+      : results_(results), d_(data), data_(results.data[data]) {}
 
-  const ZoneCell* usual(std::size_t data, std::size_t model) const {
-    return results_.find(data, model, ZoneOptions{}.distance, ZoneOptions{}.linkage);
+  const ZoneCell* usual(std::size_t model) const {
+    return results_.find(d_, model, ZoneOptions{}.distance, ZoneOptions{}.linkage);
   }
-  const ZoneCell* thesis(std::size_t data, std::size_t model) const {
-    return results_.find(data, model, ZoneOptions::thesis().distance, ZoneOptions::thesis().linkage);
+  const ZoneCell* thesis(std::size_t model) const {
+    return results_.find(d_, model, ZoneOptions::thesis().distance, ZoneOptions::thesis().linkage);
   }
-  static const ZoneReading* reading(const ZoneCell* cell, const std::string& cut) {
-    return cell == nullptr ? nullptr : cell->find(cut);
-  }
-  static std::string usualName() { return ZoneOptions{}.distance + ", " + ZoneOptions{}.linkage; }
 
   /// The default beside Eq. 5.1, model by model.
-  ResultTable overview(std::size_t d) const {
-    ResultTable table{
-        results_.data[d].name + ": the default beside Eq. 5.1",
-        fmt::format(
-            "{} images of {} rooms, {} classes. Default: {}, automatic cut; 5.1: Eq. 5.1, "
-            "average linkage, τ_d 0.5, then with the automatic and the best cut. V: V-measure of zones "
-            "and rooms; best: the cut of the largest V, which only who knows the rooms can choose; cost: "
-            "what the automatic cut loses against it. M (Eq. 5.2): how differently classes of "
-            "one room spread over the zones, 0 is alike.",
-            results_.data[d].images, results_.data[d].rooms.size(), results_.data[d].classes, usualName()),
-        "model",
-        {{"V", 3, Best::largest},
-         {"zones", 0},
-         {"ARI", 3, Best::largest},
-         {"purity", 3},
-         {"M", 3},
-         {"best V", 3, Best::largest},
-         {"cost", 3, Best::smallest},
-         {"5.1: V", 3, Best::largest},
-         {"5.1: zones", 0},
-         {"5.1: M", 3},
-         {"5.1: auto V", 3, Best::largest},
-         {"5.1: best V", 3, Best::largest}},
-        {}};
-    for (std::size_t m = 0; m < results_.models.size(); ++m) {
-      const ZoneCell *ours = usual(d, m), *theirs = thesis(d, m);
-      const ZoneReading *automatic = reading(ours, Options::automatic), *half = reading(theirs, thesisCut);
-      ResultTable::Row row{results_.models[m], {vOf(automatic), zonesOf(automatic)}};
-      row.values.push_back(automatic == nullptr ? std::nullopt : std::optional(automatic->adjustedRandIndex));
-      row.values.push_back(automatic == nullptr ? std::nullopt : std::optional(automatic->purity));
-      row.values.push_back(mOf(automatic));
-      row.values.push_back(ours == nullptr ? std::nullopt : std::optional(ours->bestV()));
-      row.values.push_back(costOf(ours));
-      for (const auto& value : {vOf(half), zonesOf(half), mOf(half), automaticV(theirs)})
-        row.values.push_back(value);
-      row.values.push_back(theirs == nullptr ? std::nullopt : std::optional(theirs->bestV()));
-      table.rows.push_back(std::move(row));
-    }
-    return table;
-  }
-
-  /// Distances down, linkages across.
-  ResultTable byPair(
-      std::size_t d, const std::string& title, const std::string& caption, Best best,
-      const std::function<std::optional<double>(const std::string&, const std::string&)>& value) const {
-    ResultTable table{results_.data[d].name + ": " + title, caption, "distance", {}, {}};
-    for (const std::string& linkage : results_.linkages) table.columns.push_back({linkage, 3, best});
-    for (const std::string& distance : results_.distances) {
-      ResultTable::Row row{distance, {}};
-      for (const std::string& linkage : results_.linkages) row.values.push_back(value(distance, linkage));
-      table.rows.push_back(std::move(row));
-    }
-    return table;
-  }
-
-  void addPairs(std::size_t d, Findings& findings) const {
-    const std::string& model = results_.models[0];
-    const auto cell = [&](const std::string& distance, const std::string& linkage) {
-      return results_.find(d, 0, distance, linkage);
+  ResultTable overview() const {
+    struct Model {
+      const ZoneCell *ours, *theirs;
+      const ZoneReading* automatic() const { return readingOf(ours, Options::automatic); }
+      const ZoneReading* half() const { return readingOf(theirs, thesisCut); }
     };
-    findings.sections.emplace_back(byPair(
-        d, fmt::format("V-measure of {}, automatic cut", model),
+    std::vector<std::pair<std::string, Model>> models;
+    for (std::size_t m = 0; m < results_.models.size(); ++m)
+      models.emplace_back(results_.models[m], Model{usual(m), thesis(m)});
+    const auto ofAutomatic = [](double ZoneReading::*value) {
+      return [value](const Model& model) -> Value {
+        return model.automatic() == nullptr ? std::nullopt : Value(model.automatic()->*value);
+      };
+    };
+    return pivot<Model>(
+        {data_.name + ": the default beside Eq. 5.1",
+         fmt::format(
+             "{} images of {} rooms, {} classes. Default: {}, automatic cut; 5.1: Eq. 5.1, "
+             "average linkage, τ_d 0.5, then with the automatic and the best cut. V: V-measure of zones "
+             "and rooms; best: the cut of the largest V, which only who knows the rooms can choose; cost: "
+             "what the automatic cut loses against it. M (Eq. 5.2): how differently classes of "
+             "one room spread over the zones, 0 is alike.",
+             data_.images, data_.rooms.size(), data_.classes, defaultName()),
+         "model",
+         {},
+         {}},
+        models,
+        {{{"V", 3, Best::largest}, [](auto& model) { return vOf(model.automatic()); }},
+         {{"zones", 0}, [](auto& model) { return zonesOf(model.automatic()); }},
+         {{"ARI", 3, Best::largest}, ofAutomatic(&ZoneReading::adjustedRandIndex)},
+         {{"purity", 3}, ofAutomatic(&ZoneReading::purity)},
+         {{"M", 3}, [](auto& model) { return mOf(model.automatic()); }},
+         {{"best V", 3, Best::largest}, [](auto& model) { return bestVOf(model.ours); }},
+         {{"cost", 3, Best::smallest}, [](auto& model) { return costOf(model.ours); }},
+         {{"5.1: V", 3, Best::largest}, [](auto& model) { return vOf(model.half()); }},
+         {{"5.1: zones", 0}, [](auto& model) { return zonesOf(model.half()); }},
+         {{"5.1: M", 3}, [](auto& model) { return mOf(model.half()); }},
+         {{"5.1: auto V", 3, Best::largest}, [](auto& model) { return automaticV(model.theirs); }},
+         {{"5.1: best V", 3, Best::largest}, [](auto& model) { return bestVOf(model.theirs); }}});
+  }
+
+  /// Of the first model: distances down, linkages across.
+  void addPairs(Findings& findings) const {
+    const auto add = [&](const std::string& title, const std::string& caption, Best best,
+                         Value (*value)(const ZoneCell*)) {
+      findings.sections.emplace_back(pivot(
+          {data_.name + ": " + title, caption, "distance", columnsOf(results_.linkages, 3, best), {}},
+          results_.distances, [&](std::size_t distance, std::size_t linkage) {
+            return value(results_.find(d_, 0, results_.distances[distance], results_.linkages[linkage]));
+          }));
+    };
+    const std::string& model = results_.models[0];
+    add(fmt::format("V-measure of {}, automatic cut", model),
         "–: the two do not go together, or the cut makes so many zones that V-measure says little.",
-        Best::largest,
-        [&](const auto& distance, const auto& linkage) { return automaticV(cell(distance, linkage)); }));
-    findings.sections.emplace_back(
-        byPair(d, fmt::format("V-measure of {}, best cut", model), "With the truth in view.", Best::largest,
-               [&](const auto& distance, const auto& linkage) -> std::optional<double> {
-                 const ZoneCell* found = cell(distance, linkage);
-                 return found == nullptr ? std::nullopt : std::optional(found->bestV());
-               }));
-    findings.sections.emplace_back(
-        byPair(d, fmt::format("cost of the automatic cut for {}", model),
-               "How much V-measure it loses against the best one.", Best::smallest,
-               [&](const auto& distance, const auto& linkage) { return costOf(cell(distance, linkage)); }));
+        Best::largest, automaticV);
+    add(fmt::format("V-measure of {}, best cut", model), "With the truth in view.", Best::largest, bestVOf);
+    add(fmt::format("cost of the automatic cut for {}", model),
+        "How much V-measure it loses against the best one.", Best::smallest, costOf);
   }
 
   /// Table 5.2.
-  std::optional<ResultTable> clusters(std::size_t d) const {
-    if (thesis(d, 0) == nullptr) return std::nullopt;
-    ResultTable table{
-        results_.data[d].name + ": zones by τ_d, Eq. 5.1 with average linkage (Table 5.2)",
-        "The rows of the thesis are of its own data, the sequences 1 and 2 of ViDRILO: other rooms and "
-        "more images, to be compared in their course only.",
-        "model",
-        {},
-        {}};
-    std::vector<std::string> cuts;
+  void addCounts(Findings& findings) const {
+    std::vector<std::string> cuts, names;
     for (const std::string& cut : results_.cuts)
       if (cut != Options::automatic && cut != Options::best) cuts.push_back(cut);
-    if (cuts.empty()) return std::nullopt;
-    for (const std::string& cut : cuts) table.columns.push_back({"τ_d " + cut, 0});
-    for (std::size_t m = 0; m < results_.models.size(); ++m) {
-      ResultTable::Row row{results_.models[m], {}};
-      for (const std::string& cut : cuts) row.values.push_back(zonesOf(reading(thesis(d, m), cut)));
-      table.rows.push_back(std::move(row));
-    }
-    for (const auto& counts : thesisZoneCounts()) {
-      ResultTable::Row row{counts.name, {}};
-      for (const std::string& cut : cuts) {
-        const auto found = std::find(thesisCuts().begin(), thesisCuts().end(), cut);
-        row.values.push_back(
-            found == thesisCuts().end()
-                ? std::nullopt
-                : std::optional(counts.zones[static_cast<std::size_t>(found - thesisCuts().begin())]));
-      }
-      table.rows.push_back(std::move(row));
-    }
-    return table;
+    if (cuts.empty() || thesis(0) == nullptr) return;
+    for (const std::string& cut : cuts) names.push_back("τ_d " + cut);
+    ResultTable table = pivot(
+        {data_.name + ": zones by τ_d, Eq. 5.1 with average linkage (Table 5.2)",
+         "The rows of the thesis are of its own data, the sequences 1 and 2 of ViDRILO: other rooms and "
+         "more images, to be compared in their course only.",
+         "model",
+         columnsOf(names, 0),
+         {}},
+        results_.models,
+        [&](std::size_t model, std::size_t cut) { return zonesOf(readingOf(thesis(model), cuts[cut])); });
+    const ThesisTable printed = readThesisTable(thesisZonesCountsCsv, 2);
+    std::vector<std::string> rows;
+    for (const auto& row : printed.rows)
+      rows.push_back(fmt::format("(thesis, {}: {})", row.keys[0], row.keys[1]));
+    findings.sections.emplace_back(pivot(std::move(table), rows, [&](std::size_t row, std::size_t cut) {
+      return printed.find(printed.rows[row].keys, cuts[cut]);
+    }));
   }
 
-  /// Table 5.3.
-  std::optional<ResultTable> within(std::size_t d, const std::string& how, const std::string& cut,
-                                    const std::function<const ZoneCell*(std::size_t)>& cellOf) const {
-    const ZoneReading* first = reading(cellOf(0), cut);
-    if (first == nullptr || first->within.empty()) return std::nullopt;
-    ResultTable table{
-        fmt::format("{}: distances within categories, {} (Table 5.3)", results_.data[d].name, how),
-        "How differently two classes of one room spread over the zones: 0 alike, 1 nothing in common. "
-        "M weighs all pairs of classes alike.",
-        "classes",
-        {},
-        {}};
-    for (const auto& [pair, distance] : first->within) table.rows.push_back({pair, {}});
-    table.rows.push_back({"M", {}});
+  /// Table 5.3; `cellOf` chooses the cell of a model.
+  void addWithin(const std::string& how, const std::string& cut,
+                 const ZoneCell* (Tables::*cellOf)(std::size_t) const, Findings& findings) const {
+    const ZoneReading* first = readingOf((this->*cellOf)(0), cut);
+    if (first == nullptr || first->within.empty()) return;
+    std::vector<std::string> models, rows;
+    std::vector<const ZoneReading*> readings;
     for (std::size_t m = 0; m < results_.models.size(); ++m) {
-      const ZoneReading* here = reading(cellOf(m), cut);
+      const ZoneReading* here = readingOf((this->*cellOf)(m), cut);
       if (here == nullptr || here->within.size() != first->within.size())
         continue;  // another model saw fewer images
-      table.columns.push_back({results_.models[m], 2});
-      for (std::size_t r = 0; r < here->within.size(); ++r)
-        table.rows[r].values.emplace_back(here->within[r].second);
-      table.rows.back().values.push_back(here->m);
+      models.push_back(results_.models[m]);
+      readings.push_back(here);
     }
-    return table;
+    for (const auto& [pair, distance] : first->within) rows.push_back(pair);
+    rows.emplace_back("M");
+    findings.sections.emplace_back(
+        pivot({fmt::format("{}: distances within categories, {} (Table 5.3)", data_.name, how),
+               "How differently two classes of one room spread over the zones: 0 alike, 1 nothing in common. "
+               "M weighs all pairs of classes alike.",
+               "classes",
+               columnsOf(models, 2),
+               {}},
+              rows, [&](std::size_t row, std::size_t column) {
+                const ZoneReading& reading = *readings[column];
+                return row < reading.within.size() ? Value(reading.within[row].second) : reading.m;
+              }));
   }
 
+  void addCurves(Findings& findings) const {
+    const ZoneOptions common;
+    std::vector<std::pair<std::string, const ZoneCell*>> ways{{"default: " + defaultName(), usual(0)},
+                                                              {"Eq. 5.1, average", thesis(0)}};
+    for (const std::string& linkage : results_.linkages)
+      if (linkage != common.linkage)
+        ways.emplace_back(common.distance + ", " + linkage, results_.find(d_, 0, common.distance, linkage));
+    addCurve(fmt::format("V-measure of {}, by distance and linkage", results_.models[0]), ways, findings);
+    if (results_.models.size() < 2) return;
+    std::vector<std::pair<std::string, const ZoneCell*>> models;
+    for (std::size_t m = 0; m < results_.models.size(); ++m)
+      models.emplace_back(results_.models[m], usual(m));
+    addCurve("V-measure of the default, model by model", models, findings);
+  }
+
+  std::string sentence() const {
+    const ZoneReading* automatic = readingOf(usual(0), Options::automatic);
+    std::string text = data_.name + ": ";
+    if (automatic == nullptr) return text + "the default was not among what was compared.";
+    text += fmt::format("V-measure {:.3f} with {} zones by the default (best cut {:.3f}", automatic->vMeasure,
+                        automatic->zones, usual(0)->bestV());
+    if (const ZoneCell* theirs = thesis(0))
+      text += fmt::format(", Eq. 5.1 at its best {:.3f}", theirs->bestV());
+    return text + ").";
+  }
+
+ private:
   /// V over the number of zones.
-  LineChart curves(std::size_t d, const std::string& title,
-                   const std::vector<std::pair<std::string, const ZoneCell*>>& cells) const {
-    LineChart chart{results_.data[d].name + ": " + title,
+  void addCurve(const std::string& title, const std::vector<std::pair<std::string, const ZoneCell*>>& cells,
+                Findings& findings) const {
+    LineChart chart{data_.name + ": " + title,
                     "The dot is where the automatic cut lies.",
                     "number of zones",
                     "V-measure",
@@ -207,46 +221,18 @@ class Tables {
                     {},
                     {}};
     for (const auto& [name, cell] : cells) {
-      if (cell == nullptr || chart.lines.size() == mostLines) continue;
+      if (cell == nullptr || chart.lines.size() == maxLines) continue;
       LineChart::Line line{name, cell->vMeasures, zonesOf(cell->find(Options::automatic))};
       for (std::size_t k = chart.x.size() + 1; k <= line.y.size(); ++k)
         chart.x.push_back(static_cast<double>(k));
       chart.lines.push_back(std::move(line));
     }
-    return chart;
+    if (!chart.lines.empty()) findings.sections.emplace_back(std::move(chart));
   }
 
-  void addCurves(std::size_t d, Findings& findings) const {
-    std::vector<std::pair<std::string, const ZoneCell*>> ways{{"default: " + usualName(), usual(d, 0)},
-                                                              {"Eq. 5.1, average", thesis(d, 0)}};
-    for (const std::string& linkage : results_.linkages)
-      if (linkage != ZoneOptions{}.linkage)
-        ways.emplace_back(ZoneOptions{}.distance + ", " + linkage,
-                          results_.find(d, 0, ZoneOptions{}.distance, linkage));
-    const auto add = [&](LineChart chart) {
-      if (!chart.lines.empty()) findings.sections.emplace_back(std::move(chart));
-    };
-    add(curves(d, fmt::format("V-measure of {}, by distance and linkage", results_.models[0]), ways));
-    if (results_.models.size() < 2) return;
-    std::vector<std::pair<std::string, const ZoneCell*>> models;
-    for (std::size_t m = 0; m < results_.models.size(); ++m)
-      models.emplace_back(results_.models[m], usual(d, m));
-    add(curves(d, "V-measure of the default, model by model", models));
-  }
-
-  std::string sentence(std::size_t d) const {
-    const ZoneReading* automatic = reading(usual(d, 0), Options::automatic);
-    std::string text = results_.data[d].name + ": ";
-    if (automatic == nullptr) return text + "the default was not among what was compared.";
-    text += fmt::format("V-measure {:.3f} with {} zones by the default (best cut {:.3f}", automatic->vMeasure,
-                        automatic->zones, usual(d, 0)->bestV());
-    if (const ZoneCell* theirs = thesis(d, 0))
-      text += fmt::format(", Eq. 5.1 at its best {:.3f}", theirs->bestV());
-    return text + ").";
-  }
-
- private:
   const ZoneTablesResults& results_;
+  std::size_t d_;
+  const Data& data_;
 };
 
 void addMatrices(const Data& data, Findings& findings) {
@@ -327,27 +313,31 @@ const ZoneCell* ZoneTablesResults::find(std::size_t d, std::size_t model, const 
 }
 
 Findings findingsOf(const ZoneTablesResults& results) {
-  const Tables tables(results);
   Findings findings;
   findings.title = "Zones against rooms";
   for (std::size_t d = 0; d < results.data.size(); ++d) {
-    findings.summary += (d > 0 ? " " : "") + tables.sentence(d);
-    findings.facts.emplace_back(
-        "Data", fmt::format("{}: {} images of {} rooms, {} classes", results.data[d].name,
-                            results.data[d].images, results.data[d].rooms.size(), results.data[d].classes));
-    findings.sections.emplace_back(tables.overview(d));
-    tables.addCurves(d, findings);
-    tables.addPairs(d, findings);
-    if (auto table = tables.clusters(d)) findings.sections.emplace_back(std::move(*table));
-    if (auto table = tables.within(d, "default, automatic cut", Options::automatic,
-                                   [&](std::size_t m) { return tables.usual(d, m); }))
-      findings.sections.emplace_back(std::move(*table));
-    if (auto table = tables.within(d, "Eq. 5.1, τ_d 0.5", thesisCut,
-                                   [&](std::size_t m) { return tables.thesis(d, m); }))
-      findings.sections.emplace_back(std::move(*table));
-    addMatrices(results.data[d], findings);
+    const Tables tables(results, d);
+    const Data& data = results.data[d];
+    findings.summary += (d > 0 ? " " : "") + tables.sentence();
+    findings.facts.emplace_back("Data", fmt::format("{}: {} images of {} rooms, {} classes", data.name,
+                                                    data.images, data.rooms.size(), data.classes));
+    findings.sections.emplace_back(tables.overview());
+    tables.addCurves(findings);
+    tables.addPairs(findings);
+    tables.addCounts(findings);
+    tables.addWithin("default, automatic cut", Options::automatic, &Tables::usual, findings);
+    tables.addWithin("Eq. 5.1, τ_d 0.5", thesisCut, &Tables::thesis, findings);
+    addMatrices(data, findings);
   }
-  findings.sections.emplace_back(thesisWithin());
+  findings.sections.emplace_back(
+      readThesisTable(thesisZonesWithinCsv, 1)
+          .resultTable(
+              {"The thesis: distances within categories, Eq. 5.1, τ_d 0.5 (Table 5.3)",
+               "Another data set: the sequences 1 and 2 of ViDRILO, averaged. CR corridor, EA elevator "
+               "area, PO professor office.",
+               "classes",
+               {},
+               {}}));
   return findings;
 }
 

@@ -1,4 +1,4 @@
-// What the cells of the zones' tables say together.
+// Zone findings: tables and charts of zones against rooms.
 #pragma once
 
 #include <cstddef>
@@ -14,22 +14,28 @@ namespace estancia::experiments {
 
 /// The zones that one cut of a dendrogram makes, against the rooms.
 struct ZoneReading {
-  std::string cut;  ///< as configured: "0.5", "auto" …
+  /// As configured: "0.5", "auto".
+  std::string cut;
   std::size_t zones = 0;
   double vMeasure = 0, adjustedRandIndex = 0, purity = 0;
-  std::optional<double> m;                             ///< Eq. 5.2; absent where no category has two classes
-  std::vector<std::pair<std::string, double>> within;  ///< what M is the mean of, by pair or by category
+  /// Eq. 5.2; absent where no category has two classes.
+  std::optional<double> m;
+  /// What M is the mean of, by pair or by category.
+  std::vector<std::pair<std::string, double>> within;
 };
 
 /// One dendrogram: a model, on some data, by a distance and a linkage.
 struct ZoneCell {
   std::vector<ZoneReading> readings;
-  std::vector<double> vMeasures;  ///< with 1, 2, … zones
+  /// With 1, 2, … zones.
+  std::vector<double> vMeasures;
 
   const ZoneReading* find(const std::string& cut) const;
-  double bestV() const;  ///< of vMeasures
+  /// Of vMeasures.
+  double bestV() const;
 
-  static std::vector<std::string> measures();  ///< those that results.csv shows
+  /// Those that results.csv shows.
+  static std::vector<std::string> measures();
   CellResults toResults() const;
   static ZoneCell fromResults(const CellResults& results);
 };
@@ -37,18 +43,22 @@ struct ZoneCell {
 /// The mean distance of an image of one class and an image of another (Fig. 5.4).
 struct ClassMatrix {
   std::string distance;
-  std::vector<double> mean;  ///< row-major; NaN where unknown
+  /// Row-major; NaN where unknown.
+  std::vector<double> mean;
 };
 
 struct ZoneTablesResults {
   struct Data {
     std::string name;
     std::size_t images = 0;
-    std::vector<std::string> rooms;  ///< their names
-    std::size_t classes = 0;         ///< of all rooms
+    /// Their names.
+    std::vector<std::string> rooms;
+    /// Of all rooms.
+    std::size_t classes = 0;
     /// Rows of the matrices: classes, or the rooms where they are many.
     std::vector<std::string> matrixNames;
-    std::vector<ClassMatrix> matrices;  ///< mean over the models
+    /// Mean over the models.
+    std::vector<ClassMatrix> matrices;
   };
   std::vector<Data> data;
   std::vector<std::string> models, distances, linkages, cuts;
