@@ -28,13 +28,6 @@ namespace {
 
 using namespace report;
 
-struct NodeCards {
-  Markup cards;              ///< <article>s of the largest nodes, in order of id
-  Markup rows;               ///< shorter <article>s of all others; empty when there are none
-  std::size_t carded = 0;    ///< how many nodes have a full card
-  std::size_t withheld = 0;  ///< images left out because page.images.bytes were used up
-};
-
 void addNeighbors(Markup& card, const MapSummary& summary, std::size_t position) {
   constexpr std::size_t shown = 12;
   std::size_t count = 0;
@@ -111,15 +104,15 @@ void addRow(Markup& out, const MapSummary& summary, std::size_t position, const 
 
 /// `zones` may be nullptr. Badges have the colors of zones where the painting is of zones, else of rooms;
 /// every card carries the node's position as data-node.
-NodeCards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZones* zones,
-                    Painting painting) {
+Cards nodeCards(const MapSummary& summary, const MapPage& page, const NodeZones* zones, Painting painting) {
   std::vector<std::size_t> order(summary.nodes.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&summary](std::size_t a, std::size_t b) {
     return summary.nodes[a].node->frames > summary.nodes[b].node->frames;
   });
-  NodeCards result;
+  Cards result;
   result.carded = std::min(page.cards, order.size());
+  result.listed = order.size() - result.carded;
   std::vector<char> large(order.size(), 0);
   std::vector<const std::vector<std::size_t>*> withCards;
   for (std::size_t i = 0; i < result.carded; ++i) {
@@ -336,24 +329,14 @@ std::string renderMapPage(const MapPage& page) {
     body.element("p", {{"class", "note"}}, "This map has no nodes yet.");
   } else {
     addExplorer(body, page, summary, zones);
-    const NodeCards cards = nodeCards(summary, page, zones, paintingOf(page, summary));
-    body.open("section", {{"id", "places"}}).element("h2", "Places");
-    std::string limits;
-    if (cards.carded < summary.nodes.size())
+    const Cards cards = nodeCards(summary, page, zones, paintingOf(page, summary));
+    std::string limits, search;
+    if (cards.listed > 0)
       limits = fmt::format("Images and word clouds are shown for the {} largest of {} nodes. ", cards.carded,
                            summary.nodes.size());
-    if (cards.withheld > 0)
-      limits += counted(cards.withheld, "image") + " left out to keep this page small. ";
     if (threshold > 0.0005)
-      limits += fmt::format("The search leaves out probabilities below {}.", significant(threshold));
-    if (!limits.empty()) body.element("p", {{"class", "note"}}, limits);
-    body.open("div", {{"class", "cards"}}).add(cards.cards).close();
-    if (!cards.rows.empty()) {
-      body.open("details", {{"id", "smaller"}});
-      body.element("summary", "The " + counted(summary.nodes.size() - cards.carded, "smaller node"));
-      body.add(cards.rows).close();
-    }
-    body.close();
+      search = fmt::format("The search leaves out probabilities below {}.", significant(threshold));
+    body.add(placesSection("Places", limits, cards, search, "The " + counted(cards.listed, "smaller node")));
   }
   if (!page.map.decisions.empty()) {
     body.open("section", {{"id", "decisions"}}).element("h2", "Decisions over time");

@@ -35,6 +35,20 @@ Markup measuresSection(const std::vector<Measure>& measures) {
   return section.close().close().close();
 }
 
+Markup placesSection(const std::string& heading, const std::string& before, const Cards& cards,
+                     const std::string& after, const std::string& smaller) {
+  Markup section;
+  section.open("section", {{"id", "places"}}).element("h2", heading);
+  std::string note = before;
+  if (cards.withheld > 0) note += counted(cards.withheld, "image") + " left out to keep this page small. ";
+  note += after;
+  if (!note.empty()) section.element("p", {{"class", "note"}}, note);
+  section.open("div", {{"class", "cards"}}).add(cards.cards).close();
+  if (!cards.rows.empty())
+    section.open("details", {{"id", "smaller"}}).element("summary", smaller).add(cards.rows).close();
+  return section.close();
+}
+
 std::string abbreviate(const std::string& text) {
   std::string out;
   for (std::size_t i = 0; i < text.size();) {

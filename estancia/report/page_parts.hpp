@@ -23,6 +23,19 @@ Markup pageHeader(const std::string& title, const std::vector<std::pair<std::siz
 /// A <section>; empty without measures.
 Markup measuresSection(const std::vector<Measure>& measures);
 
+/// The cards of a page: of nodes, or of zones.
+struct Cards {
+  Markup cards;                        ///< <article>s of the largest
+  Markup rows;                         ///< shorter <article>s of others; empty when there are none
+  std::size_t carded = 0, listed = 0;  ///< how many have a card, how many a row
+  std::size_t withheld = 0;            ///< images left out because PageImages::bytes were used up
+};
+
+/// The <section> "places": a note (`before`, what is withheld, `after`), the cards, and the rows folded away
+/// under `smaller`.
+Markup placesSection(const std::string& heading, const std::string& before, const Cards& cards,
+                     const std::string& after, const std::string& smaller);
+
 /// Digests are for machines: a run of more than 16 hex digits keeps its first 12. At most 120 characters.
 std::string abbreviate(const std::string& text);
 

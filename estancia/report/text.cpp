@@ -5,31 +5,10 @@
 #include <array>
 #include <cmath>
 
+#include "estancia/core/utf8.hpp"
+
 namespace estancia::report {
 namespace {
-
-constexpr char32_t replacement = 0xFFFD;
-
-/// Takes one code point off the front; U+FFFD, and one byte, where there is no valid one (RFC 3629).
-char32_t takeCodePoint(std::string_view& text) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char lead = byte(0);
-  const std::size_t length = lead < 0x80             ? 1
-                             : (lead & 0xE0) == 0xC0 ? 2
-                             : (lead & 0xF0) == 0xE0 ? 3
-                             : (lead & 0xF8) == 0xF0 ? 4
-                                                     : 0;
-  constexpr std::array<char32_t, 5> smallest{0, 0, 0x80, 0x800, 0x10000};
-  char32_t code = length == 1 ? lead : lead & (0x7F >> length);
-  bool valid = length > 0 && length <= text.size();
-  for (std::size_t i = 1; valid && i < length; ++i) {
-    valid = (byte(i) & 0xC0) == 0x80;
-    code = code << 6 | (byte(i) & 0x3F);
-  }
-  valid = valid && code >= smallest[length] && code <= 0x10FFFF && (code < 0xD800 || code > 0xDFFF);
-  text.remove_prefix(valid ? length : 1);
-  return valid ? code : replacement;
-}
 
 bool isControl(char32_t code) {
   return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x2028 || code == 0x2029;
@@ -50,10 +29,10 @@ std::string cleanText(std::string_view text) {
   clean.reserve(text.size());
   while (!text.empty()) {
     const std::string_view before = text;
-    const char32_t code = takeCodePoint(text);
-    if (code == replacement)
+    const auto code = takeCodePoint(text);
+    if (!code)
       clean += "\uFFFD";
-    else if (isControl(code))
+    else if (isControl(*code))
       clean += ' ';
     else
       clean += before.substr(0, before.size() - text.size());
@@ -81,7 +60,7 @@ std::string firstSynonym(std::string_view label) {
 double textWidth(std::string_view text) {
   double width = 0;
   while (!text.empty()) {
-    const char32_t code = takeCodePoint(text);
+    const char32_t code = takeCodePoint(text).value_or(0xFFFD);
     if (code >= 0x20 && code <= 0x7E)
       width += advances[code - 0x20] / 1000.0;
     else

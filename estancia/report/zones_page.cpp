@@ -67,13 +67,6 @@ Markup zoneLegend(const ZonesSummary& summary) {
   return legend;
 }
 
-struct ZoneCards {
-  Markup cards;                        ///< <article>s of the largest zones
-  Markup rows;                         ///< shorter <article>s of the next ones; empty when there are none
-  std::size_t carded = 0, listed = 0;  ///< how many have a card, how many a row
-  std::size_t withheld = 0;            ///< images left out because their room was used up
-};
-
 constexpr std::size_t mostRows = 500;
 
 /// "kitchen 34, corridor 2, …": the rooms a zone's images are in, "" where none is known.
@@ -130,8 +123,8 @@ void addRow(Markup& out, const ZonesSummary& summary, const ZoneSummary& entry) 
   out.close();
 }
 
-ZoneCards zoneCards(const ZonesSummary& summary, const PageImages& images, std::size_t cards) {
-  ZoneCards result;
+Cards zoneCards(const ZonesSummary& summary, const PageImages& images, std::size_t cards) {
+  Cards result;
   result.carded = std::min(cards, summary.list.size());
   result.listed = std::min(mostRows, summary.list.size() - result.carded);
   std::vector<const std::vector<std::size_t>*> withCards;
@@ -219,20 +212,15 @@ void addRooms(Markup& body, const ZonesSummary& summary) {
   body.close();
 }
 
-void addCards(Markup& body, const ZonesPage& page, const ZonesSummary& summary) {
-  const ZoneCards cards = zoneCards(summary, page.images, page.cards);
-  body.open("section", {{"id", "places"}}).element("h2", "Zone by zone");
-  std::string limits =
-      "Bars are the mean probability of a word over the zone's images, ± its standard deviation. ";
-  if (cards.withheld > 0) limits += counted(cards.withheld, "image") + " left out to keep this page small. ";
+Markup cardsOf(const ZonesPage& page, const ZonesSummary& summary) {
+  const Cards cards = zoneCards(summary, page.images, page.cards);
+  std::string unlisted;
   if (const std::size_t told = cards.carded + cards.listed; told < summary.list.size())
-    limits += counted(summary.list.size() - told, "zone") + " of the smallest are not listed.";
-  body.element("p", {{"class", "note"}}, limits).open("div", {{"class", "cards"}}).add(cards.cards).close();
-  if (!cards.rows.empty()) {
-    body.open("details", {{"id", "smaller"}});
-    body.element("summary", counted(cards.listed, "smaller zone")).add(cards.rows).close();
-  }
-  body.close();
+    unlisted = counted(summary.list.size() - told, "zone") + " of the smallest are not listed.";
+  return placesSection(
+      "Zone by zone",
+      "Bars are the mean probability of a word over the zone's images, ± its standard deviation. ", cards,
+      unlisted, counted(cards.listed, "smaller zone"));
 }
 
 }  // namespace
@@ -247,7 +235,7 @@ std::string renderZonesPage(const ZonesPage& page) {
   } else {
     addExplorer(body, page, summary);
     addRooms(body, summary);
-    addCards(body, page, summary);
+    body.add(cardsOf(page, summary));
   }
   body.add(measuresSection(page.measures)).close();
   return htmlDocument(page.title, mapPageCss + tablesCss + zonesPageCss, body, "", zonesPageScript);
