@@ -14,7 +14,6 @@
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
 #include "estancia/io/path_option.hpp"
-#include "estancia/io/side_files.hpp"
 #include "estancia/io/trajectory.hpp"
 
 namespace estancia {

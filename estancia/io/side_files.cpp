@@ -1,4 +1,4 @@
-#include "estancia/io/side_files.hpp"
+#include "estancia/io/formats.hpp"
 
 #include <fmt/format.h>
 

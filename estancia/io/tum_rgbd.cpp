@@ -8,7 +8,6 @@
 #include "estancia/io/depth_file.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/io/formats.hpp"
-#include "estancia/io/side_files.hpp"
 
 namespace estancia::io {
 namespace fs = std::filesystem;

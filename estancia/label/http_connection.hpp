@@ -1,13 +1,17 @@
 // HTTP connection: POST requests to one web service, with timeouts that no server can stretch.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
+
+#include "estancia/fetch/curl_request.hpp"
 
 namespace estancia {
 
@@ -45,20 +49,36 @@ struct HttpReply {
 
 /// Requests to one endpoint, one after the other, over one connection that is kept open between them. Uses no
 /// proxy, follows no redirect, and checks certificate and host name of https. Not thread-safe.
-class HttpConnection {
+class HttpConnection final : private CurlRequest {
  public:
   explicit HttpConnection(HttpEndpoint endpoint);
-  ~HttpConnection();
-  HttpConnection(const HttpConnection&) = delete;
-  HttpConnection& operator=(const HttpConnection&) = delete;
 
   /// Never throws for what the service does. Throws Interrupted within about a second of the user's wish to
   /// stop.
   HttpReply post(const std::string& body);
 
  private:
-  class Implementation;
-  std::unique_ptr<Implementation> implementation_;
+  /// What is known of the answer under way.
+  struct Answer {
+    std::string body;
+    std::size_t headerBytes = 0;
+    bool connected = false;  // TLS included
+    bool tooLong = false;
+    curl_off_t sent = 0, received = 0;               // bytes at the last look
+    std::chrono::steady_clock::time_point lastByte;  // once connected
+  };
+
+  bool onConnected() override;
+  bool onHeader(std::string_view line) override;
+  bool onBody(std::string_view bytes) override;
+  bool onProgress(curl_off_t received, curl_off_t sent) override;
+  void explain(CURLcode code, HttpReply& reply) const;
+  std::chrono::milliseconds connectTimeout() const {
+    return std::min(endpoint_.connectTimeout, endpoint_.timeout);
+  }
+
+  const HttpEndpoint endpoint_;
+  Answer answer_;
 };
 
 }  // namespace estancia

@@ -1,5 +1,4 @@
-#include "estancia/label/human_labeler.hpp"
-
+// Human labeler: images labeled by hand, in a CSV file; declared in recorded_labeler.hpp.
 #include <fmt/format.h>
 
 #include <algorithm>

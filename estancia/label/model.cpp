@@ -22,14 +22,11 @@
 #include "estancia/core/options.hpp"
 #include "estancia/core/plus_names.hpp"
 #include "estancia/label/black_box.hpp"
+#include "estancia/label/engines.hpp"
 #include "estancia/label/ensemble.hpp"
-#include "estancia/label/human_labeler.hpp"
 #include "estancia/label/model_files.hpp"
 #include "estancia/label/network_labeler.hpp"
-#include "estancia/label/onnx_file.hpp"
-#include "estancia/label/onnxruntime_engine.hpp"
 #include "estancia/label/onnxruntime_library.hpp"
-#include "estancia/label/opencv_engine.hpp"
 #include "estancia/label/recorded_labeler.hpp"
 
 namespace estancia {

@@ -35,4 +35,13 @@ std::filesystem::path modelFile(const ModelSpec& spec, const std::filesystem::pa
 /// spec.sha256 says.
 std::string modelDigest(const ModelSpec& spec, const std::string& settings = "");
 
+/// Whether the network's file is ONNX, which every engine opens; Caffe and TensorFlow files are OpenCV's
+/// alone.
+bool isOnnx(const ModelSpec& spec);
+
+/// The serialized ONNX model of spec.file. An input of any size is fixed to that of the preprocessing (a
+/// width of 0 leaves it as it is). Throws Error when the file is missing, damaged, made for another input, or
+/// keeps weights in other files, which engines would look for in the process's working folder.
+std::string readOnnx(const ModelSpec& spec);
+
 }  // namespace estancia

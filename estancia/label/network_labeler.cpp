@@ -8,7 +8,6 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/label/model_files.hpp"
-#include "estancia/label/preprocess.hpp"
 #include "estancia/label/scores.hpp"
 
 namespace estancia {

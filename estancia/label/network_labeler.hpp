@@ -1,14 +1,15 @@
 // Network labeler: what the engines that run networks share.
 #pragma once
 
+#include <opencv2/core/mat.hpp>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "estancia/label/clip.hpp"
 #include "estancia/label/labeler.hpp"
 #include "estancia/label/model_spec.hpp"
+#include "estancia/label/scores.hpp"
 
 namespace estancia {
 
@@ -44,5 +45,9 @@ class NetworkLabeler : public Labeler {
   std::string identity_, engine_;
   std::optional<TextEmbeddings> texts_;
 };
+
+/// The image as float32 blob 1×3×height×width. Takes 1 (gray), 3 (BGR) or 4 (BGRA; alpha is dropped) channels
+/// of 8 or 16 bits, any size. Throws Error on anything else.
+cv::Mat preprocess(const cv::Mat& image, const Preprocessing& how);
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-#include "estancia/label/onnx_file.hpp"
+#include "estancia/label/model_files.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -14,7 +14,6 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
-#include "estancia/label/model_files.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;

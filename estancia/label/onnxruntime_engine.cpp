@@ -1,4 +1,4 @@
-#include "estancia/label/onnxruntime_engine.hpp"
+#include "estancia/label/engines.hpp"
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
@@ -20,7 +20,6 @@
 #include "estancia/core/cores.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/label/network_labeler.hpp"
-#include "estancia/label/onnx_file.hpp"
 
 namespace estancia {
 namespace {

@@ -1,4 +1,4 @@
-#include "estancia/label/opencv_engine.hpp"
+#include "estancia/label/engines.hpp"
 
 #include <dlfcn.h>
 #include <fmt/format.h>
@@ -14,7 +14,6 @@
 #include "estancia/core/fail.hpp"
 #include "estancia/label/model_files.hpp"
 #include "estancia/label/network_labeler.hpp"
-#include "estancia/label/onnx_file.hpp"
 
 namespace estancia {
 namespace fs = std::filesystem;

@@ -1,4 +1,4 @@
-#include "estancia/label/preprocess.hpp"
+#include "estancia/label/network_labeler.hpp"
 
 #include <algorithm>
 #include <cmath>

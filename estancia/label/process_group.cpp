@@ -1,5 +1,5 @@
-#include "estancia/label/process_group.hpp"
-
+// Process group: child processes that are killed when their owner ends, however it ends; declared in
+// line_process.hpp.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
@@ -15,6 +15,7 @@
 
 #include "estancia/core/fail.hpp"
 #include "estancia/core/no_sigpipe.hpp"
+#include "estancia/label/line_process.hpp"
 
 namespace estancia {
 namespace {

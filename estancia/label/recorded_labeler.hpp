@@ -1,11 +1,14 @@
-// Recorded labeler: labels known already, from a recording, found by the name of the frame.
+// Recorded labeler: labels known already, from a recording or from people, found by the name of the frame.
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_map>
 
+#include "estancia/core/vocabulary.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/label/labeler.hpp"
 #include "estancia/label/model_spec.hpp"
@@ -36,5 +39,18 @@ class RecordedLabeler : public Labeler {
 /// Type "recorded": `file` is the recording, `labels` and `frames` what may lie beside it
 /// (DescriptorFileOptions). Throws Error as readDescriptors() does.
 std::unique_ptr<Labeler> openRecorded(const ModelSpec& spec);
+
+/// Reads `image,label` or `image,label;label2;…` (the labels of an image share its probability), or
+/// `image,label,confidence`, with or without such a header; an image may have several lines. The vocabulary
+/// is `given`, or the labels in the file, sorted. What people leave unsaid is not impossible, and a hard zero
+/// outweighs everything else in the distances of log-ratios; so a descriptor is
+///     certainty · (labels of the person) + (1 − certainty) / L,
+/// the label smoothing of Szegedy et al. 2016 (section 7) with ε = 1 − certainty, in [0, 1]. Throws Error
+/// `FILE:LINE: …`, also on labels that are not in `given`.
+DescriptorSequence readHumanLabels(const std::filesystem::path& file,
+                                   const std::optional<Vocabulary>& given = {}, double certainty = 0.95);
+
+/// Type "human": `file`, `labels`, `certainty`. Throws Error as readHumanLabels() does.
+std::unique_ptr<Labeler> openHuman(const ModelSpec& spec);
 
 }  // namespace estancia

@@ -1,4 +1,4 @@
-#include "estancia/report/dendrogram_figure.hpp"
+#include "estancia/report/zone_figures.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "estancia/report/heat_map.hpp"
+#include "estancia/report/map_figure.hpp"
 
 #include <fmt/format.h>
 

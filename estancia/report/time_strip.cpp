@@ -1,4 +1,4 @@
-#include "estancia/report/time_strip.hpp"
+#include "estancia/report/zone_figures.hpp"
 
 #include <fmt/format.h>
 

@@ -8,8 +8,6 @@
 #include <optional>
 
 #include "estancia/core/output_file.hpp"
-#include "estancia/report/count_table.hpp"
-#include "estancia/report/dendrogram_figure.hpp"
 #include "estancia/report/driven_path.hpp"
 #include "estancia/report/html.hpp"
 #include "estancia/report/image_grid.hpp"
@@ -18,8 +16,7 @@
 #include "estancia/report/page_parts.hpp"
 #include "estancia/report/plane.hpp"
 #include "estancia/report/symbols.hpp"
-#include "estancia/report/time_strip.hpp"
-#include "estancia/report/zone_figure.hpp"
+#include "estancia/report/zone_figures.hpp"
 #include "estancia/report/zone_summary.hpp"
 
 namespace estancia {

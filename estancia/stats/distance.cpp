@@ -150,20 +150,27 @@ Distance plain(const char* name, Embedding embedding, Comparison comparison, dou
   return {name, embedding, comparison, false, false, {}, tauJoin, explanation};
 }
 
+/// Labels are standardized by the run.
+Distance standardized(Distance distance) {
+  distance.standardized = true;
+  return distance;
+}
+
+/// Labels are weighted by their deviation within the node.
+Distance weighted(Distance distance) {
+  distance.sigmaWeighted = true;
+  return distance;
+}
+
 }  // namespace
 
 const std::vector<Distance>& baseDistances() {
   using enum Embedding;
   using enum Comparison;
   static const std::vector<Distance> all = {
-      {"standardized-clr",
-       centeredLogRatio,
-       cosine,
-       true,
-       false,
-       {},
-       0.5,
-       "cosine of log-ratios, each label centered and scaled by the run's own mean and deviation"},
+      standardized(
+          plain("standardized-clr", centeredLogRatio, cosine, 0.5,
+                "cosine of log-ratios, each label centered and scaled by the run's own mean and deviation")),
       plain("clr-cosine", centeredLogRatio, cosine, 0.3,
             "cosine of centered log-ratios (Aitchison's geometry)"),
       plain("clr-euclidean", centeredLogRatio, euclidean, 40,
@@ -182,22 +189,10 @@ const std::vector<Distance>& baseDistances() {
       plain("ks", identity, chebyshev, 0.4, "the thesis' Eq. 5.1: the largest difference of any label"),
       plain("cumulative-ks", cumulative, chebyshev, 0.3,
             "Kolmogorov–Smirnov: the largest difference of probabilities summed up in the labels' order"),
-      {"weighted",
-       identity,
-       meanSquare,
-       false,
-       true,
-       {},
-       1e-4,
-       "the thesis' Eq. 4.5: mean of squared differences, weights 1 − 2σ"},
-      {"weighted-root",
-       identity,
-       rootMeanSquare,
-       false,
-       true,
-       {},
-       0.01,
-       "the root of Eq. 4.5, as the thesis' program computed it"},
+      weighted(plain("weighted", identity, meanSquare, 1e-4,
+                     "the thesis' Eq. 4.5: mean of squared differences, weights 1 − 2σ")),
+      weighted(plain("weighted-root", identity, rootMeanSquare, 0.01,
+                     "the root of Eq. 4.5, as the thesis' program computed it")),
   };
   return all;
 }

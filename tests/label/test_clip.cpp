@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "estancia/io/npy.hpp"
-#include "estancia/label/clip.hpp"
 #include "estancia/label/model.hpp"
+#include "estancia/label/scores.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 

@@ -8,9 +8,8 @@
 #include <numeric>
 
 #include "estancia/core/digest.hpp"
+#include "estancia/label/engines.hpp"
 #include "estancia/label/model.hpp"
-#include "estancia/label/onnxruntime_engine.hpp"
-#include "estancia/label/opencv_engine.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 

@@ -6,8 +6,8 @@
 #include <opencv2/core/utility.hpp>
 #include <ostream>
 
+#include "estancia/label/engines.hpp"
 #include "estancia/label/model.hpp"
-#include "estancia/label/opencv_engine.hpp"
 #include "support/model_support.hpp"
 
 namespace estancia {

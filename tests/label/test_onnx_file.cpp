@@ -1,5 +1,5 @@
 // ONNX files as they are handed to the engines, beside what protobuf itself makes of them.
-#include "estancia/label/onnx_file.hpp"
+#include "estancia/label/model_files.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

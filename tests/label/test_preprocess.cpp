@@ -3,7 +3,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "estancia/label/preprocess.hpp"
+#include "estancia/label/network_labeler.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 

@@ -5,7 +5,6 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/report/decision_chart.hpp"
-#include "estancia/report/heat_map.hpp"
 #include "estancia/report/map_figure.hpp"
 #include "estancia/report/word_cloud.hpp"
 #include "sample_map.hpp"

@@ -7,11 +7,8 @@
 #include <regex>
 #include <set>
 
-#include "estancia/report/count_table.hpp"
-#include "estancia/report/dendrogram_figure.hpp"
 #include "estancia/report/plane.hpp"
-#include "estancia/report/time_strip.hpp"
-#include "estancia/report/zone_figure.hpp"
+#include "estancia/report/zone_figures.hpp"
 #include "sample_zones.hpp"
 #include "support/html_checks.hpp"
 

@@ -1,4 +1,4 @@
-// ONNX Runtime engine: runs ONNX networks on the CPU, two to four times as fast as OpenCV.
+// Network engines: OpenCV, and ONNX Runtime, which runs ONNX networks two to four times as fast; on the CPU.
 #pragma once
 
 #include <memory>
@@ -9,6 +9,14 @@
 
 namespace estancia {
 
+/// Opens the network of `spec` (ONNX, Caffe, TensorFlow) and labels one gray image with it,
+/// so that what does not fit shows at once. OpenCV gets `threads` threads (cv::setNumThreads, of the whole
+/// process), 0 gives it as many as there are free cores: another number changes no more than the last bits
+/// (10⁻⁶), the same number nothing. Throws Error on missing or damaged files, wrong digests, unsupported
+/// operators (named), an input of another size, and outputs that are not as many as labels, not finite or not
+/// probabilities.
+std::unique_ptr<Labeler> openWithOpencv(const ModelSpec& spec, int threads = 0);
+
 /// Opens the network of `spec` (ONNX) and labels one gray image with it, so that what does
 /// not fit shows at once. `threads` = 0 takes as many as there are free cores, but one for a network of less
 /// than a millisecond, beside which decoding the images takes the other cores. One image is shared between
@@ -17,7 +25,8 @@ namespace estancia {
 /// that openWithOpencv() refuses.
 std::unique_ptr<Labeler> openWithOnnxruntime(const ModelSpec& spec, int threads = 0);
 
-/// Its name and version, which a cache tells answers apart by.
+/// Their names and versions, by which a cache tells answers apart.
+std::string opencvVersion();
 std::string onnxruntimeVersion();
 
 }  // namespace estancia
