@@ -171,7 +171,7 @@ def main(folder):
     cloud = (rays * z[:, None])[hit]
     write_pcd(folder / "clutter.pcd", cloud, color[hit])
     write_pcd(folder / "noisy.pcd", cloud + rng.normal(0, .01, cloud.shape), color[hit])
-    for name in ("bottle", "teapot", "carton"):
+    for name in ("bottle", "teapot"):
         single = [(name, 0, 0, 0, 1)]
         whole = []
         for k in range(14):
