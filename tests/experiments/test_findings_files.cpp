@@ -47,7 +47,7 @@ TEST(FindingsFiles, OfWhatIsNotThereAreNotWritten) {
   for (const char* ending : {".md", ".csv", ".tex", ".svg"})
     EXPECT_FALSE(std::filesystem::exists(scratch / (std::string("empty") + ending))) << ending;
   EXPECT_THAT([&] { writeFindingsFiles(scratch / "nowhere/empty", findings); },
-              FailsWith(ErrorCode::fileNotFound, "nowhere"));
+              FailsWith(ErrorCode::fileUnwritable, "nowhere"));
 }
 
 }  // namespace

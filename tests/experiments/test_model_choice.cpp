@@ -168,7 +168,8 @@ TEST_F(ModelChoice, PathsKnowVariablesAndAreRelativeToTheFile) {
   EXPECT_EQ(problem(head + "path = \"./again/../drive\"\nposes = \"again/poses.txt\"\n").code, std::nullopt);
   EXPECT_THAT(problem(head + "path = \"${ESTANCIA_NO_SUCH}/drive\"\n"),
               FailsWith(ErrorCode::malformedFile, "choice.toml:5", "`path`"));
-  EXPECT_THAT(problem(head + "path = \"${HOME\"\n"), FailsWith(ErrorCode::malformedFile, "${HOME"));
+  EXPECT_THAT(problem(head + "path = \"${HOME\"\n"),
+              FailsWith(ErrorCode::malformedFile, "choice.toml:5", "${"));
   EXPECT_THAT(problem(head + "path = \"\"\n"), FailsWith(ErrorCode::malformedFile, "`path`"));
 }
 

@@ -11,7 +11,6 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
-#include "experiments/golden_findings.hpp"
 #include "experiments/src/objects/object_segmentation_findings.hpp"
 #include "experiments/src/objects/object_segmentation_score.hpp"
 #include "experiments/src/runner/experiment.hpp"
@@ -196,7 +195,7 @@ TEST_F(ObjectSegmentation, HasARowAScene) {
     EXPECT_EQ(cells[8], "1") << "so is the board";
     EXPECT_EQ(cells[9], "2");
   }
-  test::expectGolden("object-segmentation-scenes", findings);
+  EXPECT_TRUE(findings.summary.starts_with("6 of 6 ")) << findings.summary;
   const auto& table = std::get<ResultTable>(findings.sections.at(0));
   ASSERT_EQ(table.rows.size(), 3U);
   EXPECT_EQ(table.rows[1].name, "second");

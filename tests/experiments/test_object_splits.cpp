@@ -263,14 +263,15 @@ TEST_F(ObjectSplits, SayWhatIsWrongWithTheConfiguration) {
               FailsWith(ErrorCode::malformedFile, "splits.toml:2", "`namings`"));
   EXPECT_THAT(problem("label_noises = [1.5]\n" + things_),
               FailsWith(ErrorCode::malformedFile, "splits.toml:2", "`label_noises`"));
-  EXPECT_THAT(problem(things_ + "split = \"halves\"\n"),
-              FailsWith(ErrorCode::malformedFile, "`split`", "\"instances\""));
+  EXPECT_THAT(
+      problem(things_ + "split = \"halves\"\n"),
+      FailsWith(ErrorCode::malformedFile, "splits.toml:6", "\"halves\"", "instances, views, official"));
   EXPECT_THAT(problem(things_ + "model = \"no-such-model\"\n"),
               FailsWith(ErrorCode::unknownName, "no-such-model"));
-  EXPECT_THAT(problem(few_ + things_ +
-                      "names = \"true\"\noptional = true\n[[data]]\nname = \"x\"\nviews = "
-                      "\"nowhere\"\nnames = \"true\"\noptional = true\n"),
-              "");
+  EXPECT_FALSE(problem(few_ + things_ +
+                       "names = \"true\"\noptional = true\n[[data]]\nname = \"x\"\nviews = "
+                       "\"nowhere\"\nnames = \"true\"\noptional = true\n")
+                   .code);
   EXPECT_THAT(problem("[[data]]\nname = \"x\"\nviews = \"nowhere\"\nnames = \"true\"\noptional = true\n"),
               FailsWith(ErrorCode::insufficientData, "[[data]]"));
 }
@@ -288,7 +289,8 @@ TEST_F(ObjectSplits, SayWhatIsWrongWithTheData) {
   study("[classes.ball]\n[classes.box]\n[classes.rod]\n");
 
   writeFile(scratch_ / "words.csv", "image,ball,box,rod\nsomewhere_else,1,0,0\n");
-  EXPECT_THAT(problem(few_ + things_ + study_ + machine_), FailsWith(ErrorCode::mismatch, "things: "))
+  EXPECT_THAT(problem(few_ + things_ + study_ + machine_),
+              FailsWith(ErrorCode::labelerFailure, "things: ", "\"somewhere_else\""))
       << "labels of other views";
   std::string silent = "image,ball,box,rod,cat\n";
   for (const ObjectSample& sample : samples_) silent += sample.view.name + ",0,0,0,1\n";

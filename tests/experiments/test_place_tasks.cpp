@@ -97,7 +97,7 @@ TEST_F(PlaceTasks, SayWhatIsWrongAndWhere) {
               FailsWith(ErrorCode::malformedFile, "`again`"));
   EXPECT_THAT(problem(drive_ + "truht = \"x\"\n"), FailsWith(ErrorCode::malformedFile, "`truht`"));
   EXPECT_THAT(problem("[[rooms]]\nname = \"x\"\npath = \"drive\"\ntable = \"table.csv\"\n"),
-              FailsWith(ErrorCode::malformedFile, "table.csv:1", "`image`"));
+              FailsWith(ErrorCode::malformedFile, "table.csv:1", "\"image\""));
   EXPECT_THAT(problem(rooms_ + "train = \"practice\"\n"),
               FailsWith(ErrorCode::insufficientData, "table.csv", "0 images"));
   writeFile(scratch_ / "table.csv", "number,kind,half\n0,color0\n");

@@ -108,13 +108,13 @@ TEST_F(RecognitionStagesTest, WhySearchesFailedIsTold) {
 
 TEST_F(RecognitionStagesTest, WhatCannotBeReadIsAnError) {
   writeFile(scratch / "scene.pcd", "no cloud");
-  EXPECT_THAT([&] { recognize(); }, FailsWith(ErrorCode::fileNotFound, "scene.pcd"));
+  EXPECT_THAT([&] { recognize(); }, FailsWith(ErrorCode::malformedFile, "scene.pcd"));
   options.symmetries = {{"cup", {0, 0, 1}, std::nullopt, 2}};
   EXPECT_THAT([&] { recognize(); }, FailsWith(ErrorCode::unknownName, "cup"));
   writeFile(scratch / "model.pcd",
             "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\n"
             "DATA ascii\nnan nan nan\n");
-  EXPECT_THAT([&] { recognize(); }, FailsWith(ErrorCode::insufficientData, "model.pcd"));
+  EXPECT_THAT([&] { recognize(); }, FailsWith(ErrorCode::invalidInput, "model.pcd"));
 }
 
 TEST_F(RecognitionStagesTest, InputsTellWhatResultsDependOn) {

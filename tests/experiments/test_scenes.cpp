@@ -293,7 +293,10 @@ TEST_F(Scenes, TellTheBestWithItsConfusions) {
   const auto startWith = [&](const std::string& start) {
     return std::ranges::count_if(titles, [&](const auto& title) { return title.starts_with(start); });
   };
-  EXPECT_EQ(startWith("study: accuracy, "), 2) << "of different sequences and of the same";
+  for (const char* best : {"sharp/", "blind+phog/", " phog/"})
+    EXPECT_NE(findings.summary.find(best), std::string::npos) << findings.summary;
+  EXPECT_GE(startWith("study: accuracy, different sequences"), 1);
+  EXPECT_GE(startWith("study: accuracy, the same sequence"), 1);
   EXPECT_EQ(startWith("study: balanced accuracy"), 1);
   EXPECT_EQ(startWith("study: rooms taken for others by sharp/"), 1);
   EXPECT_EQ(startWith("study: rooms taken for others by blind+phog/"), 1);
@@ -375,8 +378,8 @@ TEST_F(Scenes, DataThatCannotBeLearnedFromIsRefused) {
               FailsWith(ErrorCode::insufficientData, "\"exam\""));
   fs::create_directories(scratch_ / "empty");
   EXPECT_THAT(problem(sharp + "[[data]]\nname = \"x\"\npath = \"empty\"\n"),
-              FailsWith(ErrorCode::malformedFile, "index.csv"));
-  EXPECT_THAT(problem(sharp + pair_ + pair_), FailsWith(ErrorCode::malformedFile, "name"));
+              FailsWith(ErrorCode::unsupportedFile, "empty"));
+  EXPECT_THAT(problem(sharp + pair_ + pair_), FailsWith(ErrorCode::invalidInput, "one, one", "study.toml"));
   EXPECT_THAT(problem(sharp + "[[data]]\nname = \"x\"\npath = \"nowhere\"\noptional = true\n"),
               FailsWith(ErrorCode::insufficientData, "[[data]]"));
   std::string rooms = "image,room\n0000.png,cellar\n";

@@ -231,7 +231,7 @@ TEST_F(ZoneTables, WrongDataIsRefused) {
   EXPECT_THAT(problem(few_ + table_ + "class_column = \"klass\"\n"),
               FailsWith(ErrorCode::malformedFile, "table.csv:1", "\"klass\""));
   EXPECT_THAT(problem(few_ + table_ + "class_column = \"half\"\n"),
-              FailsWith(ErrorCode::invalidInput, "\"warm\"", "\"cold\""));
+              FailsWith(ErrorCode::mismatch, "\"warm\"", "\"cold\""));
   EXPECT_THAT(problem(few_ + data_ + "only = [\"attic\"]\n"),
               FailsWith(ErrorCode::insufficientData, "`only`"));
   EXPECT_THAT(problem(few_ + data_ + data_), FailsWith(ErrorCode::invalidInput, "four"));

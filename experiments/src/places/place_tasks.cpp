@@ -23,6 +23,7 @@
 #include "experiments/src/findings/pivot.hpp"
 #include "experiments/src/places/posed_descriptors.hpp"
 #include "experiments/src/places/room_table.hpp"
+#include "experiments/src/runner/config_lists.hpp"
 
 namespace estancia::experiments {
 namespace fs = std::filesystem;
