@@ -30,7 +30,7 @@ const cv::Affine3d kBodyFromOptical(cv::Matx33d(0, 0, 1, -1, 0, 0, 0, -1, 0)),
     kOpenGl(cv::Matx33d(1, 0, 0, 0, -1, 0, 0, 0, -1));
 
 CheckReport checked(const Sequence& sequence, std::size_t frames = 20) {
-  return checkSequence(sequence, {.frames = frames});
+  return checkSequence(sequence, {.maxFrames = frames});
 }
 
 /// The names of all that is not fine. Each must say how it is known and what to do.

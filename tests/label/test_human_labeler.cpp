@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estancia/label/human_labeler.hpp"
+#include "estancia/label/recorded_labeler.hpp"
 #include "estancia/label/model.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
