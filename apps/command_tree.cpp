@@ -210,7 +210,7 @@ std::string commandReference(const CLI::App& app) {
       "Ctrl-C.\n";
   for (const auto& [name, command] : commandsOf(app)) {
     text +=
-        fmt::format("\n## {}\n\n{}.\n\n    {}\n", name, command->get_description(), usageOf(name, *command));
+        fmt::format("\n## {}\n\n{}\n\n    {}\n", name, command->get_description(), usageOf(name, *command));
     if (const auto inner = subcommandsOf(*command); !inner.empty()) {
       text += "\n";
       for (const CLI::App* one : inner)
@@ -223,7 +223,7 @@ std::string commandReference(const CLI::App& app) {
         if (option->get_name(false, true) == "-h,--help") continue;
         if (positional || option == optionsOf(*command, false).front()) text += "\n";
         text += fmt::format("* `{}`: {}\n", signatureOf(*option),
-                            replaced(option->get_description(), "\n", "\n  "));
+                            replaced(replaced(option->get_description(), "\n  ", "\n"), "\n", "\n  * "));
       }
     if (!command->get_footer().empty()) {
       const std::string examples = command->get_footer().substr(command->get_footer().find('\n') + 1);

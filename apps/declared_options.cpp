@@ -65,7 +65,7 @@ void setThreads(OptionGroup& group, const std::string& text) {
 
 std::string helpOf(const Option& option) {
   std::string help = option.help();
-  if (!option.unit().empty()) help += fmt::format(" [{}]", option.unit());
+  if (!option.unit().empty()) help.insert(help.size() - 1, fmt::format(" [{}]", option.unit()));
   for (const Choice& choice : option.choices())
     help +=
         fmt::format("\n  {}{}{}", choice.name, choice.explanation.empty() ? "" : ": ", choice.explanation);

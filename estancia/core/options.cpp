@@ -4,12 +4,20 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cctype>
 #include <cmath>
 
 #include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
+
+/// Help and reference print sentences, however they were declared.
+std::string sentence(std::string text) {
+  if (text.empty()) return text;
+  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text + (std::string_view(".:?!").find(text.back()) == std::string_view::npos ? "." : "");
+}
 
 template <class... Cases>
 struct Overloaded : Cases... {
@@ -61,7 +69,7 @@ Option& Option::choices(Choices choices) {
 }
 
 Option& Option::why(std::string why) {
-  why_ = std::move(why);
+  why_ = sentence(std::move(why));
   return *this;
 }
 
@@ -155,7 +163,7 @@ std::string Option::accepted() const {
   const std::string kind =
       std::string(optional ? "auto, or " : "") + (isInteger() ? "a whole number" : "a number");
   const std::string inUnit = unit_.empty() ? "" : " " + unit_;
-  if (std::isfinite(min_) && std::isfinite(max_))
+  if (std::isfinite(min_) && max_ < std::numeric_limits<double>::max())
     return open_ ? fmt::format("{} above {} and up to {}{}", kind, min_, max_, inUnit)
                  : fmt::format("{} from {} to {}{}", kind, min_, max_, inUnit);
   if (std::isfinite(min_))
@@ -164,7 +172,7 @@ std::string Option::accepted() const {
 }
 
 Option& OptionGroup::add(std::string name, Option::Value value, std::string help) {
-  return options_.emplace_back(std::move(name), std::move(value), std::move(help));
+  return options_.emplace_back(std::move(name), std::move(value), sentence(std::move(help)));
 }
 
 OptionGroup OptionGroup::named(std::string name) && {

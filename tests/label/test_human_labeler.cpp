@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "estancia/label/recorded_labeler.hpp"
 #include "estancia/label/model.hpp"
+#include "estancia/label/recorded_labeler.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 
