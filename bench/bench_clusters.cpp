@@ -23,9 +23,7 @@
 
 #include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/inverse_depth.hpp"
-#include "estancia/cloud/merge_containers.hpp"
-#include "estancia/cloud/merge_segments.hpp"
-#include "estancia/cloud/planes.hpp"
+#include "estancia/cloud/segmentation_stages.hpp"
 #include "estancia/cloud/segments.hpp"
 #include "estancia/io/depth_file.hpp"
 

@@ -9,12 +9,8 @@
 #include <optional>
 
 #include "estancia/cloud/inverse_depth.hpp"
-#include "estancia/cloud/merge_containers.hpp"
-#include "estancia/cloud/merge_segments.hpp"
 #include "estancia/cloud/plane_fit.hpp"
-#include "estancia/cloud/planes.hpp"
-#include "estancia/cloud/segments.hpp"
-#include "estancia/cloud/unorganized_clusters.hpp"
+#include "estancia/cloud/segmentation_stages.hpp"
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
@@ -167,7 +163,9 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
 
 OptionGroup declare(ClusterOptions& o) {
   OptionGroup group("clusters", "Segmentation of a depth image or cloud into objects");
-  group.add("min-plane-area", &o.minPlaneArea, "Area of the smallest plane that is removed")
+  group
+      .add("min-plane-area", &o.minPlaneArea,
+           "Area of the smallest plane that is removed, of which half may lie beyond the image's edge")
       .above(0)
       .unit("m²")
       .why("Lower it when tables and shelves smaller than this remain as clusters.");
@@ -181,10 +179,14 @@ OptionGroup declare(ClusterOptions& o) {
   group.add("contact-distance", &o.contactDistance, "Distance below which two segments are in contact")
       .above(0)
       .unit("m");
-  group.add("min-points", &o.minPoints, "Points of the smallest cluster, at a focal length of 525 pixels")
+  group
+      .add("min-points", &o.minPoints,
+           "Points of the smallest cluster: pixels at a focal length of 525, or points of an unorganized "
+           "cloud")
       .why("Lower it for small or distant objects.");
   group.add("seed", &o.seed, "Seed of the search for planes");
-  group.add("threads", &o.threads, "Threads; 0: one a usable core").range(0);
+  group.add("threads", &o.threads, "Threads; 0: one a usable core. The result does not depend on it")
+      .range(0);
   return group;
 }
 
@@ -228,6 +230,13 @@ PointCloud pointsOf(const PointCloud& cloud, const std::vector<std::uint32_t>& p
     if (!cloud.normals.empty()) part.normals.push_back(cloud.normals[i]);
   }
   return part;
+}
+
+PointCloud finitePoints(const PointCloud& cloud) {
+  std::vector<std::uint32_t> finite;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i)
+    if (isFinite(cloud.points[i])) finite.push_back(static_cast<std::uint32_t>(i));
+  return pointsOf(cloud, finite);
 }
 
 bool isFlat(const PointCloud& cloud) {

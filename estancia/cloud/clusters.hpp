@@ -16,21 +16,15 @@ namespace estancia {
 /// Lengths that depend on noise hold at 1 m from the camera and grow with the square of the distance, as the
 /// noise of depth cameras does.
 struct ClusterOptions {
-  /// A plane has one patch of at least this area [m²], of which half may lie beyond the image's edge.
   double minPlaneArea = 0.25;
-  /// Points closer than this to a plane belong to it [m at 1 m].
   double planeTolerance = 0.01;
-  /// A concave crease deeper than this separates two objects [m at 1 m].
   double creaseDepth = 0.0022;
-  /// Segments closer than this are in contact [m].
   double contactDistance = 0.02;
-  /// Points of the smallest cluster: pixels of an image with a focal length of 525, or points of a cloud
-  /// that is not organized.
   std::size_t minPoints = 400;
   std::uint64_t seed = 1;
-  /// 0: one a usable core. The result does not depend on it.
   int threads = 0;
 };
+/// Says what each option is, its unit and its range.
 OptionGroup declare(ClusterOptions& options);
 
 struct Plane {
@@ -78,6 +72,9 @@ Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options = {
 /// These points of the cloud with their colors and normals, not organized. Throws Error (invalidInput) on an
 /// index beyond the cloud.
 PointCloud pointsOf(const PointCloud& cloud, const std::vector<std::uint32_t>& points);
+
+/// The finite points of the cloud with their colors and normals, not organized.
+PointCloud finitePoints(const PointCloud& cloud);
 
 /// Whether one plane fits the cloud within the noise of a depth camera at its viewpoint (95 % of the points
 /// within 4 mm at 1 m). Small distant objects look flat, too. False for fewer than 50 points.

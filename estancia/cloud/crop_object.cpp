@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "estancia/cloud/bounds.hpp"
 #include "estancia/core/error.hpp"
 
 namespace estancia {
@@ -22,23 +22,9 @@ double widthOf(const CropOptions& options) {
   return (1 + 2 * options.margin) / options.crop;
 }
 
-/// Bounding box.
-struct Extent {
-  cv::Vec3d min = cv::Vec3d::all(std::numeric_limits<double>::infinity());
-  cv::Vec3d max = -min;
-
-  void add(const cv::Vec3d& p) {
-    for (int k = 0; k < 3; ++k) {
-      min[k] = std::min(min[k], p[k]);
-      max[k] = std::max(max[k], p[k]);
-    }
-  }
-  cv::Vec3d size() const { return max - min; }
-  cv::Vec3d center() const { return (min + max) / 2; }
-};
-
 /// Rows: to the right, down, away from the viewer.
 using View = cv::Matx33d;
+using Box = Bounds<double>;
 
 /// The view from this direction; z is up.
 View viewFrom(double azimuth, double elevation) {
@@ -53,9 +39,9 @@ View bestView(const std::vector<cv::Vec3d>& points) {
   constexpr std::size_t maxPoints = 20000;
   constexpr int azimuths = 24, elevations = 5, maxCells = 512;
   const std::size_t step = (points.size() + maxPoints - 1) / maxPoints;
-  Extent extent;
-  for (const cv::Vec3d& p : points) extent.add(p);
-  const cv::Vec3d size = extent.size();
+  Box box;
+  for (const cv::Vec3d& p : points) box.add(p);
+  const cv::Vec3d size = box.high - box.low;
   const double face = std::max({size[0] * size[1], size[1] * size[2], size[0] * size[2]});
   const double spacing = std::sqrt(face * static_cast<double>(step) / static_cast<double>(points.size()));
   const double diagonal = cv::norm(size), cell = std::max(2 * spacing, diagonal / maxCells);
@@ -67,7 +53,7 @@ View bestView(const std::vector<cv::Vec3d>& points) {
   View best;
   int bestCount = -1;
   uchar number = 0;
-  const cv::Vec3d middle = extent.center();
+  const cv::Vec3d middle = (box.low + box.high) / 2;
   for (int e = 0; e < elevations; ++e)
     for (int a = 0; a < azimuths; ++a) {
       const View view = viewFrom(2 * std::numbers::pi * a / azimuths, std::numbers::pi / 9 * e);
@@ -124,7 +110,7 @@ void requireCropInput(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& ma
 struct Projected {
   std::vector<cv::Vec3d> points;
   std::vector<std::size_t> indices;
-  Extent extent;
+  Box box;
 };
 
 Projected projected(const PointCloud& cloud) {
@@ -139,7 +125,7 @@ Projected projected(const PointCloud& cloud) {
   const View view = bestView(result.points);
   for (cv::Vec3d& p : result.points) {
     p = view * p;
-    result.extent.add(p);
+    result.box.add(p);
   }
   return result;
 }
@@ -194,8 +180,8 @@ cv::Mat renderObject(const PointCloud& cloud, int size, const CropOptions& optio
   constexpr int maxSize = 4096;
   if (size < 1 || size > maxSize)
     throw Error(ErrorCode::invalidOption, fmt::format("the image's size is {}; give 1 to {}", size, maxSize));
-  const auto [points, indices, extent] = projected(cloud);
-  const cv::Vec3d object = extent.size(), middle = extent.center();
+  const auto [points, indices, box] = projected(cloud);
+  const cv::Vec3d object = box.high - box.low, middle = (box.low + box.high) / 2;
   const double longer = std::max(object[0], object[1]);
   const double scale = longer > 0 ? size / (longer * widthOf(options)) : 0;
   // Discs that just close the surface where points are spread evenly over the image.
@@ -209,7 +195,7 @@ cv::Mat renderObject(const PointCloud& cloud, int size, const CropOptions& optio
   for (std::size_t i = 0; i < points.size(); ++i) {
     const cv::Vec3d& p = points[i];
     constexpr double darkest = 60, brightest = 230;
-    const double near = object[2] > 0 ? (extent.max[2] - p[2]) / object[2] : 1;
+    const double near = object[2] > 0 ? (box.high.z - p[2]) / object[2] : 1;
     const cv::Vec3b color =
         cloud.colors.empty()
             ? cv::Vec3b::all(cv::saturate_cast<uchar>(darkest + near * (brightest - darkest)))

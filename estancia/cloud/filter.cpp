@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
 #include "estancia/core/error.hpp"
@@ -10,27 +11,12 @@
 namespace estancia {
 namespace {
 
-/// The finite points, unorganized.
-PointCloud finiteOf(const PointCloud& cloud) {
-  PointCloud finite;
-  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
-    const cv::Point3f& p = cloud.points[i];
-    if (!isFinite(p)) continue;
-    finite.points.push_back(p);
-    if (!cloud.colors.empty()) finite.colors.push_back(cloud.colors[i]);
-    if (!cloud.normals.empty()) finite.normals.push_back(cloud.normals[i]);
-  }
-  finite.width = finite.points.size();
-  finite.height = 1;
-  return finite;
-}
-
 FilteredCloud keepAll(const PointCloud& cloud, const FilterOptions&, Progress&) {
   return {cloud, 0, {}};
 }
 
 FilteredCloud throughVoxels(const PointCloud& cloud, const FilterOptions& options, Progress&) {
-  PointCloud finite = finiteOf(cloud);
+  PointCloud finite = finitePoints(cloud);
   if (options.leaf == 0 && finite.points.size() <= options.points) return {std::move(finite), 0, {}};
   const double leaf = options.leaf > 0 ? options.leaf : findLeaf(finite, options.points).size;
   return {voxelGrid(finite, leaf), leaf, {}};

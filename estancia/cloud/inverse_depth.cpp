@@ -1,7 +1,5 @@
 #include "estancia/cloud/inverse_depth.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <functional>

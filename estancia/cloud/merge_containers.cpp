@@ -1,4 +1,4 @@
-#include "estancia/cloud/merge_containers.hpp"
+#include "estancia/cloud/segmentation_stages.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,13 +21,18 @@ struct Circle {
   double arc = 0;    ///< that they cover [°]
 };
 
+double quantile(std::vector<double> values, double share) {
+  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, values.begin() + rank);
+  return values[static_cast<std::size_t>(rank)];
+}
+
 /// Trimmed least squares (Kåsa 1976).
 std::optional<Circle> fitCircle(const std::vector<cv::Point2d>& points, double tolerance) {
   constexpr double trimmed = 0.7, minLimit = 0.75;  // of the points; of the tolerance
   Circle circle;
-  std::vector<double> off(points.size(), 0), sorted;
+  std::vector<double> off(points.size(), 0);
   double limit = 0;
-  const auto rank = static_cast<std::size_t>(trimmed * static_cast<double>(points.size() - 1));
   for (int round = 0; round < 6; ++round) {
     cv::Matx33d squares = cv::Matx33d::zeros();
     cv::Vec3d products, x;
@@ -42,9 +47,7 @@ std::optional<Circle> fitCircle(const std::vector<cv::Point2d>& points, double t
     circle.radius = std::sqrt(std::max(1e-9, x[2] + circle.center.dot(circle.center)));
     for (std::size_t i = 0; i < points.size(); ++i)
       off[i] = std::abs(cv::norm(points[i] - circle.center) - circle.radius);
-    sorted = off;
-    std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(rank));
-    limit = std::max(minLimit * tolerance, sorted[rank]);
+    limit = std::max(minLimit * tolerance, quantile(off, trimmed));
   }
   std::vector<double> angles;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -91,12 +94,6 @@ Footprint footprintOf(const SegmentSamples& segment, const Plane& plane, std::si
     result.heights.push_back(ground.height(p));
   }
   return result;
-}
-
-double quantile(std::vector<double> values, double share) {
-  const auto rank = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, values.begin() + rank);
-  return values[static_cast<std::size_t>(rank)];
 }
 
 constexpr std::size_t kStep = 5;  // every fifth point of a surface is enough for its footprint
@@ -165,7 +162,7 @@ void mergeContainerInteriors(const InverseDepth& grid, const Mask& mask, const s
     std::vector<std::pair<std::uint32_t, std::uint32_t>> result;
     const SegmentSamples& wall = samples[index];
     if (segments.sizes[wall.segment] < grid.area(kMinWallArea) ||
-        cv::norm(wall.high - wall.low) > maxContainer)
+        cv::norm(wall.box.high - wall.box.low) > maxContainer)
       return result;
     const Plane* support = supportOf(wall, planes);
     if (support == nullptr) return result;

@@ -1,4 +1,4 @@
-#include "estancia/cloud/merge_segments.hpp"
+#include "estancia/cloud/segmentation_stages.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -8,6 +8,7 @@
 #include <span>
 #include <tuple>
 
+#include "estancia/cloud/bounds.hpp"
 #include "estancia/cloud/plane_fit.hpp"
 #include "estancia/cloud/segment_samples.hpp"
 #include "estancia/core/simd.hpp"
@@ -59,17 +60,14 @@ std::vector<cv::Point3f> near(std::span<const cv::Point3f> points, std::span<con
                               float radius) {
   std::vector<cv::Point3f> result;
   if (others.empty()) return result;
-  cv::Point3f low = others.front(), high = low;
-  for (const cv::Point3f& q : others) {
-    low = {std::min(low.x, q.x), std::min(low.y, q.y), std::min(low.z, q.z)};
-    high = {std::max(high.x, q.x), std::max(high.y, q.y), std::max(high.z, q.z)};
-  }
+  Bounds<float> box;
+  for (const cv::Point3f& q : others) box.add(q);
   const cv::Point3f reach(radius, radius, radius);
-  low -= reach;
-  high += reach;
+  box.low -= reach;
+  box.high += reach;
   const cv::Point3f* last = others.data();  // the next point is often near the same one
   for (const cv::Point3f& p : points) {
-    if (p.x < low.x || p.y < low.y || p.z < low.z || p.x > high.x || p.y > high.y || p.z > high.z) continue;
+    if (!box.contains(p)) continue;
     const auto isNear = [&](const cv::Point3f& q) { return squared(p - q) < radius * radius; };
     if (!isNear(*last)) {
       const auto found = std::ranges::find_if(others, isNear);

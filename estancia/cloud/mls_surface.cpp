@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "estancia/cloud/covariance.hpp"
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/voxel_grid.hpp"
-#include "estancia/core/error.hpp"
 #include "estancia/core/simd.hpp"
 
 namespace estancia {
@@ -114,23 +112,21 @@ class Support {
         const cv::Point3f& n = voxels.normals[index];
         if (std::isfinite(n.x + n.y + n.z)) w.x[i] = n.x, w.y[i] = n.y, w.z[i] = n.z;
       }
-    hasNormals_ = !voxels.normals.empty();
-  }
-
-  /// The normal of the nearest point; 0, 0, 0 when it is unknown.
-  cv::Vec3f facing(const cv::Point3f& place, std::vector<Neighbor>& buffer) const {
-    if (!hasNormals_) return {};
-    const auto near = points_.nearest(place, 1, buffer);
-    return near.empty() ? cv::Vec3f() : normals_[near[0].index];
-  }
-
-  void rememberNormals(const PointCloud& voxels) {
     for (const cv::Point3f& n : voxels.normals)
       normals_.push_back(std::isfinite(n.x + n.y + n.z) ? cv::Vec3f(n.x, n.y, n.z) : cv::Vec3f());
   }
 
+  /// The normal of the nearest point; 0, 0, 0 when it is unknown.
+  cv::Vec3f facing(const cv::Point3f& place, std::vector<Neighbor>& buffer) const {
+    if (normals_.empty()) return {};
+    const auto near = points_.nearest(place, 1, buffer);
+    return near.empty() ? cv::Vec3f() : normals_[near[0].index];
+  }
+
   std::array<float, kSums> ball(const Ball& ball, std::vector<std::uint32_t>& numbers) const {
-    list({ball.x, ball.y, ball.z}, ball.squared, numbers);
+    numbers.clear();
+    points_.eachBlock({ball.x, ball.y, ball.z}, ball.squared,
+                      [&](std::uint32_t number) { numbers.push_back(number); });
     std::array<float, kSums> sums{};
     addBall(points_.blocks().data(), weights_.data(), numbers.data(), numbers.size(), ball, sums.data());
     return sums;
@@ -159,15 +155,9 @@ class Support {
   }
 
  private:
-  void list(const cv::Point3f& place, float squared, std::vector<std::uint32_t>& numbers) const {
-    numbers.clear();
-    points_.eachBlock(place, squared, [&](std::uint32_t number) { numbers.push_back(number); });
-  }
-
   Neighbors points_;
   std::vector<Weights> weights_;
   std::vector<cv::Vec3f> normals_;
-  bool hasNormals_ = false;
 };
 
 /// A projected seed.
@@ -236,8 +226,7 @@ PointCloud projectMls(const std::vector<cv::Point3f>& seeds, const PointCloud& c
   validate(options);
   std::vector<std::uint32_t> counts;
   const PointCloud voxels = voxelGrid(cloud, options.leaf, &counts);
-  Support support(voxels, counts, options.perPoint, options.threads);
-  support.rememberNormals(voxels);
+  const Support support(voxels, counts, options.perPoint, options.threads);
   const std::vector<cv::Point3f>& from = seeds.empty() ? voxels.points : seeds;
 
   std::vector<Element> elements(from.size());

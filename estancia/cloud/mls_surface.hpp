@@ -1,7 +1,6 @@
 // Moving least squares: noisy points projected onto their mean surface, with normals.
 #pragma once
 
-#include <cstdint>
 #include <opencv2/core/types.hpp>
 #include <vector>
 

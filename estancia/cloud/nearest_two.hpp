@@ -5,12 +5,9 @@
 #include <emmintrin.h>
 #endif
 
-#include <algorithm>
 #include <bit>
-#include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <utility>
 
 #include "estancia/cloud/neuron.hpp"
 

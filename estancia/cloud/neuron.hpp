@@ -1,9 +1,7 @@
 // Neuron of a Growing Neural Gas: its position and number of wins.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include "estancia/cloud/signals.hpp"
 

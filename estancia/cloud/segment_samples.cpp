@@ -19,7 +19,7 @@ void thin(std::vector<cv::Point3f>& points, std::size_t max) {
   points.resize(max);
 }
 
-double distanceOfBoxes(const SegmentSamples& a, const SegmentSamples& b) {
+double distanceOf(const Bounds<float>& a, const Bounds<float>& b) {
   const auto apart = [](float lowA, float highA, float lowB, float highB) {
     return std::max({0.F, lowB - highA, lowA - highB});
   };
@@ -67,15 +67,11 @@ std::vector<SegmentSamples> sampleSegments(const InverseDepth& grid, const Mask&
   });
   for (SegmentSamples& segment : samples) {
     thin(segment.border, kMaxBorder);
-    segment.low = segment.high = segment.border.front();
     for (const cv::Point3f& p : segment.border) {
       segment.x.push_back(p.x);
       segment.y.push_back(p.y);
       segment.z.push_back(p.z);
-      segment.low = {std::min(segment.low.x, p.x), std::min(segment.low.y, p.y),
-                     std::min(segment.low.z, p.z)};
-      segment.high = {std::max(segment.high.x, p.x), std::max(segment.high.y, p.y),
-                      std::max(segment.high.z, p.z)};
+      segment.box.add(p);
     }
   }
   return samples;
@@ -87,7 +83,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> nearPairs(const std::vector
   std::vector<std::tuple<double, std::uint32_t, std::uint32_t>> found;
   for (std::uint32_t i = 0; i < samples.size(); ++i)
     for (std::uint32_t j = i + 1; j < samples.size(); ++j) {
-      const double distance = distanceOfBoxes(samples[i], samples[j]);
+      const double distance = distanceOf(samples[i].box, samples[j].box);
       if (distance <= maxDistance &&
           !std::ranges::binary_search(segments.touching, std::pair(samples[i].segment, samples[j].segment)))
         found.emplace_back(distance, i, j);

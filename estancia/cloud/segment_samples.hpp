@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/cloud/bounds.hpp"
 #include "estancia/cloud/inverse_depth.hpp"
 #include "estancia/cloud/segments.hpp"
 
@@ -21,7 +22,7 @@ struct SegmentSamples {
   std::uint32_t segment;
   std::vector<cv::Point3f> surface;  ///< spread over the segment, at most 1500
   std::vector<cv::Point3f> border;   ///< along its border in the image, at most 256
-  cv::Point3f low, high;             ///< bounding box of the border
+  Bounds<float> box;                 ///< of the border
   std::vector<float> x, y, z;        ///< the border by coordinate, for SIMD
 };
 

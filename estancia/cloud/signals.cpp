@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "estancia/cloud/bounds.hpp"
 #include "estancia/core/error.hpp"
 
 namespace estancia {
@@ -28,17 +29,12 @@ std::uint64_t hash(const Point4& p) {
 }  // namespace
 
 Signals::Signals(const PointCloud& cloud, std::uint64_t seed) : seed_(seed) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  std::array<double, 3> low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
+  Bounds<double> box;
   std::size_t count = 0;
   for (const cv::Point3f& p : cloud.points) {
     if (!isFinite(p)) continue;
     ++count;
-    const std::array<double, 3> v{p.x, p.y, p.z};
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], v[k]);
-      high[k] = std::max(high[k], v[k]);
-    }
+    box.add(p);
   }
   if (count == 0)
     throw Error(ErrorCode::invalidInput,
@@ -48,25 +44,23 @@ Signals::Signals(const PointCloud& cloud, std::uint64_t seed) : seed_(seed) {
     throw Error(ErrorCode::tooLarge,
                 fmt::format("the cloud has {} points, a neural gas takes at most {}; thin it out first",
                             count, std::numeric_limits<std::uint32_t>::max()));
-  double extent = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    middle_[k] = (low[k] + high[k]) / 2;
-    extent = std::max(extent, high[k] - middle_[k]);
-  }
+  middle_ = (box.low + box.high) / 2;
+  const cv::Point3d half = box.high - middle_;
+  const double extent = std::max({half.x, half.y, half.z});
   int exponent = 0;
   std::frexp(extent, &exponent);
   scale_ = extent > 0 ? std::ldexp(1.0, -exponent) : 1.0;
   points_.reserve(count);
   for (const cv::Point3f& p : cloud.points)
     if (isFinite(p))
-      points_.push_back({static_cast<float>((p.x - middle_[0]) * scale_),
-                         static_cast<float>((p.y - middle_[1]) * scale_),
-                         static_cast<float>((p.z - middle_[2]) * scale_), 0});
+      points_.push_back({static_cast<float>((p.x - middle_.x) * scale_),
+                         static_cast<float>((p.y - middle_.y) * scale_),
+                         static_cast<float>((p.z - middle_.z) * scale_), 0});
 }
 
 cv::Point3f Signals::inCloud(const Point4& p) const {
-  return {static_cast<float>(p.x / scale_ + middle_[0]), static_cast<float>(p.y / scale_ + middle_[1]),
-          static_cast<float>(p.z / scale_ + middle_[2])};
+  return {static_cast<float>(p.x / scale_ + middle_.x), static_cast<float>(p.y / scale_ + middle_.y),
+          static_cast<float>(p.z / scale_ + middle_.z)};
 }
 
 std::vector<Point4> distinctPoints(const std::vector<Point4>& points, std::size_t max) {

@@ -1,7 +1,6 @@
 // Training signals of a neural gas: points of a cloud, drawn at random.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -44,7 +43,7 @@ class Signals {
   std::vector<Point4> points_;
   std::uint64_t seed_;
   double scale_ = 1;
-  std::array<double, 3> middle_{};
+  cv::Point3d middle_;
 };
 
 /// The first `max` distinct points, in order of first appearance.

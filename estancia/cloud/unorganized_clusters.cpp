@@ -1,4 +1,4 @@
-#include "estancia/cloud/unorganized_clusters.hpp"
+#include "estancia/cloud/segmentation_stages.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
+#include "estancia/cloud/bounds.hpp"
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/plane_fit.hpp"
@@ -40,17 +41,6 @@ bool isOutOfRange(const cv::Point3f& p) {
   return isFinite(p) && std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) > kMaxCoordinate;
 }
 
-/// Whether the bounding box of a cloud does not contain the place.
-bool isOutside(const PointCloud& cloud, const cv::Point3f& place) {
-  cv::Point3f low(HUGE_VALF, HUGE_VALF, HUGE_VALF), high = -low;
-  for (const cv::Point3f& p : cloud.points) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  return place.x < low.x || place.y < low.y || place.z < low.z || place.x > high.x || place.y > high.y ||
-         place.z > high.z;
-}
-
 Surface surfaceOf(const PointCloud& cloud, int threads) {
   const double leaf = std::max(2 * resolutionOf(cloud), kMinLeaf);
   PointCloud thin = voxelGrid(cloud, leaf);
@@ -69,8 +59,10 @@ Surface surfaceOf(const PointCloud& cloud, int threads) {
     const cv::Point3d d = p - options.viewpoint;
     noise.push_back(std::max(1., d.dot(d)));
   }
+  Bounds<float> box;
+  for (const cv::Point3f& p : thin.points) box.add(p);
   const bool oriented =
-      !thin.normals.empty() || cloud.viewpoint.has_value() || isOutside(thin, options.viewpoint);
+      !thin.normals.empty() || cloud.viewpoint.has_value() || !box.contains(options.viewpoint);
   const auto length = static_cast<float>(leaf);
   return {.cloud = std::move(thin),
           .normals = std::move(normals),

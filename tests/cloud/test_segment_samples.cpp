@@ -9,7 +9,7 @@
 #include <set>
 
 #include "estancia/cloud/clusters.hpp"
-#include "estancia/cloud/planes.hpp"
+#include "estancia/cloud/segmentation_stages.hpp"
 
 namespace estancia {
 namespace {
@@ -31,8 +31,7 @@ cv::Mat tiles(float nearest) {
 
 /// A segment as large as a point.
 SegmentSamples dot(std::uint32_t piece, const cv::Point3f& at) {
-  return {
-      .segment = piece, .surface = {at}, .border = {at}, .low = at, .high = at, .x = {}, .y = {}, .z = {}};
+  return {.segment = piece, .surface = {at}, .border = {at}, .box = {at, at}, .x = {}, .y = {}, .z = {}};
 }
 
 TEST(Shapes, TheLargestOfManyPieces) {
@@ -75,7 +74,7 @@ TEST(Shapes, TheNearestOfManyPairs) {
   for (std::uint32_t i = 0; i < kMaxSegmentSamples; ++i)
     samples.push_back(dot(i + 1, {static_cast<float>(i * i) * 1e-7F, 0, 1}));
   const auto apart = [&](std::size_t i, std::size_t j) {
-    return std::abs(samples[i].low.x - samples[j].low.x);
+    return std::abs(samples[i].box.low.x - samples[j].box.low.x);
   };
   const auto chosen = nearPairs(samples, {}, 0.2);
   const std::set pairs(chosen.begin(), chosen.end());
