@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <opencv2/core/affine.hpp>
-#include <vector>
 
 #include "estancia/recognition/nearest_field.hpp"
 #include "estancia/recognition/range_image.hpp"

@@ -13,7 +13,6 @@
 #include "estancia/recognition/range_image.hpp"
 #include "estancia/recognition/recognition_options.hpp"
 #include "estancia/recognition/recognizer.hpp"
-#include "estancia/recognition/refine.hpp"
 #include "estancia/recognition/scales.hpp"
 
 namespace estancia {

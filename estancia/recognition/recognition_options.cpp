@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 
 #include "estancia/core/error.hpp"
@@ -116,16 +115,24 @@ Choices groupings() {
 
 void declareStages(RecognitionOptions& o, OptionGroup& group) {
   group.add("surface", &o.surface, "Surface that is described")
-      .choices({{"filtered", "the points that the filter leaves"}, {"mean", "moving least squares"}});
+      .choices({{"filtered", "the points that the filter leaves, with plane normals"},
+                {"mean",
+                 "moving least squares over the raw points around them, as wide as the noise requires, with "
+                 "the scene's noise added to models"}});
   group.add("keypoints", &o.keypoints, "Keypoint detector").choices(keypointMethods());
   group.add("descriptor", &o.descriptor, "Descriptor of a keypoint").choices(descriptorMethods());
   group.add("match-each", &o.matchEach, "Whose keypoints are each matched with their nearest")
       .choices({{"scene", "each keypoint of the scene"}, {"model", "each keypoint of the model"}});
   group.add("neighbors", &o.neighbors, "Matches of each keypoint").range(1);
-  group.add("match-distance", &o.matchDistance, "Largest distance of matching descriptors; 0: any").range(0);
+  group
+      .add("match-distance", &o.matchDistance,
+           "Largest distance of matching descriptors, as a share of the norm of the scene's; 0: any")
+      .range(0);
   group.add("grouping", &o.grouping, "How matches become poses").choices(groupings());
   group.add("min-matches", &o.minMatches, "Matches that must agree on a pose");
-  group.add("max-hypotheses", &o.maxHypotheses, "Poses that are refined and verified").range(1);
+  group
+      .add("max-hypotheses", &o.maxHypotheses, "Poses that are refined and verified: those with most matches")
+      .range(1);
   group.add("verification", &o.verification, "Which poses are accepted")
       .choices({{"global", "the set of poses that explains the scene best"},
                 {"inliers", "poses with enough inliers"},
@@ -147,19 +154,19 @@ OptionGroup declare(RecognitionOptions& o) {
   };
   length("normal-radius", o.normalRadius, "Radius of the points that a normal is fitted to");
   group.add("normal-neighbors", &o.normalNeighbors,
-            "Nearest points that a normal is fitted to; 0: by radius");
+            "Nearest points that a normal of a filtered surface is fitted to; 0: by radius");
   length("keypoint-spacing", o.keypointSpacing, "Distance of uniform keypoints, or support of a detector");
   group.add("scene-keypoint-spacing", &o.sceneKeypointSpacing, "Distance of uniform keypoints of a scene")
       .range(0)
       .unit("m")
       .automatic("as in models");
   length("descriptor-radius", o.descriptorRadius, "Support radius of a descriptor");
-  length("consistency", o.consistency, "Tolerance within which matches agree");
+  length("consistency", o.consistency, "Tolerance within which matches agree, and bin size of Hough voting");
   length("tolerance", o.tolerance, "Distance between a model point and the scene point that supports it");
   group.add("viewpoint", textOf(o.viewpoint), "Position of the scene's sensor: X,Y,Z")
       .unit("m")
       .automatic("that of the cloud, else the origin");
-  group.add("threads", &o.threads, "Threads; 0: one a usable core").range(0);
+  group.add("threads", &o.threads, "Threads; 0: one a usable core. Results do not depend on it").range(0);
   return group;
 }
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
-#include "estancia/recognition/classical_search.hpp"
+#include "estancia/core/parallel.hpp"
 #include "estancia/recognition/dense_search.hpp"
 #include "estancia/recognition/distinct_poses.hpp"
 #include "estancia/recognition/grouping.hpp"
@@ -38,13 +38,17 @@ PointCloud finitePoints(const std::string& name, const PointCloud& cloud) {
   return finite;
 }
 
-PointCloud filtered(const std::string& name, const PointCloud& cloud, const FilterOptions& options,
-                    std::vector<StageReport>& stages, Progress& progress) {
+/// A PreparedModel or PreparedScene of the filtered cloud.
+template <class Prepared>
+std::shared_ptr<const Prepared> prepared(const std::string& name, const PointCloud& cloud,
+                                         const RecognitionOptions& options, const FilterOptions& filter,
+                                         Progress& progress) {
+  std::vector<StageReport> stages;
   StageLog log(&stages);
-  PointCloud left = filterCloud(cloud, options, progress);
-  log.add("filter",
-          fmt::format("{}: {} of {} points", options.method, left.points.size(), cloud.points.size()));
-  return finitePoints(name, left);
+  PointCloud raw = finitePoints(name, cloud), left = filterCloud(raw, filter, progress);
+  log.add("filter", fmt::format("{}: {} of {} points", filter.method, left.points.size(), raw.points.size()));
+  left = finitePoints(name, left);
+  return std::make_shared<const Prepared>(name, std::move(raw), std::move(left), options, std::move(stages));
 }
 
 void requireSameUnits(const PreparedModel& model, const PreparedScene& scene) {
@@ -75,6 +79,59 @@ void requireShape(const std::string& name, const OrientedPoints& points) {
         ErrorCode::invalidInput,
         fmt::format("{} is planar, so its pose is undefined; give a cloud that shows more of the object",
                     name));
+}
+
+/// ICP with the coarse points of the model (thesis 2.4.6), and of the best poses with the fine ones. Most
+/// inliers first, distinct ones.
+std::vector<PoseHypothesis> refineClassical(std::vector<PoseHypothesis> poses,
+                                            const PreparedModel::Described& model,
+                                            const PreparedScene::Described& scene,
+                                            const RecognitionOptions& options) {
+  constexpr double minCosine = 0.985;  // of 10°
+  constexpr std::size_t maxFine = 20;
+  constexpr int rounds = 15;
+  const RecognitionScales& scales = scene.scales;
+  const cv::Point3d middle = meanOf(model.dense.coarse.points);
+  const auto refined = [&](std::vector<PoseHypothesis> hypotheses, const OrientedPoints& points,
+                           const Surface& surface, double reach, double minDistance) {
+    inParallel(hypotheses.size(), options.threads, Progress::none(), "stopped while poses were refined",
+               [&](std::size_t i) {
+                 PoseHypothesis& h = hypotheses[i];
+                 h.pose = refinePose(points, surface, h.pose, reach, rounds);
+                 h.counts = countInliers(points, surface, scene.view, h.pose, scales.tolerance);
+               });
+    std::stable_sort(
+        hypotheses.begin(), hypotheses.end(),
+        [](const PoseHypothesis& a, const PoseHypothesis& b) { return a.counts.inliers > b.counts.inliers; });
+    return distinctPoses(std::move(hypotheses), middle, minDistance, minCosine);
+  };
+  poses = distinctPoses(std::move(poses), middle, scales.consistency / 2, minCosine);
+  poses = refined(std::move(poses), model.dense.coarse, *scene.coarse, 2 * scales.consistency,
+                  scales.consistency / 2);
+  if (poses.size() > maxFine) poses.resize(maxFine);
+  return refined(std::move(poses), model.dense.fine, *scene.surface, 2 * scales.tolerance,
+                 scales.consistency);
+}
+
+/// The poses that the verification of `options`, "global" or "inliers", accepts (thesis 2.4.7).
+std::vector<PoseHypothesis> verifyClassical(const std::vector<PoseHypothesis>& poses,
+                                            const PreparedModel::Described& model,
+                                            const PreparedScene::Described& scene,
+                                            const RecognitionOptions& options) {
+  std::vector<bool> accepted;
+  if (options.verification == "inliers") {
+    for (const PoseHypothesis& h : poses) accepted.push_back(isAccepted(h.counts, options.accept));
+  } else {
+    std::vector<cv::Affine3d> hypotheses;
+    for (const PoseHypothesis& h : poses) hypotheses.push_back(h.pose);
+    const OrientedPoints points = spreadPointsBy(*model.surface, scene.scales.tolerance);
+    accepted =
+        verifyGlobally(points, *scene.coarse, scene.view, scene.parts, hypotheses, scene.scales.tolerance);
+  }
+  std::vector<PoseHypothesis> kept;
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    if (accepted[i]) kept.push_back(poses[i]);
+  return kept;
 }
 
 /// One model in one scene, both described at the same scales.
@@ -159,21 +216,13 @@ std::vector<Detection> Recognizer::detect(const PointCloud& scene, Progress& pro
 std::shared_ptr<const PreparedModel> Recognizer::prepareModel(const std::string& name,
                                                               const PointCloud& cloud,
                                                               Progress& progress) const {
-  std::vector<StageReport> stages;
-  PointCloud raw = finitePoints(name, cloud);
-  PointCloud left = filtered(name, raw, options_.modelFilter, stages, progress);
-  return std::make_shared<const PreparedModel>(name, std::move(raw), std::move(left), options_,
-                                               std::move(stages));
+  return prepared<PreparedModel>(name, cloud, options_, options_.modelFilter, progress);
 }
 
 std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string& name,
                                                               const PointCloud& cloud,
                                                               Progress& progress) const {
-  std::vector<StageReport> stages;
-  PointCloud raw = finitePoints(name, cloud);
-  PointCloud left = filtered(name, raw, options_.sceneFilter, stages, progress);
-  return std::make_shared<const PreparedScene>(name, std::move(raw), std::move(left), options_,
-                                               std::move(stages));
+  return prepared<PreparedScene>(name, cloud, options_, options_.sceneFilter, progress);
 }
 
 std::shared_ptr<const PreparedScene> Recognizer::prepareScene(const std::string& name,

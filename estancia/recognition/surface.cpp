@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "estancia/cloud/bounds.hpp"
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/core/error.hpp"
 
@@ -44,12 +45,9 @@ void Surface::requireRadius(double radius, const std::string& what) const {
 
 double extentOf(std::span<const cv::Point3f> points) {
   if (points.empty()) return 0;
-  cv::Point3f low = points[0], high = points[0];
-  for (const cv::Point3f& p : points) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  return cv::norm(high - low);
+  Bounds<float> box;
+  for (const cv::Point3f& p : points) box.add(p);
+  return cv::norm(box.high - box.low);
 }
 
 cv::Point3d meanOf(std::span<const cv::Point3f> points) {

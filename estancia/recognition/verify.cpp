@@ -1,6 +1,5 @@
 #include "estancia/recognition/verify.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace estancia {

@@ -3,8 +3,6 @@
 
 #include <opencv2/core/affine.hpp>
 #include <span>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "estancia/recognition/range_image.hpp"
