@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "estancia/core/error.hpp"
+#include "estancia/io/files.hpp"
 #include "estancia/topology/places.hpp"
 
 namespace estancia {
@@ -79,14 +80,10 @@ AdmissibleImages readAdmissibleImages(const std::filesystem::path& path) {
         parseNumber(std::string_view(line).substr(0, comma)) != admissible.size())
       throw complain();
     std::set<std::size_t> frames;
-    for (std::size_t at = comma + 1; at < line.size();) {
-      const std::size_t end = std::min(line.find(' ', at), line.size());
-      if (end > at) {
-        const auto frame = parseNumber(std::string_view(line).substr(at, end - at));
-        if (!frame) throw complain();
-        frames.insert(*frame);
-      }
-      at = end + 1;
+    for (const std::string_view word : io::wordsOf(std::string_view(line).substr(comma + 1))) {
+      const auto frame = parseNumber(word);
+      if (!frame) throw complain();
+      frames.insert(*frame);
     }
     admissible.push_back(std::move(frames));
   }

@@ -14,10 +14,6 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-std::string nameOf(const TopologicalMap& map, std::size_t frame) {
-  return fmt::format("Frame {} ({})", frame, io::printable(map.frames[frame].name));
-}
-
 [[noreturn]] void failNoFrame(const TopologicalMap& map, const std::string& asked) {
   if (map.frames.empty())
     throw Error(ErrorCode::insufficientData, "the map has no frames yet; map some images first");
@@ -27,57 +23,44 @@ std::string nameOf(const TopologicalMap& map, std::size_t frame) {
                           io::printable(map.frames.back().name)));
 }
 
+template <class... Values>
+void add(Sentences& sentences, fmt::format_string<Values...> text, Values&&... values) {
+  sentences.push_back(fmt::format(text, std::forward<Values>(values)...));
+}
+
 void explainJoin(const Decision& d, Sentences& sentences) {
-  sentences.push_back(
-      fmt::format("Its distance to the current node {}, {:.4g}, is below tau_join {:.4g}: it stayed there, "
-                  "and no other node was compared.",
-                  d.current, d.toCurrent, d.tauJoin));
-  sentences.push_back(
-      fmt::format("With a tau_join of {:.4g} or less it would have left node {}.", d.toCurrent, d.current));
+  add(sentences,
+      "Its distance to the current node {}, {:.4g}, is below tau_join {:.4g}: it stayed there, and no other "
+      "node was compared.",
+      d.current, d.toCurrent, d.tauJoin);
+  add(sentences, "With a tau_join of {:.4g} or less it would have left node {}.", d.toCurrent, d.current);
 }
 
-void explainRevisit(const Decision& d, Sentences& sentences) {
-  sentences.push_back(
-      fmt::format("Its distance to the current node {}, {:.4g}, is not below tau_join {:.4g}: it left "
-                  "that node.",
-                  d.current, d.toCurrent, d.tauJoin));
-  sentences.push_back(fmt::format(
-      "The nearest other node, {}, is {:.4g} away, below tau_revisit {:.4g}{}: it moved "
-      "there.",
-      d.other, d.toOther, d.tauRevisit, d.toOther < d.toCurrent ? " and nearer than the current one" : ""));
-  sentences.push_back(
-      fmt::format("With a tau_join above {:.4g} it would have stayed in node {}; with a tau_revisit of "
-                  "{:.4g} or less it would have made a new node.",
-                  d.toCurrent, d.current, d.toOther));
-}
-
-void explainSplit(const Decision& d, Sentences& sentences) {
-  sentences.push_back(
-      fmt::format("Its distance to the current node {}, {:.4g}, is not below tau_join {:.4g}: it left "
-                  "that node.",
-                  d.current, d.toCurrent, d.tauJoin));
-  const std::string otherwise =
+/// A frame that left its node, for another one or for a new one.
+void explainMove(const Decision& d, Sentences& sentences) {
+  add(sentences,
+      "Its distance to the current node {}, {:.4g}, is not below tau_join {:.4g}: it left that node.",
+      d.current, d.toCurrent, d.tauJoin);
+  const bool nearer = d.toOther < d.toCurrent, similar = d.toOther < d.tauRevisit;
+  const std::string other = fmt::format("The nearest other node, {}, is {:.4g} away, {} tau_revisit {:.4g}",
+                                        d.other, d.toOther, similar ? "below" : "not below", d.tauRevisit);
+  std::string otherwise =
       fmt::format("With a tau_join above {:.4g} it would have stayed in node {}", d.toCurrent, d.current);
-  if (d.other < 0) {
-    sentences.push_back(fmt::format("There was no other node yet: it made a new one, {}.", d.node));
-    sentences.push_back(otherwise + ".");
-  } else if (d.toOther < d.tauRevisit) {
-    sentences.push_back(
-        fmt::format("The nearest other node, {}, is {:.4g} away, below tau_revisit {:.4g} but not "
-                    "nearer than the current one: it made a new node, {}.",
-                    d.other, d.toOther, d.tauRevisit, d.node));
-    sentences.push_back(otherwise + ".");
+  if (d.kind == DecisionKind::revisit) {
+    add(sentences, "{}{}: it moved there.", other, nearer ? " and nearer than the current one" : "");
+    otherwise +=
+        fmt::format("; with a tau_revisit of {:.4g} or less it would have made a new node", d.toOther);
+  } else if (d.other < 0) {
+    add(sentences, "There was no other node yet: it made a new one, {}.", d.node);
+  } else if (similar) {
+    add(sentences, "{} but not nearer than the current one: it made a new node, {}.", other, d.node);
   } else {
-    sentences.push_back(
-        fmt::format("The nearest other node, {}, is {:.4g} away, not below tau_revisit {:.4g}: it made "
-                    "a new node, {}.",
-                    d.other, d.toOther, d.tauRevisit, d.node));
-    sentences.push_back(
-        d.toOther < d.toCurrent
-            ? fmt::format("{}; with a tau_revisit above {:.4g} it would have moved to node {}.", otherwise,
-                          d.toOther, d.other)
-            : otherwise + ".");
+    add(sentences, "{}: it made a new node, {}.", other, d.node);
+    if (nearer)
+      otherwise +=
+          fmt::format("; with a tau_revisit above {:.4g} it would have moved to node {}", d.toOther, d.other);
   }
+  add(sentences, "{}.", otherwise);
 }
 
 /// Follows the node of a decision through the merges that came after it.
@@ -86,16 +69,16 @@ void explainMerges(const TopologicalMap& map, const Decision& d, Sentences& sent
   for (const Merge& merge : map.merges) {
     if (merge.frame < d.frame || (merge.absorbed != node && merge.kept != node)) continue;
     if (merge.absorbed == node) {
-      sentences.push_back(
-          fmt::format("After frame {} node {} turned out to be the same place as node {} (distance "
-                      "{:.4g}, below {:.4g}): the frame belongs to node {} since.",
-                      merge.frame, merge.absorbed, merge.kept, merge.distance, merge.threshold, merge.kept));
+      add(sentences,
+          "After frame {} node {} turned out to be the same place as node {} (distance {:.4g}, below "
+          "{:.4g}): the frame belongs to node {} since.",
+          merge.frame, merge.absorbed, merge.kept, merge.distance, merge.threshold, merge.kept);
       node = merge.kept;
     } else {
-      sentences.push_back(
-          fmt::format("After frame {} its node {} took in node {}, which turned out to be the same "
-                      "place (distance {:.4g}, below {:.4g}).",
-                      merge.frame, merge.kept, merge.absorbed, merge.distance, merge.threshold));
+      add(sentences,
+          "After frame {} its node {} took in node {}, which turned out to be the same place (distance "
+          "{:.4g}, below {:.4g}).",
+          merge.frame, merge.kept, merge.absorbed, merge.distance, merge.threshold);
     }
   }
 }
@@ -106,9 +89,8 @@ void explainRooms(const TopologicalMap& map, std::size_t frame, Sentences& sente
   const auto own = rankedRooms(*map.predictions, frame);
   const std::size_t place = indexOf(map, map.frames[frame].node);
   if (own.empty() || place == map.nodes.size()) return;
-  sentences.push_back(
-      fmt::format("The room classifier predicts {} for this image, and {} for its place, node {}.",
-                  describeRooms(own), describeRooms(placesOf(map)[place].predicted), map.frames[frame].node));
+  add(sentences, "The room classifier predicts {} for this image, and {} for its place, node {}.",
+      describeRooms(own), describeRooms(placesOf(map)[place].predicted), map.frames[frame].node);
 }
 
 }  // namespace
@@ -129,29 +111,29 @@ std::size_t getFrame(const TopologicalMap& map, const std::string& nameOrNumber)
 
 std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame) {
   if (frame >= map.frames.size()) failNoFrame(map, std::to_string(frame));
-  const auto found = std::find_if(map.decisions.begin(), map.decisions.end(),
-                                  [frame](const Decision& decision) { return decision.frame == frame; });
+  const auto found = std::ranges::find(map.decisions, frame, &Decision::frame);
   if (found == map.decisions.end())
     throw Error(ErrorCode::insufficientData,
                 fmt::format("frame {} has no decision yet; continue the mapping", frame));
   const Decision& d = *found;
+  const std::string name = fmt::format("Frame {} ({})", frame, io::printable(map.frames[frame].name));
   Sentences sentences;
   switch (d.kind) {
     case DecisionKind::start:
-      sentences.push_back(fmt::format("{} made node {}.", nameOf(map, frame), d.node));
-      sentences.push_back("It was the first image: there was nothing to compare it with.");
+      add(sentences, "{} made node {}.", name, d.node);
+      add(sentences, "It was the first image: there was nothing to compare it with.");
       break;
     case DecisionKind::join:
-      sentences.push_back(fmt::format("{} stayed in node {}.", nameOf(map, frame), d.node));
+      add(sentences, "{} stayed in node {}.", name, d.node);
       explainJoin(d, sentences);
       break;
     case DecisionKind::revisit:
-      sentences.push_back(fmt::format("{} returned to node {}.", nameOf(map, frame), d.node));
-      explainRevisit(d, sentences);
+      add(sentences, "{} returned to node {}.", name, d.node);
+      explainMove(d, sentences);
       break;
     case DecisionKind::createNode:
-      sentences.push_back(fmt::format("{} made node {}, a new place.", nameOf(map, frame), d.node));
-      explainSplit(d, sentences);
+      add(sentences, "{} made node {}, a new place.", name, d.node);
+      explainMove(d, sentences);
       break;
   }
   explainMerges(map, d, sentences);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -138,8 +139,6 @@ void requireRouteGraph(const TopologicalMap& map, const std::vector<Place>& plac
                 "the map has no transitions, and Nav2 refuses graphs without edges; map a longer drive");
 }
 
-}  // namespace
-
 std::string toGraphml(const TopologicalMap& map, const ExportOptions& options) {
   const std::vector<Place> places = placesOf(map);
   std::string text =
@@ -225,6 +224,16 @@ std::string toNav2(const TopologicalMap& map, const ExportOptions& options) {
                {"features", features}});
 }
 
+struct Format {
+  const char *name, *explanation;
+  std::string (*write)(const TopologicalMap&, const ExportOptions&);
+};
+constexpr Format formats[] = {{"graphml", "for graph programs (Gephi, yEd, NetworkX …)", toGraphml},
+                              {"json", "places and their words, as simple JSON", toPlacesJson},
+                              {"nav2", "GeoJSON for the route server of Nav2; needs poses", toNav2}};
+
+}  // namespace
+
 OptionGroup declare(ExportOptions& options) {
   OptionGroup group("export", "How a map is written for other programs.");
   group.add("words", &options.words, "Number of labels for each place.");
@@ -236,16 +245,14 @@ OptionGroup declare(ExportOptions& options) {
 }
 
 Choices exportFormats() {
-  return {{"graphml", "for graph programs (Gephi, yEd, NetworkX …)"},
-          {"json", "places and their words, as simple JSON"},
-          {"nav2", "GeoJSON for the route server of Nav2; needs poses"}};
+  Choices choices;
+  for (const Format& format : formats) choices.push_back({format.name, format.explanation});
+  return choices;
 }
 
 std::string exportMap(const TopologicalMap& map, const std::string& format, const ExportOptions& options) {
   requireChoice("export format", format, exportFormats());
-  if (format == "graphml") return toGraphml(map, options);
-  if (format == "json") return toPlacesJson(map, options);
-  return toNav2(map, options);
+  return std::ranges::find(formats, format, &Format::name)->write(map, options);
 }
 
 void exportMap(const TopologicalMap& map, const std::string& format, const std::filesystem::path& path,

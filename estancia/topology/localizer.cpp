@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <deque>
-#include <limits>
 #include <utility>
 
 #include "estancia/core/error.hpp"
@@ -14,6 +13,17 @@
 
 namespace estancia {
 namespace {
+
+/// With at most `maxImages` frames, evenly thinned.
+LocalizerMap localizerMap(const MapStore& store, const NodeBank& bank, std::size_t maxImages) {
+  TopologicalMap map = store.load();
+  const std::size_t frames = map.frames.size();
+  const std::size_t stride = std::max<std::size_t>(1, (frames + maxImages - 1) / maxImages);
+  DescriptorMatrix images(map.vocabulary.size());
+  images.reserve((frames + stride - 1) / stride);
+  for (std::size_t frame = 0; frame < frames; frame += stride) images.append(store.descriptor(frame));
+  return {std::move(map), bank, std::move(images), stride};
+}
 
 PlaceFilter filterOf(const LocalizerMap& source, const PlaceFilterOptions& options) {
   const TopologicalMap& map = source.map;
@@ -66,6 +76,12 @@ OptionGroup declare(LocalizerOptions& options) {
       .why("Fewer take less memory and time.");
   group.add(declare(options.filter));
   return group;
+}
+
+LocalizerMap readLocalizerMap(const std::filesystem::path& path, std::size_t maxImages) {
+  MapStore store = MapStore::open(path, MapStore::Access::read);
+  store.beginReading();  // map and mapper must be of one moment: a run that goes on may write in between
+  return localizerMap(store, restoreMapper(store).impl().bank, maxImages);
 }
 
 struct Localizer::Impl {
@@ -181,7 +197,8 @@ Localizer::Localizer(const std::filesystem::path& map, const LocalizerOptions& o
                 options) {}
 Localizer::Localizer(MappingSession& session, const LocalizerOptions& options)
     : Localizer(
-          std::make_shared<const LocalizerMap>(session.impl_->localizerMap(validated(options).maxImages)),
+          std::make_shared<const LocalizerMap>(localizerMap(
+              session.impl_->written(), session.impl_->mapper.impl().bank, validated(options).maxImages)),
           options) {}
 Localizer::Localizer(Localizer&&) noexcept = default;
 Localizer& Localizer::operator=(Localizer&&) noexcept = default;

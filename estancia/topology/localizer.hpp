@@ -17,21 +17,16 @@ struct LocalizerMap;
 
 /// Motion model and evidence of the Bayes filter.
 struct PlaceFilterOptions {
-  /// Probability per frame to change between driving on, driving back and standing.
   double turnAround = 0.005;
-  /// Probability per frame to be somewhere in a linked node.
   double alongEdges = 0.01;
-  /// Probability per frame to be anywhere (carried, or the filter was wrong).
   double anywhere = 0.002;
-  /// Weight of one frame's evidence: neighboring frames err together.
   double temper = 0.4;
 };
+/// Says what each option is and its range.
 OptionGroup declare(PlaceFilterOptions& options);
 
 struct LocalizerOptions {
-  /// Fixed-lag smoothing: answer this many frames late, and better; 0: filter only.
   std::size_t lookahead = 0;
-  /// Compare with at most this many stored frames, evenly thinned: bounds memory.
   std::size_t maxImages = 50000;
   PlaceFilterOptions filter;
 };

@@ -10,8 +10,6 @@
 
 namespace estancia {
 
-class MapStore;
-
 struct LocalizerMap {
   TopologicalMap map;
   NodeBank bank;
@@ -20,10 +18,8 @@ struct LocalizerMap {
   std::size_t stride = 1;
 };
 
-/// With at most `maxImages` frames, evenly thinned.
-LocalizerMap localizerMap(const MapStore& store, const NodeBank& bank, std::size_t maxImages);
-
-/// Reads one from a map file. Throws Error as readMap() does.
+/// Reads one from a map file, with at most `maxImages` frames, evenly thinned. Throws Error as readMap()
+/// does.
 LocalizerMap readLocalizerMap(const std::filesystem::path& path, std::size_t maxImages);
 
 }  // namespace estancia

@@ -1,7 +1,6 @@
 #include "estancia/topology/quality.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <set>
 #include <string>

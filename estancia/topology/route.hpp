@@ -12,12 +12,10 @@
 namespace estancia {
 
 struct RouteOptions {
-  /// Drive transitions backwards, too; false where doors or lanes are one-way.
   bool bidirectional = true;
-  /// Places whose probability is within this share of the best one's hold the word equally well: the nearest
-  /// of them is the goal. 0: always the most probable place.
   double tolerance = 0.1;
 };
+/// Says what each option is and its range.
 OptionGroup declare(RouteOptions& options);
 
 struct Route {

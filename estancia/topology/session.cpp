@@ -114,7 +114,7 @@ int MappingSession::add(const Frame& frame, DescriptorView descriptor, const Ima
 
 void MappingSession::finish() {
   impl_->mapper.finish();
-  if (frames() > 0) impl_->write();
+  impl_->write();
   impl_->finished = true;
 }
 
@@ -127,16 +127,16 @@ const Mapper& MappingSession::mapper() const {
 }
 
 TopologicalMap MappingSession::map() {
-  if (frames() > 0) impl_->write();
-  return impl_->store.load();
+  return impl_->written().load();
 }
 
-LocalizerMap MappingSession::Impl::localizerMap(std::size_t maxImages) {
-  if (mapper.frames() > 0) write();
-  return estancia::localizerMap(store, mapper.impl().bank, maxImages);
+const MapStore& MappingSession::Impl::written() {
+  write();
+  return store;
 }
 
 void MappingSession::Impl::write() {
+  if (mapper.frames() == 0) return;
   const MapChanges changes = mapper.takeChanges();
   if (changes.restarted) store.clearMap();
   for (const auto& event : changes.events)

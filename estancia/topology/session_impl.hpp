@@ -4,7 +4,6 @@
 #include <chrono>
 #include <exception>
 
-#include "estancia/topology/localizer_map.hpp"
 #include "estancia/topology/session.hpp"
 #include "estancia/topology/store.hpp"
 
@@ -19,8 +18,9 @@ struct MappingSession::Impl {
   int exceptions = std::uncaught_exceptions();
   bool finished = true;
 
+  /// What has changed since the last time.
   void write();
-  LocalizerMap localizerMap(std::size_t maxImages);
+  const MapStore& written();
 };
 
 /// The mapper that a map file was made with, as it was at the last commit.

@@ -4,7 +4,6 @@
 #include <sqlite3.h>
 
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -189,6 +188,11 @@ std::string Statement::text(int column) const {
   const auto* characters = reinterpret_cast<const char*>(sqlite3_column_text(statement_.get(), column));
   const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column));
   return characters == nullptr ? std::string() : std::string(characters, size);
+}
+
+std::string Statement::blob(int column) const {
+  const auto found = bytes(column);
+  return {reinterpret_cast<const char*>(found.data()), found.size()};
 }
 
 std::span<const std::byte> Statement::bytes(int column) const {

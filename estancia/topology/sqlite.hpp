@@ -76,6 +76,8 @@ class Statement {
   /// NULL becomes NaN.
   double real(int column) const;
   std::string text(int column) const;
+  /// Bytes as a text.
+  std::string blob(int column) const;
   /// Valid until the next step.
   std::span<const std::byte> bytes(int column) const;
 
@@ -90,6 +92,7 @@ class Statement {
   void bind(int position, double value);
   void bind(int position, std::string_view text);
   void bind(int position, std::span<const std::byte> bytes);
+  void bind(int position, std::span<const float> values) { bind(position, std::as_bytes(values)); }
 
   const Database* database_;
   std::unique_ptr<sqlite3_stmt, Finalize> statement_;

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -61,19 +62,20 @@ fs::path folderOf(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
+[[noreturn]] void refuse(const fs::path& path, ErrorCode code, const std::string& why) {
+  throw Error(code, fmt::format("{}: {}", path.string(), why));
+}
+
 [[noreturn]] void failExists(const fs::path& path) {
-  throw Error(
-      ErrorCode::fileExists,
-      fmt::format("{}: exists already; give another name, or continue it by `estancia map --continue`",
-                  path.string()));
+  refuse(path, ErrorCode::fileExists,
+         "exists already; give another name, or continue it by `estancia map --continue`");
 }
 
 /// Throws unless a file of some size can be made in the folder: tried out, because permission bits say
 /// nothing about full or read-only disks (nor to root).
 void requireWritable(const fs::path& folder) {
   if (!fs::is_directory(folder))
-    throw Error(ErrorCode::fileNotFound,
-                fmt::format("{}: there is no such folder; make it first", folder.string()));
+    refuse(folder, ErrorCode::fileNotFound, "there is no such folder; make it first");
   std::string probe = (folder / ".estancia-XXXXXX").string();
   const int file = mkstemp(probe.data());
   int problem = file < 0 ? errno : 0;
@@ -85,12 +87,10 @@ void requireWritable(const fs::path& folder) {
     close(file);
   }
   if (problem == ENOSPC || problem == EDQUOT || problem == EFBIG)
-    throw Error(ErrorCode::fileUnwritable,
-                fmt::format("{}: the disk is full; free some space first", folder.string()));
+    refuse(folder, ErrorCode::fileUnwritable, "the disk is full; free some space first");
   if (problem != 0)
-    throw Error(ErrorCode::fileUnwritable,
-                fmt::format("{}: cannot write in this folder ({}); choose another one", folder.string(),
-                            std::strerror(problem)));
+    refuse(folder, ErrorCode::fileUnwritable,
+           fmt::format("cannot write in this folder ({}); choose another one", std::strerror(problem)));
 }
 
 void flushToDisk(const fs::path& path) {
@@ -105,8 +105,7 @@ void renameToNew(const fs::path& from, const fs::path& to) {
   if (renameat2(AT_FDCWD, from.c_str(), AT_FDCWD, to.c_str(), RENAME_NOREPLACE) == 0) return;
   if (errno == EEXIST) failExists(to);
   if (errno != EINVAL && errno != ENOSYS)
-    throw Error(ErrorCode::fileUnwritable,
-                fmt::format("{}: cannot be made ({})", to.string(), std::strerror(errno)));
+    refuse(to, ErrorCode::fileUnwritable, fmt::format("cannot be made ({})", std::strerror(errno)));
   if (fs::exists(fs::symlink_status(to))) failExists(to);  // a file system without that kind of rename
   fs::rename(from, to);
 }
@@ -123,9 +122,8 @@ void removeCompanions(const fs::path& path) {
 void requireReplaceable(const fs::path& path) {
   if (fs::is_regular_file(path) && fs::file_size(path) == 0) return;
   if (!isMapFile(path))
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{}: not a map file, so it is not replaced; give another name or remove it first",
-                            path.string()));
+    refuse(path, ErrorCode::unsupportedFile,
+           "not a map file, so it is not replaced; give another name or remove it first");
 }
 
 /// Puts the finished file `from` in the place of the map `to`. A map that a process is writing is refused.
@@ -148,40 +146,36 @@ std::string quoted(const std::string& text) {
 }
 
 void requireMapFile(const fs::path& path) {
-  const auto refuse = [&path](ErrorCode code, const std::string& why) {
-    throw Error(code, fmt::format("{}: {}", path.string(), why));
-  };
   std::error_code problem;
   const fs::file_status status = fs::status(path, problem);
   if (!fs::exists(status))
-    refuse(ErrorCode::fileNotFound, "there is no such map; make one by `estancia map`");
+    refuse(path, ErrorCode::fileNotFound, "there is no such map; make one by `estancia map`");
   if (!fs::is_regular_file(status))
-    refuse(ErrorCode::unsupportedFile, "not a regular file; give the *.estancia file of a map");
+    refuse(path, ErrorCode::unsupportedFile, "not a regular file; give the *.estancia file of a map");
   constexpr std::uintmax_t smallest = 512;  // SQLite's smallest page
   if (const auto size = fs::file_size(path, problem); !problem && size < smallest)
-    refuse(ErrorCode::truncatedFile,
+    refuse(path, ErrorCode::truncatedFile,
            fmt::format("only {} bytes long, too short for a map; restore a copy or map the sequence again",
                        size));
 }
 
 void requireOurFormat(Database& database) {
-  const std::string path = database.path().string();
-  const auto refuse = [&path](const std::string& why) {
-    throw Error(ErrorCode::unsupportedFile, fmt::format("{}: {}", path, why));
-  };
+  const fs::path& path = database.path();
   if (database.number("PRAGMA application_id") != mapApplicationId)
-    refuse("another program's SQLite file, not a map; give a file that `estancia map` has written");
+    refuse(path, ErrorCode::unsupportedFile,
+           "another program's SQLite file, not a map; give a file that `estancia map` has written");
   const std::int64_t version = database.number("PRAGMA user_version");
   if (version < 1) database.failDamaged(fmt::format("its format version is {}", version));
   if (version != formatVersion)
-    refuse(fmt::format("map format {}, but this Estancia reads map format {}; {}", version, formatVersion,
+    refuse(path, ErrorCode::unsupportedFile,
+           fmt::format("map format {}, but this Estancia reads map format {}; {}", version, formatVersion,
                        version < formatVersion ? "map the sequence again" : "update Estancia"));
   // SQLite notices missing pages, but fills up a last page that was cut. (Beside a -wal file the size may
   // change.)
   std::error_code problem;
   const auto size = fs::file_size(database.path(), problem);
   const auto pageSize = static_cast<std::uintmax_t>(database.number("PRAGMA page_size"));
-  if (!problem && size % pageSize != 0 && !fs::exists(path + "-wal"))
+  if (!problem && size % pageSize != 0 && !fs::exists(path.string() + "-wal"))
     database.failDamaged("its last page is incomplete");
 }
 
@@ -217,17 +211,15 @@ struct MapStore::Impl {
   }
 
   void requireWriting() const {
-    if (access != Access::write)
-      throw Error(ErrorCode::invalidState, fmt::format("{}: the map was opened for reading", path.string()));
+    if (access != Access::write) refuse(path, ErrorCode::invalidState, "the map was opened for reading");
     if (!database.inTransaction())
-      throw Error(ErrorCode::invalidState,
-                  fmt::format("{}: an earlier error has ended the writing of this map; open it again",
-                              path.string()));
+      refuse(path, ErrorCode::invalidState,
+             "an earlier error has ended the writing of this map; open it again");
   }
 
   [[noreturn]] void failNoFrame(std::size_t frame, std::size_t count) const {
-    throw Error(ErrorCode::unknownName,
-                fmt::format("{}: there is no frame {}; the map has {} frames", path.string(), frame, count));
+    refuse(path, ErrorCode::unknownName,
+           fmt::format("there is no frame {}; the map has {} frames", frame, count));
   }
 
   void requireFrame(std::size_t frame) const {
@@ -293,10 +285,8 @@ struct MapStore::Impl {
   void requireInPlace() const {
     struct stat now {};
     if (stat(path.c_str(), &now) != 0 || now.st_ino != written.st_ino || now.st_dev != written.st_dev)
-      throw Error(
-          ErrorCode::fileNotFound,
-          fmt::format("{}: the map was removed, moved or replaced while it was being written; map again",
-                      path.string()));
+      refuse(path, ErrorCode::fileNotFound,
+             "the map was removed, moved or replaced while it was being written; map again");
   }
 };
 
@@ -323,13 +313,13 @@ MapStore MapStore::create(const fs::path& name, const Identity& identity, Existi
   impl->database.run(schema);
   impl->database.run("BEGIN IMMEDIATE");
   constexpr std::string_view putMeta = "INSERT INTO meta VALUES(?1, ?2)";
-  impl->write(putMeta, std::string_view("vocabulary"), std::string_view(identity.vocabulary.digest()));
-  impl->write(putMeta, std::string_view("model"), std::string_view(identity.model));
-  impl->write(putMeta, std::string_view("settings"), std::string_view(identity.settings));
+  impl->write(putMeta, "vocabulary", identity.vocabulary.digest());
+  impl->write(putMeta, "model", identity.model);
+  impl->write(putMeta, "settings", identity.settings);
   if (identity.vocabulary.layout().parts.size() > 1)
-    impl->write(putMeta, std::string_view("parts"), std::string_view(partsToJson(identity.vocabulary)));
+    impl->write(putMeta, "parts", partsToJson(identity.vocabulary));
   for (std::size_t i = 0; i < identity.vocabulary.size(); ++i)
-    impl->write("INSERT INTO labels VALUES(?1, ?2)", i, std::string_view(identity.vocabulary[i]));
+    impl->write("INSERT INTO labels VALUES(?1, ?2)", i, identity.vocabulary[i]);
   return MapStore(std::move(impl));
 }
 
@@ -357,15 +347,15 @@ const MapStore::Identity& MapStore::identity() const {
 void MapStore::addFrame(std::size_t index, const MappedFrame& frame, DescriptorView descriptor) {
   impl_->requireWriting();
   if (index != impl_->frames)
-    throw Error(ErrorCode::invalidInput, fmt::format("{}: frame {} cannot be added; the next one is {}",
-                                                     impl_->path.string(), index, impl_->frames));
+    refuse(impl_->path, ErrorCode::invalidInput,
+           fmt::format("frame {} cannot be added; the next one is {}", index, impl_->frames));
   requireProbabilities(descriptor, impl_->identity.vocabulary.size(), frame.name);
   constexpr double none = std::numeric_limits<double>::quiet_NaN();  // stored as NULL
   const Pose pose = frame.pose.value_or(Pose{none, none, none, none, none, none, none});
-  impl_->write("INSERT INTO descriptors VALUES(?1, ?2)", index, std::as_bytes(descriptor));
+  impl_->write("INSERT INTO descriptors VALUES(?1, ?2)", index, descriptor);
   impl_->write("INSERT INTO frames VALUES(?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)", index,
-               std::string_view(frame.name), frame.timestamp.value_or(none), pose.x, pose.y, pose.z, pose.qx,
-               pose.qy, pose.qz, pose.qw, std::string_view(frame.room), frame.node);
+               frame.name, frame.timestamp.value_or(none), pose.x, pose.y, pose.z, pose.qx, pose.qy, pose.qz,
+               pose.qw, frame.room, frame.node);
   ++impl_->frames;
 }
 
@@ -380,8 +370,7 @@ void MapStore::putNode(const Node& node, const std::string& state) {
     throw Error(ErrorCode::mismatch, fmt::format("node {} has {} means and {} deviations for {} labels",
                                                  node.id, node.mean.size(), node.sigma.size(), labels));
   impl_->write("INSERT OR REPLACE INTO nodes VALUES(?1, ?2, ?3, ?4, ?5)", node.id, node.frames,
-               std::as_bytes(std::span(node.mean)), std::as_bytes(std::span(node.sigma)),
-               std::as_bytes(std::span(state)));
+               std::span(node.mean), std::span(node.sigma), std::as_bytes(std::span(state)));
 }
 
 void MapStore::putTransition(const Transition& transition) {
@@ -420,29 +409,25 @@ void MapStore::putPredictions(const RoomPredictions& predictions) {
   impl_->requireWriting();
   const std::size_t rows = predictions.probabilities.size(), rooms = predictions.rooms.size();
   if (rows > impl_->frames || rooms == 0 || predictions.probabilities.labels() != rooms)
-    throw Error(
-        ErrorCode::mismatch,
-        fmt::format("{}: predictions for {} frames and {} rooms do not fit {} frames and {} rooms",
-                    impl_->path.string(), rows, predictions.probabilities.labels(), impl_->frames, rooms));
-  for (const std::string& room : predictions.rooms)
-    if (room.empty())
-      throw Error(ErrorCode::invalidInput, impl_->path.string() + ": a predicted room has no name");
+    refuse(impl_->path, ErrorCode::mismatch,
+           fmt::format("predictions for {} frames and {} rooms do not fit {} frames and {} rooms", rows,
+                       predictions.probabilities.labels(), impl_->frames, rooms));
+  if (std::ranges::any_of(predictions.rooms, &std::string::empty))
+    refuse(impl_->path, ErrorCode::invalidInput, "a predicted room has no name");
   impl_->statements.clear();  // those of the older tables
   impl_->allOrNothing([&] { impl_->database.run(schemaOfRooms); });
-  impl_->write("INSERT OR REPLACE INTO meta VALUES('classifier', ?1)",
-               std::string_view(predictions.classifier));
+  impl_->write("INSERT OR REPLACE INTO meta VALUES('classifier', ?1)", predictions.classifier);
   for (std::size_t i = 0; i < rooms; ++i)
-    impl_->write("INSERT INTO predicted_rooms VALUES(?1, ?2)", i, std::string_view(predictions.rooms[i]));
+    impl_->write("INSERT INTO predicted_rooms VALUES(?1, ?2)", i, predictions.rooms[i]);
   for (std::size_t i = 0; i < rows; ++i) {
     const DescriptorView row = predictions.probabilities.row(i);
     requireProbabilities(row, rooms, fmt::format("the rooms of frame {}", i));
-    impl_->write("INSERT INTO predictions VALUES(?1, ?2)", i, std::as_bytes(row));
+    impl_->write("INSERT INTO predictions VALUES(?1, ?2)", i, row);
   }
 }
 
 void MapStore::putState(const std::string& key, const std::string& bytes) {
-  impl_->write("INSERT OR REPLACE INTO state VALUES(?1, ?2)", std::string_view(key),
-               std::as_bytes(std::span(bytes)));
+  impl_->write("INSERT OR REPLACE INTO state VALUES(?1, ?2)", key, std::as_bytes(std::span(bytes)));
 }
 
 void MapStore::commit() {
@@ -488,10 +473,9 @@ TopologicalMap MapStore::load() const {
 }
 
 std::optional<std::string> MapStore::findState(const std::string& key) const {
-  Statement row(impl_->database, "SELECT bytes FROM state WHERE key = ?1", std::string_view(key));
+  Statement row(impl_->database, "SELECT bytes FROM state WHERE key = ?1", key);
   if (!row.next()) return std::nullopt;
-  const auto bytes = row.bytes(0);
-  return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  return row.blob(0);
 }
 
 std::vector<std::pair<int, std::string>> MapStore::nodeStates() const {
@@ -500,9 +484,7 @@ std::vector<std::pair<int, std::string>> MapStore::nodeStates() const {
   while (rows.next()) {
     if (rows.integer(0) < 0 || rows.integer(0) > std::numeric_limits<int>::max())
       impl_->database.failDamaged(fmt::format("a node's number is {}", rows.integer(0)));
-    const auto bytes = rows.bytes(1);
-    states.emplace_back(static_cast<int>(rows.integer(0)),
-                        std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+    states.emplace_back(static_cast<int>(rows.integer(0)), rows.blob(1));
   }
   return states;
 }

@@ -8,7 +8,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "estancia/core/error.hpp"
 #include "estancia/core/printable.hpp"
 
 namespace estancia {
@@ -19,16 +18,31 @@ using sqlite::Statement;
 
 static_assert(std::endian::native == std::endian::little, "map files hold little-endian float32");
 
-/// Reads a number that must lie in [lowest, highest].
-std::int64_t checked(const Database& database, std::int64_t value, std::int64_t lowest, std::int64_t highest,
-                     const char* what) {
-  if (value < lowest || value > highest) database.failDamaged(fmt::format("{} is {}", what, value));
-  return value;
-}
+/// Rows whose numbers are checked; `what` names them.
+class Rows : public Statement {
+ public:
+  Rows(const Database& database, std::string_view sql) : Statement(database, sql), database_(database) {}
 
-int readNodeId(const Database& database, std::int64_t value, int lowest, const char* what) {
-  return static_cast<int>(checked(database, value, lowest, std::numeric_limits<int>::max(), what));
-}
+  /// In [lowest, highest].
+  std::int64_t number(int column, std::int64_t lowest, std::int64_t highest, const char* what) const {
+    const std::int64_t value = integer(column);
+    if (value < lowest || value > highest) database_.failDamaged(fmt::format("{} is {}", what, value));
+    return value;
+  }
+  std::size_t count(int column, std::int64_t lowest, const char* what) const {
+    return static_cast<std::size_t>(number(column, lowest, std::numeric_limits<std::int64_t>::max(), what));
+  }
+  int node(int column, int lowest, const char* what) const {
+    return static_cast<int>(number(column, lowest, std::numeric_limits<int>::max(), what));
+  }
+  std::size_t frame(int column, const TopologicalMap& map, const char* what) const {
+    return static_cast<std::size_t>(
+        number(column, 0, static_cast<std::int64_t>(map.frames.size()) - 1, what));
+  }
+
+ private:
+  const Database& database_;
+};
 
 std::string readMeta(Database& database, std::string_view key) {
   Statement statement(database, "SELECT value FROM meta WHERE key = ?1", key);
@@ -43,12 +57,11 @@ std::optional<Pose> readPose(const Statement& row, int column) {
 }
 
 void readNodes(Database& database, TopologicalMap& map) {
-  Statement rows(database, "SELECT id, frames, mean, sigma FROM nodes ORDER BY id");
+  Rows rows(database, "SELECT id, frames, mean, sigma FROM nodes ORDER BY id");
   while (rows.next()) {
     Node node;
-    node.id = readNodeId(database, rows.integer(0), 0, "a node's number");
-    node.frames = static_cast<std::uint64_t>(checked(
-        database, rows.integer(1), 1, std::numeric_limits<std::int64_t>::max(), "a node's image count"));
+    node.id = rows.node(0, 0, "a node's number");
+    node.frames = rows.count(1, 1, "a node's image count");
     const std::string name = fmt::format("node {}", node.id);
     readValues(database, rows.bytes(2), map.vocabulary.size(), name + "'s mean", node.mean);
     readValues(database, rows.bytes(3), map.vocabulary.size(), name + "'s deviation", node.sigma);
@@ -57,8 +70,8 @@ void readNodes(Database& database, TopologicalMap& map) {
 }
 
 void readFrames(Database& database, TopologicalMap& map) {
-  Statement rows(database,
-                 "SELECT id, name, timestamp, x, y, z, qx, qy, qz, qw, room, node FROM frames ORDER BY id");
+  Rows rows(database,
+            "SELECT id, name, timestamp, x, y, z, qx, qy, qz, qw, room, node FROM frames ORDER BY id");
   while (rows.next()) {
     if (rows.integer(0) != static_cast<std::int64_t>(map.frames.size()))
       database.failDamaged(fmt::format("frame {} is missing", map.frames.size()));
@@ -67,7 +80,7 @@ void readFrames(Database& database, TopologicalMap& map) {
     if (const double timestamp = rows.real(2); std::isfinite(timestamp)) frame.timestamp = timestamp;
     frame.pose = readPose(rows, 3);
     frame.room = printable(rows.text(10));
-    frame.node = readNodeId(database, rows.integer(11), -1, "a frame's node");
+    frame.node = rows.node(11, -1, "a frame's node");
     if (frame.node >= 0 && map.findNode(frame.node) == nullptr)
       database.failDamaged(
           fmt::format("frame {} is in node {}, which is missing", map.frames.size(), frame.node));
@@ -76,39 +89,34 @@ void readFrames(Database& database, TopologicalMap& map) {
 }
 
 void readTransitions(Database& database, TopologicalMap& map) {
-  Statement rows(database,
-                 "SELECT source, target, count, first_frame FROM transitions ORDER BY first_frame, source");
+  Rows rows(database,
+            "SELECT source, target, count, first_frame FROM transitions ORDER BY first_frame, source");
   while (rows.next()) {
     Transition transition;
-    transition.from = readNodeId(database, rows.integer(0), 0, "a transition's start");
-    transition.to = readNodeId(database, rows.integer(1), 0, "a transition's end");
+    transition.from = rows.node(0, 0, "a transition's start");
+    transition.to = rows.node(1, 0, "a transition's end");
     for (const int node : {transition.from, transition.to})
       if (map.findNode(node) == nullptr)
         database.failDamaged(fmt::format("a transition touches node {}, which is missing", node));
-    transition.count = static_cast<std::uint64_t>(checked(
-        database, rows.integer(2), 0, std::numeric_limits<std::int64_t>::max(), "a transition's count"));
-    transition.firstFrame = static_cast<std::size_t>(checked(database, rows.integer(3), 0,
-                                                             std::numeric_limits<std::int64_t>::max(),
-                                                             "a transition's first frame"));
+    transition.count = rows.count(2, 0, "a transition's count");
+    transition.firstFrame = rows.count(3, 0, "a transition's first frame");
     map.transitions.push_back(transition);
   }
 }
 
 void readDecisions(Database& database, TopologicalMap& map) {
-  Statement rows(database,
-                 "SELECT frame, kind, node, current, to_current, other, to_other, tau_join, tau_revisit "
-                 "FROM decisions ORDER BY frame");
-  const auto frames = static_cast<std::int64_t>(map.frames.size());
+  Rows rows(database,
+            "SELECT frame, kind, node, current, to_current, other, to_other, tau_join, tau_revisit "
+            "FROM decisions ORDER BY frame");
   while (rows.next()) {
     Decision decision;
-    decision.frame =
-        static_cast<std::size_t>(checked(database, rows.integer(0), 0, frames - 1, "a decision's frame"));
-    decision.kind = static_cast<DecisionKind>(checked(
-        database, rows.integer(1), 0, static_cast<int>(DecisionKind::createNode), "the kind of a decision"));
-    decision.node = readNodeId(database, rows.integer(2), 0, "a decision's node");
-    decision.current = readNodeId(database, rows.integer(3), -1, "a decision's current node");
+    decision.frame = rows.frame(0, map, "a decision's frame");
+    decision.kind = static_cast<DecisionKind>(
+        rows.number(1, 0, static_cast<int>(DecisionKind::createNode), "the kind of a decision"));
+    decision.node = rows.node(2, 0, "a decision's node");
+    decision.current = rows.node(3, -1, "a decision's current node");
     decision.toCurrent = rows.real(4);
-    decision.other = readNodeId(database, rows.integer(5), -1, "a decision's other node");
+    decision.other = rows.node(5, -1, "a decision's other node");
     decision.toOther = rows.real(6);
     decision.tauJoin = rows.real(7);
     decision.tauRevisit = rows.real(8);
@@ -117,14 +125,12 @@ void readDecisions(Database& database, TopologicalMap& map) {
 }
 
 void readMerges(Database& database, TopologicalMap& map) {
-  Statement rows(database, "SELECT frame, kept, absorbed, distance, threshold FROM merges ORDER BY id");
-  const auto frames = static_cast<std::int64_t>(map.frames.size());
+  Rows rows(database, "SELECT frame, kept, absorbed, distance, threshold FROM merges ORDER BY id");
   while (rows.next()) {
     Merge merge;
-    merge.frame =
-        static_cast<std::size_t>(checked(database, rows.integer(0), 0, frames - 1, "a merge's frame"));
-    merge.kept = readNodeId(database, rows.integer(1), 0, "a merge's node");
-    merge.absorbed = readNodeId(database, rows.integer(2), 0, "a merge's node");
+    merge.frame = rows.frame(0, map, "a merge's frame");
+    merge.kept = rows.node(1, 0, "a merge's node");
+    merge.absorbed = rows.node(2, 0, "a merge's node");
     merge.distance = rows.real(3);
     merge.threshold = rows.real(4);
     map.merges.push_back(merge);
@@ -138,7 +144,7 @@ void readPredictions(Database& database, TopologicalMap& map) {
     if (!table.next()) return;
   }
   std::vector<std::string> rooms;
-  Statement names(database, "SELECT id, name FROM predicted_rooms ORDER BY id");
+  Rows names(database, "SELECT id, name FROM predicted_rooms ORDER BY id");
   while (names.next()) {
     rooms.push_back(printable(names.text(1)));
     if (names.integer(0) != static_cast<std::int64_t>(rooms.size()) - 1 || rooms.back().empty())
@@ -148,7 +154,7 @@ void readPredictions(Database& database, TopologicalMap& map) {
   const std::size_t count = rooms.size();
   RoomPredictions predictions{printable(readMeta(database, "classifier")), std::move(rooms),
                               DescriptorMatrix(count)};
-  Statement rows(database, "SELECT frame, probabilities FROM predictions ORDER BY frame");
+  Rows rows(database, "SELECT frame, probabilities FROM predictions ORDER BY frame");
   std::vector<float> row;
   while (rows.next()) {
     const std::string name = fmt::format("the rooms of frame {}", predictions.probabilities.size());
@@ -161,6 +167,20 @@ void readPredictions(Database& database, TopologicalMap& map) {
     predictions.probabilities.append(row);
   }
   map.predictions = std::move(predictions);
+}
+
+/// `labels` in the parts that the map names, if any.
+Vocabulary readVocabulary(Database& database, std::vector<std::string> labels) {
+  Statement query(database, "SELECT value FROM meta WHERE key = 'parts'");
+  if (!query.next()) return Vocabulary(std::move(labels));
+  try {
+    std::vector<LabelPart> parts;
+    for (const auto& part : nlohmann::json::parse(query.text(0)))
+      parts.push_back({part.at(0).get<std::size_t>(), part.at(1).get<float>()});
+    return Vocabulary(std::move(labels), std::move(parts));
+  } catch (const std::exception&) {
+    database.failDamaged("the parts of its vocabulary are wrong");
+  }
 }
 
 /// The settings' "distance", "" when they name none.
@@ -189,28 +209,10 @@ std::string partsToJson(const Vocabulary& vocabulary) {
   return parts.dump();
 }
 
-namespace {
-
-/// `labels` in the parts that the map names, if any.
-Vocabulary readVocabulary(Database& database, std::vector<std::string> labels) {
-  Statement query(database, "SELECT value FROM meta WHERE key = 'parts'");
-  if (!query.next()) return Vocabulary(std::move(labels));
-  try {
-    std::vector<LabelPart> parts;
-    for (const auto& part : nlohmann::json::parse(query.text(0)))
-      parts.push_back({part.at(0).get<std::size_t>(), part.at(1).get<float>()});
-    return Vocabulary(std::move(labels), std::move(parts));
-  } catch (const std::exception&) {
-    database.failDamaged("the parts of its vocabulary are wrong");
-  }
-}
-
-}  // namespace
-
 MapStore::Identity readIdentity(Database& database) {
   std::vector<std::string> labels;
   {
-    Statement rows(database, "SELECT id, label FROM labels ORDER BY id");
+    Rows rows(database, "SELECT id, label FROM labels ORDER BY id");
     while (rows.next()) {
       labels.push_back(rows.text(1));
       if (rows.integer(0) != static_cast<std::int64_t>(labels.size()) - 1 || labels.back().empty())

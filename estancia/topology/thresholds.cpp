@@ -1,8 +1,6 @@
 #include "estancia/topology/thresholds.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "estancia/stats/compared_vectors.hpp"

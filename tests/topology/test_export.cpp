@@ -54,7 +54,7 @@ void expectWellFormed(const std::string& xml) {
 }
 
 TEST(Graphml, HoldsNodesEdgesAndTheirAttributes) {
-  const std::string xml = toGraphml(test::sampleMap());
+  const std::string xml = exportMap(test::sampleMap(), "graphml");
   expectWellFormed(xml);
   EXPECT_EQ(countOf(xml, "<node id=\"n[0-9]+\">"), 3U);
   EXPECT_EQ(countOf(xml, "<edge source=\"n[0-9]+\" target=\"n[0-9]+\">"), 3U);
@@ -76,13 +76,13 @@ TEST(Graphml, LeavesOutWhatIsNotKnown) {
     frame.pose.reset();
     frame.room.clear();
   }
-  const std::string xml = toGraphml(map);
+  const std::string xml = exportMap(map, "graphml");
   expectWellFormed(xml);
   EXPECT_EQ(countOf(xml, "<data key=\"(x|y|z|room)\">"), 0U);
 }
 
 TEST(Graphml, EscapesHostileTexts) {
-  const std::string xml = toGraphml(hostileMap());
+  const std::string xml = exportMap(hostileMap(), "graphml");
   expectWellFormed(xml);
   EXPECT_EQ(dataOf(xml, "node id=\"n0\"", "words").substr(0, 28), "a&lt;b&gt;&amp;&quot;c&quot;");
   EXPECT_EQ(xml.find("<b>"), std::string::npos);
@@ -93,7 +93,7 @@ TEST(PlacesJson, HoldsPlacesAndWords) {
   ExportOptions two;
   two.words = 2;
   const TopologicalMap map = test::sampleMap();
-  const json parsed = json::parse(toPlacesJson(map, two));
+  const json parsed = json::parse(exportMap(map, "json", two));
   EXPECT_EQ(parsed.at("format"), "estancia-places");
   EXPECT_EQ(parsed.at("version"), 1);
   EXPECT_EQ(parsed.at("vocabulary"), map.vocabulary.digest());
@@ -113,11 +113,11 @@ TEST(PlacesJson, HoldsPlacesAndWords) {
 TEST(PlacesJson, GivesNullForWhatIsNotKnownAndStaysValid) {
   TopologicalMap map = hostileMap();
   map.frames.clear();
-  json parsed = json::parse(toPlacesJson(map));
+  json parsed = json::parse(exportMap(map, "json"));
   EXPECT_TRUE(parsed["places"][0].at("room").is_null());
   EXPECT_TRUE(parsed["places"][0].at("position").is_null());
   map.nodes.clear();
-  parsed = json::parse(toPlacesJson(map));
+  parsed = json::parse(exportMap(map, "json"));
   EXPECT_TRUE(parsed.at("places").is_array());
 }
 
@@ -149,7 +149,7 @@ void expectNav2Loads(const json& graph) {
 }
 
 TEST(Nav2, IsARouteGraphWithWords) {
-  const json graph = json::parse(toNav2(test::sampleMap()));
+  const json graph = json::parse(exportMap(test::sampleMap(), "nav2"));
   EXPECT_EQ(graph.at("type"), "FeatureCollection");
   expectNav2Loads(graph);
   ASSERT_EQ(graph["features"].size(), 3U + 4U) << "every link can be driven both ways";
@@ -169,7 +169,7 @@ TEST(Nav2, KeepsToDrivenDirectionsWhenTold) {
   ExportOptions options;
   options.bidirectional = false;
   options.frame = "odom";
-  const json graph = json::parse(toNav2(test::sampleMap(), options));
+  const json graph = json::parse(exportMap(test::sampleMap(), "nav2", options));
   expectNav2Loads(graph);
   EXPECT_EQ(graph["features"].size(), 3U + 3U);
   EXPECT_EQ(graph["features"][0]["properties"]["frame"], "odom");
@@ -178,21 +178,21 @@ TEST(Nav2, KeepsToDrivenDirectionsWhenTold) {
 TEST(Nav2, NamesThePlaceByItsBestLabelWhereNoRoomIsKnown) {
   TopologicalMap map = test::sampleMap();
   for (MappedFrame& frame : map.frames) frame.room.clear();
-  const json graph = json::parse(toNav2(map));
+  const json graph = json::parse(exportMap(map, "nav2"));
   expectNav2Loads(graph);
   EXPECT_EQ(graph["features"][2]["properties"]["metadata"]["class"], "desk");
-  expectNav2Loads(json::parse(toNav2(hostileMap())));
+  expectNav2Loads(json::parse(exportMap(hostileMap(), "nav2")));
 }
 
 TEST(Nav2, NeedsPositionsAndTransitions) {
   TopologicalMap map = test::sampleMap();
   map.frames[0].pose.reset();
-  EXPECT_NO_THROW(toNav2(map)) << "one posed frame a node is enough";
+  EXPECT_NO_THROW(exportMap(map, "nav2")) << "one posed frame a node is enough";
   map.frames[1].pose.reset();
-  EXPECT_THAT([&] { toNav2(map); }, FailsWith(ErrorCode::insufficientData, "1 of", "3", "(0)"));
+  EXPECT_THAT([&] { exportMap(map, "nav2"); }, FailsWith(ErrorCode::insufficientData, "1 of", "3", "(0)"));
   map = test::sampleMap();
   map.transitions.clear();
-  EXPECT_THAT([&] { toNav2(map); }, FailsWith(ErrorCode::insufficientData));
+  EXPECT_THAT([&] { exportMap(map, "nav2"); }, FailsWith(ErrorCode::insufficientData));
 }
 
 TEST(Export, WritesEveryFormatByName) {

@@ -100,14 +100,15 @@ TEST(PredictedRooms, AreDrivenTo) {
 }
 
 TEST(PredictedRooms, AreExportedBesideTheTruth) {
-  const json places = json::parse(toPlacesJson(namedMap()));
+  const json places = json::parse(exportMap(namedMap(), "json"));
   EXPECT_EQ(places["places"][0]["room"], "kitchen");
   EXPECT_EQ(places["places"][0]["predicted_rooms"][0], (json{{"room", "kitchen"}, {"p", 0.75}}));
-  EXPECT_EQ(json::parse(toPlacesJson(withoutTruth(namedMap())))["places"][2]["room"], nullptr);
-  EXPECT_THAT(toGraphml(namedMap()), AllOf(HasSubstr("<data key=\"predicted_room\">office</data>"),
-                                           HasSubstr("<data key=\"room_probability\">0.75</data>")));
-  EXPECT_THAT(toGraphml(test::sampleMap()), Not(HasSubstr("<data key=\"predicted_room\"")));
-  const json nav2 = json::parse(toNav2(withoutTruth(namedMap())));
+  EXPECT_EQ(json::parse(exportMap(withoutTruth(namedMap()), "json"))["places"][2]["room"], nullptr);
+  EXPECT_THAT(exportMap(namedMap(), "graphml"),
+              AllOf(HasSubstr("<data key=\"predicted_room\">office</data>"),
+                    HasSubstr("<data key=\"room_probability\">0.75</data>")));
+  EXPECT_THAT(exportMap(test::sampleMap(), "graphml"), Not(HasSubstr("<data key=\"predicted_room\"")));
+  const json nav2 = json::parse(exportMap(withoutTruth(namedMap()), "nav2"));
   EXPECT_EQ(nav2["features"][2]["properties"]["metadata"]["class"], "office");
   EXPECT_EQ(nav2["features"][2]["properties"]["metadata"]["predicted_room"], "office");
   EXPECT_FALSE(nav2["features"][2]["properties"]["metadata"].contains("room"));
