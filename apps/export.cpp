@@ -6,7 +6,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/topology/export.hpp"
-#include "estancia/zones/rooms.hpp"
+#include "estancia/zones/zones_json.hpp"
 #include "estancia/zones/zone_file.hpp"
 
 namespace estancia::apps {

@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numbers>
 
 #include "estancia/core/error.hpp"
-#include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/zones/image_tree.hpp"
 

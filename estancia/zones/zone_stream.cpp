@@ -33,7 +33,8 @@ OptionGroup declare(ZoneStreamOptions& options) {
       .add("relink-every", &options.relinkEvery,
            "The groups are linked and cut again after this many images.")
       .range(1)
-      .unit("images");
+      .unit("images")
+      .why("In between, an image is in the zone of its group. 20 are less than a second of driving.");
   return group;
 }
 
@@ -64,12 +65,7 @@ struct ZoneStream::Impl {
   void number(const std::vector<int>& clusters);  // zones of the groups, by their numbers of before
 
   int add(DescriptorView descriptor);
-  void update();
   std::size_t images() const { return groupOf_.size(); }
-  std::size_t zoneCount() const;
-  std::vector<int> zoneOf() const;
-  std::vector<StreamedZone> zones() const;
-  std::string nameOf(int zone) const;
 
   Vocabulary vocabulary_;
   ZoneOptions zoneOptions_;
@@ -230,12 +226,6 @@ CondensedDistances ZoneStream::Impl::condensed() const {
   return all;
 }
 
-void ZoneStream::Impl::update() {
-  if (groups_.empty()) return;
-  if (scaleIsOlderThan(1)) rescale();
-  relink();
-}
-
 void ZoneStream::Impl::relink() {
   CondensedDistances all = condensed();
   std::vector<std::size_t> sizes;
@@ -274,49 +264,6 @@ void ZoneStream::Impl::number(const std::vector<int>& clusters) {
   }
 }
 
-std::size_t ZoneStream::Impl::zoneCount() const {
-  std::set<int> zones;
-  for (const Group& group : groups_) zones.insert(group.zone);
-  return zones.size();
-}
-
-std::vector<int> ZoneStream::Impl::zoneOf() const {
-  std::vector<int> zones;
-  for (const std::size_t group : groupOf_) zones.push_back(groups_[group].zone);
-  return zones;
-}
-
-std::vector<StreamedZone> ZoneStream::Impl::zones() const {
-  std::map<int, Moments> moments;
-  for (const Group& group : groups_) {
-    const auto [entry, isNew] = moments.emplace(group.zone, group.probabilities);
-    if (!isNew) entry->second.merge(group.probabilities);
-  }
-  std::vector<StreamedZone> zones;
-  for (const auto& [id, of] : moments) {
-    StreamedZone zone{id, "", static_cast<std::uint64_t>(std::llround(of.weight())), {}, {}};
-    zone.mean.assign(of.mean().begin(), of.mean().end());
-    for (const float variance : of.variance()) zone.sigma.push_back(std::sqrt(variance));
-    zones.push_back(std::move(zone));
-  }
-  std::stable_sort(zones.begin(), zones.end(),
-                   [](const StreamedZone& a, const StreamedZone& b) { return a.images > b.images; });
-  std::vector<std::vector<float>> means;
-  for (const StreamedZone& zone : zones) means.push_back(zone.mean);
-  const std::vector<std::string> names = nameZones(vocabulary_, means, probabilities_.mean());
-  for (std::size_t i = 0; i < zones.size(); ++i) zones[i].name = names[i];
-  return zones;
-}
-
-std::string ZoneStream::Impl::nameOf(int zone) const {
-  Moments mean(vocabulary_.size(), false);
-  for (const Group& group : groups_)
-    if (group.zone == zone) mean.add(group.probabilities.mean(), group.probabilities.weight());
-  if (mean.weight() == 0)
-    throw Error(ErrorCode::unknownName, fmt::format("the stream has no zone {} now", zone));
-  return nameZones(vocabulary_, {{mean.mean().begin(), mean.mean().end()}}, probabilities_.mean()).front();
-}
-
 ZoneStream::ZoneStream(Vocabulary vocabulary, const ZoneOptions& options, const ZoneStreamOptions& stream)
     : impl_(std::make_unique<Impl>(std::move(vocabulary), options, stream)) {}
 ZoneStream::ZoneStream(ZoneStream&&) noexcept = default;
@@ -328,7 +275,9 @@ int ZoneStream::add(DescriptorView descriptor) {
 }
 
 void ZoneStream::update() {
-  impl_->update();
+  if (impl_->groups_.empty()) return;
+  if (impl_->scaleIsOlderThan(1)) impl_->rescale();
+  impl_->relink();
 }
 
 Zones ZoneStream::finish(const DescriptorSequence& sequence) {
@@ -362,19 +311,48 @@ const std::string& ZoneStream::cutReason() const {
 }
 
 std::size_t ZoneStream::zoneCount() const {
-  return impl_->zoneCount();
+  std::set<int> zones;
+  for (const Impl::Group& group : impl_->groups_) zones.insert(group.zone);
+  return zones.size();
 }
 
 std::vector<int> ZoneStream::zoneOf() const {
-  return impl_->zoneOf();
+  std::vector<int> zones;
+  for (const std::size_t group : impl_->groupOf_) zones.push_back(impl_->groups_[group].zone);
+  return zones;
 }
 
 std::vector<StreamedZone> ZoneStream::zones() const {
-  return impl_->zones();
+  std::map<int, Moments> moments;
+  for (const Impl::Group& group : impl_->groups_) {
+    const auto [entry, isNew] = moments.emplace(group.zone, group.probabilities);
+    if (!isNew) entry->second.merge(group.probabilities);
+  }
+  std::vector<StreamedZone> zones;
+  for (const auto& [id, of] : moments) {
+    StreamedZone zone{id, "", static_cast<std::uint64_t>(std::llround(of.weight())), {}, {}};
+    zone.mean.assign(of.mean().begin(), of.mean().end());
+    for (const float variance : of.variance()) zone.sigma.push_back(std::sqrt(variance));
+    zones.push_back(std::move(zone));
+  }
+  std::stable_sort(zones.begin(), zones.end(),
+                   [](const StreamedZone& a, const StreamedZone& b) { return a.images > b.images; });
+  std::vector<std::vector<float>> means;
+  for (const StreamedZone& zone : zones) means.push_back(zone.mean);
+  const std::vector<std::string> names = nameZones(impl_->vocabulary_, means, impl_->probabilities_.mean());
+  for (std::size_t i = 0; i < zones.size(); ++i) zones[i].name = names[i];
+  return zones;
 }
 
 std::string ZoneStream::nameOf(int zone) const {
-  return impl_->nameOf(zone);
+  Moments mean(impl_->vocabulary_.size(), false);
+  for (const Impl::Group& group : impl_->groups_)
+    if (group.zone == zone) mean.add(group.probabilities.mean(), group.probabilities.weight());
+  if (mean.weight() == 0)
+    throw Error(ErrorCode::unknownName, fmt::format("the stream has no zone {} now", zone));
+  return nameZones(impl_->vocabulary_, {{mean.mean().begin(), mean.mean().end()}},
+                   impl_->probabilities_.mean())
+      .front();
 }
 
 StreamAgreement compareWithExact(const DescriptorSequence& sequence, std::span<const int> zoneOf,

@@ -18,13 +18,10 @@
 namespace estancia {
 
 struct ZoneStreamOptions {
-  /// At most this many groups of similar images stand for the run, ≥ 2. More are nearer to the exact result,
-  /// and slower by their square.
   std::size_t groups = 512;
-  /// The groups are linked and cut again after this many images, ≥ 1; in between an image is in the zone of
-  /// its group. 20 are less than a second of driving.
   std::size_t relinkEvery = 20;
 };
+/// Says what each option is and its range.
 OptionGroup declare(ZoneStreamOptions& options);
 
 /// A zone as a stream knows it.

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 #include "estancia/core/error.hpp"
 #include "estancia/stats/compared_vectors.hpp"

@@ -1,10 +1,14 @@
 #include "estancia/zones/zones_json.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
+#include "estancia/core/label_words.hpp"
 #include "estancia/zones/naming.hpp"
-#include "estancia/zones/rooms.hpp"
 
 namespace estancia {
 namespace {
@@ -34,6 +38,62 @@ Json zoneJson(const Zone& zone, const Zones& zones, const std::vector<float>& ru
   return json;
 }
 
+/// Zones that are taken for one room, in order of the largest.
+struct PredictedRoom {
+  std::string name;
+  std::vector<int> zones;
+  std::size_t images = 0;
+  double probability = 0;   ///< mean over the images
+  std::vector<float> mean;  ///< mean over the images
+};
+
+std::vector<PredictedRoom> predictedRooms(const Zones& zones) {
+  std::vector<PredictedRoom> rooms;
+  for (const Zone& zone : zones.zones) {
+    if (zone.predicted.empty()) continue;
+    const auto& [name, probability] = zone.predicted.front();
+    auto room = std::ranges::find(rooms, name, &PredictedRoom::name);
+    if (room == rooms.end())
+      room = rooms.insert(rooms.end(), {name, {}, 0, 0, std::vector<float>(zone.mean.size(), 0)});
+    room->zones.push_back(zone.id);
+    room->images += zone.images.size();
+    const double share = static_cast<double>(zone.images.size()) / static_cast<double>(room->images);
+    room->probability += share * (probability - room->probability);
+    for (std::size_t i = 0; i < zone.mean.size(); ++i)
+      room->mean[i] += static_cast<float>(share) * (zone.mean[i] - room->mean[i]);
+  }
+  return rooms;
+}
+
+Json roomsJson(const Zones& zones, std::size_t words) {
+  const std::vector<float> run = runMean(zones);
+  Json json = Json::object();
+  const auto add = [&](std::string name, std::size_t images, const std::vector<float>& mean,
+                       std::size_t number) {
+    if (json.contains(name)) name += fmt::format(" ({})", number);
+    Json list = Json::object();
+    for (const std::size_t label : distinctiveLabels(mean, run, words)) {
+      const std::string word = shortLabel(zones.vocabulary[label]);
+      const double known = list.value(word, 0.0);  // labels of several models may be one word
+      list[word] = std::min(1.0, known + std::round(static_cast<double>(mean[label]) * 1e6) / 1e6);
+    }
+    json[name] = {{"images", images}, {"words", list}};
+  };
+  for (std::size_t i = 0; i < zones.rooms.size(); ++i)
+    add(zones.rooms[i].name, zones.rooms[i].images, zones.rooms[i].mean, i);
+  const std::vector<PredictedRoom> predicted =
+      zones.rooms.empty() ? predictedRooms(zones) : std::vector<PredictedRoom>();
+  for (const PredictedRoom& room : predicted) {
+    add(room.name, room.images, room.mean, 0);
+    json[room.name]["predicted"] = std::round(room.probability * 1e6) / 1e6;
+    json[room.name]["zones"] = room.zones;
+  }
+  if (zones.rooms.empty() && predicted.empty())
+    for (std::size_t i = 0; i < zones.zones.size(); ++i)
+      add(zones.zones[i].name, zones.zones[i].images.size(), zones.zones[i].mean, i);
+  return json;
+}
+
 }  // namespace
 
 Json toJson(const Zones& zones, std::size_t words) {
@@ -41,8 +101,12 @@ Json toJson(const Zones& zones, std::size_t words) {
             {"cut", zones.cut},     {"cut_reason", zones.cutReason}, {"zones", Json::array()}};
   const std::vector<float> run = runMean(zones);
   for (const Zone& zone : zones.zones) json["zones"].push_back(zoneJson(zone, zones, run, words));
-  json["rooms"] = Json::parse(toRoomsJson(zones));
+  json["rooms"] = roomsJson(zones, 10);
   return json;
+}
+
+std::string toRoomsJson(const Zones& zones, std::size_t words) {
+  return roomsJson(zones, words).dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace estancia

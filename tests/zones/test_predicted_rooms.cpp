@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "estancia/zones/rooms.hpp"
 #include "estancia/zones/zone_file.hpp"
 #include "estancia/zones/zones_json.hpp"
 #include "recordings.hpp"

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "estancia/zones/rooms.hpp"
+#include "estancia/zones/zones_json.hpp"
 #include "recordings.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"

@@ -13,6 +13,7 @@
 #include "estancia/io/object_views.hpp"
 #include "estancia/objects/pseudo_labels.hpp"
 #include "estancia/objects/shape.hpp"
+#include "estancia/objects/training.hpp"
 #include "experiments/src/findings/findings.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "experiments/src/runner/grid.hpp"
