@@ -60,8 +60,10 @@ constexpr double maxCollectedMargin = 0.5;
 /// object is an instance, each view of it a sample, flat ones and those at the border included. The reasons
 /// for skipped frames go to `problems`. The folder appears at the end; and also, with the samples so far,
 /// after Interrupted or another failure; without any sample it is not made. Throws Error when the sequence
-/// has no depth or camera (invalidInput), on invalid options, when no frame can be read (fileUnreadable), and
-/// as NewSamples.
+/// has no depth or camera (invalidInput), on invalid options, when no frame can be read (fileUnreadable),
+/// without a name of the folder (invalidOption), when it exists and is not empty, unless it is to be replaced
+/// and has samples only (fileExists), and when FOLDER.part, where they are collected, cannot be made
+/// (fileUnwritable), or exists and is not that of a killed run (fileExists).
 Collected collectObjects(const Sequence& sequence, const std::filesystem::path& folder,
                          const CollectOptions& options = {}, Progress& progress = Progress::none(),
                          std::vector<std::string>* problems = nullptr);

@@ -7,8 +7,6 @@
 #include <optional>
 #include <string>
 
-#include "estancia/core/error.hpp"
-
 namespace estancia {
 namespace {
 

@@ -1,7 +1,6 @@
 // Pseudo-labels: from class probabilities to the classes that shapes are learned by.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>

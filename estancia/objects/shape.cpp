@@ -65,16 +65,6 @@ OptionGroup declare(ShapeOptions& options) {
   return group;
 }
 
-std::vector<DescriptorPart> shapeParts(const ShapeOptions& options) {
-  std::vector<DescriptorPart> parts = Esf(esfOptions(options)).parts();
-  if (options.size)
-    parts.push_back({"size",
-                     PartKind::energies,
-                     {"largest spread", "middle spread", "smallest spread", "radius"},
-                     "size 1 in meters"});
-  return parts;
-}
-
 std::vector<float> describeShape(const PointCloud& cloud, const ShapeOptions& options) {
   std::vector<float> numbers = esf(cloud, esfOptions(options));
   if (options.size) std::ranges::copy(sizeOf(cloud), std::back_inserter(numbers));
@@ -82,7 +72,12 @@ std::vector<float> describeShape(const PointCloud& cloud, const ShapeOptions& op
 }
 
 Features noShapes(const ShapeOptions& options) {
-  Features none{shapeParts(options), {}, DescriptorMatrix(0)};
+  Features none{Esf(esfOptions(options)).parts(), {}, DescriptorMatrix(0)};
+  if (options.size)
+    none.parts.push_back({"size",
+                          PartKind::energies,
+                          {"largest spread", "middle spread", "smallest spread", "radius"},
+                          "size 1 in meters"});
   std::size_t columns = 0;
   for (const DescriptorPart& part : none.parts) columns += part.size();
   none.values = DescriptorMatrix(columns);

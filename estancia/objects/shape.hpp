@@ -12,13 +12,11 @@
 
 namespace estancia {
 
-/// The parts of describeShape(): ESF and, if chosen, size (three standard deviations and the radius) [m].
-std::vector<DescriptorPart> shapeParts(const ShapeOptions& options);
-
 /// Throws Error as esf().
 std::vector<float> describeShape(const PointCloud& cloud, const ShapeOptions& options);
 
-/// Features without frames.
+/// Features without frames: the parts of describeShape(), ESF and, if chosen, size (three standard deviations
+/// and the radius) [m].
 Features noShapes(const ShapeOptions& options);
 
 /// The shapes of all views: one frame each, of the same name; its `room` is the category. Views that cannot

@@ -1,7 +1,6 @@
 #include "estancia/objects/tracks.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/core/affine.hpp>
 
 #include "estancia/core/error.hpp"

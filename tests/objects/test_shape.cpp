@@ -62,7 +62,7 @@ ShapeOptions quick(bool size = false, int threads = 0) {
 TEST(Shape, PartsAreWhatIsDescribed) {
   const PointCloud ball = ellipsoid({0.1F, 0.1F, 0.1F});
   for (const bool size : {false, true}) {
-    const std::vector<DescriptorPart> parts = shapeParts(quick(size));
+    const std::vector<DescriptorPart> parts = noShapes(quick(size)).parts;
     std::size_t columns = 0;
     for (const DescriptorPart& part : parts) columns += part.size();
     EXPECT_EQ(describeShape(ball, quick(size)).size(), columns);
@@ -70,7 +70,7 @@ TEST(Shape, PartsAreWhatIsDescribed) {
   }
   ShapeOptions other = quick();
   other.samples = 301;
-  EXPECT_NE(shapeParts(other)[0].identity, shapeParts(quick())[0].identity);
+  EXPECT_NE(noShapes(other).parts[0].identity, noShapes(quick()).parts[0].identity);
 }
 
 TEST(Shape, SizeIsInMetersWhereverTheThingLies) {
@@ -104,7 +104,8 @@ TEST(Shape, WhatIsNoShapeIsRefused) {
     EXPECT_THAT([&] { describeShape(nothing, quick(size)); }, FailsWith(ErrorCode::insufficientData, "0"));
     EXPECT_THAT([&] { describeShape({}, quick(size)); }, FailsWith(ErrorCode::insufficientData, "0"));
   }
-  EXPECT_THAT([] { shapeParts({.samples = 0}); }, FailsWith(ErrorCode::invalidOption, "esf.samples", "0"));
+  EXPECT_THAT([] { noShapes({.samples = 0}).parts; },
+              FailsWith(ErrorCode::invalidOption, "esf.samples", "0"));
 }
 
 TEST(Shapes, OfAllViewsWhateverTheThreads) {
@@ -124,7 +125,7 @@ TEST(Shapes, OfAllViewsWhateverTheThreads) {
   EXPECT_EQ(one.frames[1].room, "even");
   const std::vector<float> second(one.values.row(1).begin(), one.values.row(1).end());
   EXPECT_EQ(second, describeShape(ellipsoid({1, 2, 1}), quick(true)));
-  EXPECT_EQ(one.parts, shapeParts(quick(true)));
+  EXPECT_EQ(one.parts, noShapes(quick(true)).parts);
 }
 
 TEST(Shapes, NoneIsAnError) {
