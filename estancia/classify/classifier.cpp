@@ -188,6 +188,19 @@ std::vector<double> classWeights(const Samples& samples, bool balanced) {
   return weights;
 }
 
+OrderedByClass orderByClass(std::vector<std::size_t> rows, const std::vector<int>& classes,
+                            const std::vector<double>& weights) {
+  OrderedByClass order{std::move(rows), {}, {}, {}};
+  std::ranges::stable_sort(order.rows, {}, [&](std::size_t row) { return classes[row]; });
+  for (const std::size_t row : order.rows) {
+    order.y.push_back(classes[row]);
+    if (!order.labels.empty() && order.labels.back() == classes[row]) continue;
+    order.labels.push_back(classes[row]);
+    order.weights.push_back(weights[static_cast<std::size_t>(classes[row])]);
+  }
+  return order;
+}
+
 DescriptorMatrix rowsOf(const DescriptorMatrix& matrix, const std::vector<std::size_t>& rows) {
   DescriptorMatrix result(matrix.labels());
   result.reserve(rows.size());

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <opencv2/ml.hpp>
 #include <random>
@@ -10,7 +9,6 @@
 
 #include "estancia/classify/parameter_search.hpp"
 #include "estancia/classify/trainers.hpp"
-#include "estancia/core/error.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/seeded_generator.hpp"
 

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <span>
 #include <string_view>
 
 #include "estancia/core/error.hpp"

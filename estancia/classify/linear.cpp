@@ -80,31 +80,20 @@ class LinearSamples {
   Weights train(const std::vector<std::size_t>& rows, const std::vector<int>& classes, double c,
                 const std::vector<double>& classWeight, const Weights& from) const {
     set_print_string_function([](const char*) {});
-    std::vector<std::size_t> order = rows;  // liblinear counts classes in the order in which they appear
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return classes[a] < classes[b]; });
+    OrderedByClass order = orderByClass(rows, classes, classWeight);
     std::vector<feature_node*> x;
-    std::vector<double> y;
-    for (const std::size_t row : order) {
+    for (const std::size_t row : order.rows)
       x.push_back(const_cast<feature_node*>(nodes_.data() + row * width_));  // only read
-      y.push_back(classes[row]);
-    }
     const std::size_t n = width_ - 1;
-    const problem all{static_cast<int>(x.size()), static_cast<int>(n), y.data(), x.data(), -1};
-    std::vector<int> labels;
-    std::vector<double> weights, start;
-    for (const std::size_t row : order) {
-      if (!labels.empty() && labels.back() == classes[row]) continue;
-      labels.push_back(classes[row]);
-      weights.push_back(classWeight[static_cast<std::size_t>(classes[row])]);
-    }
+    const problem all{static_cast<int>(x.size()), static_cast<int>(n), order.y.data(), x.data(), -1};
+    std::vector<double> start;
     parameter how{};
     how.solver_type = L2R_LR;  // the primal one: a trust region, no random order
     how.eps = 0.01;
     how.C = c;
-    how.nr_weight = static_cast<int>(labels.size());
-    how.weight_label = labels.data();
-    how.weight = weights.data();
+    how.nr_weight = static_cast<int>(order.labels.size());
+    how.weight_label = order.labels.data();
+    how.weight = order.weights.data();
     std::vector<const std::vector<double>*> known;
     for (const auto& row : from)
       if (!row.empty()) known.push_back(&row);
@@ -173,12 +162,8 @@ class HeldOut {
     const auto folds = static_cast<std::size_t>(options_.folds);
     const std::vector<int>& foldOf = search_.folds[task / folds];
     const auto fold = static_cast<int>(task % folds);
-    std::vector<std::size_t> rows;
-    for (std::size_t i = 0; i < search_.size(); ++i)
-      if (foldOf[i] != fold) rows.push_back(i);
-    if (std::all_of(rows.begin(), rows.end(),
-                    [&](std::size_t row) { return search_.classes[row] == search_.classes[rows.front()]; }))
-      return;
+    const std::vector<std::size_t> rows = search_.trainingRows(foldOf, fold);
+    if (rows.empty()) return;
     Weights& weights = weights_[task];
     for (std::size_t c = 0; c < cs.size() && !interrupted(); ++c) {
       weights = samples_.train(rows, search_.classes, cs[c], search_.weights, weights);

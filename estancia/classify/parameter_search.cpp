@@ -36,6 +36,14 @@ std::vector<float> productsOf(const DescriptorMatrix& x, int threads) {
   return products;
 }
 
+std::vector<std::size_t> Search::trainingRows(const std::vector<int>& foldOf, int fold) const {
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < size(); ++i)
+    if (foldOf[i] != fold) rows.push_back(i);
+  const auto isAlike = [&](std::size_t row) { return classes[row] == classes[rows.front()]; };
+  return std::ranges::all_of(rows, isAlike) ? std::vector<std::size_t>() : rows;
+}
+
 Search searchOf(const Samples& samples, const ClassifierOptions& options, std::size_t maxSamples) {
   Search search;
   std::vector<int> groups;

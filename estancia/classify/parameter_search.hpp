@@ -26,6 +26,8 @@ struct Search {
   std::vector<double> weights;
 
   std::size_t size() const { return classes.size(); }
+  /// The samples of the other folds; none if they are of one class.
+  std::vector<std::size_t> trainingRows(const std::vector<int>& foldOf, int fold) const;
 };
 
 /// At most `maxSamples`, but one of each class.

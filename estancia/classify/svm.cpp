@@ -12,7 +12,6 @@
 #include "estancia/classify/parameter_search.hpp"
 #include "estancia/classify/svm_training.hpp"
 #include "estancia/classify/trainers.hpp"
-#include "estancia/core/error.hpp"
 #include "estancia/core/memory.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/stats/products.hpp"
@@ -109,12 +108,8 @@ std::size_t pairsOf(const Search& search) {
 void holdOut(const Search& search, const SvmSamples& samples, std::span<const float> kernel,
              const std::vector<int>& folds, int fold, double c, std::span<float> decisions) {
   const std::size_t n = search.size();
-  std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < n; ++i)
-    if (folds[i] != fold) rows.push_back(i);
-  if (std::all_of(rows.begin(), rows.end(),
-                  [&](std::size_t row) { return search.classes[row] == search.classes[rows.front()]; }))
-    return;
+  const std::vector<std::size_t> rows = search.trainingRows(folds, fold);
+  if (rows.empty()) return;
   const TrainedMachines trained = samples.train(rows, search.classes, c, search.weights);
   std::vector<float> values(trained.vectors.size());
   for (std::size_t i = 0; i < n; ++i) {

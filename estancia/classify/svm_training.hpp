@@ -1,8 +1,9 @@
 // SVM training by libsvm: machines for all pairs of classes, from a kernel matrix computed once.
 #pragma once
 
+#include <libsvm/svm.h>
+
 #include <cstddef>
-#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -42,15 +43,15 @@ class SvmSamples {
   /// Samples whose kernel libsvm computes as it goes (without gamma: a · b): slower, but 16 n · columns
   /// bytes.
   SvmSamples(const DescriptorMatrix& x, std::optional<double> gamma);
-  ~SvmSamples();
 
   /// Learns from the `rows`, whose classes are classes[row] and whose errors cost c · weights[classes[row]].
   TrainedMachines train(const std::vector<std::size_t>& rows, const std::vector<int>& classes, double c,
                         const std::vector<double>& weights) const;
 
  private:
-  struct Nodes;
-  std::unique_ptr<Nodes> nodes_;
+  std::vector<svm_node> nodes_;
+  std::size_t width_;  ///< nodes a sample
+  svm_parameter parameter_{};
 };
 
 }  // namespace estancia

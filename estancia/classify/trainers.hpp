@@ -1,7 +1,6 @@
 // Trainers: one trainer and one reader for each type of classifier, for classifier.cpp.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -27,6 +26,19 @@ std::unique_ptr<Classifier> readLinear(ByteReader& in);
 
 /// Σ weights of each class are equal, and of all samples N; all 1 unless balanced.
 std::vector<double> classWeights(const Samples& samples, bool balanced);
+
+/// Samples as libsvm and liblinear want them.
+struct OrderedByClass {
+  /// Class by class, since both number the classes as they appear.
+  std::vector<std::size_t> rows;
+  /// The class of each row.
+  std::vector<double> y;
+  /// The classes with samples, and their weights.
+  std::vector<int> labels;
+  std::vector<double> weights;
+};
+OrderedByClass orderByClass(std::vector<std::size_t> rows, const std::vector<int>& classes,
+                            const std::vector<double>& weights);
 
 /// These rows, in that order.
 DescriptorMatrix rowsOf(const DescriptorMatrix& matrix, const std::vector<std::size_t>& rows);
