@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <mutex>
 #include <set>
 #include <thread>
 
@@ -22,9 +23,9 @@ constexpr double kMinDepthShare = 0.02;  // share of the pixels; below, alignmen
 }  // namespace
 
 Choices alignmentTerms() {
-  return {{"auto", "depth, and hybrid where depth alone is degenerate"},
-          {"depth", "point-to-plane distances"},
-          {"color", "differences of gray values"},
+  return {{"auto", "depth, and hybrid where depth alone is degenerate, as along a bare wall"},
+          {"depth", "point-to-plane distances: the most exact where depth and color are not registered"},
+          {"color", "differences of gray values; needs texture"},
           {"hybrid", "both"}};
 }
 

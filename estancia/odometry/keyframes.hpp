@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <opencv2/core/affine.hpp>
 #include <optional>
 #include <string>

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <future>
 #include <memory>
@@ -256,24 +255,38 @@ OptionGroup declare(RgbdOptions& o) {
       .range(48, 4096)
       .unit("pixels")
       .why("Larger images take longer, and gain little with the noise of depth cameras.");
-  group.add("max-depth", &o.maxDepth, "Depth beyond is not used").above(0, 1000).unit("m");
-  group.add("keyframe-overlap", &o.keyframeOverlap, "Overlap below which a frame becomes the next keyframe")
+  group.add("max-depth", &o.maxDepth, "Depth beyond is not used: it is too noisy for alignment")
+      .above(0, 1000)
+      .unit("m");
+  group
+      .add("keyframe-overlap", &o.keyframeOverlap,
+           "Share of a frame's points in the keyframe, below which it becomes the next one")
       .above(0, 1);
   group.add("min-overlap", &o.minOverlap, "Overlap below which a frame is lost").above(0, 1);
-  group.add("max-rmse", &o.maxRmse, "Difference in depth above which a frame is lost").above(0).unit("m");
+  group.add("max-rmse", &o.maxRmse, "Difference in depth (root mean square) above which a frame is lost")
+      .above(0)
+      .unit("m");
   group.add("min-correlation", &o.minCorrelation, "Correlation of gray values below which a frame is lost")
-      .range(-1, 1);
-  group.add("max-motion", &o.maxMotion, "Largest translation between two frames").above(0).unit("m");
-  group.add("max-turn", &o.maxTurn, "Largest rotation between two frames").above(0).unit("degrees");
+      .range(-1, 1)
+      .why("Bare walls have the same shape everywhere.");
+  group.add("max-motion", &o.maxMotion, "Largest translation between two frames; beyond, tracking is lost")
+      .above(0)
+      .unit("m");
+  group.add("max-turn", &o.maxTurn, "Largest rotation between two frames; beyond, tracking is lost")
+      .above(0)
+      .unit("degrees");
   group.add("max-gap", &o.maxGap, "Interval above which motion is not extrapolated").above(0).unit("s");
-  group.add("loop-candidates", &o.loopCandidates, "Keyframes verified for a loop closure; 0 closes none")
+  group
+      .add("loop-candidates", &o.loopCandidates,
+           "Keyframes, the most similar by words, verified for a loop closure; 0 closes none")
       .range(0);
   group.add("min-loop-keyframes", &o.minLoopKeyframes, "Keyframes between the ends of a loop").range(1);
   group.add("min-loop-overlap", &o.minLoopOverlap, "Smallest overlap of a loop closure").above(0, 1);
   group.add("min-loop-features", &o.minLoopFeatures, "Features that must agree for a loop closure")
       .range(6)
       .why("Raise it where rooms look alike.");
-  group.add("threads", &o.threads, "Threads; 0: one a free core").range(0, 1024);
+  group.add("threads", &o.threads, "Threads; 0: one a free core. The result does not depend on it")
+      .range(0, 1024);
   return group;
 }
 

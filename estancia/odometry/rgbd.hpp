@@ -18,41 +18,23 @@
 namespace estancia {
 
 struct RgbdOptions {
-  /// What alignment minimizes: "depth" (point to plane; the most exact where depth and color are not
-  /// registered), "color" (photometric; needs texture), "hybrid" (both), or "auto": depth, and hybrid where
-  /// depth alone is degenerate, as along a bare wall.
   std::string term = "auto";
-  /// Images are halved until they are at most this wide [pixels]: more is slower, and on a Kinect no better.
   int width = 160;
-  /// Larger depths are too noisy for alignment [m].
   double maxDepth = 4;
-  /// A frame that overlaps less than this with the keyframe becomes the next one [share of its points].
   double keyframeOverlap = 0.7;
-  /// A frame that overlaps less than this with the keyframe is lost …
   double minOverlap = 0.35;
-  /// … and one whose common points differ by more than this in depth [m, root mean square] …
   double maxRmse = 0.03;
-  /// … or whose gray values correlate less than this: bare walls have the same shape everywhere.
   double minCorrelation = 0.5;
-  /// Largest translation between two frames [m]; beyond, tracking is lost.
   double maxMotion = 0.7;
-  /// Largest rotation between two frames [degrees]; beyond, tracking is lost.
   double maxTurn = 50;
-  /// Longer intervals between time stamps are gaps, over which motion is not extrapolated [s].
   double maxGap = 1;
-
-  /// Earlier keyframes, the most similar by words, that are verified for a loop closure; 0 closes none.
   int loopCandidates = 8;
-  /// Keyframes closer than this are no loop.
   int minLoopKeyframes = 4;
-  /// Smallest overlap of a loop closure.
   double minLoopOverlap = 0.4;
-  /// Features that must agree on the motion of a loop closure. Raise it where rooms look alike.
   int minLoopFeatures = 25;
-
-  /// 0: one a free core. The result does not depend on it.
   int threads = 0;
 };
+/// Says what each option is, its unit and its range.
 OptionGroup declare(RgbdOptions& options);
 /// Throws Error (invalidOption, unknownName).
 void validate(const RgbdOptions& options);
