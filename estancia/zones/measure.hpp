@@ -1,11 +1,8 @@
-// Zone quality: agreement with known rooms, and the thesis' measure M. Private.
+// Zone quality: agreement with known rooms. Private.
 #pragma once
 
 #include <cstddef>
 #include <optional>
-#include <span>
-#include <string>
-#include <vector>
 
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/zones/zones.hpp"
@@ -24,47 +21,5 @@ struct ZoneQuality {
 };
 
 ZoneQuality evaluate(const Zones& zones);
-
-/// The class that an image belongs to, and what kind of class that is: the room "corridor 2" is a corridor.
-struct ImageClass {
-  std::string category, name;  ///< name "": not known, the image is left out
-};
-
-/// Two classes of one category, and how differently their images spread over the zones.
-struct ClassPair {
-  std::string category, first, second;
-  double distance = 0;  ///< Euclidean distance of the two distributions over zones / √2, in [0, 1]
-};
-
-/// M of Eq. 5.2 and the pairs it is the mean of (Table 5.3).
-struct CategorySpread {
-  std::vector<ClassPair> pairs;  ///< by category, then by the classes' names
-  std::optional<double> m;       ///< 0: classes of a category lie in the same zones; absent without a pair
-};
-
-/// Compares how the classes of each category spread over the zones (thesis 5.5.3, Fig. 5.5). `zoneOf` are any
-/// numbers, one an image, as are `classes`. Throws Error (mismatch) when their lengths differ or one class
-/// stands under two categories.
-CategorySpread measureCategories(std::span<const int> zoneOf, std::span<const ImageClass> classes);
-
-/// The mean over all pairs, each as heavy as the next: categories with many classes count more. So reads
-/// Eq. 5.2, and so come the values under Table 5.3 about.
-std::optional<double> meanDistance(std::span<const ClassPair> pairs);
-
-/// How far classes lie apart in words (Fig. 5.4).
-struct ClassDistances {
-  std::vector<std::string> classes;  ///< C names, by the alphabet
-  /// C×C, row-major, symmetric: the mean distance of an image of one class and an image of the other; on the
-  /// diagonal that of two different images of the class, NaN where there is only one.
-  std::vector<double> mean;
-
-  double at(std::size_t a, std::size_t b) const { return mean[a * classes.size() + b]; }
-};
-
-/// By any distance: ZoneOptions::distance, "ks" for the thesis'. `classes` has one name a frame, "" where not
-/// known. O(N² L). Throws Error when the lengths differ (mismatch), no class is known (insufficientData), or
-/// the distance is not (unknownName).
-ClassDistances classDistances(const DescriptorSequence& sequence, std::span<const std::string> classes,
-                              const ZoneOptions& options, Progress& progress = Progress::none());
 
 }  // namespace estancia

@@ -24,10 +24,10 @@
 #include "estancia/stats/linkage.hpp"
 #include "estancia/zones/cut.hpp"
 #include "estancia/zones/image_tree.hpp"
-#include "estancia/zones/measure.hpp"
 #include "estancia/zones/zones.hpp"
 #include "experiments/src/places/room_table.hpp"
 #include "experiments/src/runner/config_lists.hpp"
+#include "experiments/src/zones/category_spread.hpp"
 #include "experiments/src/zones/room_classes.hpp"
 #include "experiments/src/zones/zone_tables_findings.hpp"
 
