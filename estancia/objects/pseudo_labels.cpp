@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <random>
 
 #include "estancia/core/error.hpp"
 #include "estancia/core/log_opinion_pool.hpp"
@@ -32,36 +31,20 @@ void requireAsMany(const ClassProbabilities& answers, std::size_t others, const 
                                                  answers.probabilities.size(), others, what));
 }
 
-/// The samples of each instance, in ascending order.
-std::vector<std::vector<std::size_t>> samplesOf(std::span<const int> instances) {
-  std::map<int, std::vector<std::size_t>> samples;
-  for (std::size_t i = 0; i < instances.size(); ++i) samples[instances[i]].push_back(i);
-  std::vector<std::vector<std::size_t>> lists;
-  lists.reserve(samples.size());
-  for (auto& [instance, list] : samples) lists.push_back(std::move(list));
-  return lists;
-}
-
 /// The class of each instance by its fused probabilities (one vote per sample); −1 without any.
-std::vector<int> poolOf(const ClassProbabilities& answers,
-                        const std::vector<std::vector<std::size_t>>& objects) {
-  std::vector<int> classes;
-  for (const auto& samples : objects) {
-    LogOpinionPool pool(answers.probabilities.labels());
-    for (const std::size_t i : samples) pool.add(answers.probabilities.row(i));
-    const std::vector<double> pooled = pool.pooled();
-    classes.push_back(pooled.empty() ? -1
-                                     : static_cast<int>(std::ranges::max_element(pooled) - pooled.begin()));
-  }
-  return classes;
-}
-
 std::vector<int> voted(const ClassProbabilities& answers, std::span<const int> instances) {
-  const auto objects = samplesOf(instances);
-  const std::vector<int> classOf = poolOf(answers, objects);
-  std::vector<int> classes(instances.size());
-  for (std::size_t t = 0; t < objects.size(); ++t)
-    for (const std::size_t i : objects[t]) classes[i] = classOf[t];
+  std::map<int, LogOpinionPool> pools;
+  for (std::size_t i = 0; i < instances.size(); ++i)
+    pools.try_emplace(instances[i], answers.probabilities.labels())
+        .first->second.add(answers.probabilities.row(i));
+  std::map<int, int> classOf;
+  for (const auto& [instance, pool] : pools) {
+    const std::vector<double> pooled = pool.pooled();
+    classOf[instance] =
+        pooled.empty() ? -1 : static_cast<int>(std::ranges::max_element(pooled) - pooled.begin());
+  }
+  std::vector<int> classes;
+  for (const int instance : instances) classes.push_back(classOf[instance]);
   return classes;
 }
 
@@ -109,50 +92,6 @@ std::vector<int> assignPseudoLabels(PseudoLabeling labeling, const ClassProbabil
   }
   throw Error(ErrorCode::invalidOption,
               "the pseudo-labeling is none of PseudoLabeling; give one of its values");
-}
-
-ClassProbabilities withNoise(const ClassProbabilities& answers, NoiseKind kind, double rate,
-                             std::span<const int> instances, std::uint64_t seed) {
-  if (!(rate >= 0 && rate <= 1))
-    throw Error(ErrorCode::invalidOption, fmt::format("the noise rate is {}; give 0 to 1", rate));
-  const std::size_t classes = answers.probabilities.labels();
-  std::vector<std::vector<std::size_t>> objects;  // whose samples change alike, and their classes
-  std::vector<int> labels;
-  if (kind == NoiseKind::instance) {
-    requireAsMany(answers, instances.size(), "an instance");
-    objects = samplesOf(instances);
-    labels = poolOf(answers, objects);
-  } else {
-    for (std::size_t i = 0; i < answers.probabilities.size(); ++i) objects.push_back({i});
-    labels = mostProbableOfEach(answers.probabilities);
-  }
-  std::vector<std::size_t> order;
-  std::size_t labeled = 0;
-  for (std::size_t t = 0; t < objects.size(); ++t)
-    if (labels[t] >= 0) {
-      order.push_back(t);
-      labeled += objects[t].size();
-    }
-  std::mt19937_64 random(seed);
-  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random() % i]);
-
-  const double wanted = rate * static_cast<double>(labeled);
-  std::vector<float> values = answers.probabilities.values();
-  double done = 0;
-  for (const std::size_t t : order) {
-    const double half = static_cast<double>(objects[t].size()) / 2;
-    if (classes < 2 || done + half > wanted) break;
-    done += 2 * half;
-    const auto label = static_cast<std::size_t>(labels[t]);
-    const std::size_t other =
-        (label + (kind == NoiseKind::pair ? 1 : 1 + random() % (classes - 1))) % classes;
-    for (const std::size_t i : objects[t])
-      std::swap(values[i * classes + label], values[i * classes + other]);
-  }
-  ClassProbabilities noisy{DescriptorMatrix(classes), answers.coverage};
-  for (std::size_t i = 0; i < answers.probabilities.size(); ++i)
-    noisy.probabilities.append(std::span(values).subspan(i * classes, classes));
-  return noisy;
 }
 
 }  // namespace estancia

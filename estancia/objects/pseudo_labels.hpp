@@ -1,7 +1,6 @@
 // Pseudo-labels: from class probabilities to the classes that shapes are learned by.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -18,13 +17,5 @@ namespace estancia {
 std::vector<int> assignPseudoLabels(PseudoLabeling labeling, const ClassProbabilities& answers,
                                     std::span<const int> instances, const Features& shapes,
                                     const ClassifierOptions& options, Progress& progress = Progress::none());
-
-/// Injected label noise: `rate` (0 … 1) of the samples with an answer, chosen by `seed`, swap the probability
-/// of their most probable class with that of another. view: each sample by itself; pair: always the next
-/// class instead of any; instance: all samples of an object alike, by their fused class. With one seed, a
-/// lower rate chooses a subset of a higher one. Throws Error (invalidOption) on another rate.
-enum class NoiseKind { view, pair, instance };
-ClassProbabilities withNoise(const ClassProbabilities& answers, NoiseKind kind, double rate,
-                             std::span<const int> instances, std::uint64_t seed);
 
 }  // namespace estancia

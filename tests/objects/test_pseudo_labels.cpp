@@ -7,6 +7,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/objects/object_model.hpp"
 #include "estancia/objects/pseudo_labels.hpp"
+#include "experiments/src/objects/label_noise.hpp"
 #include "made_up.hpp"
 #include "support/errors.hpp"
 

@@ -9,6 +9,7 @@
 #include "estancia/core/digest.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/objects/learning.hpp"
+#include "estancia/objects/pseudo_labels.hpp"
 #include "experiments/src/objects/object_splits_data.hpp"
 #include "experiments/src/objects/object_splits_results.hpp"
 #include "experiments/src/objects/thesis_objects.hpp"
