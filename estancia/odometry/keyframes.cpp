@@ -99,8 +99,8 @@ std::optional<cv::Affine3d> Keyframes::guess(const FrameView& view, std::size_t 
 
 std::vector<std::size_t> Keyframes::withSimilarWords(const FrameView& view) const {
   if (!words_.describe) return {};
-  return recall_.nearest(words_.describe(view.frame), static_cast<std::size_t>(options_.loopCandidates),
-                         [](std::size_t) { return true; });
+  return recall_.nearest(recall_.embed(words_.describe(view.frame)),
+                         static_cast<std::size_t>(options_.loopCandidates), [](std::size_t) { return true; });
 }
 
 std::optional<PoseGraphEdge> Keyframes::verified(std::size_t source, std::size_t target) const {
@@ -119,8 +119,8 @@ void Keyframes::closeLoops(Progress& progress) {
   const auto max = static_cast<std::size_t>(options_.loopCandidates),
              apart = static_cast<std::size_t>(options_.minLoopKeyframes);
   for (std::size_t k = 0; k < size(); ++k)
-    for (const std::size_t other :
-         recall_.nearest(k, max, [&](std::size_t o) { return o + apart <= k || k + apart <= o; }))
+    for (const std::size_t other : recall_.nearest(
+             recall_.embedded(k), max, [&](std::size_t o) { return o + apart <= k || k + apart <= o; }))
       unique.insert({std::max(k, other), std::min(k, other)});
   const std::vector<std::pair<std::size_t, std::size_t>> pairs(unique.begin(), unique.end());
   if (pairs.empty()) return;

@@ -24,18 +24,8 @@ void Recall::add(const LexicalDescriptor& descriptor) {
   moments_->add(embedded_.back());
 }
 
-std::vector<std::size_t> Recall::nearest(const LexicalDescriptor& descriptor, std::size_t max,
+std::vector<std::size_t> Recall::nearest(const std::vector<float>& query, std::size_t max,
                                          const std::function<bool(std::size_t)>& eligible) const {
-  return nearestEmbedded(embed(descriptor), max, eligible);
-}
-
-std::vector<std::size_t> Recall::nearest(std::size_t image, std::size_t max,
-                                         const std::function<bool(std::size_t)>& eligible) const {
-  return nearestEmbedded(embedded_[image], max, eligible);
-}
-
-std::vector<std::size_t> Recall::nearestEmbedded(const std::vector<float>& query, std::size_t max,
-                                                 const std::function<bool(std::size_t)>& eligible) const {
   if (!moments_ || query.size() != moments_->mean().size()) return {};
   const Standardization run = standardizationBy(*moments_);
   const std::vector<float> sought = comparedVector(distance_, run, query);

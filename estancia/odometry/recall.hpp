@@ -22,19 +22,16 @@ class Recall {
   /// Images are numbered in this order. Throws Error (mismatch) when the number of labels changes.
   void add(const LexicalDescriptor& descriptor);
 
-  std::size_t size() const { return embedded_.size(); }
+  /// A descriptor as it is compared, and that of an image.
+  std::vector<float> embed(const LexicalDescriptor& descriptor) const;
+  const std::vector<float>& embedded(std::size_t image) const { return embedded_[image]; }
 
-  /// At most `max` eligible images, the nearest first. Standardized by the images so far.
-  std::vector<std::size_t> nearest(const LexicalDescriptor& descriptor, std::size_t max,
-                                   const std::function<bool(std::size_t)>& eligible) const;
-  std::vector<std::size_t> nearest(std::size_t image, std::size_t max,
+  /// At most `max` eligible images, the nearest to embed() of a descriptor first. Standardized by the images
+  /// so far.
+  std::vector<std::size_t> nearest(const std::vector<float>& query, std::size_t max,
                                    const std::function<bool(std::size_t)>& eligible) const;
 
  private:
-  std::vector<float> embed(const LexicalDescriptor& descriptor) const;
-  std::vector<std::size_t> nearestEmbedded(const std::vector<float>& query, std::size_t max,
-                                           const std::function<bool(std::size_t)>& eligible) const;
-
   Distance distance_;
   std::vector<std::vector<float>> embedded_;  ///< empty without words
   std::optional<Moments> moments_;            ///< of those that have words; absent while none has
