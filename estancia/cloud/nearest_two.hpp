@@ -1,4 +1,5 @@
-// Nearest two: the two neurons of a list that are nearest to a point, with SIMD.
+// Nearest two: the neurons of a Growing Neural Gas, and the two of a list that are nearest to a point, with
+// SIMD.
 #pragma once
 
 #ifdef __SSE2__
@@ -9,9 +10,19 @@
 #include <cstdint>
 #include <limits>
 
-#include "estancia/cloud/neuron.hpp"
+#include "estancia/cloud/signals.hpp"
 
 namespace estancia {
+
+/// Half a cache line: what every signal reads of a neuron and of its neighbors. The search grid lists a
+/// neuron at its home, from which it must not move too far.
+struct alignas(32) Neuron {
+  float x = 0, y = 0, z = 0;
+  std::uint32_t wins = 0;  ///< modulo 2^32
+  float homeX = 0, homeY = 0, homeZ = 0, zero = 0;
+
+  Point4 at() const { return {x, y, z, 0}; }
+};
 
 /// Of neurons at the same distance the one with the lower number comes first. Distances are infinite while
 /// there is no such neuron.

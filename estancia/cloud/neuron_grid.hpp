@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "estancia/cloud/nearest_two.hpp"
-#include "estancia/cloud/neuron.hpp"
 
 namespace estancia {
 
