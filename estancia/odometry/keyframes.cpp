@@ -3,14 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
-#include <mutex>
 #include <set>
-#include <thread>
 
 #include "estancia/core/cores.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/frame_failure.hpp"
+#include "estancia/core/parallel.hpp"
 #include "estancia/core/rigid.hpp"
 
 namespace estancia::odometry {
@@ -126,31 +124,9 @@ void Keyframes::closeLoops(Progress& progress) {
   if (pairs.empty()) return;
   progress.begin("closing loops", pairs.size());
   std::vector<std::optional<PoseGraphEdge>> loops(pairs.size());
-  std::atomic<std::size_t> next = 0;
-  std::mutex mutex;
-  std::exception_ptr failure;
-  const auto work = [&] {
-    try {
-      for (std::size_t i; (i = next++) < pairs.size() && !interrupted();) {
-        loops[i] = verified(pairs[i].first, pairs[i].second);
-        const std::lock_guard lock(mutex);
-        progress.advance();
-      }
-    } catch (...) {
-      const std::lock_guard lock(mutex);
-      failure = std::current_exception();
-      next = pairs.size();
-    }
-  };
-  {
-    const int count = options_.threads > 0 ? options_.threads : freeCores();
-    std::vector<std::jthread> threads;
-    for (int t = 1; t < count; ++t) threads.emplace_back(work);
-    work();
-  }
-  if (failure) std::rethrow_exception(failure);
-  if (interrupted())
-    throw Interrupted("interrupted while closing loops; nothing was written, run odometry again");
+  inParallel(pairs.size(), options_.threads > 0 ? options_.threads : freeCores(), progress,
+             "interrupted while closing loops; nothing was written, run odometry again",
+             [&](std::size_t i) { loops[i] = verified(pairs[i].first, pairs[i].second); });
   progress.end();
   for (const auto& loop : loops)
     if (loop) edges_.push_back(*loop);
