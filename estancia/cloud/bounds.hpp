@@ -3,11 +3,12 @@
 
 #include <algorithm>
 #include <limits>
-#include <opencv2/core/types.hpp>
+#include <span>
+
+#include "estancia/core/point_cloud.hpp"
 
 namespace estancia {
 
-/// Without points, `low` is above `high`.
 template <class Number>
 struct Bounds {
   using Point = cv::Point3_<Number>;
@@ -18,9 +19,18 @@ struct Bounds {
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
+  bool empty() const { return !(low.x <= high.x); }
   bool contains(const Point& p) const {
     return p.x >= low.x && p.y >= low.y && p.z >= low.z && p.x <= high.x && p.y <= high.y && p.z <= high.z;
   }
 };
+
+/// Of the finite points.
+inline Bounds<float> boundsOf(std::span<const cv::Point3f> points) {
+  Bounds<float> box;
+  for (const cv::Point3f& p : points)
+    if (isFinite(p)) box.add(p);
+  return box;
+}
 
 }  // namespace estancia

@@ -60,8 +60,7 @@ std::vector<cv::Point3f> near(std::span<const cv::Point3f> points, std::span<con
                               float radius) {
   std::vector<cv::Point3f> result;
   if (others.empty()) return result;
-  Bounds<float> box;
-  for (const cv::Point3f& q : others) box.add(q);
+  Bounds<float> box = boundsOf(others);
   const cv::Point3f reach(radius, radius, radius);
   box.low -= reach;
   box.high += reach;

@@ -59,10 +59,8 @@ Surface surfaceOf(const PointCloud& cloud, int threads) {
     const cv::Point3d d = p - options.viewpoint;
     noise.push_back(std::max(1., d.dot(d)));
   }
-  Bounds<float> box;
-  for (const cv::Point3f& p : thin.points) box.add(p);
-  const bool oriented =
-      !thin.normals.empty() || cloud.viewpoint.has_value() || !box.contains(options.viewpoint);
+  const bool oriented = !thin.normals.empty() || cloud.viewpoint.has_value() ||
+                        !boundsOf(thin.points).contains(options.viewpoint);
   const auto length = static_cast<float>(leaf);
   return {.cloud = std::move(thin),
           .normals = std::move(normals),

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "estancia/cloud/bounds.hpp"
 #include "estancia/core/error.hpp"
 
 namespace estancia {
@@ -115,13 +116,6 @@ PointCloud voxelGrid(const PointCloud& cloud, double leaf, std::vector<std::uint
 }
 
 std::vector<std::uint32_t> onePerVoxel(const std::vector<cv::Point3f>& points, double leaf) {
-  cv::Point3f low;
-  bool any = false;
-  for (const cv::Point3f& p : points) {
-    if (!isFinite(p)) continue;
-    low = any ? cv::Point3f(std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)) : p;
-    any = true;
-  }
   struct Voxel {
     cv::Point3d sum;
     double count = 0, squared = std::numeric_limits<double>::infinity();
@@ -129,7 +123,7 @@ std::vector<std::uint32_t> onePerVoxel(const std::vector<cv::Point3f>& points, d
   };
   std::vector<Voxel> voxels;
   std::vector<std::uint32_t> voxelOf(points.size(), kNone);
-  VoxelTable(points, low).number(leaf, [&](std::size_t i, std::uint32_t voxel) {
+  VoxelTable(points, boundsOf(points).low).number(leaf, [&](std::size_t i, std::uint32_t voxel) {
     if (voxel == voxels.size()) voxels.emplace_back();
     voxels[voxel].sum += cv::Point3d(points[i]);
     ++voxels[voxel].count;
@@ -148,20 +142,13 @@ std::vector<std::uint32_t> onePerVoxel(const std::vector<cv::Point3f>& points, d
 }
 
 Leaf findLeaf(const PointCloud& cloud, std::size_t points) {
-  cv::Point3f low, high;
-  bool any = false;
-  for (const cv::Point3f& p : cloud.points) {
-    if (!isFinite(p)) continue;
-    if (!any) low = high = p;
-    any = true;
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  if (!any || points == 0)
-    throw any ? Error(ErrorCode::invalidOption, "the voxel grid should leave 0 points; give 1 or more")
-              : Error(ErrorCode::invalidInput, "no point of the cloud is finite, so it has no voxels");
-  const double extent = std::max({static_cast<double>(high.x) - low.x, static_cast<double>(high.y) - low.y,
-                                  static_cast<double>(high.z) - low.z});
+  const Bounds<float> box = boundsOf(cloud.points);
+  if (box.empty())
+    throw Error(ErrorCode::invalidInput, "no point of the cloud is finite, so it has no voxels");
+  if (points == 0)
+    throw Error(ErrorCode::invalidOption, "the voxel grid should leave 0 points; give 1 or more");
+  const cv::Point3d size = cv::Point3d(box.high) - cv::Point3d(box.low);
+  const double extent = std::max({size.x, size.y, size.z});
   VoxelTable table(cloud.points);
   const auto countOf = [&table](double leaf) {
     return table.number(leaf, [](std::size_t, std::uint32_t) {});

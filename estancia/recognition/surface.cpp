@@ -44,10 +44,8 @@ void Surface::requireRadius(double radius, const std::string& what) const {
 }
 
 double extentOf(std::span<const cv::Point3f> points) {
-  if (points.empty()) return 0;
-  Bounds<float> box;
-  for (const cv::Point3f& p : points) box.add(p);
-  return cv::norm(box.high - box.low);
+  const Bounds<float> box = boundsOf(points);
+  return box.empty() ? 0 : cv::norm(box.high - box.low);
 }
 
 cv::Point3d meanOf(std::span<const cv::Point3f> points) {
