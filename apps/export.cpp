@@ -6,8 +6,8 @@
 #include "estancia/core/error.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/topology/export.hpp"
-#include "estancia/zones/zones_json.hpp"
 #include "estancia/zones/zone_file.hpp"
+#include "estancia/zones/zones_json.hpp"
 
 namespace estancia::apps {
 namespace {

@@ -1,7 +1,5 @@
 #include "estancia/classify/classifier.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -11,7 +9,7 @@
 #include <string_view>
 
 #include "estancia/classify/trainers.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -42,22 +40,19 @@ void requireFinite(const DescriptorMatrix& x) {
   for (std::size_t i = 0; i < x.size(); ++i)
     for (std::size_t c = 0; c < x.labels(); ++c)
       if (!std::isfinite(x.row(i)[c]))
-        throw Error(ErrorCode::invalidInput,
-                    fmt::format("sample {}, column {} is {}; describe its frame again or leave it out", i, c,
-                                x.row(i)[c]));
+        fail(ErrorCode::invalidInput, "sample {}, column {} is {}; describe its frame again or leave it out",
+             i, c, x.row(i)[c]);
 }
 
 void requireValid(const Samples& samples) {
   if (samples.x.labels() == 0 || samples.x.size() == 0)
     throw Error(ErrorCode::insufficientData, "there are no samples to learn from; give some of two classes");
   if (samples.classes.size() != samples.x.size() || samples.groups.size() != samples.x.size())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("{} samples have {} classes and {} groups; give one of each a sample",
-                            samples.x.size(), samples.classes.size(), samples.groups.size()));
+    fail(ErrorCode::mismatch, "{} samples have {} classes and {} groups; give one of each a sample",
+         samples.x.size(), samples.classes.size(), samples.groups.size());
   for (const int c : samples.classes)
     if (c < 0 || c >= samples.classCount)
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("a sample has class {}; give 0 to {}", c, samples.classCount - 1));
+      fail(ErrorCode::invalidInput, "a sample has class {}; give 0 to {}", c, samples.classCount - 1);
   requireFinite(samples.x);
 }
 
@@ -74,10 +69,9 @@ class Checked final : public Classifier {
 
   DescriptorMatrix predict(const DescriptorMatrix& x, int threads) const override {
     if (x.labels() != columns())
-      throw Error(
-          ErrorCode::mismatch,
-          fmt::format("this classifier was trained on {} columns, not on {}; describe the images alike",
-                      columns(), x.labels()));
+      fail(ErrorCode::mismatch,
+           "this classifier was trained on {} columns, not on {}; describe the images alike", columns(),
+           x.labels());
     requireFinite(x);
     DescriptorMatrix inner = inner_->predict(x, threads);
     if (static_cast<int>(classes_.size()) == count_) return inner;

@@ -13,7 +13,7 @@
 #include <string>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/stats/distance.hpp"
 
 namespace estancia {
@@ -97,17 +97,15 @@ void requireSound(const DescriptorPart& part, PartKind kind, std::span<const flo
                   const std::string& frame) {
   for (std::size_t c = 0; c < values.size(); ++c) {
     if (!std::isfinite(values[c]))
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("{}: column \"{}\" of {} is {}; describe the frame again or leave it out",
-                              frame, part.columns[c], part.name, values[c]));
+      fail(ErrorCode::invalidInput, "{}: column \"{}\" of {} is {}; describe the frame again or leave it out",
+           frame, part.columns[c], part.name, values[c]);
     if (values[c] < 0 && kind != PartKind::energies)
-      throw Error(ErrorCode::invalidInput, fmt::format("{}: column \"{}\" of {} is {}; give 0 or more", frame,
-                                                       part.columns[c], part.name, values[c]));
+      fail(ErrorCode::invalidInput, "{}: column \"{}\" of {} is {}; give 0 or more", frame, part.columns[c],
+           part.name, values[c]);
     if (values[c] > 1 + rounding && kind == PartKind::probabilities)
-      throw Error(
-          ErrorCode::invalidInput,
-          fmt::format("{}: column \"{}\" of {} is {}, above 1; does its network need softmax or sigmoid?",
-                      frame, part.columns[c], part.name, values[c]));
+      fail(ErrorCode::invalidInput,
+           "{}: column \"{}\" of {} is {}, above 1; does its network need softmax or sigmoid?", frame,
+           part.columns[c], part.name, values[c]);
   }
 }
 
@@ -143,28 +141,27 @@ Place placeOf(const DescriptorPart& learned, const Features& features) {
       continue;
     }
     if (part.identity != learned.identity)
-      throw Error(ErrorCode::mismatch, fmt::format("this classifier was trained on {} of {}, but the images "
-                                                   "have that of {}; describe them alike, or "
-                                                   "train again",
-                                                   learned.name, learned.identity, part.identity));
+      fail(ErrorCode::mismatch,
+           "this classifier was trained on {} of {}, but the images "
+           "have that of {}; describe them alike, or "
+           "train again",
+           learned.name, learned.identity, part.identity);
     Place place{&part, first, matched(learned.columns, part.columns)};
     const auto known = static_cast<std::size_t>(std::count_if(place.columns.begin(), place.columns.end(),
                                                               [](const auto& c) { return c.has_value(); }));
     const bool areLabels = learned.kind == PartKind::probabilities;
     if (known == 0 || (!areLabels && part.columns != learned.columns))
-      throw Error(ErrorCode::mismatch,
-                  fmt::format("this classifier was trained on {} columns of {} (\"{}\" …), but the images "
-                              "have {} (\"{}\" …); "
-                              "describe them with that vocabulary, or train again",
-                              learned.size(), learned.name, learned.columns.front(), part.size(),
-                              part.columns.empty() ? "" : part.columns.front()));
+      fail(ErrorCode::mismatch,
+           "this classifier was trained on {} columns of {} (\"{}\" …), but the images "
+           "have {} (\"{}\" …); "
+           "describe them with that vocabulary, or train again",
+           learned.size(), learned.name, learned.columns.front(), part.size(),
+           part.columns.empty() ? "" : part.columns.front());
     return place;
   }
-  throw Error(
-      ErrorCode::mismatch,
-      fmt::format(
-          "this classifier needs {}, but the images have only {}; describe them with it, too, or train again",
-          learned.name, fmt::join(names, ", ")));
+  fail(ErrorCode::mismatch,
+       "this classifier needs {}, but the images have only {}; describe them with it, too, or train again",
+       learned.name, fmt::join(names, ", "));
 }
 
 }  // namespace
@@ -191,8 +188,7 @@ FeatureEmbedding FeatureEmbedding::learn(const Features& features) {
   std::size_t first = 0;
   for (const DescriptorPart& part : features.parts) {
     const std::size_t size = part.size();
-    if (size == 0)
-      throw Error(ErrorCode::invalidInput, fmt::format("part {} has no columns; leave it out", part.name));
+    if (size == 0) fail(ErrorCode::invalidInput, "part {} has no columns; leave it out", part.name);
     std::vector<double> sums(size), squares(size);
     std::vector<float> mean(size), scale(size), row(size);
     const LabelSums sum =

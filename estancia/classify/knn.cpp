@@ -8,7 +8,7 @@
 
 #include "estancia/classify/parameter_search.hpp"
 #include "estancia/classify/trainers.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/simd.hpp"
 #include "estancia/stats/distance.hpp"
@@ -92,8 +92,7 @@ DescriptorMatrix toUnit(const DescriptorMatrix& x) {
     std::vector<float> row(x.row(i).begin(), x.row(i).end());
     const float norm = std::sqrt(dot(row, row));
     if (!std::isfinite(norm))
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("sample {} is too large for its norm in float32; scale the columns", i));
+      fail(ErrorCode::invalidInput, "sample {} is too large for its norm in float32; scale the columns", i);
     if (norm > 0)
       for (float& value : row) value /= norm;
     result.append(row);
@@ -122,9 +121,8 @@ DescriptorMatrix centered(const DescriptorMatrix& x, std::span<const float> mean
   for (std::size_t i = 0; i < x.size(); ++i) {
     for (std::size_t c = 0; c < row.size(); ++c) row[c] = x.row(i)[c] - mean[c];
     if (!(dot(row, row) <= maxSquared))
-      throw Error(
-          ErrorCode::invalidInput,
-          fmt::format("sample {} is too far from the others for distances in float32; scale the columns", i));
+      fail(ErrorCode::invalidInput,
+           "sample {} is too far from the others for distances in float32; scale the columns", i);
     result.append(row);
   }
   return result;

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <string_view>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -82,9 +82,9 @@ Scores chiSquared(const Features& training) {
     for (std::size_t c = 0; c < columns; ++c) {
       const float value = training.values.row(i)[c];
       if (value < 0)
-        throw Error(ErrorCode::invalidInput,
-                    fmt::format("{}: column {} is {}, and chi2 needs 0 or more; select by mutual-information",
-                                training.frames[i].name, c, value));
+        fail(ErrorCode::invalidInput,
+             "{}: column {} is {}, and chi2 needs 0 or more; select by mutual-information",
+             training.frames[i].name, c, value);
       observed[static_cast<std::size_t>(rooms.of[i])][c] += value;
     }
   }
@@ -128,9 +128,8 @@ std::vector<double> columnScores(const Features& training, const std::string& cr
   for (std::size_t i = 0; i < training.values.size(); ++i)
     for (const float value : training.values.row(i))
       if (!std::isfinite(value))
-        throw Error(ErrorCode::invalidInput,
-                    fmt::format("{}: a value is {}; describe the frame again or leave it out",
-                                training.frames[i].name, value));
+        fail(ErrorCode::invalidInput, "{}: a value is {}; describe the frame again or leave it out",
+             training.frames[i].name, value);
   return std::ranges::find(criteria, criterion, &Criterion::name)->scores(training);
 }
 
@@ -138,9 +137,8 @@ std::vector<std::size_t> selectColumns(const Features& training, const std::stri
                                        std::size_t count) {
   const Scores scores = columnScores(training, criterion);
   if (count == 0 || count > scores.size())
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("cannot select {} of the {} columns of {}; choose 1 to {}", count, scores.size(),
-                            training.name(), scores.size()));
+    fail(ErrorCode::invalidInput, "cannot select {} of the {} columns of {}; choose 1 to {}", count,
+         scores.size(), training.name(), scores.size());
   std::vector<std::size_t> order(scores.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
@@ -153,10 +151,8 @@ Features withColumns(const Features& features, std::vector<std::size_t> columns)
   std::sort(columns.begin(), columns.end());
   columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
   if (columns.empty() || columns.back() >= features.values.labels())
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("the selected columns end with {}; choose from 0 to {}",
-                            columns.empty() ? "none" : fmt::format("{}", columns.back()),
-                            features.values.labels() - 1));
+    fail(ErrorCode::invalidInput, "the selected columns end with {}; choose from 0 to {}",
+         columns.empty() ? "none" : fmt::format("{}", columns.back()), features.values.labels() - 1);
   Features result{{}, features.frames, DescriptorMatrix(columns.size())};
   std::size_t first = 0;
   for (const DescriptorPart& whole : features.parts) {

@@ -9,7 +9,7 @@
 
 #include "estancia/classify/parameter_search.hpp"
 #include "estancia/classify/trainers.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/stats/products.hpp"
 
@@ -102,7 +102,7 @@ class LinearSamples {
       for (const auto* row : known) start.push_back((*row)[w]);
     how.init_sol = start.empty() ? nullptr : start.data();
     if (const char* wrong = check_parameter(&all, &how); wrong != nullptr)
-      throw Error(ErrorCode::invalidInput, fmt::format("liblinear does not train: {}", wrong));
+      fail(ErrorCode::invalidInput, "liblinear does not train: {}", wrong);
     const std::unique_ptr<model, void (*)(model*)> trained(::train(&all, &how),
                                                            [](model* m) { free_and_destroy_model(&m); });
     Weights result(classWeight.size());

@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "estancia/core/digest.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/files.hpp"
 
@@ -32,15 +32,13 @@ ModelFileReader::ModelFileReader(const fs::path& file, const ModelFileKind& kind
       in_(bytes_, io::printable(file.string()), fmt::format("train the {} again", kind.noun)) {
   const std::string name = io::printable(file.string());
   if (!bytes_.starts_with(kind.magic))
-    throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{} is not a {}; give one that `{}` has written", name, kind.noun, kind.command));
+    fail(ErrorCode::unsupportedFile, "{} is not a {}; give one that `{}` has written", name, kind.noun,
+         kind.command);
   in_.raw(kind.magic.size());
   if (const auto found = in_.number<std::uint32_t>(); found != kind.version)
-    throw Error(
-        ErrorCode::unsupportedFile,
-        fmt::format(
-            "{}: this {} has version {}, this program reads version {}; train it again or update Estancia",
-            name, kind.noun, found, kind.version));
+    fail(ErrorCode::unsupportedFile,
+         "{}: this {} has version {}, this program reads version {}; train it again or update Estancia", name,
+         kind.noun, found, kind.version);
   const std::string digest(in_.raw(digits));
   if (sha256(std::string_view(bytes_).substr(bytes_.size() - in_.remaining())) != digest)
     in_.fail("it is damaged (its digest differs)", ErrorCode::corruptFile);

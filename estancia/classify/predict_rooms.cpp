@@ -8,7 +8,7 @@
 #include <unordered_map>
 
 #include "estancia/classify/embedding.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/describe/table_features.hpp"
 
 namespace estancia {
@@ -55,12 +55,10 @@ void requireDescribable(const RoomClassifier& classifier) {
   for (const PartEmbedding& learned : classifier.embedding().parts()) {
     const std::string& name = learned.part.name;
     if (isOfTable(learned.part))
-      throw Error(
-          ErrorCode::mismatch,
-          fmt::format(
-              "the room classifier was trained on {} {} of a table; give a table with the same columns, "
-              "or train on images",
-              learned.part.size() == 1 ? "the column" : "the columns", name));
+      fail(ErrorCode::mismatch,
+           "the room classifier was trained on {} {} of a table; give a table with the same columns, "
+           "or train on images",
+           learned.part.size() == 1 ? "the column" : "the columns", name);
     if (findDescriptor(name)) continue;
     try {
       getModelFolder(name);
@@ -80,16 +78,14 @@ void requireDescribable(const RoomClassifier& classifier, const Sequence& sequen
     const auto descriptor = findDescriptor(learned.part.name);
     if (!descriptor || !descriptor->needsDepth()) continue;
     if (!sequence.hasDepth())
-      throw Error(
-          ErrorCode::invalidInput,
-          fmt::format("{} has no depth, which the room classifier's {} needs; give one that was trained on "
-                      "other descriptors",
-                      sequence.name(), learned.part.name));
+      fail(ErrorCode::invalidInput,
+           "{} has no depth, which the room classifier's {} needs; give one that was trained on "
+           "other descriptors",
+           sequence.name(), learned.part.name);
     if (!sequence.intrinsics())
-      throw Error(
-          ErrorCode::invalidInput,
-          fmt::format("{} has no depth camera, which the room classifier's {} needs; give its intrinsics",
-                      sequence.name(), learned.part.name));
+      fail(ErrorCode::invalidInput,
+           "{} has no depth camera, which the room classifier's {} needs; give its intrinsics",
+           sequence.name(), learned.part.name);
   }
 }
 
@@ -98,11 +94,10 @@ void requireParts(const RoomClassifier& classifier, const std::vector<Descriptor
     if (std::ranges::none_of(parts, [&](const DescriptorPart& part) {
           return part.name == learned.part.name && part.identity == learned.part.identity;
         }))
-      throw Error(
-          ErrorCode::mismatch,
-          fmt::format("the room classifier needs {} ({}), which is not among these labels; give the images "
-                      "instead, or a classifier that was trained on such labels",
-                      learned.part.name, learned.part.identity));
+      fail(ErrorCode::mismatch,
+           "the room classifier needs {} ({}), which is not among these labels; give the images "
+           "instead, or a classifier that was trained on such labels",
+           learned.part.name, learned.part.identity);
 }
 
 RoomPredictions predictRooms(const RoomClassifier& classifier, const Features& features,
@@ -135,17 +130,15 @@ Features featuresFor(const RoomClassifier& classifier, const DescriptorSequence&
   }
   if (missing.empty() || (sequence == nullptr && differs)) return known;  // predict() says what differs
   if (sequence == nullptr)
-    throw Error(
-        ErrorCode::mismatch,
-        fmt::format("the room classifier needs {}, which is not among these labels; give the images, too",
-                    fmt::join(missing, "+")));
+    fail(ErrorCode::mismatch,
+         "the room classifier needs {}, which is not among these labels; give the images, too",
+         fmt::join(missing, "+"));
   Features described =
       describeSequence(*sequence, fmt::format("{}", fmt::join(missing, "+")), options, progress, problems);
   Features both = taken.empty() ? std::move(described) : joined(withParts(known, taken), described);
   if (both.frames.empty())
-    throw Error(
-        ErrorCode::mismatch,
-        fmt::format("{} has none of the labeled images; give those that were labeled", sequence->name()));
+    fail(ErrorCode::mismatch, "{} has none of the labeled images; give those that were labeled",
+         sequence->name());
   return both;
 }
 

@@ -12,7 +12,7 @@
 #include "estancia/classify/folds.hpp"
 #include "estancia/classify/model_file.hpp"
 #include "estancia/classify/predict_rooms.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/describe/load_descriptor.hpp"
 #include "estancia/describe/table_features.hpp"
 
@@ -36,11 +36,10 @@ std::vector<std::string> roomNames(const std::vector<Frame>& frames) {
   std::vector<std::string> rooms;
   for (const auto& [room, count] : images) {
     if (count < 2)
-      throw Error(ErrorCode::insufficientData,
-                  fmt::format("room \"{}\" has one image only, {}; give it more, or leave it out", room,
-                              std::find_if(frames.begin(), frames.end(), [&r = room](const Frame& frame) {
-                                return frame.room == r;
-                              })->name));
+      fail(ErrorCode::insufficientData, "room \"{}\" has one image only, {}; give it more, or leave it out",
+           room, std::find_if(frames.begin(), frames.end(), [&r = room](const Frame& frame) {
+                   return frame.room == r;
+                 })->name);
     rooms.push_back(room);
   }
   if (rooms.size() < 2)
@@ -67,13 +66,11 @@ void requireSameColumns(const DescriptorPart& learned, const std::vector<Descrip
   const auto found = std::ranges::find(parts, learned.name, &DescriptorPart::name);
   if (found == parts.end() || !isOfTable(learned) || !isOfTable(*found) || found->columns == learned.columns)
     return;
-  throw Error(
-      ErrorCode::mismatch,
-      fmt::format(
-          "this room classifier was trained on a table whose part {} has {} columns, but this one has {} "
-          "(missing: {}; new: {}); give the same columns in the same order, or train again",
-          learned.name, learned.size(), found->size(), lackingOf(learned.columns, found->columns),
-          lackingOf(found->columns, learned.columns)));
+  fail(ErrorCode::mismatch,
+       "this room classifier was trained on a table whose part {} has {} columns, but this one has {} "
+       "(missing: {}; new: {}); give the same columns in the same order, or train again",
+       learned.name, learned.size(), found->size(), lackingOf(learned.columns, found->columns),
+       lackingOf(found->columns, learned.columns));
 }
 
 }  // namespace

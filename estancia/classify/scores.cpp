@@ -1,10 +1,8 @@
 #include "estancia/classify/scores.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 
@@ -36,9 +34,8 @@ double Confusion::balancedAccuracy() const {
 
 Confusion confusionOf(const std::vector<std::string>& truth, const std::vector<std::string>& predicted) {
   if (truth.size() != predicted.size() || truth.empty())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("there are {} predictions and {} true rooms; give one of each an image",
-                            predicted.size(), truth.size()));
+    fail(ErrorCode::mismatch, "there are {} predictions and {} true rooms; give one of each an image",
+         predicted.size(), truth.size());
   Confusion confusion{truth, {}};
   auto& rooms = confusion.rooms;
   rooms.insert(rooms.end(), predicted.begin(), predicted.end());

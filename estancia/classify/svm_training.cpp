@@ -1,13 +1,11 @@
 #include "estancia/classify/svm_training.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <memory>
 
 #include "estancia/classify/pairwise_coupling.hpp"
 #include "estancia/classify/trainers.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 
@@ -49,7 +47,7 @@ TrainedMachines SvmSamples::train(const std::vector<std::size_t>& rows, const st
   parameter.weight_label = order.labels.data();
   parameter.weight = order.weights.data();
   if (const char* wrong = svm_check_parameter(&problem, &parameter); wrong != nullptr)
-    throw Error(ErrorCode::invalidInput, fmt::format("libsvm does not train: {}", wrong));
+    fail(ErrorCode::invalidInput, "libsvm does not train: {}", wrong);
 
   const std::unique_ptr<svm_model, void (*)(svm_model*)> model(
       svm_train(&problem, &parameter), [](svm_model* m) { svm_free_and_destroy_model(&m); });

@@ -1,7 +1,5 @@
 #include "estancia/cloud/clusters.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -12,7 +10,7 @@
 #include "estancia/cloud/plane_fit.hpp"
 #include "estancia/cloud/segmentation_stages.hpp"
 #include "estancia/core/cores.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 
 namespace estancia {
@@ -221,10 +219,9 @@ PointCloud pointsOf(const PointCloud& cloud, const std::vector<std::uint32_t>& p
   part.viewpoint = cloud.viewpoint;
   for (const std::uint32_t i : points) {
     if (i >= cloud.points.size())
-      throw Error(
-          ErrorCode::invalidInput,
-          fmt::format("the cloud has {} points, but point {} was requested; give indices of this cloud",
-                      cloud.points.size(), i));
+      fail(ErrorCode::invalidInput,
+           "the cloud has {} points, but point {} was requested; give indices of this cloud",
+           cloud.points.size(), i);
     part.points.push_back(cloud.points[i]);
     if (!cloud.colors.empty()) part.colors.push_back(cloud.colors[i]);
     if (!cloud.normals.empty()) part.normals.push_back(cloud.normals[i]);

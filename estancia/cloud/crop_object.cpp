@@ -1,7 +1,5 @@
 #include "estancia/cloud/crop_object.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,7 +8,7 @@
 #include <vector>
 
 #include "estancia/cloud/bounds.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -80,10 +78,9 @@ cv::Rect squareAround(const cv::Rect& box, const CropOptions& options) {
   constexpr double maxSide = 16384;
   const double side = std::ceil(std::max(box.width, box.height) * widthOf(options));
   if (side > maxSide)
-    throw Error(
-        ErrorCode::tooLarge,
-        fmt::format("the crop would have {} pixels a side, at most {} are possible; give a smaller margin",
-                    side, maxSide));
+    fail(ErrorCode::tooLarge,
+         "the crop would have {} pixels a side, at most {} are possible; give a smaller margin", side,
+         maxSide);
   const int n = static_cast<int>(side);
   return {box.x - (n - box.width) / 2, box.y - (n - box.height) / 2, n, n};
 }
@@ -93,17 +90,15 @@ void requireCropInput(const cv::Mat& bgr, const cv::Rect& box, const cv::Mat& ma
     throw Error(ErrorCode::invalidInput, "the image to crop is not 8-bit BGR; convert it");
   if (box.x < 0 || box.y < 0 || box.width <= 0 || box.height <= 0 || box.width > bgr.cols ||
       box.height > bgr.rows || box.x > bgr.cols - box.width || box.y > bgr.rows - box.height)
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("the box {} × {} at ({}, {}) is not inside of the image of {} × {}", box.width,
-                            box.height, box.x, box.y, bgr.cols, bgr.rows));
+    fail(ErrorCode::invalidInput, "the box {} × {} at ({}, {}) is not inside of the image of {} × {}",
+         box.width, box.height, box.x, box.y, bgr.cols, bgr.rows);
   if (!kept && mask.empty())
     throw Error(ErrorCode::invalidOption,
                 "the background cannot be replaced without a mask of the object; give one, or keep it");
   if (!mask.empty() && (mask.size() != bgr.size() || mask.type() != CV_8UC1))
-    throw Error(
-        ErrorCode::mismatch,
-        fmt::format("the mask is {} × {} and the image {} × {}; give an 8-bit mask of the image's size",
-                    mask.cols, mask.rows, bgr.cols, bgr.rows));
+    fail(ErrorCode::mismatch,
+         "the mask is {} × {} and the image {} × {}; give an 8-bit mask of the image's size", mask.cols,
+         mask.rows, bgr.cols, bgr.rows);
 }
 
 /// The cloud's finite points as `view` shows them, and their indices.
@@ -179,7 +174,7 @@ cv::Mat renderObject(const PointCloud& cloud, int size, const CropOptions& optio
   validate(cloud);
   constexpr int maxSize = 4096;
   if (size < 1 || size > maxSize)
-    throw Error(ErrorCode::invalidOption, fmt::format("the image's size is {}; give 1 to {}", size, maxSize));
+    fail(ErrorCode::invalidOption, "the image's size is {}; give 1 to {}", size, maxSize);
   const auto [points, indices, box] = projected(cloud);
   const cv::Vec3d object = box.high - box.low, middle = (box.low + box.high) / 2;
   const double longer = std::max(object[0], object[1]);

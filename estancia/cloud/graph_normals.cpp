@@ -1,7 +1,5 @@
 // Normals of a neural gas, from its graph.
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <limits>
@@ -9,7 +7,7 @@
 
 #include "estancia/cloud/growing_neural_gas.hpp"
 #include "estancia/cloud/normals.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -22,11 +20,10 @@ class Adjacency {
     for (const auto& edge : gas.edges)
       for (const std::uint32_t end : edge) {
         if (end >= neurons)
-          throw Error(
-              ErrorCode::invalidInput,
-              fmt::format("an edge of the graph has neuron {}, but there are {}; give edges and neurons "
-                          "of one graph",
-                          end, neurons));
+          fail(ErrorCode::invalidInput,
+               "an edge of the graph has neuron {}, but there are {}; give edges and neurons "
+               "of one graph",
+               end, neurons);
         ++first_[end + 1];
       }
     for (std::size_t i = 0; i < neurons; ++i) first_[i + 1] += first_[i];

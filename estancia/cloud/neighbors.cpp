@@ -1,11 +1,9 @@
 #include "estancia/cloud/neighbors.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
 
 #include "estancia/core/cores.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/point_cloud.hpp"
 #include "estancia/core/simd.hpp"
 
@@ -53,9 +51,8 @@ bool nearer(const Neighbor& a, const Neighbor& b) {
 Neighbors::Neighbors(std::span<const cv::Point3f> points, int threads) {
   constexpr std::size_t limit = std::numeric_limits<std::uint32_t>::max();
   if (points.size() >= limit)
-    throw Error(
-        ErrorCode::tooLarge,
-        fmt::format("a cloud of {} points is too large for a search tree; thin it out", points.size()));
+    fail(ErrorCode::tooLarge, "a cloud of {} points is too large for a search tree; thin it out",
+         points.size());
   std::vector<Item> items;
   items.reserve(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)

@@ -1,14 +1,12 @@
 #include "estancia/cloud/noise.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <numbers>
 #include <optional>
 #include <random>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -37,8 +35,7 @@ class Gaussian {
 
 PointCloud withGaussianNoise(PointCloud cloud, double sigma, std::uint64_t seed) {
   if (!(sigma >= 0) || !std::isfinite(sigma))
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("the standard deviation of the noise is {} m; give 0 or more", sigma));
+    fail(ErrorCode::invalidOption, "the standard deviation of the noise is {} m; give 0 or more", sigma);
   if (sigma == 0) return cloud;
   Gaussian draw(seed);
   for (cv::Point3f& p : cloud.points)

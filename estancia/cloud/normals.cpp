@@ -1,12 +1,10 @@
 #include "estancia/cloud/normals.hpp"
 
-#include <fmt/format.h>
-
 #include <limits>
 
 #include "estancia/cloud/covariance.hpp"
 #include "estancia/cloud/neighbors.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 
 namespace estancia {
@@ -38,9 +36,9 @@ void validate(const NormalOptions& options) {
   NormalOptions copy = options;
   declare(copy).validate();
   if ((options.radius > 0) == (options.neighbors > 0))
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("normals.radius is {} m and normals.neighbors is {}; give exactly one above 0",
-                            options.radius, options.neighbors));
+    fail(ErrorCode::invalidOption,
+         "normals.radius is {} m and normals.neighbors is {}; give exactly one above 0", options.radius,
+         options.neighbors);
 }
 
 std::vector<cv::Point3f> estimateNormals(const PointCloud& cloud, const NormalOptions& options) {

@@ -1,14 +1,12 @@
 #include "estancia/cloud/signals.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
 
 #include "estancia/cloud/bounds.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -37,13 +35,11 @@ Signals::Signals(const PointCloud& cloud, std::uint64_t seed) : seed_(seed) {
     box.add(p);
   }
   if (count == 0)
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("none of the cloud's {} points is finite; a neural gas needs at least one",
-                            cloud.points.size()));
+    fail(ErrorCode::invalidInput, "none of the cloud's {} points is finite; a neural gas needs at least one",
+         cloud.points.size());
   if (count > std::numeric_limits<std::uint32_t>::max())
-    throw Error(ErrorCode::tooLarge,
-                fmt::format("the cloud has {} points, a neural gas takes at most {}; thin it out first",
-                            count, std::numeric_limits<std::uint32_t>::max()));
+    fail(ErrorCode::tooLarge, "the cloud has {} points, a neural gas takes at most {}; thin it out first",
+         count, std::numeric_limits<std::uint32_t>::max());
   middle_ = (box.low + box.high) / 2;
   const cv::Point3d half = box.high - middle_;
   const double extent = std::max({half.x, half.y, half.z});

@@ -1,7 +1,5 @@
 #include "estancia/cloud/voxel_grid.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -12,7 +10,7 @@
 #include <vector>
 
 #include "estancia/cloud/bounds.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -25,8 +23,8 @@ class VoxelTable {
   explicit VoxelTable(const std::vector<cv::Point3f>& points, cv::Point3f origin = {})
       : points_(points), origin_(std::move(origin)) {
     if (points.size() >= kNone / 4)
-      throw Error(ErrorCode::tooLarge,
-                  fmt::format("a cloud of {} points is too large for a voxel grid; split it", points.size()));
+      fail(ErrorCode::tooLarge, "a cloud of {} points is too large for a voxel grid; split it",
+           points.size());
     slots_.resize(std::bit_ceil(2 * points.size() + 2));
   }
 
@@ -34,7 +32,7 @@ class VoxelTable {
   template <class Use>
   std::size_t number(double leaf, const Use& use) {
     if (!(leaf > 0) || !std::isfinite(leaf))
-      throw Error(ErrorCode::invalidOption, fmt::format("leaf is {} m; give an edge above 0", leaf));
+      fail(ErrorCode::invalidOption, "leaf is {} m; give an edge above 0", leaf);
     const auto perMeter = static_cast<float>(1 / leaf);
     std::ranges::fill(slots_, kNone);
     keys_.clear();

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
 
 namespace estancia {
@@ -48,17 +48,15 @@ std::vector<std::size_t> classesOfLabels(const TargetClasses& targets, const Voc
       taken.push_back(fmt::format("{} (as {})", target.name, targets.classes[other].name));
   }
   if (!unknown.empty())
-    throw Error(
-        ErrorCode::unknownName,
-        fmt::format("the labeler has no label for {} of {} target classes: {}; give them other labels, "
-                    "leave them out, or use another labeler",
-                    unknown.size(), targets.classes.size(), fmt::join(unknown, ", ")));
+    fail(ErrorCode::unknownName,
+         "the labeler has no label for {} of {} target classes: {}; give them other labels, "
+         "leave them out, or use another labeler",
+         unknown.size(), targets.classes.size(), fmt::join(unknown, ", "));
   if (!taken.empty())
-    throw Error(
-        ErrorCode::invalidInput,
-        fmt::format("target classes have the labels of others only: {}; give them other labels, or merge "
-                    "them",
-                    fmt::join(taken, ", ")));
+    fail(ErrorCode::invalidInput,
+         "target classes have the labels of others only: {}; give them other labels, or merge "
+         "them",
+         fmt::join(taken, ", "));
   return classOf;
 }
 
@@ -130,9 +128,8 @@ std::vector<float> priorOf(const ClassProbabilities& answers) {
 ClassProbabilities corrected(const ClassProbabilities& answers, std::span<const float> prior) {
   const DescriptorMatrix& p = answers.probabilities;
   if (prior.size() != p.labels())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("the prior has {} classes, the probabilities {}; give as many of each",
-                            prior.size(), p.labels()));
+    fail(ErrorCode::mismatch, "the prior has {} classes, the probabilities {}; give as many of each",
+         prior.size(), p.labels());
   requireProbabilities(prior, prior.size(), "the prior");
   ClassProbabilities result{DescriptorMatrix(prior.size()), answers.coverage};
   result.probabilities.reserve(p.size());

@@ -1,11 +1,9 @@
 #include "estancia/objects/clustered_frame.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 
 namespace estancia {
@@ -21,13 +19,11 @@ ClusteredFrame clusteredFrame(const cv::Mat& image, const cv::Mat& depth, const 
 
 void requireClusterable(const Sequence& sequence) {
   if (!sequence.hasDepth())
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("{} has no depth images, which segmentation needs; give a sequence with depth",
-                            sequence.name()));
+    fail(ErrorCode::invalidInput,
+         "{} has no depth images, which segmentation needs; give a sequence with depth", sequence.name());
   if (!sequence.intrinsics())
-    throw Error(
-        ErrorCode::invalidInput,
-        fmt::format("{} has no camera intrinsics; give fx fy cx cy by --intrinsics", sequence.name()));
+    fail(ErrorCode::invalidInput, "{} has no camera intrinsics; give fx fy cx cy by --intrinsics",
+         sequence.name());
 }
 
 ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i) {
@@ -42,11 +38,10 @@ ImageAndDepth readImageAndDepth(const Sequence& sequence, std::size_t i) {
   const double image = static_cast<double>(read.image.cols) / read.image.rows;
   const double depth = static_cast<double>(read.depth.cols) / read.depth.rows;
   if (image > maxRatio * depth || depth > maxRatio * image)
-    throw Error(
-        ErrorCode::mismatch,
-        fmt::format("an image of {} × {} and depth of {} × {} pixels do not show the same view; register "
-                    "depth to color",
-                    read.image.cols, read.image.rows, read.depth.cols, read.depth.rows));
+    fail(ErrorCode::mismatch,
+         "an image of {} × {} and depth of {} × {} pixels do not show the same view; register "
+         "depth to color",
+         read.image.cols, read.image.rows, read.depth.cols, read.depth.rows);
   return read;
 }
 

@@ -11,7 +11,7 @@
 
 #include "estancia/cloud/crop_object.hpp"
 #include "estancia/core/cores.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/io/cloud_file.hpp"
@@ -45,23 +45,21 @@ std::set<fs::path> filesOf(const fs::path& folder) {
 
 void requireOnlySamples(const fs::path& folder) {
   if (!isObjectSamples(folder))
-    throw Error(ErrorCode::fileExists,
-                fmt::format("{} is not a folder of samples and is not replaced; give another name",
-                            io::printable(folder.string())));
+    fail(ErrorCode::fileExists, "{} is not a folder of samples and is not replaced; give another name",
+         io::printable(folder.string()));
   const std::set<fs::path> files = filesOf(folder), parts = partsOf(folder);
   for (const auto& entry : fs::recursive_directory_iterator(folder))
     if (!files.contains(entry.path()) && !(entry.is_directory() && parts.contains(entry.path())))
-      throw Error(ErrorCode::fileExists,
-                  fmt::format("{} is not one of the samples, so that nothing is replaced; move it away first",
-                              io::printable(entry.path().string())));
+      fail(ErrorCode::fileExists,
+           "{} is not one of the samples, so that nothing is replaced; move it away first",
+           io::printable(entry.path().string()));
 }
 
 void requirePlace(const fs::path& folder, bool replace) {
   if (!fs::exists(folder) || (fs::is_directory(folder) && fs::is_empty(folder))) return;
   if (!fs::is_directory(folder) || !replace)
-    throw Error(ErrorCode::fileExists,
-                fmt::format("{} exists; give another name, or replace its samples by --overwrite",
-                            io::printable(folder.string())));
+    fail(ErrorCode::fileExists, "{} exists; give another name, or replace its samples by --overwrite",
+         io::printable(folder.string()));
   requireOnlySamples(folder);
 }
 
@@ -71,9 +69,8 @@ void onDisk(const fs::path& folder, const char* what, const Work& work) {
   try {
     work();
   } catch (const fs::filesystem_error& e) {
-    throw Error(ErrorCode::fileUnwritable,
-                fmt::format("{}: the folder cannot be {} ({}); check its parent folder",
-                            io::printable(folder.string()), what, e.code().message()));
+    fail(ErrorCode::fileUnwritable, "{}: the folder cannot be {} ({}); check its parent folder",
+         io::printable(folder.string()), what, e.code().message());
   }
 }
 
@@ -112,9 +109,8 @@ NewSamples::NewSamples(const fs::path& folder, bool replace) : NewSamples() {
     const fs::path part = folder_.string() + ".part";
     if (fs::exists(part)) {
       if (!isObjectSamples(part))
-        throw Error(ErrorCode::fileExists,
-                    fmt::format("{} exists, where samples are collected first; move it away",
-                                io::printable(part.string())));
+        fail(ErrorCode::fileExists, "{} exists, where samples are collected first; move it away",
+             io::printable(part.string()));
       fs::remove_all(part);  // of a run that was killed
     }
     part_ = part;
@@ -248,9 +244,8 @@ Collected collectObjects(const Sequence& sequence, const fs::path& folder, const
   validate(options);
   requireClusterable(sequence);
   if (options.first >= sequence.size())
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("the first frame is {}, but {} has {}; give a smaller number", options.first,
-                            sequence.name(), sequence.size()));
+    fail(ErrorCode::invalidOption, "the first frame is {}, but {} has {}; give a smaller number",
+         options.first, sequence.name(), sequence.size());
   NewSamples made(folder, options.replace);
   Collector collector(made.folder(), options);
   Collected& counts = collector.collected();
@@ -293,8 +288,8 @@ Collected collectObjects(const Sequence& sequence, const fs::path& folder, const
   }
   progress.end();
   if (counts.unread == counts.frames)
-    throw Error(ErrorCode::fileUnreadable,
-                fmt::format("{}: none of the {} frames can be read with its depth", sequence.name(), total));
+    fail(ErrorCode::fileUnreadable, "{}: none of the {} frames can be read with its depth", sequence.name(),
+         total);
   keep();
   return collector.collected();
 }

@@ -1,13 +1,11 @@
 #include "estancia/objects/confident_learning.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -63,8 +61,8 @@ std::vector<double> confidentJoint(const Judged& judged, const DescriptorMatrix&
 
 std::vector<std::size_t> likelyMislabeled(const std::vector<int>& labels, const DescriptorMatrix& heldOut) {
   if (labels.size() != heldOut.size())
-    throw Error(ErrorCode::mismatch, fmt::format("{} labels have {} held-out answers; give one each",
-                                                 labels.size(), heldOut.size()));
+    fail(ErrorCode::mismatch, "{} labels have {} held-out answers; give one each", labels.size(),
+         heldOut.size());
   const std::size_t k = heldOut.labels();
   const Judged judged = judgedOf(labels, heldOut);
   const std::vector<double> joint = confidentJoint(judged, heldOut);

@@ -1,12 +1,10 @@
 #include "estancia/objects/learning.hpp"
 
-#include <fmt/format.h>
-
 #include <set>
 
 #include "estancia/classify/folds.hpp"
 #include "estancia/classify/trainers.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -25,17 +23,15 @@ LabeledShapes labeledShapes(const Features& shapes, std::span<const int> classes
                             std::span<const int> instances, std::size_t count, int folds) {
   const std::size_t n = shapes.values.size();
   if (classes.size() != n || instances.size() != n)
-    throw Error(ErrorCode::mismatch,
-                fmt::format("{} shapes have {} classes and {} instances; give one of each a shape", n,
-                            classes.size(), instances.size()));
+    fail(ErrorCode::mismatch, "{} shapes have {} classes and {} instances; give one of each a shape", n,
+         classes.size(), instances.size());
   LabeledShapes labeled{
       .rows = {}, .embedding = {}, .samples = {DescriptorMatrix(0), {}, {}, static_cast<int>(count)}};
   std::vector<int> kept;  // of the instances
   for (std::size_t i = 0; i < n; ++i) {
     if (classes[i] == -1) continue;
     if (classes[i] < 0 || static_cast<std::size_t>(classes[i]) >= count)
-      throw Error(ErrorCode::invalidInput,
-                  fmt::format("shape {} has class {}; give −1 to {}", i, classes[i], count - 1));
+      fail(ErrorCode::invalidInput, "shape {} has class {}; give −1 to {}", i, classes[i], count - 1);
     labeled.rows.push_back(i);
     labeled.samples.classes.push_back(classes[i]);
     kept.push_back(instances[i]);

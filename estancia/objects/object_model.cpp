@@ -8,7 +8,7 @@
 
 #include "estancia/classify/embedding.hpp"
 #include "estancia/classify/model_file.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/objects/learning.hpp"
 #include "estancia/objects/training.hpp"
 
@@ -87,9 +87,8 @@ ObjectModel trainObjectModel(const ObjectTraining& training, const ClassifierOpt
   if (!training.prior.empty() &&
       (training.prior.size() != classes ||
        !std::ranges::all_of(training.prior, [](float p) { return p >= 0 && p <= 1; })))
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("the prior has {} numbers; give one from 0 to 1 for each of {} classes",
-                            training.prior.size(), classes));
+    fail(ErrorCode::invalidInput, "the prior has {} numbers; give one from 0 to 1 for each of {} classes",
+         training.prior.size(), classes);
   requireTwoClasses(training);
   LabeledShapes labeled =
       labeledShapes(training.shapes, training.classes, training.instances, classes, options.folds);

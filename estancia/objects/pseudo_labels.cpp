@@ -1,11 +1,9 @@
 #include "estancia/objects/pseudo_labels.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <map>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/log_opinion_pool.hpp"
 #include "estancia/objects/confident_learning.hpp"
 #include "estancia/objects/learning.hpp"
@@ -27,8 +25,8 @@ std::vector<int> mostProbableOfEach(const DescriptorMatrix& p) {
 
 void requireAsMany(const ClassProbabilities& answers, std::size_t others, const char* what) {
   if (answers.probabilities.size() != others)
-    throw Error(ErrorCode::mismatch, fmt::format("{} samples have answers, but {} have {}; give one each",
-                                                 answers.probabilities.size(), others, what));
+    fail(ErrorCode::mismatch, "{} samples have answers, but {} have {}; give one each",
+         answers.probabilities.size(), others, what);
 }
 
 /// The class of each instance by its fused probabilities (one vote per sample); −1 without any.

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <iterator>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/describe/esf.hpp"
@@ -109,9 +109,8 @@ Features describeShapes(const ObjectViews& views, const ShapeOptions& options, P
   }
   std::erase(reasons, "");
   if (features.frames.empty())
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: none of its {} views can be described{}", views.name(), views.size(),
-                            reasons.empty() ? "" : "; " + reasons.front()));
+    fail(ErrorCode::insufficientData, "{}: none of its {} views can be described{}", views.name(),
+         views.size(), reasons.empty() ? "" : "; " + reasons.front());
   if (problems != nullptr) problems->insert(problems->end(), reasons.begin(), reasons.end());
   return features;
 }

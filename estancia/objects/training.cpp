@@ -10,7 +10,7 @@
 #include <tuple>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/label/recorded_labeler.hpp"
 #include "estancia/objects/pseudo_labels.hpp"
@@ -88,15 +88,12 @@ std::string commonLabeler(std::span<const LabeledViews> sources) {
   const LabeledViews& first = sources.front();
   for (const LabeledViews& source : sources) {
     if (source.labels.has_value() != first.labels.has_value())
-      throw Error(
-          ErrorCode::mismatch,
-          fmt::format("{} has labels and {} has none; label both, or learn the true categories of both",
-                      (first.labels ? first : source).views->name(),
-                      (first.labels ? source : first).views->name()));
+      fail(ErrorCode::mismatch,
+           "{} has labels and {} has none; label both, or learn the true categories of both",
+           (first.labels ? first : source).views->name(), (first.labels ? source : first).views->name());
     if (first.labels && source.labels->model != first.labels->model)
-      throw Error(ErrorCode::mismatch,
-                  fmt::format("{} was labeled by {}, but {} by {}; label both by one", source.views->name(),
-                              source.labels->model, first.views->name(), first.labels->model));
+      fail(ErrorCode::mismatch, "{} was labeled by {}, but {} by {}; label both by one", source.views->name(),
+           source.labels->model, first.views->name(), first.labels->model);
   }
   return first.labels ? first.labels->model : "";
 }
@@ -237,22 +234,21 @@ std::string frequentLabels(const DescribedViews& views) {
 
 void requireViews(const DescribedViews& views, const TrainingSet& set) {
   if (!views.instances.empty()) return;
-  throw Error(
-      ErrorCode::insufficientData,
-      fmt::format("no views to learn from: {} are flat, {} cut by the border, {} without labels or a target "
-                  "class{}",
-                  set.flat, set.atBorder, set.unlabeled, views.unlabeledExample));
+  fail(ErrorCode::insufficientData,
+       "no views to learn from: {} are flat, {} cut by the border, {} without labels or a target "
+       "class{}",
+       set.flat, set.atBorder, set.unlabeled, views.unlabeledExample);
 }
 
 void requireClasses(const DescribedViews& views, const TrainingSet& set, const TrainingOptions& options) {
   if (set.rejected < set.training.classes.size()) return;
   const bool limited = options.minCoverage > 0;
-  throw Error(ErrorCode::insufficientData,
-              fmt::format("none of {} views gets a target class: the classes cover {:.1f} % of the labeler's "
-                          "answers{}, which are mostly {}; give the classes labels that it uses{}",
-                          set.training.classes.size(), 100 * set.coverage,
-                          limited ? fmt::format(" (the minimum is {})", options.minCoverage) : "",
-                          frequentLabels(views), limited ? ", or a smaller minimum" : ""));
+  fail(ErrorCode::insufficientData,
+       "none of {} views gets a target class: the classes cover {:.1f} % of the labeler's "
+       "answers{}, which are mostly {}; give the classes labels that it uses{}",
+       set.training.classes.size(), 100 * set.coverage,
+       limited ? fmt::format(" (the minimum is {})", options.minCoverage) : "", frequentLabels(views),
+       limited ? ", or a smaller minimum" : "");
 }
 
 }  // namespace

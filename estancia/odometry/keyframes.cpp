@@ -6,7 +6,7 @@
 #include <set>
 
 #include "estancia/core/cores.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/frame_failure.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/rigid.hpp"
@@ -41,11 +41,10 @@ std::unique_ptr<FrameView> viewOf(const Sequence& sequence, std::size_t frame, c
     view->depth = sequence.depth(frame);
     view->bgr = sequence.image(frame);
     if (!sameShape(view->bgr.size(), view->depth.size()))
-      throw Error(
-          ErrorCode::mismatch,
-          fmt::format("depth has {} × {} pixels and the image {} × {}, so they show different views; export "
-                      "depth registered to color (see `estancia check`)",
-                      view->depth.cols, view->depth.rows, view->bgr.cols, view->bgr.rows));
+      fail(ErrorCode::mismatch,
+           "depth has {} × {} pixels and the image {} × {}, so they show different views; export "
+           "depth registered to color (see `estancia check`)",
+           view->depth.cols, view->depth.rows, view->bgr.cols, view->bgr.rows);
     const CameraIntrinsics camera = sequence.intrinsics()->scaledTo(view->depth.cols, view->depth.rows);
     view->image = reducedImage(view->bgr, view->depth, camera, options.width, options.maxDepth);
     const int usable = cv::countNonZero(view->image.depth);

@@ -1,8 +1,6 @@
 #include "estancia/odometry/open3d.hpp"
 
-#include <fmt/format.h>
-
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/module_function.hpp"
 
 namespace estancia::odometry {
@@ -15,11 +13,10 @@ const Open3d& openModule() {
   const ModuleFunction open =
       moduleFunction(ESTANCIA_OPEN3D_MODULE, ESTANCIA_OPEN3D_FROM_BIN, "estanciaOpen3d");
   if (open.address != nullptr) return *reinterpret_cast<const Open3d* (*)()>(open.address)();
-  throw Error(
-      ErrorCode::missingDependency,
-      fmt::format("odometry needs Open3D, which cannot be opened: {}; install the package libopen3d-dev "
-                  "(script/bootstrap does) and Estancia again",
-                  open.problem));
+  fail(ErrorCode::missingDependency,
+       "odometry needs Open3D, which cannot be opened: {}; install the package libopen3d-dev "
+       "(script/bootstrap does) and Estancia again",
+       open.problem);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <memory>
 #include <numbers>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/odometry/alignment.hpp"
 #include "estancia/odometry/keyframes.hpp"
@@ -218,8 +218,8 @@ void Tracker::add(std::unique_ptr<FrameView> view) {
 
 RgbdTrajectory Tracker::finish(Progress& progress) {
   if (keyframes_.size() == 0)
-    throw Error(ErrorCode::insufficientData, fmt::format("{}: no frame can be tracked; the first: {}",
-                                                         sequence_.name(), result_.lost.front().why));
+    fail(ErrorCode::insufficientData, "{}: no frame can be tracked; the first: {}", sequence_.name(),
+         result_.lost.front().why);
   keyframes_.closeLoops(progress);
   for (const auto& [a, b] : keyframes_.optimize())
     result_.loops.emplace_back(keyframes_.frame(a), keyframes_.frame(b));
@@ -231,19 +231,17 @@ RgbdTrajectory Tracker::finish(Progress& progress) {
 
 void requireRgbd(const Sequence& sequence) {
   if (sequence.size() == 0)
-    throw Error(ErrorCode::insufficientData, fmt::format("{}: the sequence has no frames", sequence.name()));
+    fail(ErrorCode::insufficientData, "{}: the sequence has no frames", sequence.name());
   if (!sequence.hasDepth())
-    throw Error(
-        ErrorCode::invalidInput,
-        fmt::format("{}: odometry needs depth images; `estancia check` says where they are expected, and "
-                    "--poses takes a trajectory from elsewhere",
-                    sequence.name()));
+    fail(ErrorCode::invalidInput,
+         "{}: odometry needs depth images; `estancia check` says where they are expected, and "
+         "--poses takes a trajectory from elsewhere",
+         sequence.name());
   if (!sequence.intrinsics())
-    throw Error(
-        ErrorCode::invalidInput,
-        fmt::format("{}: the camera's intrinsics are missing; give them by --intrinsics (`estancia check` "
-                    "shows what fits)",
-                    sequence.name()));
+    fail(ErrorCode::invalidInput,
+         "{}: the camera's intrinsics are missing; give them by --intrinsics (`estancia check` "
+         "shows what fits)",
+         sequence.name());
 }
 
 }  // namespace
@@ -294,10 +292,10 @@ void validate(const RgbdOptions& options) {
   RgbdOptions copy = options;
   declare(copy).validate();
   if (options.minOverlap > options.keyframeOverlap)
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("odometry.min-overlap is {} and odometry.keyframe-overlap is {}; give a smaller "
-                            "min-overlap",
-                            options.minOverlap, options.keyframeOverlap));
+    fail(ErrorCode::invalidOption,
+         "odometry.min-overlap is {} and odometry.keyframe-overlap is {}; give a smaller "
+         "min-overlap",
+         options.minOverlap, options.keyframeOverlap);
 }
 
 RgbdTrajectory trackRgbd(const Sequence& sequence, const RgbdOptions& options, const FrameWords& words,

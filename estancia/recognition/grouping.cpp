@@ -1,7 +1,5 @@
 #include "estancia/recognition/grouping.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -9,7 +7,7 @@
 #include <numeric>
 #include <random>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/core/simd.hpp"
 
@@ -196,8 +194,7 @@ std::vector<Hypothesis> groupMatches(const SurfaceFeatures& model, const Surface
                                      const std::vector<Match>& matches, const std::string& method,
                                      double tolerance, std::size_t minimum, int threads) {
   if (!(tolerance > 0) || !std::isfinite(tolerance))
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("the tolerance of grouping is {} m; give a positive one", tolerance));
+    fail(ErrorCode::invalidOption, "the tolerance of grouping is {} m; give a positive one", tolerance);
   requireChoice("grouping", method, groupingMethods());
   const auto sets = method == "hough"
                         ? houghSets(model, scene, matches, tolerance, minimum, threads)

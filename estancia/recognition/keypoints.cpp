@@ -1,13 +1,11 @@
 #include "estancia/recognition/keypoints.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "estancia/cloud/voxel_grid.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -15,9 +13,9 @@ namespace {
 std::vector<std::uint32_t> uniform(const Surface& surface, double spacing, int /*threads*/) {
   constexpr double minSpacing = 1e-6;  // of the resolution; below, voxels exceed the precision of a float
   if (!(spacing > minSpacing * surface.resolution()))
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("{}: the keypoint spacing is {} m on a cloud of {:.4g} m; give about {:.4g} m",
-                            surface.name(), spacing, surface.extent(), 5 * surface.resolution()));
+    fail(ErrorCode::invalidOption,
+         "{}: the keypoint spacing is {} m on a cloud of {:.4g} m; give about {:.4g} m", surface.name(),
+         spacing, surface.extent(), 5 * surface.resolution());
   return onePerVoxel(surface.points(), spacing);
 }
 
@@ -109,8 +107,8 @@ Choices keypointMethods() {
 std::vector<std::uint32_t> findKeypoints(const Surface& surface, const std::string& method, double spacing,
                                          int threads) {
   if (!(spacing > 0) || !std::isfinite(spacing))
-    throw Error(ErrorCode::invalidOption, fmt::format("{}: the keypoint spacing is {} m; give a positive one",
-                                                      surface.name(), spacing));
+    fail(ErrorCode::invalidOption, "{}: the keypoint spacing is {} m; give a positive one", surface.name(),
+         spacing);
   requireChoice("keypoint detector", method, keypointMethods());
   return std::ranges::find(methods, method, &Method::name)->find(surface, spacing, threads);
 }

@@ -1,13 +1,11 @@
 #include "estancia/recognition/pose_error.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/rigid.hpp"
 
 namespace estancia {
@@ -21,9 +19,8 @@ cv::Point3d centerOf(const PointCloud& model) {
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
   if (low.x > high.x)
-    throw Error(
-        ErrorCode::invalidInput,
-        fmt::format("none of the model's {} points is finite, so it has no center", model.points.size()));
+    fail(ErrorCode::invalidInput, "none of the model's {} points is finite, so it has no center",
+         model.points.size());
   return (cv::Point3d(low) + cv::Point3d(high)) / 2;
 }
 
@@ -43,8 +40,8 @@ PoseError poseError(const cv::Affine3d& found, const cv::Affine3d& truth, const 
 std::vector<cv::Affine3d> turnsAround(const cv::Point3d& center, const cv::Vec3d& axis, int fold) {
   const double length = cv::norm(axis);
   if (fold < 2 || !(length > 0) || !std::isfinite(length))
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("the fold of a symmetry is {}; give 2 or more, and an axis that is not 0", fold));
+    fail(ErrorCode::invalidOption, "the fold of a symmetry is {}; give 2 or more, and an axis that is not 0",
+         fold);
   std::vector<cv::Affine3d> turns;
   for (int k = 1; k < fold; ++k) {
     const cv::Affine3d turn(axis * (2 * std::numbers::pi * k / fold / length));

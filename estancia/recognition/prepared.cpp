@@ -10,7 +10,7 @@
 #include "estancia/cloud/noise.hpp"
 #include "estancia/cloud/normals.hpp"
 #include "estancia/cloud/resolution.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/rigid.hpp"
 #include "estancia/recognition/keypoints.hpp"
 #include "estancia/recognition/scales.hpp"
@@ -29,11 +29,10 @@ void requireScales(const std::string& name, const RecognitionScales& scales, dou
                    double resolution) {
   const auto require = [&](double length, const char* what, double min, double advised) {
     if (length >= min && length <= extent / 2) return;
-    throw Error(
-        ErrorCode::mismatch,
-        fmt::format("{}: a {} of {:.4g} m does not fit a cloud of {:.4g} m with points {:.4g} m apart; "
-                    "scale it if it is in other units, else give about {:.4g} m",
-                    name, what, length, extent, resolution, std::min(advised, extent / 3)));
+    fail(ErrorCode::mismatch,
+         "{}: a {} of {:.4g} m does not fit a cloud of {:.4g} m with points {:.4g} m apart; "
+         "scale it if it is in other units, else give about {:.4g} m",
+         name, what, length, extent, resolution, std::min(advised, extent / 3));
   };
   if (scales.normalRadius > 0) require(scales.normalRadius, "normal radius", resolution, 8 * resolution);
   require(scales.keypointSpacing, "keypoint spacing", resolution / 10, 5 * resolution);
@@ -46,9 +45,8 @@ void requireScales(const std::string& name, const RecognitionScales& scales, dou
 /// not finite, or the centroid itself.
 cv::Affine3d viewFrom(const cv::Point3d& viewpoint, const PointCloud& cloud) {
   if (!std::isfinite(viewpoint.x) || !std::isfinite(viewpoint.y) || !std::isfinite(viewpoint.z))
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("the viewpoint is ({}, {}, {}); give finite coordinates", viewpoint.x,
-                            viewpoint.y, viewpoint.z));
+    fail(ErrorCode::invalidOption, "the viewpoint is ({}, {}, {}); give finite coordinates", viewpoint.x,
+         viewpoint.y, viewpoint.z);
   cv::Vec3d sum;
   double count = 0;
   for (const cv::Point3f& p : cloud.points) {
@@ -59,9 +57,9 @@ cv::Affine3d viewFrom(const cv::Point3d& viewpoint, const PointCloud& cloud) {
   cv::Vec3d forward = count > 0 ? cv::Vec3d(sum * (1 / count) - cv::Vec3d(viewpoint)) : cv::Vec3d();
   const double away = cv::norm(forward);
   if (!(away > 0))
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("the viewpoint ({}, {}, {}) is the center of the cloud; give that of the sensor",
-                            viewpoint.x, viewpoint.y, viewpoint.z));
+    fail(ErrorCode::invalidOption,
+         "the viewpoint ({}, {}, {}) is the center of the cloud; give that of the sensor", viewpoint.x,
+         viewpoint.y, viewpoint.z);
   forward *= 1 / away;
   const cv::Vec3d aside = std::abs(forward[1]) < 0.9 ? cv::Vec3d(0, 1, 0) : cv::Vec3d(1, 0, 0);
   cv::Vec3d right = aside.cross(forward);
@@ -258,9 +256,8 @@ PreparedScene::PreparedScene(std::string name, PointCloud raw, PointCloud filter
   spacing_ = spacingOf(neighbors);
   noise_ = estimateNoise(neighbors, options_.threads);
   if (!(spacing_ > 0))
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("{}: its {} points nearly coincide; give a cloud of a surface", name_,
-                            raw_.points.size()));
+    fail(ErrorCode::invalidInput, "{}: its {} points nearly coincide; give a cloud of a surface", name_,
+         raw_.points.size());
   scales_ = estancia::scalesFor(options_, resolution_, spacing_, noise_);
   log.add("noise",
           fmt::format("{:.4g} m across the surface, points {:.4g} m apart, {:.4g} m from the nearest", noise_,

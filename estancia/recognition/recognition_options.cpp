@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/recognition/descriptors.hpp"
 #include "estancia/recognition/grouping.hpp"
 #include "estancia/recognition/keypoints.hpp"
@@ -101,8 +101,7 @@ Option::Text textOf(std::optional<cv::Point3d>& point) {
                    static_cast<std::size_t>(end) == text.size()) {
           point = parsed;
         } else {
-          throw Error(ErrorCode::invalidOption,
-                      fmt::format("viewpoint is \"{}\"; give three numbers: X,Y,Z", text));
+          fail(ErrorCode::invalidOption, "viewpoint is \"{}\"; give three numbers: X,Y,Z", text);
         }
       }};
 }
@@ -174,10 +173,9 @@ void validate(const RecognitionOptions& options) {
   RecognitionOptions copy = options;
   declare(copy).validate();
   if (options.normalRadius > 0 && options.normalNeighbors > 0)
-    throw Error(
-        ErrorCode::invalidOption,
-        fmt::format("recognition.normal-radius is {} m and recognition.normal-neighbors is {}; give one",
-                    options.normalRadius, options.normalNeighbors));
+    fail(ErrorCode::invalidOption,
+         "recognition.normal-radius is {} m and recognition.normal-neighbors is {}; give one",
+         options.normalRadius, options.normalNeighbors);
 }
 
 Choices RecognitionOptions::presets() {

@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/parallel.hpp"
 #include "estancia/recognition/dense_search.hpp"
 #include "estancia/recognition/distinct_poses.hpp"
@@ -30,9 +30,8 @@ PointCloud finitePoints(const std::string& name, const PointCloud& cloud) {
     if (normals) finite.normals.push_back(cloud.normals[i]);
   }
   if (finite.points.size() < minPoints)
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: {} of its {} points are finite; recognition needs {} or more", name,
-                            finite.points.size(), cloud.points.size(), minPoints));
+    fail(ErrorCode::insufficientData, "{}: {} of its {} points are finite; recognition needs {} or more",
+         name, finite.points.size(), cloud.points.size(), minPoints);
   finite.width = finite.points.size();
   finite.height = 1;
   return finite;
@@ -56,12 +55,11 @@ void requireSameUnits(const PreparedModel& model, const PreparedScene& scene) {
   constexpr double minPoints = 5;                   // of the scene across the model
   const double ratio = model.extent() / scene.surface().extent();
   if (ratio > maxRatio || ratio < minRatio || model.extent() < minPoints * scene.resolution())
-    throw Error(
-        ErrorCode::mismatch,
-        fmt::format("{} measures {:.4g} m and {} {:.4g} m, with points {:.4g} m apart; if their units "
-                    "differ, scale one of them{}",
-                    model.name(), model.extent(), scene.name(), scene.surface().extent(), scene.resolution(),
-                    ratio > 300 && ratio < 3000 ? ", millimeters by 0.001" : ""));
+    fail(ErrorCode::mismatch,
+         "{} measures {:.4g} m and {} {:.4g} m, with points {:.4g} m apart; if their units "
+         "differ, scale one of them{}",
+         model.name(), model.extent(), scene.name(), scene.surface().extent(), scene.resolution(),
+         ratio > 300 && ratio < 3000 ? ", millimeters by 0.001" : "");
 }
 
 /// A plane can slide and turn in itself, so its pose is undefined.
@@ -75,10 +73,8 @@ void requireShape(const std::string& name, const OrientedPoints& points) {
   cv::Vec3d values;  // descending
   cv::eigen(scatter, values);
   if (values[1] < flat * cv::trace(scatter))
-    throw Error(
-        ErrorCode::invalidInput,
-        fmt::format("{} is planar, so its pose is undefined; give a cloud that shows more of the object",
-                    name));
+    fail(ErrorCode::invalidInput,
+         "{} is planar, so its pose is undefined; give a cloud that shows more of the object", name);
 }
 
 /// ICP with the coarse points of the model (thesis 2.4.6), and of the best poses with the fine ones. Most

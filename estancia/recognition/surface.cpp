@@ -1,13 +1,11 @@
 #include "estancia/recognition/surface.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "estancia/cloud/bounds.hpp"
 #include "estancia/cloud/resolution.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -31,10 +29,10 @@ Surface::Surface(std::string name, const PointCloud& cloud, int threads)
       normals_(kept(cloud, cloud.normals)),
       neighbors_(points_, threads) {
   if (points_.empty())
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("{}: none of its {} points has a normal; give a cloud of a surface, and a normal "
-                            "radius that contains some points",
-                            name_, cloud.points.size()));
+    fail(ErrorCode::invalidInput,
+         "{}: none of its {} points has a normal; give a cloud of a surface, and a normal "
+         "radius that contains some points",
+         name_, cloud.points.size());
   resolution_ = resolutionOf(neighbors_);
   extent_ = extentOf(points_);
 }
@@ -58,13 +56,11 @@ void requireRadius(const std::string& name, std::span<const cv::Point3f> points,
                    double radius, const std::string& what) {
   constexpr std::size_t minNeighbors = 5;
   if (!(radius > 0) || !std::isfinite(radius))
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("{}: the {} is {} m; give a positive one", name, what, radius));
+    fail(ErrorCode::invalidOption, "{}: the {} is {} m; give a positive one", name, what, radius);
   const double extent = extentOf(points), resolution = resolutionOf(neighbors);
   if (!(resolution > 0))
-    throw Error(
-        ErrorCode::invalidInput,
-        fmt::format("{}: all of its {} points coincide; give a cloud of a surface", name, points.size()));
+    fail(ErrorCode::invalidInput, "{}: all of its {} points coincide; give a cloud of a surface", name,
+         points.size());
   std::vector<float> needed;  // squared radius that contains enough neighbors
   std::vector<Neighbor> buffer;
   const std::size_t step = std::max<std::size_t>(points.size() / samples, 1);
@@ -78,16 +74,13 @@ void requireRadius(const std::string& name, std::span<const cv::Point3f> points,
   const double advised = std::min(std::max(10 * resolution, 1.5 * reach), extent / 3);
   if (radius >= reach && radius <= extent) return;
   if (advised < 1.1 * reach)
-    throw Error(
-        ErrorCode::insufficientData,
-        fmt::format("{}: {} points are too few to be described; give a denser cloud", name, points.size()));
-  throw Error(
-      ErrorCode::mismatch,
-      fmt::format("{}: a {} of {:.4g} m {} of a cloud of {:.4g} m with points {:.4g} m apart; scale it if it "
-                  "is in other units, else give about {:.4g} m",
-                  name, what, radius,
-                  radius < reach ? "leaves most points without neighbors" : "exceeds the extent", extent,
-                  resolution, advised));
+    fail(ErrorCode::insufficientData, "{}: {} points are too few to be described; give a denser cloud", name,
+         points.size());
+  fail(ErrorCode::mismatch,
+       "{}: a {} of {:.4g} m {} of a cloud of {:.4g} m with points {:.4g} m apart; scale it if it "
+       "is in other units, else give about {:.4g} m",
+       name, what, radius, radius < reach ? "leaves most points without neighbors" : "exceeds the extent",
+       extent, resolution, advised);
 }
 
 }  // namespace estancia

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <string_view>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/topology/places.hpp"
 
@@ -104,11 +104,10 @@ LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::v
     const std::set<std::size_t>* right = nullptr;
     if (!admissible.empty()) {
       if (numbers[i] >= admissible.size())
-        throw Error(
-            ErrorCode::mismatch,
-            fmt::format("the truth ends at frame {}, but the sequence has a frame {}; is it the truth of "
-                        "another sequence?",
-                        admissible.size() - 1, numbers[i]));
+        fail(ErrorCode::mismatch,
+             "the truth ends at frame {}, but the sequence has a frame {}; is it the truth of "
+             "another sequence?",
+             admissible.size() - 1, numbers[i]);
       right = &admissible[numbers[i]];
     }
     const Localization& answer = answers[i];

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <charconv>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/files.hpp"
 #include "estancia/topology/places.hpp"
 
@@ -17,10 +17,9 @@ using Sentences = std::vector<std::string>;
 [[noreturn]] void failNoFrame(const TopologicalMap& map, const std::string& asked) {
   if (map.frames.empty())
     throw Error(ErrorCode::insufficientData, "the map has no frames yet; map some images first");
-  throw Error(ErrorCode::unknownName,
-              fmt::format("there is no frame \"{}\"; the map has frames 0 to {}, named \"{}\" to \"{}\"",
-                          io::printable(asked), map.frames.size() - 1, io::printable(map.frames.front().name),
-                          io::printable(map.frames.back().name)));
+  fail(ErrorCode::unknownName, "there is no frame \"{}\"; the map has frames 0 to {}, named \"{}\" to \"{}\"",
+       io::printable(asked), map.frames.size() - 1, io::printable(map.frames.front().name),
+       io::printable(map.frames.back().name));
 }
 
 template <class... Values>
@@ -113,8 +112,7 @@ std::vector<std::string> explain(const TopologicalMap& map, std::size_t frame) {
   if (frame >= map.frames.size()) failNoFrame(map, std::to_string(frame));
   const auto found = std::ranges::find(map.decisions, frame, &Decision::frame);
   if (found == map.decisions.end())
-    throw Error(ErrorCode::insufficientData,
-                fmt::format("frame {} has no decision yet; continue the mapping", frame));
+    fail(ErrorCode::insufficientData, "frame {} has no decision yet; continue the mapping", frame);
   const Decision& d = *found;
   const std::string name = fmt::format("Frame {} ({})", frame, io::printable(map.frames[frame].name));
   Sentences sentences;

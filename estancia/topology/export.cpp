@@ -9,7 +9,7 @@
 #include <set>
 #include <string_view>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/io/files.hpp"
@@ -129,11 +129,10 @@ void requireRouteGraph(const TopologicalMap& map, const std::vector<Place>& plac
   const std::size_t count = lost.size();
   if (cut) lost.resize(shown);
   if (count > 0)
-    throw Error(
-        ErrorCode::insufficientData,
-        fmt::format("{} of the map's {} nodes have no position ({}{}), which Nav2 needs; map the sequence "
-                    "with its poses",
-                    count, map.nodes.size(), fmt::join(lost, " "), cut ? " …" : ""));
+    fail(ErrorCode::insufficientData,
+         "{} of the map's {} nodes have no position ({}{}), which Nav2 needs; map the sequence "
+         "with its poses",
+         count, map.nodes.size(), fmt::join(lost, " "), cut ? " …" : "");
   if (linksOf(map).empty())
     throw Error(ErrorCode::insufficientData,
                 "the map has no transitions, and Nav2 refuses graphs without edges; map a longer drive");

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/label_words.hpp"
 
 namespace estancia {
@@ -23,8 +23,8 @@ const Node& TopologicalMap::getNode(int id) const {
   for (const Node& node : nodes) ids.push_back(node.id);
   const bool cut = ids.size() > shown;
   if (cut) ids.resize(shown);
-  throw Error(ErrorCode::unknownName, fmt::format("there is no node {}; the map has nodes {}{}", id,
-                                                  fmt::join(ids, " "), cut ? " …" : ""));
+  fail(ErrorCode::unknownName, "there is no node {}; the map has nodes {}{}", id, fmt::join(ids, " "),
+       cut ? " …" : "");
 }
 
 std::string toString(DecisionKind kind) {

@@ -1,11 +1,9 @@
 // What everybody does with map files, each in one call.
-#include <fmt/format.h>
-
 #include <array>
 #include <fstream>
 #include <string_view>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/topology/store.hpp"
 
@@ -40,9 +38,8 @@ DescriptorSequence readMapDescriptors(const fs::path& path) {
   });
   store.endReading();
   if (sequence.descriptors.size() != sequence.frames.size())
-    throw Error(ErrorCode::corruptFile,
-                fmt::format("{}: it has {} frames but {} descriptors; map the sequence again", path.string(),
-                            sequence.frames.size(), sequence.descriptors.size()));
+    fail(ErrorCode::corruptFile, "{}: it has {} frames but {} descriptors; map the sequence again",
+         path.string(), sequence.frames.size(), sequence.descriptors.size());
   return sequence;
 }
 

@@ -1,11 +1,9 @@
 // What the mapper writes into the map file, so that a run can go on where it stopped.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/bytes.hpp"
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/topology/mapper_impl.hpp"
 
@@ -105,9 +103,8 @@ MapperOptions settingsFromJson(const std::string& text) {
     if (json.contains("tau_revisit")) options.tauRevisit = json["tau_revisit"].get<double>();
     return options;
   } catch (const Json::exception& e) {
-    throw Error(ErrorCode::corruptFile,
-                fmt::format("the settings of the map cannot be read ({}); map the sequence again",
-                            printable(e.what())));
+    fail(ErrorCode::corruptFile, "the settings of the map cannot be read ({}); map the sequence again",
+         printable(e.what()));
   }
 }
 

@@ -1,12 +1,10 @@
 #include "estancia/topology/node_bank.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 
 namespace estancia {
@@ -56,8 +54,7 @@ std::size_t NodeBank::slotOf(int id) const {
   const auto found =
       std::find_if(nodes_.begin(), nodes_.end(), [id](const NodeMemory& node) { return node.id == id; });
   if (found == nodes_.end())
-    throw Error(ErrorCode::corruptFile,
-                fmt::format("the mapper state lacks node {}; map the sequence again", id));
+    fail(ErrorCode::corruptFile, "the mapper state lacks node {}; map the sequence again", id);
   return static_cast<std::size_t>(found - nodes_.begin());
 }
 

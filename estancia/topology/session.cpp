@@ -7,7 +7,7 @@
 #include <utility>
 #include <variant>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/io/sequence.hpp"
@@ -64,8 +64,8 @@ MappingSession MappingSession::resume(const std::filesystem::path& path, const V
   MapStore store = MapStore::open(path, MapStore::Access::write);
   requireSameVocabulary(store.identity().vocabulary, printableLabels(vocabulary), path.string());
   if (store.identity().model != printable(model))
-    throw Error(ErrorCode::mismatch, fmt::format("{} was made with the model {}, not {}; use that model",
-                                                 path.string(), store.identity().model, printable(model)));
+    fail(ErrorCode::mismatch, "{} was made with the model {}, not {}; use that model", path.string(),
+         store.identity().model, printable(model));
   Mapper mapper = restoreMapper(store);
   return MappingSession(std::make_unique<Impl>(Impl{std::move(store), std::move(mapper)}));
 }
@@ -73,15 +73,14 @@ MappingSession MappingSession::resume(const std::filesystem::path& path, const V
 MappingSession::MappingSession(const std::filesystem::path& path, Labeler& labeler,
                                const std::optional<MapperOptions>& options) {
   if (labeler.discovers())
-    throw Error(ErrorCode::invalidInput,
-                fmt::format("{} discovers its words, but a map needs to know them; record() its labels first",
-                            labeler.identity()));
+    fail(ErrorCode::invalidInput,
+         "{} discovers its words, but a map needs to know them; record() its labels first",
+         labeler.identity());
   *this = std::filesystem::exists(path)
               ? resume(path, labeler.vocabulary(), labeler.identity())
               : create(path, labeler.vocabulary(), labeler.identity(), options.value_or(MapperOptions{}));
   if (options && *options != mapper().options())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("{} was made with other settings, which it keeps; give none", path.string()));
+    fail(ErrorCode::mismatch, "{} was made with other settings, which it keeps; give none", path.string());
   impl_->labeler = &labeler;
 }
 
@@ -165,10 +164,10 @@ std::size_t firstUnmapped(const TopologicalMap& map, const Sequence& sequence) {
   for (const MappedFrame& frame : map.frames) {
     while (next < sequence.size() && printable(sequence.frame(next).name) != frame.name) ++next;
     if (next == sequence.size())
-      throw Error(ErrorCode::mismatch,
-                  fmt::format("the map's frame {} is not (or not in this order) in {}; continue the map with "
-                              "the sequence that it was made from",
-                              frame.name, sequence.name()));
+      fail(ErrorCode::mismatch,
+           "the map's frame {} is not (or not in this order) in {}; continue the map with "
+           "the sequence that it was made from",
+           frame.name, sequence.name());
     ++next;
   }
   return next;

@@ -16,7 +16,7 @@
 #include <map>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/topology/sqlite.hpp"
 #include "estancia/topology/store_read.hpp"
 
@@ -367,8 +367,8 @@ void MapStore::putImage(std::size_t frame, const std::vector<unsigned char>& jpe
 void MapStore::putNode(const Node& node, const std::string& state) {
   const std::size_t labels = impl_->identity.vocabulary.size();
   if (node.mean.size() != labels || node.sigma.size() != labels)
-    throw Error(ErrorCode::mismatch, fmt::format("node {} has {} means and {} deviations for {} labels",
-                                                 node.id, node.mean.size(), node.sigma.size(), labels));
+    fail(ErrorCode::mismatch, "node {} has {} means and {} deviations for {} labels", node.id,
+         node.mean.size(), node.sigma.size(), labels);
   impl_->write("INSERT OR REPLACE INTO nodes VALUES(?1, ?2, ?3, ?4, ?5)", node.id, node.frames,
                std::span(node.mean), std::span(node.sigma), std::as_bytes(std::span(state)));
 }

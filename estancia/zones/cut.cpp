@@ -7,7 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 
 namespace estancia {
 namespace {
@@ -124,8 +124,8 @@ NearestItems findNeighbors(const CondensedDistances& distances, std::size_t coun
 void weighBySize(NearestItems& neighbors, std::span<const std::size_t> sizes) {
   const std::size_t each = neighbors.each;
   if (neighbors.nearest.size() != sizes.size() * each)
-    throw Error(ErrorCode::mismatch, fmt::format("{} neighbors do not belong to {} groups",
-                                                 neighbors.nearest.size(), sizes.size()));
+    fail(ErrorCode::mismatch, "{} neighbors do not belong to {} groups", neighbors.nearest.size(),
+         sizes.size());
   neighbors.within.clear();
   neighbors.weights.assign(neighbors.nearest.size(), 0);
   for (std::size_t i = 0; i < sizes.size(); ++i) {
@@ -142,8 +142,8 @@ void weighBySize(NearestItems& neighbors, std::span<const std::size_t> sizes) {
 SuggestedCut suggestCut(const Dendrogram& dendrogram, const NearestItems& neighbors) {
   const auto& merges = dendrogram.merges();
   if (neighbors.nearest.size() != dendrogram.leaves() * neighbors.each)
-    throw Error(ErrorCode::mismatch, fmt::format("{} neighbors do not belong to a dendrogram of {} leaves",
-                                                 neighbors.nearest.size(), dendrogram.leaves()));
+    fail(ErrorCode::mismatch, "{} neighbors do not belong to a dendrogram of {} leaves",
+         neighbors.nearest.size(), dendrogram.leaves());
   const std::vector<double> curve = modularities(dendrogram, neighbors);
   // All in one: always a cut, whose modularity is 0 but for rounding.
   SuggestedCut best{merges.empty() ? 0 : merges.back().height, 0,

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/core/output_file.hpp"
 #include "estancia/core/printable.hpp"
 #include "estancia/io/files.hpp"
@@ -327,10 +327,8 @@ Zones readZones(const fs::path& file) {
   } catch (const Error& e) {
     refuseDamaged(e.what());
   }
-  throw Error(
-      ErrorCode::unsupportedFile,
-      fmt::format("{}: zone file version {}, but this Estancia reads version {}; {}", name, found, version,
-                  found < version ? "make it again by `estancia zones`" : "update Estancia"));
+  fail(ErrorCode::unsupportedFile, "{}: zone file version {}, but this Estancia reads version {}; {}", name,
+       found, version, found < version ? "make it again by `estancia zones`" : "update Estancia");
 }
 
 bool isZoneFile(const fs::path& file) {

@@ -1,7 +1,5 @@
 #include "estancia/zones/zone_stream.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,7 +7,7 @@
 #include <set>
 #include <tuple>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/zones/image_tree.hpp"
@@ -99,9 +97,8 @@ ZoneStream::Impl::Impl(Vocabulary words, const ZoneOptions& zoneOptions, const Z
   validate(zoneOptions);
   validate(stream);
   if (zoneOptions.count && *zoneOptions.count > stream.groups)
-    throw Error(ErrorCode::invalidOption,
-                fmt::format("zones.count is {}, but the stream has {} groups; give 1 to {}",
-                            *zoneOptions.count, stream.groups, stream.groups));
+    fail(ErrorCode::invalidOption, "zones.count is {}, but the stream has {} groups; give 1 to {}",
+         *zoneOptions.count, stream.groups, stream.groups);
   distances_.resize((stream.groups + 1) * (stream.groups + 1));
 }
 
@@ -283,8 +280,8 @@ void ZoneStream::update() {
 Zones ZoneStream::finish(const DescriptorSequence& sequence) {
   const ZoneOptions& options = impl_->zoneOptions_;
   if (options.count && *options.count > images())
-    throw Error(ErrorCode::invalidOption, fmt::format("zones.count is {}; give 1 to {}, the number of images",
-                                                      *options.count, images()));
+    fail(ErrorCode::invalidOption, "zones.count is {}; give 1 to {}, the number of images", *options.count,
+         images());
   update();
   Zones zones = describeZones(sequence, zoneOf());
   zones.distance = options.distance;
@@ -348,8 +345,7 @@ std::string ZoneStream::nameOf(int zone) const {
   Moments mean(impl_->vocabulary_.size(), false);
   for (const Impl::Group& group : impl_->groups_)
     if (group.zone == zone) mean.add(group.probabilities.mean(), group.probabilities.weight());
-  if (mean.weight() == 0)
-    throw Error(ErrorCode::unknownName, fmt::format("the stream has no zone {} now", zone));
+  if (mean.weight() == 0) fail(ErrorCode::unknownName, "the stream has no zone {} now", zone);
   return nameZones(impl_->vocabulary_, {{mean.mean().begin(), mean.mean().end()}},
                    impl_->probabilities_.mean())
       .front();
@@ -359,9 +355,8 @@ StreamAgreement compareWithExact(const DescriptorSequence& sequence, std::span<c
                                  const ZoneOptions& options, std::size_t maxImages, Progress& progress) {
   const std::size_t frames = sequence.frames.size(), compared = std::min(frames, maxImages);
   if (zoneOf.size() != frames)
-    throw Error(
-        ErrorCode::mismatch,
-        fmt::format("{} zone numbers do not belong to {} frames; give one a frame", zoneOf.size(), frames));
+    fail(ErrorCode::mismatch, "{} zone numbers do not belong to {} frames; give one a frame", zoneOf.size(),
+         frames);
   DescriptorSequence sample{
       sequence.vocabulary, sequence.model, {}, DescriptorMatrix(sequence.vocabulary.size())};
   std::vector<int> streamed;

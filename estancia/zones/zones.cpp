@@ -6,7 +6,7 @@
 #include <cmath>
 #include <map>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/stats/compared_vectors.hpp"
 #include "estancia/stats/linkage.hpp"
 #include "estancia/stats/moments.hpp"
@@ -123,9 +123,8 @@ void validate(const ZoneOptions& options) {
 ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbors, const ZoneOptions& options) {
   if (options.count) {
     if (*options.count > tree.leaves())
-      throw Error(ErrorCode::invalidOption,
-                  fmt::format("zones.count is {}; give 1 to {}, the number of images", *options.count,
-                              tree.leaves()));
+      fail(ErrorCode::invalidOption, "zones.count is {}; give 1 to {}, the number of images", *options.count,
+           tree.leaves());
     std::vector<int> groups = tree.cutInto(*options.count);
     const std::size_t done = tree.leaves() - *options.count;
     return {std::move(groups), done == 0 ? 0 : tree.merges()[done - 1].height,
@@ -177,9 +176,8 @@ Zones describeZones(const DescriptorSequence& sequence, std::span<const int> gro
   if (sequence.frames.empty())
     throw Error(ErrorCode::insufficientData, "there are no images to make zones of; give at least one");
   if (groups.size() != sequence.frames.size())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("{} zone numbers do not belong to {} frames; give one a frame", groups.size(),
-                            sequence.frames.size()));
+    fail(ErrorCode::mismatch, "{} zone numbers do not belong to {} frames; give one a frame", groups.size(),
+         sequence.frames.size());
   Zones result{.vocabulary = sequence.vocabulary, .model = sequence.model, .frames = sequence.frames};
   result.zoneOf.resize(groups.size());
   std::vector<std::vector<float>> means;
@@ -204,9 +202,8 @@ Zones describeZones(const DescriptorSequence& sequence, std::span<const int> gro
 
 void nameRooms(Zones& zones, const RoomPredictions& predictions) {
   if (predictions.probabilities.size() != zones.frames.size())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("predictions for {} frames do not belong to zones of {} frames",
-                            predictions.probabilities.size(), zones.frames.size()));
+    fail(ErrorCode::mismatch, "predictions for {} frames do not belong to zones of {} frames",
+         predictions.probabilities.size(), zones.frames.size());
   const std::vector<std::size_t> groups(zones.zoneOf.begin(), zones.zoneOf.end());
   auto pooled = poolRooms(predictions, groups, zones.zones.size());
   for (std::size_t i = 0; i < zones.zones.size(); ++i) zones.zones[i].predicted = std::move(pooled[i]);
