@@ -95,7 +95,7 @@ Peer scikitLearn(const fs::path& folder, const std::string& kind, const std::str
   char blas[200] = "";
   if (!pipe || std::fscanf(pipe.get(), "%lf %lf %zu %199s", &peer.seconds.wall, &peer.seconds.cpu,
                            &peer.vectors, blas) != 4)
-    throw Error("scikit-learn gave no answer; install python3-sklearn");
+    throw Error(ErrorCode::invalidInput, "scikit-learn gave no answer; install python3-sklearn");
   peer.blas = blas;
   io::NpyFile answer(folder / "answer.npy");
   for (std::size_t i = 0; i < answer.rows(); ++i) peer.classes.push_back(static_cast<int>(answer.next()[0]));

@@ -68,7 +68,7 @@ std::vector<Scene> scenesOf(const fs::path& path) {
     return scenes;
   }
   const auto sequence = openSequence(path);
-  if (!sequence->hasDepth()) throw Error(path.string() + ": there is no depth");
+  if (!sequence->hasDepth()) throw Error(ErrorCode::invalidInput, path.string() + ": there is no depth");
   const std::size_t step = std::max<std::size_t>(sequence->size() / kViews, 1);
   for (std::size_t i = 0; i < sequence->size() && scenes.size() < kViews; i += step) {
     Scene& scene = scenes.emplace_back();

@@ -66,7 +66,7 @@ struct Agreement {
   double difference = 0;     ///< largest of any probability
   std::size_t sameBest = 0;  ///< images with the same best word
   void add(const LexicalDescriptor& a, const LexicalDescriptor& b) {
-    if (a.size() != b.size()) throw Error("the two models have different words");
+    if (a.size() != b.size()) throw Error(ErrorCode::invalidInput, "the two models have different words");
     for (std::size_t i = 0; i < a.size(); ++i)
       difference = std::max(difference, std::abs(static_cast<double>(a[i]) - b[i]));
     sameBest +=
@@ -122,7 +122,7 @@ void compareEngines(const Arguments& arguments) {
 }
 
 void compareModels(const Arguments& arguments) {
-  if (arguments.models.size() != 2) throw Error("compare takes two models");
+  if (arguments.models.size() != 2) throw Error(ErrorCode::invalidInput, "compare takes two models");
   const auto sequence = openSequence(arguments.sequence);
   const auto first = loadModel(arguments.models[0], arguments.options);
   const auto second = loadModel(arguments.models[1], arguments.options);

@@ -130,7 +130,7 @@ std::vector<std::vector<int>> scipy(const DescriptorMatrix& rows, const std::vec
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
   if (!pipe || std::fscanf(pipe.get(), "%lf %lf %lf %lf", &timing.distances.wall, &timing.linkage.wall,
                            &timing.distances.cpu, &timing.linkage.cpu) != 4)
-    throw Error("SciPy gave no answer; install python3-scipy");
+    throw Error(ErrorCode::invalidInput, "SciPy gave no answer; install python3-scipy");
   io::NpyFile file(folder / "clusters.npy");
   std::vector<std::vector<int>> clusters;
   for (std::size_t i = 0; i < file.rows(); ++i) {

@@ -122,7 +122,8 @@ int main(int argc, char** argv) try {
   how.threads = threads;
   const auto labeler = argc > 4 ? loadModel(argv[4], how) : nullptr;
   const int frames = argc > 3 ? std::atoi(argv[3]) : 100;
-  if (threads < 1 || frames < 1) throw Error("give at least one thread and one frame");
+  if (threads < 1 || frames < 1)
+    throw Error(ErrorCode::invalidInput, "give at least one thread and one frame");
   measure(*sequence, threads, static_cast<std::size_t>(frames), labeler.get());
   return 0;
 } catch (const std::exception& e) {

@@ -250,7 +250,7 @@ Outcome apart(const std::string& name, const std::function<Outcome()>& program) 
   fmt::print("{}\n", name);
   std::fflush(stdout);
   int pipes[2];
-  if (pipe(pipes) != 0) throw Error("no pipe can be opened");
+  if (pipe(pipes) != 0) throw Error(ErrorCode::invalidInput, "no pipe can be opened");
   const pid_t child = fork();
   if (child == 0) {
     int status = 0;
@@ -271,7 +271,7 @@ Outcome apart(const std::string& name, const std::function<Outcome()>& program) 
   int status = 0;
   rusage usage{};
   wait4(child, &status, 0, &usage);
-  if (!told) throw Error(name + " failed");
+  if (!told) throw Error(ErrorCode::invalidState, name + " failed");
   fmt::print(
       "  {:<14} {:7.3f} s, {} poses, {} model points of the best within {} mm of the scene, peak {} MB\n",
       "all", outcome.seconds, outcome.poses, outcome.inliers, 1e3 * kTolerance, usage.ru_maxrss / 1024);

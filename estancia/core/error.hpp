@@ -67,7 +67,6 @@ std::optional<ErrorCode> findErrorCode(std::string_view name);
 class Error : public std::runtime_error {
  public:
   Error(ErrorCode code, const std::string& sentence) : std::runtime_error(sentence), code_(code) {}
-  explicit Error(const std::string& sentence) : Error(ErrorCode::invalidInput, sentence) {}  // on its way out
   ErrorCode code() const { return code_; }
 
  private:

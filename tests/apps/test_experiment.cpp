@@ -98,7 +98,7 @@ TEST_F(ExperimentCommand, WhatIsWrongIsOneLineAndExitCodeTwo) {
     EXPECT_EQ(result.out, "");
   };
   refuses(run({"experiment", "run", scratch_ / "none.toml"}), ErrorCode::fileNotFound, "none.toml");
-  refuses(run({"experiment", "run", config_, "--models", "./nowhere"}), ErrorCode::unknownName, "./nowhere");
+  refuses(run({"experiment", "run", config_, "--models", "./nowhere"}), ErrorCode::fileNotFound, "./nowhere");
   refuses(run(arguments({"--threads", "-1"})), ErrorCode::invalidOption, "threads");
   refuses(run(arguments({"--set", "labeler.engine=bogus"})), ErrorCode::unknownName, "bogus");
   refuses(run({"experiment"}), ErrorCode::invalidOption, "experiment");

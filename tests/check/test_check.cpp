@@ -282,12 +282,14 @@ TEST(Check, LooksAtDepthWithoutPosesToo) {
   EXPECT_THAT(found([](Altered& s) { multiplyDepth(s, 1e-3F); }), ElementsAre("depth-scale"));
   EXPECT_THAT(found([](Altered& s) {
                 s.alterDepth = [](std::size_t i, cv::Mat& depth) {
-                  if (i % 2 == 0) throw Error("gone");
+                  if (i % 2 == 0) throw Error(ErrorCode::fileUnreadable, "gone");
                   depth *= 1;
                 };
               }),
               ElementsAre("depth-missing"));
-  EXPECT_THAT(found([](Altered& s) { s.alterDepth = [](std::size_t, cv::Mat&) { throw Error("gone"); }; }),
+  EXPECT_THAT(found([](Altered& s) {
+                s.alterDepth = [](std::size_t, cv::Mat&) { throw Error(ErrorCode::fileUnreadable, "gone"); };
+              }),
               ElementsAre("depth-missing"));
   EXPECT_THAT(found([](Altered& s) {
                 s.alterDepth = [](std::size_t, cv::Mat&) { throw std::out_of_range("no reader means this"); };
@@ -366,7 +368,7 @@ TEST(Check, LooksAtCameraAndImages) {
               ElementsAre("image-frozen"));
   EXPECT_THAT(found([](Altered& s) {
                 s.alterImage = [](std::size_t i, cv::Mat&) {
-                  if (i == 0) throw Error("damaged");
+                  if (i == 0) throw Error(ErrorCode::fileUnreadable, "damaged");
                 };
               }),
               ElementsAre("image-unreadable"));
@@ -449,7 +451,7 @@ TEST(Check, LooksAtAsManyFramesAsAskedFor) {
 
 TEST(Check, RefusesToLookAtNoFrames) {
   EXPECT_THAT([] { checked(RecordedRoom(3), 0); },
-              test::FailsWith(ErrorCode::invalidOption, "check.frames", "0"));
+              test::FailsWith(ErrorCode::invalidOption, "check.max-frames", "0"));
 }
 
 TEST(Check, RaisesNoFalseAlarmOnOtherRealData) {

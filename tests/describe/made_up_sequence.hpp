@@ -34,12 +34,12 @@ class MadeUpSequence final : public Sequence {
   std::size_t size() const override { return frames_.size(); }
   const Frame& frame(std::size_t i) const override { return frames_[i]; }
   cv::Mat image(std::size_t i) const override {
-    if (images_[i].empty()) throw Error("cannot be read");
+    if (images_[i].empty()) throw Error(ErrorCode::fileUnreadable, "cannot be read");
     return images_[i];
   }
   bool hasDepth() const override { return hasDepth_; }
   cv::Mat depth(std::size_t i) const override {
-    if (depths_[i].empty()) throw Error("no depth image");
+    if (depths_[i].empty()) throw Error(ErrorCode::fileUnreadable, "no depth image");
     return depths_[i];
   }
 

@@ -23,7 +23,7 @@ class Three final : public ObjectViews {
   std::size_t size() const override { return views_.size(); }
   const ObjectView& view(std::size_t i) const override { return views_[i]; }
   PointCloud cloud(std::size_t i) const override {
-    if (i == 2) throw Error("broken");
+    if (i == 2) throw Error(ErrorCode::fileUnreadable, "broken");
     PointCloud cloud;
     cloud.points = {{0, 0, 0}, {0, 1, 1}, {0, 0, 1}};
     cloud.colors.assign(3, {0, 0, 255});

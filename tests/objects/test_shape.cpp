@@ -45,7 +45,7 @@ class Views final : public ObjectViews {
   std::size_t size() const override { return clouds_.size(); }
   const ObjectView& view(std::size_t i) const override { return views_[i]; }
   PointCloud cloud(std::size_t i) const override {
-    if (clouds_[i].points.empty()) throw Error("its file is damaged");
+    if (clouds_[i].points.empty()) throw Error(ErrorCode::fileUnreadable, "its file is damaged");
     return clouds_[i];
   }
   ObjectImage image(std::size_t) const override { return {}; }

@@ -105,7 +105,8 @@ cv::Mat Drive::image(std::size_t i) const {
 }
 
 cv::Mat Drive::depth(std::size_t i) const {
-  if (noDepthFile.contains(i)) throw Error("frame " + std::to_string(i) + ": no depth image");
+  if (noDepthFile.contains(i))
+    throw Error(ErrorCode::fileUnreadable, "frame " + std::to_string(i) + ": no depth image");
   if (covered.contains(i)) return {120, 160, CV_32F, cv::Scalar(0.1)};
   const CameraIntrinsics camera = smallCamera().scaledTo(160 / shrink, 120 / shrink);
   cv::Mat depth = render(*frames_[i].pose, camera, noise_, static_cast<unsigned>(i)).depth;

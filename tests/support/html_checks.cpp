@@ -38,7 +38,6 @@ std::string lowerCase(std::string text) {
 
 Html::Html(const std::string& html) {
   std::vector<std::size_t> open;  // positions in elements_
-  const std::regex attribute("([A-Za-z:-]+)=\"([^\"]*)\"");
   std::size_t at = 0;
   while (at < html.size()) {
     if (html[at] != '<') {
@@ -57,8 +56,13 @@ Html::Html(const std::string& html) {
       continue;
     }
     HtmlElement element{tag.substr(0, tag.find_first_of(" />")), {}, ""};
-    for (std::sregex_iterator it(tag.begin(), tag.end(), attribute), last; it != last; ++it)
-      element.attributes[(*it)[1]] = withoutEntities((*it)[2]);
+    // By hand: std::regex takes a stack frame a character, and a value may hold an image.
+    for (std::size_t equals = 0; (equals = tag.find("=\"", equals)) != std::string::npos;) {
+      const std::size_t name = tag.find_last_of(" \n", equals) + 1, quote = tag.find('"', equals + 2);
+      element.attributes[tag.substr(name, equals - name)] =
+          withoutEntities(tag.substr(equals + 2, quote - equals - 2));
+      equals = quote;
+    }
     elements_.push_back(element);
     const bool isVoid = tag.ends_with("/") || element.name == "meta" || element.name == "img";
     if (!isVoid) open.push_back(elements_.size() - 1);

@@ -90,7 +90,7 @@ TableSequence::TableSequence(const std::vector<Solid>& solids, const std::vector
 }
 
 cv::Mat TableSequence::depth(std::size_t i) const {
-  if (seen_.at(i).second.empty()) throw Error(frames_[i].name + " has no depth");
+  if (seen_.at(i).second.empty()) throw Error(ErrorCode::fileUnreadable, frames_[i].name + " has no depth");
   return seen_[i].second;
 }
 
