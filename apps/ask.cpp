@@ -1,4 +1,5 @@
 // estancia ask: which places hold a word?
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

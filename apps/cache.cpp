@@ -1,4 +1,5 @@
 // estancia cache: labels kept from earlier runs.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include "common.hpp"

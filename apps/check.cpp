@@ -1,4 +1,5 @@
 // estancia check: what in one's own data would break a map, and how to mend it.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include "common.hpp"

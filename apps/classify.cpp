@@ -1,4 +1,5 @@
 // estancia classify: room classifiers, trained, tested and applied.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <spdlog/spdlog.h>

@@ -1,4 +1,5 @@
 // Command tree: all commands and options of the program, for shell completion, man pages and the reference.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <CLI/CLI.hpp>

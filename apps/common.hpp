@@ -1,4 +1,5 @@
 // Shared arguments: sequences, outputs, JSON, for all subcommands.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,5 @@
 // estancia compare: scores of methods in tests → which methods differ.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

@@ -1,5 +1,6 @@
 // Declared options on the command line: flags, --set GROUP.NAME=VALUE, --config FILE and --preset, from one
 // declaration.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,5 @@
 // Features of a command: images, labels or tables as numbers, and the rooms that are predicted from them.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <CLI/CLI.hpp>

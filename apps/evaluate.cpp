@@ -1,4 +1,5 @@
 // estancia evaluate: how good are a map or zones, and how well does one find one's way in it?
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include "estancia/core/error.hpp"

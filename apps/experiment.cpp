@@ -1,4 +1,5 @@
 // estancia experiment: configuration files in, tables and a page out.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

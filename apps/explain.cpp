@@ -1,4 +1,5 @@
 // estancia explain: why did a frame go where it went?
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include "common.hpp"

@@ -1,4 +1,5 @@
 // estancia export: a map or zones for other programs.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

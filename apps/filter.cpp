@@ -1,4 +1,5 @@
 // estancia filter: a cloud with fewer, better points; or with noise, normals, in another format.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // estancia generate: shell completion, man pages and the reference, from the declarations of the commands.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

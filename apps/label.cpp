@@ -1,4 +1,5 @@
 // estancia label: images → words, kept in a file that the other commands take instead of the images.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

@@ -1,4 +1,5 @@
 // Labeling: the model of a command, how to run it, and the frames it labels.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,5 @@
 // Localization of a sequence in a map: what `localize` and `evaluate` share.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <functional>

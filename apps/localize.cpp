@@ -1,4 +1,5 @@
 // estancia localize: where in a map are these images?
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include "estancia/topology/map_json.hpp"

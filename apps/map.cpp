@@ -1,4 +1,5 @@
 // estancia map: images → topological map.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

@@ -1,4 +1,5 @@
 // estancia objects: samples of objects, collected and labeled.
+// SPDX-License-Identifier: Apache-2.0
 #include "objects.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
 // Object commands: the subcommands of `estancia objects`.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,5 @@
 // estancia objects predict: the classes of the objects in a sequence, by image and by shape.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

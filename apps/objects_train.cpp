@@ -1,4 +1,5 @@
 // estancia objects train: a shape classifier, trained on the labels of images or on true categories.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

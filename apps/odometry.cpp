@@ -1,4 +1,5 @@
 // estancia odometry: where the camera stood in every image of an RGB-D sequence.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

@@ -1,4 +1,5 @@
 // estancia options: every parameter of the library that the command can set.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -1,4 +1,5 @@
 // estancia recognize: known objects in a cloud, and their poses.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

@@ -1,4 +1,5 @@
 // estancia report: the map as a page.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

@@ -1,4 +1,5 @@
 // estancia route: the way to a place or to a word.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -1,4 +1,5 @@
 // estancia zones: images → areas that name themselves.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 

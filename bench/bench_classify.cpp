@@ -1,6 +1,7 @@
 // Prediction of rooms beside scikit-learn: nearest neighbors and Gaussian support vector machines, the same
 // data, parameters and answers. docs/measured/benchmarks.md holds what it showed.
 //   bench_classify [THREADS]     2,389 made-up descriptors of 1,001 words to learn from, as many to predict
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <unistd.h>
 

@@ -1,5 +1,6 @@
 // Neighbors, normals and voxel grids, one thread, beside PCL's and nanoflann's in the same run.
 //   bench_cloud CLOUD    a .pcd or .ply in meters, as a depth camera sees a room
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <cmath>

@@ -1,5 +1,6 @@
 // Taking depth images apart, stage by stage, beside PCL's planes and Euclidean clusters in the same run.
 //   bench_clusters FOCAL DEPTH…    images in millimeters whose camera looks along their middle
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

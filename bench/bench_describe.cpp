@@ -2,6 +2,7 @@
 // it showed.
 //   bench_describe [SEQUENCE]   a folder of images with depth (rgb/, depth/), brought to 320×240; without
 //                               it made-up ones. Peers are scikit-image and PCL, where they are at hand.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <unistd.h>
 

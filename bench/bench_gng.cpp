@@ -2,6 +2,7 @@
 // end in the same graph. docs/measured/gng.md holds what it showed.
 //   bench_gng CLOUD.pcd [neurons] [delta] [textbook's neurons]
 // The textbook runs whole unless the last number is smaller than the first: then it stops at so many.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <cmath>

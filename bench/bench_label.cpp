@@ -4,6 +4,7 @@
 //   difference bench_label stream SEQ MODEL…    decode, prepare and infer beside inference alone; an
 //   ensemble's is its members' sum bench_label compare SEQ A B      largest difference of any probability,
 //   share of equal best words
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

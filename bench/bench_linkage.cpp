@@ -4,6 +4,7 @@
 //                                      without labels 4,579 × 1,001 made-up ones
 //   bench_linkage curve N…             time and memory for N images of 205 labels, as clr-cosine with each
 //   linkage
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <sys/resource.h>

@@ -4,6 +4,7 @@
 //                           a drive of synthetic frames through PLACES places, about STAY frames at each
 //                           before it goes to another, with or without a map file: time, nodes and resident
 //                           memory as it goes
+// SPDX-License-Identifier: Apache-2.0
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 #include <unistd.h>

@@ -5,6 +5,7 @@
 //
 // The model is learned from the things of every tenth frame by names drawn at random, the worst case: nearly
 // every sample becomes a support vector.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

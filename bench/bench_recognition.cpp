@@ -4,6 +4,7 @@
 //   bench_recognition MODEL.pcd SCENE.pcd [--descriptor shot|fpfh] [--threads N]
 // Each program runs in a process of its own, one after the other, so that its time and its memory are its
 // own.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <sys/wait.h>

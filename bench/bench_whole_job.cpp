@@ -1,6 +1,7 @@
 // The whole job (decode, prepare, infer, map, write the file) beside the network's forward pass alone, in
 // turn in one run.
 //   bench_whole_job SEQ [MODEL [FRAMES [ROUNDS]]]
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // Zones kept while a robot drives: time an image, and how far they are from all images at once.
 //   bench_zone_stream [FRAMES [LABELS [GROUPS]]]   a made-up drive; default: 10,000 × 1,001, 512 groups
 //   bench_zone_stream RECORDING [GROUPS]           the frames of a recording (.labels, .npy, .csv)
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -2,6 +2,7 @@
 // files, so that no image is labeled again. docs/measured/distances.md holds the table and the commands.
 //   compare_distances TOUR.estancia SECOND_TOUR.estancia CORRIDOR.estancia SECOND_CORRIDOR.estancia
 //   GROUND_TRUTH.csv [DISTANCE…]      without names all
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """SciPy's answer for bench_linkage: python3 scipy_linkage.py ROWS.npy METRIC METHOD CLUSTERS.npy CUT…
 
 Prints the seconds that pdist and linkage took, by the wall clock and of the processor; writes the flat clusters, a row a cut."""

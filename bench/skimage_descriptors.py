@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """The peers of bench_describe: FOLDER of images → milliseconds of the processor an image (median) of scikit-image's parts of PHOG and
 GIST, one a line: PHOG's edges, orientations and pyramid; GIST's filters by its Gabor kernels and by Fourier transforms."""
 

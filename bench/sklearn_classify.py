@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """scikit-learn's side of bench_classify: python3 sklearn_classify.py knn|svm TRAIN.npy CLASSES.npy TEST.npy PARAMETERS OUT.npy
 
 PARAMETERS are K for knn (Euclidean, votes weigh 1/distance) and C,GAMMA for svm. Writes the predicted classes; prints the seconds of

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Text files compiled into a target, so that an installed command needs no files beside it: `header` declares each
 # NAME:FILE (from the top) that follows as `extern const std::string NAME` in `namespace`.
 function(estancia_embed target header namespace)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The experiments: a library of the command and of the tests alone, which is not installed.
 file(GLOB_RECURSE experiment_sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/experiments/src/*.cpp)
 list(FILTER experiment_sources EXCLUDE REGEX "_module\\.cpp$")

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # cmake --install, and find_package(estancia) → estancia::estancia (tests/find_package proves it)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/estancia)
 get_target_property(library_type estancia TYPE)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # What needs large libraries that most commands do not is optional, and a module of its own, opened when it is first
 # needed (core/module_function.hpp): nobody else loads these libraries, and nobody who links Estancia links them.
 option(ESTANCIA_OPEN3D "Build odometry, where Open3D is installed" ON)

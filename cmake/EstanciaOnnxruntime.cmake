@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # ONNX Runtime, the faster engine, is optional. Only its headers are compiled against; the library is opened when it is
 # first needed (label/onnxruntime_library.hpp), so that nothing that links Estancia depends on one version of it in
 # somebody's home. Taken are, in this order: the folder ESTANCIA_ONNXRUNTIME, an installed package, script/bootstrap's.

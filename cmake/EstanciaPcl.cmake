@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # The Point Cloud Library, beside which tests and benchmarks measure ours; the library itself does not need it.
 # estancia_use_pcl(target): defines ESTANCIA_HAS_PCL where it is at hand.
 include_guard()

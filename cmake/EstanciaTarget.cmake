@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Warnings, optimization and sanitizers of one of our own targets. `LIGHT`: code without hot loops, which compiles a
 # third faster with little optimization.
 function(estancia_defaults target)

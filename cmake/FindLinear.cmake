@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Finds liblinear (liblinear-dev), which brings no CMake package: the target Linear::Linear.
 find_library(Linear_LIBRARY linear)
 find_path(Linear_INCLUDE_DIR linear.h)

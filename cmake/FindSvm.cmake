@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Finds libsvm (libsvm-dev), which brings no CMake package: the target Svm::Svm.
 find_library(Svm_LIBRARY svm)
 find_path(Svm_INCLUDE_DIR libsvm/svm.h)

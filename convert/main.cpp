@@ -1,4 +1,5 @@
 // convert_network: the converter alone, for script/bootstrap, before there is a library and its command.
+// SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 #include <exception>
 #include <iostream>

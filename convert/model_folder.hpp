@@ -1,4 +1,5 @@
 // Model conversion: a model folder with a TensorFlow network → the same model with an ONNX network.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // TensorFlow.js model.json: parses it and turns every JSON failure into an Error.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <fmt/format.h>

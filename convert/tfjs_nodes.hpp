@@ -1,4 +1,5 @@
 // TensorFlow.js graph: its nodes with names, inputs and attributes.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

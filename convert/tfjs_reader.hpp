@@ -1,4 +1,5 @@
 // TensorFlow.js reader: graph model (model.json and weight shards) → network graph.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

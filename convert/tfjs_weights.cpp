@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "convert/tfjs_weights.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
 // TensorFlow.js weights: the shards of bytes beside a model.json.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "convert/tflite_graph.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
 // Network graph: tensors and operators of a TensorFlow Lite or TensorFlow.js network.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // TensorFlow Lite reader: file → network graph, every index and size checked.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // ONNX writer: network graph → serialized ONNX model.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

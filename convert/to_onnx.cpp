@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "convert/to_onnx.hpp"
 
 #include <fmt/format.h>

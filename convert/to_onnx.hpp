@@ -1,4 +1,5 @@
 // Network conversion: TensorFlow Lite and TensorFlow.js files → ONNX files.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Estancia: the whole public API in one include. What stands here is installed; everything else is private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "estancia/core/camera.hpp"

@@ -1,4 +1,5 @@
 // Forward declarations: the types of the public API, for headers that only name them.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 namespace estancia {

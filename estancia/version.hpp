@@ -1,4 +1,5 @@
 // Version: the version of Estancia, for the preprocessor and for programs.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #define ESTANCIA_VERSION_MAJOR 0

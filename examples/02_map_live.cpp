@@ -1,5 +1,6 @@
 // Maps a camera's frames while they come, then asks the map: a device, a video, or images (images/%04d.jpg).
 //   02_map_live MAP.estancia CAMERA WORD
+// SPDX-License-Identifier: Apache-2.0
 #include <estancia/estancia.hpp>
 
 #include <cstdio>

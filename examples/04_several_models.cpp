@@ -1,5 +1,6 @@
 // Two networks in conjunction, and nothing labeled twice: images → a label file that every command takes.
 //   04_several_models IMAGES OUTPUT.labels [MODEL+MODEL…]
+// SPDX-License-Identifier: Apache-2.0
 #include <estancia/io/descriptor_sequence.hpp>
 #include <estancia/io/sequence.hpp>
 #include <estancia/label/label_cache.hpp>

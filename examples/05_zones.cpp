@@ -1,5 +1,6 @@
 // The areas of a run, named by their words: images → zones → where "microwave" is likelier than elsewhere.
 //   05_zones IMAGES OUTPUT.zones [WORD]
+// SPDX-License-Identifier: Apache-2.0
 #include <estancia/core/label_words.hpp>
 #include <estancia/io/sequence.hpp>
 #include <estancia/label/label_cache.hpp>

@@ -1,6 +1,7 @@
 // Names the room of an image by a room classifier, which `estancia classify train` or 10_train_rooms has
 // made.
 //   06_name_a_room CLASSIFIER IMAGE
+// SPDX-License-Identifier: Apache-2.0
 #include <estancia/estancia.hpp>
 
 #include <cstdio>

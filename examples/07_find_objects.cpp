@@ -1,5 +1,6 @@
 // Finds known objects and their poses in a point cloud.
 //   07_find_objects MODEL SCENE     (PCD or PLY)
+// SPDX-License-Identifier: Apache-2.0
 #include <estancia/estancia.hpp>
 
 #include <cstdio>

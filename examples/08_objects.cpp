@@ -1,5 +1,6 @@
 // Classifies the objects of each frame by image, by shape, and by their late fusion.
 //   08_objects MODEL SEQUENCE     (MODEL of `estancia objects train`; a sequence with depth)
+// SPDX-License-Identifier: Apache-2.0
 #include <estancia/estancia.hpp>
 
 #include <cstdio>

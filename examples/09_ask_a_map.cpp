@@ -1,5 +1,6 @@
 // Reads a map file and asks it: which places show something, and how to get there from place 0?
 //   09_ask_a_map MAP.estancia WORD
+// SPDX-License-Identifier: Apache-2.0
 #include <estancia/estancia.hpp>
 
 #include <cstdio>

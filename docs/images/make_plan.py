@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Draws the made-up floor plan of the demo's tour, a rotunda of eighteen rooms: make_plan.py PLAN.png (32 m × 32 m)."""
 import sys
 

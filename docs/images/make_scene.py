@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Made-up RGB-D data for the documentation's images: objects as distance fields, seen by a noisy depth camera.
 
     make_scene.py FOLDER

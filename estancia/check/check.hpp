@@ -1,4 +1,5 @@
 // Sequence check: finds faults of a recording that would spoil a map, and says how to repair them.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

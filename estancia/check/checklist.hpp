@@ -1,4 +1,5 @@
 // Checklist: the findings of a sequence check, and the checks that make them.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

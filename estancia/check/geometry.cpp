@@ -1,6 +1,7 @@
 // Checks the poses against the depth: pairs of depth images are reprojected into each other under all usual
 // conventions of poses. The true one stands out, because wrong motions put surfaces where the other image has
 // none.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <array>

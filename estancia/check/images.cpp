@@ -1,4 +1,5 @@
 // Checks images, depth and camera frame by frame.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Checks time stamps and poses without the images.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

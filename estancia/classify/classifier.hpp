@@ -1,4 +1,5 @@
 // Classifier: numbers → class probabilities; SVM, logistic regression, random forest, k nearest neighbors.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

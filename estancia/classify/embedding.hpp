@@ -1,4 +1,5 @@
 // Feature embedding: transforms and scales descriptors of several kinds so that they can be compared.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Grouped cross-validation: neighboring images stay in one fold.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

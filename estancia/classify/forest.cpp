@@ -1,4 +1,5 @@
 // Random forest (Breiman 2001), grown by OpenCV.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

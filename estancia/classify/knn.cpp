@@ -1,4 +1,5 @@
 // k nearest neighbors: the nearest training samples vote.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Label selection: the labels that distinguish rooms best (thesis 3.5.3, Fig. 3.11).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

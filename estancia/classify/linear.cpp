@@ -1,4 +1,5 @@
 // Logistic regression, one class against the others, by liblinear.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <linear.h>
 

@@ -1,4 +1,5 @@
 // Model file: magic, version and digest around a trained model.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Parameter search: samples, folds and kernel products for cross-validation.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/classify/predict_rooms.hpp"
 
 #include <fmt/format.h>

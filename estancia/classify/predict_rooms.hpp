@@ -1,4 +1,5 @@
 // Room prediction: rooms for the frames of a sequence or map, reusing known labels.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

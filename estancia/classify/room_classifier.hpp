@@ -1,4 +1,5 @@
 // Room classifier: names the room of an image or a frame, with probabilities.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Confusion matrix: rooms predicted against true rooms, with their accuracy.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Support vector machines (linear, RBF): search for C and gamma, training, prediction.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

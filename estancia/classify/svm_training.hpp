@@ -1,4 +1,5 @@
 // SVM training by libsvm: machines for all pairs of classes, from a kernel matrix computed once.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <libsvm/svm.h>

@@ -1,4 +1,5 @@
 // Trainers: one trainer and one reader for each type of classifier, for classifier.cpp.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>

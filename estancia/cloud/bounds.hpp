@@ -1,4 +1,5 @@
 // Bounding box: the axis-aligned box around points.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>

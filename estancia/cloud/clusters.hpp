@@ -1,4 +1,5 @@
 // Object segmentation: clusters of a depth image or cloud by plane removal, convexity and merging.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Local covariance: principal axes of the points around a place.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

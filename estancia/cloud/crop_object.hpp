@@ -1,4 +1,5 @@
 // Object crop: the square image of one object that an image classifier gets, from an image or from points.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/mat.hpp>

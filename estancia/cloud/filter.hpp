@@ -1,4 +1,5 @@
 // Point cloud filters: fewer points by a voxel grid, or a denoised surface by Growing Neural Gas.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

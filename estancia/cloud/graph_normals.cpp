@@ -1,4 +1,5 @@
 // Normals of a neural gas, from its graph.
+// SPDX-License-Identifier: Apache-2.0
 
 #include <algorithm>
 #include <cstdint>

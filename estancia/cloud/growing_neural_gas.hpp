@@ -1,4 +1,5 @@
 // Growing Neural Gas: a graph of neurons fitted to the surface of a noisy point cloud.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
 // Inverse depth image: 1/z, in which planes are linear over the image and a depth camera's noise is uniform.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>

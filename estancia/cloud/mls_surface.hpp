@@ -1,4 +1,5 @@
 // Moving least squares: noisy points projected onto their mean surface, with normals.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/types.hpp>

@@ -1,5 +1,6 @@
 // Nearest two: the neurons of a Growing Neural Gas, and the two of a list that are nearest to a point, with
 // SIMD.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #ifdef __SSE2__

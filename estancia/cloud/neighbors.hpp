@@ -1,4 +1,5 @@
 // Nearest neighbors: a k-d tree over the points of a cloud.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Neuron errors: accumulated errors with a common decay in O(1) and a fast maximum.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>

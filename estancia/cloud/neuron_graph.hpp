@@ -1,4 +1,5 @@
 // Neuron graph: the edges of a Growing Neural Gas and their ages.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

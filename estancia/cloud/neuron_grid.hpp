@@ -1,4 +1,5 @@
 // Neuron grid: exact search for the two neurons nearest to a point.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
 // Gaussian noise: a point cloud with independent noise added to its points.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Surface normals: plane fit to the neighbors (PCA), oriented towards the viewpoint.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

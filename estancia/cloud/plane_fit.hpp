@@ -1,4 +1,5 @@
 // Plane fit: total least squares through points, and whether points are planar.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Cloud resolution: point spacing and sensor noise of a point cloud, estimated from its points.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "estancia/core/point_cloud.hpp"

@@ -1,4 +1,5 @@
 // Segment samples: a bounded number of points of each segment of a depth image.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Segmentation stages: the steps of findClusters() that remove planes and merge segments.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <vector>

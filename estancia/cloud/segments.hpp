@@ -1,4 +1,5 @@
 // Over-segmentation: convex segments of a depth image, separated at depth edges and concave creases.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>

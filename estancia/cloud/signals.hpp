@@ -1,4 +1,5 @@
 // Training signals of a neural gas: points of a cloud, drawn at random.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

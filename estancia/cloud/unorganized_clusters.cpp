@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/cloud/segmentation_stages.hpp"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Voxel grid: a cloud with one point for each occupied voxel.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

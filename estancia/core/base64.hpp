@@ -1,4 +1,5 @@
 // Base64: bytes ↔ text (RFC 4648).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>

@@ -1,4 +1,5 @@
 // Binary serialization: numbers and texts to little-endian bytes and back.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <bit>

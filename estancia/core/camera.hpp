@@ -1,4 +1,5 @@
 // Pinhole camera intrinsics: focal lengths, principal point and image size, in pixels.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 namespace estancia {

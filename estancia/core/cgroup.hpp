@@ -1,4 +1,5 @@
 // Control groups (cgroups): folders of those that limit this process.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Choice: methods, presets and formats that are picked by name, with one line of explanation each.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

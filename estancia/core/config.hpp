@@ -1,4 +1,5 @@
 // Configuration file: TOML with errors that name file and line.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <toml++/toml.h>

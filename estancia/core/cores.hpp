@@ -1,4 +1,5 @@
 // CPU cores: how many this process may use, and how many of them are idle.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

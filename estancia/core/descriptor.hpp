@@ -1,4 +1,5 @@
 // Lexical descriptor: one probability per label (thesis Eq. 4.1), and matrices of them.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

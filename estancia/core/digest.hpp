@@ -1,4 +1,5 @@
 // Digests: SHA-256 of bytes and files, SHA-1 of files, as hex digits.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

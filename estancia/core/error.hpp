@@ -1,4 +1,5 @@
 // Error: the one exception family of Estancia, with a stable code beside the sentence.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>

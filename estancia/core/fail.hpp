@@ -1,4 +1,5 @@
 // fail(): throws Error with a formatted message.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <fmt/format.h>

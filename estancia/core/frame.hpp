@@ -1,4 +1,5 @@
 // Frame: name, timestamp, pose and true room of one image of a sequence.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>

@@ -1,4 +1,5 @@
 // Error isolation: an exception of any type from one frame costs that frame, not the run.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

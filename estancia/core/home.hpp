@@ -1,4 +1,5 @@
 // Home folder: where it is, and environment variables.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Label probability: a label by its name, with its probability.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

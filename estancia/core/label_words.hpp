@@ -1,4 +1,5 @@
 // Label search: finds labels by words (synonyms, plurals, misspellings), ranks and shortens them.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/core/log_opinion_pool.hpp"
 
 #include <algorithm>

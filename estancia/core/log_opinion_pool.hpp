@@ -1,4 +1,5 @@
 // Logarithmic opinion pool: fuses several probability vectors of one object.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Available memory: bytes that this process may still allocate.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

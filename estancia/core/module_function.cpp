@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/core/module_function.hpp"
 
 #include <dlfcn.h>

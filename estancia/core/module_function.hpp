@@ -1,4 +1,5 @@
 // Plugins: functions of modules that bring large libraries along and are opened when first needed.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

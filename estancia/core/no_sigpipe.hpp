@@ -1,4 +1,5 @@
 // SIGPIPE guard: a write to a closed pipe or socket fails with EPIPE and does not end the program.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <csignal>

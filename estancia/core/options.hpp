@@ -1,5 +1,6 @@
 // Options: each parameter is declared once; TOML keys, command options, range checks and the reference
 // follow.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Atomic file writing: a file is written whole or not at all.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Parallel for: the same work for many items, on several threads.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

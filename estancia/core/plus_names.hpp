@@ -1,4 +1,5 @@
 // Combined names: splits "inception-v3+gist" at its plus signs.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

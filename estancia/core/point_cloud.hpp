@@ -1,4 +1,5 @@
 // Point cloud: points with colors and normals, organized as an image or not.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cmath>

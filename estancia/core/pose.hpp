@@ -1,4 +1,5 @@
 // Camera pose T_map_camera: position and unit quaternion.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
 // Printable text: names and labels of others without control characters, for terminals and messages.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

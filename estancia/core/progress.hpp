@@ -1,4 +1,5 @@
 // Progress: how far long work is, and the user's wish to interrupt it.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

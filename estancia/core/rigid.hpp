@@ -1,4 +1,5 @@
 // Rigid transforms: poses that can be multiplied and inverted.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Room predictions: probabilities of rooms for images, and their fusion.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

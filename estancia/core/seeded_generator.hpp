@@ -1,4 +1,5 @@
 // Seeded random numbers: makes OpenCV's random algorithms reproducible.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Temporal segments: splits a sequence into contiguous runs that cross-validation must not separate.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // UTF-8: the code points of a text, one after the other (RFC 3629).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>

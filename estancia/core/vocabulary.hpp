@@ -1,4 +1,5 @@
 // Vocabulary: an ordered list of labels, identified by a digest.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

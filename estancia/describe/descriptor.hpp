@@ -1,5 +1,6 @@
 // Image descriptor: turns a view (image, depth) into numbers; the common interface of labels, GIST, PHOG and
 // ESF.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // ESF (ensemble of shape functions): distances, angles and areas between random points of a cloud.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

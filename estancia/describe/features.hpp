@@ -1,4 +1,5 @@
 // Features: a sequence described frame by frame, the training data of classifiers.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

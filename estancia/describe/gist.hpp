@@ -1,4 +1,5 @@
 // GIST: filter energies of an image by scale, orientation and position (spatial envelope).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/mat.hpp>

@@ -1,4 +1,5 @@
 // Gabor filters: those of GIST, and their mean responses.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/mat.hpp>

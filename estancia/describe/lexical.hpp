@@ -1,4 +1,5 @@
 // Labeler descriptor: the labels of an image as an image descriptor (thesis Eq. 4.1).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>

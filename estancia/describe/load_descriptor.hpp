@@ -1,4 +1,5 @@
 // Descriptors by name: "gist", "inception-v3", "inception-v3+gist".
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>

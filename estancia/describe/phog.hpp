@@ -1,4 +1,5 @@
 // PHOG (pyramid histogram of oriented gradients): directions of edges in ever smaller cells of the image.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/mat.hpp>

@@ -1,4 +1,5 @@
 // Feature table: numbers that other programs computed, as features to learn from.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "estancia/describe/features.hpp"

@@ -1,4 +1,5 @@
 // Voxel lines: the share of a straight line that lies in a voxelized surface (for ESF).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

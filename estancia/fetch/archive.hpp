@@ -1,4 +1,5 @@
 // Archive member: one file out of a zip, or a tar plain or compressed by gzip, bzip2, xz or zstd.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

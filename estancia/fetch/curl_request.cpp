@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/fetch/curl_request.hpp"
 
 #include "estancia/core/error.hpp"

@@ -1,4 +1,5 @@
 // HTTP request: one transfer of libcurl, with what all of ours have in common.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <curl/curl.h>

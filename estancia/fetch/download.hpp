@@ -1,4 +1,5 @@
 // Download: a file over HTTP from several addresses, resumed where it broke off, verified by its digest.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Partial file: a download that arrives piece by piece, over several runs if need be.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

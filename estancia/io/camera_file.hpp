@@ -1,4 +1,5 @@
 // Camera intrinsics files: `fx fy cx cy`, a camera matrix, or a ROS or OpenCV calibration.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,6 @@
 // Folder of classes, as 15-Scene and most scene classification data sets: CLASS/*.jpg, or train/CLASS/*.jpg
 // and test/CLASS/*.jpg. The folder's name is the room of its frames.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Point cloud files: read and write PCD and PLY, and turn depth images into clouds.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
 // CSV (RFC 4180): quoted cells may hold commas, doubled quotes and line ends.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

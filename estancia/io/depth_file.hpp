@@ -1,4 +1,5 @@
 // Depth images: read as meters, and association of depth with color images by time.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Descriptor files: the label probabilities of a sequence as .labels, CSV, JSON lines or NPY.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

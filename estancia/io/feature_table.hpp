@@ -1,4 +1,5 @@
 // Feature table: image features computed elsewhere, one CSV line per image.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // File tools of the readers: folder listings, lines of text, numbers.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <concepts>

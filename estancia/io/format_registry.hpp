@@ -1,4 +1,5 @@
 // Format registry: data set formats by type name, detected by content; for sequences and object views.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Sequence formats: one reader per data set, and what they share.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
 // Frame list: a CSV that names the rows of a matrix file, with time stamps, poses and rooms.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

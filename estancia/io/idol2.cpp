@@ -1,4 +1,5 @@
 // KTH-IDOL2: ground truth in file names, t<time>_r<room>_x<x>_y<y>_a<theta>.<ext> (seconds, meters, radians).
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Image decoding: headers checked, complete image files to pixels, panoramas and their tone mapping.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Image files: read any common format as 8-bit BGR; incomplete and oversized files are refused.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // A plain folder of images, in the natural order of their names.
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
 #include "estancia/core/digest.hpp"

@@ -1,4 +1,5 @@
 // Image encoding: JPEG thumbnails for maps and reports, PNG files.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

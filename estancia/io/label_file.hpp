@@ -1,4 +1,5 @@
 // Label file NAME.labels: a descriptor sequence in binary, exact, as `estancia label` writes it.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

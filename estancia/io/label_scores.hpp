@@ -1,4 +1,5 @@
 // Label scores: labels with confidences from programs, services and people, and their index in a descriptor.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // NPY files: NumPy matrices of float32 or float64.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,7 @@
 // NYU Depth V2, labeled frames (Silberman et al., ECCV 2012): rgb/0000.jpg and depth/0000.png, numbered from
 // 0 as in nyu_depth_v2_labeled.mat, and scenes.csv with a header: `index`, `scene` and optionally `split`.
 // Depth of 8 bits has 255 for 10 m, as in any folder. Frames without a line have neither room nor split.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

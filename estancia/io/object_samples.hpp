@@ -1,4 +1,5 @@
 // Object samples: the folder of `estancia objects collect`, samples.csv with an image and a cloud per sample.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Object view formats: one reader per data set, and what they share.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

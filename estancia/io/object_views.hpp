@@ -1,4 +1,5 @@
 // Object views: crops and point clouds of single objects, from data sets or collected from a sequence.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

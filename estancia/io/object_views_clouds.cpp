@@ -1,4 +1,5 @@
 // Folders of point clouds: CATEGORY/VIEW.pcd (one instance) or CATEGORY/INSTANCE/VIEW.pcd.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <optional>

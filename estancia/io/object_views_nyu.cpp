@@ -3,6 +3,7 @@
 // per line (the 40 classes of Gupta et al., CVPR 2013). The data set has no instances: an instance is a
 // connected component of a class, so touching chairs are one, and each is seen once. Small components and
 // classes that are no objects are left out.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Object samples (object_samples.hpp) as object views.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include "estancia/core/fail.hpp"

@@ -3,6 +3,7 @@
 // object, _depthcrop.png its depth (16 bits, millimeters), _maskcrop.png its mask, and _loc.txt the first
 // pixel "x,y" of the crop in the 640 × 480 image, counted from 1. Categories contain underscores
 // ("bell_pepper"), so names are parsed from the right. Videos 1, 2 and 4 look down by 30°, 45° and 60°.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

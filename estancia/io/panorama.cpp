@@ -3,6 +3,7 @@
 // Every panorama is a place. Its center column has heading 0 (the map's x axis), headings grow to the left
 // (counter-clockwise), as everywhere in the map. Headings are true, positions are INVENTED, since panoramas
 // have none: places lie on a circle around the origin, 4 m apart.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

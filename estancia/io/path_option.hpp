@@ -1,4 +1,5 @@
 // Path options: files and lists of names as the text of an Option.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>

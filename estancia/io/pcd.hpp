@@ -1,4 +1,5 @@
 // PCD: the point cloud file format of PCL.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // PLY: the Stanford polygon file format, for point clouds.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,6 @@
 // RGB-D folders: images in rgb/ (or color/, image/ …) and depth in depth/. The depth of an image has the same
 // name without extension, or, where all names are time stamps, the nearest time stamp.
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <unordered_map>
 

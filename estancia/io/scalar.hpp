@@ -1,4 +1,5 @@
 // Scalar: a number in a binary file, by type, size and byte order.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

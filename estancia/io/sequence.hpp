@@ -1,4 +1,5 @@
 // Sequence: frames in driving order from videos, image folders and robotics data sets.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

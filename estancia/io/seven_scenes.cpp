@@ -1,6 +1,7 @@
 // Microsoft 7-Scenes: frame-XXXXXX.color.png with frame-XXXXXX.pose.txt (4×4, camera → world, meters), or the
 // images in `frames/` and all poses in `poses.csv` (`frame,T00,…,T23`). The data set has no time stamps.
 // Depth is frame-XXXXXX.depth.png in millimeters, not registered to color; both share one published camera.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

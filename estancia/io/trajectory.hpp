@@ -1,4 +1,5 @@
 // Trajectory files: read TUM (`t x y z qx qy qz qw` per line) and KITTI (3×4 matrix per line), write TUM.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // TUM RGB-D: `rgb.txt` and `depth.txt` list `time file`; `groundtruth.txt` is the camera's denser trajectory.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // Video files that OpenCV opens. The frame rate is constant: a frame's time is its number divided by the rate
 // that the container declares, and absent when it declares none.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

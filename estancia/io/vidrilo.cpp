@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // ViDRILO (Martínez-Gómez, García-Varea, Cazorla, Morell: ViDRILO: The Visual and Depth Robot Indoor
 // Localization with Objects information dataset, IJRR 34(14), 2015), and RobotVision@ImageCLEF, from which it
 // came. One folder a sequence.

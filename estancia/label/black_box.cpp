@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/label/black_box.hpp"
 
 #include "estancia/core/digest.hpp"

@@ -1,4 +1,5 @@
 // External labeler: what programs, services, recordings and people share beside networks.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Model catalog: models that can be downloaded, with addresses, licenses and settings.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Network engines: OpenCV, and ONNX Runtime, which runs ONNX networks two to four times as fast; on the CPU.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>

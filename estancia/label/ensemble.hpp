@@ -1,4 +1,5 @@
 // Ensemble: several models label each image; their vocabularies are joined.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>

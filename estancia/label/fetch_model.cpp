@@ -1,4 +1,5 @@
 // fetchModel() of catalog.hpp.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <cctype>

@@ -1,4 +1,5 @@
 // HTTP labeler: a web service that labels images.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // HTTP connection: POST requests to one web service, with timeouts that no server can stretch.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>

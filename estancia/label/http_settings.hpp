@@ -1,4 +1,5 @@
 // HTTP labeler settings: what model.toml says about a web service.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>

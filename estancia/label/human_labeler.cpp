@@ -1,4 +1,5 @@
 // Human labeler: images labeled by hand, in a CSV file; declared in recorded_labeler.hpp.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Label cache: descriptors by image content and model, kept on disk between runs.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Label stream: labels the frames of a sequence in order; decoding runs ahead, cached labels are reused.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

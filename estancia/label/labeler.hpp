@@ -1,4 +1,5 @@
 // Labeler: the interface of everything that turns an image into label probabilities.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Line process: a child program that answers each line on its stdin with a line on its stdout.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <sys/types.h>

@@ -1,4 +1,5 @@
 // Models: find by name, load, install and check the networks and other labelers of this machine.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Model files: where the files of a model are, their formats and digests.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Model specification: what the model.toml of a model folder says.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
 // Network labeler: what the engines that run networks share.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/mat.hpp>

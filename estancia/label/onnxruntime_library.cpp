@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/label/onnxruntime_library.hpp"
 
 #ifdef ESTANCIA_ONNXRUNTIME_LIBRARY  // cmake/EstanciaOnnxruntime.cmake

@@ -1,4 +1,5 @@
 // ONNX Runtime library: found and opened at run time.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

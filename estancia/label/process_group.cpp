@@ -1,5 +1,6 @@
 // Process group: child processes that are killed when their owner ends, however it ends; declared in
 // line_process.hpp.
+// SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>

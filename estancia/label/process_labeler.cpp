@@ -1,4 +1,5 @@
 // Process labeler: a program of the user that labels images.
+// SPDX-License-Identifier: Apache-2.0
 #include <dirent.h>
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
 // Recording: all frames of a sequence labeled into memory.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

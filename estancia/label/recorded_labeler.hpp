@@ -1,4 +1,5 @@
 // Recorded labeler: labels known already, from a recording or from people, found by the name of the frame.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

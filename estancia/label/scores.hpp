@@ -1,4 +1,5 @@
 // Network scores: the output of a network, or its cosines with text embeddings (CLIP) → probabilities.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,6 @@
 // Class probabilities: a labeler's labels restricted to target classes, with its prior corrected
 // (thesis 6.3).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <span>

@@ -1,4 +1,5 @@
 // Clustered frame: a frame with depth, segmented into objects.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

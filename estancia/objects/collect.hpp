@@ -1,4 +1,5 @@
 // Object samples: images and point clouds of objects, collected from a sequence with depth (thesis 6.3.1).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Confident learning: finds label errors by held-out class probabilities (Northcutt, Jiang, Chuang 2021).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Late fusion: combines the answers of the image classifier and the shape classifier for one object.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "estancia/core/descriptor.hpp"

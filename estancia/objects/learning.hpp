@@ -1,4 +1,5 @@
 // Labeled shapes: training samples and their held-out predictions, for pseudo-labels and object models.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Object crops: the images of object views as a sequence, for labelers.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>

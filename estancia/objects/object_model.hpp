@@ -1,4 +1,5 @@
 // Object model: target classes and a classifier of 3-D shapes that was trained on the labels of images.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Object prediction: classifies the objects of each frame by image, by shape, and by their late fusion.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

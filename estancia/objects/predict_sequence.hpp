@@ -1,4 +1,5 @@
 // Object prediction of a sequence: reads, segments and classifies its frames one after another.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Pseudo-labels: from class probabilities to the classes that shapes are learned by.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

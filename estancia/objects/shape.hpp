@@ -1,4 +1,5 @@
 // Shape descriptor of objects: ESF and, optionally, metric size.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

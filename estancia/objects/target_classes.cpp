@@ -1,4 +1,5 @@
 // Target classes: reading and checking (object_model.hpp).
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Object tracking: associates the clusters of successive frames with instances.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Object training: self-supervised learning of 3-D shapes from an image classifier's labels (thesis 6.3).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Training sources: folders of object views, opened with the labels of their images.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>

@@ -1,4 +1,5 @@
 // RGB-D image alignment: relative pose of two images, and how reliable it is.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/affine.hpp>

@@ -1,4 +1,5 @@
 // Feature matching: an initial pose of two distant views by ORB and PnP.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/affine.hpp>

@@ -1,4 +1,5 @@
 // Keyframes: the images of the pose graph, its edges, and loop closure between them.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>

@@ -1,6 +1,7 @@
 // Open3D interface: RGB-D odometry steps and pose graph optimization.
 //
 // Open3D depends on a hundred libraries, so it is in a module (open3d_module.cpp) that is opened when needed.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,6 +1,7 @@
 // The only file that sees Open3D; compiled into a module that odometry/open3d.cpp opens on demand. Only the
 // pieces of its RGB-D odometry are used that do without Intel's IPP, which Debian's Open3D lacks: pyramids
 // are ours.
+// SPDX-License-Identifier: Apache-2.0
 #include <omp.h>
 #include <open3d/core/EigenConverter.h>
 #include <open3d/pipelines/registration/GlobalOptimization.h>

@@ -1,4 +1,5 @@
 // RGB-D image pyramid: gray values, depth, points, normals and gradients at several sizes.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/mat.hpp>

@@ -1,4 +1,5 @@
 // Place recognition: earlier images with the most similar words.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

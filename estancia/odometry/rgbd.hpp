@@ -1,4 +1,5 @@
 // RGB-D odometry: camera trajectory by tracking, loop closure and pose graph optimization.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

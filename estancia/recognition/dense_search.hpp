@@ -1,4 +1,5 @@
 // Dense pose search: every match is a pose hypothesis, for scenes so noisy that hardly two matches agree.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <vector>

@@ -1,4 +1,5 @@
 // Surface descriptors: SHOT, FPFH and spin images of keypoints, invariant to rigid motion (thesis 2.4.3).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Non-maximum suppression of poses: the best of each group of similar poses.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

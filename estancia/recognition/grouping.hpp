@@ -1,4 +1,5 @@
 // Correspondence grouping: poses on which several matches agree (thesis 2.4.5).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

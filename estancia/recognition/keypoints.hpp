@@ -1,4 +1,5 @@
 // Keypoint detection on surfaces: uniform sampling, Harris 3D, ISS (thesis 2.4.2).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

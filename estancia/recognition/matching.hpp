@@ -1,4 +1,5 @@
 // Descriptor matching: exact k nearest neighbors by matrix products (thesis 2.4.4).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Nearest-neighbor field: the nearest point of a surface by lookup in a sparse voxel grid.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
 // Object search: several models from files in one scene; a model that cannot be used costs only itself.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

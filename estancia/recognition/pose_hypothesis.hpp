@@ -1,4 +1,5 @@
 // Pose hypothesis: a pose of a model in a scene, and what the scene says about it.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Pose score: how well a scene supports a model in a pose, fast enough for every match.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

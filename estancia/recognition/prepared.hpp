@@ -1,4 +1,5 @@
 // Prepared models and scenes: surfaces, keypoints and descriptors at the scales of a scene.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>

@@ -1,4 +1,5 @@
 // Range image: the depth that the sensor measured in each direction, from an unorganized cloud.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>

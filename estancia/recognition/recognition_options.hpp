@@ -1,4 +1,5 @@
 // Recognition options: the stages of the object recognition pipeline, their parameters, and presets.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Object recognition: finds known objects and their 6-DoF poses in a point cloud.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

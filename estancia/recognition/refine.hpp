@@ -1,4 +1,5 @@
 // Pose refinement: iterative closest points, point to plane (thesis 2.4.6).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/affine.hpp>

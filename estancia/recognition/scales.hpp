@@ -1,4 +1,5 @@
 // Recognition scales: the lengths of all stages for a scene and a model.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "estancia/cloud/mls_surface.hpp"

@@ -1,4 +1,5 @@
 // Stage reports: what each stage of recognition got, kept and cost.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>

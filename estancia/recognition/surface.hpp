@@ -1,4 +1,5 @@
 // Oriented surface: points with normals and a search tree, of which keypoints and descriptors are computed.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/matx.hpp>

@@ -1,4 +1,5 @@
 // Hypothesis verification: does the scene support a model in a pose (thesis 2.4.7)?
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/affine.hpp>

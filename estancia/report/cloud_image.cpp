@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/report/cloud_image.hpp"
 
 #include <fmt/format.h>

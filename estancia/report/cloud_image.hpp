@@ -1,4 +1,5 @@
 // Point cloud rendering: clouds drawn as an image that shows their shape.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
 // Color palettes: colors that people with color-blindness can tell apart.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Decision chart: the decisions of the mapper over time.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // What every metric drawing has: its size, the driven path as a line, a scale.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>

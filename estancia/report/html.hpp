@@ -1,4 +1,5 @@
 // Markup that cannot be broken by its contents: everything that is written through it is escaped.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <concepts>

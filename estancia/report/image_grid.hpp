@@ -1,4 +1,5 @@
 // Image grid: the images of a place on a page.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Label bars: the most probable labels of a place or a zone.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

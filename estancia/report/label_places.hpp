@@ -1,4 +1,5 @@
 // Room for labels in a drawing: what is already there must not be covered.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

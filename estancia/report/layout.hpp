@@ -1,4 +1,5 @@
 // Where to draw nodes: from their poses, else from the graph alone. Everything here is deterministic.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>

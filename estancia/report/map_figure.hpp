@@ -1,4 +1,5 @@
 // The drawing of a map: driven path, transitions, nodes.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/report/map_page.hpp"
 
 #include <fmt/format.h>

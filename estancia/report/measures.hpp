@@ -1,4 +1,5 @@
 // Measures: quality measures as rows for people and keys for machines.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>

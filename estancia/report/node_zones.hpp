@@ -1,4 +1,5 @@
 // Zones of nodes: zones laid over the nodes of a map.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Annotated image: an image with the objects that were found in it.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/mat.hpp>

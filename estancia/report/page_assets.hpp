@@ -1,4 +1,5 @@
 // Page assets: styles and scripts of the pages, compiled in by cmake/EstanciaEmbed.cmake.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
 // Page images: the images that a page may show, and how much room they may take.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Ground plane: the plane in which poses are shown, and the driven path in it.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
 // Node summary: what a page shows of each node, gathered in one pass over the frames.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

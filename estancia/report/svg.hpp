@@ -1,4 +1,5 @@
 // SVG: points, boxes, paths and symbols of drawings.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

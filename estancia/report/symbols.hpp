@@ -1,4 +1,5 @@
 // The symbol of a class (a room, a zone): alone for legends, with a number as a badge.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

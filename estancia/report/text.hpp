@@ -1,4 +1,5 @@
 // Text that came from outside (labels, rooms, file names) made fit for a page: valid, short, measured.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

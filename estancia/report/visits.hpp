@@ -1,4 +1,5 @@
 // When the robot was somewhere: uninterrupted stays over the run.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Word cloud: words, larger with their probability (thesis Fig. 4.6).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

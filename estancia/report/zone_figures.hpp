@@ -1,5 +1,6 @@
 // Figures of the zones page: the run from above (thesis Fig. 5.6, 5.7), over time, as a tree of merges with
 // the cut, and as a table of rooms and zones.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Zone summary: what a page shows of each zone, gathered once.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

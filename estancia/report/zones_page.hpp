@@ -1,4 +1,5 @@
 // The page of semantic zones: one HTML file that needs nothing else and no network.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 // One zone alone: everything that shows a zone carries its number as data-zone. Without this script the same
 // links lead to the zone's card.
 (() => {

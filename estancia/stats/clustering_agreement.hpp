@@ -1,4 +1,5 @@
 // Clustering agreement: how well clusters agree with true classes (V-measure, adjusted Rand index, purity).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <span>

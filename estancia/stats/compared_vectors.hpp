@@ -1,4 +1,5 @@
 // Compared vectors: descriptors embedded, standardized and weighted for their comparison.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <span>

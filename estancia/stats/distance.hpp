@@ -1,4 +1,5 @@
 // Distances between lexical descriptors: embeddings and comparisons, chosen by name.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Label standardization: center and scale of each label, estimated online from keyframes.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

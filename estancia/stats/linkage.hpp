@@ -1,4 +1,5 @@
 // Hierarchical clustering, exact: distances of all pairs, linkage, dendrogram and its cuts.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

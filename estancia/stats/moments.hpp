@@ -1,4 +1,5 @@
 // Running moments: mean and variance of descriptors in float32, accurate over millions of images.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Distances of all pairs of rows, tile by tile (linkage.hpp).
+// SPDX-License-Identifier: Apache-2.0
 
 #include <sys/mman.h>
 

@@ -1,4 +1,5 @@
 // Matrix products: scalar products of all rows of one matrix with all rows of another.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

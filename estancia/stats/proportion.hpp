@@ -1,4 +1,5 @@
 // Wilson score interval: confidence interval of a proportion.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

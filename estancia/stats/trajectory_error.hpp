@@ -1,4 +1,5 @@
 // Trajectory error: absolute (ATE) and relative pose error (RPE) of an estimated trajectory.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Localization accuracy: recall, room and position error against ground truth. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

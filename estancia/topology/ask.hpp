@@ -1,4 +1,5 @@
 // Semantic query: places ranked by the probability of a word (thesis 4.6), or of a predicted room.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Bayes filter: a discrete filter over the frames of a map and the robot's direction of travel. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

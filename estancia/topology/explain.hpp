@@ -1,4 +1,5 @@
 // Decision explanation: why a frame belongs to its node.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

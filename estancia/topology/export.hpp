@@ -1,4 +1,5 @@
 // Map export: GraphML, JSON and the route graph of Nav2.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

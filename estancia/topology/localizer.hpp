@@ -1,4 +1,5 @@
 // Localization: place recognition in a map, by single frames and by a Bayes filter over the drive.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

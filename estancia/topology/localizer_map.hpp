@@ -1,4 +1,5 @@
 // Localizer map: nodes and frames of a map as localization compares with them. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Topological map: places (nodes), transitions and frames as plain data, and how a map file is read.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

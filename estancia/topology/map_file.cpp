@@ -1,4 +1,5 @@
 // What everybody does with map files, each in one call.
+// SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <fstream>
 #include <string_view>

@@ -1,4 +1,5 @@
 // Map JSON: what `--json` of ask, route, localize and explain says. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Map run: the map file of one run, created at its first frame, replaced, or resumed. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

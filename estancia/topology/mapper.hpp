@@ -1,4 +1,5 @@
 // Topological mapping: LexToMap builds a map online from lexical descriptors (thesis Algorithm 4.1).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Mapper implementation: the state of Algorithm 4.1, and how it is saved in a map file. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <deque>

@@ -1,4 +1,5 @@
 // What the mapper writes into the map file, so that a run can go on where it stopped.
+// SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <nlohmann/json.hpp>
 

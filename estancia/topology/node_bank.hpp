@@ -1,4 +1,5 @@
 // Node bank: the nodes of a growing map, laid out for fast exact nearest-neighbor search.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

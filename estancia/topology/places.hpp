@@ -1,4 +1,5 @@
 // Places: the nodes of a map with position and room. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
 // Map quality: agreement with rooms, links and positions, and the measure of the original program.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,6 @@
 // Quantized upper bounds: 8-bit copies of vectors that rule out most candidates of an exact nearest-neighbor
 // search.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

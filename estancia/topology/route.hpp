@@ -1,4 +1,5 @@
 // Route planning: the cheapest way between places (Dijkstra), or to the place that holds a word.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>

@@ -1,4 +1,5 @@
 // Mapping session: maps frames into a map file while they come, and goes on with it later.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Mapping session implementation: a map file, its mapper, and what labels images. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <chrono>

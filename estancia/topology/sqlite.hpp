@@ -1,4 +1,5 @@
 // SQLite connection: database and statements with C++ lifetimes and Estancia's errors. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Map file: one SQLite database `*.estancia`, written while the robot drives. Private; see readMap().
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Map file reader: every number and length is checked before it is used, and texts are printable(). Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "estancia/topology/sqlite.hpp"

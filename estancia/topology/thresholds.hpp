@@ -1,4 +1,5 @@
 // Threshold estimation: label scales and thresholds of a run, online and without ground truth. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Dendrogram cut: τ_d by the largest modularity of a nearest-neighbor graph. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

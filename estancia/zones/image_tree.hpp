@@ -1,4 +1,5 @@
 // Image tree: hierarchical clustering of a run's images, and where findZones() cuts it. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

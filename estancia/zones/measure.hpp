@@ -1,4 +1,5 @@
 // Zone quality: agreement with known rooms, predicted rooms, spatial spread. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

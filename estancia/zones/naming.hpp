@@ -1,4 +1,5 @@
 // Zone names: the labels that distinguish a zone from the rest of the run. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,6 @@
 // Zone overlay: the zones of another grouping of the same frames, as the places of a topological map.
 // Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Zone file: FILE.zones, a run and its zones as JSON, for this program and others.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Zone stream: zones that are kept up to date while a robot drives, in bounded memory and time.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

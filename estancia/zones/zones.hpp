@@ -1,4 +1,5 @@
 // Semantic zones (AuSeMap): the areas of a run, clustered and named by their labels alone (thesis chapter 5).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,5 +1,6 @@
 // Zones JSON: what `estancia zones find --json` says of zones, and the labels of rooms for other programs.
 // Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

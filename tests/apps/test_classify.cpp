@@ -1,4 +1,5 @@
 // `estancia classify`, and the commands that take its rooms, as a user runs them.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

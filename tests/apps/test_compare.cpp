@@ -1,4 +1,5 @@
 // `estancia compare` as a user runs it.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

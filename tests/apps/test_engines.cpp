@@ -1,4 +1,5 @@
 // Choosing what runs the networks, as a user does.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

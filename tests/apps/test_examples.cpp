@@ -1,4 +1,5 @@
 // The programs of examples/ that show the API's four tasks, run as a user runs them.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // What becomes of a map when its process is stopped, kindly or not.
+// SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Labels paid for once: label files, the cache, several models, through the command.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

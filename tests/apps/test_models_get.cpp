@@ -1,4 +1,5 @@
 // `estancia models get` as a user runs it: stopped, without a network, on a full disk.
+// SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

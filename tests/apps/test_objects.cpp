@@ -1,4 +1,5 @@
 // `estancia objects` as a user runs it, from a sequence to what its things are.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

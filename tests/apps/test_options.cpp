@@ -1,4 +1,5 @@
 // Parameters of the library from the command line: --preset, --config, --set, flags, and `estancia options`.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // What the README shows is what compiles.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
 // The figures that the project promises, on real places with the default network
 // (docs/measured/benchmarks.md).
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <algorithm>

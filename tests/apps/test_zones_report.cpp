@@ -1,4 +1,5 @@
 // Pages of zones through the command, from words that were made elsewhere.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

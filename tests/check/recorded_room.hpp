@@ -1,4 +1,5 @@
 // A made-up room seen by an RGB-D camera that is carried through it, and ways to spoil such a recording.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Made-up samples, and classifiers taken apart.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // The same answers as scikit-learn: sklearn_classify.py wrote them down, and the samples are made anew here.
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Scenes of a few shapes, as a depth camera sees them, with what belongs to which.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,5 @@
 // Objects of made-up scenes in depth images.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/cloud/clusters.hpp"
 
 #include <gmock/gmock.h>

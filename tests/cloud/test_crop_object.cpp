@@ -1,4 +1,5 @@
 // Crops of objects: from an image, or rendered from points.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/cloud/crop_object.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // The filters by name, and what each does with clouds that are hardly any.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/cloud/filter.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // The search for neighbors beside looking at every point.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/cloud/neighbors.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // Normals and local covariance, compared with exact shapes and with PCL.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/cloud/normals.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // Things on a table as a Kinect sees them, beside what people marked.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

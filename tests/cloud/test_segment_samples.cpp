@@ -1,4 +1,5 @@
 // Samples and pairs of segments stay below their limits.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/cloud/segment_samples.hpp"
 
 #include <gmock/gmock.h>

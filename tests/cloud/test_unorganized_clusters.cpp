@@ -1,4 +1,5 @@
 // Clusters of clouds, with a grid and without; what is flat.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // The voxel grid beside PCL's, and where PCL's has to give up.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/cloud/voxel_grid.hpp"
 
 #include <gmock/gmock.h>

@@ -1,5 +1,6 @@
 // Growing neural gas as the textbook has it: every signal looks at every neuron, ages and errors are counted
 // one by one. What the library's must equal, and is measured against.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
 // Model folders with TensorFlow networks, installed as ONNX models.
+// SPDX-License-Identifier: Apache-2.0
 #include "convert/model_folder.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // TensorFlow.js networks: each operator against a plain implementation, and files that cannot be read.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <onnx/checker.h>

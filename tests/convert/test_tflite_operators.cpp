@@ -1,4 +1,5 @@
 // Each operator against a plain implementation of what TensorFlow Lite says it does.
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <onnx/checker.h>
 #include <onnx/onnx_pb.h>

@@ -1,4 +1,5 @@
 // Files that are no networks, or not those that can be read: always an Error, never a crash.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/ranges.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

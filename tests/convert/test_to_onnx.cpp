@@ -1,4 +1,5 @@
 // Networks written as ONNX files.
+// SPDX-License-Identifier: Apache-2.0
 #include "convert/to_onnx.hpp"
 
 #include <gmock/gmock.h>

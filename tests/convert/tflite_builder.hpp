@@ -1,4 +1,5 @@
 // Writes small TensorFlow Lite files, right or wrong, for the tests.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

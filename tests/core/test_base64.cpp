@@ -1,4 +1,5 @@
 // Base64 of RFC 4648, section 10.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/core/base64.hpp"
 
 #include <gtest/gtest.h>

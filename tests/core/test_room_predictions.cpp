@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/core/room_predictions.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // A sequence in memory: images, and depth where it is given.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
 // Tables of others' numbers as features.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/describe/table_features.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // What the tests of experiments compare: small models, and a drive through four rooms of one color each.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // Golden findings: everything that an experiment found as text, compared with a file.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
 // Ranks that are threads of one process.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <condition_variable>

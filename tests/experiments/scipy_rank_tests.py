@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes scipy_rank_tests.json, what SciPy and mpmath say about inputs that test_scipy_rank_tests.cpp makes anew.
 
     PYTHONPATH=tests/stats python3 tests/experiments/scipy_rank_tests.py > tests/experiments/scipy_rank_tests.json

@@ -1,4 +1,5 @@
 // Eq. 5.2 and its tables: by hand, by definition, and with the thesis' own numbers.
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/zones/category_spread.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // The tables, figures and sentences that each experiment makes of made-up cells, as a whole.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

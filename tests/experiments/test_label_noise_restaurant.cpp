@@ -1,4 +1,5 @@
 // Real shapes: 20 restaurant objects, a simulated depth camera around each.
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // The whole experiment on made-up images: a model that sees colors must beat one that sees nothing.
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/places/model_choice.hpp"
 
 #include <gmock/gmock.h>

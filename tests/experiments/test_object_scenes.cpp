@@ -1,4 +1,5 @@
 // Scenes with marks of their objects: made up, and the real ones.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // Segmentation scored on made-up scenes: a wall, and before it a board and a ball.
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/objects/object_segmentation.hpp"
 
 #include <gmock/gmock.h>

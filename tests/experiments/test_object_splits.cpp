@@ -1,4 +1,5 @@
 // Splits of made-up things: balls, boxes and rods, three of each, six views of each.
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/objects/object_splits.hpp"
 
 #include <fmt/format.h>

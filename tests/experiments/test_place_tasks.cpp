@@ -1,4 +1,5 @@
 // Places and rooms on made-up images: a model that sees colors must beat one that sees nothing.
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/places/place_tasks.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // What answers are worth: shares with intervals, confusions, corrected choices.
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/scenes/scene_answers.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // Scene classification on made-up images whose rooms are known: four colors, four rooms.
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/scenes/scenes.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // The same answers as SciPy, mpmath and R: scipy_rank_tests.py and r_rank_tests.R wrote them down.
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <cmath>

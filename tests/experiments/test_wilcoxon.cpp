@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/comparison/rank_tests.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // Zones on made-up images whose rooms are known: four colors, four rooms.
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/zones/zone_tables.hpp"
 
 #include <gmock/gmock.h>

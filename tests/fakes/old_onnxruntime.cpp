@@ -1,4 +1,5 @@
 // A library that says it is an ONNX Runtime of long ago.
+// SPDX-License-Identifier: Apache-2.0
 namespace {
 
 struct ApiBase {

@@ -1,4 +1,5 @@
 // Downloads from a server on this machine that behaves well, badly, or not at all.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

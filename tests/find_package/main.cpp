@@ -1,5 +1,6 @@
 // Uses an installed Estancia: one class that reaches into a library Estancia links, and every error as
 // Estancia's.
+// SPDX-License-Identifier: Apache-2.0
 #include <iostream>
 #include <opencv2/core/mat.hpp>
 

@@ -1,4 +1,5 @@
 // Images, warnings and threads for the tests of io.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // One folder a class, with and without halves; and what must not be taken for such.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

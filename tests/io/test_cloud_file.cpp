@@ -1,4 +1,5 @@
 // Clouds by the ending of their name, written PCD files, and depth images that become clouds.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/io/cloud_file.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
 // Descriptor files: read in the formats of other tools, written for other tools.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

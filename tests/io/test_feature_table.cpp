@@ -1,4 +1,5 @@
 // Numbers that others computed, and all that can be wrong with a CSV of them.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/io/feature_table.hpp"
 
 #include <gmock/gmock.h>

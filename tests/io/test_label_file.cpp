@@ -1,4 +1,5 @@
 // The label file keeps everything, and believes nothing.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

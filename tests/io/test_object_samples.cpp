@@ -1,4 +1,5 @@
 // Folders that `estancia objects collect` fills, sound and hostile.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/io/object_samples.hpp"
 
 #include <gmock/gmock.h>

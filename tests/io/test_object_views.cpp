@@ -1,4 +1,5 @@
 // Views of objects in clouds and in NYU's labeled frames: made up, and the real ones.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Point clouds in PCD files: what PCL writes, what the format allows, and what must be refused.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/io/pcd.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
 // Point clouds in PLY files: the three forms, what others put into them, and what must be refused.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/io/ply.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
 // Parts of a data set, and NYU Depth V2, which publishes its own.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // ViDRILO on made-up folders: the set itself is to be had no longer.
+// SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

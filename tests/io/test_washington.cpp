@@ -1,4 +1,5 @@
 // The RGB-D Object Dataset on made-up folders of its published layout.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // The catalog itself, and models fetched by it from a server on this machine.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <onnx/onnx_pb.h>

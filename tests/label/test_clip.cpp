@@ -1,4 +1,5 @@
 // Words of one's own: an encoder of images and the embeddings of texts.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <onnx/onnx_pb.h>

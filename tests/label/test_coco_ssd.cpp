@@ -1,5 +1,6 @@
 // The detector as a source of several labels at once, against answers of @tensorflow/tfjs 4.22 (its plain
 // JavaScript engine, which runs the whole model.json).
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // What the engines make of good and of bad networks.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <onnx/onnx_pb.h>

@@ -1,4 +1,5 @@
 // Real networks give the same words with either engine, whatever the threads and batches.
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <algorithm>

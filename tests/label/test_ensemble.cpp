@@ -1,4 +1,5 @@
 // Several models in conjunction: words side by side or merged, each member's own cache.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // Web services as labelers: real servers on loopback, well and badly behaved.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

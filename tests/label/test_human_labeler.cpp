@@ -1,4 +1,5 @@
 // People as labelers.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

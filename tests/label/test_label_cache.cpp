@@ -1,4 +1,5 @@
 // What was labeled once is not labeled again; what is damaged is.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

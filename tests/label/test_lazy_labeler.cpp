@@ -1,4 +1,5 @@
 // Networks that are opened when first asked.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

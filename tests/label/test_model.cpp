@@ -1,4 +1,5 @@
 // model.toml, the model home, choice by name.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // Real networks on real photographs.
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // ONNX files as they are handed to the engines, beside what protobuf itself makes of them.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/label/model_files.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // Programs as labelers, the well and the badly behaved. Scripts run in the model's folder.
+// SPDX-License-Identifier: Apache-2.0
 #include <dirent.h>
 #include <fcntl.h>
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // Made-up things: shapes as histograms, and a labeler that is mostly right about them.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
 // A sequence becomes a folder of samples.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

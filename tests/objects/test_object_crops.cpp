@@ -1,4 +1,5 @@
 // Views of objects as a sequence of images.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/objects/object_crops.hpp"
 
 #include <gmock/gmock.h>

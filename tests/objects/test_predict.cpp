@@ -1,4 +1,5 @@
 // What things are: by image, by shape, and over time.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // Views of one thing stay one thing.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // Views and words become what a model is learned from.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // A textured room that is rendered by arithmetic, and a camera that is driven through it.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <functional>

@@ -1,4 +1,5 @@
 // Surfaces to describe, made up with seeds.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #ifdef ESTANCIA_HAS_PCL
 
 #include "recognition/pcl_reference.hpp"

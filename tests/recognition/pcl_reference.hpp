@@ -1,4 +1,5 @@
 // PCL's stages, beside which ours are measured; in a file of their own, as PCL's headers are slow to compile.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,5 @@
 // The dense pose search: nearest-neighbor fields, votes, and evidence.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
 // The default preset: real scenes as they are and in noise, other units, objects seen from all sides, and
 // clouds that nobody should be asked to look through.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // Maps to draw in tests.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

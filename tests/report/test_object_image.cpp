@@ -1,4 +1,5 @@
 // Things drawn into the image that they are in.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Writes scipy_linkage.json, what SciPy says about inputs that test_scipy.cpp makes anew.
 
     python3 tests/stats/scipy_linkage.py > tests/stats/scipy_linkage.json     (python3-scipy 1.10 of Debian 12)

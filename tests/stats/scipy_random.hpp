@@ -1,4 +1,5 @@
 // Random numbers that the scripts make, too, whose results the tests compare with (scipy_random.py).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

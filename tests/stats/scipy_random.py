@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 """Random numbers that the tests make, too (scipy_random.hpp)."""
 
 

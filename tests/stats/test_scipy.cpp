@@ -1,4 +1,5 @@
 // The same answers as SciPy: scipy_linkage.py wrote them down, and the inputs are made anew here.
+// SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
 #include <cmath>

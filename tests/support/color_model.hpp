@@ -1,4 +1,5 @@
 // A network that names things by their color.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

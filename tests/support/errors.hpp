@@ -1,4 +1,5 @@
 // FailsWith: a matcher for errors by their code and by the facts that they name, not by their wording.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <gmock/gmock.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "support/html_checks.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // HTML checks: pages as elements, and what every page must be.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

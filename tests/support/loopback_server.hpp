@@ -1,4 +1,5 @@
 // An HTTP server on this machine that answers byte for byte what a test wants, broken answers included.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <atomic>

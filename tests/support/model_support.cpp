@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "support/model_support.hpp"
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
 // Models for the tests: folders with a model.toml, small ONNX networks, the networks beside the project.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // The numbers in a sentence, so that tests check what it says and not how.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <regex>

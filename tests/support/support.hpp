@@ -1,4 +1,5 @@
 // What all tests share: scratch folders, the command as a user runs it, and the real data.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Made-up places: each has its own likely labels, each image of it varies. Seeded, no network needed.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cmath>

@@ -1,4 +1,5 @@
 // Made-up things on a table, seen by a depth camera that moves around them: ray casting, no noise.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Small maps for the tests of this room.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/topology/mapper_impl.hpp"
 
 #include <gmock/gmock.h>

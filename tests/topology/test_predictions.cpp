@@ -1,4 +1,5 @@
 // Rooms that a classifier has named: kept in the map file, asked, exported, explained and judged.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>

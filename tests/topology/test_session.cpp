@@ -1,4 +1,5 @@
 // Live mapping: images become a map file while they come, which can be asked and localized in meanwhile.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/topology/session.hpp"
 
 #include <gmock/gmock.h>

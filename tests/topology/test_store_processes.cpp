@@ -1,4 +1,5 @@
 // The map file among other processes: two writers, a killed one, read-only and full places.
+// SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <grp.h>

@@ -1,4 +1,5 @@
 // Small recordings for the tests of zones.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

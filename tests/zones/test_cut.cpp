@@ -1,4 +1,5 @@
 // τ_d out of the data, beside the definition of modularity.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/zones/cut.hpp"
 
 #include <gmock/gmock.h>

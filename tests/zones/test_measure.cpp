@@ -1,4 +1,5 @@
 // Zone quality by hand.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/zones/measure.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Names for zones: words that tell them apart.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/zones/naming.hpp"
 
 #include <gmock/gmock.h>

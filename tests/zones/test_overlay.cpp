@@ -1,4 +1,5 @@
 // Zones laid over the places of a map.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/zones/overlay.hpp"
 
 #include <gmock/gmock.h>

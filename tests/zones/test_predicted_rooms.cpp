@@ -1,4 +1,5 @@
 // Rooms that a classifier has named: of zones, in their file, and for other programs.
+// SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

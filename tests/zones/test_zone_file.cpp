@@ -1,4 +1,5 @@
 // The zone file goes out and comes back, and whatever else is given is refused with a sentence.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/zones/zone_file.hpp"
 
 #include <gmock/gmock.h>

@@ -1,4 +1,5 @@
 // Zones of runs whose rooms are known, and of runs that are hardly any.
+// SPDX-License-Identifier: Apache-2.0
 #include "estancia/zones/zones.hpp"
 
 #include <gmock/gmock.h>

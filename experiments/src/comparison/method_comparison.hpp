@@ -1,4 +1,5 @@
 // Method comparison: which of several methods differ significantly over several tests.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Rank tests over several methods and tests: mean ranks, Friedman, Wilcoxon and post-hoc tests.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

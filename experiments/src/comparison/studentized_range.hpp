@@ -1,4 +1,5 @@
 // Studentized range: its distribution, for Nemenyi's test.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

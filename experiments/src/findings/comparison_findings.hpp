@@ -1,4 +1,5 @@
 // Method comparison: the result of compareMethods() as tables, rank diagrams and sentences.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

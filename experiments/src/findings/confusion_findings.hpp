@@ -1,4 +1,5 @@
 // Confusion findings: the test of a room classifier as a page.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
 // CSV table: rows under a header, with errors that name file and line.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,6 @@
 // Findings: what an experiment found as plain data; experiments write it, the command prints it, pages draw
 // it.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

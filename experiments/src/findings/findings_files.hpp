@@ -1,4 +1,5 @@
 // Findings files: a page, Markdown, CSV, LaTeX and SVG.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Findings page: one HTML file of an experiment, which needs no other file and no network.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Heat table: a matrix in the colors of viridis.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
 // Line chart: curves over a common axis.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Pivot table: names down and across, one number where they meet.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 // Critical difference diagram: mean ranks, bars join methods that do not differ (Demšar, JMLR 7 (2006)).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

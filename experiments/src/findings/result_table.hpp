@@ -1,4 +1,5 @@
 // Result tables as text: terminal, Markdown, CSV, LaTeX.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
 // Score table: CSV of the scores of methods in tests.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

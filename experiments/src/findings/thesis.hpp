@@ -1,4 +1,5 @@
 // Thesis tables: numbers that the thesis prints, to be shown beside ours (experiments/thesis/*.csv).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

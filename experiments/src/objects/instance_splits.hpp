@@ -1,4 +1,5 @@
 // Instance splits: training and test sets that share no instance (thesis 6.4).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

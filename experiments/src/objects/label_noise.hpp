@@ -1,4 +1,5 @@
 // Label noise: wrong answers injected into class probabilities, to see how training withstands them.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

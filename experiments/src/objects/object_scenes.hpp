@@ -1,4 +1,5 @@
 // Object scenes: RGB-D images with a mask of every object (Multi-Object Scene Dataset).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

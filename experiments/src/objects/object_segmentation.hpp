@@ -1,5 +1,6 @@
 // Object segmentation experiment: are the objects in an image found, whole and apart (thesis 6.3)?
 // docs/measured/objects.md shows the tables that it makes.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Segmentation findings: tables and images of the segmentation experiment.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/mat.hpp>

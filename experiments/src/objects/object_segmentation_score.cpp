@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/objects/object_segmentation_score.hpp"
 
 #include <fmt/format.h>

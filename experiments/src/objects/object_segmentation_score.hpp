@@ -1,4 +1,5 @@
 // Segmentation score: clusters against the objects of an image, and a Euclidean baseline.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

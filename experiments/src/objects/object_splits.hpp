@@ -1,6 +1,7 @@
 // Object splits experiment: shapes learned from pseudo-labels, tested on other instances or views
 // (thesis 6.4: Fig. 6.3, 6.6 and 6.7, Tables 6.7 and 6.8). docs/measured/objects.md shows the tables that it
 // makes.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

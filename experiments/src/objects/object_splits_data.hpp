@@ -1,4 +1,5 @@
 // Object splits data: views described, labeled, and split into training and test.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

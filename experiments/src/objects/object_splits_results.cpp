@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/objects/object_splits_results.hpp"
 
 #include <fmt/format.h>

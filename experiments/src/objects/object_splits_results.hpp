@@ -1,4 +1,5 @@
 // Object splits results: accuracies as tables, curves, word clouds and images.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // K-means: clusters of points around their means, with k-means++ initialization.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

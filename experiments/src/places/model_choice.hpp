@@ -1,5 +1,6 @@
 // Model choice experiment: the thesis' variance inside clusters (4.5.2, Table 4.1, Fig. 4.4 and 4.5), and
 // place recognition. docs/measured/model-choice.md explains the measures.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Model choice findings: ranks of the models, tables and curves.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
 // Place recognition: does the most similar image show the same place?
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,6 @@
 // Place tasks experiment: mapping, localization and room classification, model by model.
 // docs/measured/conjunction.md shows the table that it makes.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Posed descriptors: a labeled sequence whose camera positions are known.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

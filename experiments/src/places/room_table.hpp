@@ -1,4 +1,5 @@
 // Room table: the rooms of images from a CSV beside them.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

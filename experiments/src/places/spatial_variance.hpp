@@ -1,4 +1,5 @@
 // Spatial variance of clusters: how far apart the positions of their members are.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/recognition/filtered_clouds.hpp"
 
 #include <fmt/format.h>

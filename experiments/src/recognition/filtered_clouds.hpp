@@ -1,4 +1,5 @@
 // Filtered clouds: a cache on disk, as filtering takes longer than reading.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>

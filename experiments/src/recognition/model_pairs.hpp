@@ -1,4 +1,5 @@
 // Model pairs: ground truth of object recognition, the poses of object models in scenes.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

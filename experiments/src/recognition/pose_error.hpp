@@ -1,4 +1,5 @@
 // Pose error: translation and rotation between a found and the true pose, symmetries considered.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <opencv2/core/affine.hpp>

@@ -1,5 +1,6 @@
 // Recognition experiment: known objects in noisy scenes, by filter, keypoint detector and descriptor
 // (thesis 2.5, 2.6: Tables 2.2 to 2.17). docs/measured/recognition.md shows the tables that it makes.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

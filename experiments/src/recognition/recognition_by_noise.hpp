@@ -1,4 +1,5 @@
 // Recognition by noise: overviews and curves of the recognition experiment.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
 // Recognition findings: all tables and figures of the recognition experiment.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "experiments/src/findings/findings.hpp"

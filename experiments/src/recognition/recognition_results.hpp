@@ -1,4 +1,5 @@
 // Recognition results: counts of the recognition experiment, by everything that it compared.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Recognition stages: the recognizer at work in the recognition experiment.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Recognition tables: the layout of the thesis (Tables 2.2 to 2.17).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "experiments/src/findings/findings.hpp"

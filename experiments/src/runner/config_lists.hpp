@@ -1,4 +1,5 @@
 // Configuration lists: keys of TOML that hold several values.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <fmt/format.h>

@@ -1,4 +1,5 @@
 // Experiments: configuration files in, findings out. One file a kind.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,5 @@
 // Experiment grid: cells that are each computed once and kept on disk.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // The module that talks through Open MPI (see ranks.hpp).
+// SPDX-License-Identifier: Apache-2.0
 #define OMPI_SKIP_MPICXX 1
 #include <mpi.h>
 

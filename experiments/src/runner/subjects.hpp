@@ -1,4 +1,5 @@
 // Experiment subjects: models to compare, and images to compare them on.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <filesystem>

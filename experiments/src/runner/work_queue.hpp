@@ -1,4 +1,5 @@
 // Work queue: pieces of work shared by several processes; a free one takes the next.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <condition_variable>

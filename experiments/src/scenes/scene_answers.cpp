@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/scenes/scene_answers.hpp"
 
 #include <algorithm>

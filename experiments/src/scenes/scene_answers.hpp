@@ -1,4 +1,5 @@
 // Scene answers: the answers of one classifier about one test, with accuracy and interval.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

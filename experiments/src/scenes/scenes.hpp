@@ -1,6 +1,7 @@
 // Scene classification experiment: every descriptor with every classifier, learned on some images and tested
 // on others (thesis 3.5: Fig. 3.7, 3.8 and 3.11, Table 3.2). docs/measured/scenes.md shows the tables that it
 // makes.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
 // Scene data: images described once for all descriptors that are compared.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/scenes/scenes_findings.hpp"
 
 #include <fmt/format.h>

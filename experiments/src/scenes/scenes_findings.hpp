@@ -1,4 +1,5 @@
 // Scene findings: tables and figures of the comparison of scene classifiers.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

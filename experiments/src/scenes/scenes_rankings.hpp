@@ -1,4 +1,5 @@
 // Scene rankings: which scene classifiers differ (thesis 3.5.1, Table 3.2, Fig. 3.10).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "experiments/src/findings/findings.hpp"

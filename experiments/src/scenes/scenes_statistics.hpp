@@ -1,4 +1,5 @@
 // Scene statistics: scores of descriptors and classifiers, and the cost of choosing the best.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

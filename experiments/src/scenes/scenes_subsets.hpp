@@ -1,4 +1,5 @@
 // Label subsets: accuracy of a descriptor with fewer labels (thesis 3.5.3).
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>

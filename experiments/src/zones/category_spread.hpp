@@ -1,4 +1,5 @@
 // Category spread: the thesis' measure M of zones by classes of one category, and distances between classes.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <optional>

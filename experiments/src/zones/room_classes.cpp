@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: Apache-2.0
 #include "experiments/src/zones/room_classes.hpp"
 
 #include <algorithm>

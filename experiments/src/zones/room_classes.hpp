@@ -1,4 +1,5 @@
 // Room classes: classes of images within the category of their room, for measures of zones.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

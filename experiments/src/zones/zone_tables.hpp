@@ -1,5 +1,6 @@
 // Zone tables experiment: every model, distance, linkage and cut against known rooms (thesis 5.5: Tables 5.2
 // and 5.3, Fig. 5.4). docs/how-to/zones.md shows the tables that it makes.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>

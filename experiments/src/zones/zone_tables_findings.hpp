@@ -1,4 +1,5 @@
 // Zone findings: tables and charts of zones against rooms.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
