@@ -21,10 +21,12 @@ struct DenseScene {
 
 /// Tolerances of the pose score.
 struct PoseTolerances {
+  /// Largest distance of a supported point across the scene's surface [m].
+  double offset = 0;
   /// Distance along the ray from which on a point is in front of a surface or behind [m].
-  double offset = 0;  ///< largest distance of a supported point across the scene's surface [m]
   double freeSpace = 0;
-  double minDot = 0.7;  ///< smallest dot product of the normals of a supported point and its surface
+  /// Smallest dot product of the normals of a supported point and its surface.
+  double minDot = 0.7;
 };
 
 /// Shares of the weights of all points that were tried.
