@@ -72,7 +72,7 @@ TEST_F(ScenesCommand, WhatTwoFilesAskForIsRefusedBeforeAnyOfItIsFound) {
   writeConfig(1);
   fs::copy_file(scratch_ / "study.toml", scratch_ / "again.toml");
   auto both = arguments("out");
-  both.insert(both.begin() + 1, scratch_ / "again.toml");
+  both.insert(both.begin() + 2, scratch_ / "again.toml");
   const auto result = run(both);
   EXPECT_THAT(result,
               FailsWith(ErrorCode::invalidInput, "again.toml", "study.toml", "phog, forest, one, one"));
