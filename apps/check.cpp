@@ -71,9 +71,10 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void addCheckCommand(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "check",
-      "Find faults in your data that would spoil a map (poses, depth, stamps …), and how to repair them");
+  CLI::App* command =
+      app.add_subcommand("check",
+                         "Find faults in your data that would spoil a map (poses, depth, stamps …), and how "
+                         "to repair them; exit code 1 when there are some");
   auto arguments = std::make_shared<Arguments>(*command);
   arguments->sequence.addTo(arguments->declared);
   arguments->sequence.addDepthTo(arguments->declared);
@@ -81,8 +82,7 @@ void addCheckCommand(CLI::App& app) {
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia check ~/recording\n"
-              "  estancia check ~/recording --poses slam.txt --intrinsics camera.yaml --depth-scale 5000\n"
-              "The exit code is 0 when there is no problem (warnings may be), 1 when there is one.");
+              "  estancia check ~/recording --poses slam.txt --intrinsics camera.yaml --depth-scale 5000");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -119,12 +119,13 @@ std::string bashCompletion(const CLI::App& app) {
     for (const CLI::App* inner : subcommandsOf(*command)) words.push_back(inner->get_name());
     for (const CLI::Option* option : optionsOf(*command, false))
       for (const std::string& word : option->get_lnames()) words.push_back("--" + word);
-    cases += fmt::format("    '{}') words='{}' ;;\n", name, fmt::join(words, " "));
+    cases += fmt::format("    '{}') words='{}' files={} ;;\n", name, fmt::join(words, " "),
+                         subcommandsOf(*command).empty() ? "yes" : "");
   }
   return fmt::format(
       "# bash completion of estancia {}\n"
       "_estancia() {{\n"
-      "  local word command={} words next i\n"
+      "  local word command={} words files next i\n"
       "  word=${{COMP_WORDS[COMP_CWORD]}}\n"
       "  for ((i = 1; i < COMP_CWORD; ++i)); do\n"
       "    next=\"$command ${{COMP_WORDS[i]}}\"\n"
@@ -137,8 +138,8 @@ std::string bashCompletion(const CLI::App& app) {
       "  if [[ $word == -* ]]; then\n"
       "    mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$word\")\n"
       "  else\n"
-      "    mapfile -t COMPREPLY < <(compgen -W \"${{words//--+([^ ])/}}\" -- \"$word\"; compgen -f -- "
-      "\"$word\")\n"
+      "    mapfile -t COMPREPLY < <(compgen -W \"${{words//--+([^ ])/}}\" -- \"$word\"; [[ -z $files ]] || "
+      "compgen -f -- \"$word\")\n"
       "  fi\n"
       "}}\n"
       "shopt -s extglob\n"

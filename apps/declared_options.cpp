@@ -183,7 +183,9 @@ void DeclaredOptions::applySetting(const std::string& setting, const Targets& ta
   const std::size_t equals = setting.find('='), dot = setting.find('.');
   if (equals == std::string::npos || dot == std::string::npos || dot > equals)
     throw Error(ErrorCode::invalidOption,
-                fmt::format("--set is \"{}\"; give GROUP.NAME=VALUE, such as gng.seed=3", setting));
+                fmt::format("--set is \"{}\"; give GROUP.NAME=VALUE, such as {}.{}={}", setting,
+                            groups_.front()->name(), groups_.front()->options().front().name(),
+                            groups_.front()->options().front().text()));
   const std::string name = setting.substr(0, dot);
   if (find(name) == nullptr) requireChoice("group of parameters of this command", name, namesOf(groups_));
   for (OptionGroup* target : targets)

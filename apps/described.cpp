@@ -92,7 +92,7 @@ void FeatureSource::warn(const std::vector<std::string>& problems) const {
 void addDescribing(DeclaredOptions& declared, ModelArguments& arguments) {
   arguments.addLabelerTo(declared);
   declared.command().add_flag("--no-cache", arguments.noCache,
-                              "Label anew instead of using labels of earlier runs");
+                              "Label every image again; leave the label cache alone");
   declared.command().add_flag("--strict", arguments.stream.strict,
                               "Stop at an unreadable image instead of skipping it");
 }

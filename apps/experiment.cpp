@@ -113,7 +113,8 @@ void addExperimentCommand(CLI::App& app) {
       ->type_name("NAME")
       ->delimiter(',');
   a->labeling.addLabelerTo(a->declared);
-  command->add_flag("--no-cache", a->labeling.noCache, "Label anew instead of using labels of earlier runs");
+  command->add_flag("--no-cache", a->labeling.noCache,
+                    "Label every image again; leave the label cache alone");
   addJsonOption(*command, a->json);
   addExamples(
       *command,

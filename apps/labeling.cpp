@@ -67,7 +67,7 @@ void ModelArguments::addTo(DeclaredOptions& declared, const std::string& what) {
 void ModelArguments::addRunningTo(DeclaredOptions& declared) {
   addLabelerTo(declared);
   declared.add(declare(stream), {"strict"});
-  declared.command().add_flag("--no-cache", noCache, "Label anew instead of remembering earlier runs");
+  declared.command().add_flag("--no-cache", noCache, "Label every image again; leave the label cache alone");
 }
 
 void ModelArguments::addLabelerTo(DeclaredOptions& declared) {
@@ -83,7 +83,7 @@ void ModelArguments::addTo(CLI::App& command, const std::string& what) {
 
 void ModelArguments::addRunningTo(CLI::App& command) {
   addOptionsTo(command);
-  command.add_flag("--no-cache", noCache, "Label anew instead of remembering earlier runs")
+  command.add_flag("--no-cache", noCache, "Label every image again; leave the label cache alone")
       ->group("Labeling");
 }
 

@@ -62,8 +62,9 @@ void ConfigFile::parse(const std::function<toml::table()>& source) {
 
 void ConfigFile::read(const toml::table& table, const std::vector<Key>& keys, Others others) {
   for (const auto& [name, value] : table) {
-    const auto found =
-        std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == name.str(); });
+    std::string known(name.str());
+    std::replace(known.begin(), known.end(), '-', '_');  // as options are spelled on the command line
+    const auto found = std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == known; });
     if (found == keys.end() && others == Others::skip) continue;
     if (found == keys.end()) {
       std::vector<std::string> names;

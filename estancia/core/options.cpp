@@ -13,11 +13,10 @@
 namespace estancia {
 namespace {
 
-/// Help and reference print sentences, however they were declared.
+/// Help and reference print sentences, whether they were declared with a full stop or without.
 std::string sentence(std::string text) {
-  if (text.empty()) return text;
-  text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
-  return text + (std::string_view(".:?!").find(text.back()) == std::string_view::npos ? "." : "");
+  const bool isOpen = !text.empty() && std::string_view(".:?!").find(text.back()) == std::string_view::npos;
+  return isOpen ? text + "." : text;
 }
 
 template <class... Cases>
@@ -70,6 +69,7 @@ Option& Option::choices(Choices choices) {
 }
 
 Option& Option::why(std::string why) {
+  if (!why.empty()) why[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(why[0])));
   why_ = sentence(std::move(why));
   return *this;
 }
@@ -155,7 +155,12 @@ void Option::validate(std::string_view path) const {
 }
 
 std::string Option::accepted() const {
-  if (!choices_.empty()) return "one of " + namesOf(choices_);
+  if (!choices_.empty()) {
+    Choices named = choices_;
+    std::erase_if(named,
+                  [](const Choice& choice) { return choice.name.empty(); });  // "": as automatic() says
+    return "one of " + namesOf(named);
+  }
   if (isFlag()) return "true or false";
   if (!isNumber()) return "a text";
   const bool optional = std::holds_alternative<std::optional<int>*>(value_) ||
