@@ -29,67 +29,6 @@ void SequenceArguments::addDepthTo(DeclaredOptions& declared) {
   declared.addFlags("sequence", {"depth-scale", "intrinsics"});
 }
 
-void SequenceArguments::addTo(CLI::App& command, bool required) {
-  command.add_option("SEQ", path, "Image folder, video file, data set, folder of panoramas, or label file")
-      ->required(required);
-  std::string types = "How to read SEQ: auto (finds out by itself)";
-  for (const auto& [name, explanation] : sequenceTypes())
-    types += fmt::format("; {} ({})", name, explanation);
-  const auto sequence = "Sequence";
-  command.add_option("--type", options.type, types)->group(sequence);
-  command
-      .add_option("--poses", options.poses,
-                  "TUM or KITTI trajectory of the frames; default: poses.txt in SEQ")
-      ->group(sequence);
-  command
-      .add_option("--rooms", options.rooms,
-                  "CSV image,room or image,room,split for evaluation; default: rooms.csv in SEQ")
-      ->group(sequence);
-  command
-      .add_option("--split", options.split,
-                  "Only the images of this part of the data set: train, test, or what it is called there")
-      ->group(sequence);
-  command.add_option("--only", options.only, "Only the images in these rooms, with commas between them")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->group(sequence);
-  command.add_option("--pose-gap", options.maxPoseGap, "Most seconds between an image and its pose")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 1e9))
-      ->group(sequence);
-  command.add_flag("--strict", strict, "Stop at an unreadable image instead of skipping it")->group(sequence);
-  const auto tour = "Panorama tour";
-  command.add_option("--views", options.views, "Views of each place")->capture_default_str()->group(tour);
-  command.add_option("--fov", options.fieldOfView, "Horizontal field of view in degrees")
-      ->capture_default_str()
-      ->group(tour);
-  command.add_option("--turn", options.turn, "Degrees added to every heading")
-      ->capture_default_str()
-      ->group(tour);
-  command.add_option("--ev", options.exposure, "Change of exposure in EV: another light")
-      ->capture_default_str()
-      ->group(tour);
-  command.add_option("--rounds", options.rounds, "How often the tour visits all places")
-      ->capture_default_str()
-      ->group(tour);
-}
-
-void SequenceArguments::addDepthTo(CLI::App& command) {
-  const auto depth = "Depth";
-  command
-      .add_option("--depth-scale", options.depthScale,
-                  "What a meter is in the numbers of depth images; default: the data set's own, else "
-                  "16 bits 1000 (millimeters), 8 bits 25.5 (255 is 10 m), float 1")
-      ->check(positive())
-      ->group(depth);
-  command
-      .add_option(
-          "--intrinsics", options.intrinsics,
-          "The camera: file with fx fy cx cy, a 3×3 matrix, or a calibration of ROS or OpenCV (YAML); "
-          "default: camera-intrinsics.txt, intrinsics.txt or camera.yaml in SEQ, else the data set's own")
-      ->group(depth);
-}
-
 std::unique_ptr<Sequence> SequenceArguments::open() const {
   auto sequence = openSequence(path, options);
   for (const std::string& warning : sequence->warnings()) spdlog::warn("{}", warning);

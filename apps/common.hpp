@@ -26,13 +26,10 @@ struct NoAnswer {};
 struct SequenceArguments {
   std::string path;
   SequenceOptions options;
-  bool strict = false;  // on its way out: ModelArguments::stream.strict
   /// Adds SEQ and the group "sequence".
   void addTo(DeclaredOptions& declared, bool required = true);
   /// Adds flags for depth, for the commands that use it, to the same group.
   static void addDepthTo(DeclaredOptions& declared);
-  void addTo(CLI::App& command, bool required = true);  // on its way out
-  void addDepthTo(CLI::App& command);                   // on its way out
   /// Opens the sequence and logs its warnings.
   std::unique_ptr<Sequence> open() const;
 };

@@ -74,29 +74,6 @@ void ModelArguments::addLabelerTo(DeclaredOptions& declared) {
   declared.add(declare(options), {"engine"});
 }
 
-void ModelArguments::addTo(CLI::App& command, const std::string& what) {
-  command.add_option("--model", model,
-                     fmt::format("{}: a name of `models list`, a folder, or several joined by +; default: {}",
-                                 what, byDefault));
-  addRunningTo(command);
-}
-
-void ModelArguments::addRunningTo(CLI::App& command) {
-  addOptionsTo(command);
-  command.add_flag("--no-cache", noCache, "Label every image again; leave the label cache alone")
-      ->group("Labeling");
-}
-
-void ModelArguments::addOptionsTo(CLI::App& command) {
-  const auto labeling = "Labeling";
-  command.add_option("--engine", options.engine, "What runs the network; default: the fastest at hand")
-      ->check(CLI::IsMember({"onnxruntime", "opencv"}))
-      ->group(labeling);
-  command.add_option("--threads", options.threads, "Threads of the work; default: one a free core")
-      ->check(CLI::Range(1, 1024))
-      ->group(labeling);
-}
-
 std::unique_ptr<Labeler> ModelArguments::open() const {
   LabelerOptions how = options;
   how.onDemand = how.onDemand || !noCache;
@@ -107,7 +84,6 @@ Labeling::Labeling(const SequenceArguments& frames, const ModelArguments& model,
     : sequence_(frames.open()),
       cache_(model.noCache ? nullptr : std::make_unique<LabelCache>()),
       stream_(model.stream) {
-  stream_.strict = stream_.strict || frames.strict;
   stream_.cache = cache_.get();
   if (isDescriptorFile(frames.path)) {
     if (!model.model.empty())

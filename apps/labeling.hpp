@@ -29,14 +29,6 @@ struct ModelArguments {
   void addRunningTo(DeclaredOptions& declared);
   /// Only the group "labeler".
   void addLabelerTo(DeclaredOptions& declared);
-
-  // On their way out:
-  /// Adds `--model`, explained by `what`, and how to run it.
-  void addTo(CLI::App& command, const std::string& what);
-  /// Adds only how to run it: `--engine`, `--threads` …
-  void addOptionsTo(CLI::App& command);
-  /// … and `--no-cache`.
-  void addRunningTo(CLI::App& command);
   std::unique_ptr<Labeler> open() const;
 };
 
