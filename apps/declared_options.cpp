@@ -47,6 +47,18 @@ std::string headingOf(const OptionGroup& group) {
   return fmt::format("{} ({})", heading, group.name());
 }
 
+/// What the help says of an option: sentence, unit or choices, default.
+std::string helpOf(const Option& option) {
+  std::string help = option.help();
+  if (!option.unit().empty()) help.insert(help.size() - 1, fmt::format(" [{}]", option.unit()));
+  for (const Choice& choice : option.choices())
+    help +=
+        fmt::format("\n  {}{}{}", choice.name, choice.explanation.empty() ? "" : ": ", choice.explanation);
+  const std::string value = option.automatic().empty() ? option.text() : option.automatic();
+  if (!option.isFlag() && !value.empty()) help += fmt::format("\nDefault: {}", value);
+  return help;
+}
+
 constexpr std::string_view threadsName = "threads";
 
 const Option* findThreads(const OptionGroup& group) {
@@ -63,17 +75,6 @@ void setThreads(OptionGroup& group, const std::string& text) {
 }
 
 }  // namespace
-
-std::string helpOf(const Option& option) {
-  std::string help = option.help();
-  if (!option.unit().empty()) help.insert(help.size() - 1, fmt::format(" [{}]", option.unit()));
-  for (const Choice& choice : option.choices())
-    help +=
-        fmt::format("\n  {}{}{}", choice.name, choice.explanation.empty() ? "" : ": ", choice.explanation);
-  const std::string value = option.automatic().empty() ? option.text() : option.automatic();
-  if (!option.isFlag() && !value.empty()) help += fmt::format("\nDefault: {}", value);
-  return help;
-}
 
 const std::vector<PublishedGroup>& publishedGroups() {
   return registry();
@@ -197,15 +198,20 @@ void DeclaredOptions::applyConfig(const Targets& targets) const {
   if (config_.empty()) return;
   ConfigFile config(config_);
   std::vector<ConfigFile::Key> keys;
-  // One file may hold the parameters of all commands; those of others are left alone.
+  // One file may hold the parameters of all commands; those of others are checked, and have no effect here.
   for (const PublishedGroup& published : registry()) {
     const std::string& name = published.group.name();
     const auto own = std::ranges::find_if(targets, [&](const auto* group) { return group->name() == name; });
     OptionGroup* target = own == targets.end() ? nullptr : *own;
     std::string key = name;
     std::replace(key.begin(), key.end(), '-', '_');
-    keys.push_back({key, false, "", [&config, target](const toml::node& node) {
-                      if (target != nullptr) config.read(config.subtable(node), *target);
+    keys.push_back({key, false, "",
+                    [&config, target, isOfOthers = find(name) == nullptr,
+                     others = published.group](const toml::node& node) mutable {
+                      if (target != nullptr)
+                        config.read(config.subtable(node), *target);
+                      else if (isOfOthers)
+                        config.read(config.subtable(node), others);
                     }});
   }
   config.read(keys);

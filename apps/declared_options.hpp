@@ -66,9 +66,6 @@ class DeclaredOptions {
   std::vector<std::pair<Flag, std::string>> given_;  // with its text
 };
 
-/// What the help says of an option: sentence, unit or choices, default.
-std::string helpOf(const Option& option);
-
 /// A group as some commands declare it, with its defaults.
 struct PublishedGroup {
   OptionGroup group;

@@ -85,6 +85,10 @@ TEST_F(Options, NameWhatIsWrong) {
   EXPECT_THAT(zones({"--config", config_}), FailsWith(ErrorCode::fileNotFound, config_));
   writeFile(config_, "[zones]\ncut = \"soon\"\n");
   EXPECT_THAT(zones({"--config", config_}), FailsWith(ErrorCode::malformedFile, config_ + ":2", "cut"));
+  writeFile(config_, "[recognition]\nacept = 0.5\n");  // of another command, and no parameter of it
+  EXPECT_THAT(zones({"--config", config_}), FailsWith(ErrorCode::malformedFile, config_ + ":2", "acept"));
+  writeFile(config_, "[mapper]\ntau-join = 1\n[zones]\ncut = 0.6\n");
+  EXPECT_EQ(found({"--config", config_})["cut"], 0.6);
   writeFile(config_, "[zone]\ncut = 1\n");
   EXPECT_THAT(zones({"--config", config_}), FailsWith(ErrorCode::malformedFile, config_ + ":1", "zone"));
 }
