@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <opencv2/core.hpp>
+#include <optional>
 #include <set>
 #include <system_error>
 
@@ -263,9 +264,10 @@ Collected collectObjects(const Sequence& sequence, const fs::path& folder, const
         throw Interrupted(interruptionOf(collector.collected(), total, folder));
       }
       ++counts.frames;
-      ImageAndDepth read;
+      std::optional<ClusteredFrame> frame;
       try {
-        read = readImageAndDepth(sequence, i);
+        const ImageAndDepth read = readImageAndDepth(sequence, i);
+        frame = clusteredFrame(read.image, read.depth, *sequence.intrinsics(), options.clusters);
       } catch (...) {
         const std::string& name = sequence.frame(i).name;
         const Error failure = frameFailure(name);
@@ -273,9 +275,7 @@ Collected collectObjects(const Sequence& sequence, const fs::path& folder, const
         ++counts.unread;
         if (problems != nullptr) problems->push_back(fmt::format("{}: {}", name, failure.what()));
       }
-      if (!read.depth.empty())
-        collector.add(clusteredFrame(read.image, read.depth, *sequence.intrinsics(), options.clusters),
-                      sequence.frame(i));
+      if (frame) collector.add(*frame, sequence.frame(i));
       progress.advance();
     }
   } catch (const Interrupted&) {

@@ -86,20 +86,19 @@ std::size_t predictSequence(const Sequence& sequence, ObjectPredictor& predictor
        i < sequence.size() && (options.maxFrames == 0 || count < options.maxFrames) && !interrupted();
        i += std::min(options.every, sequence.size())) {
     const Frame& about = sequence.frame(i);
-    ImageAndDepth read;
+    PredictedFrame frame;
+    frame.name = about.name;
     try {
-      read = readImageAndDepth(sequence, i);
+      const ImageAndDepth read = readImageAndDepth(sequence, i);
+      const auto begin = std::chrono::steady_clock::now();
+      frame.frame = clusteredFrame(read.image, read.depth, *sequence.intrinsics(), options.objects.clusters);
+      frame.clusterSeconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     } catch (...) {
       const Error failure = frameFailure(about.name);
       if (options.strict) throw failure;
       if (skipped) skipped(fmt::format("{}: {}", about.name, failure.what()));
       continue;
     }
-    PredictedFrame frame;
-    frame.name = about.name;
-    const auto begin = std::chrono::steady_clock::now();
-    frame.frame = clusteredFrame(read.image, read.depth, *sequence.intrinsics(), options.objects.clusters);
-    frame.clusterSeconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     try {
       frame.objects = predictor.predict(frame.frame, about.pose, &frame.seconds);
     } catch (const Interrupted&) {

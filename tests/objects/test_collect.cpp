@@ -211,6 +211,22 @@ TEST_F(Collect, AnExceptionOfAnyTypeIsItsFramesFailure) {
   EXPECT_THAT(problems_, ElementsAre(testing::StartsWith("0001.png")));
 }
 
+/// The second image is none that can be segmented.
+class Colorless : public TableSequence {
+ public:
+  using TableSequence::TableSequence;
+  cv::Mat image(std::size_t i) const override {
+    const cv::Mat image = TableSequence::image(i);
+    return i == 1 ? cv::Mat(image.size(), CV_8U, cv::Scalar(0)) : image;
+  }
+};
+
+TEST_F(Collect, AFrameThatCannotBeSegmentedCostsItselfOnly) {
+  const Colorless sequence({ballAt(0, 0, 0.06, red)}, {0, 5, 10});
+  EXPECT_EQ(collect(sequence).samples, 2U);
+  EXPECT_THAT(problems_, ElementsAre(testing::StartsWith("0001.png")));
+}
+
 TEST_F(Collect, FramesMayBeFarApart) {
   CollectOptions options;
   options.every = std::numeric_limits<std::size_t>::max();
