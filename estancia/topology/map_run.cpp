@@ -5,6 +5,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/sequence.hpp"
+#include "estancia/topology/store.hpp"
 
 namespace estancia {
 
@@ -19,7 +20,7 @@ MapRun::MapRun(std::filesystem::path path, Existing existing) : path_(std::move(
 
 std::optional<Vocabulary> MapRun::vocabulary() const {
   if (existing_ != Existing::resume) return std::nullopt;
-  return readMap(path_).vocabulary;
+  return MapStore::open(path_, MapStore::Access::read).identity().vocabulary;
 }
 
 std::size_t MapRun::begin(const Sequence& sequence, const Vocabulary& vocabulary, const std::string& model,
