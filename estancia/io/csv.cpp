@@ -18,7 +18,11 @@ std::string trimmed(const std::string& text) {
 }  // namespace
 
 void forEachCsvRow(const std::filesystem::path& file, const std::function<void(CsvRow&)>& use) {
-  const std::vector<std::string> lines = readLines(file);
+  forEachCsvRow(readLines(file), printable(file), use);
+}
+
+void forEachCsvRow(const std::vector<std::string>& lines, std::string_view source,
+                   const std::function<void(CsvRow&)>& use) {
   for (std::size_t i = 0; i < lines.size(); ++i) {
     CsvRow row{i + 1, {}};
     std::string cell;
@@ -32,7 +36,7 @@ void forEachCsvRow(const std::filesystem::path& file, const std::function<void(C
       if (k == lines[i].size()) {
         if (!inside) break;
         if (++i == lines.size())
-          fail(ErrorCode::malformedFile, "{}:{}: this quote is not closed", printable(file), row.line);
+          fail(ErrorCode::malformedFile, "{}:{}: this quote is not closed", source, row.line);
         cell += '\n';
         k = static_cast<std::size_t>(-1);  // continue with the next line
         continue;

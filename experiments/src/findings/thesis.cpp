@@ -7,21 +7,9 @@
 #include <algorithm>
 #include <sstream>
 
+#include "estancia/io/csv.hpp"
+
 namespace estancia::experiments {
-namespace {
-
-std::vector<std::string> cellsOf(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line)
-    if (c == ',')
-      cells.emplace_back();
-    else
-      cells.back() += c;
-  return cells;
-}
-
-}  // namespace
-
 std::string ThesisTable::Row::name() const {
   return fmt::format("{}", fmt::join(keys, ", "));
 }
@@ -44,19 +32,21 @@ ResultTable ThesisTable::resultTable(ResultTable head) const {
 
 ThesisTable readThesisTable(const std::string& csv, std::size_t keys) {
   ThesisTable table;
-  std::istringstream lines(csv);
-  for (std::string line; std::getline(lines, line);) {
-    const auto cells = cellsOf(line);
+  std::istringstream stream(csv);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  io::forEachCsvRow(lines, "the thesis' table", [&](const io::CsvRow& csvRow) {
+    const auto& cells = csvRow.cells;
     const auto values = cells.begin() + static_cast<std::ptrdiff_t>(keys);
     if (table.keys.empty()) {
       table.keys.assign(cells.begin(), values);
       table.columns.assign(values, cells.end());
-      continue;
+      return;
     }
     auto& row = table.rows.emplace_back(ThesisTable::Row{{cells.begin(), values}, {}});
     for (auto cell = values; cell != cells.end(); ++cell)
       row.values.push_back(cell->empty() ? std::nullopt : std::optional(std::stod(*cell)));
-  }
+  });
   return table;
 }
 
