@@ -19,7 +19,7 @@
 namespace estancia::apps {
 namespace {
 
-struct Arguments {
+struct AskArguments {
   std::string map, words, zones;
   std::size_t maxPlaces = 5;
   bool json = false;
@@ -56,7 +56,7 @@ std::string roomOf(const Place& place) {
   return room.empty() ? "" : "  (" + room + ")";
 }
 
-void run(const Arguments& arguments) {
+void run(const AskArguments& arguments) {
   const TopologicalMap map = readMap(arguments.map);
   const PlacesInZones zones(arguments.zones, map);
   if (findMeaning(map, arguments.words).empty()) {
@@ -100,7 +100,7 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void addAskCommand(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<AskArguments>();
   CLI::App* command = app.add_subcommand("ask", "Ask a map for a word: which places hold it?");
   command->add_option("MAP", arguments->map, "The map file")->required();
   command->add_option("WORDS", arguments->words, "What to look for: a label, a synonym or a part of one")

@@ -13,8 +13,8 @@ namespace {
 
 using report::counted;
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct CheckArguments {
+  explicit CheckArguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   CheckOptions options;
   DeclaredOptions declared;
@@ -53,7 +53,7 @@ void printForMachines(const CheckReport& report, const std::vector<std::string>&
          {"notes", notes}});
 }
 
-void run(const Arguments& arguments) {
+void run(const CheckArguments& arguments) {
   if (isDescriptorFile(arguments.sequence.path))
     throw Error(
         ErrorCode::unsupportedFile,
@@ -75,7 +75,7 @@ void addCheckCommand(CLI::App& app) {
       app.add_subcommand("check",
                          "Find faults in your data that would spoil a map (poses, depth, stamps …), and how "
                          "to repair them; exit code 1 when there are some");
-  auto arguments = std::make_shared<Arguments>(*command);
+  auto arguments = std::make_shared<CheckArguments>(*command);
   arguments->sequence.addTo(arguments->declared);
   arguments->sequence.addDepthTo(arguments->declared);
   arguments->declared.add(declare(arguments->options), {"max-frames"});

@@ -35,8 +35,8 @@ using report::counted;
 /// Rooms differ by their objects (docs/how-to/rooms.md).
 const std::string defaultDescriptor = "inception-v3+coco-ssd";
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct ClassifyArguments {
+  explicit ClassifyArguments(CLI::App& command) : declared(command) {}
   SequenceArguments source;
   ModelArguments describing;
   ClassifierOptions classifier;
@@ -52,7 +52,7 @@ struct Arguments {
 };
 
 /// Before the long work begins: an output that begins with `start` and is none of the inputs.
-void requireOutput(const Arguments& a, std::vector<std::string> inputs, std::string_view start,
+void requireOutput(const ClassifyArguments& a, std::vector<std::string> inputs, std::string_view start,
                    std::string_view what) {
   if (a.output.empty()) return;
   inputs.push_back(a.roomClassifier);
@@ -77,7 +77,7 @@ void warnOfAnnotations(const Features& features) {
       others.empty() ? "" : fmt::format(" Leave them out by --descriptor {}", fmt::join(others, "+")));
 }
 
-void train(const Arguments& a) {
+void train(const ClassifyArguments& a) {
   requireReplaceable(a.output, a.overwrite, isRoomClassifier, "room classifier");
   FeatureSource describing(a.describing);
   const bool numbers = holdsNumbers(a.source.path);
@@ -118,7 +118,7 @@ void train(const Arguments& a) {
 
 // ---- test
 
-Features featuresFor(const Arguments& a, const RoomClassifier& classifier) {
+Features featuresFor(const ClassifyArguments& a, const RoomClassifier& classifier) {
   const bool numbers = holdsNumbers(a.source.path);
   if (!numbers) requireDescribable(classifier);
   return FeatureSource(a.describing).features(a.source, numbers ? "" : descriptorOf(classifier), a.tables);
@@ -143,7 +143,7 @@ void printConfusion(const Confusion& confusion) {
   }
 }
 
-void test(const Arguments& a) {
+void test(const ClassifyArguments& a) {
   requireOutput(a, {a.source.path}, pageStart, "page");
   const RoomClassifier classifier = readRoomClassifier(a.roomClassifier);
   const Features features = featuresFor(a, classifier);
@@ -200,13 +200,13 @@ void printLine(const std::string& image, const std::vector<RoomProbability>& roo
 }
 
 /// One sequence, or any number of single images.
-std::vector<std::string> pathsToPredict(const Arguments& a) {
+std::vector<std::string> pathsToPredict(const ClassifyArguments& a) {
   std::vector<std::string> paths{a.source.path};
   paths.insert(paths.end(), a.images.begin(), a.images.end());
   return paths;
 }
 
-Features featuresToPredict(const Arguments& a, const RoomClassifier& classifier) {
+Features featuresToPredict(const ClassifyArguments& a, const RoomClassifier& classifier) {
   const auto names = pathsToPredict(a);
   const std::vector<fs::path> paths(names.begin(), names.end());
   if (paths.size() == 1 && !isImageFile(paths[0])) return featuresFor(a, classifier);
@@ -214,7 +214,7 @@ Features featuresToPredict(const Arguments& a, const RoomClassifier& classifier)
   return FeatureSource(a.describing).features(*openImages(paths), descriptorOf(classifier));
 }
 
-void predict(const Arguments& a) {
+void predict(const ClassifyArguments& a) {
   requireOutput(a, pathsToPredict(a), predictionsCsvHeader, "table");
   const RoomClassifier classifier = readRoomClassifier(a.roomClassifier);
   const Features features = featuresToPredict(a, classifier);
@@ -234,7 +234,7 @@ void predict(const Arguments& a) {
 
 // ---- show, name
 
-void show(const Arguments& a) {
+void show(const ClassifyArguments& a) {
   const RoomClassifier classifier = readRoomClassifier(a.roomClassifier);
   if (a.json) {
     Json parts = Json::array();
@@ -264,7 +264,7 @@ Json placeJson(int node, const Place& place) {
   return json;
 }
 
-void name(const Arguments& a) {
+void name(const ClassifyArguments& a) {
   const RoomClassifier classifier = readRoomClassifier(a.roomClassifier);
   const auto sequence = a.source.path.empty() ? nullptr : a.source.open();
   FeatureSource describing(a.describing);
@@ -281,11 +281,11 @@ void name(const Arguments& a) {
 
 // ---- the commands
 
-using Shared = std::shared_ptr<Arguments>;
+using Shared = std::shared_ptr<ClassifyArguments>;
 
 CLI::App* addCommand(CLI::App& classify, const std::string& name, const std::string& what, Shared& a) {
   CLI::App* command = classify.add_subcommand(name, what);
-  a = std::make_shared<Arguments>(*command);
+  a = std::make_shared<ClassifyArguments>(*command);
   if (name != "train")
     command->add_option("MODEL", a->roomClassifier, "The room classifier, of `estancia classify train`")
         ->required();
@@ -293,7 +293,7 @@ CLI::App* addCommand(CLI::App& classify, const std::string& name, const std::str
 }
 
 /// SEQ with depth, and how it is described.
-void addSource(CLI::App& command, Arguments& a, const std::string& what, bool required = true) {
+void addSource(CLI::App& command, ClassifyArguments& a, const std::string& what, bool required = true) {
   a.source.addTo(a.declared, required);
   SequenceArguments::addDepthTo(a.declared);
   command.get_option("SEQ")->description(what);

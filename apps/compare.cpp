@@ -18,16 +18,17 @@ namespace {
 using namespace experiments;
 namespace fs = std::filesystem;
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct CompareArguments {
+  explicit CompareArguments(CLI::App& command) : declared(command) {}
   std::string scores, output, column = "accuracy";
   ComparisonOptions options;
   DeclaredOptions declared;
   bool overwrite = false, json = false;
 };
 
-nlohmann::ordered_json jsonOf(const MethodComparison& comparison) {
-  using Json = nlohmann::ordered_json;
+using Json = nlohmann::ordered_json;
+
+Json jsonOf(const MethodComparison& comparison) {
   const auto name = [&](std::size_t method) { return comparison.scores.methods[method]; };
   const FriedmanTest& friedman = comparison.friedman;
   Json json{{"tests", comparison.scores.tests},
@@ -74,7 +75,7 @@ void writeAll(const fs::path& folder, const experiments::Findings& findings) {
   spdlog::info("wrote comparison.md, .csv, .tex, .html and .svg into {}", folder.string());
 }
 
-void run(const Arguments& arguments) {
+void run(const CompareArguments& arguments) {
   if (!arguments.output.empty() && !arguments.overwrite &&
       fs::exists(fs::path(arguments.output) / "comparison.md"))
     throw Error(ErrorCode::fileExists,
@@ -106,7 +107,7 @@ void run(const Arguments& arguments) {
 void addCompareCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "compare", "Compare methods over several tests: Friedman's test, post-hoc tests, ranks, wins");
-  auto arguments = std::make_shared<Arguments>(*command);
+  auto arguments = std::make_shared<CompareArguments>(*command);
   command
       ->add_option(
           "SCORES", arguments->scores,

@@ -13,8 +13,8 @@
 namespace estancia::apps {
 namespace {
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct EvaluateArguments {
+  explicit EvaluateArguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   LocalizationArguments localization;
   DeclaredOptions declared;
@@ -22,7 +22,7 @@ struct Arguments {
   bool json = false;
 };
 
-LocalizationAccuracy localizationAccuracy(const Arguments& arguments) {
+LocalizationAccuracy localizationAccuracy(const EvaluateArguments& arguments) {
   const AdmissibleImages admissible =
       arguments.truth.empty() ? AdmissibleImages{} : readAdmissibleImages(arguments.truth);
   std::vector<Frame> frames;
@@ -38,7 +38,7 @@ LocalizationAccuracy localizationAccuracy(const Arguments& arguments) {
   return measureLocalization(localizer.map(), frames, numbers, answers, admissible);
 }
 
-std::vector<Measure> measuresOfZones(const Arguments& arguments) {
+std::vector<Measure> measuresOfZones(const EvaluateArguments& arguments) {
   if (!arguments.sequence.path.empty())
     throw Error(ErrorCode::unsupportedFile,
                 fmt::format("{} holds zones, in which no images can be localized; give a map for that",
@@ -46,13 +46,13 @@ std::vector<Measure> measuresOfZones(const Arguments& arguments) {
   return measuresOf(evaluate(readZones(arguments.localization.map)));
 }
 
-std::vector<Measure> measure(const Arguments& arguments) {
+std::vector<Measure> measure(const EvaluateArguments& arguments) {
   if (isZoneFile(arguments.localization.map)) return measuresOfZones(arguments);
   return arguments.sequence.path.empty() ? measuresOf(evaluate(readMap(arguments.localization.map)))
                                          : measuresOf(localizationAccuracy(arguments));
 }
 
-void run(const Arguments& arguments) {
+void run(const EvaluateArguments& arguments) {
   const SequenceArguments& given = arguments.sequence;
   const SequenceOptions& how = given.options;
   if (given.path.empty() && !(how.poses.empty() && how.rooms.empty() && how.split.empty() &&
@@ -77,7 +77,7 @@ void run(const Arguments& arguments) {
 void addEvaluateCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "evaluate", "Measure a map or zones, or with SEQ how well its images are localized in the map");
-  auto arguments = std::make_shared<Arguments>(*command);
+  auto arguments = std::make_shared<EvaluateArguments>(*command);
   arguments->localization.addTo(arguments->declared);
   command->get_option("MAP")->description("The map file, or a file of zones");
   arguments->sequence.addTo(arguments->declared, false);

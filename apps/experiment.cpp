@@ -21,8 +21,8 @@ namespace {
 
 using namespace experiments;
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct ExperimentArguments {
+  explicit ExperimentArguments(CLI::App& command) : declared(command) {}
   std::vector<std::string> configs, models;
   std::string output;
   ModelArguments labeling;
@@ -55,7 +55,7 @@ void silence() {
     if (std::freopen("/dev/null", "w", stream) == nullptr) std::fclose(stream);
 }
 
-void run(const Arguments& arguments) {
+void run(const ExperimentArguments& arguments) {
   namespace fs = std::filesystem;
   const std::vector<fs::path> configs(arguments.configs.begin(), arguments.configs.end());
   fs::path folder = arguments.output;
@@ -97,7 +97,7 @@ void addExperimentCommand(CLI::App& app) {
   group->require_subcommand(1);
   addExamples(*group, "  estancia experiment run experiments/model-choice.toml");
   CLI::App* command = group->add_subcommand("run", "Run an experiment; several files are run as one");
-  auto a = std::make_shared<Arguments>(*command);
+  auto a = std::make_shared<ExperimentArguments>(*command);
   std::string kinds = "The experiment (TOML), of one of the types";
   for (const auto& [type, explanation] : experiments::experimentTypes())
     kinds += fmt::format("\n  {}: {}", type, explanation);

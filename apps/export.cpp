@@ -15,8 +15,8 @@ namespace {
 
 constexpr const char* zoneFormat = "rooms";
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct ExportArguments {
+  explicit ExportArguments(CLI::App& command) : declared(command) {}
   std::string map, format, output;
   ExportOptions options;
   DeclaredOptions declared;
@@ -36,7 +36,7 @@ std::string textOf(const std::string& file, const std::string& format, const Exp
   return exportMap(readMap(file), format, options);
 }
 
-void run(const Arguments& arguments) {
+void run(const ExportArguments& arguments) {
   if (arguments.output.empty() && arguments.json)
     throw Error(ErrorCode::invalidOption, "--json describes the file that is written; give it by -o");
   if (!arguments.output.empty()) {
@@ -59,7 +59,7 @@ void run(const Arguments& arguments) {
 
 void addExportCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("export", "Write a map or zones for another program");
-  auto arguments = std::make_shared<Arguments>(*command);
+  auto arguments = std::make_shared<ExportArguments>(*command);
   command->add_option("MAP", arguments->map, "The map file, or a file of zones")->required();
   std::string formats = "What to write:";
   std::vector<std::string> names;

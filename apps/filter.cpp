@@ -22,8 +22,8 @@
 namespace estancia::apps {
 namespace {
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct FilterArguments {
+  explicit FilterArguments(CLI::App& command) : declared(command) {}
   std::string input, output, graph, image;
   CloudFileOptions file;
   FilterOptions filter{.method = "gng", .gng = {}};
@@ -57,7 +57,7 @@ const char* nameOf(GngStop stop) {
   return "";
 }
 
-void tell(const Arguments& arguments, const FilteredCloud& filtered, const Measured& measured) {
+void tell(const FilterArguments& arguments, const FilteredCloud& filtered, const Measured& measured) {
   const NeuralGas& gas = filtered.gas;
   const bool neural = arguments.filter.method == "gng";
   const auto written = static_cast<std::size_t>(
@@ -111,7 +111,7 @@ void requireUsed(const CLI::App& command, const std::string& method) {
                   fmt::format("{} needs --filter {}; {} does not use it", option, methods, method));
 }
 
-void requireOutputs(const Arguments& arguments) {
+void requireOutputs(const FilterArguments& arguments) {
   std::vector<std::string> outputs{arguments.output};
   requireCloudFile(arguments.output);
   if (!arguments.graph.empty()) {
@@ -151,7 +151,7 @@ void addNormals(PointCloud& filtered, const PointCloud& cloud, const Neighbors& 
                     options.radius, measured.resolution, 4 * measured.resolution));
 }
 
-void run(const Arguments& arguments) {
+void run(const FilterArguments& arguments) {
   requireOutputs(arguments);
   PointCloud cloud = withGaussianNoise(readCloud(arguments.input, arguments.file), arguments.noise,
                                        arguments.filter.gng.seed);
@@ -180,7 +180,7 @@ void run(const Arguments& arguments) {
 
 void addFilterCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("filter", "Thin out and denoise a point cloud");
-  auto a = std::make_shared<Arguments>(*command);
+  auto a = std::make_shared<FilterArguments>(*command);
   command->add_option("IN", a->input, "Cloud (.pcd, .ply) or depth image (.png, .tif, .exr, …)")->required();
   addOutputOption(*command, a->output, "The filtered cloud, .pcd or .ply")->required();
   a->declared.add(declare(a->filter), {"method=filter", "points", "leaf", "gng.quantization-error",

@@ -13,8 +13,8 @@ namespace {
 
 using report::counted;
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct LabelArguments {
+  explicit LabelArguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   ModelArguments model;
   DeclaredOptions declared;
@@ -22,7 +22,7 @@ struct Arguments {
   bool overwrite = false, json = false;
 };
 
-void run(const Arguments& arguments) {
+void run(const LabelArguments& arguments) {
   requireDescriptorFile(arguments.output);
   for (const auto& file : descriptorFilesOf(arguments.output))
     requireReplaceable(file, arguments.overwrite, nullptr, "label file");
@@ -64,7 +64,7 @@ void run(const Arguments& arguments) {
 void addLabelCommand(CLI::App& app) {
   CLI::App* command =
       app.add_subcommand("label", "Label a sequence of images, for later commands or other programs");
-  auto arguments = std::make_shared<Arguments>(*command);
+  auto arguments = std::make_shared<LabelArguments>(*command);
   arguments->sequence.addTo(arguments->declared);
   addOutputOption(*command, arguments->output,
                   "NAME.labels (taken instead of the images by every command), or NAME.csv or NAME.npy")

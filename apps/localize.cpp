@@ -8,8 +8,8 @@
 namespace estancia::apps {
 namespace {
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct LocalizeArguments {
+  explicit LocalizeArguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   LocalizationArguments localization;
   DeclaredOptions declared;
@@ -23,7 +23,7 @@ void printAnswer(const TopologicalMap& map, const std::string& image, const Loca
              at.distance);
 }
 
-void run(const Arguments& arguments) {
+void run(const LocalizeArguments& arguments) {
   Localizer localizer(arguments.localization.map, arguments.localization.localizer);
   localize(arguments.localization, localizer, arguments.sequence,
            [&](std::size_t, const Frame& frame, const Localization& answer) {
@@ -35,7 +35,7 @@ void run(const Arguments& arguments) {
 
 void addLocalizeCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("localize", "Find where in a map a sequence of images was taken");
-  auto arguments = std::make_shared<Arguments>(*command);
+  auto arguments = std::make_shared<LocalizeArguments>(*command);
   arguments->localization.addTo(arguments->declared);
   arguments->sequence.addTo(arguments->declared);
   addJsonOption(*command, arguments->json);

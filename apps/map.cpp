@@ -22,8 +22,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using report::counted;
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct MapArguments {
+  explicit MapArguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   ModelArguments model;
   MapperOptions mapper;
@@ -33,8 +33,8 @@ struct Arguments {
 };
 
 /// Names the places of the finished map.
-std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, const RoomClassifier& classifier,
-                                                 const Sequence* sequence) {
+std::map<std::string, std::size_t> placesPerRoom(const MapArguments& arguments,
+                                                 const RoomClassifier& classifier, const Sequence* sequence) {
   const auto later = [&arguments, sequence](const std::exception& why) {
     return fmt::format("{}; the map is in {}, name its places by `estancia classify name {} {}{}`",
                        why.what(), arguments.output, arguments.roomClassifier, arguments.output,
@@ -54,7 +54,7 @@ std::map<std::string, std::size_t> placesPerRoom(const Arguments& arguments, con
   return places;
 }
 
-Json summaryOf(const Arguments& arguments, const MapRun& map, std::size_t skipped) {
+Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t skipped) {
   const MappingSession& session = *map.session();
   const Mapper& mapper = session.mapper();
   if (!arguments.json)
@@ -73,7 +73,7 @@ Json summaryOf(const Arguments& arguments, const MapRun& map, std::size_t skippe
 }
 
 /// Adds the labeled frames from `first` on. Returns how many were skipped.
-std::size_t addFrames(const Arguments& arguments, Labeling& labeling, std::size_t first, bool images,
+std::size_t addFrames(const MapArguments& arguments, Labeling& labeling, std::size_t first, bool images,
                       MapRun& map) {
   const Sequence& sequence = labeling.sequence();
   try {
@@ -92,7 +92,7 @@ std::size_t addFrames(const Arguments& arguments, Labeling& labeling, std::size_
   }
 }
 
-void run(const Arguments& arguments) {
+void run(const MapArguments& arguments) {
   const bool images = !isDescriptorFile(arguments.sequence.path);
   const auto classifier = openRoomClassifier(arguments.roomClassifier, arguments.sequence);
   std::optional<MapRun> map(std::in_place, arguments.output,
@@ -124,7 +124,7 @@ void run(const Arguments& arguments) {
 
 void addMapCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("map", "Turn a sequence of images into a topological map");
-  auto arguments = std::make_shared<Arguments>(*command);
+  auto arguments = std::make_shared<MapArguments>(*command);
   arguments->sequence.addTo(arguments->declared);
   addOutputOption(*command, arguments->output, "The map file, NAME.estancia")->required();
   arguments->model.addTo(arguments->declared, "The model that labels the images");

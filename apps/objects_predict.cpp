@@ -21,8 +21,8 @@ namespace {
 
 using report::counted;
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct ObjectsPredictArguments {
+  explicit ObjectsPredictArguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   std::string objectModel, image;
   ModelArguments model;
@@ -91,7 +91,7 @@ class PredictionPrinter {
   std::map<std::size_t, PredictedObject> last_;
 };
 
-void run(const Arguments& a) {
+void run(const ObjectsPredictArguments& a) {
   requireImage(a.image, a.overwrite, {a.objectModel, a.sequence.path});
   const ObjectModel model = readObjectModel(a.objectModel);
   const auto sequence = a.sequence.open();
@@ -123,7 +123,7 @@ void run(const Arguments& a) {
 void addObjectsPredict(CLI::App& objects) {
   CLI::App* command =
       objects.add_subcommand("predict", "Classify the objects in a sequence by image, by shape, and by both");
-  auto a = std::make_shared<Arguments>(*command);
+  auto a = std::make_shared<ObjectsPredictArguments>(*command);
   a->sequence.addTo(a->declared);
   SequenceArguments::addDepthTo(a->declared);
   command->add_option("--object-model", a->objectModel, "The shape classifier, of `estancia objects train`")

@@ -20,8 +20,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using report::counted;
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct ObjectsTrainArguments {
+  explicit ObjectsTrainArguments(CLI::App& command) : declared(command) {}
   std::vector<std::string> views, labels;
   ObjectViewsOptions format;
   std::string study, output;
@@ -30,7 +30,7 @@ struct Arguments {
   DeclaredOptions declared;
 };
 
-TargetClasses targetsOf(const Arguments& a, const TrainingSources& sources) {
+TargetClasses targetsOf(const ObjectsTrainArguments& a, const TrainingSources& sources) {
   if (!a.study.empty()) return readTargetClasses(a.study);
   if (!a.truth)
     throw Error(ErrorCode::invalidOption,
@@ -47,11 +47,11 @@ void warnOfLabels(const TargetClasses& targets, const TrainingSources& sources) 
         if (warned.insert(sentence).second) spdlog::warn("{}", sentence);
 }
 
-std::string pseudoLabelsOf(const Arguments& a) {
+std::string pseudoLabelsOf(const ObjectsTrainArguments& a) {
   return a.truth ? "true" : pseudoLabelings()[static_cast<std::size_t>(a.options.pseudoLabels)].name;
 }
 
-Json jsonOf(const Arguments& a, const TrainingSet& set, const ObjectModel& model) {
+Json jsonOf(const ObjectsTrainArguments& a, const TrainingSet& set, const ObjectModel& model) {
   Json classes = Json::array();
   for (std::size_t c = 0; c < model.targets().classes.size(); ++c) {
     Json entry{{"class", model.targets().classes[c].name},
@@ -79,7 +79,7 @@ Json jsonOf(const Arguments& a, const TrainingSet& set, const ObjectModel& model
   return json;
 }
 
-void printText(const Arguments& a, const TrainingSet& set, const ObjectModel& model) {
+void printText(const ObjectsTrainArguments& a, const TrainingSet& set, const ObjectModel& model) {
   const auto percent = [](double share) {
     return share < 0 ? std::string("?") : fmt::format("{:.0f} %", 100 * share);
   };
@@ -104,7 +104,7 @@ void printText(const Arguments& a, const TrainingSet& set, const ObjectModel& mo
   fmt::print("{}\n", model.choice());
 }
 
-void run(const Arguments& a) {
+void run(const ObjectsTrainArguments& a) {
   if (a.output.empty())
     throw Error(ErrorCode::invalidOption, "the model has no name; give one by -o, such as kitchen.objects");
   requireReplaceable(a.output, a.overwrite, isObjectModel, "object model");
@@ -130,7 +130,7 @@ void run(const Arguments& a) {
 
 void addObjectsTrain(CLI::App& objects) {
   CLI::App* command = objects.add_subcommand("train", "Train a classifier of object shapes");
-  auto a = std::make_shared<Arguments>(*command);
+  auto a = std::make_shared<ObjectsTrainArguments>(*command);
   command
       ->add_option(
           "VIEWS", a->views,

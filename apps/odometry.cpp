@@ -14,8 +14,8 @@
 namespace estancia::apps {
 namespace {
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct OdometryArguments {
+  explicit OdometryArguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   ModelArguments model;
   RgbdOptions options;
@@ -43,7 +43,7 @@ std::optional<Comparison> compareWithTruth(const Sequence& sequence, const RgbdT
                     pathLength(truth)};
 }
 
-void tell(const Arguments& arguments, const Sequence& sequence, const RgbdTrajectory& trajectory,
+void tell(const OdometryArguments& arguments, const Sequence& sequence, const RgbdTrajectory& trajectory,
           double seconds) {
   const std::size_t placed = sequence.size() - trajectory.lost.size();
   const double rate = static_cast<double>(sequence.size()) / seconds;
@@ -86,7 +86,7 @@ void tell(const Arguments& arguments, const Sequence& sequence, const RgbdTrajec
              relative.rotationRmse);
 }
 
-void run(const Arguments& arguments) {
+void run(const OdometryArguments& arguments) {
   requireNoData(arguments.output, {arguments.sequence.path, arguments.sequence.options.poses});
   requireReplaceable(arguments.output, arguments.overwrite, nullptr, "trajectory");
 
@@ -133,7 +133,7 @@ void addOdometryCommand(CLI::App& app) {
   group->require_subcommand(1);
   addExamples(*group, "  estancia odometry estimate ~/kitchen -o kitchen.txt");
   CLI::App* command = group->add_subcommand("estimate", "Estimate the camera pose of every image with depth");
-  auto arguments = std::make_shared<Arguments>(*command);
+  auto arguments = std::make_shared<OdometryArguments>(*command);
   arguments->sequence.addTo(arguments->declared);
   arguments->sequence.addDepthTo(arguments->declared);
   addOutputOption(*command, arguments->output, "The trajectory (TUM), for --poses of the other commands")

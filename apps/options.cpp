@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json toJson(const OptionGroup& group) {
+Json jsonOf(const OptionGroup& group) {
   Json json = Json::object();
   for (const Option& option : group.options()) {
     Json& entry = json[option.name()];
@@ -21,7 +21,7 @@ Json toJson(const OptionGroup& group) {
     entry["help"] = option.help();
     entry["why"] = option.why();
   }
-  for (const OptionGroup& inner : group.groups()) json[inner.name()] = toJson(inner);
+  for (const OptionGroup& inner : group.groups()) json[inner.name()] = jsonOf(inner);
   return json;
 }
 
@@ -41,7 +41,7 @@ void run(const std::string& name, bool json) {
     known.push_back({group.name(), group.help()});
     if (!name.empty() && group.name() != name) continue;
     if (json)
-      all[group.name()] = {{"help", group.help()}, {"commands", commands}, {"options", toJson(group)}};
+      all[group.name()] = {{"help", group.help()}, {"commands", commands}, {"options", jsonOf(group)}};
     else
       fmt::print("# {}: {} (of {})\n", group.name(), group.help(), fmt::join(commands, ", ")),
           printText(group, group.name());

@@ -15,8 +15,8 @@
 namespace estancia::apps {
 namespace {
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct RecognizeArguments {
+  explicit RecognizeArguments(CLI::App& command) : declared(command) {}
   std::string preset() const { return declared.preset().empty() ? "default" : declared.preset(); }
 
   std::vector<std::string> objects;
@@ -27,7 +27,7 @@ struct Arguments {
 };
 
 /// A radius replaces the number of neighbors that the preset fits normals to.
-RecognitionOptions optionsOf(const Arguments& a) {
+RecognitionOptions optionsOf(const RecognizeArguments& a) {
   RecognitionOptions options = a.options;
   if (options.normalRadius > 0 &&
       options.normalNeighbors == RecognitionOptions::preset(a.preset()).normalNeighbors)
@@ -56,7 +56,8 @@ void drawInstances(const std::string& image, const PointCloud& scene, const Sear
 }
 
 /// `unsaid`: nobody said where the sensor was.
-void printText(const Arguments& a, const SearchResult& result, bool unsaid, const std::string& sensor) {
+void printText(const RecognizeArguments& a, const SearchResult& result, bool unsaid,
+               const std::string& sensor) {
   if (a.explain) {
     printStages(a.scene, result.scene->stages());
     for (const SearchedModel& model : result.models) printStages(model.name, model.stages);
@@ -76,7 +77,7 @@ void printText(const Arguments& a, const SearchResult& result, bool unsaid, cons
             : "");
 }
 
-void run(const Arguments& a) {
+void run(const RecognizeArguments& a) {
   const std::vector<ModelFile> files = modelFilesOf(a.objects);
   std::vector<std::string> inputs{a.scene};
   for (const ModelFile& file : files) inputs.push_back(file.cloud.string());
@@ -115,7 +116,7 @@ void run(const Arguments& a) {
 
 void addRecognizeCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("recognize", "Find known objects and their poses in a point cloud");
-  auto a = std::make_shared<Arguments>(*command);
+  auto a = std::make_shared<RecognizeArguments>(*command);
   command->add_option("SCENE", a->scene, "The point cloud to search (PCD, PLY)")->required();
   command
       ->add_option("--object", a->objects, "Cloud of an object: FILE or NAME=FILE; may be given repeatedly")

@@ -20,17 +20,17 @@
 namespace estancia::apps {
 namespace {
 
-struct Arguments {
+struct ReportArguments {
   std::string file, output, title, label, floorPlan, zones, map;
   std::array<double, 4> extent{};
   bool overwrite = false, json = false;
 };
 
-std::string titleOf(const Arguments& arguments) {
+std::string titleOf(const ReportArguments& arguments) {
   return arguments.title.empty() ? std::filesystem::path(arguments.file).stem().string() : arguments.title;
 }
 
-void writeMap(const Arguments& arguments, const CLI::App& command) {
+void writeMap(const ReportArguments& arguments, const CLI::App& command) {
   if (!arguments.map.empty())
     throw Error(ErrorCode::invalidOption,
                 fmt::format("--map gives images to zones; {} is a map and has its own", arguments.file));
@@ -61,7 +61,7 @@ void writeMap(const Arguments& arguments, const CLI::App& command) {
   writeMapPage(arguments.output, page);
 }
 
-void writeZones(const Arguments& arguments) {
+void writeZones(const ReportArguments& arguments) {
   for (const auto& [name, value] : {std::pair("--label", arguments.label),
                                     {"--floor-plan", arguments.floorPlan},
                                     {"--zones", arguments.zones}})
@@ -81,7 +81,7 @@ void writeZones(const Arguments& arguments) {
   writeZonesPage(arguments.output, page);
 }
 
-void run(const Arguments& arguments, const CLI::App& command) {
+void run(const ReportArguments& arguments, const CLI::App& command) {
   requireNoData(arguments.output, {arguments.file, arguments.map, arguments.zones, arguments.floorPlan},
                 pageStart);
   requireReplaceable(arguments.output, arguments.overwrite, nullptr, "page");
@@ -97,7 +97,7 @@ void run(const Arguments& arguments, const CLI::App& command) {
 }  // namespace
 
 void addReportCommand(CLI::App& app) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ReportArguments>();
   CLI::App* command =
       app.add_subcommand("report", "Write a page that shows a map or zones: one HTML file, no network");
   command->add_option("FILE", arguments->file, "The map file (*.estancia) or the file of zones (*.zones)")

@@ -15,8 +15,8 @@
 namespace estancia::apps {
 namespace {
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct RouteArguments {
+  explicit RouteArguments(CLI::App& command) : declared(command) {}
   std::string map, to;
   int from = 0;
   RouteOptions options;
@@ -32,7 +32,7 @@ std::optional<int> nodeNumber(const std::string& text) {
   return id;
 }
 
-void run(const Arguments& arguments) {
+void run(const RouteArguments& arguments) {
   const TopologicalMap map = readMap(arguments.map);
   std::optional<WordRoute> found;
   Route route;
@@ -73,7 +73,7 @@ void run(const Arguments& arguments) {
 
 void addRouteCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("route", "Find the way to a place, or to where a word is");
-  auto arguments = std::make_shared<Arguments>(*command);
+  auto arguments = std::make_shared<RouteArguments>(*command);
   command->add_option("MAP", arguments->map, "The map file")->required();
   command->add_option("--from", arguments->from, "The place to start from (a node number)")->required();
   command->add_option("--to", arguments->to, "A node number, or words to look for")->required();

@@ -30,8 +30,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using report::counted;
 
-struct Arguments {
-  explicit Arguments(CLI::App& command) : declared(command) {}
+struct ZonesArguments {
+  explicit ZonesArguments(CLI::App& command) : declared(command) {}
   SequenceArguments sequence;
   ModelArguments model;
   ZoneOptions options;
@@ -53,7 +53,7 @@ void sayMemory(std::size_t images, std::size_t labels) {
 /// Zones while the images come, and what is printed of them.
 class PrintingStream {
  public:
-  PrintingStream(const Vocabulary& words, const Arguments& arguments)
+  PrintingStream(const Vocabulary& words, const ZonesArguments& arguments)
       : zones_(words, arguments.options, arguments.streaming), json_(arguments.json) {}
 
   void add(const Frame& frame, DescriptorView descriptor) {
@@ -74,7 +74,7 @@ class PrintingStream {
 };
 
 /// The words of all images. With --stream the zones follow as they come, else the memory is asked for first.
-DescriptorSequence recordingOf(const Arguments& arguments, std::optional<PrintingStream>& stream) {
+DescriptorSequence recordingOf(const ZonesArguments& arguments, std::optional<PrintingStream>& stream) {
   const auto begin = [&](std::size_t images, const Vocabulary& words) {
     if (arguments.stream)
       stream.emplace(words, arguments);
@@ -130,7 +130,7 @@ Zones clustered(const DescriptorSequence& recording, const ZoneOptions& options)
 
 /// Names the zones by what `classifier` says of their images.
 void name(Zones& zones, const DescriptorSequence& recording, const RoomClassifier& classifier,
-          const Arguments& arguments) {
+          const ZonesArguments& arguments) {
   const std::string& path = arguments.sequence.path;
   const auto sequence = holdsNumbers(path) ? nullptr : openSequence(path, arguments.sequence.options);
   FeatureSource describing(arguments.model);
@@ -182,7 +182,7 @@ void printTable(const std::string& file, const Zones& zones, const std::vector<M
         exact->agreement.adjustedRandIndex, exact->agreement.vMeasure);
 }
 
-void run(const Arguments& arguments) {
+void run(const ZonesArguments& arguments) {
   const ZoneOptions& options = arguments.options;
   validate(options);  // before anything is labeled
   comparisonFor(getDistance(options.distance), getLinkage(options.linkage));
@@ -211,7 +211,7 @@ void addZonesCommand(CLI::App& app) {
   group->require_subcommand(1);
   addExamples(*group, "  estancia zones find ~/photos -o home.zones");
   CLI::App* command = group->add_subcommand("find", "Find the areas of a sequence, each named by its words");
-  auto arguments = std::make_shared<Arguments>(*command);
+  auto arguments = std::make_shared<ZonesArguments>(*command);
   arguments->sequence.addTo(arguments->declared);
   command->get_option("SEQ")->description(
       "Image folder, video file, data set, folder of panoramas, label file, or a map (*.estancia), whose "

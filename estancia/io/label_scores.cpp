@@ -17,8 +17,8 @@ constexpr std::size_t kMaxLabels = 100'000;
 constexpr int kMaxDepth = 64;
 
 std::string excerpt(std::string_view text) {
-  constexpr std::size_t maxBytes = 80;
-  return printable(text.substr(0, maxBytes)) + (text.size() > maxBytes ? "…" : "");
+  constexpr std::size_t maxShown = 80;
+  return printable(text.substr(0, maxShown)) + (text.size() > maxShown ? "…" : "");
 }
 
 Json parse(std::string_view text, const std::string& source) {

@@ -72,7 +72,7 @@ struct Field {
   std::size_t bytes() const { return scalar.size * count; }
 };
 
-struct Header {
+struct PcdHeader {
   std::vector<Field> fields;
   std::size_t width = 0, height = 0;
   std::optional<Pose> viewpoint;
@@ -106,7 +106,7 @@ void forEachField(std::vector<Field>& fields, const std::vector<std::string_view
 }
 
 /// Checks the header as a whole, and sets the offsets of the fields.
-void finish(Header& header, bool sized, bool typed, std::optional<std::size_t> points) {
+void finish(PcdHeader& header, bool sized, bool typed, std::optional<std::size_t> points) {
   constexpr std::size_t maxPointBytes = std::size_t{1} << 16U;
   if (header.fields.empty() || !sized || !typed)
     throw Error(ErrorCode::malformedFile, "FIELDS, SIZE or TYPE is missing");
@@ -153,9 +153,9 @@ std::optional<Pose> viewpointOf(const std::vector<std::string_view>& words) {
   return Pose{n[0], n[1], n[2], n[4] / turn, n[5] / turn, n[6] / turn, n[3] / turn};
 }
 
-Header readHeader(std::string_view file) {
+PcdHeader readPcdHeader(std::string_view file) {
   constexpr std::size_t maxHeaderBytes = std::size_t{1} << 16U;
-  Header header;
+  PcdHeader header;
   bool sized = false, typed = false;
   std::optional<std::size_t> points;
   for (std::size_t begin = 0; header.data.empty();) {
@@ -225,7 +225,7 @@ cv::Vec3b colorOf(std::uint32_t packed) {
 
 /// The fields of points, normals and colors.
 struct PointFields {
-  explicit PointFields(const Header& header)
+  explicit PointFields(const PcdHeader& header)
       : xyz{header.find("x"), header.find("y"), header.find("z")},
         normal{header.find("normal_x"), header.find("normal_y"), header.find("normal_z")},
         color(header.find("rgb") != nullptr ? header.find("rgb") : header.find("rgba")) {}
@@ -247,7 +247,7 @@ cv::Point3f pointOf(const std::array<const Field*, 3>& fields, const Number& num
 
 /// Fills the cloud; `at(field, i)` points to the bytes of a value.
 template <typename At>
-void fill(PointCloud& cloud, const Header& header, const At& at) {
+void fill(PointCloud& cloud, const PcdHeader& header, const At& at) {
   const PointFields wanted(header);
   cloud.points.resize(header.points());
   if (wanted.normals()) cloud.normals.resize(header.points());
@@ -260,12 +260,12 @@ void fill(PointCloud& cloud, const Header& header, const At& at) {
   }
 }
 
-Error truncated(const Header& header, std::size_t bytes) {
+Error truncated(const PcdHeader& header, std::size_t bytes) {
   return Error(ErrorCode::truncatedFile,
                fmt::format("truncated: {} bytes for {} × {} points", bytes, header.width, header.height));
 }
 
-void readBinary(PointCloud& cloud, const Header& header, std::string_view data) {
+void readBinary(PointCloud& cloud, const PcdHeader& header, std::string_view data) {
   const std::size_t stride = header.stride();
   if (data.size() / stride < header.points()) throw truncated(header, data.size());
   fill(cloud, header,
@@ -273,7 +273,7 @@ void readBinary(PointCloud& cloud, const Header& header, std::string_view data) 
 }
 
 /// Two sizes, then all x, all y, …, compressed by LZF.
-void readCompressed(PointCloud& cloud, const Header& header, std::string_view data) {
+void readCompressed(PointCloud& cloud, const PcdHeader& header, std::string_view data) {
   constexpr std::size_t sizes = 2 * sizeof(std::uint32_t);
   if (data.size() < sizes) throw truncated(header, data.size());
   const std::size_t packed = valueAt<std::uint32_t>(data.data());
@@ -295,7 +295,7 @@ std::uint32_t packedColor(const Field& field, double value) {
   return static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
 }
 
-void readAscii(PointCloud& cloud, const Header& header, std::string_view data, std::size_t firstLine) {
+void readAscii(PointCloud& cloud, const PcdHeader& header, std::string_view data, std::size_t firstLine) {
   std::size_t columns = 0;
   for (const Field& field : header.fields) columns += field.count;
   if (data.size() / (2 * columns) + 1 < header.points()) throw truncated(header, data.size());
@@ -341,7 +341,7 @@ PointCloud readPcd(const std::filesystem::path& file) {
   constexpr std::size_t maxBytes = std::size_t{1} << 32U;
   const std::string bytes = io::readBytes(file, maxBytes);
   try {
-    const Header header = readHeader(bytes);
+    const PcdHeader header = readPcdHeader(bytes);
     const std::string_view data = std::string_view(bytes).substr(header.begin);
     PointCloud cloud;
     cloud.width = header.width;

@@ -36,7 +36,7 @@ struct Element {
 
 enum class Format { ascii, little, big };
 
-struct Header {
+struct PlyHeader {
   std::optional<Format> format;
   std::vector<Element> elements;
   std::size_t lines = 0;
@@ -97,12 +97,12 @@ std::size_t countOf(std::string_view word) {
   return count;
 }
 
-Header readHeader(Rest& rest) {
+PlyHeader readPlyHeader(Rest& rest) {
   constexpr std::size_t maxHeaderBytes = std::size_t{1} << 16U;
   const std::size_t all = rest.bytes.size();
   if (!rest.bytes.starts_with("ply") || rest.takeLine() != "ply")
     throw Error(ErrorCode::malformedFile, "the first line is not \"ply\"");
-  Header header;
+  PlyHeader header;
   for (;;) {
     if (rest.bytes.empty() || all - rest.bytes.size() > maxHeaderBytes)
       throw Error(ErrorCode::malformedFile, "the header has no line \"end_header\"");
@@ -240,7 +240,7 @@ PointCloud readVertices(const Element& vertex, const ReadOne& readOne) {
 
 PointCloud read(std::string_view bytes) {
   Rest rest{bytes};
-  const Header header = readHeader(rest);
+  const PlyHeader header = readPlyHeader(rest);
   const bool swapped = header.format == Format::big;
   std::optional<PointCloud> cloud;
   for (const Element& element : header.elements) {

@@ -58,9 +58,9 @@ struct Candidate {
 };
 
 /// The crops of a frame for the label stream.
-class Crops final : public Sequence {
+class CandidateCrops final : public Sequence {
  public:
-  explicit Crops(const std::vector<Candidate>& candidates) : candidates_(candidates) {}
+  explicit CandidateCrops(const std::vector<Candidate>& candidates) : candidates_(candidates) {}
   std::string name() const override { return "crops"; }
   std::size_t size() const override { return candidates_.size(); }
   const Frame& frame(std::size_t) const override { return frame_; }
@@ -131,7 +131,7 @@ struct ObjectPredictor::State {
   /// Fills in `image`, `coverage` and `problem`.
   void label(std::vector<Candidate>& candidates) {
     if (labeler == nullptr || candidates.empty()) return;
-    const Crops crops(candidates);
+    const CandidateCrops crops(candidates);
     LabelStream stream(crops, *labeler,
                        {.ahead = candidates.size(), .readers = static_cast<std::size_t>(threads())});
     DescriptorMatrix answers(labeler->vocabulary().size());

@@ -87,11 +87,11 @@ std::vector<std::uint32_t> iss(const Surface& surface, double spacing, int threa
   return strongest(surface, salience, spacing * 2 / 3, threads);
 }
 
-struct Method {
+struct KeypointDetector {
   const char *name, *explanation;
   std::vector<std::uint32_t> (*find)(const Surface&, double, int);
 };
-constexpr Method methods[] = {
+constexpr KeypointDetector keypointDetectors[] = {
     {"uniform", "one point a voxel", uniform},
     {"harris3d", "where normals vary in all directions", harris3d},
     {"iss", "intrinsic shape signatures: three different variances of the points around", iss},
@@ -101,7 +101,7 @@ constexpr Method methods[] = {
 
 Choices keypointMethods() {
   Choices choices;
-  for (const Method& m : methods) choices.push_back({m.name, m.explanation});
+  for (const KeypointDetector& m : keypointDetectors) choices.push_back({m.name, m.explanation});
   return choices;
 }
 
@@ -111,7 +111,8 @@ std::vector<std::uint32_t> findKeypoints(const Surface& surface, const std::stri
     fail(ErrorCode::invalidOption, "{}: the keypoint spacing is {} m; give a positive one", surface.name(),
          spacing);
   requireChoice("keypoint detector", method, keypointMethods());
-  return std::ranges::find(methods, method, &Method::name)->find(surface, spacing, threads);
+  return std::ranges::find(keypointDetectors, method, &KeypointDetector::name)
+      ->find(surface, spacing, threads);
 }
 
 }  // namespace estancia

@@ -17,13 +17,13 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t lanes = 16;  // columns of a tile: one vector of AVX-512, two of AVX
-constexpr std::size_t tall = 4;    // rows of a tile: their sums stay in registers
-constexpr std::size_t block = 64;  // rows that stay in the cache while the columns pass
-using Vector [[gnu::vector_size(lanes * sizeof(float))]] = float;
-using Bits [[gnu::vector_size(lanes * sizeof(int))]] = int;
+constexpr std::size_t tileColumns = 16;  // columns of a tile: one vector of AVX-512, two of AVX
+constexpr std::size_t tileRows = 4;      // rows of a tile: their sums stay in registers
+constexpr std::size_t blockRows = 64;    // rows that stay in the cache while the columns pass
+using Vector [[gnu::vector_size(tileColumns * sizeof(float))]] = float;
+using Bits [[gnu::vector_size(tileColumns * sizeof(int))]] = int;
 
-/// One label of `lanes` rows. The struct has the alignment, which a template argument would lose.
+/// One label of `tileColumns` rows. The struct has the alignment, which a template argument would lose.
 struct alignas(sizeof(Vector)) Column {
   Vector values;
 };
@@ -43,22 +43,22 @@ enum class Sum { squares, magnitudes, largest };
     sum = magnitude > sum ? magnitude : sum;
 }
 
-/// Sums over the labels of `tall` rows (each `labels` long, one after the other) with `lanes` columns that
-/// are packed label by label.
+/// Sums over the labels of `tileRows` rows (each `labels` long, one after the other) with `tileColumns`
+/// columns that are packed label by label.
 template <Sum kind>
 [[gnu::always_inline]] inline void tile(const float* rows, const Column* columns, std::size_t labels,
                                         float* out) {
-  Vector sums[tall] = {};
+  Vector sums[tileRows] = {};
   for (std::size_t k = 0; k < labels; ++k) {
 #pragma GCC unroll 4
-    for (std::size_t r = 0; r < tall; ++r) {
+    for (std::size_t r = 0; r < tileRows; ++r) {
       const float value = rows[r * labels + k];
       const Vector row = value - Vector{};
       add(sums[r], row, columns[k].values, kind);
     }
   }
-  for (std::size_t r = 0; r < tall; ++r)
-    for (std::size_t c = 0; c < lanes; ++c) out[r * lanes + c] = sums[r][c];
+  for (std::size_t r = 0; r < tileRows; ++r)
+    for (std::size_t c = 0; c < tileColumns; ++c) out[r * tileColumns + c] = sums[r][c];
 }
 
 ESTANCIA_MULTIVERSION
@@ -98,15 +98,15 @@ bool isTiled(Comparison comparison, Sum& kind) {
   throw Error(ErrorCode::invalidOption, "the comparison is none of Comparison; give one of its values");
 }
 
-/// The rows twice, padded with zeros: one after the other, and in groups of `lanes` packed label by label.
-/// Angles are those of unit vectors, whose squared difference is 2 (1 − cos): nothing cancels, however small
-/// the angle.
+/// The rows twice, padded with zeros: one after the other, and in groups of `tileColumns` packed label by
+/// label. Angles are those of unit vectors, whose squared difference is 2 (1 − cos): nothing cancels, however
+/// small the angle.
 class Packed {
  public:
   Packed(const DescriptorMatrix& matrix, bool toUnit)
-      : labels_(matrix.labels()), items_((matrix.size() + lanes - 1) / lanes * lanes) {
+      : labels_(matrix.labels()), items_((matrix.size() + tileColumns - 1) / tileColumns * tileColumns) {
     rows_.resize(items_ * labels_);
-    columns_.resize(items_ * labels_ / lanes);
+    columns_.resize(items_ * labels_ / tileColumns);
     isZero_.resize(items_);
     for (std::size_t i = 0; i < matrix.size(); ++i) {
       const DescriptorView row = matrix.row(i);
@@ -115,12 +115,12 @@ class Packed {
       isZero_[i] = squares > 0 ? 0 : 1;
       const double scale = toUnit && squares > 0 ? 1 / std::sqrt(squares) : 1;
       for (std::size_t k = 0; k < labels_; ++k)
-        columns_[i / lanes * labels_ + k].values[i % lanes] = rows_[i * labels_ + k] =
+        columns_[i / tileColumns * labels_ + k].values[i % tileColumns] = rows_[i * labels_ + k] =
             static_cast<float>(scale * row[k]);
     }
   }
   const float* row(std::size_t i) const { return rows_.data() + i * labels_; }
-  const Column* columns(std::size_t first) const { return columns_.data() + first / lanes * labels_; }
+  const Column* columns(std::size_t first) const { return columns_.data() + first / tileColumns * labels_; }
   bool isZero(std::size_t i) const { return isZero_[i] != 0; }
   std::size_t labels() const { return labels_; }
 
@@ -197,13 +197,14 @@ CondensedDistances pairwiseDistances(const DescriptorMatrix& rows, Comparison co
   const Packed packed(tiled ? rows : DescriptorMatrix(labels), comparison == Comparison::cosine);
 
   const auto byTiles = [&](std::size_t begin, std::size_t end) {
-    float sums[tall * lanes];
-    for (std::size_t j = begin / lanes * lanes; j < n; j += lanes)
-      for (std::size_t i = begin; i < std::min(end, j + lanes); i += tall) {
+    float sums[tileRows * tileColumns];
+    for (std::size_t j = begin / tileColumns * tileColumns; j < n; j += tileColumns)
+      for (std::size_t i = begin; i < std::min(end, j + tileColumns); i += tileRows) {
         tileOf(kind, packed.row(i), packed.columns(j), labels, sums);
-        for (std::size_t r = i; r < std::min(i + tall, end); ++r)
-          for (std::size_t c = std::max(j, r + 1); c < std::min(j + lanes, n); ++c)
-            distances.after(r)[c - r - 1] = finish(comparison, sums[(r - i) * lanes + c - j], packed, r, c);
+        for (std::size_t r = i; r < std::min(i + tileRows, end); ++r)
+          for (std::size_t c = std::max(j, r + 1); c < std::min(j + tileColumns, n); ++c)
+            distances.after(r)[c - r - 1] =
+                finish(comparison, sums[(r - i) * tileColumns + c - j], packed, r, c);
       }
   };
   const auto pairByPair = [&](std::size_t begin, std::size_t end) {
@@ -212,11 +213,11 @@ CondensedDistances pairwiseDistances(const DescriptorMatrix& rows, Comparison co
         distances.after(i)[j - i - 1] = compare(comparison, rows.row(i), rows.row(j));
   };
 
-  const std::size_t blocks = (n + block - 1) / block;
+  const std::size_t blocks = (n + blockRows - 1) / blockRows;
   progress.begin("distances of all pairs", blocks);
   inParallel(blocks, threads, progress, "stopped while the distances of all pairs were computed",
              [&](std::size_t b) {
-               const std::size_t begin = b * block, end = std::min(n, begin + block);
+               const std::size_t begin = b * blockRows, end = std::min(n, begin + blockRows);
                tiled ? byTiles(begin, end) : pairByPair(begin, end);
              });
   progress.end();

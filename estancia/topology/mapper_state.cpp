@@ -11,8 +11,6 @@
 namespace estancia {
 namespace {
 
-using Json = nlohmann::json;
-
 ByteReader readerOf(std::string_view bytes) {
   return {bytes, "the saved state of the mapper is damaged", "map the sequence again"};
 }
@@ -77,13 +75,13 @@ NodeMemory readNode(const NodeBank& bank, int id, const std::string& bytes, std:
 }  // namespace
 
 std::string settingsToJson(const MapperOptions& options) {
-  Json json{{"distance", options.distance},
-            {"nearer_than_current", options.nearerThanCurrent},
-            {"transition_images", options.transitionImages},
-            {"warmup_frames", options.warmupFrames},
-            {"far_quantile", options.thresholds.farQuantile},
-            {"revisit_ratio", options.thresholds.revisitRatio},
-            {"merge_ratio", options.thresholds.mergeRatio}};
+  nlohmann::json json{{"distance", options.distance},
+                      {"nearer_than_current", options.nearerThanCurrent},
+                      {"transition_images", options.transitionImages},
+                      {"warmup_frames", options.warmupFrames},
+                      {"far_quantile", options.thresholds.farQuantile},
+                      {"revisit_ratio", options.thresholds.revisitRatio},
+                      {"merge_ratio", options.thresholds.mergeRatio}};
   if (options.tauJoin) json["tau_join"] = *options.tauJoin;
   if (options.tauRevisit) json["tau_revisit"] = *options.tauRevisit;
   return json.dump();
@@ -91,7 +89,7 @@ std::string settingsToJson(const MapperOptions& options) {
 
 MapperOptions settingsFromJson(const std::string& text) {
   try {
-    const Json json = Json::parse(text);
+    const auto json = nlohmann::json::parse(text);
     MapperOptions options;
     options.distance = printable(json.at("distance").get<std::string>());
     json.at("nearer_than_current").get_to(options.nearerThanCurrent);
@@ -103,7 +101,7 @@ MapperOptions settingsFromJson(const std::string& text) {
     if (json.contains("tau_join")) options.tauJoin = json["tau_join"].get<double>();
     if (json.contains("tau_revisit")) options.tauRevisit = json["tau_revisit"].get<double>();
     return options;
-  } catch (const Json::exception& e) {
+  } catch (const nlohmann::json::exception& e) {
     fail(ErrorCode::corruptFile, "the settings of the map cannot be read ({}); map the sequence again",
          printable(e.what()));
   }

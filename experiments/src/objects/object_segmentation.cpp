@@ -19,12 +19,10 @@
 namespace estancia::experiments {
 namespace {
 
-using Options = ObjectSegmentationOptions;
+constexpr int objectSegmentationVersion = 1;  // of what follows: scenes of another one are segmented anew
+constexpr int largest = 20'000;               // pixels of a side, and of a focal length
 
-constexpr int methodVersion = 1;  // of what follows: scenes of another one are segmented anew
-constexpr int largest = 20'000;   // pixels of a side, and of a focal length
-
-ClusterOptions clustering(const Options& options) {
+ClusterOptions clustering(const ObjectSegmentationOptions& options) {
   ClusterOptions clusters;
   clusters.seed = options.seed;
   clusters.threads = 1;  // scenes are taken side by side
@@ -34,7 +32,7 @@ ClusterOptions clustering(const Options& options) {
 /// One scene, read.
 struct Scene {
   cv::Mat depth, truth;
-  Scene(const ObjectScene& scene, const Options& options)
+  Scene(const ObjectScene& scene, const ObjectSegmentationOptions& options)
       : depth(io::readDepth(scene.depth, options.depthScale)),
         truth(whereDepthIs(readObjectMask(scene.mask), depth)) {}
 };
@@ -53,7 +51,7 @@ void add(CellResults& results, const std::string& prefix, const SegmentationScor
   results.push_back({prefix + "mean_iou", "", score.objects == 0 ? 0 : score.iou / objects});
 }
 
-CellResults segment(const ObjectScene& file, const Options& options) {
+CellResults segment(const ObjectScene& file, const ObjectSegmentationOptions& options) {
   const Scene scene(file, options);
   const ClusterOptions how = clustering(options);
   Clusters found = findClusters(scene.depth, options.camera, how);
@@ -93,7 +91,8 @@ SegmentedScene read(const ObjectScene& scene, const CellResults& results) {
 }
 
 Images show(const std::vector<ObjectScene>& files, const std::vector<SegmentedScene>& scenes,
-            const std::vector<std::size_t>& chosen, const Options& options, const std::string& title) {
+            const std::vector<std::size_t>& chosen, const ObjectSegmentationOptions& options,
+            const std::string& title) {
   Images images{title, "The image, its objects, and the clusters that were found.", {}, true};
   for (const std::size_t i : chosen) {
     const Scene scene(files[i], options);
@@ -109,7 +108,7 @@ Images show(const std::vector<ObjectScene>& files, const std::vector<SegmentedSc
   return images;
 }
 
-OptionGroup declare(Options& options) {
+OptionGroup declare(ObjectSegmentationOptions& options) {
   OptionGroup group("object-segmentation", "Objects found in images");
   group.add("depth-scale", &options.depthScale, "Units a meter of the depth images").range(1e-6, 1e9);
   group.add("tolerance", &options.tolerance, "Distance between Euclidean clusters").unit("m").range(1e-4, 10);
@@ -138,7 +137,7 @@ CameraIntrinsics readCamera(ConfigFile& config, const toml::table& table) {
 }  // namespace
 
 ObjectSegmentationOptions readObjectSegmentation(ConfigFile& config) {
-  Options options;
+  ObjectSegmentationOptions options;
   const toml::table* camera = nullptr;
   config.read(together(
       keysOf(config, declare(options)),
@@ -157,7 +156,8 @@ GridColumns objectSegmentationColumns() {
            "euclidean_found", "euclidean_over", "euclidean_under", "euclidean_mean_iou"}};
 }
 
-Findings segmentObjects(const Options& options, Grid& grid, const ExperimentRun& run, Progress& progress) {
+Findings segmentObjects(const ObjectSegmentationOptions& options, Grid& grid, const ExperimentRun& run,
+                        Progress& progress) {
   if (!run.models.empty())
     throw Error(ErrorCode::invalidOption,
                 fmt::format("{} is no model that finds clusters: --models names networks, which segmentation "
@@ -169,11 +169,11 @@ Findings segmentObjects(const Options& options, Grid& grid, const ExperimentRun&
   cells.reserve(files.size());
   const CameraIntrinsics& camera = options.camera;
   for (const ObjectScene& file : files)
-    cells.push_back(
-        {{file.name},
-         sha256(fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", methodVersion, sha256OfFile(file.depth),
-                            sha256OfFile(file.mask), camera.width, camera.height, camera.fx, camera.fy,
-                            camera.cx, camera.cy, options.depthScale, options.tolerance, options.seed))});
+    cells.push_back({{file.name},
+                     sha256(fmt::format("{} {} {} {} {} {} {} {} {} {} {} {}", objectSegmentationVersion,
+                                        sha256OfFile(file.depth), sha256OfFile(file.mask), camera.width,
+                                        camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
+                                        options.depthScale, options.tolerance, options.seed))});
   const auto found = grid.run(
       cells, [&](std::size_t i) { return segment(files[i], options); }, progress, "segmenting");
   std::vector<SegmentedScene> scenes;

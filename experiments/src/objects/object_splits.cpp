@@ -17,9 +17,7 @@
 namespace estancia::experiments {
 namespace {
 
-using Options = ObjectSplitsOptions;
-
-constexpr int methodVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int objectSplitsVersion = 1;  // of what follows: cells of another one are computed anew
 
 template <class T>
 std::vector<T> rowsOf(const std::vector<T>& all, const std::vector<std::size_t>& rows) {
@@ -65,7 +63,7 @@ std::vector<int> labeled(const ObjectTask& task, const ObjectSplit& split,
 
 /// One cell: names made, shapes learned, test asked.
 struct Trial {
-  const Options* options;
+  const ObjectSplitsOptions* options;
   const ObjectTask* task;
   std::size_t split;
   ObjectMethod method;
@@ -73,8 +71,8 @@ struct Trial {
 
   std::string inputs() const {
     const ObjectSplit& rows = task->splits[split];
-    const Options::Data& data = *task->data;
-    return sha256(fmt::format("{} {} {} {} {} {} {} {} {} {} {}", methodVersion, task->digest,
+    const ObjectSplitsOptions::Data& data = *task->data;
+    return sha256(fmt::format("{} {} {} {} {} {} {} {} {} {} {}", objectSplitsVersion, task->digest,
                               fmt::join(rows.train, ","), fmt::join(rows.test, ","), method.name(), noise,
                               static_cast<int>(data.noise), data.machineNames, data.prior, options->folds,
                               fmt::join(data.trials.seeds, ",")));
@@ -82,7 +80,7 @@ struct Trial {
 
   std::vector<int> answer(std::uint64_t seed) const {
     const ObjectSplit& rows = task->splits[split];
-    const Options::Data& data = *task->data;
+    const ObjectSplitsOptions::Data& data = *task->data;
     const auto things = rowsOf(task->things, rows.train), groups = rowsOf(task->groups, rows.train);
     ClassifierOptions how;
     how.type = method.classifier;
@@ -133,7 +131,8 @@ struct Trial {
   }
 };
 
-ObjectSplitsResults runTask(const Options& options, const ObjectTask& task, Grid& grid, Progress& progress) {
+ObjectSplitsResults runTask(const ObjectSplitsOptions& options, const ObjectTask& task, Grid& grid,
+                            Progress& progress) {
   ObjectSplitsResults results;
   results.task = &task;
   results.methods = methodsOf(task.data->trials);
@@ -161,7 +160,7 @@ ObjectSplitsResults runTask(const Options& options, const ObjectTask& task, Grid
 }
 
 void addFacts(const ObjectTask& task, Findings& findings) {
-  const Options::Data& data = *task.data;
+  const ObjectSplitsOptions::Data& data = *task.data;
   std::string told =
       fmt::format("{} views of {} things in {} words; ESF of {} samples{}; names of {}", task.words.size(),
                   task.thingNames.size(), task.targets.classes.size(), data.shape.samples,
@@ -185,7 +184,8 @@ GridColumns objectSplitsColumns() {
           {"data", "split", "labeler_accuracy", "classifier", "label_noise", "accuracy"}};
 }
 
-Findings splitObjects(const Options& options, Grid& grid, const ExperimentRun& run, Progress& progress) {
+Findings splitObjects(const ObjectSplitsOptions& options, Grid& grid, const ExperimentRun& run,
+                      Progress& progress) {
   Findings findings;
   findings.title = "Objects that label themselves";
   const std::vector<ObjectTask> tasks = prepareTasks(options, run, progress, findings.notes);
@@ -196,7 +196,7 @@ Findings splitObjects(const Options& options, Grid& grid, const ExperimentRun& r
     if (task.said || !asked) findings.summary += (findings.summary.empty() ? "" : " ") + summaryOf(results);
     addFindings(results, findings);
     addFacts(task, findings);
-    instances |= task.data->split == Options::Split::instances;
+    instances |= task.data->split == ObjectSplitsOptions::Split::instances;
   }
   if (instances)
     findings.sections.emplace_back(readThesisTable(thesisObjectsCsv, 1)

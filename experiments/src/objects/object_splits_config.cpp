@@ -9,13 +9,10 @@
 namespace estancia::experiments {
 namespace {
 
-using Options = ObjectSplitsOptions;
-using Data = Options::Data;
-
 constexpr std::int64_t maxSeed = 1'000'000'000;
 
 /// What may stand at the top, for all data, and again in [[data]].
-std::vector<ConfigFile::Key> trialKeys(ConfigFile& config, Options::Trials& trials) {
+std::vector<ConfigFile::Key> trialKeys(ConfigFile& config, ObjectSplitsOptions::Trials& trials) {
   const auto readNamings = [&config, &trials](const toml::node& node) {
     std::vector<std::string> names;
     each(config, names, oneOf(config, pseudoLabelings()))(node);
@@ -31,8 +28,8 @@ std::vector<ConfigFile::Key> trialKeys(ConfigFile& config, Options::Trials& tria
            })}};
 }
 
-OptionGroup declare(Data& data) {
-  using Split = Options::Split;
+OptionGroup declare(ObjectSplitsOptions::Data& data) {
+  using Split = ObjectSplitsOptions::Split;
   OptionGroup group("data", "Views of objects");
   group.add("name", &data.name, "What to call the data");
   group.add("model", &data.model, "The labeler that is asked");
@@ -58,7 +55,7 @@ OptionGroup declare(Data& data) {
   return group;
 }
 
-OptionGroup declare(Options& options) {
+OptionGroup declare(ObjectSplitsOptions& options) {
   OptionGroup group("object-splits", "Objects that name each other");
   group.add("splits", &options.splits, "Random splits").range(1, 100'000);
   group.add("split-seed", &options.splitSeed, "Seed of the random splits").range(0, maxSeed);
@@ -66,8 +63,9 @@ OptionGroup declare(Options& options) {
   return group;
 }
 
-Data readData(ConfigFile& config, const toml::table& table, const Options::Trials& defaults) {
-  Data data;
+ObjectSplitsOptions::Data readData(ConfigFile& config, const toml::table& table,
+                                   const ObjectSplitsOptions::Trials& defaults) {
+  ObjectSplitsOptions::Data data;
   data.trials = defaults;
   auto keys = together(trialKeys(config, data.trials), requiring("name", keysOf(config, declare(data))));
   const auto add = [&keys](const char* name, bool required, const char* meaning, auto use) {
@@ -93,8 +91,8 @@ Data readData(ConfigFile& config, const toml::table& table, const Options::Trial
 }  // namespace
 
 ObjectSplitsOptions readObjectSplits(ConfigFile& config) {
-  Options options;
-  Options::Trials trials;
+  ObjectSplitsOptions options;
+  ObjectSplitsOptions::Trials trials;
   const toml::array* data = nullptr;
   config.read(
       together(together(trialKeys(config, trials), keysOf(config, declare(options))),

@@ -23,7 +23,6 @@ namespace estancia::experiments {
 namespace {
 
 namespace fs = std::filesystem;
-using Data = ObjectSplitsOptions::Data;
 using Split = ObjectSplitsOptions::Split;
 
 constexpr int thirds = 3;
@@ -53,7 +52,7 @@ class Shared {
       : run_(run), progress_(progress), notes_(notes) {}
 
   /// The labeler of the data, opened before anything is read; null: none.
-  Labeler* labelerOf(const Data& data) {
+  Labeler* labelerOf(const ObjectSplitsOptions::Data& data) {
     const std::string model = modelOf(data);
     if (model.empty() && data.labels.empty()) return nullptr;
     auto& labeler = labelers_[model.empty() ? data.labels.string() : model];
@@ -68,7 +67,8 @@ class Shared {
   }
 
   /// Those of the study's words.
-  std::shared_ptr<const ObjectViews> viewsOf(const Data& data, const TargetClasses& study) {
+  std::shared_ptr<const ObjectViews> viewsOf(const ObjectSplitsOptions::Data& data,
+                                             const TargetClasses& study) {
     auto& views = views_[viewsKey(data)];
     if (views != nullptr) return views;
     auto all = openObjectViews(data.views, data.reading);
@@ -85,7 +85,7 @@ class Shared {
     return views;
   }
 
-  const Features& describeShapes(const Data& data, const ObjectViews& views) {
+  const Features& describeShapes(const ObjectSplitsOptions::Data& data, const ObjectViews& views) {
     auto& shapes = shapes_[fmt::format("{}\n{} {} {}", viewsKey(data), data.shape.samples, data.shape.size,
                                        data.shape.seed)];
     if (shapes) return *shapes;
@@ -98,7 +98,8 @@ class Shared {
   }
 
   /// What the labeler says of the views, by the view's name.
-  const DescriptorSequence& wordsOf(const Data& data, const ObjectViews& views, Labeler& labeler) {
+  const DescriptorSequence& wordsOf(const ObjectSplitsOptions::Data& data, const ObjectViews& views,
+                                    Labeler& labeler) {
     auto& words = words_[viewsKey(data) + "\n" + labeler.identity() + data.labels.string()];
     if (words) return *words;
     const auto patches = cropsOf(views);
@@ -118,17 +119,18 @@ class Shared {
   }
 
  private:
-  static std::string viewsKey(const Data& data) {
+  static std::string viewsKey(const ObjectSplitsOptions::Data& data) {
     return fmt::format("{}\n{} {}\n{}", data.views.string(), data.reading.type, data.reading.minPoints,
                        data.study.string());
   }
 
-  std::string modelOf(const Data& data) const {
+  std::string modelOf(const ObjectSplitsOptions::Data& data) const {
     const bool asks = !data.model.empty() || !data.labels.empty();
     return asks && !run_.models.empty() ? run_.models.front() : data.model;
   }
 
-  void tell(const Data& data, const std::vector<std::string>& problems, const char* what) {
+  void tell(const ObjectSplitsOptions::Data& data, const std::vector<std::string>& problems,
+            const char* what) {
     if (!problems.empty())
       notes_.push_back(fmt::format("{}: {} of the views {} and was left out; the first: {}", data.name,
                                    problems.size(), what, problems.front()));
@@ -143,7 +145,7 @@ class Shared {
   std::map<std::string, std::optional<DescriptorSequence>> words_;
 };
 
-TargetClasses studyOf(const Data& data) {
+TargetClasses studyOf(const ObjectSplitsOptions::Data& data) {
   if (!data.study.empty()) return readTargetClasses(data.study);
   const auto views = openObjectViews(data.views, data.reading);
   std::set<std::string> categories;
@@ -293,7 +295,7 @@ std::vector<ObjectSplit> splitsOf(const ObjectTask& task, const std::vector<doub
   return splits;
 }
 
-ObjectTask prepare(const Data& data, Shared& shared, const ObjectSplitsOptions& options,
+ObjectTask prepare(const ObjectSplitsOptions::Data& data, Shared& shared, const ObjectSplitsOptions& options,
                    std::vector<std::string>& notes) {
   Labeler* labeler = shared.labelerOf(data);
   ObjectTask task{
@@ -360,9 +362,9 @@ std::vector<ObjectTask> prepareTasks(const ObjectSplitsOptions& options, const E
                 fmt::format("one model names the things at a time; run {} one by one",
                             fmt::join(run.models, " and ")));
   Shared shared(run, progress, notes);
-  for (const Data& data : options.data) shared.labelerOf(data);
+  for (const ObjectSplitsOptions::Data& data : options.data) shared.labelerOf(data);
   std::vector<ObjectTask> tasks;
-  for (const Data& data : options.data) {
+  for (const ObjectSplitsOptions::Data& data : options.data) {
     if (data.optional && !fs::exists(data.views)) {
       notes.push_back(fmt::format("{} is not there and was left out", data.views.string()));
       continue;

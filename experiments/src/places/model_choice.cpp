@@ -26,7 +26,7 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int methodVersion = 2;  // of compute(): cells of another one are computed anew
+constexpr int modelChoiceVersion = 2;  // of compute(): cells of another one are computed anew
 
 OptionGroup declare(ModelChoiceOptions::Drive& drive) {
   OptionGroup group("sequence", "Images with poses");
@@ -277,7 +277,7 @@ Findings chooseModel(const ModelChoiceOptions& options, Grid& grid, const Experi
       for (const std::string& distance : options.distances)
         cells.push_back(
             {{names[m], drive.told.name, distance},
-             sha256(fmt::format("{} {} {} {} {} {} {} {} {}", methodVersion, words.images.digest(),
+             sha256(fmt::format("{} {} {} {} {} {} {} {} {}", modelChoiceVersion, words.images.digest(),
                                 words.again ? words.again->digest() : "", distance, options.clusters,
                                 options.repeats, options.seed, drive.told.radius, drive.gap))});
     }

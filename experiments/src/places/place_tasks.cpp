@@ -30,7 +30,7 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int methodVersion = 1;  // of what follows: cells of another one are computed anew
+constexpr int placeTasksVersion = 1;  // of what follows: cells of another one are computed anew
 constexpr auto largest = ResultTable::Best::largest;
 const std::vector<std::pair<std::string, ResultTable::Column>> measures{
     {"nodes", {"nodes", 0}},
@@ -321,7 +321,7 @@ Findings comparePlaceTasks(const PlaceTasksOptions& options, Grid& grid, const E
     std::vector<Cell> grids;
     for (const Task& task : tasks)
       grids.push_back({{model.name, task.name},
-                       sha256(fmt::format("{} {} {}", methodVersion, labeler->cacheKey(), task.inputs))});
+                       sha256(fmt::format("{} {} {}", placeTasksVersion, labeler->cacheKey(), task.inputs))});
     const auto found = grid.run(
         grids,
         [&](std::size_t t) {

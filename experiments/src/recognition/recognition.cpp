@@ -19,9 +19,7 @@
 namespace estancia::experiments {
 namespace {
 
-using Options = RecognitionExperimentOptions;
-
-constexpr int methodVersion = 3;  // of what follows: units of another one are computed anew
+constexpr int recognitionVersion = 3;  // of what follows: units of another one are computed anew
 
 /// Moves `count` of them, drawn without putting back, to the front; the same on every machine.
 template <class T>
@@ -32,14 +30,16 @@ void draw(std::vector<T>& from, std::size_t count, std::mt19937_64& random) {
 }
 
 /// What a search leaves in a unit's cell.
-std::string placeOf(const Options& options, const ModelPairs& pairs, std::size_t filter, std::size_t model) {
+std::string placeOf(const RecognitionExperimentOptions& options, const ModelPairs& pairs, std::size_t filter,
+                    std::size_t model) {
   return options.modelFilters[filter] + " " + pairs.models[model].name;
 }
 
 /// Begins the measure that ends with why a search failed. Cells may be without: they had none once.
 constexpr std::string_view reasonPrefix = "failed: ";
 
-CellResults toResults(const Options& options, const ModelPairs& pairs, const RecognitionFound& found) {
+CellResults toResults(const RecognitionExperimentOptions& options, const ModelPairs& pairs,
+                      const RecognitionFound& found) {
   CellResults results{{"filter_seconds", "", found.filterSeconds},
                       {"describe_seconds", "", found.describeSeconds}};
   for (const RecognitionSearch& search : found.searches) {
@@ -86,7 +86,8 @@ class UnitReader {
 /// The experiment's units, and what each adds to.
 class Units {
  public:
-  Units(const Options& options, const ModelPairs& pairs) : options_(options), pairs_(pairs) {
+  Units(const RecognitionExperimentOptions& options, const ModelPairs& pairs)
+      : options_(options), pairs_(pairs) {
     results_.presets = options.presets;
     results_.keypoints = options.keypoints;
     results_.descriptors = options.descriptors;
@@ -127,7 +128,7 @@ class Units {
       cells.push_back(
           {{u.preset, u.keypoint, u.descriptor, u.sceneFilter, sizeText(u.size), fmt::format("{}", u.noise),
             std::to_string(u.seed), pairs_.scenes[u.scene].name},
-           sha256(fmt::format("{} {} {}", methodVersion, work.inputs(u), fmt::join(names, "\n")))});
+           sha256(fmt::format("{} {} {}", recognitionVersion, work.inputs(u), fmt::join(names, "\n")))});
     }
     return cells;
   }
@@ -220,7 +221,7 @@ class Units {
     ++known->count;
   }
 
-  const Options& options_;
+  const RecognitionExperimentOptions& options_;
   const ModelPairs& pairs_;
   RecognitionResults results_;
   std::vector<std::size_t> present_;              // by scene: models that it holds …
@@ -231,7 +232,8 @@ class Units {
 
 }  // namespace
 
-std::vector<std::vector<std::size_t>> absentModels(const ModelPairs& pairs, const Options& options) {
+std::vector<std::vector<std::size_t>> absentModels(const ModelPairs& pairs,
+                                                   const RecognitionExperimentOptions& options) {
   std::mt19937_64 random(options.absentSeed);
   std::vector<std::pair<std::size_t, std::size_t>> all;  // scene, model
   for (std::size_t s = 0; s < pairs.scenes.size(); ++s) {
@@ -239,11 +241,11 @@ std::vector<std::vector<std::size_t>> absentModels(const ModelPairs& pairs, cons
     for (std::size_t m = 0; m < pairs.models.size(); ++m)
       if (!pairs.holds(s, pairs.models[m].object)) objects[pairs.models[m].object].push_back(m);
     for (auto& [object, models] : objects) {
-      if (options.absent == Options::Absent::object) draw(models, 1, random);
+      if (options.absent == RecognitionExperimentOptions::Absent::object) draw(models, 1, random);
       for (const std::size_t model : models) all.emplace_back(s, model);
     }
   }
-  if (options.absent == Options::Absent::some) draw(all, options.absentCount, random);
+  if (options.absent == RecognitionExperimentOptions::Absent::some) draw(all, options.absentCount, random);
   std::sort(all.begin(), all.end());
   std::vector<std::vector<std::size_t>> byScene(pairs.scenes.size());
   for (const auto& [scene, model] : all) byScene[scene].push_back(model);
@@ -260,8 +262,9 @@ GridColumns recognitionColumns() {
   return columns;
 }
 
-Findings compareRecognitionBy(const Options& options, const ModelPairs& pairs, RecognitionWork& work,
-                              Grid& grid, const ExperimentRun& run, Progress& progress) {
+Findings compareRecognitionBy(const RecognitionExperimentOptions& options, const ModelPairs& pairs,
+                              RecognitionWork& work, Grid& grid, const ExperimentRun& run,
+                              Progress& progress) {
   Units units(options, pairs);
   Grid unitGrid(
       run.folder,
@@ -289,8 +292,8 @@ Findings compareRecognitionBy(const Options& options, const ModelPairs& pairs, R
                     options.translation, options.rotation)},
        {"False positives",
         fmt::format("verified, of {} models looked for in scenes without their objects{}", absent,
-                    options.absent == Options::Absent::all ? " (all there are)"
-                    : options.absent == Options::Absent::object
+                    options.absent == RecognitionExperimentOptions::Absent::all ? " (all there are)"
+                    : options.absent == RecognitionExperimentOptions::Absent::object
                         ? fmt::format(" (one an object and scene, seed {})", options.absentSeed)
                         : fmt::format(" (drawn, seed {})", options.absentSeed))},
        {"Noise", fmt::format("Gaussian, of standard deviation {} m, in the scenes; seeds {}",
@@ -304,7 +307,7 @@ Findings compareRecognitionBy(const Options& options, const ModelPairs& pairs, R
   return findings;
 }
 
-Findings compareRecognition(const Options& options, Grid& grid, const ExperimentRun& run,
+Findings compareRecognition(const RecognitionExperimentOptions& options, Grid& grid, const ExperimentRun& run,
                             Progress& progress) {
   if (!run.models.empty())
     throw Error(

@@ -14,8 +14,6 @@
 namespace estancia::experiments {
 namespace {
 
-using Options = RecognitionExperimentOptions;
-
 constexpr std::int64_t maxPoints = 100'000'000, maxSeed = 1'000'000'000;
 
 cv::Vec3d readVector(const ConfigFile& config, const toml::node& node) {
@@ -25,8 +23,8 @@ cv::Vec3d readVector(const ConfigFile& config, const toml::node& node) {
           config.number(list[2], -1e9, 1e9)};
 }
 
-Options::Symmetry readSymmetry(ConfigFile& config, const toml::table& table) {
-  Options::Symmetry symmetry;
+RecognitionExperimentOptions::Symmetry readSymmetry(ConfigFile& config, const toml::table& table) {
+  RecognitionExperimentOptions::Symmetry symmetry;
   config.read(table, {{"model", true, "which model looks the same when it is turned",
                        [&](auto& n) { symmetry.model = config.text(n); }},
                       {"axis", true, "around which axis",
@@ -40,15 +38,16 @@ Options::Symmetry readSymmetry(ConfigFile& config, const toml::table& table) {
   return symmetry;
 }
 
-void readAbsent(const ConfigFile& config, const toml::node& node, Options& options) {
+void readAbsent(const ConfigFile& config, const toml::node& node, RecognitionExperimentOptions& options) {
   if (node.is_integer()) {
-    options.absent = Options::Absent::some;
+    options.absent = RecognitionExperimentOptions::Absent::some;
     options.absentCount = static_cast<std::size_t>(config.integer(node, 0, 1'000'000'000));
     return;
   }
   options.absent =
-      config.choice(node, std::vector<std::pair<std::string, Options::Absent>>{
-                              {"all", Options::Absent::all}, {"one an object", Options::Absent::object}});
+      config.choice(node, std::vector<std::pair<std::string, RecognitionExperimentOptions::Absent>>{
+                              {"all", RecognitionExperimentOptions::Absent::all},
+                              {"one an object", RecognitionExperimentOptions::Absent::object}});
 }
 
 }  // namespace
@@ -73,7 +72,7 @@ OptionGroup declare(RecognitionExperimentOptions& options) {
 }
 
 RecognitionExperimentOptions readRecognition(ConfigFile& config) {
-  Options options;
+  RecognitionExperimentOptions options;
   const auto text = [&config](const toml::node& node) { return config.text(node); };
   const auto points = [&config](const toml::node& node) {
     return static_cast<std::size_t>(config.integer(node, 2, maxPoints));

@@ -19,7 +19,6 @@
 namespace estancia::experiments {
 namespace {
 
-using Options = RecognitionExperimentOptions;
 using Clock = std::chrono::steady_clock;
 
 double secondsSince(Clock::time_point start) {
@@ -96,7 +95,7 @@ struct RecognitionStages::Recipe {
   std::vector<Entry> models;  // [filter · models + model]
 };
 
-RecognitionStages::RecognitionStages(const Options& options, const ModelPairs& pairs,
+RecognitionStages::RecognitionStages(const RecognitionExperimentOptions& options, const ModelPairs& pairs,
                                      const std::filesystem::path& folder)
     : options_(options),
       pairs_(pairs),
@@ -110,7 +109,7 @@ RecognitionStages::RecognitionStages(const Options& options, const ModelPairs& p
     }
     models_.push_back(std::move(read));
   }
-  for (const Options::Symmetry& symmetry : options.symmetries) {
+  for (const RecognitionExperimentOptions::Symmetry& symmetry : options.symmetries) {
     const auto model = std::find_if(pairs.models.begin(), pairs.models.end(),
                                     [&](const auto& m) { return m.name == symmetry.model; });
     if (model == pairs.models.end())

@@ -23,7 +23,7 @@
 namespace estancia::experiments {
 namespace {
 
-constexpr int methodVersion = 2;  // of what follows: cells of another one are computed anew
+constexpr int scenesVersion = 2;  // of what follows: cells of another one are computed anew
 
 /// The images of each pair as numbers.
 void numberTests(const ScenesData& data, ScenesResults& results) {
@@ -80,7 +80,7 @@ struct Trial {
 
   std::string inputs() const {
     const auto& [train, test] = data->pairs[pair];
-    return sha256(fmt::format("{} {} {} {} {} {} {} {} {}", methodVersion,
+    return sha256(fmt::format("{} {} {} {} {} {} {} {} {}", scenesVersion,
                               data->images[train].digest(descriptor->parts),
                               data->images[test].digest(descriptor->parts), classifier, options->folds,
                               fmt::join(options->seeds, ","), fmt::join(results->rooms, "\n"), rule, count));

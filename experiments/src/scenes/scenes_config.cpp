@@ -12,9 +12,7 @@
 namespace estancia::experiments {
 namespace {
 
-using Data = ScenesOptions::Data;
-
-OptionGroup declare(Data& data) {
+OptionGroup declare(ScenesOptions::Data& data) {
   OptionGroup group("data", "Images with rooms");
   group.add("name", &data.name, "What to call them");
   group.add("image-column", &data.imageColumn, "Column of the images' names");
@@ -33,8 +31,8 @@ OptionGroup declare(ScenesOptions& options) {
   return group;
 }
 
-Data readData(ConfigFile& config, const toml::table& table) {
-  Data data;
+ScenesOptions::Data readData(ConfigFile& config, const toml::table& table) {
+  ScenesOptions::Data data;
   const toml::table* asked = nullptr;
   auto keys =
       together(sourceKeys(config, data.images, true), requiring("name", keysOf(config, declare(data))));

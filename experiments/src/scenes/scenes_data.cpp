@@ -26,8 +26,6 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-using Data = ScenesOptions::Data;
-
 /// What a part is called in the features of images. Throws Error listing the known ones.
 std::string imagePart(const std::string& part) {
   std::vector<std::string> types;
@@ -50,8 +48,9 @@ struct Wanted {
 /// Names of types and models; any names where there are no images to describe.
 Wanted findDescriptors(const ScenesOptions& options, const ExperimentRun& run,
                        std::vector<std::string>& notes) {
-  const bool images = std::any_of(options.data.begin(), options.data.end(),
-                                  [](const Data& data) { return !isDescriptorFile(data.images.path); });
+  const bool images =
+      std::any_of(options.data.begin(), options.data.end(),
+                  [](const ScenesOptions::Data& data) { return !isDescriptorFile(data.images.path); });
   Wanted wanted;
   std::set<std::string> names;
   const auto add = [&](const std::string& descriptor) {
@@ -79,7 +78,7 @@ Wanted findDescriptors(const ScenesOptions& options, const ExperimentRun& run,
 /// Where some images come from, opened.
 struct Source {
   std::string name;
-  const Data* data;
+  const ScenesOptions::Data* data;
   SequenceSource from;
   std::string split;                   // value of the data's split column; "": all
   std::unique_ptr<Sequence> sequence;  // either this …
@@ -87,7 +86,7 @@ struct Source {
 };
 
 /// Words or other numbers that are in a file already; nothing when there are images.
-std::optional<Features> readTable(const Data& data, const SequenceSource& from) {
+std::optional<Features> readTable(const ScenesOptions::Data& data, const SequenceSource& from) {
   const fs::path& file = from.path;
   if (!fs::is_regular_file(file) || !isDescriptorFile(file)) return std::nullopt;
   if (!from.options.split.empty())
@@ -107,7 +106,8 @@ std::optional<Features> readTable(const Data& data, const SequenceSource& from) 
   return featuresOf(readDescriptors(file));
 }
 
-Source open(const std::string& name, const Data& data, SequenceSource from, const std::string& split) {
+Source open(const std::string& name, const ScenesOptions::Data& data, SequenceSource from,
+            const std::string& split) {
   // The reader knows the rooms unless a table does, and complains of unknown ones.
   if (data.table.empty()) from.options.only = data.only;
   Source source{name, &data, std::move(from), split, nullptr, std::nullopt};
@@ -118,7 +118,7 @@ Source open(const std::string& name, const Data& data, SequenceSource from, cons
 
 /// Keeps the images whose room is known and wanted.
 SceneImages withRooms(const Source& source, const Features& all) {
-  const Data& data = *source.data;
+  const ScenesOptions::Data& data = *source.data;
   std::vector<std::string> rooms, splits(all.frames.size());
   if (data.table.empty()) {
     for (const Frame& frame : all.frames) rooms.push_back(frame.room);
@@ -183,7 +183,7 @@ std::vector<Source> openAll(const ScenesOptions& options, std::vector<std::strin
                             std::vector<ScenesData::Pair>& pairs) {
   std::vector<Source> sources;
   std::vector<std::size_t> sequences;  // those that make pairs with each other
-  for (const Data& data : options.data) {
+  for (const ScenesOptions::Data& data : options.data) {
     if (data.optional && !fs::exists(data.images.path)) {
       notes.push_back(fmt::format("{} is not there and was left out", data.images.path.string()));
       continue;

@@ -36,10 +36,9 @@ namespace estancia::experiments {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr int methodVersion = 1;         // of what follows: cells of another one are computed anew
+constexpr int zoneTablesVersion = 1;     // of what follows: cells of another one are computed anew
 constexpr std::size_t mostClasses = 30;  // of a matrix that shows classes; of more it shows the rooms
 constexpr std::size_t mostPairs = 40;    // of classes that are told one by one; of more their categories
-using Data = ZoneTablesOptions::Data;
 
 /// Some data as one model says it.
 struct Labeled {
@@ -58,7 +57,7 @@ std::vector<T> chosen(const std::vector<T>& from, const std::vector<std::size_t>
 }
 
 /// Keeps the frames whose room is known and wanted.
-Labeled withRooms(const DescriptorSequence& all, const Data& data) {
+Labeled withRooms(const DescriptorSequence& all, const ZoneTablesOptions::Data& data) {
   std::vector<std::string> rooms, classes, marks;
   if (data.table.empty()) {
     for (const Frame& frame : all.frames) rooms.push_back(frame.room);
@@ -242,11 +241,11 @@ std::vector<Candidate> chooseModels(const ZoneTablesOptions& options, const Expe
 }
 
 /// data × models, model by model: one network at a time.
-std::vector<std::vector<Labeled>> labelData(const std::vector<const Data*>& data,
+std::vector<std::vector<Labeled>> labelData(const std::vector<const ZoneTablesOptions::Data*>& data,
                                             const std::vector<Candidate>& models, const ExperimentRun& run,
                                             Progress& progress, Findings& told) {
   std::vector<std::unique_ptr<Sequence>> sequences;
-  for (const Data* one : data) {
+  for (const ZoneTablesOptions::Data* one : data) {
     sequences.push_back(openImages(one->images));
     for (const std::string& warning : sequences.back()->warnings())
       told.notes.push_back(fmt::format("{}: {}", one->name, warning));
@@ -281,7 +280,7 @@ void compareClasses(const std::vector<std::vector<Labeled>>& labeled, const Expe
     for (std::size_t m = 0; m < results.models.size(); ++m)
       for (const std::string& distance : shown)
         cells.push_back({{results.data[d].name, results.models[m], distance},
-                         sha256(fmt::format("classes {} {}", methodVersion, labeled[d][m].digest))});
+                         sha256(fmt::format("classes {} {}", zoneTablesVersion, labeled[d][m].digest))});
   const std::size_t perData = results.models.size() * shown.size();
   const auto found = grid.run(
       cells,
@@ -318,9 +317,10 @@ void compareClasses(const std::vector<std::vector<Labeled>>& labeled, const Expe
 }
 
 /// The data that is there.
-std::vector<const Data*> presentData(const ZoneTablesOptions& options, std::vector<std::string>& notes) {
-  std::vector<const Data*> data;
-  for (const Data& one : options.data) {
+std::vector<const ZoneTablesOptions::Data*> presentData(const ZoneTablesOptions& options,
+                                                        std::vector<std::string>& notes) {
+  std::vector<const ZoneTablesOptions::Data*> data;
+  for (const ZoneTablesOptions::Data& one : options.data) {
     if (one.optional && !fs::exists(one.images.path))
       notes.push_back(fmt::format("{} is not there and was left out", one.images.path.string()));
     else
@@ -354,7 +354,7 @@ void findCells(const ZoneTablesOptions& options, const std::vector<std::vector<L
           }
           places.push_back({&labeled[d][m], &distance, &linkage, results.cells.size() - 1});
           cells.push_back({{results.data[d].name, results.models[m], distance, linkage},
-                           sha256(fmt::format("{} {} {} {}", methodVersion, labeled[d][m].digest,
+                           sha256(fmt::format("{} {} {} {}", zoneTablesVersion, labeled[d][m].digest,
                                               fmt::join(options.cuts, " "), options.maxZones))});
         }
   if (!unfit.empty())
@@ -379,7 +379,7 @@ std::string readCut(const ConfigFile& config, const toml::node& node) {
                                  {ZoneTablesOptions::best, ZoneTablesOptions::best}});
 }
 
-OptionGroup declare(Data& data) {
+OptionGroup declare(ZoneTablesOptions::Data& data) {
   OptionGroup group("data", "Images with rooms");
   group.add("name", &data.name, "What to call them");
   group.add("image-column", &data.imageColumn, "Column of the images' names");
@@ -397,8 +397,8 @@ OptionGroup declare(ZoneTablesOptions& options) {
   return group;
 }
 
-Data readData(ConfigFile& config, const toml::table& table) {
-  Data data;
+ZoneTablesOptions::Data readData(ConfigFile& config, const toml::table& table) {
+  ZoneTablesOptions::Data data;
   auto keys =
       together(sourceKeys(config, data.images, true), requiring("name", keysOf(config, declare(data))));
   keys.push_back({"table", false, "the CSV of rooms", [&](auto& n) { data.table = config.anywhere(n); }});

@@ -15,8 +15,6 @@ namespace estancia::experiments {
 namespace {
 
 using Best = ResultTable::Best;
-using Options = ZoneTablesOptions;
-using Data = ZoneTablesResults::Data;
 constexpr std::string_view withinPrefix = "within ";  // of the measures behind M
 constexpr const char* thesisCut = "0.5";
 constexpr std::size_t maxLines = 28;  // that a chart tells apart
@@ -42,7 +40,7 @@ const ZoneReading* readingOf(const ZoneCell* cell, const std::string& cut) {
 /// What the automatic cut reached. Absent where it makes more zones than the best cut may have: V-measure
 /// forgives zones of single images so much that the two could not be compared.
 Value automaticV(const ZoneCell* cell) {
-  const ZoneReading* reading = readingOf(cell, Options::automatic);
+  const ZoneReading* reading = readingOf(cell, ZoneTablesOptions::automatic);
   return reading == nullptr || reading->zones > cell->vMeasures.size() ? std::nullopt : vOf(reading);
 }
 
@@ -73,7 +71,7 @@ class Tables {
   ResultTable overview() const {
     struct Model {
       const ZoneCell *ours, *theirs;
-      const ZoneReading* automatic() const { return readingOf(ours, Options::automatic); }
+      const ZoneReading* automatic() const { return readingOf(ours, ZoneTablesOptions::automatic); }
       const ZoneReading* half() const { return readingOf(theirs, thesisCut); }
     };
     std::vector<std::pair<std::string, Model>> models;
@@ -134,7 +132,7 @@ class Tables {
   void addCounts(Findings& findings) const {
     std::vector<std::string> cuts, names;
     for (const std::string& cut : results_.cuts)
-      if (cut != Options::automatic && cut != Options::best) cuts.push_back(cut);
+      if (cut != ZoneTablesOptions::automatic && cut != ZoneTablesOptions::best) cuts.push_back(cut);
     if (cuts.empty() || thesis(0) == nullptr) return;
     for (const std::string& cut : cuts) names.push_back("τ_d " + cut);
     ResultTable table = pivot(
@@ -200,7 +198,7 @@ class Tables {
   }
 
   std::string sentence() const {
-    const ZoneReading* automatic = readingOf(usual(0), Options::automatic);
+    const ZoneReading* automatic = readingOf(usual(0), ZoneTablesOptions::automatic);
     std::string text = data_.name + ": ";
     if (automatic == nullptr) return text + "the default was not among what was compared.";
     text += fmt::format("V-measure {:.3f} with {} zones by the default (best cut {:.3f}", automatic->vMeasure,
@@ -223,7 +221,7 @@ class Tables {
                     {}};
     for (const auto& [name, cell] : cells) {
       if (cell == nullptr || chart.lines.size() == maxLines) continue;
-      LineChart::Line line{name, cell->vMeasures, zonesOf(cell->find(Options::automatic))};
+      LineChart::Line line{name, cell->vMeasures, zonesOf(cell->find(ZoneTablesOptions::automatic))};
       for (std::size_t k = chart.x.size() + 1; k <= line.y.size(); ++k)
         chart.x.push_back(static_cast<double>(k));
       chart.lines.push_back(std::move(line));
@@ -233,10 +231,10 @@ class Tables {
 
   const ZoneTablesResults& results_;
   std::size_t d_;
-  const Data& data_;
+  const ZoneTablesResults::Data& data_;
 };
 
-void addMatrices(const Data& data, Findings& findings) {
+void addMatrices(const ZoneTablesResults::Data& data, Findings& findings) {
   for (const ClassMatrix& matrix : data.matrices)
     findings.sections.emplace_back(
         HeatTable{fmt::format("{}: distances between {}, by {} (Fig. 5.4)", data.name,
@@ -318,7 +316,7 @@ Findings findingsOf(const ZoneTablesResults& results) {
   findings.title = "Zones against rooms";
   for (std::size_t d = 0; d < results.data.size(); ++d) {
     const Tables tables(results, d);
-    const Data& data = results.data[d];
+    const ZoneTablesResults::Data& data = results.data[d];
     findings.summary += (d > 0 ? " " : "") + tables.sentence();
     findings.facts.emplace_back("Data", fmt::format("{}: {} images of {} rooms, {} classes", data.name,
                                                     data.images, data.rooms.size(), data.classes));
@@ -326,7 +324,7 @@ Findings findingsOf(const ZoneTablesResults& results) {
     tables.addCurves(findings);
     tables.addPairs(findings);
     tables.addCounts(findings);
-    tables.addWithin("default, automatic cut", Options::automatic, &Tables::usual, findings);
+    tables.addWithin("default, automatic cut", ZoneTablesOptions::automatic, &Tables::usual, findings);
     tables.addWithin("Eq. 5.1, τ_d 0.5", thesisCut, &Tables::thesis, findings);
     addMatrices(data, findings);
   }
