@@ -90,15 +90,15 @@ struct Milliseconds {
   double median, best;
 };
 
-/// Of one thing, over all of them three times.
-template <class Thing>
-Milliseconds timeOf(const std::vector<Thing>& things, const std::function<void(const Thing&)>& work) {
+/// Of one object, over all of them three times.
+template <class Object>
+Milliseconds timeOf(const std::vector<Object>& objects, const std::function<void(const Object&)>& work) {
   std::vector<double> times;
-  work(things.front());
+  work(objects.front());
   for (int round = 0; round < 3; ++round)
-    for (const Thing& thing : things) {
+    for (const Object& object : objects) {
       const double start = milliseconds();
-      work(thing);
+      work(object);
       times.push_back(milliseconds() - start);
     }
   std::sort(times.begin(), times.end());

@@ -3,7 +3,7 @@
 //   bench_objects SEQ [THREADS [FRAMES [LABELER]]]     a sequence with depth, e.g. 7-Scenes RedKitchen (640 ×
 //   480)
 //
-// The model is learned from the things of every tenth frame by names drawn at random, the worst case: nearly
+// The model is learned from the objects of every tenth frame by names drawn at random, the worst case: nearly
 // every sample becomes a support vector.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
@@ -82,7 +82,7 @@ void measure(const Sequence& sequence, int threads, std::size_t most, Labeler* l
                             {"all but the network"},
                             {"processor time of that"},
                             {"network"}};
-  std::size_t things = 0;
+  std::size_t objects = 0;
   ObjectPredictor predictor(model, labeler, {.threads = threads});
   for (const std::size_t i : frames) {
     const ImageAndDepth read = readImageAndDepth(sequence, i);
@@ -92,7 +92,7 @@ void measure(const Sequence& sequence, int threads, std::size_t most, Labeler* l
         clusteredFrame(read.image, read.depth, *sequence.intrinsics(), {.threads = threads});
     const std::chrono::duration<double> clusters = std::chrono::steady_clock::now() - begin;
     PredictSeconds s;
-    things += predictor.predict(frame, sequence.frame(i).pose, &s).size();
+    objects += predictor.predict(frame, sequence.frame(i).pose, &s).size();
     const double processor = labeler == nullptr ? processorSeconds() - before : 0;
     const double seconds[] = {clusters.count(),
                               s.crops,
@@ -103,8 +103,8 @@ void measure(const Sequence& sequence, int threads, std::size_t most, Labeler* l
                               s.labeler};
     for (std::size_t k = 0; k < stages.size(); ++k) stages[k].milliseconds.push_back(1000 * seconds[k]);
   }
-  fmt::print("{} frames of {}, {:.1f} things each, {} threads; milliseconds\n\n", frames.size(),
-             sequence.name(), static_cast<double>(things) / static_cast<double>(frames.size()), threads);
+  fmt::print("{} frames of {}, {:.1f} objects each, {} threads; milliseconds\n\n", frames.size(),
+             sequence.name(), static_cast<double>(objects) / static_cast<double>(frames.size()), threads);
   fmt::print("| stage | median | 95 % of the frames below | worst |\n|---|---|---|---|\n");
   for (Stage& stage : stages)
     if (labeler != nullptr ? stage.name != "processor time of that" : stage.name != "network")

@@ -231,18 +231,18 @@ struct Splits {
     data.trials.noises = {0, 0.25};
     task.data = &data;
     task.targets = targetClassesOf({"cup", "box"});
-    task.thingNames = {"cup 0", "cup 1", "box 0", "box 1"};
-    task.wordOfThing = {0, 0, 1, 1};
+    task.objectNames = {"cup 0", "cup 1", "box 0", "box 1"};
+    task.classOfObject = {0, 0, 1, 1};
     for (int i = 0; i < 24; ++i) {
-      task.things.push_back(i / 6);
+      task.objects.push_back(i / 6);
       task.groups.push_back(i / 3);
-      task.words.push_back(i / 12);
+      task.classes.push_back(i / 12);
     }
     for (const char* name : {"baseline", "1", "2", "3"}) {
       ObjectSplit split{name, {}, {}};
       const int cup = static_cast<int>(numbers.below(2)), box = 2 + static_cast<int>(numbers.below(2));
       for (std::size_t i = 0; i < 24; ++i)
-        (task.things[i] == cup || task.things[i] == box ? split.test : split.train).push_back(i);
+        (task.objects[i] == cup || task.objects[i] == box ? split.test : split.train).push_back(i);
       task.splits.push_back(split);
     }
     results.task = &task;
@@ -252,7 +252,7 @@ struct Splits {
       ObjectAnswers cell;
       auto& said = cell.answers.answers.emplace_back();
       for (const std::size_t sample : split.test)
-        said.push_back(numbers.next() < 0.8 ? task.words[sample] : 1 - task.words[sample]);
+        said.push_back(numbers.next() < 0.8 ? task.classes[sample] : 1 - task.classes[sample]);
       cell.accuracy = cell.answers.accuracy(testOf(task, split));
       results.cells.push_back(cell);
     }
@@ -260,11 +260,12 @@ struct Splits {
       for (const ObjectSplit& split : task.splits) {
         auto& said = results.labeled.emplace_back();
         for (const std::size_t sample : split.test)
-          said.push_back(numbers.next() < 0.6 ? task.words[sample] : static_cast<int>(numbers.below(3)) - 1);
+          said.push_back(numbers.next() < 0.6 ? task.classes[sample]
+                                              : static_cast<int>(numbers.below(3)) - 1);
       }
       return;
     }
-    ObjectWords answers{
+    ObjectLabels answers{
         "labeler", Vocabulary({"cup", "box", "cat"}), DescriptorMatrix(3), {DescriptorMatrix(2), {}}};
     for (std::size_t i = 0; i < 24; ++i) {
       const auto cup = static_cast<float>(numbers.next()), box = 1 - cup;
@@ -272,9 +273,9 @@ struct Splits {
       answers.restricted.probabilities.append(std::vector<float>{cup, box});
       answers.restricted.coverage.push_back(0.5F);
     }
-    task.said = answers;
+    task.labels = answers;
     for (const std::size_t sample : task.splits[0].train)
-      results.learnedFrom.push_back(numbers.next() < 0.7 ? task.words[sample] : -1);
+      results.learnedFrom.push_back(numbers.next() < 0.7 ? task.classes[sample] : -1);
   }
 };
 

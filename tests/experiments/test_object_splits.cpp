@@ -133,11 +133,12 @@ class ObjectSplits : public testing::Test {
 };
 
 TEST_F(ObjectSplits, HaveARowEachWithTheLabelerBeside) {
-  const Findings findings = run(few_ + "namings = [\"top\", \"voted\"]\n" + things_ + study_ + machine_);
+  const Findings findings =
+      run(few_ + "pseudo_labels = [\"top\", \"voted\"]\n" + things_ + study_ + machine_);
   const auto all = rows();
   EXPECT_THAT(all[0],
               ElementsAre("data", "split", "labeler_accuracy", "classifier", "label_noise", "accuracy"));
-  ASSERT_EQ(all.size(), 1U + 2 * 5) << "a baseline and four random splits, two namings";
+  ASSERT_EQ(all.size(), 1U + 2 * 5) << "a baseline and four random splits, two ways of pseudo-labeling";
   std::set<std::string> splits;
   for (std::size_t i = 1; i < all.size(); ++i) {
     EXPECT_EQ(all[i][0], "things");
@@ -157,14 +158,14 @@ TEST_F(ObjectSplits, HaveARowEachWithTheLabelerBeside) {
 
 TEST_F(ObjectSplits, ShowTablesConfusionsCloudsAndExamples) {
   const Findings findings =
-      run(few_ + "namings = [\"voted\"]\nlabel_noises = [0, 0.3]\n" + things_ + study_ + machine_);
+      run(few_ + "pseudo_labels = [\"voted\"]\nlabel_noises = [0, 0.3]\n" + things_ + study_ + machine_);
   std::map<std::string, std::size_t> sections;
   for (const auto& section : findings.sections)
     std::visit([&](const auto& part) { sections[part.title] = section.index(); }, section);
   for (const char* title :
        {"things: accuracy", "things: the splits", "things: label noise", "things, baseline: labeler",
         "things, baseline: names learned from (top)", "things, baseline: knn voted",
-        "things, baseline: shape is right, the labeler wrong", "What the labeler says of each thing",
+        "things, baseline: shape is right, the labeler wrong", "What the labeler says of each object",
         "The thesis, other data"})
     EXPECT_TRUE(sections.contains(title)) << title;
   for (const auto& section : findings.sections) {
@@ -193,8 +194,8 @@ TEST_F(ObjectSplits, ShowTablesConfusionsCloudsAndExamples) {
 }
 
 TEST_F(ObjectSplits, NoiseMisnamesWhatIsLearnedFromAlone) {
-  run(few_ + "namings = [\"top\", \"voted\"]\nlabel_noises = [0, 0.2, 0.9]\nseeds = [1, 2]\n" + things_ +
-      study_ + "names = \"true\"\nlabels = \"words.csv\"\nprior = \"none\"\n");
+  run(few_ + "pseudo_labels = [\"top\", \"voted\"]\nlabel_noises = [0, 0.2, 0.9]\nseeds = [1, 2]\n" +
+      things_ + study_ + "names = \"true\"\nlabels = \"words.csv\"\nprior = \"none\"\n");
   std::map<std::string, std::set<std::string>> labeled;
   double voted = 0, hopeless = 0;
   for (const Row& row : rows()) {
@@ -212,7 +213,7 @@ TEST_F(ObjectSplits, NoiseMisnamesWhatIsLearnedFromAlone) {
 }
 
 TEST_F(ObjectSplits, ByViewsAndByTheDatasOwnParts) {
-  const std::string names = "names = \"true\"\n", voted = "namings = [\"voted\"]\n";
+  const std::string names = "names = \"true\"\n", voted = "pseudo_labels = [\"voted\"]\n";
   run(few_ + voted + things_ + names + "split = \"views\"\n[[data]]\nname = \"own\"\nviews = \"things\"\n" +
       names + "split = \"official\"\n");
   const auto found = accuracies();
@@ -226,8 +227,8 @@ TEST_F(ObjectSplits, ByViewsAndByTheDatasOwnParts) {
 }
 
 TEST_F(ObjectSplits, GoOnWhereTheyStoppedAndDoNotDependOnThreads) {
-  const std::string text =
-      few_ + "namings = [\"top\", \"confident\"]\nlabel_noises = [0, 0.2]\n" + things_ + study_ + machine_;
+  const std::string text = few_ + "pseudo_labels = [\"top\", \"confident\"]\nlabel_noises = [0, 0.2]\n" +
+                           things_ + study_ + machine_;
   run(text, 1);
   EXPECT_EQ(progress_.computed, 20U);
   run(text, 3, "again");
@@ -241,8 +242,8 @@ TEST_F(ObjectSplits, GoOnWhereTheyStoppedAndDoNotDependOnThreads) {
 }
 
 TEST_F(ObjectSplits, TheTestHasNoSay) {
-  const std::string text =
-      few_ + "namings = [\"top\"]\n" + things_ + study_ + "labels = \"words.csv\"\nsplit = \"official\"\n";
+  const std::string text = few_ + "pseudo_labels = [\"top\"]\n" + things_ + study_ +
+                           "labels = \"words.csv\"\nsplit = \"official\"\n";
   run(text);
   const auto before = accuracies();
   // What the labeler says of the test views is all wrong now; its prior must not know.
@@ -260,8 +261,8 @@ TEST_F(ObjectSplits, SayWhatIsWrongWithTheConfiguration) {
               FailsWith(ErrorCode::malformedFile, "splits.toml:2"));
   EXPECT_THAT(problem(things_ + "labels = \"words.csv\"\nmodel = \"net\"\n"),
               FailsWith(ErrorCode::malformedFile, "splits.toml:2", "`model`", "`labels`"));
-  EXPECT_THAT(problem("namings = [\"best\"]\n" + things_),
-              FailsWith(ErrorCode::malformedFile, "splits.toml:2", "`namings`"));
+  EXPECT_THAT(problem("pseudo_labels = [\"best\"]\n" + things_),
+              FailsWith(ErrorCode::malformedFile, "splits.toml:2", "`pseudo_labels`"));
   EXPECT_THAT(problem("label_noises = [1.5]\n" + things_),
               FailsWith(ErrorCode::malformedFile, "splits.toml:2", "`label_noises`"));
   EXPECT_THAT(

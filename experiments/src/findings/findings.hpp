@@ -12,7 +12,7 @@
 
 namespace estancia::experiments {
 
-/// Numbers in rows and columns, one thing that was compared a row.
+/// Numbers in rows and columns, one item that was compared a row.
 struct ResultTable {
   enum class Best { none, smallest, largest };
   enum class Form {
@@ -56,7 +56,7 @@ std::string cellText(const ResultTable::Column& column, const std::optional<doub
 /// What the best cells of a column show; values that read the same are equally good. "" points out none.
 std::string bestText(const ResultTable& table, std::size_t column);
 
-/// One curve for each thing that was compared, over the same positions.
+/// One curve for each item that was compared, over the same positions.
 struct LineChart {
   struct Line {
     std::string name;
@@ -75,7 +75,7 @@ struct LineChart {
   bool closeUp = false;
 };
 
-/// Shares of a whole, a bar for each thing that was compared: wins, ties and losses.
+/// Shares of a whole, a bar for each item that was compared: wins, ties and losses.
 struct StackedBars {
   struct Bar {
     std::string name;
@@ -87,7 +87,7 @@ struct StackedBars {
   std::vector<Bar> bars;
 };
 
-/// A number for each pair of things, as heat.
+/// A number for each pair of items, as heat.
 struct HeatTable {
   std::string title, caption;
   /// Names of rows and columns.
@@ -131,7 +131,7 @@ struct Images {
   bool wide = false;
 };
 
-/// Words of things, the likelier the larger (thesis Fig. 6.3).
+/// Words of objects, the likelier the larger (thesis Fig. 6.3).
 struct WordClouds {
   struct Cloud {
     std::string name;

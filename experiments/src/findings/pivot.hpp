@@ -25,14 +25,14 @@ std::vector<ResultTable::Column> columnsOf(const std::vector<std::string>& names
 ResultTable pivot(ResultTable head, const std::vector<std::string>& rows,
                   const std::function<CellValue(std::size_t row, std::size_t column)>& value);
 
-/// A column, and what it shows of one of the things compared.
+/// A column, and what it shows of one of the items compared.
 template <class Compared>
 struct Measure {
   ResultTable::Column column;
   std::function<CellValue(const Compared&)> of;
 };
 
-/// A row of each thing compared, a column of each measure; `head` has no columns yet.
+/// A row of each item compared, a column of each measure; `head` has no columns yet.
 template <class Compared>
 ResultTable pivot(ResultTable head, const std::vector<std::pair<std::string, Compared>>& rows,
                   const std::vector<Measure<Compared>>& measures) {

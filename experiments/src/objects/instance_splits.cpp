@@ -13,23 +13,23 @@
 namespace estancia::experiments {
 namespace {
 
-/// The instances of each word that has two or more.
+/// The instances of each class that has two or more.
 std::vector<std::vector<std::size_t>> choicesOf(std::span<const int> wordOf) {
-  std::map<int, std::vector<std::size_t>> ofWord;
+  std::map<int, std::vector<std::size_t>> ofClass;
   for (std::size_t i = 0; i < wordOf.size(); ++i)
-    if (wordOf[i] >= 0) ofWord[wordOf[i]].push_back(i);
+    if (wordOf[i] >= 0) ofClass[wordOf[i]].push_back(i);
   std::vector<std::vector<std::size_t>> choices;
-  for (auto& [word, instances] : ofWord)
+  for (auto& [name, instances] : ofClass)
     if (instances.size() > 1) choices.push_back(std::move(instances));
   if (choices.empty())
     throw Error(
         ErrorCode::insufficientData,
-        "no word has two instances, one to learn from and one to be asked about; collect more of them, or "
+        "no class has two instances, one to learn from and one to be asked about; collect more of them, or "
         "split the views of each");
   return choices;
 }
 
-/// `tested` of each word; the others of the study are learned from.
+/// `tested` of each class; the others of the study are learned from.
 InstanceSplit splitOf(std::string name, std::span<const int> wordOf, const std::set<std::size_t>& tested) {
   InstanceSplit split{std::move(name), {}, {}};
   for (std::size_t i = 0; i < wordOf.size(); ++i)

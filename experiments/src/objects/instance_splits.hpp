@@ -17,14 +17,15 @@ struct InstanceSplit {
   std::vector<std::size_t> train, test;
 };
 
-/// Of each word the instance that the labeler names worst is tested, the others are learned from
-/// (thesis 6.4.1). `wordOf[i]` is the word of instance i, `labeled[i]` the share of its samples that the
-/// labeler names rightly. Words with one instance are learned from only; instances of word −1 stand on
-/// neither side. Throws Error when no word has two.
-InstanceSplit baselineSplit(std::span<const int> wordOf, std::span<const double> labeled);
+/// Of each class the instance that the labeler names worst is tested, the others are learned from
+/// (thesis 6.4.1). `classOf[i]` is the class of instance i, `labeled[i]` the share of its samples that the
+/// labeler names rightly. Classes with one instance are learned from only; instances of class −1 stand on
+/// neither side. Throws Error when no class has two.
+InstanceSplit baselineSplit(std::span<const int> classOf, std::span<const double> labeled);
 
-/// `count` different splits, of each word one instance, drawn at random, tested and the others learned from
-/// (thesis 6.4.2); fewer, all that there are, where there are not so many. Throws Error when no word has two.
-std::vector<InstanceSplit> randomSplits(std::span<const int> wordOf, std::size_t count, std::uint64_t seed);
+/// `count` different splits, of each class one instance, drawn at random, tested and the others learned from
+/// (thesis 6.4.2); fewer, all that there are, where there are not so many. Throws Error when no class has
+/// two.
+std::vector<InstanceSplit> randomSplits(std::span<const int> classOf, std::size_t count, std::uint64_t seed);
 
 }  // namespace estancia::experiments

@@ -72,7 +72,7 @@ ResultTable scores(const Rows& sums, const std::string& title, const std::string
        {{"mean IoU", 3}, [=](auto& sum) { return (sum.*score).iou / number((sum.*score).objects); }}});
 }
 
-/// A color for the i-th thing, unlike those of its neighbors.
+/// A color for the i-th object, unlike those of its neighbors.
 cv::Vec3b colorOf(std::size_t i) {
   const cv::Mat hsv(1, 1, CV_8UC3, cv::Scalar(static_cast<double>(i * 67 % 180), 190, 235));
   cv::Mat bgr;
@@ -80,12 +80,12 @@ cv::Vec3b colorOf(std::size_t i) {
   return bgr.at<cv::Vec3b>(0, 0);
 }
 
-cv::Mat painted(const cv::Mat& bgr, const std::vector<PixelSet>& things) {
+cv::Mat painted(const cv::Mat& bgr, const std::vector<PixelSet>& objects) {
   cv::Mat gray, image;
   cv::cvtColor(bgr, gray, cv::COLOR_BGR2GRAY);
   cv::cvtColor(gray, image, cv::COLOR_GRAY2BGR);
-  for (std::size_t t = 0; t < things.size(); ++t)
-    for (const std::uint32_t pixel : things[t]) {
+  for (std::size_t t = 0; t < objects.size(); ++t)
+    for (const std::uint32_t pixel : objects[t]) {
       cv::Vec3b& to = image.ptr<cv::Vec3b>()[pixel];
       for (int channel = 0; channel < 3; ++channel)
         to[channel] = static_cast<unsigned char>((to[channel] + 2 * colorOf(t)[channel]) / 3);

@@ -27,7 +27,7 @@ Findings findingsOf(const std::vector<SegmentedScene>& scenes);
 /// Scenes from the best to the worst.
 std::vector<std::size_t> bestFirst(const std::vector<SegmentedScene>& scenes);
 
-/// The image, its objects and the clusters side by side, as a JPEG; each thing in a color of its own.
+/// The image, its objects and the clusters side by side, as a JPEG; each object in a color of its own.
 std::vector<unsigned char> segmentationImage(const cv::Mat& bgr, const cv::Mat& truth,
                                              const std::vector<PixelSet>& clusters);
 

@@ -13,7 +13,7 @@
 
 namespace estancia::experiments {
 
-/// The pixels of one thing, row by row, ascending.
+/// The pixels of one object, row by row, ascending.
 using PixelSet = std::vector<std::uint32_t>;
 
 /// Of one image.

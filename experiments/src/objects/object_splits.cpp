@@ -38,13 +38,13 @@ ClassProbabilities truthOf(const ObjectTask& task, const std::vector<std::size_t
   ClassProbabilities truth{DescriptorMatrix(task.targets.classes.size()), std::vector<float>(rows.size(), 1)};
   for (const std::size_t row : rows) {
     std::vector<float> one(task.targets.classes.size());
-    one[static_cast<std::size_t>(task.words[row])] = 1;
+    one[static_cast<std::size_t>(task.classes[row])] = 1;
     truth.probabilities.append(one);
   }
   return truth;
 }
 
-/// The likeliest word; −1 where nothing is said.
+/// The likeliest class; −1 where nothing is labels.
 int bestOf(DescriptorView row) {
   const auto best = std::max_element(row.begin(), row.end());
   return best == row.end() || *best <= 0 ? -1 : static_cast<int>(best - row.begin());
@@ -53,12 +53,12 @@ int bestOf(DescriptorView row) {
 /// What the labeler says of these samples; its prior is that of what is learned from, the truth has no say.
 std::vector<int> labeled(const ObjectTask& task, const ObjectSplit& split,
                          const std::vector<std::size_t>& samples) {
-  ClassProbabilities said = rowsOf(task.said->restricted, samples);
-  if (task.data->prior) said = corrected(said, priorOf(rowsOf(task.said->restricted, split.train)));
-  std::vector<int> words;
-  for (std::size_t i = 0; i < said.probabilities.size(); ++i)
-    words.push_back(bestOf(said.probabilities.row(i)));
-  return words;
+  ClassProbabilities labels = rowsOf(task.labels->restricted, samples);
+  if (task.data->prior) labels = corrected(labels, priorOf(rowsOf(task.labels->restricted, split.train)));
+  std::vector<int> classes;
+  for (std::size_t i = 0; i < labels.probabilities.size(); ++i)
+    classes.push_back(bestOf(labels.probabilities.row(i)));
+  return classes;
 }
 
 /// One cell: names made, shapes learned, test asked.
@@ -81,31 +81,31 @@ struct Trial {
   std::vector<int> answer(std::uint64_t seed) const {
     const ObjectSplit& rows = task->splits[split];
     const ObjectSplitsOptions::Data& data = *task->data;
-    const auto things = rowsOf(task->things, rows.train), groups = rowsOf(task->groups, rows.train);
+    const auto objects = rowsOf(task->objects, rows.train), groups = rowsOf(task->groups, rows.train);
     ClassifierOptions how;
     how.type = method.classifier;
     how.folds = options->folds;
     how.seed = seed;
     how.threads = 1;  // cells run side by side
-    ClassProbabilities said =
-        data.machineNames ? rowsOf(task->said->restricted, rows.train) : truthOf(*task, rows.train);
+    ClassProbabilities labels =
+        data.machineNames ? rowsOf(task->labels->restricted, rows.train) : truthOf(*task, rows.train);
     // Other noise in each split; the same for all methods.
-    if (noise > 0) said = withNoise(said, data.noise, noise, things, seed * 100'003 + split);
-    if (data.prior) said = corrected(said, priorOf(said));
+    if (noise > 0) labels = withNoise(labels, data.noise, noise, objects, seed * 100'003 + split);
+    if (data.prior) labels = corrected(labels, priorOf(labels));
     Progress silent;
     const Features shapes = withRows(task->shapes, rows.train);
-    const auto names =
-        assignPseudoLabels(method.naming, said, method.naming == PseudoLabeling::confident ? groups : things,
-                           shapes, how, silent);
+    const auto names = assignPseudoLabels(
+        method.pseudoLabeling, labels, method.pseudoLabeling == PseudoLabeling::confident ? groups : objects,
+        shapes, how, silent);
     // As ObjectModel learns, without its agreement, which takes five times as long.
     const LabeledShapes labeled =
         labeledShapes(shapes, names, groups, task->targets.classes.size(), options->folds);
     const DescriptorMatrix found =
         trainClassifier(labeled.samples, how, silent)
             ->predict(labeled.embedding.apply(withRows(task->shapes, rows.test)), 1);
-    std::vector<int> words;
-    for (std::size_t i = 0; i < found.size(); ++i) words.push_back(bestOf(found.row(i)));
-    return words;
+    std::vector<int> classes;
+    for (std::size_t i = 0; i < found.size(); ++i) classes.push_back(bestOf(found.row(i)));
+    return classes;
   }
 
   CellResults run() const {
@@ -114,12 +114,12 @@ struct Trial {
       SceneAnswers answers;
       for (const std::uint64_t seed : task->data->trials.seeds) answers.answers.push_back(answer(seed));
       CellResults results = answers.toResults(testOf(*task, rows));
-      if (task->said) {
-        const std::vector<int> said = labeled(*task, rows, rows.test);
+      if (task->labels) {
+        const std::vector<int> names = labeled(*task, rows, rows.test);
         std::size_t right = 0;
-        for (std::size_t i = 0; i < said.size(); ++i) right += said[i] == task->words[rows.test[i]];
+        for (std::size_t i = 0; i < names.size(); ++i) right += names[i] == task->classes[rows.test[i]];
         results.push_back(
-            {"labeler_accuracy", "", static_cast<double>(right) / static_cast<double>(said.size())});
+            {"labeler_accuracy", "", static_cast<double>(right) / static_cast<double>(names.size())});
       }
       return results;
     } catch (const Interrupted&) {
@@ -152,7 +152,7 @@ ObjectSplitsResults runTask(const ObjectSplitsOptions& options, const ObjectTask
     SceneAnswers answers = SceneAnswers::fromResults(found[t], test, task.data->trials.seeds.size());
     results.cells.push_back({answers.accuracy(test), std::move(answers)});
   }
-  if (task.said) {
+  if (task.labels) {
     for (const ObjectSplit& split : task.splits) results.labeled.push_back(labeled(task, split, split.test));
     results.learnedFrom = labeled(task, task.splits[0], task.splits[0].train);
   }
@@ -161,16 +161,16 @@ ObjectSplitsResults runTask(const ObjectSplitsOptions& options, const ObjectTask
 
 void addFacts(const ObjectTask& task, Findings& findings) {
   const ObjectSplitsOptions::Data& data = *task.data;
-  std::string told =
-      fmt::format("{} views of {} things in {} words; ESF of {} samples{}; names of {}", task.words.size(),
-                  task.thingNames.size(), task.targets.classes.size(), data.shape.samples,
-                  data.shape.size ? " and size" : "", data.machineNames ? "the labeler" : "people");
-  if (task.said) told += fmt::format(", labeler {}", task.said->labeler);
-  if (task.said) told += data.prior ? ", corrected by its prior" : ", as it says";
+  std::string told = fmt::format("{} views of {} objects of {} classes; ESF of {} samples{}; names of {}",
+                                 task.classes.size(), task.objectNames.size(), task.targets.classes.size(),
+                                 data.shape.samples, data.shape.size ? " and size" : "",
+                                 data.machineNames ? "the labeler" : "people");
+  if (task.labels) told += fmt::format(", labeler {}", task.labels->labeler);
+  if (task.labels) told += data.prior ? ", corrected by its prior" : ", as it says";
   if (data.trials.noises.back() > 0)
     told += fmt::format("; noise by {}", data.noise == NoiseKind::view   ? "view"
-                                         : data.noise == NoiseKind::pair ? "view, to the next word"
-                                                                         : "thing");
+                                         : data.noise == NoiseKind::pair ? "view, to the next class"
+                                                                         : "object");
   told += fmt::format("; seeds {}", fmt::join(data.trials.seeds, ", "));
   findings.facts.emplace_back(data.name, told);
 }
@@ -189,11 +189,11 @@ Findings splitObjects(const ObjectSplitsOptions& options, Grid& grid, const Expe
   Findings findings;
   findings.title = "Objects that label themselves";
   const std::vector<ObjectTask> tasks = prepareTasks(options, run, progress, findings.notes);
-  const bool asked = std::any_of(tasks.begin(), tasks.end(), [](const ObjectTask& t) { return !!t.said; });
+  const bool asked = std::any_of(tasks.begin(), tasks.end(), [](const ObjectTask& t) { return !!t.labels; });
   bool instances = false;
   for (const ObjectTask& task : tasks) {
     const ObjectSplitsResults results = runTask(options, task, grid, progress);
-    if (task.said || !asked) findings.summary += (findings.summary.empty() ? "" : " ") + summaryOf(results);
+    if (task.labels || !asked) findings.summary += (findings.summary.empty() ? "" : " ") + summaryOf(results);
     addFindings(results, findings);
     addFacts(task, findings);
     instances |= task.data->split == ObjectSplitsOptions::Split::instances;

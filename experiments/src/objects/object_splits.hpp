@@ -40,7 +40,7 @@ struct ObjectSplitsOptions {
     std::vector<std::uint64_t> seeds{1};
   };
   enum class Split {
-    /// The thesis': one instance of each word is tested; the worst labeled ones, then at random.
+    /// The thesis': one instance of each class is tested; the worst labeled ones, then at random.
     instances,
     /// A third of the views of each instance, one after the other.
     views,
@@ -51,7 +51,7 @@ struct ObjectSplitsOptions {
     std::string name;
     std::filesystem::path views;
     ObjectViewsOptions reading;
-    /// "": each category is a word.
+    /// "": each category is a class.
     std::filesystem::path study;
     Split split = Split::instances;
     /// Learned from; else the true ones are.
@@ -82,8 +82,9 @@ ObjectSplitsOptions readObjectSplits(ConfigFile& config);
 /// data,split,labeler_accuracy,classifier,label_noise,accuracy
 GridColumns objectSplitsColumns();
 
-/// Runs the experiment. Throws Error when data that is not optional cannot be opened, views show one word
-/// alone, cannot be split as asked, or have no words in `labels`; and when no word of the study is ever said.
+/// Runs the experiment. Throws Error when data that is not optional cannot be opened, views show one class
+/// alone, cannot be split as asked, or have no labels in `labels`; and when no class of the study is ever
+/// among the labels.
 Findings splitObjects(const ObjectSplitsOptions& options, Grid& grid, const ExperimentRun& run,
                       Progress& progress);
 

@@ -13,13 +13,13 @@ constexpr std::int64_t maxSeed = 1'000'000'000;
 
 /// What may stand at the top, for all data, and again in [[data]].
 std::vector<ConfigFile::Key> trialKeys(ConfigFile& config, ObjectSplitsOptions::Trials& trials) {
-  const auto readNamings = [&config, &trials](const toml::node& node) {
+  const auto readPseudoLabels = [&config, &trials](const toml::node& node) {
     std::vector<std::string> names;
     each(config, names, oneOf(config, pseudoLabelings()))(node);
     trials.pseudoLabelings.clear();
     for (const std::string& name : names) trials.pseudoLabelings.push_back(getPseudoLabeling(name));
   };
-  return {{"namings", false, "how names are made of a labeler's answers", readNamings},
+  return {{"pseudo_labels", false, "how names are made of a labeler's answers", readPseudoLabels},
           {"classifiers", false, "", each(config, trials.classifiers, oneOf(config, classifierTypes()))},
           {"label_noises", false, "",
            each(config, trials.noises, [&config](auto& n) { return config.number(n, 0, 1); })},
@@ -34,7 +34,7 @@ OptionGroup declare(ObjectSplitsOptions::Data& data) {
   group.add("name", &data.name, "What to call the data");
   group.add("model", &data.model, "The labeler that is asked");
   group.add("split", data.split,
-            {{{"instances", "one instance of each word is tested"}, Split::instances},
+            {{{"instances", "one instance of each class is tested"}, Split::instances},
              {{"views", "a third of the views of each instance is tested"}, Split::views},
              {{"official", "the data set's own"}, Split::official}},
             "What is tested");
@@ -45,7 +45,7 @@ OptionGroup declare(ObjectSplitsOptions::Data& data) {
             "What the labeler's answers are corrected to");
   group.add("noise-kind", data.noise,
             {{{"view", "view by view"}, NoiseKind::view},
-             {{"pair", "view by view, always for the next word"}, NoiseKind::pair},
+             {{"pair", "view by view, always for the next class"}, NoiseKind::pair},
              {{"instance", "all views of an instance alike"}, NoiseKind::instance}},
             "What label noise misnames");
   group.add("min-points", &data.reading.minPoints, "Smallest number of points of a view").range(1, 1e9);
@@ -94,10 +94,10 @@ ObjectSplitsOptions readObjectSplits(ConfigFile& config) {
   ObjectSplitsOptions options;
   ObjectSplitsOptions::Trials trials;
   const toml::array* data = nullptr;
-  config.read(
-      together(together(trialKeys(config, trials), keysOf(config, declare(options))),
-               {{"type", true, "the kind of experiment", [](auto&) {}},
-                {"data", true, "[[data]] names views of things", [&](auto& n) { data = &config.list(n); }}}));
+  config.read(together(
+      together(trialKeys(config, trials), keysOf(config, declare(options))),
+      {{"type", true, "the kind of experiment", [](auto&) {}},
+       {"data", true, "[[data]] names views of objects", [&](auto& n) { data = &config.list(n); }}}));
   for (const toml::node& one : *data) options.data.push_back(readData(config, config.subtable(one), trials));
   return options;
 }

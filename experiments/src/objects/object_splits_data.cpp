@@ -66,7 +66,7 @@ class Shared {
     return labeler.get();
   }
 
-  /// Those of the study's words.
+  /// Those of the study's classes.
   std::shared_ptr<const ObjectViews> viewsOf(const ObjectSplitsOptions::Data& data,
                                              const TargetClasses& study) {
     auto& views = views_[viewsKey(data)];
@@ -98,24 +98,24 @@ class Shared {
   }
 
   /// What the labeler says of the views, by the view's name.
-  const DescriptorSequence& wordsOf(const ObjectSplitsOptions::Data& data, const ObjectViews& views,
-                                    Labeler& labeler) {
-    auto& words = words_[viewsKey(data) + "\n" + labeler.identity() + data.labels.string()];
-    if (words) return *words;
+  const DescriptorSequence& recordedLabels(const ObjectSplitsOptions::Data& data, const ObjectViews& views,
+                                           Labeler& labeler) {
+    auto& labels = labels_[viewsKey(data) + "\n" + labeler.identity() + data.labels.string()];
+    if (labels) return *labels;
     const auto patches = cropsOf(views);
     std::vector<std::string> problems;
     try {
-      words = labelAll(*patches, labeler, "labeling " + data.name, {.cache = run_.cache}, progress_,
-                       [&](const LabeledFrame& frame) {
-                         if (!frame.labeled()) problems.push_back(frame.problem);
-                       });
+      labels = labelAll(*patches, labeler, "labeling " + data.name, {.cache = run_.cache}, progress_,
+                        [&](const LabeledFrame& frame) {
+                          if (!frame.labeled()) problems.push_back(frame.problem);
+                        });
     } catch (const Interrupted&) {
       throw;
     } catch (const Error& problem) {
       throw Error(problem.code(), fmt::format("{}: {}", data.name, problem.what()));
     }
-    tell(data, problems, "has no words");
-    return *words;
+    tell(data, problems, "has no labels");
+    return *labels;
   }
 
  private:
@@ -142,7 +142,7 @@ class Shared {
   std::map<std::string, std::unique_ptr<Labeler>> labelers_;
   std::map<std::string, std::shared_ptr<const ObjectViews>> views_;
   std::map<std::string, std::optional<Features>> shapes_;
-  std::map<std::string, std::optional<DescriptorSequence>> words_;
+  std::map<std::string, std::optional<DescriptorSequence>> labels_;
 };
 
 TargetClasses studyOf(const ObjectSplitsOptions::Data& data) {
@@ -158,17 +158,17 @@ TargetClasses studyOf(const ObjectSplitsOptions::Data& data) {
 }
 
 void require(const ObjectTask& task) {
-  std::set<int> shown(task.words.begin(), task.words.end());
+  std::set<int> shown(task.classes.begin(), task.classes.end());
   if (shown.size() < 2)
     throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: all views show one word, {}; there must be two to tell apart",
+                fmt::format("{}: all views show one class, {}; there must be two to tell apart",
                             task.data->views.string(),
                             task.targets.classes[static_cast<std::size_t>(*shown.begin())].name));
-  if (!task.said) return;
-  const auto& mass = task.said->restricted.coverage;
+  if (!task.labels) return;
+  const auto& mass = task.labels->restricted.coverage;
   if (std::none_of(mass.begin(), mass.end(), [](float m) { return m > 0; }))
     throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: the labeler says none of the study's words of any view; is it one that "
+                fmt::format("{}: the labeler gives none of the study's classes of any view; is it one that "
                             "knows them?",
                             task.data->name));
 }
@@ -179,21 +179,21 @@ std::string digestOf(const ObjectTask& task) {
   };
   std::string told = bytes(task.shapes.values.values());
   for (const DescriptorPart& part : task.shapes.parts) told += part.identity + "\n";
-  for (std::size_t i = 0; i < task.words.size(); ++i)
-    told += fmt::format("{} {} {} {}\n", task.shapes.frames[i].name, task.words[i], task.things[i],
+  for (std::size_t i = 0; i < task.classes.size(); ++i)
+    told += fmt::format("{} {} {} {}\n", task.shapes.frames[i].name, task.classes[i], task.objects[i],
                         task.groups[i]);
   told += fmt::format("{}\n", fmt::join(task.targets.names(), "\n"));
-  if (task.said) told += task.said->labeler + bytes(task.said->restricted.probabilities.values());
+  if (task.labels) told += task.labels->labeler + bytes(task.labels->restricted.probabilities.values());
   return sha256(told);
 }
 
-/// Contiguous thirds of each thing's samples, in order.
-std::vector<int> thirdsOf(const std::vector<int>& things) {
+/// Contiguous thirds of each object's samples, in order.
+std::vector<int> thirdsOf(const std::vector<int>& objects) {
   std::map<int, int> counts, seen;
-  for (const int thing : things) ++counts[thing];
+  for (const int object : objects) ++counts[object];
   std::vector<int> third;
-  third.reserve(things.size());
-  for (const int thing : things) third.push_back(seen[thing]++ * thirds / counts[thing]);
+  third.reserve(objects.size());
+  for (const int object : objects) third.push_back(seen[object]++ * thirds / counts[object]);
   return third;
 }
 
@@ -207,30 +207,30 @@ ObjectSplit splitBy(const std::string& name, const std::vector<int>& of, const s
   return split;
 }
 
-ObjectSplit splitByThings(const ObjectTask& task, const InstanceSplit& split) {
-  return splitBy(split.name, task.things, {split.test.begin(), split.test.end()},
+ObjectSplit splitByObjects(const ObjectTask& task, const InstanceSplit& split) {
+  return splitBy(split.name, task.objects, {split.test.begin(), split.test.end()},
                  {split.train.begin(), split.train.end()});
 }
 
 std::vector<ObjectSplit> splitsByInstances(const ObjectTask& task, const std::vector<double>& labeled,
                                            const ObjectSplitsOptions& options) {
   std::vector<ObjectSplit> splits;
-  if (!labeled.empty()) splits.push_back(splitByThings(task, baselineSplit(task.wordOfThing, labeled)));
-  for (const InstanceSplit& split : randomSplits(task.wordOfThing, options.splits, options.splitSeed))
-    splits.push_back(splitByThings(task, split));
+  if (!labeled.empty()) splits.push_back(splitByObjects(task, baselineSplit(task.classOfObject, labeled)));
+  for (const InstanceSplit& split : randomSplits(task.classOfObject, options.splits, options.splitSeed))
+    splits.push_back(splitByObjects(task, split));
   return splits;
 }
 
 std::vector<ObjectSplit> splitsByViews(const ObjectTask& task) {
   std::map<int, std::size_t> counts;
-  for (const int thing : task.things) ++counts[thing];
-  for (const auto& [thing, count] : counts)
+  for (const int object : task.objects) ++counts[object];
+  for (const auto& [object, count] : counts)
     if (count < thirds)
       throw Error(
           ErrorCode::insufficientData,
           fmt::format("{}: {} has {} views, too few for thirds; split it by instances",
-                      task.data->views.string(), task.thingNames[static_cast<std::size_t>(thing)], count));
-  const std::vector<int> third = thirdsOf(task.things);
+                      task.data->views.string(), task.objectNames[static_cast<std::size_t>(object)], count));
+  const std::vector<int> third = thirdsOf(task.objects);
   return {splitBy("views 1", third, {0}, {1, 2}), splitBy("views 2", third, {1}, {0, 2}),
           splitBy("views 3", third, {2}, {0, 1})};
 }
@@ -242,25 +242,25 @@ std::vector<ObjectSplit> officialSplits(const ObjectTask& task) {
     const std::string& part = task.views->view(task.view[i]).split;
     if (part == "train") split.train.push_back(i);
     if (part == "test") split.test.push_back(i);
-    parts[task.things[i]].insert(part);
+    parts[task.objects[i]].insert(part);
   }
-  for (const auto& [thing, of] : parts)
+  for (const auto& [object, of] : parts)
     if (of.contains("train") && of.contains("test"))
       throw Error(ErrorCode::mismatch,
                   fmt::format("{}: {} is both in the training and in the test part; split by instances",
-                              task.data->views.string(), task.thingNames[static_cast<std::size_t>(thing)]));
+                              task.data->views.string(), task.objectNames[static_cast<std::size_t>(object)]));
   return {std::move(split)};
 }
 
-/// The right answers' share of each thing's samples; what says nothing is wrong.
+/// The right answers' share of each object's samples; what says nothing is wrong.
 std::vector<double> labeledOf(const ObjectTask& task, const ClassProbabilities& shares) {
-  std::vector<double> right(task.thingNames.size()), all(task.thingNames.size());
-  for (std::size_t i = 0; i < task.things.size(); ++i) {
-    const auto thing = static_cast<std::size_t>(task.things[i]);
+  std::vector<double> right(task.objectNames.size()), all(task.objectNames.size());
+  for (std::size_t i = 0; i < task.objects.size(); ++i) {
+    const auto object = static_cast<std::size_t>(task.objects[i]);
     const auto row = shares.probabilities.row(i);
     const auto best = std::max_element(row.begin(), row.end());
-    ++all[thing];
-    right[thing] += *best > 0 && best - row.begin() == task.words[i];
+    ++all[object];
+    right[object] += *best > 0 && best - row.begin() == task.classes[i];
   }
   for (std::size_t t = 0; t < right.size(); ++t) right[t] /= all[t];
   return right;
@@ -285,11 +285,11 @@ std::vector<ObjectSplit> splitsOf(const ObjectTask& task, const std::vector<doub
                   fmt::format("{}: the split {} has {} views to learn from and {} to ask about", here,
                               split.name, split.train.size(), split.test.size()));
     std::set<int> learned;
-    for (const std::size_t i : split.train) learned.insert(task.words[i]);
+    for (const std::size_t i : split.train) learned.insert(task.classes[i]);
     if (learned.size() < 2)
       throw Error(
           ErrorCode::insufficientData,
-          fmt::format("{}: all views to learn from in the split {} show one word, {}", here, split.name,
+          fmt::format("{}: all views to learn from in the split {} show one class, {}", here, split.name,
                       task.targets.classes[static_cast<std::size_t>(*learned.begin())].name));
   }
   return splits;
@@ -302,53 +302,53 @@ ObjectTask prepare(const ObjectSplitsOptions::Data& data, Shared& shared, const 
       &data, studyOf(data), nullptr, {}, {{}, {}, DescriptorMatrix(0)}, {}, {}, {}, {}, {}, {}, {}, {}};
   task.views = shared.viewsOf(data, task.targets);
   const Features& all = shared.describeShapes(data, *task.views);
-  const DescriptorSequence* words =
-      labeler == nullptr ? nullptr : &shared.wordsOf(data, *task.views, *labeler);
+  const DescriptorSequence* labels =
+      labeler == nullptr ? nullptr : &shared.recordedLabels(data, *task.views, *labeler);
 
-  std::map<std::string, std::size_t> viewNamed, wordsOf;
+  std::map<std::string, std::size_t> viewNamed, labelsOf;
   for (std::size_t i = 0; i < task.views->size(); ++i) viewNamed.emplace(task.views->view(i).name, i);
-  if (words != nullptr)
-    for (std::size_t i = 0; i < words->frames.size(); ++i) wordsOf.emplace(words->frames[i].name, i);
+  if (labels != nullptr)
+    for (std::size_t i = 0; i < labels->frames.size(); ++i) labelsOf.emplace(labels->frames[i].name, i);
   std::vector<std::size_t> rows;
-  if (words != nullptr)
-    task.said = {words->model,
-                 words->vocabulary,
-                 DescriptorMatrix(words->vocabulary.size()),
-                 {DescriptorMatrix(task.targets.classes.size()), {}}};
-  std::map<std::string, int> things;
+  if (labels != nullptr)
+    task.labels = {labels->model,
+                   labels->vocabulary,
+                   DescriptorMatrix(labels->vocabulary.size()),
+                   {DescriptorMatrix(task.targets.classes.size()), {}}};
+  std::map<std::string, int> objects;
   for (std::size_t row = 0; row < all.frames.size(); ++row) {
     const std::string& name = all.frames[row].name;
-    const auto said = wordsOf.find(name);
-    if (words != nullptr && said == wordsOf.end()) continue;
-    if (words != nullptr) task.said->descriptors.append(words->descriptors.row(said->second));
+    const auto labelRow = labelsOf.find(name);
+    if (labels != nullptr && labelRow == labelsOf.end()) continue;
+    if (labels != nullptr) task.labels->descriptors.append(labels->descriptors.row(labelRow->second));
     rows.push_back(row);
     task.view.push_back(viewNamed.at(name));
     const ObjectView& view = task.views->view(task.view.back());
-    task.words.push_back(task.targets.classOf(view.category));
-    const auto [thing, isNew] = things.emplace(view.instance, static_cast<int>(things.size()));
+    task.classes.push_back(task.targets.classOf(view.category));
+    const auto [object, isNew] = objects.emplace(view.instance, static_cast<int>(objects.size()));
     if (isNew) {
-      task.thingNames.push_back(view.instance);
-      task.wordOfThing.push_back(task.words.back());
+      task.objectNames.push_back(view.instance);
+      task.classOfObject.push_back(task.classes.back());
     }
-    task.things.push_back(thing->second);
+    task.objects.push_back(object->second);
   }
   if (rows.empty())
     throw Error(ErrorCode::insufficientData,
-                fmt::format("{}: no view has both words and a shape", data.views.string()));
+                fmt::format("{}: no view has both labels and a shape", data.views.string()));
   if (rows.size() < all.frames.size())
-    notes.push_back(fmt::format("{}: {} of {} views have no words and were left out", data.name,
+    notes.push_back(fmt::format("{}: {} of {} views have no labels and were left out", data.name,
                                 all.frames.size() - rows.size(), all.frames.size()));
   task.shapes = withRows(all, rows);
-  task.groups = task.things;
+  task.groups = task.objects;
   if (data.split == Split::views) {
-    const std::vector<int> third = thirdsOf(task.things);
-    for (std::size_t i = 0; i < third.size(); ++i) task.groups[i] = task.things[i] * thirds + third[i];
+    const std::vector<int> third = thirdsOf(task.objects);
+    for (std::size_t i = 0; i < third.size(); ++i) task.groups[i] = task.objects[i] * thirds + third[i];
   }
-  if (task.said)
-    task.said->restricted = restrictTo(task.targets, task.said->vocabulary, task.said->descriptors);
+  if (task.labels)
+    task.labels->restricted = restrictTo(task.targets, task.labels->vocabulary, task.labels->descriptors);
   require(task);
   task.splits =
-      splitsOf(task, task.said ? labeledOf(task, task.said->restricted) : std::vector<double>{}, options);
+      splitsOf(task, task.labels ? labeledOf(task, task.labels->restricted) : std::vector<double>{}, options);
   task.digest = digestOf(task);
   return task;
 }
@@ -359,7 +359,7 @@ std::vector<ObjectTask> prepareTasks(const ObjectSplitsOptions& options, const E
                                      Progress& progress, std::vector<std::string>& notes) {
   if (run.models.size() > 1)
     throw Error(ErrorCode::invalidOption,
-                fmt::format("one model names the things at a time; run {} one by one",
+                fmt::format("one model names the objects at a time; run {} one by one",
                             fmt::join(run.models, " and ")));
   Shared shared(run, progress, notes);
   for (const ObjectSplitsOptions::Data& data : options.data) shared.labelerOf(data);

@@ -25,17 +25,17 @@ struct ObjectSplit {
 };
 
 /// All that a labeler says of the samples.
-struct ObjectWords {
+struct ObjectLabels {
   /// Its identity.
   std::string labeler;
   Vocabulary vocabulary;
   /// A row a sample.
   DescriptorMatrix descriptors;
-  /// Of the study's words, as they are.
+  /// Of the study's classes, as they are.
   ClassProbabilities restricted;
 };
 
-/// Samples of a study's words. Invariant: one row of shapes, word, thing and group a sample.
+/// Samples of a study's classes. Invariant: one row of shapes, class, object and group a sample.
 struct ObjectTask {
   const ObjectSplitsOptions::Data* data;
   TargetClasses targets;
@@ -45,17 +45,17 @@ struct ObjectTask {
   /// Of all samples.
   Features shapes;
   /// The true ones.
-  std::vector<int> words;
+  std::vector<int> classes;
   /// Which instance each shows, 0 …
-  std::vector<int> things;
+  std::vector<int> objects;
   /// Samples that never part in validation, 0 …
   std::vector<int> groups;
   /// Of instances.
-  std::vector<std::string> thingNames;
+  std::vector<std::string> objectNames;
   /// The true one.
-  std::vector<int> wordOfThing;
+  std::vector<int> classOfObject;
   /// None: no labeler was asked.
-  std::optional<ObjectWords> said;
+  std::optional<ObjectLabels> labels;
   /// At least one; where the first is the baseline, so it is called.
   std::vector<ObjectSplit> splits;
   /// Of all that learning depends on, but the split.
@@ -64,7 +64,7 @@ struct ObjectTask {
   bool hasBaseline() const { return splits.front().name == "baseline"; }
 };
 
-/// The tasks of all data that is there, in order; what is left out is told in `notes`. Views and words that
+/// The tasks of all data that is there, in order; what is left out is told in `notes`. Views and labels that
 /// several have in common are read once. Throws Error as splitObjects() does.
 std::vector<ObjectTask> prepareTasks(const ObjectSplitsOptions& options, const ExperimentRun& run,
                                      Progress& progress, std::vector<std::string>& notes);

@@ -21,11 +21,11 @@ namespace {
 
 using Results = ObjectSplitsResults;
 
-constexpr std::size_t maxWords = 20;   // of a confusion matrix …
-constexpr std::size_t maxClouds = 24;  // … and things that have a cloud each
+constexpr std::size_t maxClasses = 20;  // of a confusion matrix …
+constexpr std::size_t maxClouds = 24;   // … and objects that have a cloud each
 
-std::string nameOf(PseudoLabeling naming) {
-  return pseudoLabelings()[static_cast<std::size_t>(naming)].name;
+std::string nameOf(PseudoLabeling pseudoLabeling) {
+  return pseudoLabelings()[static_cast<std::size_t>(pseudoLabeling)].name;
 }
 
 /// Splits that were drawn; all where there is no baseline beside them.
@@ -158,8 +158,8 @@ void addNoise(const Results& results, Findings& findings) {
        fmt::format("Mean over {} splits; names of training samples swapped on purpose, {}.",
                    task.splits.size() - firstDrawn(task),
                    task.data->noise == NoiseKind::view   ? "view by view"
-                   : task.data->noise == NoiseKind::pair ? "view by view, always for the next word"
-                                                         : "all views of a thing alike"),
+                   : task.data->noise == NoiseKind::pair ? "view by view, always for the next class"
+                                                         : "all views of an object alike"),
        "label noise",
        columnsOf(columns, 1),
        {}},
@@ -177,93 +177,94 @@ void addNoise(const Results& results, Findings& findings) {
 
 /// Rows of a confusion in percent.
 HeatTable matrixOf(const ObjectTask& task, const std::string& title, std::vector<double> counts) {
-  const std::size_t words = task.targets.classes.size();
-  for (std::size_t r = 0; r < words; ++r) {
-    const auto row = counts.begin() + static_cast<std::ptrdiff_t>(r * words);
-    const auto end = row + static_cast<std::ptrdiff_t>(words);
+  const std::size_t classes = task.targets.classes.size();
+  for (std::size_t r = 0; r < classes; ++r) {
+    const auto row = counts.begin() + static_cast<std::ptrdiff_t>(r * classes);
+    const auto end = row + static_cast<std::ptrdiff_t>(classes);
     const double all = std::accumulate(row, end, 0.0);
     std::transform(row, end, row, [all](double n) {
       return all > 0 ? 100 * n / all : std::numeric_limits<double>::quiet_NaN();
     });
   }
-  return {title, "Share of a true word's views (row) by what they are taken for (column) [%]",
+  return {title, "Share of a true class's views (row) by what they are taken for (column) [%]",
           task.targets.names(), std::move(counts), 0};
 }
 
 /// Fig. 6.6, of the baseline or the first split.
 void addConfusions(const Results& results, Findings& findings) {
   const ObjectTask& task = *results.task;
-  const std::size_t words = task.targets.classes.size();
+  const std::size_t classes = task.targets.classes.size();
   const bool one = task.data->split == ObjectSplitsOptions::Split::instances && !task.hasBaseline();
-  if (words > maxWords || one) return;  // one of many splits by chance tells little
+  if (classes > maxClasses || one) return;  // one of many splits by chance tells little
   const std::string where = fmt::format("{}, {}", task.data->name, task.splits[0].name);
   const auto add = [&](const std::string& who, std::vector<double> counts) {
     findings.sections.emplace_back(matrixOf(task, fmt::format("{}: {}", where, who), std::move(counts)));
   };
   const SceneTest test = testOf(task, task.splits[0]);
-  const auto addSaid = [&](const std::string& who, const std::vector<std::size_t>& samples,
-                           const std::vector<int>& said) {
-    std::vector<double> counts(words * words);
+  const auto addConfusion = [&](const std::string& who, const std::vector<std::size_t>& samples,
+                                const std::vector<int>& answers) {
+    std::vector<double> counts(classes * classes);
     for (std::size_t i = 0; i < samples.size(); ++i)
-      if (said[i] >= 0)
-        counts[static_cast<std::size_t>(task.words[samples[i]]) * words +
-               static_cast<std::size_t>(said[i])] += 1;
+      if (answers[i] >= 0)
+        counts[static_cast<std::size_t>(task.classes[samples[i]]) * classes +
+               static_cast<std::size_t>(answers[i])] += 1;
     add(who, std::move(counts));
   };
-  if (task.data->machineNames) addSaid("names learned from (top)", task.splits[0].train, results.learnedFrom);
-  if (!results.labeled.empty()) addSaid("labeler", task.splits[0].test, results.labeled[0]);
+  if (task.data->machineNames)
+    addConfusion("names learned from (top)", task.splits[0].train, results.learnedFrom);
+  if (!results.labeled.empty()) addConfusion("labeler", task.splits[0].test, results.labeled[0]);
   const std::size_t shown = task.data->machineNames ? results.methods.size() : 1;
   for (std::size_t m = 0; m < shown; ++m)
     add(results.methods[m].name(), results.cells[results.indexOf(m, 0, 0)].answers.confusion(test));
 }
 
-/// Fig. 6.3: of each thing, or of each word where there are many things.
+/// Fig. 6.3: of each object, or of each class where there are many objects.
 void addClouds(const Results& results, Findings& findings) {
   const ObjectTask& task = *results.task;
-  if (!task.said || !task.data->machineNames) return;
-  const bool byThing = task.thingNames.size() <= maxClouds;
-  WordClouds clouds{fmt::format("What the labeler says of each {}", byThing ? "thing" : "word"),
+  if (!task.labels || !task.data->machineNames) return;
+  const bool byObject = task.objectNames.size() <= maxClouds;
+  WordClouds clouds{fmt::format("What the labeler says of each {}", byObject ? "object" : "class"),
                     "Mean of all its labels, not only the study's (Fig. 6.3).",
                     {}};
   for (const auto& known : findings.sections)
     if (const auto* other = std::get_if<WordClouds>(&known); other != nullptr && other->title == clouds.title)
       return;
-  const auto& of = byThing ? task.things : task.words;
-  const auto names = byThing ? task.thingNames : task.targets.names();
-  const std::size_t labels = task.said->vocabulary.size();
+  const auto& of = byObject ? task.objects : task.classes;
+  const auto names = byObject ? task.objectNames : task.targets.names();
+  const std::size_t labels = task.labels->vocabulary.size();
   for (std::size_t t = 0; t < names.size(); ++t) {
     std::vector<double> sum(labels);
     std::size_t count = 0;
     for (std::size_t i = 0; i < of.size(); ++i) {
       if (of[i] != static_cast<int>(t)) continue;
-      const auto row = task.said->descriptors.row(i);
+      const auto row = task.labels->descriptors.row(i);
       for (std::size_t l = 0; l < labels; ++l) sum[l] += row[l];
       ++count;
     }
     if (count == 0) continue;
     const std::vector<float> means(sum.begin(), sum.end());
     WordClouds::Cloud cloud{names[t], {}};
-    if (byThing)
+    if (byObject)
       cloud.name +=
-          fmt::format(" ({})", task.targets.classes[static_cast<std::size_t>(task.wordOfThing[t])].name);
+          fmt::format(" ({})", task.targets.classes[static_cast<std::size_t>(task.classOfObject[t])].name);
     for (const std::size_t l : bestLabels(means, 20))
       if (const double weight = sum[l] / static_cast<double>(count); weight > 1e-3)
-        cloud.words.emplace_back(shortLabel(task.said->vocabulary[l]), weight);
+        cloud.words.emplace_back(shortLabel(task.labels->vocabulary[l]), weight);
     clouds.clouds.push_back(std::move(cloud));
   }
   findings.sections.emplace_back(std::move(clouds));
 }
 
-/// Where shape is right and the labeler wrong (Tables 6.3, 6.5), or the reverse (6.4, 6.6): one of each word,
-/// then more.
+/// Where shape is right and the labeler wrong (Tables 6.3, 6.5), or the reverse (6.4, 6.6): one of each
+/// class, then more.
 Images examples(const Results& results, std::size_t method, bool success) {
   constexpr std::size_t most = 6;
   constexpr int side = 192;
   const ObjectTask& task = *results.task;
   const ObjectSplit& split = task.splits[0];
   const auto& answers = results.cells[results.indexOf(method, 0, 0)].answers.answers[0];
-  const auto name = [&](int word) {
-    return word < 0 ? std::string("nothing") : task.targets.classes[static_cast<std::size_t>(word)].name;
+  const auto name = [&](int index) {
+    return index < 0 ? std::string("nothing") : task.targets.classes[static_cast<std::size_t>(index)].name;
   };
   Images images{
       fmt::format("{}, {}: {}", task.data->name, split.name,
@@ -271,14 +272,14 @@ Images examples(const Results& results, std::size_t method, bool success) {
       "",
       {}};
   std::vector<std::size_t> wanted;
-  std::set<int> things;
+  std::set<int> objects;
   for (std::size_t i = 0; i < split.test.size(); ++i) {
-    const int truth = task.words[split.test[i]];
+    const int truth = task.classes[split.test[i]];
     if ((answers[i] == truth) == success && (results.labeled[0][i] == truth) != success &&
-        things.insert(task.things[split.test[i]]).second)
+        objects.insert(task.objects[split.test[i]]).second)
       wanted.push_back(i);
   }
-  // Spread over all of them, where there are many things.
+  // Spread over all of them, where there are many objects.
   const std::size_t count = std::min(most, wanted.size());
   const auto patches = cropsOf(*task.views);
   for (std::size_t k = 0; k < count; ++k) {
@@ -286,8 +287,8 @@ Images examples(const Results& results, std::size_t method, bool success) {
     images.images.push_back(
         {encodeImage(patches->image(task.view[sample]), side),
          fmt::format("{}: {}; labeler {}, shape {}",
-                     task.thingNames[static_cast<std::size_t>(task.things[sample])], name(task.words[sample]),
-                     name(results.labeled[0][i]), name(answers[i]))});
+                     task.objectNames[static_cast<std::size_t>(task.objects[sample])],
+                     name(task.classes[sample]), name(results.labeled[0][i]), name(answers[i]))});
   }
   return images;
 }
@@ -302,13 +303,14 @@ void addExamples(const Results& results, Findings& findings) {
 }  // namespace
 
 std::string ObjectMethod::name() const {
-  return classifier + " " + nameOf(naming);
+  return classifier + " " + nameOf(pseudoLabeling);
 }
 
 std::vector<ObjectMethod> methodsOf(const ObjectSplitsOptions::Trials& trials) {
   std::vector<ObjectMethod> methods;
   for (const std::string& classifier : trials.classifiers)
-    for (const PseudoLabeling naming : trials.pseudoLabelings) methods.push_back({classifier, naming});
+    for (const PseudoLabeling pseudoLabeling : trials.pseudoLabelings)
+      methods.push_back({classifier, pseudoLabeling});
   return methods;
 }
 
@@ -316,21 +318,21 @@ std::optional<double> ObjectSplitsResults::labelerAccuracy(std::size_t split) co
   if (labeled.empty()) return std::nullopt;
   const auto& test = task->splits[split].test;
   std::size_t right = 0;
-  for (std::size_t i = 0; i < test.size(); ++i) right += labeled[split][i] == task->words[test[i]];
+  for (std::size_t i = 0; i < test.size(); ++i) right += labeled[split][i] == task->classes[test[i]];
   return static_cast<double>(right) / static_cast<double>(test.size());
 }
 
 SceneTest testOf(const ObjectTask& task, const ObjectSplit& split) {
   SceneTest test;
   test.roomCount = static_cast<int>(task.targets.classes.size());
-  std::vector<int> things;
+  std::vector<int> objects;
   for (const std::size_t i : split.test) {
-    test.rooms.push_back(task.words[i]);
-    const auto known = std::find(things.begin(), things.end(), task.things[i]);
-    test.runs.push_back(static_cast<int>(known - things.begin()));
-    if (known == things.end()) things.push_back(task.things[i]);
+    test.rooms.push_back(task.classes[i]);
+    const auto known = std::find(objects.begin(), objects.end(), task.objects[i]);
+    test.runs.push_back(static_cast<int>(known - objects.begin()));
+    if (known == objects.end()) objects.push_back(task.objects[i]);
   }
-  test.runCount = static_cast<int>(things.size());
+  test.runCount = static_cast<int>(objects.size());
   return test;
 }
 

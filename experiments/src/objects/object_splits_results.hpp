@@ -16,7 +16,7 @@ namespace estancia::experiments {
 /// A classifier that learns by one kind of names.
 struct ObjectMethod {
   std::string classifier;
-  PseudoLabeling naming = PseudoLabeling::top;
+  PseudoLabeling pseudoLabeling = PseudoLabeling::top;
   /// "svm-rbf voted".
   std::string name() const;
 };
@@ -26,16 +26,16 @@ std::vector<ObjectMethod> methodsOf(const ObjectSplitsOptions::Trials& trials);
 /// What one method answered to one split at one noise.
 struct ObjectAnswers {
   double accuracy = 0;
-  /// A word a test sample, for each seed.
+  /// A class of each test sample, for each seed.
   SceneAnswers answers;
 };
 
 struct ObjectSplitsResults {
   const ObjectTask* task = nullptr;
   std::vector<ObjectMethod> methods;
-  /// [split][test sample]: the labeler's word, −1: none; empty: not asked.
+  /// [split][test sample]: the labeler's class, −1: none; empty: not asked.
   std::vector<std::vector<int>> labeled;
-  /// The labeler's word of the first split's training samples, likewise.
+  /// The labeler's class of the first split's training samples, likewise.
   std::vector<int> learnedFrom;
   /// [(method · noises + noise) · splits + split].
   std::vector<ObjectAnswers> cells;
@@ -50,7 +50,7 @@ struct ObjectSplitsResults {
   std::optional<double> labelerAccuracy(std::size_t split) const;
 };
 
-/// The test of a split: words for rooms, things for runs.
+/// The test of a split: classes for rooms, objects for runs.
 SceneTest testOf(const ObjectTask& task, const ObjectSplit& split);
 
 /// Tables and figures of one task, appended.

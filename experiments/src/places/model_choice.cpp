@@ -55,7 +55,7 @@ ModelChoiceOptions::Drive readDrive(ConfigFile& config, const toml::table& table
   keys.push_back({"again", false, "", [&](auto& n) { again = &config.subtable(n); }});
   config.read(table, keys);
   if (again != nullptr) {
-    drive.again = drive.images;  // the same but for what is said of it
+    drive.again = drive.images;  // the same but for its labels
     config.read(*again, sourceKeys(config, *drive.again, false));
   }
   return drive;
@@ -93,7 +93,7 @@ std::unique_ptr<Sequence> openPosed(const SequenceSource& source) {
   if (posedFrames(*sequence) < 2)
     throw Error(
         ErrorCode::insufficientData,
-        fmt::format("{}: {} of {} frames have a pose, and the choice of a model compares words with places; "
+        fmt::format("{}: {} of {} frames have a pose, and the choice of a model compares labels with places; "
                     "give a trajectory by `poses = \"FILE\"`",
                     source.path.string(), posedFrames(*sequence), sequence->size()));
   return sequence;
@@ -159,7 +159,7 @@ Labeled label(const OpenDrive& drive, Labeler& labeler, const std::string& model
   };
   Labeled labeled{of(*drive.images, drive.told.name), std::nullopt};
   if (drive.again) labeled.again = of(*drive.again, drive.told.name + " again");
-  // Words that were discovered on the way have been 0 before.
+  // Labels that were discovered on the way have been 0 before.
   labeled.images.widen(labeler.vocabulary());
   return labeled;
 }
@@ -273,12 +273,12 @@ Findings chooseModel(const ModelChoiceOptions& options, Grid& grid, const Experi
     std::vector<Cell> cells;
     for (const OpenDrive& drive : drives) {
       labeled.push_back(label(drive, *labeler, names[m], run.cache, progress, notes));
-      const Labeled& words = labeled.back();
+      const Labeled& last = labeled.back();
       for (const std::string& distance : options.distances)
         cells.push_back(
             {{names[m], drive.told.name, distance},
-             sha256(fmt::format("{} {} {} {} {} {} {} {} {}", modelChoiceVersion, words.images.digest(),
-                                words.again ? words.again->digest() : "", distance, options.clusters,
+             sha256(fmt::format("{} {} {} {} {} {} {} {} {}", modelChoiceVersion, last.images.digest(),
+                                last.again ? last.again->digest() : "", distance, options.clusters,
                                 options.repeats, options.seed, drive.told.radius, drive.gap))});
     }
     const auto found = grid.run(

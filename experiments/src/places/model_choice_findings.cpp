@@ -187,7 +187,7 @@ void addDistance(const ModelChoiceResults& results, std::size_t distance,
   findings.sections.emplace_back(std::move(table));
   auto chart = chartOf(results, all, "Spatial variance inside clusters" + by);
   chart.caption =
-      "Images are clustered by their words alone. The lower the curve, the closer together the images "
+      "Images are clustered by their labels alone. The lower the curve, the closer together the images "
       "of a cluster were taken.";
   findings.sections.emplace_back(std::move(chart));
   findings.sections.emplace_back(barsOf(results, all));

@@ -140,14 +140,14 @@ Halves readHalves(const PlaceTasksOptions::Rooms& rooms, const std::vector<Frame
 }
 
 /// Share of the queries whose nearest image shows the same kind of room.
-double nearestNeighbor(const DescriptorSequence& words, const std::vector<std::string>& rooms,
+double nearestNeighbor(const DescriptorSequence& labels, const std::vector<std::string>& rooms,
                        const std::vector<std::size_t>& train, const std::vector<std::size_t>& test) {
   const auto rows = [&](const std::vector<std::size_t>& chosen) {
-    DescriptorMatrix matrix(words.vocabulary.size());
-    for (const std::size_t i : chosen) matrix.append(words.descriptors.row(i));
+    DescriptorMatrix matrix(labels.vocabulary.size());
+    for (const std::size_t i : chosen) matrix.append(labels.descriptors.row(i));
     return matrix;
   };
-  const Distance distance = getDistance(MapperOptions{}.distance, words.vocabulary.layout().parts);
+  const Distance distance = getDistance(MapperOptions{}.distance, labels.vocabulary.layout().parts);
   const DescriptorMatrix known = rows(train);
   const DescriptorMatrix vectors = comparedVectors(known, known, distance);
   const DescriptorMatrix queries = comparedVectors(rows(test), known, distance);
@@ -167,10 +167,10 @@ double nearestNeighbor(const DescriptorSequence& words, const std::vector<std::s
 
 CellResults rooms(const Task& task, const Recorder& recorder) {
   const auto images = openImages(task.rooms->images);
-  const DescriptorSequence words = recorder(*images);
-  const Halves halves = readHalves(*task.rooms, words.frames);
-  return {{"nearest_neighbor", "", nearestNeighbor(words, halves.rooms, halves.train, halves.test)},
-          {"halves_exchanged", "", nearestNeighbor(words, halves.rooms, halves.test, halves.train)}};
+  const DescriptorSequence labels = recorder(*images);
+  const Halves halves = readHalves(*task.rooms, labels.frames);
+  return {{"nearest_neighbor", "", nearestNeighbor(labels, halves.rooms, halves.train, halves.test)},
+          {"halves_exchanged", "", nearestNeighbor(labels, halves.rooms, halves.test, halves.train)}};
 }
 
 /// What identifies the images without labeling them.
@@ -281,7 +281,7 @@ PlaceTasksOptions readPlaceTasks(ConfigFile& config) {
       keys.push_back({"truth", false, "CSV query,refs", [&](auto& n) { drive.truth = config.anywhere(n); }});
       keys.push_back({"again", true, "the drive to find", [&](auto& n) { again = &config.subtable(n); }});
       config.read(config.subtable(node), keys);
-      drive.again = drive.images;  // the same but for what is said of it
+      drive.again = drive.images;  // the same but for its labels
       config.read(*again, sourceKeys(config, drive.again, false));
     }
   if (rooms != nullptr)

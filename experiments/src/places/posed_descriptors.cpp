@@ -26,13 +26,13 @@ std::string PosedDescriptors::digest() const {
   return sha256(digestOf(frames) + digestOf(positions) + digestOf(descriptors.values()) + layout);
 }
 
-void PosedDescriptors::widen(const Vocabulary& words) {
-  if (words.size() == descriptors.labels()) return;
-  parts = words.layout().parts;
-  DescriptorMatrix wider(words.size());
+void PosedDescriptors::widen(const Vocabulary& vocabulary) {
+  if (vocabulary.size() == descriptors.labels()) return;
+  parts = vocabulary.layout().parts;
+  DescriptorMatrix wider(vocabulary.size());
   for (std::size_t i = 0; i < descriptors.size(); ++i) {
     LexicalDescriptor row(descriptors.row(i).begin(), descriptors.row(i).end());
-    row.resize(words.size(), 0.0F);
+    row.resize(vocabulary.size(), 0.0F);
     wider.append(row);
   }
   descriptors = std::move(wider);

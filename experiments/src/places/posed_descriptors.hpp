@@ -18,8 +18,8 @@ namespace estancia::experiments {
 
 /// The frames whose position is known, in driving order; the three lists belong together.
 struct PosedDescriptors {
-  explicit PosedDescriptors(const Vocabulary& words)
-      : parts(words.layout().parts), descriptors(words.size()) {}
+  explicit PosedDescriptors(const Vocabulary& vocabulary)
+      : parts(vocabulary.layout().parts), descriptors(vocabulary.size()) {}
 
   /// Their numbers in the sequence.
   std::vector<std::size_t> frames;
@@ -30,15 +30,15 @@ struct PosedDescriptors {
   /// Frames that could not be read, which are left out.
   std::size_t unreadable = 0;
 
-  /// Gives every descriptor zeros at its end, for words that have been discovered since.
-  void widen(const Vocabulary& words);
+  /// Gives every descriptor zeros at its end, for labels that have been discovered since.
+  void widen(const Vocabulary& vocabulary);
 
   /// SHA-256 over the lists: two that have the same lead to the same results.
   std::string digest() const;
 };
 
 /// Labels the sequence. Throws Error when no frame with a pose can be read, Interrupted when the user asks to
-/// stop. Every descriptor has as many values as the labeler knows words in
+/// stop. Every descriptor has as many values as the labeler knows labels in
 /// the end.
 PosedDescriptors labelPosed(const Sequence& sequence, Labeler& labeler, LabelCache* cache, Progress& progress,
                             const std::string& what);

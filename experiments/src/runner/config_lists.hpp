@@ -47,7 +47,7 @@ inline const toml::node* firstOf(const toml::table& table, const std::vector<std
   return nullptr;
 }
 
-/// For a key that lists things, each as `read` has it: at least one, none twice.
+/// For a key that lists items, each as `read` has it: at least one, none twice.
 template <class T, class Read>
 auto each(const ConfigFile& config, std::vector<T>& to, const Read& read) {
   return [&config, &to, read](const toml::node& node) {

@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 std::unique_ptr<Sequence> openImages(const SequenceSource& source) {
   if (isDescriptorFile(source.path))
     throw Error(ErrorCode::unsupportedFile,
-                fmt::format("{} holds words already; models are compared on images", source.path.string()));
+                fmt::format("{} holds labels already; models are compared on images", source.path.string()));
   return openSequence(source.path, source.options);
 }
 

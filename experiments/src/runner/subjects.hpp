@@ -19,7 +19,7 @@ struct SequenceSource {
   SequenceOptions options;
 };
 
-/// Opens them. Throws Error when they are words already (a recording): models cannot be compared on those.
+/// Opens them. Throws Error when they are labels already (a recording): models cannot be compared on those.
 std::unique_ptr<Sequence> openImages(const SequenceSource& source);
 
 /// The keys that say where images are and how to open them.

@@ -38,9 +38,9 @@ json wordsOf(const std::exception_ptr& failure) {
   }
 }
 
-std::exception_ptr failureOf(const json& words) {
-  const ErrorCode code = findErrorCode(words.at(0).get<std::string>()).value_or(ErrorCode::invalidState);
-  const std::string why = words.at(1);
+std::exception_ptr failureOf(const json& failure) {
+  const ErrorCode code = findErrorCode(failure.at(0).get<std::string>()).value_or(ErrorCode::invalidState);
+  const std::string why = failure.at(1);
   return code == ErrorCode::interrupted ? std::make_exception_ptr(Interrupted(why))
                                         : std::make_exception_ptr(Error(code, why));
 }
@@ -73,20 +73,20 @@ void WorkQueue::serve() {
 }
 
 void WorkQueue::hear(const MpiProcesses::Message& message) {
-  const json said = json::parse(message.text);
-  const std::string what = said.at(0);
+  const json parts = json::parse(message.text);
+  const std::string what = parts.at(0);
   if (what == "ask") {
-    asked_[message.from] = {said.at(1), said.at(2)};
+    asked_[message.from] = {parts.at(1), parts.at(2)};
   } else if (what == "over") {
     over_.insert(message.from);
   } else if (what == "done") {
-    running_.erase(said.at(1).get<std::size_t>());
+    running_.erase(parts.at(1).get<std::size_t>());
     if (onDone_) onDone_();
   } else {
     std::optional<std::size_t> piece;
-    if (!said.at(1).is_null()) piece = said.at(1).get<std::size_t>();
+    if (!parts.at(1).is_null()) piece = parts.at(1).get<std::size_t>();
     if (piece) running_.erase(*piece);
-    fail({piece, failureOf(said.at(2))});
+    fail({piece, failureOf(parts.at(2))});
   }
   changed_.notify_all();
 }
@@ -155,10 +155,10 @@ std::optional<std::size_t> WorkQueue::ask(const std::string& list) {
   for (;;) {
     const auto message = ranks_->receive(patience);
     if (!message) continue;  // mpirun ends us when rank 0 is no more
-    const json said = json::parse(message->text);
-    if (said.at(0) == "stop") throw Interrupted("stopped, as another process did");
-    if (said.at(0) == "none") return std::nullopt;
-    return said.at(1).get<std::size_t>();
+    const json parts = json::parse(message->text);
+    if (parts.at(0) == "stop") throw Interrupted("stopped, as another process did");
+    if (parts.at(0) == "none") return std::nullopt;
+    return parts.at(1).get<std::size_t>();
   }
 }
 

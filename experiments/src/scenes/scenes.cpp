@@ -212,10 +212,10 @@ Findings compareScenes(const ScenesOptions& options, Grid& grid, const Experimen
   noteUnlearned(data, notes);
   for (const SceneDescriptor& descriptor : data.descriptors) {
     const Features features = withParts(withRows(data.images[0].features, {}), descriptor.parts);
-    const bool words =
+    const bool isLexical =
         std::all_of(features.parts.begin(), features.parts.end(),
                     [](const DescriptorPart& part) { return part.kind == PartKind::probabilities; });
-    results.descriptors.push_back({descriptor.name, words, descriptor.parts.size()});
+    results.descriptors.push_back({descriptor.name, isLexical, descriptor.parts.size()});
   }
   results.classifiers = options.classifiers;
   if (results.classifiers.empty())

@@ -50,7 +50,7 @@ ScenesOptions::Data readData(ConfigFile& config, const toml::table& table) {
   if (asked != nullptr) {
     if (!data.splitColumn.empty())
       config.fail(*asked, "`split_column` parts the images already; leave out one of the two");
-    data.asked = data.images;  // the same but for what is said of it
+    data.asked = data.images;  // the same but for its labels
     config.read(*asked, sourceKeys(config, *data.asked, false));
   }
   return data;

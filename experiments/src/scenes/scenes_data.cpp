@@ -85,7 +85,7 @@ struct Source {
   std::optional<Features> table;       // … or this
 };
 
-/// Words or other numbers that are in a file already; nothing when there are images.
+/// Labels or other numbers that are in a file already; nothing when there are images.
 std::optional<Features> readTable(const ScenesOptions::Data& data, const SequenceSource& from) {
   const fs::path& file = from.path;
   if (!fs::is_regular_file(file) || !isDescriptorFile(file)) return std::nullopt;

@@ -166,15 +166,15 @@ class Sections {
       const SceneTest& test = results_.pairs[p].images;
       if (!results_.tells(results_.pairs[p])) continue;
       for (std::size_t i = 0; i < test.rooms.size(); ++i) {
-        std::vector<double> said(results_.rooms.size());
+        std::vector<double> votes(results_.rooms.size());
         for (std::size_t c = 0; c < cellCount(); ++c)
           for (const auto& seed : cell(p, c).answers)
-            said[static_cast<std::size_t>(seed[i])] += 1 / static_cast<double>(cell(p, c).answers.size());
-        said[static_cast<std::size_t>(test.rooms[i])] = 0;
-        const double wrong = std::accumulate(said.begin(), said.end(), 0.0);
+            votes[static_cast<std::size_t>(seed[i])] += 1 / static_cast<double>(cell(p, c).answers.size());
+        votes[static_cast<std::size_t>(test.rooms[i])] = 0;
+        const double wrong = std::accumulate(votes.begin(), votes.end(), 0.0);
         if (wrong > 0)
           all.push_back(
-              {p, i, wrong, static_cast<int>(std::max_element(said.begin(), said.end()) - said.begin())});
+              {p, i, wrong, static_cast<int>(std::max_element(votes.begin(), votes.end()) - votes.begin())});
       }
     }
     std::stable_sort(all.begin(), all.end(),
@@ -274,17 +274,17 @@ Findings findingsOf(const ScenesResults& results) {
   addAccuracies(results, sections, findings);
   addRankings(results, findings);
 
-  const auto words = sections.ranked([](const Descriptor& d) { return d.words && d.parts == 1; });
+  const auto lexical = sections.ranked([](const Descriptor& d) { return d.isLexical && d.parts == 1; });
   const auto together = sections.ranked([](const Descriptor& d) { return d.parts > 1; });
-  const auto others = sections.ranked([](const Descriptor& d) { return !d.words && d.parts == 1; });
+  const auto others = sections.ranked([](const Descriptor& d) { return !d.isLexical && d.parts == 1; });
   std::vector<std::string> told;
-  if (!words.empty()) told.push_back("words of one model: " + sections.told(words));
+  if (!lexical.empty()) told.push_back("labels of one model: " + sections.told(lexical));
   if (!others.empty()) told.push_back("other single descriptors: " + sections.told(others));
   if (!together.empty()) told.push_back("conjunctions: " + sections.told(together));
   findings.summary =
       fmt::format("{}: right answers by the best of {}.", results.name, fmt::join(told, "; of "));
-  if (!words.empty())
-    findings.sections.emplace_back(sections.confusion(words.front(), "The best single lexical descriptor"));
+  if (!lexical.empty())
+    findings.sections.emplace_back(sections.confusion(lexical.front(), "The best single lexical descriptor"));
   if (!together.empty())
     findings.sections.emplace_back(sections.confusion(together.front(), "The best conjunction"));
   if (!results.curves.empty()) {

@@ -25,8 +25,8 @@ struct ScenesResults {
   };
   struct Descriptor {
     std::string name;
-    /// Words alone, of one model or several.
-    bool words = false;
+    /// Labels alone, of one model or several.
+    bool isLexical = false;
     /// More than one: a conjunction.
     std::size_t parts = 1;
   };

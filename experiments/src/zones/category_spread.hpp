@@ -43,7 +43,7 @@ CategorySpread measureCategories(std::span<const int> zoneOf, std::span<const Im
 /// Eq. 5.2, and so come the values under Table 5.3 about.
 std::optional<double> meanDistance(std::span<const ClassPair> pairs);
 
-/// How far classes lie apart in words (Fig. 5.4).
+/// How far classes lie apart in labels (Fig. 5.4).
 struct ClassDistances {
   /// C names, by the alphabet.
   std::vector<std::string> classes;

@@ -11,7 +11,7 @@
 namespace estancia::experiments {
 
 /// Classes of images that follow each other: temporalSegments() of one room and one value of `marks` (one a
-/// frame; none: no such thing). Each run is cut into `parts` equal parts, in order. "kitchen 1", "kitchen 2"
+/// frame; empty: no marks). Each run is cut into `parts` equal parts, in order. "kitchen 1", "kitchen 2"
 /// …, one a frame; "" where `rooms` is "".
 std::vector<std::string> classesOfRuns(const std::vector<Frame>& frames,
                                        const std::vector<std::string>& rooms,

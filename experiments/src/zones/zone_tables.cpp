@@ -42,7 +42,7 @@ constexpr std::size_t mostPairs = 40;    // of classes that are told one by one;
 
 /// Some data as one model says it.
 struct Labeled {
-  DescriptorSequence words;
+  DescriptorSequence descriptors;
   std::vector<int> rooms;           // a number for the room of each frame
   std::vector<ImageClass> classes;  // one a frame
   std::set<std::string> roomNames, classNames;
@@ -90,7 +90,7 @@ Labeled withRooms(const DescriptorSequence& all, const ZoneTablesOptions::Data& 
   std::map<std::string, int> numbers;
   std::string told;
   for (const std::size_t i : kept) {
-    labeled.words.descriptors.append(all.descriptors.row(i));
+    labeled.descriptors.descriptors.append(all.descriptors.row(i));
     labeled.rooms.push_back(numbers.emplace(rooms[i], static_cast<int>(numbers.size())).first->second);
     labeled.classes.push_back({rooms[i], classes[i]});
     labeled.roomNames.insert(rooms[i]);
@@ -99,7 +99,7 @@ Labeled withRooms(const DescriptorSequence& all, const ZoneTablesOptions::Data& 
   }
   for (const LabelPart& part : all.vocabulary.layout().parts)
     told += fmt::format("{} {}\n", part.size, part.weight);
-  const auto& values = labeled.words.descriptors.values();
+  const auto& values = labeled.descriptors.descriptors.values();
   labeled.digest =
       sha256(sha256({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float)}) + told);
   return labeled;
@@ -151,7 +151,7 @@ class SharedComparisons {
     how.distance = distance;
     how.linkage = linkage;
     how.threads = threads_;
-    CondensedDistances distances = compareImages(labeled.words, how, silent);
+    CondensedDistances distances = compareImages(labeled.descriptors, how, silent);
     NearestItems neighbors = findNeighbors(distances, neighborsForCut(distances.items()));
     recent_.emplace_front(key,
                           std::make_shared<Compared>(Compared{std::move(distances), std::move(neighbors)}));
@@ -255,13 +255,13 @@ std::vector<std::vector<Labeled>> labelData(const std::vector<const ZoneTablesOp
     const auto labeler = loadModel(model.model, run.labeler);
     told.facts.emplace_back("Model", labeler->identity());
     for (std::size_t d = 0; d < data.size(); ++d) {
-      const DescriptorSequence words =
+      const DescriptorSequence sequence =
           labelAll(*sequences[d], *labeler, fmt::format("{}: labeling {}", model.name, sequences[d]->name()),
                    {.cache = run.cache}, progress);
-      if (words.frames.size() < sequences[d]->size())
+      if (sequence.frames.size() < sequences[d]->size())
         told.notes.push_back(fmt::format("{}: {} unreadable images were left out ({})", data[d]->name,
-                                         sequences[d]->size() - words.frames.size(), model.name));
-      labeled[d].push_back(withRooms(words, *data[d]));
+                                         sequences[d]->size() - sequence.frames.size(), model.name));
+      labeled[d].push_back(withRooms(sequence, *data[d]));
     }
   }
   return labeled;
@@ -291,7 +291,7 @@ void compareClasses(const std::vector<std::vector<Labeled>>& labeled, const Expe
         how.distance = shown[c % shown.size()];
         how.linkage = ZoneOptions::thesis().linkage;  // it takes every distance as it is
         how.threads = 1;
-        const ClassDistances distances = classDistances(here.words, matrixClasses(here), how, silent);
+        const ClassDistances distances = classDistances(here.descriptors, matrixClasses(here), how, silent);
         CellResults values;
         for (std::size_t i = 0; i < distances.mean.size(); ++i)
           if (std::isfinite(distances.mean[i]))
