@@ -20,7 +20,8 @@ void localize(const LocalizationArguments& arguments, Localizer& localizer, cons
   const TopologicalMap& map = localizer.map();
   Labeling labeling(sequence, arguments.model, &map.vocabulary);
   requireSameVocabulary(map.vocabulary, labeling.vocabulary(), arguments.map);
-  // Another network of the same vocabulary gives other probabilities: its answers would look right and mean nothing.
+  // Another network of the same vocabulary gives other probabilities: its answers would look right and mean
+  // nothing.
   if (map.model != labeling.identity())
     throw Error(ErrorCode::mismatch,
                 fmt::format("{} was made with the model {}, not {}; give that model by --model",
