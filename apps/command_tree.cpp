@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "declared_options.hpp"
 #include "estancia/version.hpp"
@@ -34,6 +35,15 @@ std::vector<const CLI::Option*> optionsOf(const CLI::App& app, bool positional) 
 
 bool takesValue(const CLI::Option& option) {
   return option.get_items_expected_max() > 0 && option.get_type_size_max() > 0;
+}
+
+/// What the help lists in indented lines: "  NAME" or "  NAME: what it is".
+std::vector<std::string> valuesOf(const CLI::Option& option) {
+  std::vector<std::string> values;
+  std::istringstream lines(option.get_description());
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with("  ")) values.push_back(line.substr(2, line.find(':') - 2));
+  return values;
 }
 
 /// "-o,--output FILE"
@@ -89,17 +99,22 @@ std::string functionOf(const std::string& name) {
   return "_" + replaced(replaced(name, " ", "_"), "-", "_");
 }
 
-void addOptionRows(std::string& text, const OptionGroup& group, const std::string& path) {
+void addOptionRows(std::string& text, const PublishedGroup& published, const OptionGroup& group,
+                   const std::string& path) {
   const auto cell = [](const std::string& content) {
     return replaced(replaced(content, "|", "\\|"), "\n", " ");
   };
   for (const Option& option : group.options()) {
     const std::string value = option.automatic().empty() ? option.text() : option.automatic();
-    text += fmt::format("| `{}{}` | {} | {} | {} {} |\n", path, option.name(),
-                        cell(value.empty() ? "none" : value), cell(option.accepted()), cell(option.help()),
-                        cell(option.why()));
+    const auto flags = published.flags.find(path + option.name());
+    text += fmt::format(
+        "| `{}{}` | {} | {} | {} | {} {} |\n", path, option.name(),
+        flags == published.flags.end() ? "" : fmt::format("`{}`", fmt::join(flags->second, "`, `")),
+        cell(value.empty() ? "none" : value), cell(option.accepted()), cell(option.help()),
+        cell(option.why()));
   }
-  for (const OptionGroup& inner : group.groups()) addOptionRows(text, inner, path + inner.name() + ".");
+  for (const OptionGroup& inner : group.groups())
+    addOptionRows(text, published, inner, path + inner.name() + ".");
 }
 
 }  // namespace
@@ -113,12 +128,16 @@ std::vector<std::pair<std::string, const CLI::App*>> commandsOf(const CLI::App& 
 }
 
 std::string bashCompletion(const CLI::App& app) {
-  std::string cases;
+  std::string cases, values;
   for (const auto& [name, command] : commandsOf(app)) {
     std::vector<std::string> words;
     for (const CLI::App* inner : subcommandsOf(*command)) words.push_back(inner->get_name());
     for (const CLI::Option* option : optionsOf(*command, false))
-      for (const std::string& word : option->get_lnames()) words.push_back("--" + word);
+      for (const std::string& word : option->get_lnames()) {
+        words.push_back("--" + word);
+        if (const auto known = valuesOf(*option); !known.empty())
+          values += fmt::format("    '{} --{}') words='{}' files= ;;\n", name, word, fmt::join(known, " "));
+      }
     cases += fmt::format("    '{}') words='{}' files={} ;;\n", name, fmt::join(words, " "),
                          subcommandsOf(*command).empty() ? "yes" : "");
   }
@@ -135,6 +154,7 @@ std::string bashCompletion(const CLI::App& app) {
       "    command=$next\n"
       "  done\n"
       "  case $command in\n{}  esac\n"
+      "  case \"$command ${{COMP_WORDS[COMP_CWORD - 1]}}\" in\n{}  esac\n"
       "  if [[ $word == -* ]]; then\n"
       "    mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$word\")\n"
       "  else\n"
@@ -150,7 +170,7 @@ std::string bashCompletion(const CLI::App& app) {
         for (const auto& [name, command] : commandsOf(app)) names.push_back("'" + name + "'");
         return fmt::format("      {}) ;;\n", fmt::join(names, " | "));
       }(),
-      cases);
+      cases, values);
 }
 
 std::string zshCompletion(const CLI::App& app) {
@@ -160,7 +180,11 @@ std::string zshCompletion(const CLI::App& app) {
     for (const CLI::Option* option : optionsOf(*command, false))
       for (const std::string& word : option->get_lnames())
         script += fmt::format("    '--{}{}[{}]{}' \\\n", word, takesValue(*option) ? "=" : "",
-                              zshText(option->get_description()), takesValue(*option) ? ":value:_files" : "");
+                              zshText(option->get_description()),
+                              !takesValue(*option) ? ""
+                              : valuesOf(*option).empty()
+                                  ? ":value:_files"
+                                  : fmt::format(":value:({})", fmt::join(valuesOf(*option), " ")));
     const auto inner = subcommandsOf(*command);
     if (inner.empty()) {
       script += "    '*:file:_files'\n}\n";
@@ -243,12 +267,13 @@ std::string optionReference() {
       "GROUP.NAME=VALUE`, or in a\nTOML file given by `--config`, in a table of the group's name with "
       "underscores for "
       "dashes. C++ programs set the\nmember of the same name.\n";
-  for (const auto& [group, commands] : publishedGroups()) {
+  for (const PublishedGroup& published : publishedGroups()) {
     text += fmt::format(
-        "\n## {}\n\n{} Used by `{}`.\n\n| parameter | default | accepts | meaning, and why to change it |\n| "
-        "--- | --- | --- | --- |\n",
-        group.name(), group.help(), fmt::join(commands, "`, `"));
-    addOptionRows(text, group, "");
+        "\n## {}\n\n{} Used by `{}`.\n\n| parameter | flag | default | accepts | meaning, and why to change "
+        "it "
+        "|\n| --- | --- | --- | --- | --- |\n",
+        published.group.name(), published.group.help(), fmt::join(published.commands, "`, `"));
+    addOptionRows(text, published, published.group, "");
   }
   return text;
 }

@@ -25,7 +25,7 @@ std::string pathOf(const CLI::App& command) {
 void publish(const OptionGroup& group, const CLI::App& command) {
   auto& groups = registry();
   auto at = std::ranges::lower_bound(groups, group.name(), {}, [](const auto& p) { return p.group.name(); });
-  if (at == groups.end() || at->group.name() != group.name()) at = groups.insert(at, {group, {}});
+  if (at == groups.end() || at->group.name() != group.name()) at = groups.insert(at, {group, {}, {}});
   at->commands.push_back(pathOf(command));
 }
 
@@ -47,10 +47,10 @@ std::string headingOf(const OptionGroup& group) {
   return fmt::format("{} ({})", heading, group.name());
 }
 
-/// What the help says of an option: sentence, unit or choices, default.
+/// What the help says of an option: sentence, what it accepts or its choices, default.
 std::string helpOf(const Option& option) {
   std::string help = option.help();
-  if (!option.unit().empty()) help.insert(help.size() - 1, fmt::format(" [{}]", option.unit()));
+  if (option.isNumber()) help += fmt::format("\nAccepts {}", option.accepted());
   for (const Choice& choice : option.choices())
     help +=
         fmt::format("\n  {}{}{}", choice.name, choice.explanation.empty() ? "" : ": ", choice.explanation);
@@ -88,7 +88,8 @@ DeclaredOptions::DeclaredOptions(CLI::App& command) : command_(command) {
       ->type_name("FILE")
       ->group(parameters);
   command
-      .add_option("--set", settings_, "Set any parameter: GROUP.NAME=VALUE; `estancia options` lists them")
+      .add_option("--set", settings_,
+                  "Set any parameter, over --preset and --config: GROUP.NAME=VALUE; see `estancia options`")
       ->type_name("GROUP.NAME=VALUE")
       ->allow_extra_args(false)
       ->group(parameters);
@@ -127,6 +128,9 @@ void DeclaredOptions::addFlag(OptionGroup& group, std::string_view path, std::st
   if (isOn && option->name() == name) name = "no-" + name;
   if (!name.starts_with('-')) name = "--" + name;
   const Flag flag{name, group.name(), std::string(path)};
+  std::ranges::find(registry(), group.name(), [](const auto& p) { return p.group.name(); })
+      ->flags[flag.path]
+      .insert(name);
   if (option->isFlag())
     command_
         .add_flag_function(

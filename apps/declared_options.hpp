@@ -6,7 +6,9 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <initializer_list>
+#include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -70,6 +72,7 @@ class DeclaredOptions {
 struct PublishedGroup {
   OptionGroup group;
   std::vector<std::string> commands;
+  std::map<std::string, std::set<std::string>> flags;  // of an option, by its path below the group
 };
 /// All groups of the program, sorted by name, as they were declared so far.
 const std::vector<PublishedGroup>& publishedGroups();

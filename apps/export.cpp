@@ -36,7 +36,11 @@ std::string textOf(const std::string& file, const std::string& format, const Exp
   return exportMap(readMap(file), format, options);
 }
 
-void run(const ExportArguments& arguments) {
+void run(const ExportArguments& arguments, const CLI::App& command) {
+  for (const char* flag : {"--frame", "--one-way"})
+    if (command.count(flag) > 0 && arguments.format != "nav2")
+      throw Error(ErrorCode::invalidOption,
+                  fmt::format("{} goes with --format nav2, not {}", flag, arguments.format));
   if (arguments.output.empty() && arguments.json)
     throw Error(ErrorCode::invalidOption, "--json describes the file that is written; give it by -o");
   if (!arguments.output.empty()) {
@@ -64,10 +68,10 @@ void addExportCommand(CLI::App& app) {
   std::string formats = "What to write:";
   std::vector<std::string> names;
   for (const auto& [name, explanation] : exportFormats()) {
-    formats += fmt::format("\n{} ({})", name, explanation);
+    formats += fmt::format("\n  {}: {}", name, explanation);
     names.push_back(name);
   }
-  formats += fmt::format("\n{} (of a file of zones: rooms and their words, as simple JSON)", zoneFormat);
+  formats += fmt::format("\n  {}: rooms and their words, as simple JSON; of a file of zones", zoneFormat);
   names.emplace_back(zoneFormat);
   command->add_option("--format", arguments->format, formats)->required()->check(CLI::IsMember(names));
   addOutputOption(*command, arguments->output, "File to write; default: stdout");
@@ -78,7 +82,7 @@ void addExportCommand(CLI::App& app) {
               "  estancia export home.estancia --format json | jq '.places[0].words'\n"
               "  estancia export home.estancia --format nav2 -o home.geojson\n"
               "  estancia export home.zones --format rooms | jq .kitchen.words");
-  command->callback([arguments] { run(*arguments); });
+  command->callback([arguments, command] { run(*arguments, *command); });
 }
 
 }  // namespace estancia::apps

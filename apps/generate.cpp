@@ -16,16 +16,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void writeInto(const fs::path& folder, const std::string& name, const std::string& text) {
+/// Where pages go.
+struct PageFolder {
+  std::string path;
+  bool overwrite = false;
+};
+
+void writeInto(const PageFolder& pages, const std::string& name, const std::string& text) {
+  const fs::path folder = pages.path;
   std::error_code error;
   fs::create_directories(folder, error);
   if (error)
     throw Error(ErrorCode::fileUnwritable, fmt::format("{}: the folder cannot be made ({}); choose another",
                                                        folder.string(), error.message()));
+  requireReplaceable(folder / name, pages.overwrite, nullptr, "page");
   writeWhole(folder / name, text);
 }
 
-void writeManPages(const CLI::App& app, const fs::path& folder) {
+void writeManPages(const CLI::App& app, const PageFolder& folder) {
   for (const auto& [name, command] : commandsOf(app)) {
     std::string file = name;
     std::replace(file.begin(), file.end(), ' ', '-');
@@ -48,15 +56,16 @@ void addGenerateCommand(CLI::App& app) {
   };
   script("bash", bashCompletion);
   script("zsh", zshCompletion);
-  const auto pages = [&](const char* name, const char* what, std::function<void(const fs::path&)> write) {
-    auto folder = std::make_shared<std::string>();
+  const auto pages = [&](const char* name, const char* what, std::function<void(const PageFolder&)> write) {
+    auto folder = std::make_shared<PageFolder>();
     CLI::App* one = command->add_subcommand(name, fmt::format("Write {} into a folder", what));
-    one->add_option("-o,--output", *folder, "The folder")->required()->type_name("FOLDER");
+    one->add_option("-o,--output", folder->path, "The folder")->required()->type_name("FOLDER");
+    addOverwriteOption(*one, folder->overwrite);
     addExamples(*one, fmt::format("  estancia generate {} -o {}", name, name));
     one->callback([folder, write] { write(*folder); });
   };
-  pages("man", "the man pages", [&app](const fs::path& folder) { writeManPages(app, folder); });
-  pages("reference", "the reference of commands and parameters (Markdown)", [&app](const fs::path& folder) {
+  pages("man", "the man pages", [&app](const PageFolder& folder) { writeManPages(app, folder); });
+  pages("reference", "the reference of commands and parameters (Markdown)", [&app](const PageFolder& folder) {
     writeInto(folder, "command.md", commandReference(app));
     writeInto(folder, "parameters.md", optionReference());
   });

@@ -9,6 +9,7 @@
 #include <exception>
 #include <opencv2/core/utils/logger.hpp>
 #include <string_view>
+#include <system_error>
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
@@ -27,6 +28,16 @@ void logToStderr() {
   auto logger = spdlog::stderr_color_mt("estancia");
   logger->set_pattern("%^%l%$: %v");
   spdlog::set_default_logger(std::move(logger));
+}
+
+/// A path or word that is "" has its own sentence, instead of one that names nothing.
+void refuseEmptyArguments(CLI::App& app) {
+  const CLI::Validator notEmpty(
+      [](const std::string& text) { return text.empty() ? std::string("is empty; give one") : ""; }, "");
+  for (CLI::Option* option : app.get_options())
+    if (option->get_positional() || option->check_name("--output")) option->check(notEmpty);
+  for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
+    refuseEmptyArguments(*command);
 }
 
 /// One line on stderr with the error's code in brackets, and with --json an object on stdout, too.
@@ -92,6 +103,7 @@ int main(int argc, char** argv) {
   addCacheCommand(app);
   addOptionsCommand(app);
   addGenerateCommand(app);
+  refuseEmptyArguments(app);
 
   const bool json =
       std::any_of(argv, argv + argc, [](const char* word) { return std::string_view(word) == "--json"; });
@@ -112,6 +124,11 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     return complain(ErrorCode::tooLarge, "out of memory; use fewer or smaller images, or a smaller model",
                     json);
+  } catch (const std::system_error& e) {
+    const bool full = std::ferror(stdout) != 0;  // fmt tells so by an exception
+    return complain(full ? ErrorCode::fileUnwritable : ErrorCode::invalidState,
+                    full ? "the output could not be written completely; check where it goes" : e.what(),
+                    json && !full);
   } catch (const std::exception& e) {
     return complain(ErrorCode::invalidState, e.what(), json);
   }

@@ -11,7 +11,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json jsonOf(const OptionGroup& group) {
+std::vector<std::string> flagsOf(const PublishedGroup& published, const std::string& path) {
+  const auto found = published.flags.find(path);
+  if (found == published.flags.end()) return {};
+  return {found->second.begin(), found->second.end()};
+}
+
+/// `path` ends with a dot, or is "" for the published group itself.
+Json jsonOf(const PublishedGroup& published, const OptionGroup& group, const std::string& path = "") {
   Json json = Json::object();
   for (const Option& option : group.options()) {
     Json& entry = json[option.name()];
@@ -20,33 +27,58 @@ Json jsonOf(const OptionGroup& group) {
     entry["accepted"] = option.accepted();
     entry["help"] = option.help();
     entry["why"] = option.why();
+    entry["flags"] = flagsOf(published, path + option.name());
   }
-  for (const OptionGroup& inner : group.groups()) json[inner.name()] = jsonOf(inner);
+  for (const OptionGroup& inner : group.groups())
+    json[inner.name()] = jsonOf(published, inner, path + inner.name() + ".");
   return json;
 }
 
-void printText(const OptionGroup& group, const std::string& path) {
+/// Prints the options whose path is or begins with `only`. Returns their number.
+std::size_t printText(const PublishedGroup& published, const OptionGroup& group, const std::string& only,
+                      const std::string& path = "") {
+  std::size_t count = 0;
   for (const Option& option : group.options()) {
+    const std::string name = path + option.name();
+    if (!only.empty() && name != only && !name.starts_with(only + ".")) continue;
     const std::string value = option.automatic().empty() ? option.text() : option.automatic();
-    fmt::print("{}.{} = {}\n    {}{} Accepts {}.\n", path, option.name(), value.empty() ? "(none)" : value,
-               option.help(), option.why().empty() ? "" : " " + option.why(), option.accepted());
+    const auto flags = flagsOf(published, name);
+    fmt::print("{}.{} = {}\n    {}{} Accepts {}.{}\n", published.group.name(), name,
+               value.empty() ? "(none)" : value, option.help(),
+               option.why().empty() ? "" : " " + option.why(), option.accepted(),
+               flags.empty() ? "" : fmt::format(" Flag: {}.", fmt::join(flags, ", ")));
+    ++count;
   }
-  for (const OptionGroup& inner : group.groups()) printText(inner, path + "." + inner.name());
+  for (const OptionGroup& inner : group.groups())
+    count += printText(published, inner, only, path + inner.name() + ".");
+  return count;
 }
 
-void run(const std::string& name, bool json) {
-  Json all = Json::object();
+/// `which` is "", a group, or GROUP.NAME.
+void run(const std::string& which, bool json) {
+  const std::string name = which.substr(0, which.find('.'));
+  const std::string only = name.size() < which.size() ? which.substr(name.size() + 1) : "";
+  if (json && !only.empty())
+    throw Error(ErrorCode::invalidOption, fmt::format("--json describes whole groups; give {}", name));
   Choices known;
-  for (const auto& [group, commands] : publishedGroups()) {
-    known.push_back({group.name(), group.help()});
-    if (!name.empty() && group.name() != name) continue;
-    if (json)
-      all[group.name()] = {{"help", group.help()}, {"commands", commands}, {"options", jsonOf(group)}};
-    else
-      fmt::print("# {}: {} (of {})\n", group.name(), group.help(), fmt::join(commands, ", ")),
-          printText(group, group.name());
-  }
+  for (const PublishedGroup& published : publishedGroups())
+    known.push_back({published.group.name(), published.group.help()});
   if (!name.empty()) requireChoice("group of parameters", name, known);
+  Json all = Json::object();
+  for (const PublishedGroup& published : publishedGroups()) {
+    const OptionGroup& group = published.group;
+    if (!name.empty() && group.name() != name) continue;
+    if (json) {
+      all[group.name()] = {
+          {"help", group.help()}, {"commands", published.commands}, {"options", jsonOf(published, group)}};
+      continue;
+    }
+    if (only.empty())
+      fmt::print("# {}: {} (of {})\n", group.name(), group.help(), fmt::join(published.commands, ", "));
+    if (printText(published, group, only) == 0)
+      throw Error(ErrorCode::unknownName,
+                  fmt::format("{} has no parameter \"{}\"; see estancia options {}", name, only, name));
+  }
   if (json) print(all);
 }
 
@@ -54,18 +86,19 @@ void run(const std::string& name, bool json) {
 
 void addOptionsCommand(CLI::App& app) {
   struct Arguments {
-    std::string group;
+    std::string which;
     bool json = false;
   };
   auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
-      app.add_subcommand("options", "List all parameters: defaults, ranges, and why to change them");
-  command->add_option("GROUP", arguments->group, "Only this group, such as mapper or recognition");
+      app.add_subcommand("options", "List all parameters: defaults, ranges, flags, and why to change them");
+  command->add_option("GROUP", arguments->which, "Only this group, or this parameter: GROUP.NAME");
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia options\n"
-              "  estancia options mapper");
-  command->callback([arguments] { run(arguments->group, arguments->json); });
+              "  estancia options mapper\n"
+              "  estancia options mapper.tau-join");
+  command->callback([arguments] { run(arguments->which, arguments->json); });
 }
 
 }  // namespace estancia::apps

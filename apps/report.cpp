@@ -107,8 +107,10 @@ void addReportCommand(CLI::App& app) {
   command->add_option("--label", arguments->label, "Start as the heat map of this label");
   command->add_option("--floor-plan", arguments->floorPlan, "An image of the building to draw the map on")
       ->check(CLI::ExistingFile);
-  command->add_option("--extent", arguments->extent,
-                      "The floor plan's edges in the map [m]: XMIN YMIN XMAX YMAX");
+  command
+      ->add_option("--extent", arguments->extent,
+                   "The floor plan's edges in the map [m]: XMIN YMIN XMAX YMAX")
+      ->needs("--floor-plan");
   command->add_option("--zones", arguments->zones, "Lay these zones of the same run over the map")
       ->check(CLI::ExistingFile);
   command->add_option("--map", arguments->map, "Show zones with the images of this map of the same run")

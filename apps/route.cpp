@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
 
 #include <charconv>
 
@@ -55,6 +56,8 @@ void run(const RouteArguments& arguments) {
   }
   const std::vector<Place> places = placesOf(map);
   if (arguments.json) return print(found ? toJson(arguments.to, *found, map) : toJson(route));
+  if (found && !found->goal.inTop5)
+    spdlog::warn("no place has \"{}\" among its 5 most probable labels", arguments.to);
   if (found)
     fmt::print("\"{}\" is at place {} ({:.1f} %)\n",
                found->goal.room.empty() ? shortLabel(map.vocabulary[found->goal.label]) : found->goal.room,

@@ -14,6 +14,17 @@ set_target_properties(estancia_command PROPERTIES INSTALL_RPATH $ORIGIN/${bin_to
 
 install(TARGETS estancia EXPORT estanciaTargets FILE_SET HEADERS)
 install(TARGETS estancia_command)
+# Man pages and shell completion, as the command itself writes them.
+set(pages ${PROJECT_BINARY_DIR}/pages)
+install(CODE "
+  set(command \"$<TARGET_FILE:estancia_command>\")
+  file(MAKE_DIRECTORY \"${pages}\")
+  execute_process(COMMAND \${command} generate man -o \"${pages}/man1\" --overwrite COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND \${command} generate bash OUTPUT_FILE \"${pages}/estancia\" COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND \${command} generate zsh OUTPUT_FILE \"${pages}/_estancia\" COMMAND_ERROR_IS_FATAL ANY)")
+install(DIRECTORY ${pages}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR})
+install(FILES ${pages}/estancia DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+install(FILES ${pages}/_estancia DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/site-functions)
 install(EXPORT estanciaTargets NAMESPACE estancia:: DESTINATION ${package_folder})
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/estanciaConfig.cmake.in
                               ${PROJECT_BINARY_DIR}/estanciaConfig.cmake INSTALL_DESTINATION ${package_folder})

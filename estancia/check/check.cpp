@@ -44,7 +44,7 @@ std::size_t CheckReport::count(Severity severity) const {
 }
 
 OptionGroup declare(CheckOptions& o) {
-  OptionGroup group("check", "Check of a sequence");
+  OptionGroup group("check", "Check of a sequence.");
   group.add("max-frames", &o.maxFrames, "Largest number of frames that are checked, evenly spread")
       .range(1)
       .why("More take longer and find rarer faults.");

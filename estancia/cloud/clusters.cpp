@@ -161,7 +161,7 @@ std::optional<CameraIntrinsics> cameraOf(const PointCloud& cloud) {
 }  // namespace
 
 OptionGroup declare(ClusterOptions& o) {
-  OptionGroup group("clusters", "Segmentation of a depth image or cloud into objects");
+  OptionGroup group("clusters", "Segmentation of a depth image or cloud into objects.");
   group
       .add("min-plane-area", &o.minPlaneArea,
            "Area of the smallest plane that is removed, of which half may lie beyond the image's edge")

@@ -141,7 +141,7 @@ void drawDisc(int x, int y, int radius, double z, const cv::Vec3b& color, cv::Ma
 
 OptionGroup declare(CropOptions& o) {
   using Background = CropOptions::Background;
-  OptionGroup group("crop", "The image of one object that a classifier gets");
+  OptionGroup group("crop", "The image of one object that a classifier gets.");
   group.add("background", o.background,
             {{{"kept", "as in the image"}, Background::kept},
              {{"gray", "gray"}, Background::gray},

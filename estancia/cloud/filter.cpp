@@ -59,7 +59,7 @@ constexpr Method kMethods[] = {
 }  // namespace
 
 OptionGroup declare(FilterOptions& o) {
-  OptionGroup group("filter", "Point cloud filter");
+  OptionGroup group("filter", "Point cloud filter.");
   group.add("method", &o.method, "Filter").choices(filterMethods());
   group.add("points", &o.points, "Points of the result").range(1);
   group.add("leaf", &o.leaf, "Edge of a voxel")

@@ -288,7 +288,7 @@ NeuralGas toNeuralGas(const Network& network, const Signals& signals, GngStop st
 }  // namespace
 
 OptionGroup declare(GngOptions& o) {
-  OptionGroup group("gng", "Growing Neural Gas");
+  OptionGroup group("gng", "Growing Neural Gas.");
   group.add("neurons", &o.neurons, "Neurons of the network").range(2, 100'000'000);
   group.add("signals-per-insertion", &o.signalsPerInsertion, "Signals between two insertions (λ)")
       .range(1)

@@ -210,7 +210,7 @@ Element meanAt(const cv::Point3f& seed, const Support& support, const MlsOptions
 }  // namespace
 
 OptionGroup declare(MlsOptions& o) {
-  OptionGroup group("mls", "Moving least squares");
+  OptionGroup group("mls", "Moving least squares.");
   group.add("leaf", &o.leaf, "Edge of the voxels that replace the points").above(0).unit("m");
   group.add("radius", &o.radius, "Radius of the ball that a normal is fitted to").above(0).unit("m");
   group.add("width", &o.width, "Radius of the cylinder that heights are averaged over").above(0).unit("m");

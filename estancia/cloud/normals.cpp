@@ -23,7 +23,7 @@ cv::Point3f normalAt(const cv::Point3f& place, const LocalCovariance& local, con
 }  // namespace
 
 OptionGroup declare(NormalOptions& o) {
-  OptionGroup group("normals", "Surface normals");
+  OptionGroup group("normals", "Surface normals.");
   group.add("radius", &o.radius, "Radius of the points that a plane is fitted to; 0: neighbors decides")
       .range(0)
       .unit("m")

@@ -52,7 +52,7 @@ PointCloud readDepthImage(const std::filesystem::path& file, const CloudFileOpti
 }  // namespace
 
 OptionGroup declare(CloudFileOptions& o) {
-  OptionGroup group("cloud-file", "How to read depth images as point clouds");
+  OptionGroup group("cloud-file", "How to read depth images as point clouds.");
   group.add("depth-scale", &o.depthScale, "Depth units per meter; 0: default of the image type")
       .range(0, 1e9);
   group.add("intrinsics", io::asText(o.intrinsics), "Camera intrinsics: fx fy cx cy, 3×3 matrix, or YAML")

@@ -244,7 +244,7 @@ void writeNpy(const DescriptorSequence& sequence, const fs::path& file) {
 }  // namespace
 
 OptionGroup declare(DescriptorFileOptions& o) {
-  OptionGroup group("descriptor-file", "The files beside a descriptor file");
+  OptionGroup group("descriptor-file", "The files beside a descriptor file.");
   group.add("labels", io::asText(o.labels), "Label file, one label per line")
       .automatic("the labels of the file");
   group.add("frames", io::asText(o.frames), "Names of the rows of a .npy file").automatic("NAME.frames.csv");

@@ -106,7 +106,7 @@ float numberIn(const io::CsvRow& row, std::size_t column, const Layout& layout, 
 }  // namespace
 
 OptionGroup declare(FeatureTableOptions& o) {
-  OptionGroup group("feature-table", "How to read a CSV of image features");
+  OptionGroup group("feature-table", "How to read a CSV of image features.");
   group.add("ignored", io::asText(o.ignored), "Columns that are no features, separated by commas")
       .automatic("none");
   return group;

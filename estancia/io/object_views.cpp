@@ -99,7 +99,7 @@ PointCloud pointsBehind(const cv::Mat& image, const cv::Mat& depth, const cv::Ma
 }  // namespace io
 
 OptionGroup declare(ObjectViewsOptions& o) {
-  OptionGroup group("object-views", "How to open a folder of object views");
+  OptionGroup group("object-views", "How to open a folder of object views.");
   group.add("type", &o.type, "Format of the folder").choices(io::typesWithAuto(kFormats));
   group.add("min-points", &o.minPoints, "Views with fewer points are left out")
       .range(0, 1e9)

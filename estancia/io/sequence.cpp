@@ -177,7 +177,7 @@ std::string nameOf(const fs::path& path) {
 }  // namespace io
 
 OptionGroup declare(SequenceOptions& o) {
-  OptionGroup group("sequence", "How to open a sequence of images");
+  OptionGroup group("sequence", "How to open a sequence of images.");
   group.add("type", &o.type, "Format of the sequence").choices(io::typesWithAuto(kFormats));
   group.add("poses", io::asText(o.poses), "Trajectory (TUM or KITTI)").automatic("poses.txt in the folder");
   group.add("rooms", io::asText(o.rooms), "CSV image,room or image,room,split")

@@ -248,7 +248,7 @@ void requireRgbd(const Sequence& sequence) {
 }  // namespace
 
 OptionGroup declare(RgbdOptions& o) {
-  OptionGroup group("odometry", "RGB-D odometry");
+  OptionGroup group("odometry", "RGB-D odometry.");
   group.add("term", &o.term, "What alignment minimizes").choices(odometry::alignmentTerms());
   group.add("max-width", &o.maxWidth, "Images are halved until they are at most this wide")
       .range(48, 4096)

@@ -145,7 +145,7 @@ void declareStages(RecognitionOptions& o, OptionGroup& group) {
 }  // namespace
 
 OptionGroup declare(RecognitionOptions& o) {
-  OptionGroup group("recognition", "Recognition of known objects in a point cloud");
+  OptionGroup group("recognition", "Recognition of known objects in a point cloud.");
   group.add(declare(o.modelFilter).named("model-filter"));
   group.add(declare(o.sceneFilter).named("scene-filter"));
   declareStages(o, group);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "support/errors.hpp"
@@ -93,6 +94,17 @@ TEST_F(Options, NameWhatIsWrong) {
   EXPECT_THAT(zones({"--config", config_}), FailsWith(ErrorCode::malformedFile, config_ + ":1", "zone"));
 }
 
+TEST_F(Options, WithoutEffectAreRefused) {
+  const std::string map = scratch_ / "home.estancia";
+  ASSERT_EQ(run({"map", words_, "-o", map}).exitCode, 0);
+  EXPECT_THAT(run({"export", map, "--format", "json", "--frame", "map"}),
+              FailsWith(ErrorCode::invalidOption, "--frame", "nav2"));
+  EXPECT_THAT(run({"report", map, "-o", scratch_ / "home.html", "--extent", "0", "0", "1", "1"}),
+              FailsWith(ErrorCode::invalidOption, "--extent", "--floor-plan"));
+  EXPECT_THAT(run({"map", "", "-o", map}), FailsWith(ErrorCode::invalidOption, "SEQ", "empty"));
+  EXPECT_THAT(run({"ask", map, ""}), FailsWith(ErrorCode::invalidOption, "empty"));
+}
+
 TEST_F(Options, AreListedWithTheirCommands) {
   const json groups = json::parse(run({"options", "--json"}).out);
   EXPECT_THAT(groups["mapper"]["commands"], ElementsAre("map"));
@@ -103,6 +115,13 @@ TEST_F(Options, AreListedWithTheirCommands) {
   for (const auto& [name, group] : groups.items()) EXPECT_FALSE(group["commands"].empty()) << name;
   EXPECT_EQ(json::parse(run({"options", "zones", "--json"}).out).size(), 1U);
   EXPECT_THAT(run({"options", "zone"}), FailsWith(ErrorCode::unknownName, "zones"));
+  EXPECT_EQ(groups["zones"]["options"]["linkage"]["flags"], json({"--linkage"}));
+  const auto one = run({"options", "mapper.tau-join"});
+  EXPECT_THAT(one.out, testing::StartsWith("mapper.tau-join = "));
+  EXPECT_EQ(std::ranges::count(one.out, '\n'), 2);
+  EXPECT_THAT(run({"options", "mapper.tau"}), FailsWith(ErrorCode::unknownName, "tau"));
+  EXPECT_THAT(runProgram("bash", {"-c", ESTANCIA_COMMAND " options > /dev/full"}),
+              FailsWith(ErrorCode::fileUnwritable));
 }
 
 }  // namespace

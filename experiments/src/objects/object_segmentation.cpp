@@ -109,7 +109,7 @@ Images show(const std::vector<ObjectScene>& files, const std::vector<SegmentedSc
 }
 
 OptionGroup declare(ObjectSegmentationOptions& options) {
-  OptionGroup group("object-segmentation", "Objects found in images");
+  OptionGroup group("object-segmentation", "Objects found in images.");
   group.add("depth-scale", &options.depthScale, "Units a meter of the depth images").range(1e-6, 1e9);
   group.add("tolerance", &options.tolerance, "Distance between Euclidean clusters").unit("m").range(1e-4, 10);
   group.add("seed", &options.seed, "Seed of the planes and of the posters' noise").range(0, 1e9);

@@ -30,7 +30,7 @@ std::vector<ConfigFile::Key> trialKeys(ConfigFile& config, ObjectSplitsOptions::
 
 OptionGroup declare(ObjectSplitsOptions::Data& data) {
   using Split = ObjectSplitsOptions::Split;
-  OptionGroup group("data", "Views of objects");
+  OptionGroup group("data", "Views of objects.");
   group.add("name", &data.name, "What to call the data");
   group.add("model", &data.model, "The labeler that is asked");
   group.add("split", data.split,
@@ -56,7 +56,7 @@ OptionGroup declare(ObjectSplitsOptions::Data& data) {
 }
 
 OptionGroup declare(ObjectSplitsOptions& options) {
-  OptionGroup group("object-splits", "Objects that name each other");
+  OptionGroup group("object-splits", "Objects that name each other.");
   group.add("splits", &options.splits, "Random splits").range(1, 100'000);
   group.add("split-seed", &options.splitSeed, "Seed of the random splits").range(0, maxSeed);
   group.add("folds", &options.folds, "Folds of the cross-validation").range(2, 100);

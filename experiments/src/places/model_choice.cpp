@@ -29,7 +29,7 @@ namespace {
 constexpr int modelChoiceVersion = 2;  // of compute(): cells of another one are computed anew
 
 OptionGroup declare(ModelChoiceOptions::Drive& drive) {
-  OptionGroup group("sequence", "Images with poses");
+  OptionGroup group("sequence", "Images with poses.");
   group.add("name", &drive.name, "What to call it");
   group.add("optional", &drive.optional, "Leave out, with a note, when it is not there");
   group.add("radius", &drive.radius, "Distance of images that show the same place; 0: follows the positions")
@@ -41,7 +41,7 @@ OptionGroup declare(ModelChoiceOptions::Drive& drive) {
 }
 
 OptionGroup declare(ModelChoiceOptions& options) {
-  OptionGroup group("model-choice", "Which model tells places apart");
+  OptionGroup group("model-choice", "Which model tells places apart.");
   group.add("clusters", &options.clusters, "Largest number of clusters").range(1, 1000);
   group.add("repeats", &options.repeats, "Runs of k-means that are averaged").range(1, 1000);
   group.add("seed", &options.seed, "Seed of k-means").range(0);

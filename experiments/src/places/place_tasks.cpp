@@ -240,14 +240,14 @@ Findings findingsOf(const std::vector<Task>& tasks, const std::vector<std::strin
 }
 
 OptionGroup declare(PlaceTasksOptions::Drive& drive) {
-  OptionGroup group("drive", "A drive to map, and one to find in it");
+  OptionGroup group("drive", "A drive to map, and one to find in it.");
   group.add("name", &drive.name, "What to call it");
   group.add("optional", &drive.optional, "Leave out, with a note, when it is not there");
   return group;
 }
 
 OptionGroup declare(PlaceTasksOptions::Rooms& rooms) {
-  OptionGroup group("rooms", "Rooms to tell apart");
+  OptionGroup group("rooms", "Rooms to tell apart.");
   group.add("name", &rooms.name, "What to call them");
   group.add("image-column", &rooms.imageColumn, "Column of the images' names");
   group.add("room-column", &rooms.roomColumn, "Column of the rooms");

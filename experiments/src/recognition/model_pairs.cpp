@@ -64,7 +64,7 @@ void nameModels(std::vector<ModelPairs::Model>& models) {
 }  // namespace
 
 OptionGroup declare(ModelPairsOptions& o) {
-  OptionGroup group("model-pairs", "How to read a list of object models in scenes");
+  OptionGroup group("model-pairs", "How to read a list of object models in scenes.");
   group.add("model-column", &o.modelColumn, "Column with the files of models");
   group.add("pose-column", &o.poseColumn, "Column with the files of poses");
   group.add("scene-files", &o.sceneFiles, "File of a scene; {} is its name in the list");

@@ -53,7 +53,7 @@ void readAbsent(const ConfigFile& config, const toml::node& node, RecognitionExp
 }  // namespace
 
 OptionGroup declare(RecognitionExperimentOptions& options) {
-  OptionGroup group("recognition", "Objects in noise");
+  OptionGroup group("recognition", "Objects in noise.");
   group.add("model-column", &options.columns.modelColumn, "Column of the models' files");
   group.add("pose-column", &options.columns.poseColumn, "Column of the files of poses");
   group.add("scene-files", &options.columns.sceneFiles, "Files of the scenes, {} is the scene's name");

@@ -13,7 +13,7 @@ namespace estancia::experiments {
 namespace {
 
 OptionGroup declare(ScenesOptions::Data& data) {
-  OptionGroup group("data", "Images with rooms");
+  OptionGroup group("data", "Images with rooms.");
   group.add("name", &data.name, "What to call them");
   group.add("image-column", &data.imageColumn, "Column of the images' names");
   group.add("room-column", &data.roomColumn, "Column of the rooms");
@@ -25,7 +25,7 @@ OptionGroup declare(ScenesOptions::Data& data) {
 }
 
 OptionGroup declare(ScenesOptions& options) {
-  OptionGroup group("scenes", "Descriptors and classifiers of rooms");
+  OptionGroup group("scenes", "Descriptors and classifiers of rooms.");
   group.add("folds", &options.folds, "Folds in which classifiers choose their parameters").range(2, 100);
   group.add("same-sequence", &options.sameSequence, "Also pairs of a sequence with itself");
   return group;

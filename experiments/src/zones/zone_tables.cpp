@@ -380,7 +380,7 @@ std::string readCut(const ConfigFile& config, const toml::node& node) {
 }
 
 OptionGroup declare(ZoneTablesOptions::Data& data) {
-  OptionGroup group("data", "Images with rooms");
+  OptionGroup group("data", "Images with rooms.");
   group.add("name", &data.name, "What to call them");
   group.add("image-column", &data.imageColumn, "Column of the images' names");
   group.add("room-column", &data.roomColumn, "Column of the rooms");
@@ -392,7 +392,7 @@ OptionGroup declare(ZoneTablesOptions::Data& data) {
 }
 
 OptionGroup declare(ZoneTablesOptions& options) {
-  OptionGroup group("zones", "Zones by model, distance, linkage and cut");
+  OptionGroup group("zones", "Zones by model, distance, linkage and cut.");
   group.add("max-zones", &options.maxZones, "Most zones of the best cut").range(1, 10000);
   return group;
 }
