@@ -22,11 +22,21 @@ std::string pathOf(const CLI::App& command) {
                                                               : pathOf(*parent) + " " + command.get_name();
 }
 
+constexpr std::string_view threadsName = "threads";
+
+/// All options named "threads" share the flag --threads.
+void publishThreads(const OptionGroup& group, const std::string& path, PublishedGroup& published) {
+  for (const Option& option : group.options())
+    if (option.name() == threadsName) published.flags[path + option.name()].insert("--threads");
+  for (const OptionGroup& inner : group.groups()) publishThreads(inner, path + inner.name() + ".", published);
+}
+
 void publish(const OptionGroup& group, const CLI::App& command) {
   auto& groups = registry();
   auto at = std::ranges::lower_bound(groups, group.name(), {}, [](const auto& p) { return p.group.name(); });
   if (at == groups.end() || at->group.name() != group.name()) at = groups.insert(at, {group, {}, {}});
   at->commands.push_back(pathOf(command));
+  publishThreads(group, "", *at);
 }
 
 Choices namesOf(const std::vector<std::unique_ptr<OptionGroup>>& groups) {
@@ -58,8 +68,6 @@ std::string helpOf(const Option& option) {
   if (!option.isFlag() && !value.empty()) help += fmt::format("\nDefault: {}", value);
   return help;
 }
-
-constexpr std::string_view threadsName = "threads";
 
 const Option* findThreads(const OptionGroup& group) {
   for (const Option& option : group.options())

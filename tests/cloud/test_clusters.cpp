@@ -12,6 +12,7 @@
 
 #include "made_up_scene.hpp"
 #include "support/errors.hpp"
+#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -29,7 +30,7 @@ using test::View;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+using test::kNaN;
 const View kView;
 const Shape kTable = level(0);
 const Shape kBox = box({0, 0, 0}, {0.16, 0.1, 0.12}, 0.5);

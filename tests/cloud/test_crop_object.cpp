@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "support/clouds.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
 
@@ -109,14 +110,7 @@ TEST(Crop, RefusesWhatIsNoObjectInAnImage) {
   EXPECT_THAT([&] { cropObject(wide, all, {}, with(Background::kept, 4)); }, FailsWith(ErrorCode::tooLarge));
 }
 
-PointCloud cloudOf(const std::vector<cv::Point3f>& points, const std::vector<cv::Vec3b>& colors = {}) {
-  PointCloud cloud;
-  cloud.points = points;
-  cloud.colors = colors;
-  cloud.width = points.size();
-  cloud.height = 1;
-  return cloud;
-}
+using test::cloudOf;
 
 /// A board that stands upright and looks along `azimuth`: 24 cm wide, 12 cm high, its upper half red.
 PointCloud board(double azimuth, double depth = 0) {

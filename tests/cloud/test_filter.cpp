@@ -10,6 +10,7 @@
 
 #include "estancia/cloud/noise.hpp"
 #include "support/errors.hpp"
+#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -17,7 +18,7 @@ namespace {
 
 using test::FailsWith;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+using test::kNaN;
 
 FilterOptions filterBy(const std::string& method, std::size_t points) {
   FilterOptions options;

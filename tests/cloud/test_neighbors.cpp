@@ -1,6 +1,7 @@
 // The search for neighbors beside looking at every point.
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/cloud/neighbors.hpp"
+#include "support/numbers.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +16,7 @@ namespace {
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+using test::kNaN;
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
 /// `count` points of a bent surface, scaled and moved; every seventh has a coordinate that is not finite.

@@ -10,7 +10,9 @@
 
 #include "estancia/cloud/resolution.hpp"
 #include "estancia/io/pcd.hpp"
+#include "support/clouds.hpp"
 #include "support/errors.hpp"
+#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -18,15 +20,9 @@ namespace {
 
 using test::FailsWith;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+using test::kNaN;
 
-PointCloud cloudOf(std::vector<cv::Point3f> points) {
-  PointCloud cloud;
-  cloud.points = std::move(points);
-  cloud.width = cloud.points.size();
-  cloud.height = 1;
-  return cloud;
-}
+using test::cloudOf;
 
 /// A bowl of 2 m, a point each 10 mm.
 PointCloud bowl(float scale = 1) {

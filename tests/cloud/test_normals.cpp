@@ -14,6 +14,7 @@
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/io/cloud_file.hpp"
 #include "support/errors.hpp"
+#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 #ifdef ESTANCIA_HAS_PCL
@@ -28,7 +29,7 @@ using test::FailsWith;
 using ::testing::Each;
 using ::testing::Truly;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+using test::kNaN;
 
 bool isNone(const cv::Point3f& n) {
   return std::isnan(n.x) && std::isnan(n.y) && std::isnan(n.z);

@@ -10,7 +10,9 @@
 
 #include "estancia/cloud/clusters.hpp"
 #include "made_up_scene.hpp"
+#include "support/clouds.hpp"
 #include "support/errors.hpp"
+#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -26,7 +28,7 @@ using test::View;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+using test::kNaN;
 
 View lookingAtATable() {
   View view;
@@ -44,13 +46,7 @@ PointCloud without(PointCloud cloud, bool grid) {
   return cloud;
 }
 
-PointCloud cloudOf(std::vector<cv::Point3f> points) {
-  PointCloud cloud;
-  cloud.points = std::move(points);
-  cloud.width = cloud.points.size();
-  cloud.height = 1;
-  return cloud;
-}
+using test::cloudOf;
 
 /// How many of a cluster's points are a shape's, and how many the shape has.
 double overlap(const Cluster& cluster, const Seen& seen, int shape) {

@@ -12,7 +12,9 @@
 #include "estancia/cloud/neighbors.hpp"
 #include "estancia/cloud/noise.hpp"
 #include "estancia/io/cloud_file.hpp"
+#include "support/clouds.hpp"
 #include "support/errors.hpp"
+#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 #ifdef ESTANCIA_HAS_PCL
@@ -25,15 +27,9 @@ namespace {
 
 using test::FailsWith;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+using test::kNaN;
 
-PointCloud cloudOf(std::vector<cv::Point3f> points) {
-  PointCloud cloud;
-  cloud.points = std::move(points);
-  cloud.width = cloud.points.size();
-  cloud.height = 1;
-  return cloud;
-}
+using test::cloudOf;
 
 TEST(VoxelGrid, MeansOfPointsColorsAndNormals) {
   PointCloud cloud = cloudOf({{1.2F, 0.5F, -0.5F}, {-0.1F, 0, 0}, {1.6F, 0.7F, -0.7F}, {kNaN, 1, 1}});

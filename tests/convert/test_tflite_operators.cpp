@@ -32,7 +32,7 @@ struct Image {
   }
 };
 
-Values randomValues(std::size_t count, unsigned seed) {
+Values randomTensor(std::size_t count, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> uniform(-1, 1);
   Values values(count);
@@ -41,7 +41,7 @@ Values randomValues(std::size_t count, unsigned seed) {
 }
 
 Image randomImage(int height, int width, int channels) {
-  return {height, width, channels, randomValues(static_cast<std::size_t>(height * width * channels), 7)};
+  return {height, width, channels, randomTensor(static_cast<std::size_t>(height * width * channels), 7)};
 }
 
 /// What the network in `file` answers, in its own (N×C×H×W) order.
@@ -143,8 +143,8 @@ TEST_P(Windows, ConvolveLikeTheDefinition) {
   const Window w = GetParam();
   const Image input = randomImage(w.height, w.width, 3);
   constexpr int filters = 5;
-  const Values weights = randomValues(static_cast<std::size_t>(filters * w.filterY * w.filterX * 3), 1);
-  const Values bias = randomValues(filters, 2);
+  const Values weights = randomTensor(static_cast<std::size_t>(filters * w.filterY * w.filterX * 3), 1);
+  const Values bias = randomTensor(filters, 2);
 
   test::TfliteBuilder network;
   const int in = network.tensor({1, w.height, w.width, 3});
@@ -168,7 +168,7 @@ TEST_P(Windows, ConvolveEachChannelAloneLikeTheDefinition) {
   const Window w = GetParam();
   const Image input = randomImage(w.height, w.width, 3);
   constexpr int filters = 6;  // two a channel
-  const Values weights = randomValues(static_cast<std::size_t>(w.filterY * w.filterX * filters), 1);
+  const Values weights = randomTensor(static_cast<std::size_t>(w.filterY * w.filterX * filters), 1);
 
   test::TfliteBuilder network;
   const int in = network.tensor({1, w.height, w.width, 3});
@@ -283,7 +283,7 @@ TEST(Reshape, FlattensWithChannelsLast) {
 
 TEST(FullyConnected, MultipliesTheFilesOrderOfElements) {
   const Image input = randomImage(2, 2, 3);
-  const Values weights = randomValues(24, 3);
+  const Values weights = randomTensor(24, 3);
   test::TfliteBuilder network;
   const int in = network.tensor({1, 2, 2, 3});
   const int stored = network.constant({2, 12}, weights);

@@ -21,7 +21,7 @@ namespace {
 using test::busyImage;
 using test::FailsWith;
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 cv::Mat mirrored(const cv::Mat& m, int border) {
   cv::Mat out;

@@ -20,9 +20,9 @@ namespace {
 using test::busyImage;
 using test::FailsWith;
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
-double sumOf(const std::vector<float>& v, std::size_t begin = 0, std::size_t end = std::string::npos) {
+double sumOfRange(const std::vector<float>& v, std::size_t begin = 0, std::size_t end = std::string::npos) {
   const auto at = [&](std::size_t i) {
     return v.begin() + static_cast<std::ptrdiff_t>(std::min(i, v.size()));
   };
@@ -138,9 +138,9 @@ TEST(Phog, ATurnedEdgeMovesThroughTheBins) {
 TEST(Phog, EveryLevelHasTheSameEnergyAndCellsAddUp) {
   const auto v = phog(busyImage({123, 91}, 4), {.levels = 3});
   ASSERT_EQ(v.size(), 30U * 85);
-  EXPECT_NEAR(sumOf(v), 1, 1e-5);
+  EXPECT_NEAR(sumOfRange(v), 1, 1e-5);
   for (const auto& [begin, end] : {std::pair{0U, 30U}, {30U, 150U}, {150U, 630U}, {630U, 2550U}})
-    EXPECT_NEAR(sumOf(v, begin, end), 0.25, 1e-5);
+    EXPECT_NEAR(sumOfRange(v, begin, end), 0.25, 1e-5);
   for (std::size_t bin = 0; bin < 30; ++bin)  // the upper left quarter
     EXPECT_NEAR(v[30 + bin], v[150 + bin] + v[180 + bin] + v[270 + bin] + v[300 + bin], 1e-6);
 }
@@ -149,8 +149,8 @@ TEST(Phog, CellsAreRowByRow) {
   cv::Mat image(96, 96, CV_8UC3, cv::Scalar::all(90));
   cv::circle(image, {84, 36}, 6, cv::Scalar::all(200), cv::FILLED);  // fourth column, second row
   const auto v = phog(image);
-  EXPECT_NEAR(sumOf(v, 30 * (1 + 1), 30 * (1 + 2)), 1 / 3.0, 1e-5);
-  EXPECT_NEAR(sumOf(v, 30 * (5 + 7), 30 * (5 + 8)), 1 / 3.0, 1e-5);
+  EXPECT_NEAR(sumOfRange(v, 30 * (1 + 1), 30 * (1 + 2)), 1 / 3.0, 1e-5);
+  EXPECT_NEAR(sumOfRange(v, 30 * (5 + 7), 30 * (5 + 8)), 1 / 3.0, 1e-5);
 }
 
 TEST(Phog, IsZeroWithoutEdges) {
@@ -163,7 +163,7 @@ TEST(Phog, TakesImagesOfAnySizeGrayOrColor) {
     const auto v = phog(busyImage(size, 5));
     ASSERT_EQ(v.size(), 630U);
     for (const float x : v) ASSERT_TRUE(std::isfinite(x) && x >= 0) << size;
-    const double sum = sumOf(v);
+    const double sum = sumOfRange(v);
     EXPECT_TRUE(sum == 0 || std::abs(sum - 1) < 1e-5) << size << sum;
   }
   const cv::Mat gray = busyImage({200, 100}, 9, 1);

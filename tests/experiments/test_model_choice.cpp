@@ -12,6 +12,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
 #include "experiments/color_drive.hpp"
+#include "experiments/counting.hpp"
 #include "experiments/golden_findings.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "support/errors.hpp"
@@ -25,14 +26,6 @@ using test::writeFile;
 namespace fs = std::filesystem;
 
 /// What labels was told of.
-class Counting final : public Progress {
- public:
-  void begin(const std::string& what, std::size_t total, std::size_t done) override {
-    if (what.find("clustering") != std::string::npos) computed += total - done;
-  }
-  std::size_t computed = 0;
-};
-
 class ModelChoice : public testing::Test {
  protected:
   void SetUp() override {
@@ -58,7 +51,7 @@ class ModelChoice : public testing::Test {
   }
 
   test::ScratchFolder scratch;
-  Counting progress;
+  test::Counting progress{{"clustering"}};
 };
 
 const ResultTable& table(const Findings& findings, std::size_t which) {

@@ -12,6 +12,7 @@
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
+#include "experiments/counting.hpp"
 #include "experiments/src/objects/object_segmentation_findings.hpp"
 #include "experiments/src/objects/object_segmentation_score.hpp"
 #include "experiments/src/runner/experiment.hpp"
@@ -143,14 +144,6 @@ TEST(Poster, LiesOnAPlaneThatFacesTheCamera) {
   EXPECT_NE(poster.points, posterOf(cloud, ball, 2).points);
 }
 
-class Counting final : public Progress {
- public:
-  void begin(const std::string& what, std::size_t total, std::size_t done) override {
-    if (what == "segmenting") computed += total - done;
-  }
-  std::size_t computed = 0;
-};
-
 class ObjectSegmentation : public testing::Test {
  protected:
   void SetUp() override {
@@ -176,7 +169,7 @@ class ObjectSegmentation : public testing::Test {
   }
 
   test::ScratchFolder scratch_;
-  Counting progress_;
+  test::Counting progress_{{"segmenting"}};
 };
 
 TEST_F(ObjectSegmentation, HasARowAScene) {

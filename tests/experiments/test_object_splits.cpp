@@ -17,6 +17,7 @@
 #include "estancia/io/cloud_file.hpp"
 #include "estancia/io/csv.hpp"
 #include "estancia/io/object_samples.hpp"
+#include "experiments/counting.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "support/errors.hpp"
 #include "support/support.hpp"
@@ -49,14 +50,6 @@ PointCloud shapeOf(const std::string& kind, double size, std::uint64_t seed) {
   cloud.height = 1;
   return cloud;
 }
-
-class Counting final : public Progress {
- public:
-  void begin(const std::string& what, std::size_t total, std::size_t done) override {
-    if (what.starts_with("learning")) computed += total - done;
-  }
-  std::size_t computed = 0;
-};
 
 class ObjectSplits : public testing::Test {
  protected:
@@ -129,7 +122,7 @@ class ObjectSplits : public testing::Test {
 
   test::ScratchFolder scratch_;
   std::vector<ObjectSample> samples_;
-  Counting progress_;
+  test::Counting progress_{{"learning"}};
 };
 
 TEST_F(ObjectSplits, HaveARowEachWithTheLabelerBeside) {

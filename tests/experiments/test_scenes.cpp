@@ -19,6 +19,7 @@
 #include "estancia/core/error.hpp"
 #include "estancia/io/csv.hpp"
 #include "experiments/color_drive.hpp"
+#include "experiments/counting.hpp"
 #include "experiments/golden_findings.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "experiments/src/scenes/scenes_data.hpp"
@@ -32,15 +33,6 @@ using test::readFile;
 using test::writeFile;
 using testing::ElementsAre;
 namespace fs = std::filesystem;
-
-class Counting final : public Progress {
- public:
-  void begin(const std::string& what, std::size_t total, std::size_t done) override {
-    if (what == "classifying rooms" || what == "choosing labels") computed += total - done;
-    ++works;
-  }
-  std::size_t computed = 0, works = 0;
-};
 
 class Scenes : public testing::Test {
  protected:
@@ -119,7 +111,7 @@ class Scenes : public testing::Test {
   }
 
   test::ScratchFolder scratch_;
-  Counting progress_;
+  test::Counting progress_{{"classifying rooms", "choosing labels"}};
 };
 
 TEST_F(Scenes, HaveARowACell) {

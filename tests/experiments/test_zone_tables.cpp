@@ -19,6 +19,7 @@
 #include "estancia/label/record.hpp"
 #include "estancia/zones/measure.hpp"
 #include "experiments/color_drive.hpp"
+#include "experiments/counting.hpp"
 #include "experiments/golden_findings.hpp"
 #include "experiments/src/runner/experiment.hpp"
 #include "experiments/src/zones/zone_tables_findings.hpp"
@@ -32,14 +33,6 @@ using test::readFile;
 using test::writeFile;
 using testing::ElementsAre;
 namespace fs = std::filesystem;
-
-class Counting final : public Progress {
- public:
-  void begin(const std::string& what, std::size_t total, std::size_t done) override {
-    if (what == "finding zones") computed += total - done;
-  }
-  std::size_t computed = 0;
-};
 
 class ZoneTables : public testing::Test {
  protected:
@@ -79,7 +72,7 @@ class ZoneTables : public testing::Test {
   }
 
   test::ScratchFolder scratch_;
-  Counting progress_;
+  test::Counting progress_{{"finding zones"}};
 };
 
 const ResultTable& table(const Findings& findings, const std::string& title) {

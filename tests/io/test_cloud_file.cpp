@@ -16,6 +16,7 @@
 #include "estancia/core/bytes.hpp"
 #include "estancia/io/pcd.hpp"
 #include "support/errors.hpp"
+#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -24,7 +25,7 @@ namespace {
 using test::FailsWith;
 using ::testing::IsEmpty;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+using test::kNaN;
 
 PointCloud organized() {
   PointCloud cloud;

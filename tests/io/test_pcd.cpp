@@ -16,6 +16,7 @@
 
 #include "io/images.hpp"
 #include "support/errors.hpp"
+#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -25,14 +26,9 @@ using test::FailsWith;
 using test::Mentions;
 using ::testing::IsEmpty;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+using test::kNaN;
 
-template <typename T>
-std::string bytesOf(T value) {
-  std::string bytes(sizeof value, '\0');
-  std::memcpy(bytes.data(), &value, sizeof value);
-  return bytes;
-}
+using test::bytesOf;
 
 /// LZF without any match: what is written stands there as it is.
 std::string packed(const std::string& bytes) {

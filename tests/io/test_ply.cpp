@@ -14,6 +14,7 @@
 #include <tuple>
 
 #include "support/errors.hpp"
+#include "support/numbers.hpp"
 #include "support/support.hpp"
 
 namespace estancia {
@@ -22,15 +23,9 @@ namespace {
 using test::FailsWith;
 using ::testing::ElementsAre;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+using test::kNaN;
 
-template <typename T>
-std::string bytesOf(T value, bool swapped = false) {
-  std::string bytes(sizeof value, '\0');
-  std::memcpy(bytes.data(), &value, sizeof value);
-  if (swapped) std::ranges::reverse(bytes);
-  return bytes;
-}
+using test::bytesOf;
 
 std::string header(const std::string& format, const std::string& elements) {
   return "ply\nformat " + format + " 1.0\ncomment made by hand\n" + elements + "end_header\n";
@@ -50,7 +45,7 @@ class Ply : public ::testing::Test {
   test::ScratchFolder folder_;
 };
 
-void expectTwoPoints(const PointCloud& cloud) {
+void expectTwoPlyPoints(const PointCloud& cloud) {
   ASSERT_EQ(cloud.points.size(), 2U);
   EXPECT_EQ(cloud.width, 2U);
   EXPECT_EQ(cloud.height, 1U);
@@ -60,16 +55,16 @@ void expectTwoPoints(const PointCloud& cloud) {
 }
 
 TEST_F(Ply, ReadsItsThreeForms) {
-  expectTwoPoints(read(header("ascii", kPoints) + "1 -2.5 3\n4 5 nan\n"));
-  expectTwoPoints(read(header("ascii", kPoints + kFaces) + "1 -2.5\t3\r\n4 5 nan\n3 0 1 0"));
+  expectTwoPlyPoints(read(header("ascii", kPoints) + "1 -2.5 3\n4 5 nan\n"));
+  expectTwoPlyPoints(read(header("ascii", kPoints + kFaces) + "1 -2.5\t3\r\n4 5 nan\n3 0 1 0"));
   for (const bool big : {false, true}) {
     std::string data;
     for (const float value : {1.F, -2.5F, 3.F, 4.F, 5.F, kNaN}) data += bytesOf(value, big);
     const std::string format = big ? "binary_big_endian" : "binary_little_endian";
-    expectTwoPoints(read(header(format, kPoints) + data));
+    expectTwoPlyPoints(read(header(format, kPoints) + data));
     data += "\x02";
     for (const std::int32_t vertex : {0, 1}) data += bytesOf(vertex, big);
-    expectTwoPoints(read(header(format, kPoints + kFaces) + data));
+    expectTwoPlyPoints(read(header(format, kPoints + kFaces) + data));
   }
 }
 

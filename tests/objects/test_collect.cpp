@@ -25,8 +25,6 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-const cv::Vec3b red{0, 0, 255}, blue{255, 0, 0};
-
 TableSequence twoThings(const std::vector<double>& degrees = {0, 20, 40, 60, 80}) {
   return {{ballAt(0.1, 0.12, 0.06, red), boxAt(-0.05, -0.12, {0.05, 0.04, 0.07}, blue)}, degrees};
 }

@@ -23,8 +23,6 @@ namespace {
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-const cv::Vec3b red{0, 0, 255}, blue{255, 0, 0};
-
 /// Says "ball" of red images, "box" of blue ones, "nothing" of those that are neither.
 class Colors : public Labeler {
  public:

@@ -56,26 +56,26 @@ class Views final : public ObjectViews {
   std::vector<ObjectView> views_;
 };
 
-ShapeOptions quick(bool size = false, int threads = 0) {
+ShapeOptions quickShape(bool size = false, int threads = 0) {
   return {300, size, 1, threads};
 }
 
 TEST(Shape, PartsAreWhatIsDescribed) {
   const PointCloud ball = ellipsoid({0.1F, 0.1F, 0.1F});
   for (const bool size : {false, true}) {
-    const std::vector<DescriptorPart> parts = noShapes(quick(size)).parts;
+    const std::vector<DescriptorPart> parts = noViews(quickShape(size)).parts;
     std::size_t columns = 0;
     for (const DescriptorPart& part : parts) columns += part.size();
-    EXPECT_EQ(describeShape(ball, quick(size)).size(), columns);
+    EXPECT_EQ(describeShape(ball, quickShape(size)).size(), columns);
     EXPECT_EQ(parts.size(), size ? 2U : 1U);
   }
-  ShapeOptions other = quick();
+  ShapeOptions other = quickShape();
   other.samples = 301;
-  EXPECT_NE(noShapes(other).parts[0].identity, noShapes(quick()).parts[0].identity);
+  EXPECT_NE(noViews(other).parts[0].identity, noViews(quickShape()).parts[0].identity);
 }
 
 TEST(Shape, SizeIsInMetersWhereverTheThingLies) {
-  std::vector<float> numbers = describeShape(ellipsoid({0.1F, 0.4F, 0.2F}, {1, 2, 3}), quick(true));
+  std::vector<float> numbers = describeShape(ellipsoid({0.1F, 0.4F, 0.2F}, {1, 2, 3}), quickShape(true));
   numbers.erase(numbers.begin(), numbers.end() - 4);
   const float root3 = std::sqrt(3.0F);  // an even sphere spreads by its radius / √3
   EXPECT_NEAR(numbers[0], 0.4F / root3, 0.01);
@@ -86,10 +86,10 @@ TEST(Shape, SizeIsInMetersWhereverTheThingLies) {
 
 TEST(Shape, HolesDoNotCount) {
   PointCloud ball = ellipsoid({0.1F, 0.2F, 0.3F});
-  const std::vector<float> whole = describeShape(ball, quick(true));
+  const std::vector<float> whole = describeShape(ball, quickShape(true));
   ball.points.insert(ball.points.begin() + 7, cv::Point3f(NAN, 0, 0));
   ball.width = ball.points.size();
-  EXPECT_EQ(describeShape(ball, quick(true)), whole);
+  EXPECT_EQ(describeShape(ball, quickShape(true)), whole);
 }
 
 TEST(Shape, WhatIsNoShapeIsRefused) {
@@ -100,13 +100,13 @@ TEST(Shape, WhatIsNoShapeIsRefused) {
   PointCloud nothing;
   nothing.points.assign(60, {NAN, NAN, NAN});
   for (const bool size : {false, true}) {
-    EXPECT_THAT([&] { describeShape(line, quick(size)); },
+    EXPECT_THAT([&] { describeShape(line, quickShape(size)); },
                 FailsWith(ErrorCode::insufficientData, "collinear"));
-    EXPECT_THAT([&] { describeShape(nothing, quick(size)); }, FailsWith(ErrorCode::insufficientData, "0"));
-    EXPECT_THAT([&] { describeShape({}, quick(size)); }, FailsWith(ErrorCode::insufficientData, "0"));
+    EXPECT_THAT([&] { describeShape(nothing, quickShape(size)); },
+                FailsWith(ErrorCode::insufficientData, "0"));
+    EXPECT_THAT([&] { describeShape({}, quickShape(size)); }, FailsWith(ErrorCode::insufficientData, "0"));
   }
-  EXPECT_THAT([] { noShapes({.samples = 0}).parts; },
-              FailsWith(ErrorCode::invalidOption, "esf.samples", "0"));
+  EXPECT_THAT([] { noViews({.samples = 0}).parts; }, FailsWith(ErrorCode::invalidOption, "esf.samples", "0"));
 }
 
 TEST(Shapes, OfAllViewsWhateverTheThreads) {
@@ -114,8 +114,8 @@ TEST(Shapes, OfAllViewsWhateverTheThreads) {
   holes.points.assign(100, {NAN, NAN, NAN});
   const Views views({ellipsoid({1, 1, 1}), holes, ellipsoid({1, 2, 1}), {}, ellipsoid({3, 1, 1})});
   std::vector<std::string> problems, again;
-  const Features one = describeShapes(views, quick(true, 1), Progress::none(), &problems),
-                 four = describeShapes(views, quick(true, 4), Progress::none(), &again);
+  const Features one = describeShapes(views, quickShape(true, 1), Progress::none(), &problems),
+                 four = describeShapes(views, quickShape(true, 4), Progress::none(), &again);
   EXPECT_EQ(one.values.values(), four.values.values());
   EXPECT_EQ(problems, again);
   ASSERT_EQ(problems.size(), 2U);
@@ -125,17 +125,17 @@ TEST(Shapes, OfAllViewsWhateverTheThreads) {
   EXPECT_EQ(one.frames[1].name, "view 2");
   EXPECT_EQ(one.frames[1].room, "even");
   const std::vector<float> second(one.values.row(1).begin(), one.values.row(1).end());
-  EXPECT_EQ(second, describeShape(ellipsoid({1, 2, 1}), quick(true)));
-  EXPECT_EQ(one.parts, noShapes(quick(true)).parts);
+  EXPECT_EQ(second, describeShape(ellipsoid({1, 2, 1}), quickShape(true)));
+  EXPECT_EQ(one.parts, noViews(quickShape(true)).parts);
 }
 
 TEST(Shapes, NoneIsAnError) {
   EXPECT_THAT(
       [&] {
-        describeShapes(Views({{}, {}}), quick());
+        describeShapes(Views({{}, {}}), quickShape());
       },
       FailsWith(ErrorCode::insufficientData, "made up", "2", "view 0"));
-  EXPECT_THAT([&] { describeShapes(Views({}), quick()); }, FailsWith(ErrorCode::insufficientData));
+  EXPECT_THAT([&] { describeShapes(Views({}), quickShape()); }, FailsWith(ErrorCode::insufficientData));
 }
 
 }  // namespace

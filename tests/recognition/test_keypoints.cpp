@@ -18,23 +18,23 @@ namespace {
 
 using test::FailsWith;
 
-const Surface& sheet() {
+const Surface& wideSheet() {
   static const Surface surface("sheet", test::wavySheet(100, 0.3));
   return surface;
 }
 
 TEST(Keypoints, UniformGivesOnePointACell) {
-  const auto keypoints = findKeypoints(sheet(), "uniform", 0.02);
-  cv::Point3f low = sheet().points()[0];
-  for (const cv::Point3f& p : sheet().points())
+  const auto keypoints = findKeypoints(wideSheet(), "uniform", 0.02);
+  cv::Point3f low = wideSheet().points()[0];
+  for (const cv::Point3f& p : wideSheet().points())
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
   const auto cellOf = [&](std::uint32_t i) {
-    const cv::Point3f p = sheet().points()[i] - low;
+    const cv::Point3f p = wideSheet().points()[i] - low;
     return std::array{static_cast<int>(p.x / 0.02), static_cast<int>(p.y / 0.02),
                       static_cast<int>(p.z / 0.02)};
   };
   std::map<std::array<int, 3>, int> cells, chosen;
-  for (std::uint32_t i = 0; i < sheet().size(); ++i) ++cells[cellOf(i)];
+  for (std::uint32_t i = 0; i < wideSheet().size(); ++i) ++cells[cellOf(i)];
   for (const std::uint32_t i : keypoints) ++chosen[cellOf(i)];
   EXPECT_EQ(chosen.size(), cells.size());
   EXPECT_EQ(keypoints.size(), cells.size());
@@ -46,9 +46,9 @@ TEST(Keypoints, DoNotDependOnThreadsOrUnits) {
   for (cv::Point3f& p : millimeters.points) p *= 1024;  // a power of two: no rounding
   const Surface large("large", millimeters);
   for (const auto& [method, explanation] : keypointMethods()) {
-    const auto one = findKeypoints(sheet(), method, 0.02, 1);
+    const auto one = findKeypoints(wideSheet(), method, 0.02, 1);
     EXPECT_GT(one.size(), 3U) << method;
-    EXPECT_EQ(one, findKeypoints(sheet(), method, 0.02, 3)) << method;
+    EXPECT_EQ(one, findKeypoints(wideSheet(), method, 0.02, 3)) << method;
     EXPECT_EQ(one, findKeypoints(large, method, 0.02 * 1024)) << method;
   }
 }
@@ -85,10 +85,10 @@ TEST(Keypoints, HarrisFindsTheCornersOfABox) {
 }
 
 TEST(Keypoints, RefuseWhatCannotBe) {
-  EXPECT_THAT([] { findKeypoints(sheet(), "sift", 0.01); },
+  EXPECT_THAT([] { findKeypoints(wideSheet(), "sift", 0.01); },
               FailsWith(ErrorCode::unknownName, "sift", "uniform, harris3d, iss"));
   for (const double spacing : {0.0, -1.0, std::nan(""), 1e-12})
-    EXPECT_THAT([&] { findKeypoints(sheet(), "uniform", spacing); },
+    EXPECT_THAT([&] { findKeypoints(wideSheet(), "uniform", spacing); },
                 FailsWith(ErrorCode::invalidOption, "sheet"))
         << spacing;
 }
@@ -111,8 +111,8 @@ TEST(Surface, LeavesOutHoles) {
 
 TEST(Keypoints, IssAndHarrisArePcls) {
   for (const std::string method : {"iss", "harris3d"}) {
-    const auto ours = findKeypoints(sheet(), method, 0.02);
-    auto pcls = method == "iss" ? test::pclIss(sheet(), 0.02) : test::pclHarris(sheet(), 0.02);
+    const auto ours = findKeypoints(wideSheet(), method, 0.02);
+    auto pcls = method == "iss" ? test::pclIss(wideSheet(), 0.02) : test::pclHarris(wideSheet(), 0.02);
     std::sort(pcls.begin(), pcls.end());
     std::vector<std::uint32_t> both;
     std::set_intersection(ours.begin(), ours.end(), pcls.begin(), pcls.end(), std::back_inserter(both));

@@ -1,12 +1,26 @@
-// The numbers in a sentence, so that tests check what it says and not how.
+// Numbers of tests: those of a sentence, which say what and not how; the bytes of one; none.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cstring>
+#include <limits>
 #include <regex>
 #include <string>
 #include <vector>
 
 namespace estancia::test {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+/// As in memory, or with the bytes' order swapped.
+template <class T>
+std::string bytesOf(T value, bool swapped = false) {
+  std::string bytes(sizeof value, '\0');
+  std::memcpy(bytes.data(), &value, sizeof value);
+  if (swapped) std::ranges::reverse(bytes);
+  return bytes;
+}
 
 inline std::vector<double> numbersIn(const std::string& sentence) {
   static const std::regex number(R"(-?\d+(\.\d+)?(e[+-]?\d+)?)");

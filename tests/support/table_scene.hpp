@@ -1,4 +1,4 @@
-// Made-up things on a table, seen by a depth camera that moves around them: ray casting, no noise.
+// Made-up objects on a table, seen by a depth camera that moves around them: ray casting, no noise.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,6 +10,8 @@
 #include "estancia/io/sequence.hpp"
 
 namespace estancia::test {
+
+const inline cv::Vec3b red{0, 0, 255}, blue{255, 0, 0};  // BGR
 
 struct Solid {
   enum class Kind { ball, box };
@@ -27,7 +29,7 @@ Solid boxAt(double x, double y, const cv::Vec3d& half, const cv::Vec3b& bgr);
 class TableSequence : public Sequence {
  public:
   /// One frame for each of `degrees` around the middle of the table, seen from 0.9 m away and above. Without
-  /// `table` the things float in nothing.
+  /// `table` the objects float in nothing.
   TableSequence(const std::vector<Solid>& solids, const std::vector<double>& degrees, bool table = true);
 
   std::string name() const override { return "table"; }

@@ -26,7 +26,7 @@ using test::FailsWith;
 
 constexpr std::size_t labels = 1001;
 
-MapStore::Identity identity() {
+MapStore::Identity wideIdentity() {
   std::vector<std::string> words;
   for (std::size_t i = 0; i < labels; ++i) words.push_back("label " + std::to_string(i));
   return {Vocabulary(words), "model", "{}"};
@@ -40,9 +40,9 @@ void addFrame(MapStore& store, std::size_t index) {
   store.putNode({0, index + 1, std::vector<float>(labels), std::vector<float>(labels)}, "");
 }
 
-fs::path storedMap(const test::ScratchFolder& folder, std::size_t frames) {
+fs::path wideMap(const test::ScratchFolder& folder, std::size_t frames) {
   const fs::path path = folder / "map.estancia";
-  MapStore store = MapStore::create(path, identity());
+  MapStore store = MapStore::create(path, wideIdentity());
   for (std::size_t i = 0; i < frames; ++i) addFrame(store, i);
   store.commit();
   return path;
@@ -98,7 +98,7 @@ void dropPrivileges() {
 
 TEST(MapStoreProcesses, RefusesASecondWriterButServesReaders) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder, 3);
+  const fs::path path = wideMap(folder, 3);
   {
     MapStore writer = MapStore::open(path, Access::write);
     addFrame(writer, 3);
@@ -120,7 +120,7 @@ TEST(MapStoreProcesses, KeepsAllCommittedFramesWhenTheWriterIsKilled) {
     ASSERT_EQ(pipe(ends.data()), 0);
     const pid_t child = fork();
     if (child == 0) {
-      MapStore store = MapStore::create(path, identity());
+      MapStore store = MapStore::create(path, wideIdentity());
       for (std::size_t i = 0;; ++i) {
         addFrame(store, i);
         if (i % 10 != 9) continue;
@@ -162,7 +162,7 @@ TEST(MapStoreProcesses, KeepsAllCommittedFramesWhenTheWriterIsKilled) {
 TEST(MapStoreProcesses, LeavesNothingWhenKilledBeforeTheFirstCommit) {
   const test::ScratchFolder folder;
   caughtInAnotherProcess([&] {
-    MapStore store = MapStore::create(folder / "map.estancia", identity());
+    MapStore store = MapStore::create(folder / "map.estancia", wideIdentity());
     for (std::size_t i = 0; i < 100; ++i) addFrame(store, i);
     kill(getpid(), SIGKILL);
   });
@@ -171,14 +171,14 @@ TEST(MapStoreProcesses, LeavesNothingWhenKilledBeforeTheFirstCommit) {
 
 TEST(MapStoreProcesses, SaysThatAFolderIsMissingOrCannotBeWritten) {
   const test::ScratchFolder folder;
-  EXPECT_THAT(caughtInAnotherProcess([&] { MapStore::create(folder / "no/map.estancia", identity()); }),
+  EXPECT_THAT(caughtInAnotherProcess([&] { MapStore::create(folder / "no/map.estancia", wideIdentity()); }),
               FailsWith(ErrorCode::fileNotFound, (folder / "no").string()));
-  EXPECT_THAT(caughtInAnotherProcess([] { MapStore::create("/proc/map.estancia", identity()); }),
+  EXPECT_THAT(caughtInAnotherProcess([] { MapStore::create("/proc/map.estancia", wideIdentity()); }),
               FailsWith(ErrorCode::fileUnwritable, "/proc: "));
   fs::permissions(folder.path(), fs::perms(0555));
   EXPECT_THAT(caughtInAnotherProcess([&] {
                 dropPrivileges();
-                MapStore::create(folder / "map.estancia", identity());
+                MapStore::create(folder / "map.estancia", wideIdentity());
               }),
               FailsWith(ErrorCode::fileUnwritable, folder.path().string(), "Permission denied"));
   fs::permissions(folder.path(), fs::perms(0755));
@@ -186,7 +186,7 @@ TEST(MapStoreProcesses, SaysThatAFolderIsMissingOrCannotBeWritten) {
 
 TEST(MapStoreProcesses, ReadsAMapInAReadOnlyFolderButDoesNotWriteIt) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder, 7);
+  const fs::path path = wideMap(folder, 7);
   fs::permissions(path, fs::perms(0444));
   fs::permissions(folder.path(), fs::perms(0555));
   EXPECT_EQ(framesInAnotherProcess([&] {
@@ -210,7 +210,7 @@ TEST(MapStoreProcesses, ReadsAMapInAReadOnlyFolderButDoesNotWriteIt) {
 
 /// A map whose writer was killed: the last commits are still in its -wal.
 fs::path killedMap(const test::ScratchFolder& folder) {
-  const fs::path path = storedMap(folder, 3);
+  const fs::path path = wideMap(folder, 3);
   const test::Caught end = caughtInAnotherProcess([&] {
     MapStore store = MapStore::open(path, Access::write);
     for (std::size_t i = 3; i < 200; ++i) addFrame(store, i);
@@ -223,7 +223,7 @@ fs::path killedMap(const test::ScratchFolder& folder) {
 }
 
 void makeNew(const fs::path& path, ExistingMap existing) {
-  MapStore store = MapStore::create(path, identity(), existing);
+  MapStore store = MapStore::create(path, wideIdentity(), existing);
   addFrame(store, 0);
   store.commit();
 }
@@ -254,7 +254,7 @@ TEST(MapStoreProcesses, ReplacesADamagedMapAndTheMapBehindALink) {
 
 TEST(MapStoreProcesses, DoesNotReplaceAMapThatIsBeingWritten) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder, 3);
+  const fs::path path = wideMap(folder, 3);
   MapStore writer = MapStore::open(path, Access::write);
   addFrame(writer, 3);
   EXPECT_THAT(caughtInAnotherProcess([&] { makeNew(path, ExistingMap::replace); }),
@@ -265,7 +265,7 @@ TEST(MapStoreProcesses, DoesNotReplaceAMapThatIsBeingWritten) {
 
 TEST(MapStoreProcesses, NoticesThatItsFileHasGone) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder, 3);
+  const fs::path path = wideMap(folder, 3);
   MapStore writer = MapStore::open(path, Access::write);
   addFrame(writer, 3);
   fs::remove(path);
@@ -274,7 +274,7 @@ TEST(MapStoreProcesses, NoticesThatItsFileHasGone) {
 
 TEST(MapStoreProcesses, KeepsTheLastCommitWhenTheDiskIsFull) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder, 10);
+  const fs::path path = wideMap(folder, 10);
   const test::Caught caught = caughtInAnotherProcess([&] {
     // No file of this process may grow beyond this: for SQLite the same as a full disk.
     std::signal(SIGXFSZ, SIG_IGN);
@@ -306,7 +306,7 @@ TEST(MapStoreProcesses, LeavesNothingWhenTheDiskIsFullAtTheFirstCommit) {
     std::signal(SIGXFSZ, SIG_IGN);
     const rlimit limit{100000, 100000};
     setrlimit(RLIMIT_FSIZE, &limit);
-    MapStore store = MapStore::create(folder / "map.estancia", identity());
+    MapStore store = MapStore::create(folder / "map.estancia", wideIdentity());
     for (std::size_t i = 0; i < 100; ++i) addFrame(store, i);
     store.commit();
   });
@@ -316,7 +316,7 @@ TEST(MapStoreProcesses, LeavesNothingWhenTheDiskIsFullAtTheFirstCommit) {
                 std::signal(SIGXFSZ, SIG_IGN);
                 const rlimit limit{1000, 1000};
                 setrlimit(RLIMIT_FSIZE, &limit);
-                MapStore::create(folder / "map.estancia", identity());
+                MapStore::create(folder / "map.estancia", wideIdentity());
               }),
               FailsWith(ErrorCode::fileUnwritable, folder.path().string()));
   EXPECT_TRUE(fs::is_empty(folder.path()));
