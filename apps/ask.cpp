@@ -9,6 +9,7 @@
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/label_words.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/report/node_zones.hpp"
 #include "estancia/topology/ask.hpp"
 #include "estancia/topology/map_json.hpp"
@@ -68,7 +69,7 @@ void run(const AskArguments& arguments) {
              {"near_spellings", near},
              {"places", nlohmann::json::array()}});
     else
-      fmt::print("No label of the map means \"{}\".{}\n", arguments.words,
+      fmt::print("No label of the map means \"{}\".{}\n", printable(arguments.words),
                  near.empty() ? "" : fmt::format(" Did you mean {}?", fmt::join(near, ", ")));
     throw NoAnswer{};
   }
@@ -84,10 +85,11 @@ void run(const AskArguments& arguments) {
   std::vector<std::string> matched;
   for (const std::size_t label : answers.labels) matched.push_back(shortLabel(map.vocabulary[label]));
   for (const std::string& room : answers.rooms) matched.push_back("room " + room);
-  fmt::print("{} → {}\n", arguments.words, fmt::join(matched, ", "));
-  if (answers.rooms.empty() &&
-      std::none_of(answers.places.begin(), answers.places.end(), [](const auto& a) { return a.inTop5; }))
-    fmt::print("No place has it among its five best words; the likeliest are\n");
+  fmt::print("{} → {}\n", printable(arguments.words), fmt::join(matched, ", "));
+  const bool isRoom = !answers.rooms.empty();
+  if (std::ranges::none_of(answers.places, [&](const auto& a) { return isRoom ? a.rank == 1 : a.inTop5; }))
+    fmt::print("{}; the most probable are\n",
+               isRoom ? "No place is most probably that room" : "No place has it among its five best words");
   for (const PlaceAnswer& answer : answers.places) {
     const Zone* zone = zones.find(answer.node);
     fmt::print("place {:<5} {:>5.1f} %  {:>5.1f}× the map's mean  {}{}{}\n", answer.node,

@@ -77,10 +77,20 @@ void warnOfAnnotations(const Features& features) {
       others.empty() ? "" : fmt::format(" Leave them out by --descriptor {}", fmt::join(others, "+")));
 }
 
+/// Before the images are described, which takes long.
+void requireRooms(const Sequence& sequence) {
+  for (std::size_t i = 0; i < sequence.size(); ++i)
+    if (!sequence.frame(i).room.empty()) return;
+  throw Error(ErrorCode::insufficientData,
+              "no image has a known room; give a table of rooms (--rooms), or a folder of images per room "
+              "(--type classes)");
+}
+
 void train(const ClassifyArguments& a) {
   requireReplaceable(a.output, a.overwrite, isRoomClassifier, "room classifier");
   FeatureSource describing(a.describing);
   const bool numbers = holdsNumbers(a.source.path);
+  if (!numbers && !isFeatureTable(a.source.path)) requireRooms(*openSequence(a.source.path, a.source.options));
   Features features = describing.features(
       a.source, a.descriptor.empty() && !numbers ? defaultDescriptor : a.descriptor, a.tables);
   warnOfAnnotations(features);

@@ -30,6 +30,8 @@ void SequenceArguments::addDepthTo(DeclaredOptions& declared) {
 }
 
 std::unique_ptr<Sequence> SequenceArguments::open() const {
+  if (isMapFile(path))
+    throw Error(ErrorCode::unsupportedFile, fmt::format("{} is a map; give the images themselves", path));
   auto sequence = openSequence(path, options);
   for (const std::string& warning : sequence->warnings()) spdlog::warn("{}", warning);
   return sequence;

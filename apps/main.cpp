@@ -7,12 +7,14 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <iostream>
 #include <opencv2/core/utils/logger.hpp>
 #include <string_view>
 #include <system_error>
 
 #include "common.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/core/progress.hpp"
 #include "estancia/version.hpp"
 
@@ -30,22 +32,24 @@ void logToStderr() {
   spdlog::set_default_logger(std::move(logger));
 }
 
-/// A path or word that is "" has its own sentence, instead of one that names nothing.
+/// A value that is "" has its own sentence: mostly it is a variable of a script that was never set.
 void refuseEmptyArguments(CLI::App& app) {
   const CLI::Validator notEmpty(
       [](const std::string& text) { return text.empty() ? std::string("is empty; give one") : ""; }, "");
   for (CLI::Option* option : app.get_options())
-    if (option->get_positional() || option->check_name("--output")) option->check(notEmpty);
+    if (option->get_items_expected_max() > 0 && option->get_type_size_max() > 0 &&
+        !option->check_name("--title"))
+      option->check(notEmpty);
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
     refuseEmptyArguments(*command);
 }
 
 /// One line on stderr with the error's code in brackets, and with --json an object on stdout, too.
 int complain(estancia::ErrorCode code, const std::string& sentence, bool json) {
-  const std::string name(nameOf(code));
-  if (json) estancia::apps::print({{"error", {{"code", name}, {"message", sentence}}}});
+  const std::string name(nameOf(code)), line = estancia::printable(sentence);
+  if (json) estancia::apps::print({{"error", {{"code", name}, {"message", line}}}});
   std::fflush(stdout);
-  std::fprintf(stderr, "error: %s [%s]\n", sentence.c_str(), name.c_str());
+  std::fprintf(stderr, "error: %s [%s]\n", line.c_str(), name.c_str());
   if (code == estancia::ErrorCode::interrupted) return 130;  // as a shell reports SIGINT
   return code == estancia::ErrorCode::noAnswer ? estancia::apps::noAnswer : estancia::apps::failure;
 }
@@ -115,7 +119,13 @@ int main(int argc, char** argv) {
                       "the output could not be written completely; check where it goes", false);
     return success;
   } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return app.exit(e);  // --help, --version
+    if (e.get_exit_code() == 0) {  // --help, --version
+      app.exit(e);
+      return std::cout.flush()
+                 ? success
+                 : complain(ErrorCode::fileUnwritable,
+                            "the output could not be written completely; check where it goes", false);
+    }
     return complain(ErrorCode::invalidOption, explainWrongWords(app, e), json);
   } catch (const NoAnswer&) {
     return noAnswer;

@@ -9,6 +9,7 @@
 #include "common.hpp"
 #include "described.hpp"
 #include "estancia/core/error.hpp"
+#include "estancia/core/printable.hpp"
 #include "estancia/io/descriptor_sequence.hpp"
 #include "estancia/io/image_writer.hpp"
 #include "estancia/report/text.hpp"
@@ -58,7 +59,7 @@ Json summaryOf(const MapArguments& arguments, const MapRun& map, std::size_t ski
   const MappingSession& session = *map.session();
   const Mapper& mapper = session.mapper();
   if (!arguments.json)
-    fmt::print("{}: {}, {}, {} (τ_join {:.3g}, τ_revisit {:.3g})\n", arguments.output,
+    fmt::print("{}: {}, {}, {} (τ_join {:.3g}, τ_revisit {:.3g})\n", printable(arguments.output),
                counted(session.frames(), "frame"), counted(mapper.nodes(), "place"),
                counted(mapper.transitions().size(), "transition"), mapper.thresholds().join,
                mapper.thresholds().revisit);
@@ -130,7 +131,9 @@ void addMapCommand(CLI::App& app) {
   arguments->model.addTo(arguments->declared, "The model that labels the images");
   addRoomClassifierOption(*command, arguments->roomClassifier);
   command->add_flag("--continue", arguments->goOn, "Continue the map where an earlier run stopped");
-  addOverwriteOption(*command, arguments->overwrite)->excludes("--continue");
+  addOverwriteOption(*command, arguments->overwrite)
+      ->description("Replace an existing map, from the first image that is mapped")
+      ->excludes("--continue");
   arguments->declared.add(declare(arguments->mapper),
                           {"distance", "tau-join", "tau-revisit", "transition-images"});
   arguments->declared.addPreset(

@@ -42,8 +42,11 @@ std::string tomlText(const toml::node& node, const Option& option) {
 }  // namespace
 
 ConfigFile::ConfigFile(fs::path path) : path_(std::move(path)) {
+  if (!fs::exists(path_))
+    throw Error(ErrorCode::fileNotFound, fmt::format("{} is missing; give a TOML file", path_.string()));
   if (!fs::is_regular_file(path_))
-    throw Error(ErrorCode::fileNotFound, fmt::format("{} is missing", path_.string()));
+    throw Error(ErrorCode::unsupportedFile,
+                fmt::format("{} is no regular file; give a TOML file", path_.string()));
   parse([this] { return toml::parse_file(path_.string()); });
 }
 

@@ -123,11 +123,12 @@ std::unique_ptr<Progress> makeStderrProgress() {
 }
 
 void catchInterrupts() {
-  std::signal(SIGINT, requestStop);
-  std::signal(SIGTERM, requestStop);
-  struct sigaction before {};
-  sigaction(SIGHUP, nullptr, &before);
-  if (before.sa_handler != SIG_IGN) std::signal(SIGHUP, requestStop);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) std::signal(signal, requestStop);  // nohup, `trap '' INT`
+  }
+  std::signal(SIGXFSZ, SIG_IGN);  // writing beyond `ulimit -f` then fails as on a full disk
 }
 
 bool interrupted() {

@@ -72,8 +72,13 @@ std::unordered_map<double, std::optional<Pose>> posesOfTable(const fs::path& fil
 
 bool isSevenScenes(const fs::path& path) {
   if (!fs::is_directory(path)) return false;
-  return !colorImages(path).empty() ||
-         (fs::is_directory(path / "frames") && !colorImages(path / "frames").empty());
+  const auto hasFrames = [](const fs::path& folder) {  // and nothing else: photographs may be named so, too
+    return !colorImages(folder).empty() && !filesIn(folder, {".pose.txt", ".depth.png"}).empty();
+  };
+  if (hasFrames(path)) return true;
+  const fs::path frames = path / "frames";
+  return fs::is_directory(frames) &&
+         (hasFrames(frames) || (fs::exists(path / "poses.csv") && !colorImages(frames).empty()));
 }
 
 Opened openSevenScenes(const fs::path& path, const SequenceOptions& options) {

@@ -81,8 +81,8 @@ void readFrames(Database& database, TopologicalMap& map) {
     if (const double timestamp = rows.real(2); std::isfinite(timestamp)) frame.timestamp = timestamp;
     frame.pose = readPose(rows, 3);
     frame.room = printable(rows.text(10));
-    frame.node = rows.node(11, -1, "a frame's node");
-    if (frame.node >= 0 && map.findNode(frame.node) == nullptr)
+    frame.node = rows.node(11, 0, "a frame's node");
+    if (map.findNode(frame.node) == nullptr)
       database.failDamaged(
           fmt::format("frame {} is in node {}, which is missing", map.frames.size(), frame.node));
     map.frames.push_back(std::move(frame));
@@ -201,7 +201,7 @@ void readValues(const Database& database, std::span<const std::byte> bytes, std:
   values.resize(labels);
   std::memcpy(values.data(), bytes.data(), bytes.size());  // the blob need not be aligned
   for (const float value : values)
-    if (!std::isfinite(value)) database.failDamaged(fmt::format("{} holds {}", what, value));
+    if (!std::isfinite(value) || value < 0) database.failDamaged(fmt::format("{} holds {}", what, value));
 }
 
 std::string partsToJson(const Vocabulary& vocabulary) {

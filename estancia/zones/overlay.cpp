@@ -36,7 +36,7 @@ std::vector<GroupZones> overlayZones(const Zones& zones, const GroupedRun& run) 
     throw Error(
         ErrorCode::mismatch,
         fmt::format("the zones are of another run than the map ({}); make them of the map by `estancia "
-                    "zones MAP -o FILE`",
+                    "zones find MAP -o FILE`",
                     how));
   };
   if (run.frames.size() != zones.frames.size())

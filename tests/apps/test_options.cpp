@@ -103,6 +103,9 @@ TEST_F(Options, WithoutEffectAreRefused) {
               FailsWith(ErrorCode::invalidOption, "--extent", "--floor-plan"));
   EXPECT_THAT(run({"map", "", "-o", map}), FailsWith(ErrorCode::invalidOption, "SEQ", "empty"));
   EXPECT_THAT(run({"ask", map, ""}), FailsWith(ErrorCode::invalidOption, "empty"));
+  EXPECT_THAT(zones({"--config", ""}), FailsWith(ErrorCode::invalidOption, "--config", "empty"));
+  EXPECT_THAT(zones({"--config", scratch_.path()}), FailsWith(ErrorCode::unsupportedFile, "TOML"));
+  EXPECT_THAT(run({"check", map}), FailsWith(ErrorCode::unsupportedFile, "map"));
 }
 
 TEST_F(Options, AreListedWithTheirCommands) {

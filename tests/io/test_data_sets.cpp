@@ -175,6 +175,13 @@ TEST(SevenScenes, ReadsOnePoseFileAFrame) {
               FailsWith(ErrorCode::malformedFile, "000003.pose.txt", "3"));
 }
 
+TEST(SevenScenes, APhotographOfThatNameMakesNoDataSet) {
+  const test::ScratchFolder folder;
+  for (const char* name : {"frame-000005.color.jpg", "kitchen.jpg", "hall.png"})
+    test::writeFile(folder / name, tinyPng());
+  EXPECT_EQ(openSequence(folder.path())->size(), 3U);
+}
+
 TEST(SevenScenes, ReadsTheRedKitchen) {
   const auto data = test::findData("sevenscenes_redkitchen");
   ESTANCIA_NEEDS(data, "the real data set sevenscenes_redkitchen is missing");
