@@ -28,13 +28,13 @@ ClassifierOptions quick() {
   return options;
 }
 
-const Features& noShapes() {
+const Features& shapelessFeatures() {
   static const Features none{{}, {}, DescriptorMatrix(0)};
   return none;
 }
 
 std::vector<int> names(PseudoLabeling naming, const ClassProbabilities& shares,
-                       const std::vector<int>& instances, const Features& shapes = noShapes()) {
+                       const std::vector<int>& instances, const Features& shapes = shapelessFeatures()) {
   return assignPseudoLabels(naming, shares, instances, shapes, quick());
 }
 

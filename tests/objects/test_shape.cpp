@@ -63,7 +63,7 @@ ShapeOptions quickShape(bool size = false, int threads = 0) {
 TEST(Shape, PartsAreWhatIsDescribed) {
   const PointCloud ball = ellipsoid({0.1F, 0.1F, 0.1F});
   for (const bool size : {false, true}) {
-    const std::vector<DescriptorPart> parts = noViews(quickShape(size)).parts;
+    const std::vector<DescriptorPart> parts = noShapes(quickShape(size)).parts;
     std::size_t columns = 0;
     for (const DescriptorPart& part : parts) columns += part.size();
     EXPECT_EQ(describeShape(ball, quickShape(size)).size(), columns);
@@ -71,7 +71,7 @@ TEST(Shape, PartsAreWhatIsDescribed) {
   }
   ShapeOptions other = quickShape();
   other.samples = 301;
-  EXPECT_NE(noViews(other).parts[0].identity, noViews(quickShape()).parts[0].identity);
+  EXPECT_NE(noShapes(other).parts[0].identity, noShapes(quickShape()).parts[0].identity);
 }
 
 TEST(Shape, SizeIsInMetersWhereverTheThingLies) {
@@ -106,7 +106,8 @@ TEST(Shape, WhatIsNoShapeIsRefused) {
                 FailsWith(ErrorCode::insufficientData, "0"));
     EXPECT_THAT([&] { describeShape({}, quickShape(size)); }, FailsWith(ErrorCode::insufficientData, "0"));
   }
-  EXPECT_THAT([] { noViews({.samples = 0}).parts; }, FailsWith(ErrorCode::invalidOption, "esf.samples", "0"));
+  EXPECT_THAT([] { noShapes({.samples = 0}).parts; },
+              FailsWith(ErrorCode::invalidOption, "esf.samples", "0"));
 }
 
 TEST(Shapes, OfAllViewsWhateverTheThreads) {
@@ -126,7 +127,7 @@ TEST(Shapes, OfAllViewsWhateverTheThreads) {
   EXPECT_EQ(one.frames[1].room, "even");
   const std::vector<float> second(one.values.row(1).begin(), one.values.row(1).end());
   EXPECT_EQ(second, describeShape(ellipsoid({1, 2, 1}), quickShape(true)));
-  EXPECT_EQ(one.parts, noViews(quickShape(true)).parts);
+  EXPECT_EQ(one.parts, noShapes(quickShape(true)).parts);
 }
 
 TEST(Shapes, NoneIsAnError) {

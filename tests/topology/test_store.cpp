@@ -52,7 +52,7 @@ std::vector<std::string> filesIn(const fs::path& folder) {
   return names;
 }
 
-fs::path storedMap(const test::ScratchFolder& folder, std::size_t frames = 3) {
+fs::path smallMap(const test::ScratchFolder& folder, std::size_t frames = 3) {
   const fs::path path = folder / "map.estancia";
   MapStore store = MapStore::create(path, identity());
   addFrames(store, 0, frames);
@@ -166,7 +166,7 @@ TEST(MapStore, LeavesNothingOnDiskBeforeTheFirstCommit) {
 
 TEST(MapStore, LeavesASingleFileWhenClosed) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder);
+  const fs::path path = smallMap(folder);
   EXPECT_THAT(filesIn(folder.path()), testing::ElementsAre("map.estancia"));
   {
     MapStore store = MapStore::open(path, Access::write);
@@ -179,7 +179,7 @@ TEST(MapStore, LeavesASingleFileWhenClosed) {
 
 TEST(MapStore, LeavesASingleFileWhenAReaderIsTheLastToClose) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder);
+  const fs::path path = smallMap(folder);
   {
     std::optional<MapStore> writer(MapStore::open(path, Access::write));
     const MapStore reader = MapStore::open(path, Access::read);
@@ -193,7 +193,7 @@ TEST(MapStore, LeavesASingleFileWhenAReaderIsTheLastToClose) {
 
 TEST(MapStore, DropsWhatWasNotCommitted) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder);
+  const fs::path path = smallMap(folder);
   {
     MapStore store = MapStore::open(path, Access::write);
     addFrames(store, 3, 5);
@@ -206,7 +206,7 @@ TEST(MapStore, DropsWhatWasNotCommitted) {
 
 TEST(MapStore, ShowsReadersTheLastCommit) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder);
+  const fs::path path = smallMap(folder);
   MapStore writer = MapStore::open(path, Access::write);
   const MapStore reader = MapStore::open(path, Access::read);
   addFrames(writer, 3, 10);
@@ -218,7 +218,7 @@ TEST(MapStore, ShowsReadersTheLastCommit) {
 
 TEST(MapStore, AReaderCanHoldOneMomentOverSeveralReads) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder);
+  const fs::path path = smallMap(folder);
   MapStore writer = MapStore::open(path, Access::write);
   MapStore reader = MapStore::open(path, Access::read);
   reader.beginReading();
@@ -235,7 +235,7 @@ TEST(MapStore, AReaderCanHoldOneMomentOverSeveralReads) {
 
 TEST(MapStore, VisitsDescriptorsInOrderAndStopsWhenTold) {
   const test::ScratchFolder folder;
-  const MapStore store = MapStore::open(storedMap(folder, 20), Access::read);
+  const MapStore store = MapStore::open(smallMap(folder, 20), Access::read);
   std::vector<std::size_t> visited;
   store.forEachDescriptor(5, [&](std::size_t frame, DescriptorView descriptor) {
     EXPECT_EQ(LexicalDescriptor(descriptor.begin(), descriptor.end()), descriptorOf(frame));
@@ -248,7 +248,7 @@ TEST(MapStore, VisitsDescriptorsInOrderAndStopsWhenTold) {
 
 TEST(MapStore, MovesTheFramesOfAnAbsorbedNode) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder);
+  const fs::path path = smallMap(folder);
   MapStore store = MapStore::open(path, Access::write);
   store.addFrame(3, frameNamed("d", 1), descriptorOf(3));
   store.putNode({1, 1, {0, 0, 0}, {0, 0, 0}}, "");
@@ -264,7 +264,7 @@ TEST(MapStore, MovesTheFramesOfAnAbsorbedNode) {
 
 TEST(MapStore, ForgetsTheMapButNotTheFrames) {
   const test::ScratchFolder folder;
-  MapStore store = MapStore::open(storedMap(folder), Access::write);
+  MapStore store = MapStore::open(smallMap(folder), Access::write);
   store.putTransition({0, 0, 1, 1});
   store.clearMap();
   const TopologicalMap map = store.load();
@@ -290,7 +290,7 @@ TEST(MapStore, RefusesFramesOutOfOrderAndDescriptorsOfAnotherModel) {
 
 TEST(MapStore, RefusesToChangeAMapOpenedForReading) {
   const test::ScratchFolder folder;
-  MapStore store = MapStore::open(storedMap(folder), Access::read);
+  MapStore store = MapStore::open(smallMap(folder), Access::read);
   EXPECT_THAT([&] { store.putState("a", "b"); }, FailsWith(ErrorCode::invalidState));
   EXPECT_THAT([&] { store.commit(); }, FailsWith(ErrorCode::invalidState));
 }
@@ -299,7 +299,7 @@ TEST(MapStore, RefusesToChangeAMapOpenedForReading) {
 
 TEST(MapStoreRefuses, AnExistingPath) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder);
+  const fs::path path = smallMap(folder);
   EXPECT_THAT([&] { MapStore::create(path, identity()); }, FailsWith(ErrorCode::fileExists, path.string()));
   fs::create_symlink("nowhere", folder / "link.estancia");
   EXPECT_THAT([&] { MapStore::create(folder / "link.estancia", identity()); },
@@ -353,7 +353,7 @@ TEST(MapStoreRefuses, AnotherProgramsDatabase) {
 
 TEST(MapStoreRefuses, OtherFormatsNamingBothVersions) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder);
+  const fs::path path = smallMap(folder);
   for (const char* version : {"1", "3", "9"}) {
     tamper(path, std::string("PRAGMA user_version = ") + version);
     EXPECT_THAT(refusal(path),
@@ -365,7 +365,7 @@ TEST(MapStoreRefuses, OtherFormatsNamingBothVersions) {
 
 TEST(MapStoreRefuses, ATruncatedFileAtEveryLength) {
   const test::ScratchFolder folder;
-  const std::string whole = test::readFile(storedMap(folder, 40));
+  const std::string whole = test::readFile(smallMap(folder, 40));
   ASSERT_GT(whole.size(), 8U * 4096);
   for (const std::size_t length :
        {std::size_t{50}, std::size_t{99}, std::size_t{600}, std::size_t{4095}, std::size_t{4096},
@@ -380,7 +380,7 @@ TEST(MapStoreRefuses, ATruncatedFileAtEveryLength) {
 
 TEST(MapStoreRefuses, AnOverwrittenPage) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder, 40);
+  const fs::path path = smallMap(folder, 40);
   const std::string whole = test::readFile(path);
   // Whatever page is hit, reading ends either well (a free or an index page) or as a damaged file.
   std::size_t refused = 0;
@@ -426,7 +426,7 @@ TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
       {"DROP TABLE frames; CREATE VIEW frames AS SELECT 1", ""}};
   for (const auto& [sql, expected] : cases) {
     const test::ScratchFolder folder;
-    const fs::path path = storedMap(folder);
+    const fs::path path = smallMap(folder);
     tamper(path, sql);
     EXPECT_THAT(refusal(path), FailsWith(ErrorCode::corruptFile, path.string(), expected)) << sql;
   }
@@ -434,7 +434,7 @@ TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
 
 TEST(MapStoreRefuses, DescriptorsOfAWrongLength) {
   const test::ScratchFolder folder;
-  const fs::path path = storedMap(folder);
+  const fs::path path = smallMap(folder);
   tamper(path, "UPDATE descriptors SET probabilities = x'00' WHERE frame = 1");
   const MapStore store = MapStore::open(path, Access::read);
   EXPECT_THAT([&] { store.descriptor(1); }, FailsWith(ErrorCode::corruptFile, "frame 1", "1 bytes"));
