@@ -90,7 +90,8 @@ void train(const ClassifyArguments& a) {
   requireReplaceable(a.output, a.overwrite, isRoomClassifier, "room classifier");
   FeatureSource describing(a.describing);
   const bool numbers = holdsNumbers(a.source.path);
-  if (!numbers && !isFeatureTable(a.source.path)) requireRooms(*openSequence(a.source.path, a.source.options));
+  if (!numbers && !isFeatureTable(a.source.path))
+    requireRooms(*openSequence(a.source.path, a.source.options));
   Features features = describing.features(
       a.source, a.descriptor.empty() && !numbers ? defaultDescriptor : a.descriptor, a.tables);
   warnOfAnnotations(features);

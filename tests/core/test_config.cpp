@@ -43,7 +43,7 @@ TEST(Config, NamesFileAndLineOfWhatIsNoToml) {
   test::writeFile(folder / "a.toml", "good = 1\nbad\n");
   EXPECT_THAT([&] { ConfigFile(folder / "a.toml"); }, FailsWith(ErrorCode::malformedFile, "a.toml:2"));
   EXPECT_THAT([&] { ConfigFile(folder / "none.toml"); }, FailsWith(ErrorCode::fileNotFound, "none.toml"));
-  EXPECT_THAT([&] { ConfigFile(folder.path()); }, FailsWith(ErrorCode::fileNotFound));
+  EXPECT_THAT([&] { ConfigFile(folder.path()); }, FailsWith(ErrorCode::unsupportedFile));
 }
 
 TEST(Config, ValuesHaveTypesAndRanges) {
