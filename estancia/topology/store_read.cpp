@@ -81,8 +81,8 @@ void readFrames(Database& database, TopologicalMap& map) {
     if (const double timestamp = rows.real(2); std::isfinite(timestamp)) frame.timestamp = timestamp;
     frame.pose = readPose(rows, 3);
     frame.room = printable(rows.text(10));
-    frame.node = rows.node(11, 0, "a frame's node");
-    if (map.findNode(frame.node) == nullptr)
+    frame.node = rows.node(11, map.nodes.empty() ? -1 : 0, "a frame's node");  // -1: to be mapped again
+    if (frame.node >= 0 && map.findNode(frame.node) == nullptr)
       database.failDamaged(
           fmt::format("frame {} is in node {}, which is missing", map.frames.size(), frame.node));
     map.frames.push_back(std::move(frame));
