@@ -16,12 +16,6 @@ MapRun::MapRun(std::filesystem::path path, Existing existing) : path_(std::move(
         ErrorCode::fileExists,
         fmt::format("{} exists; continue it with --continue, replace it with --overwrite", path_.string()));
   if (!exists) existing_ = Existing::refuse;
-  if (exists && existing == Existing::replace && isMapFile(path_)) try {
-      MapStore::open(path_,
-                     MapStore::Access::write);  // now, not after hours, when another process is at work on it
-    } catch (const Error& error) {
-      if (error.code() == ErrorCode::busy) throw;  // all others are reasons to replace it
-    }
 }
 
 std::optional<Vocabulary> MapRun::vocabulary() const {
