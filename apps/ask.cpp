@@ -86,10 +86,10 @@ void run(const AskArguments& arguments) {
   for (const std::size_t label : answers.labels) matched.push_back(shortLabel(map.vocabulary[label]));
   for (const std::string& room : answers.rooms) matched.push_back("room " + room);
   fmt::print("{} → {}\n", printable(arguments.words), fmt::join(matched, ", "));
-  const bool isRoom = !answers.rooms.empty();
-  if (std::ranges::none_of(answers.places, [&](const auto& a) { return isRoom ? a.rank == 1 : a.inTop5; }))
-    fmt::print("{}; the most probable are\n",
-               isRoom ? "No place is most probably that room" : "No place has it among its five best words");
+  if (std::ranges::none_of(answers.places, &PlaceAnswer::isLikely))
+    fmt::print("{}; the most probable are\n", answers.rooms.empty()
+                                                  ? "No place has it among its five best words"
+                                                  : "No place is most probably that room");
   for (const PlaceAnswer& answer : answers.places) {
     const Zone* zone = zones.find(answer.node);
     fmt::print("place {:<5} {:>5.1f} %  {:>5.1f}× the map's mean  {}{}{}\n", answer.node,

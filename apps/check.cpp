@@ -58,7 +58,7 @@ void run(const CheckArguments& arguments) {
     throw Error(
         ErrorCode::unsupportedFile,
         fmt::format("{} holds labels; check the images they were made from", arguments.sequence.path));
-  const auto sequence = openSequence(arguments.sequence.path, arguments.sequence.options);
+  const auto sequence = arguments.sequence.openQuietly();
   const auto progress = makeStderrProgress();
   const CheckReport report = checkSequence(*sequence, arguments.options, *progress);
   if (arguments.json)

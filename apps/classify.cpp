@@ -86,14 +86,18 @@ void requireRooms(const Sequence& sequence) {
               "(--type classes)");
 }
 
+Features trainingFeatures(const ClassifyArguments& a, FeatureSource& describing) {
+  if (holdsNumbers(a.source.path) || isFeatureTable(a.source.path))
+    return describing.features(a.source, a.descriptor, a.tables);
+  const auto images = a.source.open();
+  requireRooms(*images);
+  return describing.features(*images, a.descriptor.empty() ? defaultDescriptor : a.descriptor);
+}
+
 void train(const ClassifyArguments& a) {
   requireReplaceable(a.output, a.overwrite, isRoomClassifier, "room classifier");
   FeatureSource describing(a.describing);
-  const bool numbers = holdsNumbers(a.source.path);
-  if (!numbers && !isFeatureTable(a.source.path))
-    requireRooms(*openSequence(a.source.path, a.source.options));
-  Features features = describing.features(
-      a.source, a.descriptor.empty() && !numbers ? defaultDescriptor : a.descriptor, a.tables);
+  Features features = trainingFeatures(a, describing);
   warnOfAnnotations(features);
   if (a.maxLabels > 0) features = withColumns(features, selectColumns(features, a.criterion, a.maxLabels));
   const auto progress = makeStderrProgress();

@@ -33,10 +33,6 @@ std::vector<const CLI::Option*> optionsOf(const CLI::App& app, bool positional) 
   return options;
 }
 
-bool takesValue(const CLI::Option& option) {
-  return option.get_items_expected_max() > 0 && option.get_type_size_max() > 0;
-}
-
 /// What the help lists in indented lines: "  NAME" or "  NAME: what it is".
 std::vector<std::string> valuesOf(const CLI::Option& option) {
   std::vector<std::string> values;
@@ -106,18 +102,21 @@ void addOptionRows(std::string& text, const PublishedGroup& published, const Opt
   };
   for (const Option& option : group.options()) {
     const std::string value = option.automatic().empty() ? option.text() : option.automatic();
-    const auto flags = published.flags.find(path + option.name());
-    text += fmt::format(
-        "| `{}{}` | {} | {} | {} | {} {} |\n", path, option.name(),
-        flags == published.flags.end() ? "" : fmt::format("`{}`", fmt::join(flags->second, "`, `")),
-        cell(value.empty() ? "none" : value), cell(option.accepted()), cell(option.help()),
-        cell(option.why()));
+    const auto flags = published.flagsOf(path + option.name());
+    text += fmt::format("| `{}{}` | {} | {} | {} | {} {} |\n", path, option.name(),
+                        flags.empty() ? "" : fmt::format("`{}`", fmt::join(flags, "`, `")),
+                        cell(value.empty() ? "none" : value), cell(option.accepted()), cell(option.help()),
+                        cell(option.why()));
   }
   for (const OptionGroup& inner : group.groups())
     addOptionRows(text, published, inner, path + inner.name() + ".");
 }
 
 }  // namespace
+
+bool takesValue(const CLI::Option& option) {
+  return option.get_items_expected_max() > 0 && option.get_type_size_max() > 0;
+}
 
 std::vector<std::pair<std::string, const CLI::App*>> commandsOf(const CLI::App& app) {
   std::vector<std::pair<std::string, const CLI::App*>> commands{{app.get_name(), &app}};
@@ -269,9 +268,9 @@ std::string optionReference() {
       "dashes. C++ programs set the\nmember of the same name.\n";
   for (const PublishedGroup& published : publishedGroups()) {
     text += fmt::format(
-        "\n## {}\n\n{} Used by `{}`.\n\n| parameter | flag | default | accepts | meaning, and why to change "
-        "it "
-        "|\n| --- | --- | --- | --- | --- |\n",
+        "\n## {}\n\n{} Used by `{}`.\n\n"
+        "| parameter | flag | default | accepts | meaning, and why to change it |\n"
+        "| --- | --- | --- | --- | --- |\n",
         published.group.name(), published.group.help(), fmt::join(published.commands, "`, `"));
     addOptionRows(text, published, published.group, "");
   }

@@ -29,10 +29,14 @@ void SequenceArguments::addDepthTo(DeclaredOptions& declared) {
   declared.addFlags("sequence", {"depth-scale", "intrinsics"});
 }
 
-std::unique_ptr<Sequence> SequenceArguments::open() const {
+std::unique_ptr<Sequence> SequenceArguments::openQuietly() const {
   if (isMapFile(path))
     throw Error(ErrorCode::unsupportedFile, fmt::format("{} is a map; give the images themselves", path));
-  auto sequence = openSequence(path, options);
+  return openSequence(path, options);
+}
+
+std::unique_ptr<Sequence> SequenceArguments::open() const {
+  auto sequence = openQuietly();
   for (const std::string& warning : sequence->warnings()) spdlog::warn("{}", warning);
   return sequence;
 }

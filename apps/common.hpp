@@ -32,6 +32,8 @@ struct SequenceArguments {
   static void addDepthTo(DeclaredOptions& declared);
   /// Opens the sequence and logs its warnings.
   std::unique_ptr<Sequence> open() const;
+  /// The same, but logs nothing: for commands that open it again, or tell of warnings in their own way.
+  std::unique_ptr<Sequence> openQuietly() const;
 };
 
 /// Throws Error when a command is about to replace one of its `inputs`, a map, a file of zones or a room

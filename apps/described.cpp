@@ -115,7 +115,7 @@ std::optional<RoomClassifier> openRoomClassifier(const std::string& file, const 
   if (holdsNumbers(source.path))
     requireParts(classifier, partsOfFile(source.path));
   else
-    requireDescribable(classifier, *openSequence(source.path, source.options));
+    requireDescribable(classifier, *source.openQuietly());
   return classifier;
 }
 

@@ -8,14 +8,6 @@
 #include "estancia/core/error.hpp"
 
 namespace estancia::apps {
-namespace {
-
-/// The identity of labels whose file does not name a model.
-bool isRecorded(const std::string& model) {
-  return model.starts_with("recorded ");
-}
-
-}  // namespace
 
 void LocalizationArguments::addTo(DeclaredOptions& declared) {
   declared.command().add_option("MAP", map, "The map file")->required();
@@ -30,15 +22,13 @@ void localize(const LocalizationArguments& arguments, Localizer& localizer, cons
   requireSameVocabulary(map.vocabulary, labeling.vocabulary(), arguments.map);
   // Another network of the same vocabulary gives other probabilities: its answers would look right and mean
   // nothing.
-  if (map.model != labeling.identity() && (isRecorded(map.model) || isRecorded(labeling.identity())))
-    throw Error(ErrorCode::mismatch,
-                fmt::format("{} and {} are not known to be labeled by the same model: label files other than "
-                            ".labels (of `estancia label`) do not name theirs",
-                            arguments.map, sequence.path));
   if (map.model != labeling.identity())
-    throw Error(ErrorCode::mismatch,
-                fmt::format("{} was made with the model {}, not {}; give that model by --model",
-                            arguments.map, map.model, labeling.identity()));
+    throw Error(
+        ErrorCode::mismatch,
+        fmt::format(
+            "{} was made with the model {}, not {}; give images and that model by --model, or its labels "
+            "(.labels, which name their model)",
+            arguments.map, map.model, labeling.identity()));
   std::deque<std::size_t> waiting;
   const auto give = [&](const std::vector<Localization>& answers) {
     for (const Localization& answer : answers) {

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "command_tree.hpp"
 #include "common.hpp"
 #include "estancia/core/error.hpp"
 #include "estancia/core/printable.hpp"
@@ -37,9 +38,7 @@ void refuseEmptyArguments(CLI::App& app) {
   const CLI::Validator notEmpty(
       [](const std::string& text) { return text.empty() ? std::string("is empty; give one") : ""; }, "");
   for (CLI::Option* option : app.get_options())
-    if (option->get_items_expected_max() > 0 && option->get_type_size_max() > 0 &&
-        !option->check_name("--title"))
-      option->check(notEmpty);
+    if (estancia::apps::takesValue(*option)) option->check(notEmpty);
   for (CLI::App* command : app.get_subcommands([](CLI::App*) { return true; }))
     refuseEmptyArguments(*command);
 }
@@ -52,6 +51,11 @@ int complain(estancia::ErrorCode code, const std::string& sentence, bool json) {
   std::fprintf(stderr, "error: %s [%s]\n", line.c_str(), name.c_str());
   if (code == estancia::ErrorCode::interrupted) return 130;  // as a shell reports SIGINT
   return code == estancia::ErrorCode::noAnswer ? estancia::apps::noAnswer : estancia::apps::failure;
+}
+
+int complainOfOutput() {
+  return complain(estancia::ErrorCode::fileUnwritable,
+                  "the output could not be written completely; check where it goes", false);
 }
 
 /// What is wrong with the command line, and where to read more.
@@ -114,17 +118,12 @@ int main(int argc, char** argv) {
   using estancia::ErrorCode;
   try {
     app.parse(argc, argv);
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
-      return complain(ErrorCode::fileUnwritable,
-                      "the output could not be written completely; check where it goes", false);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) return complainOfOutput();
     return success;
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) {  // --help, --version
       app.exit(e);
-      return std::cout.flush()
-                 ? success
-                 : complain(ErrorCode::fileUnwritable,
-                            "the output could not be written completely; check where it goes", false);
+      return std::cout.flush() ? success : complainOfOutput();
     }
     return complain(ErrorCode::invalidOption, explainWrongWords(app, e), json);
   } catch (const NoAnswer&) {
@@ -135,10 +134,8 @@ int main(int argc, char** argv) {
     return complain(ErrorCode::tooLarge, "out of memory; use fewer or smaller images, or a smaller model",
                     json);
   } catch (const std::system_error& e) {
-    const bool full = std::ferror(stdout) != 0;  // fmt tells so by an exception
-    return complain(full ? ErrorCode::fileUnwritable : ErrorCode::invalidState,
-                    full ? "the output could not be written completely; check where it goes" : e.what(),
-                    json && !full);
+    if (std::ferror(stdout) != 0) return complainOfOutput();  // fmt tells so by an exception
+    return complain(ErrorCode::invalidState, e.what(), json);
   } catch (const std::exception& e) {
     return complain(ErrorCode::invalidState, e.what(), json);
   }

@@ -11,12 +11,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::vector<std::string> flagsOf(const PublishedGroup& published, const std::string& path) {
-  const auto found = published.flags.find(path);
-  if (found == published.flags.end()) return {};
-  return {found->second.begin(), found->second.end()};
-}
-
 /// `path` ends with a dot, or is "" for the published group itself.
 Json jsonOf(const PublishedGroup& published, const OptionGroup& group, const std::string& path = "") {
   Json json = Json::object();
@@ -27,7 +21,7 @@ Json jsonOf(const PublishedGroup& published, const OptionGroup& group, const std
     entry["accepted"] = option.accepted();
     entry["help"] = option.help();
     entry["why"] = option.why();
-    entry["flags"] = flagsOf(published, path + option.name());
+    entry["flags"] = published.flagsOf(path + option.name());
   }
   for (const OptionGroup& inner : group.groups())
     json[inner.name()] = jsonOf(published, inner, path + inner.name() + ".");
@@ -42,7 +36,7 @@ std::size_t printText(const PublishedGroup& published, const OptionGroup& group,
     const std::string name = path + option.name();
     if (!only.empty() && name != only && !name.starts_with(only + ".")) continue;
     const std::string value = option.automatic().empty() ? option.text() : option.automatic();
-    const auto flags = flagsOf(published, name);
+    const auto flags = published.flagsOf(name);
     fmt::print("{}.{} = {}\n    {}{} Accepts {}.{}\n", published.group.name(), name,
                value.empty() ? "(none)" : value, option.help(),
                option.why().empty() ? "" : " " + option.why(), option.accepted(),

@@ -57,10 +57,8 @@ void run(const RouteArguments& arguments) {
   }
   const std::vector<Place> places = placesOf(map);
   if (arguments.json) return print(found ? toJson(arguments.to, *found, map) : toJson(route));
-  if (found && found->goal.room.empty() && !found->goal.inTop5)
-    spdlog::warn("no place has \"{}\" among its 5 most probable labels", printable(arguments.to));
-  if (found && !found->goal.room.empty() && found->goal.rank > 1)
-    spdlog::warn("no place is most probably \"{}\"", printable(arguments.to));
+  if (found && !found->goal.isLikely())
+    spdlog::warn("no place is likely to hold \"{}\"; this is the most probable one", printable(arguments.to));
   if (found)
     fmt::print("\"{}\" is at place {} ({:.1f} %)\n",
                found->goal.room.empty() ? shortLabel(map.vocabulary[found->goal.label]) : found->goal.room,

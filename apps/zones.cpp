@@ -132,7 +132,7 @@ Zones clustered(const DescriptorSequence& recording, const ZoneOptions& options)
 void name(Zones& zones, const DescriptorSequence& recording, const RoomClassifier& classifier,
           const ZonesArguments& arguments) {
   const std::string& path = arguments.sequence.path;
-  const auto sequence = holdsNumbers(path) ? nullptr : openSequence(path, arguments.sequence.options);
+  const auto sequence = holdsNumbers(path) ? nullptr : arguments.sequence.openQuietly();
   FeatureSource describing(arguments.model);
   nameRooms(zones, describing.rooms(classifier, recording, sequence.get()));
 }

@@ -72,7 +72,7 @@ std::unordered_map<double, std::optional<Pose>> posesOfTable(const fs::path& fil
 
 bool isSevenScenes(const fs::path& path) {
   if (!fs::is_directory(path)) return false;
-  const auto hasFrames = [](const fs::path& folder) {  // and nothing else: photographs may be named so, too
+  const auto hasFrames = [](const fs::path& folder) {  // a photograph may have such a name, too
     return !colorImages(folder).empty() && !filesIn(folder, {".pose.txt", ".depth.png"}).empty();
   };
   if (hasFrames(path)) return true;

@@ -25,6 +25,8 @@ struct PlaceAnswer {
   std::string room = {};
   /// rank ≤ 5.
   bool inTop5 = false;
+  /// Whether the place is likely to hold it: among its 5 best labels, or its best room.
+  bool isLikely() const { return room.empty() ? inTop5 : rank == 1; }
 };
 
 /// What words match in a map: labels or, where a classifier has predicted rooms, rooms; never both.

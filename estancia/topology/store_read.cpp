@@ -158,13 +158,11 @@ void readPredictions(Database& database, TopologicalMap& map) {
   Rows rows(database, "SELECT frame, probabilities FROM predictions ORDER BY frame");
   std::vector<float> row;
   while (rows.next()) {
-    const std::string name = fmt::format("the rooms of frame {}", predictions.probabilities.size());
+    const std::string name = fmt::format("the room prediction of frame {}", predictions.probabilities.size());
     if (rows.integer(0) != static_cast<std::int64_t>(predictions.probabilities.size()) ||
         predictions.probabilities.size() == map.frames.size())
-      database.failDamaged(name + " are missing, or of no frame");
+      database.failDamaged(name + " is missing, or of no frame");
     readValues(database, rows.bytes(1), count, name, row);
-    for (const float value : row)
-      if (value < -0.001F || value > 1.001F) database.failDamaged(fmt::format("{} hold {}", name, value));
     predictions.probabilities.append(row);
   }
   map.predictions = std::move(predictions);
@@ -201,7 +199,8 @@ void readValues(const Database& database, std::span<const std::byte> bytes, std:
   values.resize(labels);
   std::memcpy(values.data(), bytes.data(), bytes.size());  // the blob need not be aligned
   for (const float value : values)
-    if (!std::isfinite(value) || value < 0) database.failDamaged(fmt::format("{} holds {}", what, value));
+    if (!(value >= -0.001F && value <= 1.001F))  // what is stored may be a rounding beyond 0 … 1
+      database.failDamaged(fmt::format("{} holds {}", what, value));
 }
 
 std::string partsToJson(const Vocabulary& vocabulary) {

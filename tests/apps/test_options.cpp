@@ -105,6 +105,7 @@ TEST_F(Options, WithoutEffectAreRefused) {
   EXPECT_THAT(run({"ask", map, ""}), FailsWith(ErrorCode::invalidOption, "empty"));
   EXPECT_THAT(zones({"--config", ""}), FailsWith(ErrorCode::invalidOption, "--config", "empty"));
   EXPECT_THAT(zones({"--config", scratch_.path()}), FailsWith(ErrorCode::unsupportedFile, "TOML"));
+  EXPECT_THAT(run({"check", map}), FailsWith(ErrorCode::unsupportedFile, "is a map"));
   EXPECT_THAT(run({"map", map, "-o", scratch_ / "other.estancia"}),
               FailsWith(ErrorCode::unsupportedFile, "is a map"));
 }

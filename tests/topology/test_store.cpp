@@ -432,6 +432,21 @@ TEST(MapStoreRefuses, ContentsThatAreNotToBeBelieved) {
   }
 }
 
+TEST(MapStore, TakesBackWhatRoundingLeftBeyondProbabilities) {
+  const test::ScratchFolder folder;
+  const fs::path path = folder / "map.estancia";
+  const LexicalDescriptor rounded{-5e-5F, 1.00005F, 0};  // requireProbabilities() lets it in
+  {
+    MapStore store = MapStore::create(path, identity());
+    store.addFrame(0, frameNamed("a"), rounded);
+    store.putNode({0, 1, rounded, {0, 0, 0}}, "");
+    store.commit();
+  }
+  const MapStore store = MapStore::open(path, Access::read);
+  EXPECT_EQ(store.descriptor(0), rounded);
+  EXPECT_EQ(store.load().nodes.front().mean, rounded);
+}
+
 TEST(MapStoreRefuses, DescriptorsOfAWrongLength) {
   const test::ScratchFolder folder;
   const fs::path path = smallMap(folder);
