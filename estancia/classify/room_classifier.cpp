@@ -44,10 +44,12 @@ std::vector<std::string> roomNames(const std::vector<Frame>& frames) {
     rooms.push_back(room);
   }
   if (rooms.size() < 2)
-    throw Error(ErrorCode::insufficientData,
-                rooms.empty() ? "no image has a known room; give a table of rooms (--rooms)"
-                              : fmt::format("all images are of one room, \"{}\"; give images of two or more",
-                                            rooms.front()));
+    throw Error(
+        ErrorCode::insufficientData,
+        rooms.empty()
+            ? "no image has a known room; give a table of rooms (--rooms), or a folder of images per room "
+              "(--type classes)"
+            : fmt::format("all images are of one room, \"{}\"; give images of two or more", rooms.front()));
   return rooms;
 }
 

@@ -70,7 +70,9 @@ Confusion testRooms(const RoomClassifier& classifier, const Features& features, 
     predicted.push_back(all[i]);
   }
   if (truth.empty())
-    throw Error(ErrorCode::insufficientData, "no image has a known room; give a table of rooms (--rooms)");
+    throw Error(ErrorCode::insufficientData,
+                "no image has a known room; give a table of rooms (--rooms), or a folder of images per room "
+                "(--type classes)");
   return confusionOf(truth, predicted);
 }
 

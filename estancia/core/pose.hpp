@@ -27,8 +27,11 @@ struct Pose {
     return {2 * (qx * qz + qw * qy), 2 * (qy * qz - qw * qx), 1 - 2 * (qx * qx + qy * qy)};
   }
 
-  bool isFinite() const {
-    return std::isfinite(x) && std::isfinite(y) && std::isfinite(z) && std::isfinite(qx) &&
+  /// Whether it can be a camera's: all numbers are finite, and the position is within 10 000 km of the
+  /// origin, as in all maps of the Earth; what lies beyond is an error of a trajectory.
+  bool isPlausible() const {
+    constexpr double limit = 1e7;
+    return std::abs(x) < limit && std::abs(y) < limit && std::abs(z) < limit && std::isfinite(qx) &&
            std::isfinite(qy) && std::isfinite(qz) && std::isfinite(qw);
   }
 };

@@ -90,7 +90,7 @@ cv::Mat readImage(const std::filesystem::path& file) {
   std::string bytes = io::readBytes(file, io::kMaxBytes);
   if (io::inspectImage(bytes, io::printable(file)).isRadiance())
     fail(ErrorCode::unsupportedFile,
-         "{}: an HDR radiance map, not an image; open its folder as type \"panorama\"", io::printable(file));
+         "{}: an HDR radiance map, not an image; open its folder (--type panorama)", io::printable(file));
   return io::toBgr8(io::decode(bytes, file));
 }
 

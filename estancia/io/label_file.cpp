@@ -44,7 +44,7 @@ Frame readFrame(ByteReader& in) {
   if ((known & 2) != 0) {
     Pose& p = frame.pose.emplace();
     for (double* value : {&p.x, &p.y, &p.z, &p.qx, &p.qy, &p.qz, &p.qw}) *value = in.number<double>();
-    if (!p.isFinite()) in.fail("it is damaged (a pose is not finite)");
+    if (!p.isPlausible()) in.fail("it is damaged (a pose is not finite, or beyond 10 000 km)");
   }
   return frame;
 }

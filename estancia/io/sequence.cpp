@@ -77,7 +77,7 @@ std::string foldersWithImages(const fs::path& path) {
   if (folders.empty()) return "";
   std::sort(folders.begin(), folders.end());
   if (folders.size() == 1) return fmt::format("; its folder {} holds some", folders[0]);
-  return fmt::format("; its folders {} hold some: open one, or all as type \"classes\" if each is a room",
+  return fmt::format("; its folders {} hold some: open one, or all (--type classes) if each is a room",
                      fmt::join(folders, ", "));
 }
 

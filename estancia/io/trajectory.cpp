@@ -36,7 +36,7 @@ double normOf(const std::vector<double>& n) {
 std::optional<Pose> poseOfTum(const std::vector<double>& n) {
   Pose pose{n[1], n[2], n[3], n[4], n[5], n[6], n[7]};
   const double norm = normOf(n);
-  if (!pose.isFinite() || !(norm > 1e-6) || !std::isfinite(norm)) return std::nullopt;
+  if (!pose.isPlausible() || !(norm > 1e-6) || !std::isfinite(norm)) return std::nullopt;
   for (double* q : {&pose.qx, &pose.qy, &pose.qz, &pose.qw}) *q /= norm;
   return pose;
 }
@@ -92,7 +92,7 @@ Trajectory readTrajectory(const fs::path& file) {
       trajectory.warnings.push_back(fmt::format("{}: {} of {} poses {} (first: line {})", name, problem.count,
                                                 trajectory.points.size(), what, problem.firstLine));
   };
-  warn(unusable, "are ignored: NaN or no rotation");
+  warn(unusable, "are ignored: NaN, no rotation, or a position beyond 10 000 km");
   warn(unnormalized,
        "have no unit quaternion and were normalized; check that the columns are t x y z qx qy qz qw");
   warn(doubled, "repeat the previous time stamp");
@@ -104,7 +104,7 @@ void writeTrajectory(const std::vector<TrajectoryPoint>& points, const fs::path&
   std::string text = "# timestamp x y z qx qy qz qw\n";
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto& [timestamp, pose] = points[i];
-    if (!timestamp || !std::isfinite(*timestamp) || !pose || !pose->isFinite())
+    if (!timestamp || !std::isfinite(*timestamp) || !pose || !pose->isPlausible())
       fail(ErrorCode::invalidInput,
            "{}: point {} lacks its time stamp or pose, which TUM files need; leave it out",
            io::printable(file), i + 1);
@@ -133,7 +133,6 @@ void writePoses(const std::vector<Frame>& frames, const fs::path& file) {
 
 std::optional<Pose> io::poseOfMatrix(const std::array<double, 12>& matrix) {
   constexpr double tolerance = 0.01;
-  if (!std::ranges::all_of(matrix, [](double v) { return std::isfinite(v); })) return std::nullopt;
   const auto r = [&matrix](std::size_t row, std::size_t column) { return matrix[4 * row + column]; };
   for (std::size_t a = 0; a < 3; ++a) {
     for (std::size_t b = a; b < 3; ++b) {
@@ -161,7 +160,8 @@ std::optional<Pose> io::poseOfMatrix(const std::array<double, 12>& matrix) {
     q[3] = r(k, j) - r(j, k);
   }
   const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  return Pose{matrix[3], matrix[7], matrix[11], q[0] / norm, q[1] / norm, q[2] / norm, q[3] / norm};
+  const Pose pose{matrix[3], matrix[7], matrix[11], q[0] / norm, q[1] / norm, q[2] / norm, q[3] / norm};
+  return pose.isPlausible() ? std::optional(pose) : std::nullopt;
 }
 
 }  // namespace estancia

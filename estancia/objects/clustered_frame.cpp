@@ -23,7 +23,7 @@ void requireClusterable(const Sequence& sequence) {
     fail(ErrorCode::invalidInput,
          "{} has no depth images, which segmentation needs; give a sequence with depth", sequence.name());
   if (!sequence.intrinsics())
-    fail(ErrorCode::invalidInput, "{} has no camera intrinsics; give fx fy cx cy by --intrinsics",
+    fail(ErrorCode::invalidInput, "{} has no camera intrinsics; give a file of fx fy cx cy by --intrinsics",
          sequence.name());
 }
 

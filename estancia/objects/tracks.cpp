@@ -102,7 +102,7 @@ std::vector<std::size_t> Tracks::follow(const Clusters& clusters, const CameraIn
   if (!(camera.fx > 0) || !(camera.fy > 0))
     throw Error(ErrorCode::invalidInput,
                 "the camera of the tracks has no focal length; give its intrinsics (fx fy cx cy)");
-  const auto known = pose && pose->isFinite() ? pose : std::nullopt;
+  const auto known = pose && pose->isPlausible() ? pose : std::nullopt;
   auto& tracks = state_->tracks;
   std::vector<Sighting> seen, expected;
   for (const Cluster& cluster : clusters.clusters) seen.push_back(sightingOf(cluster, camera));

@@ -10,12 +10,6 @@ namespace {
 
 using Position = std::array<double, 3>;
 
-/// Positions beyond this are errors of a trajectory, not places [m].
-bool isPlausible(const Pose& pose) {
-  constexpr double limit = 1e7;
-  return pose.isFinite() && std::max({std::abs(pose.x), std::abs(pose.y), std::abs(pose.z)}) < limit;
-}
-
 Position positionOf(const Pose& pose) {
   return {pose.x, pose.y, pose.z};
 }
@@ -84,14 +78,14 @@ Plane planeOf(const std::vector<Position>& positions) {
 DrivenPath projectPath(std::span<const std::optional<Pose>> poses, bool fromAbove) {
   std::vector<Position> positions;
   for (const auto& pose : poses)
-    if (pose && isPlausible(*pose)) positions.push_back(positionOf(*pose));
+    if (pose && pose->isPlausible()) positions.push_back(positionOf(*pose));
   DrivenPath path;
   path.empty = positions.empty();
   if (path.empty) return path;
   if (!fromAbove) path.plane = planeOf(positions);
   path.points.resize(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i)
-    if (poses[i] && isPlausible(*poses[i])) path.points[i] = path.plane.project(positionOf(*poses[i]));
+    if (poses[i] && poses[i]->isPlausible()) path.points[i] = path.plane.project(positionOf(*poses[i]));
   return path;
 }
 

@@ -19,9 +19,9 @@ void requirePairs(std::span<const Pose> estimated, std::span<const Pose> truth) 
     fail(ErrorCode::mismatch, "there are {} estimated poses and {} true ones; give both at the same times",
          estimated.size(), truth.size());
   for (std::size_t i = 0; i < truth.size(); ++i)
-    if (!estimated[i].isFinite() || !truth[i].isFinite())
-      fail(ErrorCode::invalidInput, "pose {} is not finite; leave it out of the estimate and of the truth",
-           i);
+    if (!estimated[i].isPlausible() || !truth[i].isPlausible())
+      fail(ErrorCode::invalidInput,
+           "pose {} is not finite, or beyond 10 000 km; leave it out of the estimate and of the truth", i);
 }
 
 cv::Vec3d positionOf(const Pose& pose) {

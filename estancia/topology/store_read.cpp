@@ -54,7 +54,7 @@ std::string readMeta(Database& database, std::string_view key) {
 std::optional<Pose> readPose(const Statement& row, int column) {
   const Pose pose{row.real(column),     row.real(column + 1), row.real(column + 2), row.real(column + 3),
                   row.real(column + 4), row.real(column + 5), row.real(column + 6)};
-  return pose.isFinite() ? std::optional(pose) : std::nullopt;
+  return pose.isPlausible() ? std::optional(pose) : std::nullopt;
 }
 
 void readNodes(Database& database, TopologicalMap& map) {

@@ -94,13 +94,14 @@ TEST_F(TrajectoryFile, TakesCommentsTabsAndAnyLengthOfQuaternion) {
 }
 
 TEST_F(TrajectoryFile, LeavesOutPosesThatAreNoneAndSaysWhere) {
-  const auto trajectory =
-      read("1 0 0 0 0 0 0 1\n2 nan 0 0 0 0 0 1\n3 0 0 0 0 0 0 0\n4 0 inf 0 0 0 0 1\nnan 0 0 0 0 0 0 1\n");
-  ASSERT_EQ(trajectory.points.size(), 5U);
+  const auto trajectory = read(
+      "1 0 0 0 0 0 0 1\n2 nan 0 0 0 0 0 1\n3 0 0 0 0 0 0 0\n4 0 inf 0 0 0 0 1\nnan 0 0 0 0 0 0 1\n"
+      "6 0 0 1e308 0 0 0 1\n");
+  ASSERT_EQ(trajectory.points.size(), 6U);
   EXPECT_TRUE(trajectory.points[0].pose);
-  for (std::size_t i : {1U, 2U, 3U}) EXPECT_FALSE(trajectory.points[i].pose) << i;
+  for (std::size_t i : {1U, 2U, 3U, 5U}) EXPECT_FALSE(trajectory.points[i].pose) << i;
   EXPECT_FALSE(trajectory.points[4].timestamp);
-  EXPECT_THAT(trajectory.warnings, ElementsAre(Mentions({"4 of 5", "line 2"})));
+  EXPECT_THAT(trajectory.warnings, ElementsAre(Mentions({"5 of 6", "line 2"})));
 }
 
 TEST_F(TrajectoryFile, WarnsOfDoubledAndUnorderedTimes) {
@@ -152,9 +153,11 @@ TEST(PoseOfMatrix, InvertsTheMatrixOfAPoseAlsoAtHalfTurns) {
     expectSame(io::poseOfMatrix(matrixOf(half)).value(), half, 1e-12);
 }
 
-TEST(PoseOfMatrix, GivesNothingForNan) {
+TEST(PoseOfMatrix, GivesNothingForNanAndForNoPlaceOnTheEarth) {
   auto matrix = matrixOf(Pose());
   matrix[7] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(io::poseOfMatrix(matrix));
+  matrix[7] = 1e8;  // farther than any place on the Earth
   EXPECT_FALSE(io::poseOfMatrix(matrix));
 }
 
