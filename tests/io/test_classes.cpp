@@ -68,7 +68,7 @@ TEST_F(Classes, OtherFoldersAreTakenForClassesOnlyWhenAskedFor) {
   add("2026-11-01/1.png");
   add("2026-11-02/1.png");
   EXPECT_THAT([&] { open(); },
-              FailsWith(ErrorCode::unsupportedFile, "2026-11-01, 2026-11-02", "\"classes\""));
+              FailsWith(ErrorCode::unsupportedFile, "2026-11-01, 2026-11-02", "--type classes"));
   EXPECT_EQ(open("classes")->size(), 2U);
   add("0.png");
   EXPECT_THAT(told(*open()), ElementsAre("0.png=")) << "images of its own make it a plain folder";

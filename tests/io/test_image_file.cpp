@@ -199,7 +199,7 @@ TEST_F(ImageFile, RefusesSizesOfNothing) {
 TEST_F(ImageFile, TellsRadianceFromImages) {
   const std::string exr = encoded(".exr", cv::Mat(4, 8, CV_32FC3, cv::Scalar(1, 2, 3)));
   EXPECT_THAT(refusal("radiance.png", exr),
-              FailsWith(ErrorCode::unsupportedFile, "radiance.png", "\"panorama\""));
+              FailsWith(ErrorCode::unsupportedFile, "radiance.png", "--type panorama"));
   test::writeFile(folder_ / "radiance.exr", exr);
   const cv::Mat radiance = readPanorama(folder_ / "radiance.exr");
   ASSERT_EQ(radiance.type(), CV_32FC3);
