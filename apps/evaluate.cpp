@@ -35,7 +35,9 @@ LocalizationAccuracy localizationAccuracy(const EvaluateArguments& arguments) {
              numbers.push_back(number);
              answers.push_back(answer);
            });
-  return measureLocalization(localizer.map(), frames, numbers, answers, admissible);
+  const PlaceFilterOptions& filter = arguments.localization.localizer.filter;
+  return measureLocalization(localizer.map(), frames, numbers, answers, admissible,
+                             {filter.nearDistance, filter.nearAngle});
 }
 
 std::vector<Measure> measuresOfZones(const EvaluateArguments& arguments) {

@@ -38,7 +38,7 @@ void localize(const LocalizationArguments& arguments, Localizer& localizer, cons
   };
   labeling.forEach(0, "localizing", [&](const LabeledFrame& frame) {
     waiting.push_back(frame.index);
-    give(localizer.add(frame.descriptor));
+    give(localizer.add(frame.descriptor, labeling.sequence().frame(frame.index).pose));
   });
   give(localizer.finish());
 }

@@ -5,7 +5,10 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <fstream>
+#include <numbers>
+#include <numeric>
 #include <string_view>
 
 #include "estancia/core/fail.hpp"
@@ -52,6 +55,20 @@ struct Judge {
   }
 };
 
+/// The map's frames of the same view as `pose`.
+std::set<std::size_t> viewsLike(const Pose& pose, const TopologicalMap& map, const SameView& sameView) {
+  const double least = std::cos(sameView.angle * std::numbers::pi / 180);
+  const auto ahead = pose.forward();
+  std::set<std::size_t> views;
+  for (std::size_t i = 0; i < map.frames.size(); ++i) {
+    const auto& other = map.frames[i].pose;
+    if (!other || distanceBetween(pose, *other) > sameView.distance) continue;
+    const auto look = other->forward();
+    if (std::inner_product(ahead.begin(), ahead.end(), look.begin(), 0.0) >= least) views.insert(i);
+  }
+  return views;
+}
+
 std::optional<std::size_t> parseNumber(std::string_view text) {
   std::size_t value = 0;
   const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -94,7 +111,7 @@ AdmissibleImages readAdmissibleImages(const std::filesystem::path& path) {
 LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::vector<Frame>& frames,
                                          const std::vector<std::size_t>& numbers,
                                          const std::vector<Localization>& answers,
-                                         const AdmissibleImages& admissible) {
+                                         const AdmissibleImages& admissible, const SameView& sameView) {
   if (frames.size() != answers.size() || frames.size() != numbers.size())
     throw Error(ErrorCode::mismatch, "localization can only be measured with one answer for each frame");
   const std::vector<Place> places = placesOf(map);
@@ -103,6 +120,11 @@ LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::v
   Share nodeRoom, beliefNodeRoom;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::set<std::size_t>* right = nullptr;
+    std::set<std::size_t> ofTheView;
+    if (admissible.empty() && frames[i].pose) {
+      ofTheView = viewsLike(*frames[i].pose, map, sameView);
+      if (!ofTheView.empty()) right = &ofTheView;
+    }
     if (!admissible.empty()) {
       if (numbers[i] >= admissible.size())
         fail(ErrorCode::mismatch,

@@ -18,7 +18,8 @@ namespace estancia {
 struct Accuracy {
   /// Share of frames whose answer lies in their true room.
   std::optional<double> room;
-  /// Share of frames whose answer is an admissible image (recall@1).
+  /// Share of frames whose answer is an admissible image (recall@1): by `admissible`, else by the poses, of
+  /// the frames that have an admissible image at all.
   std::optional<double> recall;
   /// Distance between the answer's and the frame's true position [m].
   std::optional<double> medianError;
@@ -41,11 +42,17 @@ using AdmissibleImages = std::vector<std::set<std::size_t>>;
 /// separated by blanks. Throws Error (malformedFile) naming file and line.
 AdmissibleImages readAdmissibleImages(const std::filesystem::path& path);
 
+/// Frames within a distance [m] and an angle [degrees] between their directions are of the same view.
+struct SameView {
+  double distance = 0.7, angle = 30;
+};
+
 /// `frames` and `answers` belong together. `numbers[i]` is the place of frames[i] in its sequence, which
-/// `admissible` (may be empty) counts by. Throws Error (mismatch) when `admissible` does not reach that far.
+/// `admissible` counts by. Where that is empty, an image is admissible whose pose is that of the same view.
+/// Throws Error (mismatch) when `admissible` does not reach that far.
 LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::vector<Frame>& frames,
                                          const std::vector<std::size_t>& numbers,
                                          const std::vector<Localization>& answers,
-                                         const AdmissibleImages& admissible);
+                                         const AdmissibleImages& admissible, const SameView& sameView);
 
 }  // namespace estancia

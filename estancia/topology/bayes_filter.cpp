@@ -46,11 +46,7 @@ std::size_t PlaceFilter::states() const {
   return ways.size() * images();
 }
 
-std::vector<float> PlaceFilter::start() const {
-  return std::vector<float>(states(), 1.0F / static_cast<float>(std::max<std::size_t>(1, states())));
-}
-
-void PlaceFilter::predict(std::span<const float> in, std::span<float> out) const {
+void PlaceFilter::predict(std::span<const float> in, const PlanarMotion&, std::span<float> out) const {
   const std::size_t n = images();
   const auto turn = static_cast<float>(options_.turnAround);
   const auto drive = static_cast<float>(1 - options_.alongEdges - options_.anywhere);
@@ -94,7 +90,7 @@ void PlaceFilter::predict(std::span<const float> in, std::span<float> out) const
   }
 }
 
-void PlaceFilter::backward(std::span<const float> in, std::span<float> out) const {
+void PlaceFilter::backward(std::span<const float> in, const PlanarMotion&, std::span<float> out) const {
   const std::size_t n = images();
   const auto turn = static_cast<float>(options_.turnAround);
   const auto drive = static_cast<float>(1 - options_.alongEdges - options_.anywhere);
@@ -152,17 +148,12 @@ void PlaceFilter::observe(std::span<const float> likelihood, std::span<float> st
   for (float& p : state) p *= scale;
 }
 
-std::vector<float> PlaceFilter::marginal(std::span<const float> state) const {
+Belief PlaceFilter::belief(std::span<const float> state, std::span<const float>) const {
   const std::size_t n = images();
-  std::vector<float> result(n, 0.0F);
-  for (std::size_t s = 0; s < state.size(); ++s) result[s % n] += state[s];
-  return result;
-}
-
-std::vector<float> PlaceFilter::nodeMarginal(std::span<const float> imageProbabilities) const {
-  std::vector<float> result(imagesOf_.size(), 0.0F);
-  for (std::size_t i = 0; i < nodeOf_.size(); ++i) result[nodeOf_[i]] += imageProbabilities[i];
-  return result;
+  Belief belief{std::vector<double>(n, 0.0), std::vector<double>(imagesOf_.size(), 0.0)};
+  for (std::size_t s = 0; s < state.size(); ++s) belief.images[s % n] += state[s];
+  for (std::size_t i = 0; i < n; ++i) belief.nodes[nodeOf_[i]] += belief.images[i];
+  return belief;
 }
 
 }  // namespace estancia

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "estancia/core/error.hpp"
-#include "estancia/topology/bayes_filter.hpp"
+#include "estancia/topology/localization_filter.hpp"
 #include "estancia/topology/localizer_map.hpp"
+#include "estancia/topology/make_filter.hpp"
 #include "estancia/topology/mapper_impl.hpp"
-#include "estancia/topology/places.hpp"
 #include "estancia/topology/session_impl.hpp"
 
 namespace estancia {
@@ -26,20 +26,7 @@ LocalizerMap localizerMap(const MapStore& store, const NodeBank& bank, std::size
   return {std::move(map), bank, std::move(images), stride};
 }
 
-PlaceFilter filterOf(const LocalizerMap& source, const PlaceFilterOptions& options) {
-  const TopologicalMap& map = source.map;
-  if (map.nodes.empty() || source.images.size() == 0)
-    throw Error(ErrorCode::insufficientData, "the map has no places yet; map some images first");
-  std::vector<std::size_t> nodeOfImage;
-  for (std::size_t i = 0; i < source.images.size(); ++i)
-    nodeOfImage.push_back(indexOf(map, map.frames.at(i * source.stride).node));
-  std::vector<std::pair<std::size_t, std::size_t>> edges;
-  for (const Transition& transition : map.transitions)
-    edges.emplace_back(indexOf(map, transition.from), indexOf(map, transition.to));
-  return PlaceFilter(std::move(nodeOfImage), map.nodes.size(), edges, options);
-}
-
-std::size_t largest(const std::vector<float>& values) {
+std::size_t largest(const std::vector<double>& values) {
   return static_cast<std::size_t>(std::max_element(values.begin(), values.end()) - values.begin());
 }
 
@@ -55,15 +42,26 @@ OptionGroup declare(PlaceFilterOptions& options) {
   group
       .add("turn-around", &options.turnAround,
            "Probability per frame to change between driving on, driving back and standing.")
-      .range(0, 1);
+      .range(0, 1)
+      .why("Of use where the map has no poses.");
   group.add("along-edges", &options.alongEdges, "Probability per frame to be somewhere in a linked node.")
-      .range(0, 1);
+      .range(0, 1)
+      .why("Of use where the map has no poses.");
   group.add("anywhere", &options.anywhere, "Probability per frame to be anywhere.")
       .range(0, 1)
       .why("A robot that is carried around needs more.");
   group.add("temper", &options.temper, "Weight of one frame's evidence.")
       .above(0)
       .why("Frames that follow each other closely err together and deserve less.");
+  group.add("near-distance", &options.nearDistance, "Frames this far apart can show the same view.")
+      .unit("m")
+      .above(0)
+      .why("Views change over a shorter way in narrow rooms than in halls and streets.");
+  group
+      .add("near-angle", &options.nearAngle, "Frames whose directions differ by this can show the same view.")
+      .unit("degrees")
+      .above(0)
+      .why("A wide field of view allows more.");
   return group;
 }
 
@@ -91,10 +89,14 @@ struct Localizer::Impl {
   struct Waiting {
     Localization answer;
     std::vector<float> filtered, likelihood;
+    /// Since the last step; absent where the frame was too near to that to make one.
+    std::optional<PlanarMotion> step;
   };
-  std::vector<Localization> add(DescriptorView descriptor);
+  std::vector<Localization> add(DescriptorView descriptor, const std::optional<Pose>& odometry);
+  std::vector<float> distancesTo(const std::vector<float>& compared) const;
+  std::optional<PlanarMotion> stepTo(const std::optional<Pose>& odometry);
   std::vector<Localization> settle(std::size_t count);
-  void setBelief(Localization& answer, const std::vector<float>& belief) const;
+  void setBelief(Localization& answer, std::span<const float> state, std::span<const float> likelihood) const;
   const TopologicalMap& map() const { return source->map; }
 
   std::shared_ptr<const LocalizerMap> source;
@@ -102,18 +104,22 @@ struct Localizer::Impl {
   Distance distance;
   /// Of the frames of the map, as they are compared.
   std::vector<float> images;
-  PlaceFilter filter;
+  std::unique_ptr<const LocalizationFilter> filter;
   /// The filter's state after all frames so far.
   std::vector<float> state;
+  /// Where the last frame was taken, and how the robot moved since the last step.
+  std::optional<Pose> last;
+  PlanarMotion moved;
+  bool started = false;
   std::deque<Waiting> waiting;
 };
 
 Localizer::Impl::Impl(std::shared_ptr<const LocalizerMap> shared, const LocalizerOptions& chosen)
     : source(std::move(shared)),
       options(validated(chosen)),
-      distance(getDistance(map().distance, map().vocabulary.layout().parts)),
-      filter(filterOf(*source, options.filter)),
-      state(filter.start()) {
+      distance(getDistance(map().distance, map().vocabulary.layout().parts)) {
+  if (map().nodes.empty() || source->images.size() == 0)
+    throw Error(ErrorCode::insufficientData, "the map has no places yet; map some images first");
   std::vector<float> embedded(source->images.labels());
   images.reserve(source->images.values().size());
   for (std::size_t i = 0; i < source->images.size(); ++i) {
@@ -121,19 +127,39 @@ Localizer::Impl::Impl(std::shared_ptr<const LocalizerMap> shared, const Localize
     const std::vector<float> compared = source->bank.compared(embedded);
     images.insert(images.end(), compared.begin(), compared.end());
   }
+  const std::size_t labels = source->images.labels();
+  const auto between = [&](std::size_t a, std::size_t b) {
+    return static_cast<float>(compare(distance.comparison, {images.data() + a * labels, labels},
+                                      {images.data() + b * labels, labels}));
+  };
+  filter = makeFilter(*source, between, options.filter);
+  state = filter->start();
 }
 
-std::vector<Localization> Localizer::Impl::add(DescriptorView descriptor) {
+std::vector<float> Localizer::Impl::distancesTo(const std::vector<float>& compared) const {
+  const std::size_t labels = compared.size();
+  std::vector<float> distances(source->images.size());
+  for (std::size_t i = 0; i < distances.size(); ++i)
+    distances[i] =
+        static_cast<float>(compare(distance.comparison, {images.data() + i * labels, labels}, compared));
+  return distances;
+}
+
+std::optional<PlanarMotion> Localizer::Impl::stepTo(const std::optional<Pose>& odometry) {
+  moved = moved.then(last && odometry ? motionBetween(*last, *odometry) : filter->unknownMotion());
+  last = odometry;
+  if (std::exchange(started, true) && !filter->isStep(moved)) return std::nullopt;
+  return std::exchange(moved, {});
+}
+
+std::vector<Localization> Localizer::Impl::add(DescriptorView descriptor,
+                                               const std::optional<Pose>& odometry) {
   const std::size_t labels = map().vocabulary.size();
   requireProbabilities(descriptor, labels, "the labeler");
   std::vector<float> embedded(labels);
   embed(distance.embedding, descriptor, embedded, distance.parts);
   const std::vector<float> compared = source->bank.compared(embedded);
-
-  std::vector<float> distances(filter.images());
-  for (std::size_t i = 0; i < distances.size(); ++i)
-    distances[i] =
-        static_cast<float>(compare(distance.comparison, {images.data() + i * labels, labels}, compared));
+  const std::vector<float> distances = distancesTo(compared);
   const auto nearest =
       static_cast<std::size_t>(std::min_element(distances.begin(), distances.end()) - distances.begin());
 
@@ -141,13 +167,16 @@ std::vector<Localization> Localizer::Impl::add(DescriptorView descriptor) {
   frame.answer.node = source->bank[source->bank.nearest(compared, source->bank.size())->slot].id;
   frame.answer.nearestImage = nearest * source->stride;
   frame.answer.distance = distances[nearest];
-  frame.likelihood = filter.likelihood(distances);
-  std::vector<float> predicted(state.size());
-  filter.predict(state, predicted);
-  state = std::move(predicted);
-  filter.observe(frame.likelihood, state);
+  frame.likelihood = filter->likelihood(distances);
+  frame.step = stepTo(odometry);
+  if (frame.step) {
+    std::vector<float> predicted(state.size());
+    filter->predict(state, *frame.step, predicted);
+    state = std::move(predicted);
+    filter->observe(frame.likelihood, state);
+  }
   if (options.lookahead == 0) {
-    setBelief(frame.answer, state);
+    setBelief(frame.answer, state, frame.likelihood);
     return {frame.answer};
   }
   frame.filtered = state;
@@ -165,11 +194,12 @@ std::vector<Localization> Localizer::Impl::settle(std::size_t count) {
     if (t < count) {
       std::vector<float> both(state.size());
       for (std::size_t s = 0; s < both.size(); ++s) both[s] = frame.filtered[s] * ahead[s];
-      setBelief(frame.answer, both);
+      setBelief(frame.answer, both, frame.likelihood);
       answers[t] = frame.answer;
     }
-    filter.observe(frame.likelihood, ahead);
-    filter.backward(ahead, before);
+    if (!frame.step) continue;
+    filter->observe(frame.likelihood, ahead);
+    filter->backward(ahead, *frame.step, before);
     std::swap(ahead, before);
     const float scale = 1 / *std::max_element(ahead.begin(), ahead.end());
     for (float& value : ahead) value *= scale;
@@ -178,17 +208,16 @@ std::vector<Localization> Localizer::Impl::settle(std::size_t count) {
   return answers;
 }
 
-void Localizer::Impl::setBelief(Localization& answer, const std::vector<float>& belief) const {
-  std::vector<float> probabilities = filter.marginal(belief);
-  const std::vector<float> nodes = filter.nodeMarginal(probabilities);
+void Localizer::Impl::setBelief(Localization& answer, std::span<const float> belief,
+                                std::span<const float> likelihood) const {
+  const Belief found = filter->belief(belief, likelihood);
   double total = 0;
-  for (const float p : nodes) total += p;
-  const std::size_t node = largest(nodes);
+  for (const double p : found.nodes) total += p;
+  const std::size_t node = largest(found.nodes);
   answer.beliefNode = map().nodes[node].id;
-  answer.confidence = nodes[node] / total;
-  for (std::size_t i = 0; i < probabilities.size(); ++i)
-    if (map().frames[i * source->stride].node != answer.beliefNode) probabilities[i] = 0;
-  answer.beliefImage = largest(probabilities) * source->stride;
+  answer.confidence = found.nodes[node] / total;
+  answer.unmapped = found.unmapped / total;
+  answer.beliefImage = largest(found.images) * source->stride;
 }
 
 Localizer::Localizer(std::shared_ptr<const LocalizerMap> map, const LocalizerOptions& options)
@@ -209,8 +238,8 @@ const TopologicalMap& Localizer::map() const {
   return impl_->map();
 }
 
-std::vector<Localization> Localizer::add(DescriptorView descriptor) {
-  return impl_->add(descriptor);
+std::vector<Localization> Localizer::add(DescriptorView descriptor, const std::optional<Pose>& odometry) {
+  return impl_->add(descriptor, odometry);
 }
 
 std::vector<Localization> Localizer::finish() {

@@ -5,10 +5,12 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/options.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/topology/map.hpp"
 
 namespace estancia {
@@ -22,6 +24,8 @@ struct PlaceFilterOptions {
   double alongEdges = 0.01;
   double anywhere = 0.002;
   double temper = 0.4;
+  double nearDistance = 0.7;
+  double nearAngle = 30;
 };
 /// Says what each option is and its range.
 OptionGroup declare(PlaceFilterOptions& options);
@@ -40,12 +44,15 @@ struct Localization {
   std::size_t nearestImage = 0;
   /// Distance to that frame.
   double distance = 0;
-  /// Most probable node by all frames.
+  /// Most probable node by all frames: where the robot is.
   int beliefNode = 0;
-  /// Most probable frame of that node.
+  /// The frame with the most probable view by all frames; it need not be one of beliefNode.
   std::size_t beliefImage = 0;
   /// Probability of beliefNode.
   double confidence = 0;
+  /// Probability that no mapped frame was taken near, so that beliefNode is only the nearest place; 0 where
+  /// the map has no poses.
+  double unmapped = 0;
 };
 
 class Localizer {
@@ -63,8 +70,11 @@ class Localizer {
   const TopologicalMap& map() const;
 
   /// Takes the next frame; gives the answers that are final now, in order of frames: its own one without
-  /// lookahead, none or several with it. Throws Error when it is not a descriptor of the map's labels.
-  std::vector<Localization> add(DescriptorView descriptor);
+  /// lookahead, none or several with it. `odometry`: the camera's pose in any fixed frame, of which only the
+  /// motion since the last frame is used, and only if the frames of the map have poses. Throws Error when it
+  /// is not a descriptor of the map's labels.
+  std::vector<Localization> add(DescriptorView descriptor,
+                                const std::optional<Pose>& odometry = std::nullopt);
   /// The answers that still wait for later frames.
   std::vector<Localization> finish();
 

@@ -62,7 +62,8 @@ Json toJson(const std::string& image, const Localization& answer, const Topologi
           {"distance", answer.distance},
           {"belief_node", answer.beliefNode},
           {"belief_image", map.frames.at(answer.beliefImage).name},
-          {"confidence", answer.confidence}};
+          {"confidence", answer.confidence},
+          {"unmapped", answer.unmapped}};
 }
 
 Json explanationJson(const TopologicalMap& map, std::size_t frame) {

@@ -26,7 +26,8 @@ nlohmann::ordered_json toJson(const Route& route);
 /// {"from", "to", "nodes", "cost", "unit", "words", "label" or "room", "probability"}.
 nlohmann::ordered_json toJson(const std::string& words, const WordRoute& found, const TopologicalMap& map);
 
-/// {"image", "node", "nearest_image", "distance", "belief_node", "belief_image", "confidence"}.
+/// {"image", "node", "nearest_image", "distance", "belief_node", "belief_image", "confidence",
+/// "unmapped"}.
 nlohmann::ordered_json toJson(const std::string& image, const Localization& answer,
                               const TopologicalMap& map);
 

@@ -32,7 +32,7 @@ Matrix transitionMatrix(const PlaceFilter& filter) {
   for (std::size_t i = 0; i < n; ++i) {
     std::vector<float> in(n, 0.0F), out(n);
     in[i] = 1;
-    filter.predict(in, out);
+    filter.predict(in, {}, out);
     for (std::size_t j = 0; j < n; ++j) t[i][j] = out[j];
   }
   return t;
@@ -50,8 +50,8 @@ TEST(PlaceFilter, DrivingOnMovesOn) {
   const PlaceFilter filter = makeFilter();
   std::vector<float> in(filter.states(), 0.0F), out(filter.states());
   in[3] = 1;  // driving on, at image 3
-  filter.predict(in, out);
-  const auto images = filter.marginal(out);
+  filter.predict(in, {}, out);
+  const auto images = filter.belief(out, {}).images;
   EXPECT_EQ(std::max_element(images.begin(), images.end()) - images.begin(), 4);
 }
 
@@ -62,7 +62,7 @@ TEST(PlaceFilter, BackwardIsPredictTransposed) {
   std::uniform_real_distribution<float> uniform;
   std::vector<float> in(filter.states()), out(filter.states());
   for (float& v : in) v = uniform(random);
-  filter.backward(in, out);
+  filter.backward(in, {}, out);
   for (std::size_t i = 0; i < t.size(); ++i) {
     double expected = 0;
     for (std::size_t j = 0; j < t.size(); ++j) expected += t[i][j] * in[j];

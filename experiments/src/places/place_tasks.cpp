@@ -83,11 +83,13 @@ LocalizationAccuracy find(const DescriptorSequence& queries, std::shared_ptr<con
   const auto give = [&](const std::vector<Localization>& some) {
     answers.insert(answers.end(), some.begin(), some.end());
   };
-  for (std::size_t i = 0; i < queries.frames.size(); ++i) give(localizer.add(queries.descriptors.row(i)));
+  for (std::size_t i = 0; i < queries.frames.size(); ++i)
+    give(localizer.add(queries.descriptors.row(i), queries.frames[i].pose));
   give(localizer.finish());
   std::vector<std::size_t> numbers(queries.frames.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = i;
-  return measureLocalization(localizer.map(), queries.frames, numbers, answers, truth);
+  return measureLocalization(localizer.map(), queries.frames, numbers, answers, truth,
+                             {options.filter.nearDistance, options.filter.nearAngle});
 }
 
 CellResults drive(const Task& task, const Recorder& recorder, const fs::path& scratch) {

@@ -1,0 +1,58 @@
+// Localization filter: a Bayes filter whose states stand for where the robot may be in a map. Private.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "estancia/topology/planar_pose.hpp"
+
+namespace estancia {
+
+/// What a filter believes; each sum may have any scale, the same for all.
+struct Belief {
+  /// One an image of the map.
+  std::vector<double> images;
+  /// One a node.
+  std::vector<double> nodes;
+  /// Probability that no image of the map was taken near.
+  double unmapped = 0;
+};
+
+class LocalizationFilter {
+ public:
+  LocalizationFilter() = default;
+  LocalizationFilter(const LocalizationFilter&) = delete;
+  LocalizationFilter& operator=(const LocalizationFilter&) = delete;
+  virtual ~LocalizationFilter() = default;
+
+  virtual std::size_t states() const = 0;
+
+  /// How far a robot that does not tell its motion may have driven since the last frame.
+  virtual PlanarMotion unknownMotion() const = 0;
+  /// Whether the robot has moved enough for another view: frames in between tell nothing new.
+  virtual bool isStep(const PlanarMotion& motion) const = 0;
+
+  /// out(j) = Σ_i in(i) T(i, j): where the robot will be after `motion`.
+  virtual void predict(std::span<const float> in, const PlanarMotion& motion, std::span<float> out) const = 0;
+  /// out(i) = Σ_j T(i, j) in(j): the same chances read backwards, for smoothing.
+  virtual void backward(std::span<const float> in, const PlanarMotion& motion,
+                        std::span<float> out) const = 0;
+
+  /// Evidence of one frame for each image from its distances to all images, tempered.
+  virtual std::vector<float> likelihood(std::span<const float> distances) const = 0;
+  /// Multiplies a state vector by what the images' likelihood tells of each state, and scales the sum to 1.
+  virtual void observe(std::span<const float> likelihood, std::span<float> state) const = 0;
+
+  /// `likelihood` of the frame that the state belongs to.
+  virtual Belief belief(std::span<const float> state, std::span<const float> likelihood) const = 0;
+
+  /// Uniform over all states.
+  std::vector<float> start() const {
+    return std::vector<float>(states(), 1.0F / static_cast<float>(states()));
+  }
+};
+
+}  // namespace estancia

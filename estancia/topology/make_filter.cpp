@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/topology/make_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "estancia/topology/bayes_filter.hpp"
+#include "estancia/topology/places.hpp"
+#include "estancia/topology/pose_filter.hpp"
+
+namespace estancia {
+namespace {
+
+std::vector<PosedImage> posedImages(const LocalizerMap& source) {
+  std::vector<Pose> poses;
+  for (const MappedFrame& frame : source.map.frames)
+    if (frame.pose) poses.push_back(*frame.pose);
+  const Floor floor(poses);
+  std::vector<PosedImage> images(source.images.size());
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    const MappedFrame& frame = source.map.frames.at(i * source.stride);
+    images[i].node = indexOf(source.map, frame.node);
+    images[i].hasPose = frame.pose.has_value();
+    if (frame.pose) images[i].pose = floor.project(*frame.pose);
+  }
+  return images;
+}
+
+/// From pairs of at most 500 images, evenly taken, with all the others.
+std::optional<NearEvidence> evidenceOf(const std::vector<PosedImage>& images,
+                                       const std::function<float(std::size_t, std::size_t)>& distance,
+                                       const PlaceFilterOptions& options) {
+  constexpr std::size_t maxImages = 500, fewest = 30;
+  constexpr std::size_t neighbors = 3;  // in the drive: nearly the same image, more alike than on a return
+  const std::size_t stride = std::max<std::size_t>(1, images.size() / maxImages);
+  std::vector<float> near, far, adjacent;
+  for (std::size_t i = 0; i < images.size(); i += stride)
+    for (std::size_t j = 0; j < images.size(); ++j) {
+      const PlanarPose &a = images[i].pose, &b = images[j].pose;
+      if (i == j || !images[i].hasPose || !images[j].hasPose) continue;
+      const bool isNear =
+          std::hypot(a.x - b.x, a.y - b.y) <= options.nearDistance &&
+          std::abs(wrapped(a.heading - b.heading)) <= options.nearAngle * std::numbers::pi / 180;
+      if (!isNear && j % stride != 0) continue;
+      const std::size_t apart = i < j ? j - i : i - j;
+      (!isNear ? far : apart < neighbors ? adjacent : near).push_back(distance(i, j));
+    }
+  if (near.size() < fewest) near.insert(near.end(), adjacent.begin(), adjacent.end());
+  if (near.size() < fewest || far.size() < fewest) return std::nullopt;
+  return NearEvidence(near, far);
+}
+
+std::unique_ptr<const LocalizationFilter> placeFilter(const LocalizerMap& source,
+                                                      const PlaceFilterOptions& options) {
+  const TopologicalMap& map = source.map;
+  std::vector<std::size_t> nodeOfImage;
+  for (std::size_t i = 0; i < source.images.size(); ++i)
+    nodeOfImage.push_back(indexOf(map, map.frames.at(i * source.stride).node));
+  std::vector<std::pair<std::size_t, std::size_t>> edges;
+  for (const Transition& transition : map.transitions)
+    edges.emplace_back(indexOf(map, transition.from), indexOf(map, transition.to));
+  return std::make_unique<PlaceFilter>(std::move(nodeOfImage), map.nodes.size(), edges, options);
+}
+
+}  // namespace
+
+std::unique_ptr<const LocalizationFilter> makeFilter(
+    const LocalizerMap& source, const std::function<float(std::size_t, std::size_t)>& distance,
+    const PlaceFilterOptions& options) {
+  std::vector<PosedImage> images = posedImages(source);
+  const auto posed = static_cast<std::size_t>(std::ranges::count(images, true, &PosedImage::hasPose));
+  if (2 * posed >= images.size())
+    if (auto evidence = evidenceOf(images, distance, options))
+      return std::make_unique<PoseFilter>(std::move(images), source.map.nodes.size(), std::move(*evidence),
+                                          options);
+  return placeFilter(source, options);
+}
+
+}  // namespace estancia

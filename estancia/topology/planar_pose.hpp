@@ -1,0 +1,77 @@
+// Planar pose: poses and motions of a robot on its floor, in meters and radians. Private.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <opencv2/core.hpp>
+#include <span>
+
+#include "estancia/core/pose.hpp"
+#include "estancia/core/rigid.hpp"
+
+namespace estancia {
+
+/// Position in the floor's plane, and the direction in which the camera looks, counter-clockwise.
+struct PlanarPose {
+  double x = 0, y = 0, heading = 0;
+};
+
+/// To −π … π.
+inline double wrapped(double angle) {
+  return std::remainder(angle, 2 * std::numbers::pi);
+}
+
+/// What the robot drove between two frames, as the first one's camera saw it.
+struct PlanarMotion {
+  double forward = 0, left = 0, turn = 0;
+  /// Motion of which only the extent is known: it goes anywhere within about `looseDistance`, `looseTurn`.
+  double looseDistance = 0, looseTurn = 0;
+
+  double distance() const { return std::hypot(forward, left); }
+
+  /// This one, then `next`.
+  PlanarMotion then(const PlanarMotion& next) const {
+    const double c = std::cos(turn), s = std::sin(turn);
+    return {forward + c * next.forward - s * next.left, left + s * next.forward + c * next.left,
+            wrapped(turn + next.turn), looseDistance + next.looseDistance, looseTurn + next.looseTurn};
+  }
+};
+
+/// Of a robot on its floor. A tilted camera sees the drive forward and the turn tilted, but as long as they
+/// are.
+inline PlanarMotion motionBetween(const Pose& from, const Pose& to) {
+  const cv::Affine3d motion = rigidOf(from).inv() * rigidOf(to);
+  const cv::Vec3d t = motion.translation();
+  const double flat = std::hypot(t[0], t[2]);
+  const double scale = flat > 0 ? cv::norm(t) / flat : 0;
+  const double toTheRight = motion.rotation()(0, 2);
+  return {t[2] * scale, -t[0] * scale, std::copysign(angleOf(motion), -toTheRight)};
+}
+
+/// The floor of a drive: its normal is the cameras' mean upward direction.
+class Floor {
+ public:
+  explicit Floor(std::span<const Pose> poses) {
+    cv::Vec3d up;
+    for (const Pose& pose : poses) up -= rigidOf(pose).rotation() * cv::Vec3d(0, 1, 0);
+    if (cv::norm(up) < 1e-9) up = {0, 0, 1};
+    up = cv::normalize(up);
+    const cv::Vec3d axis = std::abs(up[0]) < 0.9 ? cv::Vec3d(1, 0, 0) : cv::Vec3d(0, 1, 0);
+    right_ = cv::normalize(axis - up * axis.dot(up));
+    ahead_ = up.cross(right_);
+  }
+
+  PlanarPose project(const Pose& pose) const {
+    const cv::Vec3d at(pose.x, pose.y, pose.z);
+    const auto f = pose.forward();
+    const cv::Vec3d look(f[0], f[1], f[2]);
+    return {at.dot(right_), at.dot(ahead_), std::atan2(look.dot(ahead_), look.dot(right_))};
+  }
+
+ private:
+  cv::Vec3d right_, ahead_;
+};
+
+}  // namespace estancia

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/topology/pose_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+namespace estancia {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+/// Odometry errs by about this share of what was driven or turned.
+constexpr double odometryError = 0.1;
+/// How strongly a frame must look like an image before it speaks for "near" rather than "unmapped": the best
+/// of the several images near a pose is more alike than any one of them.
+constexpr double unmappedEvidence = 2;
+
+std::vector<PlanarPose> posesOf(const std::vector<PosedImage>& images) {
+  std::vector<PlanarPose> poses;
+  for (const PosedImage& image : images)
+    if (image.hasPose) poses.push_back(image.pose);
+  return poses;
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// Twice as far and twice as turned as nearly all steps of the mapped drive.
+PlanarMotion unknownMotionOf(const std::vector<PosedImage>& images) {
+  std::vector<double> distances, turns;
+  for (std::size_t i = 1; i < images.size(); ++i) {
+    const PlanarPose &a = images[i - 1].pose, &b = images[i].pose;
+    if (!images[i - 1].hasPose || !images[i].hasPose) continue;
+    distances.push_back(std::hypot(a.x - b.x, a.y - b.y));
+    turns.push_back(std::abs(wrapped(a.heading - b.heading)));
+  }
+  constexpr double usual = 0.9;
+  PlanarMotion motion;
+  motion.looseDistance = 2 * quantile(distances, usual);
+  motion.looseTurn = 2 * quantile(turns, usual);
+  return motion;
+}
+
+}  // namespace
+
+PoseFilter::PoseFilter(std::vector<PosedImage> images, std::size_t nodes, NearEvidence evidence,
+                       const PlaceFilterOptions& options)
+    : images_(std::move(images)),
+      nodes_(nodes),
+      evidence_(std::move(evidence)),
+      options_(options),
+      grid_(posesOf(images_), options.nearDistance * 0.3, options.nearDistance * 2),
+      unknown_(unknownMotionOf(images_)) {
+  findNearImages();
+  findNearestImages();
+}
+
+/// A Gaussian of half the options' distance and angle, up to both.
+void PoseFilter::findNearImages() {
+  const double sigma = options_.nearDistance / 2, sigmaAngle = options_.nearAngle * degree / 2;
+  const auto forAll = [&](const auto& use) {
+    for (std::size_t i = 0; i < images_.size(); ++i)
+      if (images_[i].hasPose)
+        grid_.forStatesNear(images_[i].pose, 2 * sigma, 2 * sigmaAngle,
+                            [&](std::size_t state) { use(i, state); });
+  };
+  firstNear_.assign(states() + 1, 0);
+  forAll([&](std::size_t, std::size_t state) { ++firstNear_[state + 1]; });
+  std::partial_sum(firstNear_.begin(), firstNear_.end(), firstNear_.begin());
+  near_.resize(firstNear_.back());
+  std::vector<std::size_t> filled(firstNear_.begin(), firstNear_.end() - 1);
+  forAll([&](std::size_t i, std::size_t state) {
+    const PlanarPose at = grid_.poseOf(state), &image = images_[i].pose;
+    const double distance = std::hypot(at.x - image.x, at.y - image.y) / sigma;
+    const double angle = wrapped(at.heading - image.heading) / sigmaAngle;
+    const double weight = std::exp(-0.5 * (distance * distance + angle * angle));
+    near_[filled[state]++] = {static_cast<std::uint32_t>(i), static_cast<float>(weight)};
+  });
+}
+
+/// Breadth first over the grid from the images' own states; turning costs nothing, so the nearest by
+/// position.
+void PoseFilter::findNearestImages() {
+  constexpr std::uint32_t none = ~0U;
+  nearest_.assign(states(), none);
+  std::deque<std::size_t> reached;
+  for (std::size_t i = 0; i < images_.size(); ++i) {
+    if (!images_[i].hasPose) continue;
+    grid_.forStatesNear(images_[i].pose, grid_.cell(), PoseGrid::headingStep() / 2, [&](std::size_t state) {
+      if (nearest_[state] != none) return;
+      nearest_[state] = static_cast<std::uint32_t>(i);
+      reached.push_back(state);
+    });
+  }
+  while (!reached.empty()) {
+    const std::size_t from = reached.front();
+    reached.pop_front();
+    const auto claim = [&](std::size_t state) {
+      if (state == states() || nearest_[state] != none) return false;
+      nearest_[state] = nearest_[from];
+      return true;
+    };
+    for (const std::size_t turned : {grid_.turned(from, 1), grid_.turned(from, -1)})
+      if (claim(turned)) reached.push_front(turned);
+    for (const std::size_t beside : {grid_.moved(from, 1, 0), grid_.moved(from, -1, 0),
+                                     grid_.moved(from, 0, 1), grid_.moved(from, 0, -1)})
+      if (claim(beside)) reached.push_back(beside);
+  }
+}
+
+std::span<const PoseFilter::Near> PoseFilter::nearOf(std::size_t state) const {
+  return {near_.data() + firstNear_[state], near_.data() + firstNear_[state + 1]};
+}
+
+bool PoseFilter::isStep(const PlanarMotion& motion) const {
+  return motion.distance() + motion.looseDistance >= grid_.cell() / 2 ||
+         std::abs(motion.turn) + motion.looseTurn >= PoseGrid::headingStep() / 2;
+}
+
+void PoseFilter::predict(std::span<const float> in, const PlanarMotion& motion, std::span<float> out) const {
+  std::vector<float> moved(states(), 0.0F);
+  grid_.move(in, motion, moved);
+  grid_.blur(moved, motion.looseDistance + odometryError * motion.distance(),
+             motion.looseTurn + odometryError * std::abs(motion.turn));
+  const double before = std::accumulate(in.begin(), in.end(), 0.0);
+  const double after = std::accumulate(moved.begin(), moved.end(), 0.0);
+  // What left the grid may be anywhere.
+  const double anywhere = (before - (1 - options_.anywhere) * after) / static_cast<double>(states());
+  for (std::size_t s = 0; s < states(); ++s)
+    out[s] = static_cast<float>((1 - options_.anywhere) * moved[s] + anywhere);
+}
+
+void PoseFilter::backward(std::span<const float> in, const PlanarMotion& motion, std::span<float> out) const {
+  const auto moved = [&](std::span<const float> values) {
+    std::vector<float> blurred(values.begin(), values.end()), result(states(), 0.0F);
+    grid_.blur(blurred, motion.looseDistance + odometryError * motion.distance(),
+               motion.looseTurn + odometryError * std::abs(motion.turn));
+    grid_.moveBackward(blurred, motion, result);
+    return result;
+  };
+  const std::vector<float> ahead = moved(in), kept = moved(std::vector<float>(states(), 1.0F));
+  const double mean = std::accumulate(in.begin(), in.end(), 0.0) / static_cast<double>(states());
+  const double stays = 1 - options_.anywhere;
+  for (std::size_t s = 0; s < states(); ++s)
+    out[s] = static_cast<float>(stays * ahead[s] + (1 - stays * kept[s]) * mean);
+}
+
+std::vector<float> PoseFilter::likelihood(std::span<const float> distances) const {
+  std::vector<float> ratios;
+  for (const float distance : distances) ratios.push_back(static_cast<float>(evidence_.ratio(distance)));
+  return ratios;
+}
+
+void PoseFilter::observe(std::span<const float> likelihood, std::span<float> state) const {
+  double total = 0;
+  for (std::size_t s = 0; s < state.size(); ++s) {
+    double weighted = 0, weights = 0, largest = 0;
+    for (const Near& near : nearOf(s)) {
+      weighted += near.weight * likelihood[near.image];
+      weights += near.weight;
+      largest = std::max<double>(largest, near.weight);
+    }
+    double ratio = (1 - largest) * unmappedEvidence;
+    if (weights > 0) ratio += largest * weighted / weights;
+    state[s] *= static_cast<float>(std::pow(ratio, options_.temper));
+    total += state[s];
+  }
+  const auto scale = static_cast<float>(1 / total);  // never 0: `anywhere` keeps every state alive
+  for (float& p : state) p *= scale;
+}
+
+Belief PoseFilter::belief(std::span<const float> state, std::span<const float> likelihood) const {
+  Belief belief{std::vector<double>(images_.size(), 0.0), std::vector<double>(nodes_, 0.0)};
+  std::vector<double> tempered;
+  for (const float ratio : likelihood) tempered.push_back(std::pow(ratio, options_.temper));
+  for (std::size_t s = 0; s < state.size(); ++s) {
+    double weights = 0, largest = 0;
+    for (const Near& near : nearOf(s)) {
+      weights += near.weight * tempered[near.image];
+      largest = std::max<double>(largest, near.weight);
+    }
+    const double far = state[s] * (1 - largest);
+    belief.unmapped += far;
+    belief.nodes[images_[nearest_[s]].node] += far;
+    for (const Near& near : nearOf(s)) {
+      const double share = state[s] * largest * near.weight * tempered[near.image] / weights;
+      belief.images[near.image] += share;
+      belief.nodes[images_[near.image].node] += share;
+    }
+  }
+  return belief;
+}
+
+}  // namespace estancia
