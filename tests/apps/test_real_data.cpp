@@ -76,6 +76,23 @@ TEST(Corridor, IsDrivenAgainAndRecognized) {
   EXPECT_GE(filtered["belief_recall"], 0.85);
 }
 
+TEST(Home, IsFoundAgainInTheEveningOnAnotherWay) {
+  const auto data = findData("home_a");
+  const auto model = findFetched("models/inception-v3/inception-v3.onnx");
+  ESTANCIA_NEEDS(data && model, "the rendered home or the default network are not here");
+  const ScratchFolder scratch;
+  const std::string map = scratch / "home.estancia";
+  const auto mapped = run({"map", *data / "day", "-o", map});
+  ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
+  // Of the evening's frames 91 were taken within 0.7 m and 30° of one of the day; the path is another one.
+  const json filtered = evaluated({map, *data / "evening"});
+  EXPECT_GE(filtered["recall"], 0.88);
+  EXPECT_GE(filtered["belief_recall"], 0.88);
+  EXPECT_LT(filtered["belief_median_error"], filtered["median_error"]);
+  const json smoothed = evaluated({map, *data / "evening", "--lookahead", "10"});
+  EXPECT_GE(smoothed["belief_recall"], 0.93);
+}
+
 TEST(Conjunction, OfThreeNetworksKnowsTheCorridorBetterThanAnyAlone) {
   const auto data = findData("corridor_vpr"), models = findTestModels();
   const auto inception = findFetched("models/inception-v3/inception-v3.onnx"),

@@ -62,6 +62,7 @@ TEST(MapJson, TellsWhereAnImageWasTaken) {
   answer.nearestImage = 4;
   answer.beliefNode = 1;
   answer.beliefImage = 6;
+  answer.unmapped = 0.25;
   answer.confidence = 0.5;
   EXPECT_EQ(toJson("now.jpg", answer, test::sampleMap()), (Json{{"image", "now.jpg"},
                                                                 {"node", 3},
@@ -69,7 +70,8 @@ TEST(MapJson, TellsWhereAnImageWasTaken) {
                                                                 {"distance", 0.0},
                                                                 {"belief_node", 1},
                                                                 {"belief_image", "g.jpg"},
-                                                                {"confidence", 0.5}}));
+                                                                {"confidence", 0.5},
+                                                                {"unmapped", 0.25}}));
 }
 
 TEST(MapJson, TellsDecisions) {

@@ -291,6 +291,17 @@ TEST(PosedLocalizer, FollowsTheMotionWhereNothingWasMapped) {
   EXPECT_EQ(answer.beliefNode, 1);  // frames 10 … 19
 }
 
+TEST(PosedLocalizer, RecoversWhenTheRobotIsCarriedElsewhere) {
+  Hall hall;
+  Localizer localizer(hall.source(), {});
+  Localization answer;
+  for (std::size_t i = 0; i < 40; ++i) {
+    const std::size_t seen = i < 20 ? i : i + 20;  // from the end of the first side to the third one's begin
+    answer = localizer.add(hall.view(seen), Pose::planar(0.2 * static_cast<double>(i), 0, 0)).front();
+  }
+  EXPECT_EQ(answer.beliefNode, 5);  // frames 50 … 59
+}
+
 TEST(PosedLocalizer, AFrameTakenAgainTellsNothingNew) {
   Hall hall;
   const auto source = hall.source();
