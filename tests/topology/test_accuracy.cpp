@@ -7,7 +7,7 @@ namespace estancia {
 namespace {
 
 /// Frames 0 … 4 at 0, 1, 2, 3, 4 m, looking along x; frame 5 at 0 m looks back.
-TopologicalMap corridor() {
+TopologicalMap corridorMap() {
   TopologicalMap map{.vocabulary = Vocabulary({"x"})};
   map.nodes.push_back({});
   for (int i = 0; i < 6; ++i) {
@@ -35,7 +35,7 @@ LocalizationAccuracy measured(const std::vector<Frame>& frames, const std::vecto
                               const AdmissibleImages& admissible = {}) {
   std::vector<std::size_t> numbers;
   for (std::size_t i = 0; i < frames.size(); ++i) numbers.push_back(i);
-  return measureLocalization(corridor(), frames, numbers, answers, admissible, {0.7, 30});
+  return measureLocalization(corridorMap(), frames, numbers, answers, admissible, {0.7, 30});
 }
 
 TEST(LocalizationAccuracy, RecallCountsTheFramesOfWhichTheMapHasTheView) {

@@ -24,20 +24,20 @@ namespace fs = std::filesystem;
 using Access = MapStore::Access;
 using test::FailsWith;
 
-constexpr std::size_t labels = 1001;
+constexpr std::size_t networkLabels = 1001;
 
 MapStore::Identity wideIdentity() {
   std::vector<std::string> words;
-  for (std::size_t i = 0; i < labels; ++i) words.push_back("label " + std::to_string(i));
+  for (std::size_t i = 0; i < networkLabels; ++i) words.push_back("label " + std::to_string(i));
   return {Vocabulary(words), "model", "{}"};
 }
 
 void addFrame(MapStore& store, std::size_t index) {
   MappedFrame frame;
   frame.name = std::to_string(index);
-  store.addFrame(index, frame, LexicalDescriptor(labels, static_cast<float>(index % 100) / 100));
+  store.addFrame(index, frame, LexicalDescriptor(networkLabels, static_cast<float>(index % 100) / 100));
   store.putDecision({index, DecisionKind::join, 0, 0, 0.1, -1, 0, 0.3, 0.2});
-  store.putNode({0, index + 1, std::vector<float>(labels), std::vector<float>(labels)}, "");
+  store.putNode({0, index + 1, std::vector<float>(networkLabels), std::vector<float>(networkLabels)}, "");
 }
 
 fs::path wideMap(const test::ScratchFolder& folder, std::size_t frames) {
