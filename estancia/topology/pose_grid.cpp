@@ -7,7 +7,7 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t maxStates = 2'000'000;
+constexpr std::size_t maxStates = 1'000'000;
 constexpr std::int64_t maxRaster = 16'000'000;
 
 int wrappedHeading(std::int64_t heading) {
@@ -112,9 +112,10 @@ std::size_t PoseGrid::turned(std::size_t state, std::int64_t steps) const {
   return static_cast<std::size_t>(heading) * cells() + state % cells();
 }
 
-/// `use(from, to, weight)` for all moves that stay in the grid: trilinear weights.
-template <typename Use>
-void PoseGrid::forEachMove(const PlanarMotion& motion, const Use& use) const {
+/// `use(from, to, weight)` for all moves that stay in the grid, of states with `moves(from)`: trilinear
+/// weights.
+template <typename Moves, typename Use>
+void PoseGrid::forEachMove(const PlanarMotion& motion, const Moves& moves, const Use& use) const {
   const double turn = motion.turn / headingStep();
   const double turnFloor = std::floor(turn);
   for (int h = 0; h < headings; ++h) {
@@ -132,23 +133,27 @@ void PoseGrid::forEachMove(const PlanarMotion& motion, const Use& use) const {
       const auto toHeading =
           static_cast<std::size_t>(wrappedHeading(h + static_cast<std::int64_t>(turnFloor) + k));
       for (std::size_t cell = 0; cell < cells(); ++cell) {
+        const std::size_t from = static_cast<std::size_t>(h) * cells() + cell;
+        if (!moves(from)) continue;
         const std::int32_t to = cellAt(columns_[cell] + static_cast<std::int64_t>(dxFloor) + i,
                                        rows_[cell] + static_cast<std::int64_t>(dyFloor) + j);
-        if (to >= 0)
-          use(static_cast<std::size_t>(h) * cells() + cell,
-              toHeading * cells() + static_cast<std::size_t>(to), weight);
+        if (to >= 0) use(from, toHeading * cells() + static_cast<std::size_t>(to), weight);
       }
     }
   }
 }
 
 void PoseGrid::move(std::span<const float> in, const PlanarMotion& motion, std::span<float> out) const {
-  forEachMove(motion, [&](std::size_t from, std::size_t to, float weight) { out[to] += weight * in[from]; });
+  forEachMove(
+      motion, [&](std::size_t from) { return in[from] != 0; },
+      [&](std::size_t from, std::size_t to, float weight) { out[to] += weight * in[from]; });
 }
 
 void PoseGrid::moveBackward(std::span<const float> in, const PlanarMotion& motion,
                             std::span<float> out) const {
-  forEachMove(motion, [&](std::size_t from, std::size_t to, float weight) { out[from] += weight * in[to]; });
+  forEachMove(
+      motion, [](std::size_t) { return true; },
+      [&](std::size_t from, std::size_t to, float weight) { out[from] += weight * in[to]; });
 }
 
 void PoseGrid::blur(std::vector<float>& values, double distance, double angle) const {

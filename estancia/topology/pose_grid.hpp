@@ -18,7 +18,7 @@ class PoseGrid {
  public:
   static constexpr int headings = 24;
 
-  /// The cells are `cell` meters wide, or wider, so that there are at most two million states.
+  /// The cells are `cell` meters wide, or wider, so that there are at most a million states.
   PoseGrid(std::span<const PlanarPose> mapped, double cell, double reach);
 
   std::size_t states() const { return cells() * headings; }
@@ -45,8 +45,8 @@ class PoseGrid {
   void blur(std::vector<float>& values, double distance, double angle) const;
 
  private:
-  template <typename Use>
-  void forEachMove(const PlanarMotion& motion, const Use& use) const;
+  template <typename Moves, typename Use>
+  void forEachMove(const PlanarMotion& motion, const Moves& moves, const Use& use) const;
   bool layOut(std::span<const PlanarPose> mapped, double reach);
   std::int32_t cellAt(std::int64_t column, std::int64_t row) const;
 

@@ -153,7 +153,7 @@ TEST(PoseGrid, OfAHugeMapHasWiderCells) {
   const PoseGrid grid(far, 0.2, 1.4);
   EXPECT_GT(grid.cell(), 1000);
   EXPECT_GE(grid.cells(), 2U);
-  EXPECT_LE(grid.states(), 2'000'000U);
+  EXPECT_LE(grid.states(), 1'000'000U);
 }
 
 TEST(NearEvidence, FallsWithTheDistanceAndIsTheRatioOfGaussians) {
