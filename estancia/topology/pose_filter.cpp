@@ -63,9 +63,10 @@ PoseFilter::PoseFilter(std::vector<PosedImage> images, std::size_t nodes, NearEv
   findNearestImages();
 }
 
-/// A Gaussian of half the options' distance and angle, up to both.
+/// A Gaussian of half the options' distance and angle, up to both; in wide maps not narrower than the cells.
 void PoseFilter::findNearImages() {
-  const double sigma = options_.nearDistance / 2, sigmaAngle = options_.nearAngle * degree / 2;
+  const double sigma = std::max(options_.nearDistance, grid_.cell()) / 2,
+               sigmaAngle = options_.nearAngle * degree / 2;
   const auto forAll = [&](const auto& use) {
     for (std::size_t i = 0; i < images_.size(); ++i)
       if (images_[i].hasPose)

@@ -8,7 +8,11 @@ namespace estancia {
 namespace {
 
 constexpr std::size_t maxStates = 1'000'000;
-constexpr std::int64_t maxRaster = 16'000'000;
+
+/// Columns and rows have less than 32 bits: poses are within 10 000 km, cells not below 1 cm.
+std::int64_t keyOf(std::int64_t column, std::int64_t row) {
+  return row * (std::int64_t{1} << 32) + column;
+}
 
 int wrappedHeading(std::int64_t heading) {
   const auto h = static_cast<int>(heading % PoseGrid::headings);
@@ -37,32 +41,16 @@ PoseGrid::PoseGrid(std::span<const PlanarPose> mapped, double cell, double reach
 }
 
 bool PoseGrid::layOut(std::span<const PlanarPose> mapped, double reach) {
-  double x1 = mapped[0].x, y1 = mapped[0].y;
-  x0_ = x1, y0_ = y1;
-  for (const PlanarPose& pose : mapped) {
-    x0_ = std::min(x0_, pose.x), x1 = std::max(x1, pose.x);
-    y0_ = std::min(y0_, pose.y), y1 = std::max(y1, pose.y);
-  }
-  x0_ -= reach, y0_ -= reach, x1 += reach, y1 += reach;
-  if ((x1 - x0_) / cell_ * ((y1 - y0_) / cell_) > static_cast<double>(maxRaster)) return false;
-  width_ = static_cast<std::int64_t>((x1 - x0_) / cell_) + 1;
-  height_ = static_cast<std::int64_t>((y1 - y0_) / cell_) + 1;
-  cellOf_.assign(static_cast<std::size_t>(width_ * height_), -1);
+  cellOf_.clear();
   columns_.clear();
   rows_.clear();
   const auto steps = static_cast<std::int64_t>(reach / cell_) + 1;
   for (const PlanarPose& pose : mapped) {
-    const auto column = static_cast<std::int64_t>((pose.x - x0_) / cell_);
-    const auto row = static_cast<std::int64_t>((pose.y - y0_) / cell_);
-    for (std::int64_t r = std::max<std::int64_t>(0, row - steps); r <= std::min(height_ - 1, row + steps);
-         ++r)
-      for (std::int64_t c = std::max<std::int64_t>(0, column - steps);
-           c <= std::min(width_ - 1, column + steps); ++c) {
-        std::int32_t& number = cellOf_[static_cast<std::size_t>(r * width_ + c)];
-        const double dx = x0_ + (static_cast<double>(c) + 0.5) * cell_ - pose.x;
-        const double dy = y0_ + (static_cast<double>(r) + 0.5) * cell_ - pose.y;
-        if (number >= 0 || std::hypot(dx, dy) > std::max(reach, cell_)) continue;
-        number = static_cast<std::int32_t>(columns_.size());
+    const std::int64_t column = indexOf(pose.x), row = indexOf(pose.y);
+    for (std::int64_t r = row - steps; r <= row + steps; ++r)
+      for (std::int64_t c = column - steps; c <= column + steps; ++c) {
+        if (std::hypot(middleOf(c) - pose.x, middleOf(r) - pose.y) > std::max(reach, cell_)) continue;
+        if (!cellOf_.try_emplace(keyOf(c, r), static_cast<std::int32_t>(cells())).second) continue;
         columns_.push_back(static_cast<std::int32_t>(c));
         rows_.push_back(static_cast<std::int32_t>(r));
         if (states() > maxStates) return false;
@@ -71,22 +59,29 @@ bool PoseGrid::layOut(std::span<const PlanarPose> mapped, double reach) {
   return true;
 }
 
+std::int64_t PoseGrid::indexOf(double coordinate) const {
+  return static_cast<std::int64_t>(std::floor(coordinate / cell_));
+}
+
+double PoseGrid::middleOf(std::int64_t index) const {
+  return (static_cast<double>(index) + 0.5) * cell_;
+}
+
 std::int32_t PoseGrid::cellAt(std::int64_t column, std::int64_t row) const {
-  if (column < 0 || row < 0 || column >= width_ || row >= height_) return -1;
-  return cellOf_[static_cast<std::size_t>(row * width_ + column)];
+  const auto found = cellOf_.find(keyOf(column, row));
+  return found == cellOf_.end() ? -1 : found->second;
 }
 
 PlanarPose PoseGrid::poseOf(std::size_t state) const {
   const std::size_t cell = state % cells();
-  return {x0_ + (columns_[cell] + 0.5) * cell_, y0_ + (rows_[cell] + 0.5) * cell_,
+  return {middleOf(columns_[cell]), middleOf(rows_[cell]),
           (static_cast<double>(state / cells()) + 0.5) * headingStep()};
 }
 
 void PoseGrid::forStatesNear(const PlanarPose& pose, double distance, double angle,
                              const std::function<void(std::size_t)>& use) const {
   const auto steps = static_cast<std::int64_t>(distance / cell_) + 1;
-  const auto column = static_cast<std::int64_t>(std::floor((pose.x - x0_) / cell_));
-  const auto row = static_cast<std::int64_t>(std::floor((pose.y - y0_) / cell_));
+  const std::int64_t column = indexOf(pose.x), row = indexOf(pose.y);
   for (std::int64_t r = row - steps; r <= row + steps; ++r)
     for (std::int64_t c = column - steps; c <= column + steps; ++c) {
       const std::int32_t cell = cellAt(c, r);

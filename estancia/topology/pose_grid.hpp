@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "estancia/topology/planar_pose.hpp"
@@ -48,12 +49,15 @@ class PoseGrid {
   template <typename Moves, typename Use>
   void forEachMove(const PlanarMotion& motion, const Moves& moves, const Use& use) const;
   bool layOut(std::span<const PlanarPose> mapped, double reach);
+  /// -1 where there is none.
   std::int32_t cellAt(std::int64_t column, std::int64_t row) const;
 
-  double cell_, x0_ = 0, y0_ = 0;
-  std::int64_t width_ = 0, height_ = 0;
-  /// Of the rectangle around all cells; -1: no cell.
-  std::vector<std::int32_t> cellOf_;
+  std::int64_t indexOf(double coordinate) const;
+  double middleOf(std::int64_t index) const;
+
+  double cell_;
+  /// By column and row.
+  std::unordered_map<std::int64_t, std::int32_t> cellOf_;
   std::vector<std::int32_t> columns_, rows_;
 };
 

@@ -53,6 +53,12 @@ std::size_t stateAt(const PoseGrid& grid, const PlanarPose& pose) {
   return best;
 }
 
+PoseFilter makeFilter(const std::vector<PlanarPose>& poses) {
+  std::vector<PosedImage> images;
+  for (std::size_t i = 0; i < poses.size(); ++i) images.push_back({poses[i], true, i / 5});
+  return PoseFilter(images, poses.size() / 5 + 1, NearEvidence({0.1F, 0.2F, 0.3F}, {0.8F, 1.0F, 1.2F}), {});
+}
+
 TEST(MotionBetween, IsWhatALevelCameraDrove) {
   const PlanarMotion motion =
       motionBetween(Pose::planar(1, 2, 0.5), Pose::planar(1 + std::cos(0.5), 2 + std::sin(0.5), 0.8));
@@ -148,12 +154,22 @@ TEST(PoseGrid, BlurIsSymmetricAndAsWideAsAskedFor) {
   EXPECT_NEAR(std::sqrt(variance), 0.3, 0.01);
 }
 
-TEST(PoseGrid, OfAHugeMapHasWiderCells) {
-  const std::vector<PlanarPose> far{{0, 0, 0}, {9e6, 9e6, 1}};
-  const PoseGrid grid(far, 0.2, 1.4);
-  EXPECT_GT(grid.cell(), 1000);
-  EXPECT_GE(grid.cells(), 2U);
-  EXPECT_LE(grid.states(), 1'000'000U);
+TEST(PoseGrid, APoseFarAwayCostsNoOther) {
+  std::vector<PlanarPose> poses = corridor();
+  poses.push_back({-9e6, 9e6, 1});
+  const PoseGrid grid(poses, 0.2, 1.4);
+  EXPECT_EQ(grid.cell(), 0.2);
+  EXPECT_NEAR(grid.poseOf(stateAt(grid, poses.back())).y, 9e6, 0.2);
+}
+
+TEST(PoseGrid, OfALongDriveHasWiderCellsAndEachImageItsStates) {
+  std::vector<PlanarPose> drive;
+  for (int i = 0; i < 60000; ++i) drive.push_back({1.5 * i, 0.3 * i, 0.2});
+  const PoseFilter filter = makeFilter(drive);
+  EXPECT_LE(filter.states(), 1'000'000U);
+  const std::vector<float> likelihood(drive.size(), 1.0F);
+  const Belief belief = filter.belief(filter.start(), likelihood);
+  EXPECT_GT(std::ranges::min(belief.images), 0);
 }
 
 TEST(NearEvidence, FallsWithTheDistanceAndIsTheRatioOfGaussians) {
@@ -175,12 +191,6 @@ TEST(NearEvidence, OfEqualPairsStaysFinite) {
   const NearEvidence evidence({0, 0, 0}, {0, 0, 0});
   EXPECT_TRUE(std::isfinite(evidence.ratio(0)));
   EXPECT_TRUE(std::isfinite(evidence.ratio(5)));
-}
-
-PoseFilter makeFilter(const std::vector<PlanarPose>& poses) {
-  std::vector<PosedImage> images;
-  for (std::size_t i = 0; i < poses.size(); ++i) images.push_back({poses[i], true, i / 5});
-  return PoseFilter(images, poses.size() / 5 + 1, NearEvidence({0.1F, 0.2F, 0.3F}, {0.8F, 1.0F, 1.2F}), {});
 }
 
 TEST(PoseFilter, PredictionKeepsAllProbabilityAndBackwardIsItsTranspose) {
