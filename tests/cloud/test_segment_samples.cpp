@@ -17,7 +17,7 @@ namespace {
 
 using ::testing::UnorderedElementsAre;
 
-const CameraIntrinsics kCamera{640, 480, 525, 525, 319.5, 239.5};
+const CameraIntrinsics kKinect{640, 480, 525, 525, 319.5, 239.5};
 
 /// Tiles of 12 pixels, each at another depth than those around it: some 1,800 segments.
 cv::Mat tiles(float nearest) {
@@ -38,7 +38,7 @@ SegmentSamples dot(std::uint32_t piece, const cv::Point3f& at) {
 TEST(Shapes, TheLargestOfManyPieces) {
   for (const float nearest : {0.02F, 0.6F}) {
     const ClusterOptions options;
-    const InverseDepth grid = inverseDepth(tiles(nearest), kCamera, 1);
+    const InverseDepth grid = inverseDepth(tiles(nearest), kKinect, 1);
     const PlaneRemoval scene = removePlanes(grid, options);
     const Segmentation segments =
         oversegment(grid, scene.rest, concaveCreases(grid, scene.rest, options.creaseDepth, options.threads));
@@ -96,13 +96,13 @@ TEST(Shapes, CrowdedImagesAreTheSameOnAnyThreads) {
   ClusterOptions options;
   options.minPoints = 1;
   options.threads = 1;
-  const Clusters one = findClusters(depth, kCamera, options);
+  const Clusters one = findClusters(depth, kKinect, options);
   std::size_t points = 0;
   for (const Cluster& cluster : one.clusters) points += cluster.points.size();
   EXPECT_TRUE(one.planes.empty());
   EXPECT_EQ(points, depth.total());
   options.threads = 3;
-  const Clusters three = findClusters(depth, kCamera, options);
+  const Clusters three = findClusters(depth, kKinect, options);
   ASSERT_EQ(one.clusters.size(), three.clusters.size());
   for (std::size_t i = 0; i < one.clusters.size(); ++i)
     EXPECT_EQ(one.clusters[i].points, three.clusters[i].points);

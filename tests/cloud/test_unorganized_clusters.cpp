@@ -35,10 +35,11 @@ View lookingAtATable() {
   view.camera = view.camera.scaledTo(320, 240);
   return view;
 }
-const View kView = lookingAtATable();
+const View kTableView = lookingAtATable();
 
 Seen tableWithTwoThings() {
-  return see({level(0), box({-0.12, 0, 0}, {0.16, 0.1, 0.12}, 0.5), bowl({0.15, 0, 0.06}, 0.06, 1)}, kView);
+  return see({level(0), box({-0.12, 0, 0}, {0.16, 0.1, 0.12}, 0.5), bowl({0.15, 0, 0.06}, 0.06, 1)},
+             kTableView);
 }
 
 PointCloud without(PointCloud cloud, bool grid) {
@@ -49,23 +50,23 @@ PointCloud without(PointCloud cloud, bool grid) {
 using test::cloudOf;
 
 /// How many of a cluster's points are a shape's, and how many the shape has.
-double overlap(const Cluster& cluster, const Seen& seen, int shape) {
+double looseOverlap(const Cluster& cluster, const Seen& seen, int shape) {
   std::size_t both = 0;
   for (const std::uint32_t p : cluster.points) both += seen.shape.ptr<int>()[p] == shape ? 1 : 0;
   const auto size = static_cast<std::size_t>(cv::countNonZero(seen.shape == shape));
   return static_cast<double>(both) / static_cast<double>(size + cluster.points.size() - both);
 }
 
-double bestOverlap(const Clusters& found, const Seen& seen, int shape) {
+double bestLooseOverlap(const Clusters& found, const Seen& seen, int shape) {
   double best = 0;
-  for (const Cluster& cluster : found.clusters) best = std::max(best, overlap(cluster, seen, shape));
+  for (const Cluster& cluster : found.clusters) best = std::max(best, looseOverlap(cluster, seen, shape));
   return best;
 }
 
 TEST(CloudClusters, OrganizedAsTheImageItCameFrom) {
   const Seen seen = tableWithTwoThings();
-  const PointCloud cloud = backProject(seen.depth, kView.camera);
-  const Clusters found = findClusters(cloud), image = findClusters(seen.depth, kView.camera);
+  const PointCloud cloud = backProject(seen.depth, kTableView.camera);
+  const Clusters found = findClusters(cloud), image = findClusters(seen.depth, kTableView.camera);
   ASSERT_THAT(found.planes, SizeIs(1));
   ASSERT_EQ(found.clusters.size(), image.clusters.size());
   for (std::size_t i = 0; i < found.clusters.size(); ++i) {
@@ -76,15 +77,15 @@ TEST(CloudClusters, OrganizedAsTheImageItCameFrom) {
 
 TEST(CloudClusters, WithoutAGrid) {
   const Seen seen = tableWithTwoThings();
-  const PointCloud cloud = without(backProject(seen.depth, kView.camera), false);
+  const PointCloud cloud = without(backProject(seen.depth, kTableView.camera), false);
   ClusterOptions options;
   options.threads = 1;
   const Clusters found = findClusters(cloud, options);
   ASSERT_THAT(found.planes, SizeIs(1));
-  EXPECT_NEAR(found.planes.front().offset, -kView.from[2], 0.01);
+  EXPECT_NEAR(found.planes.front().offset, -kTableView.from[2], 0.01);
   EXPECT_THAT(found.clusters, SizeIs(2));
-  EXPECT_GT(bestOverlap(found, seen, 1), 0.75);
-  EXPECT_GT(bestOverlap(found, seen, 2), 0.75);
+  EXPECT_GT(bestLooseOverlap(found, seen, 1), 0.75);
+  EXPECT_GT(bestLooseOverlap(found, seen, 2), 0.75);
   for (const Cluster& cluster : found.clusters) {
     EXPECT_TRUE(std::ranges::is_sorted(cluster.points));
     EXPECT_EQ(cluster.box, cv::Rect());
@@ -102,29 +103,30 @@ TEST(CloudClusters, WithoutAGrid) {
 }
 
 TEST(CloudClusters, ThingsThatTouchWithoutAGrid) {
-  const Seen seen = see(
-      {level(0), box({0, 0, 0}, {0.26, 0.2, 0.1}, 0.4), box({0, 0.02, 0.1}, {0.1, 0.1, 0.1}, 0.9)}, kView);
-  const Clusters found = findClusters(without(backProject(seen.depth, kView.camera), false));
-  EXPECT_GT(bestOverlap(found, seen, 1), 0.7);
-  EXPECT_GT(bestOverlap(found, seen, 2), 0.7);
+  const Seen seen =
+      see({level(0), box({0, 0, 0}, {0.26, 0.2, 0.1}, 0.4), box({0, 0.02, 0.1}, {0.1, 0.1, 0.1}, 0.9)},
+          kTableView);
+  const Clusters found = findClusters(without(backProject(seen.depth, kTableView.camera), false));
+  EXPECT_GT(bestLooseOverlap(found, seen, 1), 0.7);
+  EXPECT_GT(bestLooseOverlap(found, seen, 2), 0.7);
 }
 
 TEST(CloudClusters, AGridThatNoPinholeCameraSawIsNone) {
   const Seen seen = tableWithTwoThings();
-  PointCloud cloud = backProject(seen.depth, kView.camera);
+  PointCloud cloud = backProject(seen.depth, kTableView.camera);
   for (cv::Point3f& p : cloud.points) p = {p.x, -p.z, p.y};  // turned: as a map has it
   cloud.viewpoint.emplace();
   const Clusters found = findClusters(cloud);
   EXPECT_THAT(found.planes, SizeIs(1));
-  EXPECT_GT(bestOverlap(found, seen, 1), 0.7);
+  EXPECT_GT(bestLooseOverlap(found, seen, 1), 0.7);
   for (const Cluster& cluster : found.clusters) EXPECT_EQ(cluster.box, cv::Rect());
 }
 
 TEST(CloudClusters, OneThingAroundTheOriginStaysWhole) {
   // As model collections have them: where they were seen from is lost, so nothing is known to be concave.
   const Seen seen =
-      see({box({0, 0, 0}, {0.26, 0.2, 0.1}, 0.4), box({0, 0.02, 0.1}, {0.1, 0.1, 0.1}, 0.9)}, kView);
-  PointCloud cloud = backProject(seen.depth, kView.camera);
+      see({box({0, 0, 0}, {0.26, 0.2, 0.1}, 0.4), box({0, 0.02, 0.1}, {0.1, 0.1, 0.1}, 0.9)}, kTableView);
+  PointCloud cloud = backProject(seen.depth, kTableView.camera);
   std::erase_if(cloud.points, [](const cv::Point3f& p) { return !isFinite(p); });
   cv::Point3d sum;
   for (const cv::Point3f& p : cloud.points) sum += cv::Point3d(p);
@@ -136,7 +138,7 @@ TEST(CloudClusters, OneThingAroundTheOriginStaysWhole) {
 
 TEST(CloudClusters, ColorsAndNormalsDoNotMatterToWhatIsFound) {
   const Seen seen = tableWithTwoThings();
-  PointCloud cloud = backProject(seen.depth, kView.camera);
+  PointCloud cloud = backProject(seen.depth, kTableView.camera);
   const Clusters plain = findClusters(cloud);
   cloud.colors.assign(cloud.points.size(), {1, 2, 3});
   const Clusters colored = findClusters(cloud);
@@ -184,7 +186,7 @@ TEST(CloudClusters, PointsNobodyCanHaveSeenAreNone) {
   ClusterOptions options;
   options.minPoints = 1;
   EXPECT_THAT(findClusters(cloudOf(std::move(points)), options).clusters, IsEmpty());
-  const PointCloud cloud = without(backProject(tableWithTwoThings().depth, kView.camera), false);
+  const PointCloud cloud = without(backProject(tableWithTwoThings().depth, kTableView.camera), false);
   PointCloud holed = cloud, absurd = cloud;
   for (std::size_t i = 0; i < cloud.points.size(); i += 50) {
     holed.points[i].y = kNaN;

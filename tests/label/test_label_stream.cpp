@@ -24,10 +24,11 @@ namespace {
 using test::FailsWith;
 using testing::ElementsAre;
 
-/// Frames 0 … size − 1; frame i is an image of one pixel with the value i. Frames in `unreadable` throw.
-class Frames final : public Sequence {
+/// Frames 0 … size − 1; frame i is an image of one pixel with the value i. Frames in `unreadable`
+/// throw.
+class StreamFrames final : public Sequence {
  public:
-  explicit Frames(std::size_t size, std::vector<std::size_t> unreadable = {})
+  explicit StreamFrames(std::size_t size, std::vector<std::size_t> unreadable = {})
       : frames_(size), unreadable_(std::move(unreadable)) {
     for (std::size_t i = 0; i < size; ++i) frames_[i].name = std::to_string(i) + ".png";
   }
@@ -75,7 +76,7 @@ class PixelLabeler final : public Labeler {
 };
 
 TEST(LabelStream, LabelsAllFramesInOrder) {
-  const Frames frames(50);
+  const StreamFrames frames(50);
   PixelLabeler labeler;
   LabelStream stream(frames, labeler);
   for (std::size_t i = 0; i < 50; ++i) {
@@ -91,18 +92,18 @@ TEST(LabelStream, LabelsAllFramesInOrder) {
 }
 
 TEST(LabelStream, StartsWhereItIsTold) {
-  const Frames frames(5);
+  const StreamFrames frames(5);
   PixelLabeler labeler;
   LabelStream stream(frames, labeler, {.first = 3});
   EXPECT_EQ(stream.next()->index, 3U);
   EXPECT_EQ(stream.next()->index, 4U);
   EXPECT_FALSE(stream.next());
   EXPECT_FALSE(LabelStream(frames, labeler, {.first = 9}).next());
-  EXPECT_FALSE(LabelStream(Frames(0), labeler).next());
+  EXPECT_FALSE(LabelStream(StreamFrames(0), labeler).next());
 }
 
 TEST(LabelStream, ChecksItsOptions) {
-  const Frames frames(5);
+  const StreamFrames frames(5);
   PixelLabeler labeler;
   EXPECT_THAT([&] { LabelStream(frames, labeler, {.ahead = 0}).next(); },
               FailsWith(ErrorCode::invalidOption, "ahead"));
@@ -111,7 +112,7 @@ TEST(LabelStream, ChecksItsOptions) {
 }
 
 TEST(LabelStream, ReportsUnreadableFramesAndGoesOn) {
-  const Frames frames(4, {0, 2, 3});
+  const StreamFrames frames(4, {0, 2, 3});
   PixelLabeler labeler;
   LabelStream stream(frames, labeler);
   std::vector<std::string> problems;
@@ -123,7 +124,7 @@ TEST(LabelStream, ReportsUnreadableFramesAndGoesOn) {
 }
 
 TEST(LabelStream, StopsAtAnUnreadableFrameWhenStrict) {
-  const Frames frames(4, {2});
+  const StreamFrames frames(4, {2});
   PixelLabeler labeler;
   LabelStream stream(frames, labeler, {.strict = true});
   EXPECT_TRUE(stream.next());
@@ -146,7 +147,7 @@ std::vector<std::string> framesOf(std::vector<std::string> problems) {
 }
 
 TEST(LabelStream, AnExceptionOfAnyTypeIsItsFramesFailure) {
-  Frames frames(6);
+  StreamFrames frames(6);
   frames.failing[0] = [] { std::string("RIFF").substr(8); };
   frames.failing[2] = [] { CV_Error(cv::Error::StsAssert, "two\nlines"); };
   frames.failing[3] = [] { throw std::filesystem::filesystem_error("gone", std::error_code()); };
@@ -162,7 +163,7 @@ TEST(LabelStream, AnExceptionOfAnyTypeIsItsFramesFailure) {
 }
 
 TEST(LabelStream, SoItIsWhenTheFrameIsPreparedOrInferred) {
-  const Frames frames(4);
+  const StreamFrames frames(4);
   PixelLabeler labeler;
   labeler.beforePrepare = [](int value) {
     if (value == 1) throw std::out_of_range("prepared");
@@ -177,14 +178,14 @@ TEST(LabelStream, SoItIsWhenTheFrameIsPreparedOrInferred) {
 }
 
 TEST(LabelStream, PassesOnWhatIsNoMatterOfOneFrame) {
-  Frames frames(4);
+  StreamFrames frames(4);
   frames.outOfMemoryAt = 1;
   PixelLabeler labeler;
   LabelStream stream(frames, labeler);
   EXPECT_TRUE(stream.next());
   EXPECT_THROW(stream.next(), std::bad_alloc);
   EXPECT_FALSE(stream.next());
-  Frames others(2);
+  StreamFrames others(2);
   others.failing[0] = [] { CV_Error(cv::Error::StsNoMem, "OpenCV has no memory left"); };
   EXPECT_THROW(LabelStream(others, labeler).next(), std::bad_alloc);
   others.failing[0] = [] { throw Interrupted("the user asks to stop"); };
@@ -193,7 +194,7 @@ TEST(LabelStream, PassesOnWhatIsNoMatterOfOneFrame) {
 
 TEST(LabelStream, GivesAllFramesBeforeTheOneThatFailsWhicheverThreadIsQuicker) {
   for (int round = 0; round < 50; ++round) {
-    Frames frames(12);
+    StreamFrames frames(12);
     frames.outOfMemoryAt = 7;
     PixelLabeler labeler;
     LabelStream stream(frames, labeler, {.ahead = 12, .readers = 4});
@@ -228,7 +229,7 @@ class Refusing final : public Labeler {
 };
 
 TEST(LabelStream, StrictEndsAtARefusedFrameWithoutPayingForMore) {
-  Frames frames(20);
+  StreamFrames frames(20);
   Refusing labeler;
   LabelStream stream(frames, labeler, {.strict = true});
   EXPECT_EQ(stream.next()->index, 0U);
@@ -241,7 +242,7 @@ TEST(LabelStream, StrictEndsAtARefusedFrameWithoutPayingForMore) {
 TEST(LabelStream, KeepsWhatWasPaidForWhenTheWorkMustEnd) {
   const test::ScratchFolder scratch;
   LabelCache cache(scratch.path(), 1 << 20);
-  Frames frames(8);
+  StreamFrames frames(8);
   Refusing labeler;
   labeler.endsAt = 7;
   LabelStream stream(frames, labeler, {.cache = &cache});
@@ -261,7 +262,7 @@ TEST(LabelStream, KeepsWhatWasPaidForWhenTheWorkMustEnd) {
 }
 
 TEST(LabelStream, PassesOnWhatInferenceThrows) {
-  const Frames frames(100);
+  const StreamFrames frames(100);
   PixelLabeler labeler;
   labeler.beforeInfer = [](int value) {
     if (value == 1) throw Error(ErrorCode::labelerFailure, "the network gives nan");
@@ -273,7 +274,7 @@ TEST(LabelStream, PassesOnWhatInferenceThrows) {
 }
 
 TEST(LabelStream, DecodesTheNextFramesDuringInferenceButNotAll) {
-  const Frames frames(30);
+  const StreamFrames frames(30);
   PixelLabeler labeler;
   constexpr std::size_t ahead = 3;
   std::mutex mutex;
@@ -290,7 +291,7 @@ TEST(LabelStream, DecodesTheNextFramesDuringInferenceButNotAll) {
 }
 
 TEST(LabelStream, MayBeDroppedAtAnyTime) {
-  const Frames frames(1000);
+  const StreamFrames frames(1000);
   PixelLabeler labeler;
   for (int taken = 0; taken < 8; ++taken) {
     LabelStream stream(frames, labeler, {.ahead = 2});

@@ -14,23 +14,23 @@
 namespace estancia {
 namespace {
 
-struct Network {
+struct ConvertedNetwork {
   const char* name;
   int side;
   bool hasTwin;
 };
-void PrintTo(const Network& network, std::ostream* out) {
+void PrintTo(const ConvertedNetwork& network, std::ostream* out) {
   *out << network.name;
 }
 
-class TfliteNetwork : public testing::TestWithParam<Network> {};
+class TfliteNetwork : public testing::TestWithParam<ConvertedNetwork> {};
 
 INSTANTIATE_TEST_SUITE_P(All, TfliteNetwork,
-                         testing::Values(Network{"mobilenet_v1_0.25_128_quant", 128, true},
-                                         Network{"mobilenet_v1_0.5_160_quant", 160, true},
-                                         Network{"mobilenet_v1_0.75_192_quant", 192, false},
-                                         Network{"mobilenet_v2_1.0_224_quant", 224, false},
-                                         Network{"tf2_mobilenet_v2_1.0_224_ptq", 224, true}),
+                         testing::Values(ConvertedNetwork{"mobilenet_v1_0.25_128_quant", 128, true},
+                                         ConvertedNetwork{"mobilenet_v1_0.5_160_quant", 160, true},
+                                         ConvertedNetwork{"mobilenet_v1_0.75_192_quant", 192, false},
+                                         ConvertedNetwork{"mobilenet_v2_1.0_224_quant", 224, false},
+                                         ConvertedNetwork{"tf2_mobilenet_v2_1.0_224_ptq", 224, true}),
                          [](const auto& param) {
                            std::string name = param.param.name;
                            std::replace(name.begin(), name.end(), '.', '_');

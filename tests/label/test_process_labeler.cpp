@@ -32,7 +32,7 @@ std::string answering(const std::string& labels) {
          "}\\n' \"$image\"; done\n";
 }
 
-const cv::Mat& gray() {
+const cv::Mat& grayImage() {
   static const cv::Mat image(4, 6, CV_8UC3, cv::Scalar::all(128));
   return image;
 }
@@ -57,7 +57,7 @@ class ProcessLabeler : public testing::Test {
   /// What labeling one image with this script complains about.
   test::Caught refusal(const std::string& script, const std::string& more = "") {
     const auto labeler = open(script, more);
-    return test::caught([&] { labeler->label(gray()); });
+    return test::caught([&] { labeler->label(grayImage()); });
   }
   void TearDown() override {
     EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1) << "a child is left";
@@ -72,7 +72,7 @@ TEST_F(ProcessLabeler, LabelsImages) {
       open(answering(R"({"cup": 0.75, "mug": 0.25, "unheard of": 1})"), "labels = \"labels.txt\"");
   EXPECT_FALSE(labeler->discovers());
   EXPECT_TRUE(labeler->needsImage());
-  for (int i = 0; i < 3; ++i) EXPECT_THAT(labeler->label(gray()), ElementsAre(0.25F, 0.75F, 0));
+  for (int i = 0; i < 3; ++i) EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.25F, 0.75F, 0));
   EXPECT_EQ(labeler->identity().substr(0, 5), "mine ");
 }
 
@@ -105,9 +105,9 @@ TEST_F(ProcessLabeler, DiscoversWordsTheSurestFirst) {
       "echo \"{\\\"image\\\": \\\"$image\\\", \\\"labels\\\": $l}\"; done\n");
   EXPECT_TRUE(labeler->discovers());
   EXPECT_THAT([&] { labeler->vocabulary(); }, FailsWith(ErrorCode::invalidState));
-  EXPECT_THAT(labeler->label(gray()), ElementsAre(0.9F, 0.1F, 0.1F));
+  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.9F, 0.1F, 0.1F));
   EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("c", "a", "b"));
-  EXPECT_THAT(labeler->label(gray()), ElementsAre(0.25F, 0, 0, 0.5F));
+  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.25F, 0, 0, 0.5F));
   EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("c", "a", "b", "d"));
   const std::vector<LabelProbability> remembered{{"z", 0.5F}, {"a", 0.25F}};
   EXPECT_THAT(labeler->adopt(remembered), ElementsAre(0, 0.25F, 0, 0, 0.5F));
@@ -115,7 +115,7 @@ TEST_F(ProcessLabeler, DiscoversWordsTheSurestFirst) {
 
 TEST_F(ProcessLabeler, KeepsTheBestWords) {
   const auto labeler = open(answering(R"({"a": 0.1, "b": 0.5, "c": 0.3})"), "best = 2");
-  EXPECT_THAT(labeler->label(gray()), ElementsAre(0.5F, 0.3F));
+  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.5F, 0.3F));
   EXPECT_THAT(labeler->vocabulary().labels(), ElementsAre("b", "c"));
 }
 
@@ -125,25 +125,25 @@ TEST_F(ProcessLabeler, TellsLabelsOfOneNameApartByTheirOrder) {
       {"label": "crane", "confidence": 0.6}, {"label": "crane", "confidence": 0.3}])"),
                             "labels = \"labels.txt\"");
   // A line of shell, but printf keeps the line ends inside JSON out of it: the answer must be one line.
-  EXPECT_THAT([&] { labeler->label(gray()); }, FailsWith(ErrorCode::malformedFile, "model mine: "));
+  EXPECT_THAT([&] { labeler->label(grayImage()); }, FailsWith(ErrorCode::malformedFile, "model mine: "));
   const auto sound = open(
       answering(
           R"([{"label": "crane", "confidence": 0.1}, {"label": "crane", "confidence": 0.6}, {"label": "crane", "confidence": 0.7}])"),
       "labels = \"labels.txt\"");
-  EXPECT_THAT(sound->label(gray()), ElementsAre(0.1F, 0, 0.7F));
+  EXPECT_THAT(sound->label(grayImage()), ElementsAre(0.1F, 0, 0.7F));
 }
 
 TEST_F(ProcessLabeler, ScalesAndClamps) {
-  EXPECT_THAT(open(answering(R"({"cup": 87, "mug": 5})"), "scale = 0.01")->label(gray()),
+  EXPECT_THAT(open(answering(R"({"cup": 87, "mug": 5})"), "scale = 0.01")->label(grayImage()),
               ElementsAre(testing::FloatEq(0.87F), testing::FloatEq(0.05F)));
-  EXPECT_THAT(open(answering(R"({"cup": 1.00005, "mug": -0.00001})"))->label(gray()), ElementsAre(1));
+  EXPECT_THAT(open(answering(R"({"cup": 1.00005, "mug": -0.00001})"))->label(grayImage()), ElementsAre(1));
 }
 
 TEST_F(ProcessLabeler, GoesOnAfterAnImageThatCannotBeLabeled) {
   const auto labeler =
       open("read -r image; echo \"{\\\"image\\\": \\\"$image\\\", \\\"error\\\": \\\"too dark\\\"}\"\n" +
            answering(R"({"cup": 1})"));
-  const std::vector<Prepared> batch{labeler->prepare(gray()), labeler->prepare(gray())};
+  const std::vector<Prepared> batch{labeler->prepare(grayImage()), labeler->prepare(grayImage())};
   const auto results = labeler->inferBatch(batch);
   EXPECT_EQ(results[0].problem, "model mine: too dark");
   EXPECT_EQ(results[1].problem, "");
@@ -183,8 +183,8 @@ TEST_F(ProcessLabeler, RefusesAnswersThatNobodyAskedFor) {
   const auto labeler = open(
       "while read -r image; do l=\"{\\\"image\\\": \\\"$image\\\", \\\"labels\\\": {\\\"cup\\\": 1}}\"\n"
       "printf '%s\\n%s\\n' \"$l\" \"$l\"; done\n");
-  labeler->label(gray());
-  EXPECT_THAT([&] { labeler->label(gray()); }, FailsWith(ErrorCode::labelerFailure, "model mine: "));
+  labeler->label(grayImage());
+  EXPECT_THAT([&] { labeler->label(grayImage()); }, FailsWith(ErrorCode::labelerFailure, "model mine: "));
 }
 
 TEST_F(ProcessLabeler, IsStartedAgainOnce) {
@@ -192,7 +192,7 @@ TEST_F(ProcessLabeler, IsStartedAgainOnce) {
       "read -r image; [ -e died ] || { touch died; exit 3; }\n"
       "printf '{\"image\": \"%s\", \"labels\": {\"cup\": 1}}\\n' \"$image\"\n");
   // It ends after every answer: that is a new start an image, but no failure.
-  for (int i = 0; i < 3; ++i) EXPECT_THAT(labeler->label(gray()), ElementsAre(1));
+  for (int i = 0; i < 3; ++i) EXPECT_THAT(labeler->label(grayImage()), ElementsAre(1));
   EXPECT_TRUE(fs::exists(scratch_ / "died"));
 }
 
@@ -207,7 +207,7 @@ TEST_F(ProcessLabeler, SaysHowAndWhyItDied) {
 TEST_F(ProcessLabeler, CannotBeStarted) {
   const auto refusalOf = [&](const std::string& command) {
     const auto labeler = openCommand(command);
-    return test::caught([&] { labeler->label(gray()); });
+    return test::caught([&] { labeler->label(grayImage()); });
   };
   EXPECT_THAT(refusalOf(R"(["no-such-program"])"),
               FailsWith(ErrorCode::missingDependency, "no-such-program", "No such file", "`command`"));
@@ -219,7 +219,7 @@ TEST_F(ProcessLabeler, CannotBeStarted) {
 TEST_F(ProcessLabeler, RunsAProgramOfItsOwnFolder) {
   writeFile(scratch_ / "program", "#!/bin/sh\n" + answering(R"({"cup": 1})"));
   fs::permissions(scratch_ / "program", fs::perms::owner_all);
-  EXPECT_THAT(openCommand(R"(["program"])")->label(gray()), ElementsAre(1));
+  EXPECT_THAT(openCommand(R"(["program"])")->label(grayImage()), ElementsAre(1));
 }
 
 TEST_F(ProcessLabeler, NeverAnswers) {
@@ -239,8 +239,8 @@ TEST_F(ProcessLabeler, AHangingOneIsKilledWithItsChildrenAndStartedAgain) {
                "fi; touch first; echo $$ >parent; sleep 1000 & echo $! >child\n"
                "read -r image; printf '{\"image\": \"%s\", \"labels\": {\"cup\": 1}}\\n' \"$image\"; wait\n",
            "timeout = 0.1");
-  EXPECT_THAT(labeler->label(gray()), ElementsAre(1));
-  EXPECT_THAT(labeler->label(gray()), ElementsAre(0.5F));
+  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(1));
+  EXPECT_THAT(labeler->label(grayImage()), ElementsAre(0.5F));
   EXPECT_FALSE(livesOn(scratch_ / "parent"));
   EXPECT_FALSE(livesOn(scratch_ / "child"));
 }
@@ -248,7 +248,7 @@ TEST_F(ProcessLabeler, AHangingOneIsKilledWithItsChildrenAndStartedAgain) {
 TEST_F(ProcessLabeler, IsEndedWithItsChildrenWhenWeEnd) {
   open("sleep 1000 & echo $! >child; echo $$ >parent; trap '' TERM HUP INT\n" + answering(R"({"cup": 1})") +
        "exec sleep 1000\n")
-      ->label(gray());
+      ->label(grayImage());
   EXPECT_FALSE(livesOn(scratch_ / "parent"));
   EXPECT_FALSE(livesOn(scratch_ / "child"));
 }
@@ -270,7 +270,7 @@ class KilledOwner : public ProcessLabeler {
       writeFile(scratch_ / "owner", std::to_string(getpid()));
       writeFile(scratch_ / "labeler.sh",
                 script + "read -r image; kill -KILL $(cat owner); exec sleep 1000\n");
-      openCommand(command)->label(gray());
+      openCommand(command)->label(grayImage());
       _exit(1);
     }
     int status = 0;
@@ -343,7 +343,7 @@ TEST_F(ProcessLabeler, SurvivesFloods) {
   // On a busy machine the flood may be there before the first question.
   EXPECT_THAT(refusal("tr '\\0' x </dev/zero\n"), FailsWith(ErrorCode::labelerFailure, "model mine: "));
   const std::string complaints = "head -c 3000000 /dev/zero | tr '\\0' e >&2\n";
-  EXPECT_THAT(open(complaints + answering(R"({"cup": 1})"))->label(gray()), ElementsAre(1));
+  EXPECT_THAT(open(complaints + answering(R"({"cup": 1})"))->label(grayImage()), ElementsAre(1));
   EXPECT_LT(refusal(complaints + "exit 1\n").message.size(), 600U);
 }
 
@@ -351,7 +351,7 @@ TEST_F(ProcessLabeler, InheritsAndLeavesNothing) {
   const int secret = ::open("/dev/null", O_RDONLY);  // as a careless library opens files: inheritable
   ASSERT_EQ(dup2(secret, 77), 77);
   const std::size_t before = openFiles();
-  open("ls /proc/$$/fd >fds\n" + answering(R"({"cup": 1})"))->label(gray());
+  open("ls /proc/$$/fd >fds\n" + answering(R"({"cup": 1})"))->label(grayImage());
   refusal("exit 1\n");
   refusal("exec sleep 1000\n", "start_timeout = 0.05");
   EXPECT_EQ(openFiles(), before);
@@ -388,7 +388,7 @@ TEST_F(ProcessLabeler, IsCopiedWithItsProgram) {
   open(answering(R"({"cup": 1})"));
   const auto check = addModel(scratch_.path());
   EXPECT_EQ(check.best, "cup");
-  EXPECT_THAT(loadModel("mine")->label(gray()), ElementsAre(1));
+  EXPECT_THAT(loadModel("mine")->label(grayImage()), ElementsAre(1));
   unsetenv("ESTANCIA_HOME");
 }
 
