@@ -35,9 +35,8 @@ LocalizationAccuracy localizationAccuracy(const EvaluateArguments& arguments) {
              numbers.push_back(number);
              answers.push_back(answer);
            });
-  const PlaceFilterOptions& filter = arguments.localization.localizer.filter;
   return measureLocalization(localizer.map(), frames, numbers, answers, admissible,
-                             {filter.nearDistance, filter.nearAngle});
+                             arguments.localization.localizer.filter);
 }
 
 std::vector<Measure> measuresOfZones(const EvaluateArguments& arguments) {

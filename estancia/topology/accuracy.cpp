@@ -55,14 +55,15 @@ struct Judge {
   }
 };
 
-/// The map's frames of the same view as `pose`.
-std::set<std::size_t> viewsLike(const Pose& pose, const TopologicalMap& map, const SameView& sameView) {
-  const double least = std::cos(sameView.angle * std::numbers::pi / 180);
+/// The map's frames that were taken near `pose`.
+std::set<std::size_t> framesNear(const Pose& pose, const TopologicalMap& map,
+                                 const PlaceFilterOptions& near) {
+  const double least = std::cos(near.nearAngle * std::numbers::pi / 180);
   const auto ahead = pose.forward();
   std::set<std::size_t> views;
   for (std::size_t i = 0; i < map.frames.size(); ++i) {
     const auto& other = map.frames[i].pose;
-    if (!other || distanceBetween(pose, *other) > sameView.distance) continue;
+    if (!other || distanceBetween(pose, *other) > near.nearDistance) continue;
     const auto look = other->forward();
     if (std::inner_product(ahead.begin(), ahead.end(), look.begin(), 0.0) >= least) views.insert(i);
   }
@@ -111,7 +112,7 @@ AdmissibleImages readAdmissibleImages(const std::filesystem::path& path) {
 LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::vector<Frame>& frames,
                                          const std::vector<std::size_t>& numbers,
                                          const std::vector<Localization>& answers,
-                                         const AdmissibleImages& admissible, const SameView& sameView) {
+                                         const AdmissibleImages& admissible, const PlaceFilterOptions& near) {
   if (frames.size() != answers.size() || frames.size() != numbers.size())
     throw Error(ErrorCode::mismatch, "localization can only be measured with one answer for each frame");
   const std::vector<Place> places = placesOf(map);
@@ -120,10 +121,10 @@ LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::v
   Share nodeRoom, beliefNodeRoom;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::set<std::size_t>* right = nullptr;
-    std::set<std::size_t> ofTheView;
+    std::set<std::size_t> nearOnes;
     if (admissible.empty() && frames[i].pose) {
-      ofTheView = viewsLike(*frames[i].pose, map, sameView);
-      if (!ofTheView.empty()) right = &ofTheView;
+      nearOnes = framesNear(*frames[i].pose, map, near);
+      if (!nearOnes.empty()) right = &nearOnes;
     }
     if (!admissible.empty()) {
       if (numbers[i] >= admissible.size())

@@ -42,17 +42,12 @@ using AdmissibleImages = std::vector<std::set<std::size_t>>;
 /// separated by blanks. Throws Error (malformedFile) naming file and line.
 AdmissibleImages readAdmissibleImages(const std::filesystem::path& path);
 
-/// Frames within a distance [m] and an angle [degrees] between their directions are of the same view.
-struct SameView {
-  double distance = 0.7, angle = 30;
-};
-
 /// `frames` and `answers` belong together. `numbers[i]` is the place of frames[i] in its sequence, which
-/// `admissible` counts by. Where that is empty, an image is admissible whose pose is that of the same view.
+/// `admissible` counts by. Where that is empty, an image is admissible that was taken near, as `near` says.
 /// Throws Error (mismatch) when `admissible` does not reach that far.
 LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::vector<Frame>& frames,
                                          const std::vector<std::size_t>& numbers,
                                          const std::vector<Localization>& answers,
-                                         const AdmissibleImages& admissible, const SameView& sameView);
+                                         const AdmissibleImages& admissible, const PlaceFilterOptions& near);
 
 }  // namespace estancia

@@ -36,7 +36,7 @@ std::optional<NearEvidence> evidenceOf(const std::vector<PosedImage>& images,
                                        const PlaceFilterOptions& options) {
   constexpr std::size_t maxImages = 500, fewest = 30;
   constexpr std::size_t neighbors = 3;  // in the drive: nearly the same image, more alike than on a return
-  const std::size_t stride = std::max<std::size_t>(1, images.size() / maxImages);
+  const std::size_t stride = (images.size() + maxImages - 1) / maxImages;
   std::vector<float> near, far, adjacent;
   for (std::size_t i = 0; i < images.size(); i += stride)
     for (std::size_t j = 0; j < images.size(); ++j) {

@@ -46,8 +46,8 @@ inline PlanarMotion motionBetween(const Pose& from, const Pose& to) {
   const cv::Vec3d t = motion.translation();
   const double flat = std::hypot(t[0], t[2]);
   const double scale = flat > 0 ? cv::norm(t) / flat : 0;
-  const double toTheRight = motion.rotation()(0, 2);
-  return {t[2] * scale, -t[0] * scale, std::copysign(angleOf(motion), -toTheRight)};
+  const cv::Vec3d turn = motion.rvec();  // about x it nods
+  return {t[2] * scale, -t[0] * scale, std::copysign(std::hypot(turn[1], turn[2]), -turn[1])};
 }
 
 /// The floor of a drive: its normal is the cameras' mean upward direction.

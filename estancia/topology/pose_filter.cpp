@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <functional>
 #include <numbers>
 #include <numeric>
 #include <utility>
@@ -25,16 +26,19 @@ std::vector<PlanarPose> posesOf(const std::vector<PosedImage>& images) {
   return poses;
 }
 
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
+/// Half of the sum is made of values at least this large, each counted up to `most`; `most` where all are 0.
+/// Standing still does not change it.
+double usualStep(std::vector<double> steps, double most) {
+  for (double& step : steps) step = std::min(step, most);
+  std::ranges::sort(steps, std::greater<>());
+  double rest = std::accumulate(steps.begin(), steps.end(), 0.0) / 2;
+  for (const double step : steps)
+    if ((rest -= step) < 0) return step;
+  return most;
 }
 
-/// Twice as far and twice as turned as nearly all steps of the mapped drive.
-PlanarMotion unknownMotionOf(const std::vector<PosedImage>& images) {
+/// Twice as far and twice as turned as usual in the mapped drive.
+PlanarMotion unknownMotionOf(const std::vector<PosedImage>& images, const PlaceFilterOptions& options) {
   std::vector<double> distances, turns;
   for (std::size_t i = 1; i < images.size(); ++i) {
     const PlanarPose &a = images[i - 1].pose, &b = images[i].pose;
@@ -42,10 +46,9 @@ PlanarMotion unknownMotionOf(const std::vector<PosedImage>& images) {
     distances.push_back(std::hypot(a.x - b.x, a.y - b.y));
     turns.push_back(std::abs(wrapped(a.heading - b.heading)));
   }
-  constexpr double usual = 0.9;
   PlanarMotion motion;
-  motion.looseDistance = 2 * quantile(distances, usual);
-  motion.looseTurn = 2 * quantile(turns, usual);
+  motion.looseDistance = 2 * usualStep(distances, options.nearDistance);
+  motion.looseTurn = 2 * usualStep(turns, options.nearAngle * degree);
   return motion;
 }
 
@@ -58,7 +61,7 @@ PoseFilter::PoseFilter(std::vector<PosedImage> images, std::size_t nodes, NearEv
       evidence_(std::move(evidence)),
       options_(options),
       grid_(posesOf(images_), options.nearDistance * 0.3, options.nearDistance * 2),
-      unknown_(unknownMotionOf(images_)) {
+      unknown_(unknownMotionOf(images_, options)) {
   findNearImages();
   findNearestImages();
 }
@@ -95,7 +98,7 @@ void PoseFilter::findNearestImages() {
   std::deque<std::size_t> reached;
   for (std::size_t i = 0; i < images_.size(); ++i) {
     if (!images_[i].hasPose) continue;
-    grid_.forStatesNear(images_[i].pose, grid_.cell(), PoseGrid::headingStep() / 2, [&](std::size_t state) {
+    grid_.forStatesNear(images_[i].pose, grid_.cell(), PoseGrid::headingStep(), [&](std::size_t state) {
       if (nearest_[state] != none) return;
       nearest_[state] = static_cast<std::uint32_t>(i);
       reached.push_back(state);
@@ -160,11 +163,13 @@ void PoseFilter::backward(std::span<const float> in, const PlanarMotion& motion,
 
 std::vector<float> PoseFilter::likelihood(std::span<const float> distances) const {
   std::vector<float> ratios;
-  for (const float distance : distances) ratios.push_back(static_cast<float>(evidence_.ratio(distance)));
+  for (const float distance : distances)
+    ratios.push_back(static_cast<float>(std::pow(evidence_.ratio(distance), options_.temper)));
   return ratios;
 }
 
 void PoseFilter::observe(std::span<const float> likelihood, std::span<float> state) const {
+  const double unmapped = std::pow(unmappedEvidence, options_.temper);
   double total = 0;
   for (std::size_t s = 0; s < state.size(); ++s) {
     double weighted = 0, weights = 0, largest = 0;
@@ -173,9 +178,9 @@ void PoseFilter::observe(std::span<const float> likelihood, std::span<float> sta
       weights += near.weight;
       largest = std::max<double>(largest, near.weight);
     }
-    double ratio = (1 - largest) * unmappedEvidence;
+    double ratio = (1 - largest) * unmapped;
     if (weights > 0) ratio += largest * weighted / weights;
-    state[s] *= static_cast<float>(std::pow(ratio, options_.temper));
+    state[s] *= static_cast<float>(ratio);
     total += state[s];
   }
   const auto scale = static_cast<float>(1 / total);  // never 0: `anywhere` keeps every state alive
@@ -184,19 +189,17 @@ void PoseFilter::observe(std::span<const float> likelihood, std::span<float> sta
 
 Belief PoseFilter::belief(std::span<const float> state, std::span<const float> likelihood) const {
   Belief belief{std::vector<double>(images_.size(), 0.0), std::vector<double>(nodes_, 0.0)};
-  std::vector<double> tempered;
-  for (const float ratio : likelihood) tempered.push_back(std::pow(ratio, options_.temper));
   for (std::size_t s = 0; s < state.size(); ++s) {
     double weights = 0, largest = 0;
     for (const Near& near : nearOf(s)) {
-      weights += near.weight * tempered[near.image];
+      weights += near.weight * likelihood[near.image];
       largest = std::max<double>(largest, near.weight);
     }
     const double far = state[s] * (1 - largest);
     belief.unmapped += far;
     belief.nodes[images_[nearest_[s]].node] += far;
     for (const Near& near : nearOf(s)) {
-      const double share = state[s] * largest * near.weight * tempered[near.image] / weights;
+      const double share = state[s] * largest * near.weight * likelihood[near.image] / weights;
       belief.images[near.image] += share;
       belief.nodes[images_[near.image].node] += share;
     }

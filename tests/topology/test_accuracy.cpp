@@ -35,7 +35,8 @@ LocalizationAccuracy measured(const std::vector<Frame>& frames, const std::vecto
                               const AdmissibleImages& admissible = {}) {
   std::vector<std::size_t> numbers;
   for (std::size_t i = 0; i < frames.size(); ++i) numbers.push_back(i);
-  return measureLocalization(corridorMap(), frames, numbers, answers, admissible, {0.7, 30});
+  return measureLocalization(corridorMap(), frames, numbers, answers, admissible,
+                             {.nearDistance = 0.7, .nearAngle = 30});
 }
 
 TEST(LocalizationAccuracy, RecallCountsTheFramesOfWhichTheMapHasTheView) {

@@ -78,6 +78,11 @@ TEST(MotionBetween, IsTheSameForATiltedCamera) {
   EXPECT_NEAR(motion.turn, -0.3, 1e-6);
 }
 
+TEST(MotionBetween, ANodIsNoTurn) {
+  const cv::Affine3d nod(cv::Vec3d(0.3, 0, 0), cv::Vec3d(0, 0, 0));
+  EXPECT_NEAR(motionBetween(Pose(), poseOf(nod)).turn, 0, 1e-9);
+}
+
 TEST(PlanarMotion, OfTwoStepsIsThatOfBoth) {
   const Pose a = Pose::planar(0, 0, 0.2), b = Pose::planar(0.5, 1, 1.3), c = Pose::planar(-1, 0.3, 2.9);
   const PlanarMotion both = motionBetween(a, b).then(motionBetween(b, c)), direct = motionBetween(a, c);
@@ -191,6 +196,23 @@ TEST(NearEvidence, OfEqualPairsStaysFinite) {
   const NearEvidence evidence({0, 0, 0}, {0, 0, 0});
   EXPECT_TRUE(std::isfinite(evidence.ratio(0)));
   EXPECT_TRUE(std::isfinite(evidence.ratio(5)));
+}
+
+TEST(PoseFilter, EachStateHasANearestImageWhateverItsHeading) {
+  for (int h = 0; h < 48; ++h) {
+    const PoseFilter filter = makeFilter({{1.3, -0.7, h * pi / 24}});
+    EXPECT_NEAR(filter.belief(filter.start(), std::vector<float>{1}).nodes[0], 1, 1e-3) << h;
+  }
+}
+
+TEST(PoseFilter, AMapOfARobotThatMostlyStoodLetsItDrive) {
+  std::vector<PlanarPose> poses = corridor();
+  poses.insert(poses.end(), 500, poses.back());
+  poses.push_back({1e6, 0, 0});
+  const PlanarMotion step = makeFilter(poses).unknownMotion();
+  EXPECT_GE(step.looseDistance, 0.5);
+  EXPECT_LE(step.looseDistance, 1.4);
+  EXPECT_GT(step.looseTurn, 0);
 }
 
 TEST(PoseFilter, PredictionKeepsAllProbabilityAndBackwardIsItsTranspose) {

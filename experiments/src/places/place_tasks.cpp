@@ -88,8 +88,7 @@ LocalizationAccuracy find(const DescriptorSequence& queries, std::shared_ptr<con
   give(localizer.finish());
   std::vector<std::size_t> numbers(queries.frames.size());
   for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = i;
-  return measureLocalization(localizer.map(), queries.frames, numbers, answers, truth,
-                             {options.filter.nearDistance, options.filter.nearAngle});
+  return measureLocalization(localizer.map(), queries.frames, numbers, answers, truth, options.filter);
 }
 
 CellResults drive(const Task& task, const Recorder& recorder, const fs::path& scratch) {
