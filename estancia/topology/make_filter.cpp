@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "estancia/topology/bayes_filter.hpp"
+#include "estancia/topology/place_filter.hpp"
 #include "estancia/topology/places.hpp"
 #include "estancia/topology/pose_filter.hpp"
 
@@ -24,7 +24,6 @@ std::vector<PosedImage> posedImages(const LocalizerMap& source) {
   for (std::size_t i = 0; i < images.size(); ++i) {
     const MappedFrame& frame = source.map.frames.at(i * source.stride);
     images[i].node = indexOf(source.map, frame.node);
-    images[i].hasPose = frame.pose.has_value();
     if (frame.pose) images[i].pose = floor.project(*frame.pose);
   }
   return images;
@@ -40,11 +39,11 @@ std::optional<NearEvidence> evidenceOf(const std::vector<PosedImage>& images,
   std::vector<float> near, far, adjacent;
   for (std::size_t i = 0; i < images.size(); i += stride)
     for (std::size_t j = 0; j < images.size(); ++j) {
-      const PlanarPose &a = images[i].pose, &b = images[j].pose;
-      if (i == j || !images[i].hasPose || !images[j].hasPose) continue;
+      const auto &a = images[i].pose, &b = images[j].pose;
+      if (i == j || !a || !b) continue;
       const bool isNear =
-          std::hypot(a.x - b.x, a.y - b.y) <= options.nearDistance &&
-          std::abs(wrapped(a.heading - b.heading)) <= options.nearAngle * std::numbers::pi / 180;
+          std::hypot(a->x - b->x, a->y - b->y) <= options.nearDistance &&
+          std::abs(wrapped(a->heading - b->heading)) <= options.nearAngle * std::numbers::pi / 180;
       if (!isNear && j % stride != 0) continue;
       const std::size_t apart = i < j ? j - i : i - j;
       (!isNear ? far : apart < neighbors ? adjacent : near).push_back(distance(i, j));
@@ -72,7 +71,8 @@ std::unique_ptr<const LocalizationFilter> makeFilter(
     const LocalizerMap& source, const std::function<float(std::size_t, std::size_t)>& distance,
     const PlaceFilterOptions& options) {
   std::vector<PosedImage> images = posedImages(source);
-  const auto posed = static_cast<std::size_t>(std::ranges::count(images, true, &PosedImage::hasPose));
+  const auto posed = static_cast<std::size_t>(
+      std::ranges::count_if(images, [](const auto& image) { return image.pose.has_value(); }));
   if (2 * posed >= images.size())
     if (auto evidence = evidenceOf(images, distance, options))
       return std::make_unique<PoseFilter>(std::move(images), source.map.nodes.size(), std::move(*evidence),

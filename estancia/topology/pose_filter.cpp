@@ -22,7 +22,7 @@ constexpr double unmappedEvidence = 2;
 std::vector<PlanarPose> posesOf(const std::vector<PosedImage>& images) {
   std::vector<PlanarPose> poses;
   for (const PosedImage& image : images)
-    if (image.hasPose) poses.push_back(image.pose);
+    if (image.pose) poses.push_back(*image.pose);
   return poses;
 }
 
@@ -41,10 +41,10 @@ double usualStep(std::vector<double> steps, double most) {
 PlanarMotion unknownMotionOf(const std::vector<PosedImage>& images, const PlaceFilterOptions& options) {
   std::vector<double> distances, turns;
   for (std::size_t i = 1; i < images.size(); ++i) {
-    const PlanarPose &a = images[i - 1].pose, &b = images[i].pose;
-    if (!images[i - 1].hasPose || !images[i].hasPose) continue;
-    distances.push_back(std::hypot(a.x - b.x, a.y - b.y));
-    turns.push_back(std::abs(wrapped(a.heading - b.heading)));
+    const auto &a = images[i - 1].pose, &b = images[i].pose;
+    if (!a || !b) continue;
+    distances.push_back(std::hypot(a->x - b->x, a->y - b->y));
+    turns.push_back(std::abs(wrapped(a->heading - b->heading)));
   }
   PlanarMotion motion;
   motion.looseDistance = 2 * usualStep(distances, options.nearDistance);
@@ -72,8 +72,8 @@ void PoseFilter::findNearImages() {
                sigmaAngle = options_.nearAngle * degree / 2;
   const auto forAll = [&](const auto& use) {
     for (std::size_t i = 0; i < images_.size(); ++i)
-      if (images_[i].hasPose)
-        grid_.forStatesNear(images_[i].pose, 2 * sigma, 2 * sigmaAngle,
+      if (images_[i].pose)
+        grid_.forStatesNear(*images_[i].pose, 2 * sigma, 2 * sigmaAngle,
                             [&](std::size_t state) { use(i, state); });
   };
   firstNear_.assign(states() + 1, 0);
@@ -82,7 +82,7 @@ void PoseFilter::findNearImages() {
   near_.resize(firstNear_.back());
   std::vector<std::size_t> filled(firstNear_.begin(), firstNear_.end() - 1);
   forAll([&](std::size_t i, std::size_t state) {
-    const PlanarPose at = grid_.poseOf(state), &image = images_[i].pose;
+    const PlanarPose at = grid_.poseOf(state), &image = *images_[i].pose;
     const double distance = std::hypot(at.x - image.x, at.y - image.y) / sigma;
     const double angle = wrapped(at.heading - image.heading) / sigmaAngle;
     const double weight = std::exp(-0.5 * (distance * distance + angle * angle));
@@ -97,8 +97,8 @@ void PoseFilter::findNearestImages() {
   nearest_.assign(states(), none);
   std::deque<std::size_t> reached;
   for (std::size_t i = 0; i < images_.size(); ++i) {
-    if (!images_[i].hasPose) continue;
-    grid_.forStatesNear(images_[i].pose, grid_.cell(), PoseGrid::headingStep(), [&](std::size_t state) {
+    if (!images_[i].pose) continue;
+    grid_.forStatesNear(*images_[i].pose, grid_.cell(), PoseGrid::headingStep(), [&](std::size_t state) {
       if (nearest_[state] != none) return;
       nearest_[state] = static_cast<std::uint32_t>(i);
       reached.push_back(state);

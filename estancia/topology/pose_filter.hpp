@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,8 +17,7 @@ namespace estancia {
 
 /// An image of the map.
 struct PosedImage {
-  PlanarPose pose;
-  bool hasPose = false;
+  std::optional<PlanarPose> pose;
   std::size_t node = 0;
 };
 

@@ -9,8 +9,8 @@
 #include <numeric>
 #include <random>
 
-#include "estancia/topology/bayes_filter.hpp"
 #include "estancia/topology/localizer_map.hpp"
+#include "estancia/topology/place_filter.hpp"
 #include "support/errors.hpp"
 #include "support/synthetic.hpp"
 

@@ -55,7 +55,7 @@ std::size_t stateAt(const PoseGrid& grid, const PlanarPose& pose) {
 
 PoseFilter makeFilter(const std::vector<PlanarPose>& poses) {
   std::vector<PosedImage> images;
-  for (std::size_t i = 0; i < poses.size(); ++i) images.push_back({poses[i], true, i / 5});
+  for (std::size_t i = 0; i < poses.size(); ++i) images.push_back({poses[i], i / 5});
   return PoseFilter(images, poses.size() / 5 + 1, NearEvidence({0.1F, 0.2F, 0.3F}, {0.8F, 1.0F, 1.2F}), {});
 }
 

@@ -1,4 +1,4 @@
-// Bayes filter: a discrete filter over the frames of a map without poses, and the direction of travel.
+// Place filter: a Bayes filter over the frames of a map without poses, and the direction of travel. Private.
 // Private. SPDX-License-Identifier: Apache-2.0
 #pragma once
 

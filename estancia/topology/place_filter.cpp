@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "estancia/topology/bayes_filter.hpp"
+#include "estancia/topology/place_filter.hpp"
 
 #include <algorithm>
 #include <array>
