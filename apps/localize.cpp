@@ -21,7 +21,7 @@ void printAnswer(const TopologicalMap& map, const std::string& image, const Loca
   fmt::print(
       "{}: place {} ({:.0f} %), at {}{}; alone: place {}, nearest {} at {:.3f}\n", image, at.beliefNode,
       100 * at.confidence, map.frames[at.beliefImage].name,
-      at.unmapped > 0.5 ? fmt::format(" (a view that is not in the map, {:.0f} %)", 100 * at.unmapped) : "",
+      at.unmapped > 0.5 ? fmt::format(" (a view that is not in the map, {:.0f} %)", 100 * *at.unmapped) : "",
       at.node, map.frames[at.nearestImage].name, at.distance);
 }
 

@@ -17,8 +17,8 @@ struct Belief {
   std::vector<double> images;
   /// One a node.
   std::vector<double> nodes;
-  /// Probability that no image of the map was taken near.
-  double unmapped = 0;
+  /// That no image of the map was taken near; absent where that cannot be told.
+  std::optional<double> unmapped = std::nullopt;
 };
 
 class LocalizationFilter {

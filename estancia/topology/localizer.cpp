@@ -216,7 +216,7 @@ void Localizer::Impl::setBelief(Localization& answer, std::span<const float> bel
   const std::size_t node = largest(found.nodes);
   answer.beliefNode = map().nodes[node].id;
   answer.confidence = found.nodes[node] / total;
-  answer.unmapped = found.unmapped / total;
+  if (found.unmapped) answer.unmapped = *found.unmapped / total;
   answer.beliefImage = largest(found.images) * source->stride;
 }
 

@@ -50,9 +50,9 @@ struct Localization {
   std::size_t beliefImage = 0;
   /// Probability of beliefNode.
   double confidence = 0;
-  /// Probability that no mapped frame was taken near, so that beliefNode is only the nearest place; 0 where
-  /// the map has no poses.
-  double unmapped = 0;
+  /// Probability that no mapped frame was taken near, so that beliefNode is only the nearest place; unknown
+  /// where the map has no poses.
+  std::optional<double> unmapped;
 };
 
 class Localizer {

@@ -63,7 +63,7 @@ Json toJson(const std::string& image, const Localization& answer, const Topologi
           {"belief_node", answer.beliefNode},
           {"belief_image", map.frames.at(answer.beliefImage).name},
           {"confidence", answer.confidence},
-          {"unmapped", answer.unmapped}};
+          {"unmapped", answer.unmapped ? Json(*answer.unmapped) : Json()}};
 }
 
 Json explanationJson(const TopologicalMap& map, std::size_t frame) {

@@ -27,7 +27,7 @@ nlohmann::ordered_json toJson(const Route& route);
 nlohmann::ordered_json toJson(const std::string& words, const WordRoute& found, const TopologicalMap& map);
 
 /// {"image", "node", "nearest_image", "distance", "belief_node", "belief_image", "confidence",
-/// "unmapped"}.
+/// "unmapped"}; unmapped is null where the map has no poses.
 nlohmann::ordered_json toJson(const std::string& image, const Localization& answer,
                               const TopologicalMap& map);
 

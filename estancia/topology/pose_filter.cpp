@@ -188,7 +188,7 @@ void PoseFilter::observe(std::span<const float> likelihood, std::span<float> sta
 }
 
 Belief PoseFilter::belief(std::span<const float> state, std::span<const float> likelihood) const {
-  Belief belief{std::vector<double>(images_.size(), 0.0), std::vector<double>(nodes_, 0.0)};
+  Belief belief{std::vector<double>(images_.size(), 0.0), std::vector<double>(nodes_, 0.0), 0.0};
   for (std::size_t s = 0; s < state.size(); ++s) {
     double weights = 0, largest = 0;
     for (const Near& near : nearOf(s)) {
@@ -196,7 +196,7 @@ Belief PoseFilter::belief(std::span<const float> state, std::span<const float> l
       largest = std::max<double>(largest, near.weight);
     }
     const double far = state[s] * (1 - largest);
-    belief.unmapped += far;
+    *belief.unmapped += far;
     belief.nodes[images_[nearest_[s]].node] += far;
     for (const Near& near : nearOf(s)) {
       const double share = state[s] * largest * near.weight * likelihood[near.image] / weights;

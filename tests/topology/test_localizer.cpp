@@ -155,6 +155,7 @@ TEST(Localizer, ClearImagesAreFoundAtOnce) {
   EXPECT_EQ(share(answers, truth, false), 1.0);
   for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_EQ(answers[i].node, static_cast<int>(i / 3));
   EXPECT_GT(answers.back().confidence, 0.9);
+  EXPECT_FALSE(answers.back().unmapped);
 }
 
 TEST(Localizer, TheDriveTellsWhatSingleImagesDoNot) {

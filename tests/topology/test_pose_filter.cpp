@@ -314,12 +314,12 @@ TEST(PosedLocalizer, FollowsTheMotionWhereNothingWasMapped) {
   Localizer localizer(hall.source(), {});
   Localization answer;
   for (std::size_t i = 0; i < 20; ++i) answer = localizer.add(hall.view(i), hall.poses[i]).front();
-  EXPECT_LT(answer.unmapped, 0.5);
+  EXPECT_LT(answer.unmapped.value(), 0.5);
   test::SyntheticPlaces elsewhere(80, 80, 1, 99);
   for (int i = 1; i <= 8; ++i)  // turns round where it stands and sees what nobody has seen
     answer =
         localizer.add(elsewhere.image(static_cast<std::size_t>(i)), Pose::planar(3.8, 0, i * pi / 8)).front();
-  EXPECT_GT(answer.unmapped, 0.8);
+  EXPECT_GT(answer.unmapped.value(), 0.8);
   EXPECT_EQ(answer.beliefNode, 1);  // frames 10 … 19
 }
 
