@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
+#include <optional>
 
 #include "estancia/core/error.hpp"
 #include "estancia/io/trajectory.hpp"
@@ -20,9 +22,27 @@ struct OdometryArguments {
   ModelArguments model;
   RgbdOptions options;
   DeclaredOptions declared;
-  std::string output;
+  std::string output, odom;
   bool noLoops = false, overwrite = false, json = false;
 };
+
+/// The poses of `file`, matched to the frames as --poses would be.
+MotionPrior readPrior(const SequenceArguments& sequence, const std::string& file) {
+  SequenceArguments other = sequence;
+  other.options.poses = file;
+  const auto moved = other.openQuietly();
+  MotionPrior prior;
+  for (std::size_t i = 0; i < moved->size(); ++i) prior.push_back(moved->frame(i).pose);
+  const auto unknown = std::ranges::count_if(prior, [](const auto& pose) { return !pose; });
+  if (unknown == std::ssize(prior))
+    throw Error(ErrorCode::invalidInput,
+                fmt::format("{}: none of its poses belongs to a frame of {}; check its time stamps", file,
+                            sequence.path));
+  if (unknown > 0)
+    spdlog::warn("{}: no pose for {} of {} frames; there the images stand alone", file, unknown,
+                 prior.size());
+  return prior;
+}
 
 /// The estimate beside the poses that the sequence came with.
 struct Comparison {
@@ -57,6 +77,8 @@ void tell(const OdometryArguments& arguments, const Sequence& sequence, const Rg
                                 {"frames_per_second", rate}};
     for (const auto& [frame, why] : trajectory.lost)
       json["lost"].push_back({{"frame", sequence.frame(frame).name}, {"why", why}});
+    for (const auto& [frame, why] : trajectory.bridged)
+      json["bridged"].push_back({{"frame", sequence.frame(frame).name}, {"why", why}});
     if (!trajectory.notes.empty()) json["notes"] = trajectory.notes;
     if (comparison)
       json["error"] = {{"poses", comparison->absolute.poses},
@@ -70,8 +92,9 @@ void tell(const OdometryArguments& arguments, const Sequence& sequence, const Rg
     print(json);
     return;
   }
-  fmt::print("{}: {} of {} frames placed, {} keyframes, {} loops; {:.1f} frames/s\n", arguments.output,
-             placed, sequence.size(), trajectory.keyframes.size(), trajectory.loops.size(), rate);
+  fmt::print("{}: {} of {} frames placed, {} of them bridged, {} keyframes, {} loops; {:.1f} frames/s\n",
+             arguments.output, placed, sequence.size(), trajectory.bridged.size(),
+             trajectory.keyframes.size(), trajectory.loops.size(), rate);
   if (!comparison) return;
   const auto& [absolute, relative, path] = *comparison;
   fmt::print(
@@ -87,7 +110,8 @@ void tell(const OdometryArguments& arguments, const Sequence& sequence, const Rg
 }
 
 void run(const OdometryArguments& arguments) {
-  requireNoData(arguments.output, {arguments.sequence.path, arguments.sequence.options.poses});
+  requireNoData(arguments.output,
+                {arguments.sequence.path, arguments.sequence.options.poses, arguments.odom});
   requireReplaceable(arguments.output, arguments.overwrite, nullptr, "trajectory");
 
   std::unique_ptr<Sequence> unlabeled;
@@ -102,9 +126,11 @@ void run(const OdometryArguments& arguments) {
   }
   const Sequence& sequence = labeling ? labeling->sequence() : *unlabeled;
 
+  const MotionPrior prior =
+      arguments.odom.empty() ? MotionPrior() : readPrior(arguments.sequence, arguments.odom);
   const auto start = std::chrono::steady_clock::now();
   const auto progress = makeStderrProgress();
-  const RgbdTrajectory trajectory = trackRgbd(sequence, arguments.options, words, *progress);
+  const RgbdTrajectory trajectory = trackRgbd(sequence, arguments.options, words, *progress, prior);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
 
   constexpr std::size_t shown = 5;
@@ -112,10 +138,13 @@ void run(const OdometryArguments& arguments) {
     spdlog::warn("{}", trajectory.notes[i]);
   if (trajectory.notes.size() > shown)
     spdlog::warn("{} such notes in all; --json lists them", trajectory.notes.size());
-  for (std::size_t i = 0; i < std::min(shown, trajectory.lost.size()); ++i)
-    spdlog::warn("no pose for {}: {}", sequence.frame(trajectory.lost[i].frame).name, trajectory.lost[i].why);
-  if (trajectory.lost.size() > shown)
-    spdlog::warn("no pose for {} frames in all; --json lists them", trajectory.lost.size());
+  const auto name = [&](const std::vector<RgbdTrajectory::Untracked>& frames, const std::string& what) {
+    for (std::size_t i = 0; i < std::min(shown, frames.size()); ++i)
+      spdlog::warn("{} {}: {}", what, sequence.frame(frames[i].frame).name, frames[i].why);
+    if (frames.size() > shown) spdlog::warn("{} {} frames in all; --json lists them", what, frames.size());
+  };
+  name(trajectory.lost, "no pose for");
+  name(trajectory.bridged, arguments.odom.empty() ? "a steady motion bridges" : "--odom bridges");
 
   std::vector<Frame> frames;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
@@ -138,9 +167,14 @@ void addOdometryCommand(CLI::App& app) {
   arguments->sequence.addDepthTo(arguments->declared);
   addOutputOption(*command, arguments->output, "The trajectory (TUM), for --poses of the other commands")
       ->required();
+  command
+      ->add_option("--odom", arguments->odom,
+                   "The motion by another sensor, as wheels: a trajectory of the camera (TUM or KITTI)")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile);
   arguments->model.addTo(arguments->declared, "The model whose labels propose loop closures");
   arguments->declared.add(declare(arguments->options),
-                          {"term", "max-width", "max-depth", "min-loop-features"});
+                          {"term", "max-width", "max-depth", "min-loop-features", "odom-shift", "odom-turn"});
   command->add_flag("--no-loops", arguments->noLoops,
                     "Track only: no labels, no loop closures; drift stays (odometry.loop-candidates=0)");
   addOverwriteOption(*command, arguments->overwrite);
@@ -148,6 +182,7 @@ void addOdometryCommand(CLI::App& app) {
   addExamples(*command,
               "  estancia check ~/kitchen\n"
               "  estancia odometry estimate ~/kitchen -o kitchen.txt\n"
+              "  estancia odometry estimate ~/kitchen --odom wheels.txt -o kitchen.txt\n"
               "  estancia map ~/kitchen --poses kitchen.txt -o kitchen.estancia");
   command->callback([arguments] {
     if (arguments->noLoops) arguments->options.loopCandidates = 0;

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # What needs large libraries that most commands do not is optional, and a module of its own, opened when it is first
 # needed (core/module_function.hpp): nobody else loads these libraries, and nobody who links Estancia links them.
-option(ESTANCIA_OPEN3D "Build odometry, where Open3D is installed" ON)
 option(ESTANCIA_MPI "Run experiments under mpirun, where Open MPI is installed" ON)
 list(FILTER ESTANCIA_SOURCES EXCLUDE REGEX "_module\\.cpp$")
 
@@ -22,25 +21,6 @@ function(estancia_add_module target owner opener)
     PROPERTIES COMPILE_DEFINITIONS "${name}_MODULE=\"$<TARGET_FILE_NAME:${target}>\";${name}_FROM_BIN=\"${from_bin}\"")
   target_link_libraries(estancia PRIVATE ${CMAKE_DL_LIBS}) # core/module_function.cpp opens it
   install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-endfunction()
-
-# Open3D, which itself loads a hundred libraries, aligns and optimizes for odometry.
-function(estancia_use_open3d owner opener)
-  if(ESTANCIA_OPEN3D)
-    find_package(Open3D QUIET CONFIG)
-    find_package(TBB QUIET CONFIG)
-    find_package(OpenMP QUIET COMPONENTS CXX)
-  endif()
-  if(NOT TARGET Open3D::Open3D OR NOT TARGET TBB::tbb OR NOT TARGET OpenMP::OpenMP_CXX)
-    message(STATUS "Open3D: none found, there will be no odometry; script/bootstrap installs it")
-    return()
-  endif()
-  message(STATUS "Open3D: ${Open3D_VERSION}")
-  estancia_add_module(estancia_open3d ${owner} ${opener} Open3D::Open3D TBB::tbb OpenMP::OpenMP_CXX opencv_core)
-  if(ESTANCIA_SANITIZE)
-    # Under the address sanitizer Eigen would manage memory in another way than the Open3D that it is handed to.
-    target_compile_definitions(estancia_open3d PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
-  endif()
 endfunction()
 
 # Experiments on several machines talk through Open MPI, once mpirun has started the command.

@@ -2,115 +2,334 @@
 #include "estancia/odometry/alignment.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
 
-#include "estancia/core/rigid.hpp"
+#include "estancia/core/simd.hpp"
 
 namespace estancia::odometry {
 namespace {
 
-constexpr double kMinConditioning = 0.004;  // below, depth alone is degenerate (a bare wall, a corridor)
+constexpr float kFreedom = 5;               // of the t-distribution (Kerl et al. 2013)
+constexpr float kMinPlaneSpread = 0.5e-3F;  // [m] at 1 m; depth comes in millimeters
+constexpr float kMinGraySpread = 0.01F;     // images come in 8 bits, compressed
+constexpr float kUnregistered = 2;          // [pixels of the finest level] between color and depth
+constexpr float kFacing = 0.7F;             // cosine: surfaces that face other ways are not the same
 constexpr double kTextured = 4e-4;          // variance of gray values (0 to 1); below, there is no texture
 constexpr double kConverged = 1e-4;         // [m] and [rad]: a smaller step is the last of its level
+constexpr double kMaxTurn = 0.3;            // [rad] of one step
+constexpr std::size_t kMinObservations = 100;
+constexpr double kCorrelated = 25;  // pixels that count as one independent observation
+constexpr double kCameraTurn = 1e-3,
+                 kCameraShift = 2e-3;  // [rad], [m]: what no number of pixels makes exacter
 
-/// Projects every point of the source into the target, for the quality of the alignment.
-void evaluate(Alignment& alignment, const PyramidLevel& source, const PyramidLevel& target,
-              double sameSurface) {
-  std::size_t points = 0, seen = 0, same = 0;
-  double squares = 0, sumA = 0, sumB = 0, sumAA = 0, sumBB = 0, sumAB = 0;
+/// One residual, and how it changes with a motion of the source in the frame of the first target.
+struct Observation {
+  std::array<float, 6> gradient;  ///< by rotation and translation
+  float residual;
+  float spread;  ///< expected, beside that of the others of its kind
+};
+
+/// Gray values of corresponding pixels, for the exposure: target ≈ gain · source + bias.
+struct GrayPairs {
+  std::size_t count = 0;
+  double a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+
+  void add(double source, double target) {
+    ++count;
+    a += source, b += target, aa += source * source, bb += target * target, ab += source * target;
+  }
+  double varianceA() const { return aa / n() - a / n() * (a / n()); }
+  double varianceB() const { return bb / n() - b / n() * (b / n()); }
+  double covariance() const { return ab / n() - a / n() * (b / n()); }
+  double n() const { return static_cast<double>(count); }
+};
+
+struct Exposure {
+  float gain = 1, bias = 0;
+};
+
+Exposure exposureOf(const GrayPairs& pairs) {
+  Exposure exposure;
+  if (pairs.count == 0) return exposure;
+  if (pairs.varianceA() > kTextured)
+    exposure.gain = static_cast<float>(std::clamp(pairs.covariance() / pairs.varianceA(), 0.5, 2.0));
+  exposure.bias = static_cast<float>((pairs.b - exposure.gain * pairs.a) / pairs.n());
+  return exposure;
+}
+
+float sampled(const cv::Mat& image, float u, float v) {
+  const int x = static_cast<int>(u), y = static_cast<int>(v);
+  const float du = u - static_cast<float>(x), dv = v - static_cast<float>(y);
+  const float *above = image.ptr<float>(y) + x, *below = image.ptr<float>(y + 1) + x;
+  return (1 - dv) * ((1 - du) * above[0] + du * above[1]) + dv * ((1 - du) * below[0] + du * below[1]);
+}
+
+/// The point of the source in column x and row y as a target sees it.
+struct Projection {
+  cv::Vec3f point;  ///< in the target's frame
+  float u, v;       ///< where the target sees it
+  int column, row;  ///< the nearest pixel
+};
+
+/// False outside of the target's image, and where it has no depth.
+inline bool project(const cv::Matx33f& rotation, const cv::Vec3f& translation, const cv::Vec3f& point,
+                    const PyramidLevel& target, Projection& p) {
+  if (!(point[2] > 0)) return false;
+  p.point = rotation * point + translation;
+  if (!(p.point[2] > 0.05F)) return false;
   const CameraIntrinsics& c = target.camera;
-  cv::Matx66d information = cv::Matx66d::zeros(), planes = cv::Matx66d::zeros();
+  p.u = static_cast<float>(c.fx) * p.point[0] / p.point[2] + static_cast<float>(c.cx);
+  p.v = static_cast<float>(c.fy) * p.point[1] / p.point[2] + static_cast<float>(c.cy);
+  if (!(p.u >= 0 && p.v >= 0 && p.u < static_cast<float>(target.depth.cols - 1) &&
+        p.v < static_cast<float>(target.depth.rows - 1)))
+    return false;
+  p.column = static_cast<int>(p.u + 0.5F), p.row = static_cast<int>(p.v + 0.5F);
+  return target.depth.at<float>(p.row, p.column) > 0;  // false for NaN
+}
+
+/// Gauss–Newton steps on one level of the pyramids.
+class Level {
+ public:
+  Level(const Pyramid& source, std::span<const AlignmentTarget> targets, std::size_t level,
+        const AlignmentOptions& options)
+      : source_(source[level]),
+        targets_(targets),
+        level_(level),
+        beyond_(static_cast<float>(options.maxDifference * std::pow(2.0, level))),
+        byDepth_(options.term != AlignmentTerm::color),
+        byColor_(options.term != AlignmentTerm::depth),
+        unregistered_(options.term == AlignmentTerm::automatic
+                          ? kUnregistered / static_cast<float>(std::pow(2.0, level))
+                          : 0) {}
+
+  /// Moves `transform` by one step; the length of the step [m or rad, the larger], or nothing when the system
+  /// is singular.
+  std::optional<double> step(cv::Affine3d& transform, cv::Matx66d& information);
+
+  const Exposure& exposure() const { return exposure_; }
+
+ private:
+  void observe(const AlignmentTarget& target, const cv::Affine3d& transform);
+  void addPlane(const PyramidLevel& target, const Projection& p, const cv::Vec3f& sourceNormal);
+  void addGray(const PyramidLevel& target, const Projection& p, float gray);
+  static std::array<float, 6> gradientOf(const cv::Vec3f& point, const cv::Vec3f& d) {
+    const cv::Vec3f turn = point.cross(d);
+    return {turn[0], turn[1], turn[2], d[0], d[1], d[2]};
+  }
+
+  const PyramidLevel& source_;
+  std::span<const AlignmentTarget> targets_;
+  std::size_t level_;
+  float beyond_;
+  bool byDepth_, byColor_;
+  float unregistered_;
+  cv::Matx33f toFirst_;  ///< rotation of the target in turn into the first
+  cv::Vec3f firstShift_;
+  std::vector<Observation> planes_, grays_;
+  std::vector<float> sourceGrays_;  ///< of grays_
+  GrayPairs pairs_;
+  Exposure exposure_;
+};
+
+void Level::addPlane(const PyramidLevel& target, const Projection& p, const cv::Vec3f& sourceNormal) {
+  const cv::Vec3f& normal = target.normals.at<cv::Vec3f>(p.row, p.column);
+  if (!(normal[2] <= 1) || sourceNormal.dot(normal) < kFacing) return;  // no normal at an edge
+  const float distance = normal.dot(p.point - target.points.at<cv::Vec3f>(p.row, p.column));
+  const float z = p.point[2];
+  planes_.push_back({gradientOf(toFirst_ * p.point + firstShift_, toFirst_ * normal), distance,
+                     std::max(0.25F, z * z)});  // the noise of triangulation
+}
+
+void Level::addGray(const PyramidLevel& target, const Projection& p, float gray) {
+  const float dx = sampled(target.grayDx, p.u, p.v) / 8, dy = sampled(target.grayDy, p.u, p.v) / 8;  // Sobel
+  const float value = sampled(target.gray, p.u, p.v);
+  pairs_.add(gray, value);
+  sourceGrays_.push_back(gray);
+  const float z = p.point[2], gu = dx * static_cast<float>(target.camera.fx) / z,
+              gv = dy * static_cast<float>(target.camera.fy) / z;
+  const cv::Vec3f direction(gu, gv, -(gu * p.point[0] + gv * p.point[1]) / z);
+  const float blur = unregistered_ / (2 * kMinGraySpread);
+  grays_.push_back({gradientOf(toFirst_ * p.point + firstShift_, toFirst_ * direction), value,
+                    std::sqrt(1 + blur * blur * (dx * dx + dy * dy))});
+}
+
+void Level::observe(const AlignmentTarget& target, const cv::Affine3d& transform) {
+  const PyramidLevel& seen = (*target.pyramid)[level_];
+  const cv::Affine3d motion = target.pose.inv() * transform,
+                     first = targets_.front().pose.inv() * target.pose;
+  const cv::Matx33f rotation = motion.rotation();
+  const cv::Vec3f translation = motion.translation();
+  toFirst_ = first.rotation(), firstShift_ = first.translation();
+  Projection p;
+  for (int y = 0; y < source_.points.rows; ++y) {
+    const cv::Vec3f *points = source_.points.ptr<cv::Vec3f>(y), *normals = source_.normals.ptr<cv::Vec3f>(y);
+    const float* grays = source_.gray.ptr<float>(y);
+    for (int x = 0; x < source_.points.cols; ++x) {
+      if (!project(rotation, translation, points[x], seen, p)) continue;
+      if (std::abs(seen.depth.at<float>(p.row, p.column) - p.point[2]) > beyond_) continue;
+      if (byDepth_) addPlane(seen, p, rotation * normals[x]);
+      if (byColor_) addGray(seen, p, grays[x]);
+    }
+  }
+}
+
+/// The median deviation, as that of a normal distribution.
+float spreadOf(const std::vector<Observation>& observations, float least) {
+  if (observations.empty()) return least;
+  std::vector<float> sizes;
+  sizes.reserve(observations.size());
+  for (const Observation& o : observations) sizes.push_back(std::abs(o.residual) / o.spread);
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return std::max(least, 1.4826F * *middle);
+}
+
+/// Adds Σ w JᵀJ (the upper triangle) and Σ w Jᵀr.
+ESTANCIA_MULTIVERSION
+void addNormalEquations(const Observation* observations, std::size_t count, float spread, double* matrix,
+                        double* vector) {
+  for (std::size_t n = 0; n < count; ++n) {
+    const Observation& o = observations[n];
+    const float scale = 1 / (o.spread * spread), e = o.residual * scale;
+    const float weight = (kFreedom + 1) / (kFreedom + e * e) * scale * scale;
+    for (int i = 0; i < 6; ++i) {
+      const float g = weight * o.gradient[static_cast<std::size_t>(i)];
+      for (int j = 0; j < 6; ++j)
+        matrix[6 * i + j] += static_cast<double>(g * o.gradient[static_cast<std::size_t>(j)]);
+      vector[i] += static_cast<double>(g * o.residual);
+    }
+  }
+}
+
+std::optional<double> Level::step(cv::Affine3d& transform, cv::Matx66d& information) {
+  planes_.clear(), grays_.clear(), sourceGrays_.clear();
+  pairs_ = {};
+  for (const AlignmentTarget& target : targets_) observe(target, transform);
+  if (planes_.size() + grays_.size() < kMinObservations) return std::nullopt;
+  exposure_ = exposureOf(pairs_);
+  for (std::size_t i = 0; i < grays_.size(); ++i)
+    grays_[i].residual -= exposure_.gain * sourceGrays_[i] + exposure_.bias;
+  information = cv::Matx66d::zeros();
+  cv::Matx61d slope = cv::Matx61d::zeros();
+  addNormalEquations(planes_.data(), planes_.size(), spreadOf(planes_, kMinPlaneSpread), information.val,
+                     slope.val);
+  addNormalEquations(grays_.data(), grays_.size(), spreadOf(grays_, kMinGraySpread), information.val,
+                     slope.val);
+  cv::Matx66d damped = information;
+  for (int i = 0; i < 6; ++i) damped(i, i) *= 1 + 1e-6;
+  cv::Matx61d motion;
+  if (!cv::solve(damped, -1 * slope, motion, cv::DECOMP_CHOLESKY)) return std::nullopt;
+  cv::Vec3d turn(motion.val), shift(motion.val + 3);
+  const double angle = cv::norm(turn);
+  if (!std::isfinite(angle + cv::norm(shift))) return std::nullopt;
+  if (angle > kMaxTurn) turn *= kMaxTurn / angle, shift *= kMaxTurn / angle;
+  const cv::Affine3d& first = targets_.front().pose;
+  transform = first * cv::Affine3d(turn, shift) * first.inv() * transform;
+  return std::max(cv::norm(turn), cv::norm(shift));
+}
+
+/// What the source shares with one target.
+struct Shared {
+  std::size_t points = 0, same = 0;
+  double squares = 0;
+  GrayPairs grays;
+};
+
+/// Marks in `agreed` the points that agree in depth and gray value.
+Shared sharedWith(const PyramidLevel& source, const PyramidLevel& target, const cv::Affine3d& motion,
+                  double sameSurface, const Exposure& exposure, cv::Mat& agreed) {
+  constexpr float kSameGray = 0.1F;
+  const cv::Matx33f rotation = motion.rotation();
+  const cv::Vec3f translation = motion.translation();
+  Shared shared;
+  Projection p;
   for (int y = 0; y < source.points.rows; ++y)
     for (int x = 0; x < source.points.cols; ++x) {
-      const cv::Vec3f point = source.points.at<cv::Vec3f>(y, x);
+      const cv::Vec3f& point = source.points.at<cv::Vec3f>(y, x);
       if (!(point[2] > 0)) continue;
-      ++points;
-      const cv::Vec3d p = alignment.transform * cv::Vec3d(point);
-      if (!(p[2] > 0)) continue;
-      const double u = c.fx * p[0] / p[2] + c.cx, v = c.fy * p[1] / p[2] + c.cy;
-      if (!(u >= 0 && v >= 0 && u <= c.width - 1 && v <= c.height - 1)) continue;
-      const int row = static_cast<int>(std::lround(v)), column = static_cast<int>(std::lround(u));
-      const float z = target.depth.at<float>(row, column);
-      if (!(z > 0)) continue;
-      ++seen;
-      const double difference = z - p[2];
+      ++shared.points;
+      if (!project(rotation, translation, point, target, p)) continue;
+      const double difference = static_cast<double>(target.depth.at<float>(p.row, p.column) - p.point[2]);
       if (std::abs(difference) > sameSurface) continue;
-      ++same;
-      squares += difference * difference;
-      const double rows[] = {0,     p[2],  -p[1], 1, 0, 0,  //
-                             -p[2], 0,     p[0],  0, 1, 0,  //
-                             p[1],  -p[0], 0,     0, 0, 1};
-      const cv::Matx<double, 3, 6> g(rows);
-      information += g.t() * g;
-      const double a = source.gray.at<float>(y, x), b = target.gray.at<float>(row, column);
-      sumA += a, sumB += b, sumAA += a * a, sumBB += b * b, sumAB += a * b;
-      const cv::Vec3d n = target.normals.at<cv::Vec3f>(row, column);
-      if (!(n[2] <= 1)) continue;  // no normal at an edge
-      const cv::Vec3d turned = p.cross(n);
-      const cv::Matx61d plane(turned[0], turned[1], turned[2], n[0], n[1], n[2]);
-      planes += plane * plane.t();
+      ++shared.same;
+      shared.squares += difference * difference;
+      const float a = source.gray.at<float>(y, x), b = target.gray.at<float>(p.row, p.column);
+      shared.grays.add(a, b);
+      if (std::abs(exposure.gain * a + exposure.bias - b) < kSameGray) agreed.at<std::uint8_t>(y, x) = 1;
     }
-  if (same == 0) {
+  return shared;
+}
+
+void evaluate(Alignment& alignment, const PyramidLevel& source, std::span<const AlignmentTarget> targets,
+              std::size_t level, double sameSurface, const Exposure& exposure) {
+  cv::Mat agreed(source.depth.size(), CV_8U, cv::Scalar(0));
+  Shared best;
+  for (const AlignmentTarget& target : targets) {
+    const Shared shared = sharedWith(source, (*target.pyramid)[level],
+                                     target.pose.inv() * alignment.transform, sameSurface, exposure, agreed);
+    if (shared.same >= best.same) best = shared;
+  }
+  if (best.same == 0) {
     alignment.solved = false;
     return;
   }
-  const auto share = [](std::size_t a, std::size_t b) {
-    return static_cast<double>(a) / static_cast<double>(b);
-  };
-  alignment.overlap = share(same, points);
-  alignment.inView = share(seen, points);
-  cv::Matx61d fixed;
-  cv::eigen(planes * (1 / static_cast<double>(same)), fixed);
-  alignment.conditioning = fixed(5);
-  const auto n = static_cast<double>(same);
-  const double varianceA = sumAA / n - sumA * sumA / n / n, varianceB = sumBB / n - sumB * sumB / n / n;
-  const bool textured = std::min(varianceA, varianceB) > kTextured;
-  alignment.correlation = textured ? (sumAB / n - sumA * sumB / n / n) / std::sqrt(varianceA * varianceB) : 1;
-  alignment.rmse = std::sqrt(squares / static_cast<double>(same));
-  std::copy(information.val, information.val + 36, alignment.information.begin());
+  const auto share = [&](auto part) { return static_cast<double>(part) / static_cast<double>(best.points); };
+  alignment.overlap = share(best.same);
+  alignment.agreement = share(cv::countNonZero(agreed));
+  alignment.rmse = std::sqrt(best.squares / best.grays.n());
+  const double a = best.grays.varianceA(), b = best.grays.varianceB();
+  alignment.correlation = std::min(a, b) > kTextured ? best.grays.covariance() / std::sqrt(a * b) : 1;
+}
+
+/// The square root of the largest eigenvalue of the position's covariance, at the source.
+double spreadOfPosition(const cv::Matx66d& covariance, const cv::Vec3d& at) {
+  const double entries[] = {0,      at[2],  -at[1], 1, 0, 0,  //
+                            -at[2], 0,      at[0],  0, 1, 0,  //
+                            at[1],  -at[0], 0,      0, 0, 1};
+  const cv::Matx<double, 3, 6> move(entries);
+  cv::Matx31d values;
+  cv::eigen(cv::Matx33d(move * covariance * move.t()), values);
+  return std::sqrt(std::max(0.0, values(0)));
 }
 
 }  // namespace
 
-Matrix4 matrixOf(const cv::Affine3d& transform) {
-  Matrix4 matrix;
-  std::copy(transform.matrix.val, transform.matrix.val + 16, matrix.begin());
-  return matrix;
+cv::Matx66d covarianceOf(const cv::Matx66d& information) {
+  cv::Matx66d regular = information * (1 / kCorrelated);
+  // Nothing is less certain than within a turn, or a room.
+  for (int i = 0; i < 6; ++i) regular(i, i) += 1;
+  cv::Matx66d covariance = regular.inv(cv::DECOMP_CHOLESKY);
+  for (int i = 0; i < 6; ++i)
+    covariance(i, i) += i < 3 ? kCameraTurn * kCameraTurn : kCameraShift * kCameraShift;
+  return covariance;
 }
 
-cv::Affine3d rigidOf(const Matrix4& matrix) {
-  return cv::Affine3d(cv::Matx44d(matrix.data()));
-}
-
-Alignment align(const Pyramid& source, const Pyramid& target, const cv::Affine3d& guess,
+Alignment align(const Pyramid& source, std::span<const AlignmentTarget> targets, const cv::Affine3d& guess,
                 const AlignmentOptions& options) {
-  if (options.term == AlignmentTerm::automatic) {
-    AlignmentOptions one = options;
-    one.term = AlignmentTerm::depth;
-    Alignment byDepth = align(source, target, guess, one);
-    if (byDepth.solved && byDepth.conditioning >= kMinConditioning) return byDepth;
-    one.term = AlignmentTerm::hybrid;
-    return align(source, target, guess, one);
-  }
   Alignment alignment;
-  alignment.solved = true;
   alignment.transform = guess;
-  const std::size_t levels = std::min(source.size(), target.size());
-  int steps = options.maxSteps;
-  for (std::size_t level = levels; level-- > 0; steps = std::max(1, steps / 2))
+  std::size_t levels = source.size();
+  for (const AlignmentTarget& target : targets) levels = std::min(levels, target.pyramid->size());
+  const std::size_t finest = std::min(options.finest, levels - 1);
+  Exposure exposure;
+  for (std::size_t l = levels; l-- > finest;) {
+    Level level(source, targets, l, options);
+    const int steps = l == 0 ? std::max(3, options.maxSteps / 2) : options.maxSteps;
     for (int i = 0; i < steps; ++i) {
-      const AlignmentStep step =
-          open3d().step(source[level], target[level], matrixOf(alignment.transform), options.term,
-                        static_cast<float>(options.maxDifference * std::pow(2.0, level)));
-      if (!step.solved) {
-        alignment.solved = false;
-        return alignment;
-      }
-      const cv::Affine3d correction = rigidOf(step.correction);
-      alignment.transform = correction * alignment.transform;
-      if (cv::norm(correction.translation()) < kConverged && angleOf(correction) < kConverged) break;
+      const auto length = level.step(alignment.transform, alignment.information);
+      if (!length) return alignment;
+      if (*length < kConverged) break;
     }
-  evaluate(alignment, source.front(), target.front(), options.sameSurface);
+    exposure = level.exposure();
+  }
+  alignment.solved = true;
+  evaluate(alignment, source[finest], targets, finest, options.sameSurface, exposure);
+  alignment.spread = spreadOfPosition(covarianceOf(alignment.information),
+                                      (targets.front().pose.inv() * alignment.transform).translation());
   return alignment;
 }
 

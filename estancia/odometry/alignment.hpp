@@ -1,38 +1,62 @@
-// RGB-D image alignment: relative pose of two images, and how reliable it is.
+// RGB-D image alignment: the pose of an image among several others, and how well it is known.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <opencv2/core/affine.hpp>
+#include <span>
 
-#include "estancia/odometry/open3d.hpp"
+#include "estancia/odometry/pyramid.hpp"
 
 namespace estancia::odometry {
 
+/// What an alignment minimizes.
+enum class AlignmentTerm {
+  depth,     ///< point-to-plane distances; degenerate in front of a single wall
+  color,     ///< differences of gray values; degenerate without texture
+  hybrid,    ///< both, each as exact as its residuals are
+  automatic  ///< both, gray values as if depth and color were registered only within pixels
+};
+
+/// An image whose pose is known.
+struct AlignmentTarget {
+  const Pyramid* pyramid;
+  cv::Affine3d pose;  ///< T_map_target
+};
+
 struct Alignment {
   bool solved = false;
-  cv::Affine3d transform;  ///< T_target_source
-  /// Share of the source's points that lie on the target's surface.
-  double overlap = 0;
-  double inView = 0;        ///< share of the source's points inside of the target's image
-  double rmse = 0;          ///< of the differences in depth of the common points [m]
-  double correlation = 0;   ///< of their gray values; 1 without texture
-  double conditioning = 0;  ///< smallest eigenvalue of the point-to-plane Hessian: low when planes slide [m²]
-  Matrix6 information{};    ///< Σ GᵀG over the common points (Choi et al. 2015)
+  cv::Affine3d transform;  ///< T_map_source
+  // Of the target that shows the most of the source:
+  double overlap = 0;      ///< share of the source's points that lie on the target's surface
+  double rmse = 0;         ///< of the differences in depth of the common points [m]
+  double correlation = 0;  ///< of their gray values; 1 without texture
+  /// Share of the source's points that agree with any target in depth and in gray value.
+  double agreement = 0;
+  /// Of the residuals, of a motion (rotation, translation) that is multiplied from the left to
+  /// T_target_source of the first target.
+  cv::Matx66d information = cv::Matx66d::zeros();
+  /// Standard deviation of the position in its least certain direction [m].
+  double spread = 0;
 };
 
 struct AlignmentOptions {
   AlignmentTerm term = AlignmentTerm::automatic;
-  int maxSteps = 20;  ///< on the coarsest level; half as many on each finer one
+  std::size_t finest = 0;  ///< level of the pyramid on which it ends
+  int maxSteps = 12;       ///< on each level but the finest, which takes half as many
   /// Largest difference in depth of corresponding points while aligning [m]; doubled on each coarser level.
   double maxDifference = 0.10;
   double sameSurface = 0.05;  ///< the same when the result is evaluated [m]
 };
 
-/// Coarse to fine, from `guess` (T_target_source).
-Alignment align(const Pyramid& source, const Pyramid& target, const cv::Affine3d& guess,
+/// Coarse to fine from `guess` (T_map_source), by Gauss–Newton steps on point-to-plane distances and gray
+/// values, whose spreads are estimated and whose outliers are weighed down as under a t-distribution (Kerl et
+/// al. 2013). Runs on the caller's thread alone.
+Alignment align(const Pyramid& source, std::span<const AlignmentTarget> targets, const cv::Affine3d& guess,
                 const AlignmentOptions& options);
 
-Matrix4 matrixOf(const cv::Affine3d& transform);
-cv::Affine3d rigidOf(const Matrix4& matrix);
+/// The covariance that belongs to an information of align(), which takes neighboring pixels for independent
+/// and the camera for perfect.
+cv::Matx66d covarianceOf(const cv::Matx66d& information);
 
 }  // namespace estancia::odometry

@@ -56,7 +56,7 @@ std::optional<cv::Affine3d> guessFromFeatures(const Features& source, const Feat
       static_cast<float>(0.01 * c.width);  // [pixels]; depth and color may be a little apart
   try {
     if (!cv::solvePnPRansac(points, pixels, camera, cv::noArray(), rotation, translation, false, 300,
-                            tolerance, 0.99, inliers, cv::SOLVEPNP_EPNP))
+                            tolerance, 0.99, inliers, cv::SOLVEPNP_AP3P))
       return std::nullopt;
   } catch (const cv::Exception&) {  // degenerate points
     return std::nullopt;

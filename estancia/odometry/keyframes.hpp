@@ -1,4 +1,4 @@
-// Keyframes: the images of the pose graph, its edges, and loop closure between them.
+// Keyframes: the images among which a camera is tracked, and between which loops are closed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,59 +28,55 @@ struct FrameView {
   std::string problem;  ///< why it cannot be aligned; "" when it can
   RgbdImage image;
   Pyramid pyramid;
-  cv::Mat bgr, depth;  ///< as read
+  Features features;
 };
 
 /// Reports what is wrong with a frame in FrameView::problem instead of throwing.
 std::unique_ptr<FrameView> viewOf(const Sequence& sequence, std::size_t frame, const RgbdOptions& options);
+
+struct Keyframe {
+  std::size_t frame;
+  cv::Affine3d pose;  ///< T_map_keyframe
+  RgbdImage image;
+  PyramidLevel coarse;  ///< the coarsest level of its pyramid
+  Features features;
+};
+
+/// Share of the source's points that lie on the target's surface at this T_target_source, within a tenth of
+/// their depth. Takes coarse levels.
+double predictedOverlap(const PyramidLevel& source, const PyramidLevel& target, const cv::Affine3d& motion);
 
 class Keyframes {
  public:
   Keyframes(const RgbdOptions& options, const FrameWords& words);
 
   std::size_t size() const { return keyframes_.size(); }
-  std::size_t frame(std::size_t k) const { return keyframes_[k].frame; }
+  const Keyframe& operator[](std::size_t k) const { return keyframes_[k]; }
   const cv::Affine3d& pose(std::size_t k) const { return keyframes_[k].pose; }
-  const AlignmentOptions& alignment() const { return alignment_; }
+  void move(std::size_t k, const cv::Affine3d& pose) { keyframes_[k].pose = pose; }
 
-  /// Computed from the stored image; the latest two are cached.
+  /// Computed from the stored image; the latest few are cached, for the tracking thread alone.
   const Pyramid& pyramid(std::size_t k) const;
+  /// The same, not cached: for any thread.
+  Pyramid newPyramid(std::size_t k) const;
 
   /// Returns its number.
   std::size_t add(const FrameView& view, const cv::Affine3d& pose);
 
-  /// The camera was tracked from one to the other: `alignment` is T_to_from.
-  void connect(std::size_t from, std::size_t to, const Alignment& alignment);
-
-  /// T_keyframe_view by features alone.
-  std::optional<cv::Affine3d> guess(const FrameView& view, std::size_t k) const;
+  /// At most `max` of the latest keyframes that a view at `pose` (T_map_view) overlaps, the most first.
+  std::vector<std::size_t> around(const FrameView& view, const cv::Affine3d& pose, std::size_t max) const;
 
   /// The keyframes with the most similar words.
   std::vector<std::size_t> withSimilarWords(const FrameView& view) const;
-
-  /// Proposes loop closures by words and verifies them.
-  void closeLoops(Progress& progress);
-
-  /// Pose graph optimization: moves the keyframes. Returns the accepted loop closures.
-  std::vector<std::pair<std::size_t, std::size_t>> optimize();
+  /// The same for keyframe k, of those at least `apart` keyframes from it.
+  std::vector<std::size_t> withWordsOf(std::size_t k, std::size_t apart) const;
 
  private:
-  struct Keyframe {
-    std::size_t frame;
-    cv::Affine3d pose;
-    RgbdImage image;
-    Features features;
-  };
-  std::optional<PoseGraphEdge> verified(std::size_t source, std::size_t target) const;
-  Features featuresOf(const FrameView& view) const;
-
   const RgbdOptions& options_;
   const FrameWords& words_;
-  AlignmentOptions alignment_;
   std::vector<Keyframe> keyframes_;
-  std::vector<PoseGraphEdge> edges_;
   Recall recall_;
-  mutable std::vector<std::pair<std::size_t, Pyramid>> cached_;  ///< used by the tracking thread alone
+  mutable std::vector<std::pair<std::size_t, std::unique_ptr<const Pyramid>>> cached_;
 };
 
 }  // namespace estancia::odometry

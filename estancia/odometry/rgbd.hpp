@@ -29,6 +29,8 @@ struct RgbdOptions {
   double maxMotion = 0.7;
   double maxTurn = 50;
   double maxGap = 1;
+  double odomShift = 3;
+  double odomTurn = 2;
   int loopCandidates = 8;
   int minLoopKeyframes = 4;
   double minLoopOverlap = 0.4;
@@ -40,23 +42,31 @@ OptionGroup declare(RgbdOptions& options);
 /// Throws Error (invalidOption, unknownName).
 void validate(const RgbdOptions& options);
 
-/// Words of a frame, needed for keyframes and lost frames only; empty where it has none. Without them no
-/// loops are closed, and a lost camera is relocalized only where it was lost.
+/// Words of a frame, needed for keyframes and lost frames only; empty where it has none. Without them loops
+/// are closed only where drift leaves an overlap, and a lost camera is relocalized only where it was lost.
 struct FrameWords {
   std::function<LexicalDescriptor(std::size_t frame)> describe;
   /// Vocabulary::layout().parts
   std::vector<LabelPart> parts;
 };
 
+/// The motion as another sensor measured it, as wheel odometry: T_odom_camera of every frame, in any fixed
+/// frame `odom`; nothing where it is not known.
+using MotionPrior = std::vector<std::optional<Pose>>;
+
 struct RgbdTrajectory {
   /// T_map_camera of every frame; nothing where the camera was lost. The map's origin is the first tracked
   /// camera, which looks along x and is assumed to be level (z up).
   std::vector<std::optional<Pose>> poses;
-  struct Lost {
+  struct Untracked {
     std::size_t frame;
     std::string why;
   };
-  std::vector<Lost> lost;
+  /// Frames without a pose.
+  std::vector<Untracked> lost;
+  /// Frames that could not be tracked and whose pose is that of the prior, or else of a steady motion between
+  /// the tracked frames around them.
+  std::vector<Untracked> bridged;
   /// Frames.
   std::vector<std::size_t> keyframes;
   /// Pairs of frames of the accepted loop closures.
@@ -65,14 +75,16 @@ struct RgbdTrajectory {
   std::vector<std::string> notes;
 };
 
-/// Tracks every frame against the latest keyframe by Open3D's RGB-D odometry (Steinbrücker et al. 2011; Park
-/// et al. 2017), proposes keyframes with similar words as loop closures, verifies these by features and
-/// alignment, and optimizes the pose graph (Choi et al. 2015). Frames that cannot be tracked have no pose.
-/// The result depends neither on the number of threads nor on the clock. Memory grows by about 0.2 MB a
-/// keyframe. Throws Error (invalidInput, insufficientData, invalidOption, unknownName, missingDependency)
-/// when there is no depth, no camera, no frame with usable depth, an option is out of range, or Open3D is
-/// missing; Interrupted.
+/// Aligns every frame with the keyframes around it, from the best of several guesses (the motion so far or
+/// the prior's, features), by point-to-plane distances and gray values together (Kerl et al. 2013). Keyframes
+/// that overlap, or have similar words, are aligned with each other, and a pose graph is optimized over all
+/// of these motions (Choi et al. 2015). Frames that cannot be tracked are named. The result depends neither
+/// on the number of threads nor on the clock. Memory grows by about 0.3 MB a keyframe. `prior` is empty or
+/// has an entry a frame. Throws Error (invalidInput, insufficientData, invalidOption, unknownName, mismatch)
+/// when there is no depth, no camera, no frame with usable depth, an option is out of range, or the prior
+/// has another number of frames; Interrupted.
 RgbdTrajectory trackRgbd(const Sequence& sequence, const RgbdOptions& options = {},
-                         const FrameWords& words = {}, Progress& progress = Progress::none());
+                         const FrameWords& words = {}, Progress& progress = Progress::none(),
+                         const MotionPrior& prior = {});
 
 }  // namespace estancia

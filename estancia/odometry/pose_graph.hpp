@@ -1,0 +1,24 @@
+// Pose graph: the poses that agree best with measured motions between them.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <opencv2/core/affine.hpp>
+#include <vector>
+
+namespace estancia::odometry {
+
+/// A measured T_target_source.
+struct PoseGraphEdge {
+  std::size_t source = 0, target = 0;
+  cv::Affine3d transform;
+  /// Of a motion (rotation, translation) that is multiplied from the left to the transform.
+  cv::Matx66d covariance = cv::Matx66d::eye();
+};
+
+/// Moves `poses` (T_map_node) to the least squares of the edges, of which those that contradict the others
+/// lose their weight (Cauchy's loss); the first pose stays. Returns for every edge how many standard
+/// deviations it is off. By Ceres, on the caller's thread alone.
+std::vector<double> optimizePoses(std::vector<cv::Affine3d>& poses, const std::vector<PoseGraphEdge>& edges);
+
+}  // namespace estancia::odometry

@@ -1,0 +1,98 @@
+// Tracking with a motion prior: wheel odometry that is right, noisy, wrong, or missing.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/odometry/prior.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "estancia/core/error.hpp"
+#include "estancia/core/rigid.hpp"
+#include "odometry/room.hpp"
+#include "support/errors.hpp"
+
+namespace estancia::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+/// The true motion in another frame, each turn off by `degrees` (standard deviation).
+MotionPrior wheels(const Drive& drive, double degrees) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> gauss;
+  MotionPrior prior{Pose::planar(5, -3, 2)};
+  for (std::size_t i = 1; i < drive.size(); ++i) {
+    const cv::Affine3d step = rigidOf(*drive.frame(i - 1).pose).inv() * rigidOf(*drive.frame(i).pose);
+    const cv::Affine3d off(cv::Vec3d(0, degrees * std::numbers::pi / 180 * gauss(random), 0));
+    prior.push_back(poseOf(rigidOf(*prior.back()) * step * off));
+  }
+  return prior;
+}
+
+TEST(MotionPrior, ErrorsOfStepsAddUpAndATurnSwingsWhatFollows) {
+  MotionPrior prior;
+  for (int i = 0; i <= 4; ++i) prior.emplace_back(Pose{.z = static_cast<double>(i)});  // 1 m ahead a step
+  const RgbdOptions options{.odomShift = 10, .odomTurn = 3};
+  const auto motion = odometry::priorMotion(prior, 0, 4, options);
+  ASSERT_TRUE(motion);
+  EXPECT_NEAR(motion->transform.translation()[2], 4, 1e-9);
+  const double turn = 3 * std::numbers::pi / 180;
+  EXPECT_NEAR(motion->covariance(1, 1), 4 * turn * turn, 1e-9);
+  EXPECT_NEAR(motion->covariance(5, 5), 4 * 0.01, 1e-4);  // ahead: 10 % of each meter
+  // Written at the first camera, a turn at 0, 1, 2 and 3 m ahead shifts what does not turn to the side.
+  EXPECT_NEAR(motion->covariance(3, 3), 4 * 0.01 + (1 + 4 + 9) * turn * turn, 1e-4);
+  EXPECT_LT(motion->covariance(1, 3) * motion->covariance(3, 1), 1);
+  EXPECT_FALSE(odometry::priorMotion(prior, 0, 5, options)) << "the prior is shorter than the drive";
+  prior[0].reset();
+  EXPECT_FALSE(odometry::priorMotion(prior, 0, 4, options));
+}
+
+TEST(MotionPrior, BridgesWhatIsNotSeen) {
+  Drive drive(turnAround(40, -12));
+  for (std::size_t i = 8; i < 20; ++i) drive.noDepthValues.insert(i);  // it turns by 117° blindly
+  const auto alone = trackRgbd(drive);
+  EXPECT_GT(alone.lost.size(), 11U);
+  const auto guided = trackRgbd(drive, {}, {}, Progress::none(), wheels(drive, 1));
+  EXPECT_THAT(guided.lost, IsEmpty());
+  EXPECT_THAT(guided.bridged, SizeIs(testing::Ge(12)));
+  EXPECT_LT(errorOf(guided, drive), 0.06);
+}
+
+TEST(MotionPrior, AWrongOneHardlyHarms) {
+  const Drive drive(turnAround(40, -20));
+  MotionPrior backwards = wheels(drive, 0);
+  std::ranges::reverse(backwards);
+  const auto trajectory = trackRgbd(drive, {}, {}, Progress::none(), backwards);
+  EXPECT_THAT(trajectory.lost, IsEmpty());
+  EXPECT_LT(errorOf(trajectory, drive), 0.05);
+}
+
+TEST(MotionPrior, MayKnowOnlySomeFrames) {
+  const Drive drive(turnAround(40, -30));
+  MotionPrior prior = wheels(drive, 1);
+  for (const std::size_t i : {0, 3, 4, 9}) prior[i].reset();
+  const auto trajectory = trackRgbd(drive, {}, {}, Progress::none(), prior);
+  EXPECT_THAT(trajectory.lost, IsEmpty());
+  EXPECT_THAT(trajectory.bridged, IsEmpty());
+  EXPECT_LT(errorOf(trajectory, drive), 0.02);
+}
+
+TEST(MotionPrior, HasAnEntryAFrame) {
+  const Drive drive(turnAround(60, -57));
+  EXPECT_THAT(caught([&] { trackRgbd(drive, {}, {}, Progress::none(), MotionPrior(2)); }),
+              FailsWith(ErrorCode::mismatch, "2", "3"));
+  EXPECT_THAT(caught([&] { trackRgbd(drive, {.odomTurn = -1}); }),
+              FailsWith(ErrorCode::invalidOption, "odom-turn"));
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(caught([&] { trackRgbd(drive, {.odomShift = nan}); }),
+              FailsWith(ErrorCode::invalidOption, "odom-shift"));
+}
+
+}  // namespace
+}  // namespace estancia::test
