@@ -29,6 +29,12 @@ void add(Sentences& sentences, fmt::format_string<Values...> text, Values&&... v
 }
 
 void explainJoin(const Decision& d, Sentences& sentences) {
+  if (d.other == d.current)
+    return add(
+        sentences,
+        "Its distance to the current node {}, {:.4g}, is not below tau_join {:.4g}, but an earlier image "
+        "of that node is {:.4g} away, below {:.4g}: it stayed there.",
+        d.current, d.toCurrent, d.tauJoin, d.toOther, d.tauRevisit);
   add(sentences,
       "Its distance to the current node {}, {:.4g}, is below tau_join {:.4g}: it stayed there, and no other "
       "node was compared.",
@@ -38,6 +44,12 @@ void explainJoin(const Decision& d, Sentences& sentences) {
 
 /// A frame that left its node, for another one or for a new one.
 void explainMove(const Decision& d, Sentences& sentences) {
+  if (d.kind == DecisionKind::revisit && d.toCurrent < d.tauJoin)
+    return add(
+        sentences,
+        "An earlier image of node {} is {:.4g} away, below {:.4g}: it moved there, though its distance "
+        "to the current node {}, {:.4g}, is below tau_join {:.4g}.",
+        d.other, d.toOther, d.tauRevisit, d.current, d.toCurrent, d.tauJoin);
   add(sentences,
       "Its distance to the current node {}, {:.4g}, is not below tau_join {:.4g}: it left that node.",
       d.current, d.toCurrent, d.tauJoin);

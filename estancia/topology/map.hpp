@@ -44,7 +44,8 @@ enum class DecisionKind {
   start,
   /// Within τ_join of the current node: stays there.
   join,
-  /// Within τ_revisit of another node, and nearer to it than to the current one: moves there.
+  /// Within τ_revisit of another node and nearer to it than to the current one, or one of its earlier images
+  /// shows the same (ViewMemory): moves there.
   revisit,
   /// Near to no node: makes a new one.
   createNode
@@ -60,11 +61,14 @@ struct Decision {
   int current = -1;
   /// D(current, I); NaN at the start.
   double toCurrent = 0;
-  /// The nearest other node; -1 when it was not searched or there is none.
+  /// The nearest other node; -1 when it was not searched or there is none. The current node where only one of
+  /// its images kept the frame there.
   int other = -1;
-  /// D(other, I); NaN when there is none.
+  /// D(other, I), or the distance to its image; NaN when there is none.
   double toOther = 0;
-  double tauJoin = 0, tauRevisit = 0;
+  double tauJoin = 0;
+  /// What toOther had to be below.
+  double tauRevisit = 0;
 };
 
 /// Two nodes turned out to be one place.

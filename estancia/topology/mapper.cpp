@@ -51,6 +51,16 @@ OptionGroup declare(ThresholdOptions& options) {
   group.add("merge-ratio", &options.mergeRatio, "tau-merge / tau-join, between the means of two nodes.")
       .range(0)
       .why("0 never merges nodes.");
+  group
+      .add("view-ratio", &options.viewRatio,
+           "tau-view / tau-join: nearer than this, two images show one view.")
+      .range(0, 1)
+      .why("A larger ratio recognizes more places again, and more that only look alike.");
+  group
+      .add("sequence-ratio", &options.sequenceRatio,
+           "tau-sequence / tau-join, for images that resemble one place from two sides.")
+      .range(0, 1)
+      .why("A larger ratio recognizes more places again, and more that only look alike.");
   return group;
 }
 
@@ -69,6 +79,21 @@ OptionGroup declare(MapperOptions& options) {
       .why("A smaller distance recognizes fewer places again.");
   group.add("nearer-than-current", &options.nearerThanCurrent,
             "Return only to a node nearer than the current one.");
+  group
+      .add("views", &options.views,
+           "Images kept in all of the places, to recognize these from another side and by poses.")
+      .unit("images")
+      .why("0: places are recognized by their means alone.");
+  group.add("near-distance", &options.nearDistance, "Frames this far apart can show the same place.")
+      .unit("m")
+      .above(0)
+      .why("Views change over a shorter way in narrow rooms than in halls and streets.");
+  group
+      .add("near-angle", &options.nearAngle,
+           "Frames whose directions differ by this can show the same place.")
+      .unit("degrees")
+      .above(0)
+      .why("A wide field of view allows more.");
   group
       .add("transition-images", &options.transitionImages,
            "The first and last K frames of a stay weigh i/K in their node.")
@@ -90,6 +115,7 @@ MapperOptions MapperOptions::thesis() {
   options.tauJoin = 0.015;
   options.tauRevisit = 0.015;
   options.transitionImages = 15;
+  options.views = 0;
   options.thresholds.mergeRatio = 0;
   return options;
 }
@@ -100,6 +126,7 @@ Mapper::Impl::Impl(const DescriptorLayout& layout, const MapperOptions& chosen)
       distance(getDistance(options.distance, layout.parts)),
       scale(distance, labels, options.thresholds),
       bank(distance, labels),
+      views(distance, labels, options),
       thresholds(initialThresholds(options, distance)),
       nextEstimate(firstEstimate) {}
 
@@ -118,15 +145,15 @@ Mapper::Impl::FrameDescriptor Mapper::Impl::embeddedFrame(DescriptorView probabi
   return descriptor;
 }
 
-void Mapper::Impl::add(DescriptorView probabilities) {
+void Mapper::Impl::add(DescriptorView probabilities, const std::optional<Pose>& pose) {
   requireProbabilities(probabilities, labels, "the labeler");
   const FrameDescriptor descriptor = embeddedFrame(probabilities);
   const std::size_t frame = scale.frames();
   const bool warmingUp = isWarmingUp();
   scale.add(descriptor.probabilities, descriptor.embedded);
-  if (warmingUp) warmup.push_back(descriptor.probabilities);
-  if (frame == 0 && distance.standardized) bank.setStandardization(scale.standardization());
-  place(frame, descriptor);
+  if (warmingUp) warmup.push_back({descriptor.probabilities, pose});
+  if (frame == 0 && distance.standardized) setStandardization();
+  place(frame, descriptor, pose);
   if (isAutomatic() && (scale.keyframes() >= nextEstimate || warmingUp != isWarmingUp()))
     estimateScales(warmingUp);
 }
@@ -137,7 +164,7 @@ void Mapper::Impl::finish() {
 
 void Mapper::Impl::estimateScales(bool warmingUp) {
   if (scale.keyframes() >= nextEstimate) nextEstimate = nextEstimateAfter(scale.keyframes());
-  bank.setStandardization(scale.standardization());
+  setStandardization();
   if (!options.tauJoin)
     if (const auto found = scale.estimate(bank.standardization())) thresholds = *found;
   if (options.tauRevisit) thresholds.revisit = *options.tauRevisit;
@@ -145,10 +172,16 @@ void Mapper::Impl::estimateScales(bool warmingUp) {
   if (!isWarmingUp()) warmup = {};
 }
 
+void Mapper::Impl::setStandardization() {
+  bank.setStandardization(scale.standardization());
+  views.rescale([this](std::span<const float> embedded) { return bank.compared(embedded); });
+}
+
 void Mapper::Impl::remapWarmup() {
   Standardization standardization = bank.standardization();
   bank = NodeBank(distance, labels);
   bank.setStandardization(std::move(standardization));
+  views.clear();
   transitions.clear();
   recent.clear();
   current = 0;
@@ -156,7 +189,8 @@ void Mapper::Impl::remapWarmup() {
   stay = 0;
   changes = {};
   changes.restarted = true;
-  for (std::size_t frame = 0; frame < warmup.size(); ++frame) place(frame, embeddedFrame(warmup[frame]));
+  for (std::size_t frame = 0; frame < warmup.size(); ++frame)
+    place(frame, embeddedFrame(warmup[frame].probabilities), warmup[frame].pose);
 }
 
 Decision Mapper::Impl::undecided(std::size_t frame) const {
@@ -169,39 +203,56 @@ Decision Mapper::Impl::undecided(std::size_t frame) const {
   return decision;
 }
 
-/// The loop body of Algorithm 4.1 (thesis 4.4) for one image. As its text says and unlike its print, a nearer
-/// node updates Min_dist (line 14), and an image that joins the current node (line 8) is done.
-void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor) {
+/// The loop body of Algorithm 4.1 (thesis 4.4) for one image.
+void Mapper::Impl::place(std::size_t frame, const FrameDescriptor& descriptor,
+                         const std::optional<Pose>& pose) {
   Decision decision = undecided(frame);
-  if (bank.size() == 0) {  // line 2
-    decision.kind = DecisionKind::start;
-    current = createNode();  // lines 3–5
-  } else {
-    const std::vector<float> compared = bank.compared(descriptor.embedded);
-    decision.toCurrent = bank.distance(current, compared);  // Eq. 4.5, or another distance
-    if (decision.toCurrent < thresholds.join) {             // line 7
-      decision.kind = DecisionKind::join;
-    } else {
-      const auto similar = bank.nearest(compared, current);  // lines 10–17
-      if (similar) {
-        decision.other = bank[similar->slot].id;
-        decision.toOther = similar->distance;
-      }
-      leave();
-      if (isRevisit(decision, options)) {  // line 20
-        decision.kind = DecisionKind::revisit;
-        current = similar->slot;  // line 22
-      } else {
-        decision.kind = DecisionKind::createNode;
-        current = createNode();  // lines 25, 26 and 28
-      }
-      addTransition(decision.current, currentNode(), frame);  // lines 21 and 27
-    }
+  PlaceView seen{frame, -1, frame, pose, descriptor.embedded, bank.compared(descriptor.embedded)};
+  if (bank.size() > 0) decide(seen, decision);  // else line 2: DecisionKind::start
+  if (decision.kind != DecisionKind::join) {
+    if (bank.size() > 0) leave();
+    const bool isNew = decision.kind != DecisionKind::revisit;
+    current = isNew ? createNode() : bank.slotOf(decision.other);  // lines 3–5, 25, 26 and 28; line 22
+    if (decision.current >= 0) addTransition(decision.current, currentNode(), frame);  // lines 21 and 27
   }
   join(current, descriptor);  // lines 8 and 23: Eq. 4.3 and 4.4
-  decision.node = currentNode();
+  decision.node = seen.node = currentNode();
+  if (views.isOn()) views.keep(std::move(seen), thresholds);
   changes.events.emplace_back(decision);
   mergeDuplicateNodes(frame);
+}
+
+/// As its text says and unlike its print, a nearer node updates Min_dist (line 14), and an image that joins
+/// the current node (line 8) is done. Before that, single views are compared, which the thesis does not do.
+void Mapper::Impl::decide(const PlaceView& seen, Decision& decision) {
+  decision.toCurrent = bank.distance(current, seen.compared);  // Eq. 4.5, or another distance
+  if (isRecognized(seen, decision)) return;
+  decision.kind = DecisionKind::join;
+  if (decision.toCurrent < thresholds.join) return;           // line 7
+  const auto similar = bank.nearest(seen.compared, current);  // lines 10–17
+  if (similar) {
+    decision.other = bank[similar->slot].id;
+    decision.toOther = similar->distance;
+  }
+  decision.kind = isRevisit(decision, options) && !views.isElsewhere(decision.other, seen.pose)
+                      ? DecisionKind::revisit  // line 20
+                      : DecisionKind::createNode;
+}
+
+/// Whether the image shows a place from a side from which it has been seen before.
+bool Mapper::Impl::isRecognized(const PlaceView& seen, Decision& decision) {
+  if (!views.isOn()) return false;
+  const auto found = views.recognize(seen, decision.current, thresholds);
+  if (!found) return false;
+  const bool stays = found->node == decision.current;
+  if (!stays && !found->byPose && options.nearerThanCurrent && found->distance >= decision.toCurrent)
+    return false;
+  decision.kind = stays ? DecisionKind::join : DecisionKind::revisit;
+  if (stays && decision.toCurrent < thresholds.join) return true;
+  decision.other = found->node;
+  decision.toOther = found->distance;
+  decision.tauRevisit = found->threshold;
+  return true;
 }
 
 std::size_t Mapper::Impl::createNode() {
@@ -259,6 +310,7 @@ void Mapper::Impl::mergeDuplicateNodes(std::size_t frame) {
   bank.update(current, [](NodeMemory& n) { n.nextMergeCheck = nextMergeCheckAfter(n.frames); });
   const auto duplicate = bank.nearest(bank.compared(node.moments().mean()), current, minFramesToMerge);
   if (!duplicate || duplicate->distance >= thresholds.merge) return;
+  if (views.areApart(bank[duplicate->slot].id, node.id)) return;
 
   const std::size_t kept = bank[duplicate->slot].id < node.id ? duplicate->slot : current;
   const std::size_t absorbed = kept == current ? duplicate->slot : current;
@@ -273,6 +325,7 @@ void Mapper::Impl::mergeDuplicateNodes(std::size_t frame) {
   bank.remove(absorbed);
   current = bank.slotOf(keptId);
   redirectTransitions(absorbedId, keptId);
+  views.merge(absorbedId, keptId);
   changes.events.emplace_back(Merge{frame, keptId, absorbedId, duplicate->distance, thresholds.merge});
   changes.changedNodes.erase(absorbedId);
   changes.changedNodes.insert(keptId);
@@ -300,8 +353,8 @@ Mapper::Mapper(Mapper&&) noexcept = default;
 Mapper& Mapper::operator=(Mapper&&) noexcept = default;
 Mapper::~Mapper() = default;
 
-int Mapper::add(DescriptorView descriptor) {
-  impl_->add(descriptor);
+int Mapper::add(DescriptorView descriptor, const std::optional<Pose>& pose) {
+  impl_->add(descriptor, pose && pose->isPlausible() ? pose : std::nullopt);
   return currentNode();
 }
 

@@ -14,6 +14,7 @@
 
 #include "estancia/core/descriptor.hpp"
 #include "estancia/core/options.hpp"
+#include "estancia/core/pose.hpp"
 #include "estancia/core/vocabulary.hpp"
 #include "estancia/topology/map.hpp"
 
@@ -27,13 +28,17 @@ struct ThresholdOptions {
   double revisitRatio = 0.4;
   /// τ_merge / τ_join, between the means of two nodes; 0: never merge.
   double mergeRatio = 0.3;
+  /// τ_view / τ_join, between two images: below it they show one view.
+  double viewRatio = 0.3;
+  /// τ_sequence / τ_join, between two images of a sequence.
+  double sequenceRatio = 0.5;
 
   bool operator==(const ThresholdOptions&) const = default;
 };
 OptionGroup declare(ThresholdOptions& options);
 
 struct Thresholds {
-  double join = 0, revisit = 0, merge = 0;
+  double join = 0, revisit = 0, merge = 0, view = 0, sequence = 0;
 };
 
 struct MapperOptions {
@@ -45,15 +50,22 @@ struct MapperOptions {
   std::optional<double> tauRevisit;
   /// Move only to a node nearer than the current one (the original program does).
   bool nearerThanCurrent = true;
+  /// Images kept in all of the places, to recognize these from another side and by poses; 0: a place is its
+  /// mean alone, as in the thesis.
+  std::size_t views = 2048;
+  /// Frames this far apart [m], whose directions differ by this [degrees], can show the same place.
+  double nearDistance = 0.7;
+  double nearAngle = 30;
   /// K: the first and last K frames of a stay weigh i/K in their node, since they show its border; 0: off.
   std::size_t transitionImages = 0;
   /// Warm-up length [keyframes]: these frames are remapped each time the thresholds are estimated again.
   std::size_t warmupFrames = 600;
   ThresholdOptions thresholds;
 
-  /// The thesis' own choices: rooted Eq. 4.5, k = 15, τ1 = τ2 = 0.015, no merging. The thesis prints τ1 =
-  /// 0.15 (4.5.3), but that distance is at most √(2/L), 0.04 for its 1,183 labels: no frame would ever leave
-  /// a node. In the author's own sweeps τ1 runs from 0.01 to 0.05, with a single node from 0.05 on.
+  /// The thesis' own choices: rooted Eq. 4.5, k = 15, τ1 = τ2 = 0.015, no merging, means alone. The thesis
+  /// prints τ1 = 0.15 (4.5.3), but that distance is at most √(2/L), 0.04 for its 1,183 labels: no frame would
+  /// ever leave a node. In the author's own sweeps τ1 runs from 0.01 to 0.05, with a single node from 0.05
+  /// on.
   static MapperOptions thesis();
   bool operator==(const MapperOptions&) const = default;
 };
@@ -85,9 +97,10 @@ class Mapper {
   Mapper& operator=(Mapper&&) noexcept;
   ~Mapper();
 
-  /// Maps the next frame and returns its place (node id). Throws Error when it is not a descriptor; the
-  /// mapper is then unchanged.
-  int add(DescriptorView descriptor);
+  /// Maps the next frame and returns its place (node id). `pose`: where it was taken, if that is known; poses
+  /// tell places that look alike apart, and show that the robot is back. Throws Error when it is not a
+  /// descriptor; the mapper is then unchanged.
+  int add(DescriptorView descriptor, const std::optional<Pose>& pose = {});
   /// The run is over (for now): a run that is still warming up is remapped a last time.
   void finish();
 

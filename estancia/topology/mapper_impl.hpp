@@ -11,19 +11,25 @@
 #include "estancia/topology/mapper.hpp"
 #include "estancia/topology/node_bank.hpp"
 #include "estancia/topology/thresholds.hpp"
+#include "estancia/topology/view_memory.hpp"
 
 namespace estancia {
 
 struct Mapper::Impl {
   Impl(const DescriptorLayout& layout, const MapperOptions& chosen);
 
-  /// A frame's descriptor on its way into a node: as it came, and as the distance embeds it.
+  /// A frame as it came.
+  struct Image {
+    std::vector<float> probabilities;
+    std::optional<Pose> pose;
+  };
+  /// On its way into a node: also as the distance embeds it.
   struct FrameDescriptor {
     std::vector<float> probabilities, embedded;
   };
   FrameDescriptor embeddedFrame(DescriptorView probabilities) const;
 
-  void add(DescriptorView probabilities);
+  void add(DescriptorView probabilities, const std::optional<Pose>& pose);
   void finish();
   int currentNode() const { return bank.size() == 0 ? -1 : bank[current].id; }
 
@@ -31,8 +37,11 @@ struct Mapper::Impl {
   bool isWarmingUp() const;
   void estimateScales(bool warmingUp);
   void remapWarmup();
-  void place(std::size_t frame, const FrameDescriptor& descriptor);
+  void setStandardization();
+  void place(std::size_t frame, const FrameDescriptor& descriptor, const std::optional<Pose>& pose);
   Decision undecided(std::size_t frame) const;
+  void decide(const PlaceView& seen, Decision& decision);
+  bool isRecognized(const PlaceView& seen, Decision& decision);
   void join(std::size_t slot, const FrameDescriptor& descriptor);
   std::size_t createNode();
   void leave();
@@ -40,19 +49,26 @@ struct Mapper::Impl {
   void mergeDuplicateNodes(std::size_t frame);
   void redirectTransitions(int absorbed, int kept);
 
-  /// The mapper's own memory, to go on later; nodes are saved apart by nodeState().
+  /// The mapper's own memory, to go on later; nodes are saved apart by nodeState(), views by views.state().
   std::string state() const;
   std::string nodeState(std::size_t slot) const;
-  /// `descriptor(i)` gives frame i's stored descriptor. Throws Error (corruptFile) when the state is damaged.
-  static Mapper restore(const DescriptorLayout& layout, const MapperOptions& options,
-                        const std::string& state, const std::vector<std::pair<int, std::string>>& nodes,
-                        const std::function<LexicalDescriptor(std::size_t)>& descriptor);
+  struct Saved {
+    std::string state;
+    std::vector<std::pair<int, std::string>> nodes;
+    std::string views;
+    /// Of frame i, as stored.
+    std::function<LexicalDescriptor(std::size_t)> descriptor;
+    std::function<std::optional<Pose>(std::size_t)> pose;
+  };
+  /// Throws Error (corruptFile) when the state is damaged.
+  static Mapper restore(const DescriptorLayout& layout, const MapperOptions& options, const Saved& saved);
 
   std::size_t labels;
   MapperOptions options;
   Distance distance;
   ThresholdEstimator scale;
   NodeBank bank;
+  ViewMemory views;
   Thresholds thresholds;
   std::size_t nextEstimate;
   /// Slot of the current node.
@@ -63,8 +79,8 @@ struct Mapper::Impl {
   /// The last transitionImages frames of this stay.
   std::deque<FrameDescriptor> recent;
   std::map<std::pair<int, int>, Transition> transitions;
-  /// The probabilities of all frames of the warm-up.
-  std::vector<std::vector<float>> warmup;
+  /// All frames of the warm-up.
+  std::vector<Image> warmup;
   MapChanges changes;
 };
 

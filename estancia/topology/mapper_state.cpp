@@ -1,6 +1,7 @@
 // What the mapper writes into the map file, so that a run can go on where it stopped.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "estancia/core/bytes.hpp"
@@ -81,7 +82,12 @@ std::string settingsToJson(const MapperOptions& options) {
                       {"warmup_frames", options.warmupFrames},
                       {"far_quantile", options.thresholds.farQuantile},
                       {"revisit_ratio", options.thresholds.revisitRatio},
-                      {"merge_ratio", options.thresholds.mergeRatio}};
+                      {"merge_ratio", options.thresholds.mergeRatio},
+                      {"view_ratio", options.thresholds.viewRatio},
+                      {"sequence_ratio", options.thresholds.sequenceRatio},
+                      {"views", options.views},
+                      {"near_distance", options.nearDistance},
+                      {"near_angle", options.nearAngle}};
   if (options.tauJoin) json["tau_join"] = *options.tauJoin;
   if (options.tauRevisit) json["tau_revisit"] = *options.tauRevisit;
   return json.dump();
@@ -98,6 +104,14 @@ MapperOptions settingsFromJson(const std::string& text) {
     json.at("far_quantile").get_to(options.thresholds.farQuantile);
     json.at("revisit_ratio").get_to(options.thresholds.revisitRatio);
     json.at("merge_ratio").get_to(options.thresholds.mergeRatio);
+    options.views = 0;  // of a map made before views were kept
+    if (json.contains("views")) {
+      json["views"].get_to(options.views);
+      json.at("view_ratio").get_to(options.thresholds.viewRatio);
+      json.at("sequence_ratio").get_to(options.thresholds.sequenceRatio);
+      json.at("near_distance").get_to(options.nearDistance);
+      json.at("near_angle").get_to(options.nearAngle);
+    }
     if (json.contains("tau_join")) options.tauJoin = json["tau_join"].get<double>();
     if (json.contains("tau_revisit")) options.tauRevisit = json["tau_revisit"].get<double>();
     return options;
@@ -135,19 +149,21 @@ std::string Mapper::Impl::nodeState(std::size_t slot) const {
 }
 
 Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions& options,
-                             const std::string& state, const std::vector<std::pair<int, std::string>>& nodes,
-                             const std::function<LexicalDescriptor(std::size_t)>& descriptor) {
+                             const Saved& saved) {
   auto impl = std::make_unique<Impl>(layout, options);
   const std::size_t labels = impl->labels;
-  ByteReader in = readerOf(state);
+  ByteReader in = readerOf(saved.state);
   ThresholdEstimator::Memory memory = readMemory(in);
   const std::size_t frames = memory.frames;
   impl->nextEstimate = in.number<std::uint64_t>();
   const auto current = in.number<std::int32_t>();
   impl->nextId = in.number<std::int32_t>();
   impl->stay = in.number<std::uint64_t>();
-  for (double* threshold : {&impl->thresholds.join, &impl->thresholds.revisit, &impl->thresholds.merge})
-    *threshold = in.number<double>();
+  std::array<double, 3> thresholds{};
+  for (double& threshold : thresholds) threshold = in.number<double>();
+  impl->thresholds = thresholdsFrom(thresholds[0], options.thresholds);
+  impl->thresholds.revisit = thresholds[1];
+  impl->thresholds.merge = thresholds[2];
   Standardization standardization;
   standardization.center = in.numbers<float>();
   standardization.weight = in.numbers<float>();
@@ -162,15 +178,24 @@ Mapper Mapper::Impl::restore(const DescriptorLayout& layout, const MapperOptions
   requireEnd(in);
 
   impl->bank.setStandardization(std::move(standardization));
-  for (const auto& [id, bytes] : nodes)
+  for (const auto& [id, bytes] : saved.nodes)
     impl->bank.add(readNode(impl->bank, id, bytes, labels, impl->distance.sigmaWeighted));
   if (frames > 0) impl->current = impl->bank.slotOf(current);
-  impl->scale.restore(std::move(memory), std::move(moments), descriptor);
+  impl->scale.restore(std::move(memory), std::move(moments), saved.descriptor);
+  if (impl->views.isOn() && frames > 0)
+    impl->views.restore(saved.views, frames, [&](std::size_t frame, int node) {
+      if (node >= 0) impl->bank.slotOf(node);
+      PlaceView view{.pose = saved.pose(frame),
+                     .embedded = impl->embeddedFrame(saved.descriptor(frame)).embedded};
+      view.compared = impl->bank.compared(view.embedded);
+      return view;
+    });
   if (impl->isWarmingUp())
-    for (std::size_t frame = 0; frame < frames; ++frame) impl->warmup.push_back(descriptor(frame));
+    for (std::size_t frame = 0; frame < frames; ++frame)
+      impl->warmup.push_back({saved.descriptor(frame), saved.pose(frame)});
   const std::size_t recent = std::min({impl->options.transitionImages, impl->stay, frames});
   for (std::size_t frame = frames - recent; frame < frames; ++frame)
-    impl->recent.push_back(impl->embeddedFrame(descriptor(frame)));
+    impl->recent.push_back(impl->embeddedFrame(saved.descriptor(frame)));
   return Mapper(std::move(impl));
 }
 

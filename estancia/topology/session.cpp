@@ -21,6 +21,7 @@ namespace {
 
 constexpr auto writeInterval = std::chrono::seconds(1);
 constexpr const char* stateKey = "mapper";
+constexpr const char* viewsKey = "views";
 
 Node toNode(const NodeMemory& memory) {
   Node node{memory.id, memory.frames};
@@ -36,8 +37,10 @@ Mapper restoreMapper(const MapStore& store) {
   if (!state)
     throw Error(ErrorCode::corruptFile, "the map has no saved mapper state; map the sequence again");
   return Mapper::Impl::restore(store.identity().vocabulary.layout(),
-                               settingsFromJson(store.identity().settings), *state, store.nodeStates(),
-                               [&store](std::size_t frame) { return store.descriptor(frame); });
+                               settingsFromJson(store.identity().settings),
+                               {*state, store.nodeStates(), store.findState(viewsKey).value_or(""),
+                                [&store](std::size_t frame) { return store.descriptor(frame); },
+                                [&store](std::size_t frame) { return store.pose(frame); }});
 }
 
 MappingSession::MappingSession(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -101,7 +104,7 @@ int MappingSession::add(const Frame& frame, DescriptorView descriptor, const Ima
   impl_->finished = false;
   MappedFrame mapped;
   static_cast<Frame&>(mapped) = frame;
-  mapped.node = impl_->mapper.add(descriptor);
+  mapped.node = impl_->mapper.add(descriptor, frame.pose);
   impl_->store.addFrame(index, mapped, descriptor);
   // Images of all warm-up frames, whose nodes may still change, then of a node's 1st, 2nd, 4th, 8th … frame.
   const Mapper::Impl& state = impl_->mapper.impl();
@@ -156,6 +159,7 @@ void MappingSession::Impl::write() {
     for (const auto& ends : changes.changedTransitions) store.putTransition(state.transitions.at(ends));
   }
   store.putState(stateKey, state.state());
+  if (state.views.isOn()) store.putState(viewsKey, state.views.state());
   store.commit();
   lastWritten = std::chrono::steady_clock::now();
 }

@@ -499,6 +499,12 @@ LexicalDescriptor MapStore::descriptor(std::size_t frame) const {
   return descriptor;
 }
 
+std::optional<Pose> MapStore::pose(std::size_t frame) const {
+  Statement row(impl_->database, "SELECT x, y, z, qx, qy, qz, qw FROM frames WHERE id = ?1", frame);
+  if (!row.next()) impl_->failNoFrame(frame, frameCount());
+  return readPose(row, 0);
+}
+
 void MapStore::forEachDescriptor(std::size_t first,
                                  const std::function<bool(std::size_t, DescriptorView)>& visit) const {
   Statement rows(impl_->database,

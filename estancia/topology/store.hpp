@@ -87,6 +87,7 @@ class MapStore {
   std::vector<std::pair<int, std::string>> nodeStates() const;
   /// Throws Error (unknownName) when there is no such frame.
   LexicalDescriptor descriptor(std::size_t frame) const;
+  std::optional<Pose> pose(std::size_t frame) const;
   /// All descriptors from `first` on, in order; stops early when `visit` returns false.
   void forEachDescriptor(std::size_t first,
                          const std::function<bool(std::size_t, DescriptorView)>& visit) const;

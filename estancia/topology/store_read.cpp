@@ -51,12 +51,6 @@ std::string readMeta(Database& database, std::string_view key) {
   return statement.text(0);
 }
 
-std::optional<Pose> readPose(const Statement& row, int column) {
-  const Pose pose{row.real(column),     row.real(column + 1), row.real(column + 2), row.real(column + 3),
-                  row.real(column + 4), row.real(column + 5), row.real(column + 6)};
-  return pose.isPlausible() ? std::optional(pose) : std::nullopt;
-}
-
 void readNodes(Database& database, TopologicalMap& map) {
   Rows rows(database, "SELECT id, frames, mean, sigma FROM nodes ORDER BY id");
   while (rows.next()) {
@@ -191,6 +185,12 @@ std::string distanceOf(const std::string& settings) {
 }
 
 }  // namespace
+
+std::optional<Pose> readPose(const Statement& row, int column) {
+  const Pose pose{row.real(column),     row.real(column + 1), row.real(column + 2), row.real(column + 3),
+                  row.real(column + 4), row.real(column + 5), row.real(column + 6)};
+  return pose.isPlausible() ? std::optional(pose) : std::nullopt;
+}
 
 void readValues(const Database& database, std::span<const std::byte> bytes, std::size_t labels,
                 const std::string& what, std::vector<float>& values) {

@@ -16,6 +16,10 @@ std::string partsToJson(const Vocabulary& vocabulary);
 /// Everything but descriptors, images and states. Every number and length is checked before it is used.
 TopologicalMap readContent(sqlite::Database& database, const MapStore::Identity& identity);
 
+/// The pose in columns x, y, z, qx, qy, qz, qw from `column` on; absent where these are NULL or cannot be
+/// one.
+std::optional<Pose> readPose(const sqlite::Statement& row, int column);
+
 /// Copies a blob of `labels` float32 values. Throws Error when it has another length or a value that is not
 /// finite; `what` names it.
 void readValues(const sqlite::Database& database, std::span<const std::byte> bytes, std::size_t labels,

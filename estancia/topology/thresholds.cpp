@@ -28,7 +28,8 @@ double quantile(const std::vector<double>& values, double q) {
 }  // namespace
 
 Thresholds thresholdsFrom(double tauJoin, const ThresholdOptions& options) {
-  return {tauJoin, options.revisitRatio * tauJoin, options.mergeRatio * tauJoin};
+  return {tauJoin, options.revisitRatio * tauJoin, options.mergeRatio * tauJoin, options.viewRatio * tauJoin,
+          options.sequenceRatio * tauJoin};
 }
 
 ThresholdEstimator::ThresholdEstimator(Distance distance, std::size_t labels, ThresholdOptions options)

@@ -39,6 +39,24 @@ TEST(Explain, AnImageThatCameBack) {
                   "less it would have made a new node."));
 }
 
+TEST(Explain, AnImageOfAnotherSideOfAPlace) {
+  TopologicalMap map = test::sampleMap();
+  map.decisions[6].toCurrent = 0.2;
+  EXPECT_THAT(explain(map, 6),
+              ElementsAre("Frame 6 (g.jpg) returned to node 1.",
+                          "An earlier image of node 1 is 0.1 away, below 0.25: it moved there, though its "
+                          "distance to the current node 3, 0.2, is below tau_join 0.3."));
+  Decision& stayed = map.decisions[1];
+  stayed.toCurrent = 0.4;
+  stayed.other = stayed.current;
+  stayed.toOther = 0.1;
+  stayed.tauRevisit = 0.25;
+  EXPECT_EQ(
+      explain(map, 1)[1],
+      "Its distance to the current node 0, 0.4, is not below tau_join 0.3, but an earlier image of that "
+      "node is 0.1 away, below 0.25: it stayed there.");
+}
+
 TEST(Explain, AnImageThatMadeANode) {
   const TopologicalMap map = test::sampleMap();
   EXPECT_THAT(explain(map, 4)[2],

@@ -22,6 +22,7 @@ MapperOptions fixed(const std::string& distance, double tauJoin, double tauRevis
   options.tauJoin = tauJoin;
   options.tauRevisit = tauRevisit;
   options.thresholds.mergeRatio = 0;
+  options.views = 0;  // Algorithm 4.1 as it is
   return options;
 }
 
@@ -342,21 +343,32 @@ TEST_P(MapperRestoredAt, MapsAsIfNothingHadHappened) {
   MapperOptions options;
   options.warmupFrames = 70;
   options.transitionImages = 2;
+  const auto poseOf = [](std::size_t i) {  // it comes back; some poses are not known
+    const double angle = 0.05 * static_cast<double>(i);
+    return i % 7 == 0 ? std::nullopt : std::optional(Pose::planar(std::cos(angle), std::sin(angle), angle));
+  };
   Mapper unbroken(64, options);
-  const auto expected = mapped(unbroken, images);
+  Follower expected;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    unbroken.add(images[i], poseOf(i));
+    expected.take(unbroken);
+  }
+  unbroken.finish();
+  expected.take(unbroken);
 
   Follower follower;
   Mapper first(64, options);
-  for (std::size_t i = 0; i < GetParam(); ++i) first.add(images[i]);
+  for (std::size_t i = 0; i < GetParam(); ++i) first.add(images[i], poseOf(i));
   follower.take(first);
   std::vector<std::pair<int, std::string>> nodes;
   for (std::size_t slot = 0; slot < first.impl().bank.size(); ++slot)
     nodes.emplace_back(first.impl().bank[slot].id, first.impl().nodeState(slot));
   std::sort(nodes.begin(), nodes.end());
-  Mapper second = Mapper::Impl::restore(64, settingsFromJson(settingsToJson(options)), first.impl().state(),
-                                        nodes, [&](std::size_t i) { return images[i]; });
+  Mapper second = Mapper::Impl::restore(64, settingsFromJson(settingsToJson(options)),
+                                        {first.impl().state(), nodes, first.impl().views.state(),
+                                         [&](std::size_t i) { return images[i]; }, poseOf});
   for (std::size_t i = GetParam(); i < images.size(); ++i) {
-    second.add(images[i]);
+    second.add(images[i], poseOf(i));
     follower.take(second);
   }
   second.finish();
@@ -376,14 +388,26 @@ TEST(Mapper, DamagedStateIsRefusedWithASentence) {
   std::vector<std::pair<int, std::string>> nodes;
   for (std::size_t slot = 0; slot < mapper.impl().bank.size(); ++slot)
     nodes.emplace_back(mapper.impl().bank[slot].id, mapper.impl().nodeState(slot));
-  const auto descriptor = [&](std::size_t) { return LexicalDescriptor(16, 0.06F); };
-  EXPECT_NO_THROW(Mapper::Impl::restore(16, {}, state, nodes, descriptor));
+  const std::string views = mapper.impl().views.state();
+  const auto restored = [&](const std::string& own, const std::string& seen) {
+    return Mapper::Impl::restore(16, {},
+                                 {own, nodes, seen, [](std::size_t) { return LexicalDescriptor(16, 0.06F); },
+                                  [](std::size_t) { return std::optional<Pose>(); }});
+  };
+  EXPECT_NO_THROW(restored(state, views));
   for (std::size_t length = 0; length < state.size(); length += 7)
-    EXPECT_THROW(Mapper::Impl::restore(16, {}, state.substr(0, length), nodes, descriptor), Error) << length;
-  EXPECT_THROW(Mapper::Impl::restore(16, {}, state + "x", nodes, descriptor), Error);
-  EXPECT_THROW(Mapper::Impl::restore(16, {}, state, {}, descriptor), Error);
+    EXPECT_THROW(restored(state.substr(0, length), views), Error) << length;
+  EXPECT_THROW(restored(state + "x", views), Error);
+  for (std::size_t length = 0; length < views.size(); length += 7)
+    EXPECT_THROW(restored(state, views.substr(0, length)), Error) << length;
+  EXPECT_THROW(restored(state, views + "x"), Error);
+  std::string otherNode = views;
+  otherNode[16] = 99;  // of the first view
+  EXPECT_THROW(restored(state, otherNode), Error);
   nodes[0].second.resize(20);
-  EXPECT_THROW(Mapper::Impl::restore(16, {}, state, nodes, descriptor), Error);
+  EXPECT_THROW(restored(state, views), Error);
+  nodes.clear();
+  EXPECT_THROW(restored(state, views), Error);
 }
 
 }  // namespace
