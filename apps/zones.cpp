@@ -73,6 +73,10 @@ class PrintingStream {
   int last_ = -1;
 };
 
+bool isMap(const ZonesArguments& arguments) {
+  return isMapFile(arguments.sequence.path) || arguments.sequence.path.ends_with(".estancia");
+}
+
 /// The words of all images. With --stream the zones follow as they come, else the memory is asked for first.
 DescriptorSequence recordingOf(const ZonesArguments& arguments, std::optional<PrintingStream>& stream) {
   const auto begin = [&](std::size_t images, const Vocabulary& words) {
@@ -82,7 +86,7 @@ DescriptorSequence recordingOf(const ZonesArguments& arguments, std::optional<Pr
       sayMemory(images, words.size());
   };
   const std::string& path = arguments.sequence.path;
-  if (isMapFile(path) || path.ends_with(".estancia")) {
+  if (isMap(arguments)) {
     if (!arguments.model.model.empty())
       throw Error(ErrorCode::invalidOption, fmt::format("{} holds labels already; leave out --model", path));
     if (const auto& given = arguments.sequence.options;
@@ -183,7 +187,8 @@ void printTable(const std::string& file, const Zones& zones, const std::vector<M
 }
 
 void run(const ZonesArguments& arguments) {
-  const ZoneOptions& options = arguments.options;
+  ZoneOptions options = arguments.options;
+  if (!options.reach && !arguments.stream && isMap(arguments)) options.reach = ZoneOptions::reachOfRun;
   validate(options);  // before anything is labeled
   comparisonFor(getDistance(options.distance), getLinkage(options.linkage));
   requireReplaceable(arguments.output, arguments.overwrite, isZoneFile, "zone file");

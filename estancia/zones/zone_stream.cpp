@@ -97,6 +97,10 @@ ZoneStream::Impl::Impl(Vocabulary words, const ZoneOptions& zoneOptions, const Z
       probabilities_(vocabulary_.size(), false) {
   validate(zoneOptions);
   validate(stream);
+  if (zoneOptions.reach.value_or(0) > 0)
+    throw Error(
+        ErrorCode::invalidOption,
+        "a stream compares each image by itself; leave out zones.reach, or find zones of the whole run");
   if (zoneOptions.count && *zoneOptions.count > stream.groups)
     fail(ErrorCode::invalidOption, "zones.count is {}, but the stream has {} groups; give 1 to {}",
          *zoneOptions.count, stream.groups, stream.groups);

@@ -13,6 +13,7 @@
 #include "estancia/stats/moments.hpp"
 #include "estancia/zones/image_tree.hpp"
 #include "estancia/zones/naming.hpp"
+#include "estancia/zones/surroundings.hpp"
 
 namespace estancia {
 namespace {
@@ -84,6 +85,16 @@ std::vector<RoomWords> roomsOf(const DescriptorSequence& sequence) {
   return rooms;
 }
 
+/// How the images are compared. Throws Error unless they can be.
+Comparison requireComparable(const DescriptorSequence& sequence, const ZoneOptions& options) {
+  const Distance distance = getDistance(options.distance, sequence.vocabulary.layout().parts);
+  const Comparison comparison = comparisonFor(distance, getLinkage(options.linkage));
+  for (std::size_t i = 0; i < sequence.frames.size(); ++i)
+    requireProbabilities(sequence.descriptors.row(i), sequence.vocabulary.size(), sequence.frames[i].name);
+  requireClusteringMemory(sequence.frames.size(), sequence.vocabulary.size());
+  return comparison;
+}
+
 }  // namespace
 
 ZoneOptions ZoneOptions::thesis() {
@@ -91,6 +102,7 @@ ZoneOptions ZoneOptions::thesis() {
   options.distance = "ks";
   options.linkage = "average";
   options.cut = 0.5;
+  options.reach = 0;
   return options;
 }
 
@@ -108,6 +120,14 @@ OptionGroup declare(ZoneOptions& options) {
   group.add("count", &options.count, "This number of zones, instead of a cut.")
       .range(1)
       .automatic("by the cut");
+  group
+      .add("reach", &options.reach,
+           "Images of a run that were taken within about this distance are compared by what is seen from all "
+           "of them.")
+      .range(0)
+      .unit("m")
+      .automatic("0.5 for a map; 0, each image by itself, for images in any order")
+      .why("A larger distance gives fewer, larger zones.");
   group.add("threads", &options.threads, "Threads of the clustering.")
       .range(0, 1024)
       .why("0: one a usable core.");
@@ -139,11 +159,8 @@ ZoneCut cutTree(const Dendrogram& tree, const NearestItems& neighbors, const Zon
 
 CondensedDistances compareImages(const DescriptorSequence& sequence, const ZoneOptions& options,
                                  Progress& progress) {
+  const Comparison comparison = requireComparable(sequence, options);
   const Distance distance = getDistance(options.distance, sequence.vocabulary.layout().parts);
-  const Comparison comparison = comparisonFor(distance, getLinkage(options.linkage));
-  for (std::size_t i = 0; i < sequence.frames.size(); ++i)
-    requireProbabilities(sequence.descriptors.row(i), sequence.vocabulary.size(), sequence.frames[i].name);
-  requireClusteringMemory(sequence.frames.size(), sequence.vocabulary.size());
   const DescriptorMatrix vectors = comparedVectors(sequence.descriptors, distance);
   return pairwiseDistances(vectors, comparison, options.threads, progress);
 }
@@ -151,8 +168,20 @@ CondensedDistances compareImages(const DescriptorSequence& sequence, const ZoneO
 ImageTree linkImages(const DescriptorSequence& sequence, const ZoneOptions& options, Progress& progress) {
   if (sequence.frames.empty())
     throw Error(ErrorCode::insufficientData, "there are no images to make zones of; give at least one");
-  CondensedDistances distances = compareImages(sequence, options, progress);
-  NearestItems neighbors = findNeighbors(distances);
+  validate(options);
+  std::size_t wanted = neighborsForCut(sequence.frames.size());
+  const auto compared = [&] {
+    if (options.reach.value_or(0) == 0) return compareImages(sequence, options, progress);
+    requireComparable(sequence, options);
+    Surroundings around = poolSurroundings(sequence, options, progress);
+    // Each image is a neighbor of those that it is pooled with, whatever they show.
+    wanted = std::max(wanted, static_cast<std::size_t>(std::lround(around.others)));
+    return compareImages(
+        {sequence.vocabulary, sequence.model, sequence.frames, std::move(around.descriptors)}, options,
+        progress);
+  };
+  CondensedDistances distances = compared();
+  NearestItems neighbors = findNeighbors(distances, wanted);
   return {link(std::move(distances), getLinkage(options.linkage), {}, progress), std::move(neighbors)};
 }
 

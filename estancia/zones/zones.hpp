@@ -30,8 +30,15 @@ struct ZoneOptions {
   std::optional<double> cut;
   /// This number of zones, instead of a cut.
   std::optional<std::size_t> count;
+  /// Images of a run are compared by what is seen around them: descriptors of images within about this
+  /// distance [m] (for images without poses, of a like way through the run) are pooled. 0 or absent: each by
+  /// itself, as in the thesis, and in any order.
+  std::optional<double> reach;
   /// 0: one a usable core. The result does not depend on it.
   int threads = 0;
+
+  /// For the images of a drive.
+  static constexpr double reachOfRun = 0.5;
 
   /// What the thesis chose: Kolmogorov–Smirnov distance (Eq. 5.1), average linkage, τ_d = 0.5.
   static ZoneOptions thesis();

@@ -175,6 +175,9 @@ TEST(ZoneStream, RefusesOptionsThatDoNotGoTogether) {
   EXPECT_THAT(refusal(both, {}), FailsWith(ErrorCode::invalidOption, "cut", "count"));
   unknown.distance = "miles";
   EXPECT_THAT(refusal(unknown, {}), FailsWith(ErrorCode::unknownName, "miles", "clr-cosine"));
+  ZoneOptions pooled;
+  pooled.reach = 0.5;
+  EXPECT_THAT(refusal(pooled, {}), FailsWith(ErrorCode::invalidOption, "zones.reach"));
   tooMany.count = 11;
   EXPECT_THAT(refusal(tooMany, {.groups = 10}), FailsWith(ErrorCode::invalidOption, "count", "11", "10"));
   EXPECT_THAT(refusal({}, {.groups = 1}), FailsWith(ErrorCode::invalidOption, "stream.groups"));

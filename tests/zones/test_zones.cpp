@@ -202,6 +202,77 @@ TEST(Zones, DoNotDependOnThreads) {
   EXPECT_EQ(a.cut, b.cut);
 }
 
+/// A robot that looks around in rooms 0, 1, 2: in each it sees four things, two of them in every room.
+DescriptorSequence lookedAround() {
+  test::SyntheticPlaces things(8, 20, 0.3);
+  std::vector<std::vector<float>> rows;
+  DescriptorSequence recording = recordingOf({things.image(0)});
+  recording.frames.clear();
+  recording.descriptors = DescriptorMatrix(20);
+  for (std::size_t room = 0; room < 3; ++room)
+    for (std::size_t i = 0; i < 40; ++i) {
+      const std::size_t side = i / 10;
+      Frame frame;
+      frame.name = std::to_string(recording.frames.size());
+      frame.room = "room " + std::to_string(room);
+      frame.pose = Pose::planar(4.0 * static_cast<double>(room), 0.01 * static_cast<double>(i), 0);
+      recording.frames.push_back(frame);
+      recording.descriptors.append(things.image(side < 2 ? side : 2 * room + side));
+    }
+  return recording;
+}
+
+double agreementWithRooms(const Zones& zones) {
+  std::vector<int> rooms;
+  for (const Frame& frame : zones.frames) rooms.push_back(frame.room.back());
+  return measureAgreement(rooms, zones.zoneOf).vMeasure;
+}
+
+TEST(ZonesOfARun, AreWhatIsSeenAroundAPlace) {
+  const DescriptorSequence recording = lookedAround();
+  ZoneOptions options;
+  EXPECT_LT(agreementWithRooms(zonesOf(recording)), 0.8);
+  options.reach = 0.5;
+  const Zones zones = zonesOf(recording, options);
+  EXPECT_EQ(agreementWithRooms(zones), 1);
+  const DescriptorView first = recording.descriptors.row(zones.zones[0].images[0]);
+  EXPECT_NE(zones.zones[0].mean, std::vector<float>(first.begin(), first.end()));
+  std::vector<std::size_t> order(recording.frames.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::shuffle(order.begin(), order.end(), std::mt19937(5));
+  EXPECT_EQ(agreementWithRooms(zonesOf(shuffled(recording, order), options)), 1) << "poses need no order";
+}
+
+TEST(ZonesOfARun, NeedNoPoses) {
+  DescriptorSequence recording = driveThrough({0, 1, 2, 0, 3}, 12);
+  ZoneOptions options;
+  options.reach = 0.5;
+  EXPECT_GT(agreementWithRooms(zonesOf(recording, options)), 0.8);
+  for (Frame& frame : recording.frames) frame.pose = Pose{};
+  EXPECT_GT(agreementWithRooms(zonesOf(recording, options)), 0.8) << "poses that never move say nothing";
+  recording = lookedAround();
+  for (std::size_t i = 0; i < recording.frames.size(); i += 3) recording.frames[i].pose.reset();
+  EXPECT_GT(agreementWithRooms(zonesOf(recording, options)), 0.6) << "where some are missing";
+}
+
+TEST(ZonesOfARun, MayBeOfHardlyAnyImages) {
+  ZoneOptions options;
+  options.reach = 0.5;
+  EXPECT_EQ(zonesOf(recordingOf({{0.5F, 0.5F}}), options).zones.size(), 1U);
+  EXPECT_EQ(zonesOf(recordingOf({{0, 1}, {1, 0}}), options).zones.size(), 1U);
+  const DescriptorSequence same = recordingOf(std::vector<std::vector<float>>(20, {0.2F, 0.7F, 0.1F}));
+  EXPECT_EQ(zonesOf(same, options).zones.size(), 1U);
+}
+
+TEST(ZonesOfARun, DoNotDependOnThreads) {
+  const DescriptorSequence recording = lookedAround();
+  ZoneOptions one, three;
+  one.reach = three.reach = 0.5;
+  one.threads = 1;
+  three.threads = 3;
+  EXPECT_EQ(zonesOf(recording, one).zoneOf, zonesOf(recording, three).zoneOf);
+}
+
 TEST(Zones, OfOneImageAreOne) {
   for (const ZoneOptions& options : {ZoneOptions{}, ZoneOptions::thesis()}) {
     const Zones zones = zonesOf(recordingOf({{0.5F, 0.5F}}), options);
@@ -255,6 +326,8 @@ TEST(Zones, RefuseWhatCannotBe) {
               FailsWith(ErrorCode::unknownName, "bogus", "average"));
   EXPECT_THAT(refusal([](ZoneOptions& o) { o.cut = std::nan(""); }),
               FailsWith(ErrorCode::invalidOption, "zones.cut", "nan"));
+  EXPECT_THAT(refusal([](ZoneOptions& o) { o.reach = -1; }),
+              FailsWith(ErrorCode::invalidOption, "zones.reach", "-1"));
   EXPECT_THAT(refusal([](ZoneOptions& o) { o.cut = -1; }),
               FailsWith(ErrorCode::invalidOption, "zones.cut", "-1"));
   EXPECT_THAT(refusal([](ZoneOptions& o) { o.count = 3; }),
