@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "estancia/topology/planar_pose.hpp"
+#include "estancia/core/planar_pose.hpp"
 
 namespace estancia {
 

@@ -9,7 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "estancia/topology/planar_pose.hpp"
+#include "estancia/core/planar_pose.hpp"
 
 namespace estancia {
 

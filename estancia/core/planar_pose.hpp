@@ -1,4 +1,4 @@
-// Planar pose: poses and motions of a robot on its floor, in meters and radians. Private.
+// Planar pose: poses and motions of a robot on its floor, in meters and radians.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -50,28 +50,41 @@ inline PlanarMotion motionBetween(const Pose& from, const Pose& to) {
   return {t[2] * scale, -t[0] * scale, std::copysign(std::hypot(turn[1], turn[2]), -turn[1])};
 }
 
-/// The floor of a drive: its normal is the cameras' mean upward direction.
+/// The floor of a drive. A robot's camera may look up or down, but it does not roll: its right axis stays in
+/// the floor's plane, and where the robot turns, two such axes fix it. Of what is left open, up is nearest to
+/// the cameras' mean upward direction.
 class Floor {
  public:
   explicit Floor(std::span<const Pose> poses) {
     cv::Vec3d up;
-    for (const Pose& pose : poses) up -= rigidOf(pose).rotation() * cv::Vec3d(0, 1, 0);
-    if (cv::norm(up) < 1e-9) up = {0, 0, 1};
-    up = cv::normalize(up);
-    const cv::Vec3d axis = std::abs(up[0]) < 0.9 ? cv::Vec3d(1, 0, 0) : cv::Vec3d(0, 1, 0);
-    right_ = cv::normalize(axis - up * axis.dot(up));
-    ahead_ = up.cross(right_);
+    cv::Matx33d rolled = 1e-3 * static_cast<double>(poses.size()) * cv::Matx33d::eye();
+    for (const Pose& pose : poses) {
+      const cv::Matx33d rotation = rigidOf(pose).rotation();
+      const cv::Vec3d right = rotation * cv::Vec3d(1, 0, 0);
+      up -= rotation * cv::Vec3d(0, 1, 0);
+      rolled += right * right.t();
+    }
+    up = cv::norm(up) < 1e-9 ? cv::Vec3d(0, 0, 1) : rolled.inv() * up;
+    up_ = cv::normalize(up);
+    const cv::Vec3d axis = std::abs(up_[0]) < 0.9 ? cv::Vec3d(1, 0, 0) : cv::Vec3d(0, 1, 0);
+    right_ = cv::normalize(axis - up_ * axis.dot(up_));
+    ahead_ = up_.cross(right_);
   }
 
   PlanarPose project(const Pose& pose) const {
-    const cv::Vec3d at(pose.x, pose.y, pose.z);
+    const cv::Point2d at = position({pose.x, pose.y, pose.z});
     const auto f = pose.forward();
-    const cv::Vec3d look(f[0], f[1], f[2]);
-    return {at.dot(right_), at.dot(ahead_), std::atan2(look.dot(ahead_), look.dot(right_))};
+    const cv::Point2d look = position({f[0], f[1], f[2]});
+    return {at.x, at.y, std::atan2(look.y, look.x)};
   }
 
+  /// A point of the map on the floor [m], along the floor's two axes. In a map with z up these are x and y.
+  cv::Point2d position(const cv::Vec3d& point) const { return {point.dot(right_), point.dot(ahead_)}; }
+  /// The height of a point above the origin of the map [m].
+  double height(const cv::Vec3d& point) const { return point.dot(up_); }
+
  private:
-  cv::Vec3d right_, ahead_;
+  cv::Vec3d right_, ahead_, up_;
 };
 
 }  // namespace estancia
