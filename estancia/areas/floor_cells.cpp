@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/areas/floor_cells.hpp"
+
+#include <cmath>
+#include <cstdint>
+
+#include "estancia/core/fail.hpp"
+
+namespace estancia {
+namespace {
+
+constexpr double mostCells = 64e6;  // 8 × 8 km at 1 m, 400 × 400 m at 5 cm
+
+int cellOf(double position, double cell) {
+  return static_cast<int>(std::floor(position / cell));
+}
+
+}  // namespace
+
+cv::Point FloorCells::at(double x, double y) const {
+  return {cellOf(x, cell_) - area_.x, cellOf(y, cell_) - area_.y};
+}
+
+cv::Point2d FloorCells::centerOf(cv::Point cell) const {
+  return {(cell.x + area_.x + 0.5) * cell_, (cell.y + area_.y + 0.5) * cell_};
+}
+
+cv::Vec4i FloorCells::cover(double x, double y, double radius) {
+  const double limit = 1e8 * cell_;  // cells are counted by int
+  if (!(std::abs(x) + radius < limit && std::abs(y) + radius < limit))
+    fail(ErrorCode::tooLarge, "a view at ({:.0f}, {:.0f}) m is too far from the origin; check the poses", x,
+         y);
+  const cv::Point from(cellOf(x - radius, cell_), cellOf(y - radius, cell_));
+  const cv::Point to(cellOf(x + radius, cell_) + 1, cellOf(y + radius, cell_) + 1);
+  const cv::Rect wanted = area_.empty() ? cv::Rect(from, to) : area_ | cv::Rect(from, to);
+  if (static_cast<double>(wanted.width) * wanted.height > mostCells)
+    fail(
+        ErrorCode::tooLarge,
+        "the views span {:.0f} × {:.0f} m, more than a grid of cells of {} m holds; check the poses, or give "
+        "larger cells",
+        wanted.width * cell_, wanted.height * cell_, cell_);
+  const cv::Vec4i border(area_.x - wanted.x, area_.y - wanted.y, wanted.br().x - area_.br().x,
+                         wanted.br().y - area_.br().y);
+  const bool first = area_.empty();
+  area_ = wanted;
+  return first ? cv::Vec4i(0, 0, wanted.width, wanted.height) : border;
+}
+
+cv::Mat grown(const cv::Mat& image, const cv::Vec4i& border) {
+  if (border == cv::Vec4i()) return image;
+  cv::Mat result(image.rows + border[1] + border[3], image.cols + border[0] + border[2], image.type(),
+                 cv::Scalar::all(0));
+  if (!image.empty()) image.copyTo(result(cv::Rect(border[0], border[1], image.cols, image.rows)));
+  return result;
+}
+
+}  // namespace estancia
