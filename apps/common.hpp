@@ -84,6 +84,7 @@ void addOdometryCommand(CLI::App& app);
 void addFilterCommand(CLI::App& app);
 void addMapCommand(CLI::App& app);
 void addZonesCommand(CLI::App& app);
+void addAreasCommand(CLI::App& app);
 void addClassifyCommand(CLI::App& app);
 void addRecognizeCommand(CLI::App& app);
 void addObjectsCommand(CLI::App& app);

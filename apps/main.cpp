@@ -95,6 +95,7 @@ int main(int argc, char** argv) {
   addFilterCommand(app);
   addMapCommand(app);
   addZonesCommand(app);
+  addAreasCommand(app);
   addClassifyCommand(app);
   addRecognizeCommand(app);
   addObjectsCommand(app);
