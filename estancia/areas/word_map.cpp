@@ -55,6 +55,7 @@ WordMap::WordMap(const Floor& floor, std::size_t labels, const WordMapOptions& o
 
 void WordMap::add(DescriptorView descriptor, const cv::Mat& depth, const CameraIntrinsics& camera,
                   const Pose& pose) {
+  requireProbabilities(descriptor, labels_, "word map");
   const CameraIntrinsics scaled = camera.scaledTo(depth.cols, depth.rows);
   const cv::Affine3d rigid = rigidOf(pose);
   const int step = std::max(1, depth.cols / 80);
@@ -77,6 +78,7 @@ void WordMap::add(DescriptorView descriptor, const cv::Mat& depth, const CameraI
 void WordMap::add(DescriptorView descriptor, double fieldOfView, const Pose& pose) {
   // Rooms are some meters wide; what is nearer fills more of the image.
   constexpr double reach = 4;
+  requireProbabilities(descriptor, labels_, "word map");
   const PlanarPose here = floor_.project(pose);
   Shares shares;
   double total = 0;
@@ -95,7 +97,6 @@ void WordMap::add(DescriptorView descriptor, double fieldOfView, const Pose& pos
 }
 
 void WordMap::pool(DescriptorView descriptor, const Shares& shares) {
-  requireProbabilities(descriptor, labels_, "word map");
   const float chance = 1 / static_cast<float>(labels_);
   std::vector<std::uint32_t> likely;
   for (std::size_t label = 0; label < labels_; ++label)

@@ -93,6 +93,25 @@ TEST(Home, IsFoundAgainInTheEveningOnAnotherWay) {
   EXPECT_GE(smoothed["belief_recall"], 0.93);
 }
 
+TEST(Home, HasRoomsThatAreFoundBySpaceAndNamedByWords) {
+  const auto data = findData("home_a");
+  const auto model = findFetched("models/inception-v3/inception-v3.onnx");
+  ESTANCIA_NEEDS(data && model, "the rendered home or the default network are not here");
+  const ScratchFolder scratch;
+  for (const auto& [drive, rooms] : {std::pair("day", 6U), std::pair("slow", 3U)}) {
+    const auto found =
+        run({"areas", "find", *data / drive, "-o", scratch / (std::string(drive) + ".zones"), "--word",
+             "bookcase", "--json", "--render", scratch / (std::string(drive) + ".png")});
+    ASSERT_EQ(found.exitCode, 0) << found.err;
+    const json areas = json::parse(found.out);
+    EXPECT_GE(areas["measures"]["v_measure"], 0.95) << drive;
+    EXPECT_EQ(areas["measures"]["zones"], rooms) << drive;
+    EXPECT_FALSE(areas["word"]["area"].is_null());
+  }
+  const json evaluation = evaluated({scratch / "day.zones"});
+  EXPECT_GE(evaluation["v_measure"], 0.95);
+}
+
 TEST(Conjunction, OfThreeNetworksKnowsTheCorridorBetterThanAnyAlone) {
   const auto data = findData("corridor_vpr"), models = findTestModels();
   const auto inception = findFetched("models/inception-v3/inception-v3.onnx"),

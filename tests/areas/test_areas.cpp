@@ -1,0 +1,144 @@
+// Areas of a made-up flat of two rooms and a corridor, driven through by a camera with depth.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/areas/areas.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+#include "floor_scene.hpp"
+#include "support/errors.hpp"
+
+namespace estancia {
+namespace {
+
+using test::FailsWith;
+using test::flatDepth;
+using test::lookingAt;
+using test::smallCamera;
+using testing::Each;
+using testing::HasSubstr;
+
+/// Turns once around in the left room, the corridor and the right room; each has a word of its own.
+class FlatDrive : public Sequence {
+ public:
+  explicit FlatDrive(double tilt = -0.1) {
+    intrinsics_ = smallCamera();
+    const double stops[][2] = {{2, 2}, {2.5, 5.2}, {6.5, 5.2}, {7, 2}};
+    const char* rooms[] = {"bedroom", "corridor", "corridor", "kitchen"};
+    for (int stop = 0; stop < 4; ++stop)
+      for (int i = 0; i < 16; ++i) {
+        Frame frame;
+        frame.name = "frame " + std::to_string(frames_.size());
+        frame.pose = lookingAt(stops[stop][0], stops[stop][1], 1, i * std::numbers::pi / 8, tilt);
+        frame.room = rooms[stop];
+        frames_.push_back(frame);
+      }
+  }
+
+  std::string name() const override { return "flat"; }
+  std::size_t size() const override { return frames_.size(); }
+  const Frame& frame(std::size_t i) const override { return frames_.at(i); }
+  cv::Mat image(std::size_t) const override { return {48, 64, CV_8UC3, cv::Scalar()}; }
+  bool hasDepth() const override { return true; }
+  cv::Mat depth(std::size_t i) const override {
+    if (dark(i)) throw Error(ErrorCode::fileUnreadable, frames_[i].name + ": no depth");
+    return zero(i) ? cv::Mat(48, 64, CV_32F, cv::Scalar(0)) : flatDepth(*frames_[i].pose);
+  }
+
+  DescriptorSequence labeled() const {
+    DescriptorSequence result{Vocabulary({"bed", "stove", "doormat", "wall"}), "test", frames_,
+                              DescriptorMatrix(4)};
+    for (const Frame& frame : frames_) {
+      LexicalDescriptor words{0.05F, 0.05F, 0.05F, 0.3F};
+      words[frame.room == "bedroom" ? 0 : frame.room == "kitchen" ? 1 : 2] = 0.6F;
+      result.descriptors.append(words);
+    }
+    return result;
+  }
+
+  std::function<bool(std::size_t)> dark = [](std::size_t) { return false; }, zero = dark;
+  std::vector<Frame> frames_;
+};
+
+const Area& areaOf(const Areas& areas, const std::string& room) {
+  for (const Zone& zone : areas.zones.zones)
+    if (zone.room == room) return areas.areas[zone.id];
+  throw Error(ErrorCode::unknownName, room);
+}
+
+void expectTheFlat(const Areas& areas) {
+  ASSERT_EQ(areas.zones.zones.size(), 3U);
+  for (const Zone& zone : areas.zones.zones) EXPECT_EQ(zone.roomShare, 1) << zone.room;
+  EXPECT_THAT(areaOf(areas, "bedroom").name, HasSubstr("bed"));
+  EXPECT_THAT(areaOf(areas, "kitchen").name, HasSubstr("stove"));
+  EXPECT_NEAR(areaOf(areas, "bedroom").size, 16, 1.5);
+}
+
+TEST(Areas, AreTheRoomsOfAFlatWithTheirWords) {
+  const FlatDrive drive;
+  const Areas areas = findAreas(drive, drive.labeled());
+  expectTheFlat(areas);
+  const Area& bedroom = areaOf(areas, "bedroom");
+  EXPECT_NEAR(bedroom.center.x, 2.5, 0.6);
+  EXPECT_NEAR(bedroom.center.y, 2.5, 0.6);
+  EXPECT_EQ(bedroom.frames, 16U);
+  EXPECT_NEAR(cv::contourArea(std::vector<cv::Point2f>(bedroom.outline.begin(), bedroom.outline.end()), true),
+              bedroom.size, 1);
+  for (std::size_t i = 0; i < areas.areas.size(); ++i) EXPECT_EQ(areas.areas[i].id, static_cast<int>(i));
+}
+
+TEST(Areas, BearATiltedCameraAndDepthThatIsMissingInHalfOfTheFrames) {
+  const FlatDrive tilted(-0.35);
+  expectTheFlat(findAreas(tilted, tilted.labeled()));
+  FlatDrive half;
+  half.dark = [](std::size_t i) { return i % 4 == 0; };
+  half.zero = [](std::size_t i) { return i % 4 == 2; };
+  expectTheFlat(findAreas(half, half.labeled()));
+}
+
+TEST(Areas, AreTheSameInMapsWithAnotherAxisUp) {
+  FlatDrive drive;
+  const DescriptorSequence upright = drive.labeled();
+  const Areas expected = findAreas(drive, upright);
+  // y down, z forward: the first camera's axes. The scene stays where it is.
+  DescriptorSequence turned = upright;
+  const cv::Affine3d first = rigidOf(*drive.frames_[0].pose).inv();
+  for (Frame& frame : turned.frames) frame.pose = poseOf(first * rigidOf(*frame.pose));
+  const Areas areas = findAreas(drive, turned);
+  EXPECT_EQ(areas.zones.zoneOf, expected.zones.zoneOf);
+}
+
+TEST(Areas, KeepFramesWithoutAPoseWithTheFrameBefore) {
+  FlatDrive drive;
+  for (const std::size_t i : {0U, 1U, 20U, 63U}) drive.frames_[i].pose.reset();
+  const Areas areas = findAreas(drive, drive.labeled());
+  expectTheFlat(areas);
+}
+
+TEST(Areas, OfOneRoomAreOne) {
+  FlatDrive drive;
+  drive.frames_.resize(16);
+  const Areas areas = findAreas(drive, drive.labeled());
+  EXPECT_EQ(areas.zones.zones.size(), 1U);
+  EXPECT_THAT(areas.zones.zoneOf, Each(0));
+}
+
+TEST(Areas, SayWhatIsMissing) {
+  FlatDrive drive;
+  DescriptorSequence unposed = drive.labeled();
+  for (Frame& frame : unposed.frames) frame.pose.reset();
+  EXPECT_THAT([&] { findAreas(drive, unposed); }, FailsWith(ErrorCode::insufficientData, "flat"));
+  drive.zero = [](std::size_t) { return true; };
+  EXPECT_THAT([&] { findAreas(drive, drive.labeled()); }, FailsWith(ErrorCode::insufficientData, "flat"));
+  drive.dark = drive.zero;
+  EXPECT_THAT([&] { findAreas(drive, drive.labeled()); }, FailsWith(ErrorCode::insufficientData, "no depth"));
+  AreaOptions options;
+  options.cell = -1;
+  EXPECT_THAT([&] { findAreas(drive, drive.labeled(), options); }, FailsWith(ErrorCode::invalidOption));
+}
+
+}  // namespace
+}  // namespace estancia

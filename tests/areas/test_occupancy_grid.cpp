@@ -1,0 +1,104 @@
+// Occupancy grids of made-up rooms, seen by cameras whose depth is computed.
+// SPDX-License-Identifier: Apache-2.0
+#include "estancia/areas/occupancy_grid.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "floor_scene.hpp"
+#include "support/errors.hpp"
+
+namespace estancia {
+namespace {
+
+using test::boxDepth;
+using test::FailsWith;
+using test::lookingAt;
+using test::smallCamera;
+
+constexpr double quarter = std::numbers::pi / 2;
+
+/// A camera that turns once around in the middle of a box of 4 × 3 m.
+OccupancyGrid turnedInBox(double tilt, double noise = 0) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < 12; ++i) poses.push_back(lookingAt(0, 0, 1, i * quarter / 3, tilt));
+  OccupancyGrid grid(Floor(poses), 0.05);
+  cv::RNG random(7);
+  for (const Pose& pose : poses) {
+    cv::Mat depth = boxDepth(pose, {-2, -1.5, 4, 3});
+    if (noise > 0) {
+      cv::Mat error(depth.size(), CV_32F);
+      random.fill(error, cv::RNG::NORMAL, 0, 1);
+      depth += noise * depth.mul(depth).mul(error);
+    }
+    grid.add(depth, smallCamera(), pose);
+  }
+  return grid;
+}
+
+double freeArea(const OccupancyGrid& grid) {
+  return cv::countNonZero(grid.freeSpace()) * grid.cells().cell() * grid.cells().cell();
+}
+
+TEST(OccupancyGrid, FreesTheFloorOfARoomAndNoMore) {
+  const OccupancyGrid grid = turnedInBox(0);
+  EXPECT_NEAR(freeArea(grid), 12, 0.8);
+  const cv::Point wall = grid.cells().at(1.99, 0.3), inside = grid.cells().at(1.5, 0.3);
+  const cv::Mat walls = grid.walls(), space = grid.freeSpace();
+  EXPECT_GT(cv::countNonZero(walls(cv::Rect(wall.x - 1, wall.y, 3, 1))), 0);
+  EXPECT_EQ(walls.at<unsigned char>(inside), 0);
+  EXPECT_EQ(space.at<unsigned char>(inside), 255);
+}
+
+TEST(OccupancyGrid, NeedsNoLevelCameraAndBearsNoise) {
+  EXPECT_NEAR(freeArea(turnedInBox(-0.35)), 12, 0.8);        // 20° down
+  EXPECT_NEAR(freeArea(turnedInBox(0.2)), 12, 0.8);          // up
+  EXPECT_NEAR(freeArea(turnedInBox(-0.1, 0.003)), 12, 1.0);  // 2.5 times a Kinect's noise
+}
+
+TEST(OccupancyGrid, KnowsNothingFromDepthThatIsNotThere) {
+  const Pose pose = lookingAt(0, 0, 1, 0, 0);
+  OccupancyGrid grid(Floor(std::vector{pose}), 0.05);
+  grid.add(cv::Mat(48, 64, CV_32F, cv::Scalar(0)), smallCamera(), pose);
+  grid.add(cv::Mat(48, 64, CV_32F, cv::Scalar(std::nan(""))), smallCamera(), pose);
+  EXPECT_TRUE(grid.cells().empty());
+  EXPECT_TRUE(grid.freeSpace().empty());
+}
+
+TEST(OccupancyGrid, RefusesPosesThatSpanTooMuch) {
+  const Pose here = lookingAt(0, 0, 1, 0, 0), far = lookingAt(5e6, 0, 1, 0, 0);
+  OccupancyGrid grid(Floor(std::vector{here, far}), 0.05);
+  grid.add(boxDepth(here, {-2, -1.5, 4, 3}), smallCamera(), here);
+  const double before = freeArea(grid);
+  EXPECT_THAT(
+      [&] {
+        grid.add(boxDepth(here, {-2, -1.5, 4, 3}), smallCamera(), far);
+      },
+      FailsWith(ErrorCode::tooLarge));
+  EXPECT_EQ(freeArea(grid), before);
+}
+
+TEST(Floor, IsFoundUnderATiltedCameraThatHardlyTurns) {
+  std::vector<Pose> poses;
+  for (int i = 0; i < 5; ++i) poses.push_back(lookingAt(i, 0, 1, 0.3 * i, -0.35));
+  const Floor floor(poses);
+  EXPECT_NEAR(floor.height({0, 0, 2}), 2, 0.01);
+  EXPECT_NEAR(cv::norm(floor.position({3, 4, 0}) - cv::Point2d(3, 4)), 0, 0.05);
+}
+
+TEST(Floor, OfMapsWithAnotherAxisUpIsTheSameFloor) {
+  // The map of a visual odometry: the first camera's axes, y down.
+  const cv::Affine3d first = rigidOf(lookingAt(0, 0, 1, 0, -0.2));
+  std::vector<Pose> poses;
+  for (int i = 0; i < 8; ++i)
+    poses.push_back(poseOf(first.inv() * rigidOf(lookingAt(0.5 * i, 0, 1, 0.4 * i, -0.2))));
+  const Floor floor(poses);
+  const PlanarPose a = floor.project(poses[0]), b = floor.project(poses[6]);
+  EXPECT_NEAR(std::hypot(b.x - a.x, b.y - a.y), 3, 0.02);
+  EXPECT_NEAR(wrapped(b.heading - a.heading), 2.4, 0.02);
+}
+
+}  // namespace
+}  // namespace estancia
