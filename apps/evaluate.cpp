@@ -36,7 +36,8 @@ LocalizationAccuracy localizationAccuracy(const EvaluateArguments& arguments) {
              answers.push_back(answer);
            });
   return measureLocalization(localizer.map(), frames, numbers, answers, admissible,
-                             arguments.localization.localizer.filter);
+                             arguments.localization.localizer.filter,
+                             zonesOfFrames(arguments.localization.zones, localizer.map()));
 }
 
 std::vector<Measure> measuresOfZones(const EvaluateArguments& arguments) {

@@ -3,16 +3,41 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <deque>
+#include <unordered_map>
 
 #include "estancia/core/error.hpp"
+#include "estancia/zones/zone_file.hpp"
 
 namespace estancia::apps {
 
 void LocalizationArguments::addTo(DeclaredOptions& declared) {
   declared.command().add_option("MAP", map, "The map file")->required();
   model.addTo(declared, "The model that the map was made with");
+  declared.command()
+      .add_option("--zones", zones,
+                  "A file of zones or areas of the map's frames: answers tell the most probable one, too")
+      ->check(CLI::ExistingFile);
   declared.add(declare(localizer), {"lookahead", "max-images"});
+}
+
+std::vector<int> zonesOfFrames(const std::string& zones, const TopologicalMap& map) {
+  if (zones.empty()) return {};
+  const Zones known = readZones(zones);
+  std::unordered_map<std::string, int> zoneOf;
+  for (std::size_t i = 0; i < known.frames.size(); ++i) zoneOf[known.frames[i].name] = known.zoneOf[i];
+  std::vector<int> result;
+  for (const MappedFrame& frame : map.frames) {
+    const auto zone = zoneOf.find(frame.name);
+    result.push_back(zone == zoneOf.end() ? -1 : zone->second);
+  }
+  if (std::ranges::all_of(result, [](int zone) { return zone < 0; }))
+    throw Error(
+        ErrorCode::mismatch,
+        fmt::format("{} holds none of the map's frames; find the zones of the sequence that was mapped",
+                    zones));
+  return result;
 }
 
 void localize(const LocalizationArguments& arguments, Localizer& localizer, const SequenceArguments& sequence,
@@ -29,6 +54,8 @@ void localize(const LocalizationArguments& arguments, Localizer& localizer, cons
             "{} was made with the model {}, not {}; give images and that model by --model, or its labels "
             "(.labels, which name their model)",
             arguments.map, map.model, labeling.identity()));
+  if (std::vector<int> zoneOf = zonesOfFrames(arguments.zones, map); !zoneOf.empty())
+    localizer.setZones(std::move(zoneOf));
   std::deque<std::size_t> waiting;
   const auto give = [&](const std::vector<Localization>& answers) {
     for (const Localization& answer : answers) {

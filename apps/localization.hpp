@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "common.hpp"
 #include "estancia/topology/localizer.hpp"
@@ -12,11 +13,15 @@
 namespace estancia::apps {
 
 struct LocalizationArguments {
-  std::string map;
+  std::string map, zones;
   ModelArguments model;
   LocalizerOptions localizer;
   void addTo(DeclaredOptions& declared);
 };
+
+/// The zone of each frame of the map by `zones`, a file; -1 for frames that it does not know. Empty without
+/// one. Throws Error (mismatch) where it knows none.
+std::vector<int> zonesOfFrames(const std::string& zones, const TopologicalMap& map);
 
 /// Labels the frames of `sequence` and localizes them; `use` gets each frame and its answer, in order, with
 /// the frame's number in the sequence.

@@ -19,8 +19,12 @@ struct LocalizeArguments {
 void printAnswer(const TopologicalMap& map, const std::string& image, const Localization& at, bool json) {
   if (json) return print(toJson(image, at, map));
   fmt::print(
-      "{}: place {} ({:.0f} %), at {}{}; alone: place {}, nearest {} at {:.3f}\n", image, at.beliefNode,
-      100 * at.confidence, map.frames[at.beliefImage].name,
+      "{}: place {} ({:.0f} %){}, at {}{}; alone: place {}, nearest {} at {:.3f}\n", image, at.beliefNode,
+      100 * at.confidence,
+      at.beliefZone.value_or(-1) >= 0
+          ? fmt::format(", zone {} ({:.0f} %)", *at.beliefZone, 100 * at.zoneConfidence)
+          : "",
+      map.frames[at.beliefImage].name,
       at.unmapped > 0.5 ? fmt::format(" (a view that is not in the map, {:.0f} %)", 100 * *at.unmapped) : "",
       at.node, map.frames[at.nearestImage].name, at.distance);
 }

@@ -82,6 +82,7 @@ std::vector<Measure> measuresOf(const LocalizationAccuracy& a) {
       {"node_room", "Right room, nearest place", a.nodeRoom, 3, "Each image alone"},
       {"image_room", "Right room, nearest image", a.nearestImage.room, 3, "Each image alone"},
       {"belief_node_room", "Right room, believed place", a.beliefNodeRoom, 3, "All images so far"},
+      {"belief_zone_room", "Right room, believed zone", a.beliefZoneRoom, 3, "All images so far; --zones"},
       {"belief_room", "Right room, believed image", a.belief.room, 3, "All images so far"},
       {"recall", "Recall@1, nearest image", a.nearestImage.recall, 3,
        "Share of admissible answers, each image alone"},

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <string_view>
@@ -70,6 +71,20 @@ std::set<std::size_t> framesNear(const Pose& pose, const TopologicalMap& map,
   return views;
 }
 
+/// The true room of most of each zone's frames, where any is known.
+std::map<int, std::string> roomsOf(const std::vector<int>& zoneOf, const TopologicalMap& map) {
+  std::map<int, std::map<std::string, std::size_t>> counts;
+  for (std::size_t i = 0; i < zoneOf.size(); ++i)
+    if (const std::string& room = map.frames.at(i).room; !room.empty() && zoneOf[i] >= 0)
+      ++counts[zoneOf[i]][room];
+  std::map<int, std::string> rooms;
+  for (const auto& [zone, count] : counts)
+    rooms[zone] = std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) {
+                    return a.second < b.second;
+                  })->first;
+  return rooms;
+}
+
 std::optional<std::size_t> parseNumber(std::string_view text) {
   std::size_t value = 0;
   const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -112,13 +127,15 @@ AdmissibleImages readAdmissibleImages(const std::filesystem::path& path) {
 LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::vector<Frame>& frames,
                                          const std::vector<std::size_t>& numbers,
                                          const std::vector<Localization>& answers,
-                                         const AdmissibleImages& admissible, const PlaceFilterOptions& near) {
+                                         const AdmissibleImages& admissible, const PlaceFilterOptions& near,
+                                         const std::vector<int>& zoneOf) {
   if (frames.size() != answers.size() || frames.size() != numbers.size())
     throw Error(ErrorCode::mismatch, "localization can only be measured with one answer for each frame");
   const std::vector<Place> places = placesOf(map);
   const auto roomOf = [&](int node) -> const std::string& { return places.at(indexOf(map, node)).room; };
   Judge nearest, belief;
-  Share nodeRoom, beliefNodeRoom;
+  const std::map<int, std::string> roomOfZone = roomsOf(zoneOf, map);
+  Share nodeRoom, beliefNodeRoom, beliefZoneRoom;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::set<std::size_t>* right = nullptr;
     std::set<std::size_t> nearOnes;
@@ -141,8 +158,12 @@ LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::v
     if (const std::string& room = roomOf(answer.node); !room.empty()) nodeRoom.count(room == frames[i].room);
     if (const std::string& room = roomOf(answer.beliefNode); !room.empty())
       beliefNodeRoom.count(room == frames[i].room);
+    if (answer.beliefZone)
+      if (const auto zone = roomOfZone.find(*answer.beliefZone); zone != roomOfZone.end())
+        beliefZoneRoom.count(zone->second == frames[i].room);
   }
-  return {frames.size(), nearest.accuracy(), belief.accuracy(), nodeRoom.value(), beliefNodeRoom.value()};
+  return {frames.size(),    nearest.accuracy(),     belief.accuracy(),
+          nodeRoom.value(), beliefNodeRoom.value(), beliefZoneRoom.value()};
 }
 
 }  // namespace estancia

@@ -33,6 +33,9 @@ struct LocalizationAccuracy {
   Accuracy belief;
   /// Share of frames whose node's room is their true room.
   std::optional<double> nodeRoom, beliefNodeRoom;
+  /// Share of frames whose believed zone (Localizer::setZones()) has their true room as that of most of its
+  /// frames.
+  std::optional<double> beliefZoneRoom = {};
 };
 
 /// For each query frame, in order, the map's frames that count as right.
@@ -42,12 +45,14 @@ using AdmissibleImages = std::vector<std::set<std::size_t>>;
 /// separated by blanks. Throws Error (malformedFile) naming file and line.
 AdmissibleImages readAdmissibleImages(const std::filesystem::path& path);
 
-/// `frames` and `answers` belong together. `numbers[i]` is the place of frames[i] in its sequence, which
-/// `admissible` counts by. Where that is empty, an image is admissible that was taken near, as `near` says.
-/// Throws Error (mismatch) when `admissible` does not reach that far.
+/// `zoneOf`: the zones that the localizer was given; empty for none. `frames` and `answers` belong together.
+/// `numbers[i]` is the place of frames[i] in its sequence, which `admissible` counts by. Where that is empty,
+/// an image is admissible that was taken near, as `near` says. Throws Error (mismatch) when `admissible` does
+/// not reach that far.
 LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::vector<Frame>& frames,
                                          const std::vector<std::size_t>& numbers,
                                          const std::vector<Localization>& answers,
-                                         const AdmissibleImages& admissible, const PlaceFilterOptions& near);
+                                         const AdmissibleImages& admissible, const PlaceFilterOptions& near,
+                                         const std::vector<int>& zoneOf = {});
 
 }  // namespace estancia

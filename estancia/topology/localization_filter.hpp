@@ -13,10 +13,11 @@ namespace estancia {
 
 /// What a filter believes; each sum may have any scale, the same for all.
 struct Belief {
-  /// One an image of the map.
+  /// One an image of the map: that the view is this one.
   std::vector<double> images;
-  /// One a node.
-  std::vector<double> nodes;
+  /// One an image of the map: that of all images this one is nearest, whether the view is near or far. Their
+  /// sums over nodes or zones say where the robot is.
+  std::vector<double> nearest;
   /// That no image of the map was taken near; absent where that cannot be told.
   std::optional<double> unmapped = std::nullopt;
 };

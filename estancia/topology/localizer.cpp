@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <deque>
+#include <map>
+#include <numeric>
+#include <tuple>
 #include <utility>
 
-#include "estancia/core/error.hpp"
+#include "estancia/core/fail.hpp"
 #include "estancia/topology/localization_filter.hpp"
 #include "estancia/topology/localizer_map.hpp"
 #include "estancia/topology/make_filter.hpp"
@@ -24,6 +27,20 @@ LocalizerMap localizerMap(const MapStore& store, const NodeBank& bank, std::size
   images.reserve((frames + stride - 1) / stride);
   for (std::size_t frame = 0; frame < frames; frame += stride) images.append(store.descriptor(frame));
   return {std::move(map), bank, std::move(images), stride};
+}
+
+/// Sums of belief by group: the largest, and its share of all.
+template <class GroupOf>
+std::pair<int, double> mostProbable(const std::vector<double>& belief, GroupOf groupOf) {
+  std::map<int, double> sums;
+  double total = 0;
+  for (std::size_t i = 0; i < belief.size(); ++i) {
+    sums[groupOf(i)] += belief[i];
+    total += belief[i];
+  }
+  const auto best = std::max_element(sums.begin(), sums.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  return {best->first, best->second / total};
 }
 
 std::size_t largest(const std::vector<double>& values) {
@@ -112,6 +129,8 @@ struct Localizer::Impl {
   PlanarMotion moved;
   bool started = false;
   std::deque<Waiting> waiting;
+  /// One a frame of the map, or none.
+  std::vector<int> zoneOf;
 };
 
 Localizer::Impl::Impl(std::shared_ptr<const LocalizerMap> shared, const LocalizerOptions& chosen)
@@ -211,12 +230,14 @@ std::vector<Localization> Localizer::Impl::settle(std::size_t count) {
 void Localizer::Impl::setBelief(Localization& answer, std::span<const float> belief,
                                 std::span<const float> likelihood) const {
   const Belief found = filter->belief(belief, likelihood);
-  double total = 0;
-  for (const double p : found.nodes) total += p;
-  const std::size_t node = largest(found.nodes);
-  answer.beliefNode = map().nodes[node].id;
-  answer.confidence = found.nodes[node] / total;
-  if (found.unmapped) answer.unmapped = *found.unmapped / total;
+  const auto frameOf = [this](std::size_t image) { return image * source->stride; };
+  std::tie(answer.beliefNode, answer.confidence) =
+      mostProbable(found.nearest, [&](std::size_t image) { return map().frames[frameOf(image)].node; });
+  if (!zoneOf.empty())
+    std::tie(answer.beliefZone, answer.zoneConfidence) =
+        mostProbable(found.nearest, [&](std::size_t image) { return zoneOf[frameOf(image)]; });
+  if (found.unmapped)
+    answer.unmapped = *found.unmapped / std::accumulate(found.nearest.begin(), found.nearest.end(), 0.0);
   answer.beliefImage = largest(found.images) * source->stride;
 }
 
@@ -236,6 +257,13 @@ Localizer::~Localizer() = default;
 
 const TopologicalMap& Localizer::map() const {
   return impl_->map();
+}
+
+void Localizer::setZones(std::vector<int> zoneOf) {
+  if (zoneOf.size() != map().frames.size())
+    fail(ErrorCode::mismatch, "{} zones do not belong to {} frames; give one a frame", zoneOf.size(),
+         map().frames.size());
+  impl_->zoneOf = std::move(zoneOf);
 }
 
 std::vector<Localization> Localizer::add(DescriptorView descriptor, const std::optional<Pose>& odometry) {

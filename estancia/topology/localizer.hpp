@@ -53,6 +53,9 @@ struct Localization {
   /// Probability that no mapped frame was taken near, so that beliefNode is only the nearest place; unknown
   /// where the map has no poses.
   std::optional<double> unmapped;
+  /// Most probable zone by all frames, and its probability; absent without setZones().
+  std::optional<int> beliefZone;
+  double zoneConfidence = 0;
 };
 
 class Localizer {
@@ -68,6 +71,10 @@ class Localizer {
   ~Localizer();
 
   const TopologicalMap& map() const;
+
+  /// The zone (or area, or any other group) of each frame of the map, which answers then tell, too; -1: none.
+  /// Throws Error (mismatch) unless there is one a frame.
+  void setZones(std::vector<int> zoneOf);
 
   /// Takes the next frame; gives the answers that are final now, in order of frames: its own one without
   /// lookahead, none or several with it. `odometry`: the camera's pose in any fixed frame, of which only the

@@ -15,22 +15,21 @@
 namespace estancia {
 namespace {
 
-std::vector<PosedImage> posedImages(const LocalizerMap& source) {
+std::vector<std::optional<PlanarPose>> posesOf(const LocalizerMap& source) {
   std::vector<Pose> poses;
   for (const MappedFrame& frame : source.map.frames)
     if (frame.pose) poses.push_back(*frame.pose);
   const Floor floor(poses);
-  std::vector<PosedImage> images(source.images.size());
+  std::vector<std::optional<PlanarPose>> images(source.images.size());
   for (std::size_t i = 0; i < images.size(); ++i) {
     const MappedFrame& frame = source.map.frames.at(i * source.stride);
-    images[i].node = indexOf(source.map, frame.node);
-    if (frame.pose) images[i].pose = floor.project(*frame.pose);
+    if (frame.pose) images[i] = floor.project(*frame.pose);
   }
   return images;
 }
 
 /// From pairs of at most 500 images, evenly taken, with all the others.
-std::optional<NearEvidence> evidenceOf(const std::vector<PosedImage>& images,
+std::optional<NearEvidence> evidenceOf(const std::vector<std::optional<PlanarPose>>& images,
                                        const std::function<float(std::size_t, std::size_t)>& distance,
                                        const PlaceFilterOptions& options) {
   constexpr std::size_t maxImages = 500, fewest = 30;
@@ -39,7 +38,7 @@ std::optional<NearEvidence> evidenceOf(const std::vector<PosedImage>& images,
   std::vector<float> near, far, adjacent;
   for (std::size_t i = 0; i < images.size(); i += stride)
     for (std::size_t j = 0; j < images.size(); ++j) {
-      const auto &a = images[i].pose, &b = images[j].pose;
+      const auto &a = images[i], &b = images[j];
       if (i == j || !a || !b) continue;
       const bool isNear =
           std::hypot(a->x - b->x, a->y - b->y) <= options.nearDistance &&
@@ -70,13 +69,12 @@ std::unique_ptr<const LocalizationFilter> placeFilter(const LocalizerMap& source
 std::unique_ptr<const LocalizationFilter> makeFilter(
     const LocalizerMap& source, const std::function<float(std::size_t, std::size_t)>& distance,
     const PlaceFilterOptions& options) {
-  std::vector<PosedImage> images = posedImages(source);
+  std::vector<std::optional<PlanarPose>> images = posesOf(source);
   const auto posed = static_cast<std::size_t>(
-      std::ranges::count_if(images, [](const auto& image) { return image.pose.has_value(); }));
+      std::ranges::count_if(images, [](const auto& image) { return image.has_value(); }));
   if (2 * posed >= images.size())
     if (auto evidence = evidenceOf(images, distance, options))
-      return std::make_unique<PoseFilter>(std::move(images), source.map.nodes.size(), std::move(*evidence),
-                                          options);
+      return std::make_unique<PoseFilter>(std::move(images), std::move(*evidence), options);
   return placeFilter(source, options);
 }
 

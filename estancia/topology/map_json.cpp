@@ -56,14 +56,19 @@ Json toJson(const std::string& words, const WordRoute& found, const TopologicalM
 }
 
 Json toJson(const std::string& image, const Localization& answer, const TopologicalMap& map) {
-  return {{"image", image},
-          {"node", answer.node},
-          {"nearest_image", map.frames.at(answer.nearestImage).name},
-          {"distance", answer.distance},
-          {"belief_node", answer.beliefNode},
-          {"belief_image", map.frames.at(answer.beliefImage).name},
-          {"confidence", answer.confidence},
-          {"unmapped", answer.unmapped ? Json(*answer.unmapped) : Json()}};
+  Json json{{"image", image},
+            {"node", answer.node},
+            {"nearest_image", map.frames.at(answer.nearestImage).name},
+            {"distance", answer.distance},
+            {"belief_node", answer.beliefNode},
+            {"belief_image", map.frames.at(answer.beliefImage).name},
+            {"confidence", answer.confidence},
+            {"unmapped", answer.unmapped ? Json(*answer.unmapped) : Json()}};
+  if (answer.beliefZone) {
+    json["belief_zone"] = *answer.beliefZone < 0 ? Json() : Json(*answer.beliefZone);
+    json["zone_confidence"] = answer.zoneConfidence;
+  }
+  return json;
 }
 
 Json explanationJson(const TopologicalMap& map, std::size_t frame) {

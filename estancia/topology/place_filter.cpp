@@ -150,9 +150,9 @@ void PlaceFilter::observe(std::span<const float> likelihood, std::span<float> st
 
 Belief PlaceFilter::belief(std::span<const float> state, std::span<const float>) const {
   const std::size_t n = images();
-  Belief belief{std::vector<double>(n, 0.0), std::vector<double>(imagesOf_.size(), 0.0)};
+  Belief belief{std::vector<double>(n, 0.0), {}};
   for (std::size_t s = 0; s < state.size(); ++s) belief.images[s % n] += state[s];
-  for (std::size_t i = 0; i < n; ++i) belief.nodes[nodeOf_[i]] += belief.images[i];
+  belief.nearest = belief.images;
   return belief;
 }
 

@@ -19,10 +19,10 @@ constexpr double odometryError = 0.1;
 /// of the several images near a pose is more alike than any one of them.
 constexpr double unmappedEvidence = 2;
 
-std::vector<PlanarPose> posesOf(const std::vector<PosedImage>& images) {
+std::vector<PlanarPose> posesOf(const std::vector<std::optional<PlanarPose>>& images) {
   std::vector<PlanarPose> poses;
-  for (const PosedImage& image : images)
-    if (image.pose) poses.push_back(*image.pose);
+  for (const auto& image : images)
+    if (image) poses.push_back(*image);
   return poses;
 }
 
@@ -38,10 +38,11 @@ double usualStep(std::vector<double> steps, double most) {
 }
 
 /// Twice as far and twice as turned as usual in the mapped drive.
-PlanarMotion unknownMotionOf(const std::vector<PosedImage>& images, const PlaceFilterOptions& options) {
+PlanarMotion unknownMotionOf(const std::vector<std::optional<PlanarPose>>& images,
+                             const PlaceFilterOptions& options) {
   std::vector<double> distances, turns;
   for (std::size_t i = 1; i < images.size(); ++i) {
-    const auto &a = images[i - 1].pose, &b = images[i].pose;
+    const auto &a = images[i - 1], &b = images[i];
     if (!a || !b) continue;
     distances.push_back(std::hypot(a->x - b->x, a->y - b->y));
     turns.push_back(std::abs(wrapped(a->heading - b->heading)));
@@ -54,10 +55,9 @@ PlanarMotion unknownMotionOf(const std::vector<PosedImage>& images, const PlaceF
 
 }  // namespace
 
-PoseFilter::PoseFilter(std::vector<PosedImage> images, std::size_t nodes, NearEvidence evidence,
+PoseFilter::PoseFilter(std::vector<std::optional<PlanarPose>> images, NearEvidence evidence,
                        const PlaceFilterOptions& options)
     : images_(std::move(images)),
-      nodes_(nodes),
       evidence_(std::move(evidence)),
       options_(options),
       grid_(posesOf(images_), options.nearDistance * 0.3, options.nearDistance * 2),
@@ -72,8 +72,8 @@ void PoseFilter::findNearImages() {
                sigmaAngle = options_.nearAngle * degree / 2;
   const auto forAll = [&](const auto& use) {
     for (std::size_t i = 0; i < images_.size(); ++i)
-      if (images_[i].pose)
-        grid_.forStatesNear(*images_[i].pose, 2 * sigma, 2 * sigmaAngle,
+      if (images_[i])
+        grid_.forStatesNear(*images_[i], 2 * sigma, 2 * sigmaAngle,
                             [&](std::size_t state) { use(i, state); });
   };
   firstNear_.assign(states() + 1, 0);
@@ -82,7 +82,7 @@ void PoseFilter::findNearImages() {
   near_.resize(firstNear_.back());
   std::vector<std::size_t> filled(firstNear_.begin(), firstNear_.end() - 1);
   forAll([&](std::size_t i, std::size_t state) {
-    const PlanarPose at = grid_.poseOf(state), &image = *images_[i].pose;
+    const PlanarPose at = grid_.poseOf(state), &image = *images_[i];
     const double distance = std::hypot(at.x - image.x, at.y - image.y) / sigma;
     const double angle = wrapped(at.heading - image.heading) / sigmaAngle;
     const double weight = std::exp(-0.5 * (distance * distance + angle * angle));
@@ -97,8 +97,8 @@ void PoseFilter::findNearestImages() {
   nearest_.assign(states(), none);
   std::deque<std::size_t> reached;
   for (std::size_t i = 0; i < images_.size(); ++i) {
-    if (!images_[i].pose) continue;
-    grid_.forStatesNear(*images_[i].pose, grid_.cell(), PoseGrid::headingStep(), [&](std::size_t state) {
+    if (!images_[i]) continue;
+    grid_.forStatesNear(*images_[i], grid_.cell(), PoseGrid::headingStep(), [&](std::size_t state) {
       if (nearest_[state] != none) return;
       nearest_[state] = static_cast<std::uint32_t>(i);
       reached.push_back(state);
@@ -188,7 +188,7 @@ void PoseFilter::observe(std::span<const float> likelihood, std::span<float> sta
 }
 
 Belief PoseFilter::belief(std::span<const float> state, std::span<const float> likelihood) const {
-  Belief belief{std::vector<double>(images_.size(), 0.0), std::vector<double>(nodes_, 0.0), 0.0};
+  Belief belief{std::vector<double>(images_.size(), 0.0), std::vector<double>(images_.size(), 0.0), 0.0};
   for (std::size_t s = 0; s < state.size(); ++s) {
     double weights = 0, largest = 0;
     for (const Near& near : nearOf(s)) {
@@ -197,11 +197,11 @@ Belief PoseFilter::belief(std::span<const float> state, std::span<const float> l
     }
     const double far = state[s] * (1 - largest);
     *belief.unmapped += far;
-    belief.nodes[images_[nearest_[s]].node] += far;
+    belief.nearest[nearest_[s]] += far;
     for (const Near& near : nearOf(s)) {
       const double share = state[s] * largest * near.weight * likelihood[near.image] / weights;
       belief.images[near.image] += share;
-      belief.nodes[images_[near.image].node] += share;
+      belief.nearest[near.image] += share;
     }
   }
   return belief;

@@ -15,19 +15,13 @@
 
 namespace estancia {
 
-/// An image of the map.
-struct PosedImage {
-  std::optional<PlanarPose> pose;
-  std::size_t node = 0;
-};
-
 /// States are poses around the mapped drive. An image tells of the poses near its own; poses near no image
 /// are neither confirmed nor refuted by anything, so the robot is followed by its motion where nothing was
 /// mapped.
 class PoseFilter : public LocalizationFilter {
  public:
-  /// `images` as localization compares with them, some with poses; `nodes`: how many the map has.
-  PoseFilter(std::vector<PosedImage> images, std::size_t nodes, NearEvidence evidence,
+  /// `images`: where those that localization compares with were taken, as far as known.
+  PoseFilter(std::vector<std::optional<PlanarPose>> images, NearEvidence evidence,
              const PlaceFilterOptions& options);
 
   std::size_t states() const override { return grid_.states(); }
@@ -48,8 +42,7 @@ class PoseFilter : public LocalizationFilter {
   void findNearImages();
   void findNearestImages();
 
-  std::vector<PosedImage> images_;
-  std::size_t nodes_;
+  std::vector<std::optional<PlanarPose>> images_;
   NearEvidence evidence_;
   PlaceFilterOptions options_;
   PoseGrid grid_;

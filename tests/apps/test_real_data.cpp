@@ -110,6 +110,12 @@ TEST(Home, HasRoomsThatAreFoundBySpaceAndNamedByWords) {
   }
   const json evaluation = evaluated({scratch / "day.zones"});
   EXPECT_GE(evaluation["v_measure"], 0.95);
+  // In which of the day's rooms is the robot in the evening? A seventh of the time it has seen nothing
+  // mapped.
+  const std::string map = scratch / "home.estancia";
+  ASSERT_EQ(run({"map", *data / "day", "-o", map}).exitCode, 0);
+  const json evening = evaluated({map, *data / "evening", "--zones", scratch / "day.zones"});
+  EXPECT_GE(evening["belief_zone_room"], 0.82);
 }
 
 TEST(Conjunction, OfThreeNetworksKnowsTheCorridorBetterThanAnyAlone) {

@@ -53,6 +53,23 @@ TEST(LocalizationAccuracy, ATableOfAdmissibleImagesGoesBeforePoses) {
   EXPECT_DOUBLE_EQ(accuracy.belief.recall.value(), 1);
 }
 
+TEST(LocalizationAccuracy, AZoneIsInTheRoomOfMostOfItsFrames) {
+  TopologicalMap map = corridorMap();
+  for (std::size_t i = 0; i < 6; ++i) map.frames[i].room = i < 4 ? "hall" : "bath";
+  const std::vector<int> zoneOf{0, 0, 0, 1, 1, 1};
+  std::vector<Frame> frames(4);
+  std::vector<Localization> answers(4);
+  const std::pair<const char*, int> asked[] = {{"hall", 0}, {"bath", 1}, {"bath", 0}, {"", 1}};
+  for (std::size_t i = 0; i < 4; ++i) {
+    frames[i].room = asked[i].first;
+    answers[i].beliefZone = asked[i].second;
+  }
+  const auto accuracy = measureLocalization(map, frames, {0, 1, 2, 3}, answers, {}, {}, zoneOf);
+  EXPECT_DOUBLE_EQ(accuracy.beliefZoneRoom.value(), 2.0 / 3);
+  EXPECT_FALSE(
+      measureLocalization(map, frames, {0, 1, 2, 3}, std::vector<Localization>(4), {}, {}).beliefZoneRoom);
+}
+
 TEST(LocalizationAccuracy, RecallIsUnknownWithoutPosesOrTable) {
   EXPECT_FALSE(measured({Frame(), Frame()}, {nearest(0, 0), nearest(1, 1)}).nearestImage.recall);
 }

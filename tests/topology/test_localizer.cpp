@@ -156,6 +156,24 @@ TEST(Localizer, ClearImagesAreFoundAtOnce) {
   for (std::size_t i = 0; i < truth.size(); ++i) EXPECT_EQ(answers[i].node, static_cast<int>(i / 3));
   EXPECT_GT(answers.back().confidence, 0.9);
   EXPECT_FALSE(answers.back().unmapped);
+  EXPECT_FALSE(answers.back().beliefZone);
+}
+
+TEST(Localizer, TellsTheZoneThatItsFramesAreIn) {
+  Corridor corridor(0.3);
+  Localizer localizer(corridor.source(), {});
+  EXPECT_THAT([&] { localizer.setZones({1, 2}); }, test::FailsWith(ErrorCode::mismatch));
+  std::vector<int> zoneOf(30);
+  for (std::size_t i = 0; i < 30; ++i) zoneOf[i] = i < 10 ? 7 : i < 20 ? -1 : 3;
+  localizer.setZones(zoneOf);
+  for (const std::size_t place : forwards()) {
+    const Localization answer = localizer.add(corridor.world.image(place)).front();
+    if (place % 10 > 2) {
+      EXPECT_EQ(answer.beliefZone, zoneOf[place]) << place;
+    }
+    EXPECT_GE(answer.zoneConfidence, answer.confidence - 0.05);  // zones are wider than places here
+    EXPECT_LE(answer.zoneConfidence, 1 + 1e-6);
+  }
 }
 
 TEST(Localizer, TheDriveTellsWhatSingleImagesDoNot) {

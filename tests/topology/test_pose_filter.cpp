@@ -54,9 +54,7 @@ std::size_t stateAt(const PoseGrid& grid, const PlanarPose& pose) {
 }
 
 PoseFilter makeFilter(const std::vector<PlanarPose>& poses) {
-  std::vector<PosedImage> images;
-  for (std::size_t i = 0; i < poses.size(); ++i) images.push_back({poses[i], i / 5});
-  return PoseFilter(images, poses.size() / 5 + 1, NearEvidence({0.1F, 0.2F, 0.3F}, {0.8F, 1.0F, 1.2F}), {});
+  return PoseFilter({poses.begin(), poses.end()}, NearEvidence({0.1F, 0.2F, 0.3F}, {0.8F, 1.0F, 1.2F}), {});
 }
 
 TEST(MotionBetween, IsWhatALevelCameraDrove) {
@@ -201,7 +199,7 @@ TEST(NearEvidence, OfEqualPairsStaysFinite) {
 TEST(PoseFilter, EachStateHasANearestImageWhateverItsHeading) {
   for (int h = 0; h < 48; ++h) {
     const PoseFilter filter = makeFilter({{1.3, -0.7, h * pi / 24}});
-    EXPECT_NEAR(filter.belief(filter.start(), std::vector<float>{1}).nodes[0], 1, 1e-3) << h;
+    EXPECT_NEAR(filter.belief(filter.start(), std::vector<float>{1}).nearest[0], 1, 1e-3) << h;
   }
 }
 
