@@ -9,6 +9,7 @@
 
 #include "estancia/cloud/inverse_depth.hpp"
 #include "estancia/cloud/plane_fit.hpp"
+#include "estancia/cloud/room_structure.hpp"
 #include "estancia/cloud/segmentation_stages.hpp"
 #include "estancia/core/cores.hpp"
 #include "estancia/core/fail.hpp"
@@ -192,13 +193,21 @@ OptionGroup declare(ClusterOptions& o) {
 Clusters findClusters(const cv::Mat& depth, const CameraIntrinsics& camera, const ClusterOptions& options) {
   validate(options);
   const InverseDepth grid = inverseDepth(depth, camera, options.threads);
-  auto [planes, foreground] = removePlanes(grid, options);
-  std::vector<std::uint8_t> creases = concaveCreases(grid, foreground, options.creaseDepth, options.threads);
-  Segmentation segments = oversegment(grid, foreground, std::move(creases));
+  PlaneRemoval removal = removePlanes(grid, options);
+  const cv::Vec3d up = upOf(removal.planes);
+  findStructure(grid, up, removal);
+  const Segmentation patches = takePatches(grid, removal);
+  std::vector<std::uint8_t> creases =
+      concaveCreases(grid, removal.rest, options.creaseDepth, options.threads);
+  Segmentation segments = oversegment(grid, removal.rest, std::move(creases));
+  const Mask foreground = dropStructure(grid, removal, up, patches, segments);
   mergeSegments(grid, foreground, options.contactDistance, options.threads, segments);
-  mergeContainerInteriors(grid, foreground, planes, options.threads, segments);
+  joinLoose(grid, foreground, up, segments);
+  assembleFurniture(grid, foreground, removal.half, up, segments);
+  mergeContainerInteriors(grid, foreground, removal.planes, options.threads, segments);
+  dropNarrow(grid, foreground, segments);
   std::vector<Cluster> clusters = clustersOf(grid, foreground, segments, options);
-  return {std::move(planes), std::move(clusters)};
+  return {std::move(removal.planes), std::move(clusters)};
 }
 
 Clusters findClusters(const PointCloud& cloud, const ClusterOptions& options) {

@@ -35,6 +35,9 @@ struct Plane {
   double offset = 0;
   /// The visible part [m²].
   double area = 0;
+  /// Bounds the room (floor, wall, ceiling, or the only table in view); else it is a face of a thing, and its
+  /// pixels are in clusters.
+  bool structural = true;
 };
 
 struct Cluster {

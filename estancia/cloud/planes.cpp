@@ -17,20 +17,10 @@ constexpr int kHypotheses = 150, kRefits = 10, kMaxPlanes = 8, kMaxTries = 16;
 constexpr float kFaces = 0.94F;        // cosine between normals of samples and their plane's: 20°
 constexpr float kFacesLoosely = 0.9F;  // 25°
 constexpr float kGrazing = 0.1F;       // cosine below which the area of a pixel is unreliable
+constexpr float kFarther = 0.5F;       // growth of the tolerance with the square of depth, beyond 1.4 m
 constexpr double kSampleSlack = 0.7;   // of minPlaneArea: the estimate from samples may be too small
 constexpr double kEdge = 10;           // margin in which cameras often measure no depth [pixels]
 constexpr double kReach = 4;           // pixels of the plane beyond its patches that it takes [pixels]
-
-/// Every second pixel of every second row of an InverseDepth, with its normal.
-struct HalfImage {
-  int width, height;
-  double pixelArea;               ///< of a surface at 1 m that faces the camera [m²]
-  std::vector<float> x, y;        ///< slopes of the columns and rows
-  std::vector<float> w;           ///< 1/z, 0: none
-  std::vector<float> nx, ny, nz;  ///< unit vectors away from the camera; 0 where there is no normal
-  std::vector<float> near;        ///< tolerance of w beside a plane a x + b y + c, divided by |(a, b, c)|
-  std::size_t row(int v) const { return static_cast<std::size_t>(v) * static_cast<std::size_t>(width); }
-};
 
 /// Adds the slope of 1/z between two opposite neighbors where both are on the same surface.
 ESTANCIA_MULTIVERSION
@@ -97,7 +87,7 @@ HalfImage halve(const InverseDepth& grid, double tolerance, int threads) {
         half.ny[at + u] = normals[1][2 * u];
         half.nz[at + u] = normals[2][2 * u];
         half.near[at + u] =
-            w[2 * u] > 0 ? static_cast<float>(tolerance) * std::max(w[2 * u], 1 / w[2 * u]) : 0;
+            w[2 * u] > 0 ? static_cast<float>(tolerance) * std::max(w[2 * u], kFarther / w[2 * u]) : 0;
       }
     }
   });
@@ -212,12 +202,14 @@ void markOn(const float* w, const float* x, const float* near, const float* nx, 
 
 ESTANCIA_MULTIVERSION
 void takeNear(const float* w, const float* x, float a, float constant, float tolerance, int width,
-              const std::uint8_t* reached, std::uint8_t* rest) {
+              const std::uint8_t* reached, std::uint8_t number, std::uint8_t* rest, std::uint8_t* of) {
   for (int u = 0; u < width; ++u) {
     const float off = std::abs(a * x[u] + constant - w[u]);
     const bool on =
-        off < tolerance * std::max(w[u], 1 / w[u]);  // true where w is 0, which `rest` does not have
-    rest[u] = static_cast<std::uint8_t>(rest[u] & !(reached[u] & on));
+        off < tolerance * std::max(w[u], kFarther / w[u]);  // true where w is 0, which `rest` does not have
+    const bool taken = (rest[u] & reached[u] & static_cast<std::uint8_t>(on)) != 0;
+    of[u] = taken ? number : of[u];
+    rest[u] = static_cast<std::uint8_t>(rest[u] & !taken);
   }
 }
 
@@ -299,7 +291,8 @@ Coefficients fitToPatch(const HalfImage& half, const Patches& patches, std::size
 
 /// Clears the pixels near the plane in `rest`, where `reached` marks its patches and their surroundings.
 void clearPlane(const InverseDepth& grid, const cv::Mat& reached, const Coefficients& plane, double tolerance,
-                int threads, std::vector<std::uint8_t>& rest) {
+                int threads, std::uint8_t number, std::vector<std::uint8_t>& rest,
+                std::vector<std::uint8_t>& of) {
   const auto bound = static_cast<float>(tolerance * cv::norm(plane));
   const cv::Rect box = cv::boundingRect(reached);
   const int left = 2 * box.x, width = std::min(grid.camera.width, 2 * box.br().x) - left;
@@ -313,7 +306,7 @@ void clearPlane(const InverseDepth& grid, const cv::Mat& reached, const Coeffici
       const auto constant =
           static_cast<float>(plane[1] * grid.slopeY[static_cast<std::size_t>(v)] + plane[2]);
       takeNear(&grid.smooth[at], &grid.slopeX[static_cast<std::size_t>(left)], static_cast<float>(plane[0]),
-               constant, bound, width, row.data(), &rest[at]);
+               constant, bound, width, row.data(), number, &rest[at], &of[at]);
     }
   });
 }
@@ -360,7 +353,8 @@ PlaneRemoval removePlanes(const InverseDepth& grid, const ClusterOptions& option
   std::vector<Plane> planes;
   std::vector<std::uint8_t> rest(grid.size());
   std::ranges::transform(grid.raw, rest.begin(), [](float w) { return std::uint8_t{w > 0}; });
-  const HalfImage half = halve(grid, options.planeTolerance, options.threads);
+  std::vector<std::uint8_t> of(grid.size());
+  HalfImage half = halve(grid, options.planeTolerance, options.threads);
   cv::Mat candidates(half.height, half.width, CV_8U);
   std::ranges::transform(half.nz, candidates.begin<std::uint8_t>(),
                          [](float nz) { return std::uint8_t{nz != 0}; });
@@ -385,12 +379,13 @@ PlaneRemoval removePlanes(const InverseDepth& grid, const ClusterOptions& option
     if (patches.whole[patches.largest()] < options.minPlaneArea) continue;
     const double visible = markLargePatches(patches, options.minPlaneArea / 2, on);
     cv::dilate(on, on, around);
-    clearPlane(grid, on, plane, options.planeTolerance, options.threads, rest);
+    clearPlane(grid, on, plane, options.planeTolerance, options.threads,
+               static_cast<std::uint8_t>(planes.size() + 1), rest, of);
     candidates.setTo(0, on & (candidates > 0));
     const double norm = cv::norm(plane);
     planes.push_back({-plane / norm, -1 / norm, visible});
   }
-  return {std::move(planes), Mask(grid, std::move(rest))};
+  return {std::move(planes), std::move(of), Mask(grid, std::move(rest)), std::move(half)};
 }
 
 }  // namespace estancia

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <opencv2/core/matx.hpp>
 #include <vector>
 
 #include "estancia/cloud/clusters.hpp"
@@ -10,9 +13,22 @@
 
 namespace estancia {
 
+/// Every second pixel of every second row of an InverseDepth, with its normal.
+struct HalfImage {
+  int width, height;
+  double pixelArea;               ///< of a surface at 1 m that faces the camera [m²]
+  std::vector<float> x, y;        ///< slopes of the columns and rows
+  std::vector<float> w;           ///< 1/z, 0: none
+  std::vector<float> nx, ny, nz;  ///< unit vectors away from the camera; 0 where there is no normal
+  std::vector<float> near;        ///< tolerance of w beside a plane a x + b y + c, divided by |(a, b, c)|
+  std::size_t row(int v) const { return static_cast<std::size_t>(v) * static_cast<std::size_t>(width); }
+};
+
 struct PlaneRemoval {
-  std::vector<Plane> planes;  ///< in the order they were found
-  Mask rest;                  ///< the pixels with depth that lie on none
+  std::vector<Plane> planes;     ///< in the order they were found
+  std::vector<std::uint8_t> of;  ///< a pixel's plane, numbered from 1 on; 0: none
+  Mask rest;                     ///< the pixels with depth that lie on none
+  HalfImage half;
 };
 
 /// Plane removal: sequential RANSAC (Fischler and Bolles, CACM 1981) for the large planes of a depth image
@@ -20,6 +36,29 @@ struct PlaneRemoval {
 /// pixels of a plane must be connected and have its normal, in patches of at least half of minPlaneArea; the
 /// largest patch must have all of it. Pixels behind a plane stay.
 PlaneRemoval removePlanes(const InverseDepth& grid, const ClusterOptions& options);
+
+/// Takes the pixels of planes that are not structural from the planes: returns their connected patches as
+/// segments, and gives pixels of small ones to `removal.rest`.
+Segmentation takePatches(const InverseDepth& grid, PlaneRemoval& removal);
+
+/// Adds `patches` to the segments of `removal.rest`, and drops what is left of walls, floor and ceiling: flat
+/// segments that are nowhere in front of another (the wall seen between things), and strips along walls
+/// (skirting, frames and reveals of doors). Returns the pixels of what remains.
+Mask dropStructure(const InverseDepth& grid, const PlaneRemoval& removal, const cv::Vec3d& up,
+                   const Segmentation& patches, Segmentation& segments);
+
+/// Joins crumbs that lie close together (leaves), and small segments whose lower ends are free, as nothing
+/// floats, to the nearest larger segment.
+void joinLoose(const InverseDepth& grid, const Mask& mask, const cv::Vec3d& up, Segmentation& segments);
+
+/// Furniture assembly: joins to each body, a segment too large for a hand, what touches it, what carries its
+/// level top, and other bodies next to it. What stands on a body is a thing of its own: it begins where they
+/// touch, inside of the border of a level surface, or above all of a body that is wider.
+void assembleFurniture(const InverseDepth& grid, const Mask& mask, const HalfImage& half, const cv::Vec3d& up,
+                       Segmentation& segments);
+
+/// Drops segments of less than 8 pixels' mean width: nearly all their pixels mix them with what is behind.
+void dropNarrow(const InverseDepth& grid, const Mask& mask, Segmentation& segments);
 
 /// Segment merging: merges segments that come within `contact` [m] of each other without a concave corner
 /// between them (a hole or the rim of the nearer one separates them in the image), and segments of one

@@ -65,6 +65,7 @@ struct View {
   CameraIntrinsics camera{640, 480, 525, 525, 319.5, 239.5};
   cv::Vec3d from{0, -0.75, 0.6}, to{0, 0, 0.05};
   double noise = 0.0014;  ///< of 1/z [1/m]: so many meters at 1 m
+  double roll = 0;        ///< of the camera about its axis, clockwise [rad]
 };
 
 struct Seen {
@@ -75,7 +76,9 @@ struct Seen {
 
 inline Seen see(const std::vector<Shape>& shapes, const View& view = {}) {
   const cv::Vec3d forward = cv::normalize(view.to - view.from),
-                  right = cv::normalize(forward.cross(cv::Vec3d(0, 0, 1))), down = forward.cross(right);
+                  across = cv::normalize(forward.cross(cv::Vec3d(0, 0, 1))), below = forward.cross(across),
+                  right = std::cos(view.roll) * across + std::sin(view.roll) * below,
+                  down = std::cos(view.roll) * below - std::sin(view.roll) * across;
   const CameraIntrinsics& camera = view.camera;
   Seen seen{cv::Mat(camera.height, camera.width, CV_32F, cv::Scalar(0)),
             cv::Mat(camera.height, camera.width, CV_32S, cv::Scalar(-1)),

@@ -101,7 +101,7 @@ TEST(RealClusters, FindThemByTheirPointsAloneToo) {
   EXPECT_GE(sum.found, 0.9 * sum.objects);
 }
 
-/// Without marks: a room's walls, cupboards, floor and table are planes, and much is left.
+/// Without marks: a room's walls, cupboards, floor and table are planes, and much stands on them.
 TEST(RealClusters, TakeAKitchenApart) {
   const auto data = test::findData("sevenscenes_redkitchen");
   ESTANCIA_NEEDS(data, "needs sevenscenes_redkitchen");
@@ -116,7 +116,7 @@ TEST(RealClusters, TakeAKitchenApart) {
       EXPECT_NEAR(cv::norm(plane.normal), 1, 1e-9);
       EXPECT_LT(plane.offset, 0);  // the camera is in front of it
     }
-    EXPECT_LT(clusters.clusters.front().points.size(), depth.total() / 5) << frame;
+    EXPECT_LT(clusters.clusters.front().points.size(), 2 * depth.total() / 5) << frame << ", a table's";
   }
 }
 
