@@ -24,6 +24,7 @@
 
 #include "estancia/cloud/clusters.hpp"
 #include "estancia/cloud/inverse_depth.hpp"
+#include "estancia/cloud/room_structure.hpp"
 #include "estancia/cloud/segmentation_stages.hpp"
 #include "estancia/cloud/segments.hpp"
 #include "estancia/io/depth_file.hpp"
@@ -119,9 +120,13 @@ struct Pcl {
 void run(double focal, const std::vector<std::string>& files) {
   std::vector<Row> rows = {{"1/z, smoothed"},
                            {"planes"},
+                           {"structure"},
                            {"creases"},
                            {"segments"},
+                           {"remnants of structure"},
                            {"joins"},
+                           {"loose parts"},
+                           {"furniture"},
                            {"vessels"},
                            {"all of it"},
                            {"all, wall clock, one thread"},
@@ -140,17 +145,31 @@ void run(double focal, const std::vector<std::string>& files) {
       (next++)->sum += milliseconds(clock, work);
     };
     InverseDepth grid;
-    std::optional<PlaneRemoval> scene;
+    std::optional<PlaneRemoval> removal, structured;
     std::vector<std::uint8_t> creases;
-    Segmentation segments, joined, vessels;
+    Segmentation segments, kept, joined, loose, furniture, vessels;
     add(processorTime, [&] { grid = inverseDepth(depth, camera, 1); });
-    add(processorTime, [&] { scene.emplace(removePlanes(grid, options)); });
-    add(processorTime, [&] { creases = concaveCreases(grid, scene->rest, options.creaseDepth, 1); });
-    add(processorTime, [&] { segments = oversegment(grid, scene->rest, creases); });
+    add(processorTime, [&] { removal.emplace(removePlanes(grid, options)); });
+    cv::Vec3d up;
+    Segmentation patches;
+    std::optional<Mask> foreground;
+    add(processorTime, [&] {
+      PlaneRemoval copy = *removal;
+      up = upOf(copy.planes);
+      findStructure(grid, up, copy);
+      patches = takePatches(grid, copy);
+      structured.emplace(std::move(copy));
+    });
+    add(processorTime, [&] { creases = concaveCreases(grid, structured->rest, options.creaseDepth, 1); });
+    add(processorTime, [&] { segments = oversegment(grid, structured->rest, creases); });
     add(processorTime,
-        [&] { mergeSegments(grid, scene->rest, options.contactDistance, 1, joined = segments); });
+        [&] { foreground.emplace(dropStructure(grid, *structured, up, patches, kept = segments)); });
+    add(processorTime, [&] { mergeSegments(grid, *foreground, options.contactDistance, 1, joined = kept); });
+    add(processorTime, [&] { joinLoose(grid, *foreground, up, loose = joined); });
     add(processorTime,
-        [&] { mergeContainerInteriors(grid, scene->rest, scene->planes, 1, vessels = joined); });
+        [&] { assembleFurniture(grid, *foreground, structured->half, up, furniture = loose); });
+    add(processorTime,
+        [&] { mergeContainerInteriors(grid, *foreground, structured->planes, 1, vessels = furniture); });
     Clusters found;
     add(processorTime, [&] { found = findClusters(depth, camera, options); });
     add(wallTime, [&] { found = findClusters(depth, camera, options); });
