@@ -1,5 +1,5 @@
-// Surroundings: descriptors of a run pooled with those of images taken near in space or, without poses, time.
-// Private. SPDX-License-Identifier: Apache-2.0
+// Surroundings: descriptors of a run, pooled over images near in space or, without poses, time. Private.
+// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
