@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numbers>
 #include <utility>
 
@@ -13,9 +12,9 @@
 namespace estancia {
 namespace {
 
-constexpr std::size_t maxViewsOfNode = 32;  // 8 lose returns to large rooms
-constexpr std::size_t maxSequence = 16;     // images of a sequence that look different
-constexpr double apartRatio = 2;            // × the near distance and angle
+constexpr std::ptrdiff_t maxViewsOfNode = 32;  // 8 lose returns to large rooms
+constexpr std::size_t maxSequence = 16;        // images of a sequence that look different
+constexpr double apartRatio = 2;               // × the near distance and angle
 
 double angleBetween(const Pose& a, const Pose& b) {
   const auto f = a.forward(), g = b.forward();
@@ -111,13 +110,28 @@ void ViewMemory::keep(PlaceView view, const Thresholds& thresholds) {
   const int node = view.node;
   if (bounded_) bounds_.set(views_.size(), view.compared);
   views_.push_back(std::move(view));
-  std::map<int, std::vector<std::size_t>> slots;
-  for (std::size_t i = 0; i < views_.size(); ++i) slots[views_[i].node].push_back(i);
-  if (slots[node].size() > maxViewsOfNode) return forgetOne(slots[node], thresholds);
-  if (views_.size() <= max_) return;
-  const auto largest = std::ranges::max_element(
-      slots, [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
-  forgetOne(largest->second, thresholds);
+  if (std::ranges::count(views_, node, &PlaceView::node) > maxViewsOfNode)
+    forgetOne(node, thresholds);
+  else if (views_.size() > max_)
+    forgetOne(largestNode(), thresholds);
+}
+
+/// The node with most views, of equal ones that of the lowest id.
+int ViewMemory::largestNode() const {
+  std::vector<int> nodes;
+  for (const PlaceView& view : views_) nodes.push_back(view.node);
+  std::ranges::sort(nodes);
+  auto largest = nodes.begin();
+  std::ptrdiff_t most = 0;
+  for (auto first = nodes.begin(); first != nodes.end();) {
+    const auto last = std::upper_bound(first, nodes.end(), *first);
+    if (last - first > most) {
+      most = last - first;
+      largest = first;
+    }
+    first = last;
+  }
+  return *largest;
 }
 
 /// 0 for the same view; in units of what is near.
@@ -131,7 +145,10 @@ double ViewMemory::likeness(const PlaceView& a, const PlaceView& b, const Thresh
 
 /// Of the two views most like each other the one nearer to a third goes, and the other one stands for it;
 /// where each node has one view, the one not seen for longest goes.
-void ViewMemory::forgetOne(const std::vector<std::size_t>& among, const Thresholds& thresholds) {
+void ViewMemory::forgetOne(int node, const Thresholds& thresholds) {
+  std::vector<std::size_t> among;
+  for (std::size_t i = 0; i < views_.size(); ++i)
+    if (views_[i].node == node) among.push_back(i);
   if (among.size() < 2) {
     const auto oldest = std::ranges::min_element(views_, {}, &PlaceView::lastSeen);
     return remove(static_cast<std::size_t>(oldest - views_.begin()));

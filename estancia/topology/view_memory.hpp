@@ -85,7 +85,8 @@ class ViewMemory {
   bool isElsewhere(const std::optional<Pose>& a, const std::optional<Pose>& b) const;
   double likeness(const PlaceView& a, const PlaceView& b, const Thresholds& thresholds) const;
   bool continues(const PlaceView& seen, const PlaceView& known, const Thresholds& thresholds);
-  void forgetOne(const std::vector<std::size_t>& among, const Thresholds& thresholds);
+  int largestNode() const;
+  void forgetOne(int node, const Thresholds& thresholds);
   void remove(std::size_t slot);
 
   Distance distance_;
