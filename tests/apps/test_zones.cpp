@@ -110,10 +110,17 @@ TEST_F(ZonesCommand, FollowsAStreamAndSaysHowFarItIsFromTheExactResult) {
 
 TEST_F(ZonesCommand, TakesTheWordsOfAMap) {
   ASSERT_EQ(run({"map", words_, "-o", map_}).exitCode, 0);
-  const json ofWords = zones();
-  const auto result = run({"zones", "find", map_, "-o", scratch_ / "map.zones", "--json"});
-  ASSERT_EQ(result.exitCode, 0) << result.err;
-  EXPECT_EQ(json::parse(result.out)["zones"], ofWords["zones"]);
+  const auto ofMap = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"zones",       "find",  map_, "-o", scratch_ / "map.zones",
+                                       "--overwrite", "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto result = run(arguments);
+    EXPECT_EQ(result.exitCode, 0) << result.err;
+    return json::parse(result.out, nullptr, false)["zones"];
+  };
+  EXPECT_EQ(ofMap({"--set", "zones.reach=0"}), zones()["zones"]);
+  EXPECT_EQ(ofMap({}), zones({"--set", "zones.reach=0.5"})["zones"]) << "a map is a run";
+  EXPECT_EQ(ofMap({"--preset", "thesis"}), zones({"--preset", "thesis"})["zones"]);
   expectError({"zones", "find", map_, "-o", scratch_ / "c.zones", "--model", "inception-v3"},
               ErrorCode::invalidOption, "--model");
   expectError({"zones", "find", map_, "-o", scratch_ / "c.zones", "--rooms", "r.csv"},
