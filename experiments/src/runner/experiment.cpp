@@ -12,6 +12,7 @@
 #include "estancia/classify/classifier.hpp"
 #include "estancia/core/config.hpp"
 #include "estancia/core/error.hpp"
+#include "experiments/src/objects/home_segmentation.hpp"
 #include "experiments/src/objects/object_segmentation.hpp"
 #include "experiments/src/objects/object_splits.hpp"
 #include "experiments/src/places/model_choice.hpp"
@@ -80,6 +81,8 @@ struct Kind {
 };
 
 constexpr Kind kKinds[] = {
+    {"home-segmentation", "things of a furnished home found by class, and clusters that are none",
+     homeSegmentationColumns, false, prepare<readHomeSegmentation, segmentHomes>},
     {"model-choice", "which model's labels separate places best (thesis 4.5.2)", modelChoiceColumns, false,
      prepare<readModelChoice, chooseModel>},
     {"object-segmentation", "objects in images, over- and under-segmentation (thesis 6.3)",

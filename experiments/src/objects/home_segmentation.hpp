@@ -1,0 +1,50 @@
+// Home segmentation experiment: the things of a furnished home found by class, and clusters that are none.
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "estancia/core/progress.hpp"
+#include "experiments/src/findings/findings.hpp"
+#include "experiments/src/runner/experiment.hpp"
+#include "experiments/src/runner/grid.hpp"
+
+namespace estancia {
+
+class ConfigFile;
+
+}  // namespace estancia
+
+namespace estancia::experiments {
+
+struct HomeSegmentationOptions {
+  /// Folders of drives: RGB-D with instance/*.png and instances.csv (home_truth.hpp).
+  std::vector<std::string> drives;
+  /// Standard deviations of noise that is added to depth [m at 1 m]; it grows with the square of depth.
+  std::vector<double> noise = {0};
+  /// Takes every such frame.
+  std::size_t every = 1;
+  /// Pixels with depth of the smallest thing that is to be found.
+  std::size_t leastPixels = 300;
+  std::uint64_t seed = 1;
+  /// By category of instances.csv; all others are `otherClass`.
+  std::map<std::string, std::string> classOf;
+  std::string otherClass = "small";
+};
+
+/// Throws Error `file:line: …` on unknown, missing or wrong keys.
+HomeSegmentationOptions readHomeSegmentation(ConfigFile& config);
+
+/// drive,noise,class,things,found,clusters,right
+GridColumns homeSegmentationColumns();
+
+/// Runs the experiment: a thing is found, and a cluster right, where their intersection over union, over
+/// pixels with depth, is 0.5 or more. Throws Error when a drive has no masks or cannot be read.
+Findings segmentHomes(const HomeSegmentationOptions& options, Grid& grid, const ExperimentRun& run,
+                      Progress& progress);
+
+}  // namespace estancia::experiments
