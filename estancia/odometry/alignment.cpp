@@ -16,21 +16,29 @@ namespace {
 constexpr float kFreedom = 5;               // of the t-distribution (Kerl et al. 2013)
 constexpr float kMinPlaneSpread = 0.5e-3F;  // [m] at 1 m; depth comes in millimeters
 constexpr float kMinGraySpread = 0.01F;     // images come in 8 bits, compressed
-constexpr float kUnregistered = 2;          // [pixels of the finest level] between color and depth
-constexpr float kFacing = 0.7F;             // cosine: surfaces that face other ways are not the same
-constexpr double kTextured = 4e-4;          // variance of gray values (0 to 1); below, there is no texture
-constexpr double kConverged = 1e-4;         // [m] and [rad]: a smaller step is the last of its level
-constexpr double kMaxTurn = 0.3;            // [rad] of one step
+// A pixel; less may be light on a bare wall, the shade of a lens or noise, none of which moves with the wall.
+constexpr float kMinGradient = 2 * kMinGraySpread;
+constexpr float kUnregistered = 2;  // [pixels of the finest level] between color and depth
+constexpr float kFacing = 0.7F;     // cosine: surfaces that face other ways are not the same
+constexpr float kNear = 4;  // [m]; beyond, noise grows with the square of depth, and so may differences
+constexpr double kTextured = 4e-4;   // variance of gray values (0 to 1); below, there is no texture
+constexpr double kConverged = 1e-4;  // [m] and [rad]: a smaller step is the last of its level
+constexpr double kMaxTurn = 0.3;     // [rad] of one step
 constexpr std::size_t kMinObservations = 100;
 constexpr double kCorrelated = 25;  // pixels that count as one independent observation
+// What is known without looking: a motion is within a radian and a meter. It keeps directions that nothing
+// shows as they were guessed.
+const cv::Matx66d kRoom = cv::Matx66d::eye();
 constexpr double kCameraTurn = 1e-3,
                  kCameraShift = 2e-3;  // [rad], [m]: what no number of pixels makes exacter
 
 /// One residual, and how it changes with a motion of the source in the frame of the first target.
 struct Observation {
-  std::array<float, 6> gradient;  ///< by rotation and translation
-  float residual;
+  /// The derivatives by rotation (3) and translation (3), the residual, and 0.
+  alignas(32) std::array<float, 8> row;
   float spread;  ///< expected, beside that of the others of its kind
+
+  float& residual() { return row[6]; }
 };
 
 /// Gray values of corresponding pixels, for the exposure: target ≈ gain · source + bias.
@@ -116,9 +124,11 @@ class Level {
   void observe(const AlignmentTarget& target, const cv::Affine3d& transform);
   void addPlane(const PyramidLevel& target, const Projection& p, const cv::Vec3f& sourceNormal);
   void addGray(const PyramidLevel& target, const Projection& p, float gray);
-  static std::array<float, 6> gradientOf(const cv::Vec3f& point, const cv::Vec3f& d) {
-    const cv::Vec3f turn = point.cross(d);
-    return {turn[0], turn[1], turn[2], d[0], d[1], d[2]};
+  /// The residual falls by `direction` times the motion of `point` (both in the target's frame).
+  Observation observation(const cv::Vec3f& point, const cv::Vec3f& direction, float residual,
+                          float spread) const {
+    const cv::Vec3f d = toFirst_ * direction, turn = (toFirst_ * point + firstShift_).cross(d);
+    return {{turn[0], turn[1], turn[2], d[0], d[1], d[2], residual, 0}, spread};
   }
 
   const PyramidLevel& source_;
@@ -140,21 +150,20 @@ void Level::addPlane(const PyramidLevel& target, const Projection& p, const cv::
   if (!(normal[2] <= 1) || sourceNormal.dot(normal) < kFacing) return;  // no normal at an edge
   const float distance = normal.dot(p.point - target.points.at<cv::Vec3f>(p.row, p.column));
   const float z = p.point[2];
-  planes_.push_back({gradientOf(toFirst_ * p.point + firstShift_, toFirst_ * normal), distance,
-                     std::max(0.25F, z * z)});  // the noise of triangulation
+  planes_.push_back(observation(p.point, normal, distance, std::max(0.25F, z * z)));  // as by triangulation
 }
 
 void Level::addGray(const PyramidLevel& target, const Projection& p, float gray) {
   const float dx = sampled(target.grayDx, p.u, p.v) / 8, dy = sampled(target.grayDy, p.u, p.v) / 8;  // Sobel
   const float value = sampled(target.gray, p.u, p.v);
   pairs_.add(gray, value);
+  if (dx * dx + dy * dy < kMinGradient * kMinGradient) return;
   sourceGrays_.push_back(gray);
   const float z = p.point[2], gu = dx * static_cast<float>(target.camera.fx) / z,
               gv = dy * static_cast<float>(target.camera.fy) / z;
   const cv::Vec3f direction(gu, gv, -(gu * p.point[0] + gv * p.point[1]) / z);
   const float blur = unregistered_ / (2 * kMinGraySpread);
-  grays_.push_back({gradientOf(toFirst_ * p.point + firstShift_, toFirst_ * direction), value,
-                    std::sqrt(1 + blur * blur * (dx * dx + dy * dy))});
+  grays_.push_back(observation(p.point, direction, value, std::sqrt(1 + blur * blur * (dx * dx + dy * dy))));
 }
 
 void Level::observe(const AlignmentTarget& target, const cv::Affine3d& transform) {
@@ -177,30 +186,41 @@ void Level::observe(const AlignmentTarget& target, const cv::Affine3d& transform
   }
 }
 
-/// The median deviation, as that of a normal distribution.
-float spreadOf(const std::vector<Observation>& observations, float least) {
+/// The median deviation of some of them, as that of a normal distribution.
+float spreadOf(std::span<const Observation> observations, float least) {
   if (observations.empty()) return least;
   std::vector<float> sizes;
-  sizes.reserve(observations.size());
-  for (const Observation& o : observations) sizes.push_back(std::abs(o.residual) / o.spread);
+  for (std::size_t i = 0; i < observations.size(); i += 1 + observations.size() / 4096)
+    sizes.push_back(std::abs(observations[i].row[6]) / observations[i].spread);
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
   return std::max(least, 1.4826F * *middle);
 }
 
-/// Adds Σ w JᵀJ (the upper triangle) and Σ w Jᵀr.
+/// Adds w · row · rowᵀ of every observation to `products`, 6 × 8: Σ w JᵀJ beside Σ w Jᵀr.
 ESTANCIA_MULTIVERSION
-void addNormalEquations(const Observation* observations, std::size_t count, float spread, double* matrix,
-                        double* vector) {
+void addProducts(const Observation* observations, std::size_t count, float spread, float* products) {
   for (std::size_t n = 0; n < count; ++n) {
     const Observation& o = observations[n];
-    const float scale = 1 / (o.spread * spread), e = o.residual * scale;
+    const float scale = 1 / (o.spread * spread), e = o.row[6] * scale;
     const float weight = (kFreedom + 1) / (kFreedom + e * e) * scale * scale;
+    for (std::size_t i = 0; i < 6; ++i)
+      for (std::size_t j = 0; j < 8; ++j) products[8 * i + j] += weight * o.row[i] * o.row[j];
+  }
+}
+
+/// The system of one kind of observations; in float for a few, in double for their sums.
+void addNormalEquations(std::span<const Observation> observations, float least, cv::Matx66d& matrix,
+                        cv::Matx61d& vector) {
+  constexpr std::size_t kBlock = 256;
+  const float spread = spreadOf(observations, least);
+  for (std::size_t first = 0; first < observations.size(); first += kBlock) {
+    alignas(32) std::array<float, 48> products{};
+    addProducts(&observations[first], std::min(kBlock, observations.size() - first), spread, products.data());
     for (int i = 0; i < 6; ++i) {
-      const float g = weight * o.gradient[static_cast<std::size_t>(i)];
-      for (int j = 0; j < 6; ++j)
-        matrix[6 * i + j] += static_cast<double>(g * o.gradient[static_cast<std::size_t>(j)]);
-      vector[i] += static_cast<double>(g * o.residual);
+      const float* row = &products[static_cast<std::size_t>(8 * i)];
+      for (int j = 0; j < 6; ++j) matrix(i, j) += static_cast<double>(row[j]);
+      vector(i) += static_cast<double>(row[6]);
     }
   }
 }
@@ -212,15 +232,12 @@ std::optional<double> Level::step(cv::Affine3d& transform, cv::Matx66d& informat
   if (planes_.size() + grays_.size() < kMinObservations) return std::nullopt;
   exposure_ = exposureOf(pairs_);
   for (std::size_t i = 0; i < grays_.size(); ++i)
-    grays_[i].residual -= exposure_.gain * sourceGrays_[i] + exposure_.bias;
+    grays_[i].residual() -= exposure_.gain * sourceGrays_[i] + exposure_.bias;
   information = cv::Matx66d::zeros();
   cv::Matx61d slope = cv::Matx61d::zeros();
-  addNormalEquations(planes_.data(), planes_.size(), spreadOf(planes_, kMinPlaneSpread), information.val,
-                     slope.val);
-  addNormalEquations(grays_.data(), grays_.size(), spreadOf(grays_, kMinGraySpread), information.val,
-                     slope.val);
-  cv::Matx66d damped = information;
-  for (int i = 0; i < 6; ++i) damped(i, i) *= 1 + 1e-6;
+  addNormalEquations(planes_, kMinPlaneSpread, information, slope);
+  addNormalEquations(grays_, kMinGraySpread, information, slope);
+  const cv::Matx66d damped = information + kCorrelated * kRoom;
   cv::Matx61d motion;
   if (!cv::solve(damped, -1 * slope, motion, cv::DECOMP_CHOLESKY)) return std::nullopt;
   cv::Vec3d turn(motion.val), shift(motion.val + 3);
@@ -253,7 +270,9 @@ Shared sharedWith(const PyramidLevel& source, const PyramidLevel& target, const 
       if (!(point[2] > 0)) continue;
       ++shared.points;
       if (!project(rotation, translation, point, target, p)) continue;
-      const double difference = static_cast<double>(target.depth.at<float>(p.row, p.column) - p.point[2]);
+      const float nearer = std::min(1.0F, kNear * kNear / (p.point[2] * p.point[2]));
+      const auto difference =
+          static_cast<double>(nearer * (target.depth.at<float>(p.row, p.column) - p.point[2]));
       if (std::abs(difference) > sameSurface) continue;
       ++shared.same;
       shared.squares += difference * difference;
@@ -299,10 +318,7 @@ double spreadOfPosition(const cv::Matx66d& covariance, const cv::Vec3d& at) {
 }  // namespace
 
 cv::Matx66d covarianceOf(const cv::Matx66d& information) {
-  cv::Matx66d regular = information * (1 / kCorrelated);
-  // Nothing is less certain than within a turn, or a room.
-  for (int i = 0; i < 6; ++i) regular(i, i) += 1;
-  cv::Matx66d covariance = regular.inv(cv::DECOMP_CHOLESKY);
+  cv::Matx66d covariance = (information * (1 / kCorrelated) + kRoom).inv(cv::DECOMP_CHOLESKY);
   for (int i = 0; i < 6; ++i)
     covariance(i, i) += i < 3 ? kCameraTurn * kCameraTurn : kCameraShift * kCameraShift;
   return covariance;

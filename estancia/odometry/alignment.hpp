@@ -29,7 +29,7 @@ struct Alignment {
   cv::Affine3d transform;  ///< T_map_source
   // Of the target that shows the most of the source:
   double overlap = 0;      ///< share of the source's points that lie on the target's surface
-  double rmse = 0;         ///< of the differences in depth of the common points [m]
+  double rmse = 0;         ///< of the differences in depth of the common points [m], as if 4 m away at most
   double correlation = 0;  ///< of their gray values; 1 without texture
   /// Share of the source's points that agree with any target in depth and in gray value.
   double agreement = 0;

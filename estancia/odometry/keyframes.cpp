@@ -12,7 +12,7 @@ namespace estancia::odometry {
 namespace {
 
 constexpr int kLevels = 3;
-constexpr int kFeatures = 800;
+constexpr int kFeatures = 500;
 constexpr double kMinDepthShare = 0.02;  // share of the pixels; below, alignment is unreliable
 constexpr std::size_t kLatest = 8;       // keyframes among which a frame is tracked: they hardly drift apart
 constexpr double kMinPrediction = 0.3;   // overlap; with less a keyframe helps little

@@ -13,6 +13,7 @@
 namespace estancia::odometry {
 namespace {
 
+constexpr double kMaxSpread = 0.1;  // [m]; an alignment that leaves more open holds on to nothing
 constexpr int kRounds = 2;
 constexpr double kMaxOff = 6;  // standard deviations; an edge that is off by more is an outlier
 
@@ -119,7 +120,7 @@ std::vector<PoseGraphEdge> LoopCloser::agreed() const {
 
 bool isGood(const Alignment& a, double minOverlap, const RgbdOptions& options) {
   return a.solved && a.overlap >= minOverlap && a.rmse <= options.maxRmse &&
-         a.correlation >= options.minCorrelation;
+         a.correlation >= options.minCorrelation && a.spread <= kMaxSpread;
 }
 
 std::vector<std::size_t> partsOf(std::size_t nodes, const std::vector<PoseGraphEdge>& edges) {

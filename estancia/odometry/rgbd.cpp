@@ -73,6 +73,14 @@ class Prefetcher {
   std::future<std::unique_ptr<FrameView>> upcoming_;
 };
 
+/// Whether another pose would lead an alignment to the same.
+auto isNear(const cv::Affine3d& pose) {
+  return [&pose](const cv::Affine3d& other) {
+    const cv::Affine3d motion = other.inv() * pose;
+    return cv::norm(motion.translation()) + angleOf(motion) < 0.01;
+  };
+}
+
 class Tracker {
  public:
   Tracker(const Sequence& sequence, const RgbdOptions& options, const FrameWords& words,
@@ -94,7 +102,8 @@ class Tracker {
     Alignment alignment;
   };
   cv::Affine3d predicted(const FrameView& view) const;
-  std::vector<cv::Affine3d> guesses(const FrameView& view) const;
+  std::vector<cv::Affine3d> guessesByMotion(const FrameView& view) const;
+  std::vector<cv::Affine3d> guessesByFeatures(const FrameView& view) const;
   std::optional<Found> refined(const FrameView& view, const cv::Affine3d& guess, std::size_t finest) const;
   std::optional<Found> fit(const FrameView& view) const;
   bool promoteLast();
@@ -131,26 +140,21 @@ cv::Affine3d Tracker::predicted(const FrameView& view) const {
   return lastPose_ * times(velocity_, static_cast<double>(view.frame - last_->frame));
 }
 
-/// Guesses of T_map_view, the likeliest first.
-std::vector<cv::Affine3d> Tracker::guesses(const FrameView& view) const {
-  std::vector<cv::Affine3d> found{predicted(view)};
-  const auto known = [&](const cv::Affine3d& pose) {
-    return std::ranges::any_of(found, [&](const cv::Affine3d& other) {
-      const cv::Affine3d motion = other.inv() * pose;
-      return cv::norm(motion.translation()) + angleOf(motion) < 0.01;
-    });
-  };
-  const auto add = [&](const cv::Affine3d& pose) {
-    if (!known(pose) && !isTooFar(lastPose_.inv() * pose, options_)) found.push_back(pose);
-  };
-  add(lastPose_ * times(velocity_, static_cast<double>(view.frame - last_->frame)));
-  add(lastPose_);
+/// Guesses of T_map_view without a look at features: the prior, the motion so far, none.
+std::vector<cv::Affine3d> Tracker::guessesByMotion(const FrameView& view) const {
+  return {predicted(view), lastPose_ * times(velocity_, static_cast<double>(view.frame - last_->frame)),
+          lastPose_};
+}
+
+/// Guesses of T_map_view by matched features.
+std::vector<cv::Affine3d> Tracker::guessesByFeatures(const FrameView& view) const {
+  std::vector<cv::Affine3d> found;
   const auto& keyframe = keyframes_[current_];
   if (const auto motion = guessFromFeatures(view.features, keyframe.features, kGuessFeatures))
-    add(keyframe.pose * *motion);
+    found.push_back(keyframe.pose * *motion);
   if (last_->frame != keyframe.frame)
     if (const auto motion = guessFromFeatures(view.features, last_->features, kGuessFeatures))
-      add(lastPose_ * *motion);
+      found.push_back(lastPose_ * *motion);
   return found;
 }
 
@@ -171,10 +175,19 @@ std::optional<Tracker::Found> Tracker::refined(const FrameView& view, const cv::
 /// Takes the guess that fits best on the coarsest level, and refines it.
 std::optional<Tracker::Found> Tracker::fit(const FrameView& view) const {
   std::vector<std::pair<double, cv::Affine3d>> ranked;
-  for (const cv::Affine3d& guess : guesses(view))
-    if (const auto found = refined(view, guess, view.pyramid.size() - 1))
-      ranked.emplace_back(found->alignment.agreement, found->alignment.transform);
-  std::ranges::stable_sort(ranked, std::greater(), &std::pair<double, cv::Affine3d>::first);
+  std::vector<cv::Affine3d> tried;
+  const auto rank = [&](const std::vector<cv::Affine3d>& guesses) {
+    for (const cv::Affine3d& guess : guesses) {
+      if (isTooFar(lastPose_.inv() * guess, options_) || std::ranges::any_of(tried, isNear(guess))) continue;
+      tried.push_back(guess);
+      if (const auto found = refined(view, guess, view.pyramid.size() - 1))
+        ranked.emplace_back(found->alignment.agreement, found->alignment.transform);
+    }
+    std::ranges::stable_sort(ranked, std::greater(), &std::pair<double, cv::Affine3d>::first);
+  };
+  rank(guessesByMotion(view));
+  // A guess that agrees as much as a frame without need of a keyframe is clear without features.
+  if (ranked.empty() || ranked.front().first < options_.keyframeOverlap) rank(guessesByFeatures(view));
   for (const auto& [agreement, guess] : ranked) {
     const auto found = refined(view, guess, 0);
     if (found && isGood(found->alignment, options_.minOverlap, options_) &&
@@ -308,7 +321,8 @@ void Tracker::report(const std::vector<std::size_t>& parts) {
     if (tracked[i]) continue;
     const auto problem = problems_.find(i);
     (pose ? result_.bridged : result_.lost)
-        .push_back({i, problem == problems_.end() ? "it fits no keyframe" : problem->second});
+        .push_back({i, problem == problems_.end() ? "it fits no keyframe, or shows nothing to hold on to"
+                                                  : problem->second});
   }
 }
 
@@ -351,9 +365,7 @@ OptionGroup declare(RgbdOptions& o) {
       .range(48, 4096)
       .unit("pixels")
       .why("Larger images take longer, and gain little with the noise of depth cameras.");
-  group.add("max-depth", &o.maxDepth, "Depth beyond is not used: it is too noisy for alignment")
-      .above(0, 1000)
-      .unit("m");
+  group.add("max-depth", &o.maxDepth, "Depth beyond is not used").above(0, 1000).unit("m");
   group
       .add("keyframe-overlap", &o.keyframeOverlap,
            "Share of a frame's points in the keyframe, below which it becomes the next one")

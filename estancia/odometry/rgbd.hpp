@@ -21,7 +21,7 @@ namespace estancia {
 struct RgbdOptions {
   std::string term = "auto";
   int maxWidth = 160;
-  double maxDepth = 4;
+  double maxDepth = 8;
   double keyframeOverlap = 0.7;
   double minOverlap = 0.35;
   double maxRmse = 0.03;

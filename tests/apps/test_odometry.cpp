@@ -65,6 +65,18 @@ TEST_F(OdometryCommand, TakesTheScaleOfDepth) {
       << "a wall 100 m away is beyond --max-depth";
 }
 
+TEST_F(OdometryCommand, TakesTheMotionOfWheels) {
+  const std::string wheels = scratch_ / "wheels.txt", camera = scratch_ / "camera.txt";
+  writeFile(wheels, "0 0 0 0 0 0 0 1\n1 0 0 0 0 0 0 1\n");
+  const auto result = odometry({"--intrinsics", camera, "--odom", wheels, "--json"});
+  ASSERT_EQ(result.exitCode, 0) << result.err;
+  EXPECT_EQ(json::parse(result.out)["placed"], 2);
+  writeFile(wheels, "0 nan nan nan 0 0 0 1\n1 nan nan nan 0 0 0 1\n");
+  EXPECT_EQ(odometry({"--intrinsics", camera, "--odom", wheels}).exitCode, 2);
+  writeFile(wheels, "these are no poses\n");
+  EXPECT_EQ(odometry({"--intrinsics", camera, "--odom", wheels}).exitCode, 2);
+}
+
 TEST_F(OdometryCommand, ReplacesNothingUntold) {
   writeFile(file_, "mine");
   const auto result = run({"odometry", "estimate", room_.string(), "-o", file_, "--no-loops"});
