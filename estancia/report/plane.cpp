@@ -37,11 +37,11 @@ cv::Matx33d covariance(const std::vector<Position>& positions) {
 
 }  // namespace
 
-Point Plane::project(const Position& position) const {
+Point GroundPlane::project(const Position& position) const {
   return {dot(position, right), dot(position, up)};
 }
 
-Plane planeOf(const std::vector<Position>& positions) {
+GroundPlane planeOf(const std::vector<Position>& positions) {
   if (positions.empty()) return {};
   const cv::Matx33d spread = covariance(positions);
   const std::array<double, 3> variance{spread(0, 0), spread(1, 1), spread(2, 2)};

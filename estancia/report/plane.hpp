@@ -13,7 +13,7 @@
 namespace estancia::report {
 
 /// An orthonormal pair of axes that turns positions of the map [m] into the page's plane (x right, y up).
-struct Plane {
+struct GroundPlane {
   std::array<double, 3> right{1, 0, 0}, up{0, 1, 0};
 
   Point project(const std::array<double, 3>& position) const;
@@ -22,13 +22,13 @@ struct Plane {
 /// The plane that shows a set of positions best. A map whose positions spread least along one of its axes is
 /// seen along that axis and keeps its orientation: from above in z-up maps (x right, y up), and, in maps that
 /// hang on a first camera (y down), with x right and z up. Otherwise the plane of largest spread (PCA).
-Plane planeOf(const std::vector<std::array<double, 3>>& positions);
+GroundPlane planeOf(const std::vector<std::array<double, 3>>& positions);
 
 /// One point a pose in the map's plane [m], y up; none where the pose is unknown, not finite, or so far off
 /// that it is an error of the trajectory.
 struct DrivenPath {
   std::vector<std::optional<Point>> points;
-  Plane plane;
+  GroundPlane plane;
   bool empty = true;  ///< no pose is known
 };
 /// `fromAbove` uses x and y whatever their spread, as a floor plan needs it.
