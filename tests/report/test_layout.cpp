@@ -90,14 +90,14 @@ TEST(Separation, OnlyTheNodesThatOverlapMove) {  // whatever else is on the map
 }
 
 TEST(MapPlane, AFlatMapIsSeenFromAboveWithoutTurning) {
-  const Plane plane = planeOf({{0, 0, 0}, {3, 1, 0.01}, {-2, 5, 0}, {4, 4, 0.02}});
+  const GroundPlane plane = planeOf({{0, 0, 0}, {3, 1, 0.01}, {-2, 5, 0}, {4, 4, 0.02}});
   const Point p = plane.project({3, 1, 9});
   EXPECT_DOUBLE_EQ(p.x, 3);
   EXPECT_DOUBLE_EQ(p.y, 1);
 }
 
 TEST(MapPlane, AMapInACamerasFrameIsSeenFromAbove) {
-  const Plane plane = planeOf({{0, 0, 0}, {3, 0.01, 1}, {-2, 0, 5}, {4, 0.02, 4}});  // y points down
+  const GroundPlane plane = planeOf({{0, 0, 0}, {3, 0.01, 1}, {-2, 0, 5}, {4, 0.02, 4}});  // y points down
   const Point p = plane.project({3, 7, 1});
   EXPECT_DOUBLE_EQ(p.x, 3);
   EXPECT_DOUBLE_EQ(p.y, 1);
@@ -107,7 +107,7 @@ TEST(MapPlane, ATiltedMapIsSeenAlongItsLeastSpread) {
   std::vector<std::array<double, 3>> positions;  // a circle in the plane z = x + y
   positions.reserve(40);
   for (int i = 0; i < 40; ++i) positions.push_back({std::cos(i), std::sin(i), std::cos(i) + std::sin(i)});
-  const Plane plane = planeOf(positions);
+  const GroundPlane plane = planeOf(positions);
   for (const auto& p : positions) {
     const Point flat = plane.project(p);
     EXPECT_NEAR(std::hypot(flat.x, flat.y), std::hypot(p[0], p[1], p[2]), 1e-9);
