@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "estancia/core/error.hpp"
+#include "estancia/io/home_truth.hpp"
 #include "estancia/report/measures.hpp"
 #include "estancia/topology/accuracy.hpp"
 #include "estancia/topology/quality.hpp"
@@ -40,29 +43,54 @@ LocalizationAccuracy localizationAccuracy(const EvaluateArguments& arguments) {
                              zonesOfFrames(arguments.localization.zones, localizer.map()));
 }
 
+/// The rooms that the mapped images see; none where no drive's folder is given.
+template <class Frames>
+std::vector<std::string> roomsSeenBy(const Frames& frames, const std::string& folder) {
+  if (folder.empty()) return {};
+  std::vector<std::string> images;
+  for (const Frame& frame : frames) images.push_back(frame.name);
+  return io::roomsSeen(folder, images);
+}
+
 std::vector<Measure> measuresOfZones(const EvaluateArguments& arguments) {
   if (!arguments.sequence.path.empty())
     throw Error(ErrorCode::unsupportedFile,
                 fmt::format("{} holds zones, in which no images can be localized; give a map for that",
                             arguments.localization.map));
-  return measuresOf(evaluate(readZones(arguments.localization.map)));
+  const Zones zones = readZones(arguments.localization.map);
+  return measuresOf(evaluate(zones, roomsSeenBy(zones.frames, arguments.truth)));
 }
 
 std::vector<Measure> measure(const EvaluateArguments& arguments) {
   if (isZoneFile(arguments.localization.map)) return measuresOfZones(arguments);
-  return arguments.sequence.path.empty() ? measuresOf(evaluate(readMap(arguments.localization.map)))
-                                         : measuresOf(localizationAccuracy(arguments));
+  if (!arguments.sequence.path.empty()) return measuresOf(localizationAccuracy(arguments));
+  const TopologicalMap map = readMap(arguments.localization.map);
+  return measuresOf(evaluate(map, roomsSeenBy(map.frames, arguments.truth)));
+}
+
+/// --truth is a table about SEQ, or the folder of the drive that was mapped.
+void requireFittingTruth(const EvaluateArguments& arguments) {
+  const bool folder = std::filesystem::is_directory(arguments.truth),
+             sequence = !arguments.sequence.path.empty();
+  if (arguments.truth.empty() || folder != sequence) return;
+  throw Error(
+      ErrorCode::invalidOption,
+      sequence ? fmt::format("--truth {} is a folder, the truth about a mapped drive; to judge where the "
+                             "images of SEQ are found, give a CSV query,refs",
+                             arguments.truth)
+               : fmt::format("--truth {} is a file, the truth about SEQ, the images to localize; give SEQ, "
+                             "too, or the folder of the mapped drive with its home.json",
+                             arguments.truth));
 }
 
 void run(const EvaluateArguments& arguments) {
   const SequenceArguments& given = arguments.sequence;
   const SequenceOptions& how = given.options;
-  if (given.path.empty() && !(how.poses.empty() && how.rooms.empty() && how.split.empty() &&
-                              how.only.empty() && arguments.truth.empty()))
-    throw Error(
-        ErrorCode::invalidOption,
-        "--poses, --rooms, --split, --only and --truth describe SEQ, the images to localize; give SEQ, "
-        "too");
+  if (given.path.empty() &&
+      !(how.poses.empty() && how.rooms.empty() && how.split.empty() && how.only.empty()))
+    throw Error(ErrorCode::invalidOption,
+                "--poses, --rooms, --split and --only describe SEQ, the images to localize; give SEQ, too");
+  requireFittingTruth(arguments);
   const bool localized = !arguments.sequence.path.empty();
   const std::vector<Measure> measures = measure(arguments);
   if (arguments.json) {
@@ -85,11 +113,13 @@ void addEvaluateCommand(CLI::App& app) {
   arguments->sequence.addTo(arguments->declared, false);
   command
       ->add_option("--truth", arguments->truth,
-                   "CSV query,refs: for each image of SEQ the map's frames that count as right")
-      ->check(CLI::ExistingFile);
+                   "Of SEQ: a CSV query,refs, for each image the map's frames that count as right. Without "
+                   "SEQ: the folder of the mapped drive with home.json, for the rooms that its images see")
+      ->check(CLI::ExistingPath);
   addJsonOption(*command, arguments->json);
   addExamples(*command,
               "  estancia evaluate home.estancia\n"
+              "  estancia evaluate home.estancia --truth ~/drive\n"
               "  estancia evaluate home.estancia ~/today --rooms today.csv --json");
   command->callback([arguments] { run(*arguments); });
 }

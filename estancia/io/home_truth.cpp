@@ -226,4 +226,23 @@ std::vector<std::string> roomsSeen(const HomeTruth& truth, const Sequence& seque
   return rooms;
 }
 
+std::vector<std::string> roomsSeen(const fs::path& folder, const std::vector<std::string>& images) {
+  const auto sequence = openSequence(folder);
+  const std::vector<std::string> rooms = roomsSeen(readHomeTruth(folder), *sequence);
+  std::unordered_map<std::string, std::string> byName;
+  for (std::size_t i = 0; i < rooms.size(); ++i)
+    byName.emplace(fs::path(sequence->frame(i).name).filename(), rooms[i]);
+  std::vector<std::string> found;
+  std::set<std::string> names;
+  for (const std::string& image : images) {
+    const std::string name = fs::path(image).filename();
+    const auto room = byName.find(name);
+    if (room == byName.end() || !names.insert(name).second)
+      fail(ErrorCode::mismatch, "{}: {} the image {}; give the folder of the one drive that was taken",
+           printable(folder), room == byName.end() ? "has not" : "has only once", printable(image));
+    found.push_back(room->second);
+  }
+  return found;
+}
+
 }  // namespace estancia::io

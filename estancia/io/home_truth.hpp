@@ -95,4 +95,9 @@ std::string roomSeen(const std::vector<VisibleInstance>& visible, const std::vec
 /// whose depth cannot be read counts as one without depth. O(frames); reads all depth images.
 std::vector<std::string> roomsSeen(const HomeTruth& truth, const Sequence& sequence);
 
+/// The rooms that images of the drive in `folder` see, as above, by their file names. Throws Error: the
+/// folder cannot be read, or an image is not in it, or two in `images` have one name (mismatch).
+std::vector<std::string> roomsSeen(const std::filesystem::path& folder,
+                                   const std::vector<std::string>& images);
+
 }  // namespace estancia::io

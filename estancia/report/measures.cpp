@@ -19,26 +19,45 @@ double count(std::size_t n) {
   return static_cast<double>(n);
 }
 
+/// What clusters are compared with: the rooms that the camera stood in, or those that the images see.
+struct RoomKind {
+  std::string key, name, rooms, room;
+};
+const RoomKind kStoodIn{"", "", "rooms", "room"};
+const RoomKind kSeen{"seen_", "Seen: ", "the rooms seen", "room seen"};
+
+std::string capital(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
+  return text;
+}
+
 /// Adds the five measures of places or zones ("they": what the clusters are) beside rooms, and of how many
 /// images they tell, where there are some.
 void addRooms(std::vector<Measure>& measures, const std::optional<Agreement>& rooms,
-              std::size_t framesWithRoom, const std::string& it, const std::string& they) {
+              std::size_t framesWithRoom, const std::string& it, const std::string& they,
+              const RoomKind& kind = kStoodIn) {
   const auto value = [&rooms](double Agreement::*member) -> std::optional<double> {
     if (!rooms) return std::nullopt;
     return (*rooms).*member;
   };
+  const auto name = [&kind](const std::string& text) {
+    return kind.name.empty() ? capital(text) : kind.name + text;
+  };
   if (framesWithRoom > 0)
-    measures.push_back({"frames_with_room", "Frames with a room", count(framesWithRoom), 0,
+    measures.push_back({"frames_with_" + (kind.key.empty() ? "room" : kind.key + "room"),
+                        "Frames with a " + kind.room, count(framesWithRoom), 0,
                         "Images that the next five are about"});
   const std::vector<Measure> five{
-      {"v_measure", "V-measure", value(&Agreement::vMeasure), 3,
-       "Agreement of " + they + " and rooms, 1 is best"},
-      {"homogeneity", "Homogeneity", value(&Agreement::homogeneity), 3,
-       "1: every " + it + " lies in one room"},
-      {"completeness", "Completeness", value(&Agreement::completeness), 3, "1: every room is one " + it},
-      {"ari", "Adjusted Rand index", value(&Agreement::adjustedRandIndex), 3,
+      {kind.key + "v_measure", name("V-measure"), value(&Agreement::vMeasure), 3,
+       "Agreement of " + they + " and " + kind.rooms + ", 1 is best"},
+      {kind.key + "homogeneity", name("homogeneity"), value(&Agreement::homogeneity), 3,
+       "1: every " + it + " lies in one " + kind.room},
+      {kind.key + "completeness", name("completeness"), value(&Agreement::completeness), 3,
+       "1: every " + kind.room + " is one " + it},
+      {kind.key + "ari", name("adjusted Rand index"), value(&Agreement::adjustedRandIndex), 3,
        "Pairs judged alike; 0 is chance"},
-      {"purity", "Purity", value(&Agreement::purity), 3, "Share of images in the main room of their " + it}};
+      {kind.key + "purity", name("purity"), value(&Agreement::purity), 3,
+       "Share of images in the main " + kind.room + " of their " + it}};
   measures.insert(measures.end(), five.begin(), five.end());
 }
 
@@ -51,6 +70,8 @@ std::vector<Measure> measuresOf(const MapQuality& q) {
       {"transitions", "Transitions", count(q.transitions), 0, "Ways driven, each direction of its own"},
   };
   addRooms(measures, q.rooms, q.framesWithRoom, "place", "places");
+  if (q.framesWithRoomSeen > 0)
+    addRooms(measures, q.roomsSeen, q.framesWithRoomSeen, "place", "places", kSeen);
   if (q.predictedRoom) {
     measures.push_back({"predicted_room", "Predicted room, image", q.predictedRoom, 3,
                         "Share of images that the classifier takes for their true room"});
@@ -84,6 +105,9 @@ std::vector<Measure> measuresOf(const LocalizationAccuracy& a) {
       {"belief_node_room", "Right room, believed place", a.beliefNodeRoom, 3, "All images so far"},
       {"belief_zone_room", "Right room, believed zone", a.beliefZoneRoom, 3, "All images so far; --zones"},
       {"belief_room", "Right room, believed image", a.belief.room, 3, "All images so far"},
+      {"judged_frames", "Frames with an admissible image",
+       a.judgedFrames > 0 ? std::optional(count(a.judgedFrames)) : std::nullopt, 0,
+       "Images that both recalls are about"},
       {"recall", "Recall@1, nearest image", a.nearestImage.recall, 3,
        "Share of admissible answers, each image alone"},
       {"belief_recall", "Recall@1, believed image", a.belief.recall, 3,
@@ -100,6 +124,7 @@ std::vector<Measure> measuresOf(const ZoneQuality& q) {
       {"zones", "Zones", count(q.zones), 0, "Areas that were found"},
   };
   addRooms(measures, q.rooms, q.framesWithRoom, "zone", "zones");
+  if (q.framesWithRoomSeen > 0) addRooms(measures, q.roomsSeen, q.framesWithRoomSeen, "zone", "zones", kSeen);
   if (q.predictedRoom)
     measures.push_back({"predicted_zone_room", "Predicted room, zone", q.predictedRoom, 3,
                         "Share of images whose zone the classifier takes for their true room"});

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "estancia/core/fail.hpp"
 
@@ -25,6 +26,12 @@ double pairs(double count) {
   return count * (count - 1) / 2;
 }
 
+void requireSameLength(std::size_t classes, std::size_t clusters) {
+  if (classes != clusters)
+    fail(ErrorCode::mismatch, "there are {} true classes and {} cluster numbers; give one of each an item",
+         classes, clusters);
+}
+
 double share(double part, double whole) {  // rounding may leave the interval by an ulp
   return whole <= 0 ? 1 : std::clamp(part / whole, 0.0, 1.0);
 }
@@ -32,9 +39,7 @@ double share(double part, double whole) {  // rounding may leave the interval by
 }  // namespace
 
 Agreement measureAgreement(std::span<const int> truth, std::span<const int> clusters) {
-  if (truth.size() != clusters.size())
-    fail(ErrorCode::mismatch, "there are {} true classes and {} cluster numbers; give one of each an item",
-         truth.size(), clusters.size());
+  requireSameLength(truth.size(), clusters.size());
   if (truth.empty()) throw Error(ErrorCode::invalidInput, "a clustering has no items; give at least one");
 
   std::map<std::pair<int, int>, double> joint;  // (cluster, class)
@@ -69,6 +74,19 @@ Agreement measureAgreement(std::span<const int> truth, std::span<const int> clus
   // Equal only when both are one cluster, or both are all singletons: the same partition.
   result.adjustedRandIndex = best == expected ? 1 : (pairsTogether - expected) / (best - expected);
   return result;
+}
+
+NamedAgreement measureNamedAgreement(std::span<const std::string> truth, std::span<const int> clusters) {
+  requireSameLength(truth.size(), clusters.size());
+  std::map<std::string, int> numbers;
+  std::vector<int> known, theirs;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (truth[i].empty()) continue;
+    known.push_back(numbers.emplace(truth[i], static_cast<int>(numbers.size())).first->second);
+    theirs.push_back(clusters[i]);
+  }
+  if (known.empty()) return {};
+  return {known.size(), measureAgreement(known, theirs)};
 }
 
 }  // namespace estancia

@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <span>
+#include <string>
 
 namespace estancia {
 
@@ -26,5 +29,16 @@ struct Agreement {
 /// or the lengths differ.
 /// O(n log n).
 Agreement measureAgreement(std::span<const int> truth, std::span<const int> clusters);
+
+/// The same for the items whose class is known, by names.
+struct NamedAgreement {
+  /// How many those are.
+  std::size_t items = 0;
+  /// Absent when there are none.
+  std::optional<Agreement> agreement;
+};
+
+/// Items whose class is "" are left out. Throws Error (mismatch) when the lengths differ. O(n log n).
+NamedAgreement measureNamedAgreement(std::span<const std::string> truth, std::span<const int> clusters);
 
 }  // namespace estancia

@@ -136,6 +136,7 @@ LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::v
   Judge nearest, belief;
   const std::map<int, std::string> roomOfZone = roomsOf(zoneOf, map);
   Share nodeRoom, beliefNodeRoom, beliefZoneRoom;
+  std::size_t judged = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::set<std::size_t>* right = nullptr;
     std::set<std::size_t> nearOnes;
@@ -151,6 +152,7 @@ LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::v
              admissible.size() - 1, numbers[i]);
       right = &admissible[numbers[i]];
     }
+    judged += right != nullptr ? 1 : 0;
     const Localization& answer = answers[i];
     nearest.judge(frames[i], map.frames.at(answer.nearestImage), answer.nearestImage, right);
     belief.judge(frames[i], map.frames.at(answer.beliefImage), answer.beliefImage, right);
@@ -162,8 +164,13 @@ LocalizationAccuracy measureLocalization(const TopologicalMap& map, const std::v
       if (const auto zone = roomOfZone.find(*answer.beliefZone); zone != roomOfZone.end())
         beliefZoneRoom.count(zone->second == frames[i].room);
   }
-  return {frames.size(),    nearest.accuracy(),     belief.accuracy(),
-          nodeRoom.value(), beliefNodeRoom.value(), beliefZoneRoom.value()};
+  return {frames.size(),
+          nearest.accuracy(),
+          belief.accuracy(),
+          nodeRoom.value(),
+          beliefNodeRoom.value(),
+          beliefZoneRoom.value(),
+          judged};
 }
 
 }  // namespace estancia

@@ -36,6 +36,8 @@ struct LocalizationAccuracy {
   /// Share of frames whose believed zone (Localizer::setZones()) has their true room as that of most of its
   /// frames.
   std::optional<double> beliefZoneRoom = {};
+  /// Frames that have an admissible image: those that the recall is of.
+  std::size_t judgedFrames = 0;
 };
 
 /// For each query frame, in order, the map's frames that count as right.

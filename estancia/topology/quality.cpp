@@ -20,15 +20,20 @@ std::optional<double> meanOf(double sum, std::size_t count) {
   return count == 0 ? std::nullopt : std::optional(sum / static_cast<double>(count));
 }
 
-std::optional<Agreement> agreementWithRooms(const TopologicalMap& map) {
-  std::map<std::string, int> numbers;
-  std::vector<int> rooms, nodes;
-  for (const MappedFrame& frame : map.frames) {
-    if (frame.room.empty() || map.findNode(frame.node) == nullptr) continue;
-    rooms.push_back(numbers.emplace(frame.room, static_cast<int>(numbers.size())).first->second);
-    nodes.push_back(frame.node);
+/// Frames in no node are left out.
+NamedAgreement agreementWith(std::vector<std::string> rooms, const TopologicalMap& map) {
+  std::vector<int> nodes;
+  for (std::size_t i = 0; i < map.frames.size(); ++i) {
+    nodes.push_back(map.frames[i].node);
+    if (i < rooms.size() && map.findNode(nodes[i]) == nullptr) rooms[i].clear();
   }
-  return rooms.empty() ? std::nullopt : std::optional(measureAgreement(rooms, nodes));
+  return measureNamedAgreement(rooms, nodes);
+}
+
+std::vector<std::string> roomsOf(const TopologicalMap& map) {
+  std::vector<std::string> rooms;
+  for (const MappedFrame& frame : map.frames) rooms.push_back(frame.room);
+  return rooms;
 }
 
 std::optional<double> roomPurity(const std::vector<Place>& places) {
@@ -163,7 +168,7 @@ void judgePredictions(const TopologicalMap& map, const std::vector<Place>& place
 
 }  // namespace
 
-MapQuality evaluate(const TopologicalMap& map) {
+MapQuality evaluate(const TopologicalMap& map, std::span<const std::string> roomsSeen) {
   if (map.nodes.empty())
     throw Error(ErrorCode::insufficientData, "the map has no places yet; map some images first");
   const std::vector<Place> places = placesOf(map);
@@ -175,7 +180,12 @@ MapQuality evaluate(const TopologicalMap& map) {
   quality.frames = map.frames.size();
   quality.framesWithRoom = static_cast<std::size_t>(std::count_if(
       map.frames.begin(), map.frames.end(), [](const MappedFrame& frame) { return !frame.room.empty(); }));
-  quality.rooms = agreementWithRooms(map);
+  quality.rooms = agreementWith(roomsOf(map), map).agreement;
+  if (!roomsSeen.empty()) {
+    const NamedAgreement seen = agreementWith({roomsSeen.begin(), roomsSeen.end()}, map);
+    quality.framesWithRoomSeen = seen.items;
+    quality.roomsSeen = seen.agreement;
+  }
   quality.spatialSpread = spatialSpread(map, places);
   quality.original = originalScore(map, places, links, quality.spatialSpread);
   compareWithPath(map, places, links, quality);

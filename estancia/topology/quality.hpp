@@ -4,6 +4,8 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
+#include <string>
 
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/topology/map.hpp"
@@ -43,6 +45,11 @@ struct MapQuality {
   /// Nodes as clusters of the frames whose room is known (V-measure, ARI, purity).
   std::optional<Agreement> rooms;
 
+  /// The same for the rooms that the frames see instead of those that the camera stood in. Absent when these
+  /// were not given.
+  std::size_t framesWithRoomSeen = 0;
+  std::optional<Agreement> roomsSeen;
+
   OriginalScore original;
 
   /// Share of the frames with a true and a predicted room where these agree, by the frame's own prediction
@@ -61,7 +68,9 @@ struct MapQuality {
   std::optional<double> edgeRecall;
 };
 
-/// Throws Error (insufficientData) when the map has no nodes. O(frames · log nodes + nodes²).
-MapQuality evaluate(const TopologicalMap& map);
+/// `roomsSeen` holds the room that each frame sees, "" where unknown; empty where none is known. Throws
+/// Error: the map has no nodes (insufficientData), not one room seen a frame (mismatch). O(frames · log nodes
+/// + nodes²).
+MapQuality evaluate(const TopologicalMap& map, std::span<const std::string> roomsSeen = {});
 
 }  // namespace estancia

@@ -1,22 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "estancia/zones/measure.hpp"
 
-#include <map>
+#include <string>
+#include <vector>
 
 namespace estancia {
 
-ZoneQuality evaluate(const Zones& zones) {
-  ZoneQuality quality{zones.zones.size(), zones.frames.size(), 0, {}, {}, {}};
-  std::map<std::string, int> numbers;
-  std::vector<int> rooms, clusters;
-  for (std::size_t i = 0; i < zones.frames.size(); ++i) {
-    const std::string& room = zones.frames[i].room;
-    if (room.empty()) continue;
-    rooms.push_back(numbers.emplace(room, static_cast<int>(numbers.size())).first->second);
-    clusters.push_back(zones.zoneOf[i]);
+ZoneQuality evaluate(const Zones& zones, std::span<const std::string> roomsSeen) {
+  ZoneQuality quality;
+  quality.zones = zones.zones.size();
+  quality.frames = zones.frames.size();
+  std::vector<std::string> rooms;
+  for (const Frame& frame : zones.frames) rooms.push_back(frame.room);
+  const NamedAgreement known = measureNamedAgreement(rooms, zones.zoneOf);
+  quality.framesWithRoom = known.items;
+  quality.rooms = known.agreement;
+  if (!roomsSeen.empty()) {
+    const NamedAgreement seen = measureNamedAgreement(roomsSeen, zones.zoneOf);
+    quality.framesWithRoomSeen = seen.items;
+    quality.roomsSeen = seen.agreement;
   }
-  quality.framesWithRoom = rooms.size();
-  if (!rooms.empty()) quality.rooms = measureAgreement(rooms, clusters);
   std::size_t judged = 0, right = 0;
   for (std::size_t i = 0; i < zones.frames.size(); ++i) {
     const auto& predicted = zones.zones[static_cast<std::size_t>(zones.zoneOf[i])].predicted;

@@ -4,6 +4,8 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
+#include <string>
 
 #include "estancia/stats/clustering_agreement.hpp"
 #include "estancia/zones/zones.hpp"
@@ -19,8 +21,14 @@ struct ZoneQuality {
   std::optional<double> spatialSpread;
   /// Share of the frames with a known room whose zone is predicted to be in it; absent without a classifier.
   std::optional<double> predictedRoom = {};
+  /// Zones against the rooms that the frames see instead of those that the camera stood in; absent when these
+  /// were not given.
+  std::size_t framesWithRoomSeen = 0;
+  std::optional<Agreement> roomsSeen = {};
 };
 
-ZoneQuality evaluate(const Zones& zones);
+/// `roomsSeen` holds the room that each frame sees, "" where unknown; empty where none is known. Throws Error
+/// (mismatch) when it has not one a frame.
+ZoneQuality evaluate(const Zones& zones, std::span<const std::string> roomsSeen = {});
 
 }  // namespace estancia

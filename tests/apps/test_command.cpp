@@ -1,5 +1,6 @@
 // The command as a user runs it, on small images and a network that knows four colors.
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
@@ -11,6 +12,7 @@
 #include <sstream>
 
 #include "estancia/topology/store.hpp"
+#include "io/images.hpp"
 #include "support/errors.hpp"
 #include "support/model_support.hpp"
 #include "support/support.hpp"
@@ -229,6 +231,34 @@ TEST_F(Command, EvaluatesAgainstRooms) {
   writeFile(scratch_ / "truth.csv", "query,refs\n0,x\n");
   expectError(run({"evaluate", map_, images_, "--model", model_, "--truth", scratch_ / "truth.csv"}),
               ErrorCode::malformedFile, "truth.csv:2");
+}
+
+TEST_F(Command, EvaluatesAgainstTheRoomsThatImagesSee) {
+  writeImages(scratch_ /
+              "drive/rgb");  // ten of each color, from the west room; the depth ends in it or beyond
+  std::string poses;
+  for (int i = 0; i < 40; ++i) {
+    const cv::Mat depth(12, 16, CV_16U, cv::Scalar(i < 20 ? 1000 : 3000));
+    writeFile(scratch_ / fmt::format("drive/depth/frame{}.png", i), encoded(".png", depth));
+    poses += fmt::format("{} 2 2 1 -0.5 0.5 -0.5 0.5\n", i);
+  }
+  writeFile(scratch_ / "drive/poses.txt", poses);
+  writeFile(scratch_ / "drive/camera-intrinsics.txt", "16 0 7.5\n0 16 5.5\n0 0 1\n");
+  writeFile(scratch_ / "drive/home.json",
+            R"({"rooms": [{"name": "west", "polygon": [[0, 0], [4, 0], [4, 4], [0, 4]]},
+                          {"name": "east", "polygon": [[4, 0], [8, 0], [8, 4], [4, 4]]}]})");
+  ASSERT_EQ(map(scratch_ / "drive", map_).exitCode, 0);
+  const json measures = json::parse(run({"evaluate", map_, "--truth", scratch_ / "drive", "--json"}).out);
+  EXPECT_EQ(measures["frames_with_seen_room"], 40);
+  EXPECT_DOUBLE_EQ(measures["seen_purity"], 1);
+  EXPECT_DOUBLE_EQ(measures["seen_completeness"], 0.5) << "each room is two places of equal size";
+  EXPECT_TRUE(measures["v_measure"].is_null());
+  writeFile(scratch_ / "truth.csv", "query,refs\n");
+  expectError(run({"evaluate", map_, "--truth", scratch_ / "truth.csv"}), ErrorCode::invalidOption,
+              "truth.csv");
+  expectError(run({"evaluate", map_, scratch_ / "drive", "--model", model_, "--truth", scratch_ / "drive"}),
+              ErrorCode::invalidOption, "drive");
+  expectError(run({"evaluate", map_, "--truth", images_}), ErrorCode::fileNotFound, "images");
 }
 
 TEST_F(Command, ExplainsExportsAndReports) {

@@ -84,6 +84,9 @@ TEST(Home, IsFoundAgainInTheEveningOnAnotherWay) {
   const std::string map = scratch / "home.estancia";
   const auto mapped = run({"map", *data / "day", "-o", map});
   ASSERT_EQ(mapped.exitCode, 0) << mapped.err;
+  const json places = evaluated({map, "--truth", *data / "day"});
+  EXPECT_EQ(places["frames_with_seen_room"], 320);
+  EXPECT_GT(places["seen_purity"], places["purity"]) << "words tell what is seen, not where the robot stands";
   // Of the evening's frames 91 were taken within 0.7 m and 30° of one of the day; the path is another one.
   const json filtered = evaluated({map, *data / "evening"});
   EXPECT_GE(filtered["recall"], 0.88);

@@ -164,6 +164,13 @@ TEST_F(HomeTruthFiles, FramesWithoutDepthSeeTheRoomOfTheirThings) {
   ASSERT_TRUE(hasHomeTruth(folder_.path()));
   const HomeTruth truth = readHomeTruth(folder_.path());
   EXPECT_THAT(roomsSeen(truth, *openSequence(folder_.path())), ::testing::ElementsAre("west", "east", ""));
+  const auto seenBy = [&](const std::vector<std::string>& images) {
+    return roomsSeen(folder_.path(), images);
+  };
+  EXPECT_THAT(seenBy({"rgb/2.jpg", "1.jpg"}), ::testing::ElementsAre("east", "west"));
+  EXPECT_TRUE(seenBy({}).empty());
+  EXPECT_THAT([&] { seenBy({"1.jpg", "4.jpg"}); }, FailsWith(ErrorCode::mismatch, "4.jpg"));
+  EXPECT_THAT([&] { seenBy({"1.jpg", "1.jpg"}); }, FailsWith(ErrorCode::mismatch, "1.jpg"));
   writeFile(folder_ / "depth/1.png", "damaged");
   EXPECT_THAT(roomsSeen(truth, *openSequence(folder_.path())), ::testing::ElementsAre("east", "east", ""));
 }

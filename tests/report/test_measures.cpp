@@ -31,6 +31,14 @@ void expectRoomsToBeCounted() {
   EXPECT_EQ(measures.at(static_cast<std::size_t>(frames)).value, 3);
   EXPECT_EQ(placeOf(measures, "v_measure"), frames + 1) << "it tells of the next five";
   EXPECT_EQ(placeOf(measures, "purity"), frames + 5);
+  EXPECT_EQ(placeOf(measures, "seen_purity"), -1) << "not known by most";
+  quality.framesWithRoomSeen = 2;
+  quality.roomsSeen = Agreement{.purity = 0.5};
+  const auto seen = measuresOf(quality);
+  const auto purity = placeOf(seen, "seen_purity");
+  EXPECT_EQ(placeOf(seen, "frames_with_seen_room"), frames + 6);
+  ASSERT_EQ(purity, frames + 11);
+  EXPECT_EQ(seen.at(static_cast<std::size_t>(purity)).value, 0.5);
 }
 
 TEST(Measures, ImagesWithARoomAreCountedWhereThereAreSome) {

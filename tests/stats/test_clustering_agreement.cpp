@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "estancia/stats/clustering_agreement.hpp"
@@ -134,6 +135,21 @@ TEST(Agreement, DoesNotDependOnNamesAndStaysInBounds) {
     EXPECT_NEAR(a.homogeneity, swapped.completeness, 1e-12);
     EXPECT_NEAR(a.adjustedRandIndex, swapped.adjustedRandIndex, 1e-12);
   }
+}
+
+TEST(Agreement, OfNamedClassesLeavesOutItemsWithoutAName) {
+  const std::vector<std::string> names{"hall", "", "hall", "bath", "bath", "", "bath"};
+  const std::vector<int> clusters{0, 1, 0, 1, 1, 0, 0};
+  const NamedAgreement named = measureNamedAgreement(names, clusters);
+  const Agreement expected = measureAgreement(std::vector{0, 0, 1, 1, 1}, std::vector{0, 0, 1, 1, 0});
+  EXPECT_EQ(named.items, 5U);
+  ASSERT_TRUE(named.agreement);
+  EXPECT_EQ(named.agreement->vMeasure, expected.vMeasure);
+  EXPECT_EQ(named.agreement->purity, 0.8);
+  EXPECT_FALSE(measureNamedAgreement(std::vector<std::string>{"", ""}, std::vector{0, 1}).agreement);
+  EXPECT_FALSE(measureNamedAgreement({}, {}).agreement);
+  EXPECT_THAT([&] { measureNamedAgreement(names, std::vector{0}); },
+              FailsWith(ErrorCode::mismatch, "7", "1"));
 }
 
 }  // namespace

@@ -166,5 +166,28 @@ TEST(Quality, AgreesWithTheAuthorsNumbers) {
   RecordProperty("rows", static_cast<int>(rows));
 }
 
+TEST(Quality, OfTheRoomsSeenIsToldBesideThatOfTheRoomsStoodIn) {
+  const TopologicalMap map = test::sampleMap();
+  EXPECT_FALSE(evaluate(map).roomsSeen);
+  // b.jpg is taken in the kitchen and looks into the hall; what d.jpg shows is unknown.
+  const std::vector<std::string> seen{"kitchen", "hall", "hall", "", "office", "office", "hall"};
+  const MapQuality quality = evaluate(map, seen);
+  ASSERT_TRUE(quality.roomsSeen);
+  EXPECT_EQ(quality.framesWithRoomSeen, 6U);
+  EXPECT_DOUBLE_EQ(quality.roomsSeen->purity, 5.0 / 6);
+  EXPECT_LT(quality.roomsSeen->vMeasure, 1);
+  EXPECT_DOUBLE_EQ(quality.rooms->vMeasure, 1) << "the rooms stood in are judged as before";
+  EXPECT_FALSE(evaluate(map, std::vector<std::string>(7)).roomsSeen);
+  EXPECT_THAT([&] { evaluate(map, std::vector<std::string>(3)); },
+              test::FailsWith(ErrorCode::mismatch, "3", "7"));
+}
+
+TEST(Quality, FramesInNoNodeSeeNothing) {
+  TopologicalMap map = test::sampleMap();
+  map.frames[1].node = 77;
+  const MapQuality quality = evaluate(map, std::vector<std::string>(7, "hall"));
+  EXPECT_EQ(quality.framesWithRoomSeen, 6U);
+}
+
 }  // namespace
 }  // namespace estancia

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "recordings.hpp"
+#include "support/errors.hpp"
 
 namespace estancia {
 namespace {
@@ -30,6 +31,19 @@ TEST(ZoneQuality, ComparesWithRoomsWhereTheyAreKnown) {
   EXPECT_EQ(known.framesWithRoom, 4U);
   EXPECT_NEAR(known.rooms.value().vMeasure, 1, tight);
   EXPECT_NEAR(known.spatialSpread.value(), 1, tight);
+}
+
+TEST(ZoneQuality, ComparesWithTheRoomsThatAreSeen) {
+  const DescriptorSequence recording = recordingOf({{1, 0}, {1, 0}, {0, 1}, {0, 1}, {0, 1}});
+  const Zones zones = describeZones(recording, std::vector{0, 0, 1, 1, 1});
+  EXPECT_FALSE(evaluate(zones).roomsSeen);
+  const ZoneQuality quality =
+      evaluate(zones, std::vector<std::string>{"kitchen", "", "bath", "bath", "kitchen"});
+  EXPECT_EQ(quality.framesWithRoomSeen, 4U);
+  EXPECT_DOUBLE_EQ(quality.roomsSeen.value().purity, 0.75);
+  EXPECT_FALSE(quality.rooms);
+  EXPECT_THAT([&] { evaluate(zones, std::vector<std::string>{"kitchen"}); },
+              test::FailsWith(ErrorCode::mismatch));
 }
 
 }  // namespace
